@@ -1,0 +1,1 @@
+"""One small package a year: the field, the pieces and the rules of a game."""

@@ -1,0 +1,1 @@
+"""Swerve and tank drivetrains: motors, gears, tires, steering, encoders and gyro."""

@@ -1,0 +1,87 @@
+"""What can go wrong, as types: each also is the builtin error that a caller expects."""
+
+from __future__ import annotations
+
+import difflib
+import math
+from collections.abc import Iterable
+
+__all__ = [
+    "CapacityError",
+    "ConfigError",
+    "EngineError",
+    "FieldMeshError",
+    "NonFiniteError",
+    "OutputError",
+    "SimcoreError",
+    "UnknownNameError",
+    "require_finite",
+    "require_non_negative",
+    "require_positive",
+]
+
+
+class SimcoreError(Exception):
+    """Base of every error that simcore raises on purpose."""
+
+
+class ConfigError(SimcoreError, ValueError):
+    """A setting that cannot work; the message says which, what was got and what would work."""
+
+
+class NonFiniteError(SimcoreError, ValueError):
+    """A NaN or an infinity where physics needs a number."""
+
+
+class CapacityError(SimcoreError, RuntimeError):
+    """More pieces than there is room for."""
+
+
+class EngineError(SimcoreError, RuntimeError):
+    """The physics engine is missing, closed, or refused a call."""
+
+
+class FieldMeshError(SimcoreError, ValueError):
+    """A field mesh that cannot be used."""
+
+
+class OutputError(SimcoreError, OSError):
+    """A log, picture or other output that cannot be written."""
+
+
+class UnknownNameError(SimcoreError, KeyError):
+    """A name that nobody registered; carries the nearest ones."""
+
+    def __init__(self, kind: str, name: str, known: Iterable[str]) -> None:
+        self.kind = kind
+        self.name = name
+        self.known = sorted(known)
+        self.nearest = difflib.get_close_matches(name, self.known, n=3, cutoff=0.4)
+        hint = f" Did you mean {' or '.join(repr(n) for n in self.nearest)}?" if self.nearest else ""
+        self.message = f"no {kind} named {name!r}.{hint} Known: {self.known}"
+        super().__init__(self.message)
+
+    def __str__(self) -> str:
+        return self.message  # KeyError would show the repr of it
+
+
+def require_finite(owner: str, name: str, value: float, unit: str = "") -> None:
+    """Raise `ConfigError` unless `value` is a finite number."""
+    if not math.isfinite(value):
+        raise ConfigError(f"{owner}: {name} must be a finite number{_in(unit)}, got {value}")
+
+
+def require_positive(owner: str, name: str, value: float, unit: str = "") -> None:
+    """Raise `ConfigError` unless `value` is finite and above zero."""
+    if not (math.isfinite(value) and value > 0.0):
+        raise ConfigError(f"{owner}: {name} must be finite and > 0{_in(unit)}, got {value}")
+
+
+def require_non_negative(owner: str, name: str, value: float, unit: str = "") -> None:
+    """Raise `ConfigError` unless `value` is finite and zero or above."""
+    if not (math.isfinite(value) and value >= 0.0):
+        raise ConfigError(f"{owner}: {name} must be finite and >= 0{_in(unit)}, got {value}")
+
+
+def _in(unit: str) -> str:
+    return f" {unit}" if unit else ""

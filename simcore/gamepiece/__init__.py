@@ -1,0 +1,1 @@
+"""Game pieces: what they are, where they live, how they fly, are taken in and shot."""

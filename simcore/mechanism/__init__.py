@@ -1,0 +1,1 @@
+"""Mechanisms driven by DC motors: flywheels, rollers, arms, elevators, racks."""

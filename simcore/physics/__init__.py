@@ -1,0 +1,1 @@
+"""The rigid-body world: bodies, statics, surfaces, steps. One module here imports the engine."""

@@ -1,0 +1,96 @@
+"""Collision shapes as plain records: what the field loader and the chassis hand to an engine.
+
+Every shape is given in its own frame; where it stands is the business of whoever adds it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TypeAlias
+
+import numpy as np
+
+from simcore.errors import ConfigError, require_positive
+from simcore.typing import FloatArray, IntArray
+
+__all__ = ["Box", "Compound", "Cylinder", "Hull", "Mesh", "Part", "Shape", "Sphere"]
+
+
+@dataclass(frozen=True, slots=True)
+class Sphere:
+    """A ball around the origin."""
+
+    radius: float
+    """Radius [m]."""
+
+    def __post_init__(self) -> None:
+        require_positive("Sphere", "radius", self.radius, "m")
+
+
+@dataclass(frozen=True, slots=True)
+class Cylinder:
+    """A cylinder along z, centered at the origin."""
+
+    radius: float
+    """Radius [m]."""
+    height: float
+    """Whole height [m]."""
+
+    def __post_init__(self) -> None:
+        require_positive("Cylinder", "radius", self.radius, "m")
+        require_positive("Cylinder", "height", self.height, "m")
+
+
+@dataclass(frozen=True, slots=True)
+class Box:
+    """A box centered at the origin."""
+
+    size: tuple[float, float, float]
+    """Whole edge lengths along x, y and z [m]."""
+
+    def __post_init__(self) -> None:
+        for axis, length in zip("xyz", self.size, strict=True):
+            require_positive("Box", f"size along {axis}", length, "m")
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Hull:
+    """The convex hull of some points."""
+
+    points: FloatArray
+    """Corners [m], shape (n, 3), n >= 4."""
+
+    def __post_init__(self) -> None:
+        if self.points.ndim != 2 or self.points.shape[1] != 3 or len(self.points) < 4:
+            raise ConfigError(f"Hull: points must have shape (n >= 4, 3), got {self.points.shape}")
+        if not np.isfinite(self.points).all():
+            raise ConfigError("Hull: points must be finite")
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Mesh:
+    """A triangle mesh, two-sided; for statics only. Slower and leakier than the shapes above."""
+
+    vertices: FloatArray
+    """Vertices [m], shape (n, 3)."""
+    faces: IntArray
+    """Vertex rows of each triangle, shape (m, 3)."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Part:
+    """One member of a `Compound`, moved to its place without rotation."""
+
+    shape: Sphere | Cylinder | Box | Hull
+    offset: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    """Origin of the member in the frame of the whole [m]."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Compound:
+    """Several convex shapes that move as one body and share one surface."""
+
+    parts: tuple[Part, ...]
+
+
+Shape: TypeAlias = Sphere | Cylinder | Box | Hull | Mesh | Compound

@@ -1,0 +1,1 @@
+"""The battery and what it feeds."""

@@ -1,0 +1,1 @@
+"""Scoring zones, events and the match clock."""

@@ -1,0 +1,1 @@
+"""The clock, the phases of a tick and the recorder of the trajectory."""

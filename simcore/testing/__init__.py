@@ -1,0 +1,1 @@
+"""Doubles and assertions for tests, public."""

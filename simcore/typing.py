@@ -1,0 +1,20 @@
+"""Names for the arrays and suppliers that packages hand each other."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TypeAlias
+
+import numpy as np
+import numpy.typing as npt
+
+__all__ = ["BoolArray", "BoolSupplier", "FloatArray", "FloatSupplier", "IntArray"]
+
+FloatArray: TypeAlias = npt.NDArray[np.float64]
+IntArray: TypeAlias = npt.NDArray[np.int64]
+BoolArray: TypeAlias = npt.NDArray[np.bool_]
+
+FloatSupplier: TypeAlias = Callable[[], float]
+"""Called once a tick for one number."""
+BoolSupplier: TypeAlias = Callable[[], bool]
+"""Called once a tick for one fact."""
