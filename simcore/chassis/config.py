@@ -1,0 +1,109 @@
+"""The robot as a rigid body."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+
+from simcore.errors import ConfigError, require_finite, require_positive
+from simcore.geometry.quaternion import Vector
+from simcore.physics.shapes import Box, Compound, Part, Sphere
+from simcore.physics.surface import RUBBER, TerrainSurface
+
+__all__ = ["BUMPER", "ChassisConfig"]
+
+BUMPER = replace(RUBBER, name="BUMPER", restitution=0.25)
+"""Noodles under fabric: the grip of rubber, and two of them bounce off each other with e = 0.06."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ChassisConfig:
+    """Mass, shape and wheels of a robot. The defaults are a 55 kg robot with bumpers of 0.8 x 0.8 m."""
+
+    mass: float = 55.0
+    """With bumpers and battery [kg]."""
+    bumper_length: float = 0.8
+    """Outside of the bumpers along x [m]."""
+    bumper_width: float = 0.8
+    """Outside of the bumpers along y [m]."""
+    clearance: float = 0.05
+    """From the carpet to the lowest part of frame and bumpers [m]."""
+    bumper_top: float = 0.25
+    """Upper edge of the bumpers above the carpet [m]."""
+    height: float = 0.5
+    """Highest part of the robot above the carpet [m]."""
+    bumper_thickness: float = 0.085
+    """From the outside of the bumpers to the frame [m]: 3.25 in of noodle and wood, 2026 manual R4xx."""
+    center_of_mass_height: float = 0.2
+    """Above the carpet [m]."""
+    yaw_inertia: float | None = None
+    """About the vertical through the center of mass [kg m^2]; None: a uniform plate of the bumpers' size."""
+    wheel_positions: tuple[tuple[float, float], ...] = (
+        (0.2667, 0.2667),
+        (0.2667, -0.2667),
+        (-0.2667, 0.2667),
+        (-0.2667, -0.2667),
+    )
+    """Centers of the wheels, robot frame [m]."""
+    wheel_radius: float = 0.0508
+    """Radius of the wheels [m]."""
+    friction: float = 1.2
+    """Friction of the treads on carpet for the modes without a drivetrain model [-]."""
+    surface: TerrainSurface = BUMPER
+    """Material of the outside."""
+
+    def __post_init__(self) -> None:
+        owner = "ChassisConfig"
+        for name in ("mass", "friction"):
+            require_positive(owner, name, getattr(self, name), "kg" if name == "mass" else "")
+        for name in (
+            "bumper_length", "bumper_width", "clearance", "bumper_top", "height", "center_of_mass_height",
+            "wheel_radius", "bumper_thickness",
+        ):  # fmt: skip
+            require_positive(owner, name, getattr(self, name), "m")
+        if self.yaw_inertia is not None:
+            require_positive(owner, "yaw_inertia", self.yaw_inertia, "kg m^2")
+        if not self.clearance < self.bumper_top <= self.height:
+            raise ConfigError(
+                f"{owner}: clearance < bumper_top <= height must hold, got {self.clearance}, {self.bumper_top}, "
+                f"{self.height} m"
+            )
+        if len(self.wheel_positions) < 3:
+            raise ConfigError(f"{owner}: at least 3 wheels are needed to stand, got {len(self.wheel_positions)}")
+        for x, y in self.wheel_positions:
+            require_finite(owner, "wheel position x", x, "m")
+            require_finite(owner, "wheel position y", y, "m")
+            if abs(x) > self.bumper_length / 2 or abs(y) > self.bumper_width / 2:
+                raise ConfigError(f"{owner}: wheel at ({x}, {y}) m lies outside of the bumpers")
+
+    @property
+    def inertia(self) -> Vector:
+        """Principal moments about the center of mass [kg m^2]: a uniform box, its yaw moment replaced if given."""
+        a, b, c, m = self.bumper_length, self.bumper_width, self.height, self.mass
+        yaw = self.yaw_inertia if self.yaw_inertia is not None else m * (a * a + b * b) / 12.0
+        return (m * (b * b + c * c) / 12.0, m * (a * a + c * c) / 12.0, yaw)
+
+    @property
+    def shape(self) -> Compound:
+        """Bumpers and frame as boxes, and wheels as balls that roll over edges; origin on the carpet."""
+        parts = [
+            Part(
+                Box((self.bumper_length, self.bumper_width, self.bumper_top - self.clearance)),
+                (0.0, 0.0, (self.bumper_top + self.clearance) / 2),
+            )
+        ]
+        inset = 2.0 * self.bumper_thickness
+        if self.height > self.bumper_top and min(self.bumper_length, self.bumper_width) > inset:
+            parts.append(
+                Part(
+                    Box((self.bumper_length - inset, self.bumper_width - inset, self.height - self.clearance)),
+                    (0.0, 0.0, (self.height + self.clearance) / 2),
+                )
+            )
+        parts += [Part(Sphere(self.wheel_radius), (x, y, self.wheel_radius)) for x, y in self.wheel_positions]
+        return Compound(tuple(parts))
+
+    @property
+    def traction_radius(self) -> float:
+        """Mean distance of the wheels from the center [m]: the lever of their grip against spin."""
+        return sum(math.hypot(x, y) for x, y in self.wheel_positions) / len(self.wheel_positions)

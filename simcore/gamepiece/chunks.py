@@ -1,0 +1,83 @@
+"""The field cut into chunks: pieces in quiet chunks are out of the engine's sight and cost nothing.
+
+A chunk is active while anything that moves could reach it within the tick, and for a while after (hysteresis). Because
+reach is computed before the tick from speed, size and a margin, across chunk borders too, nothing can meet a piece
+that is not there.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from simcore.errors import require_positive
+from simcore.typing import BoolArray, FloatArray, IntArray
+
+__all__ = ["ChunkGrid"]
+
+
+class ChunkGrid:
+    """Which chunks are active. Places beyond the grid belong to its border chunks.
+
+    Args:
+        low: Smallest corner of the grid [m].
+        high: Largest corner [m].
+        size: Edge of a chunk [m].
+        linger: Ticks that a chunk stays active after the last mark.
+    """
+
+    def __init__(
+        self, low: tuple[float, float], high: tuple[float, float], *, size: float = 2.0, linger: int = 25
+    ) -> None:
+        require_positive("ChunkGrid", "size", size, "m")
+        self.size = size
+        self._low = low
+        self._nx = max(1, math.ceil((high[0] - low[0]) / size))
+        self._ny = max(1, math.ceil((high[1] - low[1]) / size))
+        self._linger = linger
+        self._idle = np.full(self._nx * self._ny, linger + 1, dtype=np.int64)  # ticks since the last mark
+        self._marked = np.zeros(self._nx * self._ny, dtype=bool)
+        self.active = np.zeros(self._nx * self._ny, dtype=bool)
+        """Active chunks by index, shape (n,)."""
+
+    def index(self, pos: FloatArray) -> IntArray:
+        """Chunk of each place (n, 2 or 3) [m], shape (n,)."""
+        ix = np.clip((pos[:, 0] - self._low[0]) / self.size, 0, self._nx - 1).astype(np.int64)
+        iy = np.clip((pos[:, 1] - self._low[1]) / self.size, 0, self._ny - 1).astype(np.int64)
+        index: IntArray = ix * self._ny + iy
+        return index
+
+    def mark_box(self, x: float, y: float, reach: float) -> None:
+        """Mark every chunk that the square of half width `reach` around a place touches [m]."""
+        ax, bx = self._column(x - reach), self._column(x + reach)
+        ay, by = self._line(y - reach), self._line(y + reach)
+        self._marked.reshape(self._nx, self._ny)[ax : bx + 1, ay : by + 1] = True
+
+    def mark(self, pos: FloatArray, reach: FloatArray) -> None:
+        """Mark the chunks around many places (n, 2 or 3), each with its reach (n,) [m]."""
+        far = reach > self.size / 2
+        if far.any():
+            for x, y, r in zip(pos[far, 0].tolist(), pos[far, 1].tolist(), reach[far].tolist(), strict=True):
+                self.mark_box(x, y, r)
+            pos, reach = pos[~far], reach[~far]
+        for sx in (-1.0, 1.0):  # a square no wider than a chunk touches only the chunks of its corners
+            for sy in (-1.0, 1.0):
+                corner = np.column_stack((pos[:, 0] + sx * reach, pos[:, 1] + sy * reach))
+                self._marked[self.index(corner)] = True
+
+    def update(self) -> tuple[BoolArray, BoolArray]:
+        """Close the marking of a tick: chunks that became active, and chunks that fell quiet, shape (n,) each."""
+        self._idle += 1
+        self._idle[self._marked] = 0
+        self._marked[:] = False
+        now = self._idle <= self._linger
+        woken, quiet = now & ~self.active, self.active & ~now
+        self.active = now
+        return woken, quiet
+
+    def _column(self, x: float) -> int:
+        return min(self._nx - 1, max(0, int((x - self._low[0]) / self.size)))
+
+    def _line(self, y: float) -> int:
+        return min(self._ny - 1, max(0, int((y - self._low[1]) / self.size)))

@@ -1,0 +1,91 @@
+"""What every piece of one kind has in common."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from simcore.errors import ConfigError, require_non_negative, require_positive
+from simcore.physics.shapes import Box, Cylinder, Sphere
+from simcore.physics.surface import TerrainSurface
+from simcore.units import GRAVITY
+
+__all__ = ["GamePieceConfig"]
+
+AIR_DENSITY = 1.2
+"""Air at 20 degrees C and sea level [kg/m^3]."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class GamePieceConfig:
+    """One kind of game piece."""
+
+    name: str
+    """As the manual and the telemetry keys say it, e.g. `Fuel`."""
+    shape: Sphere | Cylinder | Box
+    """Collision shape; a cylinder stands on its flat side, a box lies on its xy face."""
+    mass: float
+    """Mass [kg]."""
+    friction: float = 0.8
+    """Coulomb friction factor; a pair has the product of both sides [-]."""
+    restitution: float = 0.5
+    """Bounce factor; a pair has the product of both sides [-], 0 to 1."""
+    rolling: float = 0.0
+    """Rolling resistance lever arm of the piece itself [m]; what it rolls on adds its own."""
+    drag_coefficient: float = 0.0
+    """Quadratic air drag coefficient Cd on the frontal area [-]; 0 for none."""
+    lift_coefficient: float = 0.0
+    """Spin lift: Cl per spin parameter (radius * spin / speed), for spheres [-]; 0 for none."""
+
+    def __post_init__(self) -> None:
+        if not self.name or "/" in self.name:
+            raise ConfigError(f"GamePieceConfig: name must be non-empty without '/', got {self.name!r}")
+        require_positive(self.name, "mass", self.mass, "kg")
+        for name in ("rolling", "drag_coefficient", "lift_coefficient"):
+            require_non_negative(self.name, name, getattr(self, name))
+        if self.lift_coefficient > 0.0 and not isinstance(self.shape, Sphere):
+            raise ConfigError(f"{self.name}: lift_coefficient is for spheres, got a {type(self.shape).__name__}")
+        self.surface  # noqa: B018  (checks friction and restitution)
+
+    @property
+    def surface(self) -> TerrainSurface:
+        """The contact material of the piece."""
+        return TerrainSurface(
+            name=self.name, friction=self.friction, restitution=self.restitution, rolling=self.rolling
+        )
+
+    @property
+    def bounding_radius(self) -> float:
+        """Radius of the smallest ball around the center that holds the piece [m]."""
+        shape = self.shape
+        if isinstance(shape, Sphere):
+            return shape.radius
+        if isinstance(shape, Cylinder):
+            return math.hypot(shape.radius, shape.height / 2)
+        return 0.5 * math.hypot(*shape.size)
+
+    @property
+    def rest_height(self) -> float:
+        """Height of the center above flat ground when staged [m]."""
+        shape = self.shape
+        if isinstance(shape, Sphere):
+            return shape.radius
+        return shape.height / 2 if isinstance(shape, Cylinder) else shape.size[2] / 2
+
+    @property
+    def drag_factor(self) -> float:
+        """k of the drag deceleration k v^2 [1/m]: rho Cd A / (2 m) with the frontal area of the bounding shape."""
+        shape = self.shape
+        if isinstance(shape, Sphere):
+            area = math.pi * shape.radius**2
+        elif isinstance(shape, Cylinder):
+            area = 2.0 * shape.radius * shape.height
+        else:
+            area = shape.size[0] * shape.size[2]
+        return 0.5 * AIR_DENSITY * self.drag_coefficient * area / self.mass
+
+    @property
+    def aero_speed(self) -> float:
+        """Speed above which drag exceeds 1 % of the weight [m/s]; slower rolling pieces are left alone."""
+        k = self.drag_factor
+        return math.sqrt(0.01 * GRAVITY / k) if k > 0.0 else math.inf

@@ -1,0 +1,103 @@
+"""Regions of space that notice pieces without touching them, swept over a tick so that no fast piece is missed."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+
+from simcore.errors import ConfigError, require_positive
+from simcore.typing import BoolArray, FloatArray
+
+__all__ = ["BoxZone", "CylinderZone", "Zone"]
+
+
+class Zone(Protocol):
+    """A closed region of the field."""
+
+    def contains(self, points: FloatArray) -> BoolArray:
+        """Which points (n, 3) [m] lie inside, shape (n,)."""
+        ...
+
+    def crossed(self, start: FloatArray, end: FloatArray) -> BoolArray:
+        """Which straight segments from `start` to `end`, (n, 3) each [m], touch the region, shape (n,)."""
+        ...
+
+
+@dataclass(frozen=True, slots=True)
+class BoxZone:
+    """An axis-aligned box, field frame."""
+
+    low: tuple[float, float, float]
+    """Smallest corner [m]."""
+    high: tuple[float, float, float]
+    """Largest corner [m]."""
+
+    def __post_init__(self) -> None:
+        if not all(a < b for a, b in zip(self.low, self.high, strict=True)):
+            raise ConfigError(f"BoxZone: low must be below high on every axis, got {self.low} and {self.high}")
+
+    def contains(self, points: FloatArray) -> BoolArray:
+        """Which points (n, 3) [m] lie inside, shape (n,)."""
+        inside: BoolArray = ((points >= self.low) & (points <= self.high)).all(axis=1)
+        return inside
+
+    def crossed(self, start: FloatArray, end: FloatArray) -> BoolArray:
+        """Which segments (n, 3) to (n, 3) [m] touch the box, shape (n,): the slab method."""
+        enter, leave = _slab(start, end, np.asarray(self.low), np.asarray(self.high))
+        return np.less_equal(enter.max(axis=1), leave.min(axis=1))
+
+
+@dataclass(frozen=True, slots=True)
+class CylinderZone:
+    """An upright cylinder, field frame."""
+
+    center: tuple[float, float]
+    """Place of the axis [m]."""
+    radius: float
+    """Radius [m]."""
+    bottom: float
+    """Lower end [m]."""
+    top: float
+    """Upper end [m]."""
+
+    def __post_init__(self) -> None:
+        require_positive("CylinderZone", "radius", self.radius, "m")
+        if not self.bottom < self.top:
+            raise ConfigError(f"CylinderZone: bottom must be below top, got {self.bottom} and {self.top} m")
+
+    def contains(self, points: FloatArray) -> BoolArray:
+        """Which points (n, 3) [m] lie inside, shape (n,)."""
+        flat = np.hypot(points[:, 0] - self.center[0], points[:, 1] - self.center[1])
+        inside: BoolArray = (flat <= self.radius) & (points[:, 2] >= self.bottom) & (points[:, 2] <= self.top)
+        return inside
+
+    def crossed(self, start: FloatArray, end: FloatArray) -> BoolArray:
+        """Which segments (n, 3) to (n, 3) [m] touch the cylinder, shape (n,).
+
+        The part of a segment between bottom and top is cut out first; the cylinder is touched where the closest
+        approach of that part to the axis is within the radius.
+        """
+        enter, leave = _slab(start[:, 2:], end[:, 2:], np.array([self.bottom]), np.array([self.top]))
+        t0, t1 = enter[:, 0], leave[:, 0]
+        flat, move = start[:, :2] - np.asarray(self.center), end[:, :2] - start[:, :2]
+        length2 = np.einsum("ij,ij->i", move, move)
+        nearest = -np.einsum("ij,ij->i", flat, move) / np.where(length2 > 0.0, length2, 1.0)
+        t = np.clip(nearest, t0, np.maximum(t0, t1))
+        closest = flat + t[:, None] * move
+        hit: BoolArray = (t0 <= t1) & (np.hypot(closest[:, 0], closest[:, 1]) <= self.radius)
+        return hit
+
+
+def _slab(start: FloatArray, end: FloatArray, low: FloatArray, high: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Fractions 0..1 of each segment at which it enters and leaves each slab, (n, axes) each; enter > leave: never."""
+    move = end - start
+    still = np.abs(move) < 1e-300
+    safe = np.where(still, 1.0, move)
+    with np.errstate(over="ignore"):
+        a, b = (low - start) / safe, (high - start) / safe
+    inside = (start >= low) & (start <= high)
+    enter = np.where(still, np.where(inside, 0.0, np.inf), np.minimum(a, b))
+    leave = np.where(still, np.where(inside, 1.0, -np.inf), np.maximum(a, b))
+    return np.maximum(enter, 0.0), np.minimum(leave, 1.0)

@@ -1,0 +1,114 @@
+"""What simcore needs from a rigid-body engine, and nothing more: bodies by row, arrays in, arrays out.
+
+One module implements it on PyBullet; another engine is one more module. A `row` is the number that `add_body` gave.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Protocol
+
+from simcore.geometry.quaternion import Quaternion, Vector
+from simcore.physics.shapes import Shape
+from simcore.physics.surface import TerrainSurface
+from simcore.typing import FloatArray, IntArray
+
+__all__ = ["BodyDefinition", "Engine", "RayHits"]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class BodyDefinition:
+    """A rigid body to be made."""
+
+    shape: Shape
+    surface: TerrainSurface
+    mass: float = 0.0
+    """Mass [kg]; 0 makes a static."""
+    center_of_mass: Vector = (0.0, 0.0, 0.0)
+    """In the frame of the shape [m]."""
+    inertia: Vector | None = None
+    """Principal moments about the center of mass, along the axes of the shape [kg m^2]; None: a uniform solid."""
+    group: int = 1
+    """Collision group, one bit."""
+    mask: int = 0xFFFF
+    """Groups to collide with; two bodies touch when each has the other's group in its mask."""
+    pos: Vector = (0.0, 0.0, 0.0)
+    """Origin of the shape, field frame [m]."""
+    quat: Quaternion = (0.0, 0.0, 0.0, 1.0)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class RayHits:
+    """What some rays met first, one row a ray."""
+
+    fraction: FloatArray
+    """Part of the ray before the hit, 1.0 where nothing was met, shape (n,)."""
+    row: IntArray
+    """Row of the body met, -1 for none, shape (n,)."""
+    normal: FloatArray
+    """Surface normal at the hit, field frame, shape (n, 3)."""
+
+
+class Engine(Protocol):
+    """A rigid-body world with gravity along -z."""
+
+    def add_body(self, definition: BodyDefinition) -> int:
+        """Make a body or a static; returns its row."""
+        ...
+
+    def set_pose(self, row: int, pos: Sequence[float], quat: Sequence[float]) -> None:
+        """Put the origin of a body somewhere [m]; its velocity becomes zero."""
+        ...
+
+    def set_velocity(self, row: int, linear: Sequence[float], angular: Sequence[float]) -> None:
+        """Velocity of the center of mass [m/s] and angular velocity [rad/s], field frame. Does not wake it."""
+        ...
+
+    def pose(self, row: int) -> tuple[Vector, Quaternion]:
+        """Origin [m] and attitude of one body, field frame."""
+        ...
+
+    def velocity(self, row: int) -> tuple[Vector, Vector]:
+        """Velocity of the center of mass [m/s] and angular velocity [rad/s] of one body, field frame."""
+        ...
+
+    def centers(self, rows: Sequence[int]) -> FloatArray:
+        """Centers of the bounding boxes, field frame [m], shape (n, 3): for spheres the exact position, and cheap."""
+        ...
+
+    def velocities(self, rows: Sequence[int]) -> FloatArray:
+        """Linear and angular velocities, field frame [m/s, rad/s], shape (n, 6)."""
+        ...
+
+    def apply_forces(self, rows: Sequence[int], forces: FloatArray) -> None:
+        """Forces at the centers of mass [N], shape (n, 3), field frame, for the next `step` only."""
+        ...
+
+    def wake(self, row: int) -> None:
+        """Let a body move again."""
+        ...
+
+    def sleep(self, row: int) -> None:
+        """Freeze a body until it is touched by a moving one or woken; its velocity becomes zero."""
+        ...
+
+    def set_collision(self, row: int, group: int, mask: int) -> None:
+        """Change with what a body collides; 0, 0 takes it out of the world."""
+        ...
+
+    def step(self, h: float) -> None:
+        """Advance by h [s]."""
+        ...
+
+    def rays(self, start: FloatArray, end: FloatArray, mask: int) -> RayHits:
+        """First hits of segments, (n, 3) each [m], on bodies whose group is in `mask`."""
+        ...
+
+    def overlapping(self, low: Sequence[float], high: Sequence[float]) -> list[int]:
+        """Rows of the bodies whose bounding boxes overlap a box [m]."""
+        ...
+
+    def close(self) -> None:
+        """Free everything; may be called twice."""
+        ...

@@ -1,0 +1,332 @@
+"""The world: floor, statics, robots and pieces, and the step that moves them.
+
+Who touches whom is decided by groups. What robots drive over (the floor, and the elements named `drivable`) stands in
+the world twice: once with its own surface for the pieces, once without friction for the robots, because all grip of
+a robot is its tires'.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
+from fnmatch import fnmatchcase
+from typing import Protocol
+
+import numpy as np
+
+from simcore.errors import ConfigError, NonFiniteError, UnknownNameError, require_positive
+from simcore.geometry.quaternion import IDENTITY, Quaternion, Vector
+from simcore.physics.engine import BodyDefinition, Engine, RayHits
+from simcore.physics.shapes import Box, Shape
+from simcore.physics.substeps import Substepping
+from simcore.physics.surface import CARPET, FRICTIONLESS, TerrainSurface
+from simcore.typing import FloatArray
+from simcore.units import GRAVITY
+
+__all__ = ["Group", "PhysicsWorld", "StaticElement"]
+
+_FLOOR_THICKNESS = 1.0  # [m]; a plane gives one contact a tick and driven boxes sink into it, a thick box does not
+
+
+class Group:
+    """Collision groups, one bit each."""
+
+    STATIC = 1
+    """The field; also the group that the engine gives to rays, so it must be in the mask of all that rays may hit."""
+    PIECE = 2
+    ROBOT = 4
+    ROAD = 8
+    """The frictionless twins that only robots touch."""
+
+
+class StaticElement(Protocol):
+    """What the world needs to know of one element of a field."""
+
+    @property
+    def name(self) -> str:
+        """What patterns match."""
+        ...
+
+    @property
+    def shape(self) -> Shape:
+        """Collision shape."""
+        ...
+
+    @property
+    def position(self) -> Vector:
+        """Origin of the shape, field frame [m]."""
+        ...
+
+    @property
+    def surface(self) -> TerrainSurface:
+        """Material."""
+        ...
+
+
+@dataclass(slots=True)
+class _Body:
+    name: str
+    surface: TerrainSurface
+
+
+class PhysicsWorld:
+    """A rigid-body world with gravity. Use as a context manager, or call `close`.
+
+    Args:
+        engine: The engine; None makes a `BulletEngine`.
+        floor: Surface of the floor at z = 0, or None for no floor.
+        floor_size: Length and width of the floor [m].
+        floor_center: Its middle, field frame [m].
+        substepping: Limits on movement per sub-step.
+        gravity: Along -z [m/s^2].
+    """
+
+    def __init__(
+        self,
+        *,
+        engine: Engine | None = None,
+        floor: TerrainSurface | None = CARPET,
+        floor_size: tuple[float, float] = (60.0, 60.0),
+        floor_center: tuple[float, float] = (0.0, 0.0),
+        substepping: Substepping | None = None,
+        gravity: float = GRAVITY,
+    ) -> None:
+        if engine is None:
+            from simcore.physics.bullet import BulletEngine  # only here, so that importing simcore loads no engine
+
+            engine = BulletEngine(gravity=gravity)
+        self.engine = engine
+        self.gravity = gravity
+        self.substepping = substepping or Substepping()
+        self._bodies: dict[int, _Body] = {}
+        self._solid: set[int] = set()
+        self._roads: set[int] = set()
+        self._robots: list[int] = []
+        self._pieces: list[int] = []
+        if floor is not None:
+            require_positive("PhysicsWorld", "floor_size", min(floor_size), "m")
+            box = Box((floor_size[0], floor_size[1], _FLOOR_THICKNESS))
+            self.add_static(
+                "floor", box, (floor_center[0], floor_center[1], -_FLOOR_THICKNESS / 2), surface=floor, drivable=True
+            )
+
+    def __enter__(self) -> PhysicsWorld:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """Free the engine; may be called twice."""
+        self.engine.close()
+
+    def add_static(
+        self,
+        name: str,
+        shape: Shape,
+        pos: Sequence[float],
+        *,
+        surface: TerrainSurface,
+        quat: Quaternion = IDENTITY,
+        drivable: bool = False,
+    ) -> int:
+        """Add something that never moves; returns its engine row.
+
+        Args:
+            name: For messages.
+            shape: Collision shape.
+            pos: Origin of the shape, field frame [m].
+            surface: Its material.
+            quat: Its attitude.
+            drivable: Whether robots drive on it; then it has no friction for them.
+        """
+        at = _checked_pos(name, pos)
+        mask = Group.STATIC | Group.PIECE | (0 if drivable else Group.ROBOT)
+        row = self.engine.add_body(
+            BodyDefinition(shape=shape, surface=surface, pos=at, quat=quat, group=Group.STATIC, mask=mask)
+        )
+        self._bodies[row] = _Body(name, surface)
+        if drivable:
+            twin = self.engine.add_body(
+                BodyDefinition(
+                    shape=shape,
+                    surface=FRICTIONLESS,
+                    pos=at,
+                    quat=quat,
+                    group=Group.ROAD,
+                    mask=Group.STATIC | Group.ROBOT,
+                )
+            )
+            self._bodies[twin] = _Body(name, FRICTIONLESS)
+            self._roads.add(twin)
+        else:
+            self._solid.add(row)
+        return row
+
+    def add_field(self, elements: Iterable[StaticElement], *, drivable: Sequence[str] = ()) -> None:
+        """Add all elements of a field.
+
+        Args:
+            elements: For example `FieldGeometry.elements`.
+            drivable: Name patterns (`*`, `?`) of what robots drive on.
+
+        Raises:
+            UnknownNameError: A pattern matches no element.
+        """
+        elements = list(elements)
+        names = [element.name for element in elements]
+        for pattern in drivable:
+            if not any(fnmatchcase(name, pattern) for name in names):
+                raise UnknownNameError("field element", pattern, names)
+        for element in elements:
+            self.add_static(
+                element.name,
+                element.shape,
+                element.position,
+                surface=element.surface,
+                drivable=any(fnmatchcase(element.name, pattern) for pattern in drivable),
+            )
+
+    def add_robot_body(
+        self,
+        name: str,
+        shape: Shape,
+        *,
+        mass: float,
+        surface: TerrainSurface,
+        center_of_mass: Vector,
+        inertia: Vector,
+        pos: Sequence[float],
+        quat: Quaternion = IDENTITY,
+    ) -> int:
+        """Add the body of a robot; returns its engine row."""
+        require_positive(name, "mass", mass, "kg")
+        row = self.engine.add_body(
+            BodyDefinition(
+                shape=shape,
+                surface=surface,
+                mass=mass,
+                center_of_mass=center_of_mass,
+                inertia=inertia,
+                pos=_checked_pos(name, pos),
+                quat=quat,
+                group=Group.ROBOT,
+                mask=Group.STATIC | Group.PIECE | Group.ROBOT | Group.ROAD,
+            )
+        )
+        self._bodies[row] = _Body(name, surface)
+        self._robots.append(row)
+        return row
+
+    def add_piece_body(
+        self, name: str, shape: Shape, *, mass: float, surface: TerrainSurface, pos: Sequence[float]
+    ) -> int:
+        """Add the body of a game piece, awake and touchable; returns its engine row."""
+        require_positive(name, "mass", mass, "kg")
+        row = self.engine.add_body(
+            BodyDefinition(
+                shape=shape,
+                surface=surface,
+                mass=mass,
+                pos=_checked_pos(name, pos),
+                group=Group.PIECE,
+                mask=Group.STATIC | Group.PIECE | Group.ROBOT,
+            )
+        )
+        self._bodies[row] = _Body(name, surface)
+        self._pieces.append(row)
+        return row
+
+    def set_piece_touchable(self, row: int, touchable: bool) -> None:
+        """Put a piece into the world of contacts, or take it out of it."""
+        mask = Group.STATIC | Group.PIECE | Group.ROBOT if touchable else 0
+        self.engine.set_collision(row, Group.PIECE if touchable else 0, mask)
+
+    def set_pose(self, row: int, pos: Sequence[float], quat: Quaternion = IDENTITY) -> None:
+        """Put a body somewhere, at rest and awake.
+
+        Raises:
+            NonFiniteError: A NaN or an infinity; nothing is moved.
+        """
+        at = _checked_pos(self._bodies[row].name, pos)
+        norm = math.sqrt(sum(c * c for c in quat))
+        if not math.isfinite(norm) or norm < 1e-9:
+            raise NonFiniteError(f"{self._bodies[row].name}: attitude must be a finite quaternion, got {quat}")
+        self.engine.set_pose(row, at, tuple(c / norm for c in quat))
+        self.engine.wake(row)
+
+    def set_velocity(self, row: int, linear: Sequence[float], angular: Sequence[float] = (0.0, 0.0, 0.0)) -> None:
+        """Give a body a velocity [m/s, rad/s], field frame, and wake it.
+
+        Raises:
+            NonFiniteError: A NaN or an infinity; nothing is changed.
+        """
+        if not all(map(math.isfinite, (*linear, *angular))):
+            raise NonFiniteError(
+                f"{self._bodies[row].name}: velocity must be finite [m/s, rad/s], got {tuple(linear)}, {tuple(angular)}"
+            )
+        self.engine.wake(row)
+        self.engine.set_velocity(row, linear, angular)
+
+    def surface(self, row: int) -> TerrainSurface:
+        """The material of a body."""
+        return self._bodies[row].surface
+
+    def is_near_solid(self, row: int, low: Sequence[float], high: Sequence[float]) -> bool:
+        """Whether a wall or another robot than `row` has its bounding box in this box [m]."""
+        for other in self.engine.overlapping(low, high):
+            if other in self._solid or (other != row and other in self._robots):
+                return True
+        return False
+
+    def ground_rays(self, start: FloatArray, end: FloatArray) -> RayHits:
+        """First hits of segments (n, 3) [m] on what carries a robot: roads, statics and pieces left out."""
+        return self.engine.rays(start, end, Group.ROAD)
+
+    def solid_rays(self, start: FloatArray, end: FloatArray, *, pieces: bool = False, robots: bool = False) -> RayHits:
+        """First hits of segments (n, 3) [m] on the field, and on awake or sleeping pieces and robots if asked."""
+        mask = Group.STATIC | (Group.PIECE if pieces else 0) | (Group.ROBOT if robots else 0)
+        return self.engine.rays(start, end, mask)
+
+    def step(
+        self, dt: float, *, substeps: int | None = None, before_substep: Callable[[float], None] | None = None
+    ) -> int:
+        """Advance the world; returns the number of sub-steps.
+
+        Args:
+            dt: Time to advance [s].
+            substeps: How many; None asks `substepping` with the speed of the fastest body.
+            before_substep: Called with h [s] before each sub-step, to drive robots and to push on flying pieces.
+
+        Raises:
+            ConfigError: dt is not a positive finite number.
+        """
+        if not (math.isfinite(dt) and dt > 0.0):
+            raise ConfigError(f"PhysicsWorld: dt must be finite and > 0 s, got {dt}")
+        n = self._count_substeps(dt) if substeps is None else substeps
+        h = dt / n
+        step = self.engine.step
+        if before_substep is None:
+            for _ in range(n):
+                step(h)
+        else:
+            for _ in range(n):
+                before_substep(h)
+                step(h)
+        return n
+
+    def _count_substeps(self, dt: float) -> int:
+        def fastest(rows: list[int]) -> float:
+            if not rows:
+                return 0.0
+            return float(np.linalg.norm(self.engine.velocities(rows)[:, :3], axis=1).max())
+
+        piece = fastest(self._pieces) + self.gravity * dt
+        return self.substepping.count(dt, piece, fastest(self._robots), near=True)
+
+
+def _checked_pos(name: str, pos: Sequence[float]) -> Vector:
+    if len(pos) != 3 or not all(map(math.isfinite, pos)):
+        raise NonFiniteError(f"{name}: position must be three finite numbers [m], got {tuple(pos)}")
+    return (float(pos[0]), float(pos[1]), float(pos[2]))
