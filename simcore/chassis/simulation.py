@@ -201,6 +201,19 @@ class ChassisSimulation:
         x, y, yaw = self.pose
         return x, y, yaw, self.config.bumper_length / 2, self.config.bumper_width / 2, self.speed
 
+    @property
+    def is_airborne(self) -> bool:
+        """Whether no wheel touches."""
+        self._find_ground()
+        return not any(self.touching)
+
+    @property
+    def ground_clearance(self) -> float:
+        """From the underside of the frame straight down to what carries robots [m]; inf if there is nothing in 5 m."""
+        top = (self.pos[0], self.pos[1], self.pos[2] + self.config.clearance)
+        hits = self._world.ground_rays(np.array([top]), np.array([(top[0], top[1], top[2] - 5.0)]))
+        return 5.0 * float(hits.fraction[0]) if hits.row[0] >= 0 else math.inf
+
     def is_near_solid(self, dt: float) -> bool:
         """Whether a wall or a robot could be met within dt [s]."""
         reach = 0.5 * math.hypot(self.config.bumper_length, self.config.bumper_width) + self.speed * dt + 0.03
@@ -258,7 +271,7 @@ class ChassisSimulation:
 
     def _find_ground(self) -> None:
         """Which wheels touch: all of them on the flat carpet (no rays needed), else by a short ray down each wheel."""
-        x, y, z, w = self.quat
+        x, y, _, _ = self.quat
         if abs(self.pos[2]) < 0.002 and x * x + y * y < 1e-6:
             self.touching = self._all_touching
             return

@@ -74,7 +74,7 @@ class GamePieceConfig:
 
     @property
     def drag_factor(self) -> float:
-        """k of the drag deceleration k v^2 [1/m]: rho Cd A / (2 m) with the frontal area of the bounding shape."""
+        """Factor k of the drag deceleration k v^2 [1/m]: rho Cd A / (2 m) with the frontal area of the bounding shape."""
         shape = self.shape
         if isinstance(shape, Sphere):
             area = math.pi * shape.radius**2

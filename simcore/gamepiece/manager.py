@@ -293,7 +293,8 @@ class GamePieceManager:
         awake = self.awake
         if len(awake):
             now = self._world.engine.centers(self._awake_rows)
-            vel = (now - state.pos[awake]) / dt
+            before = state.before[awake] = state.pos[awake]
+            vel = (now - before) / dt
             touched = self._flight.has_touched(awake, vel, dt)
             state.pos[awake], state.vel[awake] = now, vel
             landed = awake[touched]

@@ -44,6 +44,8 @@ class PieceState:
 
     pos: FloatArray
     """Center, field frame [m], shape (n, 3); where it last was for pieces that are parked."""
+    before: FloatArray
+    """Center at the start of the tick [m], shape (n, 3); of use for pieces that are awake."""
     vel: FloatArray
     """Mean velocity over the last tick, field frame [m/s], shape (n, 3)."""
     status: npt.NDArray[np.uint8]
@@ -71,6 +73,7 @@ class PiecePool:
         n = sum(count for _, count in types)
         self.state = PieceState(
             pos=np.zeros((n, 3)),
+            before=np.zeros((n, 3)),
             vel=np.zeros((n, 3)),
             status=np.zeros(n, dtype=np.uint8),
             kind=np.zeros(n, dtype=np.uint8),
@@ -113,7 +116,7 @@ class PiecePool:
         """Take a body out of parking and put it on the field, at rest and awake."""
         world, row = self._world, self.rows[slot]
         world.set_pose(row, pos)
-        self.state.pos[slot] = pos
+        self.state.pos[slot] = self.state.before[slot] = pos
         self.state.vel[slot] = 0.0
         self.set_touchable(slot, touchable)
 

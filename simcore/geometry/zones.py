@@ -40,13 +40,15 @@ class BoxZone:
 
     def contains(self, points: FloatArray) -> BoolArray:
         """Which points (n, 3) [m] lie inside, shape (n,)."""
-        inside: BoolArray = ((points >= self.low) & (points <= self.high)).all(axis=1)
-        return inside
+        inside = (points >= self.low) & (points <= self.high)
+        return inside[:, 0] & inside[:, 1] & inside[:, 2]
 
     def crossed(self, start: FloatArray, end: FloatArray) -> BoolArray:
         """Which segments (n, 3) to (n, 3) [m] touch the box, shape (n,): the slab method."""
         enter, leave = _slab(start, end, np.asarray(self.low), np.asarray(self.high))
-        return np.less_equal(enter.max(axis=1), leave.min(axis=1))
+        first: FloatArray = np.max(enter, axis=1)
+        last: FloatArray = np.min(leave, axis=1)
+        return first <= last
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,0 +1,105 @@
+"""Scripted autos, written for a blue robot."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from games.rebuilt.dimensions import BUMP_CENTER_Y, DEPOT_CENTER, FIELD_LENGTH, HUB_CENTER, TRENCH_CENTER_Y
+from games.rebuilt.scripted import Script, ScriptedRobot, Steps
+from simcore.errors import UnknownNameError
+
+__all__ = ["AUTOS", "Auto", "find_auto"]
+
+_HUB_X, _HUB_Y = HUB_CENTER
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Auto:
+    """A script and where it starts."""
+
+    name: str
+    summary: str
+    script: Script
+    start: tuple[float, float, float]
+    """Blue field frame [m, m, rad]."""
+    preload: int = 8
+
+
+def depot(robot: ScriptedRobot) -> Steps:
+    """Shoot the preload, back into the depot with the intake out, come back and shoot what it held."""
+    x, y = DEPOT_CENTER
+    yield from robot.shoot_until_empty(timeout=3.0)
+    robot.intake(True)
+    yield from robot.drive_to(x + 1.3, y, 0.0, speed=3.0, tolerance=0.1)
+    yield from robot.drive_to(x + 0.35, y, 0.0, speed=1.5, timeout=1.8)
+    yield from robot.drive_to(x + 0.35, y + 0.25, 0.0, speed=1.0, timeout=1.0)
+    yield from robot.drive_to(x + 0.35, y - 0.25, 0.0, speed=1.0, timeout=1.5)
+    robot.spin_up()
+    yield from robot.drive_to(2.4, 5.2, -0.4, speed=3.0)
+    robot.intake(False)
+    yield from robot.shoot_until_empty(timeout=6.0)
+
+
+def neutral(robot: ScriptedRobot) -> Steps:
+    """Shoot the preload, cross the bump intake first, sweep the neutral zone, come back over the bump and shoot."""
+    y = BUMP_CENTER_Y
+    yield from robot.shoot_until_empty(timeout=3.0)
+    robot.intake(True)
+    yield from robot.drive_to(_HUB_X - 1.4, y, math.pi, speed=3.0, tolerance=0.15)
+    yield from robot.drive_to(_HUB_X + 1.6, y, math.pi, speed=2.5, tolerance=0.2)
+    yield from robot.drive_to(FIELD_LENGTH / 2 - 0.6, y, math.pi, speed=2.0, tolerance=0.2)
+    yield from robot.drive_to(FIELD_LENGTH / 2 - 0.3, y - 1.2, math.pi * 0.75, speed=1.5, tolerance=0.2)
+    yield from robot.drive_to(_HUB_X + 1.7, y, math.pi, speed=3.0, tolerance=0.2)
+    robot.spin_up()
+    yield from robot.drive_to(_HUB_X - 1.6, y, math.pi, speed=2.5, tolerance=0.15)
+    yield from robot.drive_to(2.4, 5.2, -0.4, speed=3.0)
+    robot.intake(False)
+    yield from robot.shoot_until_empty(timeout=6.0)
+
+
+def tour(robot: ScriptedRobot) -> Steps:
+    """Drive only: over the bump into the neutral zone and back through the trench."""
+    y, trench = BUMP_CENTER_Y, TRENCH_CENTER_Y
+    yield from robot.drive_to(_HUB_X - 1.5, y, 0.0, tolerance=0.15)
+    yield from robot.drive_to(_HUB_X + 1.6, y, 0.0, speed=2.5, tolerance=0.2)
+    yield from robot.drive_through([(_HUB_X + 1.6, trench), (_HUB_X - 1.8, trench)], 0.0, speed=3.0)
+    yield from robot.drive_to(2.5, y, 0.0)
+
+
+AUTOS: dict[str, Auto] = {
+    auto.name: auto
+    for auto in (
+        Auto(
+            name="depot",
+            summary="shoot the preload, collect the depot, shoot again",
+            script=depot,
+            start=(2.6, 5.3, -0.5),
+        ),
+        Auto(
+            name="neutral",
+            summary="shoot the preload, cross the bump, collect in the neutral zone, come back, shoot",
+            script=neutral,
+            start=(2.9, 5.3, -0.5),
+        ),
+        Auto(
+            name="tour",
+            summary="drive only: over a bump and back through a trench",
+            script=tour,
+            start=(2.5, 5.6, 0.0),
+            preload=0,
+        ),
+    )
+}
+"""By name."""
+
+
+def find_auto(name: str) -> Auto:
+    """The auto of a name.
+
+    Raises:
+        UnknownNameError: There is none; the error carries the nearest names.
+    """
+    if name not in AUTOS:
+        raise UnknownNameError("auto", name, AUTOS)
+    return AUTOS[name]

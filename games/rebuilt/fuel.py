@@ -1,0 +1,19 @@
+"""Fuel, the game piece of REBUILT."""
+
+from __future__ import annotations
+
+from simcore.gamepiece.config import GamePieceConfig
+from simcore.physics.shapes import Sphere
+from simcore.units import inches, pounds
+
+__all__ = ["FUEL"]
+
+FUEL = GamePieceConfig(
+    name="Fuel",
+    shape=Sphere(inches(5.91) / 2),  # high-density foam ball of 5.91 in, game manual (arena, FUEL)
+    mass=0.5 * (pounds(0.448) + pounds(0.500)),  # the manual's range, 0.203 to 0.227 kg
+    friction=0.8,  # estimate, +-30 %: foam on carpet; nobody has published a measurement
+    restitution=0.55,  # drop test onto a hard floor by denbot/2026-RebuiltHubSimulation
+    drag_coefficient=0.47,  # smooth sphere at Re 5e4-1e5; the foam ball's own is unknown, 0.40-0.55 plausible
+)
+"""One fuel."""

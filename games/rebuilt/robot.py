@@ -1,0 +1,224 @@
+"""A robot for REBUILT: swerve, over-the-bumper intake at the back, hopper, and a shooter with two barrels.
+
+This is the plant: what motors, gears and masses do with volts. What it wants to do is somebody else's business: a
+scripted auto, or a team's robot code.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from wpimath.system.plant import DCMotor
+
+from simcore.chassis.config import ChassisConfig
+from simcore.chassis.simulation import ChassisSimulation
+from simcore.drivetrain.config import SwerveConfig, SwerveModuleConfig
+from simcore.drivetrain.gyro import GyroConfig, GyroSim
+from simcore.drivetrain.swerve import SwerveDrive
+from simcore.errors import require_non_negative, require_positive
+from simcore.gamepiece.intake import IntakeZone
+from simcore.gamepiece.shooter import ShooterSim
+from simcore.mechanism.arm import ArmConfig, ArmSim
+from simcore.mechanism.flywheel import FlywheelConfig, FlywheelSim, launch_impulse
+from simcore.mechanism.motor import GearboxConfig
+from simcore.mechanism.rack import RackConfig, RackSim
+from simcore.mechanism.roller import RollerConfig, RollerSim
+from simcore.physics.world import PhysicsWorld
+from simcore.power.battery import Battery, BatteryConfig
+from simcore.units import degrees
+
+__all__ = ["RebuiltRobot", "RebuiltRobotConfig"]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RebuiltRobotConfig:
+    """What the robot is built of. Numbers without a source are a plausible robot's, chosen by us."""
+
+    chassis: ChassisConfig = field(default_factory=ChassisConfig)
+    module: SwerveModuleConfig = field(
+        default_factory=lambda: SwerveModuleConfig(
+            x=0.0, y=0.0, drive_stator_limit=80.0, drive_supply_limit=60.0, steer_stator_limit=40.0
+        )
+    )
+    """Repeated at every wheel position of the chassis."""
+    battery: BatteryConfig = field(default_factory=BatteryConfig)
+    gyro: GyroConfig = field(default_factory=GyroConfig.pigeon2)
+    hopper_capacity: int = 50
+    shooter: FlywheelConfig = field(
+        default_factory=lambda: FlywheelConfig(
+            gearbox=GearboxConfig(motor=DCMotor.krakenX60(1), motors=4, gearing=24 / 36, stator_current_limit=80.0),
+            inertia=0.008,
+        )
+    )
+    wheel_radius: float = 0.05
+    """Of the shooter wheels [m]."""
+    exit_efficiency: float = 0.49
+    """Speed of the fuel over speed of the wheel's rim [-]: it rolls along a fixed hood, so about one half."""
+    hood: ArmConfig = field(
+        default_factory=lambda: ArmConfig(
+            gearbox=GearboxConfig(motor=DCMotor.krakenX44(1), gearing=90.0, stator_current_limit=30.0),
+            inertia=0.05,
+            mass=1.2,
+            center_of_mass=0.12,
+            min_angle=degrees(20.0),
+            max_angle=degrees(65.0),
+        )
+    )
+    feeder: RollerConfig = field(
+        default_factory=lambda: RollerConfig(
+            gearbox=GearboxConfig(motor=DCMotor.krakenX60(1), gearing=2.0, stator_current_limit=60.0),
+            inertia=0.002,
+            radius=0.025,
+        )
+    )
+    spindexer: RollerConfig = field(
+        default_factory=lambda: RollerConfig(
+            gearbox=GearboxConfig(motor=DCMotor.krakenX60(1), gearing=5.0, stator_current_limit=60.0),
+            inertia=0.02,
+            radius=0.2,
+        )
+    )
+    deploy: RackConfig = field(
+        default_factory=lambda: RackConfig(
+            gearbox=GearboxConfig(motor=DCMotor.krakenX60(1), gearing=10.0, stator_current_limit=40.0),
+            mass=4.0,
+            pinion_radius=0.019,
+            travel=0.28,
+        )
+    )
+    roller: RollerConfig = field(
+        default_factory=lambda: RollerConfig(
+            gearbox=GearboxConfig(motor=DCMotor.krakenX60(1), gearing=3.0, stator_current_limit=60.0),
+            inertia=0.001,
+            radius=0.025,
+        )
+    )
+    intake_low: tuple[float, float, float] = (-0.50, -0.25, -0.05)
+    """Smallest corner of the intake zone with the rack in its inner position, robot frame [m]."""
+    intake_high: tuple[float, float, float] = (-0.35, 0.25, 0.2)
+    """Its largest corner [m]; the rack moves the low x out by its extension."""
+    muzzle_ahead: float = 0.168
+    """Of the robot's center [m]."""
+    muzzle_height: float = 0.55
+    """Above the carpet [m]."""
+    barrel_spacing: float = 0.16
+    """Between the two barrels [m]."""
+    shot_rate: float = 8.0
+    """Shot events a second, each with both barrels [1/s]."""
+
+    def __post_init__(self) -> None:
+        owner = "RebuiltRobotConfig"
+        for name in ("wheel_radius", "exit_efficiency", "muzzle_height", "shot_rate"):
+            require_positive(owner, name, getattr(self, name))
+        require_non_negative(owner, "hopper_capacity", self.hopper_capacity)
+        require_non_negative(owner, "barrel_spacing", self.barrel_spacing, "m")
+
+    @property
+    def swerve(self) -> SwerveConfig:
+        """The drivetrain: the module at every wheel position."""
+        c = self.chassis
+        return SwerveConfig(
+            modules=tuple(
+                replace(self.module, x=x, y=y, wheel_radius=c.wheel_radius, tread=c.friction)
+                for x, y in c.wheel_positions
+            ),
+            mass=c.mass,
+            yaw_inertia=c.inertia[2],
+            center_of_mass=(0.0, 0.0, c.center_of_mass_height),
+        )
+
+
+class RebuiltRobot:
+    """All state of one robot: body, drivetrain, battery, gyro and the six mechanisms.
+
+    Args:
+        world: Where it stands.
+        config: What it is built of.
+        number: Its place in the list of robots; also the holder of its fuel.
+        pose: Start, field frame [m, m, rad].
+        rng: For the noise of its sensors.
+    """
+
+    def __init__(
+        self,
+        world: PhysicsWorld,
+        config: RebuiltRobotConfig,
+        *,
+        number: int,
+        pose: tuple[float, float, float],
+        rng: np.random.Generator,
+    ) -> None:
+        self.config = config
+        self.number = number
+        self.battery = Battery(config.battery)
+        self.drive = SwerveDrive(config.swerve)
+        self.chassis = ChassisSimulation(
+            world, config.chassis, pose=pose, drivetrain=self.drive, name=f"robot {number}"
+        )
+        self.gyro = GyroSim(config.gyro, rng)
+        self.shooter_wheels = FlywheelSim(config.shooter)
+        self.hood = ArmSim(config.hood)
+        self.feeder = RollerSim(config.feeder)
+        self.spindexer = RollerSim(config.spindexer)
+        self.deploy = RackSim(config.deploy)
+        self.roller = RollerSim(config.roller)
+        self.mechanisms = (self.shooter_wheels, self.hood, self.feeder, self.spindexer, self.deploy, self.roller)
+        """The six, in the order in which they are stepped."""
+        half = config.barrel_spacing / 2
+        self.shooter = ShooterSim(
+            elevation=lambda: self.elevation,
+            exit_speed=lambda: self.exit_speed,
+            gate=lambda: self.gate_open,
+            barrels=(half, -half),
+            events_per_second=config.shot_rate,
+        )
+
+    @property
+    def elevation(self) -> float:
+        """Of the muzzle above the horizontal [rad]: the hood at 20 degrees shoots straight up (the reference's rule)."""
+        return degrees(110.0) - self.hood.position
+
+    @property
+    def exit_speed(self) -> float:
+        """Of a fuel relative to the muzzle, at the wheels' present speed [m/s]."""
+        return max(0.0, self.shooter_wheels.velocity) * self.config.wheel_radius * self.config.exit_efficiency
+
+    def wheel_speed_for(self, exit_speed: float) -> float:
+        """Shooter wheel speed that gives an exit speed [m/s]; [rad/s]."""
+        return exit_speed / (self.config.wheel_radius * self.config.exit_efficiency)
+
+    @property
+    def gate_open(self) -> bool:
+        """Whether fuel reaches the wheels: feeder above 0.5 and wheels above 5 turns a second, as in the reference."""
+        return self.shooter_wheels.velocity > 5.0 * math.tau and self.feeder.velocity > 0.5 * math.tau
+
+    @property
+    def intake_active(self) -> bool:
+        """Whether the rack is out and the roller pulls in."""
+        return self.deploy.extended_fraction > 0.8 and self.roller.velocity > math.tau
+
+    def intake_zone(self) -> IntakeZone:
+        """Where fuel is taken in, with the rack where it is now."""
+        low, high = self.config.intake_low, self.config.intake_high
+        return IntakeZone(low=(low[0] - self.deploy.extension, low[1], low[2]), high=high)
+
+    def muzzle(self, barrel: float) -> tuple[float, float, float]:
+        """Where a fuel leaves a barrel, robot frame [m]."""
+        return (self.config.muzzle_ahead, barrel, self.config.muzzle_height)
+
+    def after_shot(self, mass: float, exit_speed: float) -> None:
+        """The wheels give a fuel its momentum and slow down."""
+        self.shooter_wheels.apply_impulse(-launch_impulse(mass, exit_speed, self.config.wheel_radius))
+
+    def step_mechanisms(self, dt: float) -> None:
+        """Advance the six by dt [s] at the battery's voltage."""
+        volts = self.battery.voltage
+        for mechanism in self.mechanisms:
+            mechanism.step(dt, volts)
+
+    @property
+    def mechanism_current(self) -> float:
+        """What the six take from the battery [A]."""
+        return sum(mechanism.supply_current for mechanism in self.mechanisms)

@@ -1,0 +1,363 @@
+"""REBUILT in motion: one world, its robots, fuel and score, and the tick that moves them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+from games.rebuilt.dimensions import FIELD_LENGTH, FIELD_WIDTH
+from games.rebuilt.field import DRIVABLE, hub_exit, load_field, scoring_zones
+from games.rebuilt.fuel import FUEL
+from games.rebuilt.publish import build_snapshot
+from games.rebuilt.robot import RebuiltRobot, RebuiltRobotConfig
+from games.rebuilt.scoring import MATCH, RebuiltScoring
+from games.rebuilt.staging import Staging, depot_places, neutral_places
+from simcore.errors import ConfigError
+from simcore.gamepiece.launch import muzzle_velocity
+from simcore.gamepiece.manager import GamePieceManager, Mover, Proximity
+from simcore.gamepiece.pool import PieceStatus
+from simcore.geometry.quaternion import Vector, matrix, rotate
+from simcore.geometry.symmetry import turn_half_pose
+from simcore.physics.substeps import Substepping
+from simcore.physics.world import PhysicsWorld
+from simcore.scoring.tracker import Alliance, ScoringTracker
+from simcore.sim.recorder import TrajectoryDigest
+from simcore.telemetry.snapshot import TelemetrySink
+
+__all__ = ["FuelCount", "RebuiltConfig", "RebuiltSim", "RobotCode", "RobotEntry", "ShotRecord"]
+
+RobotCode = Callable[[RebuiltRobot, float], None]
+"""What thinks for a robot: called once a tick with the robot and the simulated time [s]; it commands volts."""
+
+DT = 0.02
+"""Length of a tick [s]."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RobotEntry:
+    """One robot of a match."""
+
+    alliance: Alliance = "blue"
+    pose: tuple[float, float, float] = (2.5, 5.9, 0.0)
+    """Start as a blue robot, field frame [m, m, rad]; a red one starts at the same place turned by 180 degrees."""
+    preload: int = 8
+    config: RebuiltRobotConfig = field(default_factory=RebuiltRobotConfig)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RebuiltConfig:
+    """A match of REBUILT."""
+
+    seed: int = 0
+    """Of everything that is left to chance."""
+    robots: tuple[RobotEntry, ...] = (RobotEntry(),)
+    staging: Staging = field(default_factory=Staging)
+    hub_exits: bool = False
+    """Whether scored fuel comes out of the hub's exits into the neutral zone, as on the real field."""
+    field_mesh: Path | None = None
+    """An OBJ of the field; None: the one that comes with simcore."""
+    substepping: Substepping = field(default_factory=Substepping)
+    proximity: Proximity = field(default_factory=Proximity)
+
+    def __post_init__(self) -> None:
+        for entry in self.robots:
+            if not 0 <= entry.preload <= self.staging.preload_per_robot:
+                raise ConfigError(
+                    f"RebuiltConfig: preload must be 0..{self.staging.preload_per_robot} fuel, got {entry.preload}"
+                )
+
+
+@dataclass(frozen=True, slots=True)
+class FuelCount:
+    """Where all fuel is; the parts add up to `staged`."""
+
+    staged: int
+    """All fuel of the match."""
+    on_field: int
+    in_flight: int
+    held: int
+    scored: int
+    """Taken off the field by a hub."""
+    outside: int
+    """Beside the field: in the outposts' chutes."""
+
+    @property
+    def is_conserved(self) -> bool:
+        """Whether nothing was lost or made."""
+        return self.on_field + self.in_flight + self.held + self.scored + self.outside == self.staged
+
+
+@dataclass(slots=True)
+class ShotRecord:
+    """One shot fuel, from the muzzle to where it first touched something or scored."""
+
+    time: float
+    slot: int
+    robot: int
+    points: list[tuple[float, float, float]]
+    """Its flight, a point a tick [m]."""
+    scored: bool = False
+
+
+class RebuiltSim:
+    """A match of REBUILT. Use as a context manager, or call `close`.
+
+    Args:
+        config: Robots, fuel, seed.
+        robot_code: What thinks for each robot, in their order; None: it stands.
+        sinks: Who wants telemetry.
+    """
+
+    def __init__(
+        self,
+        config: RebuiltConfig | None = None,
+        *,
+        robot_code: Sequence[RobotCode | None] = (),
+        sinks: Sequence[TelemetrySink] = (),
+    ) -> None:
+        self.config = c = config or RebuiltConfig()
+        rng = np.random.default_rng(c.seed)
+        self.field = load_field(c.field_mesh)  # before the engine starts: a broken mesh ends the build
+        self.world = PhysicsWorld(
+            floor_size=(FIELD_LENGTH + 8.0, FIELD_WIDTH + 8.0),
+            floor_center=(FIELD_LENGTH / 2, FIELD_WIDTH / 2),
+            substepping=c.substepping,
+        )
+        try:
+            self._build(c, rng)
+        except BaseException:
+            self.world.close()
+            raise
+        self._codes = list(robot_code) + [None] * (len(self.robots) - len(robot_code))
+        self.sinks = list(sinks)
+        self.time = 0.0
+        """Simulated time since the start of auto [s]."""
+        self.ticks = 0
+        self.substeps = 0
+        """Of the last tick."""
+        self.last_tick_ms: float | None = None
+        """Wall time of the last tick [ms], for telemetry, if whoever runs the simulation measures it."""
+        self.digest = TrajectoryDigest()
+        self.shots: list[ShotRecord] = []
+        self._flying: dict[int, ShotRecord] = {}
+        self._movers: list[Mover] = []
+        self._piece_speed = 0.0
+        self.phases: tuple[Callable[[], None], ...] = (
+            self._read,
+            self._power,
+            self._wake,
+            self._intake,
+            self._move,
+            self._gather,
+            self._sense,
+            self._settle,
+            self._score,
+            self._step_mechanisms,
+            self._shoot,
+            self._publish,
+        )
+        """One tick, read from top to bottom."""
+
+    def __enter__(self) -> RebuiltSim:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """Close sinks and engine; may be called twice."""
+        for sink in self.sinks:
+            sink.close()
+        self.world.close()
+
+    def set_robot_code(self, number: int, code: RobotCode | None) -> None:
+        """Choose what thinks for a robot from the next tick on."""
+        self._codes[number] = code
+
+    def tick(self) -> None:
+        """Advance by 20 ms."""
+        for phase in self.phases:
+            phase()
+
+    # --- questions ----------------------------------------------------------------------------------------------
+
+    @property
+    def fuel(self) -> FuelCount:
+        """Where all fuel is."""
+        count = self.pieces.count
+        return FuelCount(
+            staged=self._total_fuel,
+            on_field=count(PieceStatus.ASLEEP) + count(PieceStatus.AWAKE),
+            in_flight=count(PieceStatus.IN_FLIGHT),
+            held=count(PieceStatus.HELD),
+            scored=count(PieceStatus.SCORED),
+            outside=count(PieceStatus.STAGED),
+        )
+
+    @property
+    def hits(self) -> int:
+        """Shots that scored."""
+        return sum(shot.scored for shot in self.shots)
+
+    # --- the phases of a tick -----------------------------------------------------------------------------------
+
+    def _read(self) -> None:
+        """1. Robot code looks at its robot and commands volts."""
+        for robot, code in zip(self.robots, self._codes, strict=True):
+            if code is not None:
+                code(robot, self.time)
+
+    def _power(self) -> None:
+        """2. Batteries give the voltage that the last tick's currents left; brown-out acts."""
+        for robot in self.robots:
+            robot.battery.step(DT, robot.drive.supply_current + robot.mechanism_current)
+            robot.drive.battery_voltage = robot.battery.voltage
+            robot.drive.enabled = not robot.battery.browned_out
+
+    def _wake(self) -> None:
+        """3. Sleepers that can be reached within the tick wake."""
+        self._movers = [Mover(*robot.chassis.footprint) for robot in self.robots]
+        self._piece_speed = self.pieces.wake_reachable(self._movers, DT)
+
+    def _intake(self) -> None:
+        """4. Active intakes take what is in their zone; before the step, so that a fresh shot is not eaten again."""
+        for robot in self.robots:
+            room = robot.config.hopper_capacity - len(self.pieces.held(robot.number))
+            if room <= 0 or not robot.intake_active:
+                continue
+            slots = self.pieces.awake
+            inside = robot.intake_zone().contains_field(
+                self.pieces.state.pos[slots], robot.chassis.pos, robot.chassis.quat
+            )
+            inside &= self.pieces.state.status[slots] == PieceStatus.AWAKE
+            if inside.any():
+                self.pieces.hold(slots[inside][:room], robot.number)
+
+    def _move(self) -> None:
+        """5. Sub-steps: tires push robots, air pushes fuel, the engine does the rest."""
+        speed = max((mover.speed for mover in self._movers), default=0.0)
+        near = speed > 0.1 and any(robot.chassis.is_near_solid(DT) for robot in self.robots)
+        self.substeps = self.world.substepping.count(DT, self._piece_speed, speed, near)
+        self.world.step(DT, substeps=self.substeps, before_substep=self._before_substep)
+        self.ticks += 1
+        self.time = self.ticks * DT
+
+    def _before_substep(self, h: float) -> None:
+        for robot in self.robots:
+            robot.chassis.before_substep(h)
+        self.pieces.before_substep(h)
+
+    def _gather(self) -> None:
+        """6. Poses and velocities out of the engine, once; pieces outside the field come back."""
+        for robot in self.robots:
+            robot.chassis.read()
+        self.pieces.gather(DT)
+        for slot, shot in list(self._flying.items()):
+            shot.points.append(tuple(self.pieces.state.pos[slot].tolist()))
+            if self.pieces.state.status[slot] != PieceStatus.IN_FLIGHT and len(shot.points) > 100:
+                del self._flying[slot]
+
+    def _sense(self) -> None:
+        """7. Gyros and encoders see the motion."""
+        for robot in self.robots:
+            roll, pitch, yaw = robot.chassis.roll_pitch_yaw
+            robot.gyro.update(DT, roll, pitch, yaw, robot.chassis.rate)
+
+    def _settle(self) -> None:
+        """8. Fuel that has been slow for a while sleeps."""
+        self.pieces.settle()
+
+    def _score(self) -> None:
+        """9. Fuel that went through a hub's throat scores."""
+        state, slots = self.pieces.state, self.pieces.awake
+        events = self.tracker.update(self.time, slots, state.before[slots], state.pos[slots])
+        if not events:
+            return
+        for event in events:
+            shot = self._flying.pop(event.slot, None)
+            if shot is not None:
+                shot.scored = True
+        scored = np.array([event.slot for event in events])
+        self.pieces.score(scored)
+        if self.config.hub_exits:
+            for event in events:
+                slot = np.array([event.slot])
+                pos, vel = hub_exit(event.alliance, self._exit_rng)
+                self.pieces.release(slot, pos[None, :])
+                self.pieces.push(slot, vel[None, :])
+
+    def _step_mechanisms(self) -> None:
+        """10. Wheels, hood, feeder, spindexer, rack and roller turn."""
+        for robot in self.robots:
+            robot.step_mechanisms(DT)
+
+    def _shoot(self) -> None:
+        """11. Fuel leaves the barrels of shooters whose gate is open."""
+        for robot in self.robots:
+            for launch in robot.shooter.update(DT, len(self.pieces.held(robot.number))):
+                self._launch(robot, launch.barrel, launch.elevation, launch.exit_speed)
+
+    def _launch(self, robot: RebuiltRobot, barrel: float, elevation: float, exit_speed: float) -> None:
+        chassis = robot.chassis
+        turn = matrix(chassis.quat)
+        arm = turn @ np.array(robot.muzzle(barrel))
+        exit_robot = exit_speed * np.array([math.cos(elevation), 0.0, math.sin(elevation)])
+        com = rotate(chassis.quat, (0.0, 0.0, chassis.config.center_of_mass_height))
+        origin_velocity = np.array(chassis.vel) - np.cross(chassis.rate, com)
+        velocity = muzzle_velocity(turn @ exit_robot, origin_velocity, np.array(chassis.rate), arm)
+        # a fuel that rolls along the hood leaves with backspin: its rim speed there equals its own speed
+        spin: Vector = rotate(chassis.quat, (0.0, -exit_speed / FUEL.bounding_radius, 0.0))
+        pos = arm + chassis.pos
+        slot = self.pieces.launch(robot.number, pos.tolist(), velocity.tolist(), spin)
+        robot.after_shot(FUEL.mass, exit_speed)
+        shot = ShotRecord(self.time, slot, robot.number, [tuple(pos.tolist())])
+        self.shots.append(shot)
+        self._flying[slot] = shot
+
+    def _publish(self) -> None:
+        """12. One snapshot for the sinks that are due, and the digest of the state."""
+        state = self.pieces.state
+        awake = self.pieces.awake
+        for robot in self.robots:
+            self.digest.update(np.array((*robot.chassis.pos, *robot.chassis.quat, *robot.chassis.vel)))
+        self.digest.update(state.pos[awake], state.status)
+        due = [sink for sink in self.sinks if sink.due(self.time)]
+        if due:
+            snapshot = build_snapshot(self)
+            for sink in due:
+                sink.write(snapshot)
+
+    # --- building -----------------------------------------------------------------------------------------------
+
+    def _build(self, c: RebuiltConfig, rng: np.random.Generator) -> None:
+        self.world.add_field(self.field.elements, drivable=DRIVABLE)
+        self._total_fuel = c.staging.total
+        self.pieces = GamePieceManager(
+            self.world,
+            [(FUEL, self._total_fuel)],
+            field_size=(FIELD_LENGTH, FIELD_WIDTH),
+            proximity=c.proximity,
+        )
+        self._exit_rng, robot_rng, fuel_rng = rng.spawn(3)
+        preloaded = sum(entry.preload for entry in c.robots)
+        missing = c.staging.preload_per_robot * len(c.robots) - preloaded  # preloads left out go to the neutral zone
+        neutral = c.staging.in_neutral_zone(len(c.robots)) + missing
+        self.pieces.spawn(FUEL.name, neutral_places(neutral, fuel_rng))
+        for alliance in ("blue", "red"):
+            self.pieces.spawn(FUEL.name, depot_places(alliance, c.staging.depot, fuel_rng))
+        self.pieces.stage(FUEL.name, 2 * c.staging.chute)
+        self.robots: list[RebuiltRobot] = []
+        for number, entry in enumerate(c.robots):
+            pose = entry.pose
+            if entry.alliance == "red":
+                pose = turn_half_pose(*pose, (FIELD_LENGTH, FIELD_WIDTH))
+            robot = RebuiltRobot(self.world, entry.config, number=number, pose=pose, rng=robot_rng)
+            self.robots.append(robot)
+            self.pieces.hold(self.pieces.stage(FUEL.name, entry.preload), number)
+        self.scoring = RebuiltScoring(rng)
+        self.tracker = ScoringTracker(scoring_zones(), worth=self.scoring.worth)
+        self.match = MATCH

@@ -1,0 +1,92 @@
+"""Where the fuel is when a match starts: game manual (arena, FUEL staging), 504 in all.
+
+The box of the neutral zone measures 206 x 72 in with a 2 in divider across: exactly 34 x 12 fuel at 6 in pitch. It holds
+360 fuel and the preloads that no robot took, 408 at most.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from games.rebuilt.dimensions import DEPOT_CENTER, FIELD_LENGTH, FIELD_WIDTH
+from simcore.errors import ConfigError
+from simcore.geometry.symmetry import turn_half
+from simcore.typing import FloatArray
+from simcore.units import inches
+
+__all__ = ["Staging", "depot_places", "neutral_places"]
+
+_PITCH = inches(6.0)
+_ROWS, _COLUMNS = 34, 12
+_DIVIDER = inches(2.0)
+_RADIUS = inches(5.91) / 2
+_JITTER = 0.001  # [m] either way: hands place fuel, no machine does; small enough that no two overlap
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Staging:
+    """How much fuel lies where. The defaults are the manual's 504."""
+
+    neutral: int = 360
+    """In the box of the neutral zone, before unused preloads are added."""
+    depot: int = 24
+    """In each of the two depots."""
+    chute: int = 24
+    """In each of the two outposts' chutes: off the field."""
+    preload_per_robot: int = 8
+    """In each robot."""
+    robots: int = 6
+    """For which preloads are counted; those of robots that are not there go to the neutral zone."""
+
+    def __post_init__(self) -> None:
+        for name in ("neutral", "depot", "chute", "preload_per_robot", "robots"):
+            count = getattr(self, name)
+            if not isinstance(count, int) or count < 0:
+                raise ConfigError(f"Staging: {name} must be a whole number >= 0, got {count!r}")
+        if self.depot > 24:
+            raise ConfigError(f"Staging: a depot holds 24 fuel, got {self.depot}")
+
+    @property
+    def total(self) -> int:
+        """All fuel of the match."""
+        return self.neutral + 2 * self.depot + 2 * self.chute + self.preload_per_robot * self.robots
+
+    def in_neutral_zone(self, robots_present: int) -> int:
+        """Fuel in the neutral zone with so many robots on the field.
+
+        Raises:
+            ConfigError: More than the box holds.
+        """
+        count = self.neutral + self.preload_per_robot * max(0, self.robots - robots_present)
+        if count > _ROWS * _COLUMNS:
+            raise ConfigError(
+                f"Staging: the neutral zone holds {_ROWS * _COLUMNS} fuel, got {count} "
+                f"({self.neutral} and the preloads of {self.robots - robots_present} absent robots)"
+            )
+        return count
+
+
+def neutral_places(count: int, rng: np.random.Generator) -> FloatArray:
+    """Places of fuel in the neutral zone's box, field frame [m], shape (count, 3); gaps are spread by chance."""
+    x = (np.arange(_COLUMNS) - (_COLUMNS - 1) / 2) * _PITCH
+    half = _DIVIDER / 2 + (np.arange(_ROWS // 2) + 0.5) * _PITCH
+    y = np.concatenate((-half[::-1], half))
+    grid = np.stack(np.meshgrid(x, y, indexing="ij"), axis=-1).reshape(-1, 2)
+    taken = np.sort(rng.permutation(len(grid))[:count])
+    places = np.empty((count, 3))
+    places[:, :2] = grid[taken] + (FIELD_LENGTH / 2, FIELD_WIDTH / 2) + rng.uniform(-_JITTER, _JITTER, (count, 2))
+    places[:, 2] = _RADIUS
+    return places
+
+
+def depot_places(alliance: str, count: int, rng: np.random.Generator) -> FloatArray:
+    """Places of fuel in a depot, field frame [m], shape (count, 3): 4 rows of 6, the first row at the wall."""
+    x = (np.arange(4) + 0.5) * _PITCH + 0.003
+    y = DEPOT_CENTER[1] + (np.arange(6) - 2.5) * _PITCH
+    grid = np.stack(np.meshgrid(x, y, indexing="ij"), axis=-1).reshape(-1, 2)[:count]
+    places = np.empty((count, 3))
+    places[:, :2] = grid + rng.uniform(-_JITTER, _JITTER, (count, 2))
+    places[:, 2] = _RADIUS
+    return places if alliance == "blue" else turn_half(places, (FIELD_LENGTH, FIELD_WIDTH))

@@ -1,0 +1,99 @@
+"""Who scored what, when: zones that pieces cross, and the events and totals that come of it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from simcore.errors import ConfigError
+from simcore.geometry.zones import Zone
+from simcore.typing import BoolArray, FloatArray, IntArray
+
+__all__ = ["Alliance", "ScoreEvent", "ScoringTracker", "ScoringZone"]
+
+Alliance = Literal["blue", "red"]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ScoringZone:
+    """A place where pieces score."""
+
+    name: str
+    """Also the key of its breakdown."""
+    alliance: Alliance
+    """Who gets the points, whoever shot."""
+    zone: Zone
+    points: int = 1
+    """Points of one piece while the zone is worth anything."""
+    downward: bool = True
+    """Whether only pieces on their way down count."""
+
+
+@dataclass(frozen=True, slots=True)
+class ScoreEvent:
+    """One piece in one zone."""
+
+    time: float
+    """Simulated time at the end of the tick [s]."""
+    zone: str
+    alliance: Alliance
+    points: int
+    """0 where the zone was worth nothing at the time."""
+    slot: int
+    """The piece."""
+
+
+class ScoringTracker:
+    """Counts pieces through zones, each piece once until it is let in again by its owner."""
+
+    def __init__(self, zones: Iterable[ScoringZone], *, worth: Callable[[ScoringZone, float], int] | None = None) -> None:
+        """Make a tracker.
+
+        Args:
+            zones: Where pieces score; names must differ.
+            worth: Points of a piece in a zone at a time [s]; None: always `zone.points`.
+        """
+        self.zones = tuple(zones)
+        names = [zone.name for zone in self.zones]
+        if len(set(names)) != len(names):
+            raise ConfigError(f"ScoringTracker: zone names must differ, got {names}")
+        self._worth = worth or (lambda zone, time: zone.points)
+        self.events: list[ScoreEvent] = []
+        """All events so far, in order."""
+        self.totals: dict[Alliance, int] = {"blue": 0, "red": 0}
+        """Points by alliance."""
+        self.pieces: dict[str, int] = dict.fromkeys(names, 0)
+        """Pieces by zone, whatever they were worth."""
+
+    def update(self, time: float, slots: IntArray, start: FloatArray, end: FloatArray) -> list[ScoreEvent]:
+        """Sweep pieces from where they were to where they are.
+
+        Args:
+            time: At the end of the tick [s].
+            slots: The pieces that moved, shape (n,).
+            start: Where they were, shape (n, 3) [m].
+            end: Where they are, shape (n, 3) [m].
+
+        Returns:
+            The new events; the caller takes those pieces off the field.
+        """
+        if not len(slots):
+            return []
+        found: list[ScoreEvent] = []
+        left: BoolArray = np.ones(len(slots), dtype=bool)
+        falling = end[:, 2] < start[:, 2]
+        for zone in self.zones:
+            hit = zone.zone.crossed(start, end) & left
+            if zone.downward:
+                hit &= falling
+            left &= ~hit
+            for slot in slots[hit].tolist():
+                points = self._worth(zone, time)
+                found.append(ScoreEvent(time, zone.name, zone.alliance, points, slot))
+                self.totals[zone.alliance] += points
+                self.pieces[zone.name] += 1
+        self.events += found
+        return found

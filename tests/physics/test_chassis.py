@@ -1,0 +1,176 @@
+"""A robot over bumps, into walls and through fuel, without a drivetrain model."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from simcore.chassis.config import ChassisConfig
+from simcore.chassis.simulation import ChassisSimulation
+from simcore.errors import ConfigError, NonFiniteError
+from simcore.gamepiece.config import GamePieceConfig
+from simcore.gamepiece.manager import GamePieceManager, Mover
+from simcore.physics.shapes import Box, Hull, Sphere
+from simcore.physics.surface import POLYCARBONATE, WALL
+from simcore.physics.world import PhysicsWorld
+from simcore.units import GRAVITY, inches
+
+DT = 0.02
+
+
+def advance(world: PhysicsWorld, *robots: ChassisSimulation, before=lambda h: None) -> int:
+    speed = max(robot.speed for robot in robots)
+    near = any(robot.is_near_solid(DT) for robot in robots)
+    n = world.substepping.count(DT, 2.0 * speed, speed, near)
+
+    def push(h):
+        for robot in robots:
+            robot.before_substep(h)
+        before(h)
+
+    world.step(DT, substeps=n, before_substep=push)
+    for robot in robots:
+        robot.read()
+    return n
+
+
+def bump(world: PhysicsWorld) -> float:
+    height, depth = inches(6.513), inches(44.4)
+    ends = [(-depth / 2, 0.0), (depth / 2, 0.0), (0.0, height)]
+    points = np.array([(x, y, z) for y in (-5.0, 5.0) for x, z in ends])
+    world.add_static("bump", Hull(points), (0.0, 0.0, 0.0), surface=POLYCARBONATE, drivable=True)
+    return math.degrees(math.atan2(height, depth / 2))
+
+
+@pytest.mark.parametrize("speed", [1.0, 2.0, 3.0])
+@pytest.mark.parametrize("heading_deg", [0.0, 30.0])
+def test_over_the_bump_it_rises_tilts_and_comes_down(speed, heading_deg):
+    """The driver holds the heading, as every swerve does; wheels that leave the ground cannot."""
+    heading = math.radians(heading_deg)
+    with PhysicsWorld() as world:
+        slope = bump(world)
+        start = (-2.0 * math.cos(heading), -2.0 * math.sin(heading), heading)
+        robot = ChassisSimulation(world, ChassisConfig(), pose=start)
+        heights, pitches, tilts = [], [], []
+        for _ in range(int(4.6 / speed / DT)):
+            drift = robot.pose[2] - heading
+            c, s = math.cos(drift), math.sin(drift)
+            robot.follow_velocity(speed * c, -speed * s, -8.0 * drift)
+            advance(world, robot)
+            roll, pitch, _ = robot.roll_pitch_yaw
+            heights.append(robot.pos[2])
+            pitches.append(math.degrees(pitch))
+            tilts.append(math.degrees(math.acos(math.cos(roll) * math.cos(pitch))))
+        assert max(heights) > 0.10
+        assert min(heights) > -0.01, "it does not sink"
+        assert slope - 3.0 < max(tilts) < slope + 10.0, "about the slope, no flip"
+        assert min(pitches) < -0.7 * slope * math.cos(heading), "nose up on the way up"
+        assert max(pitches) > 0.5 * slope * math.cos(heading), "nose down on the way down"
+        assert abs(robot.pos[2]) < 0.01, "back on the carpet"
+        assert abs(pitches[-1]) < 1.0
+        assert robot.pose[0] > 1.0, "and across"
+        assert abs(math.degrees(robot.pose[2] - heading)) < 1.0
+
+
+@pytest.mark.parametrize("speed", [1.0, 2.0, 4.0, 5.0])
+@pytest.mark.parametrize("heading", [0.0, 0.4])
+def test_a_wall_stops_it_with_less_than_ten_millimeters_of_overlap(speed, heading):
+    with PhysicsWorld() as world:
+        world.add_static("wall", Box((0.3, 6.0, 1.0)), (2.15, 0.0, 0.5), surface=WALL)
+        robot = ChassisSimulation(world, ChassisConfig(), pose=(0.0, 0.0, heading))
+        world.set_velocity(robot.row, (speed, 0.0, 0.0))
+        robot.read()
+        overlap = 0.0
+        for _ in range(100):
+            yaw = robot.pose[2]
+            robot.follow_velocity(speed * math.cos(yaw), -speed * math.sin(yaw), 0.0)
+            advance(world, robot)
+            x, _, yaw = robot.pose
+            front = x + 0.4 * (abs(math.cos(yaw)) + abs(math.sin(yaw)))
+            overlap = max(overlap, front - 2.0)
+        assert overlap < 0.010
+        assert abs(robot.pos[2]) < 0.02, "it does not climb"
+        assert abs(robot.vel[0]) < 0.2
+        tilt = max(map(abs, robot.roll_pitch_yaw[:2]))
+        assert math.degrees(tilt) < 5.0
+
+
+def test_following_accelerates_by_no_more_than_the_tires_give():
+    with PhysicsWorld() as world:
+        robot = ChassisSimulation(world, ChassisConfig(friction=1.0))
+        robot.follow_velocity(3.0, 0.0, 0.0)
+        for _ in range(10):
+            advance(world, robot)
+        assert robot.vel[0] == pytest.approx(GRAVITY * 0.2, rel=0.01)
+
+
+def test_forces_follow_newton():
+    """200 N on 55 kg for 1 s: v = F t / m; the engine's steps add nothing and take nothing."""
+    with PhysicsWorld() as world:
+        robot = ChassisSimulation(world, ChassisConfig())
+        robot.apply_forces((200.0, 0.0, 0.0), (0.0, 0.0, 2.0))
+        for _ in range(50):
+            advance(world, robot)
+        assert robot.vel[0] == pytest.approx(200.0 / 55.0, rel=0.005)
+        assert robot.rate[2] == pytest.approx(2.0 / robot.config.inertia[2], rel=0.005)
+
+
+def test_two_robots_share_momentum_and_hardly_bounce():
+    """Equal masses, head on: the sum stays, and they part with less than a tenth of the closing speed."""
+    with PhysicsWorld() as world:
+        a = ChassisSimulation(world, ChassisConfig(), pose=(0.0, 0.0, 0.0), name="a")
+        b = ChassisSimulation(world, ChassisConfig(mass=40.0), pose=(2.0, 0.0, math.pi), name="b")
+        world.set_velocity(a.row, (3.0, 0.0, 0.0))
+        a.read()
+        for _ in range(40):
+            advance(world, a, b)
+        assert 55.0 * a.vel[0] + 40.0 * b.vel[0] == pytest.approx(165.0, rel=0.02)
+        assert 0.0 <= b.vel[0] - a.vel[0] <= 0.3
+
+
+def test_it_pushes_fuel_and_stays_on_the_carpet():
+    fuel = GamePieceConfig(name="Fuel", shape=Sphere(0.075), mass=0.215)
+    with PhysicsWorld() as world:
+        pieces = GamePieceManager(world, [(fuel, 200)], field_size=(16.0, 8.0))
+        grid = np.array([[3 + 0.155 * i, 3 + 0.155 * j, 0.075] for i in range(10) for j in range(20)])
+        pieces.spawn("Fuel", grid)
+        robot = ChassisSimulation(world, ChassisConfig(), pose=(1.5, 4.5, 0.0))
+        highest = most_awake = 0.0
+        for _ in range(100):
+            robot.follow_velocity(3.0, 0.0, 0.0)
+            pieces.wake_reachable([Mover(*robot.footprint)], DT)
+            advance(world, robot, before=pieces.before_substep)
+            pieces.gather(DT)
+            pieces.settle()
+            highest = max(highest, abs(robot.pos[2]))
+            most_awake = max(most_awake, len(pieces.awake))
+        moved = np.linalg.norm(pieces.state.pos - grid, axis=1) > 0.1
+        assert moved.sum() > 40
+        assert highest < 0.03, "it does not ride up on the fuel"
+        assert most_awake < 200, "the far ones sleep on"
+        assert (pieces.state.pos[:, 2] > 0.06).all(), "no fuel under the carpet"
+        assert robot.vel[0] > 2.0
+
+
+@pytest.mark.parametrize("value", [math.nan, math.inf])
+def test_values_that_are_no_numbers_are_refused_and_change_nothing(value):
+    with PhysicsWorld() as world:
+        robot = ChassisSimulation(world, ChassisConfig())
+        with pytest.raises(NonFiniteError, match="robot"):
+            robot.follow_velocity(value, 0.0, 0.0)
+        with pytest.raises(NonFiniteError, match="robot"):
+            robot.apply_forces((value, 0.0, 0.0))
+        with pytest.raises(NonFiniteError, match="robot"):
+            robot.set_pose(value, 0.0, 0.0)
+        advance(world, robot)
+        assert robot.pose == pytest.approx((0.0, 0.0, 0.0), abs=1e-4)
+
+
+@pytest.mark.parametrize(
+    ("field", "value"), [("mass", -1.0), ("mass", math.nan), ("bumper_length", 0.0), ("wheel_radius", -0.05)]
+)
+def test_impossible_robots_are_refused(field, value):
+    with pytest.raises(ConfigError, match=field):
+        ChassisConfig(**{field: value})
