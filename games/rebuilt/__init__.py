@@ -1,0 +1,1 @@
+"""FRC 2026 REBUILT: fuel, hubs, bumps, trenches and towers."""
