@@ -1,0 +1,216 @@
+"""Where everything of the 2026 field stands and how large it is: pure numbers in meters, field frame.
+
+Positions are those of the **blue** alliance; red is blue rotated by 180 degrees about the field center (`to_red`).
+"Left" and "right" are seen from the alliance's own drivers, so for blue, left is +y.
+
+Sources: "manual" is the 2026 game manual, kickoff version V0, section 5 ARENA. "Tags" is WPILib's AprilTag layout
+`k2026RebuiltWelded`. "6328" is FieldConstants.java of team 6328 (Mechanical Advantage), which reads the official CAD.
+"reference" is the Java simulation that this project follows. An estimate says so.
+"""
+
+from __future__ import annotations
+
+from math import sqrt
+from typing import Final
+
+from simcore.units import inches
+
+__all__ = [
+    "ALLIANCE_WALL_HEIGHT",
+    "ALLIANCE_ZONE_DEPTH",
+    "BUMP_DEPTH",
+    "BUMP_HEIGHT",
+    "BUMP_LEFT_Y",
+    "BUMP_RIGHT_Y",
+    "BUMP_WIDTH",
+    "BUMP_X",
+    "CORRAL_DEPTH",
+    "CORRAL_OPENING_BOTTOM",
+    "CORRAL_OPENING_HEIGHT",
+    "CORRAL_OPENING_WIDTH",
+    "CORRAL_WIDTH",
+    "DEPOT_BARRIER_HEIGHT",
+    "DEPOT_BARRIER_WIDTH",
+    "DEPOT_DEPTH",
+    "DEPOT_WIDTH",
+    "DEPOT_Y",
+    "FIELD_CENTER",
+    "FIELD_LENGTH",
+    "FIELD_WIDTH",
+    "GUARDRAIL_HEIGHT",
+    "HUB_BACKBOARD_TOP",
+    "HUB_BOX_TOP",
+    "HUB_CENTER",
+    "HUB_EXIT_X",
+    "HUB_EXIT_YS",
+    "HUB_EXIT_Z",
+    "HUB_OPENING_APOTHEM",
+    "HUB_OPENING_CIRCUMRADIUS",
+    "HUB_OPENING_HEIGHT",
+    "HUB_RIM_THICKNESS",
+    "HUB_SHOULDER_RISE",
+    "HUB_SIZE",
+    "HUB_THROAT_APOTHEM",
+    "HUB_THROAT_CIRCUMRADIUS",
+    "HUB_THROAT_HEIGHT",
+    "OUTPOST_OPENING_BOTTOM",
+    "OUTPOST_OPENING_HEIGHT",
+    "OUTPOST_OPENING_WIDTH",
+    "OUTPOST_Y",
+    "PERIMETER_THICKNESS",
+    "TOWER_BASE_DEPTH",
+    "TOWER_BASE_HEIGHT",
+    "TOWER_BASE_WIDTH",
+    "TOWER_BRACE_BOTTOM",
+    "TOWER_BRACE_TOP",
+    "TOWER_RUNG_DIAMETER",
+    "TOWER_RUNG_HEIGHTS",
+    "TOWER_RUNG_LENGTH",
+    "TOWER_UPRIGHT_DEPTH",
+    "TOWER_UPRIGHT_GAP",
+    "TOWER_UPRIGHT_HEIGHT",
+    "TOWER_UPRIGHT_THICKNESS",
+    "TOWER_UPRIGHT_X",
+    "TOWER_UPRIGHT_YS",
+    "TOWER_Y",
+    "TRENCH_ARM_DEPTH",
+    "TRENCH_CLEAR_HEIGHT",
+    "TRENCH_CLEAR_WIDTH",
+    "TRENCH_DEPTH",
+    "TRENCH_HEIGHT",
+    "TRENCH_LEFT_Y",
+    "TRENCH_LEG_WIDTH",
+    "TRENCH_RIGHT_Y",
+    "TRENCH_X",
+    "to_red",
+]
+
+# --- Field -----------------------------------------------------------------------------------------------------------
+
+FIELD_LENGTH: Final = 16.541
+"""Along x, between the alliance walls. Tags; manual 5.2 prints ~651.2 in = 16.540."""
+FIELD_WIDTH: Final = 8.069
+"""Along y, between the guardrails. Tags; manual 5.2 prints ~317.7 in = 8.070."""
+FIELD_CENTER: Final = (FIELD_LENGTH / 2.0, FIELD_WIDTH / 2.0)
+GUARDRAIL_HEIGHT: Final = inches(20.0)  # manual 5.2
+ALLIANCE_WALL_HEIGHT: Final = inches(36.8) + inches(42.0)
+"""Diamond plate plus plastic sheet, manual 5.9.1; the top rail, of which no size is printed, is left out."""
+PERIMETER_THICKNESS: Final = 0.3  # ours, not the field's: outward, so that no ball can pass at 40 m/s
+ALLIANCE_ZONE_DEPTH: Final = inches(158.6)  # manual 5.3
+
+# --- Hub -------------------------------------------------------------------------------------------------------------
+
+HUB_SIZE: Final = inches(47.0)
+"""Edge of the square base. Manual 5.4."""
+HUB_CENTER: Final = (inches(158.6) + HUB_SIZE / 2.0, FIELD_WIDTH / 2.0)
+"""Manual 5.4: 158.6 in from the alliance wall, centered between the bumps. Tags 26 and 20 agree to 0.3 mm."""
+HUB_BOX_TOP: Final = 1.2
+"""Top of the solid base, floor of the collection volume. Reference; estimate, the manual prints nothing."""
+HUB_OPENING_HEIGHT: Final = inches(72.0)
+"""Rim of the opening. Manual 5.4 (front edge)."""
+HUB_OPENING_APOTHEM: Final = inches(41.7) / 2.0
+"""Center to a flat edge of the hexagon: the 41.7 in of manual 5.4 taken across flats, as the reference does."""
+HUB_OPENING_CIRCUMRADIUS: Final = HUB_OPENING_APOTHEM * 2.0 / sqrt(3.0)
+"""Center to a corner. One flat edge faces the alliance wall, so the corners stick out 15 mm over the base in y."""
+HUB_THROAT_CIRCUMRADIUS: Final = 0.300
+"""Center to a corner of the hexagonal hole at the bottom of the funnel. Reference; estimate."""
+HUB_THROAT_APOTHEM: Final = HUB_THROAT_CIRCUMRADIUS * sqrt(3.0) / 2.0
+HUB_THROAT_HEIGHT: Final = inches(56.5)
+"""Bottom of the funnel. 6328 (`innerHeight`); the funnel is then 55 degrees steep."""
+HUB_RIM_THICKNESS: Final = inches(1.0)  # estimate: width of the rim around the opening
+HUB_SHOULDER_RISE: Final = 0.26
+"""Of the slopes on the four corners of the base; estimate. About 45 degrees, so that no ball stays up there."""
+HUB_BACKBOARD_TOP: Final = 3.0
+"""Top of the net behind the opening, on the neutral side. Reference; the manual prints nothing."""
+HUB_EXIT_X: Final = HUB_CENTER[0] + HUB_SIZE / 2.0
+"""Face of the base with the four exits, towards the neutral zone. Manual 5.4."""
+HUB_EXIT_YS: Final = tuple(HUB_CENTER[1] + dy for dy in (-0.448, -0.149, 0.149, 0.448))
+"""Centers of the four exits. MapleSim; figure 5-8 of the manual is an approximation."""
+HUB_EXIT_Z: Final = 0.6
+"""Center height of the exits: 0.5 to 0.7 in the reference; estimate."""
+
+# --- Bumps -----------------------------------------------------------------------------------------------------------
+
+BUMP_WIDTH: Final = inches(73.0)  # along y, manual 5.5
+BUMP_DEPTH: Final = inches(44.4)  # along x, manual 5.5
+BUMP_HEIGHT: Final = inches(6.513)
+"""Manual 5.5. Two ramps from the floor to here are 16.4 degrees steep, not the printed 15: we keep height and depth.
+(15 degrees fit if each ramp starts with a lip of 0.565 in, about the thickness of its 0.5 in plate.)
+"""
+BUMP_X: Final = HUB_CENTER[0]
+BUMP_LEFT_Y: Final = HUB_CENTER[1] + (HUB_SIZE + BUMP_WIDTH) / 2.0  # beside the hub, manual 5.5
+BUMP_RIGHT_Y: Final = HUB_CENTER[1] - (HUB_SIZE + BUMP_WIDTH) / 2.0
+
+# --- Trenches --------------------------------------------------------------------------------------------------------
+
+TRENCH_DEPTH: Final = inches(47.0)  # along x, manual 5.6
+TRENCH_HEIGHT: Final = inches(40.25)  # manual 5.6
+TRENCH_CLEAR_WIDTH: Final = inches(50.34)  # from the guardrail, manual 5.6
+TRENCH_CLEAR_HEIGHT: Final = inches(22.25)  # under the arm, manual 5.6
+TRENCH_LEG_WIDTH: Final = FIELD_WIDTH / 2.0 - HUB_SIZE / 2.0 - BUMP_WIDTH - TRENCH_CLEAR_WIDTH
+"""From the clear opening to the bump: 12.0 in, as 6328 (`blockWidth`) and MapleSim have it.
+
+The printed outer width, 65.65 in, does not fit between guardrail and bump, where there are 62.35 in. So the clear width
+is kept and the other 3.3 in must be frame outside the guardrail, which no robot or ball meets.
+"""
+TRENCH_ARM_DEPTH: Final = inches(4.0)
+"""Of the arm across the opening, along x. 6328 (`barWidth`); tags 17 and 28, on its two sides, are 2.95 in apart."""
+TRENCH_X: Final = HUB_CENTER[0]  # tags 17 and 28 stand on both sides of this line
+TRENCH_LEFT_Y: Final = FIELD_WIDTH - TRENCH_CLEAR_WIDTH / 2.0
+"""Middle of the clear opening. Tag 22 agrees to 6 mm."""
+TRENCH_RIGHT_Y: Final = TRENCH_CLEAR_WIDTH / 2.0
+
+# --- Tower -----------------------------------------------------------------------------------------------------------
+
+TOWER_Y: Final = 3.7457
+"""Tag 31, which 6328 takes for the middle; MapleSim's uprights are 2 mm to the right."""
+TOWER_BASE_WIDTH: Final = inches(39.0)  # along y, manual 5.8
+TOWER_BASE_DEPTH: Final = inches(45.18)  # from the tower wall, manual 5.8
+TOWER_BASE_HEIGHT: Final = inches(0.25)  # manual 5.8: edges of 0.2 to 0.3 in
+TOWER_UPRIGHT_HEIGHT: Final = inches(72.1)  # top above the floor, manual 5.8
+TOWER_UPRIGHT_THICKNESS: Final = inches(1.5)  # along y, manual 5.8
+TOWER_UPRIGHT_DEPTH: Final = inches(3.5)  # along x, manual 5.8
+TOWER_UPRIGHT_GAP: Final = inches(32.25)  # clear between the two, manual 5.8
+TOWER_UPRIGHT_X: Final = inches(43.51) - TOWER_UPRIGHT_DEPTH / 2.0
+"""Center. 6328 (`frontFaceX`); MapleSim has 1.062."""
+TOWER_UPRIGHT_YS: Final = (
+    TOWER_Y - (TOWER_UPRIGHT_GAP + TOWER_UPRIGHT_THICKNESS) / 2.0,
+    TOWER_Y + (TOWER_UPRIGHT_GAP + TOWER_UPRIGHT_THICKNESS) / 2.0,
+)
+"""Centers of the right and the left upright."""
+TOWER_RUNG_HEIGHTS: Final = (inches(27.0), inches(45.0), inches(63.0))  # low, mid, high; centers, manual 5.8
+TOWER_RUNG_DIAMETER: Final = inches(1.66)  # manual 5.8
+TOWER_RUNG_LENGTH: Final = TOWER_UPRIGHT_GAP + 2.0 * (TOWER_UPRIGHT_THICKNESS + inches(5.875))  # manual 5.8
+TOWER_BRACE_BOTTOM: Final = inches(28.40)  # structure from uprights to wall, manual 5.8 (approximately)
+TOWER_BRACE_TOP: Final = inches(43.38)  # manual 5.8 (approximately)
+
+# --- Depot -----------------------------------------------------------------------------------------------------------
+
+DEPOT_WIDTH: Final = inches(42.0)  # along y, outside, manual 5.7
+DEPOT_DEPTH: Final = inches(27.0)  # from the alliance wall, outside, manual 5.7
+DEPOT_BARRIER_WIDTH: Final = inches(3.0)  # manual 5.7
+DEPOT_BARRIER_HEIGHT: Final = inches(1.125)  # 1.0 in on hook fastener, manual 5.7
+DEPOT_Y: Final = FIELD_WIDTH / 2.0 + inches(75.93)
+"""Middle. 6328 (`distanceFromCenterY`); its right edge at 5.430 is the reference's 5.429."""
+
+# --- Outpost ---------------------------------------------------------------------------------------------------------
+# Chute and corral lie behind the alliance wall, in the alliance area, where the human player stands (manual 5.9.2).
+
+OUTPOST_Y: Final = 0.666  # tag 29
+OUTPOST_OPENING_WIDTH: Final = inches(31.8)  # chute, manual 5.9.2
+OUTPOST_OPENING_HEIGHT: Final = inches(7.0)  # chute, manual 5.9.2
+OUTPOST_OPENING_BOTTOM: Final = inches(28.1)  # chute, manual 5.9.2
+CORRAL_OPENING_WIDTH: Final = inches(32.0)  # manual 5.9.2
+CORRAL_OPENING_HEIGHT: Final = inches(7.0)  # manual 5.9.2
+CORRAL_OPENING_BOTTOM: Final = inches(1.88)  # manual 5.9.2
+CORRAL_WIDTH: Final = inches(35.8)  # along y, manual 5.9.2
+CORRAL_DEPTH: Final = inches(37.6)  # behind the wall, manual 5.9.2
+
+
+def to_red(x: float, y: float) -> tuple[float, float]:
+    """The red place that corresponds to a blue one: rotated by 180 degrees about the field center [m].
+
+    >>> to_red(0.0, 0.0)
+    (16.541, 8.069)
+    """
+    return FIELD_LENGTH - x, FIELD_WIDTH - y

@@ -1,0 +1,208 @@
+"""Writes models/rebuilt/field_collision.obj from the dimensions in the game manual.
+
+    python scripts/generate_rebuilt_field.py
+
+Every group is a box or a convex prism, so an engine needs no triangle mesh for it. What is left out on purpose:
+
+- The hub's exits are closed: a scored ball is taken out in the funnel and put back in front of an exit by the game.
+- The outpost's openings are closed; chute and corral are behind the alliance wall, out of the field.
+- A trench arm is as tall as the whole trench (22.25 to 40.25 in); on the field only the tag panel reaches so high.
+- Round rungs are square bars of the same width.
+"""
+
+from __future__ import annotations
+
+import math
+import sys
+from pathlib import Path
+
+import numpy as np
+
+from games.rebuilt import dimensions as dim
+from simcore.physics.obj import ObjGroup, format_obj
+from simcore.typing import FloatArray
+
+OUTPUT = Path(__file__).resolve().parents[1] / "models" / "rebuilt" / "field_collision.obj"
+
+QUADRANTS = ((1, 1), (-1, 1), (-1, -1), (1, -1))
+"""Signs of x and y around a center, counter-clockwise."""
+
+HEADER = """\
+FRC 2026 REBUILT field, collision shapes. Meters, z up, origin at the blue alliance's right-hand corner.
+Written by scripts/generate_rebuilt_field.py from games/rebuilt/dimensions.py; change those, not this file.
+Red is blue rotated by 180 degrees about the field center."""
+
+
+def box(name: str, low: tuple[float, float, float], high: tuple[float, float, float]) -> ObjGroup:
+    """An axis-aligned box between two corners [m]."""
+    ring = [(low[0], low[1]), (high[0], low[1]), (high[0], high[1]), (low[0], high[1])]
+    return solid(name, np.array([(*xy, low[2]) for xy in ring]), np.array([(*xy, high[2]) for xy in ring]))
+
+
+def solid(name: str, bottom: FloatArray, top: FloatArray) -> ObjGroup:
+    """A prism or frustum: two flat polygons with equally many corners, and flat faces between them.
+
+    Args:
+        name: Of the group.
+        bottom: Corners, counter-clockwise seen from the top [m], shape (n, 3).
+        top: The corner over each of them [m], shape (n, 3).
+    """
+    n = len(bottom)
+    sides = [(i, (i + 1) % n, n + (i + 1) % n, n + i) for i in range(n)]
+    return ObjGroup(name, np.vstack([bottom, top]), (tuple(reversed(range(n))), tuple(range(n, 2 * n)), *sides))
+
+
+def turned(group: ObjGroup, name: str) -> ObjGroup:
+    """A copy rotated by 180 degrees about the field center; a rotation keeps the winding."""
+    x, y, z = group.vertices.T
+    return ObjGroup(name, np.column_stack([dim.FIELD_LENGTH - x, dim.FIELD_WIDTH - y, z]), group.faces)
+
+
+def perimeter() -> list[ObjGroup]:
+    """Both guardrails; the alliance walls belong to the alliances and cover the corners."""
+    t, length, width, height = dim.PERIMETER_THICKNESS, dim.FIELD_LENGTH, dim.FIELD_WIDTH, dim.GUARDRAIL_HEIGHT
+    right = box("guardrail_right", (0.0, -t, 0.0), (length, 0.0, height))
+    left = box("guardrail_left", (0.0, width, 0.0), (length, width + t, height))
+    return [right, left]
+
+
+def alliance_wall() -> ObjGroup:
+    """The wall of driver stations, tower wall and outpost as one solid box."""
+    t = dim.PERIMETER_THICKNESS
+    return box("alliance_wall", (-t, -t, 0.0), (0.0, dim.FIELD_WIDTH + t, dim.ALLIANCE_WALL_HEIGHT))
+
+
+def hub() -> list[ObjGroup]:
+    """Solid base, six wedges that are funnel, throat and outer skirt in one, four shoulders, and the backboard.
+
+    Each wedge spans one edge of the hexagon. Its section, in distance from the axis and height: straight up the throat
+    from the base, out along the funnel to the rim, and straight down on the outside. Solid wedges leave no thin wall
+    to tunnel through and no way in from the side.
+    """
+    cx, cy = dim.HUB_CENTER
+    half = dim.HUB_SIZE / 2.0
+    groups = [box("hub_base", (cx - half, cy - half, 0.0), (cx + half, cy + half, dim.HUB_BOX_TOP))]
+    outer = dim.HUB_OPENING_APOTHEM + dim.HUB_RIM_THICKNESS
+    section = [
+        (dim.HUB_THROAT_APOTHEM, dim.HUB_BOX_TOP),
+        (outer, dim.HUB_BOX_TOP),
+        (outer, dim.HUB_OPENING_HEIGHT),
+        (dim.HUB_OPENING_APOTHEM, dim.HUB_OPENING_HEIGHT),
+        (dim.HUB_THROAT_APOTHEM, dim.HUB_THROAT_HEIGHT),
+    ]
+    for i in range(6):
+        ends = []
+        for angle in (math.radians(60.0 * i + 30.0), math.radians(60.0 * i - 30.0)):
+            corner = np.array([math.cos(angle), math.sin(angle)]) * 2.0 / math.sqrt(3.0)  # per meter of apothem
+            ends.append(np.array([(cx + r * corner[0], cy + r * corner[1], z) for r, z in section]))
+        groups.append(solid(f"hub_funnel_{i}", ends[0], ends[1]))
+    groups += [hub_shoulder(f"hub_shoulder_{i}", sx, sy) for i, (sx, sy) in enumerate(QUADRANTS)]
+    back = (cx + dim.HUB_OPENING_APOTHEM, cy - half, dim.HUB_BOX_TOP)
+    groups.append(box("hub_backboard", back, (cx + half, cy + half, dim.HUB_BACKBOARD_TOP)))
+    return groups
+
+
+def hub_shoulder(name: str, sx: int, sy: int) -> ObjGroup:
+    """A slope on one corner of the base, down from the skirt to the corner of the square, for balls to roll off.
+
+    Args:
+        name: Of the group.
+        sx: Side of the hub along x, -1 or 1.
+        sy: Side of the hub along y, -1 or 1.
+    """
+    (cx, cy), half = dim.HUB_CENTER, dim.HUB_SIZE / 2.0
+    outer = dim.HUB_OPENING_APOTHEM + dim.HUB_RIM_THICKNESS
+    # The skirt beside this corner is the line x cos 60 + y sin 60 = outer, seen in the first quadrant.
+    on_side = ((outer - half * math.sin(math.radians(60.0))) / math.cos(math.radians(60.0)), half)
+    on_front = (half, (outer - half * math.cos(math.radians(60.0))) / math.sin(math.radians(60.0)))
+    low, high = dim.HUB_BOX_TOP, dim.HUB_BOX_TOP + dim.HUB_SHOULDER_RISE
+    corners = [(*on_front, low), (half, half, low), (*on_side, low), (*on_front, high), (*on_side, high)]
+    points = np.array([(cx + sx * x, cy + sy * y, z) for x, y, z in corners])
+    faces = ((2, 1, 0), (0, 1, 3), (1, 2, 4), (1, 4, 3), (0, 3, 4, 2))
+    # A mirrored copy has its corners the other way round.
+    return ObjGroup(name, points, faces if sx * sy > 0 else tuple(face[::-1] for face in faces))
+
+
+def bumps() -> list[ObjGroup]:
+    """Two ridges beside the hub: triangular prisms along y."""
+    half, groups = dim.BUMP_DEPTH / 2.0, []
+    for side, y in (("left", dim.BUMP_LEFT_Y), ("right", dim.BUMP_RIGHT_Y)):
+        profile = [(dim.BUMP_X - half, 0.0), (dim.BUMP_X + half, 0.0), (dim.BUMP_X, dim.BUMP_HEIGHT)]
+        ends = [np.array([(x, y + dy, z) for x, z in profile]) for dy in (dim.BUMP_WIDTH / 2.0, -dim.BUMP_WIDTH / 2.0)]
+        groups.append(solid(f"bump_{side}", ends[0], ends[1]))
+    return groups
+
+
+def trenches() -> list[ObjGroup]:
+    """On each side a leg between bump and opening, and an arm from the leg to the guardrail."""
+    x, leg, arm = dim.TRENCH_X, dim.TRENCH_DEPTH / 2.0, dim.TRENCH_ARM_DEPTH / 2.0
+    clear, bump_edge, top = dim.TRENCH_CLEAR_WIDTH, dim.TRENCH_CLEAR_WIDTH + dim.TRENCH_LEG_WIDTH, dim.TRENCH_HEIGHT
+    groups = []
+    for side, mirrored in (("left", True), ("right", False)):
+
+        def across(a: float, b: float, mirrored: bool = mirrored) -> tuple[float, float]:
+            return (dim.FIELD_WIDTH - b, dim.FIELD_WIDTH - a) if mirrored else (a, b)
+
+        y0, y1 = across(clear, bump_edge)
+        groups.append(box(f"trench_{side}_leg", (x - leg, y0, 0.0), (x + leg, y1, top)))
+        y0, y1 = across(0.0, clear)
+        groups.append(box(f"trench_{side}_arm", (x - arm, y0, dim.TRENCH_CLEAR_HEIGHT), (x + arm, y1, top)))
+    return groups
+
+
+def tower() -> list[ObjGroup]:
+    """Base plate, two uprights with a brace each to the wall, three rungs."""
+    x, y = dim.TOWER_UPRIGHT_X, dim.TOWER_Y
+    dx, dy = dim.TOWER_UPRIGHT_DEPTH / 2.0, dim.TOWER_UPRIGHT_THICKNESS / 2.0
+    half = dim.TOWER_BASE_WIDTH / 2.0
+    groups = [box("tower_base", (0.0, y - half, 0.0), (dim.TOWER_BASE_DEPTH, y + half, dim.TOWER_BASE_HEIGHT))]
+    for side, post in zip(("right", "left"), dim.TOWER_UPRIGHT_YS, strict=True):
+        base = dim.TOWER_BASE_HEIGHT
+        groups.append(
+            box(f"tower_upright_{side}", (x - dx, post - dy, base), (x + dx, post + dy, dim.TOWER_UPRIGHT_HEIGHT))
+        )
+        # estimate: the manual prints how high these are, not how thick; as thick as the upright
+        brace = (0.0, post - dy, dim.TOWER_BRACE_BOTTOM)
+        groups.append(box(f"tower_brace_{side}", brace, (x - dx, post + dy, dim.TOWER_BRACE_TOP)))
+    r, reach = dim.TOWER_RUNG_DIAMETER / 2.0, dim.TOWER_RUNG_LENGTH / 2.0
+    for level, z in zip(("low", "mid", "high"), dim.TOWER_RUNG_HEIGHTS, strict=True):
+        groups.append(box(f"tower_rung_{level}", (x - r, y - reach, z - r), (x + r, y + reach, z + r)))
+    return groups
+
+
+def depot() -> list[ObjGroup]:
+    """Three low barriers against the alliance wall, which is the fourth side."""
+    x, y, b, h = dim.DEPOT_DEPTH, dim.DEPOT_Y, dim.DEPOT_BARRIER_WIDTH, dim.DEPOT_BARRIER_HEIGHT
+    half = dim.DEPOT_WIDTH / 2.0
+    return [
+        box("depot_barrier_front", (x - b, y - half, 0.0), (x, y + half, h)),
+        box("depot_barrier_left", (0.0, y + half - b, 0.0), (x - b, y + half, h)),
+        box("depot_barrier_right", (0.0, y - half, 0.0), (x - b, y - half + b, h)),
+    ]
+
+
+def groups() -> list[ObjGroup]:
+    """The whole field in the order of the file."""
+    own = [alliance_wall(), *hub(), *bumps(), *trenches(), *tower(), *depot()]
+    blue = [ObjGroup(f"blue_{group.name}", group.vertices, group.faces) for group in own]
+    red = [turned(group, f"red_{group.name}") for group in own]
+    return [*perimeter(), *blue, *red]
+
+
+def generate() -> str:
+    """Text of the OBJ file."""
+    return format_obj(groups(), header=HEADER)
+
+
+def main() -> int:
+    """Write the file."""
+    OUTPUT.parent.mkdir(parents=True, exist_ok=True)
+    OUTPUT.write_text(generate(), encoding="utf-8", newline="\n")
+    made = groups()
+    triangles = sum(len(group.triangles()) for group in made)
+    print(f"{OUTPUT}: {len(made)} groups, {triangles} triangles")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,226 @@
+"""The static field as named shapes with surfaces, read from an OBJ file."""
+
+from __future__ import annotations
+
+import logging
+import math
+import warnings
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from fnmatch import fnmatchcase
+from os import PathLike
+from pathlib import Path
+from types import MappingProxyType
+
+import numpy as np
+from scipy.spatial import ConvexHull, QhullError
+
+from simcore.errors import ConfigError, FieldMeshError, UnknownNameError, require_positive
+from simcore.physics.mesh import classify
+from simcore.physics.obj import ObjGroup, read_obj
+from simcore.physics.shapes import Box, Compound, Cylinder, Hull, Mesh, Shape
+from simcore.physics.surface import WALL, TerrainSurface
+from simcore.typing import FloatArray
+
+__all__ = ["FieldBoundary", "FieldElement", "FieldGeometry"]
+
+MAX_EXTENT = 100.0
+"""No field is longer than this [m]; a mesh that is has other units."""
+REFUSED_OVER = 20
+"""A mesh over this many times `max_triangles` is an error and no longer a warning."""
+
+_log = logging.getLogger(__name__)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FieldBoundary:
+    """Walls around the rectangle from (0, 0) to (length, width), standing on the floor and thick to the outside."""
+
+    length: float
+    """Along x, between the inner faces of the end walls [m]."""
+    width: float
+    """Along y, between the inner faces of the side walls [m]."""
+    side_height: float
+    """Of the walls along x, where guardrails stand [m]."""
+    end_height: float
+    """Of the walls along y, where drivers stand [m]."""
+    thickness: float = 0.3
+    """Outward [m]: so thick that a ball at 40 m/s cannot pass in one sub-step."""
+
+    def __post_init__(self) -> None:
+        for name in ("length", "width", "side_height", "end_height", "thickness"):
+            require_positive("FieldBoundary", name, getattr(self, name), "m")
+
+    def elements(self, surface: TerrainSurface = WALL) -> tuple[FieldElement, ...]:
+        """`boundary_right` (y = 0), `boundary_left`, and the ends with the corners, `boundary_blue` and `boundary_red`."""
+        t = self.thickness
+        side, end = (self.length, t, self.side_height), (t, self.width + 2.0 * t, self.end_height)
+        middle = self.length / 2.0, self.width / 2.0
+        places = {
+            "right": (side, (middle[0], -t / 2.0)),
+            "left": (side, (middle[0], self.width + t / 2.0)),
+            "blue": (end, (-t / 2.0, middle[1])),
+            "red": (end, (self.length + t / 2.0, middle[1])),
+        }
+        return tuple(
+            FieldElement(
+                name=f"boundary_{name}", shape=Box(size), position=np.array([x, y, size[2] / 2.0]), surface=surface
+            )
+            for name, (size, (x, y)) in places.items()
+        )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class FieldElement:
+    """One static part of the field."""
+
+    name: str
+    """Its group in the mesh; parts of a group that needs several shapes add `.0`, `.1` and so on."""
+    shape: Shape
+    position: FloatArray
+    """Origin of the shape, field frame [m], shape (3,). Shapes stand as given, never rotated."""
+    surface: TerrainSurface = WALL
+
+    def __post_init__(self) -> None:
+        position = np.array(self.position, dtype=np.float64)
+        if position.shape != (3,) or not np.isfinite(position).all():
+            raise ConfigError(f"{self.name}: position must be 3 finite numbers in m, got {self.position}")
+        position.setflags(write=False)
+        object.__setattr__(self, "position", position)
+
+    def outline(self) -> FloatArray:
+        """Convex outline seen from above, counter-clockwise, field frame [m], shape (n, 2)."""
+        points = _points(self.shape)[:, :2] + self.position[:2]
+        try:
+            return np.asarray(points[ConvexHull(points).vertices])
+        except QhullError:  # seen edge-on: a line
+            return np.stack([points.min(axis=0), points.max(axis=0)])
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class FieldGeometry:
+    """All static parts of a field, ready for an engine."""
+
+    elements: tuple[FieldElement, ...]
+
+    def __post_init__(self) -> None:
+        names = [element.name for element in self.elements]
+        if len(set(names)) < len(names):
+            double = sorted({name for name in names if names.count(name) > 1})
+            raise ConfigError(f"FieldGeometry: element names must be unique, got {double} more than once")
+
+    @classmethod
+    def load(
+        cls,
+        path: str | PathLike[str],
+        *,
+        surfaces: Mapping[str, TerrainSurface] = MappingProxyType({}),
+        default_surface: TerrainSurface = WALL,
+        boundary: FieldBoundary | None = None,
+        plate_thickness: float = 0.05,
+        max_triangles: int = 5000,
+    ) -> FieldGeometry:
+        """Read an OBJ file in meters, z up, field frame, and turn each named group into shapes.
+
+        `simcore.physics.mesh.classify` says which shapes; a group that comes out as triangle meshes is logged.
+
+        Args:
+            path: The OBJ file.
+            surfaces: Surface by group name; `*`, `?` and `[...]` match as in file names, the last match wins. Names of
+                the boundary walls match too.
+            default_surface: Of groups that no pattern matches.
+            boundary: Walls to add around the field; None if the mesh has its own.
+            plate_thickness: Of the plates made of open surfaces [m].
+            max_triangles: Above this a warning asks to simplify the mesh; far above it is an error.
+
+        Raises:
+            FieldMeshError: The file is missing, broken or empty, or holds what cannot be a field in meters.
+            UnknownNameError: A pattern in `surfaces` matches no group.
+        """
+        require_positive("FieldGeometry.load", "max_triangles", max_triangles)
+        groups = read_obj(path)
+        _check_size(Path(path), groups, max_triangles)
+        walls = () if boundary is None else boundary.elements()
+        names = [group.name for group in groups] + [wall.name for wall in walls]
+        for pattern in surfaces:
+            if not any(fnmatchcase(name, pattern) for name in names):
+                raise UnknownNameError("field group matching", pattern, names)
+
+        def surface_of(name: str) -> TerrainSurface:
+            matches = [surface for pattern, surface in surfaces.items() if fnmatchcase(name, pattern)]
+            return matches[-1] if matches else default_surface
+
+        elements: list[FieldElement] = []
+        for group in groups:
+            parts = classify(group.vertices, group.triangles(), plate_thickness=plate_thickness)
+            if any(isinstance(part.shape, Mesh) for part in parts):
+                _log.warning("%s: group %r stays a triangle mesh; balls may bump on its edges", path, group.name)
+            for i, part in enumerate(parts):
+                name = group.name if len(parts) == 1 else f"{group.name}.{i}"
+                elements.append(
+                    FieldElement(name=name, shape=part.shape, position=part.position, surface=surface_of(group.name))
+                )
+        if not elements:
+            raise FieldMeshError(f"{path} is empty: none of its faces has an area. Check the export")
+        for wall in walls:
+            elements.append(
+                FieldElement(name=wall.name, shape=wall.shape, position=wall.position, surface=surface_of(wall.name))
+            )
+        return cls(tuple(elements))
+
+    def element(self, name: str) -> FieldElement:
+        """The element of that name.
+
+        Raises:
+            UnknownNameError: There is none.
+        """
+        for element in self.elements:
+            if element.name == name:
+                return element
+        raise UnknownNameError("field element", name, (element.name for element in self.elements))
+
+    def outlines(self) -> list[tuple[str, FloatArray]]:
+        """Name and outline from above of each element, for drawing: field frame [m], each of shape (n, 2)."""
+        return [(element.name, element.outline()) for element in self.elements]
+
+    def bounds(self) -> tuple[FloatArray, FloatArray]:
+        """Lowest and highest corner of everything, field frame [m], each of shape (3,)."""
+        points = np.vstack([_points(element.shape) + element.position for element in self.elements])
+        return points.min(axis=0), points.max(axis=0)
+
+
+def _check_size(path: Path, groups: Iterable[ObjGroup], max_triangles: int) -> None:
+    points = np.vstack([group.vertices for group in groups])
+    extent = float((points.max(axis=0) - points.min(axis=0)).max())
+    farthest = float(np.abs(points).max())
+    if max(extent, farthest) > MAX_EXTENT:
+        raise FieldMeshError(
+            f"{path} reaches {farthest:g} from the origin and is {extent:g} long; in meters no field is over "
+            f"{MAX_EXTENT:g}. It is probably in millimeters (scale it by 0.001) or inches (0.0254)"
+        )
+    count = sum(len(face) - 2 for group in groups for face in group.faces)
+    if count > max_triangles:
+        advice = (
+            f"{path} has {count} triangles, over the limit of {max_triangles}: the simulation will be slow. Reduce it "
+            f"with `python scripts/simplify_field.py {path.name} OUT.obj --triangles {max_triangles}`"
+        )
+        if count > REFUSED_OVER * max_triangles:
+            raise FieldMeshError(f"{advice}, or raise max_triangles")
+        warnings.warn(advice, stacklevel=3)
+
+
+def _points(shape: Shape) -> FloatArray:
+    """Points whose convex hull is the shape (round ones as a ring of 24), in its own frame [m], shape (n, 3)."""
+    if isinstance(shape, Box):
+        corners = np.array(np.meshgrid([-0.5, 0.5], [-0.5, 0.5], [-0.5, 0.5])).reshape(3, -1).T
+        return np.asarray(corners * np.array(shape.size))
+    if isinstance(shape, Hull):
+        return shape.points
+    if isinstance(shape, Mesh):
+        return shape.vertices
+    if isinstance(shape, Compound):
+        return np.vstack([_points(part.shape) + np.array(part.offset) for part in shape.parts])
+    angle = np.arange(24) * math.tau / 24
+    half = shape.height / 2.0 if isinstance(shape, Cylinder) else shape.radius
+    ring = shape.radius * np.column_stack([np.cos(angle), np.sin(angle)])
+    return np.vstack([np.column_stack([ring, np.full(24, z)]) for z in (-half, half)])

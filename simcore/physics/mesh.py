@@ -1,0 +1,228 @@
+"""Triangles of one mesh group sorted into the simplest shapes that an engine can collide with.
+
+A box collides faster and leaks less than a hull, and both beat a triangle mesh: balls bump over the inner edges of
+triangles and pass them at higher steps. So each group becomes, in this order of preference: a `Box`, a `Hull`, thin
+convex plates, and a `Mesh` only where nothing else fits.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import trimesh
+from scipy.sparse import coo_matrix
+from scipy.sparse.csgraph import connected_components
+from scipy.spatial import ConvexHull, QhullError
+
+from simcore.errors import require_positive
+from simcore.physics.shapes import Box, Hull, Mesh
+from simcore.typing import BoolArray, FloatArray, IntArray
+
+__all__ = ["MAX_PLATES", "TOLERANCE", "MeshPart", "classify"]
+
+TOLERANCE = 1e-4
+"""Dents and bends below this do not count [m]: a tenth of a millimeter, far under what a field is built to."""
+MAX_PLATES = 32
+"""An open surface of more flat faces than this is taken for curved and stays one triangle mesh."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class MeshPart:
+    """One shape and where its origin stands."""
+
+    shape: Box | Hull | Mesh
+    position: FloatArray
+    """Origin of the shape in the frame of the mesh [m], shape (3,)."""
+
+
+def classify(vertices: FloatArray, triangles: IntArray, *, plate_thickness: float = 0.05) -> tuple[MeshPart, ...]:
+    """The shapes that stand for some triangles; empty if all of them are slivers without area.
+
+    Rules: a closed axis-aligned box is a `Box`, another closed convex body a `Hull`. Everything else is first taken
+    apart into connected pieces. An open piece of at most `MAX_PLATES` flat faces becomes plates: the normal of a face
+    (counter-clockwise corners) points to the free side where balls are, and the plate grows to the other side. What is
+    left, closed bodies with dents and curved open surfaces, is a `Mesh`.
+
+    Args:
+        vertices: Shape (n, 3) [m].
+        triangles: Vertex rows, shape (m, 3).
+        plate_thickness: Of the plates made of open surfaces [m].
+    """
+    require_positive("classify", "plate_thickness", plate_thickness, "m")
+    mesh = _clean(vertices, triangles)
+    if not _has_area(mesh).any():
+        return ()
+    solid = _solid(mesh)
+    if solid is not None:
+        return (solid,)
+    parts: list[MeshPart] = []
+    for piece in _pieces(vertices, triangles, mesh):
+        solid = _solid(piece)
+        if solid is not None:
+            parts.append(solid)
+            continue
+        polygons = [] if _is_closed_body(piece) else _flat_polygons(piece)
+        if polygons:
+            parts += [_plate(points, normal, plate_thickness) for points, normal in polygons]
+        else:
+            parts.append(_triangle_mesh(piece))
+    return tuple(parts)
+
+
+def _clean(vertices: FloatArray, triangles: IntArray) -> Any:
+    """A trimesh with equal vertices (to a micrometer) merged, unused ones dropped, and no face of two points."""
+    _, first, inverse = np.unique(np.round(vertices, 6), axis=0, return_index=True, return_inverse=True)
+    faces = inverse.reshape(-1)[triangles]
+    faces = faces[(faces[:, 0] != faces[:, 1]) & (faces[:, 1] != faces[:, 2]) & (faces[:, 2] != faces[:, 0])]
+    mesh = trimesh.Trimesh(vertices[first], faces, process=False)
+    mesh.remove_unreferenced_vertices()
+    return mesh
+
+
+def _has_area(mesh: Any) -> BoolArray:
+    """Per face, whether it is more than a sliver: slivers close a body but have no direction of their own."""
+    if len(mesh.faces) == 0:
+        return np.zeros(0, dtype=np.bool_)
+    longest = np.linalg.norm(mesh.triangles - np.roll(mesh.triangles, 1, axis=1), axis=2).max(axis=1)
+    return np.asarray(2.0 * mesh.area_faces > 1e-5 * longest)  # its height is over 10 micrometers
+
+
+def _pieces(vertices: FloatArray, triangles: IntArray, mesh: Any) -> list[Any]:
+    """Connected pieces; solids that merely touch are kept apart if the file gave them vertices of their own."""
+    edges = np.vstack([triangles[:, [0, 1]], triangles[:, [1, 2]]])
+    labels = _labels(edges, len(vertices))[triangles[:, 0]]
+    if labels.max() > labels.min():
+        apart = [_clean(vertices, triangles[labels == label]) for label in np.unique(labels)]
+        apart = [piece for piece in apart if _has_area(piece).any()]
+        if all(_is_closed_body(piece) for piece in apart):
+            return apart
+    labels = _labels(mesh.face_adjacency, len(mesh.faces))
+    pieces = [_clean(mesh.vertices, mesh.faces[labels == label]) for label in np.unique(labels)]
+    return [piece for piece in pieces if _has_area(piece).any()]
+
+
+def _labels(pairs: IntArray, count: int) -> IntArray:
+    """For each of `count` nodes, the number of its component in the graph that the pairs make."""
+    graph = coo_matrix((np.ones(len(pairs), dtype=np.int8), (pairs[:, 0], pairs[:, 1])), shape=(count, count))
+    return np.asarray(connected_components(graph, directed=False)[1], dtype=np.int64)
+
+
+def _is_closed_body(mesh: Any) -> bool:
+    """Whether every edge joins two faces and the whole is not just a flat sheet with two sides."""
+    if not mesh.is_watertight:
+        return False
+    depth = np.linalg.svd(mesh.vertices - mesh.vertices.mean(axis=0), compute_uv=False)[-1]
+    return bool(depth > TOLERANCE)
+
+
+def _solid(mesh: Any) -> MeshPart | None:
+    """The mesh as a box or a hull, None if it is neither."""
+    if not (_is_closed_body(mesh) and _is_convex(mesh)):
+        return None
+    try:
+        hull = ConvexHull(mesh.vertices)
+    except QhullError:
+        return None
+    low, high = mesh.vertices.min(axis=0), mesh.vertices.max(axis=0)
+    center, size = (low + high) / 2.0, high - low
+    if hull.volume >= (1.0 - 1e-6) * float(np.prod(size)):
+        return MeshPart(Box((float(size[0]), float(size[1]), float(size[2]))), center)
+    return MeshPart(Hull(mesh.vertices[np.sort(hull.vertices)] - center), center)
+
+
+def _is_convex(mesh: Any) -> bool:
+    """Whether each face has all vertices on one side; asks nothing of the winding, which files often get wrong."""
+    is_face = _has_area(mesh)
+    normals = mesh.face_normals[is_face]
+    offsets = np.einsum("ij,ij->i", normals, mesh.triangles[is_face, 0])
+    for start in range(0, len(normals), 256):  # in blocks, so that a huge mesh is rejected early and in little memory
+        rows = slice(start, start + 256)
+        side = normals[rows] @ mesh.vertices.T - offsets[rows, None]
+        if not ((side.max(axis=1) <= TOLERANCE) | (side.min(axis=1) >= -TOLERANCE)).all():
+            return False
+    return True
+
+
+def _flat_polygons(mesh: Any) -> list[tuple[FloatArray, FloatArray]]:
+    """Convex flat polygons that cover the mesh, as (corners, normal); empty if it takes more than `MAX_PLATES`."""
+    mesh = _clean(mesh.vertices, mesh.faces[_has_area(mesh)])
+    pairs = mesh.face_adjacency
+    a, b = pairs[:, 0], pairs[:, 1]
+    normals, corners = mesh.face_normals, mesh.triangles
+    # Both faces lie within the tolerance of each other's plane and look to the same side.
+    gap_b = np.abs(np.einsum("ijk,ik->ij", corners[b] - corners[a][:, :1], normals[a])).max(axis=1, initial=0.0)
+    gap_a = np.abs(np.einsum("ijk,ik->ij", corners[a] - corners[b][:, :1], normals[b])).max(axis=1, initial=0.0)
+    is_flat = (np.maximum(gap_a, gap_b) <= TOLERANCE) & (np.einsum("ij,ij->i", normals[a], normals[b]) > 0.0)
+    pairs = pairs[is_flat]
+    labels = _labels(pairs, len(mesh.faces))
+    regions: list[list[int]] = []
+    for label in np.unique(labels):
+        regions += _convex_regions(mesh, np.flatnonzero(labels == label).tolist(), pairs)
+        if len(regions) > MAX_PLATES:
+            return []
+    return [(_corners(mesh, region), mesh.face_normals[region[0]]) for region in regions]
+
+
+def _convex_regions(mesh: Any, faces: list[int], pairs: IntArray) -> list[list[int]]:
+    """Coplanar connected triangles gathered into few convex regions: the whole if it is one, else grown greedily."""
+    if _covers_its_hull(mesh, faces):
+        return [faces]
+    left = set(faces)
+    regions: list[list[int]] = []
+    neighbours: dict[int, set[int]] = {face: set() for face in faces}
+    for i, j in pairs.tolist():
+        if i in neighbours and j in neighbours:
+            neighbours[i].add(j)
+            neighbours[j].add(i)
+    while left:
+        seed = max(sorted(left), key=lambda face: float(mesh.area_faces[face]))
+        region = [seed]
+        left.discard(seed)
+        grew = True
+        while grew:
+            grew = False
+            for face in sorted({n for member in region for n in neighbours[member]} & left):
+                if _covers_its_hull(mesh, [*region, face]):
+                    region.append(face)
+                    left.discard(face)
+                    grew = True
+        regions.append(region)
+    return regions
+
+
+def _covers_its_hull(mesh: Any, faces: list[int]) -> bool:
+    """Whether triangles lie in one plane and fill a convex polygon of it."""
+    points, normal = mesh.triangles[faces].reshape(-1, 3), mesh.face_normals[faces[0]]
+    if np.abs((points - points[0]) @ normal).max() > TOLERANCE:  # a fine curve: each pair is flat, the whole is not
+        return False
+    area = float(mesh.area_faces[faces].sum())
+    flat = _in_plane(points, normal)
+    return bool(ConvexHull(flat).volume <= area * (1.0 + 1e-4))  # in 2-D, `volume` is the area
+
+
+def _corners(mesh: Any, faces: list[int]) -> FloatArray:
+    points = np.unique(mesh.triangles[faces].reshape(-1, 3), axis=0)
+    return np.asarray(points[ConvexHull(_in_plane(points, mesh.face_normals[faces[0]])).vertices])
+
+
+def _in_plane(points: FloatArray, normal: FloatArray) -> FloatArray:
+    u = np.cross(normal, np.eye(3)[int(np.argmin(np.abs(normal)))])
+    u = u / np.linalg.norm(u)
+    return np.column_stack([points @ u, points @ np.cross(normal, u)])
+
+
+def _plate(corners: FloatArray, normal: FloatArray, thickness: float) -> MeshPart:
+    points = np.vstack([corners, corners - thickness * normal])
+    low, high = points.min(axis=0), points.max(axis=0)
+    center, size = (low + high) / 2.0, high - low
+    is_box = len(corners) == 4 and bool(np.isclose(np.prod(size), ConvexHull(points).volume, rtol=1e-6))
+    if is_box:
+        return MeshPart(Box((float(size[0]), float(size[1]), float(size[2]))), center)
+    return MeshPart(Hull(points - center), center)
+
+
+def _triangle_mesh(mesh: Any) -> MeshPart:
+    center = (mesh.vertices.min(axis=0) + mesh.vertices.max(axis=0)) / 2.0
+    return MeshPart(Mesh(np.asarray(mesh.vertices - center), np.asarray(mesh.faces, dtype=np.int64)), center)

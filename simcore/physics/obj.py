@@ -1,0 +1,182 @@
+"""Wavefront OBJ files as named groups of polygons, and back.
+
+Group names carry meaning here: they choose the surface of each part of a field. General mesh loaders lose them
+(trimesh 5.2 sorts faces by material and by corner count before it looks at `o` and `g`), so this reader keeps to the
+few statements that a collision mesh needs and says in which line it stumbled.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from dataclasses import dataclass
+from os import PathLike
+from pathlib import Path
+
+import numpy as np
+
+from simcore.errors import FieldMeshError
+from simcore.typing import FloatArray, IntArray
+
+__all__ = ["ObjGroup", "format_obj", "read_obj", "triangulate"]
+
+UNNAMED = "default"
+"""Name of faces that come before any `o` or `g`; the OBJ specification calls that group so."""
+
+_IGNORED = frozenset(
+    "vt vn vp s usemtl mtllib usemap maplib l p mg cstype deg bmat step curv curv2 surf parm trim hole scrv sp end con "
+    "bevel c_interp d_interp lod shadow_obj trace_obj ctech stech call csh".split()
+)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ObjGroup:
+    """The faces under one name."""
+
+    name: str
+    vertices: FloatArray
+    """Only those that the faces use, in the file's own unit, shape (n, 3)."""
+    faces: tuple[tuple[int, ...], ...]
+    """Vertex rows around each polygon, counter-clockwise seen from the side the normal points to."""
+
+    def triangles(self) -> IntArray:
+        """Vertex rows of each triangle, shape (m, 3)."""
+        rows = [tri for face in self.faces for tri in triangulate(self.vertices, face)]
+        return np.array(rows, dtype=np.int64).reshape(-1, 3)
+
+
+def read_obj(path: str | PathLike[str]) -> tuple[ObjGroup, ...]:
+    """Groups of an OBJ file in the order in which they first appear.
+
+    The latest `o` or `g` statement names the faces after it; faces under a name that comes again join the first ones.
+
+    Raises:
+        FieldMeshError: The file is missing, unreadable, not an OBJ, broken in some line, or holds no faces.
+    """
+    path = Path(path)
+    try:
+        raw = path.read_bytes()
+    except OSError as error:
+        raise FieldMeshError(
+            f"cannot read the field mesh {path}: {error.strerror or error}. Give the path of an OBJ file"
+        ) from error
+    if b"\0" in raw:
+        raise FieldMeshError(f"{path} is a binary file, not a text OBJ. Export the mesh as Wavefront OBJ")
+    text = raw.decode("utf-8", errors="replace").lstrip("\ufeff").replace("\\\r\n", " ").replace("\\\n", " ")
+
+    vertices: list[list[float]] = []
+    faces: dict[str, list[tuple[int, ...]]] = {}
+    name = UNNAMED
+    for number, line in enumerate(text.splitlines(), start=1):
+        words = line.partition("#")[0].split()
+        if not words:
+            continue
+        keyword, values = words[0], words[1:]
+        try:
+            if keyword == "v":
+                vertices.append(_vertex(values))
+            elif keyword == "f":
+                faces.setdefault(name, []).append(_face(values, len(vertices)))
+            elif keyword in ("o", "g"):
+                name = "_".join(values) or UNNAMED
+            elif keyword not in _IGNORED:
+                raise ValueError(f"unknown statement {keyword!r}")
+        except ValueError as error:
+            raise FieldMeshError(f"{path}, line {number}: {error} in {line.strip()[:80]!r}") from error
+    if not faces:
+        raise FieldMeshError(
+            f"{path} is empty: {len(vertices)} vertices but no faces. Export the mesh with its faces ('f' lines)"
+        )
+    points = np.array(vertices, dtype=np.float64)
+    return tuple(_group(name, points, polygons) for name, polygons in faces.items())
+
+
+def format_obj(groups: Iterable[ObjGroup], *, header: str = "", decimals: int = 6) -> str:
+    """The text of an OBJ file, the same for the same groups on every machine.
+
+    Args:
+        groups: What to write, in this order, each under its own `o` statement.
+        header: Comment lines for the top.
+        decimals: Digits after the point of each coordinate; 6 is a micrometer.
+    """
+    lines = [f"# {line}".rstrip() for line in header.splitlines()]
+    offset = 1
+    for group in groups:
+        lines.append(f"o {group.name}")
+        # Adding zero turns -0.0 into 0.0, so that a mirrored copy prints the same digits.
+        lines += ["v " + " ".join(f"{c:.{decimals}f}" for c in v) for v in np.round(group.vertices, decimals) + 0.0]
+        lines += ["f " + " ".join(str(i + offset) for i in face) for face in group.faces]
+        offset += len(group.vertices)
+    return "\n".join(lines) + "\n"
+
+
+def triangulate(vertices: FloatArray, face: tuple[int, ...]) -> list[tuple[int, int, int]]:
+    """Triangles of one flat polygon, convex or not: ears are cut off until a triangle is left.
+
+    Args:
+        vertices: Of the mesh, shape (n, 3).
+        face: Vertex rows around the polygon.
+    """
+    if len(face) == 3:
+        return [(face[0], face[1], face[2])]
+    corners = vertices[list(face)]
+    normal = np.cross(corners, np.roll(corners, -1, axis=0)).sum(axis=0)  # Newell's normal
+    u = np.eye(3)[int(np.argmin(np.abs(normal)))]
+    u = np.cross(normal, u)
+    flat = np.column_stack([corners @ u, corners @ np.cross(normal, u)])
+    left = list(range(len(face)))
+    out: list[tuple[int, int, int]] = []
+    while len(left) > 3:
+        ear = next((i for i in range(len(left)) if _is_ear(flat, left, i)), 0)  # 0: a bow tie, which has no ears
+        a, b, c = left[ear - 1], left[ear], left[(ear + 1) % len(left)]
+        out.append((face[a], face[b], face[c]))
+        del left[ear]
+    out.append((face[left[0]], face[left[1]], face[left[2]]))
+    return out
+
+
+def _is_ear(flat: FloatArray, left: list[int], i: int) -> bool:
+    a, b, c = left[i - 1], left[i], left[(i + 1) % len(left)]
+    if _turn(flat[a], flat[b], flat[c]) <= 0.0:
+        return False
+    return not any(
+        _turn(flat[a], flat[b], flat[p]) >= 0.0
+        and _turn(flat[b], flat[c], flat[p]) >= 0.0
+        and _turn(flat[c], flat[a], flat[p]) >= 0.0
+        for p in left
+        if p not in (a, b, c)
+    )
+
+
+def _turn(a: FloatArray, b: FloatArray, c: FloatArray) -> float:
+    """Twice the signed area of a triangle: above zero for a left turn at b."""
+    return float((b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]))
+
+
+def _vertex(values: list[str]) -> list[float]:
+    if len(values) < 3:
+        raise ValueError(f"a vertex needs 3 numbers, got {len(values)}")
+    point = [float(v) for v in values[:3]]
+    if not all(math.isfinite(c) for c in point):
+        raise ValueError("a vertex must have finite coordinates")
+    return point
+
+
+def _face(values: list[str], count: int) -> tuple[int, ...]:
+    rows: list[int] = []
+    for value in values:
+        index = int(value.partition("/")[0])
+        row = index - 1 if index > 0 else count + index  # negative indices count back from the latest vertex
+        if index == 0 or not 0 <= row < count:
+            raise ValueError(f"vertex {index} does not exist, {count} vertices so far")
+        if row not in rows:
+            rows.append(row)
+    if len(rows) < 3:
+        raise ValueError(f"a face needs 3 different vertices, got {len(rows)}")
+    return tuple(rows)
+
+
+def _group(name: str, points: FloatArray, polygons: list[tuple[int, ...]]) -> ObjGroup:
+    used = sorted({row for face in polygons for row in face})
+    new = {row: i for i, row in enumerate(used)}
+    return ObjGroup(name, points[used], tuple(tuple(new[row] for row in face) for face in polygons))
