@@ -1,0 +1,260 @@
+"""A geared DC motor with its controller's limits, solved together with the shaft that it turns.
+
+All of it comes down to one scalar equation per shaft and step. Backward Euler for the shaft speed w is
+
+    k w = a + T(w)          k = J/h + (tire stiffness),   a = J/h w_old + (tire force)
+
+and the torque T of motor, limits, gear loss and dry friction never rises with w. So there is exactly one solution
+for any inertia and any step, it is found by a few comparisons, and it cannot diverge.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from simcore.drivetrain.motor import MotorModel
+
+__all__ = ["LOCKED", "ShaftMotor", "bus_voltage", "solve_limited", "solve_shaft", "supply_bound"]
+
+LOCKED = 1e12
+"""Slope of a torque line that stands for a shaft held by friction [N m s]."""
+
+
+@dataclass(frozen=True, slots=True)
+class ShaftMotor:
+    """Constants of `count` equal motors on one shaft, seen from the shaft."""
+
+    resistance: float
+    """Of one motor [ohm]."""
+    conductance: float
+    """1 / resistance [1/ohm]."""
+    emf: float
+    """Back-EMF per shaft speed [V s/rad]."""
+    torque_driving: float
+    """Shaft torque per motor current while the motor drives the gears [N m/A]."""
+    torque_driven: float
+    """The same while the gears drive the motor; gear loss then helps to brake [N m/A]."""
+    friction: float
+    """Dry friction at the shaft [N m]."""
+    stator_limit: float
+    """Per motor [A]."""
+    supply_limit: float
+    """Per motor [A]."""
+    count: int
+
+    @staticmethod
+    def of(
+        model: MotorModel,
+        *,
+        gearing: float,
+        efficiency: float = 1.0,
+        friction_volts: float = 0.0,
+        stator_limit: float = math.inf,
+        supply_limit: float = math.inf,
+        count: int = 1,
+    ) -> ShaftMotor:
+        """Refer a motor behind a gear to the shaft."""
+        torque = model.kt * gearing * count
+        return ShaftMotor(
+            resistance=model.resistance,
+            conductance=1.0 / model.resistance,
+            emf=gearing / model.kv,
+            torque_driving=torque * efficiency,
+            torque_driven=torque / efficiency,
+            # The voltage that just turns the shaft against friction is multiplied by the gears, as any torque is.
+            friction=torque * efficiency * friction_volts / model.resistance,
+            stator_limit=stator_limit,
+            supply_limit=supply_limit,
+            count=count,
+        )
+
+
+def solve_shaft(
+    k: float, a: float, i0: float, i1: float, limit: float, drive: float, driven: float, friction: float
+) -> tuple[float, float, float, float]:
+    """Solve `k w = a + T(w)` exactly for a limited motor behind lossy gears with dry friction.
+
+    Args:
+        k: Stiffness, > 0 [N m s].
+        a: Torque that is there without the motor [N m].
+        i0: Motor current at standstill, before the limit [A].
+        i1: How much the current falls per shaft speed, >= 0 [A s/rad].
+        limit: Of the current, in both directions [A].
+        drive: Torque per current while the motor drives [N m/A].
+        driven: Torque per current while it is driven, >= drive [N m/A].
+        friction: Dry friction [N m].
+
+    Returns:
+        Shaft speed [rad/s], current [A], and the line T = t0 - t1 w that holds there: t0 [N m], t1 [N m s].
+    """
+    current = i0
+    if current > limit:
+        current = limit
+    elif current < -limit:
+        current = -limit
+    # Torque just above and just below standstill: between them gear loss and friction hold the shaft.
+    if current > 0.0:
+        up = a + drive * current - friction
+        down = a + driven * current + friction
+    else:
+        up = a + driven * current - friction
+        down = a + drive * current + friction
+    if up > 0.0:
+        a -= friction
+        # The motor drives below its free speed i0 / i1; the torque balance at that speed tells on which side we are.
+        f = drive if i0 > 0.0 and a * i1 < k * i0 else driven
+        sign = -friction
+    elif down < 0.0:
+        a += friction
+        f = drive if i0 < 0.0 and a * i1 > k * i0 else driven
+        sign = friction
+    else:
+        return 0.0, current, 0.0, LOCKED
+    w = (a + f * i0) / (k + f * i1)
+    current = i0 - i1 * w
+    if current > limit:
+        torque = f * limit
+        return (a + torque) / k, limit, torque + sign, 0.0
+    if current < -limit:
+        torque = f * limit
+        return (a - torque) / k, -limit, sign - torque, 0.0
+    return w, current, f * i0 + sign, f * i1
+
+
+def supply_bound(
+    emf: float, slope: float, w: float, resistance: float, power: float, current: float
+) -> tuple[float, float]:
+    """The current line that keeps |V I| within `power`, near the present shaft speed.
+
+    While drawing, the limit is the curve (e + I R) I = P, which is convex in e: its tangent at the present e stays
+    below it, so the limit also holds at the end of the step. While regenerating, the controller gives up torque until
+    the power fed back is within the limit.
+
+    Args:
+        emf: Present back-EMF e [V].
+        slope: Back-EMF per shaft speed [V s/rad].
+        w: Present shaft speed [rad/s].
+        resistance: R [ohm].
+        power: Limit P [W].
+        current: The current that broke the limit; only its sign matters [A].
+
+    Returns:
+        `i0, i1` of the line I = i0 - i1 w, for `solve_shaft`.
+    """
+    sign = 1.0 if current > 0.0 else -1.0
+    e = emf * sign
+    if e + abs(current) * resistance >= 0.0:
+        size = 0.5 * (math.sqrt(e * e + 4.0 * resistance * power) - e) / resistance
+        drop = size / (e + 2.0 * size * resistance) if size > 0.0 else 0.0
+        return sign * size + drop * slope * w, drop * slope
+    return sign * 0.5 * (-e - math.sqrt(max(0.0, e * e - 4.0 * resistance * power))) / resistance, 0.0
+
+
+def solve_limited(
+    motor: ShaftMotor,
+    k: float,
+    a: float,
+    i0: float,
+    i1: float,
+    stator_limit: float,
+    friction: float,
+    emf_offset: float,
+    w: float,
+    supply_power: float,
+) -> tuple[float, float, float, float]:
+    """`solve_shaft` with the supply limit as well.
+
+    Args:
+        motor: Constants of the motor.
+        k: See `solve_shaft`.
+        a: See `solve_shaft`.
+        i0: See `solve_shaft`.
+        i1: See `solve_shaft`.
+        stator_limit: In force now [A].
+        friction: Dry friction now [N m].
+        emf_offset: Back-EMF at standstill (azimuth coupling) [V].
+        w: Shaft speed before the step [rad/s].
+        supply_power: Supply limit times bus voltage [W].
+    """
+    result = solve_shaft(k, a, i0, i1, stator_limit, motor.torque_driving, motor.torque_driven, friction)
+    current = result[1]
+    power = (emf_offset + motor.emf * result[0] + current * motor.resistance) * current
+    if power > supply_power or power < -supply_power:
+        i0, i1 = supply_bound(emf_offset + motor.emf * w, motor.emf, w, motor.resistance, supply_power, current)
+        result = solve_shaft(k, a, i0, i1, stator_limit, motor.torque_driving, motor.torque_driven, friction)
+    return result
+
+
+def bus_voltage(
+    guess: float,
+    open_voltage: float,
+    resistance: float,
+    other_current: float,
+    motors: Sequence[ShaftMotor],
+    requests: Sequence[float | None],
+    limits: Sequence[float],
+    emfs: Sequence[float],
+) -> float:
+    """Voltage at which battery and motors agree: V = V_open - R (I_other + I_motors(V)).
+
+    Four stalled motors have less resistance together than the battery, so last step's current must not set this
+    step's voltage: that would ring between 0 and 13 V. Newton from the last voltage; one round when nothing changes.
+
+    Args:
+        guess: Voltage of the last step [V].
+        open_voltage: Behind the resistance [V].
+        resistance: Of the battery [ohm].
+        other_current: Drawn by everything else [A].
+        motors: Constants per motor.
+        requests: Voltage wanted per motor; None is an open circuit [V].
+        limits: Stator limit per motor [A].
+        emfs: Back-EMF per motor now [V].
+    """
+    bus = guess if guess > 1e-3 else open_voltage
+    if bus < 1e-3:
+        return 0.0
+    for _ in range(8):
+        total = other_current
+        rise = 0.0  # d total / d bus
+        for m, request, limit, emf in zip(motors, requests, limits, emfs, strict=True):
+            if request is None:
+                continue
+            full = True
+            v = request
+            if v > bus:
+                v = bus
+            elif v < -bus:
+                v = -bus
+            else:
+                full = False
+            i = (v - emf) * m.conductance
+            if i > limit:
+                i = limit
+                v = emf + i * m.resistance
+                full = False
+            elif i < -limit:
+                i = -limit
+                v = emf + i * m.resistance
+                full = False
+            drawn = v * i / bus
+            slope = m.conductance if full else -drawn / bus
+            if drawn > m.supply_limit:
+                drawn = m.supply_limit
+                slope = 0.0
+            elif drawn < -m.supply_limit:
+                drawn = -m.supply_limit
+                slope = 0.0
+            total += drawn * m.count
+            rise += slope * m.count
+        miss = open_voltage - resistance * total - bus
+        if -0.01 < miss < 0.01:
+            break
+        steep = 1.0 + resistance * rise
+        # Beyond the point of greatest power Newton would run uphill: halve until the requests saturate.
+        new = bus + miss / steep if steep > 0.2 else (0.5 * bus if miss < 0.0 else open_voltage)
+        bus = new if new > 0.0 else 0.5 * bus
+        if bus < 1e-3:
+            return 0.0
+    return bus

@@ -1,0 +1,166 @@
+"""DC motors: the linear model and the table of every motor that WPILib knows."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cache
+
+from simcore.errors import UnknownNameError, require_non_negative, require_positive
+
+__all__ = ["MOTOR_NAMES", "MotorModel", "motor"]
+
+MOTOR_NAMES = (
+    "Andymark 9015",
+    "Bag",
+    "BaneBots RS-550",
+    "BaneBots RS-775",
+    "CIM",
+    "Falcon 500",
+    "Falcon 500 FOC",
+    "Kraken X44",
+    "Kraken X44 FOC",
+    "Kraken X60",
+    "Kraken X60 FOC",
+    "Mini CIM",
+    "Minion",
+    "NEO",
+    "NEO 550",
+    "NEO Vortex",
+    "RS-775 125",
+    "Romi built-in",
+    "Vex 775pro",
+)
+"""The motors of WPILib's `DCMotor`, by the name printed on the box."""
+
+_DEFAULT_ROTOR_INERTIA = 4.5e-5
+"""Inertia of a brushless rotor [kg m^2]; estimate, +-50 %: vendors publish none for Kraken, Falcon, NEO or Vortex."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class MotorModel:
+    """A permanent-magnet DC motor as its datasheet describes it.
+
+    Current and torque are straight lines over speed: I = (V - Omega / kv) / R and tau = kt * I, as in WPILib's
+    `DCMotor`. Some datasheets contradict themselves: where `kt * kv` is above 1 (NEO: 1.25) the published stall
+    torque and free speed together deliver more than the electrical power near free speed, before any gear loss.
+    """
+
+    name: str
+    stall_torque: float
+    """At nominal voltage [N m]."""
+    stall_current: float
+    """At nominal voltage [A]."""
+    free_current: float
+    """At nominal voltage and no load [A]."""
+    free_speed: float
+    """At nominal voltage and no load [rad/s]."""
+    nominal_voltage: float = 12.0
+    """Voltage of the datasheet [V]."""
+    rotor_inertia: float = _DEFAULT_ROTOR_INERTIA
+    """Inertia of the rotor about its own axis [kg m^2]."""
+
+    def __post_init__(self) -> None:
+        for field, unit in (
+            ("stall_torque", "N m"),
+            ("stall_current", "A"),
+            ("free_speed", "rad/s"),
+            ("nominal_voltage", "V"),
+        ):
+            require_positive(self.name, field, getattr(self, field), unit)
+        require_non_negative(self.name, "free_current", self.free_current, "A")
+        require_non_negative(self.name, "rotor_inertia", self.rotor_inertia, "kg m^2")
+        # 0 < free current < stall current keeps R, kt and kv positive: a motor without resistance cannot be written.
+        require_positive(self.name, "stall_current - free_current", self.stall_current - self.free_current, "A")
+
+    @property
+    def resistance(self) -> float:
+        """Of the windings [ohm]."""
+        return self.nominal_voltage / self.stall_current
+
+    @property
+    def kt(self) -> float:
+        """Torque per current [N m/A]."""
+        return self.stall_torque / self.stall_current
+
+    @property
+    def kv(self) -> float:
+        """Speed per volt of back-EMF [rad/s/V]."""
+        return self.free_speed / (self.nominal_voltage - self.resistance * self.free_current)
+
+
+def motor(name: str) -> MotorModel:
+    """Look up a motor by name; case, spaces, dots and dashes do not matter.
+
+    >>> round(motor("Kraken X60").stall_torque, 2)
+    7.09
+    >>> motor("krakenx60") == motor("Kraken X60")
+    True
+
+    Raises:
+        UnknownNameError: When WPILib has no such motor; the message names the nearest.
+    """
+    wanted = _plain(name)
+    for known in MOTOR_NAMES:
+        if _plain(known) == wanted:
+            return _from_wpilib(known)
+    raise UnknownNameError("motor", name, MOTOR_NAMES)
+
+
+def _plain(name: str) -> str:
+    return "".join(c for c in name.lower() if c.isalnum())
+
+
+_FACTORIES = {
+    "Andymark 9015": "andymark9015",
+    "Bag": "bag",
+    "BaneBots RS-550": "banebotsRS550",
+    "BaneBots RS-775": "banebotsRS775",
+    "CIM": "CIM",
+    "Falcon 500": "falcon500",
+    "Falcon 500 FOC": "falcon500FOC",
+    "Kraken X44": "krakenX44",
+    "Kraken X44 FOC": "krakenX44FOC",
+    "Kraken X60": "krakenX60",
+    "Kraken X60 FOC": "krakenX60FOC",
+    "Mini CIM": "miniCIM",
+    "Minion": "minion",
+    "NEO": "NEO",
+    "NEO 550": "NEO550",
+    "NEO Vortex": "neoVortex",
+    "RS-775 125": "RS775_125",
+    "Romi built-in": "romiBuiltIn",
+    "Vex 775pro": "vex775Pro",
+}
+
+# Rotors that are clearly not of the 60 mm brushless class; estimates from rotor mass and radius, +-50 %.
+_ROTOR_INERTIA = {
+    "CIM": 7.8e-5,
+    "Mini CIM": 5.0e-5,
+    "Kraken X44": 2.0e-5,
+    "Kraken X44 FOC": 2.0e-5,
+    "Minion": 2.0e-5,
+    "NEO 550": 6.0e-6,
+    "Bag": 1.2e-5,
+    "Vex 775pro": 1.2e-5,
+    "BaneBots RS-550": 6.0e-6,
+    "BaneBots RS-775": 1.2e-5,
+    "RS-775 125": 1.2e-5,
+    "Andymark 9015": 6.0e-6,
+    "Romi built-in": 1.0e-7,
+}
+
+
+@cache
+def _from_wpilib(name: str) -> MotorModel:
+    from wpimath.system.plant import DCMotor  # here, so that importing simcore stays free of native libraries
+
+    m = getattr(DCMotor, _FACTORIES[name])(1)
+    return MotorModel(
+        name=name,
+        stall_torque=m.stallTorque,
+        stall_current=m.stallCurrent,
+        free_current=m.freeCurrent,
+        free_speed=m.freeSpeed,
+        nominal_voltage=m.nominalVoltage,
+        rotor_inertia=_ROTOR_INERTIA.get(name, _DEFAULT_ROTOR_INERTIA),
+    )

@@ -1,0 +1,509 @@
+"""The swerve drive: commands in, tire forces out, with motors, battery and encoders between."""
+
+from __future__ import annotations
+
+import enum
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from simcore.drivetrain.config import SwerveConfig
+from simcore.drivetrain.control import module_targets, optimize
+from simcore.drivetrain.electrical import ShaftMotor, bus_voltage
+from simcore.drivetrain.encoders import EncoderCache
+from simcore.drivetrain.load import normal_loads
+from simcore.drivetrain.module import ModuleState, MotorReadout, SteerBank
+from simcore.drivetrain.solver import DriveShaft, TireSolver, WheelContact
+from simcore.errors import ConfigError, NonFiniteError
+from simcore.power.battery import Battery, BatteryConfig
+from simcore.typing import FloatArray
+from simcore.units import GRAVITY
+
+__all__ = ["MAX_INNER_STEP", "DriveMode", "SwerveDrive"]
+
+MAX_INNER_STEP = 0.004
+"""Longest step of motors and tires [s]; a longer step of the caller is cut into equal parts."""
+
+
+class DriveMode(enum.Enum):
+    """What the last command asks of the drive motors."""
+
+    NEUTRAL = "neutral"
+    VOLTS = "volts"
+    DUTY = "duty"
+    TORQUE_CURRENT = "torque current"
+    STATES = "states"
+
+
+class SwerveDrive:
+    """One robot's drivetrain. It owns wheels, motors, battery and encoders, not the pose.
+
+    Each physics step of the owner is one call of `step`: it takes the velocity that the chassis really has (walls and
+    other robots have had their say) and returns the change that the tires make. Several drives share nothing.
+
+    Example:
+        >>> from simcore.drivetrain.config import SwerveConfig, SwerveModuleConfig
+        >>> drive = SwerveDrive(SwerveConfig.square(0.527, SwerveModuleConfig(x=0, y=0)))
+        >>> drive.set_volts([6.0] * 4, [0.0] * 4)
+        >>> dvx, dvy, domega = drive.step(0.005, 0.0, 0.0, 0.0)
+        >>> dvx > 0.0
+        True
+    """
+
+    def __init__(self, config: SwerveConfig, *, battery: Battery | None = None) -> None:
+        """Put wheels at rest, pointing forward.
+
+        Args:
+            config: The robot.
+            battery: Its battery; None is a stiff 12 V supply. The drive steps it: nobody else must.
+        """
+        self.config = config
+        self.battery = battery if battery is not None else Battery(BatteryConfig.stiff(12.0))
+        self.other_current = 0.0
+        """Drawn by everything but the drivetrain, set by the owner at any time [A]."""
+        self.enabled = True
+        """False: motors go to neutral, as a disabled robot's do."""
+        modules = config.modules
+        n = len(modules)
+        self._n = n
+        self._drive_motors = [
+            ShaftMotor.of(
+                m.drive_motor,
+                gearing=m.drive_gearing,
+                efficiency=m.drive_efficiency,
+                friction_volts=m.drive_friction_volts,
+                stator_limit=m.drive_stator_limit,
+                supply_limit=m.drive_supply_limit,
+            )
+            for m in modules
+        ]
+        self._solver = TireSolver(
+            mass=config.mass,
+            yaw_inertia=config.yaw_inertia,
+            wheels=[
+                WheelContact(
+                    x=x,
+                    y=y,
+                    radius=m.wheel_radius,
+                    tread=m.tread,
+                    rolling_resistance=m.rolling_resistance,
+                    slip_ratio=m.slip_ratio,
+                    slip_speed=m.slip_speed,
+                )
+                for (x, y), m in zip(config.positions, modules, strict=True)
+            ],
+            shafts=[
+                DriveShaft(inertia=m.drive_inertia, motor=motor, wheels=(i,))
+                for i, (m, motor) in enumerate(zip(modules, self._drive_motors, strict=True))
+            ],
+        )
+        self._steer = SteerBank(modules)
+        self._motors = [*self._drive_motors, *self._steer.motors]
+        self._steer_limits = [m.steer_stator_limit for m in modules]
+        self._stator_limits = [m.drive_stator_limit for m in modules]
+        # Azimuth coupling: [V s/rad] of back-EMF, and [kg m^2] of rotor that the azimuth turns as well.
+        self._coupled_emf = [m.coupling_ratio / m.drive_motor.kv for m in modules]
+        self._coupled_inertia = [m.drive_motor.rotor_inertia * m.drive_gearing * m.coupling_ratio for m in modules]
+        self._coupled = any(m.coupling_ratio != 0.0 for m in modules)
+        self._ramped = any(m.drive_ramp > 0.0 for m in modules)
+        self._static_loads = normal_loads(config, [True] * n, (0.0, 0.0, -GRAVITY))
+        self.encoders = EncoderCache(n)
+        """Readings at 250 Hz; drain it once a tick."""
+        self.reset()
+
+    # ---------------------------------------------------------------- commands
+
+    def set_volts(self, drive: Sequence[float], steer: Sequence[float]) -> None:
+        """Raw voltage of every motor, kept until the next command [V].
+
+        Raises:
+            NonFiniteError: When a voltage is missing, NaN or infinite; it names the module, and nothing has changed.
+            ConfigError: When there is not one voltage per module.
+        """
+        drive_ = self._checked("drive volts", drive)
+        steer_ = self._checked("steer volts", steer)
+        self._mode, self._drive_command, self._steer_command = DriveMode.VOLTS, drive_, steer_
+
+    def set_duty_cycles(self, drive: Sequence[float], steer: Sequence[float]) -> None:
+        """Share of the battery voltage per motor, -1..1; see `set_volts` for errors."""
+        drive_ = [min(1.0, max(-1.0, d)) for d in self._checked("drive duty cycle", drive)]
+        steer_ = [min(1.0, max(-1.0, d)) for d in self._checked("steer duty cycle", steer)]
+        self._mode, self._drive_command, self._steer_command = DriveMode.DUTY, drive_, steer_
+
+    def set_torque_currents(self, drive: Sequence[float], steer: Sequence[float]) -> None:
+        """Stator current of the drive motors [A] and voltage of the steer motors [V]; see `set_volts` for errors."""
+        drive_ = self._checked("drive current", drive)
+        steer_ = self._checked("steer volts", steer)
+        self._mode, self._drive_command, self._steer_command = DriveMode.TORQUE_CURRENT, drive_, steer_
+
+    def set_module_states(self, speeds: Sequence[float], angles: Sequence[float]) -> None:
+        """Closed loop on board: ground speed [m/s] and steer angle [rad] per module; see `set_volts` for errors."""
+        speeds_ = self._checked("module speed", speeds)
+        angles_ = self._checked("module angle", angles)
+        self._mode, self._drive_command, self._steer_command = DriveMode.STATES, speeds_, angles_
+
+    def set_chassis_speeds(self, vx: float, vy: float, omega: float) -> None:
+        """Closed loop on board: velocity of the robot in its own frame [m/s, m/s, rad/s]; scaled down if too fast.
+
+        Raises:
+            NonFiniteError: When a speed is NaN or infinite; nothing has changed.
+        """
+        for name, value in (("vx", vx), ("vy", vy), ("omega", omega)):
+            _number(f"chassis speed {name}", value)
+        positions = [(m.x, m.y) for m in self.config.modules]
+        speeds, angles = module_targets(positions, vx, vy, omega, self.max_speed, self._present_angles())
+        self._mode, self._drive_command, self._steer_command = DriveMode.STATES, speeds, angles
+
+    def stop(self) -> None:
+        """Zero command: every motor to its neutral mode, brake or coast."""
+        self._mode = DriveMode.NEUTRAL
+        self._drive_command = [0.0] * self._n
+        self._steer_command = [0.0] * self._n
+
+    def reset(self, *, angles: Sequence[float] | None = None) -> None:
+        """Everything as new: wheels at rest at `angles` [rad], encoders at zero, battery rested, time at zero."""
+        n = self._n
+        turned = [0.0] * n if angles is None else self._checked("steer angle", angles)
+        self.time = 0.0
+        """Simulated time since the reset [s]."""
+        self.state = ModuleState.zeros(n)
+        self.state.steer_angle = turned
+        self.state.cos = [math.cos(a) for a in turned]
+        self.state.sin = [math.sin(a) for a in turned]
+        solver = self._solver
+        solver.shaft_speed = self.state.wheel_speed  # one list: the solver moves it, everyone reads it
+        solver.shaft_current = [0.0] * n
+        solver.slip = [0.0] * n
+        self.drive_motors = MotorReadout.zeros(n)
+        """Of the drive motors in the last inner step."""
+        self.steer_motors = MotorReadout.zeros(n)
+        """Of the steer motors in the last inner step."""
+        self._ramp_volts = [0.0] * n
+        self._force_x = [0.0] * n
+        self._force_y = [0.0] * n
+        self._elapsed = 1.0
+        self.battery.reset()
+        self._bus = self.battery.voltage
+        self.encoders.clear(0.0)
+        self.stop()
+
+    # ---------------------------------------------------------------- the step
+
+    def step(
+        self,
+        h: float,
+        vx: float,
+        vy: float,
+        omega: float,
+        normal_loads: Sequence[float] | None = None,
+        ax: float = 0.0,
+        ay: float = 0.0,
+    ) -> tuple[float, float, float]:
+        """Change of velocity that the tires make in `h` on a free planar body.
+
+        All vectors are in the robot axes at the START of the step; the turn of the robot within the step is followed
+        inside. It is force times time over mass, nothing else: add it to the field-frame velocity rotated by the yaw
+        at the start of the step, and no term omega x v is needed.
+
+        Args:
+            h: Time step of the owner [s]; cut into parts of at most 4 ms.
+            vx: Velocity of the center of mass that the chassis really has, forward [m/s].
+            vy: To the left [m/s].
+            omega: Yaw rate [rad/s].
+            normal_loads: Per wheel [N], 0 off the ground; None is the robot at rest on level ground.
+            ax: Acceleration that the owner will add itself in this step (gravity along a slope), forward [m/s^2].
+                Knowing it, the tires hold a parked robot on a ramp without creeping. It is not in the result.
+            ay: To the left [m/s^2].
+
+        Returns:
+            Change of vx, vy [m/s] and omega [rad/s].
+
+        Raises:
+            NonFiniteError: When an argument is not finite; nothing has changed.
+        """
+        n = self._n
+        loads = self._static_loads if normal_loads is None else normal_loads
+        if not math.isfinite(h + vx + vy + omega + ax + ay + sum(loads)) or h <= 0.0:
+            raise NonFiniteError(
+                f"swerve step needs finite numbers and h > 0, got h={h}, v=({vx}, {vy}, {omega}), loads={list(loads)}"
+            )
+        if len(loads) != n:
+            raise ConfigError(f"swerve step needs {n} normal loads, got {len(loads)}")
+        parts = math.ceil(h / MAX_INNER_STEP - 1e-9)
+        dt = h / parts
+        dx = dy = dw = turned = 0.0
+        force_x = [0.0] * n
+        force_y = [0.0] * n
+        solver = self._solver
+        for _ in range(parts):
+            # Velocity in the robot axes of now; the frame has turned since the start.
+            c, s = (math.cos(turned), math.sin(turned)) if turned != 0.0 else (1.0, 0.0)
+            ux = c * vx + s * vy + (c * ax + s * ay) * dt
+            uy = c * vy - s * vx + (c * ay - s * ax) * dt
+            nx, ny, new_omega = self._inner(dt, ux, uy, omega, loads)
+            jx = nx - ux
+            jy = ny - uy
+            dx += c * jx - s * jy
+            dy += s * jx + c * jy
+            vx += c * jx - s * jy + ax * dt
+            vy += s * jx + c * jy + ay * dt
+            dw += new_omega - omega
+            omega = new_omega
+            turned += omega * dt
+            for k in range(n):
+                force_x[k] += solver.force_x[k]
+                force_y[k] += solver.force_y[k]
+        self._force_x = force_x
+        self._force_y = force_y
+        self._parts = parts
+        return dx, dy, dw
+
+    def _inner(
+        self, h: float, vx: float, vy: float, omega: float, loads: Sequence[float]
+    ) -> tuple[float, float, float]:
+        """One inner step: requests, battery, azimuths, tires and wheels, encoders."""
+        n = self._n
+        state = self.state
+        solver = self._solver
+        battery = self.battery
+        drive, steer, limits = self._requests(h)
+        emf_drive = self._drive_motors
+        bus = self._bus
+        if battery.config.resistance > 0.0:
+            emfs = [m.emf * w for m, w in zip(emf_drive, state.wheel_speed, strict=True)]
+            if self._coupled:
+                emfs = [e + k * w for e, k, w in zip(emfs, self._coupled_emf, state.steer_speed, strict=True)]
+            emfs += [m.emf * w for m, w in zip(self._steer.motors, state.steer_speed, strict=True)]
+            bus = bus_voltage(
+                *(bus, battery.open_voltage, battery.config.resistance, self.other_current),
+                *(self._motors, [*drive, *steer], [*limits, *self._steer_limits], emfs),
+            )
+        else:
+            bus = battery.open_voltage
+        self._bus = bus
+        drive = [v if v is None or -bus <= v <= bus else math.copysign(bus, v) for v in drive]
+        steer = [v if v is None or -bus <= v <= bus else math.copysign(bus, v) for v in steer]
+
+        before = state.steer_speed[:] if self._coupled else state.steer_speed
+        self._steer.step(h, state, steer, loads, solver.shaft_current, bus, self.steer_motors)
+        if self._coupled:
+            offset = [k * w for k, w in zip(self._coupled_emf, state.steer_speed, strict=True)]
+            torque = [
+                -j * (new - old) / h
+                for j, new, old in zip(self._coupled_inertia, state.steer_speed, before, strict=True)
+            ]
+        else:
+            offset = torque = [0.0] * n
+        result = solver.step(h, vx, vy, omega, loads, state.cos, state.sin, drive, offset, torque, limits, bus)
+        total = self.other_current
+        for k in range(n):
+            state.wheel_angle[k] += state.wheel_speed[k] * h
+            self.drive_motors.note(
+                k, solver.shaft_volts[k], solver.shaft_current[k], emf_drive[k].resistance, bus, h, 1
+            )
+            total += self.drive_motors.supply[k] + self.steer_motors.supply[k]
+        battery.step(h, total)
+        self.time += h
+        self.encoders.record(self.time, h, state.wheel_angle, state.wheel_speed, state.steer_angle, state.steer_speed)
+        return result
+
+    def _requests(self, h: float) -> tuple[list[float | None], list[float | None], list[float]]:
+        """Voltage wanted from every drive and steer motor, None for an open circuit, and the stator limits."""
+        modules = self.config.modules
+        limits = self._stator_limits
+        mode = self._mode
+        drive: list[float | None]
+        steer: list[float | None]
+        if mode is DriveMode.NEUTRAL or not self.enabled or self.battery.browned_out:
+            self._ramp_volts = [0.0] * self._n
+            drive = [0.0 if m.drive_brake else None for m in modules]
+            steer = [0.0 if m.steer_brake else None for m in modules]
+            return drive, steer, limits
+        if mode is DriveMode.STATES:
+            drive = []
+            steer = []
+            state = self.state
+            for k, m in enumerate(modules):
+                speed, error = optimize(self._drive_command[k], self._steer_command[k], state.steer_angle[k])
+                w = speed / m.wheel_radius
+                measured = state.wheel_speed[k] * m.wheel_radius
+                motor = self._drive_motors[k]
+                drive.append(
+                    motor.emf * w + m.drive_kp * (speed - measured) + self._coupled_emf[k] * state.steer_speed[k]
+                )
+                steer.append(m.steer_kp * error)
+        elif mode is DriveMode.DUTY:
+            drive = [d * self._bus for d in self._drive_command]
+            steer = [d * self._bus for d in self._steer_command]
+        elif mode is DriveMode.TORQUE_CURRENT:
+            # As much voltage as there is, with the wanted current as the limit.
+            drive = [math.copysign(math.inf, i) if i != 0.0 else None for i in self._drive_command]
+            limits = [min(abs(i), limit) for i, limit in zip(self._drive_command, limits, strict=True)]
+            steer = list(self._steer_command)
+        else:
+            drive = list(self._drive_command)
+            steer = list(self._steer_command)
+        if self._ramped and mode is not DriveMode.TORQUE_CURRENT:
+            for k, m in enumerate(modules):
+                wanted = drive[k]
+                if m.drive_ramp > 0.0 and wanted is not None:
+                    most = 12.0 / m.drive_ramp * h
+                    old = self._ramp_volts[k]
+                    drive[k] = self._ramp_volts[k] = old + min(most, max(-most, wanted - old))
+        for k, m in enumerate(modules):
+            if drive[k] == 0.0 and not m.drive_brake:
+                drive[k] = None
+            if steer[k] == 0.0 and not m.steer_brake:
+                steer[k] = None
+        return drive, steer, limits
+
+    # ---------------------------------------------------------------- readings
+
+    @property
+    def bus_voltage(self) -> float:
+        """Battery voltage that the motors had in the last inner step [V]."""
+        return self._bus
+
+    @property
+    def browned_out(self) -> bool:
+        """Whether the roboRIO holds the outputs off."""
+        return self.battery.browned_out
+
+    @property
+    def supply_current(self) -> float:
+        """From the battery in the last inner step, drivetrain only [A]."""
+        return sum(self.drive_motors.supply) + sum(self.steer_motors.supply)
+
+    @property
+    def electrical_energy(self) -> float:
+        """Taken by all motors since the reset: the integral of V I [J]."""
+        return sum(self.drive_motors.energy) + sum(self.steer_motors.energy)
+
+    @property
+    def wheel_forces(self) -> FloatArray:
+        """Ground on wheels, robot axes, averaged over the last `step` [N], shape (n, 2)."""
+        return np.array([self._force_x, self._force_y]).T / self._parts
+
+    @property
+    def wheel_angles(self) -> FloatArray:
+        """[rad], any number of turns, shape (n,)."""
+        return np.array(self.state.wheel_angle)
+
+    @property
+    def wheel_distances(self) -> FloatArray:
+        """What the drive encoders make of it [m], shape (n,)."""
+        return np.array([a * m.wheel_radius for a, m in zip(self.state.wheel_angle, self.config.modules, strict=True)])
+
+    @property
+    def wheel_speeds(self) -> FloatArray:
+        """At the tread [m/s], shape (n,)."""
+        return np.array([w * m.wheel_radius for w, m in zip(self.state.wheel_speed, self.config.modules, strict=True)])
+
+    @property
+    def steer_angles(self) -> FloatArray:
+        """[rad], any number of turns, shape (n,)."""
+        return np.array(self.state.steer_angle)
+
+    @property
+    def steer_speeds(self) -> FloatArray:
+        """[rad/s], shape (n,)."""
+        return np.array(self.state.steer_speed)
+
+    @property
+    def drive_rotor_angles(self) -> FloatArray:
+        """What the drive motors' own encoders show: gearing and azimuth coupling included [rad], shape (n,)."""
+        s = self.state
+        return np.array(
+            [
+                m.drive_gearing * a + m.coupling_ratio * t
+                for m, a, t in zip(self.config.modules, s.wheel_angle, s.steer_angle, strict=True)
+            ]
+        )
+
+    @property
+    def drive_rotor_speeds(self) -> FloatArray:
+        """[rad/s], shape (n,)."""
+        s = self.state
+        return np.array(
+            [
+                m.drive_gearing * a + m.coupling_ratio * t
+                for m, a, t in zip(self.config.modules, s.wheel_speed, s.steer_speed, strict=True)
+            ]
+        )
+
+    # ---------------------------------------------------------------- what it can do
+
+    @property
+    def max_speed(self) -> float:
+        """Straight ahead at 12 V, where motor torque meets friction and rolling drag [m/s]."""
+        push = [self._free_speed(k) for k in range(self._n)]
+        return min(push)
+
+    @property
+    def max_omega(self) -> float:
+        """On the spot at 12 V [rad/s]: every wheel at its top speed, the outermost one decides."""
+        return min(
+            self._free_speed(k) / r for k, (x, y) in enumerate(self.config.positions) if (r := math.hypot(x, y)) > 1e-9
+        )
+
+    @property
+    def max_accel(self) -> float:
+        """From rest on level ground with stiff 12 V: grip, motors and stator limits counted per wheel [m/s^2]."""
+        force, inertia = 0.0, self.config.mass
+        for k, m in enumerate(self.config.modules):
+            f, slips = self._launch_force(k)
+            force += f
+            if not slips:
+                inertia += m.drive_inertia / m.wheel_radius**2
+        return max(0.0, force / inertia)
+
+    @property
+    def max_angular_accel(self) -> float:
+        """On the spot from rest, wheels tangential [rad/s^2]; see `max_accel`."""
+        torque, inertia = 0.0, self.config.yaw_inertia
+        for k, (m, (x, y)) in enumerate(zip(self.config.modules, self.config.positions, strict=True)):
+            arm = math.hypot(x, y)
+            f, slips = self._launch_force(k)
+            torque += f * arm
+            if not slips:
+                inertia += m.drive_inertia / m.wheel_radius**2 * arm * arm
+        return max(0.0, torque / inertia)
+
+    def _free_speed(self, k: int) -> float:
+        m, motor = self.config.modules[k], self._drive_motors[k]
+        drag = m.rolling_resistance * self._static_loads[k] * m.wheel_radius + motor.friction
+        current = drag / motor.torque_driving
+        return max(0.0, (12.0 - current * motor.resistance) / motor.emf * m.wheel_radius)
+
+    def _launch_force(self, k: int) -> tuple[float, bool]:
+        """Force of one wheel at standstill, rolling drag taken off [N], and whether it is the grip that limits."""
+        m, motor = self.config.modules[k], self._drive_motors[k]
+        load = self._static_loads[k]
+        drag = m.rolling_resistance * load
+        current = min(motor.stator_limit, 12.0 * motor.conductance)
+        force = (motor.torque_driving * current - motor.friction) / m.wheel_radius
+        grip = m.tread * load
+        # While it rolls, part of the torque spins up the wheel itself; the tire sees what is left.
+        equal = self.config.mass / self._n
+        rolling = (force - drag) / (1.0 + m.drive_inertia / m.wheel_radius**2 / equal) + drag
+        if rolling > grip:
+            return grip - drag, True
+        return max(0.0, force - drag), False
+
+    # ---------------------------------------------------------------- helpers
+
+    def _present_angles(self) -> list[float]:
+        """Where a module without a direction should stay: its target if it has one, else where it is."""
+        return list(self._steer_command) if self._mode is DriveMode.STATES else list(self.state.steer_angle)
+
+    def _checked(self, what: str, values: Sequence[float]) -> list[float]:
+        if len(values) != self._n:
+            raise ConfigError(f"{what}: need one value for each of {self._n} modules, got {len(values)}")
+        return [_number(f"{what} of {self.config.module_name(k)}", v) for k, v in enumerate(values)]
+
+
+def _number(what: str, value: object) -> float:
+    if not isinstance(value, (int, float, np.floating, np.integer)) or not math.isfinite(value):
+        raise NonFiniteError(f"{what} must be a finite number, got {value!r}")
+    return float(value)

@@ -1,0 +1,149 @@
+"""A robot's 12 V battery, and the roboRIO that switches off when it sags."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from simcore.errors import ConfigError, NonFiniteError, require_non_negative, require_positive
+
+__all__ = ["Battery", "BatteryConfig"]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class BatteryConfig:
+    """An 18 Ah lead-acid battery with its cables, and the brown-out levels of the roboRIO that it feeds.
+
+    Defaults: a good competition battery. 12.9 V fresh and rested and 11.7 V empty are the usual AGM table; 15 mohm
+    inside plus 5 mohm of breaker and cable is what WPILib's `BatterySim` uses as well.
+    """
+
+    full_voltage: float = 12.9
+    """Open circuit, full, rested [V]."""
+    empty_voltage: float = 11.7
+    """Open circuit, no charge left, rested [V]."""
+    resistance: float = 0.020
+    """Of battery, breaker and cable: the drop that comes and goes at once [ohm]."""
+    recovery_resistance: float = 0.008
+    """Of the slow part of the drop [ohm]; estimate, +-50 %."""
+    recovery_time: float = 8.0
+    """Time constant of the slow part [s]; estimate, +-50 %: a battery 'bounces back' within some seconds."""
+    capacity_ah: float = 12.0
+    """Charge that can be drawn at match currents [A h]; the 18 Ah on the label is a 20-hour figure."""
+    initial_charge: float = 1.0
+    """State of charge at the start [0..1]."""
+    brownout_voltage: float = 6.75
+    """The roboRIO cuts its outputs below this [V]. roboRIO 2 default, software settable; a roboRIO 1 has 6.3 V."""
+    recovered_voltage: float = 7.5
+    """And gives them back above this [V]. Source: NI roboRIO user manual, table 2."""
+    brownout_enabled: bool = True
+    """False: never cut the outputs (to study a motor, or to repeat a figure that ignores the roboRIO)."""
+
+    def __post_init__(self) -> None:
+        require_non_negative("battery", "full_voltage", self.full_voltage, "V")
+        require_non_negative("battery", "empty_voltage", self.empty_voltage, "V")
+        require_non_negative("battery", "resistance", self.resistance, "ohm")
+        require_non_negative("battery", "recovery_resistance", self.recovery_resistance, "ohm")
+        require_positive("battery", "recovery_time", self.recovery_time, "s")
+        require_positive("battery", "capacity_ah", self.capacity_ah, "A h")
+        require_non_negative("battery", "brownout_voltage", self.brownout_voltage, "V")
+        require_non_negative("battery", "recovered_voltage", self.recovered_voltage, "V")
+        if self.empty_voltage > self.full_voltage:
+            raise ConfigError(
+                f"battery: empty_voltage must not exceed full_voltage, got {self.empty_voltage} > {self.full_voltage} V"
+            )
+        if not 0.0 <= self.initial_charge <= 1.0:
+            raise ConfigError(f"battery: initial_charge must be within 0..1, got {self.initial_charge}")
+        if self.recovered_voltage < self.brownout_voltage:
+            raise ConfigError(
+                "battery: recovered_voltage must not be below brownout_voltage, "
+                f"got {self.recovered_voltage} < {self.brownout_voltage} V"
+            )
+
+    @staticmethod
+    def stiff(voltage: float = 12.0) -> BatteryConfig:
+        """A supply that never sags, for figures and tests."""
+        return BatteryConfig(
+            full_voltage=voltage,
+            empty_voltage=voltage,
+            resistance=0.0,
+            recovery_resistance=0.0,
+            brownout_enabled=False,
+        )
+
+
+class Battery:
+    """State of one robot's battery: nothing is shared between robots.
+
+    Open-circuit voltage falls with the charge drawn; behind it sit a resistance and one slow RC element
+    (Thevenin model), so that a robot at rest sees its voltage come back over some seconds.
+    """
+
+    __slots__ = ("_charge", "_drawn_as", "_slow_drop", "browned_out", "config", "current", "min_voltage", "voltage")
+
+    def __init__(self, config: BatteryConfig | None = None) -> None:
+        self.config = config or BatteryConfig()
+        self.reset()
+
+    def reset(self) -> None:
+        """Swap in a rested battery with the initial charge."""
+        self._charge = self.config.initial_charge
+        self._slow_drop = 0.0
+        self._drawn_as = 0.0
+        self.current = 0.0
+        """Drawn in the last step [A]; negative while motors feed energy back."""
+        self.voltage = self.open_voltage
+        """At the terminals, under the load of the last step [V]."""
+        self.min_voltage = self.voltage
+        """Lowest since the start [V]."""
+        self.browned_out = False
+        """Whether the roboRIO holds its outputs off."""
+        self._update_brownout()
+
+    @property
+    def charge(self) -> float:
+        """State of charge [0..1]."""
+        return self._charge
+
+    @property
+    def drawn_ah(self) -> float:
+        """Net charge drawn since the start [A h]."""
+        return self._drawn_as / 3600.0
+
+    @property
+    def open_voltage(self) -> float:
+        """What the terminals would show if the load vanished now: the voltage behind the resistance [V]."""
+        c = self.config
+        return max(0.0, c.empty_voltage + (c.full_voltage - c.empty_voltage) * self._charge - self._slow_drop)
+
+    def step(self, h: float, current: float) -> float:
+        """Draw a current for a while and return the terminal voltage [V].
+
+        Args:
+            h: Time step [s].
+            current: Net current drawn [A], constant over the step; negative charges.
+
+        Raises:
+            NonFiniteError: When time or current is not a finite number; nothing has changed then.
+        """
+        if not (math.isfinite(h) and math.isfinite(current)):
+            raise NonFiniteError(f"battery: step needs finite numbers, got h={h} s, current={current} A")
+        c = self.config
+        self.current = current
+        self._drawn_as += current * h
+        self._charge = min(1.0, max(0.0, self._charge - current * h / (3600.0 * c.capacity_ah)))
+        # Exact for a constant current: the slow drop relaxes towards I * R_slow.
+        self._slow_drop += (current * c.recovery_resistance - self._slow_drop) * -math.expm1(-h / c.recovery_time)
+        self.voltage = max(0.0, self.open_voltage - c.resistance * current)
+        self.min_voltage = min(self.min_voltage, self.voltage)
+        self._update_brownout()
+        return self.voltage
+
+    def _update_brownout(self) -> None:
+        c = self.config
+        if not c.brownout_enabled:
+            return
+        if self.browned_out:
+            self.browned_out = self.voltage <= c.recovered_voltage
+        else:
+            self.browned_out = self.voltage < c.brownout_voltage
