@@ -1,0 +1,124 @@
+"""What drives a mechanism: DC motors behind a gear, and the protocol that every mechanism sim answers."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Protocol, runtime_checkable
+
+from wpimath.system.plant import DCMotor
+
+from simcore.errors import ConfigError, require_finite, require_non_negative, require_positive
+
+__all__ = ["GearboxConfig", "SimMotor"]
+
+
+@runtime_checkable
+class SimMotor(Protocol):
+    """A mechanism seen from its motor controller: volts go in, motion and current come out.
+
+    Angles and rates are the mechanism's, after the gears; a rotor turns `gearing` times as far.
+    """
+
+    @property
+    def gearing(self) -> float:
+        """Rotor turns per turn of the mechanism [-]."""
+        ...
+
+    @property
+    def position(self) -> float:
+        """Angle of the mechanism [rad]."""
+        ...
+
+    @property
+    def velocity(self) -> float:
+        """Rate of the mechanism [rad/s]."""
+        ...
+
+    @property
+    def volts(self) -> float:
+        """Voltage asked for, before the battery limits it [V]."""
+        ...
+
+    @property
+    def current(self) -> float:
+        """Stator current of all motors together, mean of the last step [A]."""
+        ...
+
+    @property
+    def supply_current(self) -> float:
+        """Current that all motors took from the battery, mean of the last step; below zero they feed it [A]."""
+        ...
+
+    def set_volts(self, volts: float) -> None:
+        """Hold this voltage from the next step on; zero volts brake."""
+        ...
+
+    def coast(self) -> None:
+        """Open the circuit: no current flows until volts are set again."""
+        ...
+
+    def step(self, dt: float, battery_voltage: float = 12.0) -> None:
+        """Move on by `dt` [s]; the battery can give no more than `battery_voltage` [V] either way."""
+        ...
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class GearboxConfig:
+    """Motors of one kind that drive one shaft together.
+
+    >>> from wpimath.system.plant import DCMotor
+    >>> shooter = GearboxConfig(motor=DCMotor.krakenX60(1), motors=4, gearing=24 / 36)
+    >>> round(shooter.free_speed(12.0), 1)  # [rad/s] of the wheels
+    947.7
+    """
+
+    motor: DCMotor
+    """One motor, as wpimath gives it: `DCMotor.krakenX60(1)`."""
+    motors: int = 1
+    """How many of them share the load."""
+    gearing: float
+    """Rotor turns per turn of the mechanism; above 1 the mechanism turns slower [-]."""
+    stator_current_limit: float = math.inf
+    """Of each motor, both ways [A]."""
+    friction_torque: float = 0.0
+    """Coulomb friction at the mechanism, against the motion and before it starts [N m]."""
+
+    def __post_init__(self) -> None:
+        if self.motors < 1:
+            raise ConfigError(f"GearboxConfig: motors must be 1 or more, got {self.motors}")
+        require_positive("GearboxConfig", "gearing", self.gearing)
+        require_non_negative("GearboxConfig", "friction_torque", self.friction_torque, "N m")
+        if not self.stator_current_limit > 0.0:
+            raise ConfigError(f"GearboxConfig: stator_current_limit must be > 0 A, got {self.stator_current_limit}")
+        for name in ("R", "Kt", "Kv"):
+            require_positive("GearboxConfig", f"motor.{name}", getattr(self.motor, name))
+
+    @property
+    def torque_per_amp(self) -> float:
+        """Torque at the mechanism for one amp in every motor [N m/A]."""
+        return float(self.motors * self.gearing * self.motor.Kt)
+
+    @property
+    def volts_per_speed(self) -> float:
+        """Back-EMF for one rad/s of the mechanism [V s/rad]; also the feed-forward of a velocity loop."""
+        return float(self.gearing / self.motor.Kv)
+
+    @property
+    def resistance(self) -> float:
+        """Of one motor's winding [ohm]."""
+        return float(self.motor.R)
+
+    def free_speed(self, volts: float) -> float:
+        """Speed at which the back-EMF equals `volts`, without friction [rad/s]."""
+        return volts / self.volts_per_speed
+
+    def stall_torque(self, volts: float) -> float:
+        """Torque at rest, before friction and within the current limit [N m]."""
+        require_finite("GearboxConfig.stall_torque", "volts", volts, "V")
+        limit = self.stator_current_limit
+        return self.torque_per_amp * max(-limit, min(limit, volts / self.resistance))
+
+    def holding_volts(self, torque: float) -> float:
+        """Voltage that makes `torque` [N m] at rest [V]."""
+        return torque * self.resistance / self.torque_per_amp
