@@ -1,0 +1,138 @@
+"""Snapshots to NetworkTables: AdvantageScope and dashboards see the run live. The one module that needs ntcore."""
+
+from __future__ import annotations
+
+import socket
+import sys
+from collections.abc import Mapping
+from typing import Any, TypeVar
+
+import ntcore
+
+from simcore.errors import ConfigError, OutputError
+from simcore.telemetry.cadence import Cadence
+from simcore.telemetry.pose_struct import (
+    POSE_ARRAY_TYPE,
+    POSE_SCHEMAS,
+    POSE_TYPE,
+    SCHEMA_TYPE,
+    pose_array_bytes,
+    pose_bytes,
+)
+from simcore.telemetry.snapshot import Snapshot
+
+__all__ = ["NetworkTablesSink", "start_local_server"]
+
+_V = TypeVar("_V")
+
+
+class NetworkTablesSink:
+    """Publishes every key of a snapshot under `/`, with the schemas that readers need.
+
+    It never starts a server: in a robot program the robot's own serves, elsewhere see `start_local_server`.
+    Values carry NetworkTables' own time, as every publisher of the robot program does; a log has simulated time.
+    """
+
+    def __init__(self, instance: ntcore.NetworkTableInstance, *, period: float = 0.02) -> None:
+        """Publish the schemas; topics follow when their key first appears.
+
+        Args:
+            instance: Where to publish; stays the caller's.
+            period: Simulated time between two snapshots [s]. ntcore drops values that arrive faster than they are
+                sent, so a run ahead of real time loses some, never blocks.
+
+        Raises:
+            ConfigError: The period is not finite and > 0.
+        """
+        self._cadence = Cadence(period)
+        self._instance = instance
+        self._options = ntcore.PubSubOptions(periodic=max(period, 0.005))  # ntcore sends every 100 ms by default
+        self._publishers: dict[str, Any] = {}
+        self._types: dict[str, str] = {}
+        self.closed = False
+        for name, schema in POSE_SCHEMAS.items():
+            if not instance.hasSchema(name):
+                instance.addSchema(name, SCHEMA_TYPE, schema)
+
+    def due(self, time: float) -> bool:
+        """Whether a snapshot of this simulated time [s] is wanted; never after `close`."""
+        return not self.closed and self._cadence.due(time)
+
+    def write(self, snapshot: Snapshot) -> None:
+        """Publish one snapshot; returns at once, ntcore sends from its own thread.
+
+        Raises:
+            OutputError: The sink is closed.
+            ConfigError: A pose of the wrong shape, or a key that had another type before.
+        """
+        if self.closed:
+            raise OutputError("this NetworkTablesSink is closed; create a new one to publish on")
+        self._cadence.take(snapshot.time)
+        for key, pose in snapshot.poses.items():
+            self._publisher(key, POSE_TYPE).set(pose_bytes(key, pose))
+        for key, poses in snapshot.pose_arrays.items():
+            self._publisher(key, POSE_ARRAY_TYPE).set(pose_array_bytes(key, poses))
+        self._set_all("double", snapshot.doubles)
+        self._set_all("int", snapshot.integers)
+        self._set_all("boolean", snapshot.booleans)
+
+    def close(self) -> None:
+        """Withdraw the topics; may be called twice. The instance lives on."""
+        self.closed = True
+        for publisher in self._publishers.values():
+            publisher.close()
+        self._publishers.clear()
+
+    def _set_all(self, type_name: str, values: Mapping[str, _V]) -> None:
+        for key, value in values.items():
+            self._publisher(key, type_name).set(value)
+
+    def _publisher(self, key: str, type_name: str) -> Any:
+        known = self._types.get(key)
+        if known == type_name:
+            return self._publishers[key]
+        if known is not None:
+            raise ConfigError(f"{key}: published as {known} before, now as {type_name}; one key has one type")
+        if not key or key.startswith("/"):
+            raise ConfigError(f"a telemetry key is a name without a leading '/', got {key!r}")
+        publisher = self._publish(f"/{key}", type_name)
+        self._publishers[key], self._types[key] = publisher, type_name
+        return publisher
+
+    def _publish(self, topic: str, type_name: str) -> Any:
+        if type_name == "double":
+            return self._instance.getDoubleTopic(topic).publish(self._options)
+        if type_name == "int":
+            return self._instance.getIntegerTopic(topic).publish(self._options)
+        if type_name == "boolean":
+            return self._instance.getBooleanTopic(topic).publish(self._options)
+        return self._instance.getRawTopic(topic).publish(type_name, self._options)
+
+
+def start_local_server(instance: ntcore.NetworkTableInstance, *, port: int = 5810, address: str = "127.0.0.1") -> None:
+    """Serve NetworkTables 4 from this process, by default to programs on this computer only.
+
+    Nothing is persisted and the NT3 port stays shut. `instance.stopServer()` ends it.
+
+    Args:
+        instance: The instance that serves.
+        port: AdvantageScope and dashboards expect 5810.
+        address: Where to listen; an empty string means the whole network.
+
+    Raises:
+        OutputError: The port is taken; ntcore alone would log it and run on without a server.
+        ConfigError: No such port.
+    """
+    if not 1 <= port <= 65535:
+        raise ConfigError(f"a NetworkTables port is 1 to 65535, got {port}")
+    with socket.socket() as probe:
+        if sys.platform != "win32":  # there it would allow to bind a port that is in use
+            probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        try:
+            probe.bind((address, port))
+        except OSError as error:
+            raise OutputError(
+                f"cannot serve NetworkTables on {address or 'any address'}:{port}: {error.strerror or error}. "
+                "Another robot program or simulation may be running: end it, or choose another port"
+            ) from error
+    instance.startServer("", address, 0, port)

@@ -1,0 +1,194 @@
+"""A `.wpilog` file of a run, for AdvantageScope and every other reader of WPILib's data log format.
+
+The format (version 1.0) is written here, in a page of code, because no writer of WPILib 2026.2.2 fits a simulation:
+
+* `wpiutil.DataLogWriter` takes our timestamps and files, but hangs for good once about 0.5 MB was appended between
+  two flushes (fixed later, allwpilib #9258), and stamps wall time where the simulated time is 0.
+* `wpilib.DataLogManager` is one per process, stamps wall time and refuses files that exist.
+
+Source: https://github.com/wpilibsuite/allwpilib/blob/main/wpiutil/doc/datalog.adoc; tests read every log back with
+WPILib's own `DataLogReader`.
+"""
+
+from __future__ import annotations
+
+import io
+import struct
+from collections.abc import Iterable
+from pathlib import Path
+from types import TracebackType
+
+from simcore.errors import ConfigError, OutputError
+from simcore.telemetry.cadence import Cadence
+from simcore.telemetry.pose_struct import (
+    POSE_ARRAY_TYPE,
+    POSE_SCHEMAS,
+    POSE_TYPE,
+    SCHEMA_TYPE,
+    pose_array_bytes,
+    pose_bytes,
+)
+from simcore.telemetry.snapshot import Snapshot
+
+__all__ = ["WpilogSink"]
+
+_FLUSH_BYTES = 256 * 1024
+_FLUSH_MICROS = 1_000_000
+_MAX_TIME = 1e9  # [s], 31 years
+
+# Lengths inside a record may be packed to 1-4 (timestamp 1-8) bytes each. Scalars use the short form; fixed layouts
+# keep a record at one `pack` call. First byte: entry length - 1, size length - 1 (<< 2), timestamp length - 1 (<< 4).
+_SHORT = struct.Struct("<BHBQ")  # entry < 65 536, payload < 256 bytes
+_SHORT_HEAD = 0b0_111_00_01
+_LONG = struct.Struct("<BHIQ")  # payload < 4 GiB
+_LONG_HEAD = 0b0_111_11_01
+_DOUBLE = struct.Struct("<d")
+_INT64 = struct.Struct("<q")
+_TRUE, _FALSE = b"\x01", b"\x00"
+_UNSEEN = b""
+
+
+class WpilogSink:
+    """Writes snapshots to a `.wpilog`; entries are named as DataLogManager names NetworkTables keys.
+
+    Poses are written every time; a number or a boolean only when it changed, as the format intends. What was written
+    reaches the disk at least every simulated second or 256 KB, in whole records, so a killed run leaves a good log.
+    """
+
+    def __init__(self, path: str | Path, *, period: float = 0.02, prefix: str = "NT:/") -> None:
+        """Create the file, its missing folders and the schemas; a file of that name is overwritten.
+
+        Args:
+            path: Where the log goes, by custom `*.wpilog`.
+            period: Simulated time between two snapshots [s].
+            prefix: Put before every key. With the default one AdvantageScope layout serves live and log.
+
+        Raises:
+            OutputError: The file cannot be written.
+            ConfigError: The period is not finite and > 0.
+        """
+        self.path = Path(path)
+        self.prefix = prefix
+        self._cadence = Cadence(period)
+        self._buffer = bytearray()
+        self._flushed_at = 0  # [us]
+        self._types: dict[str, str] = {}
+        self._entries: dict[str, int] = {}
+        self._values: dict[str, bytes] = {}
+        self._file: io.FileIO | None = None
+        try:
+            self.path.parent.mkdir(parents=True, exist_ok=True)
+            self._file = io.FileIO(self.path, "w")
+        except OSError as error:
+            raise OutputError(
+                f"cannot write the log {str(self.path)!r}: {error.strerror or error}. "
+                "Give a file in a folder that you may write to, for example out/run.wpilog"
+            ) from error
+        self._buffer += b"WPILOG" + struct.pack("<HI", 0x0100, 0)
+        for name, schema in POSE_SCHEMAS.items():
+            entry = self._start(f".schema/{name}", SCHEMA_TYPE, 0)
+            self._append(entry, schema.encode(), 0)
+        self._flush(0)
+
+    @property
+    def closed(self) -> bool:
+        """Whether nothing more is written."""
+        return self._file is None
+
+    def due(self, time: float) -> bool:
+        """Whether a snapshot of this simulated time [s] is wanted; never after `close`."""
+        return self._file is not None and self._cadence.due(time)
+
+    def write(self, snapshot: Snapshot) -> None:
+        """Log one snapshot at its simulated time.
+
+        Raises:
+            OutputError: The log is closed, or the disk refuses (full, unplugged); the log is closed then.
+            ConfigError: A pose of the wrong shape, a key that had another type before, or a time below 0.
+        """
+        if self._file is None:
+            raise OutputError(f"the log {str(self.path)!r} is closed; create a new WpilogSink to log on")
+        if not 0.0 <= snapshot.time < _MAX_TIME:
+            raise ConfigError(f"a snapshot needs a finite time >= 0 s, got {snapshot.time}")
+        micros = round(snapshot.time * 1e6)
+        self._cadence.take(snapshot.time)
+        for key, pose in snapshot.poses.items():
+            self._append(self._entry(key, POSE_TYPE, micros), pose_bytes(key, pose), micros)
+        for key, poses in snapshot.pose_arrays.items():
+            self._append(self._entry(key, POSE_ARRAY_TYPE, micros), pose_array_bytes(key, poses), micros)
+        self._changed("double", ((key, _DOUBLE.pack(value)) for key, value in snapshot.doubles.items()), micros)
+        self._changed("int64", ((key, _INT64.pack(value)) for key, value in snapshot.integers.items()), micros)
+        booleans = ((key, _TRUE if value else _FALSE) for key, value in snapshot.booleans.items())
+        self._changed("boolean", booleans, micros)
+        if len(self._buffer) >= _FLUSH_BYTES or abs(micros - self._flushed_at) >= _FLUSH_MICROS:
+            self._flush(micros)
+
+    def close(self) -> None:
+        """Write what is left and close the file; may be called twice.
+
+        Raises:
+            OutputError: The disk refuses the rest.
+        """
+        if self._file is None:
+            return
+        self._flush(self._flushed_at)
+        if self._file is not None:
+            self._file.close()
+            self._file = None
+
+    def __enter__(self) -> WpilogSink:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+    def _changed(self, type_name: str, payloads: Iterable[tuple[str, bytes]], micros: int) -> None:
+        # Bytes are compared, not numbers: NaN equals itself then, and -0.0 is not 0.0.
+        values, entry_of = self._values, self._entry
+        for key, payload in payloads:
+            entry = entry_of(key, type_name, micros)
+            if values.get(key, _UNSEEN) != payload:
+                values[key] = payload
+                self._buffer += _SHORT.pack(_SHORT_HEAD, entry, len(payload), micros) + payload
+
+    def _entry(self, key: str, type_name: str, micros: int) -> int:
+        known = self._types.get(key)
+        if known is None:
+            return self._start(key, type_name, micros)
+        if known != type_name:
+            raise ConfigError(f"{key}: logged as {known} before, now as {type_name}; one key has one type")
+        return self._entries[key]
+
+    def _start(self, key: str, type_name: str, micros: int) -> int:
+        if not key or key.startswith("/"):
+            raise ConfigError(f"a telemetry key is a name without a leading '/', got {key!r}")
+        entry = len(self._entries) + 1  # entry 0 is the control channel
+        self._types[key], self._entries[key] = type_name, entry
+        parts = (f"{self.prefix}{key}", type_name, '{"source":"simcore"}')
+        record = struct.pack("<BI", 0, entry)  # control record 0: start
+        record += b"".join(struct.pack("<I", len(text)) + text for text in (part.encode() for part in parts))
+        self._append(0, record, micros)
+        return entry
+
+    def _append(self, entry: int, payload: bytes, micros: int) -> None:
+        self._buffer += _LONG.pack(_LONG_HEAD, entry, len(payload), micros)
+        self._buffer += payload
+
+    def _flush(self, micros: int) -> None:
+        if self._file is None:
+            return
+        try:
+            rest = memoryview(self._buffer)
+            while rest:
+                rest = rest[self._file.write(rest) :]
+        except OSError as error:
+            self._file.close()
+            self._file = None
+            raise OutputError(
+                f"the log {str(self.path)!r} ends here: {error.strerror or error}. "
+                "What was written before is readable; free some space or log to another disk"
+            ) from error
+        self._buffer = bytearray()
+        self._flushed_at = micros
