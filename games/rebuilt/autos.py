@@ -5,13 +5,13 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from games.rebuilt.dimensions import BUMP_CENTER_Y, DEPOT_CENTER, FIELD_LENGTH, HUB_CENTER, TRENCH_CENTER_Y
+from games.rebuilt.dimensions import BUMP_LEFT_Y, DEPOT_DEPTH, DEPOT_Y, FIELD_LENGTH, HUB_CENTER, TRENCH_LEFT_Y
 from games.rebuilt.scripted import Script, ScriptedRobot, Steps
 from simcore.errors import UnknownNameError
 
 __all__ = ["AUTOS", "Auto", "find_auto"]
 
-_HUB_X, _HUB_Y = HUB_CENTER
+_HUB_X = HUB_CENTER[0]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -28,7 +28,7 @@ class Auto:
 
 def depot(robot: ScriptedRobot) -> Steps:
     """Shoot the preload, back into the depot with the intake out, come back and shoot what it held."""
-    x, y = DEPOT_CENTER
+    x, y = DEPOT_DEPTH / 2, DEPOT_Y
     yield from robot.shoot_until_empty(timeout=3.0)
     robot.intake(True)
     yield from robot.drive_to(x + 1.3, y, 0.0, speed=3.0, tolerance=0.1)
@@ -43,7 +43,7 @@ def depot(robot: ScriptedRobot) -> Steps:
 
 def neutral(robot: ScriptedRobot) -> Steps:
     """Shoot the preload, cross the bump intake first, sweep the neutral zone, come back over the bump and shoot."""
-    y = BUMP_CENTER_Y
+    y = BUMP_LEFT_Y
     yield from robot.shoot_until_empty(timeout=3.0)
     robot.intake(True)
     yield from robot.drive_to(_HUB_X - 1.4, y, math.pi, speed=3.0, tolerance=0.15)
@@ -60,7 +60,7 @@ def neutral(robot: ScriptedRobot) -> Steps:
 
 def tour(robot: ScriptedRobot) -> Steps:
     """Drive only: over the bump into the neutral zone and back through the trench."""
-    y, trench = BUMP_CENTER_Y, TRENCH_CENTER_Y
+    y, trench = BUMP_LEFT_Y, TRENCH_LEFT_Y
     yield from robot.drive_to(_HUB_X - 1.5, y, 0.0, tolerance=0.15)
     yield from robot.drive_to(_HUB_X + 1.6, y, 0.0, speed=2.5, tolerance=0.2)
     yield from robot.drive_through([(_HUB_X + 1.6, trench), (_HUB_X - 1.8, trench)], 0.0, speed=3.0)

@@ -15,10 +15,10 @@ from wpimath.system.plant import DCMotor
 from simcore.chassis.config import ChassisConfig
 from simcore.chassis.simulation import ChassisSimulation
 from simcore.drivetrain.config import SwerveConfig, SwerveModuleConfig
-from simcore.drivetrain.gyro import GyroConfig, GyroSim
 from simcore.drivetrain.swerve import SwerveDrive
 from simcore.errors import require_non_negative, require_positive
 from simcore.gamepiece.intake import IntakeZone
+from simcore.gamepiece.launch import LaunchParameters
 from simcore.gamepiece.shooter import ShooterSim
 from simcore.mechanism.arm import ArmConfig, ArmSim
 from simcore.mechanism.flywheel import FlywheelConfig, FlywheelSim, launch_impulse
@@ -44,11 +44,10 @@ class RebuiltRobotConfig:
     )
     """Repeated at every wheel position of the chassis."""
     battery: BatteryConfig = field(default_factory=BatteryConfig)
-    gyro: GyroConfig = field(default_factory=GyroConfig.pigeon2)
     hopper_capacity: int = 50
     shooter: FlywheelConfig = field(
         default_factory=lambda: FlywheelConfig(
-            gearbox=GearboxConfig(motor=DCMotor.krakenX60(1), motors=4, gearing=24 / 36, stator_current_limit=80.0),
+            gearbox=GearboxConfig(motor=DCMotor.krakenX60(1), motors=4, gearing=24 / 36, stator_current_limit=40.0),
             inertia=0.008,
         )
     )
@@ -95,25 +94,22 @@ class RebuiltRobotConfig:
             radius=0.025,
         )
     )
-    intake_low: tuple[float, float, float] = (-0.50, -0.25, -0.05)
-    """Smallest corner of the intake zone with the rack in its inner position, robot frame [m]."""
-    intake_high: tuple[float, float, float] = (-0.35, 0.25, 0.2)
-    """Its largest corner [m]; the rack moves the low x out by its extension."""
-    muzzle_ahead: float = 0.168
-    """Of the robot's center [m]."""
-    muzzle_height: float = 0.55
-    """Above the carpet [m]."""
-    barrel_spacing: float = 0.16
-    """Between the two barrels [m]."""
+    intake: IntakeZone = field(
+        default_factory=lambda: IntakeZone(x_min=-0.50, x_max=-0.35, y_min=-0.25, y_max=0.25, z_max=0.20)
+    )
+    """Where fuel is taken in while the rack is in its inner position; the rack moves x_min out (reference)."""
+    launch: LaunchParameters = field(
+        default_factory=lambda: LaunchParameters(height=0.55, forward=0.168, barrels=(0.08, -0.08))
+    )
+    """Two barrels, shooting ahead: the reference's places."""
     shot_rate: float = 8.0
     """Shot events a second, each with both barrels [1/s]."""
 
     def __post_init__(self) -> None:
         owner = "RebuiltRobotConfig"
-        for name in ("wheel_radius", "exit_efficiency", "muzzle_height", "shot_rate"):
+        for name in ("wheel_radius", "exit_efficiency", "shot_rate"):
             require_positive(owner, name, getattr(self, name))
         require_non_negative(owner, "hopper_capacity", self.hopper_capacity)
-        require_non_negative(owner, "barrel_spacing", self.barrel_spacing, "m")
 
     @property
     def swerve(self) -> SwerveConfig:
@@ -153,11 +149,10 @@ class RebuiltRobot:
         self.config = config
         self.number = number
         self.battery = Battery(config.battery)
-        self.drive = SwerveDrive(config.swerve)
+        self.drive = SwerveDrive(config.swerve, battery=self.battery)
         self.chassis = ChassisSimulation(
             world, config.chassis, pose=pose, drivetrain=self.drive, name=f"robot {number}"
         )
-        self.gyro = GyroSim(config.gyro, rng)
         self.shooter_wheels = FlywheelSim(config.shooter)
         self.hood = ArmSim(config.hood)
         self.feeder = RollerSim(config.feeder)
@@ -166,13 +161,12 @@ class RebuiltRobot:
         self.roller = RollerSim(config.roller)
         self.mechanisms = (self.shooter_wheels, self.hood, self.feeder, self.spindexer, self.deploy, self.roller)
         """The six, in the order in which they are stepped."""
-        half = config.barrel_spacing / 2
         self.shooter = ShooterSim(
+            config.launch,
+            shot_rate=config.shot_rate,
             elevation=lambda: self.elevation,
-            exit_speed=lambda: self.exit_speed,
-            gate=lambda: self.gate_open,
-            barrels=(half, -half),
-            events_per_second=config.shot_rate,
+            speed=lambda: self.exit_speed,
+            gate_open=lambda: self.gate_open,
         )
 
     @property
@@ -201,12 +195,8 @@ class RebuiltRobot:
 
     def intake_zone(self) -> IntakeZone:
         """Where fuel is taken in, with the rack where it is now."""
-        low, high = self.config.intake_low, self.config.intake_high
-        return IntakeZone(low=(low[0] - self.deploy.extension, low[1], low[2]), high=high)
-
-    def muzzle(self, barrel: float) -> tuple[float, float, float]:
-        """Where a fuel leaves a barrel, robot frame [m]."""
-        return (self.config.muzzle_ahead, barrel, self.config.muzzle_height)
+        zone = self.config.intake
+        return replace(zone, x_min=zone.x_min - self.deploy.extension)
 
     def after_shot(self, mass: float, exit_speed: float) -> None:
         """The wheels give a fuel its momentum and slow down."""

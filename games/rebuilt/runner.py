@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from time import perf_counter
 
 import numpy as np
@@ -18,7 +18,7 @@ from games.rebuilt.sim import DT, RebuiltConfig, RebuiltSim, RobotEntry
 from simcore.errors import ConfigError
 from simcore.scoring.tracker import Alliance
 from simcore.sim.recorder import TickTimer
-from simcore.sim.report import RunReport
+from simcore.sim.report import RunReport, Score, Spread
 from simcore.telemetry.snapshot import TelemetrySink
 from simcore.typing import FloatArray
 
@@ -69,8 +69,6 @@ def play_auto(
         raise ConfigError(f"seconds must be finite and > 0, got {seconds}")
     base = config or RebuiltConfig()
     entry = RobotEntry(alliance=alliance, pose=auto.start, preload=auto.preload)
-    from dataclasses import replace
-
     wall_start = perf_counter()
     sim = RebuiltSim(replace(base, seed=seed, robots=(entry,)), sinks=sinks)
     code = ScriptedRobot(auto.script, alliance=alliance, held=lambda number: len(sim.pieces.held(number)))
@@ -99,6 +97,7 @@ def play_auto(
         interrupted = True
     wall = perf_counter() - run_start
     track = np.array(path).reshape(-1, 3)
+    blue, red = sim.tracker.totals["blue"], sim.tracker.totals["red"]
     report = RunReport(
         auto=auto.name,
         alliance=alliance,
@@ -106,24 +105,17 @@ def play_auto(
         sim_seconds=sim.time,
         startup_seconds=run_start - wall_start,
         wall_seconds=wall,
+        realtime_factor=sim.time / wall,
         ticks=sim.ticks,
-        score_red=sim.tracker.totals["red"],
-        score_blue=sim.tracker.totals["blue"],
-        fuel_staged=sim.fuel.staged,
-        fuel_on_field=sim.fuel.on_field,
-        fuel_in_flight=sim.fuel.in_flight,
-        fuel_held=sim.fuel.held,
-        fuel_scored=sim.fuel.scored,
-        fuel_outside=sim.fuel.outside,
+        score=Score(red=red, blue=blue, total=red + blue),
+        fuel=sim.fuel,
         shots=len(sim.shots),
         hits=sim.hits,
         distance_m=float(np.linalg.norm(np.diff(track[:, :2], axis=0), axis=1).sum()),
-        tick_ms=timer.summary(),
-        substeps_mean=float(np.mean(substeps)) if substeps else 0.0,
-        substeps_max=max(substeps, default=0),
-        awake_mean=float(np.mean(awake)) if awake else 0.0,
-        awake_max=max(awake, default=0),
-        min_battery_v=min_volts if math.isfinite(min_volts) else sim.robots[0].battery.voltage,
+        tick_ms=timer.times(),
+        substeps=Spread(mean=float(np.mean(substeps or [0.0])), max=max(substeps, default=0)),
+        awake=Spread(mean=float(np.mean(awake or [0.0])), max=max(awake, default=0)),
+        min_battery_v=min(min_volts, sim.robots[0].battery.voltage),
         digest=sim.digest.hexdigest(),
     )
     return AutoRun(report, sim, track, fuel_at_start, interrupted)

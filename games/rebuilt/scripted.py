@@ -52,7 +52,7 @@ class ScriptedRobot:
         self._hood_goal = _HOOD_FOR_SHOTS
         self._feed = False
         self._intake = False
-        self._hood_loop = PositionController(kp=60.0, kd=1.5)
+        self._hood_loop = PositionController(kp=25.0)
         self._deploy_loop = PositionController(kp=3.0, kd=0.05)
         self._wheel_loop: VelocityController | None = None
 
@@ -178,9 +178,9 @@ class ScriptedRobot:
 
     def _solve(self) -> Shot:
         x, y, yaw = self.pose
-        ahead = self.robot.config.muzzle_ahead
-        muzzle = (x + ahead * math.cos(yaw), y + ahead * math.sin(yaw), self.robot.config.muzzle_height)
-        return solve_shot(muzzle, HUB_TARGET, drag_factor=FUEL.drag_factor, elevation=self.robot.elevation)
+        launch = self.robot.config.launch
+        muzzle = (x + launch.forward * math.cos(yaw), y + launch.forward * math.sin(yaw), launch.height)
+        return solve_shot(muzzle, HUB_TARGET, drag=FUEL.drag_factor, elevation=degrees(110.0) - self._hood_goal)
 
     def _is_ready(self, turn: float) -> bool:
         speed = self.robot.shooter_wheels.velocity
@@ -209,7 +209,7 @@ class ScriptedRobot:
         robot.shooter_wheels.set_volts(self._wheel_loop.volts(self._wheel_goal, robot.shooter_wheels.velocity))
         hood = robot.hood
         robot.hood.set_volts(
-            self._hood_loop.volts(self._hood_goal, hood.position, hood.velocity, feedforward=hood.holding_volts())
+            self._hood_loop.volts(self._hood_goal, hood.position, hood.velocity, feedforward=hood.holding_volts)
         )
         robot.feeder.set_volts(9.0 if self._feed else 0.0)
         robot.spindexer.set_volts(6.0 if self._feed else 0.0)

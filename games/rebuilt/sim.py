@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -17,18 +16,20 @@ from games.rebuilt.robot import RebuiltRobot, RebuiltRobotConfig
 from games.rebuilt.scoring import MATCH, RebuiltScoring
 from games.rebuilt.staging import Staging, depot_places, neutral_places
 from simcore.errors import ConfigError
-from simcore.gamepiece.launch import muzzle_velocity
+from simcore.gamepiece.launch import launch_state
 from simcore.gamepiece.manager import GamePieceManager, Mover, Proximity
 from simcore.gamepiece.pool import PieceStatus
-from simcore.geometry.quaternion import Vector, matrix, rotate
+from simcore.gamepiece.shooter import Launch
+from simcore.geometry.quaternion import matrix, rotate
 from simcore.geometry.symmetry import turn_half_pose
 from simcore.physics.substeps import Substepping
 from simcore.physics.world import PhysicsWorld
 from simcore.scoring.tracker import Alliance, ScoringTracker
 from simcore.sim.recorder import TrajectoryDigest
+from simcore.sim.report import FuelCount
 from simcore.telemetry.snapshot import TelemetrySink
 
-__all__ = ["FuelCount", "RebuiltConfig", "RebuiltSim", "RobotCode", "RobotEntry", "ShotRecord"]
+__all__ = ["RebuiltConfig", "RebuiltSim", "RobotCode", "RobotEntry", "ShotRecord"]
 
 RobotCode = Callable[[RebuiltRobot, float], None]
 """What thinks for a robot: called once a tick with the robot and the simulated time [s]; it commands volts."""
@@ -69,26 +70,6 @@ class RebuiltConfig:
                 raise ConfigError(
                     f"RebuiltConfig: preload must be 0..{self.staging.preload_per_robot} fuel, got {entry.preload}"
                 )
-
-
-@dataclass(frozen=True, slots=True)
-class FuelCount:
-    """Where all fuel is; the parts add up to `staged`."""
-
-    staged: int
-    """All fuel of the match."""
-    on_field: int
-    in_flight: int
-    held: int
-    scored: int
-    """Taken off the field by a hub."""
-    outside: int
-    """Beside the field: in the outposts' chutes."""
-
-    @property
-    def is_conserved(self) -> bool:
-        """Whether nothing was lost or made."""
-        return self.on_field + self.in_flight + self.held + self.scored + self.outside == self.staged
 
 
 @dataclass(slots=True)
@@ -212,11 +193,9 @@ class RebuiltSim:
                 code(robot, self.time)
 
     def _power(self) -> None:
-        """2. Batteries give the voltage that the last tick's currents left; brown-out acts."""
+        """2. Batteries feel the mechanisms' currents; each is stepped with the drivetrain, and its brown-out acts."""
         for robot in self.robots:
-            robot.battery.step(DT, robot.drive.supply_current + robot.mechanism_current)
-            robot.drive.battery_voltage = robot.battery.voltage
-            robot.drive.enabled = not robot.battery.browned_out
+            robot.drive.other_current = robot.mechanism_current
 
     def _wake(self) -> None:
         """3. Sleepers that can be reached within the tick wake."""
@@ -230,9 +209,8 @@ class RebuiltSim:
             if room <= 0 or not robot.intake_active:
                 continue
             slots = self.pieces.awake
-            inside = robot.intake_zone().contains_field(
-                self.pieces.state.pos[slots], robot.chassis.pos, robot.chassis.quat
-            )
+            pos_robot = (self.pieces.state.pos[slots] - robot.chassis.pos) @ matrix(robot.chassis.quat)
+            inside = robot.intake_zone().contains(pos_robot)
             inside &= self.pieces.state.status[slots] == PieceStatus.AWAKE
             if inside.any():
                 self.pieces.hold(slots[inside][:room], robot.number)
@@ -263,9 +241,7 @@ class RebuiltSim:
 
     def _sense(self) -> None:
         """7. Gyros and encoders see the motion."""
-        for robot in self.robots:
-            roll, pitch, yaw = robot.chassis.roll_pitch_yaw
-            robot.gyro.update(DT, roll, pitch, yaw, robot.chassis.rate)
+        # GYRO
 
     def _settle(self) -> None:
         """8. Fuel that has been slow for a while sleeps."""
@@ -299,21 +275,24 @@ class RebuiltSim:
         """11. Fuel leaves the barrels of shooters whose gate is open."""
         for robot in self.robots:
             for launch in robot.shooter.update(DT, len(self.pieces.held(robot.number))):
-                self._launch(robot, launch.barrel, launch.elevation, launch.exit_speed)
+                self._launch(robot, launch)
 
-    def _launch(self, robot: RebuiltRobot, barrel: float, elevation: float, exit_speed: float) -> None:
+    def _launch(self, robot: RebuiltRobot, launch: Launch) -> None:
         chassis = robot.chassis
-        turn = matrix(chassis.quat)
-        arm = turn @ np.array(robot.muzzle(barrel))
-        exit_robot = exit_speed * np.array([math.cos(elevation), 0.0, math.sin(elevation)])
-        com = rotate(chassis.quat, (0.0, 0.0, chassis.config.center_of_mass_height))
-        origin_velocity = np.array(chassis.vel) - np.cross(chassis.rate, com)
-        velocity = muzzle_velocity(turn @ exit_robot, origin_velocity, np.array(chassis.rate), arm)
+        pos, velocity = launch_state(
+            robot.config.launch,
+            elevation=launch.elevation,
+            speed=launch.speed,
+            robot_pos=np.array(chassis.pos),
+            robot_rotation=np.array(chassis.quat),
+            robot_velocity=np.array(chassis.origin_velocity),
+            robot_spin=np.array(chassis.rate),
+            barrel=launch.barrel,
+        )
         # a fuel that rolls along the hood leaves with backspin: its rim speed there equals its own speed
-        spin: Vector = rotate(chassis.quat, (0.0, -exit_speed / FUEL.bounding_radius, 0.0))
-        pos = arm + chassis.pos
+        spin = rotate(chassis.quat, (0.0, -launch.speed / FUEL.bounding_radius, 0.0))
         slot = self.pieces.launch(robot.number, pos.tolist(), velocity.tolist(), spin)
-        robot.after_shot(FUEL.mass, exit_speed)
+        robot.after_shot(FUEL.mass, launch.speed)
         shot = ShotRecord(self.time, slot, robot.number, [tuple(pos.tolist())])
         self.shots.append(shot)
         self._flying[slot] = shot

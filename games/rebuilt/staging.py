@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from games.rebuilt.dimensions import DEPOT_CENTER, FIELD_LENGTH, FIELD_WIDTH
+from games.rebuilt.dimensions import DEPOT_Y, FIELD_LENGTH, FIELD_WIDTH
 from simcore.errors import ConfigError
 from simcore.geometry.symmetry import turn_half
 from simcore.typing import FloatArray
@@ -84,7 +84,7 @@ def neutral_places(count: int, rng: np.random.Generator) -> FloatArray:
 def depot_places(alliance: str, count: int, rng: np.random.Generator) -> FloatArray:
     """Places of fuel in a depot, field frame [m], shape (count, 3): 4 rows of 6, the first row at the wall."""
     x = (np.arange(4) + 0.5) * _PITCH + 0.003
-    y = DEPOT_CENTER[1] + (np.arange(6) - 2.5) * _PITCH
+    y = DEPOT_Y + (np.arange(6) - 2.5) * _PITCH
     grid = np.stack(np.meshgrid(x, y, indexing="ij"), axis=-1).reshape(-1, 2)[:count]
     places = np.empty((count, 3))
     places[:, :2] = grid + rng.uniform(-_JITTER, _JITTER, (count, 2))

@@ -29,7 +29,7 @@ _SEAT = (
 class Drivetrain(Protocol):
     """What moves a chassis: tire forces from motors, seen from the robot frame."""
 
-    def normal_loads(self, touching: Sequence[bool], gravity: Vector, acceleration: Vector) -> list[float]:
+    def wheel_loads(self, touching: Sequence[bool], gravity: Vector, acceleration: Vector) -> list[float]:
         """Load of each wheel [N].
 
         Args:
@@ -40,7 +40,14 @@ class Drivetrain(Protocol):
         ...
 
     def step(
-        self, h: float, vx: float, vy: float, omega: float, normal_loads: Sequence[float]
+        self,
+        h: float,
+        vx: float,
+        vy: float,
+        omega: float,
+        normal_loads: Sequence[float],
+        ax: float,
+        ay: float,
     ) -> tuple[float, float, float]:
         """Advance wheels and motors by h [s]; returns the change of velocity by tire forces [m/s, m/s, rad/s].
 
@@ -50,6 +57,8 @@ class Drivetrain(Protocol):
             vy: The same, to the left [m/s].
             omega: Yaw rate [rad/s].
             normal_loads: Load of each wheel [N], 0 in the air.
+            ax: Acceleration that the engine will add itself (gravity along a slope), forward [m/s^2].
+            ay: The same, to the left [m/s^2].
         """
         ...
 
@@ -196,6 +205,13 @@ class ChassisSimulation:
         return math.hypot(*self.vel) + abs(self.rate[2]) * reach
 
     @property
+    def origin_velocity(self) -> Vector:
+        """Velocity of the point at `pos`, field frame [m/s]."""
+        ax, ay, az = rotate(self.quat, (0.0, 0.0, -self.config.center_of_mass_height))
+        (vx, vy, vz), (wx, wy, wz) = self.vel, self.rate
+        return vx + wy * az - wz * ay, vy + wz * ax - wx * az, vz + wx * ay - wy * ax
+
+    @property
     def footprint(self) -> tuple[float, float, float, float, float, float]:
         """What the pieces need to know: x, y, yaw, half length, half width [m, rad], speed of the box [m/s]."""
         x, y, yaw = self.pose
@@ -232,10 +248,10 @@ class ChassisSimulation:
             accel = rotate_back(self.quat, felt)
         else:
             accel = (0.0, 0.0, 0.0)
-        self.normal_loads = self._drivetrain.normal_loads(self.touching, down, accel)
+        self.normal_loads = self._drivetrain.wheel_loads(self.touching, down, accel)
         self._vel_before = self.vel
         vx, vy, omega = self.ground_velocity
-        return self._drivetrain.step(h, vx, vy, omega, self.normal_loads)
+        return self._drivetrain.step(h, vx, vy, omega, self.normal_loads, down[0], down[1])
 
     def _follow(self, h: float) -> Vector:
         """Toward the target by no more than mu g h, and about the yaw axis by what the same grip can turn.

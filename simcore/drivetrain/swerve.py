@@ -358,6 +358,12 @@ class SwerveDrive:
                 steer[k] = None
         return drive, steer, limits
 
+    def wheel_loads(
+        self, touching: Sequence[bool], gravity: Sequence[float], acceleration: Sequence[float]
+    ) -> list[float]:
+        """Load of each wheel [N] for `step`; see `simcore.drivetrain.load.normal_loads`."""
+        return normal_loads(self.config, touching, gravity, acceleration)
+
     # ---------------------------------------------------------------- readings
 
     @property

@@ -82,13 +82,14 @@ class CylinderZone:
         approach of that part to the axis is within the radius.
         """
         enter, leave = _slab(start[:, 2:], end[:, 2:], np.array([self.bottom]), np.array([self.top]))
-        t0, t1 = enter[:, 0], leave[:, 0]
+        meets = enter[:, 0] <= leave[:, 0]
+        t0, t1 = np.where(meets, enter[:, 0], 0.0), np.where(meets, leave[:, 0], 0.0)
         flat, move = start[:, :2] - np.asarray(self.center), end[:, :2] - start[:, :2]
         length2 = np.einsum("ij,ij->i", move, move)
         nearest = -np.einsum("ij,ij->i", flat, move) / np.where(length2 > 0.0, length2, 1.0)
-        t = np.clip(nearest, t0, np.maximum(t0, t1))
+        t = np.clip(nearest, t0, t1)
         closest = flat + t[:, None] * move
-        hit: BoolArray = (t0 <= t1) & (np.hypot(closest[:, 0], closest[:, 1]) <= self.radius)
+        hit: BoolArray = meets & (np.hypot(closest[:, 0], closest[:, 1]) <= self.radius)
         return hit
 
 

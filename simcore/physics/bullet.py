@@ -35,7 +35,7 @@ _CONTACT_DISTANCE = 0.001  # [m]
 
 def _load_pybullet() -> Any:
     try:
-        with _silent_stdout():  # it prints its build time with C printf, into the middle of --json
+        with _silent_stdio():  # it prints its build time with C printf, into the middle of our output
             import pybullet
     except ImportError as error:
         raise EngineError(
@@ -48,22 +48,27 @@ def _load_pybullet() -> Any:
 
 
 @contextlib.contextmanager
-def _silent_stdout() -> Iterator[None]:
+def _silent_stdio() -> Iterator[None]:
+    """Send what C code prints to stdout and stderr nowhere."""
+    saved: dict[int, int] = {}
     try:
         sys.stdout.flush()
-        saved = os.dup(1)
-    except (OSError, ValueError, AttributeError):  # no file behind stdout: nothing to keep clean
+        sys.stderr.flush()
+        saved = {fd: os.dup(fd) for fd in (1, 2)}
+    except (OSError, ValueError, AttributeError):  # no files behind them (pythonw, some IDEs): nothing to keep clean
         yield
         return
     null = os.open(os.devnull, os.O_WRONLY)
     try:
-        os.dup2(null, 1)
+        for fd in saved:
+            os.dup2(null, fd)
         yield
     finally:
-        _flush_c_stdio()  # else the line waits in C's buffer and comes out at exit
-        os.dup2(saved, 1)
+        _flush_c_stdio()  # else a line waits in C's buffer and comes out at exit
+        for fd, copy in saved.items():
+            os.dup2(copy, fd)
+            os.close(copy)
         os.close(null)
-        os.close(saved)
 
 
 def _flush_c_stdio() -> None:

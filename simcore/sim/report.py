@@ -61,9 +61,13 @@ class RunReport:
     """Everything there is to say about a run, field by field as in `--json`."""
 
     auto: str
+    alliance: str
     seed: int
     sim_seconds: float
+    startup_seconds: float
+    """Wall time from nothing to the first tick, imports left out [s]."""
     wall_seconds: float
+    """Wall time of all ticks [s]."""
     realtime_factor: float
     """Simulated over real time."""
     ticks: int

@@ -1,0 +1,121 @@
+"""`python -m games.rebuilt`: play a scripted auto and see what comes of it."""
+
+from __future__ import annotations
+
+import argparse
+import math
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+from rich.console import Console
+from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
+
+from games.rebuilt.autos import AUTOS, Auto, find_auto
+from games.rebuilt.picture import draw_run
+from games.rebuilt.runner import AutoRun, play_auto
+from games.rebuilt.sim import DT, RebuiltConfig, RebuiltSim
+from simcore.errors import SimcoreError
+from simcore.sim.report import print_report
+from simcore.telemetry.outputs import require_writable
+from simcore.telemetry.snapshot import TelemetrySink
+from simcore.telemetry.wpilog import WpilogSink
+
+__all__ = ["main"]
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run the command; returns the exit status: 0 played, 2 wrong input, 130 interrupted."""
+    options = _parser().parse_args(argv)
+    if options.list:
+        for auto in AUTOS.values():
+            print(f"{auto.name:10} {auto.summary}")
+        return 0
+    try:
+        return _play(options)
+    except SimcoreError as error:
+        print(f"{type(error).__name__}: {error}", file=sys.stderr)
+        return 2
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(prog="python -m games.rebuilt", description="Play a scripted auto of REBUILT.")
+    parser.add_argument("--auto", default="depot", metavar="NAME", help="which auto (see --list; default: depot)")
+    parser.add_argument("--list", action="store_true", help="list the autos and stop")
+    parser.add_argument("--alliance", choices=("blue", "red"), default="blue", help="whose robot (default: blue)")
+    parser.add_argument("--seed", type=_whole, default=0, metavar="N", help="seed of everything left to chance")
+    parser.add_argument("--seconds", type=_positive, default=20.0, metavar="S", help="simulated time (default: 20)")
+    parser.add_argument("--field", type=Path, metavar="FILE.obj", help="another field mesh than the one of simcore")
+    parser.add_argument("--hub-exits", action="store_true", help="scored fuel comes out of the hub's exits")
+    parser.add_argument("--log", type=Path, metavar="FILE.wpilog", help="default: out/NAME.wpilog")
+    parser.add_argument("--picture", type=Path, metavar="FILE.png", help="default: out/NAME.png")
+    parser.add_argument("--json", action="store_true", help="print one JSON object instead of tables")
+    return parser
+
+
+def _play(options: argparse.Namespace) -> int:
+    auto = find_auto(options.auto)
+    log = options.log or Path("out") / f"{auto.name}.wpilog"
+    picture = options.picture or Path("out") / f"{auto.name}.png"
+    require_writable(picture)  # before the run: nobody wants to hear it after
+    sink = WpilogSink(log)
+    config = RebuiltConfig(hub_exits=options.hub_exits, field_mesh=options.field)
+    run = _run(options, auto, config, [sink])
+    with run.sim:
+        draw_run(picture, run)
+        report = run.with_outputs(log=str(log), picture=str(picture))
+    if options.json:
+        print(report.to_json())
+    else:
+        print_report(report, Console())
+        if run.was_interrupted:
+            print(f"interrupted after {report.sim_seconds:.2f} s; log and picture are of that part")
+    return 130 if run.was_interrupted else 0
+
+
+def _run(options: argparse.Namespace, auto: Auto, config: RebuiltConfig, sinks: Sequence[TelemetrySink]) -> AutoRun:
+    """Play with a progress bar on stderr, so that stdout stays clean."""
+    progress = Progress(
+        TextColumn("{task.description}"),
+        BarColumn(),
+        TextColumn("{task.fields[score]} points"),
+        TimeRemainingColumn(),
+        console=Console(stderr=True),
+        transient=True,
+        disable=options.json or not sys.stderr.isatty(),
+    )
+    ticks = max(1, round(options.seconds / DT))
+    with progress:
+        task = progress.add_task(f"auto {auto.name!r}", total=ticks, score=0)
+
+        def show(sim: RebuiltSim) -> None:
+            if sim.ticks % 10 == 0:
+                progress.update(task, completed=sim.ticks, score=sum(sim.tracker.totals.values()))
+
+        return play_auto(
+            auto,
+            alliance=options.alliance,
+            seconds=options.seconds,
+            config=config,
+            seed=options.seed,
+            sinks=sinks,
+            on_tick=show,
+        )
+
+
+def _positive(text: str) -> float:
+    value = float(text)
+    if not (math.isfinite(value) and value > 0.0):
+        raise argparse.ArgumentTypeError(f"must be a finite number > 0, got {text}")
+    return value
+
+
+def _whole(text: str) -> int:
+    value = int(text)
+    if value < 0:
+        raise argparse.ArgumentTypeError(f"must be a whole number >= 0, got {text}")
+    return value
+
+
+if __name__ == "__main__":
+    sys.exit(main())
