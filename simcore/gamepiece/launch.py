@@ -1,0 +1,149 @@
+"""Where a piece leaves the robot, and how fast, when robot and turret move.
+
+Conventions: robot x forward, y left, z up; yaw counter-clockwise positive; elevation positive up from the horizontal.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from simcore.errors import require_finite, require_non_negative, require_positive
+from simcore.typing import FloatArray
+
+__all__ = [
+    "LaunchParameters",
+    "backspin",
+    "exit_speed",
+    "launch_direction",
+    "launch_state",
+    "muzzle_offset",
+    "muzzle_velocity",
+]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class LaunchParameters:
+    """Place of a launcher on the robot. With a turret, the muzzle turns about the pivot."""
+
+    height: float
+    """Of the piece's center as it leaves, over the robot's origin [m]."""
+    forward: float = 0.0
+    """From the pivot to the muzzle, along the launch direction [m]."""
+    pivot_x: float = 0.0
+    """Of the turret's axis, robot frame [m]; without a turret the robot's center is as good."""
+    pivot_y: float = 0.0
+    """Of the turret's axis, robot frame [m]."""
+    heading: float = 0.0
+    """Launch direction in the robot frame at turret angle zero: pi shoots out of the back [rad]."""
+    barrels: tuple[float, ...] = (0.0,)
+    """Sideways offset of each barrel, left positive [m]."""
+
+    def __post_init__(self) -> None:
+        require_non_negative("LaunchParameters", "height", self.height, "m")
+        for name in ("forward", "pivot_x", "pivot_y", "heading"):
+            require_finite("LaunchParameters", name, getattr(self, name))
+        require_positive("LaunchParameters", "number of barrels", len(self.barrels))
+        for offset in self.barrels:
+            require_finite("LaunchParameters", "barrels", offset, "m")
+
+
+def exit_speed(wheel_speed: float, wheel_radius: float, efficiency: float = 1.0) -> float:
+    """Speed of a piece that a wheel throws: rim speed times what grip, slip and squeeze leave of it.
+
+    A ball rolled between one wheel and a fixed hood gets half the rim speed at best (efficiency 0.5); between two
+    driven wheels all of it (1.0).
+
+    Args:
+        wheel_speed: [rad/s]
+        wheel_radius: [m]
+        efficiency: Exit speed over rim speed [-].
+    """
+    return wheel_speed * wheel_radius * efficiency
+
+
+def launch_direction(yaw: float, elevation: float) -> FloatArray:
+    """Unit vector of a direction, shape (3,)."""
+    level = math.cos(elevation)
+    return np.array([level * math.cos(yaw), level * math.sin(yaw), math.sin(elevation)])
+
+
+def backspin(yaw: float, rate: float) -> FloatArray:
+    """Spin vector of a piece that flies towards `yaw` and turns backward at `rate` [rad/s], shape (3,)."""
+    return np.array([rate * math.sin(yaw), -rate * math.cos(yaw), 0.0])
+
+
+def muzzle_offset(launch: LaunchParameters, barrel: int = 0, turret_angle: float = 0.0) -> FloatArray:
+    """From the robot's origin to a muzzle, robot frame [m], shape (3,)."""
+    yaw = launch.heading + turret_angle
+    ahead, left = launch.forward, launch.barrels[barrel]
+    c, s = math.cos(yaw), math.sin(yaw)
+    return np.array([launch.pivot_x + c * ahead - s * left, launch.pivot_y + s * ahead + c * left, launch.height])
+
+
+def muzzle_velocity(
+    exit_velocity: FloatArray,
+    chassis_velocity: FloatArray,
+    yaw_rate: float | FloatArray,
+    muzzle: FloatArray,
+) -> FloatArray:
+    """Velocity of a piece as it leaves a launcher on a moving robot.
+
+    v = v_exit + v_chassis + omega x r; the last term is what a spinning robot adds.
+
+    Args:
+        exit_velocity: Relative to the muzzle, field axes [m/s], shape (3,).
+        chassis_velocity: Of the robot center, field frame [m/s], shape (3,).
+        yaw_rate: Counter-clockwise positive, or the whole angular velocity, shape (3,) [rad/s].
+        muzzle: From robot center to muzzle, field axes [m], shape (3,).
+
+    Returns:
+        Field-frame velocity [m/s], shape (3,).
+    """
+    if isinstance(yaw_rate, np.ndarray):
+        turning: FloatArray = np.cross(yaw_rate, muzzle)
+    else:
+        turning = np.array([-yaw_rate * muzzle[1], yaw_rate * muzzle[0], 0.0])
+    return exit_velocity + chassis_velocity + turning
+
+
+def launch_state(
+    launch: LaunchParameters,
+    *,
+    elevation: float,
+    speed: float,
+    robot_pos: FloatArray,
+    robot_rotation: FloatArray,
+    robot_velocity: FloatArray,
+    robot_spin: FloatArray,
+    barrel: int = 0,
+    turret_angle: float = 0.0,
+) -> tuple[FloatArray, FloatArray]:
+    """Position and velocity of a piece at the moment it leaves a robot that may pitch and roll.
+
+    Args:
+        launch: Place of the launcher.
+        elevation: Over the robot's floor plane [rad].
+        speed: Relative to the muzzle [m/s].
+        robot_pos: Origin of the robot frame, field frame [m], shape (3,).
+        robot_rotation: Robot to field, quaternion xyzw, shape (4,); yaw alone is (0, 0, sin(yaw/2), cos(yaw/2)).
+        robot_velocity: Of the robot's origin, field frame [m/s], shape (3,).
+        robot_spin: Angular velocity, field axes [rad/s], shape (3,).
+        barrel: Which one.
+        turret_angle: Counter-clockwise positive [rad].
+
+    Returns:
+        Position [m] and velocity [m/s] in the field frame, shape (3,) each.
+    """
+    muzzle = _rotate(robot_rotation, muzzle_offset(launch, barrel, turret_angle))
+    exit_velocity = speed * _rotate(robot_rotation, launch_direction(launch.heading + turret_angle, elevation))
+    return robot_pos + muzzle, muzzle_velocity(exit_velocity, robot_velocity, robot_spin, muzzle)
+
+
+def _rotate(rotation: FloatArray, vector: FloatArray) -> FloatArray:
+    """A vector turned by a unit quaternion xyzw: v + 2 w (q x v) + 2 q x (q x v)."""
+    twice = 2.0 * np.cross(rotation[:3], vector)
+    result: FloatArray = vector + rotation[3] * twice + np.cross(rotation[:3], twice)
+    return result

@@ -1,0 +1,292 @@
+"""How to aim: the yaw, elevation and speed that bring a ball with drag down through a target, also on the move.
+
+Without lift a flight stays in one vertical plane, and in the field frame that plane goes through muzzle and target.
+So the unknowns are two, slope and speed in that plane. For each slope exactly one speed hits; what remains is one
+equation in the slope: that the launch *relative to the moving muzzle* has the elevation, or the speed, that was asked.
+
+Along the horizontal distance x the flight needs no event search: with the slope p = dz/dx and q = 1 / vx^2,
+    dp/dx = -g q,   dq/dx = 2 k q sqrt(1 + p^2),   dz/dx = p,   dt/dx = sqrt(q).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TypeAlias
+
+from scipy.optimize import brentq, minimize_scalar
+
+from simcore.errors import ConfigError, NonFiniteError, SimcoreError
+from simcore.typing import FloatArray
+from simcore.units import GRAVITY
+
+__all__ = ["NoShotError", "Shot", "solve_shot"]
+
+_Vector: TypeAlias = Sequence[float] | FloatArray
+_STEPS = 24  # RK4 steps to the target: 0.1 mm at 10 m
+_STEEPEST = math.radians(88.0)
+_MIN_DISTANCE = 0.05  # closer than this "towards the target" means nothing [m]
+_ZERO: tuple[float, float, float] = (0.0, 0.0, 0.0)
+
+
+class NoShotError(SimcoreError, ValueError):
+    """No launch within the limits brings the ball down through the target."""
+
+    def __init__(self, reason: str, *, distance: float, height: float) -> None:
+        self.reason = reason
+        self.distance = distance
+        """Horizontal, muzzle to target [m]."""
+        self.height = height
+        """Target over muzzle [m]."""
+        super().__init__(f"no shot at {distance:.2f} m away and {height:+.2f} m up: {reason}")
+
+
+@dataclass(frozen=True, slots=True)
+class Shot:
+    """A launch that hits, relative to the muzzle: what hood, wheels and turret have to do."""
+
+    yaw: float
+    """Direction of the launch, field frame [rad]."""
+    elevation: float
+    """Over the horizontal [rad]."""
+    speed: float
+    """Relative to the muzzle [m/s]."""
+    time_of_flight: float
+    """From muzzle to target [s]."""
+    entry_angle: float
+    """Under the horizontal at the target, so positive on the way down [rad]."""
+
+
+def solve_shot(
+    muzzle: _Vector,
+    target: _Vector,
+    *,
+    elevation: float | None = None,
+    speed: float | None = None,
+    drag: float = 0.0,
+    robot_velocity: _Vector = _ZERO,
+    yaw_rate: float = 0.0,
+    muzzle_offset: _Vector = _ZERO,
+    high_arc: bool = True,
+    max_speed: float = math.inf,
+    gravity: float = GRAVITY,
+) -> Shot:
+    """Find the shot for a fixed elevation (what speed?) or a fixed speed (what elevation?). About 1 ms.
+
+    Args:
+        muzzle: Where the ball's center leaves, field frame [m], shape (3,).
+        target: The point to fall through, field frame [m], shape (3,).
+        elevation: Of the launch relative to the robot [rad]; give this or `speed`.
+        speed: Of the launch relative to the muzzle [m/s].
+        drag: k = rho Cd A / (2 m), from `drag_factor` [1/m]. Lift is not modeled.
+        robot_velocity: Of the robot center, field frame [m/s], shape (3,).
+        yaw_rate: Counter-clockwise positive [rad/s].
+        muzzle_offset: From robot center to muzzle, field axes [m], shape (3,); only matters with a yaw rate.
+        high_arc: With a fixed speed, which of the two elevations.
+        max_speed: The launcher's best [m/s].
+        gravity: Downward [m/s^2].
+
+    Raises:
+        NoShotError: If nothing hits, with the reason.
+        ConfigError: If not exactly one of elevation and speed is given, or one makes no sense.
+        NonFiniteError: If a position or velocity is not finite.
+
+    >>> shot = solve_shot((0, 0, 0.5), (4.18, 0, 1.8288), elevation=math.radians(60), drag=0.0232)
+    >>> round(shot.speed, 2), round(shot.time_of_flight, 2)
+    (8.0, 1.12)
+    """
+    if (elevation is None) == (speed is None):
+        raise ConfigError(f"solve_shot: give either elevation or speed, got {elevation} and {speed}")
+    if elevation is not None and not -math.pi / 2 < elevation < math.pi / 2:
+        raise ConfigError(f"solve_shot: elevation must be within +-pi/2 rad, got {elevation}")
+    if speed is not None and not 0.0 < speed < math.inf:
+        raise ConfigError(f"solve_shot: speed must be finite and > 0 m/s, got {speed}")
+    if not (0.0 <= drag < math.inf and 0.0 < gravity < math.inf and max_speed > 0.0):
+        raise ConfigError(f"solve_shot: want drag >= 0, gravity > 0, max_speed > 0, got {drag}, {gravity}, {max_speed}")
+    problem = _Problem(muzzle, target, robot_velocity, yaw_rate, muzzle_offset, drag, gravity)
+    if elevation is not None:
+        shot = problem.shot(problem.angle_for_elevation(elevation))
+    else:
+        assert speed is not None
+        shot = problem.shot(problem.angle_for_speed(speed, high_arc))
+    if shot.entry_angle <= 0.0:
+        raise problem.no_shot("the ball would pass it on the way up; aim steeper")
+    if shot.speed > max_speed * (1.0 + 1e-9):
+        raise problem.no_shot(f"it needs {shot.speed:.2f} m/s and the launcher gives {max_speed:.2f}")
+    return shot
+
+
+class _Problem:
+    """One aiming task in the vertical plane through muzzle and target; an angle is the field-frame elevation."""
+
+    def __init__(
+        self,
+        muzzle: _Vector,
+        target: _Vector,
+        robot_velocity: _Vector,
+        yaw_rate: float,
+        offset: _Vector,
+        drag: float,
+        gravity: float,
+    ) -> None:
+        mx, my, mz = (float(c) for c in muzzle)
+        tx, ty, tz = (float(c) for c in target)
+        vx, vy, vz = (float(c) for c in robot_velocity)
+        ox, oy, _ = (float(c) for c in offset)
+        east, north = tx - mx, ty - my
+        vx -= yaw_rate * oy
+        vy += yaw_rate * ox
+        self.distance = math.hypot(east, north)
+        self.height = tz - mz
+        if not math.isfinite(self.distance + self.height + vx + vy + vz):
+            raise NonFiniteError(
+                f"solve_shot: want finite numbers, got muzzle {muzzle}, target {target},"
+                f" robot {robot_velocity} m/s, {yaw_rate} rad/s"
+            )
+        if self.distance < _MIN_DISTANCE:
+            raise self.no_shot(f"the target is right over or under the muzzle (want {_MIN_DISTANCE} m or more)")
+        self.bearing = math.atan2(north, east)
+        c, s = east / self.distance, north / self.distance
+        self.along = c * vx + s * vy  # muzzle velocity towards the target, [m/s]
+        self.across = c * vy - s * vx  # to the left of it
+        self.up = vz
+        self.is_still = self.along == 0.0 and self.across == 0.0 and self.up == 0.0
+        self.drag = drag
+        self.gravity = gravity
+        self.flattest = math.atan2(self.height, self.distance) + 1e-3  # line of sight
+        if self.flattest >= _STEEPEST:
+            raise self.no_shot("the line of sight is too steep")
+
+    def no_shot(self, reason: str) -> NoShotError:
+        return NoShotError(reason, distance=self.distance, height=self.height)
+
+    def angle_for_elevation(self, elevation: float) -> float:
+        """Field-frame angle whose launch has this elevation relative to the muzzle."""
+        if self.is_still:
+            if elevation < self.flattest:
+                raise self.no_shot(f"{math.degrees(elevation):.1f} degrees is below the line of sight")
+            if elevation > _STEEPEST:
+                raise self.no_shot(f"{math.degrees(elevation):.1f} degrees is too steep")
+            return elevation
+
+        def excess(angle: float) -> float:
+            return self.shot(angle).elevation - elevation
+
+        # Outward from the answer of a robot at rest: the first change of sign is the nearest answer.
+        middle = min(max(elevation, self.flattest), _STEEPEST)
+        low = high = middle
+        at_low = at_high = excess(middle)
+        reach = math.radians(3.0)
+        while low > self.flattest or high < _STEEPEST:
+            # The excess grows with the angle: go the way that should change its sign first.
+            for downward in (at_high > 0.0, at_high <= 0.0):
+                if downward and low > self.flattest:
+                    below, at_below = low, at_low
+                    low = max(low - reach, self.flattest)
+                    at_low = excess(low)
+                    if at_low * at_below <= 0.0:
+                        return float(brentq(excess, low, below, xtol=1e-10))
+                elif not downward and high < _STEEPEST:
+                    above, at_above = high, at_high
+                    high = min(high + reach, _STEEPEST)
+                    at_high = excess(high)
+                    if at_high * at_above <= 0.0:
+                        return float(brentq(excess, above, high, xtol=1e-10))
+            reach *= 1.5
+        raise self.no_shot(f"no speed hits at {math.degrees(elevation):.1f} degrees from a robot that moves like this")
+
+    def angle_for_speed(self, speed: float, high_arc: bool) -> float:
+        """Field-frame angle whose launch has this speed relative to the muzzle."""
+
+        def excess(angle: float) -> float:
+            return self.shot(angle).speed - speed
+
+        cheapest = 0.5 * (0.5 * math.pi + self.flattest)  # least speed in a vacuum at rest; close enough to start
+        if excess(cheapest) > 0.0:
+            found = minimize_scalar(
+                excess, bounds=(self.flattest, _STEEPEST), method="bounded", options={"xatol": 1e-4}
+            )
+            cheapest = float(found.x)
+            if found.fun > 0.0:
+                raise self.no_shot(f"out of range: it needs {speed + found.fun:.2f} m/s and {speed:.2f} were given")
+        end = _STEEPEST if high_arc else self.flattest
+        if excess(end) < 0.0:
+            raise self.no_shot(f"at {speed:.2f} m/s the arc would be steeper or flatter than a launcher can shoot")
+        return float(brentq(excess, cheapest, end, xtol=1e-10))
+
+    def shot(self, angle: float) -> Shot:
+        """The one launch at this field-frame angle that hits."""
+        slope = math.tan(angle)
+        q, end_slope, time = self._hit(slope)
+        forward = 1.0 / math.sqrt(q)
+        along, across, up = forward - self.along, -self.across, forward * slope - self.up
+        level = math.hypot(along, across)
+        return Shot(
+            yaw=_wrap(self.bearing + math.atan2(across, along)),
+            elevation=math.atan2(up, level),
+            speed=math.hypot(level, up),
+            time_of_flight=time,
+            entry_angle=-math.atan(end_slope),
+        )
+
+    def _hit(self, slope: float) -> tuple[float, float, float]:
+        """The q = 1 / vx^2 at the muzzle that hits with this slope; slope and time at the target."""
+        distance, k = self.distance, self.drag
+        drop = slope * distance - self.height  # how far gravity has to bring the ball down, > 0
+        mean = self.height / distance  # slopes at start, middle and end of a flight without drag
+        stretch = (_length(slope) + 4.0 * _length(mean) + _length(2.0 * mean - slope)) / 6.0
+        y = 2.0 * k * stretch * distance
+        growth = 2.0 * (math.expm1(y) - y) / (y * y) if 1e-4 < y < 500.0 else 1.0  # flight with a constant path factor
+        q = 2.0 * drop / (self.gravity * distance * distance * growth)
+        low, high = 0.0, math.inf
+        last_q, last_fall = 0.0, 0.0
+        for _ in range(80):
+            fall, end_slope, time = _arrive(slope, q, distance, k, self.gravity)
+            if fall > drop:
+                high = q
+            else:
+                low = q
+            if abs(fall - drop) < 1e-8 or high - low < 1e-15 * q:
+                return q, end_slope, time
+            # Fall is nearly a line in q: the secant (first one through zero), kept inside what is known.
+            guess = 0.0
+            if math.isfinite(fall):
+                if fall != last_fall:
+                    guess = q + (drop - fall) * (q - last_q) / (fall - last_fall)
+                last_q, last_fall = q, fall
+            q = guess if low < guess < high else (0.5 * (low + high) if high < math.inf else 2.0 * q)
+        raise self.no_shot("air drag stops the ball before it gets there")
+
+
+def _arrive(p: float, q: float, distance: float, k: float, g: float) -> tuple[float, float, float]:
+    """Fall below the straight line, slope and time at the distance, by RK4; infinite if it drops before that."""
+    h = distance / _STEPS
+    half, sixth = 0.5 * h, h / 6.0
+    k2 = 2.0 * k
+    slope, rise, time = p, 0.0, 0.0
+    sqrt = math.sqrt
+    for _ in range(_STEPS):
+        dp1, dq1 = -g * q, k2 * q * sqrt(1.0 + p * p)
+        p2, q2 = p + half * dp1, q + half * dq1
+        dp2, dq2 = -g * q2, k2 * q2 * sqrt(1.0 + p2 * p2)
+        p3, q3 = p + half * dp2, q + half * dq2
+        dp3, dq3 = -g * q3, k2 * q3 * sqrt(1.0 + p3 * p3)
+        p4, q4 = p + h * dp3, q + h * dq3
+        dp4, dq4 = -g * q4, k2 * q4 * sqrt(1.0 + p4 * p4)
+        rise += sixth * (p + 2.0 * (p2 + p3) + p4)
+        before = sqrt(q)
+        p += sixth * (dp1 + 2.0 * (dp2 + dp3) + dp4)
+        q += sixth * (dq1 + 2.0 * (dq2 + dq3) + dq4)
+        if p < -200.0:  # falls straight down: never gets there
+            return math.inf, p, math.inf
+        time += sixth * (before + 4.0 * sqrt(0.5 * (q2 + q3)) + sqrt(q))
+    return slope * distance - rise, p, time
+
+
+def _length(slope: float) -> float:
+    return math.sqrt(1.0 + slope * slope)
+
+
+def _wrap(angle: float) -> float:
+    return math.remainder(angle, math.tau)
