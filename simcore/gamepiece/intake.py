@@ -1,0 +1,117 @@
+"""Where the robot takes pieces in: a box on the robot, tested on all pieces at once, and swept between ticks."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from simcore.errors import ConfigError, require_finite
+from simcore.typing import BoolArray, BoolSupplier, FloatArray
+
+__all__ = ["IntakeZone", "field_to_robot"]
+
+
+def _always() -> bool:
+    return True
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class IntakeZone:
+    """A box in the robot frame (x forward, y left, z up from the floor); a piece is in it when its center is.
+
+    >>> zone = IntakeZone(x_min=-0.50, x_max=-0.35, y_min=-0.25, y_max=0.25, z_max=0.20)
+    >>> zone.contains(np.array([[-0.4, 0.0, 0.075], [0.4, 0.0, 0.075]])).tolist()
+    [True, False]
+    """
+
+    x_min: float
+    """[m]"""
+    x_max: float
+    """[m]"""
+    y_min: float
+    """[m]"""
+    y_max: float
+    """[m]"""
+    z_min: float = -0.10
+    """Below the floor plane, for a robot that pitches over a bump [m]."""
+    z_max: float
+    """[m]"""
+    active: BoolSupplier = _always
+    """Whether the intake is out and its roller turns; asked once by `captured`."""
+
+    def __post_init__(self) -> None:
+        for axis in "xyz":
+            low, high = getattr(self, f"{axis}_min"), getattr(self, f"{axis}_max")
+            require_finite("IntakeZone", f"{axis}_min", low, "m")
+            require_finite("IntakeZone", f"{axis}_max", high, "m")
+            if not low < high:
+                raise ConfigError(f"IntakeZone: {axis}_min must be below {axis}_max, got {low} and {high} m")
+
+    def contains(self, pos_robot: FloatArray) -> BoolArray:
+        """Which positions are in the box, active or not; NaN is never in it.
+
+        Args:
+            pos_robot: Centers, robot frame [m], shape (n, 3).
+
+        Returns:
+            Mask, shape (n,).
+        """
+        low, high = self._corners()
+        result: BoolArray = np.all((pos_robot >= low) & (pos_robot <= high), axis=1)
+        return result
+
+    def captured(self, prev_robot: FloatArray, now_robot: FloatArray) -> BoolArray:
+        """Which pieces are in the box or went through it since the last tick; none while the intake is not active.
+
+        A path is the straight line in the robot frame, so it does not matter whether piece or robot moved.
+
+        Args:
+            prev_robot: Centers a tick ago, in the robot frame of that time [m], shape (n, 3).
+            now_robot: Centers now, in the robot frame of now [m], shape (n, 3).
+
+        Returns:
+            Mask, shape (n,).
+        """
+        if not self.active():
+            return np.zeros(len(now_robot), dtype=np.bool_)
+        low, high = self._corners()
+        move = now_robot - prev_robot
+        still = np.abs(move) < 1e-12
+        inside = ((prev_robot >= low) & (prev_robot <= high)) | ((now_robot >= low) & (now_robot <= high))
+        pace = np.where(still, 1.0, move)
+        to_low, to_high = (low - prev_robot) / pace, (high - prev_robot) / pace
+        # Per axis, the part of the path (0 to 1) between the two planes; all three parts must overlap.
+        enter = np.where(still, np.where(inside, 0.0, np.inf), np.minimum(to_low, to_high)).max(axis=1)
+        leave = np.where(still, np.where(inside, 1.0, -np.inf), np.maximum(to_low, to_high)).min(axis=1)
+        result: BoolArray = np.maximum(enter, 0.0) <= np.minimum(leave, 1.0)
+        return result
+
+    def _corners(self) -> tuple[FloatArray, FloatArray]:
+        return np.array([self.x_min, self.y_min, self.z_min]), np.array([self.x_max, self.y_max, self.z_max])
+
+
+def field_to_robot(pos_field: FloatArray, robot_pos: FloatArray, robot_rotation: FloatArray) -> FloatArray:
+    """Positions as the robot sees them.
+
+    Args:
+        pos_field: Field frame [m], shape (n, 3).
+        robot_pos: Origin of the robot frame, field frame [m], shape (3,).
+        robot_rotation: Robot to field, unit quaternion xyzw, shape (4,).
+
+    Returns:
+        Robot frame [m], shape (n, 3).
+    """
+    x, y, z, w = (float(c) for c in robot_rotation)
+    if not math.isclose(x * x + y * y + z * z + w * w, 1.0, rel_tol=1e-3):
+        raise ConfigError(f"field_to_robot: want a unit quaternion xyzw, got {robot_rotation}")
+    robot_to_field = np.array(
+        [
+            [1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y - z * w), 2.0 * (x * z + y * w)],
+            [2.0 * (x * y + z * w), 1.0 - 2.0 * (x * x + z * z), 2.0 * (y * z - x * w)],
+            [2.0 * (x * z - y * w), 2.0 * (y * z + x * w), 1.0 - 2.0 * (x * x + y * y)],
+        ]
+    )
+    result: FloatArray = (pos_field - robot_pos) @ robot_to_field  # rows times R is R transposed times each
+    return result
