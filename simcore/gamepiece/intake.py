@@ -78,8 +78,8 @@ class IntakeZone:
             return np.zeros(len(now_robot), dtype=np.bool_)
         low, high = self._corners()
         move = now_robot - prev_robot
-        still = move == 0.0
-        inside = (prev_robot >= low) & (prev_robot <= high)
+        still = np.abs(move) < 1e-12
+        inside = ((prev_robot >= low) & (prev_robot <= high)) | ((now_robot >= low) & (now_robot <= high))
         pace = np.where(still, 1.0, move)
         to_low, to_high = (low - prev_robot) / pace, (high - prev_robot) / pace
         # Per axis, the part of the path (0 to 1) between the two planes; all three parts must overlap.

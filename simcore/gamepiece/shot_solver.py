@@ -105,10 +105,11 @@ def solve_shot(
     if not (0.0 <= drag < math.inf and 0.0 < gravity < math.inf and max_speed > 0.0):
         raise ConfigError(f"solve_shot: want drag >= 0, gravity > 0, max_speed > 0, got {drag}, {gravity}, {max_speed}")
     problem = _Problem(muzzle, target, robot_velocity, yaw_rate, muzzle_offset, drag, gravity)
-    angle = (
-        problem.angle_for_elevation(elevation) if elevation is not None else problem.angle_for_speed(speed, high_arc)
-    )
-    shot = problem.shot(angle)
+    if elevation is not None:
+        shot = problem.shot(problem.angle_for_elevation(elevation))
+    else:
+        assert speed is not None
+        shot = problem.shot(problem.angle_for_speed(speed, high_arc))
     if shot.entry_angle <= 0.0:
         raise problem.no_shot("the ball would pass it on the way up; aim steeper")
     if shot.speed > max_speed * (1.0 + 1e-9):
@@ -240,21 +241,21 @@ class _Problem:
         q = 2.0 * drop / (self.gravity * distance * distance * growth)
         low, high = 0.0, math.inf
         last_q, last_fall = 0.0, 0.0
-        for _ in range(60):
+        for _ in range(80):
             fall, end_slope, time = _arrive(slope, q, distance, k, self.gravity)
-            if abs(fall - drop) < 1e-8:
-                return q, end_slope, time
             if fall > drop:
                 high = q
             else:
                 low = q
+            if abs(fall - drop) < 1e-8 or high - low < 1e-15 * q:
+                return q, end_slope, time
             # Fall is nearly a line in q: the secant (first one through zero), kept inside what is known.
-            guess = q + (drop - fall) * (q - last_q) / (fall - last_fall) if math.isfinite(fall) else 0.0
+            guess = 0.0
             if math.isfinite(fall):
+                if fall != last_fall:
+                    guess = q + (drop - fall) * (q - last_q) / (fall - last_fall)
                 last_q, last_fall = q, fall
             q = guess if low < guess < high else (0.5 * (low + high) if high < math.inf else 2.0 * q)
-            if q == last_q:
-                return q, end_slope, time
         raise self.no_shot("air drag stops the ball before it gets there")
 
 

@@ -162,6 +162,4 @@ def test_elevator_matches_elevator_sim_up_down_and_at_the_stops():
     )
     compare(ours, theirs, lambda: ours.speed, theirs.getVelocity, volts=[5.0] * 300 + [-3.0] * 500)
     assert ours.height == pytest.approx(theirs.getPosition(), abs=0.005)
-    assert ours.current == pytest.approx(
-        -theirs.getCurrentDraw(), rel=0.02
-    )  # theirs: along the volts, ours: the torque
+    assert ours.current == pytest.approx(-theirs.getCurrentDraw(), rel=0.02)  # ours: signed as the torque
