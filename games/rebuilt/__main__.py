@@ -6,6 +6,7 @@ import argparse
 import math
 import sys
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 from rich.console import Console
@@ -17,7 +18,7 @@ from games.rebuilt.runner import AutoRun, play_auto
 from games.rebuilt.sim import DT, RebuiltConfig, RebuiltSim
 from simcore.errors import SimcoreError
 from simcore.sim.report import print_report
-from simcore.telemetry.outputs import require_writable
+from simcore.telemetry.output import require_writable
 from simcore.telemetry.snapshot import TelemetrySink
 from simcore.telemetry.wpilog import WpilogSink
 
@@ -57,13 +58,13 @@ def _play(options: argparse.Namespace) -> int:
     auto = find_auto(options.auto)
     log = options.log or Path("out") / f"{auto.name}.wpilog"
     picture = options.picture or Path("out") / f"{auto.name}.png"
-    require_writable(picture)  # before the run: nobody wants to hear it after
+    require_writable("picture", picture)  # before the run: nobody wants to hear it after
     sink = WpilogSink(log)
     config = RebuiltConfig(hub_exits=options.hub_exits, field_mesh=options.field)
     run = _run(options, auto, config, [sink])
     with run.sim:
         draw_run(picture, run)
-        report = run.with_outputs(log=str(log), picture=str(picture))
+        report = replace(run.report, outputs={"log": str(log), "picture": str(picture)})
     if options.json:
         print(report.to_json())
     else:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from simcore.gamepiece.aerodynamics import Aerodynamics
 from simcore.gamepiece.config import GamePieceConfig
 from simcore.physics.shapes import Sphere
 from simcore.units import inches, pounds
@@ -14,6 +15,6 @@ FUEL = GamePieceConfig(
     mass=0.5 * (pounds(0.448) + pounds(0.500)),  # the manual's range, 0.203 to 0.227 kg
     friction=0.8,  # estimate, +-30 %: foam on carpet; nobody has published a measurement
     restitution=0.55,  # drop test onto a hard floor by denbot/2026-RebuiltHubSimulation
-    drag_coefficient=0.47,  # smooth sphere at Re 5e4-1e5; the foam ball's own is unknown, 0.40-0.55 plausible
+    aerodynamics=Aerodynamics(drag_coefficient=0.47),  # the foam ball's own is unknown, 0.40-0.55 is plausible
 )
 """One fuel."""

@@ -180,7 +180,7 @@ class ScriptedRobot:
         x, y, yaw = self.pose
         launch = self.robot.config.launch
         muzzle = (x + launch.forward * math.cos(yaw), y + launch.forward * math.sin(yaw), launch.height)
-        return solve_shot(muzzle, HUB_TARGET, drag=FUEL.drag_factor, elevation=degrees(110.0) - self._hood_goal)
+        return solve_shot(muzzle, HUB_TARGET, drag=FUEL.air.drag, elevation=degrees(110.0) - self._hood_goal)
 
     def _is_ready(self, turn: float) -> bool:
         speed = self.robot.shooter_wheels.velocity

@@ -124,6 +124,8 @@ class RebuiltSim:
         """Wall time of the last tick [ms], for telemetry, if whoever runs the simulation measures it."""
         self.digest = TrajectoryDigest()
         self.shots: list[ShotRecord] = []
+        self.intakes: list[list[float]] = []
+        """Where each fuel was taken in [m]."""
         self._flying: dict[int, ShotRecord] = {}
         self._movers: list[Mover] = []
         self._piece_speed = 0.0
@@ -213,7 +215,9 @@ class RebuiltSim:
             inside = robot.intake_zone().contains(pos_robot)
             inside &= self.pieces.state.status[slots] == PieceStatus.AWAKE
             if inside.any():
-                self.pieces.hold(slots[inside][:room], robot.number)
+                taken = slots[inside][:room]
+                self.intakes += self.pieces.state.pos[taken].tolist()
+                self.pieces.hold(taken, robot.number)
 
     def _move(self) -> None:
         """5. Sub-steps: tires push robots, air pushes fuel, the engine does the rest."""

@@ -6,15 +6,12 @@ import math
 from dataclasses import dataclass
 
 from simcore.errors import ConfigError, require_non_negative, require_positive
+from simcore.gamepiece.aerodynamics import Aerodynamics, AirFactors, air_factors
 from simcore.physics.shapes import Box, Cylinder, Sphere
 from simcore.physics.surface import TerrainSurface
 from simcore.units import GRAVITY
 
 __all__ = ["GamePieceConfig"]
-
-AIR_DENSITY = 1.2
-"""Air at 20 degrees C and sea level [kg/m^3]."""
-
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class GamePieceConfig:
@@ -32,19 +29,16 @@ class GamePieceConfig:
     """Bounce factor; a pair has the product of both sides [-], 0 to 1."""
     rolling: float = 0.0
     """Rolling resistance lever arm of the piece itself [m]; what it rolls on adds its own."""
-    drag_coefficient: float = 0.0
-    """Quadratic air drag coefficient Cd on the frontal area [-]; 0 for none."""
-    lift_coefficient: float = 0.0
-    """Spin lift: Cl per spin parameter (radius * spin / speed), for spheres [-]; 0 for none."""
+    aerodynamics: Aerodynamics | None = None
+    """Drag and spin lift; None for a piece that no air acts on."""
 
     def __post_init__(self) -> None:
         if not self.name or "/" in self.name:
             raise ConfigError(f"GamePieceConfig: name must be non-empty without '/', got {self.name!r}")
         require_positive(self.name, "mass", self.mass, "kg")
-        for name in ("rolling", "drag_coefficient", "lift_coefficient"):
-            require_non_negative(self.name, name, getattr(self, name))
-        if self.lift_coefficient > 0.0 and not isinstance(self.shape, Sphere):
-            raise ConfigError(f"{self.name}: lift_coefficient is for spheres, got a {type(self.shape).__name__}")
+        require_non_negative(self.name, "rolling", self.rolling, "m")
+        if self.air.lift > 0.0 and not isinstance(self.shape, Sphere):
+            raise ConfigError(f"{self.name}: spin lift is for spheres, got a {type(self.shape).__name__}")
         self.surface  # noqa: B018  (checks friction and restitution)
 
     @property
@@ -73,19 +67,21 @@ class GamePieceConfig:
         return shape.height / 2 if isinstance(shape, Cylinder) else shape.size[2] / 2
 
     @property
-    def drag_factor(self) -> float:
-        """Factor k of the drag deceleration k v^2 [1/m]: rho Cd A / (2 m) with the frontal area of the bounding shape."""
+    def air(self) -> AirFactors:
+        """What the air does to it; other shapes than balls count as the ball of the same frontal area."""
+        if self.aerodynamics is None:
+            return AirFactors()
         shape = self.shape
         if isinstance(shape, Sphere):
-            area = math.pi * shape.radius**2
+            radius = shape.radius
         elif isinstance(shape, Cylinder):
-            area = 2.0 * shape.radius * shape.height
+            radius = math.sqrt(2.0 * shape.radius * shape.height / math.pi)
         else:
-            area = shape.size[0] * shape.size[2]
-        return 0.5 * AIR_DENSITY * self.drag_coefficient * area / self.mass
+            radius = math.sqrt(shape.size[0] * shape.size[2] / math.pi)
+        return air_factors(self.aerodynamics, radius=radius, mass=self.mass)
 
     @property
     def aero_speed(self) -> float:
         """Speed above which drag exceeds 1 % of the weight [m/s]; slower rolling pieces are left alone."""
-        k = self.drag_factor
+        k = self.air.drag
         return math.sqrt(0.01 * GRAVITY / k) if k > 0.0 else math.inf

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from simcore.gamepiece.aerodynamics import drag_acceleration, lift_acceleration
 from simcore.gamepiece.pool import PiecePool, PieceStatus
 from simcore.physics.world import PhysicsWorld
 from simcore.typing import BoolArray, FloatArray, IntArray
@@ -26,10 +27,9 @@ class FlightForces:
         n = len(pool.rows)
         kinds = pool.state.kind
         self._mass = np.array([c.mass for c in pool.types])[kinds]
-        self._drag = np.array([c.drag_factor for c in pool.types])[kinds]
-        # Cl = slope * S with S = r w / v gives a lift acceleration of k_l r (w x v), k_l as the drag factor with slope
-        self._lift = np.array([_lift_factor(c.drag_factor, c.drag_coefficient, c.lift_coefficient, c.bounding_radius)
-                               for c in pool.types])[kinds]  # fmt: skip
+        self._air = [c.air for c in pool.types]
+        self._drag = np.array([air.drag for air in self._air])[kinds]
+        self._lifting = [kind for kind, air in enumerate(self._air) if air.lift > 0.0]
         self._aero_speed2 = np.array([c.aero_speed for c in pool.types])[kinds] ** 2
         self._h_before = np.full(n, np.nan)
         self._slots: IntArray = np.zeros(0, dtype=np.int64)
@@ -60,11 +60,10 @@ class FlightForces:
         h_before = self._h_before[slots]
         h_before = np.where(np.isnan(h_before), h, h_before)[:, None]
         middle = twist[:, :3] + self._gravity * (0.5 * (h_before + h))  # velocity in the middle of the step to come
-        speed = np.sqrt(np.einsum("ij,ij->i", middle, middle))[:, None]
-        air = -self._drag[slots][:, None] * speed * middle
-        lift = self._lift[slots][:, None]
-        if lift.any():
-            air += lift * np.cross(twist[:, 3:], middle)
+        air = drag_acceleration(middle, self._drag[slots])
+        for kind in self._lifting:
+            mine = self._pool.state.kind[slots] == kind
+            air[mine] += lift_acceleration(middle[mine], twist[mine, 3:], self._air[kind])
         acceleration = air + (air + self._gravity) * ((h_before - h) / (2.0 * h))
         self._world.engine.apply_forces(self._rows, self._mass[slots][:, None] * acceleration)
         self._h_before[slots] = h
@@ -79,9 +78,3 @@ class FlightForces:
         touched: BoolArray = (state.status[awake] == PieceStatus.IN_FLIGHT) & (jump > 2.0 * air + 0.3)
         return touched
 
-
-def _lift_factor(drag_factor: float, drag_coefficient: float, lift_coefficient: float, radius: float) -> float:
-    """Factor of w x v in the lift acceleration [-]: (rho A / 2 m) Cl' r, with rho A / 2 m = drag_factor / Cd."""
-    if lift_coefficient == 0.0:
-        return 0.0
-    return drag_factor / drag_coefficient * lift_coefficient * radius

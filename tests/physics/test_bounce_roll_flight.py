@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
+from simcore.gamepiece.aerodynamics import Aerodynamics
 from simcore.gamepiece.config import GamePieceConfig
 from simcore.gamepiece.manager import GamePieceManager
 from simcore.physics.shapes import Box, Cylinder, Sphere
@@ -19,9 +20,10 @@ SUBSTEPS = [1, 2, 3, 5, 10]
 HARD = TerrainSurface(name="hard", friction=1.0, restitution=1.0)
 
 
-def ball(**changes: float) -> GamePieceConfig:
-    values = {"mass": 0.215, "friction": 0.8, "restitution": 0.5} | changes
-    return GamePieceConfig(name="Ball", shape=Sphere(0.075), **values)
+def ball(aerodynamics: Aerodynamics | None = None) -> GamePieceConfig:
+    return GamePieceConfig(
+        name="Ball", shape=Sphere(0.075), mass=0.215, friction=0.8, restitution=0.5, aerodynamics=aerodynamics
+    )
 
 
 def play(world: PhysicsWorld, pieces: GamePieceManager, seconds: float, substeps: int) -> None:
@@ -86,8 +88,8 @@ def fly(config: GamePieceConfig, substeps: int, velocity: tuple[float, float, fl
 @pytest.mark.parametrize("substeps", SUBSTEPS)
 @pytest.mark.parametrize(("speed", "elevation"), [(8.0, 60.0), (12.0, 50.0), (20.0, 30.0)])
 def test_a_drag_flight_agrees_with_the_differential_equation(substeps, speed, elevation):
-    config = ball(drag_coefficient=0.47)
-    k = config.drag_factor
+    config = ball(Aerodynamics(drag_coefficient=0.47))
+    k = config.air.drag
     angle = math.radians(elevation)
     velocity = (speed * math.cos(angle), 0.0, speed * math.sin(angle))
 
@@ -108,8 +110,8 @@ def test_a_vacuum_flight_is_the_parabola_at_any_substep():
 
 
 def test_backspin_lifts_by_the_configured_slope():
-    """a = (rho A / 2 m) Cl' r (w x v): small times, so that v hardly turns."""
-    config = ball(drag_coefficient=0.47, lift_coefficient=1.0)
+    """a = (rho A / 2 m) Cl v^2: a short time, so that v hardly turns."""
+    config = ball(Aerodynamics(drag_coefficient=0.47, lift_slope=1.0))
     with PhysicsWorld() as world:
         heights = []
         for spin in (0.0, -100.0):
@@ -119,7 +121,8 @@ def test_backspin_lifts_by_the_configured_slope():
             play(world, pieces, 0.2, 2)
             heights.append(pieces.state.pos[0, 2])
             pieces.score(np.array([0]))
-    lift = config.drag_factor / 0.47 * 0.075 * 100.0 * 10.0
+    ratio = 0.075 * 100.0 / 10.0
+    lift = config.air.drag / 0.47 * config.aerodynamics.lift_coefficient(ratio) * 10.0**2
     assert heights[1] - heights[0] == pytest.approx(0.5 * lift * 0.2**2, rel=0.05)
 
 
