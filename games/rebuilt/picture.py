@@ -28,7 +28,7 @@ def draw_run(path: Path, run: AutoRun) -> None:
         robot_path=run.path,
         fuel_start=run.fuel_at_start,
         fuel_end=sim.pieces.state.pos[sim.pieces.on_field()],
-        shots=[ShotTrace(np.array(shot.points), shot.scored) for shot in sim.shots],
+        shots=[ShotTrace(points=np.array(shot.points), scored=shot.scored) for shot in sim.shots],
         intakes=np.array(sim.intakes).reshape(-1, 3),
         title=f"REBUILT, auto '{report.auto}', {report.alliance}, seed {report.seed}",
         subtitle=f"{report.score.total} points, {report.hits} of {report.shots} shots hit, "
