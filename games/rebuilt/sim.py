@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from games.rebuilt.dimensions import FIELD_LENGTH, FIELD_WIDTH
-from games.rebuilt.field import DRIVABLE, hub_exit, load_field, scoring_zones
+from games.rebuilt.field import DRIVABLE, FIELD_SIZE, hub_exit, load_field, scoring_zones
 from games.rebuilt.fuel import FUEL
 from games.rebuilt.publish import build_snapshot
 from games.rebuilt.robot import RebuiltRobot, RebuiltRobotConfig
@@ -21,7 +21,7 @@ from simcore.gamepiece.manager import GamePieceManager, Mover, Proximity
 from simcore.gamepiece.pool import PieceStatus
 from simcore.gamepiece.shooter import Launch
 from simcore.geometry.quaternion import matrix, rotate
-from simcore.geometry.symmetry import turn_half_pose
+from simcore.geometry.symmetry import turn_half, turn_half_pose
 from simcore.physics.substeps import Substepping
 from simcore.physics.world import PhysicsWorld
 from simcore.scoring.tracker import Alliance, ScoringTracker
@@ -322,22 +322,25 @@ class RebuiltSim:
         self.pieces = GamePieceManager(
             self.world,
             [(FUEL, self._total_fuel)],
-            field_size=(FIELD_LENGTH, FIELD_WIDTH),
+            field_size=FIELD_SIZE,
             proximity=c.proximity,
         )
         self._exit_rng, robot_rng, fuel_rng = rng.spawn(3)
         preloaded = sum(entry.preload for entry in c.robots)
         missing = c.staging.preload_per_robot * len(c.robots) - preloaded  # preloads left out go to the neutral zone
         neutral = c.staging.in_neutral_zone(len(c.robots)) + missing
-        self.pieces.spawn(FUEL.name, neutral_places(neutral, fuel_rng))
-        for alliance in ("blue", "red"):
-            self.pieces.spawn(FUEL.name, depot_places(alliance, c.staging.depot, fuel_rng))
+        # Placed as the first robot's alliance sees the field, so that a red match is a blue one turned by 180 degrees.
+        places = [neutral_places(neutral, fuel_rng)]
+        places += [depot_places(alliance, c.staging.depot, fuel_rng) for alliance in ("blue", "red")]
+        is_turned = bool(c.robots) and c.robots[0].alliance == "red"
+        for some in places:
+            self.pieces.spawn(FUEL.name, turn_half(some, FIELD_SIZE) if is_turned else some)
         self.pieces.stage(FUEL.name, 2 * c.staging.chute)
         self.robots: list[RebuiltRobot] = []
         for number, entry in enumerate(c.robots):
             pose = entry.pose
             if entry.alliance == "red":
-                pose = turn_half_pose(*pose, (FIELD_LENGTH, FIELD_WIDTH))
+                pose = turn_half_pose(*pose, FIELD_SIZE)
             robot = RebuiltRobot(self.world, entry.config, number=number, pose=pose, rng=robot_rng)
             self.robots.append(robot)
             self.pieces.hold(self.pieces.stage(FUEL.name, entry.preload), number)
