@@ -76,8 +76,8 @@ def hub() -> list[ObjGroup]:
     """Solid base, six wedges that are funnel, throat and outer skirt in one, four shoulders, and the backboard.
 
     Each wedge spans one edge of the hexagon. Its section, in distance from the axis and height: straight up the throat
-    from the base, out along the funnel to the rim, and straight down on the outside. Solid wedges leave no thin wall
-    to tunnel through and no way in from the side.
+    from the base, out along the funnel to the rim, over its slanting edge, and straight down on the outside. Solid
+    wedges leave no thin wall to tunnel through and no way in from the side.
     """
     cx, cy = dim.HUB_CENTER
     half = dim.HUB_SIZE / 2.0
@@ -86,7 +86,7 @@ def hub() -> list[ObjGroup]:
     section = [
         (dim.HUB_THROAT_APOTHEM, dim.HUB_BOX_TOP),
         (outer, dim.HUB_BOX_TOP),
-        (outer, dim.HUB_OPENING_HEIGHT),
+        (outer, dim.HUB_OPENING_HEIGHT - dim.HUB_RIM_THICKNESS),
         (dim.HUB_OPENING_APOTHEM, dim.HUB_OPENING_HEIGHT),
         (dim.HUB_THROAT_APOTHEM, dim.HUB_THROAT_HEIGHT),
     ]

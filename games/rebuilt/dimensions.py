@@ -117,7 +117,8 @@ HUB_THROAT_CIRCUMRADIUS: Final = 0.300
 HUB_THROAT_APOTHEM: Final = HUB_THROAT_CIRCUMRADIUS * sqrt(3.0) / 2.0
 HUB_THROAT_HEIGHT: Final = inches(56.5)
 """Bottom of the funnel. 6328 (`innerHeight`); the funnel is then 55 degrees steep."""
-HUB_RIM_THICKNESS: Final = inches(1.0)  # estimate: width of the rim around the opening
+HUB_RIM_THICKNESS: Final = inches(1.0)
+"""From the opening to the outer skirt; estimate. The rim falls outward by as much: on a flat one balls came to rest."""
 HUB_SHOULDER_RISE: Final = 0.26
 """Of the slopes on the four corners of the base; estimate. About 45 degrees, so that no ball stays up there."""
 HUB_BACKBOARD_TOP: Final = 3.0

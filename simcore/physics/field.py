@@ -52,7 +52,7 @@ class FieldBoundary:
             require_positive("FieldBoundary", name, getattr(self, name), "m")
 
     def elements(self, surface: TerrainSurface = WALL) -> tuple[FieldElement, ...]:
-        """`boundary_right` (y = 0), `boundary_left`, and the ends with the corners, `boundary_blue` and `boundary_red`."""
+        """`boundary_right` (y = 0), `boundary_left`, and the end walls `boundary_blue` and `boundary_red`."""
         t = self.thickness
         side, end = (self.length, t, self.side_height), (t, self.width + 2.0 * t, self.end_height)
         middle = self.length / 2.0, self.width / 2.0

@@ -125,11 +125,12 @@ def _solid(mesh: Any) -> MeshPart | None:
         hull = ConvexHull(mesh.vertices)
     except QhullError:
         return None
-    low, high = mesh.vertices.min(axis=0), mesh.vertices.max(axis=0)
+    points = np.asarray(mesh.vertices)  # without trimesh's change tracking
+    low, high = points.min(axis=0), points.max(axis=0)
     center, size = (low + high) / 2.0, high - low
     if hull.volume >= (1.0 - 1e-6) * float(np.prod(size)):
         return MeshPart(Box((float(size[0]), float(size[1]), float(size[2]))), center)
-    return MeshPart(Hull(mesh.vertices[np.sort(hull.vertices)] - center), center)
+    return MeshPart(Hull(points[np.sort(hull.vertices)] - center), center)
 
 
 def _is_convex(mesh: Any) -> bool:
@@ -214,7 +215,7 @@ def _in_plane(points: FloatArray, normal: FloatArray) -> FloatArray:
 
 
 def _plate(corners: FloatArray, normal: FloatArray, thickness: float) -> MeshPart:
-    points = np.vstack([corners, corners - thickness * normal])
+    points = np.asarray(np.vstack([corners, corners - thickness * normal]))
     low, high = points.min(axis=0), points.max(axis=0)
     center, size = (low + high) / 2.0, high - low
     is_box = len(corners) == 4 and bool(np.isclose(np.prod(size), ConvexHull(points).volume, rtol=1e-6))
@@ -224,5 +225,6 @@ def _plate(corners: FloatArray, normal: FloatArray, thickness: float) -> MeshPar
 
 
 def _triangle_mesh(mesh: Any) -> MeshPart:
-    center = (mesh.vertices.min(axis=0) + mesh.vertices.max(axis=0)) / 2.0
-    return MeshPart(Mesh(np.asarray(mesh.vertices - center), np.asarray(mesh.faces, dtype=np.int64)), center)
+    points = np.asarray(mesh.vertices)
+    center = (points.min(axis=0) + points.max(axis=0)) / 2.0
+    return MeshPart(Mesh(points - center, np.asarray(mesh.faces, dtype=np.int64)), center)
