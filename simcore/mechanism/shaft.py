@@ -248,9 +248,9 @@ class ShaftSim:
             slope = (self._kt * amps + torque) / self.inertia
             used = left
             end = start + slope * used
-            if edge is not None and (end - edge) * (start - edge) < 0.0:
+            if edge is not None and _passes(start, edge, end):
                 used, end = (edge - start) / slope, edge
-            if end * start < 0.0:
+            if _passes(start, 0.0, end):
                 used, end = -start / slope, 0.0
             angle = 0.5 * (start + end) * used
             stopped = self._time_to_stop(angle, lambda t: t * (start + 0.5 * slope * t), used)
@@ -265,7 +265,7 @@ class ShaftSim:
             gap = start - target
             used = left
             end = target + gap * math.exp(-rate * used)
-            if end * start < 0.0:
+            if _passes(start, 0.0, end):
                 used, end = math.log(gap / -target) / rate, 0.0
             if abs(volts - self._ke * end) > self._limit * self._resistance * (1.0 + _EDGE):
                 edge = (volts - math.copysign(self._limit * self._resistance, volts - self._ke * end)) / self._ke
@@ -313,3 +313,8 @@ class ShaftSim:
             else:
                 high = middle
         return high
+
+
+def _passes(start: float, mark: float, end: float) -> bool:
+    """Whether a way from start to end crosses the mark; a product of differences would underflow to "no"."""
+    return start < mark < end or end < mark < start

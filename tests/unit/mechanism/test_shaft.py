@@ -140,6 +140,14 @@ def test_friction_brings_a_coasting_wheel_to_rest_on_time():
     assert sim.position == pytest.approx(20.0)
 
 
+def test_friction_stops_a_wheel_that_hardly_turns():
+    """At 5e-324 rad/s the product of the speeds before and after is zero, and friction once pushed it backward."""
+    sim = ShaftSim(gearbox(friction_torque=0.5), 0.05)
+    sim.reset(velocity=5e-324)
+    sim.step(0.02)
+    assert (sim.position, sim.velocity) == (0.0, 0.0)
+
+
 def test_coasting_ends_when_volts_are_set_again():
     sim = ShaftSim(gearbox(), 0.05)
     sim.reset(velocity=20.0)
