@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from games.rebuilt.dimensions import BUMP_LEFT_Y, DEPOT_DEPTH, DEPOT_Y, FIELD_LENGTH, HUB_CENTER, TRENCH_LEFT_Y
+from games.rebuilt.dimensions import BUMP_LEFT_Y, DEPOT_DEPTH, DEPOT_WIDTH, DEPOT_Y, FIELD_LENGTH, HUB_CENTER, TRENCH_LEFT_Y
 from games.rebuilt.scripted import Script, ScriptedRobot, Steps
 from simcore.errors import UnknownNameError
 
@@ -32,9 +32,9 @@ def depot(robot: ScriptedRobot) -> Steps:
     yield from robot.shoot_until_empty(timeout=3.0)
     robot.intake(True)
     yield from robot.drive_to(x + 1.3, y, 0.0, speed=3.0, tolerance=0.1)
-    yield from robot.drive_to(x + 0.35, y, 0.0, speed=1.5, timeout=1.8)
-    yield from robot.drive_to(x + 0.35, y + 0.25, 0.0, speed=1.0, timeout=1.0)
-    yield from robot.drive_to(x + 0.35, y - 0.25, 0.0, speed=1.0, timeout=1.5)
+    yield from robot.drive_to(x + 0.5, y, 0.0, speed=1.5, timeout=1.8)
+    low, high = (0.0, y - DEPOT_WIDTH / 2), (1.0, y + DEPOT_WIDTH / 2)
+    yield from robot.collect_in(low, high, aside=0.14, timeout=6.0)
     robot.spin_up()
     yield from robot.drive_to(2.4, 5.2, -0.4, speed=3.0)
     robot.intake(False)

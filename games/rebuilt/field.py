@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from importlib import resources
 from pathlib import Path
 
@@ -27,10 +28,13 @@ DRIVABLE = ("*_bump_*", "*_depot_barrier_*", "*_tower_base")
 HUB_TARGET = (*dim.HUB_CENTER, dim.HUB_OPENING_HEIGHT)
 """Where to aim: the middle of the blue hub's opening [m]."""
 
+_NET = replace(WALL, name="NET", friction=0.6, restitution=0.2)  # estimate: it hangs loose and takes most of a hit
+
 _SURFACES = {
     "*": WALL,
     "*_hub_funnel_*": POLYCARBONATE,
     "*_hub_shoulder_*": POLYCARBONATE,
+    "*_hub_backboard": _NET,
     "*_alliance_wall": POLYCARBONATE,  # the sheet above the diamond plate; a ball meets little else
     "*_bump_*": POLYCARBONATE,  # HDPE plates: as slippery
     "*_depot_barrier_*": RUBBER,

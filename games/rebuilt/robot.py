@@ -39,7 +39,7 @@ class RebuiltRobotConfig:
     chassis: ChassisConfig = field(default_factory=ChassisConfig)
     module: SwerveModuleConfig = field(
         default_factory=lambda: SwerveModuleConfig(
-            x=0.0, y=0.0, drive_stator_limit=80.0, drive_supply_limit=60.0, steer_stator_limit=40.0
+            x=0.0, y=0.0, drive_stator_limit=60.0, drive_supply_limit=40.0, steer_stator_limit=40.0, steer_supply_limit=20.0
         )
     )
     """Repeated at every wheel position of the chassis."""
@@ -95,9 +95,10 @@ class RebuiltRobotConfig:
         )
     )
     intake: IntakeZone = field(
-        default_factory=lambda: IntakeZone(x_min=-0.50, x_max=-0.35, y_min=-0.25, y_max=0.25, z_max=0.20)
+        default_factory=lambda: IntakeZone(x_min=-0.50, x_max=-0.35, y_min=-0.33, y_max=0.33, z_max=0.20)
     )
-    """Where fuel is taken in while the rack is in its inner position; the rack moves x_min out (reference)."""
+    """Where fuel is taken in while the rack is in its inner position; the rack moves x_min out. From the reference, but
+    0.66 m wide, as over-the-bumper intakes of 2026 are, where the reference has 0.5 m."""
     launch: LaunchParameters = field(
         default_factory=lambda: LaunchParameters(height=0.55, forward=0.168, barrels=(0.08, -0.08))
     )

@@ -71,7 +71,12 @@ def play_auto(
     entry = RobotEntry(alliance=alliance, pose=auto.start, preload=auto.preload)
     wall_start = perf_counter()
     sim = RebuiltSim(replace(base, seed=seed, robots=(entry,)), sinks=sinks)
-    code = ScriptedRobot(auto.script, alliance=alliance, held=lambda number: len(sim.pieces.held(number)))
+    code = ScriptedRobot(
+        auto.script,
+        alliance=alliance,
+        held=lambda number: len(sim.pieces.held(number)),
+        fuel_places=lambda: sim.pieces.state.pos[sim.pieces.on_field()],
+    )
     sim.set_robot_code(0, code)
     fuel_at_start = sim.pieces.state.pos[sim.pieces.on_field()].copy()
     timer = TickTimer()

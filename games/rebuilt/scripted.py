@@ -9,15 +9,17 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Generator, Iterable
 
+import numpy as np
 
-from games.rebuilt.dimensions import FIELD_LENGTH, FIELD_WIDTH
-from games.rebuilt.field import HUB_TARGET
+
+from games.rebuilt.field import FIELD_SIZE, HUB_TARGET
 from games.rebuilt.fuel import FUEL
 from games.rebuilt.robot import RebuiltRobot
 from simcore.gamepiece.shot_solver import NoShotError, Shot, solve_shot
-from simcore.geometry.symmetry import turn_half_pose, wrap_angle
+from simcore.geometry.symmetry import turn_half, turn_half_pose, wrap_angle
 from simcore.mechanism.control import PositionController, VelocityController
 from simcore.scoring.tracker import Alliance
+from simcore.typing import FloatArray
 from simcore.units import degrees
 
 __all__ = ["Script", "ScriptedRobot", "Steps"]
@@ -39,12 +41,21 @@ class ScriptedRobot:
         script: What to do.
         alliance: Whose robot it is.
         held: How much fuel a robot holds, asked with its number.
+        fuel_places: Where fuel is, field frame [m], shape (n, 3): what a camera would tell.
     """
 
-    def __init__(self, script: Script, *, alliance: Alliance, held: Callable[[int], int]) -> None:
+    def __init__(
+        self,
+        script: Script,
+        *,
+        alliance: Alliance,
+        held: Callable[[int], int],
+        fuel_places: Callable[[], FloatArray],
+    ) -> None:
         self._script = script
         self._alliance = alliance
         self._held = held
+        self._fuel_places = fuel_places
         self._steps: Steps | None = None
         self._robot: RebuiltRobot | None = None
         self._velocity = (0.0, 0.0, 0.0)  # commanded, blue field frame
@@ -83,7 +94,7 @@ class ScriptedRobot:
     def pose(self) -> tuple[float, float, float]:
         """Where the robot is, as a blue one [m, m, rad]."""
         pose = self.robot.chassis.pose
-        return pose if self._alliance == "blue" else turn_half_pose(*pose, (FIELD_LENGTH, FIELD_WIDTH))
+        return pose if self._alliance == "blue" else turn_half_pose(*pose, FIELD_SIZE)
 
     @property
     def fuel(self) -> int:
@@ -144,6 +155,40 @@ class ScriptedRobot:
                 break
             want = min(speed, math.sqrt(2.0 * 0.5 * _ACCELERATION * max(0.0, left - 0.5 * tolerance)))
             self._accelerate_to(want * dx / max(ahead, 1e-9), want * dy / max(ahead, 1e-9), turn)
+            yield
+        self.stop()
+        yield
+
+    def collect_in(
+        self, low: tuple[float, float], high: tuple[float, float], *, aside: float, timeout: float
+    ) -> Steps:
+        """Take in the fuel of a region, the nearest first, backing up to it with the heading at zero.
+
+        Args:
+            low: Smallest corner of the region, blue field frame [m].
+            high: Largest corner [m].
+            aside: How far the robot may leave the region's middle line along y [m].
+            timeout: Gives up after this long [s].
+        """
+        back = 0.62  # from the robot's center to the middle of the intake zone, rack out [m]
+        middle = 0.5 * (low[1] + high[1])
+        patience = round(timeout / _DT)
+        while patience:
+            patience -= 1
+            places = self._fuel_places()
+            if self._alliance == "red":
+                places = turn_half(places, FIELD_SIZE)
+            near = places[((places[:, :2] > low) & (places[:, :2] < high)).all(axis=1) & (places[:, 2] < 0.3)]
+            if not len(near):
+                break
+            here_x, here_y, heading = self.pose
+            away = np.hypot(near[:, 0] + back - here_x, near[:, 1] - here_y)
+            goal_x, goal_y, _ = near[int(np.argmin(away))]
+            goal_y = min(max(goal_y, middle - aside), middle + aside)
+            dx, dy = goal_x + back - here_x, goal_y - here_y
+            ahead = math.hypot(dx, dy)
+            pace = min(1.2, math.sqrt(2.0 * 0.5 * _ACCELERATION * ahead)) / max(ahead, 1e-9)
+            self._accelerate_to(pace * dx, pace * dy, wrap_angle(-heading))
             yield
         self.stop()
         yield
