@@ -14,7 +14,8 @@ from simcore.drivetrain.electrical import ShaftMotor, bus_voltage
 from simcore.drivetrain.encoders import EncoderCache
 from simcore.drivetrain.load import normal_loads
 from simcore.drivetrain.module import ModuleState, MotorReadout, SteerBank
-from simcore.drivetrain.solver import DriveShaft, TireSolver, WheelContact
+from simcore.drivetrain.solver import DriveShaft, TireSolver
+from simcore.drivetrain.tire import WheelContact
 from simcore.errors import ConfigError, NonFiniteError
 from simcore.power.battery import Battery, BatteryConfig
 from simcore.typing import FloatArray
@@ -82,30 +83,35 @@ class SwerveDrive:
             mass=config.mass,
             yaw_inertia=config.yaw_inertia,
             wheels=[
-                WheelContact(
-                    x=x,
-                    y=y,
-                    radius=m.wheel_radius,
-                    tread=m.tread,
-                    rolling_resistance=m.rolling_resistance,
-                    slip_ratio=m.slip_ratio,
-                    slip_speed=m.slip_speed,
-                )
+                WheelContact(x=x, y=y, tread=m.tread, rolling_resistance=m.rolling_resistance)
                 for (x, y), m in zip(config.positions, modules, strict=True)
             ],
             shafts=[
-                DriveShaft(inertia=m.drive_inertia, motor=motor, wheels=(i,))
+                DriveShaft(
+                    inertia=m.drive_inertia,
+                    motor=motor,
+                    radius=m.wheel_radius,
+                    slip_ratio=m.slip_ratio,
+                    slip_speed=m.slip_speed,
+                    wheels=(i,),
+                )
                 for i, (m, motor) in enumerate(zip(modules, self._drive_motors, strict=True))
             ],
         )
         self._steer = SteerBank(modules)
-        self._motors = [*self._drive_motors, *self._steer.motors]
-        self._steer_limits = [m.steer_stator_limit for m in modules]
+        self._drive_emf = [m.emf for m in self._drive_motors]
+        self._drive_resistance = [m.resistance for m in self._drive_motors]
+        self._zeros = [0.0] * n
         self._stator_limits = [m.drive_stator_limit for m in modules]
         # Azimuth coupling: [V s/rad] of back-EMF, and [kg m^2] of rotor that the azimuth turns as well.
         self._coupled_emf = [m.coupling_ratio / m.drive_motor.kv for m in modules]
         self._coupled_inertia = [m.drive_motor.rotor_inertia * m.drive_gearing * m.coupling_ratio for m in modules]
         self._coupled = any(m.coupling_ratio != 0.0 for m in modules)
+        self._gains = [
+            (m.wheel_radius, motor.emf, k, m.drive_kp, m.steer_kp)
+            for m, motor, k in zip(modules, self._drive_motors, self._coupled_emf, strict=True)
+        ]
+        self._coasting = any(not (m.drive_brake and m.steer_brake) for m in modules)
         self._ramped = any(m.drive_ramp > 0.0 for m in modules)
         self._static_loads = normal_loads(config, [True] * n, (0.0, 0.0, -GRAVITY))
         self.encoders = EncoderCache(n)
@@ -182,7 +188,8 @@ class SwerveDrive:
         self._ramp_volts = [0.0] * n
         self._force_x = [0.0] * n
         self._force_y = [0.0] * n
-        self._elapsed = 1.0
+        self._parts = 1
+        self._steer_supply = 0.0
         self.battery.reset()
         self._bus = self.battery.voltage
         self.encoders.clear(0.0)
@@ -263,49 +270,51 @@ class SwerveDrive:
         self, h: float, vx: float, vy: float, omega: float, loads: Sequence[float]
     ) -> tuple[float, float, float]:
         """One inner step: requests, battery, azimuths, tires and wheels, encoders."""
-        n = self._n
         state = self.state
         solver = self._solver
         battery = self.battery
         drive, steer, limits = self._requests(h)
-        emf_drive = self._drive_motors
         bus = self._bus
+        coupled = self._coupled
         if battery.config.resistance > 0.0:
-            emfs = [m.emf * w for m, w in zip(emf_drive, state.wheel_speed, strict=True)]
-            if self._coupled:
+            emfs = [e * w for e, w in zip(self._drive_emf, state.wheel_speed, strict=True)]
+            if coupled:
                 emfs = [e + k * w for e, k, w in zip(emfs, self._coupled_emf, state.steer_speed, strict=True)]
-            emfs += [m.emf * w for m, w in zip(self._steer.motors, state.steer_speed, strict=True)]
+            # Azimuths spin up within a step, so what they drew in the last steps says more than their voltage.
             bus = bus_voltage(
-                *(bus, battery.open_voltage, battery.config.resistance, self.other_current),
-                *(self._motors, [*drive, *steer], [*limits, *self._steer_limits], emfs),
+                bus,
+                battery.open_voltage,
+                battery.config.resistance,
+                self.other_current + self._steer_supply,
+                self._drive_motors,
+                drive,
+                limits,
+                emfs,
             )
         else:
             bus = battery.open_voltage
         self._bus = bus
-        drive = [v if v is None or -bus <= v <= bus else math.copysign(bus, v) for v in drive]
-        steer = [v if v is None or -bus <= v <= bus else math.copysign(bus, v) for v in steer]
 
-        before = state.steer_speed[:] if self._coupled else state.steer_speed
-        self._steer.step(h, state, steer, loads, solver.shaft_current, bus, self.steer_motors)
-        if self._coupled:
+        before = state.steer_speed[:] if coupled else None
+        steer_supply = self._steer.step(h, state, steer, loads, solver.shaft_current, bus, self.steer_motors)
+        if before is not None:
             offset = [k * w for k, w in zip(self._coupled_emf, state.steer_speed, strict=True)]
             torque = [
                 -j * (new - old) / h
                 for j, new, old in zip(self._coupled_inertia, state.steer_speed, before, strict=True)
             ]
         else:
-            offset = torque = [0.0] * n
+            offset = torque = self._zeros
         result = solver.step(h, vx, vy, omega, loads, state.cos, state.sin, drive, offset, torque, limits, bus)
-        total = self.other_current
-        for k in range(n):
-            state.wheel_angle[k] += state.wheel_speed[k] * h
-            self.drive_motors.note(
-                k, solver.shaft_volts[k], solver.shaft_current[k], emf_drive[k].resistance, bus, h, 1
-            )
-            total += self.drive_motors.supply[k] + self.steer_motors.supply[k]
-        battery.step(h, total)
+        state.wheel_angle = [a + w * h for a, w in zip(state.wheel_angle, state.wheel_speed, strict=True)]
+        supply = self.drive_motors.book(solver.shaft_volts, solver.shaft_current, self._drive_resistance, bus, h)
+        battery.step(h, self.other_current + supply + steer_supply)
+        self._steer_supply = 0.5 * (self._steer_supply + steer_supply)
         self.time += h
-        self.encoders.record(self.time, h, state.wheel_angle, state.wheel_speed, state.steer_angle, state.steer_speed)
+        if self.encoders.due <= self.time + 1e-9:
+            self.encoders.record(
+                self.time, h, state.wheel_angle, state.wheel_speed, state.steer_angle, state.steer_speed
+            )
         return result
 
     def _requests(self, h: float) -> tuple[list[float | None], list[float | None], list[float]]:
@@ -318,21 +327,19 @@ class SwerveDrive:
         if mode is DriveMode.NEUTRAL or not self.enabled or self.battery.browned_out:
             self._ramp_volts = [0.0] * self._n
             drive = [0.0 if m.drive_brake else None for m in modules]
-            steer = [0.0 if m.steer_brake else None for m in modules]
-            return drive, steer, limits
+            return drive, [0.0 if m.steer_brake else None for m in modules], limits
         if mode is DriveMode.STATES:
             drive = []
             steer = []
             state = self.state
-            for k, m in enumerate(modules):
+            for k, (radius, emf, coupled_emf, drive_kp, steer_kp) in enumerate(self._gains):
                 speed, error = optimize(self._drive_command[k], self._steer_command[k], state.steer_angle[k])
-                w = speed / m.wheel_radius
-                measured = state.wheel_speed[k] * m.wheel_radius
-                motor = self._drive_motors[k]
                 drive.append(
-                    motor.emf * w + m.drive_kp * (speed - measured) + self._coupled_emf[k] * state.steer_speed[k]
+                    emf * speed / radius
+                    + drive_kp * (speed - state.wheel_speed[k] * radius)
+                    + coupled_emf * state.steer_speed[k]
                 )
-                steer.append(m.steer_kp * error)
+                steer.append(steer_kp * error)
         elif mode is DriveMode.DUTY:
             drive = [d * self._bus for d in self._drive_command]
             steer = [d * self._bus for d in self._steer_command]
@@ -351,11 +358,12 @@ class SwerveDrive:
                     most = 12.0 / m.drive_ramp * h
                     old = self._ramp_volts[k]
                     drive[k] = self._ramp_volts[k] = old + min(most, max(-most, wanted - old))
-        for k, m in enumerate(modules):
-            if drive[k] == 0.0 and not m.drive_brake:
-                drive[k] = None
-            if steer[k] == 0.0 and not m.steer_brake:
-                steer[k] = None
+        if self._coasting:
+            for k, m in enumerate(modules):
+                if drive[k] == 0.0 and not m.drive_brake:
+                    drive[k] = None
+                if steer[k] == 0.0 and not m.steer_brake:
+                    steer[k] = None
         return drive, steer, limits
 
     # ---------------------------------------------------------------- readings
