@@ -8,6 +8,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from simcore.drivetrain.capability import free_speed, launch_accel
 from simcore.drivetrain.config import SwerveConfig
 from simcore.drivetrain.control import module_targets, optimize
 from simcore.drivetrain.electrical import ShaftMotor, bus_voltage
@@ -15,16 +16,14 @@ from simcore.drivetrain.encoders import EncoderCache
 from simcore.drivetrain.load import normal_loads
 from simcore.drivetrain.module import ModuleState, MotorReadout, SteerBank
 from simcore.drivetrain.solver import DriveShaft, TireSolver
+from simcore.drivetrain.substep import follow_frame
 from simcore.drivetrain.tire import WheelContact
 from simcore.errors import ConfigError, NonFiniteError
 from simcore.power.battery import Battery, BatteryConfig
 from simcore.typing import FloatArray
 from simcore.units import GRAVITY
 
-__all__ = ["MAX_INNER_STEP", "DriveMode", "SwerveDrive"]
-
-MAX_INNER_STEP = 0.004
-"""Longest step of motors and tires [s]; a longer step of the caller is cut into equal parts."""
+__all__ = ["DriveMode", "SwerveDrive"]
 
 
 class DriveMode(enum.Enum):
@@ -114,6 +113,8 @@ class SwerveDrive:
         self._coasting = any(not (m.drive_brake and m.steer_brake) for m in modules)
         self._ramped = any(m.drive_ramp > 0.0 for m in modules)
         self._static_loads = normal_loads(config, [True] * n, (0.0, 0.0, -GRAVITY))
+        self._free_speeds = [free_speed(s, self._solver.wheels, self._static_loads) for s in self._solver.shafts]
+        self._max_speed = min(self._free_speeds)
         self.encoders = EncoderCache(n)
         """Readings at 250 Hz; drain it once a tick."""
         self.reset()
@@ -188,7 +189,6 @@ class SwerveDrive:
         self._ramp_volts = [0.0] * n
         self._force_x = [0.0] * n
         self._force_y = [0.0] * n
-        self._parts = 1
         self._steer_supply = 0.0
         self.battery.reset()
         self._bus = self.battery.voltage
@@ -229,42 +229,11 @@ class SwerveDrive:
         Raises:
             NonFiniteError: When an argument is not finite; nothing has changed.
         """
-        n = self._n
         loads = self._static_loads if normal_loads is None else normal_loads
-        if not math.isfinite(h + vx + vy + omega + ax + ay + sum(loads)) or h <= 0.0:
-            raise NonFiniteError(
-                f"swerve step needs finite numbers and h > 0, got h={h}, v=({vx}, {vy}, {omega}), loads={list(loads)}"
-            )
-        if len(loads) != n:
-            raise ConfigError(f"swerve step needs {n} normal loads, got {len(loads)}")
-        parts = math.ceil(h / MAX_INNER_STEP - 1e-9)
-        dt = h / parts
-        dx = dy = dw = turned = 0.0
-        force_x = [0.0] * n
-        force_y = [0.0] * n
-        solver = self._solver
-        for _ in range(parts):
-            # Velocity in the robot axes of now; the frame has turned since the start.
-            c, s = (math.cos(turned), math.sin(turned)) if turned != 0.0 else (1.0, 0.0)
-            ux = c * vx + s * vy + (c * ax + s * ay) * dt
-            uy = c * vy - s * vx + (c * ay - s * ax) * dt
-            nx, ny, new_omega = self._inner(dt, ux, uy, omega, loads)
-            jx = nx - ux
-            jy = ny - uy
-            dx += c * jx - s * jy
-            dy += s * jx + c * jy
-            vx += c * jx - s * jy + ax * dt
-            vy += s * jx + c * jy + ay * dt
-            dw += new_omega - omega
-            omega = new_omega
-            turned += omega * dt
-            for k in range(n):
-                force_x[k] += solver.force_x[k]
-                force_y[k] += solver.force_y[k]
-        self._force_x = force_x
-        self._force_y = force_y
-        self._parts = parts
-        return dx, dy, dw
+        if len(loads) != self._n:
+            raise ConfigError(f"swerve step needs {self._n} normal loads, got {len(loads)}")
+        result, self._force_x, self._force_y = follow_frame(self._inner, self._solver, h, vx, vy, omega, loads, ax, ay)
+        return result
 
     def _inner(
         self, h: float, vx: float, vy: float, omega: float, loads: Sequence[float]
@@ -369,6 +338,11 @@ class SwerveDrive:
     # ---------------------------------------------------------------- readings
 
     @property
+    def robot(self) -> SwerveConfig:
+        """The same as `config`, under the name that swerve and tank share."""
+        return self.config
+
+    @property
     def bus_voltage(self) -> float:
         """Battery voltage that the motors had in the last inner step [V]."""
         return self._bus
@@ -391,7 +365,7 @@ class SwerveDrive:
     @property
     def wheel_forces(self) -> FloatArray:
         """Ground on wheels, robot axes, averaged over the last `step` [N], shape (n, 2)."""
-        return np.array([self._force_x, self._force_y]).T / self._parts
+        return np.array([self._force_x, self._force_y]).T
 
     @property
     def wheel_angles(self) -> FloatArray:
@@ -445,61 +419,31 @@ class SwerveDrive:
     @property
     def max_speed(self) -> float:
         """Straight ahead at 12 V, where motor torque meets friction and rolling drag [m/s]."""
-        push = [self._free_speed(k) for k in range(self._n)]
-        return min(push)
+        return self._max_speed
 
     @property
     def max_omega(self) -> float:
-        """On the spot at 12 V [rad/s]: every wheel at its top speed, the outermost one decides."""
-        return min(
-            self._free_speed(k) / r for k, (x, y) in enumerate(self.config.positions) if (r := math.hypot(x, y)) > 1e-9
-        )
+        """On the spot at 12 V [rad/s]; the first module to reach its top speed decides."""
+        arms = self._arms()
+        return min((v / r for v, r in zip(self._free_speeds, arms, strict=True) if r > 1e-9), default=0.0)
 
     @property
     def max_accel(self) -> float:
-        """From rest on level ground with stiff 12 V: grip, motors and stator limits counted per wheel [m/s^2]."""
-        force, inertia = 0.0, self.config.mass
-        for k, m in enumerate(self.config.modules):
-            f, slips = self._launch_force(k)
-            force += f
-            if not slips:
-                inertia += m.drive_inertia / m.wheel_radius**2
-        return max(0.0, force / inertia)
+        """From rest on level ground at stiff 12 V: grip, motors and stator limits of every wheel counted [m/s^2]."""
+        solver = self._solver
+        ones = [1.0] * self._n
+        return launch_accel(solver.shafts, solver.wheels, self._static_loads, ones, self.config.mass)
 
     @property
     def max_angular_accel(self) -> float:
-        """On the spot from rest, wheels tangential [rad/s^2]; see `max_accel`."""
-        torque, inertia = 0.0, self.config.yaw_inertia
-        for k, (m, (x, y)) in enumerate(zip(self.config.modules, self.config.positions, strict=True)):
-            arm = math.hypot(x, y)
-            f, slips = self._launch_force(k)
-            torque += f * arm
-            if not slips:
-                inertia += m.drive_inertia / m.wheel_radius**2 * arm * arm
-        return max(0.0, torque / inertia)
-
-    def _free_speed(self, k: int) -> float:
-        m, motor = self.config.modules[k], self._drive_motors[k]
-        drag = m.rolling_resistance * self._static_loads[k] * m.wheel_radius + motor.friction
-        current = drag / motor.torque_driving
-        return max(0.0, (12.0 - current * motor.resistance) / motor.emf * m.wheel_radius)
-
-    def _launch_force(self, k: int) -> tuple[float, bool]:
-        """Force of one wheel at standstill, rolling drag taken off [N], and whether it is the grip that limits."""
-        m, motor = self.config.modules[k], self._drive_motors[k]
-        load = self._static_loads[k]
-        drag = m.rolling_resistance * load
-        current = min(motor.stator_limit, 12.0 * motor.conductance)
-        force = (motor.torque_driving * current - motor.friction) / m.wheel_radius
-        grip = m.tread * load
-        # While it rolls, part of the torque spins up the wheel itself; the tire sees what is left.
-        equal = self.config.mass / self._n
-        rolling = (force - drag) / (1.0 + m.drive_inertia / m.wheel_radius**2 / equal) + drag
-        if rolling > grip:
-            return grip - drag, True
-        return max(0.0, force - drag), False
+        """On the spot from rest, wheels across the radius [rad/s^2]; see `max_accel`."""
+        solver = self._solver
+        return launch_accel(solver.shafts, solver.wheels, self._static_loads, self._arms(), self.config.yaw_inertia)
 
     # ---------------------------------------------------------------- helpers
+
+    def _arms(self) -> list[float]:
+        return [math.hypot(x, y) for x, y in self.config.positions]
 
     def _present_angles(self) -> list[float]:
         """Where a module without a direction should stay: its target if it has one, else where it is."""
