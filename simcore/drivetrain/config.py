@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import logging
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 from simcore.drivetrain.motor import MotorModel, motor
@@ -167,6 +166,8 @@ class SwerveConfig:
     """About the vertical axis through the center of mass [kg m^2]; see `plate_inertia`."""
     center_of_mass: tuple[float, float, float] = (0.0, 0.0, 0.2)
     """From the robot center on the floor, robot axes [m]; its height moves load between wheels."""
+    positions: tuple[tuple[float, float], ...] = field(init=False, repr=False, compare=False)
+    """Of the modules relative to the center of mass, robot axes [m]."""
 
     def __post_init__(self) -> None:
         if not self.modules:
@@ -179,6 +180,8 @@ class SwerveConfig:
         for axis, value in zip("xyz", self.center_of_mass, strict=True):
             require_finite("swerve", f"center_of_mass {axis}", value, "m")
         require_non_negative("swerve", "center_of_mass z", self.center_of_mass[2], "m")
+        cx, cy, _ = self.center_of_mass
+        object.__setattr__(self, "positions", tuple((m.x - cx, m.y - cy) for m in self.modules))
         _warn_unusual("swerve", self, _USUAL_ROBOT)
 
     @staticmethod
@@ -222,9 +225,3 @@ class SwerveConfig:
     def module_name(self, index: int) -> str:
         """How messages call a module."""
         return self.modules[index].name or f"module {index}"
-
-    @property
-    def positions(self) -> Sequence[tuple[float, float]]:
-        """Of the modules relative to the center of mass, robot axes [m]."""
-        cx, cy, _ = self.center_of_mass
-        return [(m.x - cx, m.y - cy) for m in self.modules]

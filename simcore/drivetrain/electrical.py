@@ -218,33 +218,28 @@ def bus_voltage(
     for _ in range(8):
         total = other_current
         rise = 0.0  # d total / d bus
-        for m, request, limit, emf in zip(motors, requests, limits, emfs, strict=True):
-            if request is None:
+        per_bus = 1.0 / bus
+        for m, v, limit, emf in zip(motors, requests, limits, emfs, strict=True):
+            if v is None:
                 continue
-            full = True
-            v = request
-            if v > bus:
-                v = bus
-            elif v < -bus:
-                v = -bus
+            if v >= bus:
+                i = (bus - emf) * m.conductance
+                drawn = i
+                slope = m.conductance
+            elif v <= -bus:
+                i = (-bus - emf) * m.conductance
+                drawn = -i
+                slope = m.conductance
             else:
-                full = False
-            i = (v - emf) * m.conductance
-            if i > limit:
-                i = limit
-                v = emf + i * m.resistance
-                full = False
-            elif i < -limit:
-                i = -limit
-                v = emf + i * m.resistance
-                full = False
-            drawn = v * i / bus
-            slope = m.conductance if full else -drawn / bus
-            if drawn > m.supply_limit:
-                drawn = m.supply_limit
-                slope = 0.0
-            elif drawn < -m.supply_limit:
-                drawn = -m.supply_limit
+                i = (v - emf) * m.conductance
+                drawn = v * i * per_bus
+                slope = -drawn * per_bus
+            if i > limit or i < -limit:
+                i = limit if i > 0.0 else -limit
+                drawn = (emf + i * m.resistance) * i * per_bus
+                slope = -drawn * per_bus
+            if drawn > m.supply_limit or drawn < -m.supply_limit:
+                drawn = m.supply_limit if drawn > 0.0 else -m.supply_limit
                 slope = 0.0
             total += drawn * m.count
             rise += slope * m.count

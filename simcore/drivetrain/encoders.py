@@ -42,7 +42,8 @@ class EncoderCache:
         """Forget all samples; the next one is due one period after `time` [s]."""
         self._start = time
         self._taken = 0
-        self._next = time + self._period
+        self.due = time + self._period
+        """Time of the next sample [s]."""
         self._rows: list[tuple[float, list[float], list[float]]] = []
         self.dropped = 0
         """Samples lost because nobody drained them."""
@@ -58,17 +59,17 @@ class EncoderCache:
     ) -> None:
         """Take the samples that fall in the step of length `h` that ends now at `end` [s]."""
         # A billionth of a second of slack: sums of 0.0025 must not miss a sample at 0.02.
-        while self._next <= end + 1e-9:
-            back = min(h, max(0.0, end - self._next))
+        while self.due <= end + 1e-9:
+            back = min(h, max(0.0, end - self.due))
             self._rows.append(
                 (
-                    self._next,
+                    self.due,
                     [a - w * back for a, w in zip(wheel_angle, wheel_speed, strict=True)],
                     [a - w * back for a, w in zip(steer_angle, steer_speed, strict=True)],
                 )
             )
             self._taken += 1
-            self._next = self._start + (self._taken + 1) * self._period
+            self.due = self._start + (self._taken + 1) * self._period
             if len(self._rows) > self._capacity:
                 del self._rows[0]
                 self.dropped += 1

@@ -3,17 +3,41 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Protocol
 
 import numpy as np
 
-from simcore.drivetrain.config import SwerveConfig
 from simcore.typing import FloatArray
 
-__all__ = ["load_shares", "normal_loads"]
+__all__ = ["WheeledRobot", "load_shares", "normal_loads"]
+
+
+class WheeledRobot(Protocol):
+    """What loads depend on; swerve and tank configs both have it."""
+
+    @property
+    def mass(self) -> float:
+        """Of the whole robot [kg]."""
+        ...
+
+    @property
+    def yaw_inertia(self) -> float:
+        """About the vertical axis through the center of mass [kg m^2]."""
+        ...
+
+    @property
+    def center_of_mass(self) -> tuple[float, float, float]:
+        """From the robot center on the floor, robot axes [m]."""
+        ...
+
+    @property
+    def positions(self) -> Sequence[tuple[float, float]]:
+        """Of the wheels relative to the center of mass, robot axes [m]."""
+        ...
 
 
 def normal_loads(
-    config: SwerveConfig,
+    config: WheeledRobot,
     touching: Sequence[bool],
     gravity_robot: Sequence[float],
     accel_robot: Sequence[float] = (0.0, 0.0, 0.0),
@@ -41,12 +65,12 @@ def normal_loads(
     force_x = config.mass * (accel_robot[0] - gravity_robot[0])
     force_y = config.mass * (accel_robot[1] - gravity_robot[1])
     force_z = config.mass * (accel_robot[2] - gravity_robot[2])
-    loads = [0.0] * len(config.modules)
+    places = config.positions
+    loads = [0.0] * len(places)
     rows = [i for i, down in enumerate(touching) if down]
     if force_z <= 0.0 or not rows:
         return loads
     height = config.center_of_mass[2]
-    places = config.positions
     want_x = -height * force_x
     want_y = -height * force_y
     while True:
@@ -90,7 +114,7 @@ def _share(
     return [force / n + q * (places[i][0] - mean_x) + r * (places[i][1] - mean_y) for i in rows]
 
 
-def load_shares(config: SwerveConfig) -> FloatArray:
+def load_shares(config: WheeledRobot) -> FloatArray:
     """Share of the weight on each wheel at rest on level ground, shape (n,); adds up to 1."""
-    loads = np.array(normal_loads(config, [True] * len(config.modules), (0.0, 0.0, -1.0)))
+    loads = np.array(normal_loads(config, [True] * len(config.positions), (0.0, 0.0, -1.0)))
     return loads / config.mass

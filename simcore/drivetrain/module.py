@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 from simcore.drivetrain.config import SwerveModuleConfig
-from simcore.drivetrain.electrical import ShaftMotor, solve_limited
+from simcore.drivetrain.electrical import ShaftMotor, solve_limited, solve_shaft
 
 __all__ = ["ModuleState", "MotorReadout", "SteerBank"]
 
@@ -32,14 +32,18 @@ class MotorReadout:
         """All at rest."""
         return MotorReadout(*([0.0] * n for _ in range(5)))
 
-    def note(self, row: int, volts: float, current: float, resistance: float, bus: float, h: float, count: int) -> None:
-        """Book one motor's inner step; `count` equal motors sit on the shaft."""
-        power = volts * current
-        self.volts[row] = volts
-        self.current[row] = current
-        self.supply[row] = power / bus if bus > 0.0 else 0.0
-        self.heat[row] += current * current * resistance * h * count
-        self.energy[row] += power * h * count
+    def book(
+        self, volts: list[float], current: list[float], resistance: Sequence[float], bus: float, h: float
+    ) -> float:
+        """Take down one inner step and return the current from the battery [A]."""
+        self.volts = volts
+        self.current = current
+        per_bus = 1.0 / bus if bus > 0.0 else 0.0
+        power = [v * i for v, i in zip(volts, current, strict=True)]
+        self.supply = [p * per_bus for p in power]
+        self.heat = [q + i * i * r * h for q, i, r in zip(self.heat, current, resistance, strict=True)]
+        self.energy = [e + p * h for e, p in zip(self.energy, power, strict=True)]
+        return sum(self.supply)
 
 
 @dataclass(slots=True)
@@ -80,8 +84,13 @@ class SteerBank:
             )
             for m in modules
         ]
+        self._resistance = [m.resistance for m in self.motors]
         self._rows = [
-            (motor, m.azimuth_inertia, m.tread * m.scrub_radius, m.coupling_ratio * m.drive_motor.kt)
+            (
+                *(motor, motor.emf, motor.conductance, motor.torque_driving, motor.torque_driven, motor.friction),
+                *(motor.stator_limit, motor.supply_limit, m.azimuth_inertia, m.tread * m.scrub_radius),
+                m.coupling_ratio * m.drive_motor.kt,
+            )
             for motor, m in zip(self.motors, modules, strict=True)
         ]
 
@@ -94,40 +103,55 @@ class SteerBank:
         drive_current: Sequence[float],
         bus: float,
         readout: MotorReadout,
-    ) -> None:
+    ) -> float:
         """Backward Euler for each azimuth: stable at any inertia, and exact in where a spin-up ends.
 
         Args:
             h: Time step [s].
             state: Changed: steer angle and speed, cos and sin.
-            volts: Applied per steer motor, within the bus voltage [V]; None is an open circuit.
+            volts: Wanted per steer motor [V]; None is an open circuit.
             loads: On the wheels, for the scrub [N].
             drive_current: Of the drive motors in the last step, for the coupling [A].
-            bus: Battery voltage, for the supply limit [V].
+            bus: Battery voltage, which no motor can exceed [V].
             readout: Of the steer motors; written.
+
+        Returns:
+            Current from the battery [A].
         """
         speed = state.steer_speed
-        row = 0
-        for motor, inertia, scrub, coupling in self._rows:
+        steer_angle = state.steer_angle
+        terminal: list[float] = []
+        currents: list[float] = []
+        row = -1
+        for m, emf, conductance, driving, driven, friction, limit, supply, inertia, scrub, coupling in self._rows:
+            row += 1
             w = speed[row]
             v = volts[row]
+            a = coupling * drive_current[row]
+            if w == 0.0 and a == 0.0 and not v:
+                terminal.append(0.0)
+                currents.append(0.0)
+                continue
             i0 = i1 = 0.0
             if v is not None:
-                i0 = v * motor.conductance
-                i1 = motor.emf * motor.conductance
+                if v > bus:
+                    v = bus
+                elif v < -bus:
+                    v = -bus
+                i0 = v * conductance
+                i1 = emf * conductance
             k = inertia / h
-            a = k * w
-            if coupling != 0.0:
-                a += coupling * drive_current[row]
-            new, current, _, _ = solve_limited(
-                *(motor, k, a, i0, i1, motor.stator_limit, motor.friction + scrub * loads[row]),
-                *(0.0, w, motor.supply_limit * bus),
-            )
-            speed[row] = new
-            if new != 0.0:
-                angle = state.steer_angle[row] + new * h
-                state.steer_angle[row] = angle
+            a += k * w
+            holds = friction + scrub * loads[row]
+            if supply < math.inf:
+                w, i, _, _ = solve_limited(m, k, a, i0, i1, limit, holds, 0.0, w, supply * bus)
+            else:
+                w, i, _, _ = solve_shaft(k, a, i0, i1, limit, driving, driven, holds)
+            speed[row] = w
+            if w != 0.0:
+                steer_angle[row] = angle = steer_angle[row] + w * h
                 state.cos[row] = math.cos(angle)
                 state.sin[row] = math.sin(angle)
-            readout.note(row, motor.emf * new + current * motor.resistance, current, motor.resistance, bus, h, 1)
-            row += 1
+            terminal.append(emf * w + i * m.resistance)
+            currents.append(i)
+        return readout.book(terminal, currents, self._resistance, bus, h)

@@ -6,8 +6,7 @@ import math
 from collections.abc import Callable, Sequence
 from typing import Protocol
 
-from simcore.drivetrain.config import SwerveConfig
-from simcore.drivetrain.load import normal_loads
+from simcore.drivetrain.load import WheeledRobot, normal_loads
 from simcore.errors import require_finite, require_positive
 from simcore.units import GRAVITY
 
@@ -18,7 +17,7 @@ class PlanarDrive(Protocol):
     """What a chassis needs of a drivetrain: the change of velocity that its tires make."""
 
     @property
-    def config(self) -> SwerveConfig:
+    def robot(self) -> WheeledRobot:
         """Mass, center of mass and where the wheels are."""
         ...
 
@@ -78,14 +77,14 @@ class PlanarChassis:
 
     def step(self, h: float, *, force: tuple[float, float, float] = (0.0, 0.0, 0.0)) -> None:
         """Advance by `h` [s] with an outside force (x, y [N], torque [N m], field axes) on the center of mass."""
-        config = self.drive.config
+        config = self.drive.robot
         c, s = math.cos(self.yaw), math.sin(self.yaw)
         g_along = -GRAVITY * math.sin(self.slope)
         ex = g_along + force[0] / config.mass
         ey = force[1] / config.mass
         self.loads = normal_loads(
             config,
-            [True] * len(config.modules),
+            [True] * len(config.positions),
             (c * g_along, -s * g_along, -GRAVITY * math.cos(self.slope)),
             (c * self.ax + s * self.ay, c * self.ay - s * self.ax, 0.0),
         )
@@ -119,5 +118,5 @@ class PlanarChassis:
     @property
     def kinetic_energy(self) -> float:
         """Of the chassis, without its wheels [J]."""
-        c = self.drive.config
+        c = self.drive.robot
         return 0.5 * c.mass * (self.vx**2 + self.vy**2) + 0.5 * c.yaw_inertia * self.omega**2

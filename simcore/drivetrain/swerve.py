@@ -8,22 +8,22 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from simcore.drivetrain.capability import free_speed, launch_accel
 from simcore.drivetrain.config import SwerveConfig
 from simcore.drivetrain.control import module_targets, optimize
 from simcore.drivetrain.electrical import ShaftMotor, bus_voltage
 from simcore.drivetrain.encoders import EncoderCache
 from simcore.drivetrain.load import normal_loads
 from simcore.drivetrain.module import ModuleState, MotorReadout, SteerBank
-from simcore.drivetrain.solver import DriveShaft, TireSolver, WheelContact
+from simcore.drivetrain.solver import DriveShaft, TireSolver
+from simcore.drivetrain.substep import follow_frame
+from simcore.drivetrain.tire import WheelContact
 from simcore.errors import ConfigError, NonFiniteError
 from simcore.power.battery import Battery, BatteryConfig
 from simcore.typing import FloatArray
 from simcore.units import GRAVITY
 
-__all__ = ["MAX_INNER_STEP", "DriveMode", "SwerveDrive"]
-
-MAX_INNER_STEP = 0.004
-"""Longest step of motors and tires [s]; a longer step of the caller is cut into equal parts."""
+__all__ = ["DriveMode", "SwerveDrive"]
 
 
 class DriveMode(enum.Enum):
@@ -82,32 +82,39 @@ class SwerveDrive:
             mass=config.mass,
             yaw_inertia=config.yaw_inertia,
             wheels=[
-                WheelContact(
-                    x=x,
-                    y=y,
-                    radius=m.wheel_radius,
-                    tread=m.tread,
-                    rolling_resistance=m.rolling_resistance,
-                    slip_ratio=m.slip_ratio,
-                    slip_speed=m.slip_speed,
-                )
+                WheelContact(x=x, y=y, tread=m.tread, rolling_resistance=m.rolling_resistance)
                 for (x, y), m in zip(config.positions, modules, strict=True)
             ],
             shafts=[
-                DriveShaft(inertia=m.drive_inertia, motor=motor, wheels=(i,))
+                DriveShaft(
+                    inertia=m.drive_inertia,
+                    motor=motor,
+                    radius=m.wheel_radius,
+                    slip_ratio=m.slip_ratio,
+                    slip_speed=m.slip_speed,
+                    wheels=(i,),
+                )
                 for i, (m, motor) in enumerate(zip(modules, self._drive_motors, strict=True))
             ],
         )
         self._steer = SteerBank(modules)
-        self._motors = [*self._drive_motors, *self._steer.motors]
-        self._steer_limits = [m.steer_stator_limit for m in modules]
+        self._drive_emf = [m.emf for m in self._drive_motors]
+        self._drive_resistance = [m.resistance for m in self._drive_motors]
+        self._zeros = [0.0] * n
         self._stator_limits = [m.drive_stator_limit for m in modules]
         # Azimuth coupling: [V s/rad] of back-EMF, and [kg m^2] of rotor that the azimuth turns as well.
         self._coupled_emf = [m.coupling_ratio / m.drive_motor.kv for m in modules]
         self._coupled_inertia = [m.drive_motor.rotor_inertia * m.drive_gearing * m.coupling_ratio for m in modules]
         self._coupled = any(m.coupling_ratio != 0.0 for m in modules)
+        self._gains = [
+            (m.wheel_radius, motor.emf, k, m.drive_kp, m.steer_kp)
+            for m, motor, k in zip(modules, self._drive_motors, self._coupled_emf, strict=True)
+        ]
+        self._coasting = any(not (m.drive_brake and m.steer_brake) for m in modules)
         self._ramped = any(m.drive_ramp > 0.0 for m in modules)
         self._static_loads = normal_loads(config, [True] * n, (0.0, 0.0, -GRAVITY))
+        self._free_speeds = [free_speed(s, self._solver.wheels, self._static_loads) for s in self._solver.shafts]
+        self._max_speed = min(self._free_speeds)
         self.encoders = EncoderCache(n)
         """Readings at 250 Hz; drain it once a tick."""
         self.reset()
@@ -182,7 +189,7 @@ class SwerveDrive:
         self._ramp_volts = [0.0] * n
         self._force_x = [0.0] * n
         self._force_y = [0.0] * n
-        self._elapsed = 1.0
+        self._steer_supply = 0.0
         self.battery.reset()
         self._bus = self.battery.voltage
         self.encoders.clear(0.0)
@@ -222,90 +229,61 @@ class SwerveDrive:
         Raises:
             NonFiniteError: When an argument is not finite; nothing has changed.
         """
-        n = self._n
         loads = self._static_loads if normal_loads is None else normal_loads
-        if not math.isfinite(h + vx + vy + omega + ax + ay + sum(loads)) or h <= 0.0:
-            raise NonFiniteError(
-                f"swerve step needs finite numbers and h > 0, got h={h}, v=({vx}, {vy}, {omega}), loads={list(loads)}"
-            )
-        if len(loads) != n:
-            raise ConfigError(f"swerve step needs {n} normal loads, got {len(loads)}")
-        parts = math.ceil(h / MAX_INNER_STEP - 1e-9)
-        dt = h / parts
-        dx = dy = dw = turned = 0.0
-        force_x = [0.0] * n
-        force_y = [0.0] * n
-        solver = self._solver
-        for _ in range(parts):
-            # Velocity in the robot axes of now; the frame has turned since the start.
-            c, s = (math.cos(turned), math.sin(turned)) if turned != 0.0 else (1.0, 0.0)
-            ux = c * vx + s * vy + (c * ax + s * ay) * dt
-            uy = c * vy - s * vx + (c * ay - s * ax) * dt
-            nx, ny, new_omega = self._inner(dt, ux, uy, omega, loads)
-            jx = nx - ux
-            jy = ny - uy
-            dx += c * jx - s * jy
-            dy += s * jx + c * jy
-            vx += c * jx - s * jy + ax * dt
-            vy += s * jx + c * jy + ay * dt
-            dw += new_omega - omega
-            omega = new_omega
-            turned += omega * dt
-            for k in range(n):
-                force_x[k] += solver.force_x[k]
-                force_y[k] += solver.force_y[k]
-        self._force_x = force_x
-        self._force_y = force_y
-        self._parts = parts
-        return dx, dy, dw
+        if len(loads) != self._n:
+            raise ConfigError(f"swerve step needs {self._n} normal loads, got {len(loads)}")
+        result, self._force_x, self._force_y = follow_frame(self._inner, self._solver, h, vx, vy, omega, loads, ax, ay)
+        return result
 
     def _inner(
         self, h: float, vx: float, vy: float, omega: float, loads: Sequence[float]
     ) -> tuple[float, float, float]:
         """One inner step: requests, battery, azimuths, tires and wheels, encoders."""
-        n = self._n
         state = self.state
         solver = self._solver
         battery = self.battery
         drive, steer, limits = self._requests(h)
-        emf_drive = self._drive_motors
         bus = self._bus
+        coupled = self._coupled
         if battery.config.resistance > 0.0:
-            emfs = [m.emf * w for m, w in zip(emf_drive, state.wheel_speed, strict=True)]
-            if self._coupled:
+            emfs = [e * w for e, w in zip(self._drive_emf, state.wheel_speed, strict=True)]
+            if coupled:
                 emfs = [e + k * w for e, k, w in zip(emfs, self._coupled_emf, state.steer_speed, strict=True)]
-            emfs += [m.emf * w for m, w in zip(self._steer.motors, state.steer_speed, strict=True)]
+            # Azimuths spin up within a step, so what they drew in the last steps says more than their voltage.
             bus = bus_voltage(
-                *(bus, battery.open_voltage, battery.config.resistance, self.other_current),
-                *(self._motors, [*drive, *steer], [*limits, *self._steer_limits], emfs),
+                bus,
+                battery.open_voltage,
+                battery.config.resistance,
+                self.other_current + self._steer_supply,
+                self._drive_motors,
+                drive,
+                limits,
+                emfs,
             )
         else:
             bus = battery.open_voltage
         self._bus = bus
-        drive = [v if v is None or -bus <= v <= bus else math.copysign(bus, v) for v in drive]
-        steer = [v if v is None or -bus <= v <= bus else math.copysign(bus, v) for v in steer]
 
-        before = state.steer_speed[:] if self._coupled else state.steer_speed
-        self._steer.step(h, state, steer, loads, solver.shaft_current, bus, self.steer_motors)
-        if self._coupled:
+        before = state.steer_speed[:] if coupled else None
+        steer_supply = self._steer.step(h, state, steer, loads, solver.shaft_current, bus, self.steer_motors)
+        if before is not None:
             offset = [k * w for k, w in zip(self._coupled_emf, state.steer_speed, strict=True)]
             torque = [
                 -j * (new - old) / h
                 for j, new, old in zip(self._coupled_inertia, state.steer_speed, before, strict=True)
             ]
         else:
-            offset = torque = [0.0] * n
+            offset = torque = self._zeros
         result = solver.step(h, vx, vy, omega, loads, state.cos, state.sin, drive, offset, torque, limits, bus)
-        total = self.other_current
-        for k in range(n):
-            state.wheel_angle[k] += state.wheel_speed[k] * h
-            self.drive_motors.note(
-                k, solver.shaft_volts[k], solver.shaft_current[k], emf_drive[k].resistance, bus, h, 1
-            )
-            total += self.drive_motors.supply[k] + self.steer_motors.supply[k]
-        battery.step(h, total)
+        state.wheel_angle = [a + w * h for a, w in zip(state.wheel_angle, state.wheel_speed, strict=True)]
+        supply = self.drive_motors.book(solver.shaft_volts, solver.shaft_current, self._drive_resistance, bus, h)
+        battery.step(h, self.other_current + supply + steer_supply)
+        self._steer_supply = 0.5 * (self._steer_supply + steer_supply)
         self.time += h
-        self.encoders.record(self.time, h, state.wheel_angle, state.wheel_speed, state.steer_angle, state.steer_speed)
+        if self.encoders.due <= self.time + 1e-9:
+            self.encoders.record(
+                self.time, h, state.wheel_angle, state.wheel_speed, state.steer_angle, state.steer_speed
+            )
         return result
 
     def _requests(self, h: float) -> tuple[list[float | None], list[float | None], list[float]]:
@@ -318,21 +296,19 @@ class SwerveDrive:
         if mode is DriveMode.NEUTRAL or not self.enabled or self.battery.browned_out:
             self._ramp_volts = [0.0] * self._n
             drive = [0.0 if m.drive_brake else None for m in modules]
-            steer = [0.0 if m.steer_brake else None for m in modules]
-            return drive, steer, limits
+            return drive, [0.0 if m.steer_brake else None for m in modules], limits
         if mode is DriveMode.STATES:
             drive = []
             steer = []
             state = self.state
-            for k, m in enumerate(modules):
+            for k, (radius, emf, coupled_emf, drive_kp, steer_kp) in enumerate(self._gains):
                 speed, error = optimize(self._drive_command[k], self._steer_command[k], state.steer_angle[k])
-                w = speed / m.wheel_radius
-                measured = state.wheel_speed[k] * m.wheel_radius
-                motor = self._drive_motors[k]
                 drive.append(
-                    motor.emf * w + m.drive_kp * (speed - measured) + self._coupled_emf[k] * state.steer_speed[k]
+                    emf * speed / radius
+                    + drive_kp * (speed - state.wheel_speed[k] * radius)
+                    + coupled_emf * state.steer_speed[k]
                 )
-                steer.append(m.steer_kp * error)
+                steer.append(steer_kp * error)
         elif mode is DriveMode.DUTY:
             drive = [d * self._bus for d in self._drive_command]
             steer = [d * self._bus for d in self._steer_command]
@@ -351,11 +327,12 @@ class SwerveDrive:
                     most = 12.0 / m.drive_ramp * h
                     old = self._ramp_volts[k]
                     drive[k] = self._ramp_volts[k] = old + min(most, max(-most, wanted - old))
-        for k, m in enumerate(modules):
-            if drive[k] == 0.0 and not m.drive_brake:
-                drive[k] = None
-            if steer[k] == 0.0 and not m.steer_brake:
-                steer[k] = None
+        if self._coasting:
+            for k, m in enumerate(modules):
+                if drive[k] == 0.0 and not m.drive_brake:
+                    drive[k] = None
+                if steer[k] == 0.0 and not m.steer_brake:
+                    steer[k] = None
         return drive, steer, limits
 
     def wheel_loads(
@@ -365,6 +342,11 @@ class SwerveDrive:
         return normal_loads(self.config, touching, gravity, acceleration)
 
     # ---------------------------------------------------------------- readings
+
+    @property
+    def robot(self) -> SwerveConfig:
+        """The same as `config`, under the name that swerve and tank share."""
+        return self.config
 
     @property
     def bus_voltage(self) -> float:
@@ -389,7 +371,7 @@ class SwerveDrive:
     @property
     def wheel_forces(self) -> FloatArray:
         """Ground on wheels, robot axes, averaged over the last `step` [N], shape (n, 2)."""
-        return np.array([self._force_x, self._force_y]).T / self._parts
+        return np.array([self._force_x, self._force_y]).T
 
     @property
     def wheel_angles(self) -> FloatArray:
@@ -443,61 +425,31 @@ class SwerveDrive:
     @property
     def max_speed(self) -> float:
         """Straight ahead at 12 V, where motor torque meets friction and rolling drag [m/s]."""
-        push = [self._free_speed(k) for k in range(self._n)]
-        return min(push)
+        return self._max_speed
 
     @property
     def max_omega(self) -> float:
-        """On the spot at 12 V [rad/s]: every wheel at its top speed, the outermost one decides."""
-        return min(
-            self._free_speed(k) / r for k, (x, y) in enumerate(self.config.positions) if (r := math.hypot(x, y)) > 1e-9
-        )
+        """On the spot at 12 V [rad/s]; the first module to reach its top speed decides."""
+        arms = self._arms()
+        return min((v / r for v, r in zip(self._free_speeds, arms, strict=True) if r > 1e-9), default=0.0)
 
     @property
     def max_accel(self) -> float:
-        """From rest on level ground with stiff 12 V: grip, motors and stator limits counted per wheel [m/s^2]."""
-        force, inertia = 0.0, self.config.mass
-        for k, m in enumerate(self.config.modules):
-            f, slips = self._launch_force(k)
-            force += f
-            if not slips:
-                inertia += m.drive_inertia / m.wheel_radius**2
-        return max(0.0, force / inertia)
+        """From rest on level ground at stiff 12 V: grip, motors and stator limits of every wheel counted [m/s^2]."""
+        solver = self._solver
+        ones = [1.0] * self._n
+        return launch_accel(solver.shafts, solver.wheels, self._static_loads, ones, self.config.mass)
 
     @property
     def max_angular_accel(self) -> float:
-        """On the spot from rest, wheels tangential [rad/s^2]; see `max_accel`."""
-        torque, inertia = 0.0, self.config.yaw_inertia
-        for k, (m, (x, y)) in enumerate(zip(self.config.modules, self.config.positions, strict=True)):
-            arm = math.hypot(x, y)
-            f, slips = self._launch_force(k)
-            torque += f * arm
-            if not slips:
-                inertia += m.drive_inertia / m.wheel_radius**2 * arm * arm
-        return max(0.0, torque / inertia)
-
-    def _free_speed(self, k: int) -> float:
-        m, motor = self.config.modules[k], self._drive_motors[k]
-        drag = m.rolling_resistance * self._static_loads[k] * m.wheel_radius + motor.friction
-        current = drag / motor.torque_driving
-        return max(0.0, (12.0 - current * motor.resistance) / motor.emf * m.wheel_radius)
-
-    def _launch_force(self, k: int) -> tuple[float, bool]:
-        """Force of one wheel at standstill, rolling drag taken off [N], and whether it is the grip that limits."""
-        m, motor = self.config.modules[k], self._drive_motors[k]
-        load = self._static_loads[k]
-        drag = m.rolling_resistance * load
-        current = min(motor.stator_limit, 12.0 * motor.conductance)
-        force = (motor.torque_driving * current - motor.friction) / m.wheel_radius
-        grip = m.tread * load
-        # While it rolls, part of the torque spins up the wheel itself; the tire sees what is left.
-        equal = self.config.mass / self._n
-        rolling = (force - drag) / (1.0 + m.drive_inertia / m.wheel_radius**2 / equal) + drag
-        if rolling > grip:
-            return grip - drag, True
-        return max(0.0, force - drag), False
+        """On the spot from rest, wheels across the radius [rad/s^2]; see `max_accel`."""
+        solver = self._solver
+        return launch_accel(solver.shafts, solver.wheels, self._static_loads, self._arms(), self.config.yaw_inertia)
 
     # ---------------------------------------------------------------- helpers
+
+    def _arms(self) -> list[float]:
+        return [math.hypot(x, y) for x, y in self.config.positions]
 
     def _present_angles(self) -> list[float]:
         """Where a module without a direction should stay: its target if it has one, else where it is."""

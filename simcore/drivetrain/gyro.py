@@ -1,0 +1,180 @@
+"""The gyro: what it reports, and by how much it is wrong."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from simcore.errors import NonFiniteError, UnknownNameError, require_non_negative
+from simcore.typing import FloatArray
+
+__all__ = ["GYROS", "Gyro", "GyroConfig", "gyro_config"]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class GyroConfig:
+    """Errors of a gyro. Each size is what its name says, whatever the length of a step."""
+
+    name: str = "ideal"
+    drift_deg_per_30s: float = 0.0
+    """1-sigma of the yaw error after 30 s, a random walk [deg]."""
+    scale_error: float = 0.0
+    """1-sigma of the constant share by which every turn is misread, drawn once per run [-]; 0.01 is 3.6 deg a turn."""
+    rate_noise: float = 0.0
+    """1-sigma of each reported rate, as a share of that rate [-]; it does not enter the angles."""
+    rate_noise_floor_dps: float = 0.0
+    """1-sigma of each reported rate at rest [deg/s]."""
+    tilt_noise_deg: float = 0.0
+    """1-sigma of each reported pitch and roll [deg]."""
+    impact_deg: float = 0.0
+    """1-sigma of the yaw jump from a hit of exactly `impact_accel`; harder hits in proportion [deg]."""
+    impact_accel: float = 500.0
+    """Yaw acceleration from which a hit upsets the sensor [rad/s^2]."""
+
+    def __post_init__(self) -> None:
+        for name in (
+            *("drift_deg_per_30s", "scale_error", "rate_noise", "rate_noise_floor_dps", "tilt_noise_deg"),
+            *("impact_deg", "impact_accel"),
+        ):
+            require_non_negative(f"gyro {self.name}", name, getattr(self, name))
+
+
+# Drift and rate noise: MapleSim's COTS table (facts 1.7), read as what the names say. Scale and tilt errors are
+# estimates, +-50 %: vendors state no figure per unit.
+GYROS = {
+    "ideal": GyroConfig(),
+    "pigeon2": GyroConfig(
+        name="Pigeon 2",
+        drift_deg_per_30s=0.5,
+        scale_error=0.002,
+        rate_noise=0.02,
+        rate_noise_floor_dps=0.05,
+        tilt_noise_deg=0.05,
+        impact_deg=1.0,
+    ),
+    "navx2": GyroConfig(
+        name="navX-2",
+        drift_deg_per_30s=2.0,
+        scale_error=0.005,
+        rate_noise=0.04,
+        rate_noise_floor_dps=0.1,
+        tilt_noise_deg=0.1,
+        impact_deg=1.0,
+    ),
+    "generic": GyroConfig(
+        name="generic",
+        drift_deg_per_30s=5.0,
+        scale_error=0.01,
+        rate_noise=0.06,
+        rate_noise_floor_dps=0.2,
+        tilt_noise_deg=0.2,
+        impact_deg=1.0,
+    ),
+}
+
+
+def gyro_config(name: str) -> GyroConfig:
+    """A preset by name: ideal, pigeon2, navx2, generic.
+
+    Raises:
+        UnknownNameError: With the nearest names.
+    """
+    if name not in GYROS:
+        raise UnknownNameError("gyro", name, GYROS)
+    return GYROS[name]
+
+
+class Gyro:
+    """Follows the true attitude with its own errors; two gyros with equal generators read the same."""
+
+    def __init__(self, config: GyroConfig, rng: np.random.Generator, *, rate: float = 250.0) -> None:
+        """Start level at yaw 0.
+
+        Args:
+            config: Errors.
+            rng: Source of all randomness.
+            rate: Of the cached yaw samples [Hz].
+        """
+        self.config = config
+        self._rng = rng
+        self._period = 1.0 / rate
+        self._scale = 1.0 + config.scale_error * float(rng.standard_normal())
+        self.reset()
+
+    def reset(self, *, yaw: float = 0.0, true_yaw: float = 0.0, time: float = 0.0) -> None:
+        """Say which way is `yaw` [rad] while the robot truly stands at `true_yaw`; forgets cached samples."""
+        self.yaw = yaw
+        """Reported, continuous over turns [rad]."""
+        self.pitch = 0.0
+        """Reported, nose down positive as in WPILib [rad]."""
+        self.roll = 0.0
+        """Reported [rad]."""
+        self.rates: FloatArray = np.zeros(3)
+        """Reported rates about the robot's x, y, z axes [rad/s], shape (3,)."""
+        self._true_yaw = true_yaw
+        self._true_rate: float | None = None
+        self._time = time
+        self._taken = 0
+        self._start = time
+        self._samples: list[tuple[float, float]] = []
+
+    def set_yaw(self, yaw: float) -> None:
+        """What robot code's `set_yaw` does: the reading changes, the robot does not [rad]."""
+        self.yaw = yaw
+
+    def step(self, dt: float, yaw: float, pitch: float, roll: float, rates: Sequence[float]) -> None:
+        """Follow the robot for `dt`.
+
+        Args:
+            dt: Since the last step [s].
+            yaw: True yaw at its end, wrapped or not [rad]; less than half a turn per step.
+            pitch: True pitch [rad].
+            roll: True roll [rad].
+            rates: True rates about the robot axes [rad/s], shape (3,).
+
+        Raises:
+            NonFiniteError: When an argument is not finite; nothing has changed.
+        """
+        if not math.isfinite(dt + yaw + pitch + roll + sum(rates)):
+            raise NonFiniteError(f"gyro: need finite numbers, got dt={dt}, yaw={yaw}, pitch={pitch}, roll={roll}")
+        c = self.config
+        noise = self._rng.standard_normal(7).tolist()
+        turned = math.remainder(yaw - self._true_yaw, math.tau)
+        before = self.yaw
+        self.yaw += turned * self._scale
+        # Variances of independent steps add up, so sqrt(dt / 30) gives exactly the named size after 30 s.
+        self.yaw += math.radians(c.drift_deg_per_30s) * math.sqrt(dt / 30.0) * noise[0]
+        if self._true_rate is not None and c.impact_deg > 0.0 and dt > 0.0:
+            accel = abs(rates[2] - self._true_rate) / dt
+            if accel >= c.impact_accel > 0.0:
+                self.yaw += math.radians(c.impact_deg) * accel / c.impact_accel * noise[1]
+        self._true_yaw = yaw
+        self._true_rate = rates[2]
+        tilt = math.radians(c.tilt_noise_deg)
+        self.pitch = pitch + tilt * noise[2]
+        self.roll = roll + tilt * noise[3]
+        floor = math.radians(c.rate_noise_floor_dps)
+        self.rates = np.array(
+            [r + math.hypot(c.rate_noise * r, floor) * n for r, n in zip(rates, noise[4:], strict=True)]
+        )
+        self._cache(dt, before)
+
+    def _cache(self, dt: float, before: float) -> None:
+        end = self._time + dt
+        due = self._start + (self._taken + 1) * self._period
+        while due <= end + 1e-9:
+            share = (due - self._time) / dt if dt > 0.0 else 1.0
+            self._samples.append((due, before + (self.yaw - before) * min(1.0, share)))
+            self._taken += 1
+            due = self._start + (self._taken + 1) * self._period
+        if len(self._samples) > 500:
+            del self._samples[:-500]
+        self._time = end
+
+    def drain(self) -> tuple[FloatArray, FloatArray]:
+        """Times [s] and yaws [rad] sampled since the last call, on the encoders' grid; shapes (k,) and (k,)."""
+        rows, self._samples = self._samples, []
+        return np.array([t for t, _ in rows]), np.array([y for _, y in rows])
