@@ -244,8 +244,10 @@ class RebuiltSim:
                 del self._flying[slot]
 
     def _sense(self) -> None:
-        """7. Gyros and encoders see the motion."""
-        # GYRO
+        """7. Gyros see the motion; encoders saw it in the sub-steps."""
+        for robot in self.robots:
+            roll, pitch, yaw = robot.chassis.roll_pitch_yaw
+            robot.gyro.step(DT, yaw, pitch, roll, robot.chassis.robot_rate)
 
     def _settle(self) -> None:
         """8. Fuel that has been slow for a while sleeps."""
@@ -307,7 +309,7 @@ class RebuiltSim:
         awake = self.pieces.awake
         for robot in self.robots:
             self.digest.update(np.array((*robot.chassis.pos, *robot.chassis.quat, *robot.chassis.vel)))
-        self.digest.update(state.pos[awake], state.status)
+        self.digest.update(state.pos[awake], state.status.astype(np.int64))
         due = [sink for sink in self.sinks if sink.due(self.time)]
         if due:
             snapshot = build_snapshot(self)

@@ -77,4 +77,3 @@ class FlightForces:
         jump = np.sqrt(np.einsum("ij,ij->i", change, change))
         touched: BoolArray = (state.status[awake] == PieceStatus.IN_FLIGHT) & (jump > 2.0 * air + 0.3)
         return touched
-

@@ -49,7 +49,9 @@ class ScoreEvent:
 class ScoringTracker:
     """Counts pieces through zones, each piece once until it is let in again by its owner."""
 
-    def __init__(self, zones: Iterable[ScoringZone], *, worth: Callable[[ScoringZone, float], int] | None = None) -> None:
+    def __init__(
+        self, zones: Iterable[ScoringZone], *, worth: Callable[[ScoringZone, float], int] | None = None
+    ) -> None:
         """Make a tracker.
 
         Args:
