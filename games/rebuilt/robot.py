@@ -181,7 +181,7 @@ class RebuiltRobot:
 
     @property
     def elevation(self) -> float:
-        """Of the muzzle above the horizontal [rad]: the hood at 20 degrees shoots straight up (the reference's rule)."""
+        """Of the muzzle above the horizontal [rad]: the hood at 20 degrees shoots straight up (as in the reference)."""
         return degrees(110.0) - self.hood.position
 
     @property
