@@ -22,6 +22,7 @@ from simcore.gamepiece.pool import PieceStatus
 from simcore.gamepiece.shooter import Launch
 from simcore.geometry.quaternion import matrix, rotate
 from simcore.geometry.symmetry import turn_half, turn_half_pose
+from simcore.physics.engine import Engine
 from simcore.physics.substeps import Substepping
 from simcore.physics.world import PhysicsWorld
 from simcore.scoring.tracker import Alliance, ScoringTracker
@@ -91,6 +92,7 @@ class RebuiltSim:
         config: Robots, fuel, seed.
         robot_code: What thinks for each robot, in their order; None: it stands.
         sinks: Who wants telemetry.
+        engine: The physics engine; None makes one. It is closed with the simulation.
     """
 
     def __init__(
@@ -99,11 +101,13 @@ class RebuiltSim:
         *,
         robot_code: Sequence[RobotCode | None] = (),
         sinks: Sequence[TelemetrySink] = (),
+        engine: Engine | None = None,
     ) -> None:
         self.config = c = config or RebuiltConfig()
         rng = np.random.default_rng(c.seed)
         self.field = load_field(c.field_mesh)  # before the engine starts: a broken mesh ends the build
         self.world = PhysicsWorld(
+            engine=engine,
             floor_size=(FIELD_LENGTH + 8.0, FIELD_WIDTH + 8.0),
             floor_center=(FIELD_LENGTH / 2, FIELD_WIDTH / 2),
             substepping=c.substepping,

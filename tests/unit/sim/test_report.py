@@ -14,7 +14,9 @@ from simcore.sim.report import FuelCount, RunReport, Score, Spread, print_report
 
 REPORT = RunReport(
     auto="depot",
+    alliance="blue",
     seed=7,
+    startup_seconds=0.4,
     sim_seconds=20.0,
     wall_seconds=2.34,
     realtime_factor=8.547,
@@ -44,7 +46,8 @@ def printed(report: RunReport, encoding: str) -> str:
 def test_json_has_the_fields_that_programs_read() -> None:
     got = json.loads(REPORT.to_json())
     assert list(got) == [
-        *("auto", "seed", "sim_seconds", "wall_seconds", "realtime_factor", "ticks", "score", "fuel", "shots", "hits"),
+        *("auto", "alliance", "seed", "sim_seconds", "startup_seconds", "wall_seconds", "realtime_factor", "ticks"),
+        *("score", "fuel", "shots", "hits"),
         *("distance_m", "tick_ms", "substeps", "awake", "min_battery_v", "digest", "outputs"),
     ]
     assert got["score"] == {"red": 0, "blue": 27, "total": 27}
