@@ -23,7 +23,7 @@ from simcore.gamepiece.shooter import Launch
 from simcore.geometry.quaternion import matrix, rotate
 from simcore.geometry.symmetry import turn_half, turn_half_pose
 from simcore.physics.engine import Engine
-from simcore.physics.substeps import Substepping
+from simcore.physics.substeps import Substepping, Surroundings
 from simcore.physics.world import PhysicsWorld
 from simcore.scoring.tracker import Alliance, ScoringTracker
 from simcore.sim.recorder import TrajectoryDigest
@@ -226,7 +226,7 @@ class RebuiltSim:
     def _move(self) -> None:
         """5. Sub-steps: tires push robots, air pushes fuel, the engine does the rest."""
         speed = max((mover.speed for mover in self._movers), default=0.0)
-        near = speed > 0.1 and any(robot.chassis.is_near_solid(DT) for robot in self.robots)
+        near = max((robot.chassis.surroundings(DT) for robot in self.robots), default=Surroundings.OPEN)
         self.substeps = self.world.substepping.count(DT, self._piece_speed, speed, near)
         self.world.step(DT, substeps=self.substeps, before_substep=self._before_substep)
         self.ticks += 1

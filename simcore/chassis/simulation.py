@@ -16,6 +16,7 @@ import numpy as np
 from simcore.chassis.config import ChassisConfig
 from simcore.errors import EngineError, NonFiniteError
 from simcore.geometry.quaternion import Quaternion, Vector, from_yaw, matrix, rotate, rotate_back, rpy, yaw_of
+from simcore.physics.substeps import Surroundings
 from simcore.physics.world import PhysicsWorld
 
 __all__ = ["ChassisSimulation", "Drivetrain"]
@@ -235,12 +236,12 @@ class ChassisSimulation:
         hits = self._world.ground_rays(np.array([top]), np.array([(top[0], top[1], top[2] - 5.0)]))
         return 5.0 * float(hits.fraction[0]) if hits.row[0] >= 0 else math.inf
 
-    def is_near_solid(self, dt: float) -> bool:
-        """Whether a wall or a robot could be met within dt [s]."""
+    def surroundings(self, dt: float) -> Surroundings:
+        """What could be met within dt [s]."""
         reach = 0.5 * math.hypot(self.config.bumper_length, self.config.bumper_width) + self.speed * dt + 0.03
         x, y, z = self.pos
-        low, high = (x - reach, y - reach, z + self.config.clearance), (x + reach, y + reach, z + self.config.height)
-        return self._world.is_near_solid(self.row, low, high)
+        low, high = (x - reach, y - reach, z + 0.01), (x + reach, y + reach, z + self.config.height)
+        return self._world.surroundings(self.row, low, high)
 
     # --- inside -------------------------------------------------------------------------------------------------
 

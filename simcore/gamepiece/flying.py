@@ -71,7 +71,7 @@ class FlightForces:
     def has_touched(self, awake: IntArray, vel: FloatArray, dt: float) -> BoolArray:
         """Which launched pieces changed their velocity by more than gravity and air can: they hit something."""
         state = self._pool.state
-        flying = state.status[awake] == PieceStatus.IN_FLIGHT
+        flying: BoolArray = state.status[awake] == PieceStatus.IN_FLIGHT
         if not flying.any():
             return flying
         change = vel - state.vel[awake] - self._gravity * dt

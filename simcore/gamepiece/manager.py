@@ -406,7 +406,7 @@ class GamePieceManager:
     def _still_asleep(self, slots: IntArray) -> BoolArray:
         """Which sleepers have not moved, shape (n,); those that have join the awake."""
         now = self._world.engine.centers(self._pool.rows_of(slots))
-        moved = np.abs(now - self.state.pos[slots]).max(axis=1, initial=0.0) > 1e-3
+        moved: BoolArray = np.abs(now - self.state.pos[slots]).max(axis=1, initial=0.0) > 1e-3
         for slot, pos in zip(slots[moved].tolist(), now[moved], strict=True):
             self.state.pos[slot] = pos
             self._wake(slot)

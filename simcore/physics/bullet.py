@@ -16,6 +16,7 @@ import contextlib
 import os
 import sys
 from collections.abc import Iterator, Sequence
+from itertools import chain
 from typing import Any
 
 import numpy as np
@@ -23,14 +24,18 @@ import numpy as np
 from simcore.errors import EngineError
 from simcore.geometry.quaternion import IDENTITY, Quaternion, Vector, rotate
 from simcore.physics.engine import BodyDefinition, RayHits
-from simcore.physics.shapes import Box, Compound, Cylinder, Hull, Mesh, Shape, Sphere
+from simcore.physics.shapes import Box, Compound, Cylinder, HalfSpace, Hull, Mesh, Shape, Sphere
 from simcore.typing import FloatArray
 from simcore.units import GRAVITY
 
 __all__ = ["BulletEngine"]
 
 _SOLVER_ITERATIONS = 10  # 25 cost 10-20 % more a step and changed no result we look at
+_RESIDUAL = (
+    1e-4  # the solver stops when no impulse changes by more; 10 % off a step with 80 awake balls (1.40 to 1.25 ms)
+)
 _CONTACT_DISTANCE = 0.001  # [m]
+_flat = chain.from_iterable
 
 
 def _load_pybullet() -> Any:
@@ -93,6 +98,7 @@ class BulletEngine:
         p.setPhysicsEngineParameter(
             contactBreakingThreshold=_CONTACT_DISTANCE,  # a global of the process, so set again for every client
             numSolverIterations=_SOLVER_ITERATIONS,
+            solverResidualThreshold=_RESIDUAL,
             deterministicOverlappingPairs=1,
             collisionFilterMode=0,  # both masks must agree
             useSplitImpulse=1,
@@ -194,16 +200,16 @@ class BulletEngine:
         spheres as exact.
         """
         client, get, ids = self._open(), self._p.getAABB, self._ids
-        boxes = np.array([get(ids[row], -1, client) for row in rows])
-        if len(boxes) == 0:
-            return np.zeros((0, 3))
-        centers: FloatArray = 0.5 * (boxes[:, 0] + boxes[:, 1])
+        boxes = [get(ids[row], -1, client) for row in rows]
+        corners = np.fromiter(_flat(_flat(boxes)), float, 6 * len(boxes)).reshape(-1, 6)  # half the time of np.array
+        centers: FloatArray = 0.5 * (corners[:, :3] + corners[:, 3:])
         return centers
 
     def velocities(self, rows: Sequence[int]) -> FloatArray:
         """Linear and angular velocities, field frame [m/s, rad/s], shape (n, 6)."""
         client, get, ids = self._open(), self._p.getBaseVelocity, self._ids
-        return np.array([get(ids[row], client) for row in rows]).reshape(-1, 6)
+        twists = [get(ids[row], client) for row in rows]
+        return np.fromiter(_flat(_flat(twists)), float, 6 * len(twists)).reshape(-1, 6)
 
     def apply_forces(self, rows: Sequence[int], forces: FloatArray) -> None:
         """Forces at the centers of mass [N], shape (n, 3), field frame, for the next `step` only.
@@ -278,7 +284,9 @@ class BulletEngine:
             )
         key = (type(shape), shape)
         if key not in self._shapes:
-            if isinstance(shape, Sphere):
+            if isinstance(shape, HalfSpace):
+                made = p.createCollisionShape(p.GEOM_PLANE, planeNormal=[0, 0, 1], **kw)
+            elif isinstance(shape, Sphere):
                 made = p.createCollisionShape(p.GEOM_SPHERE, radius=shape.radius, **kw)
             elif isinstance(shape, Cylinder):
                 made = p.createCollisionShape(p.GEOM_CYLINDER, radius=shape.radius, height=shape.height, **kw)

@@ -18,7 +18,7 @@ from scipy.spatial import ConvexHull, QhullError
 from simcore.errors import ConfigError, FieldMeshError, UnknownNameError, require_positive
 from simcore.physics.mesh import classify
 from simcore.physics.obj import ObjGroup, read_obj
-from simcore.physics.shapes import Box, Compound, Cylinder, Hull, Mesh, Shape
+from simcore.physics.shapes import Box, Compound, Cylinder, HalfSpace, Hull, Mesh, Shape
 from simcore.physics.surface import WALL, TerrainSurface
 from simcore.typing import FloatArray
 
@@ -220,6 +220,8 @@ def _points(shape: Shape) -> FloatArray:
         return shape.vertices
     if isinstance(shape, Compound):
         return np.vstack([_points(part.shape) + np.array(part.offset) for part in shape.parts])
+    if isinstance(shape, HalfSpace):
+        raise ConfigError("a half space has no outline; a field's floor belongs to the world, not to its elements")
     angle = np.arange(24) * math.tau / 24
     half = shape.height / 2.0 if isinstance(shape, Cylinder) else shape.radius
     ring = shape.radius * np.column_stack([np.cos(angle), np.sin(angle)])

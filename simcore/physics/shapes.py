@@ -13,7 +13,7 @@ import numpy as np
 from simcore.errors import ConfigError, require_positive
 from simcore.typing import FloatArray, IntArray
 
-__all__ = ["Box", "Compound", "Cylinder", "Hull", "Mesh", "Part", "Shape", "Sphere"]
+__all__ = ["Box", "Compound", "Cylinder", "HalfSpace", "Hull", "Mesh", "Part", "Shape", "Sphere"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -25,6 +25,11 @@ class Sphere:
 
     def __post_init__(self) -> None:
         require_positive("Sphere", "radius", self.radius, "m")
+
+
+@dataclass(frozen=True, slots=True)
+class HalfSpace:
+    """Everything below z = 0; for statics only. The cheapest floor for pieces, but driven boxes sink into it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -93,4 +98,4 @@ class Compound:
     parts: tuple[Part, ...]
 
 
-Shape: TypeAlias = Sphere | Cylinder | Box | Hull | Mesh | Compound
+Shape: TypeAlias = Sphere | Cylinder | Box | HalfSpace | Hull | Mesh | Compound

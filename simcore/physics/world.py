@@ -18,15 +18,15 @@ import numpy as np
 from simcore.errors import ConfigError, NonFiniteError, UnknownNameError, require_positive
 from simcore.geometry.quaternion import IDENTITY, Quaternion, Vector
 from simcore.physics.engine import BodyDefinition, Engine, RayHits
-from simcore.physics.shapes import Box, Shape
-from simcore.physics.substeps import Substepping
+from simcore.physics.shapes import Box, HalfSpace, Shape
+from simcore.physics.substeps import Substepping, Surroundings
 from simcore.physics.surface import CARPET, FRICTIONLESS, TerrainSurface
 from simcore.typing import FloatArray
 from simcore.units import GRAVITY
 
 __all__ = ["Group", "PhysicsWorld", "StaticElement"]
 
-_FLOOR_THICKNESS = 1.0  # [m]; a plane gives one contact a tick and driven boxes sink into it, a thick box does not
+_FLOOR_THICKNESS = 1.0  # [m]; under robots: a plane gives one contact a tick and driven boxes sink into it
 
 
 class Group:
@@ -101,15 +101,16 @@ class PhysicsWorld:
         self.substepping = substepping or Substepping()
         self._bodies: dict[int, _Body] = {}
         self._solid: set[int] = set()
-        self._roads: set[int] = set()
+        self._ramps: set[int] = set()
         self._robots: list[int] = []
         self._pieces: list[int] = []
         if floor is not None:
             require_positive("PhysicsWorld", "floor_size", min(floor_size), "m")
+            # Pieces get a half space, 15-25 % of a step cheaper than a box under 150 awake balls; robots a thick box.
             box = Box((floor_size[0], floor_size[1], _FLOOR_THICKNESS))
-            self.add_static(
-                "floor", box, (floor_center[0], floor_center[1], -_FLOOR_THICKNESS / 2), surface=floor, drivable=True
-            )
+            center = (floor_center[0], floor_center[1], -_FLOOR_THICKNESS / 2)
+            self._add_part("floor", HalfSpace(), (0.0, 0.0, 0.0), IDENTITY, floor, Group.STATIC, Group.PIECE)
+            self._add_part("floor", box, center, IDENTITY, FRICTIONLESS, Group.ROAD, Group.ROBOT)
 
     def __enter__(self) -> PhysicsWorld:
         return self
@@ -142,26 +143,29 @@ class PhysicsWorld:
             drivable: Whether robots drive on it; then it has no friction for them.
         """
         at = _checked_pos(name, pos)
-        mask = Group.STATIC | Group.PIECE | (0 if drivable else Group.ROBOT)
-        row = self.engine.add_body(
-            BodyDefinition(shape=shape, surface=surface, pos=at, quat=quat, group=Group.STATIC, mask=mask)
-        )
-        self._bodies[row] = _Body(name, surface)
+        touchers = Group.PIECE if drivable else Group.PIECE | Group.ROBOT
+        row = self._add_part(name, shape, at, quat, surface, Group.STATIC, touchers)
         if drivable:
-            twin = self.engine.add_body(
-                BodyDefinition(
-                    shape=shape,
-                    surface=FRICTIONLESS,
-                    pos=at,
-                    quat=quat,
-                    group=Group.ROAD,
-                    mask=Group.STATIC | Group.ROBOT,
-                )
-            )
-            self._bodies[twin] = _Body(name, FRICTIONLESS)
-            self._roads.add(twin)
+            self._ramps.add(self._add_part(name, shape, at, quat, FRICTIONLESS, Group.ROAD, Group.ROBOT))
         else:
             self._solid.add(row)
+        return row
+
+    def _add_part(
+        self,
+        name: str,
+        shape: Shape,
+        pos: Vector,
+        quat: Quaternion,
+        surface: TerrainSurface,
+        group: int,
+        touchers: int,
+    ) -> int:
+        """One static body that some groups touch, and rays."""
+        row = self.engine.add_body(
+            BodyDefinition(shape=shape, surface=surface, pos=pos, quat=quat, group=group, mask=Group.STATIC | touchers)
+        )
+        self._bodies[row] = _Body(name, surface)
         return row
 
     def add_field(self, elements: Iterable[StaticElement], *, drivable: Sequence[str] = ()) -> None:
@@ -273,12 +277,15 @@ class PhysicsWorld:
         """The material of a body."""
         return self._bodies[row].surface
 
-    def is_near_solid(self, row: int, low: Sequence[float], high: Sequence[float]) -> bool:
-        """Whether a wall or another robot than `row` has its bounding box in this box [m]."""
+    def surroundings(self, row: int, low: Sequence[float], high: Sequence[float]) -> Surroundings:
+        """What else than the robot `row` and pieces has its bounding box in this box [m]."""
+        found = Surroundings.OPEN
         for other in self.engine.overlapping(low, high):
             if other in self._solid or (other != row and other in self._robots):
-                return True
-        return False
+                return Surroundings.WALL
+            if other in self._ramps:
+                found = Surroundings.RAMP
+        return found
 
     def ground_rays(self, start: FloatArray, end: FloatArray) -> RayHits:
         """First hits of segments (n, 3) [m] on what carries a robot: roads, statics and pieces left out."""
@@ -323,7 +330,7 @@ class PhysicsWorld:
             return float(np.linalg.norm(self.engine.velocities(rows)[:, :3], axis=1).max())
 
         piece = fastest(self._pieces) + self.gravity * dt
-        return self.substepping.count(dt, piece, fastest(self._robots), near=True)
+        return self.substepping.count(dt, piece, fastest(self._robots), Surroundings.WALL)
 
 
 def _checked_pos(name: str, pos: Sequence[float] | FloatArray) -> Vector:

@@ -22,7 +22,7 @@ DT = 0.02
 
 def advance(world: PhysicsWorld, *robots: ChassisSimulation, before=lambda h: None) -> int:
     speed = max(robot.speed for robot in robots)
-    near = any(robot.is_near_solid(DT) for robot in robots)
+    near = max(robot.surroundings(DT) for robot in robots)
     n = world.substepping.count(DT, 2.0 * speed, speed, near)
 
     def push(h):
