@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import logging
 import math
-from dataclasses import dataclass, field
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
 
 from simcore.drivetrain.motor import MotorModel, motor
 from simcore.errors import ConfigError, require_finite, require_non_negative, require_positive
@@ -210,8 +211,6 @@ class SwerveConfig:
         height: float = 0.2,
     ) -> SwerveConfig:
         """Four equal modules on a rectangle; see `square`. Bumper is length x width [m]."""
-        from dataclasses import replace
-
         corners = (("front left", 1, 1), ("front right", 1, -1), ("back left", -1, 1), ("back right", -1, -1))
         return SwerveConfig(
             modules=tuple(
@@ -220,6 +219,30 @@ class SwerveConfig:
             mass=mass,
             yaw_inertia=plate_inertia(mass, *bumper),
             center_of_mass=(0.0, 0.0, height),
+        )
+
+    @staticmethod
+    def from_ctre(
+        modules: Sequence[object],
+        *,
+        mass: float = 55.0,
+        bumper: tuple[float, float] = (0.8, 0.8),
+        height: float = 0.2,
+        tread: float = 1.2,
+        drive_motor: MotorModel | None = None,
+        steer_motor: MotorModel | None = None,
+    ) -> SwerveConfig:
+        """From CTRE's `SwerveModuleConstants`; see `ctre.swerve_config_from_ctre`."""
+        from simcore.drivetrain.ctre import swerve_config_from_ctre
+
+        return swerve_config_from_ctre(
+            modules,
+            mass=mass,
+            bumper=bumper,
+            height=height,
+            tread=tread,
+            drive_motor=drive_motor,
+            steer_motor=steer_motor,
         )
 
     def module_name(self, index: int) -> str:
