@@ -22,6 +22,8 @@ from simcore.physics.world import PhysicsWorld
 __all__ = ["ChassisSimulation", "Drivetrain"]
 
 _CONTACT_GAP = 0.004  # [m]; a wheel this close to the ground carries load
+_TIRE_LAG = 0.010  # [s]; treads and carpet give a little, so loads follow the chassis with a lag. Estimate, +-50 %
+_MOST_RESISTANCE = 1.5  # [g]; more than any tire can push against for longer than a hit
 _SEAT = (
     -2e-5
 )  # [m]; wheels start this deep in the carpet: a gap of exactly 0 is no contact yet, and the first step falls
@@ -58,7 +60,7 @@ class Drivetrain(Protocol):
             vy: The same, to the left [m/s].
             omega: Yaw rate [rad/s].
             normal_loads: Load of each wheel [N], 0 in the air.
-            ax: Acceleration that the engine will add itself (gravity along a slope), forward [m/s^2].
+            ax: Acceleration that the world will add by itself (a slope, a wall that pushes back), forward [m/s^2].
             ay: The same, to the left [m/s^2].
         """
         ...
@@ -112,7 +114,8 @@ class ChassisSimulation:
         """Load of each wheel in the last sub-step [N]."""
         self._vel_before: Vector = (0.0, 0.0, 0.0)
         self._h_before = 0.0
-        self._tire_change: Vector = (0.0, 0.0, 0.0)
+        self._vel_pushed: Sequence[float] = (0.0, 0.0, 0.0)
+        self._felt: Sequence[float] = (0.0, 0.0, 0.0)
         self.pos: Vector = (0.0, 0.0, 0.0)
         """Point on the robot's underside where the carpet would be, field frame [m]."""
         self.quat: Quaternion = (0.0, 0.0, 0.0, 1.0)
@@ -249,15 +252,24 @@ class ChassisSimulation:
         assert self._drivetrain is not None
         self._find_ground()
         down = rotate_back(self.quat, (0.0, 0.0, -self._world.gravity))
-        if self._h_before > 0.0:  # what the world did in the last sub-step, tires' own share included
-            felt = [(now - then) / self._h_before for now, then in zip(self.vel, self._vel_before, strict=True)]
-            accel = rotate_back(self.quat, felt)
+        before = self._h_before
+        if before > 0.0:
+            felt = [(now - then) / before for now, then in zip(self.vel, self._vel_before, strict=True)]
+            share = -math.expm1(-before / _TIRE_LAG)
+            self._felt = [old + share * (new - old) for old, new in zip(self._felt, felt, strict=True)]
+            # What the world added to the tires' push in the last sub-step: a wall, a slope, another robot.
+            world = [(now - then) / before for now, then in zip(self.vel, self._vel_pushed, strict=True)]
+            ax, ay, _ = rotate_back(self.quat, world)
+            size, most = math.hypot(ax, ay), _MOST_RESISTANCE * self._world.gravity
+            if size > most:  # a hit lasts for one sub-step only
+                ax, ay = ax * most / size, ay * most / size
         else:
-            accel = (0.0, 0.0, 0.0)
-        self.normal_loads = self._drivetrain.wheel_loads(self.touching, down, accel)
+            self._felt = [0.0, 0.0, 0.0]
+            ax, ay = down[0], down[1]
+        self.normal_loads = self._drivetrain.wheel_loads(self.touching, down, rotate_back(self.quat, self._felt))
         self._vel_before = self.vel
         vx, vy, omega = self.ground_velocity
-        return self._drivetrain.step(h, vx, vy, omega, self.normal_loads, down[0], down[1])
+        return self._drivetrain.step(h, vx, vy, omega, self.normal_loads, ax, ay)
 
     def _follow(self, h: float) -> Vector:
         """Toward the target by no more than mu g h, and about the yaw axis by what the same grip can turn.
@@ -290,6 +302,7 @@ class ChassisSimulation:
             kick = rotate(self.quat, (tx * h / ix, ty * h / iy, tz * h / iz))
             angular = [w + k for w, k in zip(angular, kick, strict=True)]
         self._engine.set_velocity(self.row, linear, angular)
+        self._vel_pushed = linear
 
     def _find_ground(self) -> None:
         """Which wheels touch: all of them on the flat carpet (no rays needed), else by a short ray down each wheel."""
