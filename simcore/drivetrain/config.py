@@ -34,11 +34,12 @@ _USUAL_MODULE = {
 _USUAL_ROBOT = {"mass": (10.0, 80.0), "yaw_inertia": (0.3, 20.0)}
 
 
-def _warn_unusual(owner: str, config: object, usual: dict[str, tuple[float, float]]) -> None:
-    for name, (low, high) in usual.items():
-        value = getattr(config, name)
-        if not low <= value <= high:
-            _log.warning("%s: %s = %g is outside the usual %g to %g; going on with it", owner, name, value, low, high)
+def _unusual(owner: str, config: object, usual: dict[str, tuple[float, float]]) -> list[str]:
+    return [
+        f"{owner}: {name} = {getattr(config, name):g} is outside the usual {low:g} to {high:g}"
+        for name, (low, high) in usual.items()
+        if not low <= getattr(config, name) <= high
+    ]
 
 
 def plate_inertia(mass: float, length: float, width: float) -> float:
@@ -138,7 +139,6 @@ class SwerveModuleConfig:
                 f"{owner}: coupling_ratio must be smaller than steer_gearing ({self.steer_gearing:g}), "
                 f"got {self.coupling_ratio:g}"
             )
-        _warn_unusual(owner, self, _USUAL_MODULE)
 
     @property
     def drive_inertia(self) -> float:
@@ -183,7 +183,12 @@ class SwerveConfig:
         require_non_negative("swerve", "center_of_mass z", self.center_of_mass[2], "m")
         cx, cy, _ = self.center_of_mass
         object.__setattr__(self, "positions", tuple((m.x - cx, m.y - cy) for m in self.modules))
-        _warn_unusual("swerve", self, _USUAL_ROBOT)
+        # Warned of here and not in each module: four equal modules are one remark.
+        remarks = _unusual("swerve", self, _USUAL_ROBOT)
+        for module in self.modules:
+            remarks += _unusual("swerve module", module, _USUAL_MODULE)
+        for remark in dict.fromkeys(remarks):
+            _log.warning("%s; going on with it", remark)
 
     @staticmethod
     def square(

@@ -16,7 +16,7 @@ from dataclasses import dataclass
 
 from simcore.drivetrain.motor import MotorModel
 
-__all__ = ["LOCKED", "ShaftMotor", "bus_voltage", "solve_limited", "solve_shaft", "supply_bound"]
+__all__ = ["LOCKED", "ShaftMotor", "bus_voltage", "solve_shaft", "solve_supply", "supply_line"]
 
 LOCKED = 1e12
 """Slope of a torque line that stands for a shaft held by friction [N m s]."""
@@ -123,68 +123,70 @@ def solve_shaft(
     return w, current, f * i0 + sign, f * i1
 
 
-def supply_bound(
-    emf: float, slope: float, w: float, resistance: float, power: float, current: float
+def supply_line(
+    emf: float, slope: float, w: float, resistance: float, power: float, current: float, drawn: float
 ) -> tuple[float, float]:
-    """The current line that keeps |V I| within `power`, near the present shaft speed.
+    """The current line that keeps |V I| within `power`, near a shaft speed.
 
     While drawing, the limit is the curve (e + I R) I = P, which is convex in e: its tangent at the present e stays
     below it, so the limit also holds at the end of the step. While regenerating, the controller gives up torque until
-    the power fed back is within the limit.
+    the power fed back is within the limit; that current falls with e, so it is safe up to the e that is given.
 
     Args:
-        emf: Present back-EMF e [V].
+        emf: Back-EMF e [V].
         slope: Back-EMF per shaft speed [V s/rad].
-        w: Present shaft speed [rad/s].
+        w: Shaft speed at which e was taken [rad/s].
         resistance: R [ohm].
         power: Limit P [W].
         current: The current that broke the limit; only its sign matters [A].
+        drawn: The power that broke it; below zero it was fed back [W].
 
     Returns:
         `i0, i1` of the line I = i0 - i1 w, for `solve_shaft`.
     """
+    if drawn < 0.0:
+        e = abs(emf)
+        return -math.copysign(0.5 * (e - math.sqrt(max(0.0, e * e - 4.0 * resistance * power))) / resistance, emf), 0.0
     sign = 1.0 if current > 0.0 else -1.0
     e = emf * sign
-    if e + abs(current) * resistance >= 0.0:
-        size = 0.5 * (math.sqrt(e * e + 4.0 * resistance * power) - e) / resistance
-        drop = size / (e + 2.0 * size * resistance) if size > 0.0 else 0.0
-        return sign * size + drop * slope * w, drop * slope
-    return sign * 0.5 * (-e - math.sqrt(max(0.0, e * e - 4.0 * resistance * power))) / resistance, 0.0
+    size = 0.5 * (math.sqrt(e * e + 4.0 * resistance * power) - e) / resistance
+    drop = size / (e + 2.0 * size * resistance) if size > 0.0 else 0.0
+    return sign * size + drop * slope * w, drop * slope
 
 
-def solve_limited(
-    motor: ShaftMotor,
+def solve_supply(
     k: float,
     a: float,
-    i0: float,
-    i1: float,
+    current: float,
+    end_power: float,
     stator_limit: float,
-    friction: float,
+    constants: tuple[float, float, float, float, float],
     emf_offset: float,
     w: float,
-    supply_power: float,
+    power: float,
 ) -> tuple[float, float, float, float]:
-    """`solve_shaft` with the supply limit as well.
+    """`solve_shaft` again, after its solution turned out to break the supply limit.
 
     Args:
-        motor: Constants of the motor.
         k: See `solve_shaft`.
         a: See `solve_shaft`.
-        i0: See `solve_shaft`.
-        i1: See `solve_shaft`.
+        current: Of that solution [A].
+        end_power: V I of that solution [W].
         stator_limit: In force now [A].
-        friction: Dry friction now [N m].
+        constants: Back-EMF per speed, resistance, torque driving, torque driven, dry friction, as in `ShaftMotor`.
         emf_offset: Back-EMF at standstill (azimuth coupling) [V].
         w: Shaft speed before the step [rad/s].
-        supply_power: Supply limit times bus voltage [W].
+        power: Supply limit times bus voltage [W].
+
+    Returns:
+        As `solve_shaft`.
     """
-    result = solve_shaft(k, a, i0, i1, stator_limit, motor.torque_driving, motor.torque_driven, friction)
-    current = result[1]
-    power = (emf_offset + motor.emf * result[0] + current * motor.resistance) * current
-    if power > supply_power or power < -supply_power:
-        i0, i1 = supply_bound(emf_offset + motor.emf * w, motor.emf, w, motor.resistance, supply_power, current)
-        result = solve_shaft(k, a, i0, i1, stator_limit, motor.torque_driving, motor.torque_driven, friction)
-    return result
+    emf, resistance, driving, driven, friction = constants
+    if end_power < 0.0:
+        # With no current at all the shaft ends at the greatest |e| that it can have: limited there, limited always.
+        w = solve_shaft(k, a, 0.0, 0.0, stator_limit, driving, driven, friction)[0]
+    i0, i1 = supply_line(emf_offset + emf * w, emf, w, resistance, power, current, end_power)
+    return solve_shaft(k, a, i0, i1, stator_limit, driving, driven, friction)
 
 
 def bus_voltage(

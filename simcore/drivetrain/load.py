@@ -76,11 +76,11 @@ def normal_loads(
     while True:
         share = _share(places, rows, force_z, want_x, want_y)
         lowest = min(range(len(rows)), key=share.__getitem__)
-        if share[lowest] >= 0.0:
+        if share[lowest] >= -1e-12 * force_z:
             break
         del rows[lowest]  # it lifts; at least one wheel stays, as the shares add up to f_z > 0
     for i, load in zip(rows, share, strict=True):
-        loads[i] = load
+        loads[i] = max(0.0, load)
     return loads
 
 
@@ -104,10 +104,12 @@ def _share(
     q = r = 0.0
     det = xx * yy - xy * xy
     spread = xx + yy
-    if det > 1e-9 * spread * spread:
+    if spread < n * 1e-6:
+        pass  # contacts within a millimeter are one point: it carries all, moments go unmet
+    elif det > 1e-9 * spread * spread:
         q = (moment_x * yy - moment_y * xy) / det
         r = (moment_y * xx - moment_x * xy) / det
-    elif spread > 0.0:  # contacts on one line: only the moment along it can be met
+    else:  # contacts on one line: only the moment along it can be met
         scale = (xx * moment_x + xy * moment_y, xy * moment_x + yy * moment_y)
         q = scale[0] / (spread * spread)
         r = scale[1] / (spread * spread)

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 from simcore.drivetrain.config import SwerveModuleConfig
-from simcore.drivetrain.electrical import ShaftMotor, solve_limited, solve_shaft
+from simcore.drivetrain.electrical import ShaftMotor, solve_shaft, solve_supply
 
 __all__ = ["ModuleState", "MotorReadout", "SteerBank"]
 
@@ -143,10 +143,13 @@ class SteerBank:
             k = inertia / h
             a += k * w
             holds = friction + scrub * loads[row]
-            if supply < math.inf:
-                w, i, _, _ = solve_limited(m, k, a, i0, i1, limit, holds, 0.0, w, supply * bus)
-            else:
-                w, i, _, _ = solve_shaft(k, a, i0, i1, limit, driving, driven, holds)
+            power = supply * bus
+            end, i, _, _ = solve_shaft(k, a, i0, i1, limit, driving, driven, holds)
+            p = (emf * end + i * m.resistance) * i
+            if p > power or p < -power:
+                constants = (emf, m.resistance, driving, driven, holds)
+                end, i, _, _ = solve_supply(k, a, i, p, limit, constants, 0.0, w, power)
+            w = end
             speed[row] = w
             if w != 0.0:
                 steer_angle[row] = angle = steer_angle[row] + w * h

@@ -24,7 +24,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from simcore.drivetrain.electrical import LOCKED, ShaftMotor, solve_shaft, supply_bound
+from simcore.drivetrain.electrical import LOCKED, ShaftMotor, solve_shaft, solve_supply, supply_line
 from simcore.drivetrain.tire import WheelContact
 from simcore.errors import ConfigError
 
@@ -154,7 +154,7 @@ class TireSolver:
                 f = driving if i * w >= 0.0 else driven
                 p = v * i
                 if p > power or p < -power:
-                    t0, t1 = supply_bound(emf_offset[g] + emf * w, emf, w, resistance, power, i)
+                    t0, t1 = supply_line(emf_offset[g] + emf * w, emf, w, resistance, power, i, p)
                     i = t0 - t1 * w
                     t0 *= f
                     t1 *= f
@@ -269,8 +269,7 @@ class TireSolver:
                 w, i, t0, t1 = solve_shaft(stiff, push, i0, i1, limits[g], driving, driven, friction)
                 p = (emf_offset[g] + emf * w + i * resistance) * i
                 if p > power or p < -power:
-                    i0, i1 = supply_bound(emf_offset[g] + emf * speed[g], emf, speed[g], resistance, power, i)
-                    w, i, t0, t1 = solve_shaft(stiff, push, i0, i1, limits[g], driving, driven, friction)
+                    w, i, t0, t1 = solve_supply(stiff, push, i, p, limits[g], constants, emf_offset[g], speed[g], power)
                 old0, old1 = lines[g]
                 if abs(t1 - old1) > 1e-9 or abs(t0 - old0) > 0.05 * abs(t0) + 1e-3:
                     settled = False
@@ -335,8 +334,7 @@ class TireSolver:
                 w, i, _, _ = solve_shaft(j, push, i0, i1, limits[g], driving, driven, friction)
                 p = (emf_offset[g] + emf * w + i * resistance) * i
                 if p > power or p < -power:
-                    i0, i1 = supply_bound(emf_offset[g] + emf * speed[g], emf, speed[g], resistance, power, i)
-                    w, i, _, _ = solve_shaft(j, push, i0, i1, limits[g], driving, driven, friction)
+                    w, i, _, _ = solve_supply(j, push, i, p, limits[g], constants, emf_offset[g], speed[g], power)
                 current[g] = i
             volts_out[g] = emf_offset[g] + emf * w + current[g] * resistance
             speed[g] = w

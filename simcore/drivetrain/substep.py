@@ -63,6 +63,8 @@ def follow_frame(
             f"drivetrain step needs finite numbers and h > 0, got h={h}, velocity=({vx}, {vy}, {omega}), "
             f"acceleration=({ax}, {ay}), loads={list(loads)}"
         )
+    # A numpy number from the owner would turn all arithmetic below into numpy calls, ten times slower.
+    vx, vy, omega, loads = float(vx), float(vy), float(omega), [float(load) for load in loads]
     parts = math.ceil(h / MAX_INNER_STEP - 1e-9)
     dt = h / parts
     share = 1.0 / parts
