@@ -62,7 +62,7 @@ def test_a_slanted_path_that_leaves_the_height_before_it_reaches_the_axis_is_not
 def test_a_piece_that_lies_still_is_seen_inside_and_not_outside(zone):
     inside = row(1.5, 3.0, 0.5) if zone is BOX else row(5.1, 5.0, 1.3)
     assert zone.crossed(inside, inside)[0]
-    outside = inside + (10.0, 0.0, 0.0)
+    outside = inside + np.array([10.0, 0.0, 0.0])
     assert not zone.crossed(outside, outside)[0]
 
 
