@@ -5,7 +5,15 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from games.rebuilt.dimensions import BUMP_LEFT_Y, DEPOT_DEPTH, DEPOT_WIDTH, DEPOT_Y, FIELD_LENGTH, HUB_CENTER, TRENCH_LEFT_Y
+from games.rebuilt.dimensions import (
+    BUMP_LEFT_Y,
+    DEPOT_DEPTH,
+    DEPOT_WIDTH,
+    DEPOT_Y,
+    FIELD_LENGTH,
+    HUB_CENTER,
+    TRENCH_LEFT_Y,
+)
 from games.rebuilt.scripted import Script, ScriptedRobot, Steps
 from simcore.errors import UnknownNameError
 

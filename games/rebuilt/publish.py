@@ -94,9 +94,8 @@ def _add_robot(
         f"{debug}/IntakeDeployExtendedPct": 100.0 * robot.deploy.extended_fraction,
         f"{debug}/IntakeRollerVelocityRPS": robot.roller.velocity / turn,
         f"{debug}/BatteryVoltage": robot.battery.voltage,
-        "Robot/Intake/ExtensionPct"
-        if robot.number == 0
-        else f"{prefix}/Robot/Intake/ExtensionPct": 100.0 * robot.deploy.extended_fraction,
+        "Robot/Intake/ExtensionPct" if robot.number == 0 else f"{prefix}/Robot/Intake/ExtensionPct": 100.0
+        * robot.deploy.extended_fraction,
     }
     booleans[f"{debug}/IntakeZoneActive"] = robot.intake_active
     booleans[f"{debug}/ShootingGateOpen"] = robot.gate_open

@@ -15,6 +15,7 @@ from wpimath.system.plant import DCMotor
 from simcore.chassis.config import ChassisConfig
 from simcore.chassis.simulation import ChassisSimulation
 from simcore.drivetrain.config import SwerveConfig, SwerveModuleConfig
+from simcore.drivetrain.gyro import Gyro, GyroConfig, gyro_config
 from simcore.drivetrain.swerve import SwerveDrive
 from simcore.errors import require_non_negative, require_positive
 from simcore.gamepiece.intake import IntakeZone
@@ -39,11 +40,17 @@ class RebuiltRobotConfig:
     chassis: ChassisConfig = field(default_factory=ChassisConfig)
     module: SwerveModuleConfig = field(
         default_factory=lambda: SwerveModuleConfig(
-            x=0.0, y=0.0, drive_stator_limit=60.0, drive_supply_limit=40.0, steer_stator_limit=40.0, steer_supply_limit=20.0
+            x=0.0,
+            y=0.0,
+            drive_stator_limit=60.0,
+            drive_supply_limit=40.0,
+            steer_stator_limit=40.0,
+            steer_supply_limit=20.0,
         )
     )
     """Repeated at every wheel position of the chassis."""
     battery: BatteryConfig = field(default_factory=BatteryConfig)
+    gyro: GyroConfig = field(default_factory=lambda: gyro_config("pigeon2"))
     hopper_capacity: int = 50
     shooter: FlywheelConfig = field(
         default_factory=lambda: FlywheelConfig(
@@ -154,6 +161,8 @@ class RebuiltRobot:
         self.chassis = ChassisSimulation(
             world, config.chassis, pose=pose, drivetrain=self.drive, name=f"robot {number}"
         )
+        self.gyro = Gyro(config.gyro, rng)
+        self.gyro.reset(yaw=pose[2], true_yaw=pose[2])
         self.shooter_wheels = FlywheelSim(config.shooter)
         self.hood = ArmSim(config.hood)
         self.feeder = RollerSim(config.feeder)
@@ -172,7 +181,7 @@ class RebuiltRobot:
 
     @property
     def elevation(self) -> float:
-        """Of the muzzle above the horizontal [rad]: the hood at 20 degrees shoots straight up (the reference's rule)."""
+        """Of the muzzle above the horizontal [rad]: the hood at 20 degrees shoots straight up (as in the reference)."""
         return degrees(110.0) - self.hood.position
 
     @property

@@ -118,8 +118,8 @@ def play_auto(
         hits=sim.hits,
         distance_m=float(np.linalg.norm(np.diff(track[:, :2], axis=0), axis=1).sum()),
         tick_ms=timer.times(),
-        substeps=Spread(mean=float(np.mean(substeps or [0.0])), max=max(substeps, default=0)),
-        awake=Spread(mean=float(np.mean(awake or [0.0])), max=max(awake, default=0)),
+        substeps=Spread(mean=float(np.mean(substeps or [0])), max=max(substeps, default=0)),
+        awake=Spread(mean=float(np.mean(awake or [0])), max=max(awake, default=0)),
         min_battery_v=min(min_volts, sim.robots[0].battery.voltage),
         digest=sim.digest.hexdigest(),
     )

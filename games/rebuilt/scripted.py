@@ -8,9 +8,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Generator, Iterable
+from itertools import pairwise
 
 import numpy as np
-
 
 from games.rebuilt.field import FIELD_SIZE, HUB_TARGET
 from games.rebuilt.fuel import FUEL
@@ -149,7 +149,7 @@ class ScriptedRobot:
                 way.pop(0)
             dx, dy = way[0][0] - x, way[0][1] - y
             ahead = math.hypot(dx, dy)
-            left = ahead + sum(math.dist(a, b) for a, b in zip(way, way[1:], strict=False))
+            left = ahead + sum(math.dist(a, b) for a, b in pairwise(way))
             turn = wrap_angle(yaw - heading)
             if len(way) == 1 and ahead < tolerance and abs(turn) < degrees(3.0):
                 break
@@ -159,9 +159,7 @@ class ScriptedRobot:
         self.stop()
         yield
 
-    def collect_in(
-        self, low: tuple[float, float], high: tuple[float, float], *, aside: float, timeout: float
-    ) -> Steps:
+    def collect_in(self, low: tuple[float, float], high: tuple[float, float], *, aside: float, timeout: float) -> Steps:
         """Take in the fuel of a region, the nearest first, backing up to it with the heading at zero.
 
         Args:

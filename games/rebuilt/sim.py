@@ -22,6 +22,7 @@ from simcore.gamepiece.pool import PieceStatus
 from simcore.gamepiece.shooter import Launch
 from simcore.geometry.quaternion import matrix, rotate
 from simcore.geometry.symmetry import turn_half, turn_half_pose
+from simcore.physics.engine import Engine
 from simcore.physics.substeps import Substepping
 from simcore.physics.world import PhysicsWorld
 from simcore.scoring.tracker import Alliance, ScoringTracker
@@ -91,6 +92,7 @@ class RebuiltSim:
         config: Robots, fuel, seed.
         robot_code: What thinks for each robot, in their order; None: it stands.
         sinks: Who wants telemetry.
+        engine: The physics engine; None makes one. It is closed with the simulation.
     """
 
     def __init__(
@@ -99,11 +101,13 @@ class RebuiltSim:
         *,
         robot_code: Sequence[RobotCode | None] = (),
         sinks: Sequence[TelemetrySink] = (),
+        engine: Engine | None = None,
     ) -> None:
         self.config = c = config or RebuiltConfig()
         rng = np.random.default_rng(c.seed)
         self.field = load_field(c.field_mesh)  # before the engine starts: a broken mesh ends the build
         self.world = PhysicsWorld(
+            engine=engine,
             floor_size=(FIELD_LENGTH + 8.0, FIELD_WIDTH + 8.0),
             floor_center=(FIELD_LENGTH / 2, FIELD_WIDTH / 2),
             substepping=c.substepping,
@@ -244,8 +248,10 @@ class RebuiltSim:
                 del self._flying[slot]
 
     def _sense(self) -> None:
-        """7. Gyros and encoders see the motion."""
-        # GYRO
+        """7. Gyros see the motion; encoders saw it in the sub-steps."""
+        for robot in self.robots:
+            roll, pitch, yaw = robot.chassis.roll_pitch_yaw
+            robot.gyro.step(DT, yaw, pitch, roll, robot.chassis.robot_rate)
 
     def _settle(self) -> None:
         """8. Fuel that has been slow for a while sleeps."""
@@ -307,7 +313,7 @@ class RebuiltSim:
         awake = self.pieces.awake
         for robot in self.robots:
             self.digest.update(np.array((*robot.chassis.pos, *robot.chassis.quat, *robot.chassis.vel)))
-        self.digest.update(state.pos[awake], state.status)
+        self.digest.update(state.pos[awake], state.status.astype(np.int64))
         due = [sink for sink in self.sinks if sink.due(self.time)]
         if due:
             snapshot = build_snapshot(self)

@@ -1,7 +1,7 @@
 """Where the fuel is when a match starts: game manual (arena, FUEL staging), 504 in all.
 
-The box of the neutral zone measures 206 x 72 in with a 2 in divider across: exactly 34 x 12 fuel at 6 in pitch. It holds
-360 fuel and the preloads that no robot took, 408 at most.
+The box of the neutral zone measures 206 x 72 in with a 2 in divider across: 34 x 12 fuel at 6 in pitch. It holds 360
+fuel and the preloads that no robot took, 408 at most.
 """
 
 from __future__ import annotations

@@ -191,6 +191,11 @@ class ChassisSimulation:
         return rpy(self.quat)
 
     @property
+    def robot_rate(self) -> Vector:
+        """Angular velocity, robot axes [rad/s]."""
+        return rotate_back(self.quat, self.rate)
+
+    @property
     def ground_velocity(self) -> tuple[float, float, float]:
         """Velocity of the point on the carpet under the center of mass, robot frame [m/s, m/s, rad/s]."""
         vx, vy, _ = rotate_back(self.quat, self.vel)

@@ -43,9 +43,9 @@ class ChunkGrid:
 
     def index(self, pos: FloatArray) -> IntArray:
         """Chunk of each place (n, 2 or 3) [m], shape (n,)."""
-        ix = np.clip((pos[:, 0] - self._low[0]) / self.size, 0, self._nx - 1).astype(np.int64)
-        iy = np.clip((pos[:, 1] - self._low[1]) / self.size, 0, self._ny - 1).astype(np.int64)
-        index: IntArray = ix * self._ny + iy
+        index: IntArray = _cells(pos[:, 0] - self._low[0], self.size, self._nx) * self._ny + _cells(
+            pos[:, 1] - self._low[1], self.size, self._ny
+        )
         return index
 
     def mark_box(self, x: float, y: float, reach: float) -> None:
@@ -56,15 +56,19 @@ class ChunkGrid:
 
     def mark(self, pos: FloatArray, reach: FloatArray) -> None:
         """Mark the chunks around many places (n, 2 or 3), each with its reach (n,) [m]."""
-        far = reach > self.size / 2
-        if far.any():
+        if len(reach) and reach.max() > self.size / 2:
+            far = reach > self.size / 2
             for x, y, r in zip(pos[far, 0].tolist(), pos[far, 1].tolist(), reach[far].tolist(), strict=True):
                 self.mark_box(x, y, r)
             pos, reach = pos[~far], reach[~far]
-        for sx in (-1.0, 1.0):  # a square no wider than a chunk touches only the chunks of its corners
-            for sy in (-1.0, 1.0):
-                corner = np.column_stack((pos[:, 0] + sx * reach, pos[:, 1] + sy * reach))
-                self._marked[self.index(corner)] = True
+        # A square no wider than a chunk touches only the chunks of its corners.
+        x, y = pos[:, 0] - self._low[0], pos[:, 1] - self._low[1]
+        left = _cells(x - reach, self.size, self._nx) * self._ny
+        right = _cells(x + reach, self.size, self._nx) * self._ny
+        below, above = _cells(y - reach, self.size, self._ny), _cells(y + reach, self.size, self._ny)
+        for column in (left, right):
+            self._marked[column + below] = True
+            self._marked[column + above] = True
 
     def update(self) -> tuple[BoolArray, BoolArray]:
         """Close the marking of a tick: chunks that became active, and chunks that fell quiet, shape (n,) each."""
@@ -81,3 +85,8 @@ class ChunkGrid:
 
     def _line(self, y: float) -> int:
         return min(self._ny - 1, max(0, int((y - self._low[1]) / self.size)))
+
+
+def _cells(offset: FloatArray, size: float, count: int) -> IntArray:
+    """Number of the cell of each offset, those beyond the grid in its border cells."""
+    return np.minimum(np.maximum(offset, 0.0) * (1.0 / size), count - 1).astype(np.int64)

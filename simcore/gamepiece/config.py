@@ -13,6 +13,7 @@ from simcore.units import GRAVITY
 
 __all__ = ["GamePieceConfig"]
 
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class GamePieceConfig:
     """One kind of game piece."""

@@ -71,10 +71,12 @@ class FlightForces:
     def has_touched(self, awake: IntArray, vel: FloatArray, dt: float) -> BoolArray:
         """Which launched pieces changed their velocity by more than gravity and air can: they hit something."""
         state = self._pool.state
+        flying = state.status[awake] == PieceStatus.IN_FLIGHT
+        if not flying.any():
+            return flying
         change = vel - state.vel[awake] - self._gravity * dt
         # air takes at most k v^2; within the first tick after a launch the mean of the tick lags by half of it
         air = self._drag[awake] * np.einsum("ij,ij->i", vel, vel) * dt
         jump = np.sqrt(np.einsum("ij,ij->i", change, change))
-        touched: BoolArray = (state.status[awake] == PieceStatus.IN_FLIGHT) & (jump > 2.0 * air + 0.3)
+        touched: BoolArray = flying & (jump > 2.0 * air + 0.3)
         return touched
-

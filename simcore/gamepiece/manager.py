@@ -24,6 +24,8 @@ from simcore.typing import BoolArray, FloatArray, IntArray
 
 __all__ = ["GamePieceManager", "Mover", "Proximity"]
 
+_AUDIT_PERIOD = 4  # ticks
+_AUDIT_SIZE = 40  # sleepers looked at in each audit: all 408 within a second, at 20 us a tick
 _FREE, _STAGED, _ASLEEP, _AWAKE, _HELD, _IN_FLIGHT, _SCORED = (int(status) for status in PieceStatus)
 
 
@@ -39,6 +41,8 @@ class Proximity:
     """Added to the reach of a robot [m]."""
     piece_margin: float = 0.01
     """Added to the reach of a moving piece [m]."""
+    waking_speed: float = 0.05
+    """A piece slower than this wakes nobody by coming near [m/s]; by touch it still does, in the engine."""
     slow_speed: float = 0.03
     """Below this a piece counts as slow [m/s]: gravity alone gives 0.2 m/s in a tick, so nothing in the air does."""
     slow_ticks: int = 15
@@ -103,6 +107,8 @@ class GamePieceManager:
         self._awake: IntArray = np.zeros(0, dtype=np.int64)
         self._awake_rows: list[int] = []
         self._awake_stale = True
+        self._outer = np.array([(-0.5, -0.5, -0.5), (field_size[0] + 0.5, field_size[1] + 0.5, 30.0)])
+        self._tick = 0
         self._audit_at = 0
         self.recovered = 0
         """How many times a piece was brought back from outside the field."""
@@ -204,6 +210,10 @@ class GamePieceManager:
             self._world.set_velocity(self._pool.rows[slot], velocity)
             self.state.vel[slot] = velocity
 
+    def mark_active(self, x: float, y: float, reach: float) -> None:
+        """Show the chunks around a place to the engine in the coming tick, whatever moves there [m]."""
+        self._chunks.mark_box(x, y, reach)
+
     # --- questions ----------------------------------------------------------------------------------------------
 
     @property
@@ -275,7 +285,7 @@ class GamePieceManager:
             inside = near[self._in_reach(mover, near, dt)]
             self._guarded[inside] = True
         to_wake = self._guarded[asleep]
-        fast = speed > 0.02
+        fast = speed > p.waking_speed
         if len(asleep) and fast.any():
             to_wake |= self._reached(awake[fast], reach[fast], asleep)
         for slot in asleep[to_wake].tolist():
@@ -297,10 +307,12 @@ class GamePieceManager:
             vel = (now - before) / dt
             touched = self._flight.has_touched(awake, vel, dt)
             state.pos[awake], state.vel[awake] = now, vel
-            landed = awake[touched]
-            state.status[landed] = _AWAKE
-            self._recover(awake)
-        self._audit()
+            if touched.any():
+                state.status[awake[touched]] = _AWAKE
+            self._recover(awake, now)
+        self._tick += 1
+        if self._tick % _AUDIT_PERIOD == 0:
+            self._audit()
 
     def settle(self) -> None:
         """Put to sleep what has been slow for long enough."""
@@ -350,7 +362,9 @@ class GamePieceManager:
         chunk = self._chunk[asleep]
         for slot in asleep[woken[chunk]].tolist():
             self._pool.set_touchable(slot, True)
-        for slot in asleep[quiet[chunk]].tolist():
+        hide = asleep[quiet[chunk]]
+        for slot in hide[self._still_asleep(hide)].tolist():  # one that the engine woke would fall through the floor
+            self._world.engine.sleep(self._pool.rows[slot])
             self._pool.set_touchable(slot, False)
 
     def _wake(self, slot: int) -> None:
@@ -377,27 +391,34 @@ class GamePieceManager:
         self._pool.set_touchable(slot, bool(self._chunks.active[index]))
 
     def _audit(self) -> None:
-        """Look at a few sleepers in turn: one that the engine woke by touch, unseen by us, joins the awake."""
+        """Look at a few sleepers in turn: one that the engine woke by touch, unseen by us, joins the awake.
+
+        One that it woke but that did not move is put back to sleep: awake bodies cost time.
+        """
         asleep = np.nonzero(self.state.touchable & (self.state.status == _ASLEEP))[0]
         if not len(asleep):
             return
-        some = asleep[(np.arange(min(8, len(asleep))) + self._audit_at) % len(asleep)]
-        self._audit_at += 8
-        now = self._world.engine.centers(self._pool.rows_of(some))
-        moved = np.abs(now - self.state.pos[some]).max(axis=1) > 1e-3
-        for slot, pos in zip(some[moved].tolist(), now[moved], strict=True):
+        some = asleep[(np.arange(min(_AUDIT_SIZE, len(asleep))) + self._audit_at) % len(asleep)]
+        self._audit_at += _AUDIT_SIZE
+        for slot in some[self._still_asleep(some)].tolist():
+            self._world.engine.sleep(self._pool.rows[slot])
+
+    def _still_asleep(self, slots: IntArray) -> BoolArray:
+        """Which sleepers have not moved, shape (n,); those that have join the awake."""
+        now = self._world.engine.centers(self._pool.rows_of(slots))
+        moved = np.abs(now - self.state.pos[slots]).max(axis=1, initial=0.0) > 1e-3
+        for slot, pos in zip(slots[moved].tolist(), now[moved], strict=True):
             self.state.pos[slot] = pos
             self._wake(slot)
+        return ~moved
 
-    def _recover(self, awake: IntArray) -> None:
+    def _recover(self, awake: IntArray, pos: FloatArray) -> None:
         """Bring back what left the field, or what is no number any more: dropped inside the nearest guardrail."""
-        pos, (length, width) = self.state.pos[awake], self._field_size
-        inside = (
-            (pos[:, 0] > -0.5) & (pos[:, 0] < length + 0.5) & (pos[:, 1] > -0.5) & (pos[:, 1] < width + 0.5)
-            & (pos[:, 2] > -0.5) & (pos[:, 2] < 30.0)
-        )  # fmt: skip
-        if inside.all():
+        within = (pos > self._outer[0]) & (pos < self._outer[1])  # False for NaN
+        if within.all():
             return
+        length, width = self._field_size
+        inside = within.all(axis=1)
         for slot in awake[~inside].tolist():
             x, y, _ = (0.0 if math.isnan(c) else c for c in self.state.pos[slot].tolist())
             x = min(max(x, 0.35 * length), 0.65 * length)

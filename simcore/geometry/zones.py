@@ -16,6 +16,11 @@ __all__ = ["BoxZone", "CylinderZone", "Zone"]
 class Zone(Protocol):
     """A closed region of the field."""
 
+    @property
+    def bottom(self) -> float:
+        """Lowest height [m]: what stays below cannot touch it."""
+        ...
+
     def contains(self, points: FloatArray) -> BoolArray:
         """Which points (n, 3) [m] lie inside, shape (n,)."""
         ...
@@ -37,6 +42,11 @@ class BoxZone:
     def __post_init__(self) -> None:
         if not all(a < b for a, b in zip(self.low, self.high, strict=True)):
             raise ConfigError(f"BoxZone: low must be below high on every axis, got {self.low} and {self.high}")
+
+    @property
+    def bottom(self) -> float:
+        """Lowest height [m]."""
+        return self.low[2]
 
     def contains(self, points: FloatArray) -> BoolArray:
         """Which points (n, 3) [m] lie inside, shape (n,)."""

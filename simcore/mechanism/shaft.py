@@ -266,10 +266,13 @@ class ShaftSim:
             used = left
             end = target + gap * math.exp(-rate * used)
             if _passes(start, 0.0, end):
-                used, end = math.log(gap / -target) / rate, 0.0
+                used, end = (
+                    min(used, math.log(gap / -target) / rate),
+                    0.0,
+                )  # min: a subnormal target divides to infinity
             if abs(volts - self._ke * end) > self._limit * self._resistance * (1.0 + _EDGE):
                 edge = (volts - math.copysign(self._limit * self._resistance, volts - self._ke * end)) / self._ke
-                used, end = math.log(gap / (edge - target)) / rate, edge
+                used, end = min(used, math.log(gap / (edge - target)) / rate), edge
             angle = target * used + (start - end) / rate
             stopped = self._time_to_stop(angle, lambda t: target * t - gap * math.expm1(-rate * t) / rate, used)
             if stopped is not None:

@@ -54,7 +54,7 @@ class StaticElement(Protocol):
         ...
 
     @property
-    def position(self) -> Vector:
+    def position(self) -> FloatArray:
         """Origin of the shape, field frame [m]."""
         ...
 
@@ -125,7 +125,7 @@ class PhysicsWorld:
         self,
         name: str,
         shape: Shape,
-        pos: Sequence[float],
+        pos: Sequence[float] | FloatArray,
         *,
         surface: TerrainSurface,
         quat: Quaternion = IDENTITY,
@@ -326,7 +326,7 @@ class PhysicsWorld:
         return self.substepping.count(dt, piece, fastest(self._robots), near=True)
 
 
-def _checked_pos(name: str, pos: Sequence[float]) -> Vector:
+def _checked_pos(name: str, pos: Sequence[float] | FloatArray) -> Vector:
     if len(pos) != 3 or not all(map(math.isfinite, pos)):
         raise NonFiniteError(f"{name}: position must be three finite numbers [m], got {tuple(pos)}")
     return (float(pos[0]), float(pos[1]), float(pos[2]))

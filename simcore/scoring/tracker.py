@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from typing import Literal
@@ -49,7 +50,9 @@ class ScoreEvent:
 class ScoringTracker:
     """Counts pieces through zones, each piece once until it is let in again by its owner."""
 
-    def __init__(self, zones: Iterable[ScoringZone], *, worth: Callable[[ScoringZone, float], int] | None = None) -> None:
+    def __init__(
+        self, zones: Iterable[ScoringZone], *, worth: Callable[[ScoringZone, float], int] | None = None
+    ) -> None:
         """Make a tracker.
 
         Args:
@@ -60,6 +63,7 @@ class ScoringTracker:
         names = [zone.name for zone in self.zones]
         if len(set(names)) != len(names):
             raise ConfigError(f"ScoringTracker: zone names must differ, got {names}")
+        self._bottom = min((zone.zone.bottom for zone in self.zones), default=math.inf)
         self._worth = worth or (lambda zone, time: zone.points)
         self.events: list[ScoreEvent] = []
         """All events so far, in order."""
@@ -80,8 +84,10 @@ class ScoringTracker:
         Returns:
             The new events; the caller takes those pieces off the field.
         """
-        if not len(slots):
+        high = np.maximum(start[:, 2], end[:, 2]) >= self._bottom  # most pieces roll on the carpet, far below
+        if not high.any():
             return []
+        slots, start, end = slots[high], start[high], end[high]
         found: list[ScoreEvent] = []
         left: BoolArray = np.ones(len(slots), dtype=bool)
         falling = end[:, 2] < start[:, 2]

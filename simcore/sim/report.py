@@ -130,7 +130,7 @@ def print_report(report: RunReport, console: Console) -> None:
 
     run = Table(title="Run", box=style, title_justify="left", show_header=False, width=_width(console))
     run.add_column(ratio=2)
-    run.add_column(ratio=5)
+    run.add_column(ratio=5, overflow="fold")
     run.add_row("driven", f"{report.distance_m:.1f} m")
     run.add_row("battery, lowest", f"{report.min_battery_v:.2f} V")
     run.add_row("ticks", f"{report.ticks} in {report.wall_seconds:.2f} s: {report.realtime_factor:.1f} x real time")
@@ -139,7 +139,9 @@ def print_report(report: RunReport, console: Console) -> None:
     run.add_row("awake pieces", f"mean {report.awake.mean:.1f}, max {report.awake.max}")
     run.add_row("digest", report.digest[:16])
     for kind, path in report.outputs.items():
-        run.add_row(escape(kind), escape(path))
+        # A path may hold letters that this terminal cannot print
+        shown = path.encode(console.encoding, "replace").decode(console.encoding)
+        run.add_row(escape(kind), escape(shown))
     console.print(run)
 
 

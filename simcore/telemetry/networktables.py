@@ -5,7 +5,7 @@ from __future__ import annotations
 import socket
 import sys
 from collections.abc import Mapping
-from typing import Any, TypeVar
+from typing import Any
 
 import ntcore
 
@@ -22,8 +22,6 @@ from simcore.telemetry.pose_struct import (
 from simcore.telemetry.snapshot import Snapshot
 
 __all__ = ["NetworkTablesSink", "start_local_server"]
-
-_V = TypeVar("_V")
 
 
 class NetworkTablesSink:
@@ -49,6 +47,7 @@ class NetworkTablesSink:
         self._options = ntcore.PubSubOptions(periodic=max(period, 0.005))  # ntcore sends every 100 ms by default
         self._publishers: dict[str, Any] = {}
         self._types: dict[str, str] = {}
+        self._values: dict[str, object] = {}
         self.closed = False
         for name, schema in POSE_SCHEMAS.items():
             if not instance.hasSchema(name):
@@ -83,9 +82,13 @@ class NetworkTablesSink:
             publisher.close()
         self._publishers.clear()
 
-    def _set_all(self, type_name: str, values: Mapping[str, _V]) -> None:
+    def _set_all(self, type_name: str, values: Mapping[str, object]) -> None:
+        last = self._values
         for key, value in values.items():
-            self._publisher(key, type_name).set(value)
+            publisher = self._publisher(key, type_name)
+            if last.get(key) != value:  # ntcore would drop an equal value too, but only after 3 us
+                last[key] = value
+                publisher.set(value)
 
     def _publisher(self, key: str, type_name: str) -> Any:
         known = self._types.get(key)

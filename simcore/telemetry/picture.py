@@ -95,8 +95,9 @@ def draw_match(
     figure = Figure(figsize=(16, 10), dpi=100, facecolor="white")
     length, width = field_size
     margin = 0.35
-    across = 13.3  # [in] for the field's length and a margin around it
-    up = across * (width + 2 * margin) / (length + 2 * margin)
+    shape = (width + 2 * margin) / (length + 2 * margin)
+    across = min(13.3, 6.9 / shape)  # [in] for the field's length and a margin around it
+    up = across * shape
     top = figure.add_axes((0.045, 1.0 - (0.95 + up) / 10.0, across / 16.0, up / 10.0))
     side = figure.add_axes((0.045, 0.058, across / 16.0, (10.0 - 0.95 - up - 0.58 - 0.42) / 10.0))
     for axes in (top, side):
@@ -113,8 +114,8 @@ def draw_match(
         _draw_flight(side, points[:, 0], points[:, 2], scored)
     _draw_side(side, flights, length)
 
-    figure.text(0.045, 0.963, title, fontsize=19, fontweight="bold", color=_INK, va="center")
-    figure.text(0.045, 0.928, subtitle, fontsize=11.5, color=_MUTED, va="center")
+    figure.text(0.045, 0.963, title, fontsize=19, fontweight="bold", color=_INK, va="center", parse_math=False)
+    figure.text(0.045, 0.928, subtitle, fontsize=11.5, color=_MUTED, va="center", parse_math=False)
     hits = sum(scored for _, scored in flights)
     counts = {"before": len(before), "after": len(after), "taken": len(taken), "hits": hits}
     _draw_legend(figure, counts, len(flights) - hits, seconds)
@@ -141,13 +142,13 @@ def _draw_field(axes: Axes, outlines: Sequence[tuple[str, FloatArray]], size: tu
     axes.set_aspect("equal")
     axes.set_ylim(-edge, width + edge)
     axes.set_ylabel("y [m]", fontsize=9, color=_MUTED, labelpad=2)
-    axes.add_patch(Rectangle((0.0, 0.0), length, width, facecolor=_CARPET, edgecolor="none", zorder=0))
+    carpet = axes.add_patch(Rectangle((0.0, 0.0), length, width, facecolor=_CARPET, edgecolor="none", zorder=0))
     axes.set_xticks(range(0, int(length) + 1, 2))
     axes.set_yticks(range(0, int(width) + 1, 2))
     axes.grid(True, color=_GRID, linewidth=0.8, zorder=0.5)
-    axes.set_axisbelow(False)
+    axes.set_axisbelow(True)
     for line in axes.get_xgridlines() + axes.get_ygridlines():
-        line.set_zorder(0.5)
+        line.set_clip_path(carpet)
     for name, corners in outlines:
         fill, stroke = _ALLIANCE[next((a for a in ("blue", "red") if name.lower().startswith(a)), "")]
         axes.add_patch(Polygon(corners, facecolor=fill, edgecolor=stroke, linewidth=1.0, alpha=0.75, zorder=1))
@@ -198,10 +199,13 @@ def _draw_robot(axes: Axes, robot: FloatArray, bumpers: tuple[float, float], per
         axes.add_patch(Polygon(outline, facecolor=face, edgecolor=color, linewidth=edge, zorder=4.5 + is_end))
         # the front bumper, bold
         axes.plot(outline[:2, 0], outline[:2, 1], color=color, linewidth=edge + 1.8, zorder=4.6 + is_end)
-    for row, text, color in ((0, "START", shade(0.35)), (last, "END", shade(1.0))):
+    apart = 0.0 if np.hypot(*(robot[-1, :2] - robot[0, :2])) > bumpers[0] else 13.0  # labels side by side
+    for row, text, color, shift in ((0, "START", shade(0.35), apart), (last, "END", shade(1.0), -apart)):
         axes.annotate(
             text,
-            robot[row, :2],
+            (float(robot[row, 0]), float(robot[row, 1])),
+            (0.0, shift),
+            textcoords="offset points",
             ha="center",
             va="center",
             fontsize=8,
@@ -222,9 +226,12 @@ def _draw_flight(axes: Axes, along: FloatArray, up: FloatArray, scored: bool) ->
 
 
 def _draw_side(axes: Axes, flights: Sequence[tuple[FloatArray, bool]], length: float) -> None:
+    from matplotlib.ticker import MaxNLocator
+
     highest = max((float(points[:, 2].max()) for points, _ in flights if len(points)), default=0.0)
     axes.set_ylim(0.0, max(2.5, highest + 0.25))
     axes.set_xticks(range(0, int(length) + 1, 2))
+    axes.yaxis.set_major_locator(MaxNLocator(integer=True, nbins=5))
     axes.set_facecolor("#f3f4f6")
     axes.grid(True, color="#dfe2e6", linewidth=0.8)
     axes.axhline(0.0, color=_INK, linewidth=2)
@@ -240,8 +247,8 @@ def _draw_legend(figure: Figure, counts: dict[str, int], misses: int, seconds: f
     from matplotlib.colors import LinearSegmentedColormap, Normalize
     from matplotlib.lines import Line2D
 
-    ring = {"marker": "o", "linestyle": "none", "markersize": 9, "markeredgecolor": _FUEL_EDGE}
-    dot = {"marker": "o", "markersize": 5, "linewidth": 1.6}
+    ring: dict[str, Any] = {"marker": "o", "linestyle": "none", "markersize": 9, "markeredgecolor": _FUEL_EDGE}
+    dot: dict[str, Any] = {"marker": "o", "markersize": 5, "linewidth": 1.6}
     handles = [
         Line2D([], [], **ring, markerfacecolor="none", label=f"fuel before ({counts['before']})"),
         Line2D([], [], **ring, markerfacecolor=_FUEL, label=f"fuel after ({counts['after']})"),

@@ -12,6 +12,7 @@ WPILib's own `DataLogReader`.
 
 from __future__ import annotations
 
+import contextlib
 import io
 import struct
 from collections.abc import Iterable
@@ -20,6 +21,7 @@ from types import TracebackType
 
 from simcore.errors import ConfigError, OutputError
 from simcore.telemetry.cadence import Cadence
+from simcore.telemetry.output import output_error
 from simcore.telemetry.pose_struct import (
     POSE_ARRAY_TYPE,
     POSE_SCHEMAS,
@@ -80,10 +82,7 @@ class WpilogSink:
             self.path.parent.mkdir(parents=True, exist_ok=True)
             self._file = io.FileIO(self.path, "w")
         except OSError as error:
-            raise OutputError(
-                f"cannot write the log {str(self.path)!r}: {error.strerror or error}. "
-                "Give a file in a folder that you may write to, for example out/run.wpilog"
-            ) from error
+            raise output_error("log", self.path, error) from error
         self._buffer += b"WPILOG" + struct.pack("<HI", 0x0100, 0)
         for name, schema in POSE_SCHEMAS.items():
             entry = self._start(f".schema/{name}", SCHEMA_TYPE, 0)
@@ -184,8 +183,9 @@ class WpilogSink:
             while rest:
                 rest = rest[self._file.write(rest) :]
         except OSError as error:
-            self._file.close()
-            self._file = None
+            file, self._file = self._file, None
+            with contextlib.suppress(OSError):
+                file.close()
             raise OutputError(
                 f"the log {str(self.path)!r} ends here: {error.strerror or error}. "
                 "What was written before is readable; free some space or log to another disk"

@@ -68,7 +68,7 @@ def roll(substeps: int, speed: float = 2.0) -> float:
 
 
 def test_rolling_distance_follows_the_rolling_resistance_at_any_substep():
-    """A pair with lever c decelerates a solid ball by c g / (1.4 r); x = v^2 / 2a. At 20 ms the last step costs v dt."""
+    """A pair with lever c decelerates a solid ball by c g / (1.4 r); x = v^2 / 2a."""
     lever = CARPET.rolling * 0.8
     expected = 2.0**2 / (2.0 * lever * GRAVITY / (1.4 * 0.075))
     distances = [roll(n) for n in (1, 4, 10)]

@@ -1,0 +1,233 @@
+"""How long a tick takes: `python scripts/bench.py [--json] [--seconds S] [scenario ...]`.
+
+Each scenario is played on a fixed seed. The time inside the engine's own step is measured in the same run, so the
+ratio of the two holds on any machine; a check beside each figure shows that the work was really done.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import math
+import subprocess
+import sys
+from collections.abc import Callable
+from time import perf_counter
+from typing import Any
+
+import numpy as np
+from rich.console import Console
+from rich.table import Table
+
+from games.rebuilt.scripted import ScriptedRobot, Steps
+from games.rebuilt.sim import DT, RebuiltConfig, RebuiltSim, RobotEntry
+from games.rebuilt.staging import Staging
+from simcore.gamepiece.pool import PieceStatus
+from simcore.physics.bullet import BulletEngine
+
+JAVA_MS = {"real-use": 1.26, "churn": 1.81, "rest": 0.82, "shooting": 6.8}
+"""Tick medians of the Java original on this class of machine, quiet [ms]."""
+
+_WARM_UP = 25  # ticks
+
+
+class TimedEngine(BulletEngine):
+    """Notes how long the engine's own step takes."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.stepping = 0.0
+        self._clock = perf_counter
+
+    def step(self, h: float) -> None:
+        """Advance, with the time noted."""
+        start = self._clock()
+        super().step(h)
+        self.stepping += self._clock() - start
+
+
+def _lanes(robot: ScriptedRobot) -> Steps:
+    """Back and forth through the neutral zone at 3 m/s."""
+    while True:
+        for y in (2.2, 3.4, 4.6, 5.8):
+            yield from robot.drive_through([(5.9, y), (10.6, y)], 0.0, speed=3.0, timeout=4.0)
+            yield from robot.drive_through([(10.6, y), (5.9, y)], 0.0, speed=3.0, timeout=4.0)
+
+
+def _sim(engine: TimedEngine, pose: tuple[float, float, float] = (6.0, 2.2, 0.0), script: Any = None) -> RebuiltSim:
+    entry = RobotEntry(pose=pose, preload=0)
+    staging = Staging(neutral=360, depot=24, chute=0, preload_per_robot=0, robots=1)
+    sim = RebuiltSim(RebuiltConfig(seed=1, robots=(entry,), staging=staging), engine=engine)
+    if script is not None:
+        sim.set_robot_code(
+            0,
+            ScriptedRobot(
+                script,
+                alliance="blue",
+                held=lambda number: len(sim.pieces.held(number)),
+                fuel_places=lambda: sim.pieces.state.pos[sim.pieces.on_field()],
+            ),
+        )
+    return sim
+
+
+def _play(sim: RebuiltSim, engine: TimedEngine, seconds: float, before: Callable[[int], None]) -> dict[str, Any]:
+    ticks, steps, awake, substeps = [], [], [], []
+    start_pos = sim.pieces.state.pos.copy()
+    for number in range(round(seconds / DT)):
+        before(number)
+        engine.stepping = 0.0
+        start = perf_counter()
+        sim.tick()
+        elapsed = perf_counter() - start
+        if number >= _WARM_UP:
+            ticks.append(1e3 * elapsed)
+            steps.append(1e3 * engine.stepping)
+            awake.append(len(sim.pieces.awake))
+            substeps.append(sim.substeps)
+    moved = np.linalg.norm(sim.pieces.state.pos - start_pos, axis=1) > 0.1
+    robot = sim.robots[0]
+    tick, step = np.array(ticks), np.array(steps)
+    return {
+        "tick_ms": dict(zip(("median", "p95", "p99", "max"), np.percentile(tick, (50, 95, 99, 100)).round(3).tolist())),
+        "engine_ms": dict(zip(("median", "p95"), np.percentile(step, (50, 95)).round(3).tolist())),
+        "ratio": round(float(np.median(tick) / np.median(step)), 3),
+        "ratio_of_sums": round(float(tick.sum() / step.sum()), 3),
+        "substeps_mean": round(float(np.mean(substeps)), 2),
+        "awake": {"mean": round(float(np.mean(awake)), 1), "max": max(awake)},
+        "check": {
+            "pieces_moved": int(moved.sum()),
+            "robot_height_mm": round(1e3 * robot.chassis.pos[2], 1),
+            "pieces_below_carpet": int((sim.pieces.state.pos[:, 2] < 0.05).sum()),
+            "recovered": sim.pieces.recovered,
+            "conserved": sim.fuel.is_conserved,
+        },
+    }
+
+
+def real_use(seconds: float) -> dict[str, Any]:
+    """408 fuel, a robot that drives through the neutral zone at 3 m/s."""
+    engine = TimedEngine()
+    with _sim(engine, script=_lanes) as sim:
+        path: list[float] = []
+        return _play(sim, engine, seconds, lambda number: path.append(sim.robots[0].chassis.speed)) | {
+            "robot_speed_mean": round(float(np.mean(path)), 2)
+        }
+
+
+def churn(seconds: float) -> dict[str, Any]:
+    """All 408 awake, each kicked with 2 m/s every second."""
+    engine = TimedEngine()
+    rng = np.random.default_rng(2)
+    with _sim(engine, pose=(2.5, 2.5, 0.0)) as sim:
+
+        def kick(number: int) -> None:
+            if number % 50 == 0:
+                slots = sim.pieces.on_field()
+                angle = rng.uniform(0.0, math.tau, len(slots))
+                sim.pieces.push(slots, 2.0 * np.column_stack((np.cos(angle), np.sin(angle), np.zeros(len(slots)))))
+
+        return _play(sim, engine, seconds, kick)
+
+
+def rest(seconds: float) -> dict[str, Any]:
+    """408 asleep, a robot that stands."""
+    engine = TimedEngine()
+    with _sim(engine, pose=(2.5, 2.5, 0.0)) as sim:
+        return _play(sim, engine, seconds, lambda number: None)
+
+
+def rest_in_view(seconds: float) -> dict[str, Any]:
+    """408 asleep with every chunk shown to the engine: what the Java original's figure for rest measures."""
+    engine = TimedEngine()
+    with _sim(engine, pose=(2.5, 2.5, 0.0)) as sim:
+
+        def show(number: int) -> None:
+            for x in range(-1, 18, 2):
+                for y in range(-1, 10, 2):
+                    sim.pieces.mark_active(float(x), float(y), 0.5)
+
+        return _play(sim, engine, seconds, show)
+
+
+def shooting(seconds: float) -> dict[str, Any]:
+    """16 fuel a second at 12 m/s from a robot that drives through the neutral zone."""
+    engine = TimedEngine()
+    shots = 0
+    with _sim(engine, script=_lanes) as sim:
+
+        def shoot(number: int) -> None:
+            nonlocal shots
+            if number % 25 not in (0, 6, 12, 18):  # 8 events a second of two fuel
+                return
+            scored = np.nonzero(sim.pieces.state.status == PieceStatus.SCORED)[0]
+            supply = scored if len(scored) >= 2 else sim.pieces.on_field()[-2:]
+            sim.pieces.hold(supply[:2], 0)
+            robot = sim.robots[0]
+            x, y, yaw = robot.chassis.pose
+            # at the blue hub, at 12 m/s
+            toward = math.atan2(4.03 - y, 4.63 - x)
+            for side in (0.08, -0.08):
+                at = (x + 0.168 * math.cos(yaw) - side * math.sin(yaw), y + 0.168 * math.sin(yaw) + side * math.cos(yaw))
+                level, up = 12.0 * math.cos(math.radians(50.0)), 12.0 * math.sin(math.radians(50.0))
+                sim.pieces.launch(0, (*at, 0.65), (level * math.cos(toward), level * math.sin(toward), up))
+                shots += 1
+
+        result = _play(sim, engine, seconds, shoot)
+        result["check"]["shots"] = shots
+        return result
+
+
+def start_up(_seconds: float) -> dict[str, Any]:
+    """A fresh interpreter from nothing to the end of the first tick, imports and all."""
+    code = "from games.rebuilt.sim import RebuiltSim; s = RebuiltSim(); s.tick(); print(s.fuel.staged)"
+    times = []
+    for _ in range(3):
+        start = perf_counter()
+        out = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+        times.append(perf_counter() - start)
+        assert out.stdout.strip() == "504"
+    return {"seconds": {"median": round(float(np.median(times)), 3), "max": round(max(times), 3)}}
+
+
+SCENARIOS: dict[str, Callable[[float], dict[str, Any]]] = {
+    "real-use": real_use,
+    "churn": churn,
+    "rest": rest,
+    "rest, all in view": rest_in_view,
+    "shooting": shooting,
+    "start-up": start_up,
+}
+
+
+def main() -> int:
+    """Run the scenarios and print a table, or JSON."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("scenario", nargs="*", help="default: all")
+    parser.add_argument("--json", action="store_true", help="print one JSON object")
+    parser.add_argument("--seconds", type=float, default=12.0, help="simulated time of each (default: 12)")
+    options = parser.parse_args()
+    results = {name: SCENARIOS[name](options.seconds) for name in options.scenario or SCENARIOS}
+    if options.json:
+        print(json.dumps(results))
+        return 0
+    table = Table(title="Tick of 20 ms [ms]", title_justify="left")
+    for column in ("scenario", "median", "p95", "p99", "max", "engine", "ratio", "awake", "sub-steps", "Java"):
+        table.add_column(column, justify="left" if column == "scenario" else "right")
+    for name, r in results.items():
+        if "tick_ms" not in r:
+            continue
+        t, java = r["tick_ms"], JAVA_MS.get(name.split(",")[0])
+        table.add_row(
+            name, *(f"{t[k]:.2f}" for k in ("median", "p95", "p99", "max")), f"{r['engine_ms']['median']:.2f}",
+            f"{r['ratio']:.2f}", f"{r['awake']['mean']:.0f}", f"{r['substeps_mean']:.1f}", f"{java:.2f}",
+        )  # fmt: skip
+    console = Console()
+    console.print(table)
+    for name, r in results.items():
+        console.print(f"{name}: {r.get('check', r)}")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,157 @@
+"""The sink against a NetworkTables client of WPILib in another process: values are compared, not labels."""
+
+from __future__ import annotations
+
+import json
+import socket
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+import pytest
+
+from simcore.errors import ConfigError, OutputError
+from simcore.telemetry.pose_struct import POSE_SCHEMAS
+from simcore.telemetry.snapshot import Snapshot
+
+ntcore = pytest.importorskip("ntcore", reason="pyntcore is not installed")
+
+from simcore.telemetry.networktables import NetworkTablesSink, start_local_server  # noqa: E402
+
+POSE = np.array([1.5, -2.0, 0.25, np.cos(0.5), 0.0, 0.0, np.sin(0.5)])
+FUEL = np.column_stack((np.arange(504.0), np.full(504, 2.5), np.full(504, 0.075), np.ones(504), np.zeros((504, 3))))
+
+CLIENT = """
+import json, sys, time
+import ntcore
+from wpimath.geometry import Pose3d
+inst = ntcore.NetworkTableInstance.create()
+topics = {
+    "pose": inst.getStructTopic("/Sim/Robot/Pose3d", Pose3d).subscribe(Pose3d()),
+    "fuel": inst.getStructArrayTopic("/Sim/GamePieces/Fuel", Pose3d).subscribe([]),
+    "double": inst.getDoubleTopic("/Sim/Robot/GroundClearance").subscribe(-1.0),
+    "int": inst.getIntegerTopic("/Sim/Score/Total").subscribe(-1),
+    "boolean": inst.getBooleanTopic("/Sim/Robot/IsAirborne").subscribe(False),
+    # raw: WPILib's struct subscriber takes an empty array for no value and returns its default
+    "parts": inst.getRawTopic("/Sim/Robot/ComponentPoses").subscribe("struct:Pose3d[]", b"none"),
+}
+schemas = ntcore.MultiSubscriber(inst, ["/.schema/"])
+inst.startClient4("checker")
+inst.setServer("127.0.0.1", int(sys.argv[1]))
+end = time.monotonic() + 20
+def ready():
+    schemas_known = len(inst.getTopics("/.schema/")) >= 4
+    return schemas_known and all(t.exists() for t in topics.values()) and topics["int"].get() == 42
+while not ready() and time.monotonic() < end:
+    time.sleep(0.02)
+time.sleep(0.2)
+pose, fuel = topics["pose"].get(), topics["fuel"].get()
+print(json.dumps({
+    "pose": [pose.X(), pose.Y(), pose.Z(), pose.rotation().Z()],
+    "fuel": [[p.X(), p.Y(), p.Z()] for p in fuel],
+    "double": topics["double"].get(), "int": topics["int"].get(), "boolean": topics["boolean"].get(),
+    "parts": len(topics["parts"].get()),
+    "types": {t.getName(): t.getTypeString() for t in inst.getTopics("/")},
+}))
+"""
+
+
+def free_port() -> int:
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        return int(probe.getsockname()[1])
+
+
+@pytest.fixture
+def instance() -> Iterator[Any]:
+    created = ntcore.NetworkTableInstance.create()
+    yield created
+    created.stopServer()
+    ntcore.NetworkTableInstance.destroy(created)
+
+
+def snapshot(tick: int) -> Snapshot:
+    return Snapshot(
+        time=0.02 * tick,
+        tick=tick,
+        poses={"Sim/Robot/Pose3d": POSE},
+        pose_arrays={"Sim/GamePieces/Fuel": FUEL, "Sim/Robot/ComponentPoses": np.empty((0, 7))},
+        doubles={"Sim/Robot/GroundClearance": np.float64(0.125)},
+        integers={"Sim/Score/Total": 42},
+        booleans={"Sim/Robot/IsAirborne": np.bool_(True)},  # type: ignore[dict-item]
+    )
+
+
+@pytest.mark.slow
+def test_client_in_another_process_decodes_every_kind_of_key(instance: Any) -> None:
+    pytest.importorskip("wpimath.geometry", reason="the client decodes with robotpy-wpimath")
+    port = free_port()
+    start_local_server(instance, port=port)
+    sink = NetworkTablesSink(instance)
+    with subprocess.Popen([sys.executable, "-c", CLIENT, str(port)], stdout=subprocess.PIPE, text=True) as client:
+        tick = 0
+        end = time.monotonic() + 30
+        while client.poll() is None and time.monotonic() < end:
+            sink.write(snapshot(tick))
+            tick += 1
+            time.sleep(0.02)
+        if client.poll() is None:
+            client.kill()
+        assert client.stdout is not None
+        got = json.loads(client.stdout.read())
+    sink.close()
+    assert got["pose"] == pytest.approx([1.5, -2.0, 0.25, 1.0])
+    np.testing.assert_array_equal(np.array(got["fuel"]), FUEL[:, :3])
+    assert (got["double"], got["int"], got["boolean"], got["parts"]) == (0.125, 42, True, 0)
+    assert got["types"]["/Sim/GamePieces/Fuel"] == "struct:Pose3d[]"
+    for name in POSE_SCHEMAS:
+        assert got["types"][f"/.schema/{name}"] == "structschema"
+
+
+def test_server_listens_on_this_computer_only(instance: Any) -> None:
+    port = free_port()
+    start_local_server(instance, port=port)
+    end = time.monotonic() + 5.0
+    while True:
+        try:
+            socket.create_connection(("127.0.0.1", port), timeout=1.0).close()
+            break
+        except OSError:
+            assert time.monotonic() < end, "the server never came up"
+            time.sleep(0.02)
+    with pytest.raises(OSError):  # the whole of 127/8 is this computer, but only one of it is served
+        socket.create_connection(("127.0.0.2", port), timeout=1.0).close()
+
+
+def test_taken_port_is_said(instance: Any) -> None:
+    with socket.socket() as other:
+        other.bind(("127.0.0.1", 0))
+        other.listen()
+        with pytest.raises(OutputError, match="Another robot program or simulation may be running"):
+            start_local_server(instance, port=other.getsockname()[1])
+    with pytest.raises(ConfigError, match="1 to 65535"):
+        start_local_server(instance, port=0)
+
+
+def test_bad_snapshots_and_closing(instance: Any) -> None:
+    sink = NetworkTablesSink(instance, period=0.1)
+    sink.write(Snapshot(time=0.0, tick=0, doubles={"x": 1.0}))
+    assert instance.getTopic("/x").getTypeString() == "double"
+    assert not sink.due(0.05)
+    assert sink.due(0.1)
+    with pytest.raises(ConfigError, match="x: published as double before, now as int"):
+        sink.write(Snapshot(time=0.0, tick=0, integers={"x": 1}))
+    with pytest.raises(ConfigError, match="shape"):
+        sink.write(Snapshot(time=0.0, tick=0, poses={"p": np.zeros(3)}))
+    with pytest.raises(ConfigError, match="without a leading '/'"):
+        sink.write(Snapshot(time=0.0, tick=0, doubles={"": 1.0}))
+    sink.close()
+    sink.close()
+    assert not sink.due(9.0)
+    with pytest.raises(OutputError, match="closed"):
+        sink.write(Snapshot(time=0.0, tick=0))
+    with pytest.raises(ConfigError, match="period"):
+        NetworkTablesSink(instance, period=0.0)

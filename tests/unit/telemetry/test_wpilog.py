@@ -1,0 +1,235 @@
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from simcore.errors import ConfigError, OutputError
+from simcore.telemetry.snapshot import Snapshot
+from simcore.telemetry.wpilog import WpilogSink
+
+log = pytest.importorskip("wpiutil.log", reason="WPILib's own reader checks what we write")
+
+
+def read(path: Path) -> tuple[dict[str, str], dict[str, list[tuple[int, bytes]]]]:
+    """Types and (microseconds, payload) by name, by WPILib's reader."""
+    reader = log.DataLogReader(str(path))
+    assert reader.isValid()
+    assert reader.getVersion() == 0x0100
+    names: dict[int, str] = {}
+    types: dict[str, str] = {}
+    values: dict[str, list[tuple[int, bytes]]] = {}
+    for record in reader:
+        if record.isStart():
+            start = record.getStartData()
+            names[start.entry], types[start.name] = start.name, start.type
+            values[start.name] = []
+        else:
+            assert not record.isControl()
+            values[names[record.getEntry()]].append((record.getTimestamp(), bytes(record.getRaw())))
+    return types, values
+
+
+def written(path: Path, snapshots: list[Snapshot], **options: Any) -> Path:
+    with WpilogSink(path, **options) as sink:
+        for snapshot in snapshots:
+            if sink.due(snapshot.time):
+                sink.write(snapshot)
+    return path
+
+
+def test_types_and_names_are_those_of_a_networktables_log(tmp_path: Path, snapshots: list[Snapshot]) -> None:
+    types, _ = read(written(tmp_path / "run.wpilog", snapshots))
+    assert types == {
+        "NT:/.schema/struct:Translation3d": "structschema",
+        "NT:/.schema/struct:Quaternion": "structschema",
+        "NT:/.schema/struct:Rotation3d": "structschema",
+        "NT:/.schema/struct:Pose3d": "structschema",
+        "NT:/Sim/Robot/Pose3d": "struct:Pose3d",
+        "NT:/Sim/GamePieces/Fuel": "struct:Pose3d[]",
+        "NT:/Sim/Robot/ComponentPoses": "struct:Pose3d[]",
+        "NT:/Sim/Robot/GroundClearance": "double",
+        "NT:/Sim/Debug/HoodAngleDeg": "double",
+        "NT:/Sim/Score/Total": "int64",
+        "NT:/Sim/Robot/IsAirborne": "boolean",
+    }
+
+
+def test_schemas_are_those_of_wpimath(tmp_path: Path) -> None:
+    geometry = pytest.importorskip("wpimath.geometry")
+    from wpiutil import wpistruct
+
+    _, values = read(written(tmp_path / "empty.wpilog", []))
+    expected: dict[str, bytes] = {}
+    wpistruct.forEachNested(
+        geometry.Pose3d,
+        lambda name, schema: expected.__setitem__(name, schema if isinstance(schema, bytes) else schema.encode()),
+    )
+    assert {name.removeprefix("NT:/.schema/"): rows[0][1] for name, rows in values.items()} == expected
+
+
+def test_poses_read_back_as_they_were(tmp_path: Path, snapshots: list[Snapshot]) -> None:
+    _, values = read(written(tmp_path / "run.wpilog", snapshots))
+    for kind, name in (("poses", "Sim/Robot/Pose3d"), ("pose_arrays", "Sim/GamePieces/Fuel")):
+        rows = values[f"NT:/{name}"]
+        assert [stamp for stamp, _ in rows] == [20_000 * (k + 1) for k in range(20)]
+        for (_, payload), snapshot in zip(rows, snapshots, strict=True):
+            np.testing.assert_array_equal(np.frombuffer(payload, "<f8"), getattr(snapshot, kind)[name].ravel())
+    assert [payload for _, payload in values["NT:/Sim/Robot/ComponentPoses"]] == [b""] * 20
+
+
+def test_wpilib_unpacks_the_poses(tmp_path: Path, snapshots: list[Snapshot]) -> None:
+    geometry = pytest.importorskip("wpimath.geometry")
+    from wpiutil import wpistruct
+
+    _, values = read(written(tmp_path / "run.wpilog", snapshots))
+    pose = wpistruct.unpack(geometry.Pose3d, values["NT:/Sim/Robot/Pose3d"][3][1])
+    assert (pose.X(), pose.Y(), pose.Z()) == (4.0, 2.0, 0.0)
+    assert pose.rotation().Z() == pytest.approx(1.0)
+    fuel = wpistruct.unpackArray(geometry.Pose3d, values["NT:/Sim/GamePieces/Fuel"][3][1])
+    assert len(fuel) == 504
+    assert (fuel[7].X(), fuel[7].Y()) == (7.003, -3.0)
+
+
+def test_numbers_are_written_when_they_change(tmp_path: Path, snapshots: list[Snapshot]) -> None:
+    _, values = read(written(tmp_path / "run.wpilog", snapshots))
+    assert len(values["NT:/Sim/Robot/GroundClearance"]) == 20
+    assert values["NT:/Sim/Debug/HoodAngleDeg"] == [(20_000, np.float64(25.0).tobytes())]
+    totals = [(stamp, int.from_bytes(payload, "little")) for stamp, payload in values["NT:/Sim/Score/Total"]]
+    assert totals == [(20_000, 0), (120_000, 1), (220_000, 2), (320_000, 3)]
+    airborne = values["NT:/Sim/Robot/IsAirborne"]
+    assert airborne == [(20_000, b"\0"), (200_000, b"\1"), (220_000, b"\0"), (400_000, b"\1")]
+
+
+def test_nan_is_written_once(tmp_path: Path) -> None:
+    rows = [Snapshot(time=0.02 * k, tick=k, doubles={"x": float("nan")}, integers={"n": -(2**63)}) for k in range(3)]
+    _, values = read(written(tmp_path / "run.wpilog", rows))
+    assert len(values["NT:/x"]) == 1
+    assert values["NT:/n"] == [(0, (-(2**63)).to_bytes(8, "little", signed=True))]
+
+
+def test_key_that_appears_late_starts_then(tmp_path: Path) -> None:
+    rows = [Snapshot(time=0.02, tick=0), Snapshot(time=5000.0, tick=1, doubles={"Robot/Intake/ExtensionPct": 100.0})]
+    _, values = read(written(tmp_path / "run.wpilog", rows))
+    assert values["NT:/Robot/Intake/ExtensionPct"] == [(5_000_000_000, np.float64(100.0).tobytes())]
+
+
+def test_period_and_prefix(tmp_path: Path, snapshots: list[Snapshot]) -> None:
+    _, values = read(written(tmp_path / "run.wpilog", snapshots, period=0.1, prefix="/"))
+    assert [stamp for stamp, _ in values["/Sim/Robot/Pose3d"]] == [20_000, 100_000, 200_000, 300_000, 400_000]
+
+
+def test_same_run_gives_the_same_file(tmp_path: Path, snapshots: list[Snapshot]) -> None:
+    one, two = written(tmp_path / "1.wpilog", snapshots), written(tmp_path / "2.wpilog", snapshots)
+    assert one.read_bytes() == two.read_bytes()
+
+
+def test_rows_that_are_not_contiguous(tmp_path: Path) -> None:
+    wide = np.arange(40.0).reshape(4, 10)[::2, :7]
+    _, values = read(written(tmp_path / "run.wpilog", [Snapshot(time=0.0, tick=0, pose_arrays={"a": wide})]))
+    np.testing.assert_array_equal(np.frombuffer(values["NT:/a"][0][1]).reshape(2, 7), wide)
+
+
+def test_killed_run_leaves_a_readable_log(tmp_path: Path) -> None:
+    path = tmp_path / "killed.wpilog"
+    script = """
+import os, sys
+import numpy as np
+from simcore.telemetry.snapshot import Snapshot
+from simcore.telemetry.wpilog import WpilogSink
+sink = WpilogSink(sys.argv[1])
+for tick in range(1, 175):
+    sink.write(Snapshot(time=tick * 0.02, tick=tick, doubles={"x": float(tick)}))
+os.kill(os.getpid(), 9) if hasattr(os, "fork") else os._exit(9)
+"""
+    result = subprocess.run([sys.executable, "-c", script, str(path)], cwd=Path.cwd(), timeout=60, check=False)
+    assert result.returncode != 0
+    _, values = read(path)
+    # flushed each simulated second: 3 of the 3.48 s
+    assert [np.frombuffer(payload)[0] for _, payload in values["NT:/x"]] == [float(k) for k in range(1, 151)]
+
+
+def test_large_snapshots_reach_the_disk_before_a_second_is_over(tmp_path: Path, snapshots: list[Snapshot]) -> None:
+    sink = WpilogSink(tmp_path / "run.wpilog")
+    for snapshot in snapshots:
+        sink.write(snapshot)
+    assert sink.path.stat().st_size > 256 * 1024
+    sink.close()
+
+
+def test_log_cut_anywhere_keeps_what_is_before(tmp_path: Path, snapshots: list[Snapshot]) -> None:
+    whole = written(tmp_path / "run.wpilog", snapshots).read_bytes()
+    cut = tmp_path / "cut.wpilog"
+    cut.write_bytes(whole[: len(whole) // 2])
+    _, values = read(cut)
+    assert 5 <= len(values["NT:/Sim/GamePieces/Fuel"]) < 20
+
+
+def test_folders_are_made_and_a_file_is_overwritten(tmp_path: Path) -> None:
+    path = tmp_path / "out" / "deep" / "run.wpilog"
+    for _ in range(2):
+        written(path, [Snapshot(time=0.0, tick=0, doubles={"x": 1.0})])
+    _, values = read(path)
+    assert len(values["NT:/x"]) == 1
+
+
+def test_unwritable_log_raises_at_once(tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("")
+    for bad in (tmp_path, tmp_path / "file" / "run.wpilog"):
+        with pytest.raises(OutputError, match="for example") as caught:
+            WpilogSink(bad)
+        assert repr(str(bad)) in str(caught.value)
+
+
+@pytest.mark.skipif(not os.path.exists("/dev/full"), reason="needs a device that is always full")
+def test_full_disk_ends_the_log_with_one_sentence() -> None:
+    with pytest.raises(OutputError, match="No space left"):
+        WpilogSink("/dev/full")
+
+
+def test_full_disk_in_the_middle_closes_the_log(tmp_path: Path, snapshots: list[Snapshot]) -> None:
+    sink = WpilogSink(tmp_path / "run.wpilog")
+    assert sink._file is not None
+    os.close(sink._file.fileno())
+    with pytest.raises(OutputError, match="ends here: "):
+        for snapshot in snapshots:
+            sink.write(snapshot)
+    assert sink.closed
+    sink.close()
+
+
+def test_closed_log(tmp_path: Path, snapshots: list[Snapshot]) -> None:
+    sink = WpilogSink(tmp_path / "run.wpilog")
+    sink.close()
+    sink.close()
+    assert not sink.due(1.0)
+    with pytest.raises(OutputError, match="is closed"):
+        sink.write(snapshots[0])
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ({"poses": {"p": np.zeros(6)}}, r"p: a pose needs shape \(7,\)"),
+        ({"pose_arrays": {"p": np.zeros((3, 6))}}, r"p: poses need shape \(n, 7\)"),
+        ({"doubles": {"x": 1.0}, "integers": {"x": 1}}, "x: logged as double before, now as int64"),
+        ({"doubles": {"/x": 1.0}}, "without a leading '/'"),
+        ({"time": -0.02}, "time >= 0"),
+        ({"time": float("nan")}, "time >= 0"),
+    ],
+)
+def test_bad_snapshots(tmp_path: Path, change: dict[str, Any], words: str) -> None:
+    with WpilogSink(tmp_path / "run.wpilog") as sink, pytest.raises(ConfigError, match=words):
+        sink.write(replace(Snapshot(time=0.0, tick=0), **change))
+
+
+@pytest.mark.parametrize("period", [0.0, -0.02, float("nan"), float("inf")])
+def test_bad_period(tmp_path: Path, period: float) -> None:
+    with pytest.raises(ConfigError, match="period"):
+        WpilogSink(tmp_path / "run.wpilog", period=period)
