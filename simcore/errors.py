@@ -56,7 +56,7 @@ class UnknownNameError(SimcoreError, KeyError):
         self.kind = kind
         self.name = name
         self.known = sorted(known)
-        self.nearest = difflib.get_close_matches(name, self.known, n=3, cutoff=0.4)
+        self.nearest = difflib.get_close_matches(name, self.known, n=3, cutoff=0.5)
         hint = f" Did you mean {' or '.join(repr(n) for n in self.nearest)}?" if self.nearest else ""
         self.message = f"no {kind} named {name!r}.{hint} Known: {self.known}"
         super().__init__(self.message)

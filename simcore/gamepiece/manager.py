@@ -26,6 +26,7 @@ __all__ = ["GamePieceManager", "Mover", "Proximity"]
 
 _AUDIT_PERIOD = 4  # ticks
 _AUDIT_SIZE = 40  # sleepers looked at in each audit: all 408 within a second, at 20 us a tick
+_KNOCK_TICKS = 3.0  # how much farther the field is shown to the engine: a row of balls passes a knock on within a tick
 _FREE, _STAGED, _ASLEEP, _AWAKE, _HELD, _IN_FLIGHT, _SCORED = (int(status) for status in PieceStatus)
 
 
@@ -147,6 +148,7 @@ class GamePieceManager:
         for slot, pos in zip(slots.tolist(), positions.tolist(), strict=True):
             config = self._pool.types[self.state.kind[slot]]
             standing = abs(pos[2] - config.rest_height) < 0.002
+            self._wake_leaning(slot)
             self._pool.place(slot, (pos[0], pos[1], pos[2]), touchable=not standing)
             self.state.status[slot] = _AWAKE
             self.state.holder[slot] = -1
@@ -158,8 +160,7 @@ class GamePieceManager:
     def hold(self, slots: IntArray, holder: int) -> None:
         """Take pieces into a robot: off the field, and what leaned on them wakes."""
         for slot in slots.tolist():
-            if self.state.touchable[slot]:
-                self._wake_near(self.state.pos[slot], 2.5 * self._pool.radius[slot])
+            self._wake_leaning(slot)
             self._pool.park(slot)
             self.state.status[slot] = _HELD
             self.state.holder[slot] = holder
@@ -197,8 +198,9 @@ class GamePieceManager:
         return slot
 
     def score(self, slots: IntArray) -> None:
-        """Take scored pieces off the field."""
+        """Take scored pieces off the field; what leaned on them wakes."""
         for slot in slots.tolist():
+            self._wake_leaning(slot)
             self._pool.park(slot)
             self.state.status[slot] = _SCORED
         self._awake_stale = True
@@ -274,7 +276,7 @@ class GamePieceManager:
             half_diagonal = math.hypot(mover.half_length, mover.half_width)
             chunks.mark_box(mover.x, mover.y, half_diagonal + mover.speed * dt + 2.0 * p.margin + 0.5)
         if len(awake):
-            chunks.mark(state.pos[awake], reach)
+            chunks.mark(state.pos[awake], reach + _KNOCK_TICKS * dt * speed)
         self._apply_chunks(*chunks.update())
 
         self._guarded[:] = False
@@ -375,12 +377,17 @@ class GamePieceManager:
         self._slow[slot] = 0
         self._world.engine.wake(self._pool.rows[slot])
 
-    def _wake_near(self, pos: FloatArray, reach: float) -> None:
-        """Wake the sleepers around a place, e.g. because their support went away."""
-        asleep = np.nonzero(self.state.status == _ASLEEP)[0]
-        away = self.state.pos[asleep] - pos
-        for slot in asleep[np.einsum("ij,ij->i", away, away) < reach * reach].tolist():
-            self._wake(slot)
+    def _wake_leaning(self, slot: int) -> None:
+        """Wake the sleepers around a piece that leaves its place on the field: it may have carried them."""
+        state = self.state
+        if state.status[slot] not in (_ASLEEP, _AWAKE, _IN_FLIGHT):
+            return
+        asleep = np.nonzero(state.status == _ASLEEP)[0]
+        away = state.pos[asleep] - state.pos[slot]
+        reach = self._pool.radius[asleep] + 1.5 * self._pool.radius[slot]
+        for other in asleep[np.einsum("ij,ij->i", away, away) < reach * reach].tolist():
+            if other != slot:
+                self._wake(other)
 
     def _fall_asleep(self, slot: int) -> None:
         self.state.status[slot] = _ASLEEP

@@ -8,7 +8,7 @@ from enum import IntEnum
 import numpy as np
 import numpy.typing as npt
 
-from simcore.errors import CapacityError
+from simcore.errors import CapacityError, ConfigError
 from simcore.gamepiece.config import GamePieceConfig
 from simcore.geometry.quaternion import IDENTITY
 from simcore.physics.world import PhysicsWorld
@@ -102,7 +102,10 @@ class PiecePool:
 
         Raises:
             CapacityError: Fewer are free.
+            ConfigError: A negative count.
         """
+        if count < 0:
+            raise ConfigError(f"{self.types[kind].name}: how many pieces must be >= 0, got {count}")
         free = np.nonzero((self.state.kind == kind) & (self.state.status == PieceStatus.FREE))[0]
         if len(free) < count:
             have = int((self.state.kind == kind).sum())

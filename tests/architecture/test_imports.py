@@ -1,0 +1,210 @@
+"""Imports point inward, one module knows the engine, and time and chance come in as arguments."""
+
+from __future__ import annotations
+
+import ast
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+SOURCES = sorted([*(ROOT / "simcore").rglob("*.py"), *(ROOT / "games").rglob("*.py")])
+
+ADAPTERS = {"phoenix6", "robotpy"}
+"""The outermost packages of simcore: the only ones that know a vendor or the robot side of wpilib."""
+
+BASE = {"errors", "units", "typing"}
+DOMAIN = {"chassis", "drivetrain", "power", "mechanism", "gamepiece", "scoring", "vision"}
+INNER = BASE | {"geometry", "physics"}
+
+ALLOWED = {
+    # who: whom it may import, beside itself. Domain packages hand each other arrays and records, not their objects.
+    **dict.fromkeys(BASE, BASE),
+    "geometry": BASE,
+    "physics": BASE | {"geometry"},
+    **dict.fromkeys(DOMAIN, INNER),
+    "drivetrain": INNER | {"power"},  # the swerve model owns its battery (DESIGN 1)
+    "telemetry": INNER | DOMAIN,
+    "sim": INNER | DOMAIN | {"telemetry"},
+    "testing": INNER | DOMAIN | {"telemetry", "sim"},
+    **dict.fromkeys(ADAPTERS, INNER | DOMAIN | {"telemetry", "sim"}),
+}
+
+VENDORS = ("pybullet", "wpilib", "hal", "phoenix6")
+
+
+def module_name(path: Path) -> str:
+    parts = path.relative_to(ROOT).with_suffix("").parts
+    return ".".join(parts[:-1] if parts[-1] == "__init__" else parts)
+
+
+def imports(path: Path) -> Iterator[tuple[str, int]]:
+    """Every module that a file imports, anywhere in it, with the line."""
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.Import):
+            for alias in node.names:
+                yield alias.name, node.lineno
+        elif isinstance(node, ast.ImportFrom):
+            assert node.level == 0, f"{path}:{node.lineno}: relative import"
+            if node.module in ("simcore", "games"):
+                for alias in node.names:
+                    yield f"{node.module}.{alias.name}", node.lineno
+            else:
+                yield str(node.module), node.lineno
+
+
+def is_adapter(path: Path) -> bool:
+    parts = path.relative_to(ROOT).parts
+    return parts[0] == "simcore" and parts[1] in ADAPTERS
+
+
+def test_imports_point_inward():
+    wrong = []
+    for path in SOURCES:
+        parts = path.relative_to(ROOT).with_suffix("").parts
+        if parts[0] != "simcore" or parts[1] == "__init__":
+            continue
+        assert parts[1] in ALLOWED, f"a new package {parts[1]!r}: decide here what it may import"
+        for name, line in imports(path):
+            target = name.split(".")
+            if target[0] == "games":
+                wrong.append(f"{path.relative_to(ROOT)}:{line} imports {name}")
+            elif target[0] == "simcore" and target[1] not in ALLOWED[parts[1]] | {parts[1]}:
+                wrong.append(f"{path.relative_to(ROOT)}:{line} imports {name}")
+    assert wrong == []
+
+
+def test_the_everyday_names_come_from_no_adapter_and_no_game():
+    names = [name for name, _ in imports(ROOT / "simcore" / "__init__.py") if name.startswith(("simcore", "games"))]
+    assert all(name.split(".")[1] in BASE | {"geometry"} for name in names), names
+
+
+def test_one_module_imports_the_engine():
+    who = [module_name(path) for path in SOURCES for name, _ in imports(path) if name.split(".")[0] == "pybullet"]
+    assert who == ["simcore.physics.bullet"]
+
+
+def test_only_adapters_import_vendors_or_the_robot_side_of_wpilib():
+    wrong = [
+        f"{module_name(path)}:{line} imports {name}"
+        for path in SOURCES
+        if not is_adapter(path)
+        for name, line in imports(path)
+        if name.split(".")[0] in ("wpilib", "hal", "phoenix6", "commands2", "pyfrc")
+    ]
+    assert wrong == []
+
+
+def clocks_and_chance(tree: ast.AST) -> Iterator[tuple[str, int]]:
+    """What reads a clock, or makes random numbers that no seed repeats."""
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Import):
+            for alias in node.names:
+                if alias.name.split(".")[0] in ("time", "datetime", "random", "secrets", "uuid"):
+                    yield f"import {alias.name}", node.lineno
+        elif isinstance(node, ast.ImportFrom):
+            if str(node.module).split(".")[0] in ("time", "datetime", "random", "secrets", "uuid"):
+                yield f"from {node.module}", node.lineno
+            if node.module == "numpy.random":
+                yield "from numpy.random", node.lineno
+        elif isinstance(node, ast.Attribute) and isinstance(node.value, ast.Attribute):
+            if node.value.attr == "random" and node.attr not in ("Generator", "default_rng"):
+                yield f"numpy.random.{node.attr}", node.lineno
+        elif isinstance(node, ast.Call) and isinstance(node.func, ast.Attribute):
+            seeded = any(not (isinstance(a, ast.Constant) and a.value is None) for a in node.args) or node.keywords
+            if node.func.attr == "default_rng" and not seeded:
+                yield "default_rng() without a seed", node.lineno
+
+
+def test_nothing_in_simcore_reads_a_clock_or_throws_unseeded_dice():
+    wrong = [
+        f"{module_name(path)}:{line} {what}"
+        for path in SOURCES
+        if path.is_relative_to(ROOT / "simcore") and not is_adapter(path)
+        for what, line in clocks_and_chance(ast.parse(path.read_text(encoding="utf-8")))
+    ]
+    assert wrong == []
+
+
+def test_in_the_games_only_the_runner_reads_a_clock():
+    """It measures how long ticks take; it hands no time to the simulation."""
+    wrong = [
+        f"{module_name(path)}:{line} {what}"
+        for path in SOURCES
+        if path.is_relative_to(ROOT / "games") and path.name != "runner.py"
+        for what, line in clocks_and_chance(ast.parse(path.read_text(encoding="utf-8")))
+    ]
+    assert wrong == []
+
+
+@pytest.mark.parametrize(
+    "code",
+    [
+        "import time",
+        "from time import perf_counter",
+        "import datetime as d",
+        "from random import random",
+        "import numpy as np\nnp.random.seed(1)",
+        "import numpy as np\nnp.random.rand(3)",
+        "import numpy as np\nnp.random.default_rng()",
+        "import numpy as np\nnp.random.default_rng(None)",
+        "from numpy.random import rand",
+    ],
+)
+def test_the_scan_finds_what_it_looks_for(code):
+    assert list(clocks_and_chance(ast.parse(code)))
+
+
+def test_the_scan_lets_a_seeded_generator_pass():
+    code = "import numpy as np\nrng: np.random.Generator = np.random.default_rng(seed)\nrng.random()"
+    assert not list(clocks_and_chance(ast.parse(code)))
+
+
+def test_importing_simcore_loads_neither_the_engine_nor_wpilib():
+    """Every module outside the adapters, in one fresh interpreter, one after the other."""
+    modules = sorted(
+        {module_name(path) for path in SOURCES if path.is_relative_to(ROOT / "simcore") and not is_adapter(path)}
+    )
+    assert len(modules) > 50
+    code = (
+        "import importlib, sys\n"
+        f"for name in {modules!r}:\n"
+        "    importlib.import_module(name)\n"
+        f"    loaded = [v for v in {VENDORS!r} if v in sys.modules]\n"
+        "    assert not loaded, f'{name} loads {loaded}'\n"
+    )
+    run = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, timeout=60)
+    assert run.returncode == 0, run.stderr
+
+
+def test_import_simcore_alone_is_light():
+    """A robot program imports it at start: numpy at most, nothing else heavy."""
+    code = "import simcore, sys; print([m for m in ('scipy', 'trimesh', 'matplotlib', 'rich') if m in sys.modules])"
+    run = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, timeout=60)
+    assert run.stdout.strip() == "[]", run.stdout + run.stderr
+
+
+def test_every_public_name_exists():
+    """A name in `__all__` that is not there breaks `from module import *` and the docs."""
+    missing = []
+    for path in SOURCES:
+        tree = ast.parse(path.read_text(encoding="utf-8"))
+        defined: set[str] = set()
+        for node in tree.body:
+            if isinstance(node, (ast.FunctionDef, ast.ClassDef)):
+                defined.add(node.name)
+            elif isinstance(node, (ast.Import, ast.ImportFrom)):
+                defined |= {alias.asname or alias.name for alias in node.names}
+            elif isinstance(node, ast.Assign):
+                defined |= {t.id for target in node.targets for t in ast.walk(target) if isinstance(t, ast.Name)}
+            elif isinstance(node, ast.AnnAssign) and isinstance(node.target, ast.Name):
+                defined.add(node.target.id)
+        for node in tree.body:
+            if isinstance(node, ast.Assign) and getattr(node.targets[0], "id", "") == "__all__":
+                missing += [
+                    f"{module_name(path)}.{name}" for name in ast.literal_eval(node.value) if name not in defined
+                ]
+    assert missing == []

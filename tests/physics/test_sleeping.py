@@ -1,0 +1,326 @@
+"""Sleep is invisible: nothing hangs in the air, and what sleeps does what it would have done awake."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from simcore.gamepiece.config import GamePieceConfig
+from simcore.gamepiece.manager import GamePieceManager, Mover
+from simcore.gamepiece.pool import PieceStatus
+from simcore.physics.shapes import Box, Sphere
+from simcore.physics.surface import WALL
+from simcore.physics.world import PhysicsWorld
+
+DT = 0.02
+RADIUS = 0.075
+FUEL = GamePieceConfig(name="Fuel", shape=Sphere(RADIUS), mass=0.215, friction=0.8, restitution=0.55)
+FIELD = (60.0, 8.0)
+BORDER = 7.0
+"""An x at which two chunks of 2 m meet: they are counted from -1 m."""
+
+
+def make(world: PhysicsWorld, count: int, **proximity) -> GamePieceManager:
+    from simcore.gamepiece.manager import Proximity
+
+    return GamePieceManager(world, [(FUEL, count)], field_size=FIELD, proximity=Proximity(**proximity))
+
+
+def play(world, pieces, seconds, movers=(), each=lambda: None):
+    for _ in range(round(seconds / DT)):
+        fastest = pieces.wake_reachable(list(movers), DT)
+        world.step(DT, substeps=world.substepping.count(DT, fastest), before_substep=pieces.before_substep)
+        pieces.gather(DT)
+        pieces.settle()
+        each()
+
+
+def keep_awake(pieces: GamePieceManager) -> None:
+    """Everything visible and awake, whatever the manager thinks: how the scene runs without sleep."""
+    for slot in np.nonzero(pieces.state.status == PieceStatus.ASLEEP)[0].tolist():
+        pieces._wake(slot)
+
+
+# --- nothing hangs in the air -------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("distance", [0.5, 1.0, 2.0, 3.0, 5.0, 12.0])
+def test_a_ball_at_its_apex_falls_whether_a_robot_is_near_or_far(distance):
+    """The reference froze a slow ball in mid-air when the robot was farther than 3 m."""
+    with PhysicsWorld() as world:
+        pieces = make(world, 1)
+        pieces.hold(pieces.stage("Fuel", 1), 0)
+        slot = pieces.launch(0, (2.0, 4.0, 0.6), (0.0, 0.0, 4.0))
+        robot = Mover(2.0 + distance, 4.0, 0.0, 0.4, 0.4, 0.0)
+        heights, statuses = [], []
+        each = lambda: (heights.append(pieces.state.pos[slot, 2]), statuses.append(pieces.state.status[slot]))  # noqa: E731
+        play(world, pieces, 1.6, [robot], each)
+        fall = np.array(heights)
+        assert fall.max() == pytest.approx(0.6 + 4.0**2 / (2 * world.gravity), abs=0.02)
+        assert not any(s == PieceStatus.ASLEEP for s, z in zip(statuses, heights, strict=True) if z > RADIUS + 0.003)
+        play(world, pieces, 3.0, [robot])
+        assert pieces.state.status[slot] == PieceStatus.ASLEEP
+        assert pieces.state.pos[slot, 2] == pytest.approx(RADIUS, abs=0.002)
+
+
+def test_a_ball_spawned_in_the_air_falls_without_anybody_near():
+    with PhysicsWorld() as world:
+        pieces = make(world, 3)
+        slots = pieces.spawn("Fuel", np.array([[3.0, 3.0, 0.08], [5.0, 3.0, 1.0], [6.0, 3.0, 3.0]]))
+        play(world, pieces, 4.0)
+        assert pieces.state.pos[slots, 2] == pytest.approx([RADIUS] * 3, abs=0.002)
+
+
+@pytest.mark.parametrize("rate", [0.5, 2.0])
+def test_a_sleeper_is_always_supported_while_a_heap_falls_and_settles(rate):
+    """Each sleeper has the floor, a wall or another ball below its middle, in contact, at every tick."""
+    rng = np.random.default_rng(2)
+    with PhysicsWorld() as world:
+        for x, y, size in ((4.0, 4.5, (1.2, 0.1, 1.0)), (4.0, 3.5, (1.2, 0.1, 1.0)), (3.5, 4.0, (0.1, 1.0, 1.0)),
+                           (4.5, 4.0, (0.1, 1.0, 1.0))):  # fmt: skip
+            world.add_static("bin", Box(size), (x, y, 0.5), surface=WALL)
+        pieces = make(world, 60)
+        places = np.column_stack(
+            (rng.uniform(3.7, 4.3, 60), rng.uniform(3.7, 4.3, 60), 0.3 + 0.16 / rate * np.arange(60))
+        )
+        pieces.spawn("Fuel", places)
+        hanging, seen_asleep = [], [0]
+
+        def look():
+            asleep = np.nonzero(pieces.state.status == PieceStatus.ASLEEP)[0]
+            pos = pieces.state.pos
+            for slot in asleep.tolist():
+                if pos[slot, 2] < RADIUS + 0.003:
+                    continue
+                seen_asleep[0] += 1
+                away = np.linalg.norm(pos - pos[slot], axis=1)
+                below = (away < 2 * RADIUS + 0.004) & (pos[:, 2] < pos[slot, 2] - 0.005)
+                if not below.any():
+                    hanging.append((slot, pos[slot].tolist()))
+
+        play(world, pieces, 8.0, each=look)
+        assert hanging == []
+        assert seen_asleep[0] > 5, "some slept on others"
+
+
+# --- support that goes away wakes ---------------------------------------------------------------------------------
+
+
+def pyramid(pieces: GamePieceManager, world: PhysicsWorld, x: float = 4.0) -> tuple[np.ndarray, int]:
+    """Three balls in a corner of walls, with a fourth on top, asleep."""
+    side = 2 * RADIUS
+    height = RADIUS + side * math.sqrt(2.0 / 3.0)
+    base = np.array([[x, 4.0, RADIUS], [x + side, 4.0, RADIUS], [x + side / 2, 4.0 + side * math.sqrt(3) / 2, RADIUS]])
+    middle = base.mean(axis=0)
+    for angle in (30.0, 150.0, 270.0):  # posts that keep the three from rolling apart
+        a = math.radians(angle)
+        away = side / math.sqrt(3) + 0.0005
+        for turn in (-0.55, 0.55):
+            c, s = math.cos(a + turn * 0.9), math.sin(a + turn * 0.9)
+            place = (middle[0] + (away + 0.09) * c, middle[1] + (away + 0.09) * s, 0.1)
+            world.add_static("post", Box((0.03, 0.03, 0.2)), place, surface=WALL)
+    slots = pieces.spawn("Fuel", np.vstack((base, [middle[0], middle[1], height + 0.003])))
+    return slots[:3], int(slots[3])
+
+
+@pytest.mark.parametrize("how", ["hold", "score"])
+@pytest.mark.parametrize("is_quiet", [False, True])
+def test_a_ball_falls_when_the_ones_that_carried_it_are_taken(how, is_quiet):
+    """Also when the heap lay in a chunk that had long been quiet."""
+    with PhysicsWorld() as world:
+        pieces = make(world, 4)
+        base, top = pyramid(pieces, world)
+        near = [] if is_quiet else [Mover(4.0, 4.0, 0.0, 0.4, 0.4, 0.0)]
+        play(world, pieces, 3.0, near)
+        assert pieces.count(PieceStatus.ASLEEP) == 4
+        assert pieces.state.pos[top, 2] > 0.15, "it lies on the three"
+        assert pieces.state.touchable.any() != is_quiet, "nobody shows a quiet chunk to the engine"
+        if how == "hold":
+            pieces.hold(base, 0)
+        else:
+            pieces.score(base)
+        play(world, pieces, 1.5, near)
+        assert pieces.state.pos[top, 2] == pytest.approx(RADIUS, abs=0.003)
+
+
+def test_a_ball_falls_when_the_ones_that_carried_it_are_put_elsewhere():
+    with PhysicsWorld() as world:
+        pieces = make(world, 4)
+        base, top = pyramid(pieces, world)
+        play(world, pieces, 6.0)
+        assert pieces.state.pos[top, 2] > 0.15
+        pieces.release(base, np.array([[10.0 + i, 2.0, RADIUS] for i in range(3)]))
+        play(world, pieces, 1.5)
+        assert pieces.state.pos[top, 2] == pytest.approx(RADIUS, abs=0.003)
+
+
+# --- a sleeper wakes before anything reaches it -------------------------------------------------------------------
+
+
+def shoot_at_row(x_first: float, count: int, gap: float, speed: float, start: float, awake: bool):
+    """A ball at `speed` into a row of sleepers along x; returns where all end, and the deepest overlap of two [m]."""
+    with PhysicsWorld(floor_size=(200.0, 60.0)) as world:
+        pieces = make(world, count + 1)
+        row = pieces.spawn("Fuel", np.array([[x_first + i * (2 * RADIUS + gap), 4.0, RADIUS] for i in range(count)]))
+        shot = pieces.spawn("Fuel", np.array([[x_first - start, 4.0, RADIUS]]))
+        if awake:
+            keep_awake(pieces)
+        pieces.push(shot, np.array([[speed, 0.0, 0.0]]))
+        order = np.concatenate((shot, row))
+        engine_rows = pieces._pool.rows_of(order)
+        deepest = [0.0]
+
+        def each():
+            x = world.engine.centers(engine_rows)[:, 0]
+            deepest[0] = max(deepest[0], 2 * RADIUS - float(np.diff(x).min()))
+            if awake:
+                keep_awake(pieces)
+
+        play(world, pieces, 1.0, each=each)
+        return world.engine.centers(engine_rows), deepest[0]
+
+
+@pytest.mark.parametrize("speed", [10.0, 20.0, 30.0, 40.0])
+@pytest.mark.parametrize("start", [0.35, 0.5, 0.79, 1.4])
+def test_a_fast_ball_meets_a_sleeping_row_beyond_a_chunk_border_as_if_all_were_awake(speed, start):
+    """The reference let balls pass that crossed a border within one step."""
+    asleep, _ = shoot_at_row(BORDER + RADIUS + 0.001, 4, 0.0, speed, start, awake=False)
+    awake, _ = shoot_at_row(BORDER + RADIUS + 0.001, 4, 0.0, speed, start, awake=True)
+    assert (np.diff(asleep[:, 0]) > 0.0).all(), "none passed another"
+    moved = awake[:, 0].max() - BORDER
+    assert np.abs(asleep - awake).max() < 0.02 * moved
+
+
+FASTEST = pytest.param(
+    40.0,
+    0.0024,
+    marks=pytest.mark.xfail(
+        strict=True, reason="the last ball ends 0.35 m farther: the engine lets sleepers slide in the sub-step of a hit"
+    ),
+)
+
+
+@pytest.mark.parametrize(
+    ("speed", "gap"), [(5.0, 0.0), (20.0, 0.0), (40.0, 0.0), (5.0, 0.0024), (20.0, 0.0024), FASTEST]
+)
+def test_a_row_passes_a_knock_on_across_chunk_borders_as_if_all_were_awake(speed, gap):
+    """Twenty balls of which the last lie two chunks farther: the knock arrives there within the tick."""
+    first = BORDER - 4.3 * 2 * RADIUS
+    asleep, _ = shoot_at_row(first, 20, gap, speed, 0.4, awake=False)
+    awake, _ = shoot_at_row(first, 20, gap, speed, 0.4, awake=True)
+    travel = awake[-1, 0] - first - 19 * (2 * RADIUS + gap)
+    assert asleep[-1, 0] == pytest.approx(awake[-1, 0], abs=0.2 * travel + 0.02)
+
+
+@pytest.mark.parametrize("gap", [0.0, 0.0024])
+@pytest.mark.parametrize("speed", [5.0, 20.0, 40.0])
+def test_no_ball_of_a_knocked_row_is_found_inside_of_a_hidden_one(speed, gap):
+    """Balls in a quiet chunk were overlapped by up to 80 mm before they were shown to the engine."""
+    first = BORDER - 4.3 * 2 * RADIUS
+    _, overlap = shoot_at_row(first, 20, gap, speed, 0.4, awake=False)
+    _, overlap_awake = shoot_at_row(first, 20, gap, speed, 0.4, awake=True)
+    assert overlap < overlap_awake + 0.005
+
+
+def test_a_row_of_touching_sleepers_passes_a_knock_on_to_its_last():
+    end, _ = shoot_at_row(3.0, 6, 0.0, 4.0, 0.5, awake=False)
+    assert end[-1, 0] > 3.0 + 5 * 2 * RADIUS + 0.1, "the last one rolls away"
+    assert (np.diff(end[:, 0]) > 2 * RADIUS - 0.002).all(), "and none lies in another"
+
+
+def test_a_robot_at_full_speed_meets_every_sleeper_as_if_it_were_awake():
+    """Bumpers of a kinematic box at 4 m/s through sleepers on both sides of a border: no overlap, ever."""
+    from simcore.chassis.config import ChassisConfig
+    from simcore.chassis.simulation import ChassisSimulation
+
+    with PhysicsWorld() as world:
+        pieces = make(world, 60)
+        grid = np.array([[5.9 + 0.2 * i, 3.5 + 0.2 * j, RADIUS] for i in range(10) for j in range(6)])
+        pieces.spawn("Fuel", grid)
+        robot = ChassisSimulation(world, ChassisConfig(), pose=(3.5, 4.0, 0.0))
+        deepest = 0.0
+        for _ in range(60):
+            robot.follow_velocity(4.0, 0.0, 0.0)
+            mover = Mover(*robot.footprint)
+            n = world.substepping.count(DT, pieces.wake_reachable([mover], DT), mover.speed)
+            world.step(DT, substeps=n, before_substep=lambda h: (robot.before_substep(h), pieces.before_substep(h)))
+            robot.read()
+            pieces.gather(DT)
+            pieces.settle()
+            away = np.abs(pieces.state.pos[:, :2] - robot.pos[:2])
+            inside = (away < 0.4).all(axis=1) & (pieces.state.pos[:, 2] < 0.25)
+            if inside.any():
+                deepest = max(deepest, float((0.4 - away[inside].max(axis=1)).max()))
+        assert robot.pos[0] > 6.5
+        assert deepest < 0.03, "a middle may come no nearer than 45 mm outside of the bumper"
+
+
+# --- results do not depend on what happens elsewhere --------------------------------------------------------------
+
+
+def travel(kind: str, elsewhere: float | None) -> np.ndarray:
+    from dataclasses import replace
+
+    from simcore.gamepiece.aerodynamics import Aerodynamics
+
+    config = replace(FUEL, aerodynamics=Aerodynamics(drag_coefficient=0.47), rolling=0.003)
+    with PhysicsWorld() as world:
+        pieces = GamePieceManager(world, [(config, 2)], field_size=(40.0, 8.0))
+        pieces.hold(pieces.stage("Fuel", 2), 0)
+        if kind == "roll":
+            mine = pieces.launch(0, (2.0, 2.0, RADIUS), (2.0, 0.0, 0.0), (0.0, 2.0 / RADIUS, 0.0))
+        else:
+            mine = pieces.launch(0, (2.0, 2.0, 0.5), (6.0, 0.0, 6.0))
+        if elsewhere is not None:
+            pieces.launch(0, (38.0, 7.0, 2.0), (-elsewhere, 0.0, 5.0))
+        play(world, pieces, 1.0 if kind == "fly" else 5.0)
+        return pieces.state.pos[mine].copy()
+
+
+@pytest.mark.parametrize("speed", [10.0, 40.0])
+@pytest.mark.parametrize("kind", ["fly", "roll"])
+def test_a_ball_goes_as_far_with_a_fast_ball_elsewhere(kind, speed):
+    alone, busy = travel(kind, None), travel(kind, speed)
+    length = float(np.linalg.norm(alone[:2] - (2.0, 2.0)))
+    assert length > 2.0
+    # the engine's steps lag by a h^2 / 2 each while a ball slows down, v h / 2 in all: that much the fast ball changes
+    limit = 0.001 * length if kind == "fly" else 0.5 * 2.0 * DT
+    assert np.abs(busy - alone).max() < limit
+
+
+# --- the mercy of the referee -------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("out", [(65.0, 4.0, 1.0), (-3.0, 4.0, 0.1), (8.0, 30.0, 0.1), (8.0, 4.0, -5.0)])
+def test_a_ball_that_leaves_the_field_comes_back_inside(out):
+    with PhysicsWorld(floor_size=(200.0, 60.0)) as world:
+        pieces = make(world, 1)
+        slot = pieces.spawn("Fuel", np.array([[8.0, 4.0, 1.0]]))[0]
+        world.set_pose(pieces._pool.rows[slot], out)
+        play(world, pieces, 0.02)
+        x, y, _ = pieces.state.pos[slot]
+        assert 0.0 < x < FIELD[0] and 0.0 < y < 8.0
+        assert pieces.recovered == 1
+        play(world, pieces, 4.0)
+        assert pieces.state.status[slot] == PieceStatus.ASLEEP and pieces.state.pos[slot, 2] < 0.08
+        assert pieces.recovered == 1
+
+
+def test_balls_that_leave_together_do_not_explode_when_they_come_back():
+    with PhysicsWorld() as world:
+        pieces = make(world, 12)
+        slots = pieces.spawn("Fuel", np.array([[2.0 + i, 4.0, 1.0] for i in range(12)]))
+        for slot in slots.tolist():
+            world.set_pose(pieces._pool.rows[slot], (-3.0, 2.0 + 0.2 * slot, 1.0))
+        fastest = [0.0]
+
+        def each():
+            fastest[0] = max(fastest[0], float(np.linalg.norm(pieces.state.vel, axis=1).max()))
+
+        play(world, pieces, 0.02)
+        play(world, pieces, 5.0, each=each)
+        assert fastest[0] < 5.0, "they fall from 0.6 m (3.4 m/s), not more"
+        apart = np.linalg.norm(pieces.state.pos[:, None] - pieces.state.pos[None], axis=2) + np.eye(12)
+        assert apart.min() > 2 * RADIUS - 0.006

@@ -1,0 +1,46 @@
+"""How many sub-steps a tick needs."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from simcore.errors import ConfigError
+from simcore.physics.substeps import Substepping
+
+speed = st.floats(0.0, 55.0)
+
+
+@given(speed, st.floats(0.0, 6.0), st.booleans())
+def test_nothing_moves_farther_than_its_limit_below_the_cap(piece, robot, near):
+    rule = Substepping()
+    n = rule.count(0.02, piece, robot, near)
+    assert 1 <= n <= rule.cap
+    assert piece * 0.02 / n <= rule.max_move * (1.0 + 1e-9)
+    if n < rule.cap:
+        assert robot * 0.02 / n <= (rule.robot_near_move if near else rule.robot_move) * (1.0 + 1e-9)
+    if n > 1:  # and no more of them than that takes
+        limit = rule.robot_near_move if near else rule.robot_move
+        assert max(piece * 0.02 / rule.max_move, robot * 0.02 / limit) > n - 1
+
+
+def test_a_quiet_tick_is_one_step_and_a_wild_one_stops_at_the_cap():
+    assert Substepping().count(0.02, 0.0) == 1
+    assert Substepping(cap=8).count(0.02, 1e6) == 8
+
+
+def test_forty_meters_per_second_need_twelve():
+    """40 m/s x 20 ms = 0.8 m; 0.8 / 0.07 = 11.4."""
+    assert Substepping().count(0.02, 40.0) == 12
+
+
+@pytest.mark.parametrize(
+    "setting",
+    [{"max_move": 0.0}, {"max_move": math.nan}, {"robot_move": -1.0}, {"robot_near_move": math.inf}, {"cap": 0}],
+)
+def test_settings_that_cannot_work_are_refused(setting):
+    with pytest.raises(ConfigError, match=next(iter(setting))):
+        Substepping(**setting)

@@ -1,0 +1,74 @@
+"""Which hub counts when: 2026 manual, MATCH PERIODS and HUB status."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from games.rebuilt.field import scoring_zones
+from games.rebuilt.scoring import MATCH, RebuiltScoring
+
+ZONE = {zone.alliance: zone for zone in scoring_zones()}
+OTHER = {"blue": "red", "red": "blue"}
+SHIFTS = [(33.0 + 25.0 * i, 58.0 + 25.0 * i) for i in range(4)]
+"""Simulated time of shifts 1-4 [s]: 20 auto + 3 pause + 10 transition, then 25 s each."""
+
+
+def game(winner: str | None = "blue", seed: int = 0) -> RebuiltScoring:
+    rules = RebuiltScoring(np.random.default_rng(seed))
+    if winner:
+        rules.worth(ZONE[winner], 5.0)
+    return rules
+
+
+def test_the_match_is_two_minutes_forty_and_a_pause_of_three_seconds():
+    assert MATCH.duration == 20.0 + 3.0 + 140.0
+    assert [MATCH.start(f"shift {i + 1}") for i in range(4)] == [start for start, _ in SHIFTS]
+    assert MATCH.start("end game") == MATCH.duration - 30.0
+
+
+@pytest.mark.parametrize("winner", ["blue", "red"])
+def test_who_wins_auto_is_inactive_in_shifts_one_and_three_and_the_other_in_two_and_four(winner):
+    rules = game(winner)
+    assert rules.first_inactive == winner
+    for i, (start, end) in enumerate(SHIFTS):
+        off = winner if i % 2 == 0 else OTHER[winner]
+        for time in (start + 3.0, (start + end) / 2, end - 0.02):
+            assert not rules.is_active(off, time)
+            assert rules.is_active(OTHER[off], time)
+
+
+@pytest.mark.parametrize("alliance", ["blue", "red"])
+@pytest.mark.parametrize("time", [0.0, 19.98, 21.5, 23.0, 32.98, 133.0, 162.98])
+def test_both_hubs_count_in_auto_transition_and_end_game(alliance, time):
+    assert game().is_active(alliance, time)
+
+
+@pytest.mark.parametrize(("time", "points"), [(33.0, 1), (35.98, 1), (36.0, 0), (57.98, 0), (58.0, 1)])
+def test_fuel_counts_for_three_seconds_after_the_hub_went_inactive_and_again_when_it_is_active(time, points):
+    assert game("blue").worth(ZONE["blue"], time) == points
+
+
+@pytest.mark.parametrize(("time", "points"), [(162.98, 1), (163.0, 1), (165.98, 1), (166.0, 0), (1000.0, 0)])
+def test_fuel_counts_for_three_seconds_after_the_end(time, points):
+    assert game().worth(ZONE["red"], time) == points
+
+
+def test_a_tie_is_decided_by_chance_once_and_by_both_in_turn():
+    coins = {game(None, seed).first_inactive for seed in range(20)}
+    assert coins == {"blue", "red"}
+    rules = game(None, 3)
+    first = rules.first_inactive
+    rules.worth(ZONE["blue"], 5.0)
+    rules.worth(ZONE["red"], 6.0)
+    assert rules.first_inactive == first, "one to one is a tie again"
+
+
+def test_auto_fuel_that_lands_in_the_pause_still_decides_and_teleop_fuel_does_not():
+    rules = game("red")
+    rules.worth(ZONE["blue"], 20.5)
+    rules.worth(ZONE["blue"], 22.98)
+    assert rules.first_inactive == "blue"
+    for _ in range(10):
+        rules.worth(ZONE["red"], 25.0)
+    assert rules.first_inactive == "blue"
