@@ -31,7 +31,9 @@ from simcore.units import GRAVITY
 __all__ = ["BulletEngine"]
 
 _SOLVER_ITERATIONS = 10  # 25 cost 10-20 % more a step and changed no result we look at
-_RESIDUAL = 0.0  # no early end: islands are solved in batches, and one would end the others' iterations (0.5 mm in 0.8 s)
+_RESIDUAL = (
+    0.0  # no early end: islands are solved in batches, and one would end the others' iterations (0.5 mm in 0.8 s)
+)
 _CONTACT_DISTANCE = 0.001  # [m]
 _flat = chain.from_iterable
 

@@ -9,21 +9,25 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from simcore.errors import ConfigError
-from simcore.physics.substeps import Substepping
+from simcore.physics.substeps import Substepping, Surroundings
 
 speed = st.floats(0.0, 55.0)
 
 
-@given(speed, st.floats(0.0, 6.0), st.booleans())
+@given(speed, st.floats(0.0, 6.0), st.sampled_from(Surroundings))
 def test_nothing_moves_farther_than_its_limit_below_the_cap(piece, robot, near):
     rule = Substepping()
     n = rule.count(0.02, piece, robot, near)
+    limit = {
+        Surroundings.OPEN: rule.robot_move,
+        Surroundings.RAMP: rule.robot_ramp_move,
+        Surroundings.WALL: rule.robot_wall_move,
+    }[near]
     assert 1 <= n <= rule.cap
     assert piece * 0.02 / n <= rule.max_move * (1.0 + 1e-9)
     if n < rule.cap:
-        assert robot * 0.02 / n <= (rule.robot_near_move if near else rule.robot_move) * (1.0 + 1e-9)
+        assert robot * 0.02 / n <= limit * (1.0 + 1e-9)
     if n > 1:  # and no more of them than that takes
-        limit = rule.robot_near_move if near else rule.robot_move
         assert max(piece * 0.02 / rule.max_move, robot * 0.02 / limit) > n - 1
 
 
@@ -39,7 +43,7 @@ def test_forty_meters_per_second_need_twelve():
 
 @pytest.mark.parametrize(
     "setting",
-    [{"max_move": 0.0}, {"max_move": math.nan}, {"robot_move": -1.0}, {"robot_near_move": math.inf}, {"cap": 0}],
+    [{"max_move": 0.0}, {"max_move": math.nan}, {"robot_move": -1.0}, {"robot_wall_move": math.inf}, {"cap": 0}],
 )
 def test_settings_that_cannot_work_are_refused(setting):
     with pytest.raises(ConfigError, match=next(iter(setting))):
