@@ -32,6 +32,7 @@ class FlightForces:
         self._lifting = [kind for kind, air in enumerate(self._air) if air.lift > 0.0]
         self._aero_speed2 = np.array([c.aero_speed for c in pool.types])[kinds] ** 2
         self._h_before = np.full(n, np.nan)
+        self._is_flying = np.zeros(n, dtype=bool)
         self._slots: IntArray = np.zeros(0, dtype=np.int64)
         self._rows: list[int] = []
         self._gravity = np.array([0.0, 0.0, -world.gravity])
@@ -47,8 +48,10 @@ class FlightForces:
         fast = np.einsum("ij,ij->i", vel, vel) > self._aero_speed2[awake]
         flying = awake[fast | (state.status[awake] == PieceStatus.IN_FLIGHT)]
         if len(flying) != len(self._slots) or (flying != self._slots).any():
-            fresh = self._h_before[flying] == 0.0
-            self._h_before[flying[~fresh & ~np.isin(flying, self._slots)]] = np.nan
+            joined = flying[~self._is_flying[flying]]
+            self._h_before[joined[self._h_before[joined] != 0.0]] = np.nan  # all but the ones launched just now
+            self._is_flying[self._slots] = False
+            self._is_flying[flying] = True
             self._slots, self._rows = flying, self._pool.rows_of(flying)
 
     def push(self, h: float) -> None:

@@ -25,7 +25,7 @@ from simcore.typing import BoolArray, FloatArray, IntArray
 __all__ = ["GamePieceManager", "Mover", "Proximity"]
 
 _AUDIT_PERIOD = 4  # ticks
-_AUDIT_SIZE = 40  # sleepers looked at in each audit: all 408 within a second, at 20 us a tick
+_AUDIT_SIZE = 20  # sleepers looked at in each audit: all 408 within 2 s, at 20-40 us a tick
 _KNOCK_TICKS = 3.0  # how much farther the field is shown to the engine: a row of balls passes a knock on within a tick
 _FREE, _STAGED, _ASLEEP, _AWAKE, _HELD, _IN_FLIGHT, _SCORED = (int(status) for status in PieceStatus)
 
@@ -154,7 +154,7 @@ class GamePieceManager:
             self.state.holder[slot] = -1
             self._slow[slot] = 0
             if standing:
-                self._fall_asleep(slot)
+                self._fall_asleep(np.array([slot]))
         self._awake_stale = True
 
     def hold(self, slots: IntArray, holder: int) -> None:
@@ -326,10 +326,8 @@ class GamePieceManager:
         slow = (speed2 < p.slow_speed**2) & (state.status[awake] == _AWAKE)
         self._slow[awake] = np.where(slow, self._slow[awake] + 1, 0)
         ready = awake[(self._slow[awake] >= p.slow_ticks) & ~self._guarded[awake]]
-        for slot in ready.tolist():
-            self._fall_asleep(slot)
         if len(ready):
-            self._awake_stale = True
+            self._fall_asleep(ready)
 
     # --- inside -------------------------------------------------------------------------------------------------
 
@@ -389,13 +387,14 @@ class GamePieceManager:
             if other != slot:
                 self._wake(other)
 
-    def _fall_asleep(self, slot: int) -> None:
-        self.state.status[slot] = _ASLEEP
-        self.state.vel[slot] = 0.0
-        self._world.engine.sleep(self._pool.rows[slot])
-        index = int(self._chunks.index(self.state.pos[slot : slot + 1])[0])
-        self._chunk[slot] = index
-        self._pool.set_touchable(slot, bool(self._chunks.active[index]))
+    def _fall_asleep(self, slots: IntArray) -> None:
+        self.state.status[slots] = _ASLEEP
+        self.state.vel[slots] = 0.0
+        self._chunk[slots] = chunk = self._chunks.index(self.state.pos[slots])
+        for slot, shown in zip(slots.tolist(), self._chunks.active[chunk].tolist(), strict=True):
+            self._world.engine.sleep(self._pool.rows[slot])
+            self._pool.set_touchable(slot, shown)
+        self._awake_stale = True
 
     def _audit(self) -> None:
         """Look at a few sleepers in turn: one that the engine woke by touch, unseen by us, joins the awake.
