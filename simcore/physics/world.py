@@ -307,11 +307,13 @@ class PhysicsWorld:
             before_substep: Called with h [s] before each sub-step, to drive robots and to push on flying pieces.
 
         Raises:
-            ConfigError: dt is not a positive finite number.
+            ConfigError: dt is not a positive finite number, or there are no sub-steps.
         """
         if not (math.isfinite(dt) and dt > 0.0):
             raise ConfigError(f"PhysicsWorld: dt must be finite and > 0 s, got {dt}")
         n = self._count_substeps(dt) if substeps is None else substeps
+        if n < 1:
+            raise ConfigError(f"PhysicsWorld: substeps must be at least 1, got {n}")
         h = dt / n
         step = self.engine.step
         if before_substep is None:

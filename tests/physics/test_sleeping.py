@@ -197,7 +197,7 @@ FASTEST = pytest.param(
     40.0,
     0.0024,
     marks=pytest.mark.xfail(
-        strict=True, reason="the last ball ends 0.35 m farther: the engine lets sleepers slide in the sub-step of a hit"
+        strict=True, reason="the last ball ends 0.35 m farther than in the scene that is all awake; cause not found"
     ),
 )
 

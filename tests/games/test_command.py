@@ -1,0 +1,196 @@
+"""`python -m games.rebuilt` with good and bad input."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+from wpiutil.log import DataLogReader
+
+from games.rebuilt.__main__ import main
+
+ROOT = Path(__file__).resolve().parents[2]
+
+KEYS = {
+    "auto", "seed", "sim_seconds", "wall_seconds", "realtime_factor", "ticks", "score", "fuel", "shots", "hits",
+    "tick_ms", "substeps", "awake", "min_battery_v", "digest",
+}  # fmt: skip
+NESTED = {
+    "score": {"red", "blue", "total"},
+    "fuel": {"staged", "on_field", "in_flight", "held", "scored", "outside"},
+    "tick_ms": {"median", "p95", "p99", "max"},
+    "substeps": {"mean", "max"},
+    "awake": {"mean", "max"},
+}
+
+
+@pytest.fixture
+def here(tmp_path, monkeypatch):
+    """An empty folder to run in: default outputs go to `out/`."""
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def command(*arguments: str) -> list[str]:
+    return [sys.executable, "-m", "games.rebuilt", *arguments]
+
+
+def environment() -> dict[str, str]:
+    return {**os.environ, "PYTHONPATH": str(ROOT)}
+
+
+def refused(capsys, *arguments: str) -> str:
+    """What is said on stderr to wrong input; stdout stays empty, and there is no traceback."""
+    try:
+        status = main([*arguments, "--json"])
+    except SystemExit as stop:  # argparse
+        status = stop.code
+    said = capsys.readouterr()
+    assert status == 2
+    assert said.out == ""
+    assert "Traceback" not in said.err
+    return said.err
+
+
+# --- good input ---------------------------------------------------------------------------------------------------
+
+
+def test_json_is_one_object_alone_on_stdout_with_the_promised_keys(here):
+    run = subprocess.run(
+        command("--seconds", "0.5", "--json"), cwd=here, env=environment(), capture_output=True, text=True, timeout=60
+    )
+    assert run.returncode == 0, run.stderr
+    assert run.stdout.count("\n") == 1
+    report = json.loads(run.stdout)
+    assert set(report) >= KEYS
+    for key, keys in NESTED.items():
+        assert set(report[key]) >= keys
+    assert report["auto"] == "depot" and report["seed"] == 0
+    assert report["ticks"] == 25 and report["sim_seconds"] == 0.5
+    fuel = report["fuel"]
+    assert fuel["staged"] == sum(fuel[k] for k in ("on_field", "in_flight", "held", "scored", "outside")) == 504
+    assert len(bytes.fromhex(report["digest"])) == 32
+    assert (here / "out" / "depot.wpilog").is_file() and (here / "out" / "depot.png").is_file()
+
+
+def test_the_readable_report_names_score_fuel_and_outputs(here, capsys):
+    assert main(["--seconds", "0.1"]) == 0
+    said = capsys.readouterr().out
+    for word in ("points", "staged", "504", "battery", "median", "sub-steps", "depot.wpilog", "depot.png"):
+        assert word in said
+
+
+def test_the_list_names_all_autos_and_runs_nothing(here, capsys):
+    assert main(["--list"]) == 0
+    said = capsys.readouterr().out
+    assert [line.split()[0] for line in said.splitlines()] == ["depot", "neutral", "tour"]
+    assert list(here.iterdir()) == []
+
+
+def test_outputs_go_where_they_are_told_and_folders_are_made(here, capsys):
+    assert main(["--seconds", "0.1", "--json", "--log", "a/b/run.wpilog", "--picture", "c/run.png"]) == 0
+    outputs = json.loads(capsys.readouterr().out)["outputs"]
+    assert [Path(outputs[k]) for k in ("log", "picture")] == [Path("a/b/run.wpilog"), Path("c/run.png")]
+    assert DataLogReader(str(here / "a/b/run.wpilog")).isValid()
+    assert (here / "c/run.png").read_bytes().startswith(b"\x89PNG")
+    assert not (here / "out").exists()
+
+
+# --- bad input ----------------------------------------------------------------------------------------------------
+
+
+def test_an_unknown_auto_offers_the_nearest(here, capsys):
+    said = refused(capsys, "--auto", "dept")
+    assert "no auto named 'dept'. Did you mean 'depot'" in said
+    assert "['depot', 'neutral', 'tour']" in said
+    assert list(here.iterdir()) == [], "and leaves nothing behind"
+
+
+@pytest.mark.parametrize("seconds", ["-1", "0", "nan", "inf", "ten"])
+def test_seconds_must_be_a_positive_number(here, capsys, seconds):
+    assert f"--seconds: must be a finite number > 0, got '{seconds}'" in refused(capsys, f"--seconds={seconds}")
+
+
+@pytest.mark.parametrize("seed", ["1.5", "-1", "x", "nan"])
+def test_a_seed_must_be_whole(here, capsys, seed):
+    assert f"--seed: must be a whole number >= 0, got '{seed}'" in refused(capsys, f"--seed={seed}")
+
+
+def test_an_unknown_alliance_and_an_unknown_option_are_refused(here, capsys):
+    assert "green" in refused(capsys, "--alliance", "green")
+    assert "--sedd" in refused(capsys, "--sedd", "1")
+
+
+def test_a_missing_mesh_is_named(here, capsys):
+    assert "nowhere.obj" in refused(capsys, "--field", "nowhere.obj")
+
+
+@pytest.mark.parametrize(
+    "content", ["", "this is no mesh\n", "v 0 0 0\nv 1 0 0\nv nan 1 0\nf 1 2 3\n", "v 0 0 0\nf 1 2 3\n"]
+)
+def test_a_broken_mesh_is_named(here, capsys, content):
+    (here / "broken.obj").write_text(content)
+    assert "broken.obj" in refused(capsys, "--field", "broken.obj")
+
+
+@pytest.mark.parametrize("what", ["--log", "--picture"])
+def test_an_output_that_is_a_folder_is_refused_before_the_run(here, capsys, what):
+    (here / "folder.x").mkdir()
+    start = time.perf_counter()
+    said = refused(capsys, what, "folder.x", "--seconds", "160")
+    assert "folder.x" in said and "cannot write" in said
+    assert time.perf_counter() - start < 2.0
+
+
+@pytest.mark.parametrize("what", ["--log", "--picture"])
+def test_an_output_below_a_file_is_refused(here, capsys, what):
+    (here / "file").write_text("keep me")
+    said = refused(capsys, what, "file/run.x", "--seconds", "160")
+    assert "run.x" in said and "cannot write" in said
+    assert (here / "file").read_text() == "keep me"
+
+
+def test_bad_input_through_the_shell_gives_status_2_and_no_traceback(here):
+    run = subprocess.run(
+        command("--auto", "center"), cwd=here, env=environment(), capture_output=True, text=True, timeout=60
+    )
+    assert (run.returncode, run.stdout) == (2, "")
+    assert run.stderr.startswith("UnknownNameError: no auto named 'center'") and "Traceback" not in run.stderr
+
+
+# --- Ctrl-C -------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="no SIGINT to a child on Windows")
+@pytest.mark.parametrize("as_json", [False, True])
+def test_ctrl_c_ends_cleanly_with_the_report_and_a_readable_log(here, as_json):
+    run = subprocess.Popen(
+        command("--seconds", "1600", *(["--json"] if as_json else [])),
+        cwd=here, env=environment(), stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+    )  # fmt: skip
+    log = here / "out" / "depot.wpilog"
+    deadline = time.monotonic() + 30.0
+    while time.monotonic() < deadline and not (log.exists() and log.stat().st_size > 300_000):
+        time.sleep(0.02)
+    run.send_signal(signal.SIGINT)
+    out, err = run.communicate(timeout=30)
+    assert run.returncode == 130
+    assert "Traceback" not in err
+    reader = DataLogReader(str(log))
+    assert reader.isValid()
+    last = max(record.getTimestamp() for record in reader)
+    if as_json:
+        report = json.loads(out)
+        assert 0.1 < report["sim_seconds"] < 1600.0
+        assert last == pytest.approx(1e6 * report["sim_seconds"], abs=20_001), "up to the last tick"
+        fuel = report["fuel"]
+        assert fuel["staged"] == sum(fuel[k] for k in ("on_field", "in_flight", "held", "scored", "outside"))
+    else:
+        assert "points" in out and "interrupted after" in out
+    assert (here / "out" / "depot.png").is_file()
