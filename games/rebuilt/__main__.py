@@ -13,6 +13,7 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 
 from games.rebuilt.autos import AUTOS, Auto, find_auto
+from games.rebuilt.field import load_field
 from games.rebuilt.picture import draw_run
 from games.rebuilt.runner import AutoRun, play_auto
 from games.rebuilt.sim import DT, RebuiltConfig, RebuiltSim
@@ -59,6 +60,7 @@ def _play(options: argparse.Namespace) -> int:
     log = options.log or Path("out") / f"{auto.name}.wpilog"
     picture = options.picture or Path("out") / f"{auto.name}.png"
     require_writable("picture", picture)  # before the run: nobody wants to hear it after
+    load_field(options.field)  # a broken mesh must not cost the last run's log
     sink = WpilogSink(log)
     config = RebuiltConfig(hub_exits=options.hub_exits, field_mesh=options.field)
     run = _run(options, auto, config, [sink])
