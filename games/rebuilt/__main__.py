@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import math
+import signal
 import sys
 from collections.abc import Sequence
 from dataclasses import replace
@@ -95,15 +96,39 @@ def _run(options: argparse.Namespace, auto: Auto, config: RebuiltConfig, sinks: 
             if sim.ticks % 10 == 0:
                 progress.update(task, completed=sim.ticks, score=sum(sim.tracker.totals.values()))
 
-        return play_auto(
-            auto,
-            alliance=options.alliance,
-            seconds=options.seconds,
-            config=config,
-            seed=options.seed,
-            sinks=sinks,
-            on_tick=show,
-        )
+        with InterruptFlag() as interrupted:
+            return play_auto(
+                auto,
+                alliance=options.alliance,
+                seconds=options.seconds,
+                config=config,
+                seed=options.seed,
+                sinks=sinks,
+                on_tick=show,
+                should_stop=interrupted,
+            )
+
+
+class InterruptFlag:
+    """Ctrl-C ends the run between two ticks, so that nothing is half done; a second one ends the program at once."""
+
+    def __init__(self) -> None:
+        self._is_set = False
+
+    def __call__(self) -> bool:
+        """Whether Ctrl-C was pressed."""
+        return self._is_set
+
+    def __enter__(self) -> InterruptFlag:
+        self._before = signal.signal(signal.SIGINT, self._on_interrupt)
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        signal.signal(signal.SIGINT, self._before)
+
+    def _on_interrupt(self, number: int, frame: object) -> None:
+        self._is_set = True
+        signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
 def _positive(text: str) -> float:
