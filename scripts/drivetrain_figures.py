@@ -479,7 +479,7 @@ def main() -> int:
     parser.add_argument("--step", type=float, default=STEP, help="step of the owner in s (default 0.005)")
     options = parser.parse_args()
     STEP = options.step
-    logging.getLogger("simcore").setLevel(logging.ERROR)  # the ideal robot is unusual on purpose
+    logging.getLogger("simcore").setLevel(logging.ERROR)  # a tread of 10 is unusual on purpose
     rows = measure()
     failed = [r for r in rows if not r.ok]
     if options.json:

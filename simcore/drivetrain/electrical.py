@@ -182,10 +182,15 @@ def solve_supply(
         As `solve_shaft`.
     """
     emf, resistance, driving, driven, friction = constants
-    if end_power < 0.0:
-        # With no current at all the shaft ends at the greatest |e| that it can have: limited there, limited always.
-        w = solve_shaft(k, a, 0.0, 0.0, stator_limit, driving, driven, friction)[0]
-    i0, i1 = supply_line(emf_offset + emf * w, emf, w, resistance, power, current, end_power)
+    if end_power > 0.0:
+        i0, i1 = supply_line(emf_offset + emf * w, emf, w, resistance, power, current, end_power)
+        result = solve_shaft(k, a, i0, i1, stator_limit, driving, driven, friction)
+        # A shaft that is thrown backwards within the step can turn the drawing motor into a generator.
+        if (emf_offset + emf * result[0] + result[1] * resistance) * result[1] >= -power:
+            return result
+    # With no current at all the shaft ends at the greatest |e| that it can have: limited there, limited always.
+    w = solve_shaft(k, a, 0.0, 0.0, stator_limit, driving, driven, friction)[0]
+    i0, i1 = supply_line(emf_offset + emf * w, emf, w, resistance, power, current, -1.0)
     return solve_shaft(k, a, i0, i1, stator_limit, driving, driven, friction)
 
 

@@ -63,6 +63,8 @@ class TireSolver:
         self.wheels = tuple(wheels)
         self.shafts = tuple(shafts)
         n = len(self.wheels)
+        # What one contact feels of the chassis: all of 1/m alone, and more when the others slide with it.
+        self._share = 0.5 + 0.5 * n
         self.shaft_speed = [0.0] * len(self.shafts)
         """[rad/s]"""
         self.shaft_current = [0.0] * len(self.shafts)
@@ -129,7 +131,7 @@ class TireSolver:
         rh = 1.0 / h
         m_h = self.mass * rh
         j_h = self.yaw_inertia * rh
-        give_chassis = 1.5 / m_h
+        give_chassis = self._share / m_h
         force_x = self.force_x
         force_y = self.force_y
 
@@ -302,7 +304,7 @@ class TireSolver:
         # On the circle, exactly; then move shafts and chassis with the same forces.
         sum_x = sum_y = sum_n = 0.0
         at = 0
-        for g, j, push, i0, i1, power, c_, s_, arm, radius, _, drag, constants, contacts in work:
+        for g, j, push, i0, i1, power, c_, s_, arm, radius, s0, drag, constants, contacts in work:
             emf, resistance, driving, driven, friction = constants
             over = False
             if drag > 0.0:
@@ -310,10 +312,11 @@ class TireSolver:
             for k, x, y, grip in contacts:
                 _, _, f_l, f_t, size = forces[at]
                 at += 1
-                if size > grip:
-                    shrink = grip / size
-                    f_l *= shrink
-                    f_t *= shrink
+                # A sliding tire has all of its grip; within the tolerance of the rounds that may be a little more.
+                if size > grip or (slips[k] > s0 and size > 0.9 * grip):
+                    scale = grip / size
+                    f_l *= scale
+                    f_t *= scale
                     over = True
                 push -= radius * f_l
                 # Rolling drag comes out of the same grip: what the carpet passes on in all stays within mu N.
@@ -321,9 +324,9 @@ class TireSolver:
                     f_l -= drag
                     total = f_l * f_l + f_t * f_t
                     if total > grip * grip:
-                        shrink = grip / math.sqrt(total)
-                        f_l *= shrink
-                        f_t *= shrink
+                        scale = grip / math.sqrt(total)
+                        f_l *= scale
+                        f_t *= scale
                 force_x[k] = f_x = c_ * f_l - s_ * f_t
                 force_y[k] = f_y = s_ * f_l + c_ * f_t
                 sum_x += f_x

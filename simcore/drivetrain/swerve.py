@@ -106,13 +106,26 @@ class SwerveDrive:
         self._coupled_emf = [m.coupling_ratio / m.drive_motor.kv for m in modules]
         self._coupled_inertia = [m.drive_motor.rotor_inertia * m.drive_gearing * m.coupling_ratio for m in modules]
         self._coupled = any(m.coupling_ratio != 0.0 for m in modules)
-        self._gains = [
-            (m.wheel_radius, motor.emf, k, m.drive_kp, m.steer_kp)
-            for m, motor, k in zip(modules, self._drive_motors, self._coupled_emf, strict=True)
-        ]
         self._coasting = any(not (m.drive_brake and m.steer_brake) for m in modules)
         self._ramped = any(m.drive_ramp > 0.0 for m in modules)
         self._static_loads = normal_loads(config, [True] * n, (0.0, 0.0, -GRAVITY))
+        # Feed-forward against friction, rolling drag and scrub, as a team's kS would hold [V].
+        self._gains = [
+            (
+                m.wheel_radius,
+                drive.emf,
+                coupled,
+                m.drive_kp,
+                (drive.friction + m.rolling_resistance * load * m.wheel_radius)
+                / drive.torque_driving
+                * drive.resistance,
+                m.steer_kp,
+                (steer.friction + m.tread * m.scrub_radius * load) / steer.torque_driving * steer.resistance,
+            )
+            for m, drive, steer, coupled, load in zip(
+                modules, self._drive_motors, self._steer.motors, self._coupled_emf, self._static_loads, strict=True
+            )
+        ]
         self._free_speeds = [free_speed(s, self._solver.wheels, self._static_loads) for s in self._solver.shafts]
         self._max_speed = min(self._free_speeds)
         self.encoders = EncoderCache(n)
@@ -301,14 +314,15 @@ class SwerveDrive:
             drive = []
             steer = []
             state = self.state
-            for k, (radius, emf, coupled_emf, drive_kp, steer_kp) in enumerate(self._gains):
+            for k, (radius, emf, coupled_emf, drive_kp, drive_ks, steer_kp, steer_ks) in enumerate(self._gains):
                 speed, error = optimize(self._drive_command[k], self._steer_command[k], state.steer_angle[k])
                 drive.append(
                     emf * speed / radius
                     + drive_kp * (speed - state.wheel_speed[k] * radius)
+                    + drive_ks * max(-1.0, min(1.0, 20.0 * speed))
                     + coupled_emf * state.steer_speed[k]
                 )
-                steer.append(steer_kp * error)
+                steer.append(steer_kp * error + steer_ks * max(-1.0, min(1.0, 100.0 * error)))
         elif mode is DriveMode.DUTY:
             drive = [d * self._bus for d in self._drive_command]
             steer = [d * self._bus for d in self._steer_command]
