@@ -229,16 +229,16 @@ def bus_voltage(
         for m, v, limit, emf in zip(motors, requests, limits, emfs, strict=True):
             if v is None:
                 continue
+            conductance = m.conductance
             if v >= bus:
-                i = (bus - emf) * m.conductance
-                drawn = i
-                slope = m.conductance
+                drawn = i = (bus - emf) * conductance
+                slope = conductance
             elif v <= -bus:
-                i = (-bus - emf) * m.conductance
+                i = (-bus - emf) * conductance
                 drawn = -i
-                slope = m.conductance
+                slope = conductance
             else:
-                i = (v - emf) * m.conductance
+                i = (v - emf) * conductance
                 drawn = v * i * per_bus
                 slope = -drawn * per_bus
             if i > limit or i < -limit:

@@ -16,7 +16,7 @@ from simcore.drivetrain.encoders import EncoderCache
 from simcore.drivetrain.load import normal_loads
 from simcore.drivetrain.module import ModuleState, MotorReadout, SteerBank
 from simcore.drivetrain.solver import DriveShaft, TireSolver
-from simcore.drivetrain.substep import follow_frame
+from simcore.drivetrain.substep import MAX_INNER_STEP, Forces, follow_frame, mean_forces
 from simcore.drivetrain.tire import WheelContact
 from simcore.errors import ConfigError, NonFiniteError
 from simcore.power.battery import Battery, BatteryConfig
@@ -99,7 +99,6 @@ class SwerveDrive:
         )
         self._steer = SteerBank(modules)
         self._drive_emf = [m.emf for m in self._drive_motors]
-        self._drive_resistance = [m.resistance for m in self._drive_motors]
         self._zeros = [0.0] * n
         self._stator_limits = [m.drive_stator_limit for m in modules]
         # Azimuth coupling: [V s/rad] of back-EMF, and [kg m^2] of rotor that the azimuth turns as well.
@@ -143,25 +142,25 @@ class SwerveDrive:
         """
         drive_ = self._checked("drive volts", drive)
         steer_ = self._checked("steer volts", steer)
-        self._mode, self._drive_command, self._steer_command = DriveMode.VOLTS, drive_, steer_
+        self._command(DriveMode.VOLTS, drive_, steer_)
 
     def set_duty_cycles(self, drive: Sequence[float], steer: Sequence[float]) -> None:
         """Share of the battery voltage per motor, -1..1; see `set_volts` for errors."""
         drive_ = [min(1.0, max(-1.0, d)) for d in self._checked("drive duty cycle", drive)]
         steer_ = [min(1.0, max(-1.0, d)) for d in self._checked("steer duty cycle", steer)]
-        self._mode, self._drive_command, self._steer_command = DriveMode.DUTY, drive_, steer_
+        self._command(DriveMode.DUTY, drive_, steer_)
 
     def set_torque_currents(self, drive: Sequence[float], steer: Sequence[float]) -> None:
         """Stator current of the drive motors [A] and voltage of the steer motors [V]; see `set_volts` for errors."""
         drive_ = self._checked("drive current", drive)
         steer_ = self._checked("steer volts", steer)
-        self._mode, self._drive_command, self._steer_command = DriveMode.TORQUE_CURRENT, drive_, steer_
+        self._command(DriveMode.TORQUE_CURRENT, drive_, steer_)
 
     def set_module_states(self, speeds: Sequence[float], angles: Sequence[float]) -> None:
         """Closed loop on board: ground speed [m/s] and steer angle [rad] per module; see `set_volts` for errors."""
         speeds_ = self._checked("module speed", speeds)
         angles_ = self._checked("module angle", angles)
-        self._mode, self._drive_command, self._steer_command = DriveMode.STATES, speeds_, angles_
+        self._command(DriveMode.STATES, speeds_, angles_)
 
     def set_chassis_speeds(self, vx: float, vy: float, omega: float) -> None:
         """Closed loop on board: velocity of the robot in its own frame [m/s, m/s, rad/s]; scaled down if too fast.
@@ -173,13 +172,15 @@ class SwerveDrive:
             _number(f"chassis speed {name}", value)
         positions = [(m.x, m.y) for m in self.config.modules]
         speeds, angles = module_targets(positions, vx, vy, omega, self.max_speed, self._present_angles())
-        self._mode, self._drive_command, self._steer_command = DriveMode.STATES, speeds, angles
+        self._command(DriveMode.STATES, speeds, angles)
 
     def stop(self) -> None:
         """Zero command: every motor to its neutral mode, brake or coast."""
-        self._mode = DriveMode.NEUTRAL
-        self._drive_command = [0.0] * self._n
-        self._steer_command = [0.0] * self._n
+        self._command(DriveMode.NEUTRAL, self._zeros, self._zeros)
+
+    def _command(self, mode: DriveMode, drive: list[float], steer: list[float]) -> None:
+        self._mode, self._drive_command, self._steer_command = mode, drive, steer
+        self._bus_due = self.time
 
     def reset(self, *, angles: Sequence[float] | None = None) -> None:
         """Everything as new: wheels at rest at `angles` [rad], encoders at zero, battery rested, time at zero."""
@@ -195,14 +196,14 @@ class SwerveDrive:
         solver.shaft_speed = self.state.wheel_speed  # one list: the solver moves it, everyone reads it
         solver.shaft_current = [0.0] * n
         solver.slip = [0.0] * n
-        self.drive_motors = MotorReadout.zeros(n)
+        self.drive_motors = MotorReadout([m.resistance for m in self._drive_motors])
         """Of the drive motors in the last inner step."""
-        self.steer_motors = MotorReadout.zeros(n)
+        self.steer_motors = MotorReadout([m.resistance for m in self._steer.motors])
         """Of the steer motors in the last inner step."""
         self._ramp_volts = [0.0] * n
-        self._force_x = [0.0] * n
-        self._force_y = [0.0] * n
+        self._forces: Forces = []
         self._steer_supply = 0.0
+        self._bus_due = 0.0
         self.battery.reset()
         self._bus = self.battery.voltage
         self.encoders.clear(0.0)
@@ -245,7 +246,7 @@ class SwerveDrive:
         loads = self._static_loads if normal_loads is None else normal_loads
         if len(loads) != self._n:
             raise ConfigError(f"swerve step needs {self._n} normal loads, got {len(loads)}")
-        result, self._force_x, self._force_y = follow_frame(self._inner, self._solver, h, vx, vy, omega, loads, ax, ay)
+        result, self._forces = follow_frame(self._inner, self._solver, h, vx, vy, omega, loads, ax, ay)
         return result
 
     def _inner(
@@ -258,7 +259,11 @@ class SwerveDrive:
         drive, steer, limits = self._requests(h)
         bus = self._bus
         coupled = self._coupled
-        if battery.config.resistance > 0.0:
+        if battery.config.resistance == 0.0:
+            bus = battery.open_voltage
+        elif self._bus_due <= self.time + 1e-9:
+            # Every 4 ms or at a new command: it costs a quarter of the tires' step.
+            self._bus_due = self.time + MAX_INNER_STEP
             emfs = [e * w for e, w in zip(self._drive_emf, state.wheel_speed, strict=True)]
             if coupled:
                 emfs = [e + k * w for e, k, w in zip(emfs, self._coupled_emf, state.steer_speed, strict=True)]
@@ -273,8 +278,6 @@ class SwerveDrive:
                 limits,
                 emfs,
             )
-        else:
-            bus = battery.open_voltage
         self._bus = bus
 
         before = state.steer_speed[:] if coupled else None
@@ -289,7 +292,7 @@ class SwerveDrive:
             offset = torque = self._zeros
         result = solver.step(h, vx, vy, omega, loads, state.cos, state.sin, drive, offset, torque, limits, bus)
         state.wheel_angle = [a + w * h for a, w in zip(state.wheel_angle, state.wheel_speed, strict=True)]
-        supply = self.drive_motors.book(solver.shaft_volts, solver.shaft_current, self._drive_resistance, bus, h)
+        supply = self.drive_motors.book(solver.shaft_volts, solver.shaft_current, bus, h)
         battery.step(h, self.other_current + supply + steer_supply)
         self._steer_supply = 0.5 * (self._steer_supply + steer_supply)
         self.time += h
@@ -314,15 +317,26 @@ class SwerveDrive:
             drive = []
             steer = []
             state = self.state
-            for k, (radius, emf, coupled_emf, drive_kp, drive_ks, steer_kp, steer_ks) in enumerate(self._gains):
-                speed, error = optimize(self._drive_command[k], self._steer_command[k], state.steer_angle[k])
+            for speed, angle, present, w, moving, gains in zip(
+                self._drive_command,
+                self._steer_command,
+                state.steer_angle,
+                state.wheel_speed,
+                state.steer_speed,
+                self._gains,
+                strict=True,
+            ):
+                radius, emf, coupled_emf, drive_kp, drive_ks, steer_kp, steer_ks = gains
+                speed, error = optimize(speed, angle, present)
+                lift = 20.0 * speed
+                ease = 100.0 * error
                 drive.append(
                     emf * speed / radius
-                    + drive_kp * (speed - state.wheel_speed[k] * radius)
-                    + drive_ks * max(-1.0, min(1.0, 20.0 * speed))
-                    + coupled_emf * state.steer_speed[k]
+                    + drive_kp * (speed - w * radius)
+                    + drive_ks * (1.0 if lift > 1.0 else -1.0 if lift < -1.0 else lift)
+                    + coupled_emf * moving
                 )
-                steer.append(steer_kp * error + steer_ks * max(-1.0, min(1.0, 100.0 * error)))
+                steer.append(steer_kp * error + steer_ks * (1.0 if ease > 1.0 else -1.0 if ease < -1.0 else ease))
         elif mode is DriveMode.DUTY:
             drive = [d * self._bus for d in self._drive_command]
             steer = [d * self._bus for d in self._steer_command]
@@ -379,7 +393,7 @@ class SwerveDrive:
     @property
     def wheel_forces(self) -> FloatArray:
         """Ground on wheels, robot axes, averaged over the last `step` [N], shape (n, 2)."""
-        return np.array([self._force_x, self._force_y]).T
+        return mean_forces(self._forces, self._n)
 
     @property
     def wheel_angles(self) -> FloatArray:
