@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from operator import mul
 
 from simcore.drivetrain.config import SwerveModuleConfig
 from simcore.drivetrain.electrical import ShaftMotor, solve_shaft, solve_supply
@@ -34,8 +35,8 @@ class MotorReadout:
         """At the terminals [V]."""
         self.current = [0.0] * n
         """Stator current [A]."""
-        self.energy = [0.0] * n
-        """Electrical energy taken since the last reset [J]."""
+        self.energy = 0.0
+        """Electrical energy that all of them took since the last reset: the integral of V I [J]."""
 
     @property
     def supply(self) -> list[float]:
@@ -54,10 +55,10 @@ class MotorReadout:
         self.volts = volts
         self.current = current
         self._bus = bus
-        power = [v * i for v, i in zip(volts, current, strict=True)]
-        self.energy = [e + p * h for e, p in zip(self.energy, power, strict=True)]
+        power = sum(map(mul, volts, current))
+        self.energy += power * h
         self._charge2 = [q + i * i * h for q, i in zip(self._charge2, current, strict=True)]
-        return sum(power) / bus if bus > 0.0 else 0.0
+        return power / bus if bus > 0.0 else 0.0
 
 
 @dataclass(slots=True)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import enum
 import math
 from collections.abc import Sequence
 
@@ -10,7 +9,8 @@ import numpy as np
 
 from simcore.drivetrain.capability import free_speed, launch_accel
 from simcore.drivetrain.config import SwerveConfig
-from simcore.drivetrain.control import module_targets, optimize
+from simcore.drivetrain.control import module_targets
+from simcore.drivetrain.controller import DriveMode, ModuleController
 from simcore.drivetrain.electrical import ShaftMotor, bus_voltage
 from simcore.drivetrain.encoders import EncoderCache
 from simcore.drivetrain.load import normal_loads
@@ -23,17 +23,7 @@ from simcore.power.battery import Battery, BatteryConfig
 from simcore.typing import FloatArray
 from simcore.units import GRAVITY
 
-__all__ = ["DriveMode", "SwerveDrive"]
-
-
-class DriveMode(enum.Enum):
-    """What the last command asks of the drive motors."""
-
-    NEUTRAL = "neutral"
-    VOLTS = "volts"
-    DUTY = "duty"
-    TORQUE_CURRENT = "torque current"
-    STATES = "states"
+__all__ = ["SwerveDrive"]
 
 
 class SwerveDrive:
@@ -100,31 +90,12 @@ class SwerveDrive:
         self._steer = SteerBank(modules)
         self._drive_emf = [m.emf for m in self._drive_motors]
         self._zeros = [0.0] * n
-        self._stator_limits = [m.drive_stator_limit for m in modules]
         # Azimuth coupling: [V s/rad] of back-EMF, and [kg m^2] of rotor that the azimuth turns as well.
         self._coupled_emf = [m.coupling_ratio / m.drive_motor.kv for m in modules]
         self._coupled_inertia = [m.drive_motor.rotor_inertia * m.drive_gearing * m.coupling_ratio for m in modules]
         self._coupled = any(m.coupling_ratio != 0.0 for m in modules)
-        self._coasting = any(not (m.drive_brake and m.steer_brake) for m in modules)
-        self._ramped = any(m.drive_ramp > 0.0 for m in modules)
         self._static_loads = normal_loads(config, [True] * n, (0.0, 0.0, -GRAVITY))
-        # Feed-forward against friction, rolling drag and scrub, as a team's kS would hold [V].
-        self._gains = [
-            (
-                m.wheel_radius,
-                drive.emf,
-                coupled,
-                m.drive_kp,
-                (drive.friction + m.rolling_resistance * load * m.wheel_radius)
-                / drive.torque_driving
-                * drive.resistance,
-                m.steer_kp,
-                (steer.friction + m.tread * m.scrub_radius * load) / steer.torque_driving * steer.resistance,
-            )
-            for m, drive, steer, coupled, load in zip(
-                modules, self._drive_motors, self._steer.motors, self._coupled_emf, self._static_loads, strict=True
-            )
-        ]
+        self._controller = ModuleController(modules, self._drive_motors, self._steer.motors, self._static_loads)
         self._free_speeds = [free_speed(s, self._solver.wheels, self._static_loads) for s in self._solver.shafts]
         self._max_speed = min(self._free_speeds)
         self.encoders = EncoderCache(n)
@@ -179,7 +150,7 @@ class SwerveDrive:
         self._command(DriveMode.NEUTRAL, self._zeros, self._zeros)
 
     def _command(self, mode: DriveMode, drive: list[float], steer: list[float]) -> None:
-        self._mode, self._drive_command, self._steer_command = mode, drive, steer
+        self._controller.command(mode, drive, steer)
         self._bus_due = self.time
 
     def reset(self, *, angles: Sequence[float] | None = None) -> None:
@@ -200,14 +171,13 @@ class SwerveDrive:
         """Of the drive motors in the last inner step."""
         self.steer_motors = MotorReadout([m.resistance for m in self._steer.motors])
         """Of the steer motors in the last inner step."""
-        self._ramp_volts = [0.0] * n
         self._forces: Forces = []
         self._steer_supply = 0.0
         self._bus_due = 0.0
         self.battery.reset()
         self._bus = self.battery.voltage
         self.encoders.clear(0.0)
-        self.stop()
+        self._controller.reset()
 
     # ---------------------------------------------------------------- the step
 
@@ -256,8 +226,9 @@ class SwerveDrive:
         state = self.state
         solver = self._solver
         battery = self.battery
-        drive, steer, limits = self._requests(h)
         bus = self._bus
+        neutral = battery.browned_out or not self.enabled
+        drive, steer, limits = self._controller.requests(h, state, bus, neutral)
         coupled = self._coupled
         if battery.config.resistance == 0.0:
             bus = battery.open_voltage
@@ -302,67 +273,6 @@ class SwerveDrive:
             )
         return result
 
-    def _requests(self, h: float) -> tuple[list[float | None], list[float | None], list[float]]:
-        """Voltage wanted from every drive and steer motor, None for an open circuit, and the stator limits."""
-        modules = self.config.modules
-        limits = self._stator_limits
-        mode = self._mode
-        drive: list[float | None]
-        steer: list[float | None]
-        if mode is DriveMode.NEUTRAL or not self.enabled or self.battery.browned_out:
-            self._ramp_volts = [0.0] * self._n
-            drive = [0.0 if m.drive_brake else None for m in modules]
-            return drive, [0.0 if m.steer_brake else None for m in modules], limits
-        if mode is DriveMode.STATES:
-            drive = []
-            steer = []
-            state = self.state
-            for speed, angle, present, w, moving, gains in zip(
-                self._drive_command,
-                self._steer_command,
-                state.steer_angle,
-                state.wheel_speed,
-                state.steer_speed,
-                self._gains,
-                strict=True,
-            ):
-                radius, emf, coupled_emf, drive_kp, drive_ks, steer_kp, steer_ks = gains
-                speed, error = optimize(speed, angle, present)
-                lift = 20.0 * speed
-                ease = 100.0 * error
-                drive.append(
-                    emf * speed / radius
-                    + drive_kp * (speed - w * radius)
-                    + drive_ks * (1.0 if lift > 1.0 else -1.0 if lift < -1.0 else lift)
-                    + coupled_emf * moving
-                )
-                steer.append(steer_kp * error + steer_ks * (1.0 if ease > 1.0 else -1.0 if ease < -1.0 else ease))
-        elif mode is DriveMode.DUTY:
-            drive = [d * self._bus for d in self._drive_command]
-            steer = [d * self._bus for d in self._steer_command]
-        elif mode is DriveMode.TORQUE_CURRENT:
-            # As much voltage as there is, with the wanted current as the limit.
-            drive = [math.copysign(math.inf, i) if i != 0.0 else None for i in self._drive_command]
-            limits = [min(abs(i), limit) for i, limit in zip(self._drive_command, limits, strict=True)]
-            steer = list(self._steer_command)
-        else:
-            drive = list(self._drive_command)
-            steer = list(self._steer_command)
-        if self._ramped and mode is not DriveMode.TORQUE_CURRENT:
-            for k, m in enumerate(modules):
-                wanted = drive[k]
-                if m.drive_ramp > 0.0 and wanted is not None:
-                    most = 12.0 / m.drive_ramp * h
-                    old = self._ramp_volts[k]
-                    drive[k] = self._ramp_volts[k] = old + min(most, max(-most, wanted - old))
-        if self._coasting:
-            for k, m in enumerate(modules):
-                if drive[k] == 0.0 and not m.drive_brake:
-                    drive[k] = None
-                if steer[k] == 0.0 and not m.steer_brake:
-                    steer[k] = None
-        return drive, steer, limits
-
     # ---------------------------------------------------------------- readings
 
     @property
@@ -388,7 +298,7 @@ class SwerveDrive:
     @property
     def electrical_energy(self) -> float:
         """Taken by all motors since the reset: the integral of V I [J]."""
-        return sum(self.drive_motors.energy) + sum(self.steer_motors.energy)
+        return self.drive_motors.energy + self.steer_motors.energy
 
     @property
     def wheel_forces(self) -> FloatArray:
@@ -475,7 +385,8 @@ class SwerveDrive:
 
     def _present_angles(self) -> list[float]:
         """Where a module without a direction should stay: its target if it has one, else where it is."""
-        return list(self._steer_command) if self._mode is DriveMode.STATES else list(self.state.steer_angle)
+        controller = self._controller
+        return list(controller.steer) if controller.mode is DriveMode.STATES else list(self.state.steer_angle)
 
     def _checked(self, what: str, values: Sequence[float]) -> list[float]:
         if len(values) != self._n:

@@ -259,7 +259,7 @@ class TankDrive:
     @property
     def electrical_energy(self) -> float:
         """Taken by all motors since the reset [J]."""
-        return sum(self.motors.energy) * self.config.motors_per_side
+        return self.motors.energy * self.config.motors_per_side
 
     @property
     def wheel_forces(self) -> FloatArray:

@@ -160,6 +160,11 @@ class TestLoads:
         assert loads[:2] == [0.0, 0.0]
         assert sum(loads) == pytest.approx(55.0 * GRAVITY)
 
+    @pytest.mark.parametrize("bad", [math.nan, math.inf])
+    def test_bad_accelerations_are_refused(self, bad):
+        with pytest.raises(NonFiniteError, match="loads"):
+            normal_loads(SQUARE, [True] * 4, self.LEVEL, (bad, 0.0, 0.0))
+
     def test_shares_follow_the_center_of_mass(self):
         shares = load_shares(replace(SQUARE, center_of_mass=(0.1, 0.0, 0.2)))
         assert shares.sum() == pytest.approx(1.0)
