@@ -273,64 +273,12 @@ class SwerveDrive:
             )
         return result
 
-<<<<<<< HEAD
-    def _requests(self, h: float) -> tuple[list[float | None], list[float | None], list[float]]:
-        """Voltage wanted from every drive and steer motor, None for an open circuit, and the stator limits."""
-        modules = self.config.modules
-        limits = self._stator_limits
-        mode = self._mode
-        drive: list[float | None]
-        steer: list[float | None]
-        if mode is DriveMode.NEUTRAL or not self.enabled or self.battery.browned_out:
-            self._ramp_volts = [0.0] * self._n
-            drive = [0.0 if m.drive_brake else None for m in modules]
-            return drive, [0.0 if m.steer_brake else None for m in modules], limits
-        if mode is DriveMode.STATES:
-            drive = []
-            steer = []
-            state = self.state
-            for k, (radius, emf, coupled_emf, drive_kp, steer_kp) in enumerate(self._gains):
-                speed, error = optimize(self._drive_command[k], self._steer_command[k], state.steer_angle[k])
-                drive.append(
-                    emf * speed / radius
-                    + drive_kp * (speed - state.wheel_speed[k] * radius)
-                    + coupled_emf * state.steer_speed[k]
-                )
-                steer.append(steer_kp * error)
-        elif mode is DriveMode.DUTY:
-            drive = [d * self._bus for d in self._drive_command]
-            steer = [d * self._bus for d in self._steer_command]
-        elif mode is DriveMode.TORQUE_CURRENT:
-            # As much voltage as there is, with the wanted current as the limit.
-            drive = [math.copysign(math.inf, i) if i != 0.0 else None for i in self._drive_command]
-            limits = [min(abs(i), limit) for i, limit in zip(self._drive_command, limits, strict=True)]
-            steer = list(self._steer_command)
-        else:
-            drive = list(self._drive_command)
-            steer = list(self._steer_command)
-        if self._ramped and mode is not DriveMode.TORQUE_CURRENT:
-            for k, m in enumerate(modules):
-                wanted = drive[k]
-                if m.drive_ramp > 0.0 and wanted is not None:
-                    most = 12.0 / m.drive_ramp * h
-                    old = self._ramp_volts[k]
-                    drive[k] = self._ramp_volts[k] = old + min(most, max(-most, wanted - old))
-        if self._coasting:
-            for k, m in enumerate(modules):
-                if drive[k] == 0.0 and not m.drive_brake:
-                    drive[k] = None
-                if steer[k] == 0.0 and not m.steer_brake:
-                    steer[k] = None
-        return drive, steer, limits
-
     def wheel_loads(
         self, touching: Sequence[bool], gravity: Sequence[float], acceleration: Sequence[float]
     ) -> list[float]:
         """Load of each wheel [N] for `step`; see `simcore.drivetrain.load.normal_loads`."""
         return normal_loads(self.config, touching, gravity, acceleration)
 
-=======
->>>>>>> drivetrain
     # ---------------------------------------------------------------- readings
 
     @property
