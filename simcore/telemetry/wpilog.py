@@ -54,9 +54,9 @@ _UNSEEN = b""
 class WpilogSink:
     """Writes snapshots to a `.wpilog`; entries are named as DataLogManager names NetworkTables keys.
 
-    A value is written only when it changed, as the format intends. Long arrays of poses (448 fuel are 25 KB) are written
-    less often than the rest: at every tick they alone would be 200 MB of a match. What was written
-    reaches the disk at least every simulated second or 256 KB, in whole records, so a killed run leaves a good log.
+    A value is written only when it changed, as the format intends. Long arrays of poses (448 fuel are 25 KB) are
+    written less often than the rest: at every tick they alone would be 200 MB of a match. What was written reaches the
+    disk at least every simulated second or 256 KB, in whole records, so a killed run leaves a good log.
     """
 
     def __init__(
