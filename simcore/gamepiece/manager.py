@@ -299,7 +299,7 @@ class GamePieceManager:
             to_wake |= self._reached(awake[fast], reach[fast], asleep)
         for slot in asleep[to_wake].tolist():
             self._wake(slot)
-        self._flight.begin_tick(self.awake)
+        self._flight.begin_tick(awake, speed)  # those that woke just now stand still
         return float(speed.max()) + fall if len(speed) else 0.0
 
     def before_substep(self, h: float) -> None:
