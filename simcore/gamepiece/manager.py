@@ -46,8 +46,8 @@ class Proximity:
     """A piece slower than this wakes nobody by coming near [m/s]; by touch it still does, in the engine."""
     slow_speed: float = 0.03
     """Below this a piece counts as slow [m/s]: gravity alone gives 0.2 m/s in a tick, so nothing in the air does."""
-    slow_ticks: int = 8
-    """Ticks in a row that a piece must be slow before it sleeps."""
+    slow_ticks: int = 15
+    """Ticks in a row that a piece must be slow before it sleeps; by then the engine has repaired overlaps, too."""
 
     def __post_init__(self) -> None:
         for name in ("chunk_size", "margin", "piece_margin", "slow_speed"):
