@@ -248,10 +248,9 @@ class RebuiltSim:
                 del self._flying[slot]
 
     def _sense(self) -> None:
-        """7. Gyros see the motion; encoders saw it in the sub-steps."""
+        """7. Gyros and odometry see the motion; encoders saw it in the sub-steps."""
         for robot in self.robots:
-            roll, pitch, yaw = robot.chassis.roll_pitch_yaw
-            robot.gyro.step(DT, yaw, pitch, roll, robot.chassis.robot_rate)
+            robot.sense(DT)
 
     def _settle(self) -> None:
         """8. Fuel that has been slow for a while sleeps."""
