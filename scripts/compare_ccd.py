@@ -100,7 +100,8 @@ def shoot(kind: str, method: str, speed: float, shots: int) -> Shots:
     n = count(method, speed)
     passed = stuck = 0
     kept: list[float] = []
-    with SweptEngine(gravity=0.0) as engine:
+    engine = SweptEngine(gravity=0.0)
+    with engine:
         engine.add_body(BodyDefinition(shape=wall_shape(kind), surface=HARD))
         ball = engine.add_body(BodyDefinition(shape=Sphere(RADIUS), surface=BALL, mass=MASS, pos=(-5.0, 0.0, 0.0)))
         if method == "CCD":
@@ -128,7 +129,8 @@ def cost(method: str, seconds: float) -> Cost:
     """Time the engine with 100 balls rolling on a walled carpet and 4 in the air; CCD on the 4 alone, or on all."""
     length, width = 16.0, 8.0
     rng = np.random.default_rng(2)
-    with SweptEngine(gravity=GRAVITY) as engine:
+    engine = SweptEngine(gravity=GRAVITY)
+    with engine:
         engine.add_body(BodyDefinition(shape=HalfSpace(), surface=CARPET))
         walls = FieldBoundary(length=length, width=width, side_height=0.5, end_height=2.0)
         for wall in walls.elements():
@@ -192,7 +194,7 @@ def main() -> int:
             f"{s.bounce_mean:.3f}", f"{s.bounce_min:.3f}", f"{s.bounce_max:.3f}",
         )  # fmt: skip
     console.print(table)
-    table = Table(title="Engine [ms a tick]: 100 rolling, 4 flying; best of 3", title_justify="left")
+    table = Table(title="Engine, ms a tick: 100 rolling, 4 flying; best of 3", title_justify="left")
     for column in ("method", "median", "p95", "steps", "fastest m/s"):
         table.add_column(column, justify="left" if column == "method" else "right")
     for c in costs:
