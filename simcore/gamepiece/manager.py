@@ -47,7 +47,7 @@ class Proximity:
     slow_speed: float = 0.03
     """Below this a piece counts as slow [m/s]: gravity alone gives 0.2 m/s in a tick, so nothing in the air does."""
     slow_ticks: int = 15
-    """Ticks in a row that a piece must be slow before it sleeps."""
+    """Ticks in a row that a piece must be slow before it sleeps; by then the engine has repaired overlaps, too."""
 
     def __post_init__(self) -> None:
         for name in ("chunk_size", "margin", "piece_margin", "slow_speed"):
@@ -299,7 +299,7 @@ class GamePieceManager:
             to_wake |= self._reached(awake[fast], reach[fast], asleep)
         for slot in asleep[to_wake].tolist():
             self._wake(slot)
-        self._flight.begin_tick(self.awake)
+        self._flight.begin_tick(awake, speed)  # those that woke just now stand still
         return float(speed.max()) + fall if len(speed) else 0.0
 
     def before_substep(self, h: float) -> None:
@@ -356,9 +356,12 @@ class GamePieceManager:
 
     def _reached(self, movers: IntArray, reach: FloatArray, sleepers: IntArray) -> BoolArray:
         """Which sleepers are within the reach of a moving piece (flat distance), shape (sleepers,)."""
-        a, b = self.state.pos[movers], self.state.pos[sleepers]
-        dx, dy = np.subtract.outer(a[:, 0], b[:, 0]), np.subtract.outer(a[:, 1], b[:, 1])
-        hit: BoolArray = (dx * dx + dy * dy < (reach * reach)[:, None]).any(axis=0)
+        a, b = self.state.pos[movers, :2], self.state.pos[sleepers, :2]
+        far = reach.max()
+        near = np.nonzero(((b > a.min(axis=0) - far) & (b < a.max(axis=0) + far)).all(axis=1))[0]
+        dx, dy = np.subtract.outer(a[:, 0], b[near, 0]), np.subtract.outer(a[:, 1], b[near, 1])
+        hit: BoolArray = np.zeros(len(sleepers), dtype=bool)
+        hit[near] = (dx * dx + dy * dy < (reach * reach)[:, None]).any(axis=0)
         return hit
 
     def _apply_chunks(self, woken: BoolArray, quiet: BoolArray) -> None:

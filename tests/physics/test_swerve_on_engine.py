@@ -85,15 +85,19 @@ def test_pushing_a_wall_slips_the_wheels_and_stays_within_the_friction_circle():
         r = robot(world)
         volts(r, 12.0)
         advance(world, r, ticks=75)
-        start = r.chassis.pos[0]
-        advance(world, r, ticks=25)
+        start, pushes = r.chassis.pos[0], []
+
+        def look():
+            total = np.hypot(*r.drive.wheel_forces.T)
+            loads = np.array(r.chassis.normal_loads)
+            assert (total <= 1.2 * loads * 1.02 + 0.5).all(), "always inside the circle"
+            pushes.append(total.sum())
+
+        advance(world, r, ticks=25, each=look)
         assert abs(r.chassis.pos[0] - start) / 0.5 < 0.05
         assert r.chassis.pos[0] + 0.4 < 0.6 + 0.01
         assert (r.drive.wheel_speeds > 3.0).all(), "they spin"
-        total = np.hypot(*r.drive.wheel_forces.T)
-        loads = np.array(r.chassis.normal_loads)
-        assert (total <= 1.2 * loads * 1.02 + 0.5).all()
-        assert total.sum() == pytest.approx(1.2 * 55.0 * GRAVITY, rel=0.05)
+        assert np.mean(pushes) == pytest.approx(1.2 * 55.0 * GRAVITY, rel=0.05)
         assert abs(r.chassis.roll_pitch_yaw[1]) < math.radians(2.0)
 
 
@@ -240,4 +244,4 @@ def test_six_robots_share_nothing():
 
     together = play(range(6))
     for i in range(6):
-        assert together[i] == pytest.approx(play([i])[i], abs=1e-6)
+        assert together[i] == pytest.approx(play([i])[i], abs=1e-5)
