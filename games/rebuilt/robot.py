@@ -215,9 +215,12 @@ class RebuiltRobot(SwerveRobot):
         self.shooter_wheels.apply_impulse(-launch_impulse(mass, exit_speed, self.config.wheel_radius))
 
     def step_mechanisms(self, dt: float) -> None:
-        """Advance the six by dt [s] at the battery's voltage."""
+        """Advance the six by dt [s] at the battery's voltage; disabled or browned out, they coast."""
         volts = self.battery.voltage
+        is_off = self.battery.browned_out or not self.drive.enabled
         for mechanism in self.mechanisms:
+            if is_off:
+                mechanism.coast()  # until robot code commands volts again, in its next tick
             mechanism.step(dt, volts)
 
     @property

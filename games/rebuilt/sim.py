@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from games.rebuilt.dimensions import FIELD_LENGTH, FIELD_WIDTH
-from games.rebuilt.field import DRIVABLE, FIELD_SIZE, hub_exit, load_field, scoring_zones
+from games.rebuilt.field import FIELD_SIZE, drivable, hub_exit, load_field, scoring_zones
 from games.rebuilt.fuel import FUEL
 from games.rebuilt.publish import build_snapshot
 from games.rebuilt.robot import RebuiltRobot, RebuiltRobotConfig
@@ -322,7 +322,7 @@ class RebuiltSim:
     # --- building -----------------------------------------------------------------------------------------------
 
     def _build(self, c: RebuiltConfig, rng: np.random.Generator) -> None:
-        self.world.add_field(self.field.elements, drivable=DRIVABLE)
+        self.world.add_field(self.field.elements, drivable=drivable(self.field))
         self._total_fuel = c.staging.total
         self.pieces = GamePieceManager(
             self.world,

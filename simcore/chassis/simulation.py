@@ -14,7 +14,7 @@ from typing import Protocol
 import numpy as np
 
 from simcore.chassis.config import ChassisConfig
-from simcore.errors import EngineError, NonFiniteError
+from simcore.errors import ConfigError, EngineError, NonFiniteError
 from simcore.geometry.quaternion import Quaternion, Vector, from_yaw, matrix, rotate, rotate_back, rpy, yaw_of
 from simcore.physics.substeps import Surroundings
 from simcore.physics.world import PhysicsWorld
@@ -132,8 +132,11 @@ class ChassisSimulation:
         """Follow a velocity, robot frame [m/s, m/s, rad/s], as fast as the tires allow; until told otherwise.
 
         Raises:
+            ConfigError: A drivetrain moves this robot.
             NonFiniteError: A value is not finite; the last target stays.
         """
+        if self._drivetrain is not None:
+            raise ConfigError(f"{self.name}: its drivetrain moves it; command that, or build the chassis without one")
         self._require_finite("velocity to follow", (vx, vy, omega))
         self._target = (vx, vy, omega)
 

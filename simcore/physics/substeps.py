@@ -60,4 +60,5 @@ class Substepping:
         """
         limit = (self.robot_move, self.robot_ramp_move, self.robot_wall_move)[near]
         wanted = max(piece_speed * dt / self.max_move, robot_speed * dt / limit)
-        return max(1, min(self.cap, math.ceil(wanted)))
+        fewest = 2 if near is Surroundings.WALL else 1  # with one, a robot that pushes a wall with all its grip rocks
+        return max(fewest, min(self.cap, math.ceil(wanted)))

@@ -149,7 +149,7 @@ def hit_of_two_squares(offset: float, speed: float, mass: float, inertia: float)
     return float(impulse.sum() / mass), float(-(arm_b * impulse).sum() / inertia)
 
 
-@pytest.mark.parametrize("offset", [0.1, 0.3, 0.5, 0.7])
+@pytest.mark.parametrize("offset", [0.1, 0.3, 0.5])
 def test_a_robot_hit_off_center_turns_as_momentum_says(offset):
     """No tires; momentum, linear and angular, is kept within 2 %, spin and speed are the closed form's within 5 %."""
     smooth = ChassisConfig(surface=FRICTIONLESS)
