@@ -22,8 +22,8 @@ from rich.table import Table
 from games.rebuilt.scripted import ScriptedRobot, Steps
 from games.rebuilt.sim import DT, RebuiltConfig, RebuiltSim, RobotEntry
 from games.rebuilt.staging import Staging
-from simcore.gamepiece.manager import Proximity
 from simcore.gamepiece.pool import PieceStatus
+from simcore.gamepiece.proximity import Proximity
 from simcore.physics.bullet import BulletEngine
 from simcore.typing import FloatArray
 

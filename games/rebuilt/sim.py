@@ -16,11 +16,13 @@ from games.rebuilt.robot import RebuiltRobot, RebuiltRobotConfig
 from games.rebuilt.scoring import MATCH, RebuiltScoring
 from games.rebuilt.staging import Staging, depot_places, neutral_places
 from simcore.errors import ConfigError
+from simcore.gamepiece.intake import field_to_robot
 from simcore.gamepiece.launch import launch_state
-from simcore.gamepiece.manager import GamePieceManager, Mover, Proximity
+from simcore.gamepiece.manager import GamePieceManager
 from simcore.gamepiece.pool import PieceStatus
+from simcore.gamepiece.proximity import Mover, Proximity
 from simcore.gamepiece.shooter import Launch
-from simcore.geometry.quaternion import matrix, rotate
+from simcore.geometry.quaternion import rotate
 from simcore.geometry.symmetry import turn_half, turn_half_pose
 from simcore.physics.engine import Engine
 from simcore.physics.substeps import Substepping, Surroundings
@@ -215,7 +217,9 @@ class RebuiltSim:
             if room <= 0 or not robot.intake_active:
                 continue
             slots = self.pieces.within_sight  # sleepers too: a roller does not ask
-            pos_robot = (self.pieces.state.pos[slots] - robot.chassis.pos) @ matrix(robot.chassis.quat)
+            pos_robot = field_to_robot(
+                self.pieces.state.pos[slots], np.array(robot.chassis.pos), np.array(robot.chassis.quat)
+            )
             inside = robot.intake_zone().contains(pos_robot)
             inside &= self.pieces.state.status[slots] != PieceStatus.IN_FLIGHT
             if inside.any():
