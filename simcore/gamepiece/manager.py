@@ -25,7 +25,7 @@ from simcore.typing import BoolArray, FloatArray, IntArray
 __all__ = ["GamePieceManager"]
 
 _AUDIT_PERIOD = 4  # ticks
-_AUDIT_SIZE = 20  # sleepers looked at in each audit: all 408 within 2 s, at 20-40 us a tick
+_AUDIT_SIZE = 30  # sleepers looked at in each audit: all 408 within a second, at 30-50 us a tick
 _KNOCK_TICKS = 3.0  # how much farther the field is shown to the engine: a row of balls passes a knock on within a tick
 _FREE, _STAGED, _ASLEEP, _AWAKE, _HELD, _IN_FLIGHT, _SCORED = (int(status) for status in PieceStatus)
 
