@@ -72,7 +72,29 @@ def play_auto(
     base = config or RebuiltConfig()
     entry = RobotEntry(alliance=alliance, pose=auto.start, preload=auto.preload)
     wall_start = perf_counter()
-    sim = RebuiltSim(replace(base, seed=seed, robots=(entry,)), sinks=sinks)
+    try:
+        sim = RebuiltSim(replace(base, seed=seed, robots=(entry,)), sinks=sinks)
+    except BaseException:
+        for sink in sinks:
+            sink.close()
+        raise
+    try:
+        return _play(sim, auto, alliance, seed, seconds, wall_start, on_tick, should_stop)
+    except BaseException:  # a script's own error passes through, with the log up to it on the disk
+        sim.close()
+        raise
+
+
+def _play(
+    sim: RebuiltSim,
+    auto: Auto,
+    alliance: Alliance,
+    seed: int,
+    seconds: float,
+    wall_start: float,
+    on_tick: Callable[[RebuiltSim], None] | None,
+    should_stop: Callable[[], bool],
+) -> AutoRun:
     code = ScriptedRobot(
         auto.script,
         alliance=alliance,
@@ -83,7 +105,6 @@ def play_auto(
     fuel_at_start = sim.pieces.state.pos[sim.pieces.on_field()].copy()
     timer = TickTimer()
     path, substeps, awake = [], [], []
-    min_volts = math.inf
     interrupted = False
     ticks = max(1, round(seconds / DT))
     run_start = perf_counter()
@@ -99,7 +120,6 @@ def play_auto(
         path.append(sim.robots[0].chassis.pose)
         substeps.append(sim.substeps)
         awake.append(len(sim.pieces.awake))
-        min_volts = min(min_volts, sim.robots[0].battery.voltage)
         if on_tick is not None:
             on_tick(sim)
     wall = perf_counter() - run_start
@@ -122,7 +142,7 @@ def play_auto(
         tick_ms=timer.times(),
         substeps=Spread(mean=float(np.mean(substeps or [0])), max=max(substeps, default=0)),
         awake=Spread(mean=float(np.mean(awake or [0])), max=max(awake, default=0)),
-        min_battery_v=min(min_volts, sim.robots[0].battery.voltage),
+        min_battery_v=sim.robots[0].battery.min_voltage,
         digest=sim.digest.hexdigest(),
     )
     return AutoRun(report, sim, track, fuel_at_start, interrupted)
