@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import math
+import os
 import signal
 import sys
 from collections.abc import Sequence
@@ -18,7 +19,7 @@ from games.rebuilt.field import load_field
 from games.rebuilt.picture import draw_run
 from games.rebuilt.runner import AutoRun, play_auto
 from games.rebuilt.sim import DT, RebuiltConfig, RebuiltSim
-from simcore.errors import SimcoreError
+from simcore.errors import ConfigError, SimcoreError
 from simcore.sim.report import print_report
 from simcore.telemetry.output import require_writable
 from simcore.telemetry.snapshot import TelemetrySink
@@ -30,15 +31,26 @@ __all__ = ["main"]
 def main(argv: Sequence[str] | None = None) -> int:
     """Run the command; returns the exit status: 0 played, 2 wrong input, 130 interrupted."""
     options = _parser().parse_args(argv)
-    if options.list:
-        for auto in AUTOS.values():
-            print(f"{auto.name:10} {auto.summary}")
-        return 0
     try:
-        return _play(options)
+        status = _list() if options.list else _play(options)
+        sys.stdout.flush()
     except SimcoreError as error:
         print(f"{type(error).__name__}: {error}", file=sys.stderr)
         return 2
+    except BrokenPipeError:  # whoever read our output has gone, e.g. `| head -1`: nothing is wrong
+        with open(os.devnull, "w") as nowhere:
+            os.dup2(nowhere.fileno(), sys.stdout.fileno())  # else the interpreter complains at its end
+        return 0
+    except OSError as error:
+        print(f"OutputError: cannot print: {error.strerror or error}", file=sys.stderr)
+        return 2
+    return status
+
+
+def _list() -> int:
+    for auto in AUTOS.values():
+        print(f"{auto.name:10} {auto.summary}")
+    return 0
 
 
 def _parser() -> argparse.ArgumentParser:
@@ -60,6 +72,8 @@ def _play(options: argparse.Namespace) -> int:
     auto = find_auto(options.auto)
     log = options.log or Path("out") / f"{auto.name}.wpilog"
     picture = options.picture or Path("out") / f"{auto.name}.png"
+    if log.resolve() == picture.resolve():
+        raise ConfigError(f"log and picture cannot be one file, got {str(log)!r} for both")
     require_writable("picture", picture)  # before the run: nobody wants to hear it after
     load_field(options.field)  # a broken mesh must not cost the last run's log
     sink = WpilogSink(log)

@@ -33,8 +33,16 @@ class RebuiltScoring:
     other in 2 and 4; with equal fuel, chance decides.
     """
 
-    def __init__(self, rng: np.random.Generator) -> None:
-        self._coin: Alliance = "blue" if rng.random() < 0.5 else "red"
+    def __init__(self, rng: np.random.Generator, *, favorite: Alliance = "blue") -> None:
+        """Toss the coin for a tie.
+
+        Args:
+            rng: Decides.
+            favorite: Who is inactive first if the coin shows heads; the first robot's alliance, so that a mirrored
+                match has the mirrored coin.
+        """
+        other: Alliance = "red" if favorite == "blue" else "blue"
+        self._coin: Alliance = favorite if rng.random() < 0.5 else other
         self._auto_points: dict[Alliance, int] = {"blue": 0, "red": 0}
 
     @property

@@ -15,6 +15,7 @@ import numpy as np
 from games.rebuilt.field import FIELD_SIZE, HUB_TARGET
 from games.rebuilt.fuel import FUEL
 from games.rebuilt.robot import RebuiltRobot
+from games.rebuilt.sim import DT
 from simcore.gamepiece.shot_solver import NoShotError, Shot, solve_shot
 from simcore.geometry.symmetry import turn_half, turn_half_pose, wrap_angle
 from simcore.mechanism.control import PositionController, VelocityController
@@ -29,7 +30,7 @@ Steps = Generator[None, None, None]
 Script = Callable[["ScriptedRobot"], Steps]
 """What to do, from the first tick to the last."""
 
-_DT = 0.02
+
 _ACCELERATION = 6.0  # [m/s^2]; half of what the tires can give, so the wheels do not skid
 _HOOD_FOR_SHOTS = degrees(42.0)  # 68 degrees above the horizontal: steep enough to fall into the funnel
 
@@ -113,7 +114,7 @@ class ScriptedRobot:
 
     def wait(self, seconds: float) -> Steps:
         """Go on doing the same."""
-        for _ in range(round(seconds / _DT)):
+        for _ in range(round(seconds / DT)):
             yield
 
     def drive_to(
@@ -143,7 +144,7 @@ class ScriptedRobot:
             timeout: Gives up after this long [s].
         """
         way = list(points)
-        for _ in range(round(timeout / _DT)):
+        for _ in range(round(timeout / DT)):
             x, y, heading = self.pose
             while len(way) > 1 and math.hypot(way[0][0] - x, way[0][1] - y) < corner:
                 way.pop(0)
@@ -172,7 +173,7 @@ class ScriptedRobot:
         middle = 0.5 * (low[1] + high[1])
         reach = aside + self.robot.config.intake.y_max - 0.02
         low, high = (low[0], max(low[1], middle - reach)), (high[0], min(high[1], middle + reach))
-        patience = round(timeout / _DT)
+        patience = round(timeout / DT)
         while patience:
             patience -= 1
             places = self._fuel_places()
@@ -195,7 +196,7 @@ class ScriptedRobot:
 
     def shoot_until_empty(self, *, timeout: float = 5.0) -> Steps:
         """Aim at the own hub and shoot all fuel."""
-        patience = round(timeout / _DT)
+        patience = round(timeout / DT)
         while self.fuel and patience:
             patience -= 1
             try:
@@ -237,7 +238,7 @@ class ScriptedRobot:
         """Move the commanded velocity (blue field frame) toward a goal; turn toward a heading error [rad]."""
         ox, oy, _ = self._velocity
         dx, dy = vx - ox, vy - oy
-        size, limit = math.hypot(dx, dy), _ACCELERATION * _DT
+        size, limit = math.hypot(dx, dy), _ACCELERATION * DT
         if size > limit:
             dx, dy = dx * limit / size, dy * limit / size
         self._velocity = (ox + dx, oy + dy, max(-6.0, min(6.0, 7.0 * turn)))

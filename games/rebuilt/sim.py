@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from contextlib import ExitStack
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -31,6 +32,7 @@ from simcore.scoring.tracker import Alliance, ScoringTracker
 from simcore.sim.recorder import TrajectoryDigest
 from simcore.sim.report import FuelCount
 from simcore.telemetry.snapshot import TelemetrySink
+from simcore.units import GRAVITY
 
 __all__ = ["RebuiltConfig", "RebuiltSim", "RobotCode", "RobotEntry", "ShotRecord"]
 
@@ -68,7 +70,13 @@ class RebuiltConfig:
     proximity: Proximity = field(default_factory=Proximity)
 
     def __post_init__(self) -> None:
+        if len(self.robots) > self.staging.robots:
+            raise ConfigError(
+                f"RebuiltConfig: {len(self.robots)} robots, but the staging counts preloads for {self.staging.robots}"
+            )
         for entry in self.robots:
+            if entry.alliance not in ("blue", "red"):
+                raise ConfigError(f"RobotEntry: alliance must be 'blue' or 'red', got {entry.alliance!r}")
             if not 0 <= entry.preload <= self.staging.preload_per_robot:
                 raise ConfigError(
                     f"RebuiltConfig: preload must be 0..{self.staging.preload_per_robot} fuel, got {entry.preload}"
@@ -77,7 +85,7 @@ class RebuiltConfig:
 
 @dataclass(slots=True)
 class ShotRecord:
-    """One shot fuel, from the muzzle to where it first touched something or scored."""
+    """One shot fuel, from the muzzle until it scored, or for 2 s and until it touched something."""
 
     time: float
     slot: int
@@ -106,6 +114,8 @@ class RebuiltSim:
         engine: Engine | None = None,
     ) -> None:
         self.config = c = config or RebuiltConfig()
+        if len(robot_code) > len(c.robots):
+            raise ConfigError(f"RebuiltSim: {len(robot_code)} robot codes for {len(c.robots)} robots")
         rng = np.random.default_rng(c.seed)
         self.field = load_field(c.field_mesh)  # before the engine starts: a broken mesh ends the build
         self.world = PhysicsWorld(
@@ -158,10 +168,11 @@ class RebuiltSim:
         self.close()
 
     def close(self) -> None:
-        """Close sinks and engine; may be called twice."""
-        for sink in self.sinks:
-            sink.close()
-        self.world.close()
+        """Close sinks and engine, each even if another fails; may be called twice."""
+        with ExitStack() as stack:
+            stack.callback(self.world.close)
+            for sink in self.sinks:
+                stack.callback(sink.close)
 
     def set_robot_code(self, number: int, code: RobotCode | None) -> None:
         """Choose what thinks for a robot from the next tick on."""
@@ -277,7 +288,7 @@ class RebuiltSim:
                 slot = np.array([event.slot])
                 pos, vel = hub_exit(event.alliance, self._exit_rng)
                 self.pieces.release(slot, pos[None, :])
-                self.pieces.push(slot, vel[None, :])
+                self.pieces.push(slot, vel[None, :], flying=True)
 
     def _step_mechanisms(self) -> None:
         """10. Wheels, hood, feeder, spindexer, rack and roller turn."""
@@ -302,6 +313,9 @@ class RebuiltSim:
             robot_spin=np.array(chassis.rate),
             barrel=launch.barrel,
         )
+        flown = DT - launch.delay  # it left in the course of the tick
+        pos = pos + velocity * flown - (0.0, 0.0, 0.5 * GRAVITY * flown * flown)
+        velocity = velocity - (0.0, 0.0, GRAVITY * flown)
         # a fuel that rolls along the hood leaves with backspin: its rim speed there equals its own speed
         spin = rotate(chassis.quat, (0.0, -launch.speed / FUEL.bounding_radius, 0.0))
         slot = self.pieces.launch(robot.number, pos.tolist(), velocity.tolist(), spin)
@@ -322,6 +336,27 @@ class RebuiltSim:
             snapshot = build_snapshot(self)
             for sink in due:
                 sink.write(snapshot)
+
+    def _require_free_starts(self) -> None:
+        """Refuse robots that start inside of each other or of a solid element."""
+        for robot in self.robots:
+            (x, y, _), c = robot.chassis.pose, robot.chassis.config
+            half = 0.5 * min(c.bumper_length, c.bumper_width)
+            for other in self.robots[: robot.number]:
+                ox, oy, _ = other.chassis.pose
+                reach = half + 0.5 * min(other.chassis.config.bumper_length, other.chassis.config.bumper_width)
+                if np.hypot(ox - x, oy - y) < 0.99 * reach:
+                    raise ConfigError(
+                        f"robots {other.number} and {robot.number} start inside of each other, at ({ox:.2f}, {oy:.2f}) "
+                        f"and ({x:.2f}, {y:.2f}) m; give their RobotEntry other poses"
+                    )
+            inner = 0.5 * half
+            low, high = (x - inner, y - inner, c.clearance), (x + inner, y + inner, c.bumper_top)
+            if self.world.surroundings(robot.chassis.row, low, high) is Surroundings.WALL:
+                raise ConfigError(
+                    f"robot {robot.number} starts inside of a field element, at ({x:.2f}, {y:.2f}) m; "
+                    "give its RobotEntry another pose"
+                )
 
     # --- building -----------------------------------------------------------------------------------------------
 
@@ -353,6 +388,7 @@ class RebuiltSim:
             robot = RebuiltRobot(self.world, entry.config, number=number, pose=pose, rng=robot_rng)
             self.robots.append(robot)
             self.pieces.hold(self.pieces.stage(FUEL.name, entry.preload), number)
-        self.scoring = RebuiltScoring(rng)
+        self._require_free_starts()
+        self.scoring = RebuiltScoring(rng, favorite="red" if is_turned else "blue")
         self.tracker = ScoringTracker(scoring_zones(), worth=self.scoring.worth)
         self.match = MATCH

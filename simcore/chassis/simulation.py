@@ -92,6 +92,7 @@ class ChassisSimulation:
         self._world = world
         self._engine = world.engine
         self._drivetrain = drivetrain
+        self._require_finite("pose", pose)
         self.row = world.add_robot_body(
             name,
             config.shape,

@@ -13,7 +13,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from simcore.errors import CapacityError, NonFiniteError, UnknownNameError
+from simcore.errors import CapacityError, ConfigError, NonFiniteError, UnknownNameError
 from simcore.gamepiece.chunks import ChunkGrid
 from simcore.gamepiece.config import GamePieceConfig
 from simcore.gamepiece.flying import FlightForces
@@ -28,6 +28,8 @@ _AUDIT_PERIOD = 4  # ticks
 _AUDIT_SIZE = 30  # sleepers looked at in each audit: all 408 within a second, at 30-50 us a tick
 _KNOCK_TICKS = 3.0  # how much farther the field is shown to the engine: a row of balls passes a knock on within a tick
 _FREE, _STAGED, _ASLEEP, _AWAKE, _HELD, _IN_FLIGHT, _SCORED = (int(status) for status in PieceStatus)
+_ON_FIELD = (_ASLEEP, _AWAKE, _IN_FLIGHT)
+_ALL = (_STAGED, *_ON_FIELD, _HELD, _SCORED)
 
 
 class GamePieceManager:
@@ -104,7 +106,13 @@ class GamePieceManager:
         return slots
 
     def release(self, slots: IntArray, positions: FloatArray) -> None:
-        """Put staged or scored pieces on the field, at rest."""
+        """Put pieces on the field, at rest, wherever they are now.
+
+        Raises:
+            ConfigError: A slot holds no piece.
+            NonFiniteError: A place is not finite. Either way nothing has changed.
+        """
+        self._require("release", slots, _ALL, positions)
         for slot, pos in zip(slots.tolist(), positions.tolist(), strict=True):
             config = self._pool.types[self.state.kind[slot]]
             standing = abs(pos[2] - config.rest_height) < 0.002
@@ -118,7 +126,12 @@ class GamePieceManager:
         self._awake_stale = True
 
     def hold(self, slots: IntArray, holder: int) -> None:
-        """Take pieces into a robot: off the field, and what leaned on them wakes."""
+        """Take pieces into a robot: off the field, and what leaned on them wakes.
+
+        Raises:
+            ConfigError: A slot holds no piece; nothing has changed.
+        """
+        self._require("hold", slots, _ALL)
         for slot in slots.tolist():
             self._wake_leaning(slot)
             self._pool.park(slot)
@@ -160,19 +173,38 @@ class GamePieceManager:
         return slot
 
     def score(self, slots: IntArray) -> None:
-        """Take scored pieces off the field; what leaned on them wakes."""
+        """Take scored pieces off the field; what leaned on them wakes.
+
+        Raises:
+            ConfigError: A piece is not on the field; nothing has changed.
+        """
+        self._require("score", slots, _ON_FIELD)
         for slot in slots.tolist():
             self._wake_leaning(slot)
             self._pool.park(slot)
             self.state.status[slot] = _SCORED
         self._awake_stale = True
 
-    def push(self, slots: IntArray, velocities: FloatArray) -> None:
-        """Give pieces on the field a velocity [m/s], shape (n, 3), and wake them."""
+    def push(self, slots: IntArray, velocities: FloatArray, *, flying: bool = False) -> None:
+        """Give pieces on the field a velocity, and wake them.
+
+        Args:
+            slots: Which ones.
+            velocities: Field frame [m/s], shape (n, 3).
+            flying: They are in the air and touch nothing, as after a launch.
+
+        Raises:
+            ConfigError: A piece is not on the field.
+            NonFiniteError: A velocity is not finite. Either way nothing has changed.
+        """
+        self._require("push", slots, _ON_FIELD, velocities)
         for slot, velocity in zip(slots.tolist(), velocities.tolist(), strict=True):
             self._wake(slot)
             self._world.set_velocity(self._pool.rows[slot], velocity)
             self.state.vel[slot] = velocity
+            if flying:
+                self.state.status[slot] = _IN_FLIGHT
+            self._flight.start(slot)
 
     def mark_active(self, x: float, y: float, reach: float) -> None:
         """Show the chunks around a place to the engine in the coming tick, whatever moves there [m]."""
@@ -297,6 +329,16 @@ class GamePieceManager:
             self._fall_asleep(ready)
 
     # --- inside -------------------------------------------------------------------------------------------------
+
+    def _require(self, what: str, slots: IntArray, allowed: Sequence[int], rows: FloatArray | None = None) -> None:
+        """Check a whole request before the first change."""
+        wrong = slots[~np.isin(self.state.status[slots], allowed)]
+        if len(wrong):
+            status = PieceStatus(int(self.state.status[wrong[0]])).name
+            names = [PieceStatus(value).name for value in allowed]
+            raise ConfigError(f"{what}: piece {int(wrong[0])} is {status}, it must be one of {names}")
+        if rows is not None and not (np.shape(rows) == (len(slots), 3) and np.isfinite(rows).all()):
+            raise NonFiniteError(f"{what}: {len(slots)} rows of three finite numbers are needed, got {rows}")
 
     def _kind(self, name: str) -> int:
         if name not in self._kinds:

@@ -29,8 +29,10 @@ class Proximity:
     """Ticks in a row that a piece must be slow before it sleeps; by then the engine has repaired overlaps, too."""
 
     def __post_init__(self) -> None:
-        for name in ("chunk_size", "margin", "piece_margin", "slow_speed"):
+        for name in ("chunk_size", "margin", "piece_margin", "slow_speed", "waking_speed"):
             require_positive("Proximity", name, getattr(self, name))
+        if not (isinstance(self.chunk_linger, int) and self.chunk_linger >= 0):
+            raise ConfigError(f"Proximity: chunk_linger must be a whole number >= 0, got {self.chunk_linger!r}")
         if self.slow_ticks < 5:
             raise ConfigError(f"Proximity: slow_ticks must be at least 5 (else apexes freeze), got {self.slow_ticks}")
 

@@ -90,6 +90,7 @@ class BulletEngine:
     """One PyBullet client. Use as a context manager, or call `close`."""
 
     def __init__(self, *, gravity: float = GRAVITY) -> None:
+        self.gravity = gravity
         p = self._p = _load_pybullet()
         client = p.connect(p.DIRECT)
         if client < 0:

@@ -53,6 +53,9 @@ class RayHits:
 class Engine(Protocol):
     """A rigid-body world with gravity along -z."""
 
+    gravity: float
+    """[m/s^2]"""
+
     def add_body(self, definition: BodyDefinition) -> int:
         """Make a body or a static; returns its row."""
         ...

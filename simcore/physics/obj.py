@@ -85,7 +85,7 @@ def read_obj(path: str | PathLike[str]) -> tuple[ObjGroup, ...]:
             raise FieldMeshError(f"{path}, line {number}: {error} in {line.strip()[:80]!r}") from error
     if not faces:
         raise FieldMeshError(
-            f"{path} is empty: {len(vertices)} vertices but no faces. Export the mesh with its faces ('f' lines)"
+            f"{path} is empty: {len(vertices)} vertices and no faces. Export the mesh with its faces ('f' lines)"
         )
     points = np.array(vertices, dtype=np.float64)
     return tuple(_group(name, points, polygons) for name, polygons in faces.items())

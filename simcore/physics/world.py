@@ -83,7 +83,7 @@ class PhysicsWorld:
         floor_size: Length and width of the floor [m].
         floor_center: Its middle, field frame [m].
         substepping: Limits on movement per sub-step.
-        gravity: Along -z [m/s^2].
+        gravity: Along -z [m/s^2]; None: the engine's, which is the standard one unless it was told otherwise.
     """
 
     def __init__(
@@ -94,14 +94,18 @@ class PhysicsWorld:
         floor_size: tuple[float, float] = (60.0, 60.0),
         floor_center: tuple[float, float] = (0.0, 0.0),
         substepping: Substepping | None = None,
-        gravity: float = GRAVITY,
+        gravity: float | None = None,
     ) -> None:
+        if floor is not None:
+            require_positive("PhysicsWorld", "floor_size", min(floor_size), "m")
         if engine is None:
             from simcore.physics.bullet import BulletEngine  # only here, so that importing simcore loads no engine
 
-            engine = BulletEngine(gravity=gravity)
+            engine = BulletEngine(gravity=GRAVITY if gravity is None else gravity)
+        elif gravity is not None and gravity != engine.gravity:
+            raise ConfigError(f"PhysicsWorld: this engine has a gravity of {engine.gravity} m/s^2, got {gravity}")
         self.engine = engine
-        self.gravity = gravity
+        self.gravity = engine.gravity
         self.substepping = substepping or Substepping()
         self._bodies: dict[int, _Body] = {}
         self._solid: set[int] = set()
@@ -109,7 +113,6 @@ class PhysicsWorld:
         self._robots: list[int] = []
         self._pieces: dict[int, int] = {}  # group by row
         if floor is not None:
-            require_positive("PhysicsWorld", "floor_size", min(floor_size), "m")
             # Balls get a half space, 15-25 % of a step cheaper than a box under 150 awake ones; the others thick boxes.
             box = Box((floor_size[0], floor_size[1], _FLOOR_THICKNESS))
             center = (floor_center[0], floor_center[1], -_FLOOR_THICKNESS / 2)
@@ -279,10 +282,6 @@ class PhysicsWorld:
         self.engine.wake(row)
         self.engine.set_velocity(row, linear, angular)
 
-    def surface(self, row: int) -> TerrainSurface:
-        """The material of a body."""
-        return self._bodies[row].surface
-
     def surroundings(self, row: int, low: Sequence[float], high: Sequence[float]) -> Surroundings:
         """What else than the robot `row` and pieces has its bounding box in this box [m]."""
         found = Surroundings.OPEN
@@ -298,7 +297,7 @@ class PhysicsWorld:
         return self.engine.rays(start, end, Group.ROAD)
 
     def solid_rays(self, start: FloatArray, end: FloatArray, *, pieces: bool = False, robots: bool = False) -> RayHits:
-        """First hits of segments (n, 3) [m] on the field, and on awake or sleeping pieces and robots if asked."""
+        """First hits of segments (n, 3) [m] on the field, and if asked on robots and on the pieces of active chunks."""
         mask = Group.STATIC | (Group.PIECE if pieces else 0) | (Group.ROBOT if robots else 0)
         return self.engine.rays(start, end, mask)
 

@@ -11,7 +11,7 @@ __all__ = ["output_error", "require_writable"]
 
 def output_error(kind: str, path: Path, error: OSError) -> OutputError:
     """What to raise when `path`, a log or a picture, cannot be written."""
-    example = Path("out") / f"run{path.suffix}"
+    example = Path("out") / ("run.wpilog" if kind == "log" else "run.png")
     return OutputError(
         f"cannot write the {kind} {str(path)!r}: {error.strerror or error}. "
         f"Give a file in a folder that you may write to, for example {str(example)!r}"

@@ -200,7 +200,7 @@ def test_concave_polygon_is_cut_within_its_outline():
     ("text", "message"),
     [
         ("", "no faces"),
-        ("v 0 0 0\nv 1 0 0\nv 0 1 0\n", "3 vertices but no faces"),
+        ("v 0 0 0\nv 1 0 0\nv 0 1 0\n", "3 vertices and no faces"),
         ("v 0 0 0\nv 1 0\n", "line 2: a vertex needs 3 numbers"),
         ("v 0 0 nan\n", "line 1: a vertex must have finite"),
         ("v 0 0 1e999\n", "line 1: a vertex must have finite"),

@@ -18,6 +18,8 @@ CRATE = GamePieceConfig(name="Crate", shape=Box((0.3, 0.3, 0.3)), mass=1.0)
 class RecordingEngine:
     """Remembers per row what it was told last."""
 
+    gravity = 9.80665
+
     def __init__(self):
         self.poses, self.masks, self.asleep = [], [], []
 
