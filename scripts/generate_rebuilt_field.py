@@ -39,6 +39,21 @@ def box(name: str, low: tuple[float, float, float], high: tuple[float, float, fl
     return solid(name, np.array([(*xy, low[2]) for xy in ring]), np.array([(*xy, high[2]) for xy in ring]))
 
 
+def ridge(
+    name: str, low: tuple[float, float], high: tuple[float, float], height: float, bevel: tuple[float, float]
+) -> ObjGroup:
+    """A bar on the floor whose top is narrower on both sides by `bevel` along x and y [m]."""
+    ring = [(low[0], low[1]), (high[0], low[1]), (high[0], high[1]), (low[0], high[1])]
+    bx, by = bevel
+    top = [
+        (low[0] + bx, low[1] + by),
+        (high[0] - bx, low[1] + by),
+        (high[0] - bx, high[1] - by),
+        (low[0] + bx, high[1] - by),
+    ]
+    return solid(name, np.array([(*xy, 0.0) for xy in ring]), np.array([(*xy, height) for xy in top]))
+
+
 def solid(name: str, bottom: FloatArray, top: FloatArray) -> ObjGroup:
     """A prism or frustum: two flat polygons with equally many corners, and flat faces between them.
 
@@ -171,13 +186,19 @@ def tower() -> list[ObjGroup]:
 
 
 def depot() -> list[ObjGroup]:
-    """Three low barriers against the alliance wall, which is the fourth side."""
-    x, y, b, h = dim.DEPOT_DEPTH, dim.DEPOT_Y, dim.DEPOT_BARRIER_WIDTH, dim.DEPOT_BARRIER_HEIGHT
+    """Three low bevelled barriers against the alliance wall, which is the fourth side."""
+    x, y, b, h, bevel = (
+        dim.DEPOT_DEPTH,
+        dim.DEPOT_Y,
+        dim.DEPOT_BARRIER_WIDTH,
+        dim.DEPOT_BARRIER_HEIGHT,
+        dim.DEPOT_BARRIER_BEVEL,
+    )
     half = dim.DEPOT_WIDTH / 2.0
     return [
-        box("depot_barrier_front", (x - b, y - half, 0.0), (x, y + half, h)),
-        box("depot_barrier_left", (0.0, y + half - b, 0.0), (x - b, y + half, h)),
-        box("depot_barrier_right", (0.0, y - half, 0.0), (x - b, y - half + b, h)),
+        ridge("depot_barrier_front", (x - b, y - half), (x, y + half), h, (bevel, 0.0)),
+        ridge("depot_barrier_left", (0.0, y + half - b), (x - b, y + half), h, (0.0, bevel)),
+        ridge("depot_barrier_right", (0.0, y - half), (x - b, y - half + b), h, (0.0, bevel)),
     ]
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import math
+import signal
 import sys
 from collections.abc import Sequence
 from dataclasses import replace
@@ -13,6 +14,7 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 
 from games.rebuilt.autos import AUTOS, Auto, find_auto
+from games.rebuilt.field import load_field
 from games.rebuilt.picture import draw_run
 from games.rebuilt.runner import AutoRun, play_auto
 from games.rebuilt.sim import DT, RebuiltConfig, RebuiltSim
@@ -59,6 +61,7 @@ def _play(options: argparse.Namespace) -> int:
     log = options.log or Path("out") / f"{auto.name}.wpilog"
     picture = options.picture or Path("out") / f"{auto.name}.png"
     require_writable("picture", picture)  # before the run: nobody wants to hear it after
+    load_field(options.field)  # a broken mesh must not cost the last run's log
     sink = WpilogSink(log)
     config = RebuiltConfig(hub_exits=options.hub_exits, field_mesh=options.field)
     run = _run(options, auto, config, [sink])
@@ -93,15 +96,39 @@ def _run(options: argparse.Namespace, auto: Auto, config: RebuiltConfig, sinks: 
             if sim.ticks % 10 == 0:
                 progress.update(task, completed=sim.ticks, score=sum(sim.tracker.totals.values()))
 
-        return play_auto(
-            auto,
-            alliance=options.alliance,
-            seconds=options.seconds,
-            config=config,
-            seed=options.seed,
-            sinks=sinks,
-            on_tick=show,
-        )
+        with InterruptFlag() as interrupted:
+            return play_auto(
+                auto,
+                alliance=options.alliance,
+                seconds=options.seconds,
+                config=config,
+                seed=options.seed,
+                sinks=sinks,
+                on_tick=show,
+                should_stop=interrupted,
+            )
+
+
+class InterruptFlag:
+    """Ctrl-C ends the run between two ticks, so that nothing is half done; a second one ends the program at once."""
+
+    def __init__(self) -> None:
+        self._is_set = False
+
+    def __call__(self) -> bool:
+        """Whether Ctrl-C was pressed."""
+        return self._is_set
+
+    def __enter__(self) -> InterruptFlag:
+        self._before = signal.signal(signal.SIGINT, self._on_interrupt)
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        signal.signal(signal.SIGINT, self._before)
+
+    def _on_interrupt(self, number: int, frame: object) -> None:
+        self._is_set = True
+        signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
 def _positive(text: str) -> float:

@@ -42,7 +42,8 @@ def depot(robot: ScriptedRobot) -> Steps:
     yield from robot.drive_to(x + 1.3, y, 0.0, speed=3.0, tolerance=0.1)
     yield from robot.drive_to(x + 0.5, y, 0.0, speed=1.5, timeout=1.8)
     low, high = (0.0, y - DEPOT_WIDTH / 2), (1.0, y + DEPOT_WIDTH / 2)
-    yield from robot.collect_in(low, high, aside=0.14, timeout=6.0)
+    yield from robot.collect_in(low, high, aside=0.14, timeout=5.0)
+    yield from robot.collect_in((0.0, y - 1.2), (1.5, y + 1.5), aside=1.3, timeout=4.0)  # what jumped the barrier
     robot.spin_up()
     yield from robot.drive_to(2.4, 5.2, -0.4, speed=3.0)
     robot.intake(False)

@@ -29,6 +29,7 @@ __all__ = [
     "CORRAL_OPENING_HEIGHT",
     "CORRAL_OPENING_WIDTH",
     "CORRAL_WIDTH",
+    "DEPOT_BARRIER_BEVEL",
     "DEPOT_BARRIER_HEIGHT",
     "DEPOT_BARRIER_WIDTH",
     "DEPOT_DEPTH",
@@ -191,6 +192,10 @@ DEPOT_WIDTH: Final = inches(42.0)  # along y, outside, manual 5.7
 DEPOT_DEPTH: Final = inches(27.0)  # from the alliance wall, outside, manual 5.7
 DEPOT_BARRIER_WIDTH: Final = inches(3.0)  # manual 5.7
 DEPOT_BARRIER_HEIGHT: Final = inches(1.125)  # 1.0 in on hook fastener, manual 5.7
+DEPOT_BARRIER_BEVEL: Final = inches(1.0)
+"""Of both long edges, estimate: the manual prints no section. A driven tire climbs a square edge by gripping it; our
+contacts leave grip to the tire model, so the edge itself has to be a ramp.
+"""
 DEPOT_Y: Final = FIELD_WIDTH / 2.0 + inches(75.93)
 """Middle. 6328 (`distanceFromCenterY`); its right edge at 5.430 is the reference's 5.429."""
 

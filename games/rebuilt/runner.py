@@ -47,6 +47,7 @@ def play_auto(
     seed: int = 0,
     sinks: Sequence[TelemetrySink] = (),
     on_tick: Callable[[RebuiltSim], None] | None = None,
+    should_stop: Callable[[], bool] = lambda: False,
 ) -> AutoRun:
     """Play an auto.
 
@@ -58,9 +59,10 @@ def play_auto(
         seed: Of everything left to chance.
         sinks: Who wants telemetry.
         on_tick: Called after each tick, e.g. for a progress bar.
+        should_stop: Asked before each tick; True ends the run early, with everything up to there.
 
     Returns:
-        The run; a Ctrl-C ends it early and cleanly, with everything up to there.
+        The run.
 
     Raises:
         ConfigError: `seconds` is not a positive finite number.
@@ -85,21 +87,21 @@ def play_auto(
     interrupted = False
     ticks = max(1, round(seconds / DT))
     run_start = perf_counter()
-    try:
-        for _ in range(ticks):
-            start = perf_counter()
-            sim.tick()
-            elapsed = perf_counter() - start
-            sim.last_tick_ms = 1e3 * elapsed
-            timer.add(elapsed)
-            path.append(sim.robots[0].chassis.pose)
-            substeps.append(sim.substeps)
-            awake.append(len(sim.pieces.awake))
-            min_volts = min(min_volts, sim.robots[0].battery.voltage)
-            if on_tick is not None:
-                on_tick(sim)
-    except KeyboardInterrupt:
-        interrupted = True
+    for _ in range(ticks):
+        if should_stop():
+            interrupted = True
+            break
+        start = perf_counter()
+        sim.tick()
+        elapsed = perf_counter() - start
+        sim.last_tick_ms = 1e3 * elapsed
+        timer.add(elapsed)
+        path.append(sim.robots[0].chassis.pose)
+        substeps.append(sim.substeps)
+        awake.append(len(sim.pieces.awake))
+        min_volts = min(min_volts, sim.robots[0].battery.voltage)
+        if on_tick is not None:
+            on_tick(sim)
     wall = perf_counter() - run_start
     track = np.array(path).reshape(-1, 3)
     blue, red = sim.tracker.totals["blue"], sim.tracker.totals["red"]

@@ -170,6 +170,8 @@ class ScriptedRobot:
         """
         back = 0.62  # from the robot's center to the middle of the intake zone, rack out [m]
         middle = 0.5 * (low[1] + high[1])
+        reach = aside + self.robot.config.intake.y_max - 0.02
+        low, high = (low[0], max(low[1], middle - reach)), (high[0], min(high[1], middle + reach))
         patience = round(timeout / _DT)
         while patience:
             patience -= 1

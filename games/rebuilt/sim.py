@@ -214,10 +214,10 @@ class RebuiltSim:
             room = robot.config.hopper_capacity - len(self.pieces.held(robot.number))
             if room <= 0 or not robot.intake_active:
                 continue
-            slots = self.pieces.awake
+            slots = self.pieces.within_sight  # sleepers too: a roller does not ask
             pos_robot = (self.pieces.state.pos[slots] - robot.chassis.pos) @ matrix(robot.chassis.quat)
             inside = robot.intake_zone().contains(pos_robot)
-            inside &= self.pieces.state.status[slots] == PieceStatus.AWAKE
+            inside &= self.pieces.state.status[slots] != PieceStatus.IN_FLIGHT
             if inside.any():
                 taken = slots[inside][:room]
                 self.intakes += self.pieces.state.pos[taken].tolist()

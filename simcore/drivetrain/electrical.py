@@ -182,10 +182,15 @@ def solve_supply(
         As `solve_shaft`.
     """
     emf, resistance, driving, driven, friction = constants
-    if end_power < 0.0:
-        # With no current at all the shaft ends at the greatest |e| that it can have: limited there, limited always.
-        w = solve_shaft(k, a, 0.0, 0.0, stator_limit, driving, driven, friction)[0]
-    i0, i1 = supply_line(emf_offset + emf * w, emf, w, resistance, power, current, end_power)
+    if end_power > 0.0:
+        i0, i1 = supply_line(emf_offset + emf * w, emf, w, resistance, power, current, end_power)
+        result = solve_shaft(k, a, i0, i1, stator_limit, driving, driven, friction)
+        # A shaft that is thrown backwards within the step can turn the drawing motor into a generator.
+        if (emf_offset + emf * result[0] + result[1] * resistance) * result[1] >= -power:
+            return result
+    # With no current at all the shaft ends at the greatest |e| that it can have: limited there, limited always.
+    w = solve_shaft(k, a, 0.0, 0.0, stator_limit, driving, driven, friction)[0]
+    i0, i1 = supply_line(emf_offset + emf * w, emf, w, resistance, power, current, -1.0)
     return solve_shaft(k, a, i0, i1, stator_limit, driving, driven, friction)
 
 
@@ -224,16 +229,16 @@ def bus_voltage(
         for m, v, limit, emf in zip(motors, requests, limits, emfs, strict=True):
             if v is None:
                 continue
+            conductance = m.conductance
             if v >= bus:
-                i = (bus - emf) * m.conductance
-                drawn = i
-                slope = m.conductance
+                drawn = i = (bus - emf) * conductance
+                slope = conductance
             elif v <= -bus:
-                i = (-bus - emf) * m.conductance
+                i = (-bus - emf) * conductance
                 drawn = -i
-                slope = m.conductance
+                slope = conductance
             else:
-                i = (v - emf) * m.conductance
+                i = (v - emf) * conductance
                 drawn = v * i * per_bus
                 slope = -drawn * per_bus
             if i > limit or i < -limit:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from operator import mul
 
 from simcore.drivetrain.config import SwerveModuleConfig
 from simcore.drivetrain.electrical import ShaftMotor, solve_shaft, solve_supply
@@ -12,38 +13,52 @@ from simcore.drivetrain.electrical import ShaftMotor, solve_shaft, solve_supply
 __all__ = ["ModuleState", "MotorReadout", "SteerBank"]
 
 
-@dataclass(slots=True)
 class MotorReadout:
-    """What the motors of one kind did in the last inner step, one entry per motor."""
+    """What the motors of one kind did in the last inner step, one entry per motor.
 
-    volts: list[float]
-    """At the terminals [V]."""
-    current: list[float]
-    """Stator current [A]."""
-    supply: list[float]
-    """Current from the battery; negative feeds back [A]."""
-    heat: list[float]
-    """Copper loss since the last reset [J]."""
-    energy: list[float]
-    """Electrical energy taken since the last reset [J]."""
+    Sums are kept as they come and turned into what people ask for only when they ask: this runs every inner step.
+    """
 
-    @staticmethod
-    def zeros(n: int) -> MotorReadout:
-        """All at rest."""
-        return MotorReadout(*([0.0] * n for _ in range(5)))
+    __slots__ = ("_bus", "_charge2", "_resistance", "current", "energy", "volts")
 
-    def book(
-        self, volts: list[float], current: list[float], resistance: Sequence[float], bus: float, h: float
-    ) -> float:
+    def __init__(self, resistance: Sequence[float]) -> None:
+        """All at rest, nothing taken.
+
+        Args:
+            resistance: Of each motor [ohm].
+        """
+        n = len(resistance)
+        self._resistance = tuple(resistance)
+        self._bus = 0.0
+        self._charge2 = [0.0] * n
+        self.volts = [0.0] * n
+        """At the terminals [V]."""
+        self.current = [0.0] * n
+        """Stator current [A]."""
+        self.energy = 0.0
+        """Electrical energy that all of them took since the last reset: the integral of V I [J]."""
+
+    @property
+    def supply(self) -> list[float]:
+        """Current from the battery; negative feeds back [A]."""
+        if self._bus <= 0.0:
+            return [0.0] * len(self.volts)
+        return [v * i / self._bus for v, i in zip(self.volts, self.current, strict=True)]
+
+    @property
+    def heat(self) -> list[float]:
+        """Copper loss since the last reset [J]."""
+        return [r * q for r, q in zip(self._resistance, self._charge2, strict=True)]
+
+    def book(self, volts: list[float], current: list[float], bus: float, h: float) -> float:
         """Take down one inner step and return the current from the battery [A]."""
         self.volts = volts
         self.current = current
-        per_bus = 1.0 / bus if bus > 0.0 else 0.0
-        power = [v * i for v, i in zip(volts, current, strict=True)]
-        self.supply = [p * per_bus for p in power]
-        self.heat = [q + i * i * r * h for q, i, r in zip(self.heat, current, resistance, strict=True)]
-        self.energy = [e + p * h for e, p in zip(self.energy, power, strict=True)]
-        return sum(self.supply)
+        self._bus = bus
+        power = sum(map(mul, volts, current))
+        self.energy += power * h
+        self._charge2 = [q + i * i * h for q, i in zip(self._charge2, current, strict=True)]
+        return power / bus if bus > 0.0 else 0.0
 
 
 @dataclass(slots=True)
@@ -84,7 +99,6 @@ class SteerBank:
             )
             for m in modules
         ]
-        self._resistance = [m.resistance for m in self.motors]
         self._rows = [
             (
                 *(motor, motor.emf, motor.conductance, motor.torque_driving, motor.torque_driven, motor.friction),
@@ -140,9 +154,14 @@ class SteerBank:
                     v = -bus
                 i0 = v * conductance
                 i1 = emf * conductance
+            holds = friction + scrub * loads[row]
+            if w == 0.0 and a == 0.0 and -holds <= driven * i0 <= holds and -limit <= i0 <= limit:
+                # Held by friction, as azimuths are most of the time (5.0 -> 3.5 us for four).
+                terminal.append(i0 * m.resistance)
+                currents.append(i0)
+                continue
             k = inertia / h
             a += k * w
-            holds = friction + scrub * loads[row]
             power = supply * bus
             end, i, _, _ = solve_shaft(k, a, i0, i1, limit, driving, driven, holds)
             p = (emf * end + i * m.resistance) * i
@@ -157,4 +176,4 @@ class SteerBank:
                 state.sin[row] = math.sin(angle)
             terminal.append(emf * w + i * m.resistance)
             currents.append(i)
-        return readout.book(terminal, currents, self._resistance, bus, h)
+        return readout.book(terminal, currents, bus, h)

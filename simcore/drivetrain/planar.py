@@ -94,12 +94,14 @@ class PlanarChassis:
         )
         self.ax = (c * dx - s * dy) / h + ex
         self.ay = (s * dx + c * dy) / h + ey
+        spin = dw + force[2] / config.yaw_inertia * h
+        # With the mean velocity of the step, a constant acceleration moves the robot exactly as it should.
+        self.x += (self.vx + 0.5 * self.ax * h) * h
+        self.y += (self.vy + 0.5 * self.ay * h) * h
+        self.yaw += (self.omega + 0.5 * spin) * h
         self.vx += self.ax * h
         self.vy += self.ay * h
-        self.omega += dw + force[2] / config.yaw_inertia * h
-        self.x += self.vx * h
-        self.y += self.vy * h
-        self.yaw += self.omega * h
+        self.omega += spin
         self.time += h
 
     def run(self, seconds: float, *, h: float = 0.005, each: Callable[[], None] | None = None) -> None:

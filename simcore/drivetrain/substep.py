@@ -6,13 +6,28 @@ import math
 from collections.abc import Sequence
 from typing import Protocol
 
+import numpy as np
+
 from simcore.drivetrain.solver import TireSolver
 from simcore.errors import NonFiniteError
+from simcore.typing import FloatArray
 
-__all__ = ["MAX_INNER_STEP", "follow_frame"]
+__all__ = ["MAX_INNER_STEP", "Forces", "follow_frame", "mean_forces"]
 
 MAX_INNER_STEP = 0.004
 """Longest step of motors and tires [s]; a longer step of the owner is cut into equal parts."""
+
+
+Forces = list[tuple[list[float], list[float]]]
+"""Per inner step: forward and leftward force of every wheel, in the robot axes of that moment [N]."""
+
+
+def mean_forces(forces: Forces, n: int) -> FloatArray:
+    """Mean over the inner steps, shape (n, 2); averaged when asked, not every step."""
+    if not forces:
+        return np.zeros((n, 2))
+    mean: FloatArray = np.mean(np.array(forces), axis=0).T
+    return mean
 
 
 class InnerStep(Protocol):
@@ -35,15 +50,15 @@ def follow_frame(
     loads: Sequence[float],
     ax: float,
     ay: float,
-) -> tuple[tuple[float, float, float], list[float], list[float]]:
-    """Change of velocity by the tires over `h`, in the robot axes at its start, and the mean force per wheel.
+) -> tuple[tuple[float, float, float], Forces]:
+    """Change of velocity by the tires over `h`, in the robot axes at its start, and the wheel forces.
 
     A robot that spins at 12 rad/s turns by 3.4 degrees in 5 ms. Each inner step therefore sees the velocity in the
     axes of its own moment, and its impulse is turned back to the axes of the start.
 
     Args:
         inner: One inner step of the drivetrain.
-        solver: Whose wheel forces are averaged.
+        solver: Whose wheel forces are collected.
         h: Time step of the owner [s].
         vx: Velocity at the start, robot axes of the start [m/s].
         vy: To the left [m/s].
@@ -53,7 +68,7 @@ def follow_frame(
         ay: To the left [m/s^2].
 
     Returns:
-        Changes (m/s, m/s, rad/s); forces forward [N]; forces to the left [N], each in the robot axes of its moment.
+        Changes (m/s, m/s, rad/s), and per inner step the wheel forces for `mean_forces`.
 
     Raises:
         NonFiniteError: When an argument is not finite or h is not above zero; nothing has changed.
@@ -67,11 +82,9 @@ def follow_frame(
     vx, vy, omega, loads = float(vx), float(vy), float(omega), [float(load) for load in loads]
     parts = math.ceil(h / MAX_INNER_STEP - 1e-9)
     dt = h / parts
-    share = 1.0 / parts
     dx = dy = turned = 0.0
     start = omega
-    force_x: list[float] = []
-    force_y: list[float] = []
+    forces: Forces = []
     c, s = 1.0, 0.0
     for part in range(parts):
         if part > 0:
@@ -87,10 +100,5 @@ def follow_frame(
         jy = ny - uy
         dx += c * jx - s * jy
         dy += s * jx + c * jy
-        if part == 0:
-            force_x = [f * share for f in solver.force_x]
-            force_y = [f * share for f in solver.force_y]
-        else:
-            force_x = [t + f * share for t, f in zip(force_x, solver.force_x, strict=True)]
-            force_y = [t + f * share for t, f in zip(force_y, solver.force_y, strict=True)]
-    return (dx, dy, omega - start), force_x, force_y
+        forces.append((solver.force_x, solver.force_y))
+    return (dx, dy, omega - start), forces

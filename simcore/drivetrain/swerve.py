@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import enum
 import math
 from collections.abc import Sequence
 
@@ -10,30 +9,21 @@ import numpy as np
 
 from simcore.drivetrain.capability import free_speed, launch_accel
 from simcore.drivetrain.config import SwerveConfig
-from simcore.drivetrain.control import module_targets, optimize
+from simcore.drivetrain.control import module_targets
+from simcore.drivetrain.controller import DriveMode, ModuleController
 from simcore.drivetrain.electrical import ShaftMotor, bus_voltage
 from simcore.drivetrain.encoders import EncoderCache
 from simcore.drivetrain.load import normal_loads
 from simcore.drivetrain.module import ModuleState, MotorReadout, SteerBank
 from simcore.drivetrain.solver import DriveShaft, TireSolver
-from simcore.drivetrain.substep import follow_frame
+from simcore.drivetrain.substep import MAX_INNER_STEP, Forces, follow_frame, mean_forces
 from simcore.drivetrain.tire import WheelContact
 from simcore.errors import ConfigError, NonFiniteError
 from simcore.power.battery import Battery, BatteryConfig
 from simcore.typing import FloatArray
 from simcore.units import GRAVITY
 
-__all__ = ["DriveMode", "SwerveDrive"]
-
-
-class DriveMode(enum.Enum):
-    """What the last command asks of the drive motors."""
-
-    NEUTRAL = "neutral"
-    VOLTS = "volts"
-    DUTY = "duty"
-    TORQUE_CURRENT = "torque current"
-    STATES = "states"
+__all__ = ["SwerveDrive"]
 
 
 class SwerveDrive:
@@ -99,20 +89,13 @@ class SwerveDrive:
         )
         self._steer = SteerBank(modules)
         self._drive_emf = [m.emf for m in self._drive_motors]
-        self._drive_resistance = [m.resistance for m in self._drive_motors]
         self._zeros = [0.0] * n
-        self._stator_limits = [m.drive_stator_limit for m in modules]
         # Azimuth coupling: [V s/rad] of back-EMF, and [kg m^2] of rotor that the azimuth turns as well.
         self._coupled_emf = [m.coupling_ratio / m.drive_motor.kv for m in modules]
         self._coupled_inertia = [m.drive_motor.rotor_inertia * m.drive_gearing * m.coupling_ratio for m in modules]
         self._coupled = any(m.coupling_ratio != 0.0 for m in modules)
-        self._gains = [
-            (m.wheel_radius, motor.emf, k, m.drive_kp, m.steer_kp)
-            for m, motor, k in zip(modules, self._drive_motors, self._coupled_emf, strict=True)
-        ]
-        self._coasting = any(not (m.drive_brake and m.steer_brake) for m in modules)
-        self._ramped = any(m.drive_ramp > 0.0 for m in modules)
         self._static_loads = normal_loads(config, [True] * n, (0.0, 0.0, -GRAVITY))
+        self._controller = ModuleController(modules, self._drive_motors, self._steer.motors, self._static_loads)
         self._free_speeds = [free_speed(s, self._solver.wheels, self._static_loads) for s in self._solver.shafts]
         self._max_speed = min(self._free_speeds)
         self.encoders = EncoderCache(n)
@@ -130,25 +113,25 @@ class SwerveDrive:
         """
         drive_ = self._checked("drive volts", drive)
         steer_ = self._checked("steer volts", steer)
-        self._mode, self._drive_command, self._steer_command = DriveMode.VOLTS, drive_, steer_
+        self._command(DriveMode.VOLTS, drive_, steer_)
 
     def set_duty_cycles(self, drive: Sequence[float], steer: Sequence[float]) -> None:
         """Share of the battery voltage per motor, -1..1; see `set_volts` for errors."""
         drive_ = [min(1.0, max(-1.0, d)) for d in self._checked("drive duty cycle", drive)]
         steer_ = [min(1.0, max(-1.0, d)) for d in self._checked("steer duty cycle", steer)]
-        self._mode, self._drive_command, self._steer_command = DriveMode.DUTY, drive_, steer_
+        self._command(DriveMode.DUTY, drive_, steer_)
 
     def set_torque_currents(self, drive: Sequence[float], steer: Sequence[float]) -> None:
         """Stator current of the drive motors [A] and voltage of the steer motors [V]; see `set_volts` for errors."""
         drive_ = self._checked("drive current", drive)
         steer_ = self._checked("steer volts", steer)
-        self._mode, self._drive_command, self._steer_command = DriveMode.TORQUE_CURRENT, drive_, steer_
+        self._command(DriveMode.TORQUE_CURRENT, drive_, steer_)
 
     def set_module_states(self, speeds: Sequence[float], angles: Sequence[float]) -> None:
         """Closed loop on board: ground speed [m/s] and steer angle [rad] per module; see `set_volts` for errors."""
         speeds_ = self._checked("module speed", speeds)
         angles_ = self._checked("module angle", angles)
-        self._mode, self._drive_command, self._steer_command = DriveMode.STATES, speeds_, angles_
+        self._command(DriveMode.STATES, speeds_, angles_)
 
     def set_chassis_speeds(self, vx: float, vy: float, omega: float) -> None:
         """Closed loop on board: velocity of the robot in its own frame [m/s, m/s, rad/s]; scaled down if too fast.
@@ -160,13 +143,15 @@ class SwerveDrive:
             _number(f"chassis speed {name}", value)
         positions = [(m.x, m.y) for m in self.config.modules]
         speeds, angles = module_targets(positions, vx, vy, omega, self.max_speed, self._present_angles())
-        self._mode, self._drive_command, self._steer_command = DriveMode.STATES, speeds, angles
+        self._command(DriveMode.STATES, speeds, angles)
 
     def stop(self) -> None:
         """Zero command: every motor to its neutral mode, brake or coast."""
-        self._mode = DriveMode.NEUTRAL
-        self._drive_command = [0.0] * self._n
-        self._steer_command = [0.0] * self._n
+        self._command(DriveMode.NEUTRAL, self._zeros, self._zeros)
+
+    def _command(self, mode: DriveMode, drive: list[float], steer: list[float]) -> None:
+        self._controller.command(mode, drive, steer)
+        self._bus_due = self.time
 
     def reset(self, *, angles: Sequence[float] | None = None) -> None:
         """Everything as new: wheels at rest at `angles` [rad], encoders at zero, battery rested, time at zero."""
@@ -182,18 +167,17 @@ class SwerveDrive:
         solver.shaft_speed = self.state.wheel_speed  # one list: the solver moves it, everyone reads it
         solver.shaft_current = [0.0] * n
         solver.slip = [0.0] * n
-        self.drive_motors = MotorReadout.zeros(n)
+        self.drive_motors = MotorReadout([m.resistance for m in self._drive_motors])
         """Of the drive motors in the last inner step."""
-        self.steer_motors = MotorReadout.zeros(n)
+        self.steer_motors = MotorReadout([m.resistance for m in self._steer.motors])
         """Of the steer motors in the last inner step."""
-        self._ramp_volts = [0.0] * n
-        self._force_x = [0.0] * n
-        self._force_y = [0.0] * n
+        self._forces: Forces = []
         self._steer_supply = 0.0
+        self._bus_due = 0.0
         self.battery.reset()
         self._bus = self.battery.voltage
         self.encoders.clear(0.0)
-        self.stop()
+        self._controller.reset()
 
     # ---------------------------------------------------------------- the step
 
@@ -232,7 +216,7 @@ class SwerveDrive:
         loads = self._static_loads if normal_loads is None else normal_loads
         if len(loads) != self._n:
             raise ConfigError(f"swerve step needs {self._n} normal loads, got {len(loads)}")
-        result, self._force_x, self._force_y = follow_frame(self._inner, self._solver, h, vx, vy, omega, loads, ax, ay)
+        result, self._forces = follow_frame(self._inner, self._solver, h, vx, vy, omega, loads, ax, ay)
         return result
 
     def _inner(
@@ -242,10 +226,15 @@ class SwerveDrive:
         state = self.state
         solver = self._solver
         battery = self.battery
-        drive, steer, limits = self._requests(h)
         bus = self._bus
+        neutral = battery.browned_out or not self.enabled
+        drive, steer, limits = self._controller.requests(h, state, bus, neutral)
         coupled = self._coupled
-        if battery.config.resistance > 0.0:
+        if battery.config.resistance == 0.0:
+            bus = battery.open_voltage
+        elif self._bus_due <= self.time + 1e-9:
+            # Every 4 ms or at a new command: it costs a quarter of the tires' step.
+            self._bus_due = self.time + MAX_INNER_STEP
             emfs = [e * w for e, w in zip(self._drive_emf, state.wheel_speed, strict=True)]
             if coupled:
                 emfs = [e + k * w for e, k, w in zip(emfs, self._coupled_emf, state.steer_speed, strict=True)]
@@ -260,8 +249,6 @@ class SwerveDrive:
                 limits,
                 emfs,
             )
-        else:
-            bus = battery.open_voltage
         self._bus = bus
 
         before = state.steer_speed[:] if coupled else None
@@ -276,7 +263,7 @@ class SwerveDrive:
             offset = torque = self._zeros
         result = solver.step(h, vx, vy, omega, loads, state.cos, state.sin, drive, offset, torque, limits, bus)
         state.wheel_angle = [a + w * h for a, w in zip(state.wheel_angle, state.wheel_speed, strict=True)]
-        supply = self.drive_motors.book(solver.shaft_volts, solver.shaft_current, self._drive_resistance, bus, h)
+        supply = self.drive_motors.book(solver.shaft_volts, solver.shaft_current, bus, h)
         battery.step(h, self.other_current + supply + steer_supply)
         self._steer_supply = 0.5 * (self._steer_supply + steer_supply)
         self.time += h
@@ -285,55 +272,6 @@ class SwerveDrive:
                 self.time, h, state.wheel_angle, state.wheel_speed, state.steer_angle, state.steer_speed
             )
         return result
-
-    def _requests(self, h: float) -> tuple[list[float | None], list[float | None], list[float]]:
-        """Voltage wanted from every drive and steer motor, None for an open circuit, and the stator limits."""
-        modules = self.config.modules
-        limits = self._stator_limits
-        mode = self._mode
-        drive: list[float | None]
-        steer: list[float | None]
-        if mode is DriveMode.NEUTRAL or not self.enabled or self.battery.browned_out:
-            self._ramp_volts = [0.0] * self._n
-            drive = [0.0 if m.drive_brake else None for m in modules]
-            return drive, [0.0 if m.steer_brake else None for m in modules], limits
-        if mode is DriveMode.STATES:
-            drive = []
-            steer = []
-            state = self.state
-            for k, (radius, emf, coupled_emf, drive_kp, steer_kp) in enumerate(self._gains):
-                speed, error = optimize(self._drive_command[k], self._steer_command[k], state.steer_angle[k])
-                drive.append(
-                    emf * speed / radius
-                    + drive_kp * (speed - state.wheel_speed[k] * radius)
-                    + coupled_emf * state.steer_speed[k]
-                )
-                steer.append(steer_kp * error)
-        elif mode is DriveMode.DUTY:
-            drive = [d * self._bus for d in self._drive_command]
-            steer = [d * self._bus for d in self._steer_command]
-        elif mode is DriveMode.TORQUE_CURRENT:
-            # As much voltage as there is, with the wanted current as the limit.
-            drive = [math.copysign(math.inf, i) if i != 0.0 else None for i in self._drive_command]
-            limits = [min(abs(i), limit) for i, limit in zip(self._drive_command, limits, strict=True)]
-            steer = list(self._steer_command)
-        else:
-            drive = list(self._drive_command)
-            steer = list(self._steer_command)
-        if self._ramped and mode is not DriveMode.TORQUE_CURRENT:
-            for k, m in enumerate(modules):
-                wanted = drive[k]
-                if m.drive_ramp > 0.0 and wanted is not None:
-                    most = 12.0 / m.drive_ramp * h
-                    old = self._ramp_volts[k]
-                    drive[k] = self._ramp_volts[k] = old + min(most, max(-most, wanted - old))
-        if self._coasting:
-            for k, m in enumerate(modules):
-                if drive[k] == 0.0 and not m.drive_brake:
-                    drive[k] = None
-                if steer[k] == 0.0 and not m.steer_brake:
-                    steer[k] = None
-        return drive, steer, limits
 
     def wheel_loads(
         self, touching: Sequence[bool], gravity: Sequence[float], acceleration: Sequence[float]
@@ -366,12 +304,12 @@ class SwerveDrive:
     @property
     def electrical_energy(self) -> float:
         """Taken by all motors since the reset: the integral of V I [J]."""
-        return sum(self.drive_motors.energy) + sum(self.steer_motors.energy)
+        return self.drive_motors.energy + self.steer_motors.energy
 
     @property
     def wheel_forces(self) -> FloatArray:
         """Ground on wheels, robot axes, averaged over the last `step` [N], shape (n, 2)."""
-        return np.array([self._force_x, self._force_y]).T
+        return mean_forces(self._forces, self._n)
 
     @property
     def wheel_angles(self) -> FloatArray:
@@ -453,7 +391,8 @@ class SwerveDrive:
 
     def _present_angles(self) -> list[float]:
         """Where a module without a direction should stay: its target if it has one, else where it is."""
-        return list(self._steer_command) if self._mode is DriveMode.STATES else list(self.state.steer_angle)
+        controller = self._controller
+        return list(controller.steer) if controller.mode is DriveMode.STATES else list(self.state.steer_angle)
 
     def _checked(self, what: str, values: Sequence[float]) -> list[float]:
         if len(values) != self._n:

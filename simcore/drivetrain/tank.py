@@ -15,7 +15,7 @@ from simcore.drivetrain.load import normal_loads
 from simcore.drivetrain.module import MotorReadout
 from simcore.drivetrain.motor import MotorModel, motor
 from simcore.drivetrain.solver import DriveShaft, TireSolver
-from simcore.drivetrain.substep import follow_frame
+from simcore.drivetrain.substep import Forces, follow_frame, mean_forces
 from simcore.drivetrain.tire import WheelContact
 from simcore.errors import ConfigError, NonFiniteError, require_finite, require_non_negative, require_positive
 from simcore.power.battery import Battery, BatteryConfig
@@ -166,10 +166,9 @@ class TankDrive:
         self._speed = self._solver.shaft_speed = [0.0, 0.0]
         self._solver.shaft_current = [0.0, 0.0]
         self._solver.slip = [0.0] * self._n
-        self.motors = MotorReadout.zeros(2)
+        self.motors = MotorReadout([self.config.motor.resistance] * 2)
         """Left and right, each entry one motor of that side, in the last inner step."""
-        self._force_x = [0.0] * self._n
-        self._force_y = [0.0] * self._n
+        self._forces: Forces = []
         self.battery.reset()
         self._bus = self.battery.voltage
         self.encoders.clear(0.0)
@@ -213,7 +212,7 @@ class TankDrive:
         loads = self._static_loads if normal_loads is None else normal_loads
         if len(loads) != self._n:
             raise ConfigError(f"tank step needs {self._n} normal loads, got {len(loads)}")
-        result, self._force_x, self._force_y = follow_frame(self._inner, self._solver, h, vx, vy, omega, loads, ax, ay)
+        result, self._forces = follow_frame(self._inner, self._solver, h, vx, vy, omega, loads, ax, ay)
         return result
 
     def _inner(
@@ -240,8 +239,7 @@ class TankDrive:
             *(h, vx, vy, omega, loads, (1.0, 1.0), (0.0, 0.0), request, (0.0, 0.0), (0.0, 0.0), limits, self._bus)
         )
         self._angle = [a + w * h for a, w in zip(self._angle, self._speed, strict=True)]
-        resistance = (c.motor.resistance, c.motor.resistance)
-        each = self.motors.book(solver.shaft_volts, solver.shaft_current, resistance, self._bus, h)
+        each = self.motors.book(solver.shaft_volts, solver.shaft_current, self._bus, h)
         battery.step(h, self.other_current + each * c.motors_per_side)
         self.time += h
         if self.encoders.due <= self.time + 1e-9:
@@ -261,12 +259,12 @@ class TankDrive:
     @property
     def electrical_energy(self) -> float:
         """Taken by all motors since the reset [J]."""
-        return sum(self.motors.energy) * self.config.motors_per_side
+        return self.motors.energy * self.config.motors_per_side
 
     @property
     def wheel_forces(self) -> FloatArray:
         """Ground on wheels, robot axes, averaged over the last `step` [N], shape (n, 2)."""
-        return np.array([self._force_x, self._force_y]).T
+        return mean_forces(self._forces, self._n)
 
     @property
     def side_distances(self) -> FloatArray:

@@ -184,8 +184,10 @@ class GamePieceManager:
         held = self.held(holder)
         if len(held) == 0:
             raise CapacityError(f"robot {holder} has no piece to launch")
-        if not all(map(math.isfinite, (*pos, *vel, *spin))):
-            raise NonFiniteError(f"launch: position, velocity and spin must be finite, got {pos}, {vel}, {spin}")
+        if not (len(pos) == len(vel) == len(spin) == 3 and all(map(math.isfinite, (*pos, *vel, *spin)))):
+            raise NonFiniteError(
+                f"launch: position, velocity and spin must be three finite numbers each, got {pos}, {vel}, {spin}"
+            )
         slot = int(held[0])
         self._pool.place(slot, (float(pos[0]), float(pos[1]), float(pos[2])), touchable=True)
         self._world.set_velocity(self._pool.rows[slot], vel, spin)
@@ -227,6 +229,11 @@ class GamePieceManager:
             self._awake_rows = self._pool.rows_of(self._awake)
             self._awake_stale = False
         return self._awake
+
+    @property
+    def within_sight(self) -> IntArray:
+        """Slots on the field in active chunks, awake or not: all that anything that moves could meet."""
+        return np.nonzero(self.state.touchable)[0]
 
     @property
     def types(self) -> list[GamePieceConfig]:

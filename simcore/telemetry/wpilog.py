@@ -36,6 +36,7 @@ __all__ = ["WpilogSink"]
 
 _FLUSH_BYTES = 256 * 1024
 _FLUSH_MICROS = 1_000_000
+_BULK = 64  # poses
 _MAX_TIME = 1e9  # [s], 31 years
 
 # Lengths inside a record may be packed to 1-4 (timestamp 1-8) bytes each. Scalars use the short form; fixed layouts
@@ -53,16 +54,20 @@ _UNSEEN = b""
 class WpilogSink:
     """Writes snapshots to a `.wpilog`; entries are named as DataLogManager names NetworkTables keys.
 
-    Poses are written every time; a number or a boolean only when it changed, as the format intends. What was written
-    reaches the disk at least every simulated second or 256 KB, in whole records, so a killed run leaves a good log.
+    A value is written only when it changed, as the format intends. Long arrays of poses (448 fuel are 25 KB) are
+    written less often than the rest: at every tick they alone would be 200 MB of a match. What was written reaches the
+    disk at least every simulated second or 256 KB, in whole records, so a killed run leaves a good log.
     """
 
-    def __init__(self, path: str | Path, *, period: float = 0.02, prefix: str = "NT:/") -> None:
+    def __init__(
+        self, path: str | Path, *, period: float = 0.02, bulk_period: float = 0.06, prefix: str = "NT:/"
+    ) -> None:
         """Create the file, its missing folders and the schemas; a file of that name is overwritten.
 
         Args:
             path: Where the log goes, by custom `*.wpilog`.
             period: Simulated time between two snapshots [s].
+            bulk_period: The same for arrays of more than 64 poses [s].
             prefix: Put before every key. With the default one AdvantageScope layout serves live and log.
 
         Raises:
@@ -72,6 +77,7 @@ class WpilogSink:
         self.path = Path(path)
         self.prefix = prefix
         self._cadence = Cadence(period)
+        self._bulk_cadence = Cadence(bulk_period)
         self._buffer = bytearray()
         self._flushed_at = 0  # [us]
         self._types: dict[str, str] = {}
@@ -111,10 +117,12 @@ class WpilogSink:
             raise ConfigError(f"a snapshot needs a finite time >= 0 s, got {snapshot.time}")
         micros = round(snapshot.time * 1e6)
         self._cadence.take(snapshot.time)
+        bulk = self._bulk_cadence.take(snapshot.time)
         for key, pose in snapshot.poses.items():
-            self._append(self._entry(key, POSE_TYPE, micros), pose_bytes(key, pose), micros)
+            self._append_changed(key, POSE_TYPE, pose_bytes(key, pose), micros)
         for key, poses in snapshot.pose_arrays.items():
-            self._append(self._entry(key, POSE_ARRAY_TYPE, micros), pose_array_bytes(key, poses), micros)
+            if bulk or len(poses) <= _BULK or key not in self._entries:
+                self._append_changed(key, POSE_ARRAY_TYPE, pose_array_bytes(key, poses), micros)
         self._changed("double", ((key, _DOUBLE.pack(value)) for key, value in snapshot.doubles.items()), micros)
         self._changed("int64", ((key, _INT64.pack(value)) for key, value in snapshot.integers.items()), micros)
         booleans = ((key, _TRUE if value else _FALSE) for key, value in snapshot.booleans.items())
@@ -151,6 +159,12 @@ class WpilogSink:
             if values.get(key, _UNSEEN) != payload:
                 values[key] = payload
                 self._buffer += _SHORT.pack(_SHORT_HEAD, entry, len(payload), micros) + payload
+
+    def _append_changed(self, key: str, type_name: str, payload: bytes, micros: int) -> None:
+        entry = self._entry(key, type_name, micros)
+        if self._values.get(key) != payload:
+            self._values[key] = payload
+            self._append(entry, payload, micros)
 
     def _entry(self, key: str, type_name: str, micros: int) -> int:
         known = self._types.get(key)

@@ -21,7 +21,15 @@ from simcore.drivetrain.tank import TankConfig, TankDrive
 from simcore.power.battery import Battery, BatteryConfig
 from simcore.units import GRAVITY
 
-logging.getLogger("simcore.drivetrain").setLevel(logging.ERROR)  # random robots are unusual
+
+@pytest.fixture(autouse=True, scope="module")
+def _random_robots_are_unusual():
+    log = logging.getLogger("simcore.drivetrain")
+    log.setLevel(logging.ERROR)
+    yield
+    log.setLevel(logging.NOTSET)
+
+
 settings.register_profile("drive", deadline=None, suppress_health_check=[HealthCheck.too_slow], derandomize=True)
 settings.load_profile("drive")
 
@@ -195,8 +203,7 @@ def test_same_seed_is_bit_identical(config, battery, seed):
 @given(robots(), batteries, seeds)
 @settings(max_examples=5)
 def test_a_minute_of_random_commands_stays_finite(config, battery, seed):
-    for drive, c in drive_around(config, battery, seed, 0.02, n=3000):
-        pass
+    *_, (drive, c) = drive_around(config, battery, seed, 0.02, n=3000)
     state = [c.x, c.y, c.yaw, c.vx, c.vy, c.omega, drive.bus_voltage, *drive.state.wheel_speed, *drive.steer_angles]
     assert all(map(math.isfinite, state))
     assert c.speed < 30.0

@@ -150,7 +150,7 @@ def test_a_shot_that_is_no_number_stays_in_the_robot(pieces):
         ((1.0, 1.0, 1.0), (math.inf, 0.0, 0.0), (0.0, 0.0, 0.0)),
         ((1.0, 1.0, 1.0), (1.0, 0.0, 0.0), (0.0, math.nan, 0.0)),
     ):
-        with pytest.raises(NonFiniteError, match="must be finite"):
+        with pytest.raises(NonFiniteError, match="three finite numbers"):
             pieces.launch(0, pos, vel, spin)
     assert len(pieces.held(0)) == 1 and not pieces.state.touchable.any()
 

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from games.rebuilt.dimensions import FIELD_LENGTH, FIELD_WIDTH
+from games.rebuilt.robot import RebuiltRobotConfig
 from games.rebuilt.scripted import ScriptedRobot
 
 DT = 0.02
@@ -22,6 +23,7 @@ class Ideal:
         self.number = 0
         self.chassis = self
         self.drive = self
+        self.config = RebuiltRobotConfig()
 
     def set_chassis_speeds(self, vx, vy, omega):
         x, y, yaw = self.pose

@@ -36,7 +36,11 @@ def read(path: Path) -> tuple[dict[str, str], dict[str, list[tuple[int, bytes]]]
     return types, values
 
 
+EVERY_TICK = {"bulk_period": 0.02}
+
+
 def written(path: Path, snapshots: list[Snapshot], **options: Any) -> Path:
+    options = EVERY_TICK | options
     with WpilogSink(path, **options) as sink:
         for snapshot in snapshots:
             if sink.due(snapshot.time):
@@ -81,7 +85,7 @@ def test_poses_read_back_as_they_were(tmp_path: Path, snapshots: list[Snapshot])
         assert [stamp for stamp, _ in rows] == [20_000 * (k + 1) for k in range(20)]
         for (_, payload), snapshot in zip(rows, snapshots, strict=True):
             np.testing.assert_array_equal(np.frombuffer(payload, "<f8"), getattr(snapshot, kind)[name].ravel())
-    assert [payload for _, payload in values["NT:/Sim/Robot/ComponentPoses"]] == [b""] * 20
+    assert [payload for _, payload in values["NT:/Sim/Robot/ComponentPoses"]] == [b""], "no parts, said once"
 
 
 def test_wpilib_unpacks_the_poses(tmp_path: Path, snapshots: list[Snapshot]) -> None:
@@ -105,6 +109,17 @@ def test_numbers_are_written_when_they_change(tmp_path: Path, snapshots: list[Sn
     assert totals == [(20_000, 0), (120_000, 1), (220_000, 2), (320_000, 3)]
     airborne = values["NT:/Sim/Robot/IsAirborne"]
     assert airborne == [(20_000, b"\0"), (200_000, b"\1"), (220_000, b"\0"), (400_000, b"\1")]
+
+
+def test_long_arrays_are_written_less_often_and_nothing_twice(tmp_path: Path) -> None:
+    long, short = np.zeros((100, 7)), np.zeros((16, 7))
+    rows = []
+    for k in range(1, 13):
+        long, short = long + 1.0, short + (k > 6)
+        rows.append(Snapshot(time=0.02 * k, tick=k, pose_arrays={"fuel": long.copy(), "parts": short.copy()}))
+    _, values = read(written(tmp_path / "run.wpilog", rows, bulk_period=0.06))
+    assert [stamp for stamp, _ in values["NT:/fuel"]] == [20_000, 60_000, 120_000, 180_000, 240_000]
+    assert [stamp for stamp, _ in values["NT:/parts"]] == [20_000, *range(140_000, 240_001, 20_000)]
 
 
 def test_nan_is_written_once(tmp_path: Path) -> None:
@@ -156,7 +171,7 @@ os.kill(os.getpid(), 9) if hasattr(os, "fork") else os._exit(9)
 
 
 def test_large_snapshots_reach_the_disk_before_a_second_is_over(tmp_path: Path, snapshots: list[Snapshot]) -> None:
-    sink = WpilogSink(tmp_path / "run.wpilog")
+    sink = WpilogSink(tmp_path / "run.wpilog", **EVERY_TICK)
     for snapshot in snapshots:
         sink.write(snapshot)
     assert sink.path.stat().st_size > 256 * 1024
@@ -194,7 +209,7 @@ def test_full_disk_ends_the_log_with_one_sentence() -> None:
 
 
 def test_full_disk_in_the_middle_closes_the_log(tmp_path: Path, snapshots: list[Snapshot]) -> None:
-    sink = WpilogSink(tmp_path / "run.wpilog")
+    sink = WpilogSink(tmp_path / "run.wpilog", **EVERY_TICK)
     assert sink._file is not None
     os.close(sink._file.fileno())
     with pytest.raises(OutputError, match="ends here: "):
