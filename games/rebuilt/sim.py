@@ -164,6 +164,15 @@ class RebuiltSim:
             sink.close()
         self.world.close()
 
+    def set_alliance(self, number: int, alliance: Alliance) -> None:
+        """Put a robot, at rest, where it starts as one of the alliance; its gyro does not notice being carried."""
+        pose = self.config.robots[number].pose
+        if alliance == "red":
+            pose = turn_half_pose(*pose, FIELD_SIZE)
+        robot = self.robots[number]
+        robot.chassis.set_pose(*pose)
+        robot.gyro.reset(yaw=robot.gyro.yaw, true_yaw=pose[2], time=self.time)
+
     def set_robot_code(self, number: int, code: RobotCode | None) -> None:
         """Choose what thinks for a robot from the next tick on."""
         self._codes[number] = code

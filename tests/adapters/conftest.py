@@ -22,15 +22,15 @@ Scenario = Callable[..., dict[str, Any]]
 @pytest.fixture(scope="session")
 def scenario(tmp_path_factory) -> Scenario:
     """Runs a scenario by name and returns its report; skips where the machine is too busy for real time."""
-    for module in ("phoenix6", "wpilib", "pybullet"):
+    for module in ("phoenix6", "wpilib", "commands2", "pyfrc", "pybullet"):
         if find_spec(module) is None:
-            pytest.skip(f"needs {module}: pip install simcore[phoenix6]")
+            pytest.skip(f"needs {module}: pip install simcore[phoenix6,robotpy]")
 
-    def run(name: str, *args: str, timeout: float = 90.0) -> dict[str, Any]:
+    def run(name: str, *args: str, timeout: float = 90.0, **environment: str) -> dict[str, Any]:
         done = subprocess.run(
             [sys.executable, str(SCENARIOS / f"{name}.py"), *args],
             cwd=tmp_path_factory.mktemp(name),
-            env={**os.environ, "PYTHONPATH": os.pathsep.join((str(ROOT), str(SCENARIOS)))},
+            env={**os.environ, **environment, "PYTHONPATH": os.pathsep.join((str(ROOT), str(SCENARIOS)))},
             capture_output=True,
             text=True,
             timeout=timeout,
@@ -40,6 +40,6 @@ def scenario(tmp_path_factory) -> Scenario:
         result = json.loads(next(line for line in reversed(done.stdout.splitlines()) if line.startswith("{")))
         if result["lateness_ms"] > 5.0:
             pytest.skip(f"machine too busy for real time: physics came {result['lateness_ms']:.1f} ms late (p99)")
-        return result
+        return {**result, "output": done.stdout + done.stderr}
 
     return run
