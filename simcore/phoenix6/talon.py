@@ -55,6 +55,7 @@ class TalonPort:
             ChassisReference.CLOCKWISE_POSITIVE if clockwise else ChassisReference.COUNTER_CLOCKWISE_POSITIVE
         )
         self._supply = math.nan
+        self._rotations = math.nan
         self._rps = 0.0
         self._is_open = False
         self._was_clamped = False
@@ -97,6 +98,8 @@ class TalonPort:
                 self._was_clamped = True
                 _log.warning("TalonFX %d: rotor at %.0f rps; the device reads no more than 160", self.device_id, rps)
             rps = math.copysign(_MAX_RPS, rps)
-        self._rps = rps
+        if rotations == self._rotations and rps == self._rps:
+            return  # at rest: a write costs 10 us
+        self._rotations, self._rps = rotations, rps
         self._state.set_raw_rotor_position((rotations + _HALF_RANGE) % (2.0 * _HALF_RANGE) - _HALF_RANGE)
         self._state.set_rotor_velocity(rps)
