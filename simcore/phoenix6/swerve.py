@@ -8,21 +8,17 @@ from __future__ import annotations
 
 import functools
 import logging
-import math
 from collections.abc import Sequence
 from typing import Any
 from weakref import WeakKeyDictionary
 
-from phoenix6.hardware import CANcoder, TalonFX
 from phoenix6.swerve import SwerveDrivetrain, SwerveModuleConstants
 
 from simcore.drivetrain.config import SwerveConfig
 from simcore.drivetrain.motor import MotorModel
 from simcore.drivetrain.swerve import SwerveDrive
 from simcore.errors import ConfigError
-from simcore.phoenix6.cancoder import CANcoderSim
-from simcore.phoenix6.pigeon import Pigeon2Sim
-from simcore.phoenix6.talon import TalonPort
+from simcore.phoenix6.modules import SwerveDevicesSim, SwerveModuleDevices
 
 __all__ = ["SwerveDrivetrainSim", "module_constants", "remember_module_constants", "swerve_config"]
 
@@ -106,7 +102,7 @@ def swerve_config(
     )
 
 
-class SwerveDrivetrainSim:
+class SwerveDrivetrainSim(SwerveDevicesSim):
     """Moves volts from the drivetrain's TalonFX to the model, and the model's motion to their sensors.
 
     Takes the place of `update_sim_state`: whoever calls that (the generated class does so from a Notifier, 250 times a
@@ -129,87 +125,22 @@ class SwerveDrivetrainSim:
                 f"swerve: {len(drivetrain.modules)} modules in the drivetrain, {len(constants)} constants and "
                 f"{len(drive.config.modules)} in the model; want the same number"
             )
-        _check_devices(drivetrain.modules)
-        self._drive = drive
-        self._drive_ports: list[TalonPort] = []
-        self._steer_ports: list[TalonPort] = []
-        self._encoders: list[CANcoderSim] = []
-        for module, c in zip(drivetrain.modules, constants, strict=True):
-            self._drive_ports.append(TalonPort(module.drive_motor, clockwise=c.drive_motor_inverted))
-            self._steer_ports.append(TalonPort(module.steer_motor, clockwise=c.steer_motor_inverted))
-            self._encoders.append(
-                CANcoderSim(module.encoder, inverted=c.encoder_inverted, magnet_offset=c.encoder_offset)
+        devices = [
+            SwerveModuleDevices(
+                drive_motor=module.drive_motor,
+                steer_motor=module.steer_motor,
+                encoder=module.encoder,
+                drive_inverted=c.drive_motor_inverted,
+                steer_inverted=c.steer_motor_inverted,
+                encoder_inverted=c.encoder_inverted,
+                encoder_offset=c.encoder_offset,
             )
-        self._pigeon = Pigeon2Sim(drivetrain.pigeon2)
-        self._per_volt = [(1.0 / m.drive_motor.kv, 1.0 / m.steer_motor.kv) for m in drive.config.modules]
-        self._yaw_at_start: float | None = None
+            for module, c in zip(drivetrain.modules, constants, strict=True)
+        ]
+        super().__init__(devices, drivetrain.pigeon2, drive)
         drivetrain.update_sim_state = _owned_by_physics
         _log.info("swerve: %d modules; physics owns their simulation", len(constants))
-
-    def read(self, battery_voltage: float) -> None:
-        """Give the devices their supply [V] and the model their volts."""
-        for port in (*self._drive_ports, *self._steer_ports):
-            port.set_supply(battery_voltage)
-        state = self._drive.state
-        drive, steer = [], []
-        for k, m in enumerate(self._drive.config.modules):
-            per_drive, per_steer = self._per_volt[k]
-            rotor = m.drive_gearing * state.wheel_speed[k] + m.coupling_ratio * state.steer_speed[k]
-            drive.append(_terminal_volts(self._drive_ports[k], rotor * per_drive))
-            steer.append(_terminal_volts(self._steer_ports[k], m.steer_gearing * state.steer_speed[k] * per_steer))
-        self._drive.set_volts(drive, steer)
-
-    def write(self, yaw: float, pitch: float, roll: float, rates: Sequence[float]) -> None:
-        """Give the sensors what the model did.
-
-        Args:
-            yaw: Of the gyro, continuous over turns; where it starts is where the Pigeon reads zero [rad].
-            pitch: [rad]
-            roll: [rad]
-            rates: About the robot's axes [rad/s], shape (3,).
-        """
-        state = self._drive.state
-        turn = math.tau
-        for k, m in enumerate(self._drive.config.modules):
-            wheel, azimuth = state.wheel_angle[k], state.steer_angle[k]
-            wheel_rate, azimuth_rate = state.wheel_speed[k], state.steer_speed[k]
-            self._drive_ports[k].write(
-                (wheel * m.drive_gearing + azimuth * m.coupling_ratio) / turn,
-                (wheel_rate * m.drive_gearing + azimuth_rate * m.coupling_ratio) / turn,
-            )
-            self._steer_ports[k].write(azimuth * m.steer_gearing / turn, azimuth_rate * m.steer_gearing / turn)
-            self._encoders[k].write(azimuth, azimuth_rate)
-        if self._yaw_at_start is None:
-            self._yaw_at_start = yaw
-        self._pigeon.write(yaw - self._yaw_at_start, pitch, roll, rates)
-
-
-def _terminal_volts(port: TalonPort, back_emf: float) -> float:
-    """Volts at the motor [V]; an open circuit carries no current, as at exactly its back-EMF."""
-    volts = port.volts()
-    return back_emf if port.is_open(volts) else volts
 
 
 def _owned_by_physics(dt: float, supply_voltage: float) -> None:
     """Stands in for `update_sim_state`."""
-
-
-def _check_devices(modules: Sequence[Any]) -> None:
-    talons: dict[int, str] = {}
-    encoders: dict[int, str] = {}
-    for k, module in enumerate(modules):
-        for role, kind, ids in (
-            ("drive_motor", TalonFX, talons),
-            ("steer_motor", TalonFX, talons),
-            ("encoder", CANcoder, encoders),
-        ):
-            device = getattr(module, role)
-            where = f"module {k} {role}"
-            if not isinstance(device, kind):
-                raise ConfigError(f"{where}: only {kind.__name__} can be simulated so far, got {type(device).__name__}")
-            if device.device_id in ids:
-                raise ConfigError(
-                    f"{where}: {kind.__name__} id {device.device_id} is already {ids[device.device_id]}; simulated ids "
-                    "must differ across CAN buses too"
-                )
-            ids[device.device_id] = where

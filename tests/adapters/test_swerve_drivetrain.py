@@ -9,7 +9,7 @@ import pytest
 pytestmark = pytest.mark.slow
 
 
-@pytest.fixture(scope="module", params=[(), ("1",), ("2",)], ids=["generated", "random 1", "random 2"])
+@pytest.fixture(scope="module", params=[(), ("1",), ("2", "bare")], ids=["generated", "random", "bare devices"])
 def run(request, scenario):
     """Inversions and offsets as the generator writes them, and at random for drive, steer and encoder."""
     return scenario("swerve", *request.param)

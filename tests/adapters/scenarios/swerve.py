@@ -18,6 +18,7 @@ from simcore.chassis.config import ChassisConfig
 from simcore.chassis.simulation import ChassisSimulation
 from simcore.drivetrain.gyro import Gyro, gyro_config
 from simcore.drivetrain.swerve import SwerveDrive
+from simcore.phoenix6.modules import SwerveDevicesSim, SwerveModuleDevices
 from simcore.physics.shapes import Box
 from simcore.physics.surface import WALL
 from simcore.physics.world import PhysicsWorld
@@ -88,7 +89,14 @@ def main() -> None:
     chassis = ChassisSimulation(world, body, pose=place, drivetrain=drive)
     gyro = Gyro(gyro_config("ideal"), np.random.default_rng(0))
     gyro.reset(yaw=place[2], true_yaw=place[2])
-    sim = adapter.SwerveDrivetrainSim(robot, drive)
+    if "bare" in sys.argv:  # by devices alone: inversions and offsets are asked of them
+        devices = [
+            SwerveModuleDevices(drive_motor=m.drive_motor, steer_motor=m.steer_motor, encoder=m.encoder)
+            for m in robot.modules
+        ]
+        sim = SwerveDevicesSim(devices, robot.pigeon2, drive)
+    else:
+        sim = adapter.SwerveDrivetrainSim(robot, drive)
     amps = [0.0]
 
     def step() -> None:
@@ -103,7 +111,8 @@ def main() -> None:
         roll, pitch, yaw = chassis.roll_pitch_yaw
         gyro.step(DT, yaw, pitch, roll, chassis.robot_rate)
         sim.write(gyro.yaw, gyro.pitch, gyro.roll, gyro.rates)
-        robot.update_sim_state(DT, 12.0)  # what the generated class's Notifier calls: must do nothing
+        if "bare" not in sys.argv:
+            robot.update_sim_state(DT, 12.0)  # what the generated class's Notifier calls: must do nothing
 
     def velocity(vx: float, vy: float, omega: float) -> None:
         robot.set_control(requests.ApplyRobotSpeeds().with_speeds(ChassisSpeeds(vx, vy, omega)))
