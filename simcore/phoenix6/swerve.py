@@ -20,7 +20,7 @@ from simcore.drivetrain.swerve import SwerveDrive
 from simcore.errors import ConfigError
 from simcore.phoenix6.modules import SwerveDevicesSim, SwerveModuleDevices
 
-__all__ = ["SwerveDrivetrainSim", "module_constants", "remember_module_constants", "swerve_config"]
+__all__ = ["SwerveDrivetrainSim", "module_constants", "only_drivetrain", "remember_module_constants", "swerve_config"]
 
 _log = logging.getLogger(__name__)
 
@@ -63,6 +63,21 @@ def module_constants(drivetrain: Any) -> list[Any]:
             "physics.py, before the drivetrain is built, or pass modules=[TunerConstants.front_left, ...]"
         )
     return _seen[drivetrain]
+
+
+def only_drivetrain() -> Any:
+    """The drivetrain that the robot program has built, whatever its class and wherever it keeps it.
+
+    Raises:
+        ConfigError: There is none, or more than one.
+    """
+    found = list(_seen)
+    if len(found) != 1:
+        raise ConfigError(
+            f"want one phoenix6.swerve.SwerveDrivetrain after robotInit, got {len(found)}"
+            + (f": {[type(d).__name__ for d in found]}" if found else "; without one, write a physics.py")
+        )
+    return found[0]
 
 
 def swerve_config(

@@ -88,7 +88,8 @@ class RobotPhysics:
         for device in (*motors, *(() if drivetrain is None else (drivetrain,))):
             if not (callable(getattr(device, "read", None)) and callable(getattr(device, "write", None))):
                 raise ConfigError(f"RobotPhysics: {device!r} has no read and write; wrap it, e.g. in TalonFXMotorSim")
-        _warn_of_replaced_hooks(robot)
+        if self.replaces_hooks:
+            _warn_of_replaced_hooks(robot)
         self.robot = robot
         self.game = game
         self.plant = plant
@@ -117,6 +118,9 @@ class RobotPhysics:
         else:
             _log.warning("%s has no addPeriodic: physics runs in bursts, once a loop", type(robot).__name__)
         atexit.register(game.close)
+
+    replaces_hooks = True
+    """Whether pyfrc runs this in place of the robot's own hooks, as it does with a physics.py."""
 
     def after_tick(self) -> None:
         """Called after each tick of 20 ms; for subclasses, e.g. to log or to feed cameras."""

@@ -8,6 +8,7 @@ from __future__ import annotations
 import json
 import math
 import os
+import re
 import shutil
 import sys
 import time
@@ -20,9 +21,11 @@ from robotpy.main import main as robotpy_main
 from wpilib import DriverStation, RobotController
 from wpilib.simulation import DriverStationSim
 
+import simcore.phoenix6.swerve as swerve
 from simcore.robotpy.physics import RobotPhysics
 
 A, B, X, Y = 1, 2, 3, 4
+ROOT = Path(__file__).resolve().parents[3]
 
 
 class Play:
@@ -160,27 +163,30 @@ class Play:
         """The plain robot drives ahead for as long as it is enabled."""
         DriverStationSim.notifyNewData()
         yield from self.wait(1.0)
-        start, before = physics.plant.chassis.pose, physics.robot.drivetrain.get_state().pose
+        drivetrain = swerve.only_drivetrain()
+        start, before = physics.plant.chassis.pose, drivetrain.get_state().pose
         self.enable(autonomous=False)
         yield from self.wait(1.0)
         true, told = [], []
         for _ in range(50):
-            true.append(physics.plant.chassis.ground_velocity[0])
-            told.append(physics.robot.drivetrain.get_state().speeds.vx)
+            true.append(math.hypot(*physics.plant.chassis.ground_velocity[:2]))
+            speeds = drivetrain.get_state().speeds
+            told.append(math.hypot(speeds.vx, speeds.vy))
             yield
         DriverStationSim.setEnabled(False)
         DriverStationSim.notifyNewData()
         yield from self.wait(1.0)
-        end, after = physics.plant.chassis.pose, physics.robot.drivetrain.get_state().pose
+        end, after = physics.plant.chassis.pose, drivetrain.get_state().pose
         self.results["true_way"] = math.dist(end[:2], start[:2])
         self.results["odometry_way"] = math.hypot(after.X() - before.X(), after.Y() - before.Y())
         self.results["true_speed"] = float(np.mean(true))
         self.results["told_speed"] = float(np.mean(told))
         self.results["speed_at_end"] = physics.plant.chassis.speed
-        field = physics.field
+        field = physics._view._field
         self.results["drawn_fuel"] = len(field.getObject("Fuel").getPoses())
         shown = field.getRobotPose()
         self.results["drawn_robot_off"] = math.hypot(shown.X() - end[0], shown.Y() - end[1])
+        self.results["own_hook"] = getattr(type(physics.robot), "own_hook", None)
         self.results["volts_seen"] = RobotController.getBatteryVoltage()
 
     # --- a driver's hands ---------------------------------------------------------------------------------------
@@ -215,7 +221,20 @@ def main() -> None:
     os.chdir(folder)
     unmanaged.set_phoenix_diagnostics_start_time(-1)
     RobotPhysics.after_tick = lambda physics: play(physics)  # a plain instance would not be bound
-    sys.argv = ["robotpy", "sim", "--nogui"]
+    flags = sys.argv[4:]
+    if flags:  # an installed simcore, as `robotpy sim` sees it: entry points only
+        (folder / "physics.py").unlink(missing_ok=True)
+        plain = folder.parent / "project" / "measures.py"
+        shutil.copy(Path(__file__).parents[1] / "robots" / "plain" / "robot.py", plain)
+        info = Path.cwd().parent / "site" / "simcore-0.dist-info"
+        info.mkdir(parents=True)
+        (info / "METADATA").write_text("Metadata-Version: 2.1\nName: simcore\nVersion: 0\nSummary: simcore\n")
+        declared = re.findall(
+            r'entry-points."([^"]+)"\]\n((?:\w+ = "[^"]+"\n)+)', (ROOT / "pyproject.toml").read_text()
+        )
+        (info / "entry_points.txt").write_text("".join(f"[{g}]\n{rows}" for g, rows in declared).replace('"', ""))
+        sys.path.insert(0, str(info.parent))
+    sys.argv = ["robotpy", "sim", "--nogui", *flags]
     robotpy_main()
 
 
