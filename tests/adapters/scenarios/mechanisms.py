@@ -194,7 +194,8 @@ def main() -> None:
 
     loop = Loop(step)
     enable()
-    loop.run(0.3)
+    # the first reading of a signal may be one from before its frequency was set
+    loop.run(0.3, lambda _: [d.get_position().value + d.get_velocity().value for r in made.values() for d in r[:3:2]])
     for ours, _, theirs, _, request, *_ in made.values():
         ours.set_control(request)
         theirs.set_control(request)
