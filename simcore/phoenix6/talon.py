@@ -55,7 +55,6 @@ class TalonPort:
             ChassisReference.CLOCKWISE_POSITIVE if clockwise else ChassisReference.COUNTER_CLOCKWISE_POSITIVE
         )
         self._supply = math.nan
-        self._rotations = math.nan
         self._rps = 0.0
         self._is_open = False
         self._was_clamped = False
@@ -98,8 +97,7 @@ class TalonPort:
                 self._was_clamped = True
                 _log.warning("TalonFX %d: rotor at %.0f rps; the device reads no more than 160", self.device_id, rps)
             rps = math.copysign(_MAX_RPS, rps)
-        if rotations == self._rotations and rps == self._rps:
-            return  # at rest: a write costs 10 us
-        self._rotations, self._rps = rotations, rps
+        # Also at rest: a write that meets a device still busy with its configuration is lost, so one is not enough.
+        self._rps = rps
         self._state.set_raw_rotor_position((rotations + _HALF_RANGE) % (2.0 * _HALF_RANGE) - _HALF_RANGE)
         self._state.set_rotor_velocity(rps)
