@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from fnmatch import fnmatchcase
 from importlib import resources
 from pathlib import Path
 
@@ -13,11 +14,21 @@ from games.rebuilt import dimensions as dim
 from simcore.geometry.symmetry import turn_half_point
 from simcore.geometry.zones import CylinderZone
 from simcore.physics.field import FieldGeometry
+from simcore.physics.obj import read_obj
 from simcore.physics.surface import POLYCARBONATE, RUBBER, WALL
 from simcore.scoring.tracker import Alliance, ScoringZone
 from simcore.typing import FloatArray
 
-__all__ = ["DRIVABLE", "FIELD_SIZE", "HUB_TARGET", "default_mesh", "hub_exit", "load_field", "scoring_zones"]
+__all__ = [
+    "DRIVABLE",
+    "FIELD_SIZE",
+    "HUB_TARGET",
+    "default_mesh",
+    "drivable",
+    "hub_exit",
+    "load_field",
+    "scoring_zones",
+]
 
 FIELD_SIZE = (dim.FIELD_LENGTH, dim.FIELD_WIDTH)
 """Length and width [m]."""
@@ -53,14 +64,26 @@ def load_field(mesh: Path | None = None) -> FieldGeometry:
     """The field as shapes with surfaces.
 
     Args:
-        mesh: An OBJ file; None: the one that comes with simcore, whose groups get the materials of the real field.
+        mesh: An OBJ file; None: the one that comes with simcore. Groups that are named as in that one get the
+            materials of the real field, others are walls.
 
     Raises:
         FieldMeshError: It is missing or broken.
     """
-    if mesh is not None:
-        return FieldGeometry.load(mesh)
-    return FieldGeometry.load(default_mesh(), surfaces=_SURFACES)
+    if mesh is None:
+        return FieldGeometry.load(default_mesh(), surfaces=_SURFACES)
+    names = [group.name for group in read_obj(mesh)]
+    return FieldGeometry.load(mesh, surfaces={p: s for p, s in _SURFACES.items() if _any_match(names, p)})
+
+
+def drivable(field: FieldGeometry) -> list[str]:
+    """Those of the `DRIVABLE` patterns that name something in this field."""
+    names = [element.name for element in field.elements]
+    return [pattern for pattern in DRIVABLE if _any_match(names, pattern)]
+
+
+def _any_match(names: list[str], pattern: str) -> bool:
+    return any(fnmatchcase(name, pattern) for name in names)
 
 
 def scoring_zones() -> list[ScoringZone]:

@@ -9,6 +9,7 @@ import numpy as np
 
 from games.rebuilt.components import component_poses
 from games.rebuilt.fuel import FUEL
+from simcore.telemetry.ground import ground_clearance
 from simcore.telemetry.snapshot import Snapshot
 from simcore.typing import FloatArray
 
@@ -76,8 +77,9 @@ def _add_robot(
     arrays[f"{prefix}/Robot/ComponentPoses"] = component_poses(robot)
     held = len(sim.pieces.held(robot.number))
     integers[f"{prefix}/Intake/HeldCount"] = held
-    doubles[f"{prefix}/Robot/GroundClearance"] = robot.chassis.ground_clearance
-    booleans[f"{prefix}/Robot/IsAirborne"] = robot.chassis.is_airborne
+    ground = ground_clearance(*robot.chassis.wheel_ground())
+    doubles[f"{prefix}/Robot/GroundClearance"] = ground.height
+    booleans[f"{prefix}/Robot/IsAirborne"] = ground.is_airborne
     debug = f"{prefix}/Debug"
     turn = math.tau
     doubles |= {

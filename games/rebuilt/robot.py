@@ -13,10 +13,8 @@ import numpy as np
 from wpimath.system.plant import DCMotor
 
 from simcore.chassis.config import ChassisConfig
-from simcore.chassis.simulation import ChassisSimulation
 from simcore.drivetrain.config import SwerveConfig, SwerveModuleConfig
-from simcore.drivetrain.gyro import Gyro, GyroConfig, gyro_config
-from simcore.drivetrain.swerve import SwerveDrive
+from simcore.drivetrain.gyro import GyroConfig, gyro_config
 from simcore.errors import ConfigError, require_non_negative, require_positive
 from simcore.gamepiece.intake import IntakeZone
 from simcore.gamepiece.launch import LaunchParameters
@@ -27,7 +25,8 @@ from simcore.mechanism.motor import GearboxConfig
 from simcore.mechanism.rack import RackConfig, RackSim
 from simcore.mechanism.roller import RollerConfig, RollerSim
 from simcore.physics.world import PhysicsWorld
-from simcore.power.battery import Battery, BatteryConfig
+from simcore.power.battery import BatteryConfig
+from simcore.sim.swerve_robot import SwerveRobot
 from simcore.units import degrees
 
 __all__ = ["RebuiltRobot", "RebuiltRobotConfig"]
@@ -146,8 +145,8 @@ class RebuiltRobotConfig:
         )
 
 
-class RebuiltRobot:
-    """All state of one robot: body, drivetrain, battery, gyro and the six mechanisms.
+class RebuiltRobot(SwerveRobot):
+    """All state of one robot: body, drivetrain, battery, gyro, odometry and the six mechanisms.
 
     Args:
         world: Where it stands.
@@ -168,13 +167,16 @@ class RebuiltRobot:
     ) -> None:
         self.config = config
         self.number = number
-        self.battery = Battery(config.battery)
-        self.drive = SwerveDrive(config.swerve, battery=self.battery)
-        self.chassis = ChassisSimulation(
-            world, config.chassis, pose=pose, drivetrain=self.drive, name=f"robot {number}"
+        super().__init__(
+            world,
+            config.chassis,
+            config.swerve,
+            pose=pose,
+            gyro=config.gyro,
+            rng=rng,
+            battery=config.battery,
+            name=f"robot {number}",
         )
-        self.gyro = Gyro(config.gyro, rng)
-        self.gyro.reset(yaw=pose[2], true_yaw=pose[2])
         self.shooter_wheels = FlywheelSim(config.shooter)
         self.hood = ArmSim(config.hood)
         self.feeder = RollerSim(config.feeder)
@@ -225,9 +227,12 @@ class RebuiltRobot:
         self.shooter_wheels.apply_impulse(-launch_impulse(mass, exit_speed, self.config.wheel_radius))
 
     def step_mechanisms(self, dt: float) -> None:
-        """Advance the six by dt [s] at the battery's voltage."""
+        """Advance the six by dt [s] at the battery's voltage; disabled or browned out, they coast."""
         volts = self.battery.voltage
+        is_off = self.battery.browned_out or not self.drive.enabled
         for mechanism in self.mechanisms:
+            if is_off:
+                mechanism.coast()  # until robot code commands volts again, in its next tick
             mechanism.step(dt, volts)
 
     @property

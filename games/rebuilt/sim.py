@@ -9,18 +9,20 @@ from pathlib import Path
 import numpy as np
 
 from games.rebuilt.dimensions import FIELD_LENGTH, FIELD_WIDTH
-from games.rebuilt.field import DRIVABLE, FIELD_SIZE, hub_exit, load_field, scoring_zones
+from games.rebuilt.field import FIELD_SIZE, drivable, hub_exit, load_field, scoring_zones
 from games.rebuilt.fuel import FUEL
 from games.rebuilt.publish import build_snapshot
 from games.rebuilt.robot import RebuiltRobot, RebuiltRobotConfig
 from games.rebuilt.scoring import MATCH, RebuiltScoring
 from games.rebuilt.staging import Staging, depot_places, neutral_places
 from simcore.errors import ConfigError
+from simcore.gamepiece.intake import field_to_robot
 from simcore.gamepiece.launch import launch_state
-from simcore.gamepiece.manager import GamePieceManager, Mover, Proximity
+from simcore.gamepiece.manager import GamePieceManager
 from simcore.gamepiece.pool import PieceStatus
+from simcore.gamepiece.proximity import Mover, Proximity
 from simcore.gamepiece.shooter import Launch
-from simcore.geometry.quaternion import matrix, rotate
+from simcore.geometry.quaternion import rotate
 from simcore.geometry.symmetry import turn_half, turn_half_pose
 from simcore.physics.engine import Engine
 from simcore.physics.substeps import Substepping, Surroundings
@@ -172,6 +174,7 @@ class RebuiltSim:
         robot = self.robots[number]
         robot.chassis.set_pose(*pose)
         robot.gyro.reset(yaw=robot.gyro.yaw, true_yaw=pose[2], time=self.time)
+        robot.odometry.reset(pose, gyro_yaw=robot.gyro.yaw)
 
     def set_robot_code(self, number: int, code: RobotCode | None) -> None:
         """Choose what thinks for a robot from the next tick on."""
@@ -261,7 +264,9 @@ class RebuiltSim:
             if room <= 0 or not robot.intake_active:
                 continue
             slots = self.pieces.within_sight  # sleepers too: a roller does not ask
-            pos_robot = (self.pieces.state.pos[slots] - robot.chassis.pos) @ matrix(robot.chassis.quat)
+            pos_robot = field_to_robot(
+                self.pieces.state.pos[slots], np.array(robot.chassis.pos), np.array(robot.chassis.quat)
+            )
             inside = robot.intake_zone().contains(pos_robot)
             inside &= self.pieces.state.status[slots] != PieceStatus.IN_FLIGHT
             if inside.any():
@@ -301,10 +306,9 @@ class RebuiltSim:
                 del self._flying[slot]
 
     def _sense(self, dt: float = DT) -> None:
-        """7. Gyros see the motion; encoders saw it in the sub-steps."""
+        """7. Gyros and odometry see the motion; encoders saw it in the sub-steps."""
         for robot in self.robots:
-            roll, pitch, yaw = robot.chassis.roll_pitch_yaw
-            robot.gyro.step(dt, yaw, pitch, roll, robot.chassis.robot_rate)
+            robot.sense(dt)
 
     def _settle(self) -> None:
         """8. Fuel that has been slow for a while sleeps."""
@@ -376,7 +380,7 @@ class RebuiltSim:
     # --- building -----------------------------------------------------------------------------------------------
 
     def _build(self, c: RebuiltConfig, rng: np.random.Generator) -> None:
-        self.world.add_field(self.field.elements, drivable=DRIVABLE)
+        self.world.add_field(self.field.elements, drivable=drivable(self.field))
         self._total_fuel = c.staging.total
         self.pieces = GamePieceManager(
             self.world,

@@ -14,10 +14,11 @@ from typing import Protocol
 import numpy as np
 
 from simcore.chassis.config import ChassisConfig
-from simcore.errors import EngineError, NonFiniteError
+from simcore.errors import ConfigError, EngineError, NonFiniteError
 from simcore.geometry.quaternion import Quaternion, Vector, from_yaw, matrix, rotate, rotate_back, rpy, yaw_of
 from simcore.physics.substeps import Surroundings
 from simcore.physics.world import PhysicsWorld
+from simcore.typing import FloatArray
 
 __all__ = ["ChassisSimulation", "Drivetrain"]
 
@@ -132,8 +133,11 @@ class ChassisSimulation:
         """Follow a velocity, robot frame [m/s, m/s, rad/s], as fast as the tires allow; until told otherwise.
 
         Raises:
+            ConfigError: A drivetrain moves this robot.
             NonFiniteError: A value is not finite; the last target stays.
         """
+        if self._drivetrain is not None:
+            raise ConfigError(f"{self.name}: its drivetrain moves it; command that, or build the chassis without one")
         self._require_finite("velocity to follow", (vx, vy, omega))
         self._target = (vx, vy, omega)
 
@@ -226,18 +230,17 @@ class ChassisSimulation:
         x, y, yaw = self.pose
         return x, y, yaw, self.config.bumper_length / 2, self.config.bumper_width / 2, self.speed
 
-    @property
-    def is_airborne(self) -> bool:
-        """Whether no wheel touches."""
-        self._find_ground()
-        return not any(self.touching)
+    def wheel_ground(self) -> tuple[FloatArray, FloatArray]:
+        """What is under the wheels.
 
-    @property
-    def ground_clearance(self) -> float:
-        """From the underside of the frame straight down to what carries robots [m]; inf if there is nothing in 5 m."""
-        top = (self.pos[0], self.pos[1], self.pos[2] + self.config.clearance)
-        hits = self._world.ground_rays(np.array([top]), np.array([(top[0], top[1], top[2] - 5.0)]))
-        return 5.0 * float(hits.fraction[0]) if hits.row[0] >= 0 else math.inf
+        Returns:
+            Lowest point of each wheel, field frame [m], shape (n, 3), and the height of what carries robots straight
+            under it [m], shape (n,); 5 m below the wheel's axle where there is nothing.
+        """
+        soles = (self._soles + np.array((0.0, 0.0, _CONTACT_GAP))) @ matrix(self.quat).T + self.pos
+        start = soles + np.array((0.0, 0.0, self.config.wheel_radius))
+        hits = self._world.ground_rays(start, start - np.array((0.0, 0.0, 5.0)))
+        return soles, start[:, 2] - 5.0 * hits.fraction
 
     def surroundings(self, dt: float) -> Surroundings:
         """What could be met within dt [s]."""

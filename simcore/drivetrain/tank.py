@@ -198,6 +198,12 @@ class TankDrive:
         self._volts = (0.0, 0.0)
         self._targets = None
 
+    def wheel_loads(
+        self, touching: Sequence[bool], gravity: Sequence[float], acceleration: Sequence[float]
+    ) -> list[float]:
+        """Load of each wheel [N] for `step`; see `simcore.drivetrain.load.normal_loads`."""
+        return normal_loads(self.config, touching, gravity, acceleration)
+
     def step(
         self,
         h: float,

@@ -11,6 +11,8 @@ from simcore.typing import BoolArray, FloatArray, IntArray
 
 __all__ = ["FlightForces"]
 
+_IN_FLIGHT = int(PieceStatus.IN_FLIGHT)
+
 
 class FlightForces:
     """Drag and spin lift as forces before each sub-step, with a correction of the engine's integrator.
@@ -30,7 +32,7 @@ class FlightForces:
         self._air = [c.air for c in pool.types]
         self._drag = np.array([air.drag for air in self._air])[kinds]
         self._lifting = [kind for kind, air in enumerate(self._air) if air.lift > 0.0]
-        self._aero_speed2 = np.array([c.aero_speed for c in pool.types])[kinds] ** 2
+        self._aero_speed = np.array([c.aero_speed for c in pool.types])[kinds]
         self._h_before = np.full(n, np.nan)
         self._is_flying = np.zeros(n, dtype=bool)
         self._slots: IntArray = np.zeros(0, dtype=np.int64)
@@ -41,12 +43,14 @@ class FlightForces:
         """A piece is launched: its velocity is exact now, not the mean of a step."""
         self._h_before[slot] = 0.0
 
-    def begin_tick(self, awake: IntArray) -> None:
-        """Choose the pieces that fly in this tick: the launched ones, and all that are fast."""
-        state = self._pool.state
-        vel = state.vel[awake]
-        fast = np.einsum("ij,ij->i", vel, vel) > self._aero_speed2[awake]
-        flying = awake[fast | (state.status[awake] == PieceStatus.IN_FLIGHT)]
+    def begin_tick(self, awake: IntArray, speed: FloatArray) -> None:
+        """Choose the pieces that fly in this tick: the launched ones, and all that are fast.
+
+        Args:
+            awake: Slots that the engine moves, shape (n,).
+            speed: Of each [m/s], shape (n,).
+        """
+        flying = awake[(speed > self._aero_speed[awake]) | (self._pool.state.status[awake] == _IN_FLIGHT)]
         if len(flying) != len(self._slots) or (flying != self._slots).any():
             joined = flying[~self._is_flying[flying]]
             self._h_before[joined[self._h_before[joined] != 0.0]] = np.nan  # all but the ones launched just now
@@ -74,7 +78,7 @@ class FlightForces:
     def has_touched(self, awake: IntArray, vel: FloatArray, dt: float) -> BoolArray:
         """Which launched pieces changed their velocity by more than gravity and air can: they hit something."""
         state = self._pool.state
-        flying: BoolArray = state.status[awake] == PieceStatus.IN_FLIGHT
+        flying: BoolArray = state.status[awake] == _IN_FLIGHT
         if not flying.any():
             return flying
         change = vel - state.vel[awake] - self._gravity * dt

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from simcore.errors import ConfigError, require_finite
+from simcore.geometry.quaternion import matrix
 from simcore.typing import BoolArray, BoolSupplier, FloatArray
 
 __all__ = ["IntakeZone", "field_to_robot"]
@@ -116,12 +117,5 @@ def field_to_robot(pos_field: FloatArray, robot_pos: FloatArray, robot_rotation:
     x, y, z, w = (float(c) for c in robot_rotation)
     if not math.isclose(x * x + y * y + z * z + w * w, 1.0, rel_tol=1e-3):
         raise ConfigError(f"field_to_robot: want a unit quaternion xyzw, got {robot_rotation}")
-    robot_to_field = np.array(
-        [
-            [1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y - z * w), 2.0 * (x * z + y * w)],
-            [2.0 * (x * y + z * w), 1.0 - 2.0 * (x * x + z * z), 2.0 * (y * z - x * w)],
-            [2.0 * (x * z - y * w), 2.0 * (y * z + x * w), 1.0 - 2.0 * (x * x + y * y)],
-        ]
-    )
-    result: FloatArray = (pos_field - robot_pos) @ robot_to_field  # rows times R is R transposed times each
+    result: FloatArray = (pos_field - robot_pos) @ matrix((x, y, z, w))  # rows times R is R transposed times each
     return result

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from simcore.errors import require_finite, require_non_negative, require_positive
+from simcore.geometry.quaternion import matrix
 from simcore.typing import FloatArray
 
 __all__ = [
@@ -137,17 +138,10 @@ def launch_state(
     Returns:
         Position [m] and velocity [m/s] in the field frame, shape (3,) each.
     """
-    muzzle = _rotate(robot_rotation, muzzle_offset(launch, barrel, turret_angle))
-    exit_velocity = speed * _rotate(robot_rotation, launch_direction(launch.heading + turret_angle, elevation))
+    robot_to_field = matrix(robot_rotation)
+    muzzle = robot_to_field @ muzzle_offset(launch, barrel, turret_angle)
+    exit_velocity = robot_to_field @ (speed * launch_direction(launch.heading + turret_angle, elevation))
     return robot_pos + muzzle, muzzle_velocity(exit_velocity, robot_velocity, robot_spin, muzzle)
-
-
-def _rotate(rotation: FloatArray, vector: FloatArray) -> FloatArray:
-    """A vector turned by a unit quaternion xyzw: v + 2 w (q x v) + 2 q x (q x v)."""
-    axis = rotation[:3]
-    twice = 2.0 * _cross(axis, vector)
-    result: FloatArray = vector + rotation[3] * twice + _cross(axis, twice)
-    return result
 
 
 def _cross(a: FloatArray, b: FloatArray) -> FloatArray:

@@ -97,7 +97,7 @@ def rotate_back(q: Sequence[float], v: Sequence[float]) -> Vector:
     return rotate((-qx, -qy, -qz, qw), v)
 
 
-def matrix(q: Sequence[float]) -> FloatArray:
+def matrix(q: Sequence[float] | FloatArray) -> FloatArray:
     """Rotation matrix R, shape (3, 3): `p_field = R @ p_robot`, and `points_robot @ R.T` for rows."""
     x, y, z, w = q
     return np.array(

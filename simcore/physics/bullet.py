@@ -30,10 +30,12 @@ from simcore.units import GRAVITY
 
 __all__ = ["BulletEngine"]
 
-_SOLVER_ITERATIONS = 10  # 25 cost 10-20 % more a step and changed no result we look at
-_RESIDUAL = (
-    0.0  # no early end: islands are solved in batches, and one would end the others' iterations (0.5 mm in 0.8 s)
-)
+_SOLVER_ITERATIONS = 8
+"""Each is 5 % of a step with 150 awake balls. In a heap of 60 balls 7 deep, at 5 ms a step, the worst overlap is 3 mm
+with 8 or 10, 8 mm with 6, 19 mm with 4; at one step of 20 ms a tick 33 mm with 8, 20 mm with 10.
+"""
+_RESIDUAL = 0.0
+"""No early end: islands are solved in batches, so one robot would end another's iterations (0.5 mm in 0.8 s)."""
 _CONTACT_DISTANCE = 0.001  # [m]
 _flat = chain.from_iterable
 
@@ -99,7 +101,7 @@ class BulletEngine:
             contactBreakingThreshold=_CONTACT_DISTANCE,  # a global of the process, so set again for every client
             numSolverIterations=_SOLVER_ITERATIONS,
             solverResidualThreshold=_RESIDUAL,
-            deterministicOverlappingPairs=1,
+            deterministicOverlappingPairs=1,  # 5-8 % of a step; without it a knock dies in a row of six balls
             collisionFilterMode=0,  # both masks must agree
             useSplitImpulse=1,
             splitImpulsePenetrationThreshold=0.0,

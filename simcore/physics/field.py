@@ -26,6 +26,8 @@ __all__ = ["FieldBoundary", "FieldElement", "FieldGeometry"]
 
 MAX_EXTENT = 100.0
 """No field is longer than this [m]; a mesh that is has other units."""
+MIN_EXTENT = 0.5
+"""Nor shorter than this [m]."""
 REFUSED_OVER = 20
 """A mesh over this many times `max_triangles` is an error and no longer a warning."""
 
@@ -193,6 +195,10 @@ def _check_size(path: Path, groups: Iterable[ObjGroup], max_triangles: int) -> N
     points = np.vstack([group.vertices for group in groups])
     extent = float((points.max(axis=0) - points.min(axis=0)).max())
     farthest = float(np.abs(points).max())
+    if extent < MIN_EXTENT:
+        raise FieldMeshError(
+            f"{path} is only {extent:g} m long; no field is under {MIN_EXTENT:g} m. Was it scaled twice?"
+        )
     if max(extent, farthest) > MAX_EXTENT:
         raise FieldMeshError(
             f"{path} reaches {farthest:g} from the origin and is {extent:g} long; in meters no field is over "
@@ -202,7 +208,7 @@ def _check_size(path: Path, groups: Iterable[ObjGroup], max_triangles: int) -> N
     if count > max_triangles:
         advice = (
             f"{path} has {count} triangles, over the limit of {max_triangles}: the simulation will be slow. Reduce it "
-            f"with `python scripts/simplify_field.py {path.name} OUT.obj --triangles {max_triangles}`"
+            f"with `python scripts/simplify_field.py {path} OUT.obj --triangles {max_triangles}`"
         )
         if count > REFUSED_OVER * max_triangles:
             raise FieldMeshError(f"{advice}, or raise max_triangles")

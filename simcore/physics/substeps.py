@@ -32,8 +32,10 @@ class Substepping:
 
     max_move: float = 0.07
     """Farthest that a piece may move in one sub-step [m]."""
-    robot_move: float = 0.04
-    """Farthest that a robot may move in one sub-step on the open carpet [m]: half of a fuel's radius, or so."""
+    robot_move: float = 0.05
+    """Farthest that a robot may move in one sub-step on the open carpet [m]. Ploughing through fuel at 3 m/s, bumpers
+    overlap balls by at most 33 mm with 0.04 or 0.05 (tick 2.2 and 2.0 ms), 66 mm with 0.06, 26 mm with 0.016 (3.5 ms).
+    """
     robot_ramp_move: float = 0.016
     """The same where there is something to drive over [m]: at 0.06 m it jumps over a bump with twice the pitch."""
     robot_wall_move: float = 0.008
@@ -60,4 +62,5 @@ class Substepping:
         """
         limit = (self.robot_move, self.robot_ramp_move, self.robot_wall_move)[near]
         wanted = max(piece_speed * dt / self.max_move, robot_speed * dt / limit)
-        return max(1, min(self.cap, math.ceil(wanted)))
+        fewest = 2 if near is Surroundings.WALL else 1  # with one, a robot that pushes a wall with all its grip rocks
+        return max(fewest, min(self.cap, math.ceil(wanted)))

@@ -11,7 +11,8 @@ from simcore.chassis.config import ChassisConfig
 from simcore.chassis.simulation import ChassisSimulation
 from simcore.errors import ConfigError, NonFiniteError
 from simcore.gamepiece.config import GamePieceConfig
-from simcore.gamepiece.manager import GamePieceManager, Mover
+from simcore.gamepiece.manager import GamePieceManager
+from simcore.gamepiece.proximity import Mover
 from simcore.physics.shapes import Box, Hull, Sphere
 from simcore.physics.surface import POLYCARBONATE, WALL
 from simcore.physics.world import PhysicsWorld

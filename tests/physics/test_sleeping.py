@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 
 from simcore.gamepiece.config import GamePieceConfig
-from simcore.gamepiece.manager import GamePieceManager, Mover
+from simcore.gamepiece.manager import GamePieceManager
 from simcore.gamepiece.pool import PieceStatus
+from simcore.gamepiece.proximity import Mover
 from simcore.physics.shapes import Box, Sphere
 from simcore.physics.surface import WALL
 from simcore.physics.world import PhysicsWorld
@@ -23,7 +24,7 @@ BORDER = 7.0
 
 
 def make(world: PhysicsWorld, count: int, **proximity) -> GamePieceManager:
-    from simcore.gamepiece.manager import Proximity
+    from simcore.gamepiece.proximity import Proximity
 
     return GamePieceManager(world, [(FUEL, count)], field_size=FIELD, proximity=Proximity(**proximity))
 

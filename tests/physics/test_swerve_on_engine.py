@@ -14,7 +14,7 @@ from simcore.drivetrain.config import SwerveConfig, SwerveModuleConfig
 from simcore.drivetrain.gyro import Gyro, gyro_config
 from simcore.drivetrain.swerve import SwerveDrive
 from simcore.physics.shapes import Box, Hull
-from simcore.physics.surface import POLYCARBONATE, WALL
+from simcore.physics.surface import FRICTIONLESS, POLYCARBONATE, WALL
 from simcore.physics.world import PhysicsWorld
 from simcore.units import GRAVITY, inches
 
@@ -85,15 +85,19 @@ def test_pushing_a_wall_slips_the_wheels_and_stays_within_the_friction_circle():
         r = robot(world)
         volts(r, 12.0)
         advance(world, r, ticks=75)
-        start = r.chassis.pos[0]
-        advance(world, r, ticks=25)
+        start, pushes = r.chassis.pos[0], []
+
+        def look():
+            total = np.hypot(*r.drive.wheel_forces.T)
+            loads = np.array(r.chassis.normal_loads)
+            assert (total <= 1.2 * loads * 1.02 + 0.5).all(), "always inside the circle"
+            pushes.append(total.sum())
+
+        advance(world, r, ticks=25, each=look)
         assert abs(r.chassis.pos[0] - start) / 0.5 < 0.05
         assert r.chassis.pos[0] + 0.4 < 0.6 + 0.01
         assert (r.drive.wheel_speeds > 3.0).all(), "they spin"
-        total = np.hypot(*r.drive.wheel_forces.T)
-        loads = np.array(r.chassis.normal_loads)
-        assert (total <= 1.2 * loads * 1.02 + 0.5).all()
-        assert total.sum() == pytest.approx(1.2 * 55.0 * GRAVITY, rel=0.05)
+        assert np.mean(pushes) == pytest.approx(1.2 * 55.0 * GRAVITY, rel=0.05)
         assert abs(r.chassis.roll_pitch_yaw[1]) < math.radians(2.0)
 
 
@@ -127,12 +131,31 @@ def test_a_push_match_is_won_by_grip(treads, expected):
             assert (a.chassis.vel[0] - speed) / 0.5 == pytest.approx(expected, rel=0.10)
 
 
-@pytest.mark.parametrize("offset", [0.1, 0.2, 0.3])
+def hit_of_two_squares(offset: float, speed: float, mass: float, inertia: float) -> tuple[float, float]:
+    """Speed and spin of a square that another one of its size hits flush, without friction or bounce.
+
+    The faces touch from y = offset - 0.4 to y = 0.4, seen from the hitter's center. Impulses J at both ends leave no
+    approach there; an end that would have to pull has none.
+    """
+    ends = np.array([offset - 0.4, 0.4])
+    arm_a, arm_b = ends, ends - offset
+    # approach at an end: (v_a - w_a arm_a) - (v_b - w_b arm_b); an impulse J at an end takes 1/m and arm J / I of both
+    give = 2.0 / mass + (np.outer(arm_a, arm_a) + np.outer(arm_b, arm_b)) / inertia
+    impulse = np.linalg.solve(give, [speed, speed])
+    if impulse.min() < 0.0:
+        only = int(np.argmax(impulse))
+        impulse = np.zeros(2)
+        impulse[only] = speed / give[only, only]
+    return float(impulse.sum() / mass), float(-(arm_b * impulse).sum() / inertia)
+
+
+@pytest.mark.parametrize("offset", [0.1, 0.3, 0.5])
 def test_a_robot_hit_off_center_turns_as_momentum_says(offset):
-    """No tires. The bodies exchange an impulse J at one place: m v_b = J, and about b's center J x lever = I w."""
+    """No tires; momentum, linear and angular, is kept within 2 %, spin and speed are the closed form's within 5 %."""
+    smooth = ChassisConfig(surface=FRICTIONLESS)
     with PhysicsWorld() as world:
-        a = ChassisSimulation(world, ChassisConfig(), pose=(0.0, 0.0, 0.0), name="a")
-        b = ChassisSimulation(world, ChassisConfig(), pose=(1.2, offset + 0.4, 0.0), name="b")
+        a = ChassisSimulation(world, smooth, pose=(0.0, 0.0, 0.0), name="a")
+        b = ChassisSimulation(world, smooth, pose=(1.2, offset, 0.0), name="b")
         world.set_velocity(a.row, (3.0, 0.0, 0.0))
         a.read()
         inertia, mass = a.config.inertia[2], a.config.mass
@@ -145,18 +168,15 @@ def test_a_robot_hit_off_center_turns_as_momentum_says(offset):
             return total
 
         before = momentum()
-        for _ in range(20):
+        for _ in range(8):
             speed = max(a.speed, b.speed)
             world.step(DT, substeps=world.substepping.count(DT, 0.0, speed, a.surroundings(DT)))
             a.read()
             b.read()
-        after = momentum()
-        assert after == pytest.approx(before, rel=0.02, abs=0.5), "linear and angular momentum are kept"
-        assert abs(b.rate[2]) > 0.3, "it turns"
-        # The impulse on b acts where the overlapping faces touch: between b's lower edge and a's upper edge.
-        lever = -inertia * b.rate[2] / (mass * b.vel[0])
-        touch = b.pose[1] + lever * -1.0 if b.rate[2] > 0 else b.pose[1] - lever
-        assert min(0.4, offset) - 0.02 <= touch <= 0.42 or abs(lever) <= 0.42
+        assert momentum() == pytest.approx(before, rel=0.02, abs=0.5)
+        speed, spin = hit_of_two_squares(offset, 3.0, mass, inertia)
+        assert b.vel[0] == pytest.approx(speed, rel=0.05)
+        assert b.rate[2] == pytest.approx(spin, rel=0.05)
 
 
 @pytest.mark.parametrize("speed", [1.0, 2.0, 3.0])
@@ -240,4 +260,4 @@ def test_six_robots_share_nothing():
 
     together = play(range(6))
     for i in range(6):
-        assert together[i] == pytest.approx(play([i])[i], abs=1e-6)
+        assert together[i] == pytest.approx(play([i])[i], abs=1e-5)

@@ -187,3 +187,10 @@ def test_bounds_hold_everything(path):
     low, high = FieldGeometry.load(path).bounds()
     assert low == pytest.approx((-0.5, -0.5, -0.5))
     assert high == pytest.approx((3.5, 5.5, 0.5))
+
+
+def test_a_field_that_was_scaled_twice_says_so(tmp_path):
+    mesh = tmp_path / "tiny.obj"
+    mesh.write_text("o a\nv 0 0 0\nv 0.01 0 0\nv 0 0.01 0\nv 0 0 0.01\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 3 1 4\n")
+    with pytest.raises(FieldMeshError, match=r"only 0\.01 m long"):
+        FieldGeometry.load(mesh)

@@ -11,8 +11,9 @@ from hypothesis import strategies as st
 
 from simcore.errors import CapacityError, ConfigError, NonFiniteError, SimcoreError, UnknownNameError
 from simcore.gamepiece.config import GamePieceConfig
-from simcore.gamepiece.manager import GamePieceManager, Mover
+from simcore.gamepiece.manager import GamePieceManager
 from simcore.gamepiece.pool import PieceStatus
+from simcore.gamepiece.proximity import Mover
 from simcore.physics.shapes import Sphere
 from simcore.physics.world import PhysicsWorld
 

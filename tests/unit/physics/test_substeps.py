@@ -27,7 +27,9 @@ def test_nothing_moves_farther_than_its_limit_below_the_cap(piece, robot, near):
     assert piece * 0.02 / n <= rule.max_move * (1.0 + 1e-9)
     if n < rule.cap:
         assert robot * 0.02 / n <= limit * (1.0 + 1e-9)
-    if n > 1:  # and no more of them than that takes
+    fewest = 2 if near is Surroundings.WALL else 1
+    assert n >= fewest
+    if n > fewest:  # and no more of them than that takes
         assert max(piece * 0.02 / rule.max_move, robot * 0.02 / limit) > n - 1
 
 

@@ -1,0 +1,69 @@
+"""A swerve robot in the world: body, drivetrain, battery, gyro and odometry as one thing to place and to read."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from simcore.chassis.config import ChassisConfig
+from simcore.chassis.simulation import ChassisSimulation
+from simcore.drivetrain.config import SwerveConfig
+from simcore.drivetrain.gyro import Gyro, GyroConfig
+from simcore.drivetrain.odometry import SwerveOdometry
+from simcore.drivetrain.swerve import SwerveDrive
+from simcore.physics.world import PhysicsWorld
+from simcore.power.battery import Battery, BatteryConfig
+
+__all__ = ["SwerveRobot"]
+
+
+class SwerveRobot:
+    """What every swerve robot has, whatever the game. Several in one world share nothing but the world.
+
+    Args:
+        world: Where it stands.
+        chassis: Mass, shape and wheels.
+        swerve: Modules, motors and tires; its mass is the chassis'.
+        pose: Start, field frame [m, m, rad].
+        battery: Of this robot alone; None: a stiff 12 V supply.
+        gyro: Its errors.
+        rng: For the noise of its sensors.
+        name: For messages.
+    """
+
+    def __init__(
+        self,
+        world: PhysicsWorld,
+        chassis: ChassisConfig,
+        swerve: SwerveConfig,
+        *,
+        pose: tuple[float, float, float],
+        gyro: GyroConfig,
+        rng: np.random.Generator,
+        battery: BatteryConfig | None = None,
+        name: str = "robot",
+    ) -> None:
+        self.battery = Battery(battery or BatteryConfig.stiff(12.0))
+        self.drive = SwerveDrive(swerve, battery=self.battery)
+        self.chassis = ChassisSimulation(world, chassis, pose=pose, drivetrain=self.drive, name=name)
+        self.gyro = Gyro(gyro, rng)
+        self.odometry = SwerveOdometry(swerve.positions)
+        self.reset(pose)
+
+    def reset(self, pose: tuple[float, float, float]) -> None:
+        """Put the robot somewhere at rest, and let its sensors know: truth, gyro and odometry agree again [m, m, rad].
+
+        Robot code that only wants to believe something else calls `odometry.reset`; the robot then stays where it is.
+
+        Raises:
+            NonFiniteError: The pose is not finite; nothing has changed.
+        """
+        self.chassis.set_pose(*pose)
+        self.drive.reset()
+        self.gyro.reset(yaw=pose[2], true_yaw=pose[2])
+        self.odometry.reset(pose, gyro_yaw=pose[2])
+
+    def sense(self, dt: float) -> None:
+        """Let gyro and odometry follow what happened in the last dt [s]."""
+        roll, pitch, yaw = self.chassis.roll_pitch_yaw
+        self.gyro.step(dt, yaw, pitch, roll, self.chassis.robot_rate)
+        self.odometry.update(self.drive.wheel_distances, self.drive.steer_angles, self.gyro.yaw)

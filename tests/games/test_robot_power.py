@@ -1,0 +1,81 @@
+"""Brown-out and disabling stop everything that a roboRIO stops; a field of one's own works."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from games.rebuilt.robot import RebuiltRobotConfig
+from games.rebuilt.sim import RebuiltConfig, RebuiltSim, RobotEntry
+from games.rebuilt.staging import Staging
+from simcore.errors import ConfigError
+from simcore.power.battery import BatteryConfig
+
+NO_FUEL = Staging(neutral=0, depot=0, chute=0, preload_per_robot=0, robots=1)
+
+
+def spin(robot, time):
+    robot.shooter_wheels.set_volts(12.0)
+    robot.drive.set_volts([6.0] * 4, [0.0] * 4)
+
+
+@pytest.fixture
+def sim():
+    with RebuiltSim(RebuiltConfig(robots=(RobotEntry(preload=0),), staging=NO_FUEL), robot_code=[spin]) as sim:
+        yield sim
+
+
+def test_a_disabled_robot_coasts_and_goes_on_when_enabled_again(sim):
+    robot = sim.robots[0]
+    for _ in range(25):
+        sim.tick()
+    running = robot.shooter_wheels.velocity
+    assert running > 50.0
+    robot.drive.enabled = False
+    for _ in range(10):
+        sim.tick()
+    assert robot.shooter_wheels.current == 0.0, "the circuit is open"
+    assert robot.shooter_wheels.velocity <= running
+    assert robot.drive.drive_motors.supply == pytest.approx([0.0] * 4, abs=1.0)
+    robot.drive.enabled = True
+    for _ in range(10):
+        sim.tick()
+    assert robot.shooter_wheels.velocity > running
+
+
+def test_a_browned_out_robot_runs_nothing():
+    """A roboRIO that wants more than this battery ever has never gives its outputs free."""
+    weak = RebuiltRobotConfig(battery=BatteryConfig(brownout_voltage=13.0, recovered_voltage=13.5))
+    entry = RobotEntry(preload=0, config=weak)
+    with RebuiltSim(RebuiltConfig(robots=(entry,), staging=NO_FUEL), robot_code=[spin]) as sim:
+        for _ in range(25):
+            sim.tick()
+        robot = sim.robots[0]
+        assert robot.battery.browned_out
+        assert robot.shooter_wheels.velocity == 0.0
+        assert robot.chassis.pose == pytest.approx(entry.pose, abs=1e-3)
+
+
+def test_a_velocity_to_follow_is_refused_where_a_drivetrain_drives(sim):
+    with pytest.raises(ConfigError, match="its drivetrain moves it"):
+        sim.robots[0].chassis.follow_velocity(1.0, 0.0, 0.0)
+
+
+def test_a_field_of_ones_own_needs_none_of_our_names(tmp_path: Path):
+    """A box and a ridge; the ridge is named as our bumps are, so robots drive over it."""
+    corners = [(x, y, z) for z in (0, 1) for x, y in ((0, 0), (1, 0), (1, 1), (0, 1))]
+    box = [(4, 3, 2, 1), (5, 6, 7, 8), (1, 2, 6, 5), (2, 3, 7, 6), (3, 4, 8, 7), (4, 1, 5, 8)]
+
+    def group(name, at, scale, offset):
+        lines = [f"o {name}"]
+        lines += [f"v {at + x * scale} {2 + y} {z * 0.1 * scale}" for x, y, z in corners]
+        lines += ["f " + " ".join(str(i + offset) for i in face) for face in box]
+        return lines
+
+    mesh = tmp_path / "field.obj"
+    mesh.write_text("\n".join(group("post", 3.0, 1.0, 0) + group("my_bump_1", 6.0, 0.5, 8)) + "\n")
+    config = RebuiltConfig(robots=(RobotEntry(preload=0),), staging=NO_FUEL, field_mesh=mesh)
+    with RebuiltSim(config) as sim:
+        sim.tick()
+        assert [element.name for element in sim.field.elements] == ["post", "my_bump_1"]

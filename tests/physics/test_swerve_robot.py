@@ -1,0 +1,126 @@
+"""Truth, gyro and odometry of a robot on the engine, and the kit-bot beside it."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from simcore.chassis.config import ChassisConfig
+from simcore.chassis.simulation import ChassisSimulation
+from simcore.drivetrain.config import SwerveConfig, SwerveModuleConfig
+from simcore.drivetrain.gyro import gyro_config
+from simcore.drivetrain.tank import TankConfig, TankDrive
+from simcore.errors import NonFiniteError
+from simcore.physics.world import PhysicsWorld
+from simcore.sim.swerve_robot import SwerveRobot
+
+DT = 0.02
+SWERVE = SwerveConfig.square(0.5334, SwerveModuleConfig(x=0.0, y=0.0, drive_stator_limit=40.0))
+
+
+def make(world, pose=(0.0, 0.0, 0.0), *, gyro="ideal", seed=0) -> SwerveRobot:
+    return SwerveRobot(
+        world, ChassisConfig(), SWERVE, pose=pose, gyro=gyro_config(gyro), rng=np.random.default_rng(seed)
+    )
+
+
+def advance(world, robot, ticks):
+    for _ in range(ticks):
+        world.step(DT, substeps=4, before_substep=robot.chassis.before_substep)
+        robot.chassis.read()
+        robot.sense(DT)
+
+
+def test_odometry_follows_an_s_curve_without_skid():
+    """6 m of S-curve at 2 m/s with turning: wheels that roll count what the robot drove, within 2 %."""
+    with PhysicsWorld() as world:
+        robot = make(world, (1.0, 2.0, 0.3))
+        for tick in range(160):
+            phase = tick * DT
+            speed = min(2.0, 3.0 * phase)
+            robot.drive.set_chassis_speeds(speed, 0.6 * math.sin(2.0 * phase), 0.8 * math.sin(1.5 * phase))
+            advance(world, robot, 1)
+        x, y, yaw = robot.chassis.pose
+        driven = math.dist((x, y), (1.0, 2.0))
+        assert driven > 3.0
+        assert math.dist(robot.odometry.pose[:2], (x, y)) < 0.02 * 6.0
+        assert robot.odometry.pose[2] == pytest.approx(yaw, abs=1e-3)
+
+
+def test_odometry_counts_what_spinning_wheels_count():
+    """40 A do not spin a wheel (at 60 A the unloaded front ones do); without a limit all four spin at the start."""
+    with PhysicsWorld() as world:
+        robot = make(world)
+        robot.drive.set_volts([12.0] * 4, [0.0] * 4)
+        free = SwerveConfig.square(0.5334, SwerveModuleConfig(x=0.0, y=0.0))
+        skidding = SwerveRobot(
+            world, ChassisConfig(), free, pose=(0.0, 5.0, 0.0), gyro=gyro_config("ideal"), rng=np.random.default_rng(0)
+        )
+        skidding.drive.set_volts([12.0] * 4, [0.0] * 4)
+        for _ in range(25):
+
+            def push(h):
+                robot.chassis.before_substep(h)
+                skidding.chassis.before_substep(h)
+
+            world.step(DT, substeps=4, before_substep=push)
+            for one in (robot, skidding):
+                one.chassis.read()
+                one.sense(DT)
+        assert robot.odometry.pose[0] == pytest.approx(robot.chassis.pose[0], rel=0.05)
+        assert skidding.odometry.pose[0] > 1.2 * skidding.chassis.pose[0]
+
+
+def test_reset_moves_truth_gyro_and_odometry_together():
+    with PhysicsWorld() as world:
+        robot = make(world, gyro="pigeon2")
+        robot.drive.set_chassis_speeds(2.0, 0.0, 1.0)
+        advance(world, robot, 50)
+        robot.reset((3.0, 1.0, 2.0))
+        for pose in (robot.chassis.pose, robot.odometry.pose):
+            assert pose == pytest.approx((3.0, 1.0, 2.0), abs=1e-6)
+        assert robot.gyro.yaw == 2.0
+        advance(world, robot, 25)
+        assert robot.odometry.pose[:2] == pytest.approx((3.0, 1.0), abs=0.01), "and it stands"
+        with pytest.raises(NonFiniteError):
+            robot.reset((math.nan, 0.0, 0.0))
+        assert robot.odometry.pose[:2] == pytest.approx((3.0, 1.0), abs=0.01)
+
+
+def test_robot_code_that_resets_its_odometry_does_not_move_the_robot():
+    with PhysicsWorld() as world:
+        robot = make(world)
+        robot.odometry.reset((5.0, 5.0, 1.0), robot.drive.wheel_distances, robot.gyro.yaw)
+        robot.drive.set_chassis_speeds(1.0, 0.0, 0.0)
+        advance(world, robot, 50)
+        x, y, _ = robot.chassis.pose
+        assert y == pytest.approx(0.0, abs=0.01)
+        ox, oy, _ = robot.odometry.pose
+        assert (ox - 5.0, oy - 5.0) == pytest.approx((x * math.cos(1.0), x * math.sin(1.0)), abs=0.03)
+
+
+def test_a_kit_bot_drives_and_turns_on_the_engine():
+    """Six wheels on two chained sides: straight at equal volts, on the spot at opposite ones."""
+    config = TankConfig()
+    wheels = tuple((x, side * config.track / 2) for side in (1.0, -1.0) for x in config.wheel_xs)
+    body = ChassisConfig(wheel_positions=wheels, wheel_radius=config.wheel_radius, clearance=0.04)
+    with PhysicsWorld() as world:
+        drive = TankDrive(config)
+        chassis = ChassisSimulation(world, body, drivetrain=drive)
+        drive.set_volts(8.0, 8.0)
+        for _ in range(100):
+            world.step(DT, substeps=4, before_substep=chassis.before_substep)
+        chassis.read()
+        x, y, yaw = chassis.pose
+        assert x > 2.0
+        assert abs(y) < 0.05
+        assert abs(yaw) < 0.05
+        assert chassis.vel[0] == pytest.approx(float(np.mean(drive.side_speeds)), rel=0.02)
+        drive.set_volts(-8.0, 8.0)
+        for _ in range(100):
+            world.step(DT, substeps=4, before_substep=chassis.before_substep)
+        chassis.read()
+        assert chassis.rate[2] > 1.0
+        assert math.hypot(*chassis.vel[:2]) < 0.3
