@@ -15,7 +15,7 @@ from wpimath.system.plant import DCMotor
 from simcore.chassis.config import ChassisConfig
 from simcore.drivetrain.config import SwerveConfig, SwerveModuleConfig
 from simcore.drivetrain.gyro import GyroConfig, gyro_config
-from simcore.errors import require_non_negative, require_positive
+from simcore.errors import ConfigError, require_non_negative, require_positive
 from simcore.gamepiece.intake import IntakeZone
 from simcore.gamepiece.launch import LaunchParameters
 from simcore.gamepiece.shooter import ShooterSim
@@ -48,6 +48,8 @@ class RebuiltRobotConfig:
         )
     )
     """Repeated at every wheel position of the chassis."""
+    drivetrain: SwerveConfig | None = None
+    """The drivetrain as a whole, e.g. from robot code's constants; None: `module` at every wheel of the chassis."""
     battery: BatteryConfig = field(default_factory=BatteryConfig)
     gyro: GyroConfig = field(default_factory=lambda: gyro_config("pigeon2"))
     hopper_capacity: int = 50
@@ -117,10 +119,20 @@ class RebuiltRobotConfig:
         for name in ("wheel_radius", "exit_efficiency", "shot_rate"):
             require_positive(owner, name, getattr(self, name))
         require_non_negative(owner, "hopper_capacity", self.hopper_capacity)
+        d, c = self.drivetrain, self.chassis
+        if d is not None:
+            if len(d.modules) != len(c.wheel_positions):
+                raise ConfigError(
+                    f"{owner}: drivetrain has {len(d.modules)} modules, but the chassis {len(c.wheel_positions)} wheels"
+                )
+            if not math.isclose(d.mass, c.mass):
+                raise ConfigError(f"{owner}: mass of drivetrain and chassis must agree, got {d.mass} and {c.mass} kg")
 
     @property
     def swerve(self) -> SwerveConfig:
-        """The drivetrain: the module at every wheel position."""
+        """The drivetrain: as given, or the module at every wheel position."""
+        if self.drivetrain is not None:
+            return self.drivetrain
         c = self.chassis
         return SwerveConfig(
             modules=tuple(

@@ -33,16 +33,18 @@ class RebuiltScoring:
     other in 2 and 4; with equal fuel, chance decides.
     """
 
-    def __init__(self, rng: np.random.Generator, *, favorite: Alliance = "blue") -> None:
+    def __init__(self, rng: np.random.Generator, *, favorite: Alliance = "blue", always_active: bool = False) -> None:
         """Toss the coin for a tie.
 
         Args:
             rng: Decides.
             favorite: Who is inactive first if the coin shows heads; the first robot's alliance, so that a mirrored
                 match has the mirrored coin.
+            always_active: Whether both hubs count all the time, for practice.
         """
         other: Alliance = "red" if favorite == "blue" else "blue"
         self._coin: Alliance = favorite if rng.random() < 0.5 else other
+        self._always_active = always_active
         self._auto_points: dict[Alliance, int] = {"blue": 0, "red": 0}
 
     @property
@@ -55,6 +57,8 @@ class RebuiltScoring:
 
     def is_active(self, alliance: Alliance, time: float) -> bool:
         """Whether a hub counts at a time [s], with the grace after it went inactive."""
+        if self._always_active:
+            return True
         if time >= MATCH.duration:
             return time < MATCH.duration + _GRACE
         return self._is_on(alliance, time) or self._is_on(alliance, max(0.0, time - _GRACE))

@@ -31,6 +31,7 @@ ALLOWED = {
     "sim": INNER | DOMAIN | {"telemetry"},
     "testing": INNER | DOMAIN | {"telemetry", "sim"},
     **dict.fromkeys(ADAPTERS, INNER | DOMAIN | {"telemetry", "sim"}),
+    "robotpy": INNER | DOMAIN | {"telemetry", "sim", "phoenix6"},  # `robotpy sim --simcore` connects both
 }
 
 VENDORS = ("pybullet", "wpilib", "hal", "phoenix6")

@@ -1,0 +1,144 @@
+"""The devices of swerve modules, whoever built them: volts to the model, its motion to the sensors."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from phoenix6.hardware import CANcoder, Pigeon2, TalonFX
+
+from simcore.drivetrain.swerve import SwerveDrive
+from simcore.errors import ConfigError
+from simcore.phoenix6.cancoder import CANcoderSim
+from simcore.phoenix6.pigeon import Pigeon2Sim
+from simcore.phoenix6.talon import TalonPort, is_configured_clockwise
+
+__all__ = ["SwerveDevicesSim", "SwerveModuleDevices"]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SwerveModuleDevices:
+    """One module of a team's own swerve code. What is None is asked of the device, once, in 50 ms.
+
+    Positive is forward for the drive motor, and counter-clockwise seen from above for steer motor and encoder, as the
+    team's own odometry needs it; inversions are as configured in the devices.
+    """
+
+    drive_motor: TalonFX
+    steer_motor: TalonFX
+    encoder: CANcoder | None = None
+    drive_inverted: bool | None = None
+    """Whether the drive motor is configured `CLOCKWISE_POSITIVE`."""
+    steer_inverted: bool | None = None
+    encoder_inverted: bool | None = None
+    encoder_offset: float | None = None
+    """Magnet offset as configured [rotations]."""
+
+
+class SwerveDevicesSim:
+    """Moves volts from TalonFX to the model of a swerve drive, and the model's motion to their sensors.
+
+    For teams with modules of their own; CTRE's drivetrain has `SwerveDrivetrainSim`.
+
+    Args:
+        modules: In the order of the model's modules.
+        pigeon: The gyro; None if it is another maker's.
+        drive: The model of the same robot; its owner steps it with the chassis.
+
+    Raises:
+        ConfigError: Another number of modules than the model has; a device of another kind; two of a kind with one id
+            (the device simulation would make them one); a device that does not answer.
+    """
+
+    def __init__(self, modules: Sequence[SwerveModuleDevices], pigeon: Pigeon2 | None, drive: SwerveDrive) -> None:
+        if len(modules) != len(drive.config.modules):
+            raise ConfigError(
+                f"swerve: devices of {len(modules)} modules for a model of {len(drive.config.modules)}; want as many"
+            )
+        _check_devices(modules)
+        self._drive = drive
+        self._drive_ports = [_port(m.drive_motor, m.drive_inverted) for m in modules]
+        self._steer_ports = [_port(m.steer_motor, m.steer_inverted) for m in modules]
+        self._encoders = [
+            None
+            if m.encoder is None
+            else CANcoderSim(m.encoder, inverted=m.encoder_inverted, magnet_offset=m.encoder_offset)
+            for m in modules
+        ]
+        self._pigeon = None if pigeon is None else Pigeon2Sim(pigeon)
+        self._per_volt = [(1.0 / m.drive_motor.kv, 1.0 / m.steer_motor.kv) for m in drive.config.modules]
+        self._yaw_at_start: float | None = None
+
+    def read(self, battery_voltage: float) -> None:
+        """Give the devices their supply [V] and the model their volts."""
+        for port in (*self._drive_ports, *self._steer_ports):
+            port.set_supply(battery_voltage)
+        state = self._drive.state
+        drive, steer = [], []
+        for k, m in enumerate(self._drive.config.modules):
+            per_drive, per_steer = self._per_volt[k]
+            rotor = m.drive_gearing * state.wheel_speed[k] + m.coupling_ratio * state.steer_speed[k]
+            drive.append(_terminal_volts(self._drive_ports[k], rotor * per_drive))
+            steer.append(_terminal_volts(self._steer_ports[k], m.steer_gearing * state.steer_speed[k] * per_steer))
+        self._drive.set_volts(drive, steer)
+
+    def write(self, yaw: float, pitch: float, roll: float, rates: Sequence[float]) -> None:
+        """Give the sensors what the model did.
+
+        Args:
+            yaw: Of the gyro, continuous over turns; where it starts is where the Pigeon reads zero [rad].
+            pitch: [rad]
+            roll: [rad]
+            rates: About the robot's axes [rad/s], shape (3,).
+        """
+        state = self._drive.state
+        turn = math.tau
+        for k, m in enumerate(self._drive.config.modules):
+            wheel, azimuth = state.wheel_angle[k], state.steer_angle[k]
+            wheel_rate, azimuth_rate = state.wheel_speed[k], state.steer_speed[k]
+            self._drive_ports[k].write(
+                (wheel * m.drive_gearing + azimuth * m.coupling_ratio) / turn,
+                (wheel_rate * m.drive_gearing + azimuth_rate * m.coupling_ratio) / turn,
+            )
+            self._steer_ports[k].write(azimuth * m.steer_gearing / turn, azimuth_rate * m.steer_gearing / turn)
+            encoder = self._encoders[k]
+            if encoder is not None:
+                encoder.write(azimuth, azimuth_rate)
+        if self._yaw_at_start is None:
+            self._yaw_at_start = yaw
+        if self._pigeon is not None:
+            self._pigeon.write(yaw - self._yaw_at_start, pitch, roll, rates)
+
+
+def _terminal_volts(port: TalonPort, back_emf: float) -> float:
+    """Volts at the motor [V]; an open circuit carries no current, as at exactly its back-EMF."""
+    volts = port.volts()
+    return back_emf if port.is_open(volts) else volts
+
+
+def _port(talon: TalonFX, inverted: bool | None) -> TalonPort:
+    return TalonPort(talon, clockwise=is_configured_clockwise(talon) if inverted is None else inverted)
+
+
+def _check_devices(modules: Sequence[SwerveModuleDevices]) -> None:
+    talons: dict[int, str] = {}
+    encoders: dict[int, str] = {}
+    for k, module in enumerate(modules):
+        for role, kind, ids in (
+            ("drive_motor", TalonFX, talons),
+            ("steer_motor", TalonFX, talons),
+            ("encoder", CANcoder, encoders),
+        ):
+            device = getattr(module, role)
+            if device is None:
+                continue
+            where = f"module {k} {role}"
+            if not isinstance(device, kind):
+                raise ConfigError(f"{where}: only {kind.__name__} can be simulated so far, got {type(device).__name__}")
+            if device.device_id in ids:
+                raise ConfigError(
+                    f"{where}: {kind.__name__} id {device.device_id} is already {ids[device.device_id]}; simulated ids "
+                    "must differ across CAN buses too"
+                )
+            ids[device.device_id] = where

@@ -1,0 +1,57 @@
+"""Writes the simulated state of a Pigeon 2."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+from phoenix6.hardware import Pigeon2
+
+__all__ = ["Pigeon2Sim"]
+
+_MAX_DPS = 2047.0  # the simulated rate wraps at +-2048
+_MAX_TURN_DEG = 170.0  # the device takes the short way round: a step of half a turn could go either way
+
+
+class Pigeon2Sim:
+    """A Pigeon 2 on the robot.
+
+    Like the real one it starts at zero wherever the robot looks; `set_yaw` and the swerve drivetrain's resets are the
+    device's and the robot code's business and do not come here. Not simulated by the device itself (26.3): quaternion,
+    `getRotation3d()`, gravity vector, accelerometer, mount pose.
+
+    Args:
+        pigeon: The device of the robot code.
+    """
+
+    def __init__(self, pigeon: Pigeon2) -> None:
+        self._state = pigeon.sim_state
+        self._yaw_deg = 0.0
+        self._state.set_raw_yaw(0.0)
+
+    def set_supply(self, volts: float) -> None:
+        """Voltage at its terminals [V]."""
+        self._state.set_supply_voltage(min(max(volts, 4.0), 16.0))
+
+    def write(self, yaw: float, pitch: float, roll: float, rates: Sequence[float]) -> None:
+        """Say what it measures.
+
+        Args:
+            yaw: Since switched on, continuous over turns [rad].
+            pitch: Nose down positive, as in WPILib [rad].
+            roll: [rad]
+            rates: About the robot's x, y, z [rad/s], shape (3,).
+        """
+        goal = math.degrees(yaw)
+        while abs(goal - self._yaw_deg) > _MAX_TURN_DEG:
+            self._yaw_deg += math.copysign(_MAX_TURN_DEG, goal - self._yaw_deg)
+            self._state.set_raw_yaw(self._yaw_deg)
+        self._yaw_deg = goal
+        state = self._state
+        state.set_raw_yaw(goal)
+        state.set_pitch(math.degrees(pitch))
+        state.set_roll(math.degrees(roll))
+        x, y, z = (min(max(math.degrees(rate), -_MAX_DPS), _MAX_DPS) for rate in rates)
+        state.set_angular_velocity_x(x)
+        state.set_angular_velocity_y(y)
+        state.set_angular_velocity_z(z)

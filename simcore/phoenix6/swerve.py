@@ -1,0 +1,161 @@
+"""CTRE's `SwerveDrivetrain`, unmodified, on simcore's swerve model.
+
+The drivetrain object keeps its own control loops, odometry thread and pose estimate. It is fed the way the robot feeds
+it: rotor positions, CANcoders and the Pigeon 2. Nothing here ever hands it a pose.
+"""
+
+from __future__ import annotations
+
+import functools
+import logging
+from collections.abc import Sequence
+from typing import Any
+from weakref import WeakKeyDictionary
+
+from phoenix6.swerve import SwerveDrivetrain, SwerveModuleConstants
+
+from simcore.drivetrain.config import SwerveConfig
+from simcore.drivetrain.motor import MotorModel
+from simcore.drivetrain.swerve import SwerveDrive
+from simcore.errors import ConfigError
+from simcore.phoenix6.modules import SwerveDevicesSim, SwerveModuleDevices
+
+__all__ = ["SwerveDrivetrainSim", "module_constants", "only_drivetrain", "remember_module_constants", "swerve_config"]
+
+_log = logging.getLogger(__name__)
+
+_seen: WeakKeyDictionary[Any, list[Any]] = WeakKeyDictionary()
+
+
+def remember_module_constants() -> None:
+    """Note the module constants of every drivetrain built from now on; the drivetrain itself does not show them.
+
+    Runs once when this module is imported. `physics.py` is loaded before the robot object is built, so an import there
+    is early enough; robot code stays as it is.
+    """
+    build = SwerveDrivetrain.__init__
+    if getattr(build, "_notes_constants", False):
+        return
+
+    @functools.wraps(build)
+    def init(self: Any, *args: Any, **kwargs: Any) -> None:
+        build(self, *args, **kwargs)
+        for value in (*args, *kwargs.values()):
+            if isinstance(value, (list, tuple)) and value and isinstance(value[0], SwerveModuleConstants):
+                _seen[self] = list(value)
+
+    init._notes_constants = True  # type: ignore[attr-defined]
+    SwerveDrivetrain.__init__ = init  # type: ignore[method-assign]
+
+
+remember_module_constants()
+
+
+def module_constants(drivetrain: Any) -> list[Any]:
+    """The `SwerveModuleConstants` that a drivetrain was built with, in its order.
+
+    Raises:
+        ConfigError: It was built before this module was imported.
+    """
+    if drivetrain not in _seen:
+        raise ConfigError(
+            f"the constants of {type(drivetrain).__name__} are not known: import simcore.phoenix6.swerve at the top of "
+            "physics.py, before the drivetrain is built, or pass modules=[TunerConstants.front_left, ...]"
+        )
+    return _seen[drivetrain]
+
+
+def only_drivetrain() -> Any:
+    """The drivetrain that the robot program has built, whatever its class and wherever it keeps it.
+
+    Raises:
+        ConfigError: There is none, or more than one.
+    """
+    found = list(_seen)
+    if len(found) != 1:
+        raise ConfigError(
+            f"want one phoenix6.swerve.SwerveDrivetrain after robotInit, got {len(found)}"
+            + (f": {[type(d).__name__ for d in found]}" if found else "; without one, write a physics.py")
+        )
+    return found[0]
+
+
+def swerve_config(
+    drivetrain: Any,
+    *,
+    modules: Sequence[Any] | None = None,
+    mass: float = 55.0,
+    bumper: tuple[float, float] = (0.8, 0.8),
+    height: float = 0.2,
+    tread: float = 1.2,
+    drive_motor: MotorModel | None = None,
+    steer_motor: MotorModel | None = None,
+) -> SwerveConfig:
+    """The plant that a drivetrain's constants describe; mass and bumpers are nowhere in them.
+
+    Args:
+        drivetrain: A `SwerveDrivetrain`, of whatever class.
+        modules: Its constants, if it was built too early for `module_constants`.
+        mass: With bumpers and battery [kg].
+        bumper: Length and width [m].
+        height: Of the center of mass [m].
+        tread: Coefficient of friction [-].
+        drive_motor: Where a TalonFX is not a Kraken X60.
+        steer_motor: The same for the azimuths.
+
+    Raises:
+        ConfigError: A constant is missing or makes no sense.
+    """
+    return SwerveConfig.from_ctre(
+        module_constants(drivetrain) if modules is None else modules,
+        mass=mass,
+        bumper=bumper,
+        height=height,
+        tread=tread,
+        drive_motor=drive_motor,
+        steer_motor=steer_motor,
+    )
+
+
+class SwerveDrivetrainSim(SwerveDevicesSim):
+    """Moves volts from the drivetrain's TalonFX to the model, and the model's motion to their sensors.
+
+    Takes the place of `update_sim_state`: whoever calls that (the generated class does so from a Notifier, 250 times a
+    second) now calls nothing, so the model is stepped exactly once.
+
+    Args:
+        drivetrain: A `SwerveDrivetrain`, of whatever class.
+        drive: The model of the same robot; its owner steps it with the chassis.
+        modules: Constants, if the drivetrain was built too early for `module_constants`.
+
+    Raises:
+        ConfigError: Another number of modules than the model has; a module that is not TalonFX, TalonFX and CANcoder;
+            two devices of a kind with one id (the device simulation would make them one).
+    """
+
+    def __init__(self, drivetrain: Any, drive: SwerveDrive, *, modules: Sequence[Any] | None = None) -> None:
+        constants = module_constants(drivetrain) if modules is None else list(modules)
+        if not len(constants) == len(drivetrain.modules) == len(drive.config.modules):
+            raise ConfigError(
+                f"swerve: {len(drivetrain.modules)} modules in the drivetrain, {len(constants)} constants and "
+                f"{len(drive.config.modules)} in the model; want the same number"
+            )
+        devices = [
+            SwerveModuleDevices(
+                drive_motor=module.drive_motor,
+                steer_motor=module.steer_motor,
+                encoder=module.encoder,
+                drive_inverted=c.drive_motor_inverted,
+                steer_inverted=c.steer_motor_inverted,
+                encoder_inverted=c.encoder_inverted,
+                encoder_offset=c.encoder_offset,
+            )
+            for module, c in zip(drivetrain.modules, constants, strict=True)
+        ]
+        super().__init__(devices, drivetrain.pigeon2, drive)
+        drivetrain.update_sim_state = _owned_by_physics
+        _log.info("swerve: %d modules; physics owns their simulation", len(constants))
+
+
+def _owned_by_physics(dt: float, supply_voltage: float) -> None:
+    """Stands in for `update_sim_state`."""

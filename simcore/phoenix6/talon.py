@@ -1,0 +1,103 @@
+"""One TalonFX as physics sees it: volts out, rotor position and velocity in."""
+
+from __future__ import annotations
+
+import logging
+import math
+
+from phoenix6.configs import MotorOutputConfigs
+from phoenix6.hardware import TalonFX
+from phoenix6.signals import InvertedValue
+from phoenix6.sim import ChassisReference
+
+from simcore.errors import ConfigError, NonFiniteError
+
+__all__ = ["TalonPort", "is_configured_clockwise"]
+
+_log = logging.getLogger(__name__)
+
+_MAX_RPS = 159.9  # the simulated velocity wraps at +-160: 160 reads as -160
+_HALF_RANGE = 16384.0  # [rotations]; the simulated position wraps here
+_MIN_SUPPLY, _MAX_SUPPLY = 4.0, 16.0  # [V]; -1 V gives 173 V of output, 20 V none at all
+
+
+def is_configured_clockwise(talon: TalonFX) -> bool:
+    """Whether the device is configured `CLOCKWISE_POSITIVE`; asks the device, which takes 50 ms.
+
+    Raises:
+        ConfigError: The device does not answer.
+    """
+    output = MotorOutputConfigs()  # type: ignore[no-untyped-call]
+    status = talon.configurator.refresh(output)
+    if not status.is_ok():
+        raise ConfigError(
+            f"TalonFX {talon.device_id}: could not read its inversion ({status.name}); pass inverted=True or False"
+        )
+    return output.inverted == InvertedValue.CLOCKWISE_POSITIVE
+
+
+class TalonPort:
+    """The simulated side of one TalonFX.
+
+    The simulated state is in the chassis frame, whatever the inversion: sign(get_position) = invert x orientation.
+    With the orientation equal to the configured inversion the two cancel, and positive is the same for robot code and
+    physics.
+
+    Args:
+        talon: The device of the robot code.
+        clockwise: Whether a turn that physics calls positive is clockwise, looking at the shaft.
+    """
+
+    def __init__(self, talon: TalonFX, *, clockwise: bool) -> None:
+        self.device_id: int = talon.device_id
+        self._state = talon.sim_state
+        self._state.orientation = (
+            ChassisReference.CLOCKWISE_POSITIVE if clockwise else ChassisReference.COUNTER_CLOCKWISE_POSITIVE
+        )
+        self._supply = math.nan
+        self._rps = 0.0
+        self._is_open = False
+        self._was_clamped = False
+
+    def set_supply(self, volts: float) -> None:
+        """Voltage at the controller's terminals [V]; kept within what the device model survives, 4 to 16 V."""
+        wanted = min(max(volts, _MIN_SUPPLY), _MAX_SUPPLY)
+        if not abs(wanted - self._supply) < 0.01:  # also true for the first NaN; a write costs 2 us
+            self._state.set_supply_voltage(wanted)
+            self._supply = wanted
+
+    def volts(self) -> float:
+        """What the controller puts on the motor, after its own limits [V]."""
+        return float(self._state.motor_voltage)
+
+    def is_open(self, volts: float) -> bool:
+        """Whether the circuit is open (coast) and not shorted (brake); both show 0 V, only a brake shows current.
+
+        At rest there is no telling, and the last answer stays.
+        """
+        if volts != 0.0:
+            self._is_open = False
+        elif abs(self._rps) > 0.05:
+            # a shorted motor carries 5 A per turn a second, an open one none
+            self._is_open = abs(self._state.torque_current) < min(0.5, 0.1 * abs(self._rps))
+        return self._is_open
+
+    def write(self, rotations: float, rps: float) -> None:
+        """Say where the rotor is [rotations] and how fast it turns [rotations/s], positive as in `volts`.
+
+        Raises:
+            NonFiniteError: A value is not finite; nothing is written.
+        """
+        if not math.isfinite(rotations + rps):
+            raise NonFiniteError(
+                f"TalonFX {self.device_id}: rotor needs finite numbers, got {rotations} rotations, {rps} rps"
+            )
+        if abs(rps) > _MAX_RPS:
+            if not self._was_clamped:
+                self._was_clamped = True
+                _log.warning("TalonFX %d: rotor at %.0f rps; the device reads no more than 160", self.device_id, rps)
+            rps = math.copysign(_MAX_RPS, rps)
+        # Also at rest: a write that meets a device still busy with its configuration is lost, so one is not enough.
+        self._rps = rps
+        self._state.set_raw_rotor_position((rotations + _HALF_RANGE) % (2.0 * _HALF_RANGE) - _HALF_RANGE)
+        self._state.set_rotor_velocity(rps)

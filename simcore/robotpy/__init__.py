@@ -1,0 +1,1 @@
+"""Adapters to RobotPy: pyfrc's physics hook, the driver station, the Field2d."""

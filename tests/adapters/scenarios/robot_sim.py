@@ -1,0 +1,242 @@
+"""Runs a robot project under `robotpy sim --nogui`, unmodified, and plays the driver station from inside.
+
+Arguments: the project's folder and what to play. Reports what truly happened on the field.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+import re
+import shutil
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+from hal import AllianceStationID
+from phoenix6 import unmanaged
+from robotpy.main import main as robotpy_main
+from wpilib import DriverStation, RobotController
+from wpilib.simulation import DriverStationSim
+
+import simcore.phoenix6.swerve as swerve
+from simcore.robotpy.physics import RobotPhysics
+
+A, B, X, Y = 1, 2, 3, 4
+ROOT = Path(__file__).resolve().parents[3]
+
+
+class Play:
+    """One scripted driver; called after every tick of the physics."""
+
+    def __init__(self, name: str, alliance: str) -> None:
+        station = AllianceStationID.kRed1 if alliance == "red" else AllianceStationID.kBlue2
+        DriverStationSim.setAllianceStationId(station)
+        self.play = getattr(self, name)
+        self.tick = 0
+        self.begin = time.perf_counter()
+        self.walls: list[float] = []
+        self.results: dict[str, object] = {}
+
+    def __call__(self, physics: RobotPhysics) -> None:
+        if self.tick == 0:
+            self.steps = self.play(physics)
+            self.begin = time.perf_counter()
+        self.walls.append(time.perf_counter())
+        self.tick += 1
+        try:
+            next(self.steps)
+        except StopIteration:
+            self.finish(physics)
+
+    def finish(self, physics: RobotPhysics) -> None:
+        sim = physics.game
+        times = physics.times
+        gaps = np.diff(self.walls)
+        real = (self.walls[-1] - self.begin) / (0.02 * (self.tick - 1))
+        fuel = sim.fuel
+        print(
+            json.dumps(
+                {
+                    **self.results,
+                    "score": sim.tracker.totals,
+                    "shots": len(sim.shots),
+                    "hits": sim.hits,
+                    "taken_in": len(sim.intakes),
+                    "staged": fuel.staged,
+                    "counted": fuel.on_field + fuel.in_flight + fuel.held + fuel.scored + fuel.outside,
+                    "lateness_ms": 1e3 * max(0.0, float(np.percentile(gaps, 99)) - 0.02),
+                    "wall_per_sim": real,
+                    "tick_median_ms": times.median_ms,
+                    "tick_p99_ms": times.p99_ms,
+                    "tick_max_ms": times.max_ms,
+                    "ticks": times.ticks,
+                    "late_loops": times.late_loops,
+                    "late_parts": times.late_parts,
+                    "skipped_s": times.skipped,
+                    "min_volts": physics.plant.battery.min_voltage,
+                }
+            ),
+            flush=True,
+        )
+        os._exit(0)
+
+    # --- the plays ----------------------------------------------------------------------------------------------
+
+    def auto(self, physics):
+        """20 s of autonomous."""
+        DriverStationSim.notifyNewData()  # the alliance
+        yield from self.wait(1.0)
+        path = [physics.plant.chassis.pose]
+        self.enable(autonomous=True)
+        for _ in range(1000):
+            path.append(physics.plant.chassis.pose)
+            yield
+        track = np.array(path)
+        odometry = physics.robot.container.drivetrain.get_state().pose
+        self.results["distance"] = float(np.linalg.norm(np.diff(track[:, :2], axis=0), axis=1).sum())
+        self.results["odometry_error"] = math.hypot(odometry.X() - path[-1][0], odometry.Y() - path[-1][1])
+        self.results["end"] = path[-1]
+        self.results["match_time"] = DriverStation.getMatchTime()
+
+    def teleop(self, physics):
+        """Joystick and buttons only: shoot the preload, drive back with the intake out, turn, hood."""
+        DriverStationSim.setJoystickAxisCount(0, 6)
+        DriverStationSim.setJoystickButtonCount(0, 10)
+        DriverStationSim.setJoystickPOVCount(0, 0)
+        DriverStationSim.notifyNewData()  # the alliance
+        yield from self.wait(1.0)
+        self.enable(autonomous=False)
+        yield from self.wait(0.2)
+        yield from self.hold(Y, 3.0)
+        self.results["hits_of_preload"] = physics.game.hits
+        start = physics.plant.chassis.pose
+        self.axes(left_y=-0.5)  # W, half: away from the blue wall at 2 m/s
+        yield from self.wait(0.6)
+        self.axes()
+        yield from self.wait(0.6)
+        self.results["ahead"] = physics.plant.chassis.pose[0] - start[0]
+        before = physics.plant.chassis.pose[2]
+        self.axes(right_x=-0.4)  # Q
+        yield from self.wait(0.5)
+        self.axes()
+        yield from self.wait(0.4)
+        self.results["turned"] = math.remainder(physics.plant.chassis.pose[2] - before, math.tau)
+        hood = physics.plant.hood
+        angle = math.degrees(hood.position)
+        yield from self.hold(X, 0.5)
+        yield from self.wait(0.5)
+        self.results["hood_raised_deg"] = math.degrees(hood.position) - angle
+        yield from self.hold(B, 0.5)
+        yield from self.hold(A, 0.1)
+        yield from self.wait(0.6)
+        self.results["intake_active"] = physics.plant.intake_active
+        # a driver sees the robot: stick by eye to the depot, in and out of it, and back
+        for x, y, yaw, fastest, seconds in (
+            (1.7, 5.96, 0.0, 0.5, 2.5),
+            (0.9, 5.96, 0.0, 0.3, 2.0),
+            (0.95, 6.2, 0.0, 0.2, 1.2),
+            (0.95, 5.7, 0.0, 0.2, 1.6),
+            (2.4, 5.2, -0.4, 0.5, 2.5),
+        ):
+            yield from self.stick_to(physics, x, y, yaw, fastest, seconds)
+        self.results["held"] = physics.game.fuel.held
+        yield from self.hold(A, 0.1)
+        yield from self.hold(Y, 5.0)
+
+    def stick_to(self, physics, x: float, y: float, yaw: float, fastest: float, seconds: float):
+        for _ in range(round(seconds / 0.02)):
+            here_x, here_y, heading = physics.plant.chassis.pose
+            dx, dy, turn = x - here_x, y - here_y, math.remainder(yaw - heading, math.tau)
+            way = math.hypot(dx, dy)
+            if way < 0.05 and abs(turn) < 0.05:
+                break
+            push = min(fastest, 0.6 * way + 0.06) / max(way, 1e-6)
+            self.axes(left_x=-push * dy, left_y=-push * dx, right_x=-min(max(0.6 * turn, -0.4), 0.4))
+            yield
+        self.axes()
+        yield from self.wait(0.2)
+
+    def straight(self, physics):
+        """The plain robot drives ahead for as long as it is enabled."""
+        DriverStationSim.notifyNewData()
+        yield from self.wait(1.0)
+        drivetrain = swerve.only_drivetrain()
+        start, before = physics.plant.chassis.pose, drivetrain.get_state().pose
+        self.enable(autonomous=False)
+        yield from self.wait(1.0)
+        true, told = [], []
+        for _ in range(50):
+            true.append(math.hypot(*physics.plant.chassis.ground_velocity[:2]))
+            speeds = drivetrain.get_state().speeds
+            told.append(math.hypot(speeds.vx, speeds.vy))
+            yield
+        DriverStationSim.setEnabled(False)
+        DriverStationSim.notifyNewData()
+        yield from self.wait(1.0)
+        end, after = physics.plant.chassis.pose, drivetrain.get_state().pose
+        self.results["true_way"] = math.dist(end[:2], start[:2])
+        self.results["odometry_way"] = math.hypot(after.X() - before.X(), after.Y() - before.Y())
+        self.results["true_speed"] = float(np.mean(true))
+        self.results["told_speed"] = float(np.mean(told))
+        self.results["speed_at_end"] = physics.plant.chassis.speed
+        field = physics._view._field
+        self.results["drawn_fuel"] = len(field.getObject("Fuel").getPoses())
+        shown = field.getRobotPose()
+        self.results["drawn_robot_off"] = math.hypot(shown.X() - end[0], shown.Y() - end[1])
+        self.results["own_hook"] = getattr(type(physics.robot), "own_hook", None)
+        self.results["volts_seen"] = RobotController.getBatteryVoltage()
+
+    # --- a driver's hands ---------------------------------------------------------------------------------------
+
+    def enable(self, *, autonomous: bool) -> None:
+        DriverStationSim.setDsAttached(True)
+        DriverStationSim.setAutonomous(autonomous)
+        DriverStationSim.setEnabled(True)
+        DriverStationSim.notifyNewData()
+
+    def axes(self, left_x: float = 0.0, left_y: float = 0.0, right_x: float = 0.0) -> None:
+        for axis, value in ((0, left_x), (1, left_y), (4, right_x)):
+            DriverStationSim.setJoystickAxis(0, axis, value)
+        DriverStationSim.notifyNewData()
+
+    def hold(self, button: int, seconds: float):
+        DriverStationSim.setJoystickButton(0, button, True)
+        DriverStationSim.notifyNewData()
+        yield from self.wait(seconds)
+        DriverStationSim.setJoystickButton(0, button, False)
+        DriverStationSim.notifyNewData()
+
+    def wait(self, seconds: float):
+        for _ in range(round(seconds / 0.02)):
+            yield
+
+
+def main() -> None:
+    project, play = Path(sys.argv[1]), Play(sys.argv[2], sys.argv[3])
+    folder = Path.cwd() / "project"
+    shutil.copytree(project, folder, ignore=shutil.ignore_patterns("ctre_sim", "__pycache__", "networktables*"))
+    os.chdir(folder)
+    unmanaged.set_phoenix_diagnostics_start_time(-1)
+    RobotPhysics.after_tick = lambda physics: play(physics)  # a plain instance would not be bound
+    flags = sys.argv[4:]
+    if flags:  # an installed simcore, as `robotpy sim` sees it: entry points only
+        (folder / "physics.py").unlink(missing_ok=True)
+        plain = folder.parent / "project" / "measures.py"
+        shutil.copy(Path(__file__).parents[1] / "robots" / "plain" / "robot.py", plain)
+        info = Path.cwd().parent / "site" / "simcore-0.dist-info"
+        info.mkdir(parents=True)
+        (info / "METADATA").write_text("Metadata-Version: 2.1\nName: simcore\nVersion: 0\nSummary: simcore\n")
+        declared = re.findall(
+            r'entry-points."([^"]+)"\]\n((?:\w+ = "[^"]+"\n)+)', (ROOT / "pyproject.toml").read_text()
+        )
+        (info / "entry_points.txt").write_text("".join(f"[{g}]\n{rows}" for g, rows in declared).replace('"', ""))
+        sys.path.insert(0, str(info.parent))
+    sys.argv = ["robotpy", "sim", "--nogui", *flags]
+    robotpy_main()
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,87 @@
+"""Whole robot projects under `robotpy sim --nogui`, enabled from inside, in real time."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+pytestmark = pytest.mark.slow
+
+ROOT = Path(__file__).resolve().parents[2]
+EXAMPLE = str(ROOT / "examples" / "rebuilt_robot")
+PLAIN = str(Path(__file__).parent / "robots" / "plain")
+
+
+@pytest.fixture(scope="module", params=["blue", "red"])
+def auto(request, scenario):
+    return {**scenario("robot_sim", EXAMPLE, "auto", request.param), "alliance": request.param}
+
+
+@pytest.fixture(scope="module")
+def teleop(scenario):
+    return scenario("robot_sim", EXAMPLE, "teleop", "blue")
+
+
+def test_the_auto_drives_takes_in_and_scores(auto):
+    """8 preloaded fuel and what it finds in the depot, all for its own alliance."""
+    other = "red" if auto["alliance"] == "blue" else "blue"
+    assert auto["distance"] > 3.0
+    assert auto["taken_in"] >= 5
+    assert auto["score"][auto["alliance"]] >= 8
+    assert auto["score"][other] == 0
+    assert auto["counted"] == auto["staged"]
+
+
+def test_odometry_stays_near_the_truth_through_the_auto(auto):
+    assert auto["odometry_error"] < 0.03 * auto["distance"]
+
+
+def test_physics_keeps_real_time(auto):
+    """The work of a 20 ms tick, and loops that came half a period late."""
+    print(f"tick {auto['tick_median_ms']:.1f} ms, p99 {auto['tick_p99_ms']:.1f} ms, {auto['late_loops']} late loops")
+    assert auto["wall_per_sim"] == pytest.approx(1.0, abs=0.01)
+    assert auto["tick_median_ms"] <= 8.0  # 3.4 on two free cores; these are shared
+    assert auto["tick_p99_ms"] <= 15.0
+    assert auto["late_loops"] <= 0.01 * auto["ticks"]
+    assert auto["skipped_s"] == 0.0
+
+
+def test_match_time_counts_down(auto):
+    assert 0.0 <= auto["match_time"] <= 1.0
+
+
+def test_sticks_and_buttons_drive_take_in_and_shoot(teleop):
+    """Half a stick is 2 m/s on this robot, 0.4 of a turn stick 2.4 rad/s; ramps take a part of it."""
+    assert teleop["hits_of_preload"] >= 7
+    assert 0.7 < teleop["ahead"] < 1.4
+    assert 0.6 < teleop["turned"] < 1.4
+    assert teleop["hood_raised_deg"] == pytest.approx(10.0, abs=1.0)
+    assert teleop["intake_active"]
+    assert teleop["held"] >= 5
+    assert teleop["score"]["blue"] >= 12
+
+
+@pytest.mark.parametrize("period", ["0.005", "0.01", "0.02"])
+def test_a_robot_of_any_period_with_its_own_ids_ratios_and_inversions(scenario, period):
+    run = scenario("robot_sim", PLAIN, "straight", "blue", ROBOT_PERIOD=period)
+    assert run["true_speed"] == pytest.approx(2.0, rel=0.03)
+    assert run["told_speed"] == pytest.approx(run["true_speed"], rel=0.02)
+    assert run["odometry_way"] == pytest.approx(run["true_way"], rel=0.02)
+    assert run["speed_at_end"] < 0.01
+    assert run["drawn_fuel"] == 448 and run["drawn_robot_off"] < 0.01
+    assert 11.5 < run["volts_seen"] < 13.0
+    assert "Robot._simulationPeriodic is not called while there is a physics.py" in run["output"]
+
+
+@pytest.mark.parametrize("robot", ["stepping", "magic"])
+def test_a_robot_without_a_line_of_code_for_it_drives_on_the_field(scenario, robot):
+    """`robotpy sim --simcore`: a derived drivetrain stepped by the robot loop; a member, MagicBot, torque current."""
+    run = scenario("robot_sim", str(Path(PLAIN).parent / robot), "straight", "blue", "--simcore")
+    assert run["true_speed"] == pytest.approx(2.0, rel=0.05)
+    assert run["told_speed"] == pytest.approx(run["true_speed"], rel=0.02)
+    assert run["true_way"] > 3.5
+    assert run["odometry_way"] == pytest.approx(run["true_way"], rel=0.05)
+    assert run["drawn_fuel"] > 400
+    if robot == "stepping":
+        assert run["own_hook"] > 100  # its own hook goes on to run, and its update_sim_state does nothing

@@ -1,0 +1,82 @@
+"""TalonFX on mechanisms, with the real Phoenix 6 simulation in real time."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+
+pytestmark = pytest.mark.slow
+
+
+@pytest.fixture(scope="module")
+def mechanisms(scenario):
+    return scenario("mechanisms")
+
+
+@pytest.fixture(scope="module")
+def signs(scenario):
+    return scenario("signs")
+
+
+@pytest.mark.parametrize("name", ["shooter", "feeder", "hood", "elevator", "rack"])
+def test_a_closed_loop_settles_as_on_wpilibs_sim_of_the_same_plant(mechanisms, name):
+    """Same device loop, same plant: t90 within 20 ms (two frames of the 100 Hz control), same end."""
+    row = mechanisms[name]
+    assert row["t90"] == pytest.approx(row["t90_wpilib"], abs=0.020)
+    assert row["end"] == pytest.approx(row["end_wpilib"], rel=0.005)
+
+
+def test_followers_turn_with_their_leader_also_the_opposed_one(mechanisms):
+    """A follower takes over its leader's inversion, opposed or not, so all read the same speed."""
+    assert mechanisms["followers"] == pytest.approx([mechanisms["shooter"]["end"]] * 3, abs=0.1)
+
+
+def test_a_hood_sags_under_its_weight_as_far_as_its_gains_allow(mechanisms):
+    """Holding takes m g c cos(a) R / (kt gearing) = 0.015 V; kp = 120 V/rot lets it sag by that over 120 of a turn."""
+    volts = 1.2 * 9.81 * 0.12 * math.cos(math.radians(41.75)) * 0.024845 / (90 * 0.0194)
+    sag = 360.0 * volts / 120.0
+    assert mechanisms["hood_deg"] == pytest.approx(360.0 * 42 / 360 - sag, abs=0.25)
+
+
+def test_brake_holds_a_hood_that_coast_lets_fall(mechanisms):
+    """Both show 0 V. Braked it creeps, open it falls by m g c cos(a) t^2 / (2 J) = 1.3 degrees in 0.3 s."""
+    assert 41.0 < mechanisms["hood_after_brake_deg"] < 41.8
+    assert 39.8 < mechanisms["hood_after_coast_deg"] < 41.0
+
+
+def test_an_open_roller_runs_on_and_a_disabled_one_brakes(mechanisms):
+    assert mechanisms["feeder_after_coast_rps"] == pytest.approx(50.0, abs=0.5)
+    assert mechanisms["feeder_after_disable_rps"] == pytest.approx(0.0, abs=0.5)
+
+
+def test_positive_volts_raise_what_robot_code_reads_for_every_inversion(signs):
+    for row in signs["turned"]:
+        sign = -1.0 if row["reversed"] else 1.0
+        assert row["robot_rps"] == pytest.approx(48.0, rel=0.03), row  # 6 V of 12 V on 5800 rpm
+        assert row["sim_rps"] == pytest.approx(sign * row["robot_rps"] / 2.0, rel=0.02), row
+        assert row["robot_rotations"] == pytest.approx(sign * 2.0 * row["sim_rotations"], abs=0.6), row  # 10 ms old
+        assert row["volts"] == pytest.approx(sign * 6.0, abs=0.1), row
+
+
+def test_the_battery_sags_while_four_motors_start(signs):
+    """4 motors of 60-120 A supply through 20 mohm: more than 1 V, and never below what a battery can do."""
+    assert 8.0 < signs["lowest_volts"] < 12.4
+
+
+def test_values_that_the_device_model_cannot_hold_are_wrapped_and_clamped(signs):
+    position, velocity, supply = signs["far"]
+    assert position == pytest.approx(20000.0 - 32768.0, abs=0.01)
+    assert velocity == pytest.approx(159.9, abs=0.1)
+    assert supply == pytest.approx(4.0, abs=0.1)
+
+
+def test_a_cancoder_reads_the_shaft_whatever_direction_and_offset(signs):
+    for angle, rate in signs["encoders"]:
+        assert angle == pytest.approx(0.2, abs=0.001)
+        assert rate == pytest.approx(0.5, abs=0.01)
+
+
+def test_a_pigeon_counts_turns_and_shows_rates_within_its_range(signs):
+    assert signs["gyro"] == pytest.approx([1000.0, 10.0, -5.0], abs=0.05)
+    assert signs["rate_dps"] == pytest.approx(2047.0, abs=1.0)
