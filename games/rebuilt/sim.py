@@ -404,7 +404,9 @@ class RebuiltSim:
                         f"robots {other.number} and {robot.number} start inside of each other, at ({ox:.2f}, {oy:.2f}) "
                         f"and ({x:.2f}, {y:.2f}) m; give their RobotEntry other poses"
                     )
-            inner = 0.5 * half
+        for robot in self.robots:
+            (x, y, _), c = robot.chassis.pose, robot.chassis.config
+            inner = 0.25 * min(c.bumper_length, c.bumper_width)
             low, high = (x - inner, y - inner, c.clearance), (x + inner, y + inner, c.bumper_top)
             if self.world.surroundings(robot.chassis.row, low, high) is Surroundings.WALL:
                 raise ConfigError(
