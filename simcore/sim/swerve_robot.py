@@ -47,6 +47,7 @@ class SwerveRobot:
         self.chassis = ChassisSimulation(world, chassis, pose=pose, drivetrain=self.drive, name=name)
         self.gyro = Gyro(gyro, rng)
         self.odometry = SwerveOdometry(swerve.positions)
+        self._wheel_radii = [module.wheel_radius for module in swerve.modules]
         self.reset(pose)
 
     def reset(self, pose: tuple[float, float, float]) -> None:
@@ -66,4 +67,6 @@ class SwerveRobot:
         """Let gyro and odometry follow what happened in the last dt [s]."""
         roll, pitch, yaw = self.chassis.roll_pitch_yaw
         self.gyro.step(dt, yaw, pitch, roll, self.chassis.robot_rate)
-        self.odometry.update(self.drive.wheel_distances, self.drive.steer_angles, self.gyro.yaw)
+        state = self.drive.state
+        distances = [a * r for a, r in zip(state.wheel_angle, self._wheel_radii, strict=True)]
+        self.odometry.update(distances, state.steer_angle, self.gyro.yaw)
