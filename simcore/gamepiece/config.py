@@ -83,6 +83,6 @@ class GamePieceConfig:
 
     @property
     def aero_speed(self) -> float:
-        """Speed above which drag exceeds 1 % of the weight [m/s]; slower rolling pieces are left alone."""
+        """Speed above which drag exceeds 3 % of the weight [m/s]; slower pieces feel it only while in flight."""
         k = self.air.drag
-        return math.sqrt(0.01 * GRAVITY / k) if k > 0.0 else math.inf
+        return math.sqrt(0.03 * GRAVITY / k) if k > 0.0 else math.inf

@@ -182,6 +182,9 @@ class ShaftSim:
                 f"{type(self).__name__}: battery_voltage must be finite and >= 0 V, got {battery_voltage}"
             )
         volts = min(max(self._volts, -battery_voltage), battery_voltage)
+        if volts == 0.0 and self.velocity == 0.0 and self._load == 0.0:  # nothing to do, as for most of a match
+            self._current = self._supply_current = 0.0
+            return
         if self._simple and not self._coasting:
             charge, energy = self._run_free(volts, dt)
         else:

@@ -77,6 +77,8 @@ def test_a_robot_of_any_period_with_its_own_ids_ratios_and_inversions(scenario, 
 @pytest.mark.parametrize("robot", ["stepping", "magic"])
 def test_a_robot_without_a_line_of_code_for_it_drives_on_the_field(scenario, robot):
     """`robotpy sim --simcore`: a derived drivetrain stepped by the robot loop; a member, MagicBot, torque current."""
+    if robot == "magic":
+        pytest.importorskip("magicbot", reason="needs magicbot: pip install robotpy-wpilib-utilities")
     run = scenario("robot_sim", str(Path(PLAIN).parent / robot), "straight", "blue", "--simcore")
     assert run["true_speed"] == pytest.approx(2.0, rel=0.05)
     assert run["told_speed"] == pytest.approx(run["true_speed"], rel=0.02)
