@@ -75,7 +75,8 @@ def _play(options: argparse.Namespace) -> int:
     if log.resolve() == picture.resolve():
         raise ConfigError(f"log and picture cannot be one file, got {str(log)!r} for both")
     require_writable("picture", picture)  # before the run: nobody wants to hear it after
-    load_field(options.field)  # a broken mesh must not cost the last run's log
+    if options.field is not None:
+        load_field(options.field)  # a broken mesh must not cost the last run's log
     sink = WpilogSink(log)
     config = RebuiltConfig(hub_exits=options.hub_exits, field_mesh=options.field)
     run = _run(options, auto, config, [sink])

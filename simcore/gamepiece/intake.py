@@ -9,6 +9,7 @@ import numpy as np
 
 from simcore.errors import ConfigError, require_finite
 from simcore.geometry.quaternion import matrix
+from simcore.geometry.zones import BoxZone
 from simcore.typing import BoolArray, BoolSupplier, FloatArray
 
 __all__ = ["IntakeZone", "field_to_robot"]
@@ -59,9 +60,7 @@ class IntakeZone:
         Returns:
             Mask, shape (n,).
         """
-        low, high = self._corners()
-        result: BoolArray = np.all((pos_robot >= low) & (pos_robot <= high), axis=1)
-        return result
+        return self._box().contains(pos_robot)
 
     def captured(self, prev_robot: FloatArray, now_robot: FloatArray) -> BoolArray:
         """Which pieces are in the box or went through it since the last tick; none while the intake is not active.
@@ -77,30 +76,17 @@ class IntakeZone:
         """
         if not self.active():
             return np.zeros(len(now_robot), dtype=np.bool_)
-        low, high = self._corners()
+        box = self._box()
         # Few pieces are near: a test of the boxes round all paths (18 us for 400) leaves those worth the exact one.
-        near = np.all((np.maximum(prev_robot, now_robot) >= low) & (np.minimum(prev_robot, now_robot) <= high), axis=1)
-        result: BoolArray = near
+        near: BoolArray = np.all(
+            (np.maximum(prev_robot, now_robot) >= box.low) & (np.minimum(prev_robot, now_robot) <= box.high), axis=1
+        )
         if near.any():
-            result[near] = _crosses(prev_robot[near], now_robot[near], low, high)
-        return result
+            near[near] = box.crossed(prev_robot[near], now_robot[near])
+        return near
 
-    def _corners(self) -> tuple[FloatArray, FloatArray]:
-        return np.array([self.x_min, self.y_min, self.z_min]), np.array([self.x_max, self.y_max, self.z_max])
-
-
-def _crosses(prev: FloatArray, now: FloatArray, low: FloatArray, high: FloatArray) -> BoolArray:
-    """Which straight paths, shape (n, 3) each end, touch the box between two corners."""
-    move = now - prev
-    still = np.abs(move) < 1e-12
-    inside = ((prev >= low) & (prev <= high)) | ((now >= low) & (now <= high))
-    pace = np.where(still, 1.0, move)
-    to_low, to_high = (low - prev) / pace, (high - prev) / pace
-    # Per axis, the part of the path (0 to 1) between the two planes; all three parts must overlap.
-    enter = np.where(still, np.where(inside, 0.0, np.inf), np.minimum(to_low, to_high)).max(axis=1)
-    leave = np.where(still, np.where(inside, 1.0, -np.inf), np.maximum(to_low, to_high)).min(axis=1)
-    result: BoolArray = np.maximum(enter, 0.0) <= np.minimum(leave, 1.0)
-    return result
+    def _box(self) -> BoxZone:
+        return BoxZone((self.x_min, self.y_min, self.z_min), (self.x_max, self.y_max, self.z_max))
 
 
 def field_to_robot(pos_field: FloatArray, robot_pos: FloatArray, robot_rotation: FloatArray) -> FloatArray:
