@@ -16,6 +16,7 @@ from pathlib import Path
 
 import numpy as np
 from hal import AllianceStationID
+from ntcore import NetworkTableInstance
 from phoenix6 import unmanaged
 from robotpy.main import main as robotpy_main
 from wpilib import DriverStation, RobotController
@@ -86,8 +87,10 @@ class Play:
     # --- the plays ----------------------------------------------------------------------------------------------
 
     def auto(self, physics):
-        """20 s of autonomous."""
+        """20 s of autonomous; the auto is the one named in AUTO, or the default."""
         DriverStationSim.notifyNewData()  # the alliance
+        if "AUTO" in os.environ:
+            NetworkTableInstance.getDefault().getEntry("/SmartDashboard/Auto/selected").setString(os.environ["AUTO"])
         yield from self.wait(1.0)
         path = [physics.plant.chassis.pose]
         self.enable(autonomous=True)
