@@ -20,7 +20,8 @@ def test_a_brown_out_switches_the_rails_and_counts():
         battery.step(0.005, 400.0)
         power.show_voltage()
         power.show_rails()
-        assert RobotController.getBatteryVoltage() == pytest.approx(battery.voltage) < 6.75
+        assert RobotController.getBatteryVoltage() == pytest.approx(battery.voltage)
+        assert battery.voltage < 6.75
         assert not RobotController.getEnabled6V() and not RobotController.getEnabled5V()
         battery.step(0.005, 0.0)
         power.show_rails()

@@ -9,9 +9,10 @@ import ntcore
 from commands2 import Subsystem
 from constants import FIELD_LENGTH, FIELD_WIDTH, PIECE_CAMERA, TAG_CAMERAS
 from phoenix6 import utils
+from wpilib import SmartDashboard, Timer
+
 from subsystems.command_swerve_drivetrain import CommandSwerveDrivetrain
 from subsystems.limelight import AprilTagCamera, PieceCamera, PoseEstimate, Target
-from wpilib import SmartDashboard, Timer
 
 FASTEST_SPIN = 360.0  # deg/s; beyond, the heading that the camera was told is too old for its frame
 OLDEST = 0.5  # s

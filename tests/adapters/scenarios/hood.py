@@ -15,7 +15,8 @@ from games.rebuilt.robot import RebuiltRobotConfig
 from simcore.mechanism.arm import ArmSim
 from simcore.phoenix6.motor import MotorType, TalonFXMotorSim
 
-GOAL = 240 / 2048 * math.tau  # 42.2 degrees; a position request goes out in steps of 1/2048 turn
+STEP = 1.0 / 2048.0  # turn; a position request goes out cut to whole steps, downwards
+GOAL = 240 * STEP * math.tau  # 42.2 degrees
 KP = 50.0  # V per turn; soft, so that what gravity does can be seen
 
 
@@ -48,7 +49,7 @@ def main() -> None:
     loop = Loop(step)
     enable()
     for device, _ in pairs.values():
-        device.set_control(controls.PositionVoltage(GOAL / math.tau))
+        device.set_control(controls.PositionVoltage(240.5 * STEP))
     loop.run(2.5)
     report(
         loop,
