@@ -10,6 +10,7 @@ pytestmark = [pytest.mark.slow, pytest.mark.realtime]
 
 ROOT = Path(__file__).resolve().parents[2]
 EXAMPLE = str(ROOT / "examples" / "rebuilt_robot")
+FIRST = str(ROOT / "examples" / "first_robot")
 PLAIN = str(Path(__file__).parent / "robots" / "plain")
 
 
@@ -106,6 +107,16 @@ def test_a_robot_of_any_period_with_its_own_ids_ratios_and_inversions(scenario, 
     assert run["drawn_fuel"] == 448 and run["drawn_robot_off"] < 0.01
     assert 11.5 < run["volts_seen"] < 13.0
     assert "Robot._simulationPeriodic is not called while there is a physics.py" in run["output"]
+
+
+def test_the_robot_of_the_first_page_drives_by_stick(scenario):
+    """docs/first_robot.md, word for word: half a stick of 4.4 m/s, open loop, through the trench."""
+    run = scenario("robot_sim", FIRST, "straight", "blue")
+    assert run["true_speed"] == pytest.approx(2.2, rel=0.08)
+    assert run["told_speed"] == pytest.approx(run["true_speed"], rel=0.02)
+    assert run["true_way"] > 3.0
+    assert run["odometry_way"] == pytest.approx(run["true_way"], rel=0.05)
+    assert run["drawn_robot_off"] < 0.01
 
 
 @pytest.mark.parametrize("robot", ["stepping", "magic"])

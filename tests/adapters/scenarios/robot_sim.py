@@ -163,8 +163,9 @@ class Play:
         yield from self.wait(0.2)
 
     def straight(self, physics):
-        """The plain robot drives ahead for as long as it is enabled."""
-        DriverStationSim.notifyNewData()
+        """Half a stick ahead for two seconds; plain robots drive ahead without."""
+        DriverStationSim.setJoystickAxisCount(0, 6)
+        self.axes(left_y=-0.5)
         yield from self.wait(1.0)
         drivetrain = swerve.only_drivetrain()
         start, before = physics.plant.chassis.pose, drivetrain.get_state().pose
