@@ -66,3 +66,21 @@ def test_the_camera_reader_and_its_filters(project):
 def test_robotpy_test_passes(project):
     done = run("-m", "robotpy", "test", cwd=project, timeout=120.0)
     assert done.returncode == 0, done.stdout[-4000:] + done.stderr[-2000:]
+
+
+@pytest.mark.slow
+@pytest.mark.realtime
+def test_keys_drive_take_in_and_shoot(scenario):
+    """Through the simulator's window on a virtual screen: W A S D, Q E, M, comma, period, slash."""
+    for tool in ("Xvfb", "xdotool"):
+        if shutil.which(tool) is None:
+            pytest.skip(f"needs {tool} for a virtual screen: apt-get install xvfb xdotool")
+    pytest.importorskip("halsim_gui", reason="needs the simulator's window: pip install robotpy-halsim-gui")
+    run = scenario("keyboard", str(EXAMPLE))
+    did = run["did"]
+    assert did["w"]["x"] > 0.3 and did["s"]["x"] < -0.3
+    assert did["a"]["y"] > 0.3 and did["d"]["y"] < -0.3
+    assert did["q"]["yaw"] > 0.2 and did["e"]["yaw"] < -0.2
+    assert did["period"]["hood_deg"] > 3.0 and did["comma"]["hood_deg"] < -1.0
+    assert did["m"]["intake"] > 0.8
+    assert did["slash"]["shots"] == 8 and run["hits"] >= 7
