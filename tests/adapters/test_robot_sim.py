@@ -107,6 +107,13 @@ def test_a_brown_out_reaches_robot_code(scenario):
     assert run["volts_after"] > 12.0 and run["rail_after"]
 
 
+def test_a_shot_waits_for_the_wheels_and_for_the_feeder(teleop):
+    """Robot code feeds within 2.5 % of the goal, as its motors say; without a feeder nothing leaves."""
+    assert teleop["wheels_rps"] == pytest.approx(teleop["goal_rps"], rel=0.035)  # and 10 ms of spinning up
+    assert teleop["shots_while_jammed"] == 0
+    assert teleop["wheels_rps_while_jammed"] == pytest.approx(teleop["goal_rps"], rel=0.025)
+
+
 @pytest.mark.parametrize("period", ["0.005", "0.01", "0.02"])
 def test_a_robot_of_any_period_with_its_own_ids_ratios_and_inversions(scenario, period):
     run = scenario("robot_sim", PLAIN, "straight", "blue", ROBOT_PERIOD=period)

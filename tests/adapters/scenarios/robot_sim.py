@@ -114,7 +114,25 @@ class Play:
         yield from self.wait(1.0)
         self.enable(autonomous=False)
         yield from self.wait(0.2)
-        yield from self.hold(Y, 3.0)
+        feeder, plant, shots = physics.robot.container.feeder, physics.plant, physics.game.shots
+        DriverStationSim.setJoystickButton(0, Y, True)
+        DriverStationSim.notifyNewData()
+        for _ in range(100):
+            if shots:
+                break
+            self.results["wheels_rps"] = plant.shooter_wheels.velocity / math.tau  # just before the first shot
+            yield
+        self.results["goal_rps"] = physics.robot.container.shooter.goal_rps
+        feed = feeder.set_turning
+        feed(False)
+        feeder.set_turning = lambda turning: None  # as if it were jammed
+        yield from self.wait(0.3)
+        fired = len(shots)
+        yield from self.wait(1.0)
+        self.results["shots_while_jammed"] = len(shots) - fired
+        self.results["wheels_rps_while_jammed"] = plant.shooter_wheels.velocity / math.tau
+        feeder.set_turning = feed
+        yield from self.hold(Y, 2.0)
         self.results["hits_of_preload"] = physics.game.hits
         start = physics.plant.chassis.pose
         self.axes(left_y=-0.5)  # W, half: away from the blue wall at 2 m/s
