@@ -13,11 +13,11 @@ from typing import Any
 import numpy as np
 from hal.simulation import isTimingPaused
 from wpilib import DriverStation, Timer
-from wpilib.simulation import RoboRioSim
 
 from simcore.errors import ConfigError
 from simcore.robotpy.field_view import FieldView
 from simcore.robotpy.match_time import MatchTime
+from simcore.robotpy.roborio import RoboRioPower
 from simcore.robotpy.seams import DrivetrainDevices, Game, MotorDevices, Plant
 
 __all__ = ["RobotPhysics", "TickTimes"]
@@ -112,7 +112,7 @@ class RobotPhysics:
         self._was_enabled = False
         self._period = float(getattr(robot, "getPeriod", lambda: TICK)())
         self._is_periodic = hasattr(robot, "addPeriodic")
-        RoboRioSim.setVInVoltage(plant.battery.voltage)
+        self._power = RoboRioPower(plant.battery)
         if self._is_periodic:
             robot.addPeriodic(self._on_time, self._h, self._h / 2.0)  # never at the same instant as the robot's loop
         else:
@@ -175,13 +175,14 @@ class RobotPhysics:
         volts = plant.battery.voltage
         powered = not plant.battery.browned_out
         if self._part == 0:
-            RoboRioSim.setVInVoltage(volts)
+            self._power.show_voltage()
             self.game.begin_tick()
         if drivetrain is not None:
             drivetrain.read(volts)
         for motor in self._motors:
             motor.read(volts, powered=powered)
         self.game.move(self._h)
+        self._power.show_rails()
         if drivetrain is not None:
             gyro = plant.gyro
             drivetrain.write(gyro.yaw, gyro.pitch, gyro.roll, gyro.rates.tolist())
