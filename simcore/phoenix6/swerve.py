@@ -12,6 +12,8 @@ from collections.abc import Sequence
 from typing import Any
 from weakref import WeakKeyDictionary
 
+from phoenix6.hardware import CANcoder, CANdi, TalonFXS
+from phoenix6.sim import ChassisReference
 from phoenix6.swerve import SwerveDrivetrain, SwerveModuleConstants
 
 from simcore.drivetrain.config import SwerveConfig
@@ -23,6 +25,9 @@ from simcore.phoenix6.modules import SwerveDevicesSim, SwerveModuleDevices
 __all__ = ["SwerveDrivetrainSim", "module_constants", "only_drivetrain", "remember_module_constants", "swerve_config"]
 
 _log = logging.getLogger(__name__)
+
+_CLOCKWISE = ChassisReference.CLOCKWISE_POSITIVE
+_COUNTER_CLOCKWISE = ChassisReference.COUNTER_CLOCKWISE_POSITIVE
 
 _seen: WeakKeyDictionary[Any, list[Any]] = WeakKeyDictionary()
 
@@ -129,8 +134,8 @@ class SwerveDrivetrainSim(SwerveDevicesSim):
         modules: Constants, if the drivetrain was built too early for `module_constants`.
 
     Raises:
-        ConfigError: Another number of modules than the model has; a module that is not TalonFX, TalonFX and CANcoder;
-            two devices of a kind with one id (the device simulation would make them one).
+        ConfigError: Another number of modules than the model has; a module of other devices than TalonFX, TalonFXS,
+            CANcoder and CANdi; two devices of a kind with one id (the device simulation would make them one).
     """
 
     def __init__(self, drivetrain: Any, drive: SwerveDrive, *, modules: Sequence[Any] | None = None) -> None:
@@ -144,7 +149,8 @@ class SwerveDrivetrainSim(SwerveDevicesSim):
             SwerveModuleDevices(
                 drive_motor=module.drive_motor,
                 steer_motor=module.steer_motor,
-                encoder=module.encoder,
+                encoder=module.encoder if isinstance(module.encoder, (CANcoder, CANdi)) else None,
+                encoder_pin=_pin(c),
                 drive_inverted=c.drive_motor_inverted,
                 steer_inverted=c.steer_motor_inverted,
                 encoder_inverted=c.encoder_inverted,
@@ -153,8 +159,20 @@ class SwerveDrivetrainSim(SwerveDevicesSim):
             for module, c in zip(drivetrain.modules, constants, strict=True)
         ]
         super().__init__(devices, drivetrain.pigeon2, drive)
+        for module, c in zip(drivetrain.modules, constants, strict=True):
+            if isinstance(module.steer_motor, TalonFXS):  # its encoder may be wired to it; turned as CTRE has it
+                state = module.steer_motor.sim_state
+                is_turned = c.steer_motor_inverted != c.encoder_inverted
+                state.ext_sensor_orientation = _CLOCKWISE if is_turned else _COUNTER_CLOCKWISE
+                state.pulse_width_sensor_offset = c.encoder_offset
         drivetrain.update_sim_state = _owned_by_physics
         _log.info("swerve: %d modules; physics owns their simulation", len(constants))
+
+
+def _pin(constants: Any) -> int | None:
+    """Which pin of a CANdi the azimuth's encoder is on; None if it is no CANdi."""
+    name = str(getattr(getattr(constants, "feedback_source", None), "name", ""))
+    return int(name[-1]) if "CANDI_PWM" in name else None
 
 
 def _owned_by_physics(dt: float, supply_voltage: float) -> None:

@@ -132,6 +132,14 @@ class RobotPhysics:
         if not self._is_periodic:
             self._on_time()
 
+    def add_motor(self, motor: MotorDevices) -> None:
+        """Connect one more motor, from the next part on."""
+        self._motors.append(motor)
+
+    def remove_motor(self, motor: MotorDevices) -> None:
+        """Disconnect a motor; its device keeps what was written last."""
+        self._motors.remove(motor)
+
     @property
     def times(self) -> TickTimes:
         """What the last two minutes cost."""
