@@ -65,6 +65,7 @@ class PracticeRobot(RebuiltRobot):
         self.named: Mapping[str, ShaftSim] = {m.name: m.build() for m in s.mechanisms}
         """The mechanisms of the file, by their names."""
         self.mechanisms = tuple(self.named.values())
+        self._guests: list[ShaftSim] = []
         self._roller = self._deploy = self._feeder = self._hood = None
         if s.intake is not None:
             self._roller = self.named[s.intake.roller]
@@ -77,12 +78,18 @@ class PracticeRobot(RebuiltRobot):
             self._hood = None if s.shooter.hood is None else self.named[s.shooter.hood]
 
     def add_mechanism(self, mechanism: ShaftSim) -> None:
-        """Step one more with the others, on the same battery."""
-        self.mechanisms = (*self.mechanisms, mechanism)
+        """Step one more with the others; it is a guess, so its current is kept from the battery."""
+        self._guests.append(mechanism)
 
     def remove_mechanism(self, mechanism: ShaftSim) -> None:
-        """Leave one to somebody else."""
-        self.mechanisms = tuple(m for m in self.mechanisms if m is not mechanism)
+        """Leave one that was added to somebody else."""
+        self._guests.remove(mechanism)
+
+    def step_mechanisms(self, dt: float) -> None:
+        """Advance all by dt [s]."""
+        super().step_mechanisms(dt)
+        for mechanism in self._guests:
+            mechanism.step(dt, self.battery.voltage)
 
     @property
     def elevation(self) -> float:

@@ -48,12 +48,17 @@ class Guess:
     wired_gearing: float | None
     """Rotor turns per turn of an encoder wired to a TalonFXS [-]; None: there is none."""
 
+    @property
+    def has_weight(self) -> bool:
+        """Whether it holds something up."""
+        return isinstance(self.mechanism, ArmSim) or self.mechanism.load_torque != 0.0
+
     def __str__(self) -> str:
         m = self.mechanism
         text = f"{m.motors} x {self.motor}, {m.gearing:.3g}:1, {m.inertia:.2g} kg m^2"
         if isinstance(m, ArmSim):
             return text + ", weight of its kG as an arm"
-        return text + (", weight of its kG" if m.load_torque != 0.0 else "")
+        return text + (", weight of its kG" if self.has_weight else "")
 
 
 def guess_mechanism(group: Group) -> Guess:

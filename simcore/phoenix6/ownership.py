@@ -21,6 +21,8 @@ _log = logging.getLogger(__name__)
 
 Key = tuple[str, int]
 
+_MANY = 100  # dropped writes; fewer may come from a model that was at work in another thread when it was switched off
+
 _ROTOR = ("set_raw_rotor_position", "add_rotor_position", "set_rotor_velocity")
 _SETTERS: dict[str, tuple[Any, tuple[str, ...]]] = {
     "TalonFX": (TalonFXSimState, _ROTOR),
@@ -52,7 +54,7 @@ class Ownership:
 
     def __init__(self) -> None:
         self._claimed: dict[Key, str] = {}
-        self._warned: set[Key] = set()
+        self._dropped: dict[str, int] = {}
         self.foreign: set[Key] = set()
         """Devices that somebody else has written, as (model, id)."""
         for model, (cls, names) in _SETTERS.items():
@@ -70,16 +72,17 @@ class Ownership:
         def guarded(state: Any, *args: Any) -> Any:
             key = (model, state._id)
             if key in claimed:
-                self._warn(key)
+                self._drop(key)
                 return StatusCode.OK
             foreign.add(key)
             return write(state, *args)
 
         return guarded
 
-    def _warn(self, key: Key) -> None:
-        if key not in self._warned:
-            self._warned.add(key)
+    def _drop(self, key: Key) -> None:
+        owner = self._claimed[key]
+        self._dropped[owner] = count = self._dropped.get(owner, 0) + 1
+        if count == _MANY:
             _log.warning(
-                "%s %d belongs to simcore's %s: what another model writes into it is dropped", *key, self._claimed[key]
+                "%s %d belongs to simcore's %s: what the project's own simulation writes into it is dropped", *key, owner
             )

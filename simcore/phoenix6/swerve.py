@@ -22,7 +22,14 @@ from simcore.drivetrain.swerve import SwerveDrive
 from simcore.errors import ConfigError
 from simcore.phoenix6.modules import SwerveDevicesSim, SwerveModuleDevices
 
-__all__ = ["SwerveDrivetrainSim", "module_constants", "only_drivetrain", "remember_module_constants", "swerve_config"]
+__all__ = [
+    "SwerveDrivetrainSim",
+    "known_drivetrains",
+    "module_constants",
+    "only_drivetrain",
+    "remember_module_constants",
+    "swerve_config",
+]
 
 _log = logging.getLogger(__name__)
 
@@ -70,13 +77,18 @@ def module_constants(drivetrain: Any) -> list[Any]:
     return _seen[drivetrain]
 
 
+def known_drivetrains() -> list[Any]:
+    """All drivetrains that the program has built."""
+    return list(_seen)
+
+
 def only_drivetrain() -> Any:
     """The drivetrain that the robot program has built, whatever its class and wherever it keeps it.
 
     Raises:
         ConfigError: There is none, or more than one.
     """
-    found = list(_seen)
+    found = known_drivetrains()
     if len(found) != 1:
         raise ConfigError(
             f"want one phoenix6.swerve.SwerveDrivetrain after robotInit, got {len(found)}"

@@ -91,6 +91,7 @@ class Owners:
         self._ticks = 0
         for key in drivetrain:
             ownership.claim(key, "drivetrain")
+        self._guesses = self._guess()
 
     def after_tick(self) -> None:
         """Watch; then take over what is left; later, give back what somebody else turns out to write."""
@@ -119,15 +120,21 @@ class Owners:
             rows.append((_short(nobodys), "nobody: reads what it read at start"))
         return rows
 
-    def _take_over(self) -> None:
+    def _guess(self) -> list[tuple[Group, Guess]]:
+        """What the motors that nobody has claimed may turn; asked now, because each answer takes 50 ms."""
         taken = {*self._drivetrain, *self._file_keys(), *self._ownership.foreign}
-        motors = [d for d in built_devices() if d.model in _MOTORS and d.key not in taken]
-        for group in group_followers(motors):
+        guesses = []
+        for group in group_followers([d for d in built_devices() if d.model in _MOTORS and d.key not in taken]):
             try:
-                guess = guess_mechanism(group)
-                self._guessed.append((group, guess, self._connect(group, guess)))
+                guesses.append((group, guess_mechanism(group)))
             except ConfigError as error:
                 _log.warning("%s is left alone: %s", group, error)
+        return guesses
+
+    def _take_over(self) -> None:
+        for group, guess in self._guesses:
+            if self._ownership.foreign.isdisjoint(_keys(group)):
+                self._guessed.append((group, guess, self._connect(group, guess)))
         for sentence in clashes():
             _log.warning("%s", sentence)
         rows = self.table()

@@ -94,7 +94,7 @@ class AttachedPlant(Plant, Protocol):
         ...
 
     def add_mechanism(self, mechanism: ShaftSim) -> None:
-        """Step one more, on the same battery."""
+        """Step one more; being a guess, it draws nothing from the battery."""
         ...
 
     def remove_mechanism(self, mechanism: ShaftSim) -> None:
