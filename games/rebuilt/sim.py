@@ -441,7 +441,7 @@ class RebuiltSim:
             pose = entry.pose
             if entry.alliance == "red":
                 pose = turn_half_pose(*pose, FIELD_SIZE)
-            robot = RebuiltRobot(self.world, entry.config, number=number, pose=pose, rng=robot_rng)
+            robot = entry.config.build(self.world, number=number, pose=pose, rng=robot_rng)
             self.robots.append(robot)
             self.pieces.hold(self.pieces.stage(FUEL.name, entry.preload), number)
         self._require_free_starts()

@@ -15,6 +15,7 @@ from hal.simulation import isTimingPaused
 from wpilib import DriverStation, Timer
 
 from simcore.errors import ConfigError
+from simcore.robotpy.between_loops import run_between_loops
 from simcore.robotpy.field_view import FieldView
 from simcore.robotpy.match_time import MatchTime
 from simcore.robotpy.roborio import RoboRioPower
@@ -50,8 +51,8 @@ class RobotPhysics:
     """Runs a game under a robot program: base class for the `PhysicsEngine` in a team's physics.py.
 
     Everything happens on the robot's thread, in parts of 5 ms: volts are read from the devices, the game moves, sensors
-    are written. A TimedRobot of any period gets the parts through `addPeriodic`; others (MagicRobot) get those that are
-    due at once from `update_sim`.
+    are written. A TimedRobot of any period gets the parts through `addPeriodic`, a MagicRobot while it waits for its next
+    loop, others get those that are due at once from `update_sim`.
 
     pyfrc replaces the robot's own `_simulationInit` and `_simulationPeriodic`; a warning says so if there are any.
     `simulationPeriodic` of subsystems goes on to work.
@@ -111,12 +112,14 @@ class RobotPhysics:
         self._color: DriverStation.Alliance | None = None
         self._was_enabled = False
         self._period = float(getattr(robot, "getPeriod", lambda: TICK)())
-        self._is_periodic = hasattr(robot, "addPeriodic")
+        self._comes_in_time = hasattr(robot, "addPeriodic")
         self._power = RoboRioPower(plant.battery)
-        if self._is_periodic:
-            robot.addPeriodic(self._on_time, self._h, self._h / 2.0)  # never at the same instant as the robot's loop
+        if self._comes_in_time:
+            robot.addPeriodic(self.do_due, self._h, self._h / 2.0)  # never at the same instant as the robot's loop
         else:
-            _log.warning("%s has no addPeriodic: physics runs in bursts, once a loop", type(robot).__name__)
+            self._comes_in_time = run_between_loops(self)
+            if not self._comes_in_time:
+                _log.warning("%s has no addPeriodic: physics runs in bursts, once a loop", type(robot).__name__)
         atexit.register(game.close)
 
     replaces_hooks = True
@@ -129,8 +132,16 @@ class RobotPhysics:
         """Pyfrc's hook, once a robot loop (but never within 10 ms)."""
         if tm_diff > 1.5 * max(self._period, 0.010) + 0.010 * (self._period < 0.020):
             self._late_loops += 1
-        if not self._is_periodic:
-            self._on_time()
+        if not self._comes_in_time:
+            self.do_due()
+
+    def add_motor(self, motor: MotorDevices) -> None:
+        """Connect one more motor, from the next part on."""
+        self._motors.append(motor)
+
+    def remove_motor(self, motor: MotorDevices) -> None:
+        """Disconnect a motor; its device keeps what was written last."""
+        self._motors.remove(motor)
 
     @property
     def times(self) -> TickTimes:
@@ -146,9 +157,17 @@ class RobotPhysics:
             late_loops=self._late_loops,
         )
 
-    # --- inside -------------------------------------------------------------------------------------------------
+    @property
+    def next_due(self) -> float:
+        """When the next part is due, FPGA time [s]; the first comes half a part after it is asked for.
 
-    def _on_time(self) -> None:
+        So a loop and a part, whose periods are multiples, never meet at one instant.
+        """
+        if self._start is None:
+            return float(Timer.getFPGATimestamp()) + 0.5 * self._h
+        return self._start + (self._done + 1) * self._h
+
+    def do_due(self) -> None:
         """Do all parts that are due by now."""
         now = Timer.getFPGATimestamp()
         if self._start is None:
