@@ -4,17 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
+from simcore.telemetry.colors import HIT, INK, MISS, PATH, tint
 from simcore.telemetry.recording import Recording
 from simcore.telemetry.scene import Scene
 from simcore.typing import FloatArray
 
-__all__ = ["Chart", "Curve", "charts_of", "thinned"]
+__all__ = ["Chart", "Curve", "bounds", "charts_of", "thinned"]
 
-BLUE, RED, INK, PURPLE, GREEN, ORANGE = "#2f5fae", "#b3312b", "#20242b", "#6a3fb5", "#0e8a43", "#e0620d"
-_EACH_ROBOT = (PURPLE, GREEN, ORANGE, INK, BLUE, RED)
+_EACH_ROBOT = (PATH, HIT, MISS, INK, tint("blue")[1], tint("red")[1])
 BROWNOUT = 6.75  # [V]; of a roboRIO 2
 TICK_BUDGET = 20.0  # [ms]
 
@@ -60,13 +61,13 @@ def charts_of(recording: Recording, scene: Scene) -> list[Chart]:
 
     currents = list(each("Debug/BatteryCurrent", "battery"))
     if not several:
-        currents.append(("drivetrain", ORANGE, f"{scene.robots[0].prefix}/Debug/DrivetrainCurrent", False))
+        currents.append(("drivetrain", MISS, f"{scene.robots[0].prefix}/Debug/DrivetrainCurrent", False))
     piece = scene.piece_name
     wanted: list[tuple[str, str, Iterable[tuple[str, str, str, bool]], float | None, str, bool]] = [
         (
             "Score",
             "points",
-            [("blue", BLUE, "Sim/Score/Blue", True), ("red", RED, "Sim/Score/Red", True)],
+            [("blue", tint("blue")[1], "Sim/Score/Blue", True), ("red", tint("red")[1], "Sim/Score/Red", True)],
             None,
             "",
             True,
@@ -86,8 +87,8 @@ def charts_of(recording: Recording, scene: Scene) -> list[Chart]:
             "Work",
             "",
             [
-                (f"awake {piece}", PURPLE, "Sim/Performance/AwakePieces", True),
-                ("sub-steps", ORANGE, "Sim/Performance/SubSteps", True),
+                (f"awake {piece}", PATH, "Sim/Performance/AwakePieces", True),
+                ("sub-steps", MISS, "Sim/Performance/SubSteps", True),
             ],
             None,
             "",
@@ -130,7 +131,7 @@ def thinned(curve: Curve, buckets: int = 400) -> Curve:
         return curve
     edges = np.linspace(0, n, buckets + 1).astype(int)
     keep = {0, n - 1}
-    for start, end in zip(edges[:-1], edges[1:], strict=True):
+    for start, end in pairwise(edges.tolist()):
         part = curve.values[start:end]
         keep |= {int(start + part.argmin()), int(start + part.argmax())}
     rows = np.array(sorted(keep))

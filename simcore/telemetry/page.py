@@ -15,8 +15,10 @@ from typing import Any
 
 import numpy as np
 
-from simcore.telemetry.charts import Chart, bounds, charts_of, thinned
+from simcore.telemetry.charts import charts_of, thinned
+from simcore.telemetry.colors import tint
 from simcore.telemetry.output import output_error
+from simcore.telemetry.page_parts import PLOT, field_svg, figure_html, key_html
 from simcore.telemetry.recording import Recording
 from simcore.telemetry.scene import Scene
 from simcore.telemetry.summary import planar
@@ -26,10 +28,6 @@ __all__ = ["write_page"]
 
 _HERE = Path(__file__).parent
 _MOST_FRAMES = 800
-_TINT = {"blue": ("#9db4dd", "#2f5fae"), "red": ("#e3a9a6", "#b3312b"), "": ("#b4b9c0", "#7d858f")}
-_HIT, _MISS, _PATH = "#0e8a43", "#e0620d", "#6a3fb5"
-_MARGIN = 35  # [cm] around the field
-_PLOT = {"total": 420, "left": 40, "width": 370, "top": 8, "height": 140, "bottom": 168}
 
 
 def write_page(path: str | Path, recording: Recording, scene: Scene, *, title: str = "run", subtitle: str = "") -> None:
@@ -56,7 +54,7 @@ def write_page(path: str | Path, recording: Recording, scene: Scene, *, title: s
         "radius": round(100.0 * scene.piece_radius, 1),
         "robots": [
             {
-                "color": _TINT.get(robot.alliance, _TINT[""])[1],
+                "color": tint(robot.alliance)[1],
                 "length": round(100.0 * robot.bumpers[0]),
                 "width": round(100.0 * robot.bumpers[1]),
             }
@@ -67,17 +65,17 @@ def write_page(path: str | Path, recording: Recording, scene: Scene, *, title: s
             [{"times": _short(curve.times, 3), "values": _short(curve.values, 3)} for curve in curves]
             for _, curves in charts
         ],
-        "plot": _PLOT,
+        "plot": PLOT,
     }
-    figures = "\n".join(_figure(chart, start, end) for chart, _ in charts)
+    figures = "\n".join(figure_html(chart, start, end) for chart, _ in charts)
     text = _PAGE.format(
         title=escape(title),
         subtitle=f'<p class="note">{escape(subtitle)}</p>' if subtitle else "",
         facts="".join(
             f"<li><span>{escape(name)}</span><b>{escape(value)}</b></li>" for name, value in _facts(recording, scene)
         ),
-        field=_field(recording, scene, end),
-        key=_key(scene),
+        field=field_svg(recording, scene, end),
+        key=key_html(scene),
         charts=figures,
         style=_HERE.joinpath("page.css").read_text(encoding="utf-8"),
         script=_HERE.joinpath("page.js").read_text(encoding="utf-8"),
@@ -144,7 +142,7 @@ def _facts(recording: Recording, scene: Scene) -> list[tuple[str, str]]:
         facts.append(("driven", f"{np.linalg.norm(np.diff(path[:, :2], axis=0), axis=1).sum():.1f} m"))
     volts = f"{scene.robots[0].prefix}/Debug/BatteryVoltage" if scene.robots else ""
     if recording.has(volts):
-        facts.append(("lowest battery", f"{recording.series(volts)[1].min():.2f} V"))
+        facts.append(("battery, lowest of all ticks", f"{recording.series(volts)[1].min():.2f} V"))
     times = recording.times
     if len(times):
         facts.append(("simulated", f"{times[-1]:.2f} s"))
@@ -201,136 +199,3 @@ def _short(values: FloatArray, digits: int) -> list[float]:
     return [
         int(v) if v == int(v) else v for v in np.round(np.nan_to_num(values, posinf=0.0, neginf=0.0), digits).tolist()
     ]
-
-
-# --- field --------------------------------------------------------------------------------------------------------
-
-
-def _field(recording: Recording, scene: Scene, end: float) -> str:
-    """The field from above in centimeters, with paths and shots; what moves is drawn over it by the script."""
-    length, width = (100.0 * size for size in scene.field_size)
-
-    def points(rows: FloatArray) -> str:
-        return " ".join(f"{100.0 * x:.0f},{width - 100.0 * y:.0f}" for x, y in rows[:, :2].tolist())
-
-    box = f"{-_MARGIN} {-_MARGIN} {length + 2 * _MARGIN:.0f} {width + 2 * _MARGIN:.0f}"
-    parts = [
-        f'<svg viewBox="{box}" role="img" aria-label="the field from above">',
-        f'<rect width="{length:.0f}" height="{width:.0f}" fill="#d3d6da"/>',
-    ]
-    for name, corners in scene.field_outlines:
-        fill, stroke = _TINT[next((a for a in ("blue", "red") if name.lower().startswith(a)), "")]
-        parts.append(
-            f'<polygon points="{points(corners)}" fill="{fill}" stroke="{stroke}" opacity=".75">'
-            f"<title>{escape(name)}</title></polygon>"
-        )
-    for robot in scene.robots:
-        path = planar(recording, robot.pose_key)
-        color = _PATH if len(scene.robots) == 1 else _TINT.get(robot.alliance, _TINT[""])[1]
-        step = max(1, len(path) // 1000)
-        if len(path):
-            way = np.vstack((path[::step], path[-1:]))
-            parts.append(
-                f'<polyline points="{points(way)}" fill="none" stroke="{color}" stroke-width="4" opacity=".8"/>'
-            )
-    for shot in scene.shots:
-        if len(shot.points):
-            color = _HIT if shot.scored else _MISS
-            tip = f"{'hit' if shot.scored else 'miss'}, shot at {shot.time:.2f} s by robot {shot.robot}"
-            x, y = shot.points[-1, :2]
-            parts.append(
-                f'<g class="shot"><title>{tip}</title><polyline points="{points(shot.points)}" fill="none" stroke="{color}" '
-                f'stroke-width="2" opacity=".6"/><circle cx="{100 * x:.0f}" cy="{width - 100 * y:.0f}" r="5" '
-                f'fill="{color}" stroke="#fff"/></g>'
-            )
-    parts.append('<g class="end">')
-    for x, y, _ in recording.places(end).tolist():
-        parts.append(
-            f'<circle cx="{100 * x:.0f}" cy="{width - 100 * y:.0f}" r="{100 * scene.piece_radius:.1f}" '
-            'fill="#ffd923" stroke="#7d6400"/>'
-        )
-    parts.append("</g></svg>")
-    return "\n".join(parts)
-
-
-def _key(scene: Scene) -> str:
-    def line(color: str, text: str) -> str:
-        return f'<span><svg><line y1="6" y2="6" x2="20" stroke="{color}" stroke-width="3"/></svg> {escape(text)}</span>'
-
-    misses = len(scene.shots) - scene.hits
-    path = [line(_PATH, "path of the robot")] if len(scene.robots) == 1 else []
-    return " ".join(
-        (
-            *path,
-            line(_HIT, f"shots that scored ({scene.hits})"),
-            line(_MISS, f"shots that missed ({misses})"),
-            line("#ffd923", f"{scene.piece_name} (darker and larger: in the air)"),
-            "<span>space plays, arrows step, charts follow the pointer</span>",
-        )
-    )
-
-
-# --- charts -------------------------------------------------------------------------------------------------------
-
-
-def _figure(chart: Chart, start: float, end: float) -> str:
-    """One chart as SVG, and above it its title and the values at the cursor."""
-    low, high = bounds(chart)
-    p = _PLOT
-
-    def across(time: float) -> float:
-        return p["left"] + (time - start) / ((end - start) or 1.0) * p["width"]
-
-    def down(value: float) -> float:
-        return p["top"] + (high - value) / (high - low) * p["height"]
-
-    parts = [f'<svg viewBox="0 0 {p["total"]} {p["bottom"]}">']
-    for level in _ticks(low, high, 5):
-        y = down(level)
-        parts.append(
-            f'<line x1="{p["left"]}" x2="{p["left"] + p["width"]}" y1="{y:.1f}" y2="{y:.1f}" stroke="#dfe2e6"/>'
-        )
-        parts.append(f'<text x="{p["left"] - 5}" y="{y + 4:.1f}" text-anchor="end">{level:g}</text>')
-    for time in _ticks(start, end, 7):
-        parts.append(f'<text x="{across(time):.1f}" y="{p["bottom"] - 5}" text-anchor="middle">{time:g}</text>')
-    if chart.limit is not None and low <= chart.limit <= high:
-        y, label = down(chart.limit), escape(f"{chart.limit_label} {chart.limit:g} {chart.unit}")
-        parts.append(
-            f'<line x1="{p["left"]}" x2="{p["left"] + p["width"]}" y1="{y:.1f}" y2="{y:.1f}" stroke="#20242b" '
-            f'stroke-dasharray="4 3"/><text x="{p["left"] + p["width"]}" y="{y - 4:.1f}" text-anchor="end">{label}</text>'
-        )
-    caption = [f"<strong>{escape(chart.title)}{f' [{escape(chart.unit)}]' if chart.unit else ''}</strong>"]
-    for curve in chart.curves:
-        thin = thinned(curve)
-        steps: list[str] = []
-        previous = None
-        for time, value in zip(thin.times.tolist(), thin.values.tolist(), strict=True):
-            if not math.isfinite(value):
-                continue
-            if curve.is_stepped and previous is not None and value != previous:
-                steps.append(f"{across(time):.1f},{down(previous):.1f}")
-            steps.append(f"{across(time):.1f},{down(value):.1f}")
-            previous = value
-        parts.append(f'<polyline points="{" ".join(steps)}" fill="none" stroke="{curve.color}" stroke-width="1.5"/>')
-        caption.append(
-            f'<span><i style="background:{curve.color}"></i> {escape(curve.label)} <span class="value"></span></span>'
-        )
-    parts.append(
-        f'<line class="cursor" visibility="hidden" y1="{p["top"]}" y2="{p["top"] + p["height"]}" stroke="#20242b"/></svg>'
-    )
-    return f"<figure><figcaption>{''.join(caption)}</figcaption>{''.join(parts)}</figure>"
-
-
-def _ticks(low: float, high: float, most: int) -> list[float]:
-    """Round numbers within a range, at most so many.
-
-    >>> _ticks(0.0, 20.0, 5)
-    [0.0, 5.0, 10.0, 15.0, 20.0]
-    """
-    span = high - low
-    if not span > 0.0:
-        return [low]
-    step = next(
-        s for s in (m * 10.0 ** math.floor(math.log10(span / most)) for m in (1, 2, 2.5, 5, 10, 20)) if span / s <= most
-    )
-    return [round(k * step, 10) for k in range(math.ceil(low / step - 1e-9), math.floor(high / step + 1e-9) + 1)]

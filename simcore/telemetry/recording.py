@@ -1,10 +1,10 @@
-"""A run kept in memory as columns: small enough to keep of every run, enough for its log, its page and its animation."""
+"""A run kept in memory as columns: small enough to keep of every run, enough for its log, page and animation."""
 
 from __future__ import annotations
 
 from array import array
 from collections.abc import Iterator, Mapping
-from typing import Literal
+from typing import Literal, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
@@ -18,6 +18,7 @@ __all__ = ["Recording"]
 
 _NAN = float("nan")
 _BULK = 64  # poses, as in a log
+_Rows: TypeAlias = "FloatArray | npt.NDArray[np.float32]"
 _Kind = Literal["double", "integer", "boolean"]
 
 
@@ -57,7 +58,7 @@ class Recording:
         self._numbers: dict[str, array[float]] = {}
         self._kinds: dict[str, _Kind] = {}
         self._poses: dict[str, array[float]] = {}
-        self._arrays: dict[str, list[tuple[float, FloatArray | npt.NDArray[np.float32]]]] = {}
+        self._arrays: dict[str, list[tuple[float, _Rows]]] = {}
 
     def __len__(self) -> int:
         return len(self._times)
@@ -205,19 +206,17 @@ class Recording:
             column.append(value)
 
     @staticmethod
-    def _add_array(
-        kept: list[tuple[float, FloatArray | npt.NDArray[np.float32]]], time: float, poses: FloatArray
-    ) -> None:
+    def _add_array(kept: list[tuple[float, _Rows]], time: float, poses: FloatArray) -> None:
         if len(poses) <= _BULK:
             kept.append((time, poses.copy()))
             return
         is_upright = bool((poses[:, 3] == 1.0).all())
-        small = (poses[:, :3] if is_upright else poses).astype(np.float32)
+        small: _Rows = (poses[:, :3] if is_upright else poses).astype(np.float32)
         if kept and np.array_equal(kept[-1][1], small):
             small = kept[-1][1]  # nothing moved: share it
         kept.append((time, small))
 
-    def _kept(self, key: str) -> list[tuple[float, FloatArray | npt.NDArray[np.float32]]]:
+    def _kept(self, key: str) -> list[tuple[float, _Rows]]:
         if key not in self._arrays:
             raise UnknownNameError("recorded array of poses", key, self._arrays)
         return self._arrays[key]
@@ -241,7 +240,7 @@ class Recording:
             self._arrays[key] = [(first, older[-1][1]), *newer] if older and not newer else newer
 
 
-def _full(rows: FloatArray | npt.NDArray[np.float32]) -> FloatArray:
+def _full(rows: _Rows) -> FloatArray:
     """As poses of shape (n, 7)."""
     if rows.shape[1] == 7:
         return rows.astype(np.float64)
