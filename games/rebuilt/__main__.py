@@ -16,14 +16,12 @@ from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 
 from games.rebuilt.autos import AUTOS, Auto, find_auto
 from games.rebuilt.field import load_field
-from games.rebuilt.picture import draw_run
+from games.rebuilt.outputs import RunOutputs
 from games.rebuilt.runner import AutoRun, play_auto
 from games.rebuilt.sim import DT, RebuiltConfig, RebuiltSim
-from simcore.errors import ConfigError, SimcoreError
+from simcore.errors import SimcoreError
 from simcore.sim.report import print_report
-from simcore.telemetry.output import require_writable
 from simcore.telemetry.snapshot import TelemetrySink
-from simcore.telemetry.wpilog import WpilogSink
 
 __all__ = ["main"]
 
@@ -64,31 +62,46 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("--hub-exits", action="store_true", help="scored fuel comes out of the hub's exits")
     parser.add_argument("--log", type=Path, metavar="FILE.wpilog", help="default: out/NAME.wpilog")
     parser.add_argument("--picture", type=Path, metavar="FILE.png", help="default: out/NAME.png")
+    parser.add_argument(
+        "--page", type=Path, metavar="FILE.html", help="a page that plays the run; default: out/NAME.html"
+    )
+    parser.add_argument(
+        "--animation",
+        type=Path,
+        nargs="?",
+        const=True,
+        default=False,
+        metavar="FILE.gif",
+        help="a moving picture too, GIF or (with ffmpeg) MP4; default: out/NAME.gif",
+    )
     parser.add_argument("--json", action="store_true", help="print one JSON object instead of tables")
     return parser
 
 
 def _play(options: argparse.Namespace) -> int:
     auto = find_auto(options.auto)
-    log = options.log or Path("out") / f"{auto.name}.wpilog"
-    picture = options.picture or Path("out") / f"{auto.name}.png"
-    if log.resolve() == picture.resolve():
-        raise ConfigError(f"log and picture cannot be one file, got {str(log)!r} for both")
-    require_writable("picture", picture)  # before the run: nobody wants to hear it after
+    outputs = RunOutputs.plan(
+        Path("out"),
+        auto.name,
+        log=options.log,
+        picture=options.picture,
+        page=options.page,
+        animation=options.animation,
+        seconds=options.seconds,
+        say=lambda sentence: print(f"simcore: {sentence}", file=sys.stderr),
+    )
     if options.field is not None:
         load_field(options.field)  # a broken mesh must not cost the last run's log
-    sink = WpilogSink(log)
     config = RebuiltConfig(hub_exits=options.hub_exits, field_mesh=options.field)
-    run = _run(options, auto, config, [sink])
-    with run.sim:
-        draw_run(picture, run)
-        report = replace(run.report, outputs={"log": str(log), "picture": str(picture)})
+    run = _run(options, auto, config, outputs.sinks())
+    run.sim.close()  # the log is whole from here on
+    report = replace(run.report, outputs=outputs.write(run))
     if options.json:
         print(report.to_json())
     else:
         print_report(report, Console())
         if run.was_interrupted:
-            print(f"interrupted after {report.sim_seconds:.2f} s; log and picture are of that part")
+            print(f"interrupted after {report.sim_seconds:.2f} s; log, picture and page are of that part")
     return 130 if run.was_interrupted else 0
 
 

@@ -96,6 +96,8 @@ def _add_robot(
         f"{debug}/IntakeDeployExtendedPct": 100.0 * robot.deploy.extended_fraction,
         f"{debug}/IntakeRollerVelocityRPS": robot.roller.velocity / turn,
         f"{debug}/BatteryVoltage": robot.battery.voltage,
+        f"{debug}/BatteryCurrent": robot.battery.current,
+        f"{debug}/DrivetrainCurrent": robot.battery.current - robot.drive.other_current,
         "Robot/Intake/ExtensionPct" if robot.number == 0 else f"{prefix}/Robot/Intake/ExtensionPct": 100.0
         * robot.deploy.extended_fraction,
     }

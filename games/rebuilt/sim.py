@@ -14,6 +14,7 @@ from games.rebuilt.field import FIELD_SIZE, drivable, hub_exit, load_field, scor
 from games.rebuilt.fuel import FUEL
 from games.rebuilt.publish import build_snapshot
 from games.rebuilt.robot import RebuiltRobot, RebuiltRobotConfig
+from games.rebuilt.scene import scene_of
 from games.rebuilt.scoring import MATCH, RebuiltScoring
 from games.rebuilt.staging import Staging, depot_places, neutral_places
 from simcore.errors import ConfigError
@@ -31,6 +32,7 @@ from simcore.physics.world import PhysicsWorld
 from simcore.scoring.tracker import Alliance, ScoringTracker
 from simcore.sim.recorder import TrajectoryDigest
 from simcore.sim.report import FuelCount
+from simcore.telemetry.scene import Scene
 from simcore.telemetry.snapshot import TelemetrySink
 from simcore.typing import FloatArray
 from simcore.units import GRAVITY
@@ -132,6 +134,8 @@ class RebuiltSim:
         except BaseException:
             self.world.close()
             raise
+        self.alliances: list[Alliance] = [entry.alliance for entry in c.robots]
+        """Of each robot, as last set."""
         self._codes = list(robot_code) + [None] * (len(self.robots) - len(robot_code))
         self.sinks = list(sinks)
         self.time = 0.0
@@ -182,6 +186,7 @@ class RebuiltSim:
         pose = self.config.robots[number].pose
         if alliance == "red":
             pose = turn_half_pose(*pose, FIELD_SIZE)
+        self.alliances[number] = alliance
         robot = self.robots[number]
         robot.chassis.set_pose(*pose)
         robot.gyro.reset(yaw=robot.gyro.yaw, true_yaw=pose[2], time=self.time)
@@ -231,6 +236,10 @@ class RebuiltSim:
         return {FUEL.name: self.pieces.state.pos[self.pieces.on_field()]}
 
     # --- questions ----------------------------------------------------------------------------------------------
+
+    def scene(self) -> Scene:
+        """What a picture shows beside telemetry, also after the end."""
+        return scene_of(self)
 
     @property
     def fuel(self) -> FuelCount:
