@@ -29,6 +29,7 @@ from games.rebuilt.fuel import FUEL
 from games.rebuilt.robot import RebuiltRobotConfig
 from simcore.physics.obj import ObjGroup, read_obj
 from simcore.typing import FloatArray
+from simcore.view.glb import linear_rgba
 
 OUTPUT = Path(__file__).resolve().parents[1] / "models" / "advantagescope"
 ROBOT, FIELD = "Robot_Rebuilt", "Field3d_SimcoreRebuilt"
@@ -47,9 +48,9 @@ Point = tuple[float, float, float]
 
 
 def painted(mesh: trimesh.Trimesh, color: Color) -> trimesh.Trimesh:
-    """The mesh in one color (RGB or RGBA, 0 to 255), edges over 35 degrees sharp."""
+    """The mesh in one color (RGB or RGBA as on a screen, 0 to 255), edges over 35 degrees sharp."""
     mesh = trimesh.graph.smooth_shade(mesh, angle=math.radians(35.0))
-    rgba = np.array((*color, 255)[:4]) / 255.0
+    rgba = np.array(linear_rgba(color))
     material = PBRMaterial(
         baseColorFactor=rgba.tolist(),
         metallicFactor=0.0,
@@ -86,12 +87,22 @@ def wheel(
 def arc(radius: float, thickness: float, width: float, start: float, end: float) -> trimesh.Trimesh:
     """A curved plate about the y axis, between two angles from -x towards +z [rad]."""
     angles = np.linspace(start, end, 9)
-    corners = []
-    for r in (radius, radius + thickness):
-        for y in (-width / 2.0, width / 2.0):
-            corners.append(np.column_stack((-r * np.cos(angles), np.full(len(angles), y), r * np.sin(angles))))
-    parts = [trimesh.convex.convex_hull(np.vstack([row[i : i + 2] for row in corners])) for i in range(len(angles) - 1)]
-    return trimesh.util.concatenate(parts)
+    rings = [
+        [(-r * math.cos(a), y, r * math.sin(a)) for r, y in _corners(radius, thickness, width / 2.0)] for a in angles
+    ]
+    faces = [(0, 1, 2), (0, 2, 3)]
+    last = 4 * (len(rings) - 1)
+    faces += [(last + c, last + b, last + a) for a, b, c in faces[:2]]
+    for i in range(0, last, 4):
+        for a, b in ((0, 1), (1, 2), (2, 3), (3, 0)):
+            faces += [(i + a, i + 4 + b, i + b), (i + a, i + 4 + a, i + 4 + b)]
+    mesh = trimesh.Trimesh(np.array(rings).reshape(-1, 3), faces)
+    mesh.fix_normals()
+    return mesh
+
+
+def _corners(radius: float, thickness: float, half: float) -> list[tuple[float, float]]:
+    return [(radius, -half), (radius, half), (radius + thickness, half), (radius + thickness, -half)]
 
 
 def save(path: Path, meshes: Iterable[trimesh.Trimesh], names: Iterable[str] | None = None) -> None:

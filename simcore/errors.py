@@ -11,6 +11,8 @@ __all__ = [
     "ConfigError",
     "EngineError",
     "FieldMeshError",
+    "LogError",
+    "ModelError",
     "NonFiniteError",
     "OutputError",
     "SimcoreError",
@@ -47,6 +49,14 @@ class FieldMeshError(SimcoreError, ValueError):
 
 class OutputError(SimcoreError, OSError):
     """A log, picture or other output that cannot be written."""
+
+
+class LogError(SimcoreError, ValueError):
+    """A log that cannot be read."""
+
+
+class ModelError(SimcoreError, ValueError):
+    """A folder of models that AdvantageScope or the browser view cannot use."""
 
 
 class UnknownNameError(SimcoreError, KeyError):

@@ -7,7 +7,7 @@ import math
 import os
 import signal
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -19,6 +19,7 @@ from games.rebuilt.field import load_field
 from games.rebuilt.picture import draw_run
 from games.rebuilt.runner import AutoRun, play_auto
 from games.rebuilt.sim import DT, RebuiltConfig, RebuiltSim
+from games.rebuilt.watch import Watch, add_options
 from simcore.errors import ConfigError, SimcoreError
 from simcore.sim.report import print_report
 from simcore.telemetry.output import require_writable
@@ -65,6 +66,7 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("--log", type=Path, metavar="FILE.wpilog", help="default: out/NAME.wpilog")
     parser.add_argument("--picture", type=Path, metavar="FILE.png", help="default: out/NAME.png")
     parser.add_argument("--json", action="store_true", help="print one JSON object instead of tables")
+    add_options(parser)
     return parser
 
 
@@ -77,22 +79,45 @@ def _play(options: argparse.Namespace) -> int:
     require_writable("picture", picture)  # before the run: nobody wants to hear it after
     if options.field is not None:
         load_field(options.field)  # a broken mesh must not cost the last run's log
-    sink = WpilogSink(log)
     config = RebuiltConfig(hub_exits=options.hub_exits, field_mesh=options.field)
-    run = _run(options, auto, config, [sink])
-    with run.sim:
-        draw_run(picture, run)
-        report = replace(run.report, outputs={"log": str(log), "picture": str(picture)})
+    sink = WpilogSink(log)  # a log that cannot be written ends it here, before anything is served
+    watch = Watch(options)
+    seed: int | None = options.seed
+    try:
+        with InterruptFlag() as interrupted:
+            while seed is not None:
+                run = _run(options, auto, replace(config, seed=seed), [sink, *watch.sinks()], watch, interrupted)
+                with run.sim:
+                    if not watch.wants_restart:
+                        _report(options, run, log, picture)
+                    seed = None if interrupted() else watch.next_seed(run.sim, interrupted)
+                if seed is not None:
+                    sink = WpilogSink(log)
+    finally:
+        watch.close()
+    return 130 if run.was_interrupted else 0
+
+
+def _report(options: argparse.Namespace, run: AutoRun, log: Path, picture: Path) -> None:
+    draw_run(picture, run)
+    report = replace(run.report, outputs={"log": str(log), "picture": str(picture)})
     if options.json:
         print(report.to_json())
     else:
         print_report(report, Console())
         if run.was_interrupted:
             print(f"interrupted after {report.sim_seconds:.2f} s; log and picture are of that part")
-    return 130 if run.was_interrupted else 0
+    sys.stdout.flush()
 
 
-def _run(options: argparse.Namespace, auto: Auto, config: RebuiltConfig, sinks: Sequence[TelemetrySink]) -> AutoRun:
+def _run(
+    options: argparse.Namespace,
+    auto: Auto,
+    config: RebuiltConfig,
+    sinks: Sequence[TelemetrySink],
+    watch: Watch,
+    interrupted: Callable[[], bool],
+) -> AutoRun:
     """Play with a progress bar on stderr, so that stdout stays clean."""
     progress = Progress(
         TextColumn("{task.description}"),
@@ -110,18 +135,18 @@ def _run(options: argparse.Namespace, auto: Auto, config: RebuiltConfig, sinks: 
         def show(sim: RebuiltSim) -> None:
             if sim.ticks % 10 == 0:
                 progress.update(task, completed=sim.ticks, score=sum(sim.tracker.totals.values()))
+            watch.after_tick(sim, interrupted)
 
-        with InterruptFlag() as interrupted:
-            return play_auto(
-                auto,
-                alliance=options.alliance,
-                seconds=options.seconds,
-                config=config,
-                seed=options.seed,
-                sinks=sinks,
-                on_tick=show,
-                should_stop=interrupted,
-            )
+        return play_auto(
+            auto,
+            alliance=options.alliance,
+            seconds=options.seconds,
+            config=config,
+            seed=config.seed,
+            sinks=sinks,
+            on_tick=show,
+            should_stop=lambda: interrupted() or watch.wants_restart,
+        )
 
 
 class InterruptFlag:

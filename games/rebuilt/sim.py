@@ -133,6 +133,8 @@ class RebuiltSim:
             self.world.close()
             raise
         self._codes = list(robot_code) + [None] * (len(self.robots) - len(robot_code))
+        self.alliances: list[Alliance] = [entry.alliance for entry in c.robots]
+        """Of each robot, as last set."""
         self.sinks = list(sinks)
         self.time = 0.0
         """Simulated time since the start of auto [s]."""
@@ -182,6 +184,7 @@ class RebuiltSim:
         pose = self.config.robots[number].pose
         if alliance == "red":
             pose = turn_half_pose(*pose, FIELD_SIZE)
+        self.alliances[number] = alliance
         robot = self.robots[number]
         robot.chassis.set_pose(*pose)
         robot.gyro.reset(yaw=robot.gyro.yaw, true_yaw=pose[2], time=self.time)
@@ -244,6 +247,13 @@ class RebuiltSim:
             scored=count(PieceStatus.SCORED),
             outside=count(PieceStatus.STAGED),
         )
+
+    @property
+    def flying(self) -> FloatArray:
+        """Where the shots are that have not touched anything yet, oldest first, field frame [m], shape (n, 3)."""
+        state = self.pieces.state
+        slots = [slot for slot in self._flying if state.status[slot] == PieceStatus.IN_FLIGHT]
+        return state.pos[slots]
 
     @property
     def hits(self) -> int:
