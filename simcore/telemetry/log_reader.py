@@ -269,4 +269,5 @@ def _column(entry: _Entry, data: bytes) -> LogColumn:
         order = np.argsort(micros, kind="stable")
         micros = micros[order]
         places, sizes = [places[i] for i in order], [sizes[i] for i in order]
-    return LogColumn(entry.key, entry.type, micros * 1e-6, data, places, sizes)
+    times: FloatArray = micros.astype(np.float64) * 1e-6
+    return LogColumn(entry.key, entry.type, times, data, places, sizes)

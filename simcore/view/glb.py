@@ -79,13 +79,13 @@ def box_glb(size: tuple[float, float, float], height: float, color: tuple[int, i
     """A box about the origin in x and y, its middle at a height [m]: stands in for a robot without a model."""
     import trimesh
 
+    visual: Any = trimesh.visual
     box = trimesh.creation.box(size)
     box.apply_translation((0.0, 0.0, height))
-    material = trimesh.visual.material.PBRMaterial(
-        baseColorFactor=linear_rgba(color), metallicFactor=0.0, roughnessFactor=0.8
-    )
-    box.visual = trimesh.visual.TextureVisuals(material=material)
-    data: bytes = trimesh.Scene(box).export(file_type="glb")
+    material = visual.material.PBRMaterial(baseColorFactor=linear_rgba(color), metallicFactor=0.0, roughnessFactor=0.8)
+    box.visual = visual.TextureVisuals(material=material)
+    scene: Any = trimesh.Scene(box)
+    data: bytes = scene.export(file_type="glb")
     return data
 
 
@@ -93,7 +93,7 @@ def _screen_color(material: Any) -> tuple[int, int, int]:
     """Of a glTF material, which is linear in light: the inverse of `linear_rgba`."""
     linear = np.asarray(material.main_color)[:3] / 255.0
     screen = np.where(linear <= 0.0031308, 12.92 * linear, 1.055 * linear ** (1.0 / 2.4) - 0.055)
-    r, g, b = (int(round(255.0 * c)) for c in screen)
+    r, g, b = (round(255.0 * float(c)) for c in screen)
     return r, g, b
 
 

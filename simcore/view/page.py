@@ -1,4 +1,4 @@
-"""The page itself: a local web server with the scene, the score and the camera. Live runs and replays add their buttons.
+"""The page itself: a local web server with scene, score and camera. Live runs and replays add their buttons.
 
 The one module that starts viser, and only when a page is made: without the extra everything else runs.
 """
@@ -53,6 +53,7 @@ class ViewPage:
         self, models: ViewModels, *, host: str = "127.0.0.1", port: int = 0, robot: str = "", title: str = "simcore"
     ) -> None:
         models.robot(robot)  # a wrong name shall not cost a started server
+        self._closed = False
         self.server = _start(host, port, title)
         self.url = f"http://{'127.0.0.1' if host in ('', '0.0.0.0') else host}:{self.server.get_port()}"
         try:
@@ -85,7 +86,6 @@ class ViewPage:
 
     def _build(self, models: ViewModels, robot: str) -> None:
         server = self.server
-        self._closed = False
         server.gui.configure_theme(
             control_layout="collapsible", show_logo=False, show_share_button=False, brand_color=(30, 84, 183)
         )

@@ -1,7 +1,7 @@
-"""Draws snapshots with viser: field, robots with their parts, pieces, trails, cameras. The one place that knows viser's
-scene; see `page` for the server and the controls.
+"""Draws snapshots with viser: field, robots with their parts, pieces, trails, cameras.
 
-What there is to draw follows from the keys alone (docs/telemetry.md), so that any game's snapshots will do.
+What there is to draw follows from the keys alone (docs/telemetry.md), so that any game's snapshots will do. See `page`
+for the server and the controls.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from simcore.geometry.quaternion import rotate
+from simcore.geometry.quaternion import matrix
 from simcore.telemetry.snapshot import Snapshot
 from simcore.typing import FloatArray
 from simcore.view.glb import box_glb, linear_rgba, painted_glb, piece_mesh, sphere_mesh
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 __all__ = ["Scene", "robot_keys"]
 
 _ROBOT = re.compile(r"^Sim/(Robots/(\d+)/)?Robot/Pose3d$")
-_CAMERA = re.compile(r"^Sim/(?:Robots/\d+/)?Limelights/(.+)/DirectionLine$")
+_CAMERA = re.compile(r"^Sim/Limelights/.+/(DirectionLine|SeenTags)$")
 _PIECES, _FLYING = "Sim/GamePieces/", "Sim/InFlight/"
 _BLUE, _RED = (30, 84, 183), (196, 40, 40)
 _TRAIL, _CAMERA_COLOR = (255, 120, 20), (20, 200, 140)
@@ -146,8 +146,11 @@ class Scene:
     def _draw_cameras(self, snapshot: Snapshot) -> None:
         lines = [np.zeros((0, 2, 3))]
         for key, rows in snapshot.pose_arrays.items():
-            if _CAMERA.match(key) and len(rows):
-                lines += [np.stack((rows[:-1, :3], rows[1:, :3]), axis=1), _frustum(rows)]
+            match = _CAMERA.match(key)
+            if match and len(rows):
+                lines.append(np.stack((rows[:-1, :3], rows[1:, :3]), axis=1))
+                if match[1] == "DirectionLine":
+                    lines.append(_frustum(rows[0]))
         self._set_lines("/world/cameras", np.concatenate(lines), _CAMERA_COLOR, 2.0)
 
     def _set_lines(self, name: str, segments: FloatArray, color: tuple[int, int, int], width: float) -> None:
@@ -158,7 +161,7 @@ class Scene:
             return
         if node is None:
             node = self._lines[name] = self._server.scene.add_line_segments(
-                name, points=_NO_LINES, colors=color, line_width=width
+                name, points=_NO_LINES, colors=color, thickness=width, thickness_units="screen"
             )
         node.points = segments.astype(np.float32)
         node.visible = True
@@ -269,20 +272,10 @@ def _add_glb(server: viser.ViserServer, name: str, model: Model, data: bytes | N
     return server.scene.add_glb(name, content, wxyz=(w, x, y, z), position=position, cast_shadow=False)
 
 
-def _frustum(rows: FloatArray) -> FloatArray:
-    """A small pyramid at the first pose of a direction line, along the line [m], shape (8, 2, 3)."""
-    tip = rows[0, :3]
-    forward = rows[-1, :3] - tip
-    length = float(np.linalg.norm(forward))
-    if length < 1e-6:
-        w, x, y, z = rows[0, 3:]
-        forward, length = np.array(rotate((x, y, z, w), (1.0, 0.0, 0.0))), 1.0
-    forward = forward / length
-    side = np.cross((0.0, 0.0, 1.0), forward)
-    side = side / max(float(np.linalg.norm(side)), 1e-9)
-    up = np.cross(forward, side)
-    corners = [
-        tip + _FRUSTUM * (forward + a * 0.55 * side + b * 0.4 * up) for a, b in ((1, 1), (-1, 1), (-1, -1), (1, -1))
-    ]
+def _frustum(row: FloatArray) -> FloatArray:
+    """A small pyramid along a camera's axis, not its true field of view [m], shape (8, 2, 3)."""
+    tip, (w, x, y, z) = row[:3], row[3:]
+    base = np.array([(1.0, 0.55, 0.4), (1.0, -0.55, 0.4), (1.0, -0.55, -0.4), (1.0, 0.55, -0.4)])
+    corners = tip + _FRUSTUM * base @ matrix((x, y, z, w)).T
     edges = [(tip, corner) for corner in corners] + [(corners[i - 1], corners[i]) for i in range(4)]
     return np.array(edges)

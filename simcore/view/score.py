@@ -31,7 +31,7 @@ def score_html(snapshot: Snapshot, robots: Mapping[int, str]) -> str:
     """
     score, doubles = snapshot.integers, snapshot.doubles
     boxes = "".join(
-        f'<div style="{_BOX};background:{color}" title="{name.lower()} alliance">{score.get(f"Sim/Score/{name}", 0)}</div>'
+        f'<div style="{_BOX};background:{color}">{score.get(f"Sim/Score/{name}", 0)}</div>'
         for name, color in (("Blue", "#1e54b7"), ("Red", "#c42828"))
     )
     clock = clock_text(doubles.get("Sim/Match/Time", snapshot.time))
@@ -52,7 +52,8 @@ def score_html(snapshot: Snapshot, robots: Mapping[int, str]) -> str:
             lines.append(f"{name}: {', '.join(parts)}")
     body = "<br>".join(line if "<" in line else html.escape(line) for line in lines)
     return (
-        f'<div style="padding:6px 14px 2px;font-family:system-ui,sans-serif"><div style="display:flex;gap:6px">{boxes}</div>'
+        '<div style="padding:6px 14px 2px;font-family:system-ui,sans-serif">'
+        f'<div style="display:flex;gap:6px">{boxes}</div>'
         f'<div style="font-size:24px;font-variant-numeric:tabular-nums;margin:4px 0">{clock}{rest}</div>'
         f'<div style="font-size:14px;line-height:1.5">{body}</div></div>'
     )
