@@ -137,6 +137,8 @@ class RebuiltSim:
         self.alliances: list[Alliance] = [entry.alliance for entry in c.robots]
         """Of each robot, as last set."""
         self._codes = list(robot_code) + [None] * (len(self.robots) - len(robot_code))
+        self.alliances: list[Alliance] = [entry.alliance for entry in c.robots]
+        """Of each robot, as last set."""
         self.sinks = list(sinks)
         self.time = 0.0
         """Simulated time since the start of auto [s]."""
@@ -253,6 +255,13 @@ class RebuiltSim:
             scored=count(PieceStatus.SCORED),
             outside=count(PieceStatus.STAGED),
         )
+
+    @property
+    def flying(self) -> FloatArray:
+        """Where the shots are that have not touched anything yet, oldest first, field frame [m], shape (n, 3)."""
+        state = self.pieces.state
+        slots = [slot for slot in self._flying if state.status[slot] == PieceStatus.IN_FLIGHT]
+        return state.pos[slots]
 
     @property
     def hits(self) -> int:
