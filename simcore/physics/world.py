@@ -313,8 +313,9 @@ class PhysicsWorld:
         blocked: BoolArray = np.zeros(len(ends), dtype=bool)
         left = np.arange(len(ends))
         here = np.repeat(np.array([start]), len(ends), axis=0)
+        alone = len(self._robots) <= (ignore >= 0)  # its own body is the only one, so nobody need be met
         for _ in range(_MOST_PARTS):
-            hits = self.solid_rays(here, ends, robots=True)
+            hits = self.solid_rays(here, ends, robots=not alone)
             own = hits.row == ignore if ignore >= 0 else np.zeros(len(left), dtype=bool)
             blocked[left] = (hits.row >= 0) & ~own
             if not own.any():

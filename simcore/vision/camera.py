@@ -50,6 +50,12 @@ class LimelightType:
     """How far the yaw of its IMU wanders in 30 s, one standard deviation [deg]. Estimate, +-50 %."""
     corner_noise: float = 0.25
     """Standard deviation of a tag corner in each direction [px]: the mean error photonlib suggests for its cameras."""
+    focal_length: tuple[float, float] = field(init=False)
+    """Of the pinhole, across and down [px]."""
+    principal_point: tuple[float, float] = field(init=False)
+    """Where the optical axis meets the picture, from its upper left corner [px]."""
+    corner_cosine: float = field(init=False)
+    """Cosine of the angle between the optical axis and the way to a corner of the picture [-]."""
 
     def __post_init__(self) -> None:
         owner = f"LimelightType {self.name!r}"
@@ -61,19 +67,11 @@ class LimelightType:
         for name in ("capture_latency", "pipeline_latency"):
             require_non_negative(owner, name, getattr(self, name), "s")
         require_non_negative(owner, "corner_noise", self.corner_noise, "px")
-
-    @property
-    def focal_length(self) -> tuple[float, float]:
-        """Of the pinhole, across and down [px]."""
-        return (
-            0.5 * self.width / math.tan(math.radians(self.horizontal_fov_deg) / 2.0),
-            0.5 * self.height / math.tan(math.radians(self.vertical_fov_deg) / 2.0),
-        )
-
-    @property
-    def principal_point(self) -> tuple[float, float]:
-        """Where the optical axis meets the picture, from its upper left corner [px]."""
-        return 0.5 * self.width, 0.5 * self.height
+        across = math.tan(math.radians(self.horizontal_fov_deg) / 2.0)
+        down = math.tan(math.radians(self.vertical_fov_deg) / 2.0)
+        object.__setattr__(self, "focal_length", (0.5 * self.width / across, 0.5 * self.height / down))
+        object.__setattr__(self, "principal_point", (0.5 * self.width, 0.5 * self.height))
+        object.__setattr__(self, "corner_cosine", 1.0 / math.sqrt(1.0 + across * across + down * down))
 
 
 LIMELIGHTS: dict[str, LimelightType] = {

@@ -1,4 +1,7 @@
-"""What came of one frame: tags, pieces, and where they say the robot was. Plain records, ready for any wire."""
+"""What came of one frame: tags, pieces, and where they say the robot was. Plain records, ready for any wire.
+
+Treat them as read-only; they are not frozen, because frozen ones take three times as long to make.
+"""
 
 from __future__ import annotations
 
@@ -11,7 +14,7 @@ from simcore.vision.planar_pose import SquarePose
 __all__ = ["Frame", "ImuReading", "PieceSighting", "PoseEstimate", "TagSighting"]
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(slots=True, eq=False)
 class TagSighting:
     """One tag in a picture."""
 
@@ -34,7 +37,7 @@ class TagSighting:
     """Both poses that explain the corners, the better one first."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(slots=True, eq=False)
 class PieceSighting:
     """One game piece in a picture."""
 
@@ -51,7 +54,7 @@ class PieceSighting:
     """Row of the piece in the arrays that the camera was given."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(slots=True)
 class PoseEstimate:
     """Where tags say that the robot was, field frame."""
 
@@ -86,7 +89,7 @@ class ImuReading:
     """Gravity in robot axes [g]; the robot's own acceleration is left out."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+@dataclass(slots=True, kw_only=True, eq=False)
 class Frame:
     """Everything that one frame told."""
 
@@ -110,8 +113,10 @@ class Frame:
     """Whose angles are published: the wanted one, else the largest."""
     primary_piece: PieceSighting | None = None
     """The nearest."""
-    mount: tuple[float, float, float, float, float, float] = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    mount: tuple[float, float, float, float, float, float]
     """Where the camera believes to sit: ahead, right, up [m], roll, pitch (up positive), yaw [deg]."""
+    mount_pose: tuple[FloatArray, FloatArray]
+    """The same as place in the robot frame [m], shape (3,), and rotation from robot to optical axes, shape (3, 3)."""
     imu: ImuReading | None = None
 
     @property

@@ -17,7 +17,7 @@ from simcore.vision.camera import CameraConfig, TagPipeline
 from simcore.vision.frames import Frame, PieceSighting, PoseEstimate, TagSighting
 from simcore.vision.heading import HeadingSource
 from simcore.vision.history import PoseHistory
-from simcore.vision.megatag import Mounting, megatag1, megatag2, sight_tags
+from simcore.vision.megatag import Mounting, TagPicture
 from simcore.vision.perfect import perfect_frame
 from simcore.vision.pieces import find_pieces
 from simcore.vision.projection import camera_pose, optical_rotation
@@ -245,11 +245,10 @@ class LimelightSim:
         if self.config.perfect and pipeline.kind == "tags":
             tags, one, two = perfect_frame(self.layout, exposure.pose, self.config)
         elif len(exposure.rows):
-            rows, corners = exposure.rows, exposure.corners
-            tags = sight_tags(self.layout, rows, corners, lens, self._believed)
-            one = megatag1(self.layout, rows, tags, corners, lens, self._believed)
-            attitude = self.heading.attitude(exposure.time)
-            two = megatag2(self.layout, rows, tags, corners, lens, self._believed, attitude)
+            picture = TagPicture(self.layout, exposure.rows, exposure.corners, lens, self._believed)
+            tags = picture.tags
+            one = picture.megatag1()
+            two = picture.megatag2(self.heading.attitude(exposure.time))
             if one is not None:
                 since = self._period if self._megatag1_at is None else exposure.time - self._megatag1_at
                 self.heading.after_megatag1(one.yaw_deg, min(since, 0.1))
@@ -274,6 +273,7 @@ class LimelightSim:
             primary_tag=primary,
             primary_piece=exposure.pieces[0] if exposure.pieces else None,
             mount=self.settings.mount,
+            mount_pose=(self._believed.position, self._believed.to_optical),
             imu=self.heading.reading(),
         )
 

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.linalg.lapack import dtrtrs
 
 from simcore.geometry.quaternion import Quaternion, Vector, matrix
 from simcore.typing import FloatArray, IntArray
@@ -17,9 +17,7 @@ from simcore.vision.projection import OPTICAL, angles_deg, quad_area
 from simcore.vision.refine import CameraSolution, refine_pose, solve_position
 from simcore.vision.tags import TagLayout
 
-__all__ = ["Mounting", "megatag1", "megatag2", "sight_tags"]
-
-_SQUARE_AXES = (1, 2, 0)  # a square's x, y, z are a tag's y, z, x
+__all__ = ["Mounting", "TagPicture"]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -41,154 +39,131 @@ class Mounting:
         return cls(np.array(position), to_optical, np.array([(0.0, -z, y), (z, 0.0, -x), (-y, x, 0.0)]))
 
 
-def sight_tags(
-    layout: TagLayout, rows: IntArray, corners: FloatArray, lens: LimelightType, mounting: Mounting
-) -> tuple[TagSighting, ...]:
-    """Each tag by itself: its angles, its two poses and how far away it is.
+class TagPicture:
+    """The tags of one frame, and what follows from them.
 
     Args:
         layout: All tags.
-        rows: Which ones are seen, shape (k,).
+        rows: Which ones are seen, shape (k,), k >= 1.
         corners: Their corners as detected [px], shape (k, 4, 2).
         lens: The picture.
         mounting: Where the camera believes to sit.
     """
-    areas = (100.0 / (lens.width * lens.height) * np.abs(quad_area(corners))).tolist()
-    middles = corners.mean(axis=1).tolist()
-    ideal = ((corners - lens.principal_point) / lens.focal_length).tolist()
-    found = []
-    for k, row in enumerate(rows.tolist()):
-        poses = solve_square(ideal[k], layout.size)
+
+    def __init__(
+        self, layout: TagLayout, rows: IntArray, corners: FloatArray, lens: LimelightType, mounting: Mounting
+    ) -> None:
+        self._layout = layout
+        self._rows = rows
+        self._mounting = mounting
+        focal = lens.focal_length
+        self._noise = lens.corner_noise / math.sqrt(focal[0] * focal[1])  # in ideal coordinates
+        ideal = (corners - lens.principal_point) / focal
+        self._ideal = ideal.reshape(-1, 2)
+        self._points = layout.corners[rows].reshape(-1, 3)
+        areas = (np.abs(quad_area(corners)) * (100.0 / (lens.width * lens.height))).tolist()
+        middles = (0.25 * corners.sum(axis=1)).tolist()
+        ids = layout.ids[rows].tolist()
+        self.tags = tuple(
+            self._sight(*one, lens) for one in zip(ids, corners, ideal.tolist(), middles, areas, strict=True)
+        )
+        """Each tag by itself."""
+        self._largest = max(range(len(areas)), key=areas.__getitem__)
+        self._statistics = (
+            layout.span(rows),
+            sum(tag.camera_distance for tag in self.tags) / len(areas),
+            sum(areas) / len(areas),
+        )
+
+    def _sight(
+        self,
+        number: int,
+        corners: FloatArray,
+        ideal: list[list[float]],
+        middle: list[float],
+        area: float,
+        lens: LimelightType,
+    ) -> TagSighting:
+        """A tag's angles, its two poses and how far away it is."""
+        poses = solve_square(ideal, self._layout.size)
         near = far = 0.0
         if poses is not None:
-            t = poses[0].translation
-            near = math.sqrt(t[0] * t[0] + t[1] * t[1] + t[2] * t[2])
-            far = float(np.linalg.norm(mounting.to_optical.T @ t + mounting.position))
-        tx, ty = angles_deg(*middles[k], lens)
-        found.append(
-            TagSighting(
-                int(layout.ids[row]), corners[k], tx, ty, areas[k], near, far,
-                1.0 if poses is None else ambiguity(poses), poses,
-            )
-        )  # fmt: skip
-    return tuple(found)
+            x, y, z = poses[0].translation
+            near = math.sqrt(x * x + y * y + z * z)
+            far = math.dist(((x, y, z) @ self._mounting.to_optical + self._mounting.position).tolist(), (0.0, 0.0, 0.0))
+        tx, ty = angles_deg(middle[0], middle[1], lens)
+        return TagSighting(number, corners, tx, ty, area, near, far, ambiguity(poses) if poses else 1.0, poses)
 
+    def megatag1(self) -> PoseEstimate | None:
+        """Pose from the picture alone. One tag gives the better of its two poses, which may be the wrong one.
 
-def megatag1(
-    layout: TagLayout,
-    rows: IntArray,
-    tags: Sequence[TagSighting],
-    corners: FloatArray,
-    lens: LimelightType,
-    mounting: Mounting,
-) -> PoseEstimate | None:
-    """Pose from the picture alone. One tag gives the better of its two poses, which may be the wrong one.
+        With several tags both poses of the largest are tried against all corners.
+        """
+        poses = self.tags[self._largest].poses
+        if poses is None:
+            return None
+        row = int(self._rows[self._largest])
+        guess = self._camera(row, poses[0])
+        # With an ambiguity this low the other one cannot be meant.
+        if len(self.tags) > 1 and poses[0].error > 0.2 * poses[1].error:
+            other = self._camera(row, poses[1])
+            if self._misfit(*other) < self._misfit(*guess):
+                guess = other
+        found = refine_pose(self._points, self._ideal, *guess)
+        return None if found is None else self._from_camera(found)
 
-    With several tags both poses of the largest are tried against all corners.
-    """
-    largest = max(range(len(tags)), key=lambda k: tags[k].area_percent, default=None)
-    if largest is None or tags[largest].poses is None:
-        return None
-    points = layout.corners[rows].reshape(-1, 3)
-    pixels = (corners - lens.principal_point).reshape(-1, 2)
-    poses = tags[largest].poses
-    assert poses is not None
-    guesses = [_camera_from_square(layout, int(rows[largest]), pose) for pose in poses]
-    if len(tags) > 1 and _misfit(points, pixels, lens, *guesses[1]) < _misfit(points, pixels, lens, *guesses[0]):
-        guesses.reverse()
-    found = refine_pose(points, pixels, lens.focal_length, *guesses[0])
-    if found is None:
-        return None
-    return _estimate(layout, rows, tags, lens, mounting, found, found.rotation.T @ mounting.to_optical)
+    def megatag2(self, attitude: FloatArray) -> PoseEstimate | None:
+        """Place from the picture, with the attitude that the robot (or the camera's IMU) says it has.
 
+        Args:
+            attitude: From robot to field axes, shape (3, 3). A wrong one gives a wrong place.
+        """
+        depths = [tag.poses[0].translation[2] if tag.poses else 1.0 for tag in self.tags for _ in range(4)]
+        rotation = self._mounting.to_optical @ attitude.T
+        found = solve_position(self._points, self._ideal, np.array(depths), rotation)
+        if found is None:
+            return None
+        inverse, _ = dtrtrs(found.factor, np.eye(3), trans=1)
+        sx, sy, sz = (self._noise * np.sqrt((inverse * inverse).sum(axis=0))).tolist()
+        return self._estimate(found, attitude, (sx, sy, sz, 0.0, 0.0, 0.0))
 
-def megatag2(
-    layout: TagLayout,
-    rows: IntArray,
-    tags: Sequence[TagSighting],
-    corners: FloatArray,
-    lens: LimelightType,
-    mounting: Mounting,
-    attitude: FloatArray,
-) -> PoseEstimate | None:
-    """Place from the picture, with the attitude that the robot (or the camera's IMU) says it has.
+    def _camera(self, row: int, pose: SquarePose) -> tuple[FloatArray, FloatArray]:
+        """Place of the camera [m] and rotation from field to optical axes, from one tag."""
+        rotation = np.array(pose.rotation).reshape(3, 3) @ self._layout.square_axes[row]
+        return self._layout.centers[row] - pose.translation @ rotation, rotation
 
-    Args:
-        layout: All tags.
-        rows: Which ones are seen, shape (k,).
-        tags: What was found of each.
-        corners: Their corners [px], shape (k, 4, 2).
-        lens: The picture.
-        mounting: Where the camera believes to sit.
-        attitude: From robot to field axes, shape (3, 3). A wrong one gives a wrong place.
-    """
-    if not len(tags):
-        return None
-    points = layout.corners[rows].reshape(-1, 3)
-    pixels = (corners - lens.principal_point).reshape(-1, 2)
-    found = solve_position(points, pixels, lens.focal_length, mounting.to_optical @ attitude.T)
-    return None if found is None else _estimate(layout, rows, tags, lens, mounting, found, attitude)
+    def _misfit(self, position: FloatArray, rotation: FloatArray) -> float:
+        p = (self._points - position) @ rotation.T
+        if p[:, 2].min() < 1e-3:
+            return math.inf
+        off = (p[:, :2] / p[:, 2:] - self._ideal).ravel()
+        return float(off @ off)
 
-
-def _camera_from_square(layout: TagLayout, row: int, pose: SquarePose) -> tuple[FloatArray, FloatArray]:
-    """Place of the camera [m] and rotation from field to optical axes."""
-    rotation = pose.rotation @ layout.rotations[row][:, _SQUARE_AXES].T
-    return layout.centers[row] - rotation.T @ np.array(pose.translation), rotation
-
-
-def _misfit(
-    points: FloatArray, pixels: FloatArray, lens: LimelightType, position: FloatArray, rotation: FloatArray
-) -> float:
-    p = (points - position) @ rotation.T
-    if p[:, 2].min() < 1e-3:
-        return math.inf
-    off = p[:, :2] / p[:, 2:] * lens.focal_length - pixels
-    return float(np.einsum("ij,ij->", off, off))
-
-
-def _estimate(
-    layout: TagLayout,
-    rows: IntArray,
-    tags: Sequence[TagSighting],
-    lens: LimelightType,
-    mounting: Mounting,
-    found: CameraSolution,
-    attitude: FloatArray,
-) -> PoseEstimate:
-    """The robot's pose from the camera's, and its standard deviations."""
-    place = found.position - attitude @ mounting.position
-    r = attitude.tolist()
-    noise = lens.corner_noise
-    if len(found.covariance) == 6:
+    def _from_camera(self, found: CameraSolution) -> PoseEstimate:
+        """The robot's pose and how sure it is: the corners' noise, carried through the linearised solution."""
+        mounting, back = self._mounting, found.rotation.T
         # A turn w about the optical axes swings the robot's origin about the camera, by R^T (lever x w).
-        back = found.rotation.T
         jacobian = np.zeros((6, 6))
         jacobian[:3, :3] = back @ mounting.lever
-        jacobian[:3, 3:] = np.eye(3)
+        jacobian[:3, 3:] = back
         jacobian[3:5, :3] = mounting.to_optical.T[:2]
         jacobian[5, :3] = back[2]
-        variance = np.einsum("ij,jk,ik->i", jacobian, found.covariance, jacobian)
-        sigma = (noise * np.sqrt(variance)).tolist()
-        std = (sigma[0], sigma[1], sigma[2], *(math.degrees(s) for s in sigma[3:]))
-    else:
-        sigma = (noise * np.sqrt(np.diagonal(found.covariance))).tolist()
-        std = (sigma[0], sigma[1], sigma[2], 0.0, 0.0, 0.0)
-    n = len(tags)
-    return PoseEstimate(
-        position=(float(place[0]), float(place[1]), float(place[2])),
-        roll_deg=math.degrees(math.atan2(r[2][1], r[2][2])),
-        pitch_deg=math.degrees(math.asin(max(-1.0, min(1.0, -r[2][0])))),
-        yaw_deg=math.degrees(math.atan2(r[1][0], r[0][0])),
-        tag_count=n,
-        tag_span=_span(layout.centers[rows]),
-        average_distance=sum(tag.camera_distance for tag in tags) / n,
-        average_area=sum(tag.area_percent for tag in tags) / n,
-        std_devs=(std[0], std[1], std[2], std[3], std[4], std[5]),
-    )
+        part, _ = dtrtrs(found.factor, jacobian.T, trans=1)  # columns: their squares add up to the variances
+        sigma = (self._noise * np.sqrt((part * part).sum(axis=0))).tolist()
+        roll, pitch, yaw = map(math.degrees, sigma[3:])
+        return self._estimate(found, back @ mounting.to_optical, (sigma[0], sigma[1], sigma[2], roll, pitch, yaw))
 
-
-def _span(centers: FloatArray) -> float:
-    if len(centers) < 2:
-        return 0.0
-    apart = centers[:, None, :] - centers[None, :, :]
-    return math.sqrt(float(np.einsum("ijk,ijk->ij", apart, apart).max()))
+    def _estimate(
+        self, found: CameraSolution, attitude: FloatArray, std: tuple[float, float, float, float, float, float]
+    ) -> PoseEstimate:
+        x, y, z = (found.position - attitude @ self._mounting.position).tolist()
+        r = attitude.tolist()
+        return PoseEstimate(
+            (x, y, z),
+            math.degrees(math.atan2(r[2][1], r[2][2])),
+            math.degrees(math.asin(max(-1.0, min(1.0, -r[2][0])))),
+            math.degrees(math.atan2(r[1][0], r[0][0])),
+            len(self.tags),
+            *self._statistics,
+            std,
+        )

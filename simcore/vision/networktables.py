@@ -12,7 +12,7 @@ from simcore.vision.clock import NetworkClock
 from simcore.vision.frames import Frame
 from simcore.vision.limelight import Request
 from simcore.vision.settings import INPUTS
-from simcore.vision.wire import EVERY_FRAME, TOPICS, Value, frame_values
+from simcore.vision.wire import EVERY_FRAME, TOPICS, Value, constant_values, frame_values
 from simcore.vision.wire_json import frame_json
 
 __all__ = ["LimelightTable"]
@@ -49,7 +49,8 @@ class LimelightTable:
         for name, kind in TOPICS.items():
             publisher = _publish(instance, f"{table}/{name}", kind, repeat if name in EVERY_FRAME else plain)
             self._publishers[name], self._set[name] = publisher, publisher.set
-        self._publishers["json"].set("", clock.to_network(0.0))
+        for name, value in constant_values(config).items():
+            self._set[name](value, clock.to_network(0.0))
         listen = ntcore.PubSubOptions(periodic=_EVERY, sendAll=True, keepDuplicates=True, pollStorage=50)
         self._inputs = [
             (name, instance.getTopic(f"{table}/{name}").genericSubscribe(listen)) for name in (*INPUTS, _ORIENTATION)

@@ -78,7 +78,10 @@ def find_pieces(
 def _visible_part(
     p: FloatArray, distance: FloatArray, scene: Scene, robot: int, pos: Vector, rotation: FloatArray
 ) -> FloatArray:
-    """Which part of each piece is uncovered [-], shape (n,); pieces in the optical frame, nearest first."""
+    """Which part of each piece is uncovered [-], shape (n,); pieces in the optical frame, nearest first.
+
+    Other pieces can cover it in part; the field and robots cover it if they hide its middle.
+    """
     n, radius = len(p), scene.piece_radius
     view = p / distance[:, None]
     across = np.stack((view[:, 2], np.zeros(n), -view[:, 0]), axis=1)  # level in the picture, square to the view
@@ -92,12 +95,11 @@ def _visible_part(
     gap2 = (distance * distance)[None, :] - along * along
     free: BoolArray = ~((gap2 < radius * radius) & (along > 0.0) & _nearer(n)).any(axis=1)
     free = free.reshape(n, -1)
-    if scene.sight is not None:
-        ends = points - rays.reshape(n, -1, 3) * radius  # in front of the piece, which itself hides nothing
-        open_rays = np.nonzero(free)
-        blocked = scene.sight.blocked(robot, pos, ends[open_rays] @ rotation + pos)
-        free[open_rays] = ~blocked
     part: FloatArray = free.mean(axis=1)
+    if scene.sight is not None:
+        some = np.nonzero(part > 0.0)[0]
+        ends = (p[some] - radius * view[some]) @ rotation + pos  # to its near side
+        part[some[scene.sight.blocked(robot, pos, ends)]] = 0.0
     return part
 
 

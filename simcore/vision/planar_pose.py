@@ -13,19 +13,16 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-import numpy as np
-
-from simcore.typing import FloatArray
-
 __all__ = ["SquarePose", "ambiguity", "solve_square"]
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(slots=True, eq=False)
 class SquarePose:
-    """One answer."""
+    """One answer. Treat it as read-only."""
 
-    rotation: FloatArray
-    """From the square's axes (x right as one faces it, y up, z out of its face) to optical axes, shape (3, 3)."""
+    rotation: tuple[float, ...]
+    """From the square's axes (x right as one faces it, y up, z out of its face) to optical axes: 9 numbers, row by
+    row."""
     translation: tuple[float, float, float]
     """Of its middle, optical frame [m]."""
     error: float
@@ -144,6 +141,6 @@ def _fit(r: tuple[float, ...], corners: Sequence[Sequence[float]], half: float) 
     for (px, py, pz), (u, v) in zip(turned, corners, strict=True):
         z = pz + tz
         if z <= 1e-9:
-            return SquarePose(np.array(r).reshape(3, 3), (tx, ty, -1.0), math.inf)
+            return SquarePose(r, (tx, ty, -1.0), math.inf)
         error += ((px + tx) / z - u) ** 2 + ((py + ty) / z - v) ** 2
-    return SquarePose(np.array(r).reshape(3, 3), (tx, ty, tz), math.sqrt(0.25 * error))
+    return SquarePose(r, (tx, ty, tz), math.sqrt(0.25 * error))

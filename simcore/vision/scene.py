@@ -44,7 +44,7 @@ class Scene:
     """None: nothing but pieces is in the way."""
 
 
-def hidden_by_spheres(start: Vector, points: FloatArray, centers: FloatArray, radius: float) -> BoolArray:
+def hidden_by_spheres(start: Vector, points: FloatArray, centers: FloatArray, radius: float) -> BoolArray | None:
     """Which lines of sight pass through a ball.
 
     Args:
@@ -54,7 +54,7 @@ def hidden_by_spheres(start: Vector, points: FloatArray, centers: FloatArray, ra
         radius: Of each [m].
 
     Returns:
-        Shape (n,).
+        Shape (n,); None if there is no ball between their heights.
     """
     # A ball that lies below all lines of sight hides nothing: that is nearly all fuel, and one comparison.
     lowest = min(start[2], float(points[:, 2].min())) - radius
@@ -62,7 +62,7 @@ def hidden_by_spheres(start: Vector, points: FloatArray, centers: FloatArray, ra
     z = centers[:, 2]
     near = centers[(z > lowest) & (z < highest)]
     if not len(near):
-        return np.zeros(len(points), dtype=bool)
+        return None
     ray, ball = points - start, near - start
     length2 = np.einsum("ij,ij->i", ray, ray)
     along = (ray @ ball.T) / length2[:, None]  # fraction of the line at which it is nearest to the ball

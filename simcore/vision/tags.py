@@ -31,13 +31,7 @@ OFFICIAL_LAYOUTS = {
 
 @dataclass(frozen=True, eq=False)
 class TagLayout:
-    """All tags of a field, a row a tag. A tag's x axis points out of its face, z up.
-
-    Args:
-        tags: Id, center in the field frame [m] and attitude of each.
-        field_size: Length and width [m].
-        size: Edge of the black square [m].
-    """
+    """All tags of a field, a row a tag; made by `of`. A tag's x axis points out of its face, z up."""
 
     ids: IntArray
     """Shape (n,)."""
@@ -49,6 +43,12 @@ class TagLayout:
     """Field frame [m], shape (n, 4, 3): lower left, lower right, upper right, upper left, as one faces the tag."""
     field_size: tuple[float, float]
     size: float
+    normals: FloatArray
+    """Out of each tag's face, shape (n, 3)."""
+    square_axes: FloatArray
+    """From field axes to those of a square (x right as one faces it, y up, z out of its face), shape (n, 3, 3)."""
+    apart: FloatArray
+    """Distances between tags [m], shape (n, n)."""
 
     @classmethod
     def of(
@@ -75,15 +75,17 @@ class TagLayout:
         h = size / 2.0
         square = np.array([(0.0, -h, -h), (0.0, h, -h), (0.0, h, h), (0.0, -h, h)])
         corners = centers[:, None, :] + np.einsum("nij,kj->nki", rotations, square)
-        layout = cls(np.array(ids, dtype=np.int64), centers, rotations, corners, field_size, size)
-        for array in (layout.ids, layout.centers, layout.rotations, layout.corners):
+        normals = np.ascontiguousarray(rotations[:, :, 0])
+        square_axes = np.ascontiguousarray(rotations[:, :, (1, 2, 0)].transpose(0, 2, 1))
+        apart = np.linalg.norm(centers[:, None, :] - centers[None, :, :], axis=2)
+        arrays = (np.array(ids, dtype=np.int64), centers, rotations, corners, normals, square_axes, apart)
+        for array in arrays:
             array.setflags(write=False)
-        return layout
+        return cls(*arrays[:4], field_size, size, *arrays[4:])
 
-    @property
-    def normals(self) -> FloatArray:
-        """Out of each tag's face, shape (n, 3)."""
-        return self.rotations[:, :, 0]
+    def span(self, rows: IntArray) -> float:
+        """Largest distance between two of some tags [m]."""
+        return float(self.apart[rows[:, None], rows].max()) if len(rows) > 1 else 0.0
 
 
 def official_layout(name: str = "2026-welded") -> TagLayout:

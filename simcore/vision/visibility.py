@@ -23,9 +23,10 @@ _CLEAR = 0.05
 """Lines of sight end so far before the tag's face [m]: the mesh behind it stands up to 14 mm proud (trench arms), the
 estimated shoulder of a hub 39 mm at one corner of tags 2, 5, 18 and 21."""
 _EDGE_POINTS: FloatArray = np.array(
-    [(-1, -1), (0, -1), (1, -1), (1, 0), (1, 1), (0, 1), (-1, 1), (-1, 0), (0, 0)], dtype=float
+    [(x, y, 1) for x, y in ((-1, -1), (0, -1), (1, -1), (1, 0), (1, 1), (0, 1), (-1, 1), (-1, 0), (0, 0))], dtype=float
 )
 """Where a tag must be uncovered, in halves of its edge: 8.3 cm apart, so that no fuel (15 cm) slips between."""
+_MIDDLE = 8
 
 
 def crop_pixels(crop: tuple[float, float, float, float], lens: LimelightType) -> tuple[float, float, float, float]:
@@ -66,11 +67,16 @@ def tags_in_picture(
         Their rows in the layout, shape (k,), and the pixels of their corners, shape (k, 4, 2).
     """
     away = layout.centers - pos
-    ahead = away @ rotation[2] > _NEAREST
-    toward = -np.einsum("ij,ij->i", away, layout.normals)
+    depth = away @ rotation[2]
+    toward = np.einsum("ij,ij->i", away, layout.normals)  # negative where the tag faces the camera
     distance2 = np.einsum("ij,ij->i", away, away)
     lean = math.cos(math.radians(max_angle_deg))
-    seen = ahead & (toward > 0.0) & (toward * toward > lean * lean * distance2)
+    corner = lens.corner_cosine
+    seen = (
+        (depth > _NEAREST)
+        & (depth * np.abs(depth) > corner * corner * distance2)
+        & (toward * np.abs(toward) < -lean * lean * distance2)
+    )
     if wanted is not None:
         seen &= wanted
     rows = np.nonzero(seen)[0]
@@ -95,16 +101,17 @@ def uncovered(layout: TagLayout, rows: IntArray, pos: Vector, robot: int, scene:
     free = np.ones(len(rows), dtype=bool)
     if not len(rows):
         return free
-    half = layout.size / 2.0
-    faces = layout.centers[rows] + _CLEAR * layout.normals[rows]
-    across, up = layout.rotations[rows, :, 1], layout.rotations[rows, :, 2]
-    a, b = half * _EDGE_POINTS[:, 0], half * _EDGE_POINTS[:, 1]
-    points = faces[:, None, :] + a[None, :, None] * across[:, None, :] + b[None, :, None] * up[:, None, :]
+    half = 0.5 * layout.size
+    points = (_EDGE_POINTS * (half, half, _CLEAR)) @ layout.square_axes[rows] + layout.centers[rows][:, None, :]
     if len(scene.pieces):
         hidden = hidden_by_spheres(pos, points.reshape(-1, 3), scene.pieces, scene.piece_radius)
-        free &= ~hidden.reshape(len(rows), -1).any(axis=1)
-    if scene.sight is not None and free.any():
-        ends = points[free][:, ::2]  # every other one: corners and middle
-        blocked = scene.sight.blocked(robot, pos, ends.reshape(-1, 3))
-        free[free] = ~blocked.reshape(len(ends), -1).any(axis=1)
+        if hidden is not None:
+            free = ~hidden.reshape(len(rows), -1).any(axis=1)
+    if scene.sight is not None:
+        for some in (slice(_MIDDLE, None), slice(0, _MIDDLE, 2)):  # most that are hidden are so in their middle
+            left = np.nonzero(free)[0]
+            if len(left):
+                ends = points[left][:, some]
+                blocked = scene.sight.blocked(robot, pos, ends.reshape(-1, 3))
+                free[left] = ~blocked.reshape(len(left), -1).any(axis=1)
     return free

@@ -9,15 +9,13 @@ import math
 
 import numpy as np
 
-from simcore.geometry.quaternion import matrix
 from simcore.geometry.symmetry import wrap_angle
 from simcore.typing import FloatArray
 from simcore.vision.camera import CameraConfig
 from simcore.vision.frames import Frame, PoseEstimate, TagSighting
 from simcore.vision.projection import OPTICAL
-from simcore.vision.settings import CameraSettings
 
-__all__ = ["EVERY_FRAME", "PIPELINE_TYPES", "TOPICS", "Value", "frame_values"]
+__all__ = ["EVERY_FRAME", "PIPELINE_TYPES", "TOPICS", "Value", "constant_values", "frame_values"]
 
 Value = float | int | str | list[float] | list[str]
 
@@ -46,11 +44,25 @@ PIPELINE_TYPES = {"tags": "pipe_fiducial", "pieces": "pipe_neuraldetector"}
 
 _NO_POSE = [0.0] * 6
 _MOST_TARGETS = 3
-_INTO_TAG: FloatArray = np.diag((1.0, -1.0, -1.0))  # a square's axes (right, up, out) to a target's (right, down, in)
+_INTO_TAG: FloatArray = np.array((1.0, -1.0, -1.0))  # a square's axes (right, up, out) to a target's (right, down, in)
+
+
+def constant_values(config: CameraConfig) -> dict[str, Value]:
+    """Topics that say the same all the time: what is behind them is not modelled, but readers must find them."""
+    return {
+        "json": "",
+        "imu_yaw_offset": 0.0,
+        "tcclass": "",
+        "rawbarcodes": [],
+        "hw": [0.0, 0.0, 0.0, config.rate],
+        "tc": [0.0, 0.0, 0.0],
+        "crosshairs": [0.0, 0.0, 0.0, 0.0],
+        "llpython": [],
+    }
 
 
 def frame_values(frame: Frame, config: CameraConfig, field_size: tuple[float, float]) -> dict[str, Value]:
-    """Every topic's value for a frame; `json` is left to whoever wants it.
+    """Values of a frame, by topic; `constant_values` has the others, and `json` is left to whoever wants it.
 
     Args:
         frame: What was seen.
@@ -84,12 +96,9 @@ def frame_values(frame: Frame, config: CameraConfig, field_size: tuple[float, fl
         "cl": cl,
         "hb": float(frame.number),
         "tdist": distance,
-        "imu_yaw_offset": 0.0,
         "getpipetype": PIPELINE_TYPES[frame.pipeline_kind],
         "tclass": piece_class,
-        "tcclass": "",
         "tdclass": piece_class,
-        "rawbarcodes": [],
         "t2d": [
             float(seen is not None), float(count), tl, cl, tx, ty, tx, ty, ta, float(tid),
             0.0 if piece is not None else -1.0, -1.0, *_sides(corners),
@@ -108,14 +117,10 @@ def frame_values(frame: Frame, config: CameraConfig, field_size: tuple[float, fl
         ],
         "camerapose_robotspace": list(frame.mount),
         "imu": _imu(frame),
-        "hw": [0.0, 0.0, 0.0, config.rate],
-        "tc": [0.0, 0.0, 0.0],
-        "crosshairs": [0.0, 0.0, 0.0, 0.0],
-        "llpython": [],
     }  # fmt: skip
     values |= _poses("botpose", frame, frame.megatag1, raw, field_size)
     values |= _poses("botpose_orb", frame, frame.megatag2, raw, field_size)
-    values |= _target_space(tag, config, frame)
+    values |= _target_space(tag, frame)
     return values
 
 
@@ -141,7 +146,7 @@ def _poses(
     }
 
 
-def _target_space(tag: TagSighting | None, config: CameraConfig, frame: Frame) -> dict[str, Value]:
+def _target_space(tag: TagSighting | None, frame: Frame) -> dict[str, Value]:
     """Poses between target, camera and robot: x, y, z [m], pitch, yaw, roll [deg].
 
     All three have their axes as a camera has them: x right, y down, z ahead (for the target: into it), so that a robot
@@ -150,21 +155,18 @@ def _target_space(tag: TagSighting | None, config: CameraConfig, frame: Frame) -
     names = ("targetpose_cameraspace", "camerapose_targetspace", "targetpose_robotspace", "botpose_targetspace")
     if tag is None or tag.poses is None:
         return dict.fromkeys(names, _NO_POSE)
-    rotation, place = tag.poses[0].rotation @ _INTO_TAG, np.array(tag.poses[0].translation)
-    (ahead, left, up), turn = _believed(config, frame)
-    to_robot = OPTICAL @ matrix(turn) @ OPTICAL.T  # both with a camera's axes
+    rotation = np.array(tag.poses[0].rotation).reshape(3, 3) * _INTO_TAG
+    place = np.array(tag.poses[0].translation)
+    position, to_optical = frame.mount_pose
+    to_robot = OPTICAL @ to_optical.T  # both with a camera's axes
     robot_rotation = to_robot @ rotation
-    robot_place = to_robot @ place + OPTICAL @ np.array((ahead, left, up))
+    robot_place = to_robot @ place + OPTICAL @ position
     return {
         "targetpose_cameraspace": _six(place, rotation),
         "camerapose_targetspace": _six(-rotation.T @ place, rotation.T),
         "targetpose_robotspace": _six(robot_place, robot_rotation),
         "botpose_targetspace": _six(-robot_rotation.T @ robot_place, robot_rotation.T),
     }
-
-
-def _believed(config: CameraConfig, frame: Frame) -> tuple[tuple[float, float, float], tuple[float, ...]]:
-    return CameraSettings(config, mount=frame.mount).believed_mount
 
 
 def _six(place: FloatArray, rotation: FloatArray) -> list[float]:

@@ -49,7 +49,6 @@ def frame_json(frame: Frame, values: dict[str, Value], stamp: int) -> str:
         "stdev_mt2": numbers("stddevs")[6:],
         "t6c_rs": numbers("camerapose_robotspace"),
         "imu": {"data": numbers("imu"), "yaw": numbers("imu")[3]},
-        "hw": {"fps": numbers("hw")[3]},
         "Retro": [],
         "Classifier": [],
         "Barcode": [],
