@@ -39,6 +39,7 @@ def build_snapshot(sim: RebuiltSim) -> Snapshot:
     }
     for zone, count in sim.tracker.pieces.items():
         integers[f"Sim/Score/{zone}"] = count
+    arrays |= sim.vision.lines(sim.robots)
     booleans: dict[str, bool] = {}
     if sim.last_tick_ms is not None:
         doubles["Sim/Performance/TickMs"] = sim.last_tick_ms

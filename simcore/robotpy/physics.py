@@ -212,6 +212,8 @@ class RobotPhysics:
     def _end_tick(self) -> None:
         begin = time.perf_counter()
         self._part = 0
+        assert self._start is not None
+        self.game.set_clock(self._start + self._done * self._h)  # when it was due, not when the thread came to it
         self.game.end_tick()
         self._follow_alliance()
         self._match_time.update(TICK)
