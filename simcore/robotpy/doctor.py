@@ -9,8 +9,7 @@ import platform
 import sys
 import time
 from collections.abc import Iterator
-from importlib import import_module, metadata
-from importlib.util import find_spec
+from importlib import metadata
 from pathlib import Path
 
 from rich import box
@@ -116,6 +115,6 @@ def _requirements() -> list[str] | None:
 
 def read_settings(path: Path) -> object:
     """Read and check a simcore.toml."""
-    if find_spec("simcore.attach") is not None:
-        return import_module("simcore.attach.read").read_settings(path)
-    return import_module("tomllib").loads(path.read_text(encoding="utf-8"))
+    from simcore.attach.read import read_settings as read  # it needs numpy and wpimath, which may be what is missing
+
+    return read(path)
