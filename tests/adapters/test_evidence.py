@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import json
+import math
 import os
 import shutil
 import subprocess
@@ -33,7 +35,7 @@ def test_drives_ten_meters(control, robot, monkeypatch):
 
     monkeypatch.setattr(RobotPhysics, "__init__", with_recording)
     with control.run_robot():
-        control.step_timing(seconds=1.5, autonomous=True, enabled=True)
+        control.step_timing(seconds=1.5, autonomous=False, enabled=True)
     left = leave_evidence(
         recording, "evidence", name="test_drives[ten]", scene=engines[0].game.scene(), note="driven >= 10"
     )
@@ -64,4 +66,6 @@ def test_what_is_left_of_a_failed_robotpy_test(tmp_path):
     assert set(files) == {".html", ".png", ".wpilog"}, said[-3000:]
     page = files[".html"].read_text(encoding="utf-8")
     assert "driven &gt;= 10" in page and "Tick time" in page, "the wall time of ticks is known there too"
-    assert '"robots":[[' in page
+    run_in_page = json.loads(page.partition('id="run">')[2].partition("</script>")[0])
+    (x, y, _), (to_x, to_y, _) = (run_in_page["frames"][row]["robots"][0] for row in (0, -1))
+    assert math.hypot(to_x - x, to_y - y) > 50.0, "half a meter [cm]"
