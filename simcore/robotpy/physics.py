@@ -238,6 +238,7 @@ class RobotPhysics:
         self.after_tick()
         self._ticks += 1
         self._work_ms.append(1e3 * (self._work + time.perf_counter() - begin))
+        self.game.last_tick_ms = self._work_ms[-1]
         self._work = 0.0
 
     def _follow_alliance(self) -> None:

@@ -27,6 +27,9 @@ __all__ = [
 class Game(Protocol):
     """A field with robots and pieces, moved in ticks of 20 ms that can be cut: `RebuiltSim`."""
 
+    last_tick_ms: float | None
+    """Wall time of the last tick [ms], told to it for its telemetry."""
+
     def begin_tick(self) -> None:
         """What comes before motion."""
         ...
