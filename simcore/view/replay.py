@@ -59,7 +59,6 @@ class Replay:
         self._slider = gui.add_slider("time", min=0.0, max=length, step=0.02, initial_value=0.0)
         self._play = gui.add_button("pause")
         self._speed = gui.add_dropdown("speed", tuple(SPEEDS), initial_value="1x")
-        self.page.add_camera_controls()
         self.page.on_camera = self._redraw  # type: ignore[method-assign]
         self._slider.on_update(lambda event: self._on_slider(event.client is not None))
         self._play.on_click(lambda _: self.set_playing(not self.playing))
