@@ -24,7 +24,7 @@ def build_snapshot(sim: RebuiltSim) -> Snapshot:
     """The snapshot of the last tick. Keys without a number are of the first robot; others carry theirs."""
     poses: dict[str, FloatArray] = {}
     arrays: dict[str, FloatArray] = {f"Sim/GamePieces/{FUEL.name}": _fuel_poses(sim)}
-    doubles: dict[str, float] = {"Sim/Match/Time": sim.time, "Sim/Match/TimeLeft": sim.match.remaining(sim.time)}
+    doubles: dict[str, float] = {"Sim/Match/Time": sim.time, "Sim/Match/TimeLeft": sim.match.remaining(sim.match_time)}
     integers: dict[str, int] = {
         "Sim/Score/Total": sum(sim.tracker.totals.values()),
         "Sim/Score/Red": sim.tracker.totals["red"],

@@ -213,7 +213,10 @@ class RobotPhysics:
         self._part = 0
         self.game.end_tick()
         self._follow_alliance()
-        self._match_time.update(TICK)
+        period = self._match_time.update(TICK)
+        if period:
+            self.game.start_period(period)
+        self._match_time.send(self.game.game_message)
         self._view.update(self.plant.chassis.pose, self.game.piece_places())
         self.after_tick()
         self._ticks += 1

@@ -43,6 +43,15 @@ class Game(Protocol):
         """Put a robot where it starts as one of the alliance."""
         ...
 
+    def start_period(self, period: str) -> None:
+        """`auto` or `teleop` has just been enabled."""
+        ...
+
+    @property
+    def game_message(self) -> str:
+        """The game data that the field sends now; empty for none."""
+        ...
+
     def piece_places(self) -> Mapping[str, FloatArray]:
         """Pieces to show, by type; field frame [m], shape (n, 3)."""
         ...
