@@ -36,7 +36,7 @@ def run(args: argparse.Namespace) -> int:
     path = folder / FILE_NAME
     if not (folder / "robot.py").is_file():
         raise ConfigError(
-            f"no robot.py in {folder.resolve()}: go to the folder of your robot project, or name it: simcore init FOLDER"
+            f"no robot.py in {folder.resolve()}: go to your robot project, or name its folder: simcore init FOLDER"
         )
     if path.exists() and not args.force:
         raise ConfigError(f"{path} is there already; simcore init --force overwrites it")

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass, field, replace
 from typing import TypeAlias
 
@@ -172,5 +171,3 @@ class RobotSettings:
     def mechanism(self, name: str) -> MechanismSettings:
         """One of the mechanisms; the reader has made sure that names exist."""
         return next(m for m in self.mechanisms if m.name == name)
-
-

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 from phoenix6.configs import CANdiConfiguration
 from phoenix6.hardware import CANdi
@@ -14,7 +15,7 @@ from simcore.phoenix6.ownership import own_writer
 
 __all__ = ["CANdiEncoderSim", "CANdiSwitchSim"]
 
-_STATES = {1: S1StateValue, 2: S2StateValue}
+_STATES: dict[int, Any] = {1: S1StateValue, 2: S2StateValue}
 
 
 class CANdiEncoderSim:
@@ -37,7 +38,7 @@ class CANdiEncoderSim:
             status = candi.configurator.refresh(config)
             if not status.is_ok():
                 raise ConfigError(f"CANdi {candi.device_id}: could not read its configuration ({status.name})")
-            sensor = config.pwm1 if pin == 1 else config.pwm2
+            sensor: Any = config.pwm1 if pin == 1 else config.pwm2
             if inverted is None:
                 inverted = sensor.sensor_direction.name == "CLOCKWISE_POSITIVE"
             if offset is None:

@@ -51,8 +51,8 @@ class RobotPhysics:
     """Runs a game under a robot program: base class for the `PhysicsEngine` in a team's physics.py.
 
     Everything happens on the robot's thread, in parts of 5 ms: volts are read from the devices, the game moves, sensors
-    are written. A TimedRobot of any period gets the parts through `addPeriodic`, a MagicRobot while it waits for its next
-    loop, others get those that are due at once from `update_sim`.
+    are written. A TimedRobot of any period gets the parts through `addPeriodic`, a MagicRobot while it waits for its
+    next loop, others get those that are due at once from `update_sim`.
 
     pyfrc replaces the robot's own `_simulationInit` and `_simulationPeriodic`; a warning says so if there are any.
     `simulationPeriodic` of subsystems goes on to work.

@@ -120,7 +120,7 @@ class AbsoluteEncoderPort:
     ) -> None:
         require_positive("AbsoluteEncoderPort", "full_range", full_range)
         if isinstance(encoder, DutyCycleEncoder):
-            self._sim = DutyCycleEncoderSim(encoder)
+            self._sim: Any = DutyCycleEncoderSim(encoder)
         elif isinstance(encoder, AnalogEncoder):
             self._sim = AnalogEncoderSim(encoder)
         else:
@@ -148,7 +148,7 @@ class GyroPort:
 
     def __init__(self, gyro: ADXRS450_Gyro | AnalogGyro) -> None:
         if isinstance(gyro, ADXRS450_Gyro):
-            self._sim = ADXRS450_GyroSim(gyro)
+            self._sim: Any = ADXRS450_GyroSim(gyro)
         elif isinstance(gyro, AnalogGyro):
             self._sim = AnalogGyroSim(gyro)
         else:
@@ -201,6 +201,6 @@ class SimDeviceGyroPort:
 def _value(sim: SimDeviceSim, device: str, name: str) -> Any:
     value = sim.getDouble(name)
     if not value:
-        known = [v.name for v in sim.enumerateValues()]
+        known = [v[0] for v in sim.enumerateValues()]
         raise ConfigError(f"SimDevice {device!r} has no value {name!r}; it has {known}")
     return value

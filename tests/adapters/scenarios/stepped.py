@@ -67,6 +67,7 @@ def main() -> None:
     run(0.3, (1.0, 0.0, 0.0))
     DriverStationSim.setEnabled(False)
     run(1.0, (1.0, 0.0, 0.0))
+    speed_disabled = chassis.speed
     told = [DriverStation.getGameSpecificMessage()]
     for autonomous in (True, False):
         DriverStationSim.setAutonomous(autonomous)
@@ -82,7 +83,7 @@ def main() -> None:
                 "odometry_way": after.translation().distance(before.translation()),
                 "turned": turned,
                 "believed_turn": believed,
-                "speed_disabled": chassis.speed,
+                "speed_disabled": speed_disabled,
                 "digest": physics.game.digest.hexdigest(),
                 "simulated": physics.game.time,
                 "wall": time.perf_counter() - begin,

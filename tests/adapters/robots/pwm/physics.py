@@ -34,6 +34,4 @@ class PhysicsEngine(RobotPhysics):
             wheel_encoders=[EncoderPort(m.wheel, pulses_per_turn=PULSES) for m in robot.modules],
             gyro=GyroPort(robot.gyro),
         )
-        super().__init__(
-            physics_controller, robot, game=game, plant=plant, drivetrain=devices, pace_tests=False
-        )
+        super().__init__(physics_controller, robot, game=game, plant=plant, drivetrain=devices, pace_tests=False)

@@ -1,4 +1,4 @@
-"""Swerve of a team without CAN: PWM controllers, encoders on DIO and analog inputs, an ADXRS450; loops on the roboRIO."""
+"""Swerve of a team without CAN: PWM controllers, encoders on DIO and analog inputs, an ADXRS450."""
 
 import math
 

@@ -1,4 +1,5 @@
 from robot import PULSES, WHEEL_RADIUS
+from wpilib import DriverStation
 
 from games.rebuilt.sim import RebuiltConfig, RebuiltSim, RobotEntry
 from games.rebuilt.tank import RebuiltTankConfig
@@ -17,10 +18,8 @@ class PhysicsEngine(RobotPhysics):
         devices = TankPorts(
             plant.drive,
             [PWMMotorPort(robot.left)],
-            [SuppliedMotor(lambda: right.getVoltage())],  # as another maker's controller would be connected
+            [SuppliedMotor(lambda: right.getVoltage() if DriverStation.isEnabled() else 0.0)],  # any maker's
             encoders=tuple(EncoderPort(e, pulses_per_turn=PULSES) for e in robot.encoders),
             gyro=GyroPort(robot.gyro),
         )
-        super().__init__(
-            physics_controller, robot, game=game, plant=plant, drivetrain=devices, pace_tests=False
-        )
+        super().__init__(physics_controller, robot, game=game, plant=plant, drivetrain=devices, pace_tests=False)

@@ -19,6 +19,7 @@ class Robot(wpilib.TimedRobot):
         self.right.addFollower(self.followers[1])
         self.right.setInverted(True)
         self.drive = wpilib.drive.DifferentialDrive(self.left, self.right)
+        self.drive.setSafetyEnabled(False)  # it watches from a thread of its own, at its own time
         self.encoders = [wpilib.Encoder(0, 1), wpilib.Encoder(2, 3, True)]
         for encoder in self.encoders:
             encoder.setDistancePerPulse(math.tau * WHEEL_RADIUS / PULSES)
