@@ -27,8 +27,8 @@ def warn_of_taken_port(port: int = NETWORKTABLES) -> bool:
     except OSError:
         return False
     _log.warning(
-        "another program (a simulation that is still open?) holds port %d of NetworkTables: dashboards and AdvantageScope "
-        "will show that one, not this; close it and start again",
+        "another program (a simulation that is still open?) holds port %d of NetworkTables: dashboards will show that "
+        "one, not this; close it and start again",
         port,
     )
     return True
