@@ -11,6 +11,8 @@ __all__ = [
     "ConfigError",
     "EngineError",
     "FieldMeshError",
+    "LogError",
+    "ModelError",
     "NonFiniteError",
     "OutputError",
     "SimcoreError",
@@ -52,6 +54,14 @@ class OutputError(SimcoreError, OSError):
 
 class VendorError(SimcoreError, ImportError):
     """A vendor's library that is missing, or of a year that is not supported."""
+
+
+class LogError(SimcoreError, ValueError):
+    """A log that cannot be read."""
+
+
+class ModelError(SimcoreError, ValueError):
+    """A folder of models that AdvantageScope or the browser view cannot use."""
 
 
 class UnknownNameError(SimcoreError, KeyError):

@@ -29,6 +29,7 @@ from simcore.physics.world import PhysicsWorld
 from simcore.power.battery import BatteryConfig
 from simcore.sim.swerve_robot import SwerveRobot
 from simcore.units import degrees
+from simcore.vision.camera import CameraConfig
 
 __all__ = ["RebuiltRobot", "RebuiltRobotConfig"]
 
@@ -114,6 +115,8 @@ class RebuiltRobotConfig:
     """Two barrels, shooting ahead: the reference's places."""
     shot_rate: float = 8.0
     """Shot events a second, each with both barrels [1/s]."""
+    cameras: tuple[CameraConfig, ...] = ()
+    """Limelights; each name only once in a match."""
 
     def __post_init__(self) -> None:
         owner = "RebuiltRobotConfig"

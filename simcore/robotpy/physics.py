@@ -4,24 +4,29 @@ from __future__ import annotations
 
 import atexit
 import logging
+import sys
 import time
+import weakref
 from collections import deque
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from hal.simulation import isTimingPaused
 from wpilib import DriverStation, Timer
-from wpilib.simulation import RoboRioSim
 
 from simcore.errors import ConfigError
 from simcore.robotpy.between_loops import run_between_loops
 from simcore.robotpy.field_view import FieldView
 from simcore.robotpy.match_time import MatchTime
+from simcore.robotpy.roborio import RoboRioPower
 from simcore.robotpy.seams import DrivetrainDevices, Game, MotorDevices, Plant
 
-__all__ = ["RobotPhysics", "TickTimes"]
+if TYPE_CHECKING:
+    from simcore.robotpy.simulated_phoenix import PhoenixTime
+
+__all__ = ["RobotPhysics", "TickTimes", "latest_physics"]
 
 _log = logging.getLogger(__name__)
 
@@ -45,6 +50,8 @@ class TickTimes:
     """Time that was given up because the robot program stood still for too long [s]."""
     late_loops: int
     """Robot loops that came half a period late, whoever's fault it was."""
+    lateness_ms: float
+    """How late parts came when a test keeps to the wall clock, 99th percentile [ms]; the devices saw rotors that old."""
 
 
 class RobotPhysics:
@@ -65,8 +72,9 @@ class RobotPhysics:
         drivetrain: Its devices, e.g. `SwerveDrivetrainSim`; None if it has none.
         motors: Devices of its mechanisms, e.g. `TalonFXMotorSim`.
         parts: In how many parts a tick is cut; 4 are 5 ms.
-        pace_tests: Under `robotpy test` time jumps, but Phoenix 6 lives on the wall clock: keep to it, so that its
-            loops see what they see on the robot. False runs as fast as it can.
+        pace_tests: In tests that use CTRE's own simulation (`--phoenix=real`) time jumps, but Phoenix 6 lives on the
+            wall clock: keep to it, so that its loops see what they see on the robot. False runs as fast as it can.
+            In simulated time, which is the default in tests, nothing waits for a clock.
 
     Raises:
         ConfigError: A device is not one, or `parts` is not a whole number from 1 to 20.
@@ -99,7 +107,9 @@ class RobotPhysics:
         self._parts = parts
         self._h = TICK / parts
         self._part = 0
-        self._pace_tests = pace_tests
+        self._phoenix = _phoenix_time()
+        self._pace_tests = pace_tests and self._phoenix is None
+        self._late: deque[float] = deque(maxlen=4 * _HISTORY)
         self._view = FieldView(physics_controller.field)
         self._match_time = MatchTime()
         self._start: float | None = None
@@ -113,7 +123,9 @@ class RobotPhysics:
         self._was_enabled = False
         self._period = float(getattr(robot, "getPeriod", lambda: TICK)())
         self._comes_in_time = hasattr(robot, "addPeriodic")
-        RoboRioSim.setVInVoltage(plant.battery.voltage)
+        self._power = RoboRioPower(plant.battery)
+        global _latest
+        _latest = weakref.ref(self)
         if self._comes_in_time:
             robot.addPeriodic(self.do_due, self._h, self._h / 2.0)  # never at the same instant as the robot's loop
         else:
@@ -155,6 +167,7 @@ class RobotPhysics:
             late_parts=self._late_parts,
             skipped=self._skipped,
             late_loops=self._late_loops,
+            lateness_ms=1e3 * float(np.percentile(self._late, 99)) if self._late else 0.0,
         )
 
     @property
@@ -172,6 +185,8 @@ class RobotPhysics:
         now = Timer.getFPGATimestamp()
         if self._start is None:
             self._start = now - self._h
+            if self._phoenix is not None:
+                self._phoenix.catch_up(self._start)
         owed = int((now - self._start) / self._h + 0.5) - self._done
         if owed > _MOST_OWED:
             self._skipped += (owed - _MOST_OWED) * self._h
@@ -194,23 +209,28 @@ class RobotPhysics:
         volts = plant.battery.voltage
         powered = not plant.battery.browned_out
         if self._part == 0:
-            RoboRioSim.setVInVoltage(volts)
+            self._power.show_voltage()
             self.game.begin_tick()
         if drivetrain is not None:
             drivetrain.read(volts)
         for motor in self._motors:
             motor.read(volts, powered=powered)
         self.game.move(self._h)
+        self._power.show_rails()
         if drivetrain is not None:
             gyro = plant.gyro
             drivetrain.write(gyro.yaw, gyro.pitch, gyro.roll, gyro.rates.tolist())
         for motor in self._motors:
             motor.write()
+        if self._phoenix is not None:
+            self._phoenix.step(self._h)
         self._part += 1
 
     def _end_tick(self) -> None:
         begin = time.perf_counter()
         self._part = 0
+        assert self._start is not None
+        self.game.set_clock(self._start + self._done * self._h)  # when it was due, not when the thread came to it
         self.game.end_tick()
         self._follow_alliance()
         period = self._match_time.update(TICK)
@@ -237,7 +257,23 @@ class RobotPhysics:
         rest = self._last_wall + self._h - time.perf_counter()
         if rest > 0.0:
             time.sleep(rest)
+        if self._last_wall:
+            self._late.append(max(0.0, time.perf_counter() - self._last_wall - self._h))
         self._last_wall = max(self._last_wall + self._h, time.perf_counter() - self._h)
+
+
+_latest: weakref.ref[RobotPhysics] | None = None
+
+
+def latest_physics() -> RobotPhysics | None:
+    """The physics that was built last in this process, if it still lives; for test fixtures."""
+    return None if _latest is None else _latest()
+
+
+def _phoenix_time() -> PhoenixTime | None:
+    """The clock of simulated Phoenix 6 devices, if somebody has installed them; never loads phoenix6 itself."""
+    module = sys.modules.get("simcore.robotpy.simulated_phoenix")
+    return None if module is None else module.phoenix_time()  # type: ignore[no-any-return]
 
 
 def _warn_of_replaced_hooks(robot: Any) -> None:

@@ -39,6 +39,10 @@ class Game(Protocol):
         """Scoring, shots, telemetry."""
         ...
 
+    def set_clock(self, now: float) -> None:
+        """What NetworkTables' clock, on a robot the FPGA's, shows at the end of the present tick [s]."""
+        ...
+
     def set_alliance(self, number: int, alliance: Alliance) -> None:
         """Put a robot where it starts as one of the alliance."""
         ...

@@ -16,6 +16,7 @@ from pathlib import Path
 
 import numpy as np
 from hal import AllianceStationID
+from ntcore import NetworkTableInstance
 from phoenix6 import unmanaged
 from robotpy.main import main as robotpy_main
 from wpilib import DriverStation, RobotController
@@ -86,8 +87,10 @@ class Play:
     # --- the plays ----------------------------------------------------------------------------------------------
 
     def auto(self, physics):
-        """20 s of autonomous."""
+        """20 s of autonomous; the auto is the one named in AUTO, or the default."""
         DriverStationSim.notifyNewData()  # the alliance
+        if "AUTO" in os.environ:
+            NetworkTableInstance.getDefault().getEntry("/SmartDashboard/Auto/selected").setString(os.environ["AUTO"])
         yield from self.wait(1.0)
         path = [physics.plant.chassis.pose]
         self.enable(autonomous=True)
@@ -189,6 +192,30 @@ class Play:
         self.results["own_hook"] = getattr(type(physics.robot), "own_hook", None)
         self.results["volts_seen"] = RobotController.getBatteryVoltage()
 
+    def push(self, physics):
+        """The pushing robot leans on the wall for two seconds and lets go."""
+        DriverStationSim.notifyNewData()
+        yield from self.wait(1.0)
+        self.enable(autonomous=False)
+        off, drawn = 0, []
+        for _ in range(100):
+            off += physics.plant.battery.browned_out
+            drawn.append(physics.plant.shooter_wheels.current)
+            yield
+        robot = physics.robot
+        self.results["seen_volts"] = [volts for volts, _, _ in robot.seen]
+        self.results["rail_was_off"] = sum(not on for _, on, _ in robot.seen)
+        self.results["is_browned_out"] = any(low for _, _, low in robot.seen)
+        self.results["ticks_off"] = off
+        self.results["shooter_amps"] = drawn
+        self.results["faults"] = RobotController.getFaultCount6V()
+        self.results["moved"] = math.dist(physics.plant.chassis.pose[:2], (0.45, 2.2))
+        DriverStationSim.setEnabled(False)
+        DriverStationSim.notifyNewData()
+        yield from self.wait(0.5)
+        self.results["volts_after"] = RobotController.getBatteryVoltage()
+        self.results["rail_after"] = RobotController.getEnabled6V()
+
     def shape(self, physics):
         """Any robot: 5 m across the field, into the fuel of the depot, and against the wall."""
         DriverStationSim.setJoystickAxisCount(0, 6)
@@ -279,8 +306,8 @@ def main() -> None:
     unmanaged.set_phoenix_diagnostics_start_time(-1)
     RobotPhysics.after_tick = lambda physics: play(physics)  # a plain instance would not be bound
     flags = sys.argv[4:]
+    shutil.copy(Path(__file__).parents[1] / "robots" / "shared" / "measures.py", folder)  # for those without their own
     if flags:  # an installed simcore, as `robotpy sim` sees it: entry points only
-        shutil.copy(Path(__file__).parents[1] / "robots" / "shared" / "measures.py", folder)
         info = Path.cwd().parent / "site" / "simcore-0.dist-info"
         info.mkdir(parents=True)
         (info / "METADATA").write_text("Metadata-Version: 2.1\nName: simcore\nVersion: 0\nSummary: simcore\n")

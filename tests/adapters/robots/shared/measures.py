@@ -13,6 +13,7 @@ def modules(
     coupling: float = 0.0,
     torque_current: bool = False,
     fxs: bool = False,
+    slip_current: float = 90.0,
 ) -> list:
     """Four modules with ids 1-4, 11-14, 21-24; the right side's drive motors and one encoder are inverted."""
     drive = configs.Slot0Configs().with_k_p(0.2).with_k_v(0.124)
@@ -35,7 +36,7 @@ def modules(
         .with_steer_motor_gains(configs.Slot0Configs().with_k_p(60 if fxs else 80).with_k_d(0.4).with_k_v(2.3))
         .with_drive_motor_gains(drive)
         .with_drive_motor_closed_loop_output(output)
-        .with_slip_current(90.0)
+        .with_slip_current(slip_current)
         .with_speed_at12_volts(4.9)
         .with_steer_motor_type(steer_motor)
         .with_feedback_source(feedback)
