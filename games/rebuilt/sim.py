@@ -141,17 +141,13 @@ class RebuiltSim:
         )
         try:
             self._build(c, rng)
-            self.vision = RebuiltVision(
-                self.world, self.pieces, self.robots, self._layout(), self._camera_rng, network
-            )
+            self.vision = RebuiltVision(self.world, self.pieces, self.robots, self._layout(), self._camera_rng, network)
         except BaseException:
             self.world.close()
             raise
         self.alliances: list[Alliance] = [entry.alliance for entry in c.robots]
         """Of each robot, as last set."""
         self._codes = list(robot_code) + [None] * (len(self.robots) - len(robot_code))
-        self.alliances: list[Alliance] = [entry.alliance for entry in c.robots]
-        """Of each robot, as last set."""
         self.sinks = list(sinks)
         self.time = 0.0
         """Simulated time since the start of auto [s]."""

@@ -81,7 +81,7 @@ def test_a_whole_robot(read):
         + INTAKE
         + 'deploy = "pivot"\nout_at = "lower"\n'
         + '[shooter]\nwheels = "wheels"\nfeeder = "roller"\nheight = 0.5\nelevation_deg = 60\nbarrels = [0.1, -0.1]\n'
-        + '[[camera]]\nname = "limelight"\ntype = "limelight4"\nx = 0.3\ny = 0.0\nz = 0.4\npitch_deg = -20\n'
+        + '[[camera]]\nname = "limelight"\ntype = "LL4"\nx = 0.3\ny = 0.0\nz = 0.4\npitch_deg = -20\n'
     )
     assert (robot.mass, robot.capacity, robot.preload) == (48.0, 20, 3)
     assert robot.start == pytest.approx((3.0, 2.0, math.pi / 2))
@@ -94,8 +94,9 @@ def test_a_whole_robot(read):
     assert robot.intake is not None and robot.intake.out_at == "lower"
     assert robot.shooter is not None and robot.shooter.barrels == (0.1, -0.1)
     assert robot.shooter.elevation == pytest.approx(math.pi / 3)
-    assert robot.cameras[0].mode == "apriltag"
-    assert robot.cameras[0].roll_pitch_yaw == pytest.approx((0.0, -math.pi / 9, 0.0))
+    (camera,) = robot.cameras
+    assert camera.name == "limelight" and camera.type.name == "LL4" and camera.pipelines[0].kind == "tags"
+    assert (camera.mount.x, camera.mount.z, camera.mount.pitch_deg) == (0.3, 0.4, -20.0)
 
 
 def test_an_elevator_and_a_rack(read):
@@ -149,7 +150,9 @@ def test_an_elevator_and_a_rack(read):
             WHEELS + '[shooter]\nwheels = "wheels"\nheight = 0.5\nelevation_deg = 60\nbarrels = []',
             "barrels must be a list of numbers, e.g. [0.08, -0.08], got []",
         ),
-        ("[[camera]]\nname = 'a'\ntype = 'b'\nx=0\ny=0\nz=0\nmode = 'tags'", "mode must be one of apriltag, pieces"),
+        ("[[camera]]\nname = 'a'\ntype = 'LL4'\nx=0\ny=0\nz=0\nmode = 'tag'", "mode must be one of tags, pieces, got"),
+        ("[[camera]]\nname = 'a'\ntype = 'LL5'\nx=0\ny=0\nz=0", "type must be one of LL3, LL3A, LL3G, LL4, got 'LL5'"),
+        ("[[camera]]\nname = 'a/b'\ntype = 'LL4'\nx=0\ny=0\nz=0", "name must be a NetworkTables name without '/'"),
         ("[[camera]]\nname = 'a'\nx=0\ny=0\nz=0", "[[camera]] 'a': type is missing; it must be a text in quotes"),
     ],
 )
