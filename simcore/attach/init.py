@@ -10,6 +10,7 @@ import sys
 import tempfile
 from importlib.util import find_spec
 from pathlib import Path
+from typing import Any
 
 import simcore
 from simcore.attach.read import FILE_NAME
@@ -85,7 +86,7 @@ def look_at_robot(folder: Path) -> tuple[list[FoundMotor] | None, str]:
     except subprocess.TimeoutExpired:
         return None, f"it did not start within {_LOOK_SECONDS:.0f} s"
     line = next((line for line in reversed(done.stdout.splitlines()) if line.startswith('{"')), None)
-    answer = {"error": f"it ended with code {done.returncode}"} if line is None else json.loads(line)
+    answer: dict[str, Any] = {"error": f"it ended with code {done.returncode}"} if line is None else json.loads(line)
     if "error" in answer:
         return None, answer["error"]
     return [

@@ -38,13 +38,15 @@ class CANdiEncoderSim:
             status = candi.configurator.refresh(config)
             if not status.is_ok():
                 raise ConfigError(f"CANdi {candi.device_id}: could not read its configuration ({status.name})")
-            sensor: Any = config.pwm1 if pin == 1 else config.pwm2
+            sensor = config.pwm1 if pin == 1 else config.pwm2
             if inverted is None:
-                inverted = sensor.sensor_direction.name == "CLOCKWISE_POSITIVE"
+                inverted = bool(sensor.sensor_direction)  # of a CANdi it is a flag
             if offset is None:
                 offset = sensor.absolute_sensor_offset
         self._state = state = candi.sim_state
         turn = ChassisReference.CLOCKWISE_POSITIVE if inverted else ChassisReference.COUNTER_CLOCKWISE_POSITIVE
+        # The simulated device turns the position by its configured direction, but not the velocity (measured, 26.3).
+        self._rate_sign = -1.0 if inverted else 1.0
         setattr(state, f"pwm{pin}_orientation", turn)
         setattr(state, f"pwm{pin}_sensor_offset", offset)
         getattr(state, f"set_pwm{pin}_connected")(True)
@@ -58,7 +60,7 @@ class CANdiEncoderSim:
     def write(self, angle: float, rate: float) -> None:
         """Say where the shaft is [rad] and how fast it turns [rad/s]."""
         self._set_position(angle / math.tau)
-        self._set_velocity(rate / math.tau)
+        self._set_velocity(self._rate_sign * rate / math.tau)
 
 
 class CANdiSwitchSim:

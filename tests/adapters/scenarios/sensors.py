@@ -30,7 +30,7 @@ def main() -> None:
     start()
     plain, turned = hardware.CANdi(1), hardware.CANdi(2)
     config = configs.CANdiConfiguration()
-    config.pwm1.sensor_direction = signals.SensorDirectionValue.CLOCKWISE_POSITIVE
+    config.pwm1.sensor_direction = True
     config.pwm1.absolute_sensor_offset = 0.15
     assert turned.configurator.apply(config, 0.2).is_ok()
     encoders = [CANdiEncoderSim(plain, 2), CANdiEncoderSim(turned, 1)]
