@@ -29,9 +29,11 @@ ALLOWED = {
     "drivetrain": INNER | {"power"},  # the swerve model owns its battery (DESIGN 1)
     "telemetry": INNER | DOMAIN,
     "sim": INNER | DOMAIN | {"telemetry"},
+    "attach": INNER | DOMAIN,  # what simcore.toml says; the adapters and games read it
+    **dict.fromkeys(("cli", "__main__"), BASE | {"cli"}),  # a table of names: commands are imported when they run
     "testing": INNER | DOMAIN | {"telemetry", "sim"},
-    **dict.fromkeys(ADAPTERS, INNER | DOMAIN | {"telemetry", "sim"}),
-    "robotpy": INNER | DOMAIN | {"telemetry", "sim", "phoenix6"},  # `robotpy sim --simcore` connects both
+    **dict.fromkeys(ADAPTERS, INNER | DOMAIN | {"telemetry", "sim", "attach"}),
+    "robotpy": INNER | DOMAIN | {"telemetry", "sim", "attach", "phoenix6"},  # `robotpy sim --simcore` connects both
 }
 
 VENDORS = ("pybullet", "wpilib", "hal", "phoenix6")
