@@ -24,7 +24,7 @@ from simcore.vision.projection import camera_pose, optical_rotation
 from simcore.vision.scene import Scene
 from simcore.vision.settings import CameraSettings
 from simcore.vision.tags import TagLayout
-from simcore.vision.visibility import tags_in_picture, uncovered
+from simcore.vision.visibility import Occlusion, tags_in_picture
 
 __all__ = ["CameraPort", "LimelightSim", "Request"]
 
@@ -131,6 +131,7 @@ class LimelightSim:
         self._complaints = _Complaints(config.name)
         self._believed = Mounting.of(*self.settings.believed_mount)
         self._wanted: BoolArray | None = None
+        self._occlusion = Occlusion(layout, robot)
         self._settings_seen = -1
 
     @property
@@ -224,9 +225,10 @@ class LimelightSim:
                 min_side=pipeline.min_side * downscale, max_angle_deg=pipeline.max_angle_deg,
                 crop=self.settings.crop, wanted=self._wanted,
             )  # fmt: skip
-            free = uncovered(self.layout, rows, pos, self.robot, scene)
-            exposure.rows, corners = rows[free], corners[free]
-            exposure.corners = corners + lens.corner_noise * self._rng.standard_normal(corners.shape)
+            if len(rows):
+                free = self._occlusion.uncovered(rows, pos, scene, time)
+                exposure.rows, corners = rows[free], corners[free]
+                exposure.corners = corners + lens.corner_noise * self._rng.standard_normal(corners.shape)
         elif len(scene.pieces):
             exposure.pieces = find_pieces(
                 scene, self.robot, pos, rotation, lens, pipeline, self.settings.crop, self._rng

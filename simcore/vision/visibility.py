@@ -9,16 +9,15 @@ import numpy as np
 from simcore.geometry.quaternion import Vector
 from simcore.typing import BoolArray, FloatArray, IntArray
 from simcore.vision.camera import LimelightType
-from simcore.vision.projection import project
 from simcore.vision.scene import Scene, hidden_by_spheres
 from simcore.vision.tags import TagLayout
 
-__all__ = ["FULL_CROP", "crop_pixels", "tags_in_picture", "uncovered"]
+__all__ = ["FULL_CROP", "Occlusion", "crop_pixels", "tags_in_picture"]
 
 FULL_CROP = (-1.0, 1.0, -1.0, 1.0)
 """x0, x1, y0, y1 of a crop window; 1 is the right and the upper edge."""
 
-_NEAREST = 0.05  # [m]; a tag closer to the lens than this is not in focus
+_NEAREST = 0.1  # [m]; a tag whose middle is closer to the lens is not in focus
 _CLEAR = 0.05
 """Lines of sight end so far before the tag's face [m]: the mesh behind it stands up to 14 mm proud (trench arms), the
 estimated shoulder of a hub 39 mm at one corner of tags 2, 5, 18 and 21."""
@@ -27,6 +26,8 @@ _EDGE_POINTS: FloatArray = np.array(
 )
 """Where a tag must be uncovered, in halves of its edge: 8.3 cm apart, so that no fuel (15 cm) slips between."""
 _MIDDLE = 8
+_MOVED = 0.05  # [m]
+_STALE = 0.1  # [s]
 
 
 def crop_pixels(crop: tuple[float, float, float, float], lens: LimelightType) -> tuple[float, float, float, float]:
@@ -66,52 +67,99 @@ def tags_in_picture(
     Returns:
         Their rows in the layout, shape (k,), and the pixels of their corners, shape (k, 4, 2).
     """
-    away = layout.centers - pos
-    depth = away @ rotation[2]
-    toward = np.einsum("ij,ij->i", away, layout.normals)  # negative where the tag faces the camera
-    distance2 = np.einsum("ij,ij->i", away, away)
-    lean = math.cos(math.radians(max_angle_deg))
-    corner = lens.corner_cosine
-    seen = (
-        (depth > _NEAREST)
-        & (depth * np.abs(depth) > corner * corner * distance2)
-        & (toward * np.abs(toward) < -lean * lean * distance2)
-    )
+    # Two products sort out most tags, then corners are projected, then the few that are left are looked at one by one.
+    axis = rotation[2]
+    px, py, pz = pos
+    here = np.array((px, py, pz, 1.0))
+    ahead = layout.centers @ axis > float(axis[0]) * px + float(axis[1]) * py + float(axis[2]) * pz + _NEAREST
+    ahead &= layout.facing @ here > 0.0
     if wanted is not None:
-        seen &= wanted
-    rows = np.nonzero(seen)[0]
-    if not len(rows):
-        return rows, np.zeros((0, 4, 2))
-    flat, depth = project(layout.corners[rows].reshape(-1, 3), pos, rotation, lens)
+        ahead &= wanted
+    rows = ahead.nonzero()[0]
+    p = (layout.corners[rows] - here[:3]) @ rotation.T
+    (fx, fy), (cx, cy) = lens.focal_length, lens.principal_point
+    with np.errstate(divide="ignore", invalid="ignore"):
+        pixels = p[..., :2] / p[..., 2:] * (fx, fy) + (cx, cy)
     left, right, top, bottom = crop_pixels(crop, lens)
-    u, v = flat[:, 0], flat[:, 1]
-    inside = (u >= left) & (u <= right) & (v >= top) & (v <= bottom) & (depth > _NEAREST)
-    corners = flat.reshape(-1, 4, 2)
-    edges = corners - corners[:, (1, 2, 3, 0)]
-    short2 = np.einsum("ijk,ijk->ij", edges, edges).min(axis=1)
-    keep = inside.reshape(-1, 4).all(axis=1) & (short2 >= min_side * min_side)
-    return rows[keep], corners[keep]
+    inside = ((pixels >= (left, top)) & (pixels <= (right, bottom))).reshape(-1, 8).all(axis=1)
+    lean = math.cos(math.radians(max_angle_deg))
+    kept = []
+    for k in inside.nonzero()[0].tolist():
+        (x0, y0), (x1, y1), (x2, y2), (x3, y3) = pixels[k].tolist()
+        row = rows[k]
+        ax, ay, az = layout.center_list[row]
+        toward = float(layout.facing[row] @ here)
+        shortest = min(
+            math.hypot(x1 - x0, y1 - y0),
+            math.hypot(x2 - x1, y2 - y1),
+            math.hypot(x3 - x2, y3 - y2),
+            math.hypot(x0 - x3, y0 - y3),
+        )
+        away = math.sqrt((ax - px) ** 2 + (ay - py) ** 2 + (az - pz) ** 2)
+        if shortest >= min_side and toward >= lean * away and p[k, :, 2].min() > 0.0:
+            kept.append(k)
+    return rows[kept], pixels[kept]
 
 
-def uncovered(layout: TagLayout, rows: IntArray, pos: Vector, robot: int, scene: Scene) -> BoolArray:
-    """Which of some tags have nothing between them and the camera, shape (k,).
+class Occlusion:
+    """Whether something stands between one camera and each tag.
 
-    Pieces are tested as balls at nine points of a tag, the field and robots by rays to its corners and its middle.
+    Pieces are tested as balls at nine points of a tag, in every frame. The field and robots are tested by rays to its
+    corners and its middle, when the camera has moved by 5 cm or 0.1 s have passed: rays are what costs most.
+
+    Args:
+        layout: The tags.
+        robot: Number of the robot that carries the camera.
     """
-    free = np.ones(len(rows), dtype=bool)
-    if not len(rows):
+
+    def __init__(self, layout: TagLayout, robot: int) -> None:
+        self._layout = layout
+        self._robot = robot
+        half = 0.5 * layout.size
+        offsets = _EDGE_POINTS * (half, half, _CLEAR)
+        self._points = offsets @ layout.square_axes + layout.centers[:, None, :]
+        self._lowest = float(self._points[:, :, 2].min(initial=math.inf))
+        self._known: dict[int, tuple[float, Vector, bool]] = {}
+
+    def uncovered(self, rows: IntArray, pos: Vector, scene: Scene, time: float) -> BoolArray:
+        """Which of some tags have nothing between them and the camera, shape (k,).
+
+        Args:
+            rows: Of the tags in the layout.
+            pos: Of the camera, field frame [m].
+            scene: What can stand in the way.
+            time: Now [s].
+        """
+        free = np.ones(len(rows), dtype=bool)
+        if not len(rows):
+            return free
+        pieces = scene.above(min(pos[2], self._lowest))
+        if len(pieces):
+            points = self._points[rows].reshape(-1, 3)
+            hidden = hidden_by_spheres(pos, points, pieces, scene.piece_radius)
+            if hidden is not None:
+                free = ~hidden.reshape(len(rows), -1).any(axis=1)
+        if scene.sight is not None:
+            self._refresh(rows, pos, scene, time)
+            for k, row in enumerate(rows.tolist()):
+                if not self._known[row][2]:
+                    free[k] = False
         return free
-    half = 0.5 * layout.size
-    points = (_EDGE_POINTS * (half, half, _CLEAR)) @ layout.square_axes[rows] + layout.centers[rows][:, None, :]
-    if len(scene.pieces):
-        hidden = hidden_by_spheres(pos, points.reshape(-1, 3), scene.pieces, scene.piece_radius)
-        if hidden is not None:
-            free = ~hidden.reshape(len(rows), -1).any(axis=1)
-    if scene.sight is not None:
-        for some in (slice(_MIDDLE, None), slice(0, _MIDDLE, 2)):  # most that are hidden are so in their middle
-            left = np.nonzero(free)[0]
-            if len(left):
-                ends = points[left][:, some]
-                blocked = scene.sight.blocked(robot, pos, ends.reshape(-1, 3))
-                free[left] = ~blocked.reshape(len(left), -1).any(axis=1)
-    return free
+
+    def _refresh(self, rows: IntArray, pos: Vector, scene: Scene, time: float) -> None:
+        """Cast rays to the tags of which nothing is known from about here and now."""
+        known, old = self._known, []
+        for row in rows.tolist():
+            last = known.get(row)
+            if last is None or not 0.0 <= time - last[0] < _STALE or math.dist(last[1], pos) > _MOVED:
+                old.append(row)
+        if not old or scene.sight is None:
+            return
+        ends = self._points[old]
+        free = ~scene.sight.blocked(self._robot, pos, ends[:, _MIDDLE])  # most that are hidden are so in their middle
+        left = free.nonzero()[0]
+        if len(left):
+            corners = ends[left, :_MIDDLE:2].reshape(-1, 3)
+            free[left] = ~scene.sight.blocked(self._robot, pos, corners).reshape(-1, 4).any(axis=1)
+        for row, is_free in zip(old, free.tolist(), strict=True):
+            known[row] = (time, pos, is_free)
