@@ -11,7 +11,10 @@ from simcore.geometry.quaternion import Vector
 from simcore.typing import FloatArray
 from simcore.vision.planar_pose import SquarePose
 
-__all__ = ["Frame", "ImuReading", "PieceSighting", "PoseEstimate", "TagSighting"]
+__all__ = ["Frame", "ImuReading", "PieceSighting", "PoseEstimate", "StdDevs", "TagSighting"]
+
+StdDevs = tuple[float, float, float, float, float, float]
+"""Of x, y, z [m], roll, pitch, yaw [deg]."""
 
 
 @dataclass(slots=True, eq=False)
@@ -70,7 +73,7 @@ class PoseEstimate:
     """From the camera [m]."""
     average_area: float
     """Of the picture [%]."""
-    std_devs: tuple[float, float, float, float, float, float]
+    std_devs: StdDevs
     """Of x, y, z [m], roll, pitch, yaw [deg], from the corners' noise."""
 
 

@@ -17,7 +17,7 @@ __all__ = ["MOST_DETECTIONS", "find_pieces"]
 MOST_DETECTIONS = 32
 """Entries of a raw array at most; farther pieces are left out."""
 
-_CANDIDATES = 64  # nearest pieces that are looked at closely
+_CANDIDATES = 40  # nearest pieces that are looked at closely
 _RIM: FloatArray = np.array([(0.0, 0.0), (0.7, 0.0), (-0.7, 0.0), (0.0, 0.7), (0.0, -0.7)])
 """Where it is tested whether a piece is covered, right and down in radii: its middle and four places around it."""
 

@@ -36,8 +36,9 @@ class CameraSolution:
     """From field to optical axes, shape (3, 3)."""
     error: float
     """Root mean square distance of corners [-]."""
-    factor: FloatArray
-    """Upper Cholesky factor of the normal equations for turn and step along the optical axes, shape (6, 6)."""
+    normal: FloatArray
+    """Matrix of the normal equations for turn and step along the optical axes, shape (6, 6): the inverse of their
+    covariance for a noise of 1."""
 
 
 def refine_pose(
@@ -79,7 +80,8 @@ def refine_pose(
         jy[:, 4] = -near
         jy[:, 5] = y * near
         slope = residual @ flat
-        factor, step, failed = dposv(flat.T @ flat, slope)
+        normal = flat.T @ flat
+        _, step, failed = dposv(normal, slope)
         if failed:
             return None
         w0, w1, w2, s0, s1, s2 = step.tolist()
@@ -91,7 +93,7 @@ def refine_pose(
         rotation = _turn(-w0, -w1, -w2) @ rotation
         if size2 < _CONVERGED or float(step @ slope) < _GAIN * error2:
             break
-    return CameraSolution(position, rotation, math.sqrt(error2 / n), factor)
+    return CameraSolution(position, rotation, math.sqrt(error2 / n), normal)
 
 
 def solve_position(

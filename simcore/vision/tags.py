@@ -47,14 +47,14 @@ class TagLayout:
     """Out of each tag's face, shape (n, 3)."""
     square_axes: FloatArray
     """From field axes to a square's (x right as one faces it, y up, z out of its face), shape (n, 3, 3)."""
-    facing: FloatArray
-    """Normal and offset of each face's plane: times (x, y, z, 1), how far a point is before it [m], shape (n, 4)."""
     apart: list[list[float]]
     """Distances between tags [m]; lists, as the next, because single numbers are asked for."""
     center_list: list[list[float]]
     """The same as `centers`."""
     id_list: list[int]
     """The same as `ids`."""
+    normal_list: list[list[float]]
+    """The same as `normals`."""
 
     @classmethod
     def of(
@@ -83,12 +83,11 @@ class TagLayout:
         corners = centers[:, None, :] + np.einsum("nij,kj->nki", rotations, square)
         normals = np.ascontiguousarray(rotations[:, :, 0])
         square_axes = np.ascontiguousarray(rotations[:, :, (1, 2, 0)].transpose(0, 2, 1))
-        facing = np.column_stack((normals, -np.einsum("ij,ij->i", normals, centers)))
         apart = np.linalg.norm(centers[:, None, :] - centers[None, :, :], axis=2).tolist()
-        arrays = (np.array(ids, dtype=np.int64), centers, rotations, corners, normals, square_axes, facing)
+        arrays = (np.array(ids, dtype=np.int64), centers, rotations, corners, normals, square_axes)
         for array in arrays:
             array.setflags(write=False)
-        return cls(*arrays[:4], field_size, size, *arrays[4:], apart, centers.tolist(), ids)
+        return cls(*arrays[:4], field_size, size, *arrays[4:], apart, centers.tolist(), ids, normals.tolist())
 
     def span(self, rows: Sequence[int]) -> float:
         """Largest distance between two of some tags [m]."""

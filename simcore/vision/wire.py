@@ -12,7 +12,7 @@ import numpy as np
 from simcore.geometry.symmetry import wrap_angle
 from simcore.typing import FloatArray
 from simcore.vision.camera import CameraConfig
-from simcore.vision.frames import Frame, PoseEstimate, TagSighting
+from simcore.vision.frames import Frame, PieceSighting, PoseEstimate, TagSighting
 from simcore.vision.projection import OPTICAL
 
 __all__ = ["EVERY_FRAME", "PIPELINE_TYPES", "TOPICS", "Value", "constant_values", "frame_values"]
@@ -192,7 +192,8 @@ def _sides(corners: FloatArray | None) -> list[float]:
 def _raw_targets(frame: Frame, config: CameraConfig) -> list[float]:
     """The largest targets: place in the picture from -1 to 1, right and up, and area [%]."""
     lens = config.type
-    every = sorted((*frame.tags, *frame.pieces), key=lambda seen: -seen.area_percent)[:_MOST_TARGETS]
+    both: list[TagSighting | PieceSighting] = [*frame.tags, *frame.pieces]
+    every = sorted(both, key=lambda seen: -seen.area_percent)[:_MOST_TARGETS]
     raw: list[float] = []
     for seen in every:
         u, v = seen.corners.mean(axis=0).tolist()

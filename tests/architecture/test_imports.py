@@ -13,7 +13,7 @@ import pytest
 ROOT = Path(__file__).resolve().parents[2]
 SOURCES = sorted([*(ROOT / "simcore").rglob("*.py"), *(ROOT / "games").rglob("*.py")])
 
-ADAPTERS = {"phoenix6", "robotpy"}
+ADAPTERS = {"phoenix6", "robotpy", "photonvision"}
 """The outermost packages of simcore: the only ones that know a vendor or the robot side of wpilib."""
 
 BASE = {"errors", "units", "typing"}
