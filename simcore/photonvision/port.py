@@ -140,8 +140,7 @@ def _transform(pose: SquarePose) -> Any:
 def _camera_pose(robot: PoseEstimate, frame: Frame) -> Any:
     """Field to camera: the robot's pose and where the camera believes to sit on it."""
     turn = Rotation3d(math.radians(robot.roll_deg), math.radians(robot.pitch_deg), math.radians(robot.yaw_deg))
-    position, to_optical = frame.mount_pose
-    mount = Transform3d(Translation3d(*position.tolist()), _rotation(to_optical.T @ OPTICAL))
+    mount = Transform3d(Translation3d(*frame.mount_position), _rotation(np.array(frame.mount_axes) @ OPTICAL))
     return Transform3d(Pose3d(), Pose3d(Translation3d(*robot.position), turn).transformBy(mount))
 
 

@@ -5,6 +5,7 @@ Treat them as read-only; they are not frozen, because frozen ones take three tim
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from simcore.geometry.quaternion import Vector
@@ -118,8 +119,10 @@ class Frame:
     """The nearest."""
     mount: tuple[float, float, float, float, float, float]
     """Where the camera believes to sit: ahead, right, up [m], roll, pitch (up positive), yaw [deg]."""
-    mount_pose: tuple[FloatArray, FloatArray]
-    """The same as place in the robot frame [m], shape (3,), and rotation from robot to optical axes, shape (3, 3)."""
+    mount_position: Sequence[float]
+    """The same in the robot frame [m]."""
+    mount_axes: Sequence[Sequence[float]]
+    """And its rotation from optical to robot axes, 3 rows."""
     imu: ImuReading | None = None
 
     @property

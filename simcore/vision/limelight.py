@@ -35,7 +35,7 @@ _STD_PERIOD = 0.1  # [s]; the standard deviations of the same tags change slowly
 _LONGEST_GAP = 1.0  # [s]; after a longer one the missed frames are not made up for
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(slots=True)
 class Request:
     """What robot code wrote on an input topic."""
 
@@ -289,7 +289,8 @@ class LimelightSim:
             primary_tag=primary,
             primary_piece=exposure.pieces[0] if exposure.pieces else None,
             mount=self.settings.mount,
-            mount_pose=(self._believed.position, self._believed.to_optical),
+            mount_position=self._believed.position.tolist(),
+            mount_axes=self._believed.axes,
             imu=self.heading.reading(),
         )
 

@@ -28,6 +28,8 @@ class Mounting:
     """Robot frame [m], shape (3,)."""
     to_optical: FloatArray
     """From robot to optical axes, shape (3, 3)."""
+    axes: list[list[float]]
+    """The same from optical to robot axes, in rows, for single vectors."""
     lever: FloatArray
     """From the robot's origin to the camera, optical axes, as a cross-product matrix [m], shape (3, 3)."""
 
@@ -36,7 +38,9 @@ class Mounting:
         """From the place [m] and attitude (camera to robot axes) on the robot."""
         to_optical = OPTICAL @ matrix(rotation).T
         x, y, z = (to_optical @ np.array(position)).tolist()
-        return cls(np.array(position), to_optical, np.array([(0.0, -z, y), (z, 0.0, -x), (-y, x, 0.0)]))
+        return cls(
+            np.array(position), to_optical, to_optical.T.tolist(), np.array([(0.0, -z, y), (z, 0.0, -x), (-y, x, 0.0)])
+        )
 
 
 class TagPicture:
@@ -58,8 +62,9 @@ class TagPicture:
         self._mounting = mounting
         (fx, fy), (cx, cy) = lens.focal_length, lens.principal_point
         self._noise = lens.corner_noise / math.sqrt(fx * fy)  # in ideal coordinates
-        self._points = layout.corners[self._rows].reshape(-1, 3)
+        self._points = [corner for row in self._rows for corner in layout.corner_list[row]]
         self._ideal: list[tuple[float, float]] = []
+        mount = mounting.position.tolist()
         percent = 100.0 / (lens.width * lens.height)
         tags = []
         for row, seen in zip(self._rows, corners, strict=True):
@@ -71,7 +76,10 @@ class TagPicture:
             if poses is not None:
                 place = poses[0].translation
                 near = math.hypot(*place)
-                far = math.hypot(*(place @ mounting.to_optical + mounting.position).tolist())
+                x, y, z = place
+                far = math.hypot(
+                    *(a * x + b * y + c * z + d for (a, b, c), d in zip(mounting.axes, mount, strict=True))
+                )
             area = percent * 0.5 * abs((x2 - x0) * (y3 - y1) - (y2 - y0) * (x3 - x1))
             middle = 0.25 * (x0 + x1 + x2 + x3), 0.25 * (y0 + y1 + y2 + y3)
             doubt = 1.0 if poses is None else ambiguity(poses)
@@ -99,13 +107,12 @@ class TagPicture:
             return None
         row = self._rows[self._largest]
         guess = self._camera(row, poses[0])
-        ideal = np.array(self._ideal)
         # With an ambiguity this low the other one cannot be meant.
         if len(self.tags) > 1 and poses[0].error > 0.2 * poses[1].error:
             other = self._camera(row, poses[1])
-            if self._misfit(ideal, *other) < self._misfit(ideal, *guess):
+            if self._misfit(*other) < self._misfit(*guess):
                 guess = other
-        found = refine_pose(self._points, ideal, *guess)
+        found = refine_pose(self._points, self._ideal, *guess)
         if found is None:
             return None
         attitude = found.rotation.T @ self._mounting.to_optical
@@ -119,7 +126,7 @@ class TagPicture:
         """
         depths = [tag.poses[0].translation[2] if tag.poses else 1.0 for tag in self.tags for _ in range(4)]
         rotation = self._mounting.to_optical @ attitude.T
-        found = solve_position(self._points.tolist(), self._ideal, depths, rotation.tolist())
+        found = solve_position(self._points, self._ideal, depths, rotation.tolist())
         if found is None:
             return None
         sx, sy, sz = found[1]
@@ -131,11 +138,11 @@ class TagPicture:
         rotation = np.array(pose.rotation).reshape(3, 3) @ self._layout.square_axes[row]
         return self._layout.centers[row] - pose.translation @ rotation, rotation
 
-    def _misfit(self, ideal: FloatArray, position: FloatArray, rotation: FloatArray) -> float:
-        p = (self._points - position) @ rotation.T
+    def _misfit(self, position: FloatArray, rotation: FloatArray) -> float:
+        p = (np.array(self._points) - position) @ rotation.T
         if p[:, 2].min() < 1e-3:
             return math.inf
-        off = (p[:, :2] / p[:, 2:] - ideal).ravel()
+        off = (p[:, :2] / p[:, 2:] - self._ideal).ravel()
         return float(off @ off)
 
     def _std_devs(self, found: CameraSolution) -> StdDevs:

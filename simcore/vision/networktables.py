@@ -103,8 +103,10 @@ def _publish(instance: ntcore.NetworkTableInstance, topic: str, kind: str, optio
 
 def _numbers(value: Any) -> tuple[float, ...] | None:
     """Numbers of a value, of whatever kind robot code took; None: it is none."""
+    if value.isDoubleArray():  # nearly always: the heading
+        return tuple(value.value())
     if value.isDouble() or value.isInteger() or value.isFloat():
         return (float(value.value()),)
-    if value.isDoubleArray() or value.isIntegerArray() or value.isFloatArray():
+    if value.isIntegerArray() or value.isFloatArray():
         return tuple(float(v) for v in value.value())
     return None

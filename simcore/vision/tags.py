@@ -55,6 +55,8 @@ class TagLayout:
     """The same as `ids`."""
     normal_list: list[list[float]]
     """The same as `normals`."""
+    corner_list: list[list[list[float]]]
+    """The same as `corners`."""
 
     @classmethod
     def of(
@@ -87,7 +89,9 @@ class TagLayout:
         arrays = (np.array(ids, dtype=np.int64), centers, rotations, corners, normals, square_axes)
         for array in arrays:
             array.setflags(write=False)
-        return cls(*arrays[:4], field_size, size, *arrays[4:], apart, centers.tolist(), ids, normals.tolist())
+        return cls(
+            *arrays[:4], field_size, size, *arrays[4:], apart, centers.tolist(), ids, normals.tolist(), corners.tolist()
+        )
 
     def span(self, rows: Sequence[int]) -> float:
         """Largest distance between two of some tags [m]."""

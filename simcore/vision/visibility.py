@@ -32,7 +32,7 @@ _EDGE_POINTS: FloatArray = np.array(
 )
 """Where a tag must be uncovered, in halves of its edge: 8.3 cm apart, so that no fuel (15 cm) slips between."""
 _MIDDLE = 8
-_MOVED = 0.1  # [m]
+_MOVED = 0.15  # [m]
 _STALE = 0.1  # [s]
 
 
@@ -64,7 +64,6 @@ class TagFinder:
         self._lens = lens
         self._from: tuple[Vector, float, float] | None = None
         self._candidates: list[int] = []
-        self._corners = layout.corners.tolist()
 
     def find(
         self,
@@ -109,7 +108,7 @@ class TagFinder:
             if -(nx * x + ny * y + nz * z) < lean * math.sqrt(x * x + y * y + z * z):
                 continue
             corners: list[Pixel] = []
-            for x, y, z in self._corners[row]:
+            for x, y, z in layout.corner_list[row]:
                 x, y, z = x - px, y - py, z - pz
                 depth = r20 * x + r21 * y + r22 * z
                 if depth <= 0.0:
@@ -147,7 +146,7 @@ class Occlusion:
     """Whether something stands between one camera and each tag.
 
     Pieces are tested as balls at nine points of a tag, in every frame. The field and robots are tested by rays to its
-    corners and its middle, when the camera has moved by 10 cm or 0.1 s have passed: rays are what costs most.
+    corners and its middle, when the camera has moved by 15 cm or 0.1 s have passed: rays are what costs most.
 
     Args:
         layout: The tags.
