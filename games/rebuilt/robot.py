@@ -24,6 +24,7 @@ from simcore.mechanism.flywheel import FlywheelConfig, FlywheelSim, launch_impul
 from simcore.mechanism.motor import GearboxConfig
 from simcore.mechanism.rack import RackConfig, RackSim
 from simcore.mechanism.roller import RollerConfig, RollerSim
+from simcore.mechanism.shaft import ShaftSim
 from simcore.physics.world import PhysicsWorld
 from simcore.power.battery import BatteryConfig
 from simcore.sim.swerve_robot import SwerveRobot
@@ -131,6 +132,12 @@ class RebuiltRobotConfig:
             if not math.isclose(d.mass, c.mass):
                 raise ConfigError(f"{owner}: mass of drivetrain and chassis must agree, got {d.mass} and {c.mass} kg")
 
+    def build(
+        self, world: PhysicsWorld, *, number: int, pose: tuple[float, float, float], rng: np.random.Generator
+    ) -> RebuiltRobot:
+        """The robot of this config, standing in a world; a config of another kind of robot builds that."""
+        return RebuiltRobot(world, self, number=number, pose=pose, rng=rng)
+
     @property
     def swerve(self) -> SwerveConfig:
         """The drivetrain: as given, or the module at every wheel position."""
@@ -186,7 +193,10 @@ class RebuiltRobot(SwerveRobot):
         self.spindexer = RollerSim(config.spindexer)
         self.deploy = RackSim(config.deploy)
         self.roller = RollerSim(config.roller)
-        self.mechanisms = (self.shooter_wheels, self.hood, self.feeder, self.spindexer, self.deploy, self.roller)
+        self.mechanisms: tuple[ShaftSim, ...] = (
+            *(self.shooter_wheels, self.hood, self.feeder),
+            *(self.spindexer, self.deploy, self.roller),
+        )
         """The six, in the order in which they are stepped."""
         self.shooter = ShooterSim(
             config.launch,

@@ -15,6 +15,7 @@ from games.rebuilt.field import FIELD_SIZE, drivable, hub_exit, load_field, scor
 from games.rebuilt.fuel import FUEL
 from games.rebuilt.publish import build_snapshot
 from games.rebuilt.robot import RebuiltRobot, RebuiltRobotConfig
+from games.rebuilt.scene import scene_of
 from games.rebuilt.scoring import MATCH, RebuiltScoring
 from games.rebuilt.staging import Staging, depot_places, neutral_places
 from games.rebuilt.vision import RebuiltVision, tag_layout
@@ -33,6 +34,7 @@ from simcore.physics.world import PhysicsWorld
 from simcore.scoring.tracker import Alliance, ScoringTracker
 from simcore.sim.recorder import TrajectoryDigest
 from simcore.sim.report import FuelCount
+from simcore.telemetry.scene import Scene
 from simcore.telemetry.snapshot import TelemetrySink
 from simcore.typing import FloatArray
 from simcore.units import GRAVITY
@@ -143,7 +145,11 @@ class RebuiltSim:
         except BaseException:
             self.world.close()
             raise
+        self.alliances: list[Alliance] = [entry.alliance for entry in c.robots]
+        """Of each robot, as last set."""
         self._codes = list(robot_code) + [None] * (len(self.robots) - len(robot_code))
+        self.alliances: list[Alliance] = [entry.alliance for entry in c.robots]
+        """Of each robot, as last set."""
         self.sinks = list(sinks)
         self.time = 0.0
         """Simulated time since the start of auto [s]."""
@@ -195,6 +201,7 @@ class RebuiltSim:
         pose = self.config.robots[number].pose
         if alliance == "red":
             pose = turn_half_pose(*pose, FIELD_SIZE)
+        self.alliances[number] = alliance
         robot = self.robots[number]
         robot.chassis.set_pose(*pose)
         robot.gyro.reset(yaw=robot.gyro.yaw, true_yaw=pose[2], time=self.time)
@@ -250,6 +257,10 @@ class RebuiltSim:
 
     # --- questions ----------------------------------------------------------------------------------------------
 
+    def scene(self) -> Scene:
+        """What a picture shows beside telemetry, also after the end."""
+        return scene_of(self)
+
     @property
     def fuel(self) -> FuelCount:
         """Where all fuel is."""
@@ -262,6 +273,13 @@ class RebuiltSim:
             scored=count(PieceStatus.SCORED),
             outside=count(PieceStatus.STAGED),
         )
+
+    @property
+    def flying(self) -> FloatArray:
+        """Where the shots are that have not touched anything yet, oldest first, field frame [m], shape (n, 3)."""
+        state = self.pieces.state
+        slots = [slot for slot in self._flying if state.status[slot] == PieceStatus.IN_FLIGHT]
+        return state.pos[slots]
 
     @property
     def hits(self) -> int:
@@ -470,7 +488,7 @@ class RebuiltSim:
             pose = entry.pose
             if entry.alliance == "red":
                 pose = turn_half_pose(*pose, FIELD_SIZE)
-            robot = RebuiltRobot(self.world, entry.config, number=number, pose=pose, rng=robot_rng)
+            robot = entry.config.build(self.world, number=number, pose=pose, rng=robot_rng)
             self.robots.append(robot)
             self.pieces.hold(self.pieces.stage(FUEL.name, entry.preload), number)
         self._require_free_starts()

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-pytestmark = pytest.mark.slow
+pytestmark = [pytest.mark.slow, pytest.mark.realtime]
 
 ROOT = Path(__file__).resolve().parents[2]
 EXAMPLE = str(ROOT / "examples" / "rebuilt_robot")
@@ -16,6 +16,15 @@ PLAIN = str(Path(__file__).parent / "robots" / "plain")
 @pytest.fixture(scope="module", params=["blue", "red"])
 def auto(request, scenario):
     return {**scenario("robot_sim", EXAMPLE, "auto", request.param), "alliance": request.param}
+
+
+@pytest.fixture(scope="module", params=["blue", "red"])
+def drawn_auto(request, scenario):
+    pytest.importorskip("pathplannerlib", reason="needs PathPlanner: pip install robotpy-pathplannerlib")
+    return {
+        **scenario("robot_sim", EXAMPLE, "auto", request.param, AUTO="neutral (PathPlanner)"),
+        "alliance": request.param,
+    }
 
 
 @pytest.fixture(scope="module")
@@ -31,6 +40,17 @@ def test_the_auto_drives_takes_in_and_scores(auto):
     assert auto["score"][auto["alliance"]] >= 8
     assert auto["score"][other] == 0
     assert auto["counted"] == auto["staged"]
+
+
+def test_an_auto_drawn_in_pathplanner_crosses_the_trench_takes_in_and_scores(drawn_auto):
+    """Through the trench to the neutral zone, an intake full of fuel, and back: a hopper of 50 and the preload."""
+    assert drawn_auto["distance"] > 12.0
+    assert drawn_auto["taken_in"] >= 30
+    assert drawn_auto["score"][drawn_auto["alliance"]] >= 35
+    assert drawn_auto["odometry_error"] < 0.02 * drawn_auto["distance"]
+    assert drawn_auto["min_volts"] > 7.5
+    assert drawn_auto["tick_p99_ms"] <= 20.0
+    assert drawn_auto["late_loops"] <= 0.01 * drawn_auto["ticks"]
 
 
 def test_odometry_stays_near_the_truth_through_the_auto(auto):
@@ -60,6 +80,20 @@ def test_sticks_and_buttons_drive_take_in_and_shoot(teleop):
     assert teleop["intake_active"]
     assert teleop["held"] >= 5
     assert teleop["score"]["blue"] >= 12
+
+
+def test_a_brown_out_reaches_robot_code(scenario):
+    """All drive motors and the shooter stalled with no limits: 8 motors of 270 A at 6.75 V on a battery of 20 mohm.
+
+    The motors are cut, robot code sees the voltage and the rails of the roboRIO, and all comes back.
+    """
+    run = scenario("robot_sim", str(Path(PLAIN).parent / "pushing"), "push", "blue")
+    assert run["moved"] < 0.1  # it leans on the wall
+    assert min(run["seen_volts"]) < 6.75
+    assert run["ticks_off"] > 5 and run["rail_was_off"] > 5 and run["faults"] >= 5
+    assert max(run["shooter_amps"]) > 400.0
+    assert sum(amps == 0.0 for amps in run["shooter_amps"][5:]) >= run["ticks_off"]
+    assert run["volts_after"] > 12.0 and run["rail_after"]
 
 
 @pytest.mark.parametrize("period", ["0.005", "0.01", "0.02"])

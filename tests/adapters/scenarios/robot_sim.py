@@ -16,6 +16,7 @@ from pathlib import Path
 
 import numpy as np
 from hal import AllianceStationID
+from ntcore import NetworkTableInstance
 from phoenix6 import unmanaged
 from robotpy.main import main as robotpy_main
 from wpilib import DriverStation, RobotController
@@ -86,8 +87,10 @@ class Play:
     # --- the plays ----------------------------------------------------------------------------------------------
 
     def auto(self, physics):
-        """20 s of autonomous."""
+        """20 s of autonomous; the auto is the one named in AUTO, or the default."""
         DriverStationSim.notifyNewData()  # the alliance
+        if "AUTO" in os.environ:
+            NetworkTableInstance.getDefault().getEntry("/SmartDashboard/Auto/selected").setString(os.environ["AUTO"])
         yield from self.wait(1.0)
         path = [physics.plant.chassis.pose]
         self.enable(autonomous=True)
@@ -189,6 +192,87 @@ class Play:
         self.results["own_hook"] = getattr(type(physics.robot), "own_hook", None)
         self.results["volts_seen"] = RobotController.getBatteryVoltage()
 
+    def push(self, physics):
+        """The pushing robot leans on the wall for two seconds and lets go."""
+        DriverStationSim.notifyNewData()
+        yield from self.wait(1.0)
+        self.enable(autonomous=False)
+        off, drawn = 0, []
+        for _ in range(100):
+            off += physics.plant.battery.browned_out
+            drawn.append(physics.plant.shooter_wheels.current)
+            yield
+        robot = physics.robot
+        self.results["seen_volts"] = [volts for volts, _, _ in robot.seen]
+        self.results["rail_was_off"] = sum(not on for _, on, _ in robot.seen)
+        self.results["is_browned_out"] = any(low for _, _, low in robot.seen)
+        self.results["ticks_off"] = off
+        self.results["shooter_amps"] = drawn
+        self.results["faults"] = RobotController.getFaultCount6V()
+        self.results["moved"] = math.dist(physics.plant.chassis.pose[:2], (0.45, 2.2))
+        DriverStationSim.setEnabled(False)
+        DriverStationSim.notifyNewData()
+        yield from self.wait(0.5)
+        self.results["volts_after"] = RobotController.getBatteryVoltage()
+        self.results["rail_after"] = RobotController.getEnabled6V()
+
+    def shape(self, physics):
+        """Any robot: 5 m across the field, into the fuel of the depot, and against the wall."""
+        DriverStationSim.setJoystickAxisCount(0, 6)
+        DriverStationSim.setJoystickButtonCount(0, 10)
+        DriverStationSim.notifyNewData()
+        yield from self.wait(0.4)
+        drivetrain, chassis = swerve.only_drivetrain(), physics.plant.chassis
+        start, before = chassis.pose, drivetrain.get_state().pose
+        self.enable(autonomous=False)
+        told, true = [], []
+        self.axes(left_x=-0.8)  # 2.4 m/s to the left
+        for tick in range(170):
+            yield
+            if math.dist(chassis.pose[:2], start[:2]) > 5.0:
+                break
+            if tick > 60:
+                speeds = drivetrain.get_state().speeds
+                told.append(math.hypot(speeds.vx, speeds.vy))
+                true.append(math.hypot(*chassis.ground_velocity[:2]))
+        self.axes()
+        yield from self.wait(0.5)
+        end, after = chassis.pose, drivetrain.get_state().pose
+        self.results["start"] = start
+        self.results["believed_start"] = (before.X(), before.Y())
+        self.results["true_way"] = math.dist(end[:2], start[:2])
+        self.results["odometry_way"] = math.hypot(after.X() - before.X(), after.Y() - before.Y())
+        self.results["true_speed"], self.results["told_speed"] = float(np.mean(true)), float(np.mean(told))
+        self.results["yaw_error"] = abs(
+            math.remainder(after.rotation().radians() - before.rotation().radians() - end[2] + start[2], math.tau)
+        )
+        fuel = physics.game.piece_places()["Fuel"].copy()
+        self.axes(left_y=0.6)  # back, into the depot
+        for _ in range(100):
+            yield
+            if chassis.pose[0] < 0.7:
+                break
+        self.axes()
+        yield from self.wait(0.2)
+        now = physics.game.piece_places()["Fuel"]
+        gone = len(fuel) - len(now)
+        self.results["x_in_depot"] = chassis.pose[0]
+        self.results["pushed"] = gone + int((np.linalg.norm(now - fuel[: len(now)], axis=1) > 0.02).sum())
+        self.axes(left_y=-0.6)  # out of it, to where the wall is clear
+        for _ in range(100):
+            yield
+            if chassis.pose[0] > 2.0:
+                break
+        self.axes(left_x=-0.8)
+        farthest = 0.0
+        for _ in range(75):
+            yield
+            farthest = max(farthest, chassis.pose[1])
+        self.results["gap_at_wall"] = 8.069 - chassis.config.bumper_width / 2 - farthest
+        self.results["speed_at_wall"] = abs(chassis.vel[1])
+        self.results["facts"] = physics.robot.facts() if hasattr(physics.robot, "facts") else {}
+        self.results["held"] = physics.game.fuel.held
+
     # --- a driver's hands ---------------------------------------------------------------------------------------
 
     def enable(self, *, autonomous: bool) -> None:
@@ -222,10 +306,8 @@ def main() -> None:
     unmanaged.set_phoenix_diagnostics_start_time(-1)
     RobotPhysics.after_tick = lambda physics: play(physics)  # a plain instance would not be bound
     flags = sys.argv[4:]
+    shutil.copy(Path(__file__).parents[1] / "robots" / "shared" / "measures.py", folder)  # for those without their own
     if flags:  # an installed simcore, as `robotpy sim` sees it: entry points only
-        (folder / "physics.py").unlink(missing_ok=True)
-        plain = folder.parent / "project" / "measures.py"
-        shutil.copy(Path(__file__).parents[1] / "robots" / "plain" / "robot.py", plain)
         info = Path.cwd().parent / "site" / "simcore-0.dist-info"
         info.mkdir(parents=True)
         (info / "METADATA").write_text("Metadata-Version: 2.1\nName: simcore\nVersion: 0\nSummary: simcore\n")
