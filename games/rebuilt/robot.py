@@ -24,10 +24,12 @@ from simcore.mechanism.flywheel import FlywheelConfig, FlywheelSim, launch_impul
 from simcore.mechanism.motor import GearboxConfig
 from simcore.mechanism.rack import RackConfig, RackSim
 from simcore.mechanism.roller import RollerConfig, RollerSim
+from simcore.mechanism.shaft import ShaftSim
 from simcore.physics.world import PhysicsWorld
 from simcore.power.battery import BatteryConfig
 from simcore.sim.swerve_robot import SwerveRobot
 from simcore.units import degrees
+from simcore.vision.camera import CameraConfig
 
 __all__ = ["RebuiltRobot", "RebuiltRobotConfig"]
 
@@ -113,6 +115,8 @@ class RebuiltRobotConfig:
     """Two barrels, shooting ahead: the reference's places."""
     shot_rate: float = 8.0
     """Shot events a second, each with both barrels [1/s]."""
+    cameras: tuple[CameraConfig, ...] = ()
+    """Limelights; each name only once in a match."""
 
     def __post_init__(self) -> None:
         owner = "RebuiltRobotConfig"
@@ -146,6 +150,12 @@ class RebuiltRobotConfig:
             wheel_radius=drivetrain.modules[0].wheel_radius,
         )
         return cls(chassis=chassis, drivetrain=drivetrain)
+
+    def build(
+        self, world: PhysicsWorld, *, number: int, pose: tuple[float, float, float], rng: np.random.Generator
+    ) -> RebuiltRobot:
+        """The robot of this config, standing in a world; a config of another kind of robot builds that."""
+        return RebuiltRobot(world, self, number=number, pose=pose, rng=rng)
 
     @property
     def swerve(self) -> SwerveConfig:
@@ -202,7 +212,10 @@ class RebuiltRobot(SwerveRobot):
         self.spindexer = RollerSim(config.spindexer)
         self.deploy = RackSim(config.deploy)
         self.roller = RollerSim(config.roller)
-        self.mechanisms = (self.shooter_wheels, self.hood, self.feeder, self.spindexer, self.deploy, self.roller)
+        self.mechanisms: tuple[ShaftSim, ...] = (
+            *(self.shooter_wheels, self.hood, self.feeder),
+            *(self.spindexer, self.deploy, self.roller),
+        )
         """The six, in the order in which they are stepped."""
         self.shooter = ShooterSim(
             config.launch,

@@ -248,7 +248,10 @@ class BulletEngine:
 
     def rays(self, start: FloatArray, end: FloatArray, mask: int) -> RayHits:
         """First hits of segments, (n, 3) each [m], on bodies whose group is in `mask`."""
-        hits = self._p.rayTestBatch(start, end, collisionFilterMask=mask, physicsClientId=self._open())
+        # lists: 23 us for 20 rays, arrays 53
+        hits = self._p.rayTestBatch(
+            start.tolist(), end.tolist(), collisionFilterMask=mask, physicsClientId=self._open()
+        )
         return RayHits(
             fraction=np.array([hit[2] for hit in hits]),
             row=np.array([self._row_of.get(hit[0], -1) for hit in hits], dtype=np.int64),

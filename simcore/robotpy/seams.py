@@ -2,15 +2,26 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import Protocol
+from collections.abc import Callable, Mapping, Sequence
+from typing import Protocol, TypeAlias
 
+from simcore.attach.settings import CameraSettings
 from simcore.drivetrain.gyro import Gyro
+from simcore.mechanism.shaft import ShaftSim
 from simcore.power.battery import Battery
 from simcore.scoring.tracker import Alliance
 from simcore.typing import FloatArray
 
-__all__ = ["Body", "DrivetrainDevices", "Game", "MotorDevices", "Plant"]
+__all__ = [
+    "AttachedPlant",
+    "Body",
+    "DrivetrainDevices",
+    "Game",
+    "MakeVision",
+    "MotorDevices",
+    "Plant",
+    "Vision",
+]
 
 
 class Game(Protocol):
@@ -26,6 +37,10 @@ class Game(Protocol):
 
     def end_tick(self) -> None:
         """Scoring, shots, telemetry."""
+        ...
+
+    def set_clock(self, now: float) -> None:
+        """What NetworkTables' clock, on a robot the FPGA's, shows at the end of the present tick [s]."""
         ...
 
     def set_alliance(self, number: int, alliance: Alliance) -> None:
@@ -72,6 +87,35 @@ class Plant(Protocol):
     def chassis(self) -> Body:
         """Stepped by the game."""
         ...
+
+
+class AttachedPlant(Plant, Protocol):
+    """A robot built from `simcore.toml`, to which guessed mechanisms are added."""
+
+    @property
+    def named(self) -> Mapping[str, ShaftSim]:
+        """The mechanisms of the file."""
+        ...
+
+    def add_mechanism(self, mechanism: ShaftSim) -> None:
+        """Step one more; being a guess, it draws nothing from the battery."""
+        ...
+
+    def remove_mechanism(self, mechanism: ShaftSim) -> None:
+        """Leave one to somebody else."""
+        ...
+
+
+class Vision(Protocol):
+    """The cameras of a robot."""
+
+    def update(self) -> None:
+        """After a tick of 20 ms: see what there is to see, publish what is due."""
+        ...
+
+
+MakeVision: TypeAlias = Callable[[Sequence[CameraSettings], Game, Plant], Vision]
+"""Builds the cameras of `simcore.toml` for one robot of a game."""
 
 
 class DrivetrainDevices(Protocol):

@@ -292,6 +292,63 @@ class Play:
         self.results["volts_after"] = RobotController.getBatteryVoltage()
         self.results["rail_after"] = RobotController.getEnabled6V()
 
+    def shape(self, physics):
+        """Any robot: 5 m across the field, into the fuel of the depot, and against the wall."""
+        DriverStationSim.setJoystickAxisCount(0, 6)
+        DriverStationSim.setJoystickButtonCount(0, 10)
+        DriverStationSim.notifyNewData()
+        yield from self.wait(0.4)
+        drivetrain, chassis = swerve.only_drivetrain(), physics.plant.chassis
+        start, before = chassis.pose, drivetrain.get_state().pose
+        self.enable(autonomous=False)
+        told, true = [], []
+        self.axes(left_x=-0.8)  # 2.4 m/s to the left
+        for tick in range(170):
+            yield
+            if math.dist(chassis.pose[:2], start[:2]) > 5.0:
+                break
+            if tick > 60:
+                speeds = drivetrain.get_state().speeds
+                told.append(math.hypot(speeds.vx, speeds.vy))
+                true.append(math.hypot(*chassis.ground_velocity[:2]))
+        self.axes()
+        yield from self.wait(0.5)
+        end, after = chassis.pose, drivetrain.get_state().pose
+        self.results["start"] = start
+        self.results["believed_start"] = (before.X(), before.Y())
+        self.results["true_way"] = math.dist(end[:2], start[:2])
+        self.results["odometry_way"] = math.hypot(after.X() - before.X(), after.Y() - before.Y())
+        self.results["true_speed"], self.results["told_speed"] = float(np.mean(true)), float(np.mean(told))
+        self.results["yaw_error"] = abs(
+            math.remainder(after.rotation().radians() - before.rotation().radians() - end[2] + start[2], math.tau)
+        )
+        fuel = physics.game.piece_places()["Fuel"].copy()
+        self.axes(left_y=0.6)  # back, into the depot
+        for _ in range(100):
+            yield
+            if chassis.pose[0] < 0.7:
+                break
+        self.axes()
+        yield from self.wait(0.2)
+        now = physics.game.piece_places()["Fuel"]
+        gone = len(fuel) - len(now)
+        self.results["x_in_depot"] = chassis.pose[0]
+        self.results["pushed"] = gone + int((np.linalg.norm(now - fuel[: len(now)], axis=1) > 0.02).sum())
+        self.axes(left_y=-0.6)  # out of it, to where the wall is clear
+        for _ in range(100):
+            yield
+            if chassis.pose[0] > 2.0:
+                break
+        self.axes(left_x=-0.8)
+        farthest = 0.0
+        for _ in range(75):
+            yield
+            farthest = max(farthest, chassis.pose[1])
+        self.results["gap_at_wall"] = 8.069 - chassis.config.bumper_width / 2 - farthest
+        self.results["speed_at_wall"] = abs(chassis.vel[1])
+        self.results["facts"] = physics.robot.facts() if hasattr(physics.robot, "facts") else {}
+        self.results["held"] = physics.game.fuel.held
+
     # --- a driver's hands ---------------------------------------------------------------------------------------
 
     def enable(self, *, autonomous: bool) -> None:
@@ -325,10 +382,8 @@ def main() -> None:
     unmanaged.set_phoenix_diagnostics_start_time(-1)
     RobotPhysics.after_tick = lambda physics: play(physics)  # a plain instance would not be bound
     flags = sys.argv[4:]
-    plain = folder.parent / "project" / "measures.py"  # a drivetrain for robots that do not bring one
-    shutil.copy(Path(__file__).parents[1] / "robots" / "plain" / "robot.py", plain)
+    shutil.copy(Path(__file__).parents[1] / "robots" / "shared" / "measures.py", folder)  # for those without their own
     if flags:  # an installed simcore, as `robotpy sim` sees it: entry points only
-        (folder / "physics.py").unlink(missing_ok=True)
         info = Path.cwd().parent / "site" / "simcore-0.dist-info"
         info.mkdir(parents=True)
         (info / "METADATA").write_text("Metadata-Version: 2.1\nName: simcore\nVersion: 0\nSummary: simcore\n")

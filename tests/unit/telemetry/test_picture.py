@@ -10,7 +10,8 @@ import pytest
 
 from simcore.errors import ConfigError, OutputError
 from simcore.telemetry.output import require_writable
-from simcore.telemetry.picture import ShotTrace, draw_match
+from simcore.telemetry.picture import draw_match
+from simcore.telemetry.scene import ShotTrace
 
 FIELD: dict[str, Any] = {
     "field_outlines": [("blue_hub", np.array([[4.0, 3.4], [5.2, 3.4], [5.2, 4.6], [4.0, 4.6]]))],
