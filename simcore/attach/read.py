@@ -85,7 +85,9 @@ def read_settings(path: Path) -> RobotSettings:
     robot.finish()
     start.finish()
     if settings.preload > settings.capacity:
-        raise start.error("preload", f"must be at most the robot's capacity, {settings.capacity}; got {settings.preload}")
+        raise start.error(
+            "preload", f"must be at most the robot's capacity, {settings.capacity}; got {settings.preload}"
+        )
     return settings
 
 

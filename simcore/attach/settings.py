@@ -172,5 +172,3 @@ class RobotSettings:
     def mechanism(self, name: str) -> MechanismSettings:
         """One of the mechanisms; the reader has made sure that names exist."""
         return next(m for m in self.mechanisms if m.name == name)
-
-

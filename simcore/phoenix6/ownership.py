@@ -38,8 +38,7 @@ _SETTERS: dict[str, tuple[Any, tuple[str, ...]]] = {
     ),
     "Pigeon2": (
         Pigeon2SimState,
-        ("set_raw_yaw", "add_yaw", "set_pitch", "set_roll")
-        + tuple(f"set_angular_velocity_{axis}" for axis in "xyz"),
+        ("set_raw_yaw", "add_yaw", "set_pitch", "set_roll") + tuple(f"set_angular_velocity_{axis}" for axis in "xyz"),
     ),
 }
 
@@ -84,5 +83,7 @@ class Ownership:
         self._dropped[owner] = count = self._dropped.get(owner, 0) + 1
         if count == _MANY:
             _log.warning(
-                "%s %d belongs to simcore's %s: what the project's own simulation writes into it is dropped", *key, owner
+                "%s %d belongs to simcore's %s: what the project's own simulation writes into it is dropped",
+                *key,
+                owner,
             )
