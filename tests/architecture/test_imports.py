@@ -13,7 +13,7 @@ import pytest
 ROOT = Path(__file__).resolve().parents[2]
 SOURCES = sorted([*(ROOT / "simcore").rglob("*.py"), *(ROOT / "games").rglob("*.py")])
 
-ADAPTERS = {"phoenix6", "robotpy", "view"}
+ADAPTERS = {"phoenix6", "robotpy", "photonvision", "view"}
 """The outermost packages of simcore: the only ones that know a vendor, the robot side of wpilib, or a wall clock."""
 
 BASE = {"errors", "units", "typing"}
