@@ -164,12 +164,17 @@ class Bridge:
                     size = abs(v) / supply
                     v = math.copysign((size - deadband) / (1.0 - deadband) * supply, v) if size > deadband else 0.0
             self.is_blocked = blocked = (self.blocked_forward and out > 0.0) or (self.blocked_reverse and out < 0.0)
-            if blocked or out == 0.0 or (v == 0.0 and not is_torque) or supply > OVER_VOLTAGE:
-                if is_torque or supply > OVER_VOLTAGE or not (self.brake or self.override):
-                    # A torque request of zero lets go or brakes, as configured; its override makes it let go.
-                    self.neutral(self.brake and is_torque and not self.override)
+            if supply > OVER_VOLTAGE:
+                self.neutral(False)
+                return
+            if blocked or out == 0.0 or (v == 0.0 and not is_torque):
+                if is_torque:  # zero torque is neutral as configured; its override lets go
+                    self.neutral(self.brake and not self.override)
                     return
-                v = 0.0
+                if not (self.brake or self.override):
+                    self.neutral(False)
+                    return
+                v = 0.0  # a bridge that drives zero volts brakes, within the current limits
             top = self.max_duty * supply if is_torque else supply
             v = top if v > top else (-top if v < -top else v)
             current = (v - emf) / resistance

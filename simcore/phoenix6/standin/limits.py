@@ -40,7 +40,7 @@ class Limit:
         "_threshold",
         "_was_closed",
         "closed",
-        "is_active",
+        "is_plain",
     )
 
     def __init__(self, owner: str, *, forward: bool) -> None:
@@ -49,8 +49,8 @@ class Limit:
         self.closed = False
         """What `sim_state` says of the switch on the controller itself."""
         self._was_closed = False
-        self.is_active = False
-        """Whether anything is configured that could stop the motor."""
+        self.is_plain = True
+        """Whether nothing but the switch on the controller itself could stop the motor."""
 
     def configure(self, config: Mapping[int, Setting]) -> None:
         """Take over what is configured for this direction.
@@ -71,6 +71,7 @@ class Limit:
         self._normally_closed = get("CONFIG_{}_LIMIT_TYPE") == 1
         self._autoset = bool(get("CONFIG_{}_LIMIT_AUTOSET_POS_ENABLE"))
         self._autoset_value = get("CONFIG_{}_LIMIT_AUTOSET_POS_VALUE")
+        self.is_plain = not self._soft and (not self._hard or (self._source == _PIN and not self._normally_closed))
         if self._hard and self._source not in (_PIN, _TALON, _CANRANGE, _CANDI_S1, _CANDI_S2):
             raise NotImplementedError(f"{self._owner}: limit source {self._source} is not modelled in simulated time")
 

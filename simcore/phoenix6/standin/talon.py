@@ -83,8 +83,9 @@ class Talon(Device):
         self._pending: tuple[int, RequestKind, tuple[Any, ...]] | None = None
         self._expires: int | None = None
         self._plans: dict[tuple[str, int, bool], Plan] = {}
-        self._stopped: set[int] = set()
         self._told = False
+        self._limit_flags: tuple[bool, ...] = (False, False, False, False)
+        self._limits_hit = (False, False, False, False)
         self._slot = 0
         self.configured()
         self.send_frame()
@@ -317,16 +318,17 @@ class Talon(Device):
         self._stage(self.pid_out, loops)
 
     def _check_limits(self) -> None:
+        forward, reverse, bridge = self.forward, self.reverse, self.bridge
         no_forward, no_reverse, ignore_hard, ignore_soft = self._limit_flags
-        soft_f, hard_f = self.forward.stops(self.world, self.pos, ignore_soft, ignore_hard)
-        soft_r, hard_r = self.reverse.stops(self.world, self.pos, ignore_soft, ignore_hard)
-        bridge = self.bridge
+        if forward.is_plain and reverse.is_plain and not forward.closed and not reverse.closed:
+            bridge.blocked_forward = no_forward
+            bridge.blocked_reverse = no_reverse
+            return
+        soft_f, hard_f = forward.stops(self.world, self.pos, ignore_soft, ignore_hard)
+        soft_r, hard_r = reverse.stops(self.world, self.pos, ignore_soft, ignore_hard)
         bridge.blocked_forward = no_forward or soft_f or hard_f
         bridge.blocked_reverse = no_reverse or soft_r or hard_r
         self._limits_hit = (soft_f, soft_r, hard_f, hard_r)
-
-    _limit_flags: tuple[bool, ...] = (False, False, False, False)
-    _limits_hit: tuple[bool, bool, bool, bool] = (False, False, False, False)
 
     # ---- following
 

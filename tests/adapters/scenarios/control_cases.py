@@ -19,6 +19,8 @@ PHYSICS = 0.005
 """[s]"""
 ROBOT = 4
 """Steps of the physics in a tick of the robot."""
+LATE = 0.008
+"""A loop that comes later than this [s] cannot be judged."""
 LEAD = 0.3
 """At rest before the request [s]."""
 
@@ -54,7 +56,7 @@ MAGIC = {
     "motion_magic.motion_magic_expo_k_v": 3.1,
     "motion_magic.motion_magic_expo_k_a": 0.8,
 }
-SPEED = {"motion_magic.motion_magic_acceleration": 100.0}
+SPEED = {"motion_magic.motion_magic_acceleration": 150.0}
 VOLTS = {"slot0.k_p": 60.0, "slot0.k_d": 0.5, "slot0.k_v": 3.0}
 DUTY = {"slot0.k_p": 5.0, "slot0.k_d": 0.04, "slot0.k_v": 0.25}
 AMPS = {"slot0.k_p": 600.0, "slot0.k_d": 60.0}
@@ -112,14 +114,14 @@ def _cases() -> list[Case]:
         Case("VoltageOut, ramp", lambda c: c.VoltageOut(6.0), 48.0, {"open_loop_ramps.voltage_open_loop_ramp_period": 1.0}),
         Case("VoltageOut, stator 40 A", lambda c: c.VoltageOut(6.0), 48.0, {STATOR: 40.0, STATOR + "_enable": True}),
         Case(
-            "VoltageOut, supply 20 A then 5 A",
-            lambda c: c.VoltageOut(10.0),
-            80.0,
+            "VoltageOut, supply 20 A then 10 A",
+            lambda c: c.VoltageOut(6.0),
+            48.0,
             {
                 SUPPLY + "limit": 20.0,
                 SUPPLY + "limit_enable": True,
-                SUPPLY + "lower_limit": 5.0,
-                SUPPLY + "lower_time": 0.3,
+                SUPPLY + "lower_limit": 10.0,
+                SUPPLY + "lower_time": 0.2,
             },
         ),
     ]  # fmt: skip
@@ -250,9 +252,18 @@ def main() -> None:
     """Run the cases that are named, or all, a dozen at a time."""
     mode, names = sys.argv[1], sys.argv[2:]
     cases = [case for case in _cases() if not names or case.name in names]
+    import hal
+    from wpilib.simulation import DriverStationSim, pauseTiming
+
+    hal.initialize(500, 0)
+    # The library feeds its enable signal from the driver station, on a thread of its own.
+    DriverStationSim.setDsAttached(True)
+    DriverStationSim.setEnabled(True)
+    DriverStationSim.notifyNewData()
     if mode == "simulated":
         from simcore.phoenix6.standin import EnableDelays, install
 
+        pauseTiming()
         install(delays=EnableDelays(enable=0.0, disable=0.0))
     else:
         from phoenix6 import unmanaged
@@ -260,15 +271,21 @@ def main() -> None:
         unmanaged.set_phoenix_diagnostics_start_time(-1)
     found: dict[str, Any] = {}
     late, first = 0.0, 1
-    for k in range(0, len(cases), 12):
-        batch = cases[k : k + 12]
+    batches = [cases[k : k + 12] for k in range(0, len(cases), 12)]
+    spare = 2
+    while batches:
+        batch = batches.pop(0)
         result = run(mode, batch, 2.5, first)
         first += len(batch)
+        if result["late"] > LATE and spare:
+            spare -= 1
+            if first + len(batch) + sum(len(other) for other in batches) <= 63:
+                batches.append(batch)  # once more, with fresh devices
+                continue
         late = max(late, result["late"])
         for case in batch:
             found[case.name] = figures(case, result["traces"][case.name])
-    text = json.dumps({"figures": found, "late": round(late, 4)})
-    print(text, flush=True)
+    print(json.dumps({"figures": found, "lateness_ms": round(1e3 * late, 2)}), flush=True)
     os._exit(0)
 
 
