@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from functools import cache
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from phoenix6 import configs
 
@@ -44,7 +44,8 @@ def hash_of(type_number: int, device_id: int) -> int:
 
 @cache
 def _defaults(type_number: int) -> dict[int, wire.Setting]:
-    return wire.parse(_CONFIGS[type_number]().serialize())  # type: ignore[no-untyped-call]
+    make: Any = _CONFIGS[type_number]
+    return wire.parse(make().serialize())
 
 
 def build(type_number: int, device_id: int, world: StandIn) -> Device:

@@ -127,7 +127,8 @@ class SimulatedNative:
         return _OK
 
     def c_ctre_phoenix6_platform_sim_create(self, type_number: int, device_id: int) -> int:
-        self._world.create(type_number, device_id)
+        if device_id != -1:
+            self._world.create(type_number, device_id)
         return _OK
 
     def c_ctre_phoenix6_platform_sim_set_physics_input(
