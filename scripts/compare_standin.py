@@ -63,7 +63,7 @@ def misses(real: dict[str, float], simulated: dict[str, float]) -> list[str]:
 def table(real: dict[str, Any], simulated: dict[str, Any]) -> tuple[str, int]:
     """The figures side by side as Markdown, and how many rows are out of tolerance."""
     rows = [
-        "| request | t90 real | simulated | difference | overshoot real | simulated | final real | simulated | differs |",
+        "| request | t90 real | simulated | difference | overshoot real | simulated | final real | simulated | off |",
         "|---|---|---|---|---|---|---|---|---|",
     ]
     bad = 0
