@@ -141,9 +141,7 @@ class RebuiltSim:
         )
         try:
             self._build(c, rng)
-            self.vision = RebuiltVision(
-                self.world, self.pieces, self.robots, self._layout(), self._camera_rng, network
-            )
+            self.vision = RebuiltVision(self.world, self.pieces, self.robots, self._layout(), self._camera_rng, network)
         except BaseException:
             self.world.close()
             raise
