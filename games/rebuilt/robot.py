@@ -132,6 +132,25 @@ class RebuiltRobotConfig:
             if not math.isclose(d.mass, c.mass):
                 raise ConfigError(f"{owner}: mass of drivetrain and chassis must agree, got {d.mass} and {c.mass} kg")
 
+    @classmethod
+    def around(cls, drivetrain: SwerveConfig, *, bumper: tuple[float, float]) -> RebuiltRobotConfig:
+        """A robot with this drivetrain under it: a chassis of its mass, on its wheels.
+
+        Args:
+            drivetrain: The robot's.
+            bumper: Length and width over the bumpers [m].
+        """
+        chassis = ChassisConfig(
+            mass=drivetrain.mass,
+            bumper_length=bumper[0],
+            bumper_width=bumper[1],
+            center_of_mass_height=drivetrain.center_of_mass[2],
+            yaw_inertia=drivetrain.yaw_inertia,
+            wheel_positions=tuple((m.x, m.y) for m in drivetrain.modules),
+            wheel_radius=drivetrain.modules[0].wheel_radius,
+        )
+        return cls(chassis=chassis, drivetrain=drivetrain)
+
     def build(
         self, world: PhysicsWorld, *, number: int, pose: tuple[float, float, float], rng: np.random.Generator
     ) -> RebuiltRobot:
