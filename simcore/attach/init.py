@@ -12,7 +12,7 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
-import simcore
+import simcore.errors
 from simcore.attach.read import FILE_NAME
 from simcore.attach.template import FoundMotor, template
 from simcore.errors import ConfigError, OutputError
