@@ -17,6 +17,7 @@ __all__ = [
     "OutputError",
     "SimcoreError",
     "UnknownNameError",
+    "VendorError",
     "require_finite",
     "require_non_negative",
     "require_positive",
@@ -49,6 +50,10 @@ class FieldMeshError(SimcoreError, ValueError):
 
 class OutputError(SimcoreError, OSError):
     """A log, picture or other output that cannot be written."""
+
+
+class VendorError(SimcoreError, ImportError):
+    """A vendor's library that is missing, or of a year that is not supported."""
 
 
 class LogError(SimcoreError, ValueError):

@@ -27,7 +27,7 @@ def build_snapshot(sim: RebuiltSim) -> Snapshot:
         f"Sim/GamePieces/{FUEL.name}": _upright(sim.pieces.state.pos[sim.pieces.on_field()]),
         f"Sim/InFlight/{FUEL.name}": _upright(sim.flying),
     }
-    doubles: dict[str, float] = {"Sim/Match/Time": sim.time, "Sim/Match/TimeLeft": sim.match.remaining(sim.time)}
+    doubles: dict[str, float] = {"Sim/Match/Time": sim.time, "Sim/Match/TimeLeft": sim.match.remaining(sim.match_time)}
     integers: dict[str, int] = {
         "Sim/Score/Total": sum(sim.tracker.totals.values()),
         "Sim/Score/Red": sim.tracker.totals["red"],
@@ -39,6 +39,7 @@ def build_snapshot(sim: RebuiltSim) -> Snapshot:
     }
     for zone, count in sim.tracker.pieces.items():
         integers[f"Sim/Score/{zone}"] = count
+    arrays |= sim.vision.lines(sim.robots)
     booleans: dict[str, bool] = {}
     if sim.last_tick_ms is not None:
         doubles["Sim/Performance/TickMs"] = sim.last_tick_ms
@@ -99,6 +100,8 @@ def _add_robot(
         f"{debug}/IntakeDeployExtendedPct": 100.0 * robot.deploy.extended_fraction,
         f"{debug}/IntakeRollerVelocityRPS": robot.roller.velocity / turn,
         f"{debug}/BatteryVoltage": robot.battery.voltage,
+        f"{debug}/BatteryCurrent": robot.battery.current,
+        f"{debug}/DrivetrainCurrent": robot.battery.current - robot.drive.other_current,
         "Robot/Intake/ExtensionPct" if robot.number == 0 else f"{prefix}/Robot/Intake/ExtensionPct": 100.0
         * robot.deploy.extended_fraction,
     }

@@ -11,10 +11,9 @@ from collections.abc import Callable
 from typing import Any
 
 from games.rebuilt.models import models_folder
-from games.rebuilt.publish import build_snapshot
 from games.rebuilt.sim import RebuiltSim
 from simcore.errors import SimcoreError
-from simcore.telemetry.snapshot import TelemetrySink
+from simcore.telemetry.snapshot import Snapshot, TelemetrySink
 from simcore.view.live import LiveView
 from simcore.view.models import load_models
 from simcore.view.pacing import Pacer
@@ -84,13 +83,13 @@ class Watch:
         elif self._pacer is not None:
             self._pacer.wait(sim.time, should_stop=should_stop)
 
-    def next_seed(self, sim: RebuiltSim, should_stop: Callable[[], bool]) -> int | None:
-        """After a run: the seed of the next one, or None for no other."""
+    def next_seed(self, final: Snapshot, should_stop: Callable[[], bool]) -> int | None:
+        """After a run that ended like this: the seed of the next one, or None for no other."""
         if self._view is None:
             return None
         if not self.wants_restart:
             _say("the run is over; the page stays. Ctrl-C ends it")
-        return self._view.next_seed(build_snapshot(sim), should_stop=should_stop)
+        return self._view.next_seed(final, should_stop=should_stop)
 
     def close(self) -> None:
         """Stop serving; may be called twice."""

@@ -13,7 +13,7 @@ import pytest
 ROOT = Path(__file__).resolve().parents[2]
 SOURCES = sorted([*(ROOT / "simcore").rglob("*.py"), *(ROOT / "games").rglob("*.py")])
 
-ADAPTERS = {"phoenix6", "robotpy", "view"}
+ADAPTERS = {"phoenix6", "robotpy", "photonvision", "view"}
 """The outermost packages of simcore: the only ones that know a vendor, the robot side of wpilib, or a wall clock."""
 
 BASE = {"errors", "units", "typing"}
@@ -29,9 +29,11 @@ ALLOWED = {
     "drivetrain": INNER | {"power"},  # the swerve model owns its battery (DESIGN 1)
     "telemetry": INNER | DOMAIN,
     "sim": INNER | DOMAIN | {"telemetry"},
+    "attach": INNER | DOMAIN,  # what simcore.toml says; the adapters and games read it
+    **dict.fromkeys(("cli", "__main__"), BASE | {"cli"}),  # a table of names: commands are imported when they run
     "testing": INNER | DOMAIN | {"telemetry", "sim"},
-    **dict.fromkeys(ADAPTERS, INNER | DOMAIN | {"telemetry", "sim"}),
-    "robotpy": INNER | DOMAIN | {"telemetry", "sim", "phoenix6"},  # `robotpy sim --simcore` connects both
+    **dict.fromkeys(ADAPTERS, INNER | DOMAIN | {"telemetry", "sim", "attach"}),
+    "robotpy": INNER | DOMAIN | {"telemetry", "sim", "attach", "phoenix6"},  # `robotpy sim --simcore` connects both
 }
 
 VENDORS = ("pybullet", "wpilib", "hal", "phoenix6")

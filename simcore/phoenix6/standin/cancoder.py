@@ -1,0 +1,109 @@
+"""CANcoder: a magnet's angle, with direction, offset and the range of its absolute reading."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import NamedTuple
+
+from phoenix6.spns.spn_value import SpnValue
+
+from simcore.phoenix6.standin.clock import SimulatedClock
+from simcore.phoenix6.standin.device import Device
+from simcore.phoenix6.standin.wire import Setting
+
+__all__ = ["CANcoder", "CANcoderFrame"]
+
+_RANGE = 16384.0
+
+
+class CANcoderFrame(NamedTuple):
+    """What a CANcoder tells robot code [rotations, rotations/s]."""
+
+    position: float
+    absolute: float
+    since_boot: float
+    velocity: float
+    supply: float
+    health: float
+
+
+class CANcoder(Device):
+    """One CANcoder.
+
+    Args:
+        device_id: CAN id.
+        clock: Simulated time.
+        defaults: Factory configuration.
+    """
+
+    model = "cancoder"
+    type_number = 5
+
+    def __init__(self, device_id: int, clock: SimulatedClock, defaults: Mapping[int, Setting]) -> None:
+        super().__init__(device_id, clock, defaults)
+        self.raw = 0.0
+        """Angle that physics writes, counter-clockwise [rotations]."""
+        self.raw_velocity = 0.0
+        """[rotations/s]"""
+        self.health = 3
+        self._shift = 0.0
+        self.configured()
+        self.send_frame()
+
+    def configured(self) -> None:
+        c = self.config
+        self._sign = -1.0 if c[SpnValue.CANCODER_SENSOR_DIRECTION.value] else 1.0
+        self._offset = c[SpnValue.CAN_CODER_MAGNET_OFFSET.value]
+        self._top = c[SpnValue.CONFIG_ABSOLUTE_SENSOR_DISCONTINUITY_POINT.value]
+
+    def command(self, spn: int, value: float) -> None:
+        if spn == SpnValue.CANCODER_SET_SENSOR_POSITION.value:
+            self._shift = value - self._sign * self.raw - self._offset
+        else:
+            super().command(spn, value)
+
+    def set_input(self, name: str, value: float) -> None:
+        if name == "RawPosition":
+            self.raw = value
+        elif name == "Velocity":
+            self.raw_velocity = value
+        elif name == "AddPosition":
+            self.raw += value
+        elif name == "MagnetHealth":
+            self.health = int(value)
+        elif name == "SupplyVoltage":
+            self.supply = max(value, 4.0)
+        else:
+            super().set_input(name, value)
+
+    @property
+    def position(self) -> float:
+        """Position now, continuous over turns [rotations]."""
+        return self._sign * self.raw + self._offset + self._shift
+
+    @property
+    def velocity(self) -> float:
+        """Velocity now [rotations/s]."""
+        return self._sign * self.raw_velocity
+
+    @property
+    def absolute(self) -> float:
+        """Absolute position now, within one turn below the discontinuity point [rotations]."""
+        angle = self._sign * self.raw + self._offset
+        return angle - math.floor(angle - self._top + 1.0)
+
+    def sample(self) -> CANcoderFrame:
+        return CANcoderFrame(
+            self.position, self.absolute, self._sign * self.raw, self.velocity, self.supply, float(self.health)
+        )
+
+    signals = {
+        SpnValue.CANCODER_POSITION.value: lambda f: f.position,
+        SpnValue.CANCODER_ABS_POSITION.value: lambda f: f.absolute,
+        SpnValue.CANCODER_VELOCITY.value: lambda f: f.velocity,
+        SpnValue.CAN_CODER_RAW_VEL.value: lambda f: f.velocity,
+        SpnValue.CAN_CODER_RAW_POS.value: lambda f: f.since_boot,
+        SpnValue.CAN_CODER_SUPPLY_VOLTAGE.value: lambda f: f.supply,
+        SpnValue.CANCODER_MAG_HEALTH.value: lambda f: f.health,
+    }

@@ -1,0 +1,119 @@
+"""Pigeon 2: yaw, pitch, roll and rates as physics writes them, and the yaw that robot code has set."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import NamedTuple
+
+from phoenix6.spns.spn_value import SpnValue
+
+from simcore.phoenix6.standin.clock import SimulatedClock
+from simcore.phoenix6.standin.device import Device
+from simcore.phoenix6.standin.wire import Setting
+
+__all__ = ["Pigeon2", "PigeonFrame"]
+
+
+class PigeonFrame(NamedTuple):
+    """What a Pigeon 2 tells robot code [deg, deg/s]."""
+
+    yaw: float
+    pitch: float
+    roll: float
+    rate_x: float
+    rate_y: float
+    rate_z: float
+    quat_w: float
+    quat_x: float
+    quat_y: float
+    quat_z: float
+    supply: float
+    up_time: float
+
+
+class Pigeon2(Device):
+    """One Pigeon 2.
+
+    Args:
+        device_id: CAN id.
+        clock: Simulated time.
+        defaults: Factory configuration.
+    """
+
+    model = "pigeon 2"
+    type_number = 6
+
+    def __init__(self, device_id: int, clock: SimulatedClock, defaults: Mapping[int, Setting]) -> None:
+        super().__init__(device_id, clock, defaults)
+        self.raw_yaw = 0.0
+        """Yaw since switched on, continuous over turns [deg]."""
+        self.pitch = self.roll = 0.0
+        self.rates = [0.0, 0.0, 0.0]
+        """About x, y and z [deg/s]."""
+        self._offset = 0.0
+        self.send_frame()
+
+    def command(self, spn: int, value: float) -> None:
+        if spn == SpnValue.PIGEON2_SET_YAW.value:
+            self._offset = value - self.raw_yaw
+        else:
+            super().command(spn, value)
+
+    def set_input(self, name: str, value: float) -> None:
+        if name == "RawYaw":
+            # The device takes the short way round.
+            self.raw_yaw += math.remainder(value - self.raw_yaw, 360.0)
+        elif name == "AddYaw":
+            self.raw_yaw += value
+        elif name == "Pitch":
+            self.pitch = value
+        elif name == "Roll":
+            self.roll = value
+        elif name.startswith("AngularVelocity"):
+            self.rates["XYZ".index(name[-1])] = value
+        elif name == "SupplyVoltage":
+            self.supply = max(value, 4.0)
+        else:
+            super().set_input(name, value)
+
+    @property
+    def yaw(self) -> float:
+        """Yaw now, as robot code knows it [deg]."""
+        return self.raw_yaw + self._offset
+
+    @property
+    def quaternion(self) -> tuple[float, float, float, float]:
+        """Attitude now (w, x, y, z): yaw, then pitch, then roll."""
+        y, p, r = (math.radians(a) / 2.0 for a in (self.yaw, self.pitch, self.roll))
+        cy, sy, cp, sp, cr, sr = math.cos(y), math.sin(y), math.cos(p), math.sin(p), math.cos(r), math.sin(r)
+        return (
+            cr * cp * cy + sr * sp * sy,
+            sr * cp * cy - cr * sp * sy,
+            cr * sp * cy + sr * cp * sy,
+            cr * cp * sy - sr * sp * cy,
+        )
+
+    def sample(self) -> PigeonFrame:
+        x, y, z = self.rates
+        return PigeonFrame(
+            self.yaw, self.pitch, self.roll, x, y, z, *self.quaternion, self.supply, float(int(self.clock.now))
+        )
+
+    signals = {
+        SpnValue.PIGEON2_YAW.value: lambda f: f.yaw,
+        SpnValue.PIGEON2_PITCH.value: lambda f: f.pitch,
+        SpnValue.PIGEON2_ROLL.value: lambda f: f.roll,
+        SpnValue.PIGEON2_ANGULAR_VELOCITY_X.value: lambda f: f.rate_x,
+        SpnValue.PIGEON2_ANGULAR_VELOCITY_Y.value: lambda f: f.rate_y,
+        SpnValue.PIGEON2_ANGULAR_VELOCITY_Z.value: lambda f: f.rate_z,
+        SpnValue.PIGEON2_ANGULAR_VELOCITY_X_WORLD.value: lambda f: f.rate_x,
+        SpnValue.PIGEON2_ANGULAR_VELOCITY_Y_WORLD.value: lambda f: f.rate_y,
+        SpnValue.PIGEON2_ANGULAR_VELOCITY_Z_WORLD.value: lambda f: f.rate_z,
+        SpnValue.PIGEON2_QUAT_W.value: lambda f: f.quat_w,
+        SpnValue.PIGEON2_QUAT_X.value: lambda f: f.quat_x,
+        SpnValue.PIGEON2_QUAT_Y.value: lambda f: f.quat_y,
+        SpnValue.PIGEON2_QUAT_Z.value: lambda f: f.quat_z,
+        SpnValue.PIGEON2_SUPPLY_VOLTAGE.value: lambda f: f.supply,
+        SpnValue.PIGEON2_UP_TIME.value: lambda f: f.up_time,
+    }
