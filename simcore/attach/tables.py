@@ -157,9 +157,7 @@ class Table:
         for key in self._data:
             if key not in self._asked:
                 known = sorted(self._asked)
-                raise ConfigError(
-                    f"{self.where}: no key {key!r}.{_nearest(key, known)} Known: {', '.join(known)}"
-                )
+                raise ConfigError(f"{self.where}: no key {key!r}.{_nearest(key, known)} Known: {', '.join(known)}")
 
     def _value(self, key: str, default: Any, wanted: str) -> Any:
         self._asked.append(key)
@@ -181,4 +179,6 @@ def _number_text(above: float, least: float, unit: str) -> str:
         text += f" above {above:g}"
     elif least > -math.inf:
         text += f" of at least {least:g}"
-    return f"{text} {unit}" if unit and (above > -math.inf or least > -math.inf) else f"{text} [{unit}]" if unit else text
+    return (
+        f"{text} {unit}" if unit and (above > -math.inf or least > -math.inf) else f"{text} [{unit}]" if unit else text
+    )

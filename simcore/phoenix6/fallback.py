@@ -71,7 +71,9 @@ def guess_mechanism(group: Group) -> Guess:
     config = _configuration(device)
     feedback = config.feedback if device.model == "TalonFX" else config.external_feedback
     source = str(
-        (feedback.feedback_sensor_source if device.model == "TalonFX" else feedback.external_feedback_sensor_source).name
+        (
+            feedback.feedback_sensor_source if device.model == "TalonFX" else feedback.external_feedback_sensor_source
+        ).name
     )
     on_rotor = source in ("ROTOR_SENSOR", "COMMUTATION")
     per_mechanism = _ratio(feedback.sensor_to_mechanism_ratio)
@@ -103,7 +105,8 @@ def guess_mechanism(group: Group) -> Guess:
 
 
 def _configuration(device: Device) -> Any:
-    config = configs.TalonFXConfiguration() if device.model == "TalonFX" else configs.TalonFXSConfiguration()
+    kind: Any = configs.TalonFXConfiguration if device.model == "TalonFX" else configs.TalonFXSConfiguration
+    config = kind()
     status = device.hardware.configurator.refresh(config)
     if not status.is_ok():
         raise ConfigError(f"{device}: could not read its configuration ({status.name})")

@@ -310,13 +310,14 @@ class PhysicsWorld:
             ends: Field frame.
             ignore: Row of a robot that is transparent: the one that carries the camera.
         """
+        here = np.repeat(np.array([start]), len(ends), axis=0)
+        if len(self._robots) <= (ignore >= 0):  # its own body is the only one
+            return np.array(self.engine.first_hits(here, ends, Group.STATIC)) >= 0
         blocked: BoolArray = np.zeros(len(ends), dtype=bool)
         left = np.arange(len(ends))
-        here = np.repeat(np.array([start]), len(ends), axis=0)
-        alone = len(self._robots) <= (ignore >= 0)  # its own body is the only one, so nobody need be met
         for _ in range(_MOST_PARTS):
-            hits = self.solid_rays(here, ends, robots=not alone)
-            own = hits.row == ignore if ignore >= 0 else np.zeros(len(left), dtype=bool)
+            hits = self.solid_rays(here, ends, robots=True)
+            own = (hits.row == ignore) & (ignore >= 0)
             blocked[left] = (hits.row >= 0) & ~own
             if not own.any():
                 break

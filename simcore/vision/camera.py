@@ -54,8 +54,6 @@ class LimelightType:
     """Of the pinhole, across and down [px]."""
     principal_point: tuple[float, float] = field(init=False)
     """Where the optical axis meets the picture, from its upper left corner [px]."""
-    corner_cosine: float = field(init=False)
-    """Cosine of the angle between the optical axis and the way to a corner of the picture [-]."""
 
     def __post_init__(self) -> None:
         owner = f"LimelightType {self.name!r}"
@@ -71,7 +69,6 @@ class LimelightType:
         down = math.tan(math.radians(self.vertical_fov_deg) / 2.0)
         object.__setattr__(self, "focal_length", (0.5 * self.width / across, 0.5 * self.height / down))
         object.__setattr__(self, "principal_point", (0.5 * self.width, 0.5 * self.height))
-        object.__setattr__(self, "corner_cosine", 1.0 / math.sqrt(1.0 + across * across + down * down))
 
 
 LIMELIGHTS: dict[str, LimelightType] = {

@@ -5,13 +5,17 @@ Treat them as read-only; they are not frozen, because frozen ones take three tim
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from simcore.geometry.quaternion import Vector
 from simcore.typing import FloatArray
 from simcore.vision.planar_pose import SquarePose
 
-__all__ = ["Frame", "ImuReading", "PieceSighting", "PoseEstimate", "TagSighting"]
+__all__ = ["Frame", "ImuReading", "PieceSighting", "PoseEstimate", "StdDevs", "TagSighting"]
+
+StdDevs = tuple[float, float, float, float, float, float]
+"""Of x, y, z [m], roll, pitch, yaw [deg]."""
 
 
 @dataclass(slots=True, eq=False)
@@ -70,7 +74,7 @@ class PoseEstimate:
     """From the camera [m]."""
     average_area: float
     """Of the picture [%]."""
-    std_devs: tuple[float, float, float, float, float, float]
+    std_devs: StdDevs
     """Of x, y, z [m], roll, pitch, yaw [deg], from the corners' noise."""
 
 
@@ -115,8 +119,10 @@ class Frame:
     """The nearest."""
     mount: tuple[float, float, float, float, float, float]
     """Where the camera believes to sit: ahead, right, up [m], roll, pitch (up positive), yaw [deg]."""
-    mount_pose: tuple[FloatArray, FloatArray]
-    """The same as place in the robot frame [m], shape (3,), and rotation from robot to optical axes, shape (3, 3)."""
+    mount_position: Sequence[float]
+    """The same in the robot frame [m]."""
+    mount_axes: Sequence[Sequence[float]]
+    """And its rotation from optical to robot axes, 3 rows."""
     imu: ImuReading | None = None
 
     @property

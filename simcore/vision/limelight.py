@@ -12,9 +12,9 @@ from typing import Protocol
 import numpy as np
 
 from simcore.geometry.quaternion import Quaternion, Vector
-from simcore.typing import BoolArray, BoolSupplier, FloatArray, IntArray
+from simcore.typing import BoolSupplier, FloatArray
 from simcore.vision.camera import CameraConfig, TagPipeline
-from simcore.vision.frames import Frame, PieceSighting, PoseEstimate, TagSighting
+from simcore.vision.frames import Frame, PieceSighting, PoseEstimate, StdDevs, TagSighting
 from simcore.vision.heading import HeadingSource
 from simcore.vision.history import PoseHistory
 from simcore.vision.megatag import Mounting, TagPicture
@@ -24,17 +24,18 @@ from simcore.vision.projection import camera_pose, optical_rotation
 from simcore.vision.scene import Scene
 from simcore.vision.settings import CameraSettings
 from simcore.vision.tags import TagLayout
-from simcore.vision.visibility import tags_in_picture, uncovered
+from simcore.vision.visibility import Occlusion, TagFinder
 
 __all__ = ["CameraPort", "LimelightSim", "Request"]
 
 _log = logging.getLogger(__name__)
 
 _ORIENTATION = "robot_orientation_set"
+_STD_PERIOD = 0.1  # [s]; the standard deviations of the same tags change slowly, and a Limelight's lag, too
 _LONGEST_GAP = 1.0  # [s]; after a longer one the missed frames are not made up for
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(slots=True)
 class Request:
     """What robot code wrote on an input topic."""
 
@@ -65,10 +66,13 @@ class CameraPort(Protocol):
 class _Exposure:
     """A frame that is being worked on."""
 
+    number: int
     time: float
     pipeline: int
-    rows: IntArray
+    rows: list[int]
+    """Of the tags, in the layout."""
     corners: FloatArray
+    """Pixels, shape (k, 4, 2)."""
     pieces: tuple[PieceSighting, ...]
     pose: tuple[Vector, Quaternion]
 
@@ -127,10 +131,13 @@ class LimelightSim:
         self._skip = 0
         self._number = 0
         self._megatag1_at: float | None = None
+        self._std_devs: tuple[float, list[int], StdDevs] | None = None
         self._working: deque[_Exposure] = deque()
         self._complaints = _Complaints(config.name)
         self._believed = Mounting.of(*self.settings.believed_mount)
-        self._wanted: BoolArray | None = None
+        self._wanted: frozenset[int] | None = None
+        self._finder = TagFinder(layout, config.type)
+        self._occlusion = Occlusion(layout, robot)
         self._settings_seen = -1
 
     @property
@@ -183,9 +190,10 @@ class LimelightSim:
         while self._next <= time:
             if self._skip > 0:
                 self._skip -= 1
-            else:
+            elif self._next + self._period > time:  # of two within a tick robot code would see the newer one only
                 self._working.append(self._expose(self._next, history, scene))
                 self._skip = self.settings.throttle
+            self._number += 1
             self._next += self._period
         published = []
         kind = self.config.type
@@ -210,7 +218,7 @@ class LimelightSim:
     def _expose(self, time: float, history: PoseHistory, scene: Scene) -> _Exposure:
         """What is in the picture, with noise; where things are now is less than a tick from where they were."""
         robot_pose = history.at(time)
-        exposure = _Exposure(time, self.settings.pipeline, _NO_ROWS, _NO_CORNERS, (), robot_pose)
+        exposure = _Exposure(self._number + 1, time, self.settings.pipeline, [], _NO_CORNERS, (), robot_pose)
         if self.config.perfect or (self.gate is not None and not self.gate()):
             return exposure
         pos, quat = self.pose_at(*robot_pose)
@@ -219,14 +227,19 @@ class LimelightSim:
         if isinstance(pipeline, TagPipeline):
             self._follow_settings()
             downscale = self.settings.downscale or pipeline.downscale
-            rows, corners = tags_in_picture(
-                self.layout, pos, rotation, lens,
-                min_side=pipeline.min_side * downscale, max_angle_deg=pipeline.max_angle_deg,
-                crop=self.settings.crop, wanted=self._wanted,
-            )  # fmt: skip
-            free = uncovered(self.layout, rows, pos, self.robot, scene)
-            exposure.rows, corners = rows[free], corners[free]
-            exposure.corners = corners + lens.corner_noise * self._rng.standard_normal(corners.shape)
+            rows, corners = self._finder.find(
+                pos,
+                rotation,
+                min_side=pipeline.min_side * downscale,
+                max_angle_deg=pipeline.max_angle_deg,
+                crop=self.settings.crop,
+                wanted=self._wanted,
+            )
+            if rows:
+                free = self._occlusion.uncovered(rows, pos, scene, time)
+                noise = lens.corner_noise * self._rng.standard_normal((len(rows), 4, 2))
+                exposure.rows = [row for row, ok in zip(rows, free, strict=True) if ok]
+                exposure.corners = (np.array(corners) + noise)[free]
         elif len(scene.pieces):
             exposure.pieces = find_pieces(
                 scene, self.robot, pos, rotation, lens, pipeline, self.settings.crop, self._rng
@@ -238,27 +251,30 @@ class LimelightSim:
         self._follow_settings()
         lens = self.config.type
         pipeline = self.config.pipelines[exposure.pipeline]
-        self._number += 1
         tags: tuple[TagSighting, ...] = ()
         one: PoseEstimate | None = None
         two: PoseEstimate | None = None
         if self.config.perfect and pipeline.kind == "tags":
             tags, one, two = perfect_frame(self.layout, exposure.pose, self.config)
-        elif len(exposure.rows):
+        elif exposure.rows:
             picture = TagPicture(self.layout, exposure.rows, exposure.corners, lens, self._believed)
             tags = picture.tags
-            one = picture.megatag1()
+            held = self._std_devs
+            is_same = held is not None and held[1] == exposure.rows and exposure.time - held[0] < _STD_PERIOD
+            one = picture.megatag1(held[2] if held is not None and is_same else None)
             two = picture.megatag2(self.heading.attitude(exposure.time))
             if one is not None:
                 since = self._period if self._megatag1_at is None else exposure.time - self._megatag1_at
                 self.heading.after_megatag1(one.yaw_deg, min(since, 0.1))
                 self._megatag1_at = exposure.time
+                if not is_same:
+                    self._std_devs = (exposure.time, exposure.rows, one.std_devs)
         primary = max(tags, key=lambda tag: tag.area_percent, default=None)
         for tag in tags:
             if tag.id == self.settings.priority_id:
                 primary = tag
         return Frame(
-            number=self._number,
+            number=exposure.number,
             time=exposure.time,
             published=exposure.time + latency,
             capture_latency=lens.capture_latency,
@@ -273,7 +289,8 @@ class LimelightSim:
             primary_tag=primary,
             primary_piece=exposure.pieces[0] if exposure.pieces else None,
             mount=self.settings.mount,
-            mount_pose=(self._believed.position, self._believed.to_optical),
+            mount_position=self._believed.position.tolist(),
+            mount_axes=self._believed.axes,
             imu=self.heading.reading(),
         )
 
@@ -288,8 +305,7 @@ class LimelightSim:
         ids = settings.id_filters
         if ids is None and isinstance(pipeline, TagPipeline):
             ids = pipeline.id_filters or None
-        self._wanted = None if ids is None else np.isin(self.layout.ids, ids)
+        self._wanted = None if ids is None else frozenset(ids)
 
 
-_NO_ROWS: IntArray = np.zeros(0, dtype=np.int64)
 _NO_CORNERS: FloatArray = np.zeros((0, 4, 2))

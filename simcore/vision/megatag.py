@@ -3,17 +3,17 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.linalg.lapack import dtrtrs
 
 from simcore.geometry.quaternion import Quaternion, Vector, matrix
-from simcore.typing import FloatArray, IntArray
+from simcore.typing import FloatArray
 from simcore.vision.camera import LimelightType
-from simcore.vision.frames import PoseEstimate, TagSighting
+from simcore.vision.frames import PoseEstimate, StdDevs, TagSighting
 from simcore.vision.planar_pose import SquarePose, ambiguity, solve_square
-from simcore.vision.projection import OPTICAL, angles_deg, quad_area
+from simcore.vision.projection import OPTICAL, angles_deg
 from simcore.vision.refine import CameraSolution, refine_pose, solve_position
 from simcore.vision.tags import TagLayout
 
@@ -28,6 +28,8 @@ class Mounting:
     """Robot frame [m], shape (3,)."""
     to_optical: FloatArray
     """From robot to optical axes, shape (3, 3)."""
+    axes: list[list[float]]
+    """The same from optical to robot axes, in rows, for single vectors."""
     lever: FloatArray
     """From the robot's origin to the camera, optical axes, as a cross-product matrix [m], shape (3, 3)."""
 
@@ -36,7 +38,9 @@ class Mounting:
         """From the place [m] and attitude (camera to robot axes) on the robot."""
         to_optical = OPTICAL @ matrix(rotation).T
         x, y, z = (to_optical @ np.array(position)).tolist()
-        return cls(np.array(position), to_optical, np.array([(0.0, -z, y), (z, 0.0, -x), (-y, x, 0.0)]))
+        return cls(
+            np.array(position), to_optical, to_optical.T.tolist(), np.array([(0.0, -z, y), (z, 0.0, -x), (-y, x, 0.0)])
+        )
 
 
 class TagPicture:
@@ -44,65 +48,64 @@ class TagPicture:
 
     Args:
         layout: All tags.
-        rows: Which ones are seen, shape (k,), k >= 1.
+        rows: Which ones are seen, k >= 1.
         corners: Their corners as detected [px], shape (k, 4, 2).
         lens: The picture.
         mounting: Where the camera believes to sit.
     """
 
     def __init__(
-        self, layout: TagLayout, rows: IntArray, corners: FloatArray, lens: LimelightType, mounting: Mounting
+        self, layout: TagLayout, rows: Sequence[int], corners: FloatArray, lens: LimelightType, mounting: Mounting
     ) -> None:
         self._layout = layout
-        self._rows = rows
+        self._rows = list(rows)
         self._mounting = mounting
-        focal = lens.focal_length
-        self._noise = lens.corner_noise / math.sqrt(focal[0] * focal[1])  # in ideal coordinates
-        ideal = (corners - lens.principal_point) / focal
-        self._ideal = ideal.reshape(-1, 2)
-        self._points = layout.corners[rows].reshape(-1, 3)
-        areas = (np.abs(quad_area(corners)) * (100.0 / (lens.width * lens.height))).tolist()
-        middles = (0.25 * corners.sum(axis=1)).tolist()
-        ids = layout.ids[rows].tolist()
-        self.tags = tuple(
-            self._sight(*one, lens) for one in zip(ids, corners, ideal.tolist(), middles, areas, strict=True)
-        )
+        (fx, fy), (cx, cy) = lens.focal_length, lens.principal_point
+        self._noise = lens.corner_noise / math.sqrt(fx * fy)  # in ideal coordinates
+        self._points = [corner for row in self._rows for corner in layout.corner_list[row]]
+        self._ideal: list[tuple[float, float]] = []
+        mount = mounting.position.tolist()
+        percent = 100.0 / (lens.width * lens.height)
+        tags = []
+        for row, seen in zip(self._rows, corners, strict=True):
+            (x0, y0), (x1, y1), (x2, y2), (x3, y3) = pixels = seen.tolist()
+            ideal = [((u - cx) / fx, (v - cy) / fy) for u, v in pixels]
+            self._ideal += ideal
+            poses = solve_square(ideal, layout.size)
+            near = far = 0.0
+            if poses is not None:
+                place = poses[0].translation
+                near = math.hypot(*place)
+                x, y, z = place
+                far = math.hypot(
+                    *(a * x + b * y + c * z + d for (a, b, c), d in zip(mounting.axes, mount, strict=True))
+                )
+            area = percent * 0.5 * abs((x2 - x0) * (y3 - y1) - (y2 - y0) * (x3 - x1))
+            middle = 0.25 * (x0 + x1 + x2 + x3), 0.25 * (y0 + y1 + y2 + y3)
+            doubt = 1.0 if poses is None else ambiguity(poses)
+            number = layout.id_list[row]
+            tags.append(TagSighting(number, seen, *angles_deg(*middle, lens), area, near, far, doubt, poses))
+        self.tags = tuple(tags)
         """Each tag by itself."""
-        self._largest = max(range(len(areas)), key=areas.__getitem__)
+        self._largest = max(range(len(tags)), key=lambda k: tags[k].area_percent)
         self._statistics = (
-            layout.span(rows),
-            sum(tag.camera_distance for tag in self.tags) / len(areas),
-            sum(areas) / len(areas),
+            layout.span(self._rows),
+            sum(tag.camera_distance for tag in tags) / len(tags),
+            sum(tag.area_percent for tag in tags) / len(tags),
         )
 
-    def _sight(
-        self,
-        number: int,
-        corners: FloatArray,
-        ideal: list[list[float]],
-        middle: list[float],
-        area: float,
-        lens: LimelightType,
-    ) -> TagSighting:
-        """A tag's angles, its two poses and how far away it is."""
-        poses = solve_square(ideal, self._layout.size)
-        near = far = 0.0
-        if poses is not None:
-            x, y, z = poses[0].translation
-            near = math.sqrt(x * x + y * y + z * z)
-            far = math.dist(((x, y, z) @ self._mounting.to_optical + self._mounting.position).tolist(), (0.0, 0.0, 0.0))
-        tx, ty = angles_deg(middle[0], middle[1], lens)
-        return TagSighting(number, corners, tx, ty, area, near, far, ambiguity(poses) if poses else 1.0, poses)
-
-    def megatag1(self) -> PoseEstimate | None:
+    def megatag1(self, std: StdDevs | None = None) -> PoseEstimate | None:
         """Pose from the picture alone. One tag gives the better of its two poses, which may be the wrong one.
 
         With several tags both poses of the largest are tried against all corners.
+
+        Args:
+            std: Standard deviations to hand on, from a frame just before; None: work them out, which takes 25 us.
         """
         poses = self.tags[self._largest].poses
         if poses is None:
             return None
-        row = int(self._rows[self._largest])
+        row = self._rows[self._largest]
         guess = self._camera(row, poses[0])
         # With an ambiguity this low the other one cannot be meant.
         if len(self.tags) > 1 and poses[0].error > 0.2 * poses[1].error:
@@ -110,7 +113,10 @@ class TagPicture:
             if self._misfit(*other) < self._misfit(*guess):
                 guess = other
         found = refine_pose(self._points, self._ideal, *guess)
-        return None if found is None else self._from_camera(found)
+        if found is None:
+            return None
+        attitude = found.rotation.T @ self._mounting.to_optical
+        return self._estimate(found.position, attitude, std or self._std_devs(found))
 
     def megatag2(self, attitude: FloatArray) -> PoseEstimate | None:
         """Place from the picture, with the attitude that the robot (or the camera's IMU) says it has.
@@ -120,12 +126,12 @@ class TagPicture:
         """
         depths = [tag.poses[0].translation[2] if tag.poses else 1.0 for tag in self.tags for _ in range(4)]
         rotation = self._mounting.to_optical @ attitude.T
-        found = solve_position(self._points, self._ideal, np.array(depths), rotation)
+        found = solve_position(self._points, self._ideal, depths, rotation.tolist())
         if found is None:
             return None
-        inverse, _ = dtrtrs(found.factor, np.eye(3), trans=1)
-        sx, sy, sz = (self._noise * np.sqrt((inverse * inverse).sum(axis=0))).tolist()
-        return self._estimate(found, attitude, (sx, sy, sz, 0.0, 0.0, 0.0))
+        sx, sy, sz = found[1]
+        k = self._noise
+        return self._estimate(np.array(found[0]), attitude, (k * sx, k * sy, k * sz, 0.0, 0.0, 0.0))
 
     def _camera(self, row: int, pose: SquarePose) -> tuple[FloatArray, FloatArray]:
         """Place of the camera [m] and rotation from field to optical axes, from one tag."""
@@ -133,14 +139,14 @@ class TagPicture:
         return self._layout.centers[row] - pose.translation @ rotation, rotation
 
     def _misfit(self, position: FloatArray, rotation: FloatArray) -> float:
-        p = (self._points - position) @ rotation.T
+        p = (np.array(self._points) - position) @ rotation.T
         if p[:, 2].min() < 1e-3:
             return math.inf
         off = (p[:, :2] / p[:, 2:] - self._ideal).ravel()
         return float(off @ off)
 
-    def _from_camera(self, found: CameraSolution) -> PoseEstimate:
-        """The robot's pose and how sure it is: the corners' noise, carried through the linearised solution."""
+    def _std_devs(self, found: CameraSolution) -> StdDevs:
+        """How sure the robot's pose is: the corners' noise, carried through the linearised solution."""
         mounting, back = self._mounting, found.rotation.T
         # A turn w about the optical axes swings the robot's origin about the camera, by R^T (lever x w).
         jacobian = np.zeros((6, 6))
@@ -148,15 +154,12 @@ class TagPicture:
         jacobian[:3, 3:] = back
         jacobian[3:5, :3] = mounting.to_optical.T[:2]
         jacobian[5, :3] = back[2]
-        part, _ = dtrtrs(found.factor, jacobian.T, trans=1)  # columns: their squares add up to the variances
-        sigma = (self._noise * np.sqrt((part * part).sum(axis=0))).tolist()
-        roll, pitch, yaw = map(math.degrees, sigma[3:])
-        return self._estimate(found, back @ mounting.to_optical, (sigma[0], sigma[1], sigma[2], roll, pitch, yaw))
+        variance = ((jacobian @ np.linalg.inv(found.normal)) * jacobian).sum(axis=1)
+        x, y, z, roll, pitch, yaw = (self._noise * np.sqrt(np.maximum(variance, 0.0))).tolist()
+        return x, y, z, math.degrees(roll), math.degrees(pitch), math.degrees(yaw)
 
-    def _estimate(
-        self, found: CameraSolution, attitude: FloatArray, std: tuple[float, float, float, float, float, float]
-    ) -> PoseEstimate:
-        x, y, z = (found.position - attitude @ self._mounting.position).tolist()
+    def _estimate(self, camera: FloatArray, attitude: FloatArray, std: StdDevs) -> PoseEstimate:
+        x, y, z = (camera - attitude @ self._mounting.position).tolist()
         r = attitude.tolist()
         return PoseEstimate(
             (x, y, z),

@@ -37,7 +37,8 @@ def perfect_frame(
     tags = []
     for row in np.argsort(reach, kind="stable")[:_TAGS].tolist():
         corners, _ = project(layout.corners[row], pos, rotation, lens)
-        tx, ty = angles_deg(*corners.mean(axis=0).tolist(), lens)
+        u, v = corners.mean(axis=0).tolist()
+        tx, ty = angles_deg(u, v, lens)
         area = 100.0 / (lens.width * lens.height) * abs(float(quad_area(corners[None])[0]))
         near, far = float(reach[row]), math.dist(layout.centers[row].tolist(), robot_pose[0])
         tags.append(TagSighting(int(layout.ids[row]), corners, tx, ty, area, near, far, 0.0, None))

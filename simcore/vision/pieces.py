@@ -17,7 +17,7 @@ __all__ = ["MOST_DETECTIONS", "find_pieces"]
 MOST_DETECTIONS = 32
 """Entries of a raw array at most; farther pieces are left out."""
 
-_CANDIDATES = 64  # nearest pieces that are looked at closely
+_CANDIDATES = 40  # nearest pieces that are looked at closely
 _RIM: FloatArray = np.array([(0.0, 0.0), (0.7, 0.0), (-0.7, 0.0), (0.0, 0.7), (0.0, -0.7)])
 """Where it is tested whether a piece is covered, right and down in radii: its middle and four places around it."""
 
@@ -59,19 +59,20 @@ def find_pieces(
     if not len(slots):
         return ()
     seen = _visible_part(p, distance, scene, robot, pos, rotation) >= pipeline.min_visible
-    noise = pipeline.box_noise * rng.standard_normal((len(slots), 4))
+    kept = np.nonzero(seen)[0][:MOST_DETECTIONS]
+    p = p[kept]
+    middle = p[:, :2] / p[:, 2:] * (fx, fy) + (cx, cy)
+    half = scene.piece_radius / p[:, 2:] * (fx, fy)
+    noise = pipeline.box_noise * rng.standard_normal((2, len(kept), 2))
+    low, high = middle - half + noise[0], middle + half + noise[1]
+    corners = np.stack((low, high), axis=1)[:, ((0, 0), (1, 0), (1, 1), (0, 1)), (0, 1)]
+    percent = 100.0 / (lens.width * lens.height)
     found = []
-    for k in np.nonzero(seen)[0][:MOST_DETECTIONS].tolist():
-        x, y, depth = p[k].tolist()
-        mid_u, mid_v = fx * x / depth + cx, fy * y / depth + cy
-        half_u, half_v = fx * scene.piece_radius / depth, fy * scene.piece_radius / depth
-        n = noise[k].tolist()
-        u0, u1 = mid_u - half_u + n[0], mid_u + half_u + n[1]
-        v0, v1 = mid_v - half_v + n[2], mid_v + half_v + n[3]
+    rows = zip(low.tolist(), high.tolist(), corners, distance[kept].tolist(), slots[kept].tolist(), strict=True)
+    for (u0, v0), (u1, v1), box, reach, slot in rows:
         tx, ty = angles_deg(0.5 * (u0 + u1), 0.5 * (v0 + v1), lens)
-        area = 100.0 * abs((u1 - u0) * (v1 - v0)) / (lens.width * lens.height)
-        corners = np.array([(u0, v0), (u1, v0), (u1, v1), (u0, v1)])
-        found.append(PieceSighting(0, pipeline.piece_class, corners, tx, ty, area, float(distance[k]), int(slots[k])))
+        area = percent * abs((u1 - u0) * (v1 - v0))
+        found.append(PieceSighting(0, pipeline.piece_class, box, tx, ty, area, reach, slot))
     return tuple(found)
 
 

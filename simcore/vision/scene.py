@@ -13,6 +13,7 @@ from simcore.typing import BoolArray, FloatArray
 
 __all__ = ["Scene", "SightLines", "hidden_by_spheres"]
 
+_CARPET = 1.2  # radii; a ball whose center is higher does not lie on the carpet
 _NOTHING: FloatArray = np.zeros((0, 3))
 
 
@@ -42,6 +43,14 @@ class Scene:
     """Of each [m]."""
     sight: SightLines | None = None
     """None: nothing but pieces is in the way."""
+    _high: FloatArray | None = field(default=None, repr=False)
+
+    def above(self, height: float) -> FloatArray:
+        """Pieces that may reach above a height [m]: of a field full of fuel on the carpet, seen from above, none."""
+        if self._high is None:
+            self._high = self.pieces[self.pieces[:, 2] > _CARPET * self.piece_radius]
+        some = self._high if height > (_CARPET + 1.0) * self.piece_radius else self.pieces
+        return some
 
 
 def hidden_by_spheres(start: Vector, points: FloatArray, centers: FloatArray, radius: float) -> BoolArray | None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -46,9 +46,17 @@ class TagLayout:
     normals: FloatArray
     """Out of each tag's face, shape (n, 3)."""
     square_axes: FloatArray
-    """From field axes to those of a square (x right as one faces it, y up, z out of its face), shape (n, 3, 3)."""
-    apart: FloatArray
-    """Distances between tags [m], shape (n, n)."""
+    """From field axes to a square's (x right as one faces it, y up, z out of its face), shape (n, 3, 3)."""
+    apart: list[list[float]]
+    """Distances between tags [m]; lists, as the next, because single numbers are asked for."""
+    center_list: list[list[float]]
+    """The same as `centers`."""
+    id_list: list[int]
+    """The same as `ids`."""
+    normal_list: list[list[float]]
+    """The same as `normals`."""
+    corner_list: list[list[list[float]]]
+    """The same as `corners`."""
 
     @classmethod
     def of(
@@ -77,15 +85,17 @@ class TagLayout:
         corners = centers[:, None, :] + np.einsum("nij,kj->nki", rotations, square)
         normals = np.ascontiguousarray(rotations[:, :, 0])
         square_axes = np.ascontiguousarray(rotations[:, :, (1, 2, 0)].transpose(0, 2, 1))
-        apart = np.linalg.norm(centers[:, None, :] - centers[None, :, :], axis=2)
-        arrays = (np.array(ids, dtype=np.int64), centers, rotations, corners, normals, square_axes, apart)
+        apart = np.linalg.norm(centers[:, None, :] - centers[None, :, :], axis=2).tolist()
+        arrays = (np.array(ids, dtype=np.int64), centers, rotations, corners, normals, square_axes)
         for array in arrays:
             array.setflags(write=False)
-        return cls(*arrays[:4], field_size, size, *arrays[4:])
+        return cls(
+            *arrays[:4], field_size, size, *arrays[4:], apart, centers.tolist(), ids, normals.tolist(), corners.tolist()
+        )
 
-    def span(self, rows: IntArray) -> float:
+    def span(self, rows: Sequence[int]) -> float:
         """Largest distance between two of some tags [m]."""
-        return float(self.apart[rows[:, None], rows].max()) if len(rows) > 1 else 0.0
+        return max((self.apart[a][b] for a in rows for b in rows), default=0.0)
 
 
 def official_layout(name: str = "2026-welded") -> TagLayout:

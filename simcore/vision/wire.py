@@ -6,14 +6,12 @@ Source: LimelightHelpers 2026 and docs.limelightvision.io, "Complete NetworkTabl
 from __future__ import annotations
 
 import math
-
-import numpy as np
+from collections.abc import Sequence
 
 from simcore.geometry.symmetry import wrap_angle
 from simcore.typing import FloatArray
 from simcore.vision.camera import CameraConfig
-from simcore.vision.frames import Frame, PoseEstimate, TagSighting
-from simcore.vision.projection import OPTICAL
+from simcore.vision.frames import Frame, PieceSighting, PoseEstimate, TagSighting
 
 __all__ = ["EVERY_FRAME", "PIPELINE_TYPES", "TOPICS", "Value", "constant_values", "frame_values"]
 
@@ -44,7 +42,6 @@ PIPELINE_TYPES = {"tags": "pipe_fiducial", "pieces": "pipe_neuraldetector"}
 
 _NO_POSE = [0.0] * 6
 _MOST_TARGETS = 3
-_INTO_TAG: FloatArray = np.array((1.0, -1.0, -1.0))  # a square's axes (right, up, out) to a target's (right, down, in)
 
 
 def constant_values(config: CameraConfig) -> dict[str, Value]:
@@ -155,27 +152,43 @@ def _target_space(tag: TagSighting | None, frame: Frame) -> dict[str, Value]:
     names = ("targetpose_cameraspace", "camerapose_targetspace", "targetpose_robotspace", "botpose_targetspace")
     if tag is None or tag.poses is None:
         return dict.fromkeys(names, _NO_POSE)
-    rotation = np.array(tag.poses[0].rotation).reshape(3, 3) * _INTO_TAG
-    place = np.array(tag.poses[0].translation)
-    position, to_optical = frame.mount_pose
-    to_robot = OPTICAL @ to_optical.T  # both with a camera's axes
-    robot_rotation = to_robot @ rotation
-    robot_place = to_robot @ place + OPTICAL @ position
+    x, y, z = place = tag.poses[0].translation
+    a, b, c, d, e, f, g, h, i = tag.poses[0].rotation
+    turn = ((a, -b, -c), (d, -e, -f), (g, -h, -i))  # a square's axes are right, up, out; a target's right, down, in
+    # The robot's axes, right, down, ahead as a camera's, are its own y and z reversed, and its x.
+    ahead, left, up = frame.mount_axes
+    mount_ahead, mount_left, mount_up = frame.mount_position
+    right, down = (-left[0], -left[1], -left[2]), (-up[0], -up[1], -up[2])
+    robot_place = (
+        right[0] * x + right[1] * y + right[2] * z - mount_left,
+        down[0] * x + down[1] * y + down[2] * z - mount_up,
+        ahead[0] * x + ahead[1] * y + ahead[2] * z + mount_ahead,
+    )
+    columns = tuple(zip(*turn, strict=True))
+    robot_turn = tuple(
+        tuple(row[0] * col[0] + row[1] * col[1] + row[2] * col[2] for col in columns) for row in (right, down, ahead)
+    )
     return {
-        "targetpose_cameraspace": _six(place, rotation),
-        "camerapose_targetspace": _six(-rotation.T @ place, rotation.T),
-        "targetpose_robotspace": _six(robot_place, robot_rotation),
-        "botpose_targetspace": _six(-robot_rotation.T @ robot_place, robot_rotation.T),
+        "targetpose_cameraspace": _six(place, turn),
+        "camerapose_targetspace": _back(place, turn),
+        "targetpose_robotspace": _six(robot_place, robot_turn),
+        "botpose_targetspace": _back(robot_place, robot_turn),
     }
 
 
-def _six(place: FloatArray, rotation: FloatArray) -> list[float]:
-    """Yaw about y, then pitch about x, then roll about z; yaw is clockwise from above."""
-    r = rotation.tolist()
-    pitch = math.asin(max(-1.0, min(1.0, -r[1][2])))
-    yaw = math.atan2(r[0][2], r[2][2])
-    roll = math.atan2(r[1][0], r[1][1])
-    return [*place.tolist(), math.degrees(pitch), math.degrees(yaw), math.degrees(roll)]
+def _back(place: Sequence[float], turn: Sequence[Sequence[float]]) -> list[float]:
+    """The inverse pose, as `_six` has it."""
+    x, y, z = place
+    back = tuple(zip(*turn, strict=True))
+    return _six([-(a * x + b * y + c * z) for a, b, c in back], back)
+
+
+def _six(place: Sequence[float], turn: Sequence[Sequence[float]]) -> list[float]:
+    """Place and the angles of yaw about y, then pitch about x, then roll about z; yaw is clockwise from above."""
+    pitch = math.asin(max(-1.0, min(1.0, -turn[1][2])))
+    yaw = math.atan2(turn[0][2], turn[2][2])
+    roll = math.atan2(turn[1][0], turn[1][1])
+    return [*place, math.degrees(pitch), math.degrees(yaw), math.degrees(roll)]
 
 
 def _sides(corners: FloatArray | None) -> list[float]:
@@ -192,11 +205,13 @@ def _sides(corners: FloatArray | None) -> list[float]:
 def _raw_targets(frame: Frame, config: CameraConfig) -> list[float]:
     """The largest targets: place in the picture from -1 to 1, right and up, and area [%]."""
     lens = config.type
-    every = sorted((*frame.tags, *frame.pieces), key=lambda seen: -seen.area_percent)[:_MOST_TARGETS]
+    fx, fy = lens.focal_length
+    both: list[TagSighting | PieceSighting] = [*frame.tags, *frame.pieces]
+    every = sorted(both, key=lambda seen: -seen.area_percent)[:_MOST_TARGETS]
     raw: list[float] = []
     for seen in every:
-        u, v = seen.corners.mean(axis=0).tolist()
-        raw += (2.0 * u / lens.width - 1.0, 1.0 - 2.0 * v / lens.height, seen.area_percent)
+        x, y = math.tan(math.radians(seen.tx_deg)), math.tan(math.radians(seen.ty_deg))
+        raw += (x * fx / lens.principal_point[0], y * fy / lens.principal_point[1], seen.area_percent)
     return raw
 
 
