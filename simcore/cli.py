@@ -21,6 +21,7 @@ class Command(NamedTuple):
 
 
 COMMANDS = {
+    "doctor": Command("simcore.robotpy.doctor", "look at this computer and this folder, and say what to do"),
     "init": Command("simcore.attach.init", "write a simcore.toml beside robot.py"),
 }
 """By name; the modules may need extras, and are imported only when their command runs."""

@@ -31,14 +31,14 @@ class Component(NamedTuple):
     """Share of the intake's travel that the part goes with it [-]."""
 
 
-RAILS = (-1.0, 0.0, -0.4)
+RAILS = (-1.0, 0.0, -0.5)
 """Where the intake goes per meter of its rack [m]: out at the back, and down over the bumper."""
 
 COMPONENTS: tuple[Component, ...] = (
-    Component("intake", (-0.30, 0.0, 0.33), slides=1.0),
+    Component("intake", (-0.30, 0.0, 0.35), slides=1.0),
     Component("hopper", (-0.05, 0.0, 0.30), slides=0.5),
-    Component("intake roller, lower", (-0.37, 0.0, 0.29), "y", "roller", slides=1.0),
-    Component("intake roller, upper", (-0.33, 0.0, 0.43), "y", "roller", -1.0, slides=1.0),
+    Component("intake roller, lower", (-0.37, 0.0, 0.31), "y", "roller", slides=1.0),
+    Component("intake roller, upper", (-0.33, 0.0, 0.45), "y", "roller", -1.0, slides=1.0),
     Component("hopper roller", (-0.24, 0.0, 0.22), "y", "roller"),
     Component("spindexer plate", (-0.03, 0.0, 0.14), "z", "spindexer"),
     Component("spindexer cone", (-0.03, 0.0, 0.155), "z", "spindexer"),

@@ -11,7 +11,7 @@ from games.rebuilt.runner import AutoRun
 from simcore.errors import ConfigError, OutputError
 from simcore.telemetry.animation import check_animation
 from simcore.telemetry.guard import GuardedSink
-from simcore.telemetry.output import require_writable
+from simcore.telemetry.output import discard_empty, require_writable
 from simcore.telemetry.recording import Recording
 from simcore.telemetry.snapshot import TelemetrySink
 from simcore.telemetry.wpilog import WpilogSink
@@ -120,6 +120,7 @@ class RunOutputs:
                 draw(path, run, self.recording)
                 written[kind] = str(path)
             except OutputError as error:
+                discard_empty(path)
                 self.say(str(error))
         return written
 

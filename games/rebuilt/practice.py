@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -19,6 +20,9 @@ from simcore.mechanism.flywheel import FlywheelSim
 from simcore.mechanism.shaft import ShaftSim
 from simcore.physics.world import PhysicsWorld
 from simcore.telemetry.snapshot import TelemetrySink
+
+if TYPE_CHECKING:
+    import ntcore
 
 __all__ = ["PracticeRobot", "PracticeRobotConfig", "practice"]
 
@@ -128,7 +132,10 @@ class PracticeRobot(RebuiltRobot):
 
 
 def practice(
-    settings: RobotSettings, drivetrain: SwerveConfig, sinks: Sequence[TelemetrySink] = ()
+    settings: RobotSettings,
+    drivetrain: SwerveConfig,
+    sinks: Sequence[TelemetrySink] = (),
+    network: ntcore.NetworkTableInstance | None = None,
 ) -> tuple[RebuiltSim, PracticeRobot]:
     """The whole field and one robot; every fuel counts.
 
@@ -136,6 +143,7 @@ def practice(
         settings: The robot's, with bumpers.
         drivetrain: The robot's.
         sinks: Who wants telemetry.
+        network: Where its cameras publish and listen.
 
     Raises:
         ConfigError: The robot cannot be, or cannot start where it should.
@@ -151,7 +159,11 @@ def practice(
         wheel_radius=drivetrain.modules[0].wheel_radius,
     )
     config = PracticeRobotConfig(
-        chassis=body, drivetrain=drivetrain, hopper_capacity=settings.capacity, settings=settings
+        chassis=body,
+        drivetrain=drivetrain,
+        hopper_capacity=settings.capacity,
+        cameras=settings.cameras,
+        settings=settings,
     )
     intake, shooter = settings.intake, settings.shooter
     if intake is not None:
@@ -170,7 +182,7 @@ def practice(
             exit_efficiency=shooter.exit_efficiency,
         )
     entry = RobotEntry(config=config, pose=settings.start, preload=settings.preload)
-    sim = RebuiltSim(RebuiltConfig(robots=(entry,), hubs_always_active=True), sinks=sinks)
+    sim = RebuiltSim(RebuiltConfig(robots=(entry,), hubs_always_active=True), sinks=sinks, network=network)
     robot = sim.robots[0]
     assert isinstance(robot, PracticeRobot)
     return sim, robot

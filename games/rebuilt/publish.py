@@ -27,7 +27,7 @@ def build_snapshot(sim: RebuiltSim) -> Snapshot:
         f"Sim/GamePieces/{FUEL.name}": _upright(sim.pieces.state.pos[sim.pieces.on_field()]),
         f"Sim/InFlight/{FUEL.name}": _upright(sim.flying),
     }
-    doubles: dict[str, float] = {"Sim/Match/Time": sim.time, "Sim/Match/TimeLeft": sim.match.remaining(sim.time)}
+    doubles: dict[str, float] = {"Sim/Match/Time": sim.time, "Sim/Match/TimeLeft": sim.match.remaining(sim.match_time)}
     integers: dict[str, int] = {
         "Sim/Score/Total": sum(sim.tracker.totals.values()),
         "Sim/Score/Red": sim.tracker.totals["red"],

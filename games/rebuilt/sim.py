@@ -31,7 +31,7 @@ from simcore.geometry.symmetry import turn_half, turn_half_pose
 from simcore.physics.engine import Engine
 from simcore.physics.substeps import Substepping, Surroundings
 from simcore.physics.world import PhysicsWorld
-from simcore.scoring.tracker import Alliance, ScoringTracker
+from simcore.scoring.tracker import Alliance, ScoringTracker, ScoringZone
 from simcore.sim.recorder import TrajectoryDigest
 from simcore.sim.report import FuelCount
 from simcore.telemetry.scene import Scene
@@ -145,14 +145,11 @@ class RebuiltSim:
         except BaseException:
             self.world.close()
             raise
-        self.alliances: list[Alliance] = [entry.alliance for entry in c.robots]
-        """Of each robot, as last set."""
         self._codes = list(robot_code) + [None] * (len(self.robots) - len(robot_code))
-        self.alliances: list[Alliance] = [entry.alliance for entry in c.robots]
-        """Of each robot, as last set."""
         self.sinks = list(sinks)
         self.time = 0.0
         """Simulated time since the start of auto [s]."""
+        self._match_start = 0.0
         self.ticks = 0
         self.substeps = 0
         """Of the last tick."""
@@ -206,6 +203,22 @@ class RebuiltSim:
         robot.chassis.set_pose(*pose)
         robot.gyro.reset(yaw=robot.gyro.yaw, true_yaw=pose[2], time=self.time)
         robot.odometry.reset(pose, gyro_yaw=robot.gyro.yaw)
+
+    def start_period(self, period: str) -> None:
+        """Let the match clock follow a driver station that has just enabled `auto` or `teleop`."""
+        self._match_start = self.time - MATCH.start("auto" if period == "auto" else "transition")
+        if period == "auto":
+            self.scoring.restart()
+
+    @property
+    def match_time(self) -> float:
+        """Since the start of auto [s]: that of the simulation, or as the driver station has it."""
+        return self.time - self._match_start
+
+    @property
+    def game_message(self) -> str:
+        """What the field sends to robot code: `B` or `R`, whose hub is inactive first; empty before teleop."""
+        return self.scoring.message(self.match_time)
 
     def set_robot_code(self, number: int, code: RobotCode | None) -> None:
         """Choose what thinks for a robot from the next tick on."""
@@ -455,6 +468,9 @@ class RebuiltSim:
                     "give its RobotEntry another pose"
                 )
 
+    def _worth(self, zone: ScoringZone, time: float) -> int:
+        return self.scoring.worth(zone, time - self._match_start)
+
     # --- building -----------------------------------------------------------------------------------------------
 
     def _layout(self) -> TagLayout:
@@ -493,5 +509,5 @@ class RebuiltSim:
             self.pieces.hold(self.pieces.stage(FUEL.name, entry.preload), number)
         self._require_free_starts()
         self.scoring = RebuiltScoring(rng, favorite="red" if is_turned else "blue", always_active=c.hubs_always_active)
-        self.tracker = ScoringTracker(scoring_zones(), worth=self.scoring.worth)
+        self.tracker = ScoringTracker(scoring_zones(), worth=self._worth)
         self.match = MATCH

@@ -4,11 +4,15 @@ from __future__ import annotations
 
 import argparse
 import json
+import os
 import subprocess
 import sys
+import tempfile
 from importlib.util import find_spec
 from pathlib import Path
+from typing import Any
 
+import simcore
 from simcore.attach.read import FILE_NAME
 from simcore.attach.template import FoundMotor, template
 from simcore.errors import ConfigError, OutputError
@@ -36,7 +40,7 @@ def run(args: argparse.Namespace) -> int:
     path = folder / FILE_NAME
     if not (folder / "robot.py").is_file():
         raise ConfigError(
-            f"no robot.py in {folder.resolve()}: go to the folder of your robot project, or name it: simcore init FOLDER"
+            f"no robot.py in {folder.resolve()}: go to your robot project, or name its folder: simcore init FOLDER"
         )
     if path.exists() and not args.force:
         raise ConfigError(f"{path} is there already; simcore init --force overwrites it")
@@ -66,21 +70,26 @@ def look_at_robot(folder: Path) -> tuple[list[FoundMotor] | None, str]:
     for module in ("phoenix6", "wpilib"):
         if find_spec(module) is None:
             return None, f"{module} is not installed"
+    path = [str(Path(simcore.__file__).resolve().parents[1]), *filter(None, [os.environ.get("PYTHONPATH")])]
     try:
-        done = subprocess.run(
-            [sys.executable, "-m", "simcore.robotpy.look", str(folder.resolve() / "robot.py")],
-            capture_output=True,
-            text=True,
-            timeout=_LOOK_SECONDS,
-            check=False,
-        )
+        # In a folder of its own: devices keep their configurations in ./ctre_sim.
+        with tempfile.TemporaryDirectory() as scratch:
+            done = subprocess.run(
+                [sys.executable, "-m", "simcore.robotpy.look", str(folder.resolve() / "robot.py")],
+                cwd=scratch,
+                env={**os.environ, "PYTHONPATH": os.pathsep.join(path)},
+                capture_output=True,
+                text=True,
+                timeout=_LOOK_SECONDS,
+                check=False,
+            )
     except subprocess.TimeoutExpired:
         return None, f"it did not start within {_LOOK_SECONDS:.0f} s"
-    answer = next((line for line in reversed(done.stdout.splitlines()) if line.startswith('{"motors"')), None)
-    if answer is None:
-        said = [line for line in done.stderr.splitlines() if line.strip()]
-        return None, said[-1].strip() if said else "it said nothing"
+    line = next((line for line in reversed(done.stdout.splitlines()) if line.startswith('{"')), None)
+    answer: dict[str, Any] = {"error": f"it ended with code {done.returncode}"} if line is None else json.loads(line)
+    if "error" in answer:
+        return None, answer["error"]
     return [
         FoundMotor(**{**m, "followers": tuple(m["followers"]), "opposed": tuple(m["opposed"])})
-        for m in json.loads(answer)["motors"]
+        for m in answer["motors"]
     ], ""

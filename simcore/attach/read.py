@@ -9,9 +9,7 @@ from pathlib import Path
 from wpimath.system.plant import DCMotor
 
 from simcore.attach.settings import (
-    CAMERA_MODES,
     CONTROLLERS,
-    CameraSettings,
     IntakeSettings,
     MechanismConfig,
     MechanismSettings,
@@ -27,12 +25,21 @@ from simcore.mechanism.flywheel import FlywheelConfig
 from simcore.mechanism.motor import GearboxConfig
 from simcore.mechanism.rack import RackConfig
 from simcore.mechanism.roller import RollerConfig
+from simcore.vision.camera import (
+    LIMELIGHTS,
+    CameraConfig,
+    CameraMount,
+    PiecePipeline,
+    TagPipeline,
+    limelight_type,
+)
 
 __all__ = ["FILE_NAME", "gearbox_motor", "read_settings"]
 
 FILE_NAME = "simcore.toml"
 
 _KINDS = ("flywheel", "roller", "arm", "elevator", "rack")
+_CAMERA_MODES = ("tags", "pieces")
 _MAX_CAN_ID = 62
 
 
@@ -221,17 +228,19 @@ def _shooter(t: Table, mechanisms: tuple[MechanismSettings, ...]) -> ShooterSett
     return shooter
 
 
-def _camera(t: Table) -> CameraSettings:
-    camera = CameraSettings(
-        name=t.text("name"),
-        type=t.text("type"),
-        mode=t.choice("mode", CAMERA_MODES, CAMERA_MODES[0]),
-        pos=(t.number("x", unit="m"), t.number("y", unit="m"), t.number("z", least=0.0, unit="m")),
-        roll_pitch_yaw=(
-            math.radians(t.number("roll_deg", 0.0, unit="deg")),
-            math.radians(t.number("pitch_deg", 0.0, unit="deg")),
-            math.radians(t.number("yaw_deg", 0.0, unit="deg")),
+def _camera(t: Table) -> CameraConfig:
+    degrees = {f"{axis}_deg": t.number(f"{axis}_deg", 0.0, unit="deg") for axis in ("roll", "pitch", "yaw")}
+    pipeline = TagPipeline() if t.choice("mode", _CAMERA_MODES, _CAMERA_MODES[0]) == "tags" else PiecePipeline()
+    name = t.text("name")
+    if "/" in name:
+        raise t.error("name", f"must be a NetworkTables name without '/', got {name!r}")
+    camera = CameraConfig(
+        name=name,
+        type=limelight_type(t.choice("type", tuple(LIMELIGHTS))),
+        mount=CameraMount(
+            x=t.number("x", unit="m"), y=t.number("y", unit="m"), z=t.number("z", least=0.0, unit="m"), **degrees
         ),
+        pipelines=(pipeline,),
     )
     t.finish()
     return camera

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import math
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from typing import TypeAlias
 
 from simcore.mechanism.arm import ArmConfig, ArmSim
@@ -12,11 +11,10 @@ from simcore.mechanism.flywheel import FlywheelConfig, FlywheelSim
 from simcore.mechanism.rack import RackConfig, RackSim
 from simcore.mechanism.roller import RollerConfig, RollerSim
 from simcore.mechanism.shaft import ShaftSim
+from simcore.vision.camera import CameraConfig
 
 __all__ = [
-    "CAMERA_MODES",
     "CONTROLLERS",
-    "CameraSettings",
     "IntakeSettings",
     "MechanismSettings",
     "RobotSettings",
@@ -25,8 +23,6 @@ __all__ = [
 
 CONTROLLERS = ("TalonFX", "TalonFXS")
 """What can drive a mechanism of the file; others are connected in a physics.py."""
-
-CAMERA_MODES = ("apriltag", "pieces")
 
 MechanismConfig: TypeAlias = FlywheelConfig | RollerConfig | ArmConfig | ElevatorConfig | RackConfig
 
@@ -120,22 +116,6 @@ class ShooterSettings:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class CameraSettings:
-    """A camera on the robot."""
-
-    name: str
-    """As its NetworkTables table is called."""
-    type: str
-    """Model, e.g. `limelight4`."""
-    mode: str
-    """One of `CAMERA_MODES`."""
-    pos: tuple[float, float, float]
-    """Of the lens, robot frame [m]."""
-    roll_pitch_yaw: tuple[float, float, float]
-    """Robot to camera, WPILib's order and signs: pitch above zero looks down [rad]."""
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
 class RobotSettings:
     """All of the file; the defaults are what a robot without a file gets."""
 
@@ -159,7 +139,7 @@ class RobotSettings:
     mechanisms: tuple[MechanismSettings, ...] = ()
     intake: IntakeSettings | None = None
     shooter: ShooterSettings | None = None
-    cameras: tuple[CameraSettings, ...] = field(default=())
+    cameras: tuple[CameraConfig, ...] = ()
 
     def with_bumper_around(self, wheels: tuple[tuple[float, float], ...]) -> RobotSettings:
         """The same with bumpers, if it had none, 15 cm beyond the wheels' centers [m]."""

@@ -99,8 +99,8 @@ _KINDS = """\
 
 # [[camera]]
 # name = "limelight"            # of its NetworkTables table
-# type = "limelight4"
-# mode = "apriltag"             # or pieces
+# type = "LL4"                  # LL3, LL3A, LL3G or LL4
+# mode = "tags"                 # or pieces
 # x = 0.30
 # y = 0.0
 # z = 0.40

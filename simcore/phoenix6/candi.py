@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 from phoenix6.configs import CANdiConfiguration
 from phoenix6.hardware import CANdi
@@ -14,7 +15,7 @@ from simcore.phoenix6.ownership import own_writer
 
 __all__ = ["CANdiEncoderSim", "CANdiSwitchSim"]
 
-_STATES = {1: S1StateValue, 2: S2StateValue}
+_STATES: dict[int, Any] = {1: S1StateValue, 2: S2StateValue}
 
 
 class CANdiEncoderSim:
@@ -39,11 +40,13 @@ class CANdiEncoderSim:
                 raise ConfigError(f"CANdi {candi.device_id}: could not read its configuration ({status.name})")
             sensor = config.pwm1 if pin == 1 else config.pwm2
             if inverted is None:
-                inverted = sensor.sensor_direction.name == "CLOCKWISE_POSITIVE"
+                inverted = bool(sensor.sensor_direction)  # of a CANdi it is a flag
             if offset is None:
                 offset = sensor.absolute_sensor_offset
         self._state = state = candi.sim_state
         turn = ChassisReference.CLOCKWISE_POSITIVE if inverted else ChassisReference.COUNTER_CLOCKWISE_POSITIVE
+        # The simulated device turns the position by its configured direction, but not the velocity (measured, 26.3).
+        self._rate_sign = -1.0 if inverted else 1.0
         setattr(state, f"pwm{pin}_orientation", turn)
         setattr(state, f"pwm{pin}_sensor_offset", offset)
         getattr(state, f"set_pwm{pin}_connected")(True)
@@ -57,7 +60,7 @@ class CANdiEncoderSim:
     def write(self, angle: float, rate: float) -> None:
         """Say where the shaft is [rad] and how fast it turns [rad/s]."""
         self._set_position(angle / math.tau)
-        self._set_velocity(rate / math.tau)
+        self._set_velocity(self._rate_sign * rate / math.tau)
 
 
 class CANdiSwitchSim:

@@ -105,7 +105,8 @@ def guess_mechanism(group: Group) -> Guess:
 
 
 def _configuration(device: Device) -> Any:
-    config = configs.TalonFXConfiguration() if device.model == "TalonFX" else configs.TalonFXSConfiguration()
+    kind: Any = configs.TalonFXConfiguration if device.model == "TalonFX" else configs.TalonFXSConfiguration
+    config = kind()
     status = device.hardware.configurator.refresh(config)
     if not status.is_ok():
         raise ConfigError(f"{device}: could not read its configuration ({status.name})")

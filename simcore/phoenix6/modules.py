@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 from phoenix6.hardware import CANcoder, CANdi, Pigeon2, TalonFX, TalonFXS
 
+from simcore.drivetrain.ports import SwervePorts
 from simcore.drivetrain.swerve import SwerveDrive
 from simcore.errors import ConfigError
 from simcore.phoenix6.cancoder import CANcoderSim
@@ -41,7 +41,7 @@ class SwerveModuleDevices:
     """Offset as configured [rotations]."""
 
 
-class SwerveDevicesSim:
+class SwerveDevicesSim(SwervePorts):
     """Moves volts from TalonFX to the model of a swerve drive, and the model's motion to their sensors.
 
     For teams with modules of their own; CTRE's drivetrain has `SwerveDrivetrainSim`.
@@ -62,65 +62,19 @@ class SwerveDevicesSim:
                 f"swerve: devices of {len(modules)} modules for a model of {len(drive.config.modules)}; want as many"
             )
         _check_devices(modules)
-        self._drive = drive
         devices = [d for m in modules for d in (m.drive_motor, m.steer_motor, m.encoder)]
         self.devices = tuple(key_of(d) for d in (*devices, pigeon) if d is not None)
         """Of all its devices, (model, id)."""
-        self._drive_ports = [_port(m.drive_motor, m.drive_inverted) for m in modules]
-        self._steer_ports = [
-            _port(m.steer_motor, m.steer_inverted, c.steer_gearing)
-            for m, c in zip(modules, drive.config.modules, strict=True)
-        ]
-        self._encoders = [_encoder(m) for m in modules]
-        self._pigeon = None if pigeon is None else Pigeon2Sim(pigeon)
-        self._per_volt = [(1.0 / m.drive_motor.kv, 1.0 / m.steer_motor.kv) for m in drive.config.modules]
-        self._yaw_at_start: float | None = None
-
-    def read(self, battery_voltage: float) -> None:
-        """Give the devices their supply [V] and the model their volts."""
-        for port in (*self._drive_ports, *self._steer_ports):
-            port.set_supply(battery_voltage)
-        state = self._drive.state
-        drive, steer = [], []
-        for k, m in enumerate(self._drive.config.modules):
-            per_drive, per_steer = self._per_volt[k]
-            rotor = m.drive_gearing * state.wheel_speed[k] + m.coupling_ratio * state.steer_speed[k]
-            drive.append(_terminal_volts(self._drive_ports[k], rotor * per_drive))
-            steer.append(_terminal_volts(self._steer_ports[k], m.steer_gearing * state.steer_speed[k] * per_steer))
-        self._drive.set_volts(drive, steer)
-
-    def write(self, yaw: float, pitch: float, roll: float, rates: Sequence[float]) -> None:
-        """Give the sensors what the model did.
-
-        Args:
-            yaw: Of the gyro, continuous over turns; where it starts is where the Pigeon reads zero [rad].
-            pitch: [rad]
-            roll: [rad]
-            rates: About the robot's axes [rad/s], shape (3,).
-        """
-        state = self._drive.state
-        turn = math.tau
-        for k, m in enumerate(self._drive.config.modules):
-            wheel, azimuth = state.wheel_angle[k], state.steer_angle[k]
-            wheel_rate, azimuth_rate = state.wheel_speed[k], state.steer_speed[k]
-            self._drive_ports[k].write(
-                (wheel * m.drive_gearing + azimuth * m.coupling_ratio) / turn,
-                (wheel_rate * m.drive_gearing + azimuth_rate * m.coupling_ratio) / turn,
-            )
-            self._steer_ports[k].write(azimuth * m.steer_gearing / turn, azimuth_rate * m.steer_gearing / turn)
-            encoder = self._encoders[k]
-            if encoder is not None:
-                encoder.write(azimuth, azimuth_rate)
-        if self._yaw_at_start is None:
-            self._yaw_at_start = yaw
-        if self._pigeon is not None:
-            self._pigeon.write(yaw - self._yaw_at_start, pitch, roll, rates)
-
-
-def _terminal_volts(port: TalonPort, back_emf: float) -> float:
-    """Volts at the motor [V]; an open circuit carries no current, as at exactly its back-EMF."""
-    volts = port.volts()
-    return back_emf if port.is_open(volts) else volts
+        super().__init__(
+            drive,
+            [_port(m.drive_motor, m.drive_inverted) for m in modules],
+            [
+                _port(m.steer_motor, m.steer_inverted, c.steer_gearing)
+                for m, c in zip(modules, drive.config.modules, strict=True)
+            ],
+            steer_encoders=[_encoder(m) for m in modules],
+            gyro=None if pigeon is None else Pigeon2Sim(pigeon),
+        )
 
 
 def _port(talon: Talon, inverted: bool | None, sensor_gearing: float | None = None) -> TalonPort:

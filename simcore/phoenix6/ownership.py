@@ -28,8 +28,11 @@ _SETTERS: dict[str, tuple[Any, tuple[str, ...]]] = {
     "TalonFX": (TalonFXSimState, _ROTOR),
     "TalonFXS": (
         TalonFXSSimState,
-        (*_ROTOR, "set_raw_quadrature_position", "set_quadrature_velocity")
-        + ("set_pulse_width_position", "set_pulse_width_velocity"),
+        (
+            *_ROTOR,
+            *("set_raw_quadrature_position", "set_quadrature_velocity"),
+            *("set_pulse_width_position", "set_pulse_width_velocity"),
+        ),
     ),
     "CANcoder": (CANcoderSimState, ("set_raw_position", "add_position", "set_velocity")),
     "CANdi": (
@@ -38,7 +41,10 @@ _SETTERS: dict[str, tuple[Any, tuple[str, ...]]] = {
     ),
     "Pigeon2": (
         Pigeon2SimState,
-        ("set_raw_yaw", "add_yaw", "set_pitch", "set_roll") + tuple(f"set_angular_velocity_{axis}" for axis in "xyz"),
+        (
+            *("set_raw_yaw", "add_yaw", "set_pitch", "set_roll"),
+            *("set_angular_velocity_x", "set_angular_velocity_y", "set_angular_velocity_z"),
+        ),
     ),
 }
 

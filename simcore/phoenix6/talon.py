@@ -36,7 +36,8 @@ def is_configured_clockwise(talon: Talon) -> bool:
     status = talon.configurator.refresh(output)
     if not status.is_ok():
         raise ConfigError(
-            f"{type(talon).__name__} {talon.device_id}: could not read its inversion ({status.name}); pass inverted=True or False"
+            f"{type(talon).__name__} {talon.device_id}: could not read its inversion ({status.name}); "
+            "pass inverted=True or False"
         )
     return output.inverted == InvertedValue.CLOCKWISE_POSITIVE
 
@@ -57,7 +58,8 @@ class TalonPort:
 
     def __init__(self, talon: Talon, *, clockwise: bool, sensor_gearing: float | None = None) -> None:
         self.device_id: int = talon.device_id
-        self._state = state = talon.sim_state
+        state: Any = talon.sim_state
+        self._state = state
         self._set_position = own_writer(state, "set_raw_rotor_position")
         self._set_velocity = own_writer(state, "set_rotor_velocity")
         self._sensor: list[tuple[Any, Any]] = []

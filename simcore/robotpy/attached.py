@@ -16,7 +16,6 @@ from simcore.errors import ConfigError
 from simcore.phoenix6.ownership import Ownership
 from simcore.robotpy.owners import Owners, connect_mechanism
 from simcore.robotpy.physics import RobotPhysics
-from simcore.robotpy.seams import MakeVision
 from simcore.telemetry.networktables import NetworkTablesSink
 
 __all__ = ["AttachedPhysics"]
@@ -40,8 +39,6 @@ class AttachedPhysics(RobotPhysics):
     """Where robot.py is."""
     ownership: ClassVar[Ownership]
     """Made before the robot is built."""
-    make_vision: ClassVar[MakeVision | None] = None
-    """What simulates the cameras of the file."""
 
     def __init__(self, physics_controller: Any, robot: Any) -> None:
         path = self.folder / FILE_NAME
@@ -61,8 +58,8 @@ class AttachedPhysics(RobotPhysics):
             drive_motor=None if settings.drive_motor is None else motor(settings.drive_motor),
             steer_motor=None if settings.steer_motor is None else motor(settings.steer_motor),
         )
-        sink = NetworkTablesSink(ntcore.NetworkTableInstance.getDefault())
-        game, plant = _only_game()(settings, config, [sink])
+        network = ntcore.NetworkTableInstance.getDefault()
+        game, plant = _only_game()(settings, config, [NetworkTablesSink(network)], network)
         devices = swerve.SwerveDrivetrainSim(drivetrain, plant.drive)
         motors = [connect_mechanism(m, plant, self.ownership) for m in settings.mechanisms]
         says = f"as {path.name} says" if path.exists() else f"there is no {path.name}: `simcore init` writes one"
@@ -73,17 +70,10 @@ class AttachedPhysics(RobotPhysics):
         super().__init__(physics_controller, robot, game=game, plant=plant, drivetrain=devices, motors=motors)
         self.settings = settings
         self.owners = Owners(self, plant, self.ownership, settings, devices.devices)
-        self._vision = None
-        if settings.cameras and type(self).make_vision is None:
-            _log.warning("%s: %d cameras are not simulated by this simcore", FILE_NAME, len(settings.cameras))
-        elif settings.cameras:
-            self._vision = type(self).make_vision(settings.cameras, game, plant)  # type: ignore[misc]
 
     def _end_tick(self) -> None:
         super()._end_tick()
         self.owners.after_tick()
-        if self._vision is not None:
-            self._vision.update()
 
 
 def _only_game() -> Any:

@@ -1,8 +1,8 @@
 """Physics between the loops of a MagicBot: its wait for the next loop is cut, and each part of physics done in time.
 
-A MagicRobot has no `addPeriodic`; it waits in robotpy's `NotifierDelay`. Volts that stand for a whole loop of 20 ms make
-a steer motor overshoot by 18 % (5 ms: nothing). A Notifier of our own would be another thread, whose turn against the
-robot's loop is a matter of luck. So the robot's own thread does the parts while it would sleep.
+A MagicRobot has no `addPeriodic`; it waits in robotpy's `NotifierDelay`. Volts that stand for a whole loop of 20 ms
+make a steer motor overshoot by 18 % (5 ms: nothing). A Notifier of our own would be another thread, whose turn against
+the robot's loop is a matter of luck. So the robot's own thread does the parts while it would sleep.
 """
 
 from __future__ import annotations

@@ -16,6 +16,7 @@ from pyfrc.physics.core import PhysicsInterface
 from simcore.phoenix6.ownership import Ownership
 from simcore.robotpy.attached import AttachedPhysics
 from simcore.robotpy.physics import RobotPhysics
+from simcore.robotpy.taken_port import warn_of_taken_port
 
 __all__ = ["AttachedPhysics", "loadExtension"]
 
@@ -26,6 +27,7 @@ def loadExtension() -> None:
     """What `robotpy sim` calls when the flag is given, after robot.py is imported and before the robot is built."""
     create = PhysicsInterface._create_and_attach
     AttachedPhysics.ownership = Ownership()
+    warn_of_taken_port()
 
     def attach(cls: Any, robot_class: Any, robot_path: Path) -> tuple[Any, Any]:
         AttachedPhysics.folder = Path(robot_path)

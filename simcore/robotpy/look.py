@@ -1,6 +1,6 @@
 """Builds a robot program, without running it, and prints the motors that are not its drivetrain's: for `simcore init`.
 
-Runs in a process and a folder of its own: devices write their configurations into `./ctre_sim`.
+Run it in a process and a folder of its own: devices write their configurations into `./ctre_sim`.
 """
 
 from __future__ import annotations
@@ -9,7 +9,6 @@ import importlib.util
 import json
 import os
 import sys
-import tempfile
 from pathlib import Path
 from typing import Any
 
@@ -18,6 +17,7 @@ from phoenix6 import unmanaged
 from wpilib import RobotBase
 
 import simcore.phoenix6.swerve as swerve
+from simcore.errors import ConfigError
 from simcore.phoenix6.devices import Device, built_devices, key_of
 from simcore.phoenix6.fallback import guess_mechanism
 from simcore.phoenix6.followers import Group, group_followers
@@ -27,17 +27,23 @@ __all__ = ["main"]
 
 def main() -> None:
     """Print one line of JSON and leave, whatever threads the program has started."""
+    try:
+        answer: dict[str, Any] = {"motors": _look()}
+    except Exception as error:  # whatever a team's program raises is the answer
+        answer = {"error": f"{type(error).__name__}: {error}"}
+    print(json.dumps(answer), flush=True)
+    os._exit(0)
+
+
+def _look() -> list[dict[str, Any]]:
     path = Path(sys.argv[1])
     sys.path.insert(0, str(path.parent))
-    os.chdir(tempfile.mkdtemp())
     unmanaged.set_phoenix_diagnostics_start_time(-1)
     hal.initialize(500, 0)
     robot = _robot_class(path)()
     for step in ("robotInit", "_simulationInit"):
         getattr(robot, step, lambda: None)()
-    motors = [_describe(group) for group in group_followers(_free_motors())]
-    print(json.dumps({"motors": motors}), flush=True)
-    os._exit(0)
+    return [_describe(group) for group in group_followers(_free_motors())]
 
 
 def _robot_class(path: Path) -> Any:
@@ -53,7 +59,7 @@ def _robot_class(path: Path) -> Any:
         if isinstance(value, type) and issubclass(value, RobotBase) and value.__module__ == "robot"
     ]
     if not classes:
-        raise SystemExit("robot.py defines no robot class")
+        raise ConfigError("robot.py defines no robot class")
     return classes[-1]
 
 

@@ -108,7 +108,9 @@ class Owners:
         for m in self._settings.mechanisms:
             keys = [(m.controller, number) for number in m.devices]
             rows.append((_short([*keys, *([] if m.cancoder is None else [("CANcoder", m.cancoder)])]), f"{m.name!r}"))
-        rows += [(str(group), f"guessed: {guess}") for group, guess, _ in self._guessed]
+        for group, guess, _ in self._guessed:
+            key = _sensor_key(guess)
+            rows.append((str(group) + (f", {key[0]} {key[1]}" if key else ""), f"guessed: {guess}"))
         known = {key for group, guess, _ in self._guessed for key in (*_keys(group), _sensor_key(guess))}
         known |= {*self._drivetrain, *self._file_keys()}
         others = [device for device in built_devices() if device.key not in known]

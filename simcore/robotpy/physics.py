@@ -58,8 +58,8 @@ class RobotPhysics:
     """Runs a game under a robot program: base class for the `PhysicsEngine` in a team's physics.py.
 
     Everything happens on the robot's thread, in parts of 5 ms: volts are read from the devices, the game moves, sensors
-    are written. A TimedRobot of any period gets the parts through `addPeriodic`, a MagicRobot while it waits for its next
-    loop, others get those that are due at once from `update_sim`.
+    are written. A TimedRobot of any period gets the parts through `addPeriodic`, a MagicRobot while it waits for its
+    next loop, others get those that are due at once from `update_sim`.
 
     pyfrc replaces the robot's own `_simulationInit` and `_simulationPeriodic`; a warning says so if there are any.
     `simulationPeriodic` of subsystems goes on to work.
@@ -233,11 +233,15 @@ class RobotPhysics:
         self.game.set_clock(self._start + self._done * self._h)  # when it was due, not when the thread came to it
         self.game.end_tick()
         self._follow_alliance()
-        self._match_time.update(TICK)
+        period = self._match_time.update(TICK)
+        if period:
+            self.game.start_period(period)
+        self._match_time.send(self.game.game_message)
         self._view.update(self.plant.chassis.pose, self.game.piece_places())
         self.after_tick()
         self._ticks += 1
         self._work_ms.append(1e3 * (self._work + time.perf_counter() - begin))
+        self.game.last_tick_ms = self._work_ms[-1]
         self._work = 0.0
 
     def _follow_alliance(self) -> None:

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from typing import Protocol, TypeAlias
+from collections.abc import Mapping, Sequence
+from typing import Protocol
 
-from simcore.attach.settings import CameraSettings
 from simcore.drivetrain.gyro import Gyro
 from simcore.mechanism.shaft import ShaftSim
 from simcore.power.battery import Battery
@@ -17,15 +16,16 @@ __all__ = [
     "Body",
     "DrivetrainDevices",
     "Game",
-    "MakeVision",
     "MotorDevices",
     "Plant",
-    "Vision",
 ]
 
 
 class Game(Protocol):
     """A field with robots and pieces, moved in ticks of 20 ms that can be cut: `RebuiltSim`."""
+
+    last_tick_ms: float | None
+    """Wall time of the last tick [ms], told to it for its telemetry."""
 
     def begin_tick(self) -> None:
         """What comes before motion."""
@@ -45,6 +45,15 @@ class Game(Protocol):
 
     def set_alliance(self, number: int, alliance: Alliance) -> None:
         """Put a robot where it starts as one of the alliance."""
+        ...
+
+    def start_period(self, period: str) -> None:
+        """`auto` or `teleop` has just been enabled."""
+        ...
+
+    @property
+    def game_message(self) -> str:
+        """The game data that the field sends now; empty for none."""
         ...
 
     def piece_places(self) -> Mapping[str, FloatArray]:
@@ -104,18 +113,6 @@ class AttachedPlant(Plant, Protocol):
     def remove_mechanism(self, mechanism: ShaftSim) -> None:
         """Leave one to somebody else."""
         ...
-
-
-class Vision(Protocol):
-    """The cameras of a robot."""
-
-    def update(self) -> None:
-        """After a tick of 20 ms: see what there is to see, publish what is due."""
-        ...
-
-
-MakeVision: TypeAlias = Callable[[Sequence[CameraSettings], Game, Plant], Vision]
-"""Builds the cameras of `simcore.toml` for one robot of a game."""
 
 
 class DrivetrainDevices(Protocol):

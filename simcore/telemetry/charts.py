@@ -53,7 +53,7 @@ def charts_of(recording: Recording, scene: Scene) -> list[Chart]:
     several = len(robots) > 1
 
     def name(number: int, one: str) -> str:
-        return f"robot {number}" if several else one
+        return str(number) if several else one
 
     def each(key: str, one: str, *, is_stepped: bool = False) -> Iterable[tuple[str, str, str, bool]]:
         for number, robot in robots:
@@ -62,7 +62,7 @@ def charts_of(recording: Recording, scene: Scene) -> list[Chart]:
     currents = list(each("Debug/BatteryCurrent", "battery"))
     if not several:
         currents.append(("drivetrain", MISS, f"{scene.robots[0].prefix}/Debug/DrivetrainCurrent", False))
-    piece = scene.piece_name
+    piece, by_robot = scene.piece_name, ", by robot" if several else ""
     wanted: list[tuple[str, str, Iterable[tuple[str, str, str, bool]], float | None, str, bool]] = [
         (
             "Score",
@@ -72,7 +72,7 @@ def charts_of(recording: Recording, scene: Scene) -> list[Chart]:
             "",
             True,
         ),
-        ("Battery", "V", each("Debug/BatteryVoltage", "at its terminals"), BROWNOUT, "brown-out", False),
+        (f"Battery{by_robot}", "V", each("Debug/BatteryVoltage", "at its terminals"), BROWNOUT, "brown-out", False),
         (
             "Tick time",
             "ms",
@@ -81,8 +81,15 @@ def charts_of(recording: Recording, scene: Scene) -> list[Chart]:
             "budget",
             True,
         ),
-        (f"{piece.capitalize()} held", "", each("Intake/HeldCount", "in the hopper", is_stepped=True), None, "", True),
-        ("Current", "A", currents, None, "", True),
+        (
+            f"{piece.capitalize()} held{by_robot}",
+            "",
+            each("Intake/HeldCount", "in the hopper", is_stepped=True),
+            None,
+            "",
+            True,
+        ),
+        (f"Current{by_robot}", "A", currents, None, "", True),
         (
             "Work",
             "",
@@ -121,6 +128,7 @@ def bounds(chart: Chart) -> tuple[float, float]:
     if chart.limit is not None and low - 0.5 * abs(chart.limit) <= chart.limit <= high + 0.5 * abs(chart.limit):
         low, high = min(low, chart.limit), max(high, chart.limit)
     span = high - low or 1.0
+    high = low + span
     return (low - 0.06 * span if low < 0.0 or not chart.from_zero else low), high + 0.10 * span
 
 

@@ -8,6 +8,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
+from simcore.telemetry.output import discard_empty
 from simcore.telemetry.page import write_page
 from simcore.telemetry.recording import Recording
 from simcore.telemetry.scene import Scene
@@ -75,6 +76,7 @@ def leave_evidence(
             write(path)
         except Exception as error:  # the test's own failure is what matters, whatever happens here
             _log.debug("no %s", kind, exc_info=True)
+            discard_empty(path)
             problems.append(f"no {kind}: {error}")
             return None
         return path

@@ -87,10 +87,15 @@ class FramePainter:
         self._draw_trails(pen, time)
         for center in self._recording.places(time).tolist():
             self._paste(frame, self._flying if center[2] > _IN_AIR else self._resting, center)
-        for robot, times, rows in self._robots:
+        for number, (robot, times, rows) in enumerate(self._robots):
             row = int(np.searchsorted(times, time + 1e-9)) - 1
             if row >= 0:
                 self._paste(frame, self._robot(robot, rows[row, 2]), rows[row].tolist())
+                if len(self._robots) > 1:
+                    place = self._pixel(rows[row].tolist())
+                    pen.text(
+                        place, str(number), font=self._small, fill=INK, anchor="mm", stroke_width=2, stroke_fill=_PAPER
+                    )
         self._draw_header(pen, time)
         return frame
 

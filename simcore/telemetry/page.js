@@ -86,6 +86,14 @@
       pen.lineTo(0.05 * look.length, 0.3 * look.width);
       pen.lineTo(0.05 * look.length, -0.3 * look.width);
       pen.fill();
+      if (run.robots.length > 1) {
+        pen.translate(-0.2 * look.length, 0);
+        pen.rotate(pose[2] + part * turn);  // upright, whatever the robot does
+        pen.font = "bold 30px system-ui, sans-serif";
+        pen.textAlign = "center";
+        pen.textBaseline = "middle";
+        pen.fillText(k, 0, 0);
+      }
       pen.restore();
     });
   }

@@ -137,12 +137,15 @@ def _facts(recording: Recording, scene: Scene) -> list[tuple[str, str]]:
         facts.append(("shots hit", f"{scene.hits} of {len(scene.shots)}"))
     if len(scene.intakes):
         facts.append((f"{scene.piece_name} taken in", str(len(scene.intakes))))
+    whose = " by robot 0" if len(scene.robots) > 1 else ""
     path = planar(recording, scene.robots[0].pose_key) if scene.robots else np.empty((0, 3))
     if len(path):
-        facts.append(("driven", f"{np.linalg.norm(np.diff(path[:, :2], axis=0), axis=1).sum():.1f} m"))
+        facts.append((f"driven{whose}", f"{np.linalg.norm(np.diff(path[:, :2], axis=0), axis=1).sum():.1f} m"))
     volts = f"{scene.robots[0].prefix}/Debug/BatteryVoltage" if scene.robots else ""
     if recording.has(volts):
-        facts.append(("battery, lowest of all ticks", f"{recording.series(volts)[1].min():.2f} V"))
+        facts.append(
+            (f"battery{whose.replace('by', 'of')}, lowest of all ticks", f"{recording.series(volts)[1].min():.2f} V")
+        )
     times = recording.times
     if len(times):
         facts.append(("simulated", f"{times[-1]:.2f} s"))

@@ -54,7 +54,6 @@ class LiveView:
         self._speed = gui.add_dropdown("speed", tuple(SPEEDS), initial_value="1x")
         self._seed = gui.add_number("seed", seed, min=0, step=1)
         self._again = gui.add_button("restart with this seed")
-        self.page.add_camera_controls()
         self._pause.on_click(lambda _: self.set_paused(not self.pacer.paused))
         self._speed.on_update(lambda _: self._set_speed())
         self._again.on_click(lambda _: self.restart(int(self._seed.value)))

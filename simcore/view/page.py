@@ -8,6 +8,7 @@ from __future__ import annotations
 import os
 import socket
 import sys
+import threading
 import webbrowser
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -59,7 +60,7 @@ class ViewPage:
         try:
             self._build(models, robot)
         except BaseException:
-            self.server.stop()
+            self.close()
             raise
 
     def show(self, snapshot: Snapshot) -> None:
@@ -73,8 +74,10 @@ class ViewPage:
         """Stop serving; may be called twice."""
         if not self._closed:
             self._closed = True
-            with _quiet():
-                self.server.stop()
+            # A browser keeps a spare connection open; viser waits up to ten seconds for it. The port is free at once.
+            stopping = threading.Thread(target=_stop, args=(self.server,), daemon=True)
+            stopping.start()
+            stopping.join(0.3)
 
     def __enter__(self) -> ViewPage:
         return self
@@ -86,9 +89,8 @@ class ViewPage:
 
     def _build(self, models: ViewModels, robot: str) -> None:
         server = self.server
-        server.gui.configure_theme(
-            control_layout="collapsible", show_logo=False, show_share_button=False, brand_color=(30, 84, 183)
-        )
+        server.gui.configure_theme(show_logo=False, show_share_button=False, brand_color=(30, 84, 183))
+        server.gui.main_panel.dock_right()
         self.scene = Scene(server, models, robot=robot)
         self._score = server.gui.add_html(score_html(Snapshot(time=0.0, tick=0), {}))
         x, y, _ = self.scene.center
@@ -96,12 +98,9 @@ class ViewPage:
         self._home = ((x, y - 0.68 * length, 0.6 * length), (x, y - 0.03 * length, 0.0))
         server.initial_camera.position, server.initial_camera.look_at = self._home
         server.initial_camera.fov = 0.85
-
-    def add_camera_controls(self) -> None:
-        """Below the buttons of a run or a replay."""
-        gui = self.server.gui
-        self._camera = gui.add_dropdown("camera", (_FIELD, _FOLLOW, _BEHIND))
-        self._robot = gui.add_dropdown("robot", ("0",), visible=False)
+        last = 1000.0  # below the buttons of a run or a replay, which come later
+        self._camera = server.gui.add_dropdown("camera", (_FIELD, _FOLLOW, _BEHIND), order=last)
+        self._robot = server.gui.add_dropdown("robot", ("0",), visible=False, order=last)
         self._camera.on_update(lambda _: self._move_cameras())
         self._robot.on_update(lambda _: self._move_cameras())
 
@@ -167,12 +166,29 @@ def _start(host: str, port: int, title: str) -> viser.ViserServer:
         return viser.ViserServer(host=host, port=int(free), label=title, verbose=False)
 
 
+def _stop(server: viser.ViserServer) -> None:
+    with _quiet():
+        server.stop()
+        loop = getattr(getattr(server, "_websock_server", None), "_server_thread", None)
+        if loop is not None:
+            loop.join(15.0)  # its last word shall be unheard too
+
+
+_quiet_lock = threading.Lock()
+_quiet_count = 0
+
+
 @contextmanager
 def _quiet() -> Iterator[None]:
     """Viser greets and says goodbye on stdout, through rich's own console; ours is for the report."""
+    global _quiet_count
     console = rich.get_console()
-    before, console.quiet = console.quiet, True
+    with _quiet_lock:
+        _quiet_count += 1
+        console.quiet = True
     try:
         yield
     finally:
-        console.quiet = before
+        with _quiet_lock:
+            _quiet_count -= 1
+            console.quiet = _quiet_count > 0

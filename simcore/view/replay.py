@@ -4,15 +4,21 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
 
 from simcore.telemetry.log_reader import TelemetryLog
 from simcore.telemetry.pose_struct import POSE_ARRAY_TYPE, POSE_TYPE
+from simcore.telemetry.snapshot import Snapshot
 from simcore.view.models import ViewModels
 from simcore.view.pacing import FrameRate, Pacer
 from simcore.view.page import SPEEDS, ViewPage
 
-__all__ = ["Replay", "can_draw"]
+__all__ = ["Replay", "can_draw", "smooth_snapshot"]
 
+_JUMP = 1.2  # [m]
+_GAP = 0.25  # [s]; a longer time without a value is rest
 _FRAME = 1.0 / 30.0  # [s] of wall time
 _MAX_SPEED = 20.0  # what "max" means here: a replay has no slowest computer to wait for
 
@@ -21,6 +27,33 @@ def can_draw(log: TelemetryLog) -> bool:
     """Whether a log holds anything that the scene knows, e.g. `Sim/Robot/Pose3d`."""
     wanted = ("Sim/Robot/Pose3d", "Sim/Robots/", "Sim/GamePieces/")
     return any(key.startswith(wanted) and c.type in (POSE_TYPE, POSE_ARRAY_TYPE) for key, c in log.columns.items())
+
+
+def smooth_snapshot(log: TelemetryLog, time: float) -> Snapshot:
+    """The snapshot of a time [s], with the pieces between two logged places where they must have been.
+
+    Long arrays are logged some twelve times a second, less often than a replay draws. Rows go together while their
+    number stays the same; one that is over `_JUMP` away is another piece, and stays where it was.
+    """
+    snapshot = log.snapshot_at(time)
+    arrays = dict(snapshot.pose_arrays)
+    for key, rows in arrays.items():
+        if not key.startswith("Sim/GamePieces/"):
+            continue
+        column = log.columns[key]
+        row = column.row_at(time)
+        if row + 1 >= len(column):
+            continue
+        start, end = column.times[row : row + 2].tolist()
+        after = column.pose_array(row + 1)
+        if after.shape != rows.shape or not 0.0 < end - start < _GAP:
+            continue
+        step = after[:, :3] - rows[:, :3]
+        near = np.abs(step).max(axis=1, initial=0.0) < _JUMP
+        between = rows.copy()
+        between[:, :3] += np.where(near, (time - start) / (end - start), 0.0)[:, None] * step
+        arrays[key] = between
+    return replace(snapshot, pose_arrays=arrays)
 
 
 class Replay:
@@ -59,7 +92,6 @@ class Replay:
         self._slider = gui.add_slider("time", min=0.0, max=length, step=0.02, initial_value=0.0)
         self._play = gui.add_button("pause")
         self._speed = gui.add_dropdown("speed", tuple(SPEEDS), initial_value="1x")
-        self.page.add_camera_controls()
         self.page.on_camera = self._redraw  # type: ignore[method-assign]
         self._slider.on_update(lambda event: self._on_slider(event.client is not None))
         self._play.on_click(lambda _: self.set_playing(not self.playing))
@@ -94,7 +126,7 @@ class Replay:
                 self.set_playing(False)
         if self.time != self._drawn:
             self._drawn = self.time
-            self.page.show(self.log.snapshot_at(self.time))
+            self.page.show(smooth_snapshot(self.log, self.time))
             if self._slider_rate.due() or not self.playing:
                 self._slider_rate.take()
                 self._slider.value = round(self.time - self.start, 2)

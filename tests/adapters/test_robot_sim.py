@@ -134,18 +134,3 @@ def test_the_robot_of_the_first_page_drives_by_stick(scenario):
     assert run["true_way"] > 3.0
     assert run["odometry_way"] == pytest.approx(run["true_way"], rel=0.05)
     assert run["drawn_robot_off"] < 0.01
-
-
-@pytest.mark.parametrize("robot", ["stepping", "magic"])
-def test_a_robot_without_a_line_of_code_for_it_drives_on_the_field(scenario, robot):
-    """`robotpy sim --simcore`: a derived drivetrain stepped by the robot loop; a member, MagicBot, torque current."""
-    if robot == "magic":
-        pytest.importorskip("magicbot", reason="needs magicbot: pip install robotpy-wpilib-utilities")
-    run = scenario("robot_sim", str(Path(PLAIN).parent / robot), "straight", "blue", "--simcore")
-    assert run["true_speed"] == pytest.approx(2.0, rel=0.05)
-    assert run["told_speed"] == pytest.approx(run["true_speed"], rel=0.02)
-    assert run["true_way"] > 3.5
-    assert run["odometry_way"] == pytest.approx(run["true_way"], rel=0.05)
-    assert run["drawn_fuel"] > 400
-    if robot == "stepping":
-        assert run["own_hook"] > 100  # its own hook goes on to run, and its update_sim_state does nothing

@@ -302,8 +302,8 @@ class Play:
         start, before = chassis.pose, drivetrain.get_state().pose
         self.enable(autonomous=False)
         told, true = [], []
-        self.axes(left_x=-0.8)  # 2.4 m/s to the left
         for tick in range(170):
+            self.hold_heading(chassis, left_x=-0.8)  # 2.4 m/s to the left
             yield
             if math.dist(chassis.pose[:2], start[:2]) > 5.0:
                 break
@@ -323,8 +323,8 @@ class Play:
             math.remainder(after.rotation().radians() - before.rotation().radians() - end[2] + start[2], math.tau)
         )
         fuel = physics.game.piece_places()["Fuel"].copy()
-        self.axes(left_y=0.6)  # back, into the depot
         for _ in range(100):
+            self.hold_heading(chassis, left_y=0.6)  # back, into the depot
             yield
             if chassis.pose[0] < 0.7:
                 break
@@ -334,14 +334,14 @@ class Play:
         gone = len(fuel) - len(now)
         self.results["x_in_depot"] = chassis.pose[0]
         self.results["pushed"] = gone + int((np.linalg.norm(now - fuel[: len(now)], axis=1) > 0.02).sum())
-        self.axes(left_y=-0.6)  # out of it, to where the wall is clear
         for _ in range(100):
+            self.hold_heading(chassis, left_y=-0.6)  # out of it, to where the wall is clear
             yield
             if chassis.pose[0] > 2.0:
                 break
-        self.axes(left_x=-0.8)
         farthest = 0.0
         for _ in range(75):
+            self.hold_heading(chassis, left_x=-0.8)
             yield
             farthest = max(farthest, chassis.pose[1])
         self.results["gap_at_wall"] = 8.069 - chassis.config.bumper_width / 2 - farthest
@@ -361,6 +361,10 @@ class Play:
         for axis, value in ((0, left_x), (1, left_y), (4, right_x)):
             DriverStationSim.setJoystickAxis(0, axis, value)
         DriverStationSim.notifyNewData()
+
+    def hold_heading(self, chassis, left_x: float = 0.0, left_y: float = 0.0) -> None:
+        """As a driver does, who sees the robot turn: modules that steer at different speeds give it a kick."""
+        self.axes(left_x, left_y, min(max(0.8 * chassis.pose[2], -0.5), 0.5))
 
     def hold(self, button: int, seconds: float):
         DriverStationSim.setJoystickButton(0, button, True)

@@ -25,8 +25,8 @@ def test_what_was_not_published_is_left_out() -> None:
 
 def test_several_robots_are_told_apart_by_number() -> None:
     scene = replace(SCENE, robots=(RobotLook(), RobotLook(prefix="Sim/Robots/1", alliance="red")))
-    battery = next(chart for chart in charts_of(recorded(), scene) if chart.title == "Battery")
-    assert [curve.label for curve in battery.curves] == ["robot 0"], "the second published none"
+    battery = next(chart for chart in charts_of(recorded(), scene) if chart.title == "Battery, by robot")
+    assert [curve.label for curve in battery.curves] == ["0"], "the second published none"
 
 
 def test_a_spike_survives_thinning() -> None:

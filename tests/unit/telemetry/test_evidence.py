@@ -69,13 +69,15 @@ def test_a_folder_that_cannot_be_written_is_said_and_raises_nothing(tmp_path: Pa
 
 
 def test_one_failure_costs_only_its_own_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    def fail(*_: object, **__: object) -> None:
+    def fail(path: Path, *_: object, **__: object) -> None:
+        path.touch()  # what a full disk leaves
         raise RuntimeError("no fonts")
 
     monkeypatch.setattr(evidence, "draw_summary", fail)
     left = leave_evidence(recorded(3), tmp_path, name="x", scene=SCENE)
     assert left.picture is None and left.page is not None and left.log is not None
     assert left.problems == ("no picture: no fonts",)
+    assert not (tmp_path / "x.png").exists()
 
 
 @pytest.mark.parametrize(

@@ -92,6 +92,7 @@ def test_bad_input(tmp_path: Path, change: dict[str, Any], words: str) -> None:
 def test_import_loads_no_matplotlib_and_logs_need_no_ntcore() -> None:
     code = (
         "import sys, simcore.telemetry.picture, simcore.telemetry.wpilog, simcore.telemetry.memory\n"
-        "assert not {'matplotlib', 'ntcore', 'wpiutil'} & set(sys.modules)"
+        "import simcore.telemetry.evidence, simcore.telemetry.animation\n"
+        "assert not {'matplotlib', 'PIL', 'ntcore', 'wpiutil'} & set(sys.modules)"
     )
     subprocess.run([sys.executable, "-c", code], check=True, timeout=60)

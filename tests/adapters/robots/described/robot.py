@@ -1,6 +1,7 @@
 """A plain TimedRobot with a drivetrain as a member that nobody steps, and mechanisms that simcore.toml describes."""
 
 import measures
+import ntcore
 import wpilib
 from phoenix6 import controls, hardware, signals
 
@@ -16,7 +17,6 @@ class Robot(wpilib.TimedRobot):
         self.roller = measures.talon(34, ratio=3.0)
         self.pivot = measures.talon(35, ratio=50.0, k_p=60.0, k_d=0.5)
         self.pivot.set_position(0.25)  # it is switched on upright
-        self.message = []
 
     def teleopPeriodic(self) -> None:
         self.drivetrain.set_control(measures.driver_request())
@@ -29,7 +29,10 @@ class Robot(wpilib.TimedRobot):
             self.feeder.set_control(controls.VoltageOut(6.0 if is_fast else 0.0))
 
     def facts(self) -> dict:
+        limelight = ntcore.NetworkTableInstance.getDefault().getTable("limelight-back")
         return {
+            "heartbeat": limelight.getNumber("hb", 0.0),
+            "tag": limelight.getNumber("tid", 0.0),
             "pivot": self.pivot.get_position().value,
             "wheels_rps": self.wheels.get_velocity().value,
             "roller_rps": self.roller.get_velocity().value,

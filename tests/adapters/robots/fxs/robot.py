@@ -1,4 +1,4 @@
-"""A TimedRobot as the facts' odd ones: Minions on TalonFXS turn the azimuths, CANdis read them; nobody steps anything."""
+"""A TimedRobot of odd devices: Minions on TalonFXS turn the azimuths, CANdis read them; nobody steps anything."""
 
 import measures
 import wpilib
