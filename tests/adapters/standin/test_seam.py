@@ -50,7 +50,7 @@ def test_another_phoenix6_is_refused_in_one_sentence(bench, monkeypatch, change,
 
 
 def test_what_is_not_modelled_raises_with_its_name(bench):
-    from phoenix6 import controls, hardware, signals
+    from phoenix6 import controls, signals
     from phoenix6.orchestra import Orchestra
 
     talon = bench.talon()
@@ -58,8 +58,6 @@ def test_what_is_not_modelled_raises_with_its_name(bench):
         talon.set_control(controls.DifferentialVoltage(1.0, 0.0))
     with pytest.raises(NotImplementedError, match="orchestra_Create"):
         Orchestra()
-    with pytest.raises(NotImplementedError, match="candle"):
-        hardware.CANdle(3, bench.bus)
     with pytest.raises(NotImplementedError, match="PRO_DIFF_POS_AND_VEL_POSITION"):
         talon.get_differential_difference_position()
     with pytest.raises(NotImplementedError, match="PIGEON2_ACCELERATION_X"):
