@@ -4,23 +4,29 @@ from __future__ import annotations
 
 import atexit
 import logging
+import sys
 import time
+import weakref
 from collections import deque
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from hal.simulation import isTimingPaused
 from wpilib import DriverStation, Timer
-from wpilib.simulation import RoboRioSim
 
 from simcore.errors import ConfigError
+from simcore.robotpy.between_loops import run_between_loops
 from simcore.robotpy.field_view import FieldView
 from simcore.robotpy.match_time import MatchTime
+from simcore.robotpy.roborio import RoboRioPower
 from simcore.robotpy.seams import DrivetrainDevices, Game, MotorDevices, Plant
 
-__all__ = ["RobotPhysics", "TickTimes"]
+if TYPE_CHECKING:
+    from simcore.robotpy.simulated_phoenix import PhoenixTime
+
+__all__ = ["RobotPhysics", "TickTimes", "latest_physics"]
 
 _log = logging.getLogger(__name__)
 
@@ -44,14 +50,16 @@ class TickTimes:
     """Time that was given up because the robot program stood still for too long [s]."""
     late_loops: int
     """Robot loops that came half a period late, whoever's fault it was."""
+    lateness_ms: float
+    """How late parts came when a test keeps to the wall clock, 99th percentile [ms]; the devices saw rotors that old."""
 
 
 class RobotPhysics:
     """Runs a game under a robot program: base class for the `PhysicsEngine` in a team's physics.py.
 
     Everything happens on the robot's thread, in parts of 5 ms: volts are read from the devices, the game moves, sensors
-    are written. A TimedRobot of any period gets the parts through `addPeriodic`; others (MagicRobot) get those that are
-    due at once from `update_sim`.
+    are written. A TimedRobot of any period gets the parts through `addPeriodic`, a MagicRobot while it waits for its
+    next loop, others get those that are due at once from `update_sim`.
 
     pyfrc replaces the robot's own `_simulationInit` and `_simulationPeriodic`; a warning says so if there are any.
     `simulationPeriodic` of subsystems goes on to work.
@@ -64,8 +72,9 @@ class RobotPhysics:
         drivetrain: Its devices, e.g. `SwerveDrivetrainSim`; None if it has none.
         motors: Devices of its mechanisms, e.g. `TalonFXMotorSim`.
         parts: In how many parts a tick is cut; 4 are 5 ms.
-        pace_tests: Under `robotpy test` time jumps, but Phoenix 6 lives on the wall clock: keep to it, so that its
-            loops see what they see on the robot. False runs as fast as it can.
+        pace_tests: In tests that use CTRE's own simulation (`--phoenix=real`) time jumps, but Phoenix 6 lives on the
+            wall clock: keep to it, so that its loops see what they see on the robot. False runs as fast as it can.
+            In simulated time, which is the default in tests, nothing waits for a clock.
 
     Raises:
         ConfigError: A device is not one, or `parts` is not a whole number from 1 to 20.
@@ -98,7 +107,9 @@ class RobotPhysics:
         self._parts = parts
         self._h = TICK / parts
         self._part = 0
-        self._pace_tests = pace_tests
+        self._phoenix = _phoenix_time()
+        self._pace_tests = pace_tests and self._phoenix is None
+        self._late: deque[float] = deque(maxlen=4 * _HISTORY)
         self._view = FieldView(physics_controller.field)
         self._match_time = MatchTime()
         self._start: float | None = None
@@ -111,12 +122,16 @@ class RobotPhysics:
         self._color: DriverStation.Alliance | None = None
         self._was_enabled = False
         self._period = float(getattr(robot, "getPeriod", lambda: TICK)())
-        self._is_periodic = hasattr(robot, "addPeriodic")
-        RoboRioSim.setVInVoltage(plant.battery.voltage)
-        if self._is_periodic:
-            robot.addPeriodic(self._on_time, self._h, self._h / 2.0)  # never at the same instant as the robot's loop
+        self._comes_in_time = hasattr(robot, "addPeriodic")
+        self._power = RoboRioPower(plant.battery)
+        global _latest
+        _latest = weakref.ref(self)
+        if self._comes_in_time:
+            robot.addPeriodic(self.do_due, self._h, self._h / 2.0)  # never at the same instant as the robot's loop
         else:
-            _log.warning("%s has no addPeriodic: physics runs in bursts, once a loop", type(robot).__name__)
+            self._comes_in_time = run_between_loops(self)
+            if not self._comes_in_time:
+                _log.warning("%s has no addPeriodic: physics runs in bursts, once a loop", type(robot).__name__)
         atexit.register(game.close)
 
     replaces_hooks = True
@@ -129,8 +144,16 @@ class RobotPhysics:
         """Pyfrc's hook, once a robot loop (but never within 10 ms)."""
         if tm_diff > 1.5 * max(self._period, 0.010) + 0.010 * (self._period < 0.020):
             self._late_loops += 1
-        if not self._is_periodic:
-            self._on_time()
+        if not self._comes_in_time:
+            self.do_due()
+
+    def add_motor(self, motor: MotorDevices) -> None:
+        """Connect one more motor, from the next part on."""
+        self._motors.append(motor)
+
+    def remove_motor(self, motor: MotorDevices) -> None:
+        """Disconnect a motor; its device keeps what was written last."""
+        self._motors.remove(motor)
 
     @property
     def times(self) -> TickTimes:
@@ -144,15 +167,26 @@ class RobotPhysics:
             late_parts=self._late_parts,
             skipped=self._skipped,
             late_loops=self._late_loops,
+            lateness_ms=1e3 * float(np.percentile(self._late, 99)) if self._late else 0.0,
         )
 
-    # --- inside -------------------------------------------------------------------------------------------------
+    @property
+    def next_due(self) -> float:
+        """When the next part is due, FPGA time [s]; the first comes half a part after it is asked for.
 
-    def _on_time(self) -> None:
+        So a loop and a part, whose periods are multiples, never meet at one instant.
+        """
+        if self._start is None:
+            return float(Timer.getFPGATimestamp()) + 0.5 * self._h
+        return self._start + (self._done + 1) * self._h
+
+    def do_due(self) -> None:
         """Do all parts that are due by now."""
         now = Timer.getFPGATimestamp()
         if self._start is None:
             self._start = now - self._h
+            if self._phoenix is not None:
+                self._phoenix.catch_up(self._start)
         owed = int((now - self._start) / self._h + 0.5) - self._done
         if owed > _MOST_OWED:
             self._skipped += (owed - _MOST_OWED) * self._h
@@ -175,30 +209,39 @@ class RobotPhysics:
         volts = plant.battery.voltage
         powered = not plant.battery.browned_out
         if self._part == 0:
-            RoboRioSim.setVInVoltage(volts)
+            self._power.show_voltage()
             self.game.begin_tick()
         if drivetrain is not None:
             drivetrain.read(volts)
         for motor in self._motors:
             motor.read(volts, powered=powered)
         self.game.move(self._h)
+        self._power.show_rails()
         if drivetrain is not None:
             gyro = plant.gyro
             drivetrain.write(gyro.yaw, gyro.pitch, gyro.roll, gyro.rates.tolist())
         for motor in self._motors:
             motor.write()
+        if self._phoenix is not None:
+            self._phoenix.step(self._h)
         self._part += 1
 
     def _end_tick(self) -> None:
         begin = time.perf_counter()
         self._part = 0
+        assert self._start is not None
+        self.game.set_clock(self._start + self._done * self._h)  # when it was due, not when the thread came to it
         self.game.end_tick()
         self._follow_alliance()
-        self._match_time.update(TICK)
+        period = self._match_time.update(TICK)
+        if period:
+            self.game.start_period(period)
+        self._match_time.send(self.game.game_message)
         self._view.update(self.plant.chassis.pose, self.game.piece_places())
         self.after_tick()
         self._ticks += 1
         self._work_ms.append(1e3 * (self._work + time.perf_counter() - begin))
+        self.game.last_tick_ms = self._work_ms[-1]
         self._work = 0.0
 
     def _follow_alliance(self) -> None:
@@ -215,15 +258,31 @@ class RobotPhysics:
         rest = self._last_wall + self._h - time.perf_counter()
         if rest > 0.0:
             time.sleep(rest)
+        if self._last_wall:
+            self._late.append(max(0.0, time.perf_counter() - self._last_wall - self._h))
         self._last_wall = max(self._last_wall + self._h, time.perf_counter() - self._h)
 
 
+_latest: weakref.ref[RobotPhysics] | None = None
+
+
+def latest_physics() -> RobotPhysics | None:
+    """The physics that was built last in this process, if it still lives; for test fixtures."""
+    return None if _latest is None else _latest()
+
+
+def _phoenix_time() -> PhoenixTime | None:
+    """The clock of simulated Phoenix 6 devices, if somebody has installed them; never loads phoenix6 itself."""
+    module = sys.modules.get("simcore.robotpy.simulated_phoenix")
+    return None if module is None else module.phoenix_time()  # type: ignore[no-any-return]
+
+
 def _warn_of_replaced_hooks(robot: Any) -> None:
-    for owner in type(robot).__mro__[1:]:  # the first is pyfrc's own
-        if owner.__module__.split(".")[0] in ("wpilib", "pyfrc", "magicbot", "commands2", "builtins"):
-            continue
+    for owner in type(robot).__mro__:
         for name in ("_simulationInit", "_simulationPeriodic"):
-            if name in vars(owner):
+            # pyfrc's own are in a class that it gives the robot's name, which in tests is derived from once more
+            maker = getattr(vars(owner).get(name), "__module__", None) or ""
+            if maker.split(".")[0] not in ("", "wpilib", "pyfrc", "magicbot", "commands2", "builtins"):
                 _log.warning(
                     "%s.%s is not called while there is a physics.py; do it in the PhysicsEngine's after_tick",
                     owner.__name__,

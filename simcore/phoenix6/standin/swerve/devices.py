@@ -1,0 +1,99 @@
+"""The drivetrain's motors, encoders and gyro among the devices of the stand-in."""
+
+from __future__ import annotations
+
+import math
+
+from phoenix6.spns.spn_value import SpnValue
+
+from simcore.phoenix6.standin.electrical import KRAKEN_X60
+from simcore.phoenix6.standin.swerve.constants import ModuleConstants, OutputType
+from simcore.phoenix6.standin.world import StandIn
+
+__all__ = ["StandInGyro", "StandInModule"]
+
+_NEUTRAL_MODE = SpnValue.CONFIG_NEUTRAL_MODE.value
+_TORQUE_PER_AMPERE = 0.0198
+"""What a TalonFX reports for a Kraken X60 under field-oriented control [N m/A]."""
+
+
+class StandInModule:
+    """`ModuleDevices` made of two simulated TalonFX.
+
+    Physics writes rotors once a step and they do not move in between, so the present reading is the compensated one.
+
+    Args:
+        standin: All devices.
+        constants: Ids and output types.
+    """
+
+    def __init__(self, standin: StandIn, constants: ModuleConstants) -> None:
+        self._drive = standin.talon(constants.drive_motor_id)
+        self._steer = standin.talon(constants.steer_motor_id)
+        drives_torque = constants.drive_output == OutputType.TORQUE_CURRENT
+        steers_torque = constants.steer_output == OutputType.TORQUE_CURRENT
+        self._drive_torque = drives_torque
+        self._steer_torque = steers_torque
+
+    def sample(self) -> tuple[float, float, float, float]:
+        """See `ModuleDevices`."""
+        drive, steer = self._drive, self._steer
+        drive.measure()
+        steer.measure()
+        return drive.pos, drive.vel, steer.pos, steer.vel
+
+    def drive_volts(self, volts: float, foc: bool) -> None:
+        """See `ModuleDevices`."""
+        self._drive.apply("VoltageOut", output=volts, enable_foc=foc)
+
+    def drive_velocity(self, rps: float, amperes: float, volts: float, foc: bool) -> None:
+        """See `ModuleDevices`."""
+        if self._drive_torque:
+            self._drive.apply(
+                "VelocityTorqueCurrentFOC", velocity=rps, feed_forward=amperes, override_coast_dur_neutral=True
+            )
+        else:
+            self._drive.apply("VelocityVoltage", velocity=rps, feed_forward=volts, enable_foc=foc)
+
+    def steer_position(self, rotations: float, rps: float, foc: bool) -> None:
+        """See `ModuleDevices`."""
+        if self._steer_torque:
+            self._steer.apply("PositionTorqueCurrentFOC", position=rotations, velocity=rps)
+        else:
+            self._steer.apply("PositionVoltage", position=rotations, velocity=rps, enable_foc=foc)
+
+    def steer_profiled(self, rotations: float, foc: bool) -> None:
+        """See `ModuleDevices`."""
+        if self._steer_torque:
+            self._steer.apply("MotionMagicExpoTorqueCurrentFOC", position=rotations)
+        else:
+            self._steer.apply("MotionMagicExpoVoltage", position=rotations, enable_foc=foc)
+
+    def zero_drive(self) -> None:
+        """See `ModuleDevices`."""
+        self._drive.set_position(0.0)
+
+    def set_neutral(self, brake: bool) -> int:
+        """See `ModuleDevices`."""
+        self._drive.configure({_NEUTRAL_MODE: int(brake)})
+        return 0
+
+    def torque_constants(self) -> tuple[float, float]:
+        """See `ModuleDevices`."""
+        return _TORQUE_PER_AMPERE, 12.0 / KRAKEN_X60.stall_current
+
+
+class StandInGyro:
+    """`Gyro` made of a simulated Pigeon 2.
+
+    Args:
+        standin: All devices.
+        device_id: CAN id.
+    """
+
+    def __init__(self, standin: StandIn, device_id: int) -> None:
+        self._pigeon = standin.pigeon(device_id)
+
+    def yaw(self) -> float:
+        """See `Gyro`."""
+        return math.radians(self._pigeon.yaw)
