@@ -169,7 +169,7 @@ class Talon(Device):
             super().set_input(name, value)
 
     def get_value(self, name: str) -> float | None:
-        """What `sim_state` reads: volts counter-clockwise, torque current with robot code's sign, as CTRE has it."""
+        """What `sim_state` and SimDevices read: shafts counter-clockwise, torque current with robot code's sign."""
         bridge = self.bridge
         if name == "MotorVoltage":
             return bridge.volts * self.turn
@@ -179,6 +179,18 @@ class Talon(Device):
             return bridge.supply_current
         if name == "DutyCycle":
             return bridge.duty
+        if name == "SupplyVoltage":
+            return self.supply
+        if name == "RotorPosition":
+            return self.turn * self.rotor_position
+        if name == "RawRotorPosition":
+            return self.raw
+        if name == "RotorVelocity":
+            return self.rotor_rps
+        if name == "RotorAcceleration":
+            return self.rotor_acceleration
+        if name in ("ForwardLimit", "ReverseLimit"):
+            return float((self.forward if name == "ForwardLimit" else self.reverse).closed)
         return None
 
     # ---- requests

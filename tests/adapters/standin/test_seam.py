@@ -181,6 +181,27 @@ def test_tasks_run_at_their_time_within_a_step(bench):
     assert len(seen) == 3
 
 
+@pytest.mark.parametrize("mirror", [False, True])
+def test_wpilib_sim_devices_show_the_outputs_if_asked_to(bench, mirror):
+    import hal
+    from phoenix6 import controls
+    from wpilib.simulation import SimDeviceSim
+
+    from simcore.phoenix6.standin import EnableDelays, install, uninstall
+
+    uninstall()
+    bench.standin = install(delays=EnableDelays(enable=0.0, disable=0.0), mirror=mirror)
+    number = 40 + mirror  # the HAL keeps a SimDevice by its name
+    talon = bench.talon(number)
+    bench.hold(talon, rotations=3.0)
+    bench.run(0.05, lambda: talon.set_control(controls.VoltageOut(3.0)))
+    hal.simPeriodicBefore()
+    volts = SimDeviceSim(f"CANMotor:Talon FX (v6)[{number}]").getDouble("motorVoltage").get()
+    rotor = SimDeviceSim(f"CANEncoder:Talon FX (v6)[{number}]/Rotor Sensor").getDouble("position").get()
+    assert (volts, rotor) == ((pytest.approx(3.0), pytest.approx(3.0)) if mirror else (0.0, 0.0))
+    assert talon.sim_state.motor_voltage == pytest.approx(3.0)  # nothing was written back
+
+
 def test_stubbed_devices_do_nothing_and_complain_about_nothing(bench):
     from phoenix6 import controls, hardware
 
