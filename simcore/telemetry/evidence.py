@@ -94,7 +94,7 @@ def write_log(recording: Recording, path: str | Path) -> None:
     Raises:
         OutputError: The file cannot be written.
     """
-    with WpilogSink(path) as sink:
+    with WpilogSink(path, bulk_period=0.02) as sink:  # a recording has thinned out long arrays already
         for snapshot in recording.snapshots():
             sink.write(snapshot)
 
