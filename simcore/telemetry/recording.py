@@ -25,7 +25,7 @@ _Kind = Literal["double", "integer", "boolean"]
 class Recording:
     """Takes every snapshot and keeps numbers as columns; still readable after `close`.
 
-    504 pieces take 14 MB in a match of 160 s, a fifteenth of the snapshots themselves. Arrays of more than 64 poses are
+    504 pieces take 21 MB in a match of 160 s, a tenth of the snapshots themselves. Arrays of more than 64 poses are
     kept less often than the rest, and of pieces that show no rotation only the places. When time jumps back, a new run
     has begun, and the old one is forgotten.
 
