@@ -41,7 +41,7 @@ class RunOutputs:
     _guard: GuardedSink | None = field(init=False, default=None)
 
     def __post_init__(self) -> None:
-        self.recording = Recording(bulk_period=max(0.06, self.seconds / _BULK_FRAMES), seconds=self.seconds)
+        self.recording = Recording(bulk_period=max(0.04, self.seconds / _BULK_FRAMES), seconds=self.seconds)
 
     @classmethod
     def plan(

@@ -37,7 +37,7 @@ class Recording:
     [0.0, 1.0, 2.0]
     """
 
-    def __init__(self, *, period: float = 0.02, bulk_period: float = 0.06, seconds: float = 180.0) -> None:
+    def __init__(self, *, period: float = 0.02, bulk_period: float = 0.04, seconds: float = 180.0) -> None:
         """Choose how much is kept.
 
         Args:
