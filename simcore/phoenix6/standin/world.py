@@ -94,7 +94,7 @@ class StandIn:
         """Forget all devices, tasks and time, as for a fresh test."""
         self.clock.ns = self.clock.next_frame_ns = 0
         self.loop_ns = 0
-        self.enable.__init__(self.clock, self.enable._delays)  # type: ignore[misc]
+        self.enable = EnableState(self.clock, self.enable.delays)
         self.devices.clear()
         self.by_hash.clear()
         self._talons.clear()

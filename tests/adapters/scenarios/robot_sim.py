@@ -332,6 +332,9 @@ class Play:
             farthest = max(farthest, chassis.pose[1])
         self.results["gap_at_wall"] = 8.069 - chassis.config.bumper_width / 2 - farthest
         self.results["speed_at_wall"] = abs(chassis.vel[1])
+        if physics.settings.shooter is not None:
+            self.results["held_before_shots"] = physics.game.fuel.held
+            yield from self.hold(A, 1.8)
         self.results["facts"] = physics.robot.facts() if hasattr(physics.robot, "facts") else {}
         self.results["held"] = physics.game.fuel.held
 

@@ -50,7 +50,7 @@ def test_another_phoenix6_is_refused_in_one_sentence(bench, monkeypatch, change,
 
 
 def test_what_is_not_modelled_raises_with_its_name(bench):
-    from phoenix6 import controls, hardware, signals
+    from phoenix6 import controls, signals
     from phoenix6.orchestra import Orchestra
 
     talon = bench.talon()
@@ -58,8 +58,6 @@ def test_what_is_not_modelled_raises_with_its_name(bench):
         talon.set_control(controls.DifferentialVoltage(1.0, 0.0))
     with pytest.raises(NotImplementedError, match="orchestra_Create"):
         Orchestra()
-    with pytest.raises(NotImplementedError, match="candle"):
-        hardware.CANdle(3, bench.bus)
     with pytest.raises(NotImplementedError, match="PRO_DIFF_POS_AND_VEL_POSITION"):
         talon.get_differential_difference_position()
     with pytest.raises(NotImplementedError, match="PIGEON2_ACCELERATION_X"):
@@ -181,6 +179,27 @@ def test_tasks_run_at_their_time_within_a_step(bench):
     cancel()
     bench.standin.step(0.010)
     assert len(seen) == 3
+
+
+@pytest.mark.parametrize("mirror", [False, True])
+def test_wpilib_sim_devices_show_the_outputs_if_asked_to(bench, mirror):
+    import hal
+    from phoenix6 import controls
+    from wpilib.simulation import SimDeviceSim
+
+    from simcore.phoenix6.standin import EnableDelays, install, uninstall
+
+    uninstall()
+    bench.standin = install(delays=EnableDelays(enable=0.0, disable=0.0), mirror=mirror)
+    number = 40 + mirror  # the HAL keeps a SimDevice by its name
+    talon = bench.talon(number)
+    bench.hold(talon, rotations=3.0)
+    bench.run(0.05, lambda: talon.set_control(controls.VoltageOut(3.0)))
+    hal.simPeriodicBefore()
+    volts = SimDeviceSim(f"CANMotor:Talon FX (v6)[{number}]").getDouble("motorVoltage").get()
+    rotor = SimDeviceSim(f"CANEncoder:Talon FX (v6)[{number}]/Rotor Sensor").getDouble("position").get()
+    assert (volts, rotor) == ((pytest.approx(3.0), pytest.approx(3.0)) if mirror else (0.0, 0.0))
+    assert talon.sim_state.motor_voltage == pytest.approx(3.0)  # nothing was written back
 
 
 def test_stubbed_devices_do_nothing_and_complain_about_nothing(bench):
