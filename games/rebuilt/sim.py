@@ -230,6 +230,21 @@ class RebuiltSim:
         """Where the fuel on the field and in the air is, field frame [m], shape (n, 3): for a view of the field."""
         return {FUEL.name: self.pieces.state.pos[self.pieces.on_field()]}
 
+    def draw(self, path: Path, *, robot_path: FloatArray, fuel_at_start: FloatArray, title: str) -> None:
+        """Write a picture of the game as it stands; see `draw_game`."""
+        from games.rebuilt.picture import draw_game  # loads matplotlib's part only when somebody wants a picture
+
+        totals = self.tracker.totals
+        subtitle = f"blue {totals['blue']}, red {totals['red']} points, {self.hits} of {len(self.shots)} shots hit"
+        draw_game(
+            path,
+            self,
+            robot_path=robot_path,
+            fuel_at_start=fuel_at_start,
+            title=title,
+            subtitle=f"{subtitle}, {self.time:g} s",
+        )
+
     # --- questions ----------------------------------------------------------------------------------------------
 
     @property

@@ -256,7 +256,8 @@ def _warn_of_replaced_hooks(robot: Any) -> None:
         if owner.__module__.split(".")[0] in ("wpilib", "pyfrc", "magicbot", "commands2", "builtins"):
             continue
         for name in ("_simulationInit", "_simulationPeriodic"):
-            if name in vars(owner):
+            hook = vars(owner).get(name)
+            if hook is not None and not str(getattr(hook, "__module__", "")).startswith("pyfrc."):
                 _log.warning(
                     "%s.%s is not called while there is a physics.py; do it in the PhysicsEngine's after_tick",
                     owner.__name__,
