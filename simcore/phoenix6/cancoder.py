@@ -10,6 +10,7 @@ from phoenix6.signals import SensorDirectionValue
 from phoenix6.sim import ChassisReference
 
 from simcore.errors import ConfigError
+from simcore.phoenix6.sim_states import sim_state_of
 
 __all__ = ["CANcoderSim"]
 
@@ -36,7 +37,7 @@ class CANcoderSim:
                 inverted = sensor.sensor_direction == SensorDirectionValue.CLOCKWISE_POSITIVE
             if magnet_offset is None:
                 magnet_offset = sensor.magnet_offset
-        self._state = encoder.sim_state
+        self._state = sim_state_of(encoder)
         self._state.orientation = (
             ChassisReference.CLOCKWISE_POSITIVE if inverted else ChassisReference.COUNTER_CLOCKWISE_POSITIVE
         )

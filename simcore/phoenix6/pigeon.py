@@ -7,6 +7,8 @@ from collections.abc import Sequence
 
 from phoenix6.hardware import Pigeon2
 
+from simcore.phoenix6.sim_states import sim_state_of
+
 __all__ = ["Pigeon2Sim"]
 
 _MAX_DPS = 2047.0  # the simulated rate wraps at +-2048
@@ -25,7 +27,7 @@ class Pigeon2Sim:
     """
 
     def __init__(self, pigeon: Pigeon2) -> None:
-        self._state = pigeon.sim_state
+        self._state = sim_state_of(pigeon)
         self._yaw_deg = 0.0
         self._state.set_raw_yaw(0.0)
 

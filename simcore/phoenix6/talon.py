@@ -11,6 +11,7 @@ from phoenix6.signals import InvertedValue
 from phoenix6.sim import ChassisReference
 
 from simcore.errors import ConfigError, NonFiniteError
+from simcore.phoenix6.sim_states import sim_state_of
 
 __all__ = ["TalonPort", "is_configured_clockwise"]
 
@@ -50,7 +51,7 @@ class TalonPort:
 
     def __init__(self, talon: TalonFX, *, clockwise: bool) -> None:
         self.device_id: int = talon.device_id
-        self._state = talon.sim_state
+        self._state = sim_state_of(talon)
         self._state.orientation = (
             ChassisReference.CLOCKWISE_POSITIVE if clockwise else ChassisReference.COUNTER_CLOCKWISE_POSITIVE
         )

@@ -34,7 +34,9 @@ def pytest_addoption(parser: pytest.Parser) -> None:
         help="Phoenix 6 in simulated time (default), or CTRE's own simulation on the wall clock; also SIMCORE_PHOENIX",
     )
     group.addoption(
-        "--sim-output", default=None, help="folder for log and picture of failed tests; default: test_output by robot.py"
+        "--sim-output",
+        default=None,
+        help="folder for log and picture of failed tests; default: test_output by robot.py",
     )
     group.addoption(
         "--sim-in-process", action="store_true", help="robot tests in pytest's own process, for a debugger: one a run"
@@ -237,5 +239,3 @@ def _judge_lateness(item: pytest.Item, report: Any) -> None:
 def call_outcome(report: Any) -> str:
     """What a report says of its test, as a verb."""
     return "failed" if report.longrepr else "passed"
-
-

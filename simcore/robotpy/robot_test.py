@@ -325,5 +325,3 @@ class RobotTest:
 def _pieces(physics: RobotPhysics) -> FloatArray:
     places = list(physics.game.piece_places().values())
     return np.concatenate(places) if places else np.zeros((0, 3))
-
-
