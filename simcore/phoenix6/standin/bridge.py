@@ -1,6 +1,10 @@
 """The output stage of a motor controller: peaks, ramps, deadband, limit switches, current limits, neutral.
 
-Order of the steps: peak output, ramp, deadband, soft and hard limits, supply voltage, current limits.
+Order of the steps: peak output, ramp, deadband, soft and hard limits, supply voltage, stator limit, supply limit.
+
+Source: measured on CTRE's simulation 26.3 with the rotor held at given speeds. Its limits act in all four quadrants; a
+deadband is subtracted and the rest stretched; a brake with volts (`VoltageOut(0)`) keeps the stator limit, a static
+brake does not; no bridge carries more than 200 A.
 """
 
 from __future__ import annotations
@@ -15,25 +19,31 @@ from simcore.phoenix6.standin.electrical import MotorConstants
 from simcore.phoenix6.standin.requests import Unit
 from simcore.phoenix6.standin.wire import Setting
 
-__all__ = ["Bridge"]
+__all__ = ["OVER_VOLTAGE", "Bridge", "Stage"]
 
-_STATOR = SpnValue.CONFIG_STATOR_CURRENT_LIMIT.value
-_STATOR_ON = SpnValue.CONFIG_STATOR_CURR_LIMIT_EN.value
-_SUPPLY = SpnValue.CONFIG_SUPPLY_CURRENT_LIMIT.value
-_SUPPLY_ON = SpnValue.CONFIG_SUPPLY_CURR_LIMIT_EN.value
-_LOWER = SpnValue.CONFIG_SUPPLY_CURRENT_LOWER_LIMIT.value
-_LOWER_TIME = SpnValue.CONFIG_SUPPLY_CURRENT_LOWER_TIME.value
+Stage = Callable[[float, int], None]
+"""Drives the motor with an output for a number of control loops."""
+
+OVER_VOLTAGE = 16.5
+"""Above this supply the bridge is off [V]; measured between 16 and 18."""
 _HARD_CAP = 200.0
 """What the simulated bridge carries at most, also with its limits off [A]."""
+_SLACK = 1.04
+"""The simulated limiters settle this much below their limit [A]."""
+_TORQUE_RANGE = 327.67
+"""Full scale of a torque current request, to which a deadband stretches the rest [A]."""
+_MAX_REQUEST_DEADBAND = 15.0
+"""More than this a request's own deadband cannot be [A]."""
+_FULL = {Unit.DUTY: 1.0, Unit.VOLTS: 12.0, Unit.AMPERES: 300.0}
+"""What is reached from zero in the time of a ramp."""
 _RAMPS = {
-    (Unit.DUTY, False): (SpnValue.CONFIG_DUTY_CYCLE_OPEN_LOOP_RAMP_PERIOD.value, 1.0),
-    (Unit.VOLTS, False): (SpnValue.CONFIG_VOLTAGE_OPEN_LOOP_RAMP_PERIOD.value, 12.0),
-    (Unit.AMPERES, False): (SpnValue.CONFIG_TORQUE_OPEN_LOOP_RAMP_PERIOD.value, 300.0),
-    (Unit.DUTY, True): (SpnValue.CONFIG_DUTY_CYCLE_CLOSED_LOOP_RAMP_PERIOD.value, 1.0),
-    (Unit.VOLTS, True): (SpnValue.CONFIG_VOLTAGE_CLOSED_LOOP_RAMP_PERIOD.value, 12.0),
-    (Unit.AMPERES, True): (SpnValue.CONFIG_TORQUE_CLOSED_LOOP_RAMP_PERIOD.value, 300.0),
+    (Unit.DUTY, False): SpnValue.CONFIG_DUTY_CYCLE_OPEN_LOOP_RAMP_PERIOD.value,
+    (Unit.VOLTS, False): SpnValue.CONFIG_VOLTAGE_OPEN_LOOP_RAMP_PERIOD.value,
+    (Unit.AMPERES, False): SpnValue.CONFIG_TORQUE_OPEN_LOOP_RAMP_PERIOD.value,
+    (Unit.DUTY, True): SpnValue.CONFIG_DUTY_CYCLE_CLOSED_LOOP_RAMP_PERIOD.value,
+    (Unit.VOLTS, True): SpnValue.CONFIG_VOLTAGE_CLOSED_LOOP_RAMP_PERIOD.value,
+    (Unit.AMPERES, True): SpnValue.CONFIG_TORQUE_CLOSED_LOOP_RAMP_PERIOD.value,
 }
-"""Setting, and what is reached from zero in that time."""
 
 
 class Bridge:
@@ -44,183 +54,183 @@ class Bridge:
     """
 
     __slots__ = (
-        "_cap",
-        "_emf",
+        "_ampere_cap",
+        "_deadband",
         "_last",
         "_lower",
         "_lower_time",
+        "_lowered",
         "_over",
-        "_peaks",
         "_ramps",
-        "_resistance",
         "_supply_limit",
-        "_trap_emf",
-        "_trap_resistance",
+        "_torque_deadband",
+        "_volt_cap",
         "blocked_forward",
         "blocked_reverse",
         "brake",
         "current",
         "deadband",
         "duty",
+        "is_blocked",
         "is_neutral",
         "is_stator_limited",
         "is_supply_limited",
+        "max_duty",
         "motor",
+        "override",
+        "peaks",
         "rps",
         "supply",
         "supply_current",
-        "torque_deadband",
         "volts",
     )
 
     def __init__(self, motor: MotorConstants) -> None:
+        self.motor = motor
         self.volts = self.current = self.supply_current = self.duty = 0.0
         self.supply = 12.0
+        """At its terminals [V]."""
         self.rps = 0.0
+        """Of the rotor, robot code's sign [rotations/s]."""
         self.brake = False
-        self.is_neutral = True
-        self.is_stator_limited = self.is_supply_limited = False
+        """Configured neutral mode."""
+        self.override = False
+        """Whether the request neutralises the other way than configured."""
+        self.deadband = 0.0
+        """Of the torque request [A]."""
+        self.max_duty = 1.0
+        """Of the torque request."""
         self.blocked_forward = self.blocked_reverse = False
-        self._last = 0.0
-        self._over = 0.0
-        self.set_motor(motor)
-
-    def set_motor(self, motor: MotorConstants) -> None:
-        """Turn another motor."""
-        self.motor = motor
-        self._resistance = 12.0 / motor.stall_current
-        self._emf = 12.0 / motor.free_rps
-        self._trap_resistance = 12.0 / motor.trapezoidal_stall
-        self._trap_emf = 12.0 / motor.trapezoidal_rps
+        """Whether a limit forbids this direction."""
+        self.is_neutral = True
+        self.is_blocked = self.is_stator_limited = self.is_supply_limited = False
+        self._last = self._over = 0.0
+        self._lowered = False
 
     def configure(self, config: Mapping[int, Setting]) -> None:
-        """Take over limits, peaks and ramps."""
-        stator = config[_STATOR] if config[_STATOR_ON] else _HARD_CAP
-        self._cap = min(stator, _HARD_CAP)
-        self._supply_limit = config[_SUPPLY] if config[_SUPPLY_ON] else math.inf
-        self._lower = config[_LOWER]
-        self._lower_time = config[_LOWER_TIME]
-        self.brake = config[SpnValue.CONFIG_NEUTRAL_MODE.value] == 1
-        self.deadband = config[SpnValue.CONFIG_DUTY_CYCLE_NEUTRAL_DB.value]
-        self.torque_deadband = config[SpnValue.CONFIG_TORQUE_NEUTRAL_DB.value]
-        self._peaks = {
-            Unit.DUTY: (config[SpnValue.CONFIG_PEAK_FORWARD_DC.value], config[SpnValue.CONFIG_PEAK_REVERSE_DC.value]),
-            Unit.VOLTS: (config[SpnValue.CONFIG_PEAK_FORWARD_V.value], config[SpnValue.CONFIG_PEAK_REVERSE_V.value]),
-            Unit.AMPERES: (
-                config[SpnValue.CONFIG_PEAK_FOR_TORQ_CURR.value],
-                config[SpnValue.CONFIG_PEAK_REV_TORQ_CURR.value],
-            ),
+        """Take over limits, peaks, deadbands and ramps."""
+
+        def get(name: str, default: float = 0.0) -> float:
+            return config.get(SpnValue[name].value, default)
+
+        self._volt_cap = self._ampere_cap = _HARD_CAP
+        if get("CONFIG_STATOR_CURR_LIMIT_EN"):
+            limit = get("CONFIG_STATOR_CURRENT_LIMIT")
+            self._ampere_cap = min(limit, _HARD_CAP)
+            self._volt_cap = min(max(limit - _SLACK, 0.0), _HARD_CAP)
+        self._supply_limit = math.inf
+        if get("CONFIG_SUPPLY_CURR_LIMIT_EN"):
+            self._supply_limit = max(get("CONFIG_SUPPLY_CURRENT_LIMIT") - _SLACK, 0.0)
+        self._lower = max(get("CONFIG_SUPPLY_CURRENT_LOWER_LIMIT") - _SLACK, 0.0)
+        self._lower_time = get("CONFIG_SUPPLY_CURRENT_LOWER_TIME")
+        self.brake = get("CONFIG_NEUTRAL_MODE") == 1
+        self._deadband = get("CONFIG_DUTY_CYCLE_NEUTRAL_DB")
+        self._torque_deadband = get("CONFIG_TORQUE_NEUTRAL_DB")
+        self.peaks = {
+            Unit.DUTY: (get("CONFIG_PEAK_FORWARD_DC", 1.0), get("CONFIG_PEAK_REVERSE_DC", -1.0)),
+            Unit.VOLTS: (get("CONFIG_PEAK_FORWARD_V", 16.0), get("CONFIG_PEAK_REVERSE_V", -16.0)),
+            Unit.AMPERES: (get("CONFIG_PEAK_FOR_TORQ_CURR", 800.0), get("CONFIG_PEAK_REV_TORQ_CURR", -800.0)),
         }
-        self._ramps = {key: (full / config[spn] if config[spn] > 0.0 else 0.0) for key, (spn, full) in _RAMPS.items()}
+        self._ramps = {key: _FULL[key[0]] / period if (period := config.get(spn, 0.0)) > 0.0 else 0.0
+                       for key, spn in _RAMPS.items()}  # fmt: skip
 
-    def stage(self, unit: Unit, *, closed: bool, foc: bool) -> Callable[[float, int], None]:
-        """The output stage for one kind of request, as a closure (output, loops)."""
-        high, low = self._peaks[unit]
-        rate = self._ramps[unit, closed]
-        duty_high, duty_low = self._peaks[Unit.DUTY]
-        if unit is Unit.AMPERES:
+    def stage(self, unit: Unit, *, closed: bool, foc: bool) -> Stage:
+        """The output stage for one kind of request."""
+        high, low = self.peaks[unit]
+        rate = self._ramps[unit, closed] * LOOP
+        motor = self.motor
+        foc = foc or unit is Unit.AMPERES
+        resistance = 12.0 / (motor.stall_current if foc else motor.trapezoidal_stall)
+        emf_per_rps = 12.0 / (motor.free_rps if foc else motor.trapezoidal_rps)
+        is_duty, is_torque = unit is Unit.DUTY, unit is Unit.AMPERES
+        cap = self._ampere_cap if is_torque else self._volt_cap
+        limit, deadband = self._supply_limit, self._deadband
 
-            def amperes(out: float, loops: int) -> None:
-                out = high if out > high else (low if out < low else out)
-                if rate:
-                    step = rate * loops * LOOP
-                    last = self._last
-                    out = last + step if out > last + step else (last - step if out < last - step else out)
-                self._last = out
-                if (
-                    abs(out) <= self.torque_deadband
-                    or (self.blocked_forward and out > 0.0)
-                    or (self.blocked_reverse and out < 0.0)
-                ):
-                    self.neutral(self.brake)
-                    return
-                self._torque(out, loops)
-
-            return amperes
-
-        resistance = self._resistance if foc else self._trap_resistance
-        emf_per_rps = self._emf if foc else self._trap_emf
-        is_duty = unit is Unit.DUTY
-        cap, limit = self._cap, self._supply_limit
-
-        def volts(out: float, loops: int) -> None:
+        def drive(out: float, loops: int) -> None:
             out = high if out > high else (low if out < low else out)
             if rate:
-                step = rate * loops * LOOP
+                step = rate * loops
                 last = self._last
                 out = last + step if out > last + step else (last - step if out < last - step else out)
-            self._last = out
+                self._last = out
             supply = self.supply
-            v = out * supply if is_duty else out
-            top, bottom = duty_high * supply, duty_low * supply
-            v = top if v > top else (bottom if v < bottom else v)
-            if (
-                abs(v) <= self.deadband * supply
-                or (self.blocked_forward and v > 0.0)
-                or (self.blocked_reverse and v < 0.0)
-            ):
-                self.neutral(self.brake, foc=foc)
-                return
             emf = self.rps * emf_per_rps
+            if is_torque:
+                out = self._past_deadband(out)
+                v = emf + out * resistance
+            else:
+                v = out * supply if is_duty else out
+                if deadband:
+                    size = abs(v) / supply
+                    v = math.copysign((size - deadband) / (1.0 - deadband) * supply, v) if size > deadband else 0.0
+            self.is_blocked = blocked = (self.blocked_forward and out > 0.0) or (self.blocked_reverse and out < 0.0)
+            if supply > OVER_VOLTAGE:
+                self.neutral(False)
+                return
+            if blocked or out == 0.0 or (v == 0.0 and not is_torque):
+                if is_torque:  # zero torque is neutral as configured; its override lets go
+                    self.neutral(self.brake and not self.override)
+                    return
+                if not (self.brake or self.override):
+                    self.neutral(False)
+                    return
+                v = 0.0  # a bridge that drives zero volts brakes, within the current limits
+            top = self.max_duty * supply if is_torque else supply
+            v = top if v > top else (-top if v < -top else v)
             current = (v - emf) / resistance
             if current > cap:
-                if v > 0.0:
-                    current = cap
-                    v = emf + cap * resistance
+                current = cap
+                v = emf + cap * resistance
                 self.is_stator_limited = True
             elif current < -cap:
-                if v < 0.0:
-                    current = -cap
-                    v = emf - cap * resistance
+                current = -cap
+                v = emf - cap * resistance
                 self.is_stator_limited = True
             else:
                 self.is_stator_limited = False
             drawn = current * v / supply
-            if drawn > limit:
-                v, current, drawn = self._limit_supply(v, emf, resistance, loops)
-            elif self._over:
-                self._over = 0.0
-                self.is_supply_limited = False
+            if drawn > limit or self._over:
+                v, current, drawn = self._limit_supply(v, current, drawn, emf, resistance, loops)
             self.is_neutral = False
             self.volts = v
             self.current = current
             self.supply_current = drawn
             self.duty = v / supply
 
-        return volts
+        return drive
 
-    def neutral(self, brake: bool, *, foc: bool = False) -> None:
+    def neutral(self, brake: bool) -> None:
         """Let go of the motor, or short it."""
         self.is_neutral = True
         self.volts = self.duty = self.supply_current = 0.0
         self.is_stator_limited = self.is_supply_limited = False
-        if not brake:
-            self.current = 0.0
-        elif foc:
-            self.current = -self.rps * self._emf / self._resistance
-        else:
-            self.current = -self.rps * self._trap_emf / self._trap_resistance
+        motor = self.motor
+        self.current = -self.rps * motor.trapezoidal_stall / motor.trapezoidal_rps if brake else 0.0
 
     def rest(self) -> None:
-        """Forget the ramp: the next output starts from zero."""
-        self._last = 0.0
+        """Forget the ramp and the time over the limit: the next output starts anew."""
+        self._last = self._over = 0.0
+        self._lowered = self.is_blocked = False
 
-    def _torque(self, amperes: float, loops: int) -> None:
-        emf = self.rps * self._emf
-        v = emf + amperes * self._resistance
-        if abs(v) > self.supply:
-            v = math.copysign(self.supply, v)
-            amperes = (v - emf) / self._resistance
-        self.is_neutral = False
-        self.volts = v
-        self.current = amperes
-        self.supply_current = amperes * v / self.supply
-        self.duty = v / self.supply
+    def _past_deadband(self, amperes: float) -> float:
+        """What is left of a torque current after the deadbands of request and configuration."""
+        band = max(min(self.deadband, _MAX_REQUEST_DEADBAND), self._torque_deadband)
+        if band == 0.0:
+            return amperes
+        rest = abs(amperes) - band
+        return math.copysign(rest * _TORQUE_RANGE / (_TORQUE_RANGE - band), amperes) if rest > 0.0 else 0.0
 
-    def _limit_supply(self, v: float, emf: float, resistance: float, loops: int) -> tuple[float, float, float]:
+    def _limit_supply(
+        self, v: float, current: float, drawn: float, emf: float, resistance: float, loops: int
+    ) -> tuple[float, float, float]:
         """Volts, torque current and supply current with which the supply limit is kept."""
+        if drawn <= (self._lower if self._lowered else self._supply_limit):
+            self._over = 0.0
+            self._lowered = self.is_supply_limited = False
+            return v, current, drawn
         self._over += loops * LOOP
-        limit = self._lower if self._over > self._lower_time > 0.0 else self._supply_limit
+        self._lowered = self._lowered or self._over > self._lower_time > 0.0
+        limit = self._lower if self._lowered and self._lower < self._supply_limit else self._supply_limit
         self.is_supply_limited = True
         # v (v - emf) / R = limit * supply, solved for the v with the sign that was asked for
         root = math.sqrt(emf * emf + 4.0 * resistance * limit * self.supply)

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
-from typing import NamedTuple
+from collections.abc import Callable, Mapping
+from typing import Any, ClassVar, NamedTuple
 
 from phoenix6.spns.spn_value import SpnValue
 
@@ -52,18 +52,21 @@ class CANcoder(Device):
         self.send_frame()
 
     def configured(self) -> None:
+        """Take over direction, offset and range."""
         c = self.config
         self._sign = -1.0 if c[SpnValue.CANCODER_SENSOR_DIRECTION.value] else 1.0
         self._offset = c[SpnValue.CAN_CODER_MAGNET_OFFSET.value]
         self._top = c[SpnValue.CONFIG_ABSOLUTE_SENSOR_DISCONTINUITY_POINT.value]
 
     def command(self, spn: int, value: float) -> None:
+        """A new position."""
         if spn == SpnValue.CANCODER_SET_SENSOR_POSITION.value:
             self._shift = value - self._sign * self.raw - self._offset
         else:
             super().command(spn, value)
 
     def set_input(self, name: str, value: float) -> None:
+        """What it measures, and its supply."""
         if name == "RawPosition":
             self.raw = value
         elif name == "Velocity":
@@ -89,16 +92,18 @@ class CANcoder(Device):
 
     @property
     def absolute(self) -> float:
-        """Absolute position now, within one turn below the discontinuity point [rotations]."""
-        angle = self._sign * self.raw + self._offset
+        """Absolute position now, within one turn below the discontinuity point [rotations].
+
+        A new position turns it too; so it is in CTRE's simulation.
+        """
+        angle = self.position
         return angle - math.floor(angle - self._top + 1.0)
 
     def sample(self) -> CANcoderFrame:
-        return CANcoderFrame(
-            self.position, self.absolute, self._sign * self.raw, self.velocity, self.supply, float(self.health)
-        )
+        """A frame of this moment."""
+        return CANcoderFrame(self.position, self.absolute, self.raw, self.velocity, self.supply, float(self.health))
 
-    signals = {
+    signals: ClassVar[Mapping[int, Callable[[Any], float]]] = {
         SpnValue.CANCODER_POSITION.value: lambda f: f.position,
         SpnValue.CANCODER_ABS_POSITION.value: lambda f: f.absolute,
         SpnValue.CANCODER_VELOCITY.value: lambda f: f.velocity,

@@ -9,6 +9,7 @@ from phoenix6.spns.spn_value import SpnValue
 
 from simcore.phoenix6.standin.clock import SimulatedClock
 from simcore.phoenix6.standin.faults import FaultFlags
+from simcore.phoenix6.standin.requests import RequestKind
 from simcore.phoenix6.standin.wire import Setting
 
 __all__ = ["COMPLIANCY", "DEFAULT_HZ", "VERSION", "Device", "period_of"]
@@ -59,11 +60,13 @@ class Device:
         self.defaults = dict(defaults)
         self.config = dict(defaults)
         self.supply = 12.0
-        self.period_ms = period_of(DEFAULT_HZ)
+        self.period_ms = 0
         self.fault_flags = FaultFlags()
+        self._asked: dict[int, float] = {}
         self.frame: Any = None
         self.frame_ns = clock.ns
-        self.due_ns = clock.ns
+        self.due_ns = 0
+        self.set_rate(DEFAULT_HZ)
 
     def __repr__(self) -> str:
         return f"{self.model} {self.device_id}"
@@ -94,6 +97,16 @@ class Device:
         """
         raise NotImplementedError(f"{self!r}: setting {spn} (value {value}) is not modelled in simulated time")
 
+    # ---- requests
+
+    def receive(self, kind: RequestKind, args: tuple[Any, ...]) -> None:
+        """A control request of robot code.
+
+        Raises:
+            NotImplementedError: The device does not know it.
+        """
+        raise NotImplementedError(f"{self!r}: control request {kind.name} is not modelled in simulated time")
+
     # ---- physics
 
     def set_input(self, name: str, value: float) -> None:
@@ -119,11 +132,15 @@ class Device:
         self.frame = self.sample()
         self.frame_ns = self.clock.ns
 
+    def units_of(self, spn: int) -> int:
+        """Number of the signal whose units this one has in the last frame."""
+        return spn
+
     def read(self, spn: int) -> tuple[float, float] | None:
         """Value of a signal and the time it is from [s]; None for a signal that is not modelled."""
         signal = self.signals.get(spn)
         if signal is not None:
-            return signal(self.frame), self.frame_ns * 1e-9
+            return float(signal(self.frame)), self.frame_ns * 1e-9
         if spn in _CONSTANTS:
             return _CONSTANTS[spn], self.clock.now
         if spn == _RESET_FLAGS:
@@ -134,7 +151,28 @@ class Device:
     def set_rate(self, hz: float) -> None:
         """Rate of the status frame [Hz]; 0 turns it off."""
         self.period_ms = period_of(hz)
-        self.due_ns = self.clock.ns + self.period_ms * 1_000_000
+        period = self.period_ms * 1_000_000
+        if period:
+            # Frames of one rate leave together, half a period after its multiples: what robot code reads at a
+            # multiple of the period is half a period old, as it is on average on the wall clock.
+            self.due_ns = (self.clock.ns - period // 2) // period * period + period // 2 + period
+
+    def ask_rate(self, spn: int, hz: float) -> None:
+        """Robot code asks for a rate of one signal: the frame gets the fastest rate that any signal asks for."""
+        if spn not in self.signals:
+            return  # versions, faults and constants have frames of their own, whose rate shows nowhere
+        self._asked[spn] = hz
+        self.set_rate(max(self._asked.values()))
+
+    def optimize_rate(self, hz: float) -> None:
+        """Slow down what robot code has not asked for."""
+        if not self._asked:
+            self.set_rate(hz)
+
+    def reset_rate(self) -> None:
+        """Back to the rate it was switched on with."""
+        self._asked.clear()
+        self.set_rate(DEFAULT_HZ)
 
     @property
     def rate(self) -> float:

@@ -9,19 +9,32 @@ from phoenix6 import configs
 
 from simcore.phoenix6.standin import wire
 from simcore.phoenix6.standin.cancoder import CANcoder
+from simcore.phoenix6.standin.candi import CANdi
+from simcore.phoenix6.standin.canrange import CANrange
 from simcore.phoenix6.standin.device import Device
 from simcore.phoenix6.standin.pigeon import Pigeon2
 from simcore.phoenix6.standin.talon import Talon
+from simcore.phoenix6.standin.talon_fxs import TalonFXS
 
 if TYPE_CHECKING:
     from simcore.phoenix6.standin.world import StandIn
 
 __all__ = ["MODELS", "build", "hash_of"]
 
-MODELS: dict[str, int] = {"talon fx": 4, "cancoder": 5, "pigeon 2": 6}
+_CLASSES: dict[int, type[Device]] = {
+    cls.type_number: cls for cls in (Talon, CANcoder, Pigeon2, TalonFXS, CANrange, CANdi)
+}
+MODELS: dict[str, int] = {cls.model: number for number, cls in _CLASSES.items()}
 """`DeviceType` number by the name under which the library makes a device."""
 _HASH_BASE = {4: 0x80, 5: 0x4140, 6: 0x8540, 7: 0xC080, 8: 0x10280, 9: 0x142C0, 10: 0x18580}
-_CONFIGS = {4: configs.TalonFXConfiguration, 5: configs.CANcoderConfiguration, 6: configs.Pigeon2Configuration}
+_CONFIGS = {
+    4: configs.TalonFXConfiguration,
+    5: configs.CANcoderConfiguration,
+    6: configs.Pigeon2Configuration,
+    7: configs.TalonFXSConfiguration,
+    8: configs.CANrangeConfiguration,
+    9: configs.CANdiConfiguration,
+}
 
 
 def hash_of(type_number: int, device_id: int) -> int:
@@ -42,9 +55,7 @@ def build(type_number: int, device_id: int, world: StandIn) -> Device:
     """
     if type_number not in _CONFIGS:
         raise NotImplementedError(f"devices of type {type_number} (id {device_id}) are not modelled in simulated time")
-    defaults = _defaults(type_number)
-    if type_number == Talon.type_number:
-        return Talon(device_id, world.clock, defaults, world)
-    if type_number == CANcoder.type_number:
-        return CANcoder(device_id, world.clock, defaults)
-    return Pigeon2(device_id, world.clock, defaults)
+    defaults, cls = _defaults(type_number), _CLASSES[type_number]
+    if issubclass(cls, Talon):
+        return cls(device_id, world.clock, defaults, world)
+    return cls(device_id, world.clock, defaults)

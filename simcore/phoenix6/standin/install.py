@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import inspect
 from importlib import metadata
 from typing import Any
 
 from phoenix6.phoenix_native import Native
 
 from simcore.errors import SimcoreError
+from simcore.phoenix6.standin.api import PREFIX
 from simcore.phoenix6.standin.enable import EnableDelays
+from simcore.phoenix6.standin.feed import stop_feed
 from simcore.phoenix6.standin.mirror import Mirror
 from simcore.phoenix6.standin.native import SimulatedNative
 from simcore.phoenix6.standin.requests import REQUESTS
@@ -18,6 +21,7 @@ __all__ = ["SeamError", "check_seam", "install", "installed", "uninstall"]
 
 _INSTANCE = "_Native__instance"
 _API = "_Native__api_instance"
+_FUNCTIONS = "_Native__c_args"
 
 
 class SeamError(SimcoreError, RuntimeError):
@@ -36,18 +40,32 @@ def check_seam() -> None:
         SeamError: It does not fit; the text says what differs and which version would.
     """
     version = metadata.version("phoenix6")
-    advice = (
-        f"phoenix6 {version} does not fit simulated time: {{}}. Install phoenix6 26.3.x (pip install 'phoenix6~=26.3')."
-    )
-    for name in (_INSTANCE, _API, "_Native__c_args"):
+    wrong = _misfit()
+    if wrong:
+        raise SeamError(
+            f"phoenix6 {version} does not fit simulated time: {wrong}. Install phoenix6 26.3 (pip install 'phoenix6~=26.3.0')."
+        )
+
+
+def _misfit() -> str | None:
+    """What the installed phoenix6 does not have; None when it fits."""
+    for name in (_INSTANCE, _API, _FUNCTIONS):
         if not hasattr(Native, name):
-            raise SeamError(advice.format(f"phoenix_native.Native has no {name.removeprefix('_Native')}"))
-    arguments = {name: len(types) for name, _, types in getattr(Native, "_Native__c_args")}
+            return f"its phoenix_native.Native has no {name.removeprefix('_Native')}"
+    arguments = {name: len(types) for name, _, types in getattr(Native, _FUNCTIONS)}
     for kind in REQUESTS.values():
-        name = f"c_ctre_phoenix6_RequestControl{kind.name}"
-        wanted = len(kind.fields) + 2
-        if name in arguments and arguments[name] != wanted:
-            raise SeamError(advice.format(f"{kind.name} has {arguments[name]} arguments instead of {wanted}"))
+        found = arguments.get(f"{PREFIX}RequestControl{kind.name}")
+        if found is not None and found != len(kind.fields) + 2:
+            return f"its {kind.name} takes {found} arguments and not {len(kind.fields) + 2}"
+    for name, function in vars(SimulatedNative).items():
+        if not name.startswith("c_"):
+            continue
+        if name not in arguments:
+            return f"it has no function {name}"
+        taken = len(inspect.signature(function).parameters) - 1
+        if taken != arguments[name]:
+            return f"its {name} takes {arguments[name]} arguments and not {taken}"
+    return None
 
 
 def install(*, delays: EnableDelays | None = None, mirror: bool = False) -> StandIn:
@@ -63,6 +81,7 @@ def install(*, delays: EnableDelays | None = None, mirror: bool = False) -> Stan
         SeamError: The installed phoenix6 does not fit.
     """
     global _current, _real
+    stop_feed()
     if _current is not None:
         _current.reset()
         return _current
@@ -84,6 +103,7 @@ def installed() -> StandIn | None:
 def uninstall() -> None:
     """Give Phoenix 6 its native libraries back; devices made in simulated time are of no more use."""
     global _current, _real
+    stop_feed()
     if _real is not None:
         setattr(Native, _INSTANCE, _real[0])
         setattr(Native, _API, _real[1])

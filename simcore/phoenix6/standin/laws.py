@@ -1,8 +1,9 @@
 """Control laws: what a controller asks of its bridge, as closures over the gains of one slot.
 
 A closure is built when request kind, slot or configuration change, and called each step; set points live in the
-`Setpoint` of the controller, so a new number costs nothing. Between two writes of physics a device measures the same,
-so one call stands for several loops: integrals and profiles are advanced by their closed forms.
+controller, so a new number costs nothing. CTRE's simulation computes its loops when physics writes a sensor, and holds
+them between two writes; so here one call stands for all loops since the last write, and integrals and profiles are
+advanced by their closed forms.
 """
 
 from __future__ import annotations
@@ -13,9 +14,9 @@ from typing import Protocol
 
 from simcore.phoenix6.standin.clock import LOOP
 from simcore.phoenix6.standin.gains import Gains
-from simcore.phoenix6.standin.profile import Trapezoid
+from simcore.phoenix6.standin.profile import Expo, SCurve, VelocityRamp
 
-__all__ = ["Controller", "Law", "motion_magic", "open_loop", "position", "velocity"]
+__all__ = ["Controller", "Law", "motion_magic", "motion_magic_expo", "motion_magic_velocity", "position", "velocity"]
 
 Law = Callable[[int], float]
 """Output of the law after this many control loops [V, duty cycle or A]."""
@@ -25,30 +26,37 @@ class Controller(Protocol):
     """What a law reads of a controller and writes to it; positions in mechanism rotations, robot code's signs."""
 
     pos: float
+    """Measured."""
     vel: float
     acc: float
-    output: float
     goal_p: float
+    """Set point of the request."""
     goal_v: float
     goal_a: float
     feed_forward: float
+    limits: tuple[float, float, float]
+    """Limits of the profile: cruise velocity, acceleration and jerk, or cruise velocity, kV and kA."""
     integral: float
+    """Integral part of the output."""
     err: float
+    """Error of the loop, and its rate."""
     derr: float
-    ref_p: float
-    ref_v: float
-    ref_a: float
+    ref: float
+    """What the loop follows, and its rate."""
+    slope: float
 
 
 def _sign(value: float) -> float:
     return 1.0 if value > 0.0 else (-1.0 if value < 0.0 else 0.0)
 
 
-def _pid(m: Controller, g: Gains) -> Callable[[float, float, float, float, int], float]:
-    """The sum of feedback and feed-forward, for any axis."""
+def _pid(m: Controller, g: Gains, peaks: tuple[float, float], on_position: bool) -> Callable[..., float]:
+    """The sum of feedback and feed-forward; kS can follow the error only where a position is controlled."""
     kp, ki, kd, ks, kv, ka, kg = g.kp, g.ki, g.kd, g.ks, g.kv, g.ka, g.kg
-    arm, on_error, offset = g.arm, g.sign_of_error, g.kg_offset
+    arm, offset = g.arm, g.kg_offset
+    on_error = g.sign_of_error and on_position
     plain = ki == 0.0 and ks == 0.0 and kg == 0.0
+    high, low = peaks
 
     def pid(error: float, slope: float, v_ref: float, a_ref: float, loops: int) -> float:
         m.err = error
@@ -57,7 +65,7 @@ def _pid(m: Controller, g: Gains) -> Callable[[float, float, float, float, int],
         if plain:
             return out
         if ki:
-            m.integral += ki * error * loops * LOOP
+            m.integral = min(max(m.integral + ki * error * loops * LOOP, low), high)
             out += m.integral
         if ks:
             out += ks * _sign(error if on_error else v_ref)
@@ -68,56 +76,87 @@ def _pid(m: Controller, g: Gains) -> Callable[[float, float, float, float, int],
     return pid
 
 
-def open_loop(m: Controller) -> Law:
-    """The output of the request itself."""
-
-    def law(loops: int) -> float:
-        return m.output
-
-    return law
-
-
-def position(m: Controller, gains: Gains, wrap: bool) -> Law:
+def position(m: Controller, gains: Gains, peaks: tuple[float, float], wrap: bool) -> Law:
     """Position control; with `wrap` the short way round."""
-    pid = _pid(m, gains)
+    pid = _pid(m, gains, peaks, True)
 
     def law(loops: int) -> float:
+        m.ref = m.goal_p
         error = m.goal_p - m.pos
         if wrap:
             error -= math.floor(error + 0.5)
-        m.ref_p = m.goal_p
-        m.ref_v = v = m.goal_v
+        m.slope = v = m.goal_v
         return pid(error, v - m.vel, v, 0.0, loops)
 
     return law
 
 
-def velocity(m: Controller, gains: Gains) -> Law:
+def velocity(m: Controller, gains: Gains, peaks: tuple[float, float]) -> Law:
     """Velocity control."""
-    pid = _pid(m, gains)
+    pid = _pid(m, gains, peaks, False)
 
     def law(loops: int) -> float:
-        m.ref_v = v = m.goal_v
-        m.ref_a = a = m.goal_a
+        m.ref = v = m.goal_v
+        m.slope = a = m.goal_a
         return pid(v - m.vel, a - m.acc, v, a, loops)
 
     return law
 
 
-def motion_magic(
-    m: Controller, gains: Gains, wrap: bool, profile: Trapezoid, cruise: float, acceleration: float
-) -> Law:
-    """Position control along a trapezoidal profile."""
-    pid = _pid(m, gains)
+def _along(m: Controller, pid: Callable[..., float], profile: SCurve | Expo, wrap: bool, loops: int) -> float:
+    """Feedback towards the reference of a position profile."""
+    m.ref = profile.p
+    m.slope = v = profile.v
+    error = profile.p - m.pos
+    if wrap:
+        error -= math.floor(error + 0.5)
+    return pid(error, v - m.vel, v, profile.acc, loops)
+
+
+def _near(profile: SCurve | Expo, goal: float) -> None:
+    """Take the reference to the turn that is nearest to the goal."""
+    turns = math.floor(goal - profile.p + 0.5)
+    if turns:
+        profile.start(profile.p + turns, profile.v)
+
+
+def motion_magic(m: Controller, gains: Gains, peaks: tuple[float, float], wrap: bool, profile: SCurve) -> Law:
+    """Position control along a profile with limited velocity, acceleration and jerk."""
+    pid = _pid(m, gains, peaks, True)
 
     def law(loops: int) -> float:
-        profile.advance(m.goal_p, cruise, acceleration, loops * LOOP)
-        m.ref_p = p = profile.p
-        m.ref_v = v = profile.v
-        m.ref_a = profile.acc
-        error = p - m.pos
         if wrap:
-            error -= math.floor(error + 0.5)
-        return pid(error, v - m.vel, v, profile.acc, loops)
+            _near(profile, m.goal_p)
+        cruise, acceleration, jerk = m.limits
+        profile.advance(m.goal_p, cruise, acceleration, jerk, loops * LOOP)
+        return _along(m, pid, profile, wrap, loops)
+
+    return law
+
+
+def motion_magic_expo(m: Controller, gains: Gains, peaks: tuple[float, float], wrap: bool, profile: Expo) -> Law:
+    """Position control along the profile of a motor with 12 V."""
+    pid = _pid(m, gains, peaks, True)
+
+    def law(loops: int) -> float:
+        if wrap:
+            _near(profile, m.goal_p)
+        cruise, kv, ka = m.limits
+        profile.advance(m.goal_p, kv, ka, cruise, loops * LOOP)
+        return _along(m, pid, profile, wrap, loops)
+
+    return law
+
+
+def motion_magic_velocity(m: Controller, gains: Gains, peaks: tuple[float, float], profile: VelocityRamp) -> Law:
+    """Velocity control along a ramp with limited acceleration and jerk."""
+    pid = _pid(m, gains, peaks, False)
+
+    def law(loops: int) -> float:
+        _, acceleration, jerk = m.limits
+        profile.advance(m.goal_v, acceleration, jerk, loops * LOOP)
+        m.ref = v = profile.v
+        m.slope = a = profile.acc
+        return pid(v - m.vel, a - m.acc, v, a, loops)
 
     return law

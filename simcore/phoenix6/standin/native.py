@@ -32,6 +32,24 @@ def _target(reference: Any) -> Any:
     return getattr(reference, "_obj", reference)
 
 
+_LOGGER = (
+    "set_logger_path",
+    "start_logger",
+    "stop_logger",
+    "enable_auto_logging",
+    *(f"write_{kind}{many}" for kind in ("boolean", "integer", "float", "double", "string") for many in ("", "_array")),
+    "write_raw",
+    "write_schema_value",
+    "add_schema",
+    "add_schema_string",
+)
+"""The hoot log of `SignalLogger`: accepted, and nothing is written."""
+
+
+def _logged(*values: Any) -> int:
+    return _OK
+
+
 class SimulatedNative:
     """In place of the library that holds devices, signals, configurations and simulation.
 
@@ -43,6 +61,8 @@ class SimulatedNative:
         self._world = world
         for kind in REQUESTS.values():
             setattr(self, f"{PREFIX}RequestControl{kind.name}", self._request(kind))
+        for name in _LOGGER:
+            setattr(self, f"{PREFIX}platform_{name}", _logged)
 
     def __getattr__(self, name: str) -> Any:
         if name.startswith("__"):
@@ -53,7 +73,9 @@ class SimulatedNative:
         by_hash = self._world.by_hash
 
         def send(network: Any, device_hash: int, *args: Any) -> int:
-            by_hash[device_hash].receive(kind, args)  # type: ignore[attr-defined]
+            device = by_hash.get(device_hash)
+            if device is not None:
+                device.receive(kind, args)
             return _OK
 
         return send
@@ -123,6 +145,13 @@ class SimulatedNative:
         if value is None:
             return -1
         _target(out).value = value
+        return _OK
+
+    def c_ctre_phoenix6_platform_canbus_get_status(
+        self, utilization: Any, bus_off: Any, tx_full: Any, rec: Any, tec: Any, network: Any, report: bool
+    ) -> int:
+        for out in (utilization, bus_off, tx_full, rec, tec):
+            _target(out).value = 0
         return _OK
 
     def c_ctre_phoenix6_platform_sim_get_last_error(self, type_number: int, device_id: int) -> int:
@@ -218,7 +247,7 @@ class SimulatedNative:
             if answer is None:
                 raise NotImplementedError(f"{device!r}: signal {SpnValue(spn).name} is not modelled in simulated time")
             out.outValue, stamp = answer
-            out.unitsKey = spn
+            out.unitsKey = device.units_of(spn)
             out.swtimestampseconds = out.hwtimestampseconds = out.ecutimestampseconds = stamp
             out.error = _OK
         return _OK
@@ -226,31 +255,40 @@ class SimulatedNative:
     def c_ctre_phoenix6_SetUpdateFrequency(
         self, context: int, network: Any, device_hash: int, spn: int, hz: float, timeout: float
     ) -> int:
-        self._world.by_hash[device_hash].set_rate(hz)
+        device = self._world.by_hash.get(device_hash)
+        if device is not None:
+            device.ask_rate(spn, hz)
         return _OK
 
     def c_ctre_phoenix6_SetUpdateFrequencyForAll(
         self, context: int, signals: Any, count: int, hz: float, timeout: float
     ) -> int:
         for k in range(count):
-            self._world.by_hash[signals[k].signal.devicehash].set_rate(hz)
+            signal = signals[k].signal
+            self.c_ctre_phoenix6_SetUpdateFrequency(context, None, signal.devicehash, signal.spn, hz, timeout)
         return _OK
 
     def c_ctre_phoenix6_GetUpdateFrequency(self, network: Any, device_hash: int, spn: int) -> float:
-        return self._world.by_hash[device_hash].rate
+        device = self._world.by_hash.get(device_hash)
+        return 0.0 if device is None else device.rate
 
     def c_ctre_phoenix6_OptimizeUpdateFrequencies(
         self, context: int, network: Any, device_hash: int, hz: float, timeout: float
     ) -> int:
+        device = self._world.by_hash.get(device_hash)
+        if device is not None:
+            device.optimize_rate(hz)
         return _OK
 
-    # ---- logs: nothing is written
-
-    def c_ctre_phoenix6_platform_write_string(self, *values: Any) -> int:
+    def c_ctre_phoenix6_ResetUpdateFrequencies(
+        self, context: int, network: Any, device_hash: int, timeout: float
+    ) -> int:
+        device = self._world.by_hash.get(device_hash)
+        if device is not None:
+            device.reset_rate()
         return _OK
 
-    def c_ctre_phoenix6_platform_write_boolean(self, *values: Any) -> int:
-        return _OK
+    # ---- errors
 
     def c_ctre_phoenix_report_error(
         self, is_error: bool, code: int, flags: int, text: Any, location: Any, trace: Any

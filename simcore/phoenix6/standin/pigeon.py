@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
-from typing import NamedTuple
+from collections.abc import Callable, Mapping
+from typing import Any, ClassVar, NamedTuple
 
 from phoenix6.spns.spn_value import SpnValue
 
@@ -55,12 +55,14 @@ class Pigeon2(Device):
         self.send_frame()
 
     def command(self, spn: int, value: float) -> None:
+        """A new yaw."""
         if spn == SpnValue.PIGEON2_SET_YAW.value:
             self._offset = value - self.raw_yaw
         else:
             super().command(spn, value)
 
     def set_input(self, name: str, value: float) -> None:
+        """What it measures, and its supply."""
         if name == "RawYaw":
             # The device takes the short way round.
             self.raw_yaw += math.remainder(value - self.raw_yaw, 360.0)
@@ -95,12 +97,13 @@ class Pigeon2(Device):
         )
 
     def sample(self) -> PigeonFrame:
+        """A frame of this moment."""
         x, y, z = self.rates
         return PigeonFrame(
             self.yaw, self.pitch, self.roll, x, y, z, *self.quaternion, self.supply, float(int(self.clock.now))
         )
 
-    signals = {
+    signals: ClassVar[Mapping[int, Callable[[Any], float]]] = {
         SpnValue.PIGEON2_YAW.value: lambda f: f.yaw,
         SpnValue.PIGEON2_PITCH.value: lambda f: f.pitch,
         SpnValue.PIGEON2_ROLL.value: lambda f: f.roll,

@@ -45,7 +45,8 @@ class StandIn:
         self._talons: list[Talon] = []
         self._tasks: list[tuple[int, int, int, Callable[[], None]]] = []
         self._count = itertools.count()
-        self._loop_ns = 0
+        self.loop_ns = 0
+        """Time of the last control loop [ns]."""
 
     # ---- devices
 
@@ -64,6 +65,8 @@ class StandIn:
             self.by_hash[factory.hash_of(type_number, device_id)] = device
             if isinstance(device, Talon):
                 self._talons.append(device)
+            for talon in self._talons:
+                talon.resolve()  # one that was configured before its remote sensor was built
         return device
 
     def talon(self, device_id: int) -> Talon:
@@ -90,7 +93,7 @@ class StandIn:
     def reset(self) -> None:
         """Forget all devices, tasks and time, as for a fresh test."""
         self.clock.ns = 0
-        self._loop_ns = 0
+        self.loop_ns = 0
         self.enable.__init__(self.clock, self.enable._delays)  # type: ignore[misc]
         self.devices.clear()
         self.by_hash.clear()
@@ -141,12 +144,12 @@ class StandIn:
         self._advance(end)
 
     def _advance(self, end: int) -> None:
-        loops = (end - self._loop_ns) // LOOP_NS
+        loops = (end - self.loop_ns) // LOOP_NS
         if loops > 0:
             enabled = self.enable.is_enabled
             for talon in self._talons:
                 talon.run(loops, enabled)
-            self._loop_ns += loops * LOOP_NS
+            self.loop_ns += loops * LOOP_NS
         self.clock.ns = end
         for device in self.devices.values():
             if device.due_ns <= end and device.period_ms:

@@ -1,0 +1,128 @@
+"""Where a motor controller takes its position and velocity from: its rotor, or a sensor on the bus.
+
+Source: measured on CTRE's simulation 26.3. With a remote or fused sensor position and velocity are the sensor's, and
+the rotor's are not looked at. A synced sensor gives the rotor's its zero; that is what CTRE documents, its simulation
+does not have it.
+"""
+
+from __future__ import annotations
+
+import enum
+from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING
+
+from phoenix6.spns.spn_value import SpnValue
+
+from simcore.phoenix6.standin.candi import CANdi
+from simcore.phoenix6.standin.wire import Setting
+
+if TYPE_CHECKING:
+    from simcore.phoenix6.standin.talon import Talon
+
+__all__ = ["Feedback", "Reading", "Source", "feedback_of"]
+
+Reading = tuple[float, float, float]
+"""Position [rotations], velocity [rotations/s] and acceleration [rotations/s^2] of the mechanism."""
+
+
+class Source(enum.IntEnum):
+    """`FeedbackSensorSourceValue` and `ExternalFeedbackSensorSourceValue`."""
+
+    ROTOR = 0
+    REMOTE_CANCODER = 1
+    PIGEON_YAW = 2
+    PIGEON_PITCH = 3
+    PIGEON_ROLL = 4
+    FUSED_CANCODER = 5
+    SYNC_CANCODER = 6
+    QUADRATURE = 7
+    PULSE_WIDTH = 8
+    CANDI_PWM1 = 9
+    CANDI_PWM2 = 10
+    CANDI_QUADRATURE = 11
+    FUSED_CANDI_PWM1 = 12
+    FUSED_CANDI_PWM2 = 13
+    FUSED_CANDI_QUADRATURE = 14
+    SYNC_CANDI_PWM1 = 15
+    SYNC_CANDI_PWM2 = 16
+
+
+class Feedback:
+    """The sensor that a controller is configured to use.
+
+    Args:
+        read: Its reading now.
+        is_rotor: Whether that is the rotor's, so that a new position can be set.
+        is_missing: Whether robot code has no device with the configured id.
+    """
+
+    __slots__ = ("is_missing", "is_rotor", "read")
+
+    def __init__(self, read: Callable[[], Reading], *, is_rotor: bool, is_missing: bool = False) -> None:
+        self.read = read
+        self.is_rotor = is_rotor
+        self.is_missing = is_missing
+
+
+def _remote(talon: Talon, source: Source, sensor_id: int) -> Callable[[], tuple[float, float]] | None:
+    """Position and velocity of a sensor on the bus; None when robot code has not built it."""
+    devices = talon.world.devices
+    if source in (Source.REMOTE_CANCODER, Source.FUSED_CANCODER, Source.SYNC_CANCODER):
+        encoder = devices.get((5, sensor_id))
+        return None if encoder is None else lambda: (encoder.position, encoder.velocity)  # type: ignore[attr-defined]
+    if source in (Source.PIGEON_YAW, Source.PIGEON_PITCH, Source.PIGEON_ROLL):
+        gyro = devices.get((6, sensor_id))
+        axis, rate = {2: ("yaw", 2), 3: ("pitch", 1), 4: ("roll", 0)}[source]
+        return None if gyro is None else lambda: (getattr(gyro, axis) / 360.0, gyro.rates[rate] / 360.0)  # type: ignore[attr-defined]
+    candi = devices.get((9, sensor_id))
+    if not isinstance(candi, CANdi):
+        return None
+    if source in (Source.CANDI_QUADRATURE, Source.FUSED_CANDI_QUADRATURE):
+        return lambda: (candi.quadrature, candi.quadrature_velocity)
+    pin = 1 if source in (Source.CANDI_PWM2, Source.FUSED_CANDI_PWM2, Source.SYNC_CANDI_PWM2) else 0
+    return lambda: (candi.pwm_position(pin), candi.pwm_velocity(pin))
+
+
+def feedback_of(talon: Talon, config: Mapping[int, Setting]) -> Feedback:
+    """The sensor named in a controller's configuration.
+
+    Raises:
+        NotImplementedError: The stand-in has no such sensor.
+    """
+    get = config.get
+    source = Source(
+        int(
+            get(
+                SpnValue.CONFIG_FEEDBACK_SENSOR_SOURCE.value,
+                get(SpnValue.CONFIG_EXTERNAL_FEEDBACK_SENSOR_SOURCE.value, 0),
+            )
+        )
+    )
+    mechanism = get(SpnValue.CONFIG_SENSOR_TO_MECHANISM_RATIO.value, 1.0) or 1.0
+    rotor = get(SpnValue.CONFIG_ROTOR_TO_SENSOR_RATIO.value, 1.0) or 1.0
+
+    def on_rotor(ratio: float, zero: float = 0.0) -> Callable[[], Reading]:
+        def read() -> Reading:
+            scale = talon.sign / ratio
+            return talon.rotor_position / ratio + zero, talon.rotor_rps * scale, talon.rotor_acceleration * scale
+
+        return read
+
+    if source is Source.ROTOR:
+        return Feedback(on_rotor(mechanism), is_rotor=True)
+    if source in (Source.QUADRATURE, Source.PULSE_WIDTH):
+        raise NotImplementedError(f"{talon!r}: feedback from {source.name} is not modelled in simulated time")
+    sensor_id = int(get(SpnValue.CONFIG_FEEDBACK_REMOTE_SENSOR_ID.value, 0))
+    sensor = _remote(talon, source, sensor_id)
+    if sensor is None:
+        return Feedback(lambda: (0.0, 0.0, 0.0), is_rotor=False, is_missing=True)
+    if source in (Source.SYNC_CANCODER, Source.SYNC_CANDI_PWM1, Source.SYNC_CANDI_PWM2):
+        ratio = rotor * mechanism
+        return Feedback(on_rotor(ratio, sensor()[0] / mechanism - talon.rotor_position / ratio), is_rotor=False)
+    found = sensor
+
+    def read() -> Reading:
+        p, v = found()
+        return p / mechanism, v / mechanism, 0.0
+
+    return Feedback(read, is_rotor=False)

@@ -1,0 +1,74 @@
+"""Turns a control request into a law and an output stage for one controller."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from phoenix6.spns.spn_value import SpnValue
+
+from simcore.phoenix6.standin import laws
+from simcore.phoenix6.standin.bridge import Stage
+from simcore.phoenix6.standin.gains import Gains, gains_of
+from simcore.phoenix6.standin.requests import Axis, RequestKind
+
+if TYPE_CHECKING:
+    from simcore.phoenix6.standin.talon import Talon
+
+__all__ = ["PROFILED", "VELOCITY", "Plan", "build", "limits_of"]
+
+PROFILED = frozenset((Axis.MOTION_MAGIC, Axis.MOTION_MAGIC_EXPO, Axis.MOTION_MAGIC_VELOCITY))
+"""Axes with a motion profile."""
+VELOCITY = frozenset((Axis.VELOCITY, Axis.MOTION_MAGIC_VELOCITY))
+"""Axes that control a velocity."""
+Plan = tuple["laws.Law | None", "Stage | None", Gains]
+"""Law, output stage and gains of a request; without a law the bridge lets go or brakes."""
+_OUTPUTLESS = frozenset((Axis.NEUTRAL, Axis.BRAKE, Axis.COAST, Axis.MUSIC, Axis.FOLLOW))
+
+
+def build(talon: Talon, kind: RequestKind, slot: int, foc: bool) -> Plan:
+    """Law and output stage of a request.
+
+    Raises:
+        NotImplementedError: The slot schedules its gains.
+    """
+    axis = kind.axis
+    if axis in _OUTPUTLESS:
+        return None, None, Gains()
+    c = talon.config
+    stage = talon.bridge.stage(kind.unit, closed=axis is not Axis.OPEN, foc=foc)
+    if axis is Axis.OPEN:
+        return (lambda loops: talon.output), stage, Gains()
+    if c[SpnValue.SLOT0_GAIN_SCHED_BEHAVIOR.value + slot]:
+        raise NotImplementedError(f"{talon!r}: gain scheduling (slot{slot}) is not modelled in simulated time")
+    gains = gains_of(c, slot)
+    peaks = talon.bridge.peaks[kind.unit]
+    wrap = bool(c[SpnValue.CONFIG_CONTINUOUS_WRAP.value])
+    if axis is Axis.POSITION:
+        return laws.position(talon, gains, peaks, wrap), stage, gains
+    if axis is Axis.VELOCITY:
+        return laws.velocity(talon, gains, peaks), stage, gains
+    if axis is Axis.MOTION_MAGIC:
+        return laws.motion_magic(talon, gains, peaks, wrap, talon.scurve), stage, gains
+    if axis is Axis.MOTION_MAGIC_EXPO:
+        return laws.motion_magic_expo(talon, gains, peaks, wrap, talon.expo), stage, gains
+    return laws.motion_magic_velocity(talon, gains, peaks, talon.velocity_ramp), stage, gains
+
+
+def limits_of(talon: Talon, kind: RequestKind, args: tuple[float, ...]) -> tuple[float, float, float]:
+    """Limits of the profile of a request, from the request itself (Dynamic) or from the configuration."""
+    c = talon.config
+    field = kind.slots
+    dynamic = kind.name.startswith("Dynamic")
+    cruise = c[SpnValue.CONFIG_MOTION_MAGIC_CRUISE_VELOCITY.value]
+    if kind.axis is Axis.MOTION_MAGIC_EXPO:
+        if dynamic:
+            return args[field["velocity"]], args[field["k_v"]], args[field["k_a"]]
+        kv = c[SpnValue.CONFIG_MOTION_MAGIC_EXPO_K_V.value]
+        return cruise, kv, c[SpnValue.CONFIG_MOTION_MAGIC_EXPO_K_A.value]
+    acceleration = c[SpnValue.CONFIG_MOTION_MAGIC_ACCELERATION.value]
+    jerk = c[SpnValue.CONFIG_MOTION_MAGIC_JERK.value]
+    if dynamic:
+        return args[field["velocity"]], args[field["acceleration"]], args[field["jerk"]]
+    if kind.axis is Axis.MOTION_MAGIC_VELOCITY:
+        return cruise, args[field["acceleration"]] or acceleration, jerk
+    return cruise, acceleration, jerk
