@@ -70,7 +70,8 @@ class RobotPhysics:
         plant: Which of its robots this program drives, e.g. `game.robots[0]`.
         drivetrain: Its devices, e.g. `SwerveDrivetrainSim`; None if it has none.
         motors: Devices of its mechanisms, e.g. `TalonFXMotorSim`.
-        parts: In how many parts a tick is cut; 4 are 5 ms.
+        parts: In how many parts a tick is cut; None: 4 of 5 ms, or in simulated time 1 for a robot with a loop of
+            20 ms, whose controllers are then asked in the middle of it.
         pace_tests: In tests that use CTRE's own simulation (`--phoenix=real`) time jumps, but Phoenix 6 lives on the
             wall clock: keep to it, so that its loops see what they see on the robot. False runs as fast as it can.
             In simulated time, which is the default in tests, nothing waits for a clock.
@@ -88,9 +89,18 @@ class RobotPhysics:
         plant: Plant,
         drivetrain: DrivetrainDevices | None = None,
         motors: Sequence[MotorDevices] = (),
-        parts: int = 4,
+        parts: int | None = None,
         pace_tests: bool = True,
     ) -> None:
+        self._phoenix = _phoenix_time()
+        self._period = float(getattr(robot, "getPeriod", lambda: TICK)())
+        is_fine = parts is None and self._phoenix is not None and drivetrain is not None and self._period >= TICK
+        if is_fine:
+            from simcore.robotpy.fine_steps import FineSteps
+
+            is_fine = FineSteps.supports(plant)
+        if parts is None:
+            parts = 1 if is_fine else 4
         if not (isinstance(parts, int) and 1 <= parts <= 20):
             raise ConfigError(f"RobotPhysics: parts must be a whole number from 1 to 20, got {parts!r}")
         for device in (*motors, *(() if drivetrain is None else (drivetrain,))):
@@ -106,7 +116,11 @@ class RobotPhysics:
         self._parts = parts
         self._h = TICK / parts
         self._part = 0
-        self._phoenix = _phoenix_time()
+        self._fine = (
+            FineSteps(plant, drivetrain, self._motors, self._phoenix)
+            if is_fine and drivetrain is not None and self._phoenix is not None
+            else None
+        )
         self._pace_tests = pace_tests and self._phoenix is None
         self._late: deque[float] = deque(maxlen=4 * _HISTORY)
         self._view = FieldView(physics_controller.field)
@@ -120,7 +134,6 @@ class RobotPhysics:
         self._skipped = 0.0
         self._color: DriverStation.Alliance | None = None
         self._was_enabled = False
-        self._period = float(getattr(robot, "getPeriod", lambda: TICK)())
         self._is_periodic = hasattr(robot, "addPeriodic")
         global _latest
         _latest = weakref.ref(self)
@@ -192,6 +205,11 @@ class RobotPhysics:
         if self._part == 0:
             RoboRioSim.setVInVoltage(volts)
             self.game.begin_tick()
+        self._part += 1
+        if self._fine is not None:
+            self._fine.begin()
+            self.game.move(self._h)
+            return
         if drivetrain is not None:
             drivetrain.read(volts)
         for motor in self._motors:
@@ -204,7 +222,6 @@ class RobotPhysics:
             motor.write()
         if self._phoenix is not None:
             self._phoenix.step(self._h)
-        self._part += 1
 
     def _end_tick(self) -> None:
         begin = time.perf_counter()

@@ -73,7 +73,6 @@ def pytest_runtest_protocol(item: pytest.Item) -> bool | None:
         return None
     from simcore.errors import ConfigError
     from simcore.robotpy.isolation import run_isolated
-    from simcore.robotpy.project import find_robot_file
 
     config, hook = item.config, item.ihook
     hook.pytest_runtest_logstart(nodeid=item.nodeid, location=item.location)
@@ -126,6 +125,7 @@ def _has_pyfrc(config: pytest.Config) -> bool:
 
 def _robot_file(item: pytest.Item) -> Path:
     from simcore.robotpy.project import find_robot_file
+
 
     return find_robot_file(item.path, named=item.config.getini("simcore_robot"), base=item.config.rootpath)
 
