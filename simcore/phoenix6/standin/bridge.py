@@ -28,8 +28,8 @@ OVER_VOLTAGE = 16.5
 """Above this supply the bridge is off [V]; measured between 16 and 18."""
 _HARD_CAP = 200.0
 """What the simulated bridge carries at most, also with its limits off [A]."""
-_SLACK = 1.04
-"""The simulated limiters settle this much below their limit [A]."""
+_STATOR_SLACK, _SUPPLY_SLACK = 0.5, 0.75
+"""The simulated limiters hunt within 1 A of their limit; on average they stay this much below it [A]."""
 _TORQUE_RANGE = 327.67
 """Full scale of a torque current request, to which a deadband stretches the rest [A]."""
 _MAX_REQUEST_DEADBAND = 15.0
@@ -117,11 +117,11 @@ class Bridge:
         if get("CONFIG_STATOR_CURR_LIMIT_EN"):
             limit = get("CONFIG_STATOR_CURRENT_LIMIT")
             self._ampere_cap = min(limit, _HARD_CAP)
-            self._volt_cap = min(max(limit - _SLACK, 0.0), _HARD_CAP)
+            self._volt_cap = min(max(limit - _STATOR_SLACK, 0.0), _HARD_CAP)
         self._supply_limit = math.inf
         if get("CONFIG_SUPPLY_CURR_LIMIT_EN"):
-            self._supply_limit = max(get("CONFIG_SUPPLY_CURRENT_LIMIT") - _SLACK, 0.0)
-        self._lower = max(get("CONFIG_SUPPLY_CURRENT_LOWER_LIMIT") - _SLACK, 0.0)
+            self._supply_limit = max(get("CONFIG_SUPPLY_CURRENT_LIMIT") - _SUPPLY_SLACK, 0.0)
+        self._lower = max(get("CONFIG_SUPPLY_CURRENT_LOWER_LIMIT") - _SUPPLY_SLACK, 0.0)
         self._lower_time = get("CONFIG_SUPPLY_CURRENT_LOWER_TIME")
         self.brake = get("CONFIG_NEUTRAL_MODE") == 1
         self._deadband = get("CONFIG_DUTY_CYCLE_NEUTRAL_DB")

@@ -1,7 +1,8 @@
 """Where a motor controller takes its position and velocity from: its rotor, or a sensor on the bus.
 
 Source: measured on CTRE's simulation 26.3. With a remote or fused sensor position and velocity are the sensor's, and
-the rotor's are not looked at. A synced sensor gives the rotor's its zero; that is what CTRE documents, its simulation
+the rotor's are not looked at; they come with the sensor's status frames, at 100 Hz unless robot code asks for more, so
+that a stiff loop overshoots (6.5 % for the steering of a swerve module with kP = 100 V/rotation). A synced sensor gives the rotor's its zero; that is what CTRE documents, its simulation
 does not have it.
 """
 
@@ -69,18 +70,20 @@ def _remote(talon: Talon, source: Source, sensor_id: int) -> Callable[[], tuple[
     devices = talon.world.devices
     if source in (Source.REMOTE_CANCODER, Source.FUSED_CANCODER, Source.SYNC_CANCODER):
         encoder = devices.get((5, sensor_id))
-        return None if encoder is None else lambda: (encoder.position, encoder.velocity)  # type: ignore[attr-defined]
+        return None if encoder is None else lambda: (encoder.frame.position, encoder.frame.velocity)
     if source in (Source.PIGEON_YAW, Source.PIGEON_PITCH, Source.PIGEON_ROLL):
         gyro = devices.get((6, sensor_id))
-        axis, rate = {2: ("yaw", 2), 3: ("pitch", 1), 4: ("roll", 0)}[source]
-        return None if gyro is None else lambda: (getattr(gyro, axis) / 360.0, gyro.rates[rate] / 360.0)  # type: ignore[attr-defined]
+        axis, rate = {2: ("yaw", "rate_z"), 3: ("pitch", "rate_y"), 4: ("roll", "rate_x")}[source]
+        if gyro is None:
+            return None
+        return lambda: (getattr(gyro.frame, axis) / 360.0, getattr(gyro.frame, rate) / 360.0)
     candi = devices.get((9, sensor_id))
     if not isinstance(candi, CANdi):
         return None
     if source in (Source.CANDI_QUADRATURE, Source.FUSED_CANDI_QUADRATURE):
-        return lambda: (candi.quadrature, candi.quadrature_velocity)
+        return lambda: (candi.frame.quadrature, candi.frame.quadrature_velocity)
     pin = 1 if source in (Source.CANDI_PWM2, Source.FUSED_CANDI_PWM2, Source.SYNC_CANDI_PWM2) else 0
-    return lambda: (candi.pwm_position(pin), candi.pwm_velocity(pin))
+    return lambda: (candi.frame.positions[pin], candi.frame.velocities[pin])
 
 
 def feedback_of(talon: Talon, config: Mapping[int, Setting]) -> Feedback:
@@ -103,7 +106,7 @@ def feedback_of(talon: Talon, config: Mapping[int, Setting]) -> Feedback:
 
     def on_rotor(ratio: float, zero: float = 0.0) -> Callable[[], Reading]:
         def read() -> Reading:
-            scale = talon.sign / ratio
+            scale = talon.turn / ratio
             return talon.rotor_position / ratio + zero, talon.rotor_rps * scale, talon.rotor_acceleration * scale
 
         return read

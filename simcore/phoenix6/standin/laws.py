@@ -65,7 +65,10 @@ def _pid(m: Controller, g: Gains, peaks: tuple[float, float], on_position: bool)
         if plain:
             return out
         if ki:
-            m.integral = min(max(m.integral + ki * error * loops * LOOP, low), high)
+            step = ki * error * loops * LOOP
+            # No winding up: past the greatest output the integral only comes back.
+            if low < out + m.integral < high or step * m.integral < 0.0:
+                m.integral = min(max(m.integral + step, low), high)
             out += m.integral
         if ks:
             out += ks * _sign(error if on_error else v_ref)

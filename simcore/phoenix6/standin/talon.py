@@ -70,6 +70,8 @@ class Talon(Device):
         """As physics writes it [rotations/s^2]."""
         self.sign = 1.0
         """-1 with a clockwise configuration."""
+        self.turn = 1.0
+        """-1 where positive in robot code is clockwise: as configured, and for a follower as its leader says."""
         self.pos = self.vel = self.acc = 0.0
         self.output = self.goal_p = self.goal_v = self.goal_a = self.feed_forward = 0.0
         self.limits = (0.0, 0.0, 0.0)
@@ -94,7 +96,7 @@ class Talon(Device):
 
     def configured(self) -> None:
         """Take over a configuration."""
-        self.sign = -1.0 if self.config[SpnValue.CONFIG_INVERTED.value] else 1.0
+        self.sign = self.turn = -1.0 if self.config[SpnValue.CONFIG_INVERTED.value] else 1.0
         self._rotor_offset = self.config.get(SpnValue.CONFIG_FEEDBACK_ROTOR_OFFSET.value, 0.0)
         self._autosets = any(
             self.config[spn.value]
@@ -133,7 +135,7 @@ class Talon(Device):
             self._told = True
             return
         ratio = self.config[SpnValue.CONFIG_SENSOR_TO_MECHANISM_RATIO.value] or 1.0
-        self._shift += self.sign * (position * ratio - self.rotor_position)
+        self._shift += self.turn * (position * ratio - self.rotor_position)
         self.measure()
 
     # ---- physics
@@ -141,7 +143,7 @@ class Talon(Device):
     @property
     def rotor_position(self) -> float:
         """Rotor position as robot code knows it, within +-16384 [rotations]."""
-        turns = self.sign * (self.raw + self._shift) + self._rotor_offset
+        turns = self.turn * (self.raw + self._shift) + self._rotor_offset
         if -_HALF_RANGE <= turns < _HALF_RANGE:
             return turns
         return math.remainder(turns, 2.0 * _HALF_RANGE)
@@ -172,7 +174,7 @@ class Talon(Device):
         """What `sim_state` reads: volts counter-clockwise, torque current with robot code's sign, as CTRE has it."""
         bridge = self.bridge
         if name == "MotorVoltage":
-            return bridge.volts * self._turn
+            return bridge.volts * self.turn
         if name == "TorqueCurrent":
             return bridge.current
         if name == "SupplyCurrent":
@@ -217,6 +219,7 @@ class Talon(Device):
     def _accept(self, kind: RequestKind, args: tuple[Any, ...]) -> None:
         changed = kind is not self.kind
         self.kind, self.args = kind, args
+        self.turn = self._turning()
         field = kind.slots
         axis = kind.axis
         self._expires = self.clock.ns + ONE_SHOT_NS if args[0] == 0.0 and kind is not _IDLE else None
@@ -236,7 +239,6 @@ class Talon(Device):
             self.goal_p = float(args[1])
         if axis in PROFILED:
             self.limits = limits_of(self, kind, args)
-        self._turn = self._turning()
         bridge = self.bridge
         if self._law is not None:
             self.feed_forward = float(args[field["feed_forward"]]) if "feed_forward" in field else 0.0
@@ -282,7 +284,7 @@ class Talon(Device):
     def _loop(self, loops: int, enabled: bool) -> None:
         self.pos, self.vel, self.acc = self._read()
         bridge = self.bridge
-        bridge.rps = self.rotor_rps * self._turn
+        bridge.rps = self.rotor_rps * self.turn
         if self._expires is not None and self.world.loop_ns >= self._expires:
             self._accept(_IDLE, (0.0,))
         if self._autosets:
@@ -343,7 +345,7 @@ class Talon(Device):
         leader = self._leader()
         if leader is None:
             return self.sign
-        return leader._turn * (-1.0 if self.args[2] == 1 else 1.0)
+        return leader.turn * (-1.0 if self.args[2] == 1 else 1.0)
 
     def _follow(self, loops: int) -> None:
         """Put out what the leader's last frame says, in the unit that the leader drives with."""
@@ -353,8 +355,8 @@ class Talon(Device):
             bridge.rest()
             bridge.neutral(bridge.brake)
             return
-        self._turn = self._turning()
-        bridge.rps = self.rotor_rps * self._turn
+        self.turn = self._turning()
+        bridge.rps = self.rotor_rps * self.turn
         frame: TalonFrame = leader.frame
         if frame.bridge in (BridgeOutputValue.BRIDGE_REQ_COAST.value, BridgeOutputValue.BRIDGE_REQ_BRAKE.value):
             bridge.neutral(frame.bridge == BridgeOutputValue.BRIDGE_REQ_BRAKE.value)
@@ -427,7 +429,7 @@ class Talon(Device):
             velocity=self.vel,
             acceleration=self.acc,
             rotor_position=self.rotor_position,
-            rotor_velocity=self.rotor_rps * self.sign,
+            rotor_velocity=self.rotor_rps * self.turn,
             volts=b.volts,
             current=b.current,
             supply_current=b.supply_current,
@@ -448,7 +450,7 @@ class Talon(Device):
             enabled=self.enabled,
             forward_open=not self.forward.is_closed(self.world),
             reverse_open=not self.reverse.is_closed(self.world),
-            polarity=int(self._turn < 0.0),
+            polarity=int(self.turn < 0.0),
             profiled=profiled,
             at_target=profiled and profile.done,
             on_velocity=on_velocity,

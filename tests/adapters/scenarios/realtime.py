@@ -1,21 +1,31 @@
-"""Real time for the real Phoenix 6: its simulation runs on the wall clock, so physics must keep to it."""
+"""Real time for the real Phoenix 6: its simulation runs on the wall clock, so physics must keep to it.
+
+With SIMULATED set the same scenario runs on the stand-in, as fast as it can.
+"""
 
 from __future__ import annotations
 
 import json
+import os
 import time
 from collections.abc import Callable
 
 import hal
 import numpy as np
 from phoenix6 import unmanaged
-from wpilib.simulation import DriverStationSim, RoboRioSim
+from wpilib.simulation import DriverStationSim, RoboRioSim, pauseTiming, stepTiming
+
+from simcore.phoenix6 import standin
 
 DT = 0.005
+SIMULATED = bool(os.environ.get("SIMULATED"))
 
 
 def start() -> None:
     """The HAL without a robot, and no diagnostics server that could meet another process."""
+    if SIMULATED:
+        standin.install()
+        pauseTiming()
     unmanaged.set_phoenix_diagnostics_start_time(-1)
     hal.initialize(500, 0)
     RoboRioSim.setVInVoltage(12.0)
@@ -40,12 +50,15 @@ class Loop:
         for k in range(round(seconds / DT)):
             due = begin + k * DT
             rest = due - time.perf_counter()
-            if rest > 0.0:
+            if rest > 0.0 and not SIMULATED:
                 time.sleep(rest)
             now = time.perf_counter()
-            self.late.append(now - due)
+            self.late.append(0.0 if SIMULATED else now - due)
             self.each()
             watch(k * DT)
+            if SIMULATED:
+                stepTiming(DT)  # the library feeds its enable signal by the robot's clock
+                standin.installed().step(DT)
             self.work.append(time.perf_counter() - now)
 
     @property
