@@ -126,7 +126,6 @@ def _has_pyfrc(config: pytest.Config) -> bool:
 def _robot_file(item: pytest.Item) -> Path:
     from simcore.robotpy.project import find_robot_file
 
-
     return find_robot_file(item.path, named=item.config.getini("simcore_robot"), base=item.config.rootpath)
 
 

@@ -52,7 +52,7 @@ class StandInModule:
         if _repeats(self._drive, _VOLTS, foc):
             self._drive.output = volts
         else:
-            self._drive.apply(_VOLTS.name, output=volts, enable_foc=foc)
+            self._drive.apply(_VOLTS.name, update_freq_hz=0.0, output=volts, enable_foc=foc)
 
     def drive_velocity(self, rps: float, amperes: float, volts: float, foc: bool) -> None:
         """See `ModuleDevices`."""
@@ -61,9 +61,15 @@ class StandInModule:
             drive.goal_v = rps
             drive.feed_forward = amperes if self._drive_torque else volts
         elif self._drive_torque:
-            drive.apply(self._velocity.name, velocity=rps, feed_forward=amperes, override_coast_dur_neutral=True)
+            drive.apply(
+                self._velocity.name,
+                update_freq_hz=0.0,
+                velocity=rps,
+                feed_forward=amperes,
+                override_coast_dur_neutral=True,
+            )
         else:
-            drive.apply(self._velocity.name, velocity=rps, feed_forward=volts, enable_foc=foc)
+            drive.apply(self._velocity.name, update_freq_hz=0.0, velocity=rps, feed_forward=volts, enable_foc=foc)
 
     def steer_position(self, rotations: float, rps: float, foc: bool) -> None:
         """See `ModuleDevices`."""
@@ -72,16 +78,16 @@ class StandInModule:
             steer.goal_p = rotations
             steer.goal_v = rps
         elif self._steer_torque:
-            steer.apply(self._position.name, position=rotations, velocity=rps)
+            steer.apply(self._position.name, update_freq_hz=0.0, position=rotations, velocity=rps)
         else:
-            steer.apply(self._position.name, position=rotations, velocity=rps, enable_foc=foc)
+            steer.apply(self._position.name, update_freq_hz=0.0, position=rotations, velocity=rps, enable_foc=foc)
 
     def steer_profiled(self, rotations: float, foc: bool) -> None:
         """See `ModuleDevices`."""
         if self._steer_torque:
-            self._steer.apply("MotionMagicExpoTorqueCurrentFOC", position=rotations)
+            self._steer.apply("MotionMagicExpoTorqueCurrentFOC", update_freq_hz=0.0, position=rotations)
         else:
-            self._steer.apply("MotionMagicExpoVoltage", position=rotations, enable_foc=foc)
+            self._steer.apply("MotionMagicExpoVoltage", update_freq_hz=0.0, position=rotations, enable_foc=foc)
 
     def zero_drive(self) -> None:
         """See `ModuleDevices`."""
