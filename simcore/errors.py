@@ -11,10 +11,13 @@ __all__ = [
     "ConfigError",
     "EngineError",
     "FieldMeshError",
+    "LogError",
+    "ModelError",
     "NonFiniteError",
     "OutputError",
     "SimcoreError",
     "UnknownNameError",
+    "VendorError",
     "require_finite",
     "require_non_negative",
     "require_positive",
@@ -47,6 +50,18 @@ class FieldMeshError(SimcoreError, ValueError):
 
 class OutputError(SimcoreError, OSError):
     """A log, picture or other output that cannot be written."""
+
+
+class VendorError(SimcoreError, ImportError):
+    """A vendor's library that is missing, or of a year that is not supported."""
+
+
+class LogError(SimcoreError, ValueError):
+    """A log that cannot be read."""
+
+
+class ModelError(SimcoreError, ValueError):
+    """A folder of models that AdvantageScope or the browser view cannot use."""
 
 
 class UnknownNameError(SimcoreError, KeyError):

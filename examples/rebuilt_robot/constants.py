@@ -9,6 +9,9 @@ HUB_BLUE = Translation2d(4.625, 4.0345)
 START_BLUE = Pose2d(2.6, 5.3, Rotation2d(-0.5))
 DEPOT_BLUE = Translation2d(0.343, 5.963)
 
+TAG_CAMERAS = ("limelight-two", "limelight-five")  # front right, front left
+PIECE_CAMERA = "limelight-one"  # at the back, above the intake
+
 MAX_SPEED = 4.0  # m/s
 MAX_TURN = 6.0  # rad/s
 

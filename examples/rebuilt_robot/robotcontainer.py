@@ -1,15 +1,18 @@
 """Subsystems, controls and autos."""
 
 import commands2
+from commands.collect import Collect
 from commands.drive_to import DriveTo
 from commands.shoot import Shoot
 from commands2.button import CommandXboxController
-from constants import DEPOT_BLUE, MAX_SPEED, MAX_TURN, START_BLUE, for_alliance
+from constants import DEPOT_BLUE, MAX_SPEED, MAX_TURN, START_BLUE, for_alliance, shooter_rps
 from generated.tuner_constants import TunerConstants
+from path_autos import load_autos
 from phoenix6.swerve import requests
 from subsystems.indexer import Feeder, Spindexer
 from subsystems.intake import Intake
 from subsystems.shooter import Hood, Shooter
+from subsystems.vision import Vision
 from wpilib import DriverStation, SendableChooser, SmartDashboard
 from wpimath.filter import SlewRateLimiter
 from wpimath.geometry import Pose2d, Rotation2d
@@ -25,13 +28,16 @@ class RobotContainer:
         self.feeder = Feeder()
         self.shooter = Shooter()
         self.hood = Hood()
+        self.vision = Vision(self.drivetrain)
         self.is_seeded = False
         self._seeded_for: DriverStation.Alliance | None = None
         self._bind()
         self._autos = SendableChooser()
-        self._autos.setDefaultOption("depot", "depot")
-        self._autos.addOption("preload", "preload")
-        self._autos.addOption("nothing", "nothing")
+        self._autos.setDefaultOption("depot", self._depot())
+        self._autos.addOption("preload", self.shoot().withTimeout(4.0))
+        for name, auto in load_autos(self.drivetrain, self._named_commands()).items():
+            self._autos.addOption(f"{name} (PathPlanner)", auto)
+        self._autos.addOption("nothing", commands2.cmd.none())
         SmartDashboard.putData("Auto", self._autos)
 
     def _bind(self) -> None:
@@ -51,6 +57,7 @@ class RobotContainer:
         pad.b().whileTrue(commands2.cmd.run(lambda: self.hood.move_goal(-0.4)))  # comma
         pad.x().whileTrue(commands2.cmd.run(lambda: self.hood.move_goal(0.4)))  # period
         pad.y().whileTrue(self.shoot())  # slash
+        pad.leftBumper().whileTrue(Collect(self.drivetrain, self.intake, self.vision))  # N
         pad.start().onTrue(self.drivetrain.runOnce(self.drivetrain.seed_field_centric))
 
     def shoot(self) -> commands2.Command:
@@ -64,12 +71,16 @@ class RobotContainer:
         self.drivetrain.reset_pose(for_alliance(START_BLUE, alliance == DriverStation.Alliance.kRed))
 
     def autonomous_command(self) -> commands2.Command | None:
-        name = self._autos.getSelected()
-        if name == "preload":
-            return self.shoot().withTimeout(4.0)
-        if name == "depot":
-            return self._depot()
-        return None
+        return self._autos.getSelected()
+
+    def _named_commands(self) -> dict[str, commands2.Command]:
+        """What autos drawn in PathPlanner may ask for."""
+        return {
+            "shoot": self.shoot(),
+            "spin up": self.shooter.runOnce(lambda: self.shooter.set_speed(shooter_rps(2.5))),
+            "intake out": self.intake.runOnce(lambda: self.intake.set_out(True)),
+            "intake in": self.intake.runOnce(lambda: self.intake.set_out(False)),
+        }
 
     def _depot(self) -> commands2.Command:
         """Shoot the preload, back into the depot with the intake out, come back and shoot."""

@@ -7,7 +7,7 @@ import math
 import os
 import signal
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -16,14 +16,14 @@ from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 
 from games.rebuilt.autos import AUTOS, Auto, find_auto
 from games.rebuilt.field import load_field
-from games.rebuilt.picture import draw_run
+from games.rebuilt.outputs import RunOutputs
+from games.rebuilt.publish import build_snapshot
 from games.rebuilt.runner import AutoRun, play_auto
 from games.rebuilt.sim import DT, RebuiltConfig, RebuiltSim
-from simcore.errors import ConfigError, SimcoreError
+from games.rebuilt.watch import Watch, add_options
+from simcore.errors import SimcoreError
 from simcore.sim.report import print_report
-from simcore.telemetry.output import require_writable
 from simcore.telemetry.snapshot import TelemetrySink
-from simcore.telemetry.wpilog import WpilogSink
 
 __all__ = ["main"]
 
@@ -64,35 +64,81 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("--hub-exits", action="store_true", help="scored fuel comes out of the hub's exits")
     parser.add_argument("--log", type=Path, metavar="FILE.wpilog", help="default: out/NAME.wpilog")
     parser.add_argument("--picture", type=Path, metavar="FILE.png", help="default: out/NAME.png")
+    parser.add_argument(
+        "--page", type=Path, metavar="FILE.html", help="a page that plays the run; default: out/NAME.html"
+    )
+    parser.add_argument(
+        "--animation",
+        type=Path,
+        nargs="?",
+        const=True,
+        default=False,
+        metavar="FILE.gif",
+        help="a moving picture too, GIF or (with ffmpeg) MP4; default: out/NAME.gif",
+    )
     parser.add_argument("--json", action="store_true", help="print one JSON object instead of tables")
+    add_options(parser)
     return parser
 
 
 def _play(options: argparse.Namespace) -> int:
     auto = find_auto(options.auto)
-    log = options.log or Path("out") / f"{auto.name}.wpilog"
-    picture = options.picture or Path("out") / f"{auto.name}.png"
-    if log.resolve() == picture.resolve():
-        raise ConfigError(f"log and picture cannot be one file, got {str(log)!r} for both")
-    require_writable("picture", picture)  # before the run: nobody wants to hear it after
+    outputs = _outputs(options, auto)
     if options.field is not None:
         load_field(options.field)  # a broken mesh must not cost the last run's log
-    sink = WpilogSink(log)
     config = RebuiltConfig(hub_exits=options.hub_exits, field_mesh=options.field)
-    run = _run(options, auto, config, [sink])
-    with run.sim:
-        draw_run(picture, run)
-        report = replace(run.report, outputs={"log": str(log), "picture": str(picture)})
+    sinks = outputs.sinks()  # a log that cannot be written ends it here, before anything is served
+    watch = Watch(options)
+    seed: int | None = options.seed
+    try:
+        with InterruptFlag() as interrupted:
+            while seed is not None:
+                run = _run(options, auto, replace(config, seed=seed), [*sinks, *watch.sinks()], watch, interrupted)
+                final = build_snapshot(run.sim)
+                run.sim.close()  # the log is whole from here on
+                if not watch.wants_restart:
+                    _report(options, run, outputs)
+                seed = None if interrupted() else watch.next_seed(final, interrupted)
+                if seed is not None:
+                    outputs = _outputs(options, auto)
+                    sinks = outputs.sinks()
+    finally:
+        watch.close()
+    return 130 if run.was_interrupted else 0
+
+
+def _outputs(options: argparse.Namespace, auto: Auto) -> RunOutputs:
+    return RunOutputs.plan(
+        Path("out"),
+        auto.name,
+        log=options.log,
+        picture=options.picture,
+        page=options.page,
+        animation=options.animation,
+        seconds=options.seconds,
+        say=lambda sentence: print(f"simcore: {sentence}", file=sys.stderr),
+    )
+
+
+def _report(options: argparse.Namespace, run: AutoRun, outputs: RunOutputs) -> None:
+    report = replace(run.report, outputs=outputs.write(run))
     if options.json:
         print(report.to_json())
     else:
         print_report(report, Console())
         if run.was_interrupted:
-            print(f"interrupted after {report.sim_seconds:.2f} s; log and picture are of that part")
-    return 130 if run.was_interrupted else 0
+            print(f"interrupted after {report.sim_seconds:.2f} s; log, picture and page are of that part")
+    sys.stdout.flush()
 
 
-def _run(options: argparse.Namespace, auto: Auto, config: RebuiltConfig, sinks: Sequence[TelemetrySink]) -> AutoRun:
+def _run(
+    options: argparse.Namespace,
+    auto: Auto,
+    config: RebuiltConfig,
+    sinks: Sequence[TelemetrySink],
+    watch: Watch,
+    interrupted: Callable[[], bool],
+) -> AutoRun:
     """Play with a progress bar on stderr, so that stdout stays clean."""
     progress = Progress(
         TextColumn("{task.description}"),
@@ -110,18 +156,18 @@ def _run(options: argparse.Namespace, auto: Auto, config: RebuiltConfig, sinks: 
         def show(sim: RebuiltSim) -> None:
             if sim.ticks % 10 == 0:
                 progress.update(task, completed=sim.ticks, score=sum(sim.tracker.totals.values()))
+            watch.after_tick(sim, interrupted)
 
-        with InterruptFlag() as interrupted:
-            return play_auto(
-                auto,
-                alliance=options.alliance,
-                seconds=options.seconds,
-                config=config,
-                seed=options.seed,
-                sinks=sinks,
-                on_tick=show,
-                should_stop=interrupted,
-            )
+        return play_auto(
+            auto,
+            alliance=options.alliance,
+            seconds=options.seconds,
+            config=config,
+            seed=config.seed,
+            sinks=sinks,
+            on_tick=show,
+            should_stop=lambda: interrupted() or watch.wants_restart,
+        )
 
 
 class InterruptFlag:

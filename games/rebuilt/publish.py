@@ -23,8 +23,11 @@ __all__ = ["build_snapshot"]
 def build_snapshot(sim: RebuiltSim) -> Snapshot:
     """The snapshot of the last tick. Keys without a number are of the first robot; others carry theirs."""
     poses: dict[str, FloatArray] = {}
-    arrays: dict[str, FloatArray] = {f"Sim/GamePieces/{FUEL.name}": _fuel_poses(sim)}
-    doubles: dict[str, float] = {"Sim/Match/Time": sim.time, "Sim/Match/TimeLeft": sim.match.remaining(sim.time)}
+    arrays: dict[str, FloatArray] = {
+        f"Sim/GamePieces/{FUEL.name}": _upright(sim.pieces.state.pos[sim.pieces.on_field()]),
+        f"Sim/InFlight/{FUEL.name}": _upright(sim.flying),
+    }
+    doubles: dict[str, float] = {"Sim/Match/Time": sim.time, "Sim/Match/TimeLeft": sim.match.remaining(sim.match_time)}
     integers: dict[str, int] = {
         "Sim/Score/Total": sum(sim.tracker.totals.values()),
         "Sim/Score/Red": sim.tracker.totals["red"],
@@ -36,6 +39,7 @@ def build_snapshot(sim: RebuiltSim) -> Snapshot:
     }
     for zone, count in sim.tracker.pieces.items():
         integers[f"Sim/Score/{zone}"] = count
+    arrays |= sim.vision.lines(sim.robots)
     booleans: dict[str, bool] = {}
     if sim.last_tick_ms is not None:
         doubles["Sim/Performance/TickMs"] = sim.last_tick_ms
@@ -53,10 +57,9 @@ def build_snapshot(sim: RebuiltSim) -> Snapshot:
     )
 
 
-def _fuel_poses(sim: RebuiltSim) -> FloatArray:
-    slots = sim.pieces.on_field()
-    rows = np.zeros((len(slots), 7))
-    rows[:, :3] = sim.pieces.state.pos[slots]
+def _upright(places: FloatArray) -> FloatArray:
+    rows = np.zeros((len(places), 7))
+    rows[:, :3] = places
     rows[:, 3] = 1.0
     rows.setflags(write=False)
     return rows
@@ -80,6 +83,7 @@ def _add_robot(
     ground = ground_clearance(*robot.chassis.wheel_ground())
     doubles[f"{prefix}/Robot/GroundClearance"] = ground.height
     booleans[f"{prefix}/Robot/IsAirborne"] = ground.is_airborne
+    booleans[f"{prefix}/Robot/IsRed"] = sim.alliances[robot.number] == "red"
     debug = f"{prefix}/Debug"
     turn = math.tau
     doubles |= {
@@ -96,6 +100,8 @@ def _add_robot(
         f"{debug}/IntakeDeployExtendedPct": 100.0 * robot.deploy.extended_fraction,
         f"{debug}/IntakeRollerVelocityRPS": robot.roller.velocity / turn,
         f"{debug}/BatteryVoltage": robot.battery.voltage,
+        f"{debug}/BatteryCurrent": robot.battery.current,
+        f"{debug}/DrivetrainCurrent": robot.battery.current - robot.drive.other_current,
         "Robot/Intake/ExtensionPct" if robot.number == 0 else f"{prefix}/Robot/Intake/ExtensionPct": 100.0
         * robot.deploy.extended_fraction,
     }

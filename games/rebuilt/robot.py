@@ -24,10 +24,12 @@ from simcore.mechanism.flywheel import FlywheelConfig, FlywheelSim, launch_impul
 from simcore.mechanism.motor import GearboxConfig
 from simcore.mechanism.rack import RackConfig, RackSim
 from simcore.mechanism.roller import RollerConfig, RollerSim
+from simcore.mechanism.shaft import ShaftSim
 from simcore.physics.world import PhysicsWorld
 from simcore.power.battery import BatteryConfig
 from simcore.sim.swerve_robot import SwerveRobot
 from simcore.units import degrees
+from simcore.vision.camera import CameraConfig
 
 __all__ = ["RebuiltRobot", "RebuiltRobotConfig"]
 
@@ -113,6 +115,8 @@ class RebuiltRobotConfig:
     """Two barrels, shooting ahead: the reference's places."""
     shot_rate: float = 8.0
     """Shot events a second, each with both barrels [1/s]."""
+    cameras: tuple[CameraConfig, ...] = ()
+    """Limelights; each name only once in a match."""
 
     def __post_init__(self) -> None:
         owner = "RebuiltRobotConfig"
@@ -127,6 +131,31 @@ class RebuiltRobotConfig:
                 )
             if not math.isclose(d.mass, c.mass):
                 raise ConfigError(f"{owner}: mass of drivetrain and chassis must agree, got {d.mass} and {c.mass} kg")
+
+    @classmethod
+    def around(cls, drivetrain: SwerveConfig, *, bumper: tuple[float, float]) -> RebuiltRobotConfig:
+        """A robot with this drivetrain under it: a chassis of its mass, on its wheels.
+
+        Args:
+            drivetrain: The robot's.
+            bumper: Length and width over the bumpers [m].
+        """
+        chassis = ChassisConfig(
+            mass=drivetrain.mass,
+            bumper_length=bumper[0],
+            bumper_width=bumper[1],
+            center_of_mass_height=drivetrain.center_of_mass[2],
+            yaw_inertia=drivetrain.yaw_inertia,
+            wheel_positions=tuple((m.x, m.y) for m in drivetrain.modules),
+            wheel_radius=drivetrain.modules[0].wheel_radius,
+        )
+        return cls(chassis=chassis, drivetrain=drivetrain)
+
+    def build(
+        self, world: PhysicsWorld, *, number: int, pose: tuple[float, float, float], rng: np.random.Generator
+    ) -> RebuiltRobot:
+        """The robot of this config, standing in a world; a config of another kind of robot builds that."""
+        return RebuiltRobot(world, self, number=number, pose=pose, rng=rng)
 
     @property
     def swerve(self) -> SwerveConfig:
@@ -183,7 +212,10 @@ class RebuiltRobot(SwerveRobot):
         self.spindexer = RollerSim(config.spindexer)
         self.deploy = RackSim(config.deploy)
         self.roller = RollerSim(config.roller)
-        self.mechanisms = (self.shooter_wheels, self.hood, self.feeder, self.spindexer, self.deploy, self.roller)
+        self.mechanisms: tuple[ShaftSim, ...] = (
+            *(self.shooter_wheels, self.hood, self.feeder),
+            *(self.spindexer, self.deploy, self.roller),
+        )
         """The six, in the order in which they are stepped."""
         self.steps_own_mechanisms = True
         """Whether the game steps them; False: whoever drives their motors does, in steps of its own."""

@@ -55,6 +55,14 @@ class RebuiltScoring:
             return self._coin
         return "blue" if blue > red else "red"
 
+    def message(self, time: float) -> str:
+        """The field's game data at a time of the match [s]: empty before teleop, then whose hub is inactive first."""
+        return self.first_inactive[0].upper() if time >= MATCH.start("transition") else ""
+
+    def restart(self) -> None:
+        """Forget the auto fuel, as a match begins."""
+        self._auto_points = {"blue": 0, "red": 0}
+
     def is_active(self, alliance: Alliance, time: float) -> bool:
         """Whether a hub counts at a time [s], with the grace after it went inactive."""
         if self._always_active:

@@ -6,6 +6,7 @@ from collections.abc import Callable, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -14,8 +15,10 @@ from games.rebuilt.field import FIELD_SIZE, drivable, hub_exit, load_field, scor
 from games.rebuilt.fuel import FUEL
 from games.rebuilt.publish import build_snapshot
 from games.rebuilt.robot import RebuiltRobot, RebuiltRobotConfig
+from games.rebuilt.scene import scene_of
 from games.rebuilt.scoring import MATCH, RebuiltScoring
 from games.rebuilt.staging import Staging, depot_places, neutral_places
+from games.rebuilt.vision import RebuiltVision, tag_layout
 from simcore.errors import ConfigError
 from simcore.gamepiece.intake import field_to_robot
 from simcore.gamepiece.launch import launch_state
@@ -28,12 +31,17 @@ from simcore.geometry.symmetry import turn_half, turn_half_pose
 from simcore.physics.engine import Engine
 from simcore.physics.substeps import Substepping, Surroundings
 from simcore.physics.world import PhysicsWorld
-from simcore.scoring.tracker import Alliance, ScoringTracker
+from simcore.scoring.tracker import Alliance, ScoringTracker, ScoringZone
 from simcore.sim.recorder import TrajectoryDigest
 from simcore.sim.report import FuelCount
+from simcore.telemetry.scene import Scene
 from simcore.telemetry.snapshot import TelemetrySink
 from simcore.typing import FloatArray
 from simcore.units import GRAVITY
+from simcore.vision.tags import TagLayout
+
+if TYPE_CHECKING:
+    import ntcore
 
 __all__ = ["RebuiltConfig", "RebuiltSim", "RobotCode", "RobotEntry", "ShotRecord"]
 
@@ -69,6 +77,8 @@ class RebuiltConfig:
     """For practice: every fuel counts, whatever the match clock says."""
     field_mesh: Path | None = None
     """An OBJ of the field; None: the one that comes with simcore."""
+    tags: str | Path = "2026-welded"
+    """AprilTag layout: a name, or a file in WPILib's JSON; read if a robot has cameras."""
     substepping: Substepping = field(default_factory=Substepping)
     proximity: Proximity = field(default_factory=Proximity)
 
@@ -106,6 +116,7 @@ class RebuiltSim:
         robot_code: What thinks for each robot, in their order; None: it stands.
         sinks: Who wants telemetry.
         engine: The physics engine; None makes one. It is closed with the simulation.
+        network: NetworkTables on which cameras publish and listen; None: their frames are read from `vision` only.
     """
 
     def __init__(
@@ -115,6 +126,7 @@ class RebuiltSim:
         robot_code: Sequence[RobotCode | None] = (),
         sinks: Sequence[TelemetrySink] = (),
         engine: Engine | None = None,
+        network: ntcore.NetworkTableInstance | None = None,
     ) -> None:
         self.config = c = config or RebuiltConfig()
         if len(robot_code) > len(c.robots):
@@ -129,6 +141,7 @@ class RebuiltSim:
         )
         try:
             self._build(c, rng)
+            self.vision = RebuiltVision(self.world, self.pieces, self.robots, self._layout(), self._camera_rng, network)
         except BaseException:
             self.world.close()
             raise
@@ -136,6 +149,7 @@ class RebuiltSim:
         self.sinks = list(sinks)
         self.time = 0.0
         """Simulated time since the start of auto [s]."""
+        self._match_start = 0.0
         self.ticks = 0
         self.substeps = 0
         """Of the last tick."""
@@ -156,6 +170,7 @@ class RebuiltSim:
             self._move,
             self._gather,
             self._sense,
+            self._see,
             self._settle,
             self._score,
             self._step_mechanisms,
@@ -174,6 +189,7 @@ class RebuiltSim:
         """Close sinks and engine, each even if another fails; may be called twice."""
         with ExitStack() as stack:
             stack.callback(self.world.close)
+            stack.callback(self.vision.close)
             for sink in self.sinks:
                 stack.callback(sink.close)
 
@@ -182,10 +198,27 @@ class RebuiltSim:
         pose = self.config.robots[number].pose
         if alliance == "red":
             pose = turn_half_pose(*pose, FIELD_SIZE)
+        self.alliances[number] = alliance
         robot = self.robots[number]
         robot.chassis.set_pose(*pose)
         robot.gyro.reset(yaw=robot.gyro.yaw, true_yaw=pose[2], time=self.time)
         robot.odometry.reset(pose, gyro_yaw=robot.gyro.yaw)
+
+    def start_period(self, period: str) -> None:
+        """Let the match clock follow a driver station that has just enabled `auto` or `teleop`."""
+        self._match_start = self.time - MATCH.start("auto" if period == "auto" else "transition")
+        if period == "auto":
+            self.scoring.restart()
+
+    @property
+    def match_time(self) -> float:
+        """Since the start of auto [s]: that of the simulation, or as the driver station has it."""
+        return self.time - self._match_start
+
+    @property
+    def game_message(self) -> str:
+        """What the field sends to robot code: `B` or `R`, whose hub is inactive first; empty before teleop."""
+        return self.scoring.message(self.match_time)
 
     def set_robot_code(self, number: int, code: RobotCode | None) -> None:
         """Choose what thinks for a robot from the next tick on."""
@@ -221,31 +254,25 @@ class RebuiltSim:
         """What is left of phases 6 to 12."""
         self._count_tick()
         self._gather()
+        self._see()
         self._settle()
         self._score()
         self._shoot()
         self._publish()
 
+    def set_clock(self, now: float) -> None:
+        """Tell cameras what NetworkTables' clock shows at the end of the present tick [s], so that stamps agree."""
+        self.vision.clock.offset = now - (self.ticks + 1) * DT
+
     def piece_places(self) -> dict[str, FloatArray]:
         """Where the fuel on the field and in the air is, field frame [m], shape (n, 3): for a view of the field."""
         return {FUEL.name: self.pieces.state.pos[self.pieces.on_field()]}
 
-    def draw(self, path: Path, *, robot_path: FloatArray, fuel_at_start: FloatArray, title: str) -> None:
-        """Write a picture of the game as it stands; see `draw_game`."""
-        from games.rebuilt.picture import draw_game  # loads matplotlib's part only when somebody wants a picture
-
-        totals = self.tracker.totals
-        subtitle = f"blue {totals['blue']}, red {totals['red']} points, {self.hits} of {len(self.shots)} shots hit"
-        draw_game(
-            path,
-            self,
-            robot_path=robot_path,
-            fuel_at_start=fuel_at_start,
-            title=title,
-            subtitle=f"{subtitle}, {self.time:g} s",
-        )
-
     # --- questions ----------------------------------------------------------------------------------------------
+
+    def scene(self) -> Scene:
+        """What a picture shows beside telemetry, also after the end."""
+        return scene_of(self)
 
     @property
     def fuel(self) -> FuelCount:
@@ -261,6 +288,13 @@ class RebuiltSim:
         )
 
     @property
+    def flying(self) -> FloatArray:
+        """Where the shots are that have not touched anything yet, oldest first, field frame [m], shape (n, 3)."""
+        state = self.pieces.state
+        slots = [slot for slot in self._flying if state.status[slot] == PieceStatus.IN_FLIGHT]
+        return state.pos[slots]
+
+    @property
     def hits(self) -> int:
         """Shots that scored."""
         return sum(shot.scored for shot in self.shots)
@@ -272,6 +306,7 @@ class RebuiltSim:
         for robot, code in zip(self.robots, self._codes, strict=True):
             if code is not None:
                 code(robot, self.time)
+        self.vision.listen(self.time)
 
     def _power(self) -> None:
         """2. Batteries feel the mechanisms' currents; each is stepped with the drivetrain, and its brown-out acts."""
@@ -335,6 +370,10 @@ class RebuiltSim:
         """7. Gyros and odometry see the motion; encoders saw it in the sub-steps."""
         for robot in self.robots:
             robot.sense(dt)
+
+    def _see(self) -> None:
+        """7, with the fuel where it is now. Cameras expose the frames that are due and publish those that are ready."""
+        self.vision.look(self.time)
 
     def _settle(self) -> None:
         """8. Fuel that has been slow for a while sleeps."""
@@ -430,7 +469,16 @@ class RebuiltSim:
                     "give its RobotEntry another pose"
                 )
 
+    def _worth(self, zone: ScoringZone, time: float) -> int:
+        return self.scoring.worth(zone, time - self._match_start)
+
     # --- building -----------------------------------------------------------------------------------------------
+
+    def _layout(self) -> TagLayout:
+        """The tags; without cameras nobody needs them."""
+        if any(robot.config.cameras for robot in self.robots):
+            return tag_layout(self.config.tags)
+        return TagLayout.of([], field_size=FIELD_SIZE)
 
     def _build(self, c: RebuiltConfig, rng: np.random.Generator) -> None:
         self.world.add_field(self.field.elements, drivable=drivable(self.field))
@@ -441,7 +489,7 @@ class RebuiltSim:
             field_size=FIELD_SIZE,
             proximity=c.proximity,
         )
-        self._exit_rng, robot_rng, fuel_rng = rng.spawn(3)
+        self._exit_rng, robot_rng, fuel_rng, self._camera_rng = rng.spawn(4)
         preloaded = sum(entry.preload for entry in c.robots)
         missing = c.staging.preload_per_robot * len(c.robots) - preloaded  # preloads left out go to the neutral zone
         neutral = c.staging.in_neutral_zone(len(c.robots)) + missing
@@ -457,10 +505,10 @@ class RebuiltSim:
             pose = entry.pose
             if entry.alliance == "red":
                 pose = turn_half_pose(*pose, FIELD_SIZE)
-            robot = RebuiltRobot(self.world, entry.config, number=number, pose=pose, rng=robot_rng)
+            robot = entry.config.build(self.world, number=number, pose=pose, rng=robot_rng)
             self.robots.append(robot)
             self.pieces.hold(self.pieces.stage(FUEL.name, entry.preload), number)
         self._require_free_starts()
         self.scoring = RebuiltScoring(rng, favorite="red" if is_turned else "blue", always_active=c.hubs_always_active)
-        self.tracker = ScoringTracker(scoring_zones(), worth=self.scoring.worth)
+        self.tracker = ScoringTracker(scoring_zones(), worth=self._worth)
         self.match = MATCH

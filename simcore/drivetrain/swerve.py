@@ -12,21 +12,19 @@ from simcore.drivetrain.config import SwerveConfig
 from simcore.drivetrain.control import module_targets
 from simcore.drivetrain.controller import DriveMode, ModuleController
 from simcore.drivetrain.electrical import ShaftMotor, bus_voltage
-from simcore.drivetrain.encoders import EncoderCache
-from simcore.drivetrain.load import normal_loads
 from simcore.drivetrain.module import ModuleState, MotorReadout, SteerBank
 from simcore.drivetrain.solver import DriveShaft, TireSolver
-from simcore.drivetrain.substep import MAX_INNER_STEP, Forces, follow_frame, mean_forces
+from simcore.drivetrain.substep import MAX_INNER_STEP
 from simcore.drivetrain.tire import WheelContact
+from simcore.drivetrain.wheeled import WheeledDrive
 from simcore.errors import ConfigError, NonFiniteError
-from simcore.power.battery import Battery, BatteryConfig
+from simcore.power.battery import Battery
 from simcore.typing import FloatArray
-from simcore.units import GRAVITY
 
 __all__ = ["SwerveDrive"]
 
 
-class SwerveDrive:
+class SwerveDrive(WheeledDrive[SwerveConfig]):
     """One robot's drivetrain. It owns wheels, motors, battery and encoders, not the pose.
 
     Each physics step of the owner is one call of `step`: it takes the velocity that the chassis really has (walls and
@@ -48,12 +46,6 @@ class SwerveDrive:
             config: The robot.
             battery: Its battery; None is a stiff 12 V supply. The drive steps it: nobody else must.
         """
-        self.config = config
-        self.battery = battery if battery is not None else Battery(BatteryConfig.stiff(12.0))
-        self.other_current = 0.0
-        """Drawn by everything but the drivetrain, set by the owner at any time [A]."""
-        self.enabled = True
-        """False: motors go to neutral, as a disabled robot's do."""
         modules = config.modules
         n = len(modules)
         self._n = n
@@ -68,7 +60,7 @@ class SwerveDrive:
             )
             for m in modules
         ]
-        self._solver = TireSolver(
+        solver = TireSolver(
             mass=config.mass,
             yaw_inertia=config.yaw_inertia,
             wheels=[
@@ -87,6 +79,7 @@ class SwerveDrive:
                 for i, (m, motor) in enumerate(zip(modules, self._drive_motors, strict=True))
             ],
         )
+        super().__init__(config, battery=battery, solver=solver, shafts=n)
         self._steer = SteerBank(modules)
         self._drive_emf = [m.emf for m in self._drive_motors]
         self._zeros = [0.0] * n
@@ -94,15 +87,12 @@ class SwerveDrive:
         self._coupled_emf = [m.coupling_ratio / m.drive_motor.kv for m in modules]
         self._coupled_inertia = [m.drive_motor.rotor_inertia * m.drive_gearing * m.coupling_ratio for m in modules]
         self._coupled = any(m.coupling_ratio != 0.0 for m in modules)
-        self._static_loads = normal_loads(config, [True] * n, (0.0, 0.0, -GRAVITY))
         self._controller = ModuleController(modules, self._drive_motors, self._steer.motors, self._static_loads)
-        self._free_speeds = [free_speed(s, self._solver.wheels, self._static_loads) for s in self._solver.shafts]
+        self._free_speeds = [free_speed(s, solver.wheels, self._static_loads) for s in solver.shafts]
         self._max_speed = min(self._free_speeds)
         self.before_inner: Callable[[float, float], None] | None = None
         """Called before each inner step with its length [s] and the yaw rate [rad/s]: motor controllers that think as
         often as the drivetrain moves set their volts here."""
-        self.encoders = EncoderCache(n)
-        """Readings at 250 Hz; drain it once a tick."""
         self.reset()
 
     # ---------------------------------------------------------------- commands
@@ -160,67 +150,20 @@ class SwerveDrive:
         """Everything as new: wheels at rest at `angles` [rad], encoders at zero, battery rested, time at zero."""
         n = self._n
         turned = [0.0] * n if angles is None else self._checked("steer angle", angles)
-        self.time = 0.0
-        """Simulated time since the reset [s]."""
         self.state = ModuleState.zeros(n)
         self.state.steer_angle = turned
         self.state.cos = [math.cos(a) for a in turned]
         self.state.sin = [math.sin(a) for a in turned]
-        solver = self._solver
-        solver.shaft_speed = self.state.wheel_speed  # one list: the solver moves it, everyone reads it
-        solver.shaft_current = [0.0] * n
-        solver.slip = [0.0] * n
+        self._rest(self.state.wheel_speed)
         self.drive_motors = MotorReadout([m.resistance for m in self._drive_motors])
         """Of the drive motors in the last inner step."""
         self.steer_motors = MotorReadout([m.resistance for m in self._steer.motors])
         """Of the steer motors in the last inner step."""
-        self._forces: Forces = []
         self._steer_supply = 0.0
         self._bus_due = 0.0
-        self.battery.reset()
-        self._bus = self.battery.voltage
-        self.encoders.clear(0.0)
         self._controller.reset()
 
     # ---------------------------------------------------------------- the step
-
-    def step(
-        self,
-        h: float,
-        vx: float,
-        vy: float,
-        omega: float,
-        normal_loads: Sequence[float] | None = None,
-        ax: float = 0.0,
-        ay: float = 0.0,
-    ) -> tuple[float, float, float]:
-        """Change of velocity that the tires make in `h` on a free planar body.
-
-        All vectors are in the robot axes at the START of the step; the turn of the robot within the step is followed
-        inside. It is force times time over mass, nothing else: add it to the field-frame velocity rotated by the yaw
-        at the start of the step, and no term omega x v is needed.
-
-        Args:
-            h: Time step of the owner [s]; cut into parts of at most 4 ms.
-            vx: Velocity of the center of mass that the chassis really has, forward [m/s].
-            vy: To the left [m/s].
-            omega: Yaw rate [rad/s].
-            normal_loads: Per wheel [N], 0 off the ground; None is the robot at rest on level ground.
-            ax: Acceleration that the owner will add itself in this step (gravity along a slope), forward [m/s^2].
-                Knowing it, the tires hold a parked robot on a ramp without creeping. It is not in the result.
-            ay: To the left [m/s^2].
-
-        Returns:
-            Change of vx, vy [m/s] and omega [rad/s].
-
-        Raises:
-            NonFiniteError: When an argument is not finite; nothing has changed.
-        """
-        loads = self._static_loads if normal_loads is None else normal_loads
-        if len(loads) != self._n:
-            raise ConfigError(f"swerve step needs {self._n} normal loads, got {len(loads)}")
-        result, self._forces = follow_frame(self._inner, self._solver, h, vx, vy, omega, loads, ax, ay)
-        return result
 
     def _inner(
         self, h: float, vx: float, vy: float, omega: float, loads: Sequence[float]
@@ -278,28 +221,7 @@ class SwerveDrive:
             )
         return result
 
-    def wheel_loads(
-        self, touching: Sequence[bool], gravity: Sequence[float], acceleration: Sequence[float]
-    ) -> list[float]:
-        """Load of each wheel [N] for `step`; see `simcore.drivetrain.load.normal_loads`."""
-        return normal_loads(self.config, touching, gravity, acceleration)
-
     # ---------------------------------------------------------------- readings
-
-    @property
-    def robot(self) -> SwerveConfig:
-        """The same as `config`, under the name that swerve and tank share."""
-        return self.config
-
-    @property
-    def bus_voltage(self) -> float:
-        """Battery voltage that the motors had in the last inner step [V]."""
-        return self._bus
-
-    @property
-    def browned_out(self) -> bool:
-        """Whether the roboRIO holds the outputs off."""
-        return self.battery.browned_out
 
     @property
     def supply_current(self) -> float:
@@ -310,11 +232,6 @@ class SwerveDrive:
     def electrical_energy(self) -> float:
         """Taken by all motors since the reset: the integral of V I [J]."""
         return self.drive_motors.energy + self.steer_motors.energy
-
-    @property
-    def wheel_forces(self) -> FloatArray:
-        """Ground on wheels, robot axes, averaged over the last `step` [N], shape (n, 2)."""
-        return mean_forces(self._forces, self._n)
 
     @property
     def wheel_angles(self) -> FloatArray:

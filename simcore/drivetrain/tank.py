@@ -10,17 +10,14 @@ import numpy as np
 
 from simcore.drivetrain.capability import free_speed, launch_accel
 from simcore.drivetrain.electrical import ShaftMotor, bus_voltage
-from simcore.drivetrain.encoders import EncoderCache
-from simcore.drivetrain.load import normal_loads
 from simcore.drivetrain.module import MotorReadout
 from simcore.drivetrain.motor import MotorModel, motor
 from simcore.drivetrain.solver import DriveShaft, TireSolver
-from simcore.drivetrain.substep import Forces, follow_frame, mean_forces
 from simcore.drivetrain.tire import WheelContact
+from simcore.drivetrain.wheeled import WheeledDrive
 from simcore.errors import ConfigError, NonFiniteError, require_finite, require_non_negative, require_positive
-from simcore.power.battery import Battery, BatteryConfig
+from simcore.power.battery import Battery
 from simcore.typing import FloatArray
-from simcore.units import GRAVITY
 
 __all__ = ["TankConfig", "TankDrive"]
 
@@ -96,7 +93,7 @@ class TankConfig:
         )
 
 
-class TankDrive:
+class TankDrive(WheeledDrive[TankConfig]):
     """One robot's tank drive; stepped like `SwerveDrive`, commanded by side.
 
     Example:
@@ -108,12 +105,6 @@ class TankDrive:
 
     def __init__(self, config: TankConfig, *, battery: Battery | None = None) -> None:
         """Stand at rest; `battery` None is a stiff 12 V supply."""
-        self.config = config
-        self.battery = battery if battery is not None else Battery(BatteryConfig.stiff(12.0))
-        self.other_current = 0.0
-        """Drawn by everything but the drivetrain, set by the owner at any time [A]."""
-        self.enabled = True
-        """False: motors go to neutral."""
         c = config
         side = ShaftMotor.of(
             c.motor,
@@ -126,9 +117,8 @@ class TankDrive:
         )
         n = len(c.wheel_xs)
         inertia = n * c.wheel_inertia + c.motors_per_side * c.motor.rotor_inertia * c.gearing**2
-        self._n = 2 * n
         self._motors = [side, side]
-        self._solver = TireSolver(
+        solver = TireSolver(
             mass=c.mass,
             yaw_inertia=c.yaw_inertia,
             wheels=[
@@ -146,32 +136,18 @@ class TankDrive:
                 for rows in (tuple(range(n)), tuple(range(n, 2 * n)))
             ],
         )
-        self._static_loads = normal_loads(c, [True] * self._n, (0.0, 0.0, -GRAVITY))
-        self.encoders = EncoderCache(2)
-        """Left and right at 250 Hz; the steer columns are 0."""
+        super().__init__(config, battery=battery, solver=solver, shafts=2)
         self._volts = (0.0, 0.0)
         self._targets: tuple[float, float] | None = None
         self.reset()
 
-    @property
-    def robot(self) -> TankConfig:
-        """The same as `config`, under the name that swerve and tank share."""
-        return self.config
-
     def reset(self) -> None:
         """Sides at rest, encoders at zero, battery rested, time at zero."""
-        self.time = 0.0
-        """Simulated time since the reset [s]."""
         self._angle = [0.0, 0.0]
-        self._speed = self._solver.shaft_speed = [0.0, 0.0]
-        self._solver.shaft_current = [0.0, 0.0]
-        self._solver.slip = [0.0] * self._n
+        self._speed = [0.0, 0.0]
+        self._rest(self._speed)
         self.motors = MotorReadout([self.config.motor.resistance] * 2)
         """Left and right, each entry one motor of that side, in the last inner step."""
-        self._forces: Forces = []
-        self.battery.reset()
-        self._bus = self.battery.voltage
-        self.encoders.clear(0.0)
         self.stop()
 
     def set_volts(self, left: float, right: float) -> None:
@@ -197,29 +173,6 @@ class TankDrive:
         """Zero command: brake or coast."""
         self._volts = (0.0, 0.0)
         self._targets = None
-
-    def wheel_loads(
-        self, touching: Sequence[bool], gravity: Sequence[float], acceleration: Sequence[float]
-    ) -> list[float]:
-        """Load of each wheel [N] for `step`; see `simcore.drivetrain.load.normal_loads`."""
-        return normal_loads(self.config, touching, gravity, acceleration)
-
-    def step(
-        self,
-        h: float,
-        vx: float,
-        vy: float,
-        omega: float,
-        normal_loads: Sequence[float] | None = None,
-        ax: float = 0.0,
-        ay: float = 0.0,
-    ) -> tuple[float, float, float]:
-        """See `SwerveDrive.step`."""
-        loads = self._static_loads if normal_loads is None else normal_loads
-        if len(loads) != self._n:
-            raise ConfigError(f"tank step needs {self._n} normal loads, got {len(loads)}")
-        result, self._forces = follow_frame(self._inner, self._solver, h, vx, vy, omega, loads, ax, ay)
-        return result
 
     def _inner(
         self, h: float, vx: float, vy: float, omega: float, loads: Sequence[float]
@@ -253,24 +206,9 @@ class TankDrive:
         return result
 
     @property
-    def bus_voltage(self) -> float:
-        """Battery voltage that the motors had in the last inner step [V]."""
-        return self._bus
-
-    @property
-    def browned_out(self) -> bool:
-        """Whether the roboRIO holds the outputs off."""
-        return self.battery.browned_out
-
-    @property
     def electrical_energy(self) -> float:
         """Taken by all motors since the reset [J]."""
         return self.motors.energy * self.config.motors_per_side
-
-    @property
-    def wheel_forces(self) -> FloatArray:
-        """Ground on wheels, robot axes, averaged over the last `step` [N], shape (n, 2)."""
-        return mean_forces(self._forces, self._n)
 
     @property
     def side_distances(self) -> FloatArray:

@@ -105,6 +105,11 @@ class ShaftSim:
         return self.gearbox.motors
 
     @property
+    def stops(self) -> tuple[float, float]:
+        """Lower and upper hard stop [rad]; infinite where there is none."""
+        return self._lower, self._upper
+
+    @property
     def volts(self) -> float:
         """Voltage asked for, before the battery limits it [V]."""
         return self._volts

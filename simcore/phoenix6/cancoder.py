@@ -10,6 +10,7 @@ from phoenix6.signals import SensorDirectionValue
 from phoenix6.sim import ChassisReference
 
 from simcore.errors import ConfigError
+from simcore.phoenix6.ownership import own_writer
 from simcore.phoenix6.sim_states import sim_state_of
 
 __all__ = ["CANcoderSim"]
@@ -38,6 +39,8 @@ class CANcoderSim:
             if magnet_offset is None:
                 magnet_offset = sensor.magnet_offset
         self._state = sim_state_of(encoder)
+        self._set_position = own_writer(self._state, "set_raw_position")
+        self._set_velocity = own_writer(self._state, "set_velocity")
         self._state.orientation = (
             ChassisReference.CLOCKWISE_POSITIVE if inverted else ChassisReference.COUNTER_CLOCKWISE_POSITIVE
         )
@@ -50,5 +53,5 @@ class CANcoderSim:
 
     def write(self, angle: float, rate: float) -> None:
         """Say where the shaft is [rad] and how fast it turns [rad/s]."""
-        self._state.set_raw_position(angle / math.tau)
-        self._state.set_velocity(rate / math.tau)
+        self._set_position(angle / math.tau)
+        self._set_velocity(rate / math.tau)

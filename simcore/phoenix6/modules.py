@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from phoenix6.hardware import CANcoder, Pigeon2, TalonFX
+from phoenix6.hardware import CANcoder, CANdi, Pigeon2, TalonFX, TalonFXS
 
+from simcore.drivetrain.ports import SwervePorts
 from simcore.drivetrain.swerve import SwerveDrive
 from simcore.errors import ConfigError
 from simcore.phoenix6.cancoder import CANcoderSim
+from simcore.phoenix6.candi import CANdiEncoderSim
+from simcore.phoenix6.devices import key_of
+from simcore.phoenix6.motor import AngleSensor
 from simcore.phoenix6.pigeon import Pigeon2Sim
-from simcore.phoenix6.talon import TalonPort, is_configured_clockwise
+from simcore.phoenix6.talon import Talon, TalonPort, is_configured_clockwise
 
 __all__ = ["SwerveDevicesSim", "SwerveModuleDevices"]
 
@@ -25,24 +28,26 @@ class SwerveModuleDevices:
     team's own odometry needs it; inversions are as configured in the devices.
     """
 
-    drive_motor: TalonFX
-    steer_motor: TalonFX
-    encoder: CANcoder | None = None
+    drive_motor: Talon
+    steer_motor: Talon
+    encoder: CANcoder | CANdi | None = None
+    encoder_pin: int | None = None
+    """Of a CANdi: 1 or 2."""
     drive_inverted: bool | None = None
     """Whether the drive motor is configured `CLOCKWISE_POSITIVE`."""
     steer_inverted: bool | None = None
     encoder_inverted: bool | None = None
     encoder_offset: float | None = None
-    """Magnet offset as configured [rotations]."""
+    """Offset as configured [rotations]."""
 
 
-class SwerveDevicesSim:
+class SwerveDevicesSim(SwervePorts):
     """Moves volts from TalonFX to the model of a swerve drive, and the model's motion to their sensors.
 
     For teams with modules of their own; CTRE's drivetrain has `SwerveDrivetrainSim`.
 
     Args:
-        modules: In the order of the model's modules.
+        modules: In the order of the model's modules; an encoder wired to a TalonFXS is taken to sit on the azimuth.
         pigeon: The gyro; None if it is another maker's.
         drive: The model of the same robot; its owner steps it with the chassis.
 
@@ -57,88 +62,54 @@ class SwerveDevicesSim:
                 f"swerve: devices of {len(modules)} modules for a model of {len(drive.config.modules)}; want as many"
             )
         _check_devices(modules)
-        self._drive = drive
-        self._drive_ports = [_port(m.drive_motor, m.drive_inverted) for m in modules]
-        self._steer_ports = [_port(m.steer_motor, m.steer_inverted) for m in modules]
-        self._encoders = [
-            None
-            if m.encoder is None
-            else CANcoderSim(m.encoder, inverted=m.encoder_inverted, magnet_offset=m.encoder_offset)
-            for m in modules
-        ]
-        self._pigeon = None if pigeon is None else Pigeon2Sim(pigeon)
-        self._per_volt = [(1.0 / m.drive_motor.kv, 1.0 / m.steer_motor.kv) for m in drive.config.modules]
-        self._yaw_at_start: float | None = None
-
-    def read(self, battery_voltage: float) -> None:
-        """Give the devices their supply [V] and the model their volts."""
-        for port in (*self._drive_ports, *self._steer_ports):
-            port.set_supply(battery_voltage)
-        state = self._drive.state
-        drive, steer = [], []
-        for k, m in enumerate(self._drive.config.modules):
-            per_drive, per_steer = self._per_volt[k]
-            rotor = m.drive_gearing * state.wheel_speed[k] + m.coupling_ratio * state.steer_speed[k]
-            drive.append(_terminal_volts(self._drive_ports[k], rotor * per_drive))
-            steer.append(_terminal_volts(self._steer_ports[k], m.steer_gearing * state.steer_speed[k] * per_steer))
-        self._drive.set_volts(drive, steer)
-
-    def write(self, yaw: float, pitch: float, roll: float, rates: Sequence[float]) -> None:
-        """Give the sensors what the model did.
-
-        Args:
-            yaw: Of the gyro, continuous over turns; where it starts is where the Pigeon reads zero [rad].
-            pitch: [rad]
-            roll: [rad]
-            rates: About the robot's axes [rad/s], shape (3,).
-        """
-        state = self._drive.state
-        turn = math.tau
-        for k, m in enumerate(self._drive.config.modules):
-            wheel, azimuth = state.wheel_angle[k], state.steer_angle[k]
-            wheel_rate, azimuth_rate = state.wheel_speed[k], state.steer_speed[k]
-            self._drive_ports[k].write(
-                (wheel * m.drive_gearing + azimuth * m.coupling_ratio) / turn,
-                (wheel_rate * m.drive_gearing + azimuth_rate * m.coupling_ratio) / turn,
-            )
-            self._steer_ports[k].write(azimuth * m.steer_gearing / turn, azimuth_rate * m.steer_gearing / turn)
-            encoder = self._encoders[k]
-            if encoder is not None:
-                encoder.write(azimuth, azimuth_rate)
-        if self._yaw_at_start is None:
-            self._yaw_at_start = yaw
-        if self._pigeon is not None:
-            self._pigeon.write(yaw - self._yaw_at_start, pitch, roll, rates)
+        devices = [d for m in modules for d in (m.drive_motor, m.steer_motor, m.encoder)]
+        self.devices = tuple(key_of(d) for d in (*devices, pigeon) if d is not None)
+        """Of all its devices, (model, id)."""
+        super().__init__(
+            drive,
+            [_port(m.drive_motor, m.drive_inverted) for m in modules],
+            [
+                _port(m.steer_motor, m.steer_inverted, c.steer_gearing)
+                for m, c in zip(modules, drive.config.modules, strict=True)
+            ],
+            steer_encoders=[_encoder(m) for m in modules],
+            gyro=None if pigeon is None else Pigeon2Sim(pigeon),
+        )
 
 
-def _terminal_volts(port: TalonPort, back_emf: float) -> float:
-    """Volts at the motor [V]; an open circuit carries no current, as at exactly its back-EMF."""
-    volts = port.volts()
-    return back_emf if port.is_open(volts) else volts
+def _port(talon: Talon, inverted: bool | None, sensor_gearing: float | None = None) -> TalonPort:
+    clockwise = is_configured_clockwise(talon) if inverted is None else inverted
+    return TalonPort(talon, clockwise=clockwise, sensor_gearing=sensor_gearing)
 
 
-def _port(talon: TalonFX, inverted: bool | None) -> TalonPort:
-    return TalonPort(talon, clockwise=is_configured_clockwise(talon) if inverted is None else inverted)
+def _encoder(m: SwerveModuleDevices) -> AngleSensor | None:
+    if isinstance(m.encoder, CANdi):
+        return CANdiEncoderSim(m.encoder, m.encoder_pin or 0, inverted=m.encoder_inverted, offset=m.encoder_offset)
+    if m.encoder is None:
+        return None
+    return CANcoderSim(m.encoder, inverted=m.encoder_inverted, magnet_offset=m.encoder_offset)
 
 
 def _check_devices(modules: Sequence[SwerveModuleDevices]) -> None:
-    talons: dict[int, str] = {}
-    encoders: dict[int, str] = {}
+    owners: dict[tuple[str, int, int | None], str] = {}
     for k, module in enumerate(modules):
-        for role, kind, ids in (
-            ("drive_motor", TalonFX, talons),
-            ("steer_motor", TalonFX, talons),
-            ("encoder", CANcoder, encoders),
+        for role, kinds in (
+            ("drive_motor", (TalonFX, TalonFXS)),
+            ("steer_motor", (TalonFX, TalonFXS)),
+            ("encoder", (CANcoder, CANdi)),
         ):
             device = getattr(module, role)
             if device is None:
                 continue
             where = f"module {k} {role}"
-            if not isinstance(device, kind):
-                raise ConfigError(f"{where}: only {kind.__name__} can be simulated so far, got {type(device).__name__}")
-            if device.device_id in ids:
+            if not isinstance(device, kinds):
+                wanted = " and ".join(kind.__name__ for kind in kinds)
+                raise ConfigError(f"{where}: only {wanted} can be simulated, got {type(device).__name__}")
+            model, number = key_of(device)
+            key = (model, number, module.encoder_pin if model == "CANdi" else None)
+            if key in owners:
                 raise ConfigError(
-                    f"{where}: {kind.__name__} id {device.device_id} is already {ids[device.device_id]}; simulated ids "
-                    "must differ across CAN buses too"
+                    f"{where}: {model} id {number} is already {owners[key]}; simulated ids must differ across CAN "
+                    "buses too"
                 )
-            ids[device.device_id] = where
+            owners[key] = where

@@ -1,9 +1,10 @@
-"""A TalonFX on a mechanism: the controller's volts move the mechanism, and the rotor follows."""
+"""A TalonFX or TalonFXS on a mechanism: the controller's volts move the mechanism, and the rotor follows."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from typing import Protocol
 
 from phoenix6.hardware import TalonFX
 from phoenix6.sim import TalonFXSimState
@@ -11,16 +12,26 @@ from wpilib import RobotController
 
 from simcore.errors import ConfigError, require_finite
 from simcore.mechanism.motor import SimMotor
-from simcore.phoenix6.talon import TalonPort, is_configured_clockwise
+from simcore.phoenix6.talon import Talon, TalonPort, is_configured_clockwise
 
-__all__ = ["MotorType", "TalonFXMotorSim"]
+__all__ = ["AngleSensor", "MotorType", "TalonFXMotorSim"]
 
 MotorType = TalonFXSimState.MotorType
 """Which motor the device itself believes to turn: KRAKEN_X60 (also for a Falcon) or KRAKEN_X44."""
 
 
+class AngleSensor(Protocol):
+    """An absolute encoder: `CANcoderSim`, `CANdiEncoderSim`."""
+
+    def write(self, angle: float, rate: float) -> None:
+        """Say where its shaft is [rad] and how fast it turns [rad/s]."""
+        ...
+
+
 class TalonFXMotorSim:
-    """Connects a TalonFX, and the TalonFX that follow it, with any mechanism: flywheel, roller, arm, elevator, rack.
+    """Connects a TalonFX, and those that follow it, with any mechanism: flywheel, roller, arm, elevator, rack.
+
+    A TalonFXS does as well; its motor is what its configuration says.
 
     By default positive is the same thing on both sides: volts that robot code calls positive, after whatever inversion
     it has configured, push the mechanism in its positive direction, and a rising `get_position()` is a rising
@@ -36,7 +47,10 @@ class TalonFXMotorSim:
         reversed: Whether positive in robot code is negative for the mechanism.
         zero_at: Angle of the mechanism at which the rotor was when it was switched on, so that it reads zero there
             [rad].
-        motor_type: What the device model turns; None leaves it a Kraken X60.
+        motor_type: What the device model of a TalonFX turns; None leaves it a Kraken X60.
+        encoder: An absolute encoder on the mechanism, e.g. the CANcoder that the device is fused with.
+        encoder_gearing: Turns of that encoder per turn of the mechanism [-].
+        sensor_gearing: Rotor turns per turn of an encoder that is wired to a TalonFXS; None: there is none.
 
     Raises:
         ConfigError: The mechanism's gearbox has another number of motors than there are devices, or an `opposed` index
@@ -49,17 +63,20 @@ class TalonFXMotorSim:
 
     def __init__(
         self,
-        talon: TalonFX,
+        talon: Talon,
         mechanism: SimMotor,
         *,
-        followers: Sequence[TalonFX] = (),
+        followers: Sequence[Talon] = (),
         opposed: Sequence[int] = (),
         inverted: bool | None = None,
         reversed: bool = False,
         zero_at: float = 0.0,
         motor_type: TalonFXSimState.MotorType | None = None,
+        encoder: AngleSensor | None = None,
+        encoder_gearing: float = 1.0,
+        sensor_gearing: float | None = None,
     ) -> None:
-        name = f"TalonFX {talon.device_id}"
+        name = f"{type(talon).__name__} {talon.device_id}"
         if not isinstance(mechanism, SimMotor):
             raise ConfigError(f"{name}: mechanism must be a SimMotor such as FlywheelSim, got {mechanism!r}")
         require_finite(name, "zero_at", zero_at, "rad")
@@ -75,7 +92,7 @@ class TalonFXMotorSim:
         clockwise = (is_configured_clockwise(talon) if inverted is None else inverted) != reversed
         self.mechanism = mechanism
         """What the motor turns."""
-        self._leader = TalonPort(talon, clockwise=clockwise)
+        self._leader = TalonPort(talon, clockwise=clockwise, sensor_gearing=sensor_gearing)
         # A follower's shaft turns as its mounting says, whatever inversion it is configured with.
         self._ports = [
             self._leader,
@@ -83,8 +100,12 @@ class TalonFXMotorSim:
         ]
         if motor_type is not None:
             for device in (talon, *followers):
+                if not isinstance(device, TalonFX):
+                    raise ConfigError(f"{name}: motor_type is of a TalonFX; a TalonFXS has it in its configuration")
                 device.sim_state.set_motor_type(motor_type)
         self._zero_at = zero_at
+        self._encoder = encoder
+        self._encoder_gearing = encoder_gearing
         self.write()
 
     @property
@@ -127,3 +148,5 @@ class TalonFXMotorSim:
         rps = m.velocity * m.gearing / math.tau
         for port in self._ports:
             port.write(rotations, rps)
+        if self._encoder is not None:
+            self._encoder.write(m.position * self._encoder_gearing, m.velocity * self._encoder_gearing)

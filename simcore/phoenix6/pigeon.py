@@ -7,6 +7,7 @@ from collections.abc import Sequence
 
 from phoenix6.hardware import Pigeon2
 
+from simcore.phoenix6.ownership import own_writer
 from simcore.phoenix6.sim_states import sim_state_of
 
 __all__ = ["Pigeon2Sim"]
@@ -27,9 +28,13 @@ class Pigeon2Sim:
     """
 
     def __init__(self, pigeon: Pigeon2) -> None:
-        self._state = sim_state_of(pigeon)
+        self._state = state = sim_state_of(pigeon)
+        self._set_yaw = own_writer(state, "set_raw_yaw")
+        self._set_pitch = own_writer(state, "set_pitch")
+        self._set_roll = own_writer(state, "set_roll")
+        self._set_rates = [own_writer(state, f"set_angular_velocity_{axis}") for axis in "xyz"]
         self._yaw_deg = 0.0
-        self._state.set_raw_yaw(0.0)
+        self._set_yaw(0.0)
 
     def set_supply(self, volts: float) -> None:
         """Voltage at its terminals [V]."""
@@ -47,13 +52,10 @@ class Pigeon2Sim:
         goal = math.degrees(yaw)
         while abs(goal - self._yaw_deg) > _MAX_TURN_DEG:
             self._yaw_deg += math.copysign(_MAX_TURN_DEG, goal - self._yaw_deg)
-            self._state.set_raw_yaw(self._yaw_deg)
+            self._set_yaw(self._yaw_deg)
         self._yaw_deg = goal
-        state = self._state
-        state.set_raw_yaw(goal)
-        state.set_pitch(math.degrees(pitch))
-        state.set_roll(math.degrees(roll))
-        x, y, z = (min(max(math.degrees(rate), -_MAX_DPS), _MAX_DPS) for rate in rates)
-        state.set_angular_velocity_x(x)
-        state.set_angular_velocity_y(y)
-        state.set_angular_velocity_z(z)
+        self._set_yaw(goal)
+        self._set_pitch(math.degrees(pitch))
+        self._set_roll(math.degrees(roll))
+        for set_rate, rate in zip(self._set_rates, rates, strict=True):
+            set_rate(min(max(math.degrees(rate), -_MAX_DPS), _MAX_DPS))

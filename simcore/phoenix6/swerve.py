@@ -13,6 +13,8 @@ from collections.abc import Sequence
 from typing import Any
 from weakref import WeakKeyDictionary
 
+from phoenix6.hardware import CANcoder, CANdi, TalonFXS
+from phoenix6.sim import ChassisReference
 from phoenix6.swerve import SwerveDrivetrain, SwerveModuleConstants
 
 from simcore.drivetrain.config import SwerveConfig
@@ -21,9 +23,19 @@ from simcore.drivetrain.swerve import SwerveDrive
 from simcore.errors import ConfigError
 from simcore.phoenix6.modules import SwerveDevicesSim, SwerveModuleDevices
 
-__all__ = ["SwerveDrivetrainSim", "module_constants", "only_drivetrain", "remember_module_constants", "swerve_config"]
+__all__ = [
+    "SwerveDrivetrainSim",
+    "known_drivetrains",
+    "module_constants",
+    "only_drivetrain",
+    "remember_module_constants",
+    "swerve_config",
+]
 
 _log = logging.getLogger(__name__)
+
+_CLOCKWISE = ChassisReference.CLOCKWISE_POSITIVE
+_COUNTER_CLOCKWISE = ChassisReference.COUNTER_CLOCKWISE_POSITIVE
 
 _seen: WeakKeyDictionary[Any, list[Any]] = WeakKeyDictionary()
 
@@ -66,13 +78,18 @@ def module_constants(drivetrain: Any) -> list[Any]:
     return _seen[drivetrain]
 
 
+def known_drivetrains() -> list[Any]:
+    """All drivetrains that the program has built."""
+    return list(_seen)
+
+
 def only_drivetrain() -> Any:
     """The drivetrain that the robot program has built, whatever its class and wherever it keeps it.
 
     Raises:
         ConfigError: There is none, or more than one.
     """
-    found = list(_seen)
+    found = known_drivetrains()
     if len(found) != 1:
         raise ConfigError(
             f"want one phoenix6.swerve.SwerveDrivetrain after robotInit, got {len(found)}"
@@ -130,8 +147,8 @@ class SwerveDrivetrainSim(SwerveDevicesSim):
         modules: Constants, if the drivetrain was built too early for `module_constants`.
 
     Raises:
-        ConfigError: Another number of modules than the model has; a module that is not TalonFX, TalonFX and CANcoder;
-            two devices of a kind with one id (the device simulation would make them one).
+        ConfigError: Another number of modules than the model has; a module of other devices than TalonFX, TalonFXS,
+            CANcoder and CANdi; two devices of a kind with one id (the device simulation would make them one).
     """
 
     def __init__(self, drivetrain: Any, drive: SwerveDrive, *, modules: Sequence[Any] | None = None) -> None:
@@ -145,7 +162,8 @@ class SwerveDrivetrainSim(SwerveDevicesSim):
             SwerveModuleDevices(
                 drive_motor=module.drive_motor,
                 steer_motor=module.steer_motor,
-                encoder=module.encoder,
+                encoder=module.encoder if isinstance(module.encoder, (CANcoder, CANdi)) else None,
+                encoder_pin=_pin(c),
                 drive_inverted=c.drive_motor_inverted,
                 steer_inverted=c.steer_motor_inverted,
                 encoder_inverted=c.encoder_inverted,
@@ -154,13 +172,25 @@ class SwerveDrivetrainSim(SwerveDevicesSim):
             for module, c in zip(drivetrain.modules, constants, strict=True)
         ]
         super().__init__(devices, drivetrain.pigeon2, drive)
+        for module, c in zip(drivetrain.modules, constants, strict=True):
+            if isinstance(module.steer_motor, TalonFXS):  # its encoder may be wired to it; turned as CTRE has it
+                state = module.steer_motor.sim_state
+                is_turned = c.steer_motor_inverted != c.encoder_inverted
+                state.ext_sensor_orientation = _CLOCKWISE if is_turned else _COUNTER_CLOCKWISE
+                state.pulse_width_sensor_offset = c.encoder_offset
         drivetrain.update_sim_state = _owned_by_physics
         _stop_stepping(drivetrain)
         _log.info("swerve: %d modules; physics owns their simulation", len(constants))
 
 
+def _pin(constants: Any) -> int | None:
+    """Which pin of a CANdi the azimuth's encoder is on; None if it is no CANdi."""
+    name = str(getattr(getattr(constants, "feedback_source", None), "name", ""))
+    return int(name[-1]) if "CANDI_PWM" in name else None
+
+
 def _stop_stepping(drivetrain: Any) -> None:
-    """In simulated time: stop the generated class's Notifier, a thread that now wakes 250 times a second for nothing."""
+    """In simulated time: stop the generated class's Notifier, a thread that would wake 250 times a second for nothing."""
     standin = sys.modules.get("simcore.phoenix6.standin")
     notifier = getattr(drivetrain, "_sim_notifier", None)
     if standin is not None and standin.installed() is not None and hasattr(notifier, "stop"):

@@ -1,28 +1,33 @@
-"""One TalonFX as physics sees it: volts out, rotor position and velocity in."""
+"""One TalonFX or TalonFXS as physics sees it: volts out, rotor position and velocity in."""
 
 from __future__ import annotations
 
 import logging
 import math
+from typing import Any, TypeAlias
 
 from phoenix6.configs import MotorOutputConfigs
-from phoenix6.hardware import TalonFX
+from phoenix6.hardware import TalonFX, TalonFXS
 from phoenix6.signals import InvertedValue
 from phoenix6.sim import ChassisReference
 
 from simcore.errors import ConfigError, NonFiniteError
+from simcore.phoenix6.ownership import own_writer
 from simcore.phoenix6.sim_states import sim_state_of
 
-__all__ = ["TalonPort", "is_configured_clockwise"]
+__all__ = ["Talon", "TalonPort", "is_configured_clockwise"]
 
 _log = logging.getLogger(__name__)
+
+Talon: TypeAlias = TalonFX | TalonFXS
+"""CTRE's motor controllers."""
 
 _MAX_RPS = 159.9  # the simulated velocity wraps at +-160: 160 reads as -160
 _HALF_RANGE = 16384.0  # [rotations]; the simulated position wraps here
 _MIN_SUPPLY, _MAX_SUPPLY = 4.0, 16.0  # [V]; -1 V gives 173 V of output, 20 V none at all
 
 
-def is_configured_clockwise(talon: TalonFX) -> bool:
+def is_configured_clockwise(talon: Talon) -> bool:
     """Whether the device is configured `CLOCKWISE_POSITIVE`; asks the device, which takes 50 ms.
 
     Raises:
@@ -32,13 +37,14 @@ def is_configured_clockwise(talon: TalonFX) -> bool:
     status = talon.configurator.refresh(output)
     if not status.is_ok():
         raise ConfigError(
-            f"TalonFX {talon.device_id}: could not read its inversion ({status.name}); pass inverted=True or False"
+            f"{type(talon).__name__} {talon.device_id}: could not read its inversion ({status.name}); "
+            "pass inverted=True or False"
         )
     return output.inverted == InvertedValue.CLOCKWISE_POSITIVE
 
 
 class TalonPort:
-    """The simulated side of one TalonFX.
+    """The simulated side of one motor controller.
 
     The simulated state is in the chassis frame, whatever the inversion: sign(get_position) = invert x orientation.
     With the orientation equal to the configured inversion the two cancel, and positive is the same for robot code and
@@ -47,14 +53,29 @@ class TalonPort:
     Args:
         talon: The device of the robot code.
         clockwise: Whether a turn that physics calls positive is clockwise, looking at the shaft.
+        sensor_gearing: Rotor turns per turn of an encoder wired to a TalonFXS (quadrature, pulse width); None: it has
+            none.
     """
 
-    def __init__(self, talon: TalonFX, *, clockwise: bool) -> None:
+    def __init__(self, talon: Talon, *, clockwise: bool, sensor_gearing: float | None = None) -> None:
         self.device_id: int = talon.device_id
-        self._state = sim_state_of(talon)
-        self._state.orientation = (
-            ChassisReference.CLOCKWISE_POSITIVE if clockwise else ChassisReference.COUNTER_CLOCKWISE_POSITIVE
-        )
+        state: Any = sim_state_of(talon)
+        self._state = state
+        self._set_position = own_writer(state, "set_raw_rotor_position")
+        self._set_velocity = own_writer(state, "set_rotor_velocity")
+        self._sensor: list[tuple[Any, Any]] = []
+        self._per_sensor = 1.0
+        turn = ChassisReference.CLOCKWISE_POSITIVE if clockwise else ChassisReference.COUNTER_CLOCKWISE_POSITIVE
+        if isinstance(talon, TalonFXS):
+            state.motor_orientation = state.ext_sensor_orientation = turn
+            if sensor_gearing is not None:
+                self._per_sensor = 1.0 / sensor_gearing
+                self._sensor = [
+                    (own_writer(state, f"set_{position}_position"), own_writer(state, f"set_{kind}_velocity"))
+                    for position, kind in (("raw_quadrature", "quadrature"), ("pulse_width", "pulse_width"))
+                ]
+        else:
+            state.orientation = turn
         self._supply = math.nan
         self._rps = 0.0
         self._is_open = False
@@ -91,14 +112,17 @@ class TalonPort:
         """
         if not math.isfinite(rotations + rps):
             raise NonFiniteError(
-                f"TalonFX {self.device_id}: rotor needs finite numbers, got {rotations} rotations, {rps} rps"
+                f"Talon {self.device_id}: rotor needs finite numbers, got {rotations} rotations, {rps} rps"
             )
         if abs(rps) > _MAX_RPS:
             if not self._was_clamped:
                 self._was_clamped = True
-                _log.warning("TalonFX %d: rotor at %.0f rps; the device reads no more than 160", self.device_id, rps)
+                _log.warning("Talon %d: rotor at %.0f rps; the device reads no more than 160", self.device_id, rps)
             rps = math.copysign(_MAX_RPS, rps)
         # Also at rest: a write that meets a device still busy with its configuration is lost, so one is not enough.
         self._rps = rps
-        self._state.set_raw_rotor_position((rotations + _HALF_RANGE) % (2.0 * _HALF_RANGE) - _HALF_RANGE)
-        self._state.set_rotor_velocity(rps)
+        self._set_position((rotations + _HALF_RANGE) % (2.0 * _HALF_RANGE) - _HALF_RANGE)
+        self._set_velocity(rps)
+        for set_position, set_velocity in self._sensor:
+            set_position(rotations * self._per_sensor)
+            set_velocity(rps * self._per_sensor)

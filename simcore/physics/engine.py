@@ -108,6 +108,10 @@ class Engine(Protocol):
         """First hits of segments, (n, 3) each [m], on bodies whose group is in `mask`."""
         ...
 
+    def first_hits(self, start: FloatArray, end: FloatArray, mask: int) -> list[int]:
+        """Row of what each segment, (n, 3) each [m], meets first, -1 for nothing: `rays` for a third less."""
+        ...
+
     def overlapping(self, low: Sequence[float], high: Sequence[float]) -> list[int]:
         """Rows of the bodies whose bounding boxes overlap a box [m]."""
         ...

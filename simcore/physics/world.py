@@ -21,11 +21,12 @@ from simcore.physics.engine import BodyDefinition, Engine, RayHits
 from simcore.physics.shapes import Box, HalfSpace, Shape, Sphere
 from simcore.physics.substeps import Substepping, Surroundings
 from simcore.physics.surface import CARPET, FRICTIONLESS, TerrainSurface
-from simcore.typing import FloatArray
+from simcore.typing import BoolArray, FloatArray
 from simcore.units import GRAVITY
 
 __all__ = ["Group", "PhysicsWorld", "StaticElement"]
 
+_MOST_PARTS = 8  # of a robot's own body that a line of sight passes
 _FLOOR_THICKNESS = 1.0  # [m]; under robots: a plane gives one contact a tick and driven boxes sink into it
 
 
@@ -300,6 +301,31 @@ class PhysicsWorld:
         """First hits of segments (n, 3) [m] on the field, and if asked on robots and on the pieces of active chunks."""
         mask = Group.STATIC | (Group.PIECE if pieces else 0) | (Group.ROBOT if robots else 0)
         return self.engine.rays(start, end, mask)
+
+    def blocked(self, start: Vector, ends: FloatArray, *, ignore: int = -1) -> BoolArray:
+        """Which straight lines from `start` [m] to `ends`, (n, 3) [m], meet the field or a robot, shape (n,).
+
+        Args:
+            start: Field frame.
+            ends: Field frame.
+            ignore: Row of a robot that is transparent: the one that carries the camera.
+        """
+        here = np.repeat(np.array([start]), len(ends), axis=0)
+        if len(self._robots) <= (ignore >= 0):  # its own body is the only one
+            return np.array(self.engine.first_hits(here, ends, Group.STATIC)) >= 0
+        blocked: BoolArray = np.zeros(len(ends), dtype=bool)
+        left = np.arange(len(ends))
+        for _ in range(_MOST_PARTS):
+            hits = self.solid_rays(here, ends, robots=True)
+            own = (hits.row == ignore) & (ignore >= 0)
+            blocked[left] = (hits.row >= 0) & ~own
+            if not own.any():
+                break
+            way = ends[own] - here[own]  # go on 1 mm behind the hit: rays that start inside of a body do not meet it
+            reach = np.maximum(np.linalg.norm(way, axis=1), 1e-9)
+            here = here[own] + way * np.minimum(1.0, hits.fraction[own] + 1e-3 / reach)[:, None]
+            ends, left = ends[own], left[own]
+        return blocked
 
     def step(
         self, dt: float, *, substeps: int | None = None, before_substep: Callable[[float], None] | None = None

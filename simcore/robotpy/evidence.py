@@ -7,6 +7,8 @@ import tempfile
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from simcore.telemetry.recording import Recording
+from simcore.telemetry.summary import draw_summary
 from simcore.telemetry.wpilog import WpilogSink
 
 if TYPE_CHECKING:
@@ -26,18 +28,21 @@ class Evidence:
         self.folder = folder
         _remove(folder)
         self._work = Path(tempfile.mkdtemp(prefix="simcore-run-"))
-        self.sink = WpilogSink(self._work / "run.wpilog")
+        self._log = WpilogSink(self._work / "run.wpilog")
+        self._recording = Recording()
+        self.sinks = (self._log, self._recording)
         """For the game."""
 
     def keep(self, test: RobotTest | None, title: str) -> str:
         """Write everything; returns what to tell."""
-        self.sink.close()
+        self._log.close()
         self.folder.mkdir(parents=True, exist_ok=True)
         log = Path(shutil.move(self._work / "run.wpilog", self.folder / "run.wpilog"))
         told = [f"log (AdvantageScope): {log}"]
         picture = self.folder / "run.png"
         try:
-            if test is not None and test.draw(picture, title):
+            if test is not None and test.has_run and hasattr(test.game, "scene"):
+                draw_summary(picture, self._recording, test.game.scene(), title=title, subtitle=test.summary())
                 told.append(f"picture:              {picture}")
         except Exception as error:  # the test's own failure matters more
             told.append(f"no picture: {type(error).__name__}: {error}")
@@ -48,7 +53,7 @@ class Evidence:
 
     def drop(self) -> None:
         """Leave nothing."""
-        self.sink.close()
+        self._log.close()
         shutil.rmtree(self._work, ignore_errors=True)
 
 

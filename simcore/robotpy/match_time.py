@@ -1,4 +1,4 @@
-"""Counts match time down, as a driver station without a field does."""
+"""Match time and game data, as a field gives them to the driver station."""
 
 from __future__ import annotations
 
@@ -22,19 +22,35 @@ class MatchTime:
         self._length = {"auto": auto, "teleop": teleop}
         self._mode = ""
         self._elapsed = 0.0
+        self._message = ""
 
-    def update(self, dt: float) -> None:
-        """Advance by dt [s]."""
+    def update(self, dt: float) -> str:
+        """Advance by dt [s].
+
+        Returns:
+            `auto` or `teleop` if it has just begun, else nothing.
+        """
         if DriverStation.isFMSAttached():
-            return
+            return ""
         mode = "" if DriverStation.isDisabled() else "auto" if DriverStation.isAutonomous() else "teleop"
         if mode != self._mode:
             self._mode, self._elapsed = mode, 0.0
             self._show(self._length[mode] if mode else -1.0)
-        elif mode:
+            return mode
+        if mode:
             before, self._elapsed = self._elapsed, self._elapsed + dt
             if int(self._elapsed) > int(before):
                 self._show(max(0.0, self._length[mode] - int(self._elapsed)))
+        return ""
+
+    def send(self, message: str) -> None:
+        """Give robot code the field's game data; what somebody has typed into the driver station stays."""
+        if message == self._message or DriverStation.isFMSAttached():
+            return
+        if DriverStation.getGameSpecificMessage() == self._message:
+            DriverStationSim.setGameSpecificMessage(message)
+            DriverStationSim.notifyNewData()
+        self._message = message
 
     def _show(self, seconds: float) -> None:
         DriverStationSim.setMatchTime(seconds)

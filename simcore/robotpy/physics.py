@@ -15,14 +15,16 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from hal.simulation import isTimingPaused
 from wpilib import DriverStation, Timer
-from wpilib.simulation import RoboRioSim
 
 from simcore.errors import ConfigError
+from simcore.robotpy.between_loops import run_between_loops
 from simcore.robotpy.field_view import FieldView
 from simcore.robotpy.match_time import MatchTime
+from simcore.robotpy.roborio import RoboRioPower
 from simcore.robotpy.seams import DrivetrainDevices, Game, MotorDevices, Plant
 
 if TYPE_CHECKING:
+    from simcore.robotpy.fine_steps import FineSteps
     from simcore.robotpy.simulated_phoenix import PhoenixTime
 
 __all__ = ["RobotPhysics", "TickTimes", "latest_physics"]
@@ -57,8 +59,8 @@ class RobotPhysics:
     """Runs a game under a robot program: base class for the `PhysicsEngine` in a team's physics.py.
 
     Everything happens on the robot's thread, in parts of 5 ms: volts are read from the devices, the game moves, sensors
-    are written. A TimedRobot of any period gets the parts through `addPeriodic`; others (MagicRobot) get those that are
-    due at once from `update_sim`.
+    are written. A TimedRobot of any period gets the parts through `addPeriodic`, a MagicRobot while it waits for its
+    next loop, others get those that are due at once from `update_sim`.
 
     pyfrc replaces the robot's own `_simulationInit` and `_simulationPeriodic`; a warning says so if there are any.
     `simulationPeriodic` of subsystems goes on to work.
@@ -94,13 +96,11 @@ class RobotPhysics:
     ) -> None:
         self._phoenix = _phoenix_time()
         self._period = float(getattr(robot, "getPeriod", lambda: TICK)())
-        is_fine = parts is None and self._phoenix is not None and drivetrain is not None and self._period >= TICK
-        if is_fine:
-            from simcore.robotpy.fine_steps import FineSteps
-
-            is_fine = FineSteps.supports(plant)
+        self._drivetrain = drivetrain
+        self._motors = list(motors)
+        self._fine = self._fine_steps(plant) if parts is None and self._period >= TICK else None
         if parts is None:
-            parts = 1 if is_fine else 4
+            parts = 4 if self._fine is None else 1
         if not (isinstance(parts, int) and 1 <= parts <= 20):
             raise ConfigError(f"RobotPhysics: parts must be a whole number from 1 to 20, got {parts!r}")
         for device in (*motors, *(() if drivetrain is None else (drivetrain,))):
@@ -111,16 +111,9 @@ class RobotPhysics:
         self.robot = robot
         self.game = game
         self.plant = plant
-        self._drivetrain = drivetrain
-        self._motors = list(motors)
         self._parts = parts
         self._h = TICK / parts
         self._part = 0
-        self._fine = (
-            FineSteps(plant, drivetrain, self._motors, self._phoenix)
-            if is_fine and drivetrain is not None and self._phoenix is not None
-            else None
-        )
         self._pace_tests = pace_tests and self._phoenix is None
         self._late: deque[float] = deque(maxlen=4 * _HISTORY)
         self._view = FieldView(physics_controller.field)
@@ -134,14 +127,16 @@ class RobotPhysics:
         self._skipped = 0.0
         self._color: DriverStation.Alliance | None = None
         self._was_enabled = False
-        self._is_periodic = hasattr(robot, "addPeriodic")
+        self._comes_in_time = hasattr(robot, "addPeriodic")
+        self._power = RoboRioPower(plant.battery)
         global _latest
         _latest = weakref.ref(self)
-        RoboRioSim.setVInVoltage(plant.battery.voltage)
-        if self._is_periodic:
-            robot.addPeriodic(self._on_time, self._h, self._h / 2.0)  # never at the same instant as the robot's loop
+        if self._comes_in_time:
+            robot.addPeriodic(self.do_due, self._h, self._h / 2.0)  # never at the same instant as the robot's loop
         else:
-            _log.warning("%s has no addPeriodic: physics runs in bursts, once a loop", type(robot).__name__)
+            self._comes_in_time = run_between_loops(self)
+            if not self._comes_in_time:
+                _log.warning("%s has no addPeriodic: physics runs in bursts, once a loop", type(robot).__name__)
         atexit.register(game.close)
 
     replaces_hooks = True
@@ -154,8 +149,16 @@ class RobotPhysics:
         """Pyfrc's hook, once a robot loop (but never within 10 ms)."""
         if tm_diff > 1.5 * max(self._period, 0.010) + 0.010 * (self._period < 0.020):
             self._late_loops += 1
-        if not self._is_periodic:
-            self._on_time()
+        if not self._comes_in_time:
+            self.do_due()
+
+    def add_motor(self, motor: MotorDevices) -> None:
+        """Connect one more motor, from the next part on."""
+        self._motors.append(motor)
+
+    def remove_motor(self, motor: MotorDevices) -> None:
+        """Disconnect a motor; its device keeps what was written last."""
+        self._motors.remove(motor)
 
     @property
     def times(self) -> TickTimes:
@@ -172,9 +175,17 @@ class RobotPhysics:
             lateness_ms=1e3 * float(np.percentile(self._late, 99)) if self._late else 0.0,
         )
 
-    # --- inside -------------------------------------------------------------------------------------------------
+    @property
+    def next_due(self) -> float:
+        """When the next part is due, FPGA time [s]; the first comes half a part after it is asked for.
 
-    def _on_time(self) -> None:
+        So a loop and a part, whose periods are multiples, never meet at one instant.
+        """
+        if self._start is None:
+            return float(Timer.getFPGATimestamp()) + 0.5 * self._h
+        return self._start + (self._done + 1) * self._h
+
+    def do_due(self) -> None:
         """Do all parts that are due by now."""
         now = Timer.getFPGATimestamp()
         if self._start is None:
@@ -203,18 +214,20 @@ class RobotPhysics:
         volts = plant.battery.voltage
         powered = not plant.battery.browned_out
         if self._part == 0:
-            RoboRioSim.setVInVoltage(volts)
+            self._power.show_voltage()
             self.game.begin_tick()
         self._part += 1
         if self._fine is not None:
             self._fine.begin()
             self.game.move(self._h)
+            self._power.show_rails()
             return
         if drivetrain is not None:
             drivetrain.read(volts)
         for motor in self._motors:
             motor.read(volts, powered=powered)
         self.game.move(self._h)
+        self._power.show_rails()
         if drivetrain is not None:
             gyro = plant.gyro
             drivetrain.write(gyro.yaw, gyro.pitch, gyro.roll, gyro.rates.tolist())
@@ -223,16 +236,30 @@ class RobotPhysics:
         if self._phoenix is not None:
             self._phoenix.step(self._h)
 
+    def _fine_steps(self, plant: Plant) -> FineSteps | None:
+        """In simulated time: devices that go with the drivetrain's inner steps, where plant and devices can."""
+        if self._phoenix is None or self._drivetrain is None:
+            return None
+        from simcore.robotpy.fine_steps import FineSteps
+
+        return FineSteps(plant, self._drivetrain, self._motors, self._phoenix) if FineSteps.supports(plant) else None
+
     def _end_tick(self) -> None:
         begin = time.perf_counter()
         self._part = 0
+        assert self._start is not None
+        self.game.set_clock(self._start + self._done * self._h)  # when it was due, not when the thread came to it
         self.game.end_tick()
         self._follow_alliance()
-        self._match_time.update(TICK)
+        period = self._match_time.update(TICK)
+        if period:
+            self.game.start_period(period)
+        self._match_time.send(self.game.game_message)
         self._view.update(self.plant.chassis.pose, self.game.piece_places())
         self.after_tick()
         self._ticks += 1
         self._work_ms.append(1e3 * (self._work + time.perf_counter() - begin))
+        self.game.last_tick_ms = self._work_ms[-1]
         self._work = 0.0
 
     def _follow_alliance(self) -> None:
@@ -269,12 +296,11 @@ def _phoenix_time() -> PhoenixTime | None:
 
 
 def _warn_of_replaced_hooks(robot: Any) -> None:
-    for owner in type(robot).__mro__[1:]:  # the first is pyfrc's own
-        if owner.__module__.split(".")[0] in ("wpilib", "pyfrc", "magicbot", "commands2", "builtins"):
-            continue
+    for owner in type(robot).__mro__:
         for name in ("_simulationInit", "_simulationPeriodic"):
-            hook = vars(owner).get(name)
-            if hook is not None and not str(getattr(hook, "__module__", "")).startswith("pyfrc."):
+            # pyfrc's own are in a class that it gives the robot's name, which in tests is derived from once more
+            maker = getattr(vars(owner).get(name), "__module__", None) or ""
+            if maker.split(".")[0] not in ("", "wpilib", "pyfrc", "magicbot", "commands2", "builtins"):
                 _log.warning(
                     "%s.%s is not called while there is a physics.py; do it in the PhysicsEngine's after_tick",
                     owner.__name__,

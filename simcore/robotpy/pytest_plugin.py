@@ -183,7 +183,8 @@ def sim(request: pytest.FixtureRequest, robot: Any, control: Any) -> Generator[R
     hang = float(request.config.getini("simcore_hang"))
     with RobotTest(control, robot, hang=hang, complaints=_complaints) as test:
         evidence = Evidence(_output(request))
-        test.add_sink(evidence.sink)
+        for sink in evidence.sinks:
+            test.add_sink(sink)
         request.node.stash[_EVIDENCE] = evidence
         yield test
 

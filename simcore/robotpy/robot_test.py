@@ -8,12 +8,10 @@ import math
 import time
 from collections.abc import Callable
 from contextlib import ExitStack
-from pathlib import Path
 from types import TracebackType
 from typing import Any, TextIO
 
 import hal
-import numpy as np
 from wpilib import Timer
 from wpilib.simulation import DriverStationSim, stepTiming
 from wpimath.geometry import Pose2d
@@ -24,7 +22,6 @@ from simcore.robotpy.chooser import choose
 from simcore.robotpy.joystick import Joystick, XboxPad
 from simcore.robotpy.physics import RobotPhysics, latest_physics
 from simcore.sim.report import Score
-from simcore.typing import FloatArray
 
 __all__ = ["ConditionError", "RobotTest"]
 
@@ -72,8 +69,7 @@ class RobotTest:
         self._physics: RobotPhysics | None = None
         self._wall = 0.0
         self._ran = 0.0
-        self._path: list[tuple[float, float, float]] = []
-        self._fuel_at_start: FloatArray = np.zeros((0, 3))
+        self._steps = 0
         self._sinks: list[Any] = []
         self._mode = "disabled"
         self._alliance = "blue"
@@ -133,7 +129,6 @@ class RobotTest:
         gc.collect()
         gc.freeze()  # what is built by now stays: the collector need not look at it again (5 % of the run)
         self._stack.callback(gc.unfreeze)
-        self._fuel_at_start = _pieces(physics)
         if hasattr(physics.game, "sinks"):
             physics.game.sinks.extend(self._sinks)
         self.run(_SETTLE)
@@ -274,15 +269,6 @@ class RobotTest:
         """Log telemetry there; before the robot starts."""
         self._sinks.append(sink)
 
-    def draw(self, path: Path, title: str) -> bool:
-        """Draw the field with what happened so far; False where the game cannot."""
-        if self._physics is None or not hasattr(self._physics.game, "draw"):
-            return False
-        self._physics.game.draw(
-            path, robot_path=np.array(self._path).reshape(-1, 3), fuel_at_start=self._fuel_at_start, title=title
-        )
-        return True
-
     @property
     def has_run(self) -> bool:
         """Whether the robot program has started."""
@@ -310,22 +296,17 @@ class RobotTest:
 
     def _step(self) -> None:
         begin = time.perf_counter()
-        if self._complaints is not None and len(self._path) % 50 == 0:
+        if self._complaints is not None and self._steps % 50 == 0:
             faulthandler.dump_traceback_later(self._hang, exit=True, file=self._complaints)
         DriverStationSim.notifyNewData()
         stepTiming(TICK)
         self._wall += time.perf_counter() - begin
         self._ran += TICK
+        self._steps += 1
         error = self._control._reraise.exception
         if error is not None:
             self._control._reraise.reset()
             raise error
         if not self._control.robot_is_alive:
             raise SimcoreError("the robot program has ended by itself: startCompetition returned")
-        if self._physics is not None:
-            self._path.append(self._physics.plant.chassis.pose)
 
-
-def _pieces(physics: RobotPhysics) -> FloatArray:
-    places = list(physics.game.piece_places().values())
-    return np.concatenate(places) if places else np.zeros((0, 3))

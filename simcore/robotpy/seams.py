@@ -6,15 +6,26 @@ from collections.abc import Mapping, Sequence
 from typing import Protocol
 
 from simcore.drivetrain.gyro import Gyro
+from simcore.mechanism.shaft import ShaftSim
 from simcore.power.battery import Battery
 from simcore.scoring.tracker import Alliance
 from simcore.typing import FloatArray
 
-__all__ = ["Body", "DrivetrainDevices", "Game", "MotorDevices", "Plant"]
+__all__ = [
+    "AttachedPlant",
+    "Body",
+    "DrivetrainDevices",
+    "Game",
+    "MotorDevices",
+    "Plant",
+]
 
 
 class Game(Protocol):
     """A field with robots and pieces, moved in ticks of 20 ms that can be cut: `RebuiltSim`."""
+
+    last_tick_ms: float | None
+    """Wall time of the last tick [ms], told to it for its telemetry."""
 
     def begin_tick(self) -> None:
         """What comes before motion."""
@@ -28,8 +39,21 @@ class Game(Protocol):
         """Scoring, shots, telemetry."""
         ...
 
+    def set_clock(self, now: float) -> None:
+        """What NetworkTables' clock, on a robot the FPGA's, shows at the end of the present tick [s]."""
+        ...
+
     def set_alliance(self, number: int, alliance: Alliance) -> None:
         """Put a robot where it starts as one of the alliance."""
+        ...
+
+    def start_period(self, period: str) -> None:
+        """`auto` or `teleop` has just been enabled."""
+        ...
+
+    @property
+    def game_message(self) -> str:
+        """The game data that the field sends now; empty for none."""
         ...
 
     def piece_places(self) -> Mapping[str, FloatArray]:
@@ -71,6 +95,23 @@ class Plant(Protocol):
     @property
     def chassis(self) -> Body:
         """Stepped by the game."""
+        ...
+
+
+class AttachedPlant(Plant, Protocol):
+    """A robot built from `simcore.toml`, to which guessed mechanisms are added."""
+
+    @property
+    def named(self) -> Mapping[str, ShaftSim]:
+        """The mechanisms of the file."""
+        ...
+
+    def add_mechanism(self, mechanism: ShaftSim) -> None:
+        """Step one more; being a guess, it draws nothing from the battery."""
+        ...
+
+    def remove_mechanism(self, mechanism: ShaftSim) -> None:
+        """Leave one to somebody else."""
         ...
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from simcore.chassis.config import ChassisConfig
@@ -43,10 +45,10 @@ class SwerveRobot:
         name: str = "robot",
     ) -> None:
         self.battery = Battery(battery or BatteryConfig.stiff(12.0))
-        self.drive = SwerveDrive(swerve, battery=self.battery)
+        self.drive = self._build_drive(swerve)
         self.chassis = ChassisSimulation(world, chassis, pose=pose, drivetrain=self.drive, name=name)
         self.gyro = Gyro(gyro, rng)
-        self.odometry = SwerveOdometry(swerve.positions)
+        self.odometry = SwerveOdometry(self.drive.config.positions)
         self._wheel_radii = [module.wheel_radius for module in swerve.modules]
         self.reset(pose)
 
@@ -67,6 +69,14 @@ class SwerveRobot:
         """Let gyro and odometry follow what happened in the last dt [s]."""
         roll, pitch, yaw = self.chassis.roll_pitch_yaw
         self.gyro.step(dt, yaw, pitch, roll, self.chassis.robot_rate)
+        distances, angles = self._wheels()
+        self.odometry.update(distances, angles, self.gyro.yaw)
+
+    def _build_drive(self, swerve: SwerveConfig) -> SwerveDrive:
+        """The drivetrain, on this robot's battery."""
+        return SwerveDrive(swerve, battery=self.battery)
+
+    def _wheels(self) -> tuple[Sequence[float], Sequence[float]]:
+        """How far each wheel has rolled [m], and where it points [rad]."""
         state = self.drive.state
-        distances = [a * r for a, r in zip(state.wheel_angle, self._wheel_radii, strict=True)]
-        self.odometry.update(distances, state.steer_angle, self.gyro.yaw)
+        return [a * r for a, r in zip(state.wheel_angle, self._wheel_radii, strict=True)], state.steer_angle

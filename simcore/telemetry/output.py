@@ -6,7 +6,7 @@ from pathlib import Path
 
 from simcore.errors import OutputError
 
-__all__ = ["output_error", "require_writable"]
+__all__ = ["discard_empty", "output_error", "require_writable"]
 
 
 def output_error(kind: str, path: Path, error: OSError) -> OutputError:
@@ -41,3 +41,12 @@ def require_writable(kind: str, path: str | Path) -> Path:
     except OSError as error:
         raise output_error(kind, path, error) from error
     return path
+
+
+def discard_empty(path: Path) -> None:
+    """Take away what a full disk made of a file: nothing, under its name. Other files and devices stay."""
+    try:
+        if path.is_file() and path.stat().st_size == 0:
+            path.unlink()
+    except OSError:
+        pass  # then it stays: what matters was said already

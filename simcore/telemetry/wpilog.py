@@ -60,7 +60,7 @@ class WpilogSink:
     """
 
     def __init__(
-        self, path: str | Path, *, period: float = 0.02, bulk_period: float = 0.06, prefix: str = "NT:/"
+        self, path: str | Path, *, period: float = 0.02, bulk_period: float = 0.08, prefix: str = "NT:/"
     ) -> None:
         """Create the file, its missing folders and the schemas; a file of that name is overwritten.
 

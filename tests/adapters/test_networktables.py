@@ -59,6 +59,37 @@ print(json.dumps({
 """
 
 
+EVERY_KEY = """
+import json, sys, time
+import ntcore
+from wpimath.geometry import Pose3d
+inst = ntcore.NetworkTableInstance.create()
+everything = ntcore.MultiSubscriber(inst, ["/"], ntcore.PubSubOptions(sendAll=True))
+inst.startClient4("reader")
+inst.setServer("127.0.0.1", int(sys.argv[1]))
+row = lambda p: [p.X(), p.Y(), p.Z(), *(getattr(p.rotation().getQuaternion(), a)() for a in "WXYZ")]
+def subscribe(topic):
+    name, kind = topic.getName(), topic.getTypeString()
+    if kind == "struct:Pose3d":
+        sub = inst.getStructTopic(name, Pose3d).subscribe(Pose3d(9, 9, 9, Pose3d().rotation()))
+        return lambda: row(sub.get())
+    if kind == "struct:Pose3d[]":
+        sub = inst.getStructArrayTopic(name, Pose3d).subscribe([])
+        return lambda: [row(p) for p in sub.get()]
+    make = {"double": inst.getDoubleTopic, "int": inst.getIntegerTopic, "boolean": inst.getBooleanTopic}[kind]
+    sub = make(name).subscribe(-77 if kind != "boolean" else False)
+    return sub.get
+end = time.monotonic() + 20
+topics = {}
+while len(topics) < int(sys.argv[2]) and time.monotonic() < end:
+    for topic in inst.getTopics("/Sim/") + inst.getTopics("/Robot/"):
+        topics.setdefault(topic.getName(), subscribe(topic))
+    time.sleep(0.02)
+time.sleep(0.5)
+print(json.dumps({name[1:]: read() for name, read in topics.items()}))
+"""
+
+
 def free_port() -> int:
     with socket.socket() as probe:
         probe.bind(("127.0.0.1", 0))
@@ -109,6 +140,57 @@ def test_client_in_another_process_decodes_every_kind_of_key(instance: Any) -> N
     assert got["types"]["/Sim/GamePieces/Fuel"] == "struct:Pose3d[]"
     for name in POSE_SCHEMAS:
         assert got["types"][f"/.schema/{name}"] == "structschema"
+
+
+@pytest.mark.slow
+def test_client_in_another_process_decodes_every_key_of_a_game(instance: Any) -> None:
+    """All that REBUILT publishes, two robots, in the middle of a shot: each value against what was published."""
+    pytest.importorskip("wpimath.geometry", reason="the client decodes with robotpy-wpimath")
+    from games.rebuilt.sim import RebuiltConfig, RebuiltSim, RobotEntry
+    from simcore.telemetry.memory import MemorySink
+
+    memory = MemorySink()
+
+    def shoot(robot: Any, time: float) -> None:
+        robot.shooter_wheels.set_volts(9.0)
+        robot.feeder.set_volts(6.0 if time > 1.0 else 0.0)
+        robot.hood.set_volts(1.0)
+        robot.deploy.set_volts(4.0)
+        robot.roller.set_volts(6.0)
+        robot.spindexer.set_volts(3.0)
+
+    entries = (RobotEntry(), RobotEntry(alliance="red"))
+    with RebuiltSim(RebuiltConfig(robots=entries), robot_code=[shoot], sinks=[memory]) as sim:
+        while not len(sim.flying):
+            assert sim.time < 5.0
+            sim.last_tick_ms = 1.5
+            sim.tick()
+    truth = memory.snapshots[-1]
+    kinds = (truth.poses, truth.pose_arrays, truth.doubles, truth.integers, truth.booleans)
+    count = sum(len(kind) for kind in kinds)
+    port = free_port()
+    start_local_server(instance, port=port)
+    sink = NetworkTablesSink(instance)
+    command = [sys.executable, "-c", EVERY_KEY, str(port), str(count)]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as client:
+        sink.write(truth)  # once: a client that comes later gets the last value of each key
+        try:
+            out, _ = client.communicate(timeout=40)
+        finally:
+            client.kill()
+    got = json.loads(out)
+    sink.close()
+    assert sorted(got) == sorted(key for kind in kinds for key in kind)
+    for key, pose in truth.poses.items():
+        assert got[key] == pytest.approx(pose.tolist(), abs=1e-12), key
+    for key, rows in truth.pose_arrays.items():
+        np.testing.assert_allclose(np.array(got[key]).reshape(-1, 7), rows, atol=1e-12, err_msg=key)
+    for numbers in (truth.doubles, truth.integers, truth.booleans):
+        assert {key: got[key] for key in numbers} == dict(numbers)
+    assert len(got["Sim/Robot/ComponentPoses"]) == 16 and len(got["Sim/InFlight/Fuel"]) >= 1
+    assert got["Sim/Debug/ShooterVelocityRPS"] > 5.0 and got["Sim/Robots/1/Robot/IsRed"] is True
+    moved = [r for r in got["Sim/Robot/ComponentPoses"] if r[3] < 0.999999]
+    assert len(moved) >= 10, "the parts really turn"
 
 
 def test_server_listens_on_this_computer_only(instance: Any) -> None:

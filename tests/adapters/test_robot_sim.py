@@ -2,20 +2,31 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 
 import pytest
 
-pytestmark = pytest.mark.slow
+pytestmark = [pytest.mark.slow, pytest.mark.realtime]
 
 ROOT = Path(__file__).resolve().parents[2]
 EXAMPLE = str(ROOT / "examples" / "rebuilt_robot")
+FIRST = str(ROOT / "examples" / "first_robot")
 PLAIN = str(Path(__file__).parent / "robots" / "plain")
 
 
 @pytest.fixture(scope="module", params=["blue", "red"])
 def auto(request, scenario):
     return {**scenario("robot_sim", EXAMPLE, "auto", request.param), "alliance": request.param}
+
+
+@pytest.fixture(scope="module", params=["blue", "red"])
+def drawn_auto(request, scenario):
+    pytest.importorskip("pathplannerlib", reason="needs PathPlanner: pip install robotpy-pathplannerlib")
+    return {
+        **scenario("robot_sim", EXAMPLE, "auto", request.param, AUTO="neutral (PathPlanner)"),
+        "alliance": request.param,
+    }
 
 
 @pytest.fixture(scope="module")
@@ -31,6 +42,17 @@ def test_the_auto_drives_takes_in_and_scores(auto):
     assert auto["score"][auto["alliance"]] >= 8
     assert auto["score"][other] == 0
     assert auto["counted"] == auto["staged"]
+
+
+def test_an_auto_drawn_in_pathplanner_crosses_the_trench_takes_in_and_scores(drawn_auto):
+    """Through the trench to the neutral zone, an intake full of fuel, and back: a hopper of 50 and the preload."""
+    assert drawn_auto["distance"] > 12.0
+    assert drawn_auto["taken_in"] >= 30
+    assert drawn_auto["score"][drawn_auto["alliance"]] >= 35
+    assert drawn_auto["odometry_error"] < 0.02 * drawn_auto["distance"]
+    assert drawn_auto["min_volts"] > 7.5
+    assert drawn_auto["tick_p99_ms"] <= 20.0
+    assert drawn_auto["late_loops"] <= 0.01 * drawn_auto["ticks"]
 
 
 def test_odometry_stays_near_the_truth_through_the_auto(auto):
@@ -62,6 +84,36 @@ def test_sticks_and_buttons_drive_take_in_and_shoot(teleop):
     assert teleop["score"]["blue"] >= 12
 
 
+def test_cameras_correct_odometry_and_find_fuel(scenario):
+    """Told of a place 0.58 m off, odometry is back within 5 cm after 40 frames; N drives to fuel and takes it in."""
+    run = scenario("robot_sim", EXAMPLE, "cameras", "blue")
+    assert run["error_before"] == pytest.approx(math.hypot(0.5, 0.3), abs=0.03)
+    assert run["error_after"] < 0.05
+    assert run["heading_told"] == pytest.approx(run["heading"], abs=1.5)
+    assert run["taken_in"] >= 3
+
+
+def test_a_brown_out_reaches_robot_code(scenario):
+    """All drive motors and the shooter stalled with no limits: 8 motors of 270 A at 6.75 V on a battery of 20 mohm.
+
+    The motors are cut, robot code sees the voltage and the rails of the roboRIO, and all comes back.
+    """
+    run = scenario("robot_sim", str(Path(PLAIN).parent / "pushing"), "push", "blue")
+    assert run["moved"] < 0.1  # it leans on the wall
+    assert min(run["seen_volts"]) < 6.75
+    assert run["ticks_off"] > 5 and run["rail_was_off"] > 5 and run["faults"] >= 5
+    assert max(run["shooter_amps"]) > 400.0
+    assert sum(amps == 0.0 for amps in run["shooter_amps"][5:]) >= run["ticks_off"]
+    assert run["volts_after"] > 12.0 and run["rail_after"]
+
+
+def test_a_shot_waits_for_the_wheels_and_for_the_feeder(teleop):
+    """Robot code feeds within 2.5 % of the goal, as its motors say; without a feeder nothing leaves."""
+    assert teleop["wheels_rps"] == pytest.approx(teleop["goal_rps"], rel=0.035)  # and 10 ms of spinning up
+    assert teleop["shots_while_jammed"] == 0
+    assert teleop["wheels_rps_while_jammed"] == pytest.approx(teleop["goal_rps"], rel=0.025)
+
+
 @pytest.mark.parametrize("period", ["0.005", "0.01", "0.02"])
 def test_a_robot_of_any_period_with_its_own_ids_ratios_and_inversions(scenario, period):
     run = scenario("robot_sim", PLAIN, "straight", "blue", ROBOT_PERIOD=period)
@@ -74,16 +126,11 @@ def test_a_robot_of_any_period_with_its_own_ids_ratios_and_inversions(scenario, 
     assert "Robot._simulationPeriodic is not called while there is a physics.py" in run["output"]
 
 
-@pytest.mark.parametrize("robot", ["stepping", "magic"])
-def test_a_robot_without_a_line_of_code_for_it_drives_on_the_field(scenario, robot):
-    """`robotpy sim --simcore`: a derived drivetrain stepped by the robot loop; a member, MagicBot, torque current."""
-    if robot == "magic":
-        pytest.importorskip("magicbot", reason="needs magicbot: pip install robotpy-wpilib-utilities")
-    run = scenario("robot_sim", str(Path(PLAIN).parent / robot), "straight", "blue", "--simcore")
-    assert run["true_speed"] == pytest.approx(2.0, rel=0.05)
+def test_the_robot_of_the_first_page_drives_by_stick(scenario):
+    """docs/first_robot.md, word for word: half a stick of 4.4 m/s, open loop, through the trench."""
+    run = scenario("robot_sim", FIRST, "straight", "blue")
+    assert run["true_speed"] == pytest.approx(2.2, rel=0.08)
     assert run["told_speed"] == pytest.approx(run["true_speed"], rel=0.02)
-    assert run["true_way"] > 3.5
+    assert run["true_way"] > 3.0
     assert run["odometry_way"] == pytest.approx(run["true_way"], rel=0.05)
-    assert run["drawn_fuel"] > 400
-    if robot == "stepping":
-        assert run["own_hook"] > 100  # its own hook goes on to run, and its update_sim_state does nothing
+    assert run["drawn_robot_off"] < 0.01

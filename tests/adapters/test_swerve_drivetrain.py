@@ -6,7 +6,7 @@ import math
 
 import pytest
 
-pytestmark = pytest.mark.slow
+pytestmark = [pytest.mark.slow, pytest.mark.realtime]
 
 
 @pytest.fixture(scope="module", params=[(), ("1",), ("2", "bare")], ids=["generated", "random", "bare devices"])

@@ -6,7 +6,7 @@ import math
 
 import pytest
 
-pytestmark = pytest.mark.slow
+pytestmark = [pytest.mark.slow, pytest.mark.realtime]
 
 
 @pytest.fixture(scope="module")
@@ -19,7 +19,7 @@ def signs(scenario):
     return scenario("signs")
 
 
-@pytest.mark.parametrize("name", ["shooter", "feeder", "hood", "elevator", "rack"])
+@pytest.mark.parametrize("name", ["shooter", "feeder", "hood", "elevator", "rack", "arm"])
 def test_a_closed_loop_settles_as_on_wpilibs_sim_of_the_same_plant(mechanisms, name):
     """Same device loop, same plant: t90 within 20 ms (two frames of the 100 Hz control), same end."""
     row = mechanisms[name]
@@ -37,6 +37,19 @@ def test_a_hood_sags_under_its_weight_as_far_as_its_gains_allow(mechanisms):
     volts = 1.2 * 9.81 * 0.12 * math.cos(math.radians(41.75)) * 0.024845 / (90 * 0.0194)
     sag = 360.0 * volts / 120.0
     assert mechanisms["hood_deg"] == pytest.approx(360.0 * 42 / 360 - sag, abs=0.25)
+
+
+def test_a_hood_sags_without_a_gravity_gain_and_holds_with_it(scenario):
+    """Without kG the error makes up for gravity: m g c cos(a) in volts over kp. kG = the volts of a level hood."""
+    run = scenario("hood")
+    end = run["end_deg"]
+    sag = 360.0 * run["level_volts"] * math.cos(math.radians(end["without"])) / run["kp"]
+    step = 360.0 * 0.01 / run["kp"]  # the device gives its voltage in steps of 0.01 V
+    assert sag > 20.0 * step
+    assert end["without"] == pytest.approx(run["goal_deg"] - sag, abs=2.0 * step)
+    assert end["with"] == pytest.approx(run["goal_deg"], abs=2.0 * step)
+    for name, told in run["told_deg"].items():
+        assert told == pytest.approx(end[name], abs=0.1)
 
 
 def test_brake_holds_a_hood_that_coast_lets_fall(mechanisms):

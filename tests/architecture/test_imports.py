@@ -13,8 +13,8 @@ import pytest
 ROOT = Path(__file__).resolve().parents[2]
 SOURCES = sorted([*(ROOT / "simcore").rglob("*.py"), *(ROOT / "games").rglob("*.py")])
 
-ADAPTERS = {"phoenix6", "robotpy"}
-"""The outermost packages of simcore: the only ones that know a vendor or the robot side of wpilib."""
+ADAPTERS = {"phoenix6", "robotpy", "photonvision", "view"}
+"""The outermost packages of simcore: the only ones that know a vendor, the robot side of wpilib, or a wall clock."""
 
 BASE = {"errors", "units", "typing"}
 DOMAIN = {"chassis", "drivetrain", "power", "mechanism", "gamepiece", "scoring", "vision"}
@@ -29,9 +29,11 @@ ALLOWED = {
     "drivetrain": INNER | {"power"},  # the swerve model owns its battery (DESIGN 1)
     "telemetry": INNER | DOMAIN,
     "sim": INNER | DOMAIN | {"telemetry"},
+    "attach": INNER | DOMAIN,  # what simcore.toml says; the adapters and games read it
+    **dict.fromkeys(("cli", "__main__"), BASE | {"cli"}),  # a table of names: commands are imported when they run
     "testing": INNER | DOMAIN | {"telemetry", "sim"},
-    **dict.fromkeys(ADAPTERS, INNER | DOMAIN | {"telemetry", "sim"}),
-    "robotpy": INNER | DOMAIN | {"telemetry", "sim", "phoenix6"},  # `robotpy sim --simcore` connects both
+    **dict.fromkeys(ADAPTERS, INNER | DOMAIN | {"telemetry", "sim", "attach"}),
+    "robotpy": INNER | DOMAIN | {"telemetry", "sim", "attach", "phoenix6"},  # `robotpy sim --simcore` connects both
 }
 
 VENDORS = ("pybullet", "wpilib", "hal", "phoenix6")
@@ -95,6 +97,27 @@ def test_only_adapters_import_vendors_or_the_robot_side_of_wpilib():
         if not is_adapter(path)
         for name, line in imports(path)
         if name.split(".")[0] in ("wpilib", "hal", "phoenix6", "commands2", "pyfrc")
+    ]
+    assert wrong == []
+
+
+def test_only_the_view_imports_its_web_server_and_never_before_a_page_is_made():
+    who = {module_name(path) for path in SOURCES for name, _ in imports(path) if name.split(".")[0] == "viser"}
+    assert who == {"simcore.view.page", "simcore.view.scene"}
+    modules = [module_name(p) for p in SOURCES if p.is_relative_to(ROOT / "simcore" / "view")]
+    names = [name for name in modules if not name.endswith("__main__")] + ["games.rebuilt.__main__"]
+    code = f"import importlib, sys\nfor n in {names!r}: importlib.import_module(n)\nprint('viser' in sys.modules)"
+    run = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, timeout=60)
+    assert run.stdout.strip() == "False", run.stdout + run.stderr
+
+
+def test_the_view_knows_no_vendor():
+    wrong = [
+        f"{module_name(path)}:{line} imports {name}"
+        for path in SOURCES
+        if path.is_relative_to(ROOT / "simcore" / "view")
+        for name, line in imports(path)
+        if name.split(".")[0] in VENDORS or name.startswith(("simcore.robotpy", "simcore.phoenix6"))
     ]
     assert wrong == []
 

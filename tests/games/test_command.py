@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import os
 import signal
+import socket
 import subprocess
 import sys
 import time
@@ -14,6 +15,7 @@ import pytest
 from wpiutil.log import DataLogReader
 
 from games.rebuilt.__main__ import main
+from simcore.telemetry.log_reader import read_log
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -194,3 +196,78 @@ def test_ctrl_c_ends_cleanly_with_the_report_and_a_readable_log(here, as_json):
     else:
         assert "points" in out and "interrupted after" in out
     assert (here / "out" / "depot.png").is_file()
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="no SIGKILL on Windows")
+def test_a_killed_run_leaves_a_log_that_the_replay_reads(here):
+    run = subprocess.Popen(command("--seconds", "1600", "--json"), cwd=here, env=environment())
+    log = here / "out" / "depot.wpilog"
+    deadline = time.monotonic() + 30.0
+    while time.monotonic() < deadline and not (log.exists() and log.stat().st_size > 300_000):
+        time.sleep(0.02)
+    run.kill()
+    run.wait(30)
+    read = read_log(log)
+    assert read.span[1] > 0.5
+    last = read.snapshot_at(float(read.column("Sim/GamePieces/Fuel").times[-1]))
+    assert last.doubles["Sim/Match/Time"] == pytest.approx(last.time, abs=1e-6)
+    rows = last.pose_arrays["Sim/GamePieces/Fuel"]
+    assert len(rows) + last.integers["Sim/Intake/HeldCount"] + last.integers["Sim/Score/BlueHub"] == 448 + 8
+
+
+# --- watching -----------------------------------------------------------------------------------------------------
+
+
+def free_port() -> int:
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        return int(probe.getsockname()[1])
+
+
+@pytest.mark.realtime
+def test_live_publishes_at_the_pace_of_the_wall_clock(here, capsys):
+    """A client that never asked us anything sees the match time go by."""
+    ntcore = pytest.importorskip("ntcore")
+    port = free_port()
+    client = ntcore.NetworkTableInstance.create()
+    times = client.getDoubleTopic("/Sim/Match/Time").subscribe(-1.0, ntcore.PubSubOptions(sendAll=True, periodic=0.02))
+    client.startClient4("watcher")
+    client.setServer("127.0.0.1", port)
+    start = time.monotonic()
+    assert main(["--live", "--nt-port", str(port), "--seconds", "3", "--json"]) == 0
+    assert time.monotonic() - start > 2.9
+    seen = [value.value for value in times.readQueue()]
+    ntcore.NetworkTableInstance.destroy(client)
+    assert len(seen) > 10 and seen == sorted(seen) and 2.0 < seen[-1] <= 3.0
+    said = capsys.readouterr()
+    assert json.loads(said.out)["ticks"] == 150
+    assert f"live on NetworkTables 4, 127.0.0.1:{port}" in said.err
+
+
+@pytest.mark.parametrize("option", ["--live --nt-port", "--view --no-browser --port"])
+def test_a_taken_port_is_one_sentence_and_the_run_goes_on_at_full_speed(here, capsys, option):
+    if "--view" in option:
+        pytest.importorskip("viser", reason="the extra 'view' is not installed")
+    with socket.socket() as other:
+        other.bind(("127.0.0.1", 0))
+        other.listen()
+        start = time.monotonic()
+        assert main([*option.split(), str(other.getsockname()[1]), "--seconds", "10", "--json"]) == 0
+    said = capsys.readouterr()
+    assert time.monotonic() - start < 9.5
+    assert json.loads(said.out)["ticks"] == 500
+    (line,) = said.err.strip().splitlines()
+    assert line.startswith("OutputError: cannot serve") and line.endswith("; the run goes on without it")
+
+
+def test_without_the_extra_the_view_is_missed_in_one_sentence(here, capsys, monkeypatch):
+    monkeypatch.setitem(sys.modules, "viser", None)
+    assert main(["--view", "--seconds", "0.1", "--json"]) == 0
+    (line,) = capsys.readouterr().err.strip().splitlines()
+    assert "python -m pip install 'simcore[view]'" in line and "the run goes on" in line
+
+
+def test_models_that_are_not_there_are_one_sentence(here, capsys):
+    assert main(["--view", "--models", "nowhere", "--seconds", "0.1", "--json"]) == 0
+    (line,) = capsys.readouterr().err.strip().splitlines()
+    assert line.startswith("ModelError: no folder 'nowhere'") and "the run goes on" in line

@@ -141,7 +141,7 @@ def test_sixteen_parts_follow_their_mechanisms():
         after = component_poses(robot)
         moved = {part.name for part, a, b in zip(COMPONENTS, before, after, strict=True) if np.abs(a - b).max() > 1e-6}
         assert {"intake", "hopper", "spindexer plate", "spindexer cone", "spindexer kicker"} <= moved
-        assert not moved & {"feeder wheel, lower left", "intake roller, lower", "shooter wheel, left"}
+        assert not moved & {"feeder wheel, lower left", "hopper roller", "shooter wheel, left"}
         intake = [part.name for part in COMPONENTS].index("intake")
         assert before[intake, 0] - after[intake, 0] == pytest.approx(robot.deploy.extension)
         plate = [part.name for part in COMPONENTS].index("spindexer plate")

@@ -24,7 +24,9 @@ class TunerConstants:
     _drive_closed_loop_output = swerve.ClosedLoopOutputType.VOLTAGE
     _slip_current: units.ampere = 80.0
 
-    _drive_initial_configs = configs.TalonFXConfiguration()
+    _drive_initial_configs = configs.TalonFXConfiguration().with_current_limits(
+        configs.CurrentLimitsConfigs().with_supply_current_limit(45).with_supply_current_limit_enable(True)
+    )
     _steer_initial_configs = configs.TalonFXConfiguration().with_current_limits(
         configs.CurrentLimitsConfigs().with_stator_current_limit(60).with_stator_current_limit_enable(True)
     )

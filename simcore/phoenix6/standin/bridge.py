@@ -207,6 +207,12 @@ class Bridge:
         motor = self.motor
         self.current = -self.rps * motor.trapezoidal_stall / motor.trapezoidal_rps if brake else 0.0
 
+    def carry(self, unit: Unit) -> None:
+        """Let the ramp of another kind of request begin at the present output."""
+        self._last = {Unit.DUTY: self.duty, Unit.VOLTS: self.volts, Unit.AMPERES: self.current}[unit]
+        if self.is_neutral:
+            self._last = 0.0
+
     def rest(self) -> None:
         """Forget the ramp and the time over the limit: the next output starts anew."""
         self._last = self._over = 0.0

@@ -127,7 +127,7 @@ class CANdi(Device):
         return self._signs[pin] * self._positions[pin] + self._offsets[pin]
 
     def pwm_velocity(self, pin: int) -> float:
-        """[rotations/s]"""
+        """Of the pulse-width sensor on pin 0 or 1 now [rotations/s]."""
         return self._signs[pin] * self._velocities[pin]
 
     @property
@@ -137,7 +137,7 @@ class CANdi(Device):
 
     @property
     def quadrature_velocity(self) -> float:
-        """[rotations/s]"""
+        """Quadrature velocity now [rotations/s]."""
         return self._edge_rate * self._per_edge
 
     def sample(self) -> CANdiFrame:

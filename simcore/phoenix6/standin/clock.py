@@ -13,11 +13,13 @@ LOOP = 1e-3
 class SimulatedClock:
     """Time since the devices were switched on; `phoenix6.utils.get_current_time_seconds()` reads it."""
 
-    __slots__ = ("ns",)
+    __slots__ = ("next_frame_ns", "ns")
 
     def __init__(self) -> None:
         self.ns = 0
         """Time [ns]."""
+        self.next_frame_ns = 0
+        """Before this no device has a status frame to send [ns]."""
 
     @property
     def now(self) -> float:

@@ -151,6 +151,7 @@ class Device:
     def set_rate(self, hz: float) -> None:
         """Rate of the status frame [Hz]; 0 turns it off."""
         self.period_ms = period_of(hz)
+        self.clock.next_frame_ns = 0
         period = self.period_ms * 1_000_000
         if period:
             # Frames of one rate leave together, half a period after its multiples: what robot code reads at a

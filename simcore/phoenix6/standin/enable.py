@@ -13,6 +13,9 @@ from simcore.phoenix6.standin.clock import SimulatedClock
 
 __all__ = ["EnableDelays", "EnableState"]
 
+_PERIOD_NS = 10_000_000
+"""Period of the feed [ns]."""
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class EnableDelays:
@@ -36,26 +39,29 @@ class EnableState:
         delays: From feed to effect.
     """
 
-    __slots__ = ("_clock", "_delays", "_fed_until", "_since", "_until")
+    __slots__ = ("_clock", "_fed_until", "_since", "_until", "delays")
 
     def __init__(self, clock: SimulatedClock, delays: EnableDelays) -> None:
         self._clock = clock
-        self._delays = delays
+        self.delays = delays
+        """From feed to effect."""
         self._fed_until = -1
         self._since = 0
         self._until = -1
 
     def feed(self, milliseconds: int) -> None:
         """Stay enabled for this long from now [ms]; 0 disables."""
-        now = self._clock.ns
+        # The feed runs on a thread of its own. Where it meets a step of the physics either may come first; rounded up
+        # to the feed's period both orders give the same time.
+        now = -(-self._clock.ns // _PERIOD_NS) * _PERIOD_NS
         if milliseconds <= 0:
             if self.is_fed:
                 self._fed_until = now
-                self._until = now + round(self._delays.disable * 1e9)
+                self._until = now + round(self.delays.disable * 1e9)
             return
         if not self.is_fed:
             # A device that still drives from before goes on.
-            self._since = now if self.is_enabled else now + round(self._delays.enable * 1e9)
+            self._since = now if self.is_enabled else now + round(self.delays.enable * 1e9)
         self._fed_until = self._until = now + milliseconds * 1_000_000
 
     @property

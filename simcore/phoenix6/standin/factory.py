@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from functools import cache
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from phoenix6 import configs
 
 from simcore.phoenix6.standin import wire
 from simcore.phoenix6.standin.cancoder import CANcoder
 from simcore.phoenix6.standin.candi import CANdi
+from simcore.phoenix6.standin.candle import CANdle
 from simcore.phoenix6.standin.canrange import CANrange
 from simcore.phoenix6.standin.device import Device
 from simcore.phoenix6.standin.pigeon import Pigeon2
@@ -22,7 +23,7 @@ if TYPE_CHECKING:
 __all__ = ["MODELS", "build", "hash_of"]
 
 _CLASSES: dict[int, type[Device]] = {
-    cls.type_number: cls for cls in (Talon, CANcoder, Pigeon2, TalonFXS, CANrange, CANdi)
+    cls.type_number: cls for cls in (Talon, CANcoder, Pigeon2, TalonFXS, CANrange, CANdi, CANdle)
 }
 MODELS: dict[str, int] = {cls.model: number for number, cls in _CLASSES.items()}
 """`DeviceType` number by the name under which the library makes a device."""
@@ -34,6 +35,7 @@ _CONFIGS = {
     7: configs.TalonFXSConfiguration,
     8: configs.CANrangeConfiguration,
     9: configs.CANdiConfiguration,
+    10: configs.CANdleConfiguration,
 }
 
 
@@ -44,7 +46,8 @@ def hash_of(type_number: int, device_id: int) -> int:
 
 @cache
 def _defaults(type_number: int) -> dict[int, wire.Setting]:
-    return wire.parse(_CONFIGS[type_number]().serialize())  # type: ignore[no-untyped-call]
+    make: Any = _CONFIGS[type_number]
+    return wire.parse(make().serialize())
 
 
 def build(type_number: int, device_id: int, world: StandIn) -> Device:

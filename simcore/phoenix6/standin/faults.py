@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Set
 
 from phoenix6.spns.spn_value import SpnValue
 
@@ -31,13 +31,14 @@ class FaultFlags:
     __slots__ = ("_active", "_sticky")
 
     def __init__(self) -> None:
-        self._active: frozenset[int] = frozenset()
+        self._active: Set[int] = frozenset()
         self._sticky: set[int] = set()
 
-    def show(self, active: Iterable[int]) -> None:
+    def show(self, active: Set[int]) -> None:
         """These faults are active now; they become sticky."""
-        self._active = frozenset(active)
-        self._sticky |= self._active
+        self._active = active
+        if active:
+            self._sticky |= active
 
     def clear(self, setting: int) -> bool:
         """Clear what this setting clears; False when it is another kind of setting."""

@@ -43,7 +43,8 @@ def check_seam() -> None:
     wrong = _misfit()
     if wrong:
         raise SeamError(
-            f"phoenix6 {version} does not fit simulated time: {wrong}. Install phoenix6 26.3 (pip install 'phoenix6~=26.3.0')."
+            f"phoenix6 {version} does not fit simulated time: {wrong}. "
+            "Install phoenix6 26.3 (pip install 'phoenix6~=26.3.0')."
         )
 
 

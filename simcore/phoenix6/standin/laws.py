@@ -2,8 +2,8 @@
 
 A closure is built when request kind, slot or configuration change, and called each step; set points live in the
 controller, so a new number costs nothing. CTRE's simulation computes its loops when physics writes a sensor, and holds
-them between two writes; so here one call stands for all loops since the last write, and integrals and profiles are
-advanced by their closed forms.
+them between two writes; so here one call stands for all loops since the last write: a profile is advanced by its
+closed form, an integral takes the present error for all of them.
 """
 
 from __future__ import annotations

@@ -15,6 +15,7 @@ from phoenix6.status_code import StatusCode
 
 from simcore.phoenix6.standin import wire
 from simcore.phoenix6.standin.api import PREFIX, plain
+from simcore.phoenix6.standin.candle import LIGHT_REQUESTS, CANdle
 from simcore.phoenix6.standin.device import COMPLIANCY, VERSION
 from simcore.phoenix6.standin.factory import MODELS, hash_of
 from simcore.phoenix6.standin.requests import REQUESTS, RequestKind
@@ -61,6 +62,8 @@ class SimulatedNative:
         self._world = world
         for kind in REQUESTS.values():
             setattr(self, f"{PREFIX}RequestControl{kind.name}", self._request(kind))
+        for name in LIGHT_REQUESTS:
+            setattr(self, f"{PREFIX}RequestControl{name}", self._light(name))
         for name in _LOGGER:
             setattr(self, f"{PREFIX}platform_{name}", _logged)
 
@@ -76,6 +79,17 @@ class SimulatedNative:
             device = by_hash.get(device_hash)
             if device is not None:
                 device.receive(kind, args)
+            return _OK
+
+        return send
+
+    def _light(self, name: str) -> Callable[..., int]:
+        by_hash = self._world.by_hash
+
+        def send(network: Any, device_hash: int, *args: Any) -> int:
+            candle = by_hash.get(device_hash)
+            if isinstance(candle, CANdle):
+                candle.show(name, args)
             return _OK
 
         return send
@@ -127,7 +141,8 @@ class SimulatedNative:
         return _OK
 
     def c_ctre_phoenix6_platform_sim_create(self, type_number: int, device_id: int) -> int:
-        self._world.create(type_number, device_id)
+        if device_id != -1:
+            self._world.create(type_number, device_id)
         return _OK
 
     def c_ctre_phoenix6_platform_sim_set_physics_input(

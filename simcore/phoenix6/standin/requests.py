@@ -52,7 +52,7 @@ _VOLT_TAIL = (
 _AMPERE_TAIL = ("override_coast_dur_neutral", *_VOLT_TAIL[1:])
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class RequestKind:
     """One kind of request."""
 

@@ -7,20 +7,20 @@ import math
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
-from phoenix6.signals import BridgeOutputValue, ControlModeValue
 from phoenix6.spns.spn_value import SpnValue
 
-from simcore.phoenix6.standin.bridge import OVER_VOLTAGE, Bridge
+from simcore.phoenix6.standin.bridge import Bridge
 from simcore.phoenix6.standin.clock import LOOP_NS, SimulatedClock
 from simcore.phoenix6.standin.device import Device, period_of
 from simcore.phoenix6.standin.electrical import KRAKEN_X44, KRAKEN_X60
-from simcore.phoenix6.standin.faults import FAULTS
 from simcore.phoenix6.standin.feedback import feedback_of
+from simcore.phoenix6.standin.follower import follow, turning
 from simcore.phoenix6.standin.limits import Limit
-from simcore.phoenix6.standin.motion import PROFILED, VELOCITY, Plan, build, limits_of
+from simcore.phoenix6.standin.motion import PROFILED, Plan, build, limits_of
 from simcore.phoenix6.standin.profile import Expo, SCurve, VelocityRamp
 from simcore.phoenix6.standin.requests import REQUESTS, Axis, RequestKind, Unit
 from simcore.phoenix6.standin.talon_frame import SIGNALS, TalonFrame, units_number
+from simcore.phoenix6.standin.talon_status import active_faults, frame_of
 from simcore.phoenix6.standin.wire import Setting
 
 if TYPE_CHECKING:
@@ -37,8 +37,6 @@ ONE_SHOT_NS = 100_000_000
 """How long a device obeys a request that is sent once (`update_freq_hz=0`) [ns]."""
 _HALF_RANGE = 16384.0
 _TRUE_BY_DEFAULT = {"enable_foc": True, "max_abs_duty_cycle": 1.0, "update_freq_hz": 100.0}
-_UNIT_NUMBER = {Unit.DUTY: 0, Unit.VOLTS: 1, Unit.AMPERES: 2}
-_OFF, _BRAKING, _MOTORING, _DISCORDANT, _REGENERATING = 1, 2, 3, 4, 5  # MotorOutputStatusValue
 _IDLE = REQUESTS["Empty"]
 
 
@@ -84,11 +82,11 @@ class Talon(Device):
         self._shift = 0.0
         self._pending: tuple[int, RequestKind, tuple[Any, ...]] | None = None
         self._expires: int | None = None
-        self._plans: dict[tuple[str, int, bool], Plan] = {}
+        self.plans: dict[tuple[str, int, bool], Plan] = {}
         self._told = False
         self._limit_flags: tuple[bool, ...] = (False, False, False, False)
-        self._limits_hit = (False, False, False, False)
-        self._slot = 0
+        self.limits_hit = (False, False, False, False)
+        self.slot = 0
         self.configured()
         self.send_frame()
 
@@ -108,7 +106,7 @@ class Talon(Device):
         self.bridge.configure(self.config)
         self.forward.configure(self.config)
         self.reverse.configure(self.config)
-        self._plans.clear()
+        self.plans.clear()
         self.resolve()
         self._accept(self.kind, self.args)
 
@@ -219,15 +217,15 @@ class Talon(Device):
     def _accept(self, kind: RequestKind, args: tuple[Any, ...]) -> None:
         changed = kind is not self.kind
         self.kind, self.args = kind, args
-        self.turn = self._turning()
+        self.turn = turning(self)
         field = kind.slots
         axis = kind.axis
         self._expires = self.clock.ns + ONE_SHOT_NS if args[0] == 0.0 and kind is not _IDLE else None
-        self._slot = slot = int(args[field["slot"]]) if "slot" in field else 0
-        foc = bool(args[field["enable_foc"]]) if "enable_foc" in field else True
-        plan = self._plans.get((kind.name, slot, foc))
+        self.slot = slot = int(args[field["slot"]]) if "slot" in field else 0
+        self.foc = foc = bool(args[field["enable_foc"]]) if "enable_foc" in field else True
+        plan = self.plans.get((kind.name, slot, foc))
         if plan is None:
-            plan = self._plans[kind.name, slot, foc] = build(self, kind, slot, foc)
+            plan = self.plans[kind.name, slot, foc] = build(self, kind, slot, foc)
         self._law, self._stage, self.gains = plan
         if axis is Axis.OPEN:
             self.output = float(args[1])
@@ -251,6 +249,7 @@ class Talon(Device):
             # the last six fields of every request that drives
             self._limit_flags = tuple(bool(flag) for flag in args[-5:-1])
         if changed:
+            bridge.carry(kind.unit)
             self._begin()
 
     def _begin(self) -> None:
@@ -305,7 +304,7 @@ class Talon(Device):
             self._begin()
         if law is None:
             if self.kind.axis is Axis.FOLLOW:
-                self._follow(loops)
+                follow(self, loops)
                 return
             bridge.rest()
             axis = self.kind.axis
@@ -330,136 +329,15 @@ class Talon(Device):
         soft_r, hard_r = reverse.stops(self.world, self.pos, ignore_soft, ignore_hard)
         bridge.blocked_forward = no_forward or soft_f or hard_f
         bridge.blocked_reverse = no_reverse or soft_r or hard_r
-        self._limits_hit = (soft_f, soft_r, hard_f, hard_r)
-
-    # ---- following
-
-    def _leader(self) -> Talon | None:
-        leader = self.world.devices.get((self.type_number, int(self.args[1])))
-        return leader if isinstance(leader, Talon) and leader is not self else None
-
-    def _turning(self) -> float:
-        """Direction in which a positive output turns the motor: its own, or for a follower the leader's."""
-        if self.kind.axis is not Axis.FOLLOW or self.kind.name == "StrictFollower":
-            return self.sign
-        leader = self._leader()
-        if leader is None:
-            return self.sign
-        return leader.turn * (-1.0 if self.args[2] == 1 else 1.0)
-
-    def _follow(self, loops: int) -> None:
-        """Put out what the leader's last frame says, in the unit that the leader drives with."""
-        bridge = self.bridge
-        leader = self._leader()
-        if leader is None:
-            bridge.rest()
-            bridge.neutral(bridge.brake)
-            return
-        self.turn = self._turning()
-        bridge.rps = self.rotor_rps * self.turn
-        frame: TalonFrame = leader.frame
-        if frame.bridge in (BridgeOutputValue.BRIDGE_REQ_COAST.value, BridgeOutputValue.BRIDGE_REQ_BRAKE.value):
-            bridge.neutral(frame.bridge == BridgeOutputValue.BRIDGE_REQ_BRAKE.value)
-            return
-        unit = leader.kind.unit
-        key = (f"follow {unit.value}", 0, True)
-        plan = self._plans.get(key)
-        if plan is None:
-            plan = self._plans[key] = (None, bridge.stage(unit, closed=True, foc=True), self.gains)
-        bridge.override, bridge.deadband, bridge.max_duty = False, 0.0, 1.0
-        bridge.blocked_forward = bridge.blocked_reverse = False
-        assert plan[1] is not None
-        plan[1]({Unit.DUTY: frame.duty, Unit.VOLTS: frame.volts, Unit.AMPERES: frame.current}[unit], loops)
+        self.limits_hit = (soft_f, soft_r, hard_f, hard_r)
 
     # ---- status
-
-    def _bridge_output(self) -> BridgeOutputValue:
-        bridge = self.bridge
-        if bridge.is_neutral:
-            return BridgeOutputValue.BRIDGE_REQ_BRAKE if bridge.current else BridgeOutputValue.BRIDGE_REQ_COAST
-        if self.kind.unit is Unit.AMPERES:
-            return BridgeOutputValue.BRIDGE_REQ_FOC_TORQUE
-        foc = "enable_foc" not in self.kind.slots or self.args[self.kind.slots["enable_foc"]]
-        return BridgeOutputValue.BRIDGE_REQ_FOC_EASY if foc else BridgeOutputValue.BRIDGE_REQ_TRAPEZ
-
-    def _status(self) -> int:
-        bridge = self.bridge
-        if bridge.is_neutral:
-            return _BRAKING if bridge.current else _OFF
-        if bridge.supply_current < 0.0:
-            return _REGENERATING
-        return _DISCORDANT if bridge.current * bridge.rps < 0.0 else _MOTORING
-
-    def _mode(self) -> int:
-        if not self.enabled or self.kind is _IDLE:
-            return ControlModeValue.DISABLED_OUTPUT.value
-        field = self.kind.slots
-        foc = bool(self.args[field["enable_foc"]]) if "enable_foc" in field else True
-        return int(ControlModeValue[self.kind.mode(foc)].value)
-
-    def active_faults(self) -> set[int]:
-        """Numbers of the faults that are active now."""
-        bridge = self.bridge
-        found = set()
-        if bridge.is_stator_limited:
-            found.add(FAULTS["TALONFX_STATOR_CURR_LIMIT"])
-        if bridge.is_supply_limited:
-            found.add(FAULTS["TALONFX_SUPPLY_CURR_LIMIT"])
-        if bridge.supply > OVER_VOLTAGE:
-            found.add(FAULTS["TALONFX_OVER_SUPPLY_V"])
-        if self.feedback.is_missing:
-            found.add(FAULTS["TALONFX_MISSING_REMOTE_SENSOR"])
-        if bridge.is_blocked:
-            names = ("FORWARD_SOFT_LIMIT", "REVERSE_SOFT_LIMIT", "FORWARD_HARD_LIMIT", "REVERSE_HARD_LIMIT")
-            found |= {FAULTS[f"TALONFX_{name}"] for name, hit in zip(names, self._limits_hit, strict=True) if hit}
-        return found
 
     def sample(self) -> TalonFrame:
         """A frame of this moment."""
         self.measure()
-        self.fault_flags.show(self.active_faults())
-        b, g = self.bridge, self.gains
-        axis = self.kind.axis
-        profile = {Axis.MOTION_MAGIC: self.scurve, Axis.MOTION_MAGIC_EXPO: self.expo}.get(axis, self.velocity_ramp)
-        profiled = axis in PROFILED and self.enabled
-        on_velocity = axis in VELOCITY
-        ff = self.feed_forward + g.kv * (self.ref if on_velocity else self.slope)
-        return TalonFrame(
-            position=self.pos,
-            velocity=self.vel,
-            acceleration=self.acc,
-            rotor_position=self.rotor_position,
-            rotor_velocity=self.rotor_rps * self.turn,
-            volts=b.volts,
-            current=b.current,
-            supply_current=b.supply_current,
-            supply=b.supply,
-            duty=b.duty,
-            ref=self.ref,
-            slope=self.slope,
-            err=self.err,
-            p_out=g.kp * self.err,
-            i_out=self.integral,
-            d_out=g.kd * self.derr,
-            ff_out=ff,
-            pid_out=self.pid_out,
-            slot=self._slot,
-            mode=self._mode(),
-            bridge=self._bridge_output().value,
-            status=self._status(),
-            enabled=self.enabled,
-            forward_open=not self.forward.is_closed(self.world),
-            reverse_open=not self.reverse.is_closed(self.world),
-            polarity=int(self.turn < 0.0),
-            profiled=profiled,
-            at_target=profiled and profile.done,
-            on_velocity=on_velocity,
-            unit=_UNIT_NUMBER[self.kind.unit],
-            kt=b.motor.kt,
-            kv=b.motor.kv,
-            stall=b.motor.reported_stall,
-            connected=b.motor.connected,
-        )
+        self.fault_flags.show(active_faults(self))
+        return frame_of(self)
 
     def units_of(self, spn: int) -> int:
         """Number whose units a signal has in the last frame."""

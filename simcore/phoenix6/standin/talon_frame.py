@@ -5,9 +5,25 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Any, NamedTuple
 
+from phoenix6.signals import BridgeOutputValue
 from phoenix6.spns.spn_value import SpnValue
 
-__all__ = ["SIGNALS", "TalonFrame", "units_number"]
+__all__ = [
+    "REQ_BRAKE",
+    "REQ_COAST",
+    "REQ_FOC",
+    "REQ_TORQUE",
+    "REQ_TRAPEZOIDAL",
+    "SIGNALS",
+    "TalonFrame",
+    "units_number",
+]
+
+REQ_COAST, REQ_BRAKE, REQ_TRAPEZOIDAL, REQ_TORQUE, REQ_FOC = (
+    int(BridgeOutputValue[f"BRIDGE_REQ_{name}"].value)
+    for name in ("COAST", "BRAKE", "TRAPEZ", "FOC_TORQUE", "FOC_EASY")
+)
+"""What a bridge does, as `get_bridge_output` tells."""
 
 
 class TalonFrame(NamedTuple):

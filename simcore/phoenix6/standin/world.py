@@ -92,9 +92,9 @@ class StandIn:
 
     def reset(self) -> None:
         """Forget all devices, tasks and time, as for a fresh test."""
-        self.clock.ns = 0
+        self.clock.ns = self.clock.next_frame_ns = 0
         self.loop_ns = 0
-        self.enable.__init__(self.clock, self.enable._delays)  # type: ignore[misc]
+        self.enable = EnableState(self.clock, self.enable.delays)
         self.devices.clear()
         self.by_hash.clear()
         self._talons.clear()
@@ -151,8 +151,11 @@ class StandIn:
                 talon.run(loops, enabled)
             self.loop_ns += loops * LOOP_NS
         self.clock.ns = end
+        if end < self.clock.next_frame_ns:
+            return
         for device in self.devices.values():
             if device.due_ns <= end and device.period_ms:
                 period = device.period_ms * LOOP_NS
                 device.due_ns += ((end - device.due_ns) // period + 1) * period
                 device.send_frame()
+        self.clock.next_frame_ns = min((d.due_ns for d in self.devices.values() if d.period_ms), default=end + LOOP_NS)

@@ -1,4 +1,6 @@
-"""Every control request on a plant of its own: `python control_cases.py real|simulated [name ...]` prints figures as JSON.
+"""Every control request on a plant of its own, with its figures as JSON.
+
+    python control_cases.py real|simulated [name ...]
 
 `real` is CTRE's simulation on the wall clock, `simulated` the stand-in. Physics runs at 200 Hz and robot code at 50 Hz
 in both, and the plant is the same: a motor with a flywheel, exactly integrated over a step.
@@ -111,7 +113,7 @@ def _cases() -> list[Case]:
         Case("PositionVoltage, kI", lambda c: c.PositionVoltage(0.5), 0.5, VOLTS | {"slot0.k_i": 20.0}, **ARM),
         Case("MotionMagicVoltage, jerk", lambda c: c.MotionMagicVoltage(1.0), 1.0, VOLTS | MAGIC | jerk, **ARM),
         Case("VelocityVoltage, kS", lambda c: c.VelocityVoltage(60.0), 60.0, fast_volts | {"slot0.k_s": 0.3}),
-        Case("VoltageOut, ramp", lambda c: c.VoltageOut(6.0), 48.0, {"open_loop_ramps.voltage_open_loop_ramp_period": 1.0}),
+        Case("VoltageOut, ramp", lambda c: c.VoltageOut(6.0), 48.0, {RAMP: 1.0}),
         Case("VoltageOut, stator 40 A", lambda c: c.VoltageOut(6.0), 48.0, {STATOR: 40.0, STATOR + "_enable": True}),
         Case(
             "VoltageOut, supply 20 A then 10 A",
@@ -129,6 +131,7 @@ def _cases() -> list[Case]:
 
 
 SOURCE = "feedback.feedback_sensor_source"
+RAMP = "open_loop_ramps.voltage_open_loop_ramp_period"
 STATOR = "current_limits.stator_current_limit"
 SUPPLY = "current_limits.supply_current_"
 LEADER = 1
@@ -234,7 +237,7 @@ def run(mode: str, cases: list[Case], seconds: float, first_id: int) -> dict[str
 
 
 def figures(case: Case, trace: list[float]) -> dict[str, float]:
-    """t90 [s], overshoot [fraction of the step] and final value."""
+    """t90 [s] (-1 for never), overshoot [of the step], final value and step."""
     first, goal = (case.goal, 0.0) if case.before else (0.0, case.goal)
     step = goal - first
     t90 = math.inf
@@ -244,8 +247,12 @@ def figures(case: Case, trace: list[float]) -> dict[str, float]:
             t90 = (k + (0.9 - a) / (b - a if b > a else 1.0)) * PHYSICS
             break
     top = max((value - first) / step for value in trace)
-    return {"t90": round(t90, 4) if math.isfinite(t90) else -1.0, "overshoot": round(max(top - 1.0, 0.0), 4),
-            "final": round(trace[-1], 4)}  # fmt: skip
+    return {
+        "t90": round(t90, 4) if math.isfinite(t90) else -1.0,
+        "overshoot": round(max(top - 1.0, 0.0), 4),
+        "final": round(trace[-1], 4),
+        "step": abs(step),
+    }
 
 
 def main() -> None:

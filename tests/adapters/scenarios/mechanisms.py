@@ -174,6 +174,32 @@ def pairs() -> dict[str, tuple[hardware.TalonFX, object, hardware.TalonFX, objec
         k_p=20.0,
         k_d=0.3,
     )
+    arm_config = arm.ArmConfig(
+        gearbox=GearboxConfig(motor=KRAKEN, gearing=90.0),
+        inertia=2.0,
+        mass=5.0,
+        center_of_mass=0.3,
+        min_angle=-1.0,
+        max_angle=1.5,
+    )
+    pair(
+        "arm",
+        6,
+        arm.ArmSim(arm_config),
+        SingleJointedArmSim(KRAKEN, 90.0, 2.0, 1.5 * 2.0 / (5.0 * 0.3), -1.0, 1.5, True, -1.0),
+        lambda s: s.getAngle(),
+        lambda s: s.getVelocity(),
+        90.0,
+        controls.MotionMagicVoltage(0.1),
+        "position",
+        sensor_to_mechanism_ratio=90.0,
+        gravity_type=signals.GravityTypeValue.ARM_COSINE,
+        k_g=arm_config.gearbox.holding_volts(5.0 * 9.80665 * 0.3),
+        k_p=60.0,
+        k_v=11.0,
+        cruise=0.6,
+        acceleration=3.0,
+    )
     return made
 
 

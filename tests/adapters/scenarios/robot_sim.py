@@ -16,15 +16,17 @@ from pathlib import Path
 
 import numpy as np
 from hal import AllianceStationID
+from ntcore import NetworkTableInstance
 from phoenix6 import unmanaged
 from robotpy.main import main as robotpy_main
 from wpilib import DriverStation, RobotController
 from wpilib.simulation import DriverStationSim
+from wpimath.geometry import Pose2d, Rotation2d
 
 import simcore.phoenix6.swerve as swerve
 from simcore.robotpy.physics import RobotPhysics
 
-A, B, X, Y = 1, 2, 3, 4
+A, B, X, Y, LEFT_BUMPER = 1, 2, 3, 4, 5
 ROOT = Path(__file__).resolve().parents[3]
 
 
@@ -86,8 +88,10 @@ class Play:
     # --- the plays ----------------------------------------------------------------------------------------------
 
     def auto(self, physics):
-        """20 s of autonomous."""
+        """20 s of autonomous; the auto is the one named in AUTO, or the default."""
         DriverStationSim.notifyNewData()  # the alliance
+        if "AUTO" in os.environ:
+            NetworkTableInstance.getDefault().getEntry("/SmartDashboard/Auto/selected").setString(os.environ["AUTO"])
         yield from self.wait(1.0)
         path = [physics.plant.chassis.pose]
         self.enable(autonomous=True)
@@ -110,7 +114,25 @@ class Play:
         yield from self.wait(1.0)
         self.enable(autonomous=False)
         yield from self.wait(0.2)
-        yield from self.hold(Y, 3.0)
+        feeder, plant, shots = physics.robot.container.feeder, physics.plant, physics.game.shots
+        DriverStationSim.setJoystickButton(0, Y, True)
+        DriverStationSim.notifyNewData()
+        for _ in range(100):
+            if shots:
+                break
+            self.results["wheels_rps"] = plant.shooter_wheels.velocity / math.tau  # just before the first shot
+            yield
+        self.results["goal_rps"] = physics.robot.container.shooter.goal_rps
+        feed = feeder.set_turning
+        feed(False)
+        feeder.set_turning = lambda turning: None  # as if it were jammed
+        yield from self.wait(0.3)
+        fired = len(shots)
+        yield from self.wait(1.0)
+        self.results["shots_while_jammed"] = len(shots) - fired
+        self.results["wheels_rps_while_jammed"] = plant.shooter_wheels.velocity / math.tau
+        feeder.set_turning = feed
+        yield from self.hold(Y, 2.0)
         self.results["hits_of_preload"] = physics.game.hits
         start = physics.plant.chassis.pose
         self.axes(left_y=-0.5)  # W, half: away from the blue wall at 2 m/s
@@ -160,8 +182,9 @@ class Play:
         yield from self.wait(0.2)
 
     def straight(self, physics):
-        """The plain robot drives ahead for as long as it is enabled."""
-        DriverStationSim.notifyNewData()
+        """Half a stick ahead for two seconds; plain robots drive ahead without."""
+        DriverStationSim.setJoystickAxisCount(0, 6)
+        self.axes(left_y=-0.5)
         yield from self.wait(1.0)
         drivetrain = swerve.only_drivetrain()
         start, before = physics.plant.chassis.pose, drivetrain.get_state().pose
@@ -189,6 +212,143 @@ class Play:
         self.results["own_hook"] = getattr(type(physics.robot), "own_hook", None)
         self.results["volts_seen"] = RobotController.getBatteryVoltage()
 
+    def cameras(self, physics):
+        """Odometry is told a wrong place, and cameras the right one; then the driver asks for fuel."""
+        DriverStationSim.setJoystickAxisCount(0, 6)
+        DriverStationSim.setJoystickButtonCount(0, 10)
+        DriverStationSim.notifyNewData()
+        yield from self.wait(1.0)
+        self.enable(autonomous=False)
+        yield from self.wait(0.2)
+        tables = NetworkTableInstance.getDefault()
+        drivetrain, plant = physics.robot.container.drivetrain, physics.plant
+        botpose = tables.getDoubleArrayTopic("/limelight-two/botpose_orb_wpiblue").publish()
+        orientation = tables.getDoubleArrayTopic("/limelight-two/robot_orientation_set").subscribe([])
+        x, y, yaw = plant.chassis.pose
+        drivetrain.reset_pose(Pose2d(x + 0.5, y - 0.3, Rotation2d(yaw)))
+
+        def error() -> float:
+            pose = drivetrain.get_state().pose
+            return math.dist((pose.X(), pose.Y()), plant.chassis.pose[:2])
+
+        yield from self.wait(0.1)
+        self.results["error_before"] = error()
+        self.axes(left_y=-0.25)
+        seen = [plant.chassis.pose] * 3
+        for k in range(75):
+            seen = [*seen[1:], plant.chassis.pose]
+            if k % 2 == 0:  # 25 frames a second, 40 ms old
+                x, y, yaw = seen[0]
+                tags = [7.0] * 14
+                botpose.set([x, y, 0, 0, 0, math.degrees(yaw), 40.0, 2, 0.5, 2.0, 1.0, *tags])
+            if k == 50:
+                self.axes()
+            yield
+        self.results["error_after"] = error()
+        self.results["heading_told"] = orientation.get()[0]
+        self.results["heading"] = math.degrees(plant.chassis.pose[2])
+        yield from self.stick_to(physics, 2.6, 5.3, -0.5, 0.4, 2.0)
+        number = {key: tables.getDoubleTopic(f"/limelight-one/{key}").publish() for key in ("tx", "ty", "ta", "hb")}
+        valid = tables.getIntegerTopic("/limelight-one/tv").publish()
+        DriverStationSim.setJoystickButton(0, LEFT_BUMPER, True)
+        DriverStationSim.notifyNewData()
+        for k in range(200):
+            x, y, yaw = plant.chassis.pose
+            dx, dy = (physics.game.piece_places()["Fuel"][:, :2] - (x, y)).T
+            away = -(dx * math.cos(yaw) + dy * math.sin(yaw)) - 0.3  # the camera is 0.3 m behind the center
+            right = dy * math.cos(yaw) - dx * math.sin(yaw)
+            tx = np.degrees(np.arctan2(right, away))
+            way = np.where(np.abs(tx) < 31.0, np.hypot(right, away), np.inf)
+            nearest = int(np.argmin(way))
+            number["tx"].set(float(tx[nearest]))
+            valid.set(int(np.isfinite(way[nearest])))
+            number["hb"].set(float(k))
+            yield
+        DriverStationSim.setJoystickButton(0, LEFT_BUMPER, False)
+        DriverStationSim.notifyNewData()
+        yield
+
+    def push(self, physics):
+        """The pushing robot leans on the wall for two seconds and lets go."""
+        DriverStationSim.notifyNewData()
+        yield from self.wait(1.0)
+        self.enable(autonomous=False)
+        off, drawn = 0, []
+        for _ in range(100):
+            off += physics.plant.battery.browned_out
+            drawn.append(physics.plant.shooter_wheels.current)
+            yield
+        robot = physics.robot
+        self.results["seen_volts"] = [volts for volts, _, _ in robot.seen]
+        self.results["rail_was_off"] = sum(not on for _, on, _ in robot.seen)
+        self.results["is_browned_out"] = any(low for _, _, low in robot.seen)
+        self.results["ticks_off"] = off
+        self.results["shooter_amps"] = drawn
+        self.results["faults"] = RobotController.getFaultCount6V()
+        self.results["moved"] = math.dist(physics.plant.chassis.pose[:2], (0.45, 2.2))
+        DriverStationSim.setEnabled(False)
+        DriverStationSim.notifyNewData()
+        yield from self.wait(0.5)
+        self.results["volts_after"] = RobotController.getBatteryVoltage()
+        self.results["rail_after"] = RobotController.getEnabled6V()
+
+    def shape(self, physics):
+        """Any robot: 5 m across the field, into the fuel of the depot, and against the wall."""
+        DriverStationSim.setJoystickAxisCount(0, 6)
+        DriverStationSim.setJoystickButtonCount(0, 10)
+        DriverStationSim.notifyNewData()
+        yield from self.wait(0.4)
+        drivetrain, chassis = swerve.only_drivetrain(), physics.plant.chassis
+        start, before = chassis.pose, drivetrain.get_state().pose
+        self.enable(autonomous=False)
+        told, true = [], []
+        for tick in range(170):
+            self.hold_heading(chassis, left_x=-0.8)  # 2.4 m/s to the left
+            yield
+            if math.dist(chassis.pose[:2], start[:2]) > 5.0:
+                break
+            if tick > 60:
+                speeds = drivetrain.get_state().speeds
+                told.append(math.hypot(speeds.vx, speeds.vy))
+                true.append(math.hypot(*chassis.ground_velocity[:2]))
+        self.axes()
+        yield from self.wait(0.5)
+        end, after = chassis.pose, drivetrain.get_state().pose
+        self.results["start"] = start
+        self.results["believed_start"] = (before.X(), before.Y())
+        self.results["true_way"] = math.dist(end[:2], start[:2])
+        self.results["odometry_way"] = math.hypot(after.X() - before.X(), after.Y() - before.Y())
+        self.results["true_speed"], self.results["told_speed"] = float(np.mean(true)), float(np.mean(told))
+        self.results["yaw_error"] = abs(
+            math.remainder(after.rotation().radians() - before.rotation().radians() - end[2] + start[2], math.tau)
+        )
+        fuel = physics.game.piece_places()["Fuel"].copy()
+        for _ in range(100):
+            self.hold_heading(chassis, left_y=0.6)  # back, into the depot
+            yield
+            if chassis.pose[0] < 0.7:
+                break
+        self.axes()
+        yield from self.wait(0.2)
+        now = physics.game.piece_places()["Fuel"]
+        gone = len(fuel) - len(now)
+        self.results["x_in_depot"] = chassis.pose[0]
+        self.results["pushed"] = gone + int((np.linalg.norm(now - fuel[: len(now)], axis=1) > 0.02).sum())
+        for _ in range(100):
+            self.hold_heading(chassis, left_y=-0.6)  # out of it, to where the wall is clear
+            yield
+            if chassis.pose[0] > 2.0:
+                break
+        farthest = 0.0
+        for _ in range(75):
+            self.hold_heading(chassis, left_x=-0.8)
+            yield
+            farthest = max(farthest, chassis.pose[1])
+        self.results["gap_at_wall"] = 8.069 - chassis.config.bumper_width / 2 - farthest
+        self.results["speed_at_wall"] = abs(chassis.vel[1])
+        self.results["facts"] = physics.robot.facts() if hasattr(physics.robot, "facts") else {}
+        self.results["held"] = physics.game.fuel.held
+
     # --- a driver's hands ---------------------------------------------------------------------------------------
 
     def enable(self, *, autonomous: bool) -> None:
@@ -201,6 +361,10 @@ class Play:
         for axis, value in ((0, left_x), (1, left_y), (4, right_x)):
             DriverStationSim.setJoystickAxis(0, axis, value)
         DriverStationSim.notifyNewData()
+
+    def hold_heading(self, chassis, left_x: float = 0.0, left_y: float = 0.0) -> None:
+        """As a driver does, who sees the robot turn: modules that steer at different speeds give it a kick."""
+        self.axes(left_x, left_y, min(max(0.8 * chassis.pose[2], -0.5), 0.5))
 
     def hold(self, button: int, seconds: float):
         DriverStationSim.setJoystickButton(0, button, True)
@@ -222,10 +386,8 @@ def main() -> None:
     unmanaged.set_phoenix_diagnostics_start_time(-1)
     RobotPhysics.after_tick = lambda physics: play(physics)  # a plain instance would not be bound
     flags = sys.argv[4:]
+    shutil.copy(Path(__file__).parents[1] / "robots" / "shared" / "measures.py", folder)  # for those without their own
     if flags:  # an installed simcore, as `robotpy sim` sees it: entry points only
-        (folder / "physics.py").unlink(missing_ok=True)
-        plain = folder.parent / "project" / "measures.py"
-        shutil.copy(Path(__file__).parents[1] / "robots" / "plain" / "robot.py", plain)
         info = Path.cwd().parent / "site" / "simcore-0.dist-info"
         info.mkdir(parents=True)
         (info / "METADATA").write_text("Metadata-Version: 2.1\nName: simcore\nVersion: 0\nSummary: simcore\n")

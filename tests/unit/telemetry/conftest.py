@@ -1,9 +1,14 @@
 from __future__ import annotations
 
+import sys
+from pathlib import Path
+
 import numpy as np
 import pytest
 
 from simcore.telemetry.snapshot import Snapshot
+
+sys.path.append(str(Path(__file__).parent))  # for made_up_run.py, which several tests of this folder share
 
 
 def make_snapshot(tick: int, *, pieces: int = 504, dt: float = 0.02) -> Snapshot:

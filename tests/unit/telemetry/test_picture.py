@@ -10,7 +10,8 @@ import pytest
 
 from simcore.errors import ConfigError, OutputError
 from simcore.telemetry.output import require_writable
-from simcore.telemetry.picture import ShotTrace, draw_match
+from simcore.telemetry.picture import draw_match
+from simcore.telemetry.scene import ShotTrace
 
 FIELD: dict[str, Any] = {
     "field_outlines": [("blue_hub", np.array([[4.0, 3.4], [5.2, 3.4], [5.2, 4.6], [4.0, 4.6]]))],
@@ -91,6 +92,7 @@ def test_bad_input(tmp_path: Path, change: dict[str, Any], words: str) -> None:
 def test_import_loads_no_matplotlib_and_logs_need_no_ntcore() -> None:
     code = (
         "import sys, simcore.telemetry.picture, simcore.telemetry.wpilog, simcore.telemetry.memory\n"
-        "assert not {'matplotlib', 'ntcore', 'wpiutil'} & set(sys.modules)"
+        "import simcore.telemetry.evidence, simcore.telemetry.animation\n"
+        "assert not {'matplotlib', 'PIL', 'ntcore', 'wpiutil'} & set(sys.modules)"
     )
     subprocess.run([sys.executable, "-c", code], check=True, timeout=60)

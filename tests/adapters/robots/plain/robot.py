@@ -9,7 +9,7 @@ from phoenix6.swerve import requests
 INCH = 0.0254
 
 
-def modules():
+def modules(slip_current=90.0):
     factory = (
         swerve.SwerveModuleConstantsFactory()
         .with_drive_motor_gear_ratio(5.9)
@@ -18,7 +18,7 @@ def modules():
         .with_wheel_radius(1.9 * INCH)
         .with_steer_motor_gains(configs.Slot0Configs().with_k_p(80).with_k_d(0.4).with_k_v(2.3))
         .with_drive_motor_gains(configs.Slot0Configs().with_k_p(0.2).with_k_v(0.124))
-        .with_slip_current(90.0)
+        .with_slip_current(slip_current)
         .with_speed_at12_volts(4.9)
         .with_feedback_source(swerve.SteerFeedbackType.FUSED_CANCODER)
         .with_drive_motor_initial_configs(configs.TalonFXConfiguration())

@@ -1,0 +1,41 @@
+"""What a picture of REBUILT shows beside its telemetry."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from games.rebuilt.field import FIELD_SIZE
+from games.rebuilt.fuel import FUEL
+from simcore.telemetry.scene import RobotLook, Scene, ShotTrace
+
+if TYPE_CHECKING:
+    from games.rebuilt.sim import RebuiltSim
+
+__all__ = ["scene_of"]
+
+
+def scene_of(sim: RebuiltSim) -> Scene:
+    """The scene of a match as it is now, also after it was closed."""
+    robots = []
+    for robot in sim.robots:
+        c = robot.chassis.config
+        look = RobotLook(
+            alliance=sim.alliances[robot.number],
+            bumpers=(c.bumper_length, c.bumper_width),
+            prefix="Sim" if robot.number == 0 else f"Sim/Robots/{robot.number}",
+        )
+        robots.append(look)
+    return Scene(
+        field_size=FIELD_SIZE,
+        field_outlines=sim.field.outlines(),
+        robots=robots,
+        shots=[
+            ShotTrace(points=np.array(shot.points), scored=shot.scored, time=shot.time, robot=shot.robot)
+            for shot in sim.shots
+        ],
+        intakes=np.array(sim.intakes, dtype=np.float64).reshape(-1, 3),
+        piece_radius=FUEL.bounding_radius,
+        piece_name=FUEL.name.lower(),
+    )

@@ -1,0 +1,1 @@
+"""What `simcore.toml` says of a robot, read and checked; knows no vendor."""

@@ -1,0 +1,184 @@
+"""Reads TOML tables strictly: every key is asked for once, and what nobody asked for is a mistake."""
+
+from __future__ import annotations
+
+import difflib
+import math
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from simcore.errors import ConfigError
+
+if sys.version_info >= (3, 11):
+    import tomllib
+else:
+    import tomli as tomllib
+
+__all__ = ["Table", "read_tables"]
+
+_REQUIRED: Any = object()
+
+
+def read_tables(path: Path) -> Table:
+    """The whole file as one table.
+
+    Raises:
+        ConfigError: It cannot be read, or is no TOML; the message has the line.
+    """
+    try:
+        data = tomllib.loads(path.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise ConfigError(f"{path.name}: cannot be read ({error.strerror})") from error
+    except UnicodeDecodeError as error:
+        raise ConfigError(f"{path.name}: is not UTF-8 text; save it as UTF-8") from error
+    except tomllib.TOMLDecodeError as error:
+        raise ConfigError(f"{path.name}: is no valid TOML: {error}") from error
+    return Table(data, path.name)
+
+
+class Table:
+    """One table of a file.
+
+    Args:
+        data: As the TOML parser gives it.
+        where: How messages call it, e.g. `simcore.toml [robot]`.
+
+    >>> robot = Table({"mass": -3, "bumbers": 1}, "simcore.toml [robot]")
+    >>> robot.number("mass", above=0.0, unit="kg")
+    Traceback (most recent call last):
+    simcore.errors.ConfigError: simcore.toml [robot]: mass must be a number above 0 kg, got -3
+    >>> _ = robot.number("bumpers", 0.8)
+    >>> robot.finish()
+    Traceback (most recent call last):
+    simcore.errors.ConfigError: simcore.toml [robot]: no key 'bumbers'. Did you mean 'bumpers'? Known: bumpers, mass
+    """
+
+    def __init__(self, data: dict[str, Any], where: str) -> None:
+        self._data = data
+        self.where = where
+        self._asked: list[str] = []
+
+    def error(self, key: str, problem: str) -> ConfigError:
+        """The error to raise about a key."""
+        return ConfigError(f"{self.where}: {key} {problem}")
+
+    def __contains__(self, key: str) -> bool:
+        return key in self._data
+
+    def number(
+        self, key: str, default: Any = _REQUIRED, *, above: float = -math.inf, least: float = -math.inf, unit: str = ""
+    ) -> Any:
+        """A finite number.
+
+        Args:
+            key: Its name.
+            default: If it is not there; without one it must be.
+            above: It must be more than this.
+            least: It must be at least this.
+            unit: For messages.
+        """
+        value = self._value(key, default, _number_text(above, least, unit))
+        if key not in self._data:
+            return value
+        good = isinstance(value, (int, float)) and not isinstance(value, bool) and math.isfinite(value)
+        if not (good and value > above and value >= least):
+            raise self.error(key, f"must be {_number_text(above, least, unit)}, got {value!r}")
+        return float(value)
+
+    def whole(self, key: str, default: Any = _REQUIRED, *, least: int = 0, most: int = 2**31) -> Any:
+        """A whole number, e.g. a CAN id."""
+        wanted = f"a whole number from {least} to {most}"
+        value = self._value(key, default, wanted)
+        if key in self._data and not (type(value) is int and least <= value <= most):
+            raise self.error(key, f"must be {wanted}, got {value!r}")
+        return value
+
+    def wholes(self, key: str, *, least: int = 0, most: int = 2**31) -> tuple[int, ...]:
+        """A list of whole numbers; empty if it is not there."""
+        wanted = f"a list of whole numbers from {least} to {most}, e.g. [21, 22]"
+        value = self._value(key, [], wanted)
+        if not (isinstance(value, list) and all(type(v) is int and least <= v <= most for v in value)):
+            raise self.error(key, f"must be {wanted}, got {value!r}")
+        return tuple(value)
+
+    def numbers(self, key: str, default: tuple[float, ...]) -> tuple[float, ...]:
+        """A list of one or more finite numbers."""
+        value = self._value(key, list(default), "a list of numbers")
+        good = isinstance(value, list) and value
+        if not (good and all(type(v) in (int, float) and math.isfinite(v) for v in value)):
+            raise self.error(key, f"must be a list of numbers, e.g. [0.08, -0.08], got {value!r}")
+        return tuple(float(v) for v in value)
+
+    def flag(self, key: str, default: bool) -> bool:
+        """True or false."""
+        value = self._value(key, default, "true or false")
+        if not isinstance(value, bool):
+            raise self.error(key, f"must be true or false, got {value!r}")
+        return value
+
+    def text(self, key: str, default: Any = _REQUIRED) -> Any:
+        """A text that is not empty."""
+        value = self._value(key, default, "a text in quotes")
+        if key in self._data and not (isinstance(value, str) and value.strip()):
+            raise self.error(key, f"must be a text in quotes, got {value!r}")
+        return value
+
+    def choice(self, key: str, known: Sequence[str], default: Any = _REQUIRED) -> Any:
+        """One of a closed set of names."""
+        value = self.text(key, default)
+        if key in self._data and value not in known:
+            raise self.error(key, f"must be one of {', '.join(known)}, got {value!r}.{_nearest(value, known)}")
+        return value
+
+    def table(self, key: str) -> Table | None:
+        """A table in this one, or None."""
+        value = self._value(key, None, "")
+        if value is None:
+            return None
+        if not isinstance(value, dict):
+            raise self.error(key, f"must be a table, written [{key}] on a line of its own; got {value!r}")
+        return Table(value, f"{self.where} [{key}]")
+
+    def tables(self, key: str) -> list[Table]:
+        """The tables of a list of tables; each is called by its name, where it has one."""
+        value = self._value(key, [], "")
+        if not (isinstance(value, list) and all(isinstance(v, dict) for v in value)):
+            raise self.error(key, f"must be tables, each under a line [[{key}]]; got {value!r}")
+        return [Table(v, f"{self.where} [[{key}]] {v.get('name', number)!r}") for number, v in enumerate(value, 1)]
+
+    def finish(self) -> None:
+        """Say that all keys have been asked for.
+
+        Raises:
+            ConfigError: The file has one that was not.
+        """
+        for key in self._data:
+            if key not in self._asked:
+                known = sorted(self._asked)
+                raise ConfigError(f"{self.where}: no key {key!r}.{_nearest(key, known)} Known: {', '.join(known)}")
+
+    def _value(self, key: str, default: Any, wanted: str) -> Any:
+        self._asked.append(key)
+        if key in self._data:
+            return self._data[key]
+        if default is _REQUIRED:
+            raise self.error(key, f"is missing; it must be {wanted}")
+        return default
+
+
+def _nearest(value: str, known: Sequence[str]) -> str:
+    near = difflib.get_close_matches(value, known, n=1, cutoff=0.5)
+    return f" Did you mean {near[0]!r}?" if near else ""
+
+
+def _number_text(above: float, least: float, unit: str) -> str:
+    text = "a number"
+    if above > -math.inf:
+        text += f" above {above:g}"
+    elif least > -math.inf:
+        text += f" of at least {least:g}"
+    return (
+        f"{text} {unit}" if unit and (above > -math.inf or least > -math.inf) else f"{text} [{unit}]" if unit else text
+    )

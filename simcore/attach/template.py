@@ -1,0 +1,135 @@
+"""The text of a new `simcore.toml`: every key with its meaning, those that need a choice commented out."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+__all__ = ["FoundMotor", "template"]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FoundMotor:
+    """A motor of the robot program that nobody has described yet."""
+
+    controller: str
+    leader: int
+    followers: tuple[int, ...] = ()
+    opposed: tuple[int, ...] = ()
+    gearing: float = 1.0
+    has_gravity: bool = False
+    """Whether it holds a weight (a kG is configured)."""
+
+
+_HEAD = """\
+# What `robotpy sim --simcore` cannot read from your robot program. Lengths in meters, angles in degrees, masses in kg.
+# x is forward, y to the left, z up; a robot's origin is on the floor under its center.
+
+[robot]
+mass = 55.0                     # with bumpers and battery: weigh it
+# bumper_length = 0.80          # outside of the bumpers, along x; left out: 15 cm beyond the wheels' centers
+# bumper_width = 0.80
+center_of_mass_height = 0.20
+# tread = 1.2                   # friction of the wheels on carpet
+# drive_motor = "Kraken X60"    # left out: Kraken X60 with FOC
+# steer_motor = "Kraken X44"
+# capacity = 50                 # game pieces that it holds
+
+[start]                         # as a blue robot; red starts at the same place turned by 180 degrees
+x = 2.0
+y = 1.2
+heading_deg = 0.0
+preload = 0
+
+"""
+
+_NOTHING_FOUND = """\
+# Mechanisms: one [[mechanism]] each. A motor that is not named here gets a guess, made of its configuration.
+#
+# [[mechanism]]
+# name = "shooter"
+# kind = "flywheel"             # flywheel, roller, arm, elevator or rack
+# leader = 20                   # CAN id
+# followers = [21, 22]
+# opposed = [22]                # followers that are mounted face to face with the leader
+# controller = "TalonFX"        # or TalonFXS
+# motor = "Kraken X60"
+# gearing = 0.75                # rotor turns per turn of the mechanism
+# inertia = 0.004               # of all that turns, at the mechanism [kg m^2]
+"""
+
+_FOUND = """\
+# Mechanisms: your program has these motors besides its drivetrain. Take the # off and say what they turn; until then
+# each gets a guess, made of its configuration.
+"""
+
+_KINDS = """\
+#
+# What each kind needs besides name, kind, leader and gearing:
+#   flywheel  inertia [kg m^2]
+#   roller    (inertia, radius)
+#   arm       inertia, min_deg, max_deg, mass, center_of_mass (from the joint), start_deg; 0 is level, 90 upright
+#   elevator  mass, drum_radius, max_height (min_height, start_height)
+#   rack      mass, pinion_radius, travel (start_extension)
+# and, if there is one: cancoder = <id> and cancoder_gearing = <its turns per turn of the mechanism>.
+# reversed = true if your code counts down while the mechanism goes up.
+
+# [intake]                      # fuel in this box is taken in while the roller turns forward
+# x_min = -0.60
+# x_max = -0.35
+# y_min = -0.30
+# y_max = 0.30
+# roller = "intake"             # a mechanism
+# deploy = "pivot"              # a mechanism that must be out; leave it out if there is none
+# out_at = "lower"              # at which of its stops it is out: upper or lower
+
+# [shooter]
+# wheels = "shooter"            # a mechanism of kind flywheel
+# feeder = "feeder"             # a mechanism that must turn forward; leave it out if spinning wheels are enough
+# hood = "hood"                 # a mechanism that tilts the shot; leave it out for a fixed one
+# elevation_deg = 65.0          # of the shot, with the hood at angle 0
+# elevation_per_hood = -1       # -1 if the shot gets flatter as the hood goes up
+# height = 0.5                  # of the muzzle
+# forward = 0.15                # of the muzzle ahead of the robot's center
+# yaw_deg = 0.0                 # direction of the shot; 180 is to the back
+# barrels = [0.0]               # places across, to the left
+# shots_per_second = 8.0
+# wheel_radius = 0.05
+# exit_efficiency = 0.49        # speed of the fuel over speed of the rim: one half against a fixed hood
+
+# [[camera]]
+# name = "limelight"            # of its NetworkTables table
+# type = "LL4"                  # LL3, LL3A, LL3G or LL4
+# mode = "tags"                 # or pieces
+# x = 0.30
+# y = 0.0
+# z = 0.40
+# pitch_deg = -20.0             # below zero looks up
+# yaw_deg = 0.0
+"""
+
+
+def template(motors: Sequence[FoundMotor] | None = None) -> str:
+    """The text.
+
+    Args:
+        motors: Of the robot program; None if nobody could look.
+    """
+    if not motors:
+        return _HEAD + _NOTHING_FOUND + _KINDS
+    return _HEAD + _FOUND + "".join(_mechanism(m) for m in motors) + _KINDS
+
+
+def _mechanism(m: FoundMotor) -> str:
+    lines = ["", "[[mechanism]]", f'name = "motor{m.leader}"']
+    lines.append('kind = "arm"                    # it holds a weight: an arm or an elevator' if m.has_gravity else
+                 'kind = "roller"                 # flywheel, roller, arm, elevator or rack')  # fmt: skip
+    lines.append(f"leader = {m.leader}")
+    if m.followers:
+        lines.append(f"followers = {list(m.followers)}")
+    if m.opposed:
+        lines.append(f"opposed = {list(m.opposed)}")
+    if m.controller != "TalonFX":
+        lines.append(f'controller = "{m.controller}"')
+    lines.append(f"gearing = {m.gearing:.6g}")
+    return "".join(f"# {line}".rstrip() + "\n" for line in lines)

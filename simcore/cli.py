@@ -1,0 +1,57 @@
+"""The `simcore` command: a table of subcommands, each loaded when it is called for."""
+
+from __future__ import annotations
+
+import argparse
+import importlib
+import sys
+from collections.abc import Sequence
+from typing import NamedTuple
+
+from simcore.errors import SimcoreError
+
+__all__ = ["COMMANDS", "Command", "main"]
+
+
+class Command(NamedTuple):
+    """A subcommand: its module has `add_arguments(parser)` and `run(args) -> int`."""
+
+    module: str
+    help: str
+
+
+COMMANDS = {
+    "doctor": Command("simcore.robotpy.doctor", "look at this computer and this folder, and say what to do"),
+    "init": Command("simcore.attach.init", "write a simcore.toml beside robot.py"),
+}
+"""By name; the modules may need extras, and are imported only when their command runs."""
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run a subcommand.
+
+    Args:
+        argv: Without the program's name; None: the process's.
+
+    Returns:
+        0 if all is well, 1 for a mistake that was explained, 2 for a wrong call.
+    """
+    words = list(sys.argv[1:] if argv is None else argv)
+    parser = argparse.ArgumentParser(prog="simcore", description="A physics simulator for FRC robot code.")
+    subparsers = parser.add_subparsers(dest="command", metavar="COMMAND", required=True)
+    for name, command in COMMANDS.items():
+        subparser = subparsers.add_parser(name, help=command.help, description=command.help)
+        if words[:1] == [name]:
+            module = importlib.import_module(command.module)
+            module.add_arguments(subparser)
+            subparser.set_defaults(run=module.run)
+    args = parser.parse_args(words)
+    try:
+        return int(args.run(args))
+    except SimcoreError as error:
+        print(f"simcore {args.command}: {error}", file=sys.stderr)
+        return 1
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())

@@ -1,0 +1,150 @@
+"""A mechanism guessed from a motor controller's configuration, for motors of which nobody says what they turn.
+
+It keeps at-setpoint logic alive: velocity loops spin up, position loops arrive, gravity gains find the weight that they
+hold. It is no model of anything in particular; `simcore.toml` says what a mechanism really is.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+from phoenix6 import configs
+
+from simcore.attach.read import gearbox_motor
+from simcore.errors import ConfigError
+from simcore.mechanism.arm import ArmConfig, ArmSim
+from simcore.mechanism.motor import GearboxConfig
+from simcore.mechanism.shaft import ShaftSim
+from simcore.phoenix6.devices import Device
+from simcore.phoenix6.followers import Group
+
+__all__ = ["Guess", "guess_mechanism"]
+
+_SPIN_UP = 0.05  # [s]; time constant where no kA says better. Estimate: rollers are .02-.1, shooters .1-.5
+_MOST_VOLTS = 1.0  # gains kS and kG above this are amperes of a torque-current loop
+_ARRANGEMENTS = {  # of a TalonFXS
+    "MINION_JST": "Minion",
+    "NEO_JST": "NEO",
+    "NEO550_JST": "NEO 550",
+    "VORTEX_JST": "NEO Vortex",
+    "BRUSHED_DC": "CIM",
+}
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Guess:
+    """What a group of devices probably turns."""
+
+    mechanism: ShaftSim
+    motor: str
+    inverted: bool
+    """Whether the leader is configured `CLOCKWISE_POSITIVE`."""
+    sensor: tuple[str, int] | None
+    """The remote absolute encoder that it listens to, as (source, id)."""
+    sensor_gearing: float
+    """Turns of that encoder, or of one wired to a TalonFXS, per turn of the mechanism [-]."""
+    wired_gearing: float | None
+    """Rotor turns per turn of an encoder wired to a TalonFXS [-]; None: there is none."""
+
+    @property
+    def has_weight(self) -> bool:
+        """Whether it holds something up."""
+        return isinstance(self.mechanism, ArmSim) or self.mechanism.load_torque != 0.0
+
+    def __str__(self) -> str:
+        m = self.mechanism
+        text = f"{m.motors} x {self.motor}, {m.gearing:.3g}:1, {m.inertia:.2g} kg m^2"
+        if isinstance(m, ArmSim):
+            return text + ", weight of its kG as an arm"
+        return text + (", weight of its kG" if self.has_weight else "")
+
+
+def guess_mechanism(group: Group) -> Guess:
+    """Ask the leader for its configuration (50 ms) and make a plausible mechanism of it.
+
+    Raises:
+        ConfigError: The device does not answer.
+    """
+    device = group.leader
+    config = _configuration(device)
+    feedback = config.feedback if device.model == "TalonFX" else config.external_feedback
+    source = str(
+        (
+            feedback.feedback_sensor_source if device.model == "TalonFX" else feedback.external_feedback_sensor_source
+        ).name
+    )
+    on_rotor = source in ("ROTOR_SENSOR", "COMMUTATION")
+    per_mechanism = _ratio(feedback.sensor_to_mechanism_ratio)
+    per_sensor = 1.0 if on_rotor else _ratio(feedback.rotor_to_sensor_ratio)
+    name = "Kraken X60 FOC"
+    if device.model == "TalonFXS":
+        name = _ARRANGEMENTS.get(config.commutation.motor_arrangement.name, "NEO")
+    gearbox = GearboxConfig(motor=gearbox_motor(name), motors=len(group.devices), gearing=per_mechanism * per_sensor)
+    gains = config.slot0
+    static, weight = _volts(gearbox, gains.k_s), _volts(gearbox, gains.k_g)
+    torque_per_volt = gearbox.torque_per_amp / gearbox.resistance
+    gearbox = GearboxConfig(
+        motor=gearbox.motor,
+        motors=gearbox.motors,
+        gearing=gearbox.gearing,
+        friction_torque=abs(static) * torque_per_volt,
+    )
+    spin_up = gains.k_a / gains.k_v if gains.k_a > 0.0 and gains.k_v > 0.0 else _SPIN_UP
+    inertia = spin_up * torque_per_volt * gearbox.volts_per_speed
+    is_remote = "CANCODER" in source or "CANDI" in source
+    return Guess(
+        mechanism=_mechanism(device, gearbox, inertia, weight * torque_per_volt, config),
+        motor=name,
+        inverted=config.motor_output.inverted.name == "CLOCKWISE_POSITIVE",
+        sensor=(source, int(feedback.feedback_remote_sensor_id)) if is_remote else None,
+        sensor_gearing=per_mechanism,
+        wired_gearing=per_sensor if source in ("QUADRATURE", "PULSE_WIDTH") else None,
+    )
+
+
+def _configuration(device: Device) -> Any:
+    kind: Any = configs.TalonFXConfiguration if device.model == "TalonFX" else configs.TalonFXSConfiguration
+    config = kind()
+    status = device.hardware.configurator.refresh(config)
+    if not status.is_ok():
+        raise ConfigError(f"{device}: could not read its configuration ({status.name})")
+    return config
+
+
+def _mechanism(device: Device, gearbox: GearboxConfig, inertia: float, weight: float, config: Any) -> ShaftSim:
+    """A free shaft; with a kG, one with a weight that rests on a stop where it is at first."""
+    if weight == 0.0:
+        return ShaftSim(gearbox, inertia)
+    if config.slot0.gravity_type.name == "ARM_COSINE" and weight > 0.0:
+        device.hardware.get_position().wait_for_update(0.1)
+        start = device.hardware.get_position().value * math.tau
+        limits = config.software_limit_switch
+        low = limits.reverse_soft_limit_threshold * math.tau if limits.reverse_soft_limit_enable else start
+        low = min(low, start)
+        return ArmSim(
+            ArmConfig(
+                gearbox=gearbox,
+                inertia=inertia,
+                mass=weight,
+                center_of_mass=1.0,
+                gravity=1.0,  # mass and lever are not known apart, and need not be
+                min_angle=low,
+                max_angle=max(low, start) + math.pi,
+                start_angle=start,
+            )
+        )
+    # A weight that pulls up (a negative kG: a spring, or counting down) rests on the upper stop.
+    shaft = ShaftSim(gearbox, inertia, **{"lower_stop" if weight > 0.0 else "upper_stop": 0.0})
+    shaft.set_load(-weight)
+    return shaft
+
+
+def _ratio(value: float) -> float:
+    return abs(float(value)) or 1.0
+
+
+def _volts(gearbox: GearboxConfig, gain: float) -> float:
+    """A gain in volts, whether it was tuned in volts or in amperes."""
+    return float(gain) if abs(gain) <= _MOST_VOLTS else float(gain) * gearbox.resistance

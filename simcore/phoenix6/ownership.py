@@ -1,0 +1,95 @@
+"""Who writes a device's simulated state: physics keeps what it owns, and sees what a team's own model drives.
+
+Two models that write one rotor fight, and the robot code sees both in turn. So the setters of the simulated states are
+wrapped: a write from outside to a device that physics has claimed is dropped, and said aloud once; a write to any other
+device is noted, so that physics leaves it alone.
+"""
+
+from __future__ import annotations
+
+import functools
+import inspect
+import logging
+from typing import Any
+
+from phoenix6.sim import CANcoderSimState, CANdiSimState, Pigeon2SimState, TalonFXSimState, TalonFXSSimState
+from phoenix6.status_code import StatusCode
+
+__all__ = ["Ownership", "own_writer"]
+
+_log = logging.getLogger(__name__)
+
+Key = tuple[str, int]
+
+_MANY = 100  # dropped writes; fewer may come from a model that was at work in another thread when it was switched off
+
+_ROTOR = ("set_raw_rotor_position", "add_rotor_position", "set_rotor_velocity")
+_SETTERS: dict[str, tuple[Any, tuple[str, ...]]] = {
+    "TalonFX": (TalonFXSimState, _ROTOR),
+    "TalonFXS": (
+        TalonFXSSimState,
+        (
+            *_ROTOR,
+            *("set_raw_quadrature_position", "set_quadrature_velocity"),
+            *("set_pulse_width_position", "set_pulse_width_velocity"),
+        ),
+    ),
+    "CANcoder": (CANcoderSimState, ("set_raw_position", "add_position", "set_velocity")),
+    "CANdi": (
+        CANdiSimState,
+        ("set_pwm1_position", "set_pwm1_velocity", "set_pwm2_position", "set_pwm2_velocity"),
+    ),
+    "Pigeon2": (
+        Pigeon2SimState,
+        (
+            *("set_raw_yaw", "add_yaw", "set_pitch", "set_roll"),
+            *("set_angular_velocity_x", "set_angular_velocity_y", "set_angular_velocity_z"),
+        ),
+    ),
+}
+
+
+def own_writer(state: Any, name: str) -> Any:
+    """A setter of a simulated state as it was before anybody watched it: what physics itself calls."""
+    return inspect.unwrap(getattr(type(state), name)).__get__(state)
+
+
+class Ownership:
+    """Watches the setters from the moment it is made; make one per program, before the robot is built."""
+
+    def __init__(self) -> None:
+        self._claimed: dict[Key, str] = {}
+        self._dropped: dict[str, int] = {}
+        self.foreign: set[Key] = set()
+        """Devices that somebody else has written, as (model, id)."""
+        for model, (cls, names) in _SETTERS.items():
+            for name in names:
+                setattr(cls, name, self._watched(model, inspect.unwrap(getattr(cls, name))))
+
+    def claim(self, key: Key, owner: str) -> None:
+        """From now on only physics writes this device; `owner` is for messages."""
+        self._claimed[key] = owner
+
+    def _watched(self, model: str, write: Any) -> Any:
+        claimed, foreign = self._claimed, self.foreign
+
+        @functools.wraps(write)
+        def guarded(state: Any, *args: Any) -> Any:
+            key = (model, state._id)
+            if key in claimed:
+                self._drop(key)
+                return StatusCode.OK
+            foreign.add(key)
+            return write(state, *args)
+
+        return guarded
+
+    def _drop(self, key: Key) -> None:
+        owner = self._claimed[key]
+        self._dropped[owner] = count = self._dropped.get(owner, 0) + 1
+        if count == _MANY:
+            _log.warning(
+                "%s %d belongs to simcore's %s: what the project's own simulation writes into it is dropped",
+                *key,
+                owner,
+            )

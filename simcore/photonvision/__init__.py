@@ -1,0 +1,1 @@
+"""Adapter to PhotonVision: simcore's cameras as photonlib's `PhotonCamera` reads them."""

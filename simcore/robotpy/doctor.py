@@ -1,0 +1,120 @@
+"""`simcore doctor`: looks at this computer and this folder, and says what to do."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import platform
+import sys
+import time
+from collections.abc import Iterator
+from importlib import metadata
+from pathlib import Path
+
+from rich import box
+from rich.console import Console
+from rich.markup import escape
+from rich.table import Table
+
+from simcore.robotpy.checks import machine, packages, physics, project
+from simcore.robotpy.checks.finding import Finding, Level
+
+__all__ = ["add_arguments", "examine", "print_findings", "read_settings", "run"]
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Options of the command."""
+    parser.add_argument("--folder", type=Path, default=Path(), help="your robot project (default: here)")
+    parser.add_argument("--json", action="store_true", help="print one JSON object instead of a table")
+    parser.add_argument("--no-physics", action="store_true", help="leave out the second of physics at the end")
+
+
+def run(args: argparse.Namespace) -> int:
+    """Look at everything and print it; 0 if nothing failed, 1 otherwise."""
+    findings = list(examine(args.folder, with_physics=not args.no_physics))
+    failed = any(finding.level is Level.FAIL for finding in findings)
+    if args.json:
+        rows = [{"check": f.check, "level": f.level.value, "text": f.text, "advice": f.advice} for f in findings]
+        print(json.dumps({"ok": not failed, "findings": rows}))
+    else:
+        print_findings(findings, Console())
+    return int(failed)
+
+
+def examine(folder: Path, *, with_physics: bool = True) -> Iterator[Finding]:
+    """All findings, the deepest causes first."""
+    installed = {
+        (distribution.metadata["Name"] or "").lower().replace("_", "-"): distribution.version
+        for distribution in metadata.distributions()
+    }
+    version = sys.version_info[:3]
+    yield packages.check_python(version)
+    yield packages.check_wheels(platform.system(), platform.machine(), version, _glibc())
+    yield packages.check_engine(installed, _load_engine)
+    yield from packages.check_requirements(installed, _requirements())
+    yield packages.check_year(installed)
+    yield machine.check_ports(machine.is_taken, machine.owner_of)
+    yield machine.check_screen(platform.system(), os.environ, installed)
+    yield project.check_writable(folder)
+    yield project.check_robot_file(folder)
+    yield project.check_physics_file(folder)
+    yield project.check_settings_file(folder, read_settings)
+    yield project.check_device_settings(folder, time.time())
+    yield project.check_stored_values(folder)
+    finding, build = physics.check_game(metadata.entry_points(group="simcore.sims"))
+    yield finding
+    if build is not None and with_physics:
+        yield from physics.check_speed(build, time.perf_counter)
+
+
+def print_findings(findings: list[Finding], console: Console) -> None:
+    """Print a table for 80 columns and more, and under it what to do; plain ASCII where a terminal knows no more."""
+    ascii_only = not console.encoding.lower().replace("-", "").startswith("utf")
+    table = Table(box=box.ASCII if ascii_only else box.ROUNDED, width=min(console.width, 110))
+    table.add_column("")
+    table.add_column("what", no_wrap=True)
+    table.add_column("found, and what to do", ratio=1, overflow="fold")
+    colors = {Level.OK: "green", Level.WARN: "yellow", Level.FAIL: "bold red"}
+    for finding in findings:
+        shown = escape(_printable(finding.text, console))
+        if finding.advice:
+            shown += f"\n[bold]do this:[/bold] {escape(_printable(finding.advice, console))}"
+        color = colors[finding.level]
+        table.add_row(f"[{color}]{finding.level.value}[/{color}]", escape(finding.check), shown)
+    console.print(table)
+    bad, odd = (sum(f.level is level for f in findings) for level in (Level.FAIL, Level.WARN))
+    if bad:
+        console.print(f"[bold red]{bad} of these cannot work.[/bold red] Start with the first.")
+    else:
+        console.print(f"[green]Nothing stands in the way.[/green]{f' {odd} to know of.' if odd else ''}")
+
+
+def _printable(text: str, console: Console) -> str:
+    return text.encode(console.encoding, "replace").decode(console.encoding)
+
+
+def _glibc() -> tuple[int, int] | None:
+    library, version = platform.libc_ver()
+    parts = version.split(".")
+    return (int(parts[0]), int(parts[1])) if library == "glibc" and len(parts) >= 2 else None
+
+
+def _load_engine() -> None:
+    from simcore.physics.bullet import BulletEngine
+
+    BulletEngine().close()
+
+
+def _requirements() -> list[str] | None:
+    try:
+        return metadata.requires("simcore") or []
+    except metadata.PackageNotFoundError:
+        return None
+
+
+def read_settings(path: Path) -> object:
+    """Read and check a simcore.toml."""
+    from simcore.attach.read import read_settings as read  # it needs numpy and wpimath, which may be what is missing
+
+    return read(path)

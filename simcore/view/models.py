@@ -1,0 +1,211 @@
+"""AdvantageScope's folders of models, read: what the browser view draws, and what `scripts/check_models.py` checks.
+
+A game or a team hands over one folder with `Field3d_*` and `Robot_*` folders in it, as AdvantageScope's "custom assets
+folder" has them. So one set of files serves both, and a new year's game costs the view nothing.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from importlib.metadata import entry_points
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from simcore.errors import ConfigError, ModelError, UnknownNameError
+from simcore.typing import FloatArray
+
+__all__ = ["FieldModels", "Model", "RobotModels", "ViewModels", "find_models", "load_models"]
+
+ENTRY_POINTS = "simcore.models"
+"""Games name a function here that returns their folder."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Model:
+    """A GLB file and where it goes."""
+
+    path: Path
+    transform: FloatArray
+    """From the file's frame to that of its owner [m], shape (4, 4)."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FieldModels:
+    """A `Field3d_*` folder."""
+
+    name: str
+    size: tuple[float, float]
+    """Length and width of the field [m]."""
+    body: Model
+    """In the field frame: blue origin."""
+    pieces: Mapping[str, Model]
+    """By name, as in `Sim/GamePieces/<name>`."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RobotModels:
+    """A `Robot_*` folder."""
+
+    name: str
+    body: Model
+    parts: tuple[Model, ...]
+    """In the order of `ComponentPoses`."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ViewModels:
+    """What there is to draw; None and empty where a folder has nothing."""
+
+    field: FieldModels | None = None
+    robots: tuple[RobotModels, ...] = ()
+
+    def robot(self, name: str = "") -> RobotModels | None:
+        """The robot of a name, or the first.
+
+        Raises:
+            UnknownNameError: There is none of that name.
+        """
+        if not name:
+            return self.robots[0] if self.robots else None
+        for robot in self.robots:
+            if robot.name == name:
+                return robot
+        raise UnknownNameError("robot model", name, (robot.name for robot in self.robots))
+
+    def with_field(self, field: FieldModels | None) -> ViewModels:
+        """The same robots on another field."""
+        return ViewModels(field=field, robots=self.robots)
+
+
+def find_models(game: str = "") -> ViewModels:
+    """The models of an installed game; nothing to draw but plain shapes if no game is installed.
+
+    Args:
+        game: Its name; may be left out while only one is installed.
+
+    Raises:
+        UnknownNameError: No game of that name brings models.
+        ConfigError: Several games are installed, and none was named.
+        ModelError: Its folder cannot be used.
+    """
+    found = {point.name: point for point in entry_points(group=ENTRY_POINTS)}
+    if game and game not in found:
+        raise UnknownNameError("game with models", game, found)
+    if not found:
+        return ViewModels()
+    if not game and len(found) > 1:
+        raise ConfigError(f"several games are installed, {sorted(found)}: say which with --game")
+    point = found[game or next(iter(found))]
+    return load_models(point.load()())
+
+
+def load_models(folder: str | Path) -> ViewModels:
+    """Read the config files of all models in a folder.
+
+    Raises:
+        ModelError: It is no folder, holds no `Field3d_*` or `Robot_*`, or one of them is broken.
+    """
+    folder = Path(folder)
+    if not folder.is_dir():
+        raise ModelError(f"no folder {str(folder)!r}; give the one that holds Field3d_... and Robot_... folders")
+    fields = sorted(p for p in folder.glob("Field3d_*") if p.is_dir())
+    robots = sorted(p for p in folder.glob("Robot_*") if p.is_dir())
+    if not fields and not robots:
+        raise ModelError(f"{str(folder)!r} holds neither a Field3d_... nor a Robot_... folder")
+    return ViewModels(field=_field(fields[0]) if fields else None, robots=tuple(_robot(path) for path in robots))
+
+
+def read_config(folder: Path) -> dict[str, Any]:
+    """The `config.json` of one model folder.
+
+    Raises:
+        ModelError: It is missing, not JSON, or no object.
+    """
+    path = folder / "config.json"
+    try:
+        config = json.loads(path.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise ModelError(f"{folder.name}: cannot read config.json: {error.strerror or error}") from error
+    except (UnicodeDecodeError, json.JSONDecodeError) as error:
+        raise ModelError(f"{folder.name}: config.json is not JSON: {error}") from error
+    if not isinstance(config, dict):
+        raise ModelError(f"{folder.name}: config.json must be an object {{...}}, got a {type(config).__name__}")
+    return config
+
+
+def transform(folder: str, rotations: Any, position: Any) -> FloatArray:
+    """The rotations, one after the other, then the position, as a matrix.
+
+    Raises:
+        ModelError: They are not lists of `{"axis": "x", "degrees": 90}` and of three numbers.
+    """
+    matrix = np.eye(4)
+    try:
+        for turn in rotations:
+            c, s = math.cos(math.radians(turn["degrees"])), math.sin(math.radians(turn["degrees"]))
+            i = "xyz".index(turn["axis"])
+            j, k = (i + 1) % 3, (i + 2) % 3
+            step = np.eye(4)
+            step[j, j] = step[k, k] = c
+            step[k, j], step[j, k] = s, -s
+            matrix = step @ matrix
+        x, y, z = (float(value) for value in position)
+        matrix[:3, 3] = x, y, z
+    except (TypeError, KeyError, ValueError) as error:
+        raise ModelError(
+            f'{folder}: rotations must be a list of {{"axis": "x", "degrees": 90}} and position [x, y, z] in meters, '
+            f"got {rotations!r} and {position!r}"
+        ) from error
+    if not np.isfinite(matrix).all():
+        raise ModelError(f"{folder}: rotations and position must be finite, got {rotations!r} and {position!r}")
+    return matrix
+
+
+def _model(folder: Path, file: str, matrix: FloatArray) -> Model:
+    path = folder / file
+    if not path.is_file():
+        raise ModelError(f"{folder.name}: {file} is missing")
+    return Model(path, matrix)
+
+
+def _field(folder: Path) -> FieldModels:
+    config = read_config(folder)
+    try:
+        size = (float(config["widthInches"]) * 0.0254, float(config["heightInches"]) * 0.0254)
+    except (KeyError, TypeError, ValueError) as error:
+        raise ModelError(f"{folder.name}: widthInches and heightInches must be numbers") from error
+    if not all(math.isfinite(s) and s > 0.0 for s in size):
+        raise ModelError(f"{folder.name}: widthInches and heightInches must be > 0, got {size}")
+    # the model's origin is the middle of the field, its red wall at -x
+    to_field = np.diag((-1.0, -1.0, 1.0, 1.0))
+    to_field[:2, 3] = size[0] / 2.0, size[1] / 2.0
+    own = transform(folder.name, config.get("rotations", []), config.get("position", [0, 0, 0]))
+    pieces = {}
+    for i, piece in enumerate(_list(folder, config, "gamePieces")):
+        matrix = transform(folder.name, piece.get("rotations", []), piece.get("position", [0, 0, 0]))
+        pieces[str(piece.get("name", i))] = _model(folder, f"model_{i}.glb", matrix)
+    name = str(config.get("name", folder.name))
+    return FieldModels(name=name, size=size, body=_model(folder, "model.glb", to_field @ own), pieces=pieces)
+
+
+def _robot(folder: Path) -> RobotModels:
+    config = read_config(folder)
+    own = transform(folder.name, config.get("rotations", []), config.get("position", [0, 0, 0]))
+    parts = []
+    for i, part in enumerate(_list(folder, config, "components")):
+        matrix = transform(folder.name, part.get("zeroedRotations", []), part.get("zeroedPosition", [0, 0, 0]))
+        parts.append(_model(folder, f"model_{i}.glb", matrix))
+    name = str(config.get("name", folder.name))
+    return RobotModels(name=name, body=_model(folder, "model.glb", own), parts=tuple(parts))
+
+
+def _list(folder: Path, config: Mapping[str, Any], key: str) -> list[dict[str, Any]]:
+    value = config.get(key, [])
+    if not isinstance(value, list) or not all(isinstance(item, dict) for item in value):
+        raise ModelError(f"{folder.name}: {key} must be a list of objects, got {value!r}")
+    return value

@@ -1,0 +1,230 @@
+"""What a camera is: its sensor, its place on the robot, and what it looks for."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from typing import Literal
+
+from simcore.errors import (
+    ConfigError,
+    UnknownNameError,
+    require_finite,
+    require_non_negative,
+    require_positive,
+)
+from simcore.geometry.quaternion import Quaternion, Vector, from_rpy
+
+__all__ = [
+    "LIMELIGHTS",
+    "CameraConfig",
+    "CameraMount",
+    "LimelightType",
+    "PiecePipeline",
+    "Pipeline",
+    "TagPipeline",
+    "limelight_type",
+]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class LimelightType:
+    """A sensor behind a lens, without distortion, its principal point in the middle of the picture."""
+
+    name: str
+    width: int
+    """Of the picture [px]."""
+    height: int
+    """Of the picture [px]."""
+    horizontal_fov_deg: float
+    vertical_fov_deg: float
+    frame_rate: float
+    """Frames that are worked through in a second [1/s]."""
+    capture_latency: float
+    """From exposure to the start of the pipeline [s]; published as `cl`."""
+    pipeline_latency: float
+    """What the pipeline takes [s]; published as `tl`."""
+    has_imu: bool = False
+    """Whether IMU modes 1 to 4 do anything."""
+    imu_drift_deg: float = 0.5
+    """How far the yaw of its IMU wanders in 30 s, one standard deviation [deg]. Estimate, +-50 %."""
+    corner_noise: float = 0.25
+    """Standard deviation of a tag corner in each direction [px]: the mean error photonlib suggests for its cameras."""
+    focal_length: tuple[float, float] = field(init=False)
+    """Of the pinhole, across and down [px]."""
+    principal_point: tuple[float, float] = field(init=False)
+    """Where the optical axis meets the picture, from its upper left corner [px]."""
+
+    def __post_init__(self) -> None:
+        owner = f"LimelightType {self.name!r}"
+        for name in ("width", "height", "frame_rate"):
+            require_positive(owner, name, getattr(self, name))
+        for name in ("horizontal_fov_deg", "vertical_fov_deg"):
+            if not 0.0 < getattr(self, name) < 180.0:
+                raise ConfigError(f"{owner}: {name} must be between 0 and 180 degrees, got {getattr(self, name)}")
+        for name in ("capture_latency", "pipeline_latency"):
+            require_non_negative(owner, name, getattr(self, name), "s")
+        require_non_negative(owner, "corner_noise", self.corner_noise, "px")
+        across = math.tan(math.radians(self.horizontal_fov_deg) / 2.0)
+        down = math.tan(math.radians(self.vertical_fov_deg) / 2.0)
+        object.__setattr__(self, "focal_length", (0.5 * self.width / across, 0.5 * self.height / down))
+        object.__setattr__(self, "principal_point", (0.5 * self.width, 0.5 * self.height))
+
+
+LIMELIGHTS: dict[str, LimelightType] = {
+    kind.name: kind
+    for kind in (
+        # OV5647 behind a rolling shutter. FOV: docs.limelightvision.io (teams' constants also have 63.3 x 49.7).
+        # Latency: the JSON example of the same pages (LL2/3 class). Rate: what the Java reference runs it at.
+        LimelightType(
+            name="LL3", width=640, height=480, horizontal_fov_deg=62.5, vertical_fov_deg=48.9,
+            frame_rate=30.0, capture_latency=0.0376, pipeline_latency=0.0206,
+        ),
+        # FOV and 50 frames a second at 640 x 480: docs.limelightvision.io. Latency: estimate, +-50 %.
+        LimelightType(
+            name="LL3A", width=640, height=480, horizontal_fov_deg=54.5, vertical_fov_deg=42.0,
+            frame_rate=50.0, capture_latency=0.020, pipeline_latency=0.015,
+        ),
+        # OV9281, global shutter. FOV: constants in teams' code, as the modes of 1280 x 800. Latency: estimate, +-50 %.
+        LimelightType(
+            name="LL3G", width=1280, height=800, horizontal_fov_deg=82.0, vertical_fov_deg=56.2,
+            frame_rate=45.0, capture_latency=0.015, pipeline_latency=0.012,
+        ),
+        LimelightType(
+            name="LL4", width=1280, height=800, horizontal_fov_deg=82.0, vertical_fov_deg=56.2,
+            frame_rate=60.0, capture_latency=0.012, pipeline_latency=0.008, has_imu=True,
+        ),
+    )
+}  # fmt: skip
+"""By name."""
+
+
+def limelight_type(name: str) -> LimelightType:
+    """A preset by name: LL3, LL3A, LL3G, LL4.
+
+    Raises:
+        UnknownNameError: With the nearest names.
+
+    >>> round(limelight_type("LL4").focal_length[0])
+    736
+    """
+    if name not in LIMELIGHTS:
+        raise UnknownNameError("Limelight type", name, LIMELIGHTS)
+    return LIMELIGHTS[name]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class CameraMount:
+    """Where a camera sits: WPILib's `robot_to_camera`. Its x axis looks out of the lens, y left, z up."""
+
+    x: float = 0.0
+    """Ahead of the robot's center [m]."""
+    y: float = 0.0
+    """To the left [m]."""
+    z: float = 0.0
+    """Above the carpet [m]."""
+    roll_deg: float = 0.0
+    pitch_deg: float = 0.0
+    """Nose down is positive, as in WPILib: a camera that looks up has a negative pitch."""
+    yaw_deg: float = 0.0
+    """Counter-clockwise: 180 looks back."""
+
+    def __post_init__(self) -> None:
+        for name in ("x", "y", "z", "roll_deg", "pitch_deg", "yaw_deg"):
+            require_finite("CameraMount", name, getattr(self, name))
+
+    @property
+    def position(self) -> Vector:
+        """Robot frame [m]."""
+        return self.x, self.y, self.z
+
+    @property
+    def rotation(self) -> Quaternion:
+        """From camera axes to robot axes."""
+        return from_rpy(math.radians(self.roll_deg), math.radians(self.pitch_deg), math.radians(self.yaw_deg))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class TagPipeline:
+    """Looks for AprilTags."""
+
+    kind: Literal["tags"] = "tags"
+    json: bool = False
+    """Whether each frame is also published as `json`; off on a new Limelight, too."""
+    downscale: float = 1.0
+    """The picture is searched at this fraction of its size: fewer pixels on a tag, so it is seen less far."""
+    min_side: float = 12.0
+    """Shortest edge of a tag that can still be read [px of the searched picture]: 1.5 px for each of its 8 cells.
+    Estimate, +-30 %."""
+    max_angle_deg: float = 75.0
+    """Between a tag's normal and the way to the camera; beyond, its cells run into each other. Estimate."""
+    id_filters: tuple[int, ...] = ()
+    """Tags to use; empty: all."""
+
+    def __post_init__(self) -> None:
+        require_positive("TagPipeline", "min_side", self.min_side, "px")
+        if not 1.0 <= self.downscale <= 8.0:
+            raise ConfigError(f"TagPipeline: downscale must be from 1 to 8, got {self.downscale}")
+        if not 0.0 < self.max_angle_deg < 90.0:
+            raise ConfigError(f"TagPipeline: max_angle_deg must be between 0 and 90, got {self.max_angle_deg}")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PiecePipeline:
+    """Looks for game pieces, as a neural detector does."""
+
+    kind: Literal["pieces"] = "pieces"
+    json: bool = False
+    """Whether each frame is also published as `json`."""
+    piece_class: str = "fuel"
+    """Class name of a detection."""
+    near: float = 0.1
+    """Near plane, along the optical axis [m]."""
+    far: float = 4.0
+    """Far plane, along the optical axis [m]."""
+    min_visible: float = 0.4
+    """Part of a piece that must be uncovered [-]. Estimate."""
+    box_noise: float = 1.0
+    """Standard deviation of each edge of a detection's box [px]. Estimate."""
+
+    def __post_init__(self) -> None:
+        require_positive("PiecePipeline", "near", self.near, "m")
+        if not (math.isfinite(self.far) and self.near < self.far):
+            raise ConfigError(f"PiecePipeline: far must be beyond near ({self.near} m), got {self.far}")
+        require_non_negative("PiecePipeline", "box_noise", self.box_noise, "px")
+        if not 0.0 <= self.min_visible <= 1.0:
+            raise ConfigError(f"PiecePipeline: min_visible must be from 0 to 1, got {self.min_visible}")
+
+
+Pipeline = TagPipeline | PiecePipeline
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class CameraConfig:
+    """One camera on one robot."""
+
+    name: str = "limelight"
+    """Its NetworkTables table: what robot code calls it."""
+    type: LimelightType = field(default_factory=lambda: limelight_type("LL4"))
+    mount: CameraMount = field(default_factory=CameraMount)
+    """Where it truly is; robot code can tell it something else by `camerapose_robotspace_set`."""
+    pipelines: tuple[Pipeline, ...] = (TagPipeline(),)
+    """By number, from 0; at most 10."""
+    frame_rate: float | None = None
+    """Instead of the type's [1/s]."""
+    perfect: bool = False
+    """Publish the robot's exact pose, whatever is in sight: for tests of what follows a pose estimate."""
+
+    def __post_init__(self) -> None:
+        if not self.name or "/" in self.name:
+            raise ConfigError(f"CameraConfig: name is a NetworkTables name without '/', got {self.name!r}")
+        owner = f"camera {self.name!r}"
+        if not 1 <= len(self.pipelines) <= 10:
+            raise ConfigError(f"{owner}: a Limelight has 1 to 10 pipelines, got {len(self.pipelines)}")
+        if self.frame_rate is not None:
+            require_positive(owner, "frame_rate", self.frame_rate, "1/s")
+
+    @property
+    def rate(self) -> float:
+        """Frames a second [1/s]."""
+        return self.frame_rate if self.frame_rate is not None else self.type.frame_rate

@@ -1,0 +1,311 @@
+"""One camera in time: it exposes frames at its own rate, works on them, and publishes them when they are ready."""
+
+from __future__ import annotations
+
+import logging
+import math
+from collections import deque
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Protocol
+
+import numpy as np
+
+from simcore.geometry.quaternion import Quaternion, Vector
+from simcore.typing import BoolSupplier, FloatArray
+from simcore.vision.camera import CameraConfig, TagPipeline
+from simcore.vision.frames import Frame, PieceSighting, PoseEstimate, StdDevs, TagSighting
+from simcore.vision.heading import HeadingSource
+from simcore.vision.history import PoseHistory
+from simcore.vision.megatag import Mounting, TagPicture
+from simcore.vision.perfect import perfect_frame
+from simcore.vision.pieces import find_pieces
+from simcore.vision.projection import camera_pose, optical_rotation
+from simcore.vision.scene import Scene
+from simcore.vision.settings import CameraSettings
+from simcore.vision.tags import TagLayout
+from simcore.vision.visibility import Occlusion, TagFinder
+
+__all__ = ["CameraPort", "LimelightSim", "Request"]
+
+_log = logging.getLogger(__name__)
+
+_ORIENTATION = "robot_orientation_set"
+_STD_PERIOD = 0.1  # [s]; the standard deviations of the same tags change slowly, and a Limelight's lag, too
+_LONGEST_GAP = 1.0  # [s]; after a longer one the missed frames are not made up for
+
+
+@dataclass(slots=True)
+class Request:
+    """What robot code wrote on an input topic."""
+
+    topic: str
+    values: tuple[float, ...] | None
+    """None: something that is no number."""
+    time: float | None = None
+    """When it was sent, simulated [s]; None: just now."""
+
+
+class CameraPort(Protocol):
+    """What a camera speaks to robot code through."""
+
+    def read(self) -> Sequence[Request]:
+        """Requests since the last call, oldest first."""
+        ...
+
+    def publish(self, frame: Frame) -> None:
+        """Send what a frame told."""
+        ...
+
+    def close(self) -> None:
+        """Withdraw all topics."""
+        ...
+
+
+@dataclass(slots=True, eq=False)
+class _Exposure:
+    """A frame that is being worked on."""
+
+    number: int
+    time: float
+    pipeline: int
+    rows: list[int]
+    """Of the tags, in the layout."""
+    corners: FloatArray
+    """Pixels, shape (k, 4, 2)."""
+    pieces: tuple[PieceSighting, ...]
+    pose: tuple[Vector, Quaternion]
+
+
+@dataclass(slots=True)
+class _Complaints:
+    """Each bad request is logged once."""
+
+    camera: str
+    known: set[tuple[str, str]] = field(default_factory=set)
+    count: int = 0
+
+    def add(self, topic: str, problem: str, time: float) -> None:
+        self.count += 1
+        kind = (topic, problem.split(", got")[0])
+        if kind not in self.known:
+            self.known.add(kind)
+            _log.warning("%s: %s at %.2f s: %s; it is ignored", self.camera, topic, time, problem)
+
+
+class LimelightSim:
+    """A camera on a robot.
+
+    Args:
+        config: What it is.
+        layout: The tags of the field.
+        rng: For its noise and for when its first frame is exposed.
+        robot: Number of the robot that carries it.
+        ports: Where it publishes and listens.
+        gate: Whether it looks at all; closed, its frames are empty and cost nothing. None: always.
+    """
+
+    def __init__(
+        self,
+        config: CameraConfig,
+        layout: TagLayout,
+        rng: np.random.Generator,
+        *,
+        robot: int = 0,
+        ports: Sequence[CameraPort] = (),
+        gate: BoolSupplier | None = None,
+    ) -> None:
+        self.config = config
+        self.layout = layout
+        self.robot = robot
+        self.gate = gate
+        self.ports = list(ports)
+        self.settings = CameraSettings.of(config)
+        self.heading = HeadingSource(has_imu=config.type.has_imu, drift_deg=config.type.imu_drift_deg, rng=rng)
+        self.last: Frame | None = None
+        """The frame that was published last."""
+        self._rng = rng
+        self._mount = config.mount.position, config.mount.rotation
+        self._period = 1.0 / config.rate
+        self._next = float(rng.uniform(0.0, self._period))
+        self._skip = 0
+        self._number = 0
+        self._megatag1_at: float | None = None
+        self._std_devs: tuple[float, list[int], StdDevs] | None = None
+        self._working: deque[_Exposure] = deque()
+        self._complaints = _Complaints(config.name)
+        self._believed = Mounting.of(*self.settings.believed_mount)
+        self._wanted: frozenset[int] | None = None
+        self._finder = TagFinder(layout, config.type)
+        self._occlusion = Occlusion(layout, robot)
+        self._settings_seen = -1
+
+    @property
+    def bad_requests(self) -> int:
+        """How many requests made no sense so far."""
+        return self._complaints.count
+
+    # --- requests -----------------------------------------------------------------------------------------------
+
+    def listen(self, time: float) -> None:
+        """Take what robot code wrote by now [s]."""
+        for port in self.ports:
+            for request in port.read():
+                self.request(request, time)
+
+    def request(self, request: Request, time: float) -> None:
+        """Take one request at a time [s]; one that makes no sense changes nothing."""
+        topic, values = request.topic, request.values
+        if values is None:
+            self._complaints.add(topic, "needs numbers", time)
+        elif topic == _ORIENTATION:
+            if len(values) != 6:
+                self._complaints.add(topic, f"needs 6 numbers, got {len(values)}", time)
+            elif not all(math.isfinite(v) for v in values):
+                self._complaints.add(topic, f"needs finite numbers, got {list(values)}", time)
+            else:
+                self.heading.tell(time if request.time is None else request.time, values)
+        else:
+            problem = self.settings.apply(topic, values)
+            if problem is not None:
+                self._complaints.add(topic, problem, time)
+
+    # --- frames -------------------------------------------------------------------------------------------------
+
+    def update(self, time: float, history: PoseHistory, scene: Scene) -> list[Frame]:
+        """Expose the frames that are due by now, and publish those that are ready.
+
+        Args:
+            time: Now, simulated [s].
+            history: Poses of the robot that carries it.
+            scene: The field now.
+
+        Returns:
+            What was published, oldest first.
+        """
+        self.heading.mode, self.heading.assist = self.settings.imu_mode, self.settings.imu_assist
+        self.heading.move(time, history.at(time)[1])
+        if time - self._next > _LONGEST_GAP:
+            self._next += math.floor((time - self._next) / self._period) * self._period
+        while self._next <= time:
+            if self._skip > 0:
+                self._skip -= 1
+            elif self._next + self._period > time:  # of two within a tick robot code would see the newer one only
+                self._working.append(self._expose(self._next, history, scene))
+                self._skip = self.settings.throttle
+            self._number += 1
+            self._next += self._period
+        published = []
+        kind = self.config.type
+        latency = kind.capture_latency + kind.pipeline_latency
+        while self._working and self._working[0].time + latency <= time:
+            frame = self._finish(self._working.popleft(), latency)
+            self.last = frame
+            for port in self.ports:
+                port.publish(frame)
+            published.append(frame)
+        return published
+
+    def pose_at(self, pos: Vector, quat: Quaternion) -> tuple[Vector, Quaternion]:
+        """Where the camera truly is when the robot is there, field frame [m]."""
+        return camera_pose(pos, quat, *self._mount)
+
+    def close(self) -> None:
+        """Close all ports."""
+        for port in self.ports:
+            port.close()
+
+    def _expose(self, time: float, history: PoseHistory, scene: Scene) -> _Exposure:
+        """What is in the picture, with noise; where things are now is less than a tick from where they were."""
+        robot_pose = history.at(time)
+        exposure = _Exposure(self._number + 1, time, self.settings.pipeline, [], _NO_CORNERS, (), robot_pose)
+        if self.config.perfect or (self.gate is not None and not self.gate()):
+            return exposure
+        pos, quat = self.pose_at(*robot_pose)
+        rotation = optical_rotation(quat)
+        pipeline, lens = self.config.pipelines[exposure.pipeline], self.config.type
+        if isinstance(pipeline, TagPipeline):
+            self._follow_settings()
+            downscale = self.settings.downscale or pipeline.downscale
+            rows, corners = self._finder.find(
+                pos,
+                rotation,
+                min_side=pipeline.min_side * downscale,
+                max_angle_deg=pipeline.max_angle_deg,
+                crop=self.settings.crop,
+                wanted=self._wanted,
+            )
+            if rows:
+                free = self._occlusion.uncovered(rows, pos, scene, time)
+                noise = lens.corner_noise * self._rng.standard_normal((len(rows), 4, 2))
+                exposure.rows = [row for row, ok in zip(rows, free, strict=True) if ok]
+                exposure.corners = (np.array(corners) + noise)[free]
+        elif len(scene.pieces):
+            exposure.pieces = find_pieces(
+                scene, self.robot, pos, rotation, lens, pipeline, self.settings.crop, self._rng
+            )
+        return exposure
+
+    def _finish(self, exposure: _Exposure, latency: float) -> Frame:
+        """Solve it: by now the robot has sent the heading that it had then."""
+        self._follow_settings()
+        lens = self.config.type
+        pipeline = self.config.pipelines[exposure.pipeline]
+        tags: tuple[TagSighting, ...] = ()
+        one: PoseEstimate | None = None
+        two: PoseEstimate | None = None
+        if self.config.perfect and pipeline.kind == "tags":
+            tags, one, two = perfect_frame(self.layout, exposure.pose, self.config)
+        elif exposure.rows:
+            picture = TagPicture(self.layout, exposure.rows, exposure.corners, lens, self._believed)
+            tags = picture.tags
+            held = self._std_devs
+            is_same = held is not None and held[1] == exposure.rows and exposure.time - held[0] < _STD_PERIOD
+            one = picture.megatag1(held[2] if held is not None and is_same else None)
+            two = picture.megatag2(self.heading.attitude(exposure.time))
+            if one is not None:
+                since = self._period if self._megatag1_at is None else exposure.time - self._megatag1_at
+                self.heading.after_megatag1(one.yaw_deg, min(since, 0.1))
+                self._megatag1_at = exposure.time
+                if not is_same:
+                    self._std_devs = (exposure.time, exposure.rows, one.std_devs)
+        primary = max(tags, key=lambda tag: tag.area_percent, default=None)
+        for tag in tags:
+            if tag.id == self.settings.priority_id:
+                primary = tag
+        return Frame(
+            number=exposure.number,
+            time=exposure.time,
+            published=exposure.time + latency,
+            capture_latency=lens.capture_latency,
+            pipeline_latency=lens.pipeline_latency,
+            pipeline=exposure.pipeline,
+            pipeline_kind=pipeline.kind,
+            json=pipeline.json,
+            tags=tags,
+            pieces=exposure.pieces,
+            megatag1=one,
+            megatag2=two,
+            primary_tag=primary,
+            primary_piece=exposure.pieces[0] if exposure.pieces else None,
+            mount=self.settings.mount,
+            mount_position=self._believed.position.tolist(),
+            mount_axes=self._believed.axes,
+            imu=self.heading.reading(),
+        )
+
+    def _follow_settings(self) -> None:
+        """What follows from the settings, worked out once after each change."""
+        settings = self.settings
+        if self._settings_seen == settings.version:
+            return
+        self._settings_seen = settings.version
+        self._believed = Mounting.of(*settings.believed_mount)
+        pipeline = self.config.pipelines[settings.pipeline]
+        ids = settings.id_filters
+        if ids is None and isinstance(pipeline, TagPipeline):
+            ids = pipeline.id_filters or None
+        self._wanted = None if ids is None else frozenset(ids)
+
+
+_NO_CORNERS: FloatArray = np.zeros((0, 4, 2))

@@ -1,0 +1,224 @@
+"""What a Limelight writes on NetworkTables: names, types and numbers of every topic.
+
+Source: LimelightHelpers 2026 and docs.limelightvision.io, "Complete NetworkTables API" (2026-08).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+from simcore.geometry.symmetry import wrap_angle
+from simcore.typing import FloatArray
+from simcore.vision.camera import CameraConfig
+from simcore.vision.frames import Frame, PieceSighting, PoseEstimate, TagSighting
+
+__all__ = ["EVERY_FRAME", "PIPELINE_TYPES", "TOPICS", "Value", "constant_values", "frame_values"]
+
+Value = float | int | str | list[float] | list[str]
+
+TOPICS: dict[str, str] = {
+    **dict.fromkeys(("tv", "tid", "getpipe"), "int"),
+    **dict.fromkeys(("tx", "ty", "txnc", "tync", "ta", "tl", "cl", "hb", "tdist", "imu_yaw_offset"), "double"),
+    **dict.fromkeys(("getpipetype", "json", "tclass", "tcclass", "tdclass"), "string"),
+    "rawbarcodes": "string[]",
+    **dict.fromkeys(
+        (
+            "t2d", "botpose", "botpose_wpiblue", "botpose_wpired", "botpose_orb", "botpose_orb_wpiblue",
+            "botpose_orb_wpired", "camerapose_targetspace", "targetpose_cameraspace", "targetpose_robotspace",
+            "botpose_targetspace", "camerapose_robotspace", "rawfiducials", "rawdetections", "rawtargets", "tcornxy",
+            "stddevs", "imu", "hw", "tc", "crosshairs", "llpython",
+        ),
+        "double[]",
+    ),
+}  # fmt: skip
+"""Type of each topic of a camera's table."""
+
+EVERY_FRAME = frozenset(name for name in TOPICS if name.startswith("botpose")) | {"hb", "t2d"}
+"""Topics that are sent with every frame, even if nothing has changed: readers take a new stamp for a new frame."""
+
+PIPELINE_TYPES = {"tags": "pipe_fiducial", "pieces": "pipe_neuraldetector"}
+"""What `getpipetype` says."""
+
+_NO_POSE = [0.0] * 6
+_MOST_TARGETS = 3
+
+
+def constant_values(config: CameraConfig) -> dict[str, Value]:
+    """Topics that say the same all the time: what is behind them is not modelled, but readers must find them."""
+    return {
+        "json": "",
+        "imu_yaw_offset": 0.0,
+        "tcclass": "",
+        "rawbarcodes": [],
+        "hw": [0.0, 0.0, 0.0, config.rate],
+        "tc": [0.0, 0.0, 0.0],
+        "crosshairs": [0.0, 0.0, 0.0, 0.0],
+        "llpython": [],
+    }
+
+
+def frame_values(frame: Frame, config: CameraConfig, field_size: tuple[float, float]) -> dict[str, Value]:
+    """Values of a frame, by topic; `constant_values` has the others, and `json` is left to whoever wants it.
+
+    Args:
+        frame: What was seen.
+        config: The camera.
+        field_size: Length and width of the field, for the frames with another origin [m].
+    """
+    tag, piece = frame.primary_tag, frame.primary_piece
+    seen = tag or piece
+    tx, ty, ta = (seen.tx_deg, seen.ty_deg, seen.area_percent) if seen is not None else (0.0, 0.0, 0.0)
+    corners = seen.corners if seen is not None else None
+    tid = tag.id if tag is not None else -1
+    tl, cl = 1e3 * frame.pipeline_latency, 1e3 * frame.capture_latency
+    count = len(frame.tags) + len(frame.pieces)
+    distance = tag.camera_distance if tag is not None else piece.distance if piece is not None else 0.0
+    piece_class = piece.class_name if piece is not None else ""
+    raw: list[float] = []
+    for t in frame.tags:
+        raw += (
+            float(t.id), t.tx_deg, t.ty_deg, t.area_percent, t.camera_distance, t.robot_distance, t.ambiguity
+        )  # fmt: skip
+    values: dict[str, Value] = {
+        "tv": int(seen is not None),
+        "tid": tid,
+        "getpipe": frame.pipeline,
+        "tx": tx,
+        "ty": ty,
+        "txnc": tx,
+        "tync": ty,
+        "ta": ta,
+        "tl": tl,
+        "cl": cl,
+        "hb": float(frame.number),
+        "tdist": distance,
+        "getpipetype": PIPELINE_TYPES[frame.pipeline_kind],
+        "tclass": piece_class,
+        "tdclass": piece_class,
+        "t2d": [
+            float(seen is not None), float(count), tl, cl, tx, ty, tx, ty, ta, float(tid),
+            0.0 if piece is not None else -1.0, -1.0, *_sides(corners),
+        ],
+        "rawfiducials": raw,
+        "rawdetections": [
+            number
+            for p in frame.pieces
+            for number in (float(p.class_id), p.tx_deg, p.ty_deg, p.area_percent, *p.corners.ravel().tolist())
+        ],
+        "rawtargets": _raw_targets(frame, config),
+        "tcornxy": [] if corners is None else corners.ravel().tolist(),
+        "stddevs": [
+            *(frame.megatag1.std_devs if frame.megatag1 is not None else _NO_POSE),
+            *(frame.megatag2.std_devs if frame.megatag2 is not None else _NO_POSE),
+        ],
+        "camerapose_robotspace": list(frame.mount),
+        "imu": _imu(frame),
+    }  # fmt: skip
+    values |= _poses("botpose", frame, frame.megatag1, raw, field_size)
+    values |= _poses("botpose_orb", frame, frame.megatag2, raw, field_size)
+    values |= _target_space(tag, frame)
+    return values
+
+
+def _poses(
+    name: str, frame: Frame, found: PoseEstimate | None, raw: list[float], field_size: tuple[float, float]
+) -> dict[str, Value]:
+    """The three frames of one estimate: 11 numbers and 7 a tag; zeros without a tag."""
+    latency = 1e3 * frame.latency
+    if found is None:
+        nothing = [*_NO_POSE, latency, 0.0, 0.0, 0.0, 0.0]
+        return {name: nothing, f"{name}_wpiblue": nothing, f"{name}_wpired": nothing}
+    x, y, z = found.position
+    length, width = field_size
+    roll, pitch, yaw = found.roll_deg, found.pitch_deg, found.yaw_deg
+    rest = [
+        latency, float(found.tag_count), found.tag_span, found.average_distance, found.average_area, *raw
+    ]  # fmt: skip
+    turned = math.degrees(wrap_angle(math.radians(yaw + 180.0)))
+    return {
+        name: [x - length / 2, y - width / 2, z, roll, pitch, yaw, *rest],
+        f"{name}_wpiblue": [x, y, z, roll, pitch, yaw, *rest],
+        f"{name}_wpired": [length - x, width - y, z, roll, pitch, turned, *rest],
+    }
+
+
+def _target_space(tag: TagSighting | None, frame: Frame) -> dict[str, Value]:
+    """Poses between target, camera and robot: x, y, z [m], pitch, yaw, roll [deg].
+
+    All three have their axes as a camera has them: x right, y down, z ahead (for the target: into it), so that a robot
+    that faces a tag has angles of zero and a negative z in target space.
+    """
+    names = ("targetpose_cameraspace", "camerapose_targetspace", "targetpose_robotspace", "botpose_targetspace")
+    if tag is None or tag.poses is None:
+        return dict.fromkeys(names, _NO_POSE)
+    x, y, z = place = tag.poses[0].translation
+    a, b, c, d, e, f, g, h, i = tag.poses[0].rotation
+    turn = ((a, -b, -c), (d, -e, -f), (g, -h, -i))  # a square's axes are right, up, out; a target's right, down, in
+    # The robot's axes, right, down, ahead as a camera's, are its own y and z reversed, and its x.
+    ahead, left, up = frame.mount_axes
+    mount_ahead, mount_left, mount_up = frame.mount_position
+    right, down = (-left[0], -left[1], -left[2]), (-up[0], -up[1], -up[2])
+    robot_place = (
+        right[0] * x + right[1] * y + right[2] * z - mount_left,
+        down[0] * x + down[1] * y + down[2] * z - mount_up,
+        ahead[0] * x + ahead[1] * y + ahead[2] * z + mount_ahead,
+    )
+    columns = tuple(zip(*turn, strict=True))
+    robot_turn = tuple(
+        tuple(row[0] * col[0] + row[1] * col[1] + row[2] * col[2] for col in columns) for row in (right, down, ahead)
+    )
+    return {
+        "targetpose_cameraspace": _six(place, turn),
+        "camerapose_targetspace": _back(place, turn),
+        "targetpose_robotspace": _six(robot_place, robot_turn),
+        "botpose_targetspace": _back(robot_place, robot_turn),
+    }
+
+
+def _back(place: Sequence[float], turn: Sequence[Sequence[float]]) -> list[float]:
+    """The inverse pose, as `_six` has it."""
+    x, y, z = place
+    back = tuple(zip(*turn, strict=True))
+    return _six([-(a * x + b * y + c * z) for a, b, c in back], back)
+
+
+def _six(place: Sequence[float], turn: Sequence[Sequence[float]]) -> list[float]:
+    """Place and the angles of yaw about y, then pitch about x, then roll about z; yaw is clockwise from above."""
+    pitch = math.asin(max(-1.0, min(1.0, -turn[1][2])))
+    yaw = math.atan2(turn[0][2], turn[2][2])
+    roll = math.atan2(turn[1][0], turn[1][1])
+    return [*place, math.degrees(pitch), math.degrees(yaw), math.degrees(roll)]
+
+
+def _sides(corners: FloatArray | None) -> list[float]:
+    """Long and short side, width and height of the box around it [px], and how it is turned [deg]."""
+    if corners is None:
+        return [0.0, 0.0, 0.0, 0.0, 0.0]
+    (x0, y0), (x1, y1), (x2, y2), (x3, y3) = corners.tolist()
+    a = 0.5 * (math.hypot(x1 - x0, y1 - y0) + math.hypot(x2 - x3, y2 - y3))
+    b = 0.5 * (math.hypot(x3 - x0, y3 - y0) + math.hypot(x2 - x1, y2 - y1))
+    wide, high = max(x0, x1, x2, x3) - min(x0, x1, x2, x3), max(y0, y1, y2, y3) - min(y0, y1, y2, y3)
+    return [max(a, b), min(a, b), wide, high, math.degrees(math.atan2(y0 - y1, x1 - x0))]
+
+
+def _raw_targets(frame: Frame, config: CameraConfig) -> list[float]:
+    """The largest targets: place in the picture from -1 to 1, right and up, and area [%]."""
+    lens = config.type
+    fx, fy = lens.focal_length
+    both: list[TagSighting | PieceSighting] = [*frame.tags, *frame.pieces]
+    every = sorted(both, key=lambda seen: -seen.area_percent)[:_MOST_TARGETS]
+    raw: list[float] = []
+    for seen in every:
+        x, y = math.tan(math.radians(seen.tx_deg)), math.tan(math.radians(seen.ty_deg))
+        raw += (x * fx / lens.principal_point[0], y * fy / lens.principal_point[1], seen.area_percent)
+    return raw
+
+
+def _imu(frame: Frame) -> list[float]:
+    imu = frame.imu
+    if imu is None:
+        return [0.0] * 10
+    return [
+        imu.robot_yaw_deg, imu.roll_deg, imu.pitch_deg, imu.internal_yaw_deg, *imu.rates_dps, *imu.acceleration_g
+    ]  # fmt: skip

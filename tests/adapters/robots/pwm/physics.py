@@ -1,0 +1,37 @@
+from robot import PLACES, PULSES, WHEEL_RADIUS, ZEROS
+
+from games.rebuilt.robot import RebuiltRobotConfig
+from games.rebuilt.sim import RebuiltConfig, RebuiltSim, RobotEntry
+from simcore.chassis.config import ChassisConfig
+from simcore.drivetrain.config import SwerveConfig, SwerveModuleConfig
+from simcore.drivetrain.motor import motor
+from simcore.drivetrain.ports import SwervePorts
+from simcore.robotpy.physics import RobotPhysics
+from simcore.robotpy.wpilib_ports import AbsoluteEncoderPort, EncoderPort, GyroPort, PWMMotorPort
+
+NEO = motor("NEO")
+
+
+class PhysicsEngine(RobotPhysics):
+    def __init__(self, physics_controller, robot):
+        modules = tuple(
+            SwerveModuleConfig(
+                x=x, y=y, drive_motor=NEO, steer_motor=NEO, wheel_radius=WHEEL_RADIUS, drive_stator_limit=60.0
+            )
+            for x, y in PLACES
+        )
+        build = RebuiltRobotConfig(
+            chassis=ChassisConfig(wheel_positions=PLACES, wheel_radius=WHEEL_RADIUS),
+            drivetrain=SwerveConfig(modules=modules),
+        )
+        game = RebuiltSim(RebuiltConfig(robots=(RobotEntry(config=build, pose=(2.0, 1.2, 0.0)),)))
+        plant = game.robots[0]
+        devices = SwervePorts(
+            plant.drive,
+            [PWMMotorPort(m.drive) for m in robot.modules],
+            [PWMMotorPort(m.steer) for m in robot.modules],
+            steer_encoders=[AbsoluteEncoderPort(m.azimuth, zero=z) for m, z in zip(robot.modules, ZEROS, strict=True)],
+            wheel_encoders=[EncoderPort(m.wheel, pulses_per_turn=PULSES) for m in robot.modules],
+            gyro=GyroPort(robot.gyro),
+        )
+        super().__init__(physics_controller, robot, game=game, plant=plant, drivetrain=devices, pace_tests=False)

@@ -1,0 +1,95 @@
+"""What one can get wrong with `--simcore`, and what one is told; in one process, one mistake after the other."""
+
+from __future__ import annotations
+
+import json
+import logging
+import os
+import socket
+import sys
+from importlib import import_module
+from pathlib import Path
+from types import SimpleNamespace
+
+import hal
+from phoenix6 import hardware, swerve, unmanaged
+
+import simcore.phoenix6.swerve as adapter
+from simcore.errors import SimcoreError
+from simcore.phoenix6 import require_phoenix6
+from simcore.phoenix6.devices import clashes
+from simcore.phoenix6.ownership import Ownership
+from simcore.robotpy.attached import AttachedPhysics
+from simcore.robotpy.taken_port import warn_of_taken_port
+
+
+def message(call) -> str:
+    try:
+        call()
+    except SimcoreError as error:
+        return f"{type(error).__name__}: {error}"
+    return "no error"
+
+
+def attach() -> None:
+    AttachedPhysics(SimpleNamespace(field=None), SimpleNamespace())
+
+
+def main() -> None:
+    sys.path.insert(0, str(Path(__file__).parents[1] / "robots" / "shared"))
+    measures = import_module("measures")
+    unmanaged.set_phoenix_diagnostics_start_time(-1)
+    hal.initialize(500, 0)
+    AttachedPhysics.ownership = Ownership()
+    AttachedPhysics.folder = Path.cwd()
+    file = Path("simcore.toml")
+    said: dict[str, object] = {"lateness_ms": 0.0}
+    said["no drivetrain"] = message(attach)
+
+    constants = swerve.SwerveDrivetrainConstants().with_can_bus_name("").with_pigeon2_id(9)
+    kinds = (hardware.TalonFX, hardware.TalonFX, hardware.CANcoder)
+    two = swerve.SwerveDrivetrain(*kinds, constants, measures.modules()[:2])
+    said["two modules"] = message(attach)
+    adapter._seen.pop(two)
+
+    whole = measures.build()
+    second = measures.build()
+    said["two drivetrains"] = message(attach)
+    adapter._seen.pop(second)
+
+    known = adapter.module_constants(whole)
+    radius = known[2].wheel_radius
+    known[2].wheel_radius = float("nan")
+    said["no wheel radius"] = message(attach)
+    known[2].wheel_radius = radius
+
+    file.write_text('[[mechanism]]\nname = "roller"\nkind = "roller"\nleader = 30\ngearing = 2.0\n')
+    roller = hardware.TalonFX(31)
+    said["game"] = message(attach)  # no game is installed here
+    import simcore.robotpy.attached as attached
+    from games.rebuilt.practice import practice
+
+    attached._only_game = lambda: practice
+    said["unknown device"] = message(attach)
+    file.write_text("[robot]\nmass = -1\n")
+    said["file"] = message(attach)
+    file.unlink()
+
+    other_bus = hardware.TalonFX(31, "canivore")
+    said["clashes"] = clashes()
+    said["versions"] = [message(lambda v=v: require_phoenix6(v)) for v in ("25.4.0", "27.0.0", None, "26.1.0")]
+
+    logging.basicConfig(stream=sys.stdout)
+    with socket.socket() as listener:
+        listener.bind(("127.0.0.1", 0))
+        listener.listen()
+        said["taken"] = warn_of_taken_port(listener.getsockname()[1])
+        free = listener.getsockname()[1]
+    said["free"] = warn_of_taken_port(free)
+    assert roller is not None and other_bus is not None
+    print(json.dumps(said), flush=True)
+    os._exit(0)
+
+
+if __name__ == "__main__":
+    main()

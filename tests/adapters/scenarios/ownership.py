@@ -1,0 +1,91 @@
+"""Who may write a device, on the real device simulation: claims, foreign writes, guesses that are given back."""
+
+from __future__ import annotations
+
+import json
+import logging
+import os
+import sys
+import time
+from types import SimpleNamespace
+
+import hal
+from phoenix6 import configs, controls, hardware, signals, unmanaged
+
+from simcore.attach.settings import RobotSettings
+from simcore.phoenix6.devices import Device, built_devices
+from simcore.phoenix6.fallback import guess_mechanism
+from simcore.phoenix6.followers import group_followers
+from simcore.phoenix6.ownership import Ownership, own_writer
+from simcore.robotpy.owners import Owners
+
+
+def reads(device: hardware.TalonFX, rotations: float) -> bool:
+    """Whether the device comes to show a rotor position within a second."""
+    signal = device.get_rotor_position()
+    for _ in range(50):
+        time.sleep(0.02)
+        if abs(signal.refresh().value - rotations) < 0.01:
+            return True
+    return False
+
+
+def main() -> None:
+    logging.basicConfig(stream=sys.stdout, level=logging.INFO)
+    unmanaged.set_phoenix_diagnostics_start_time(-1)
+    hal.initialize(500, 0)
+    ownership = Ownership()
+    ours, theirs = hardware.TalonFX(1), hardware.TalonFX(2)
+    ownership.claim(("TalonFX", 1), "shooter")
+    own_writer(ours.sim_state, "set_raw_rotor_position")(5.0)
+    for _ in range(200):
+        ours.sim_state.set_raw_rotor_position(9.0)
+    theirs.sim_state.set_raw_rotor_position(9.0)
+    said = {
+        "lateness_ms": 0.0,
+        "ours": reads(ours, 5.0),
+        "theirs": reads(theirs, 9.0),
+        "foreign": sorted(ownership.foreign),
+    }
+
+    lead, follower, lone = hardware.TalonFX(10), hardware.TalonFX(11), hardware.TalonFX(12)
+    opposed = signals.MotorAlignmentValue.OPPOSED
+    follower.set_control(controls.Follower(10, opposed))
+    config = configs.TalonFXConfiguration()
+    config.feedback.sensor_to_mechanism_ratio = 4.0
+    config.slot0.k_v, config.slot0.k_a, config.slot0.k_s = 0.5, 0.1, 0.2
+    lead.configurator.apply(config)
+    lone.set_control(controls.Follower(99, opposed))  # its leader does not exist
+    devices = [d for d in built_devices() if d.device_id >= 10]
+    groups = group_followers(devices)
+    said["groups"] = [str(g) for g in groups]
+    said["opposed"] = list(groups[0].opposed)
+    mechanism = guess_mechanism(groups[0]).mechanism
+    said["time_constant"] = mechanism.time_constant
+    # kS volts just do not turn it, a little more do
+    mechanism.set_volts(0.19)
+    mechanism.step(0.1, 12.0)
+    still = mechanism.velocity
+    mechanism.set_volts(0.25)
+    mechanism.step(0.1, 12.0)
+    said["friction"] = [still, mechanism.velocity]
+
+    steps: list[str] = []
+    physics = SimpleNamespace(add_motor=lambda m: steps.append("add"), remove_motor=lambda m: steps.append("remove"))
+    plant = SimpleNamespace(add_mechanism=lambda m: None, remove_mechanism=lambda m: None)
+    owners = Owners(physics, plant, ownership, RobotSettings(), [("TalonFX", 1)])
+    for _ in range(6):
+        owners.after_tick()
+    said["taken"] = list(steps)
+    said["table"] = owners.table()
+    follower.sim_state.set_rotor_velocity(3.0)
+    owners.after_tick()
+    said["given_back"] = steps[len(said["taken"]) :]
+    said["table_after"] = owners.table()
+    assert all(isinstance(d, Device) for d in devices)
+    print(json.dumps(said), flush=True)
+    os._exit(0)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,64 @@
+"""The stand-in against what CTRE's simulation did on the wall clock, recorded with the phoenix6 version in the file."""
+
+from __future__ import annotations
+
+import importlib.util
+import json
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[3]
+DATA = ROOT / "tests" / "adapters" / "data" / "phoenix6_26.3.0.json"
+RECORDED = json.loads(DATA.read_text())
+spec = importlib.util.spec_from_file_location("compare_standin", ROOT / "scripts" / "compare_standin.py")
+compare = importlib.util.module_from_spec(spec)
+spec.loader.exec_module(compare)
+
+
+@pytest.fixture(scope="module")
+def simulated():
+    pytest.importorskip("phoenix6", reason="needs phoenix6: pip install simcore[phoenix6]")
+    return compare.run("simulated", [])
+
+
+@pytest.mark.parametrize("name", RECORDED["figures"])
+def test_a_request_moves_its_plant_as_on_ctres_simulation(simulated, name):
+    """t90 within 20 ms, overshoot within 3 % and final value within 0.5 % of the step."""
+    real, ours = RECORDED["figures"][name], simulated["figures"][name]
+    assert not compare.misses(real, ours), (real, ours)
+
+
+def test_every_run_in_every_process_is_bit_identical(simulated):
+    again = compare.run("simulated", [])
+    assert json.dumps(again) == json.dumps(simulated)
+
+
+@pytest.mark.realtime
+def test_the_recording_is_still_what_ctres_simulation_does(simulated):
+    names = ["VoltageOut", "VelocityVoltage", "PositionVoltage, fused", "MotionMagicVoltage", "MotionMagicExpoVoltage",
+             "Follower", "PositionVoltage, kI", "VoltageOut, stator 40 A"]  # fmt: skip
+    real = compare.run("real", names)
+    if real["lateness_ms"] > compare.TOO_LATE_MS:
+        pytest.skip(f"machine too busy for real time: physics came {real['lateness_ms']:.1f} ms late")
+    wrong = {n: compare.misses(real["figures"][n], simulated["figures"][n]) for n in names}
+    assert not any(wrong.values()), (wrong, real["figures"])
+
+
+@pytest.mark.parametrize("row", RECORDED["held"], ids=lambda row: f"{row['request']} {row['args']} at {row['rps']} rps")
+def test_a_held_rotor_gets_the_recorded_volts_and_amperes(bench, row):
+    """Within a step of the simulated current sensor and what its limiters hunt: 3 A, or 2 %."""
+    from phoenix6 import controls, signals
+
+    enums = {"motor_output.neutral_mode": signals.NeutralModeValue}
+    limits = {"current_limits.stator_current_limit_enable": True, "current_limits.supply_current_limit_enable": True}
+    config = {**limits, **row["config"]}
+    settings = {path.replace(".", "__"): enums.get(path, lambda v: v)(value) for path, value in config.items()}
+    talon = bench.talon(1, **settings)
+    bench.hold(talon, rps=row["rps"])
+    talon.set_control(getattr(controls, row["request"])(**row["args"]))
+    bench.run(0.05)
+    state = talon.sim_state
+    assert state.motor_voltage == pytest.approx(row["volts"], abs=0.08, rel=0.01)
+    assert state.torque_current == pytest.approx(row["current"], abs=3.0, rel=0.02)
+    assert state.supply_current == pytest.approx(row["supply_current"], abs=1.2, rel=0.02)

@@ -1,0 +1,46 @@
+"""Mistakes under `--simcore` end the start with one sentence that says what would work."""
+
+from __future__ import annotations
+
+import pytest
+
+
+@pytest.fixture(scope="module")
+def said(scenario):
+    return scenario("attach_errors")
+
+
+@pytest.mark.parametrize(
+    ("mistake", "words"),
+    [
+        ("no drivetrain", ("want one phoenix6.swerve.SwerveDrivetrain after robotInit, got 0", "write a physics.py")),
+        ("two drivetrains", ("got 2: ['SwerveDrivetrain', 'SwerveDrivetrain']",)),
+        ("two modules", ("stands on 3 modules or more (most have 4), got 2",)),
+        ("no wheel radius", ("module 2: CTRE constants need a finite wheel_radius, got nan",)),
+        ("unknown device", ("[[mechanism]] 'roller': the robot program builds no TalonFX 30; it builds TalonFX [1,",)),
+        ("file", ("simcore.toml [robot]: mass must be a number above 0 kg, got -1",)),
+    ],
+)
+def test_a_mistake_is_one_clear_error(said, mistake, words):
+    for text in words:
+        assert text in said[mistake]
+
+
+def test_one_id_on_two_buses_is_said_aloud(said):
+    assert said["clashes"] == [
+        "TalonFX 31 is on the buses canivore, rio: the device simulation knows ids only and makes them one"
+    ]
+
+
+def test_another_years_phoenix_is_refused_in_one_sentence(said):
+    old, new, missing, good = said["versions"]
+    for text, got in ((old, "25.4.0"), (new, "27.0.0")):
+        assert text.startswith("VendorError: simcore.phoenix6 needs Phoenix 6 of 2026 (26.x, tested with 26.3.0), ")
+        assert f"got {got}: pip install" in text
+    assert "Phoenix 6, which is not installed: pip install" in missing
+    assert good == "no error"
+
+
+def test_a_taken_networktables_port_is_said_aloud(said):
+    assert said["taken"] and not said["free"]
+    assert "close it and start again" in said["output"]

@@ -1,0 +1,94 @@
+"""`robotpy sim --simcore`: programs of many shapes, none of which knows simcore, each driven round the same course.
+
+5 m across the field, into the depot's fuel, and against the wall; in real time, in one process per robot.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+pytestmark = pytest.mark.realtime
+
+ROBOTS = Path(__file__).parent / "robots"
+
+
+@pytest.fixture(
+    scope="module",
+    params=[
+        "generated",
+        "described",
+        pytest.param("stepping", marks=pytest.mark.slow),
+        pytest.param("magic", marks=pytest.mark.slow),
+        pytest.param("ownphysics", marks=pytest.mark.slow),
+        pytest.param("fxs", marks=pytest.mark.slow),
+    ],
+)
+def run(request, scenario):
+    if request.param == "magic":
+        pytest.importorskip("magicbot", reason="needs magicbot: pip install robotpy-wpilib-utilities")
+    return {**scenario("robot_sim", str(ROBOTS / request.param), "shape", "blue", "--simcore"), "robot": request.param}
+
+
+def test_it_drives_where_it_is_told(run):
+    """2.4 m/s to the left: 5 m and what it rolls on."""
+    assert 5.0 < run["true_way"] < 5.8
+    assert run["told_speed"] == pytest.approx(2.4, rel=0.06)
+    assert run["told_speed"] == pytest.approx(run["true_speed"], rel=0.05)
+
+
+def test_odometry_agrees_with_the_truth(run):
+    assert run["odometry_way"] == pytest.approx(run["true_way"], rel=0.05)
+    assert run["yaw_error"] < 0.02
+
+
+def test_it_pushes_fuel_and_stops_at_the_wall(run):
+    """Half a millimeter is what the engine lets a push sink into a wall, and some."""
+    assert run["pushed"] >= 10
+    assert -0.002 < run["gap_at_wall"] < 0.05
+    assert run["speed_at_wall"] < 0.02
+    assert run["counted"] == run["staged"]
+
+
+def test_physics_came_in_time(run):
+    """A part late enough to be done together with the next one is a part whose volts were old."""
+    parts = 4 * run["ticks"]
+    assert run["late_parts"] <= 0.02 * parts
+    assert run["skipped_s"] == 0.0
+
+
+def test_the_log_says_who_moves_what(run):
+    owners = {
+        "generated": ("TalonFX 31 + 32 + 33 ", "3 x Kraken X60 FOC, 0.75:1", "TalonFXS 37 ", "1 x Minion, 3:1"),
+        "described": ("TalonFX 31 32 ", "'wheels'", "TalonFX 35 ", "'pivot'", "48 kg, bumpers 0.88 x 0.76 m"),
+        "ownphysics": ("TalonFX 40 ", "the project's physics.py", "TalonFX 41 ", "guessed: 1 x Kraken X60 FOC, 4:1"),
+        "fxs": ("TalonFX 11-14, TalonFXS 1-4, CANdi 21-24, Pigeon2 9",),
+    }
+    for words in owners.get(run["robot"], ("TalonFX 1-4 11-14, CANcoder 21-24, Pigeon2 9  drivetrain",)):
+        assert words in run["output"]
+
+
+def test_what_is_special_about_it(run):
+    facts = run["facts"]
+    if run["robot"] == "generated":  # its mechanisms reach their setpoints though nobody says what they are
+        assert facts["notifier_steps"] > 500
+        assert facts["shooter_rps"] == pytest.approx(60.0, rel=0.03)
+        assert [abs(rps) for rps in facts["follower_rps"]] == pytest.approx([45.0, 45.0], rel=0.03)
+        assert facts["elevator"] == pytest.approx(3.0, abs=0.01)
+        assert facts["arm"] == pytest.approx(0.2, abs=0.01)
+        assert facts["turret"] == pytest.approx(0.4, abs=0.01)
+        assert facts["encoder"] == pytest.approx(facts["turret"], abs=0.01)
+        assert facts["roller_rps"] == pytest.approx(10.0, rel=0.1)
+    elif run["robot"] == "described":  # the file's pivot has come down on its stop, the roller has taken fuel in
+        assert facts["pivot"] == pytest.approx(0.0, abs=0.01)
+        assert facts["heartbeat"] > 100  # the file's camera, at 45 frames a second
+        assert run["taken_in"] > 0 or run["held"] == 4
+        assert run["believed_start"] == pytest.approx([12.96, 4.01], abs=0.05)  # its pose was reset, it was not moved
+        assert run["start"][:2] == pytest.approx([2.0, 1.2], abs=0.01)
+    elif run["robot"] == "stepping":
+        assert facts["own_hook"] > 100  # its own hook goes on to run, and its update_sim_state does nothing
+    elif run["robot"] == "ownphysics":  # its own model: 0.25 turns a second and volt, 3-6 V; ours would do 12
+        assert 0.5 < facts["intake_rps"] < 1.6
+        assert facts["other_rps"] == pytest.approx(5.0, rel=0.1)
+        assert "what the project's own simulation writes into it is dropped" in run["output"]

@@ -1,0 +1,50 @@
+"""What goes to the robot knows nothing of the simulation: only physics.py does, and nobody asks for that."""
+
+from __future__ import annotations
+
+import ast
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+PROJECTS = sorted(path.parent for path in (ROOT / "examples").glob("*/robot.py"))
+SUBSYSTEMS = sorted((ROOT / "examples" / "rebuilt_robot" / "subsystems").glob("*.py"))
+LINE = "# ==================== SIMULATION SUPPORT - sim-only methods below this line ===================="
+
+
+def imported(path: Path) -> set[str]:
+    """First names of all modules that a file imports."""
+    found = set()
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.Import):
+            found |= {alias.name.split(".")[0] for alias in node.names}
+        elif isinstance(node, ast.ImportFrom):
+            found.add(str(node.module).split(".")[0])
+    return found
+
+
+@pytest.mark.parametrize("project", PROJECTS, ids=lambda path: path.name)
+def test_only_physics_py_knows_the_simulation(project):
+    assert {"simcore", "games"} <= imported(project / "physics.py")
+    for path in project.rglob("*.py"):
+        if path.name == "physics.py" or "tests" in path.relative_to(project).parts:
+            continue
+        names = imported(path)
+        assert not names & {"simcore", "games", "pybullet", "pyfrc", "physics"}, path
+
+
+@pytest.mark.parametrize("path", SUBSYSTEMS, ids=lambda path: path.name)
+def test_sim_only_accessors_stand_below_the_line_and_do_nothing_but_give(path):
+    text = path.read_text(encoding="utf-8")
+    for node in ast.parse(text).body:
+        if not isinstance(node, ast.ClassDef):
+            continue
+        lines = text.splitlines()[node.lineno - 1 : node.end_lineno]
+        marks = [node.lineno + k for k, line in enumerate(lines) if line.strip() == LINE]
+        for method in (m for m in node.body if isinstance(m, ast.FunctionDef)):
+            is_below = bool(marks) and method.lineno > marks[0]
+            assert ("Sim" in method.name) == is_below, f"{path.name}: {node.name}.{method.name}"
+            if is_below:
+                (only,) = method.body
+                assert isinstance(only, ast.Return) and isinstance(only.value, ast.Attribute), method.name

@@ -1,0 +1,186 @@
+"""The pages together: all in the navigation, no name in them that does not exist, and a site that needs no network."""
+
+from __future__ import annotations
+
+import ast
+import importlib.util
+import json
+import re
+import shlex
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import games.rebuilt.__main__ as rebuilt
+import simcore.errors
+from games.rebuilt.sim import RebuiltConfig, RebuiltSim, RobotEntry
+from simcore import cli
+from simcore.telemetry.memory import MemorySink
+
+ROOT = Path(__file__).resolve().parents[2]
+DOCS = ROOT / "docs"
+PAGES = [ROOT / "README.md", *sorted(DOCS.glob("*.md"))]
+TEXT = {page.name: page.read_text(encoding="utf-8") for page in PAGES}
+
+
+def test_every_page_is_in_the_navigation():
+    """A new page: take the # away before its line in mkdocs.yml."""
+    nav = (ROOT / "mkdocs.yml").read_text(encoding="utf-8")
+    listed = set(re.findall(r"^ +- [^#\n]*: (\w+\.md)$", nav, re.MULTILINE))
+    assert listed == {page.name for page in DOCS.glob("*.md")}
+
+
+# --- what is named exists -------------------------------------------------------------------------------------------
+
+
+def commands(pattern: str) -> list[tuple[str, list[str]]]:
+    """Page and words of each command line, in code blocks and in the text."""
+    found = []
+    for name, text in TEXT.items():
+        for match in re.finditer(rf"(?:^    |`)({pattern}[^`\n#|]*)", text, re.MULTILINE):
+            found.append((name, shlex.split(match.group(1))))
+    return found
+
+
+def test_commands_of_the_game_are_understood():
+    parser = rebuilt._parser()
+    seen = commands(r"(?:python -m pip install [^&\n]*&& )?python -m games\.rebuilt")
+    assert len(seen) > 8
+    for page, words in seen:
+        options = words[words.index("games.rebuilt") + 1 :]
+        try:
+            parser.parse_args([word for word in options if word not in ("&&", "...")])
+        except SystemExit:
+            pytest.fail(f"{page}: {' '.join(words)}")
+
+
+def test_subcommands_and_modules_exist():
+    for page, words in commands("simcore "):
+        assert words[1] in cli.COMMANDS, f"{page}: {' '.join(words)}"
+    for page, words in commands("python -m "):
+        if words[2] == "robotpy":  # the extra
+            continue
+        assert importlib.util.find_spec(words[2]), f"{page}: {' '.join(words)}"
+
+
+def test_scripts_exist():
+    for page, words in commands("python scripts/"):
+        assert (ROOT / words[1]).is_file(), f"{page}: {' '.join(words)}"
+
+
+@pytest.fixture(scope="module")
+def published():
+    sink = MemorySink()
+    with RebuiltSim(RebuiltConfig(robots=(RobotEntry(), RobotEntry(alliance="red"))), sinks=[sink]) as sim:
+        sim.last_tick_ms = 1.0
+        sim.tick()
+    snapshot = sink.snapshots[-1]
+    kinds = (snapshot.poses, snapshot.pose_arrays, snapshot.doubles, snapshot.integers, snapshot.booleans)
+    return {key for kind in kinds for key in kind}
+
+
+def test_telemetry_keys_on_every_page_are_published(published):
+    wrong = []
+    for name, text in TEXT.items():
+        for key in re.findall(r"`(?:NT:/)?(Sim/[\w/]+\w)`", text):
+            is_group = any(other.startswith(f"{key}/") for other in published)
+            if key not in published and not is_group and "/Limelights/" not in key:
+                wrong.append(f"{name}: {key}")
+    assert wrong == []
+
+
+def test_errors_on_every_page_exist():
+    wrong = [
+        f"{name}: {error}"
+        for name, text in TEXT.items()
+        for error in re.findall(r"`(\w+Error)[`:]", text)
+        if not hasattr(simcore.errors, error) and not hasattr(__import__("builtins"), error)
+    ]
+    assert [w for w in wrong if "TOMLDecodeError" not in w] == []
+
+
+def said_by_the_code() -> str:
+    """All text in the sources, pieces of one message joined, a blank where a value goes."""
+    said = []
+    for folder in ("simcore", "games"):
+        for path in (ROOT / folder).rglob("*.py"):
+            for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+                if isinstance(node, ast.JoinedStr):
+                    parts = [str(p.value) if isinstance(p, ast.Constant) else " " for p in node.values]
+                    said.append("".join(parts))
+                elif isinstance(node, ast.Constant) and isinstance(node.value, str):
+                    said.append(re.sub(r"%[.\d]*[a-z]", " ", node.value))
+    return re.sub(r"\s+", " ", "\n".join(said))
+
+
+def test_messages_that_troubleshooting_quotes_are_said_by_the_code():
+    quotes = re.findall(r"^### .*?`(?:\w+Error: )?([^`]+)`", TEXT["troubleshooting.md"], re.MULTILINE)
+    others = (
+        "GLFW Error",
+        "address already in use",
+        "TypeError",
+        "isBrownedOut",
+        "robotInit",
+        "--no-isolation",
+        "CapacityError",
+        "cannot write the log",  # put together from "cannot write the" and what it is
+    )
+    said = said_by_the_code()
+    missing = []
+    for quote in quotes:
+        pieces = [piece.strip(" '") for piece in re.split(r"\.\.\.|\d[\d.:]*", quote)]
+        longest = max(pieces, key=len)
+        if not quote.startswith(others) and longest not in said:
+            missing.append(quote)
+    assert missing == []
+    assert len(quotes) > 12
+
+
+def test_every_row_of_the_java_documents_has_its_answer():
+    rows = TEXT["troubleshooting.md"].partition("## Coming from the Java simulator")[2].partition("\n## ")[0]
+    for words in ("does not move", "through the floor", "tunnel", "ClassNotFoundException", "slow", "Encoder", "LFS"):
+        assert re.search(rf"^\| [^|]*{words}[^|]*\| \[[^\]]+\]\(#[\w-]+\)", rows, re.MULTILINE), words
+
+
+def test_keys_of_the_driving_page_are_those_of_the_example():
+    keyboard = json.loads((ROOT / "examples/rebuilt_robot/simgui-ds.json").read_text())["keyboardJoysticks"][0]
+    names = {44: "comma", 46: "period", 47: "slash"}
+    axes = [axis[key] for axis in keyboard["axisConfig"] for key in ("decKey", "incKey") if key in axis]
+    codes = [*axes, *keyboard["buttonKeys"]]
+    table = re.findall(r"^\| ([^|]*) \|", TEXT["drive.md"], re.MULTILINE)
+    described = {word.strip(",") for cell in table for word in cell.split()}
+    assert {names.get(code, chr(code)) for code in codes if code > 0} - described == set()
+
+
+# --- the site -------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.skipif(importlib.util.find_spec("material") is None, reason='needs the extra: pip install -e ".[docs]"')
+def test_the_site_builds_without_a_warning_and_loads_nothing_from_elsewhere(tmp_path):
+    build = subprocess.run(
+        [sys.executable, "-m", "mkdocs", "build", "--strict", "--quiet", "--site-dir", str(tmp_path / "site")],
+        cwd=ROOT,
+        capture_output=True,
+        text=True,
+        timeout=120,
+    )
+    assert build.returncode == 0, build.stdout + build.stderr
+    loads = re.compile(
+        r"""<(?:script|img|iframe|source)\b[^>]*\bsrc=["']?(?:https?:)?//"""
+        r"""|<link\b(?=[^>]*rel=["']?(?:stylesheet|preconnect|preload|icon))[^>]*href=["']?(?:https?:)?//"""
+        r"""|@import\s+(?:url\()?["']?(?:https?:)?//|url\(["']?(?:https?:)?//""",
+        re.IGNORECASE,
+    )
+    pages = list((tmp_path / "site").rglob("*.html"))
+    assert len(pages) > 8
+    wrong = [
+        f"{file.name}: {match.group()}"
+        for file in [*pages, *(tmp_path / "site").rglob("*.css")]
+        for match in loads.finditer(file.read_text(encoding="utf-8"))
+    ]
+    assert wrong == []
+    assert loads.search('<link rel="stylesheet" href="https://fonts.example/x.css">'), (
+        "the search finds what it looks for"
+    )

@@ -1,0 +1,269 @@
+"""What a camera on the field of REBUILT can see: cases worked out by hand from the manual's and the tags' numbers."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from games.rebuilt.robot import RebuiltRobotConfig
+from games.rebuilt.sim import RebuiltConfig, RebuiltSim, RobotEntry
+from games.rebuilt.staging import Staging
+from simcore.geometry.quaternion import from_yaw
+from simcore.vision.camera import CameraConfig, CameraMount, PiecePipeline, limelight_type
+from simcore.vision.projection import optical_rotation
+from simcore.vision.tags import official_layout
+from simcore.vision.visibility import TagFinder
+
+NO_FUEL = Staging(neutral=0, depot=0, chute=0, preload_per_robot=0, robots=3)
+
+
+def at_lens(height: float, yaw_deg: float = 0.0, pitch_deg: float = 0.0, **more) -> CameraConfig:
+    """A camera over the robot's middle, so that robot and lens stand at the same x and y."""
+    mount = CameraMount(z=height, yaw_deg=yaw_deg, pitch_deg=pitch_deg)
+    return CameraConfig(name="eye", type=limelight_type("LL4"), mount=mount, **more)
+
+
+def seen(camera: CameraConfig, x: float, y: float, yaw_deg: float = 0.0, others=(), fuel=()) -> set[int]:
+    """Tags that the camera's first frames show, the robot standing at a place of the field."""
+    robots = [RobotEntry(pose=(x, y, math.radians(yaw_deg)), preload=0, config=RebuiltRobotConfig(cameras=(camera,)))]
+    robots += [RobotEntry(pose=pose, preload=0) for pose in others]
+    staging = Staging(neutral=len(fuel), depot=0, chute=0, preload_per_robot=0, robots=3)
+    with RebuiltSim(RebuiltConfig(robots=tuple(robots), staging=staging)) as sim:
+        if len(fuel):
+            slots = sim.pieces.on_field()
+            sim.pieces.release(slots, np.array(fuel))
+        for _ in range(4):
+            sim.tick()
+            if len(fuel):  # keep it where it was put: what is asked is whether it covers the tag
+                sim.pieces.release(slots, np.array(fuel))
+        frame = sim.vision.camera("eye").last
+        assert frame is not None
+        return {tag.id for tag in frame.tags}
+
+
+def test_tags_on_the_near_face_are_seen_and_those_behind_the_hub_are_not():
+    """From 1.5 m before the blue hub: 25 and 26 are ahead. Tag 4 on the red hub faces us, 8.8 m away and 14 px wide,
+    but the line to it enters the blue hub's box (1.2 m high) at a height of 0.57 m. Tags 19 and 20 look away."""
+    camera = at_lens(0.5, pitch_deg=-15.0)
+    found = seen(camera, 2.5, 4.0345)
+    assert {25, 26} <= found
+    assert not {3, 4, 19, 20} & found
+    finder = TagFinder(official_layout(), camera.type)
+    rotation = optical_rotation(camera.mount.rotation)
+    rows, _ = finder.find((2.5, 4.0345, 0.5), rotation, min_side=12.0, max_angle_deg=75.0)
+    in_picture = {finder._layout.id_list[row] for row in rows}
+    assert 4 in in_picture  # only the hub hides it
+
+
+def test_a_tag_beyond_the_trench_is_seen_under_the_arm_and_hidden_by_it():
+    """Tag 1, before the red trench, is 0.972 m high at its upper corners; the blue arm's lower edge is at 0.565 m,
+    1.3 of 8.6 m away. From 0.3 m the upper line passes there at 0.40 m, from 0.5 m at 0.571 m."""
+    assert 1 in seen(at_lens(0.3), 3.3, 7.425)
+    assert 1 not in seen(at_lens(0.5), 3.3, 7.425)
+
+
+@pytest.mark.parametrize(("inside_deg", "expected"), [(0.2, True), (-0.2, False)])
+def test_a_tag_counts_while_its_last_corner_is_inside_the_picture(inside_deg, expected):
+    """1.5 m before tag 26, at its height: the outer edge is atan(0.0826 / 1.5) beside its middle; the picture ends at
+    41 degrees."""
+    edge = math.degrees(math.atan(0.5 * 0.1651 / 1.5))
+    yaw = 41.0 - edge - inside_deg
+    for sign in (1.0, -1.0):
+        assert (26 in seen(at_lens(1.124), 4.0219 - 1.5, 4.0346, yaw_deg=sign * yaw)) is expected
+
+
+@pytest.mark.parametrize(
+    ("angle_deg", "distance", "expected"), [(60.0, 4.8, True), (60.0, 5.4, False), (0.0, 5.4, True), (77.0, 1.5, False)]
+)
+def test_an_oblique_tag_is_read_less_far(angle_deg, distance, expected):
+    """At 60 degrees its upper edge has half its length: 12 px at 736 x 0.1651 x cos 60 / 12 = 5.06 m, not at 10.1 m.
+    Beyond 75 degrees it is not read at all."""
+    layout, lens = official_layout(), limelight_type("LL4")
+    row = layout.id_list.index(26)
+    x, y, z = layout.center_list[row]
+    angle = math.radians(angle_deg)
+    eye = (x - distance * math.cos(angle), y + distance * math.sin(angle), z)
+    rows, _ = TagFinder(layout, lens).find(eye, optical_rotation(from_yaw(-angle)), min_side=12.0, max_angle_deg=75.0)
+    assert (row in rows) is expected
+
+
+def test_a_robot_in_front_covers_a_tag():
+    """Tag 13 in the red wall is 0.635 m high at its top. A robot of 0.5 m, 1.4 of 3.1 m away, covers the line from an
+    eye at 0.3 m, which passes there at 0.45 m; from 1.2 m lines pass over the robot at 0.78 m at least."""
+    other = ((14.8, 7.403, 0.0),)
+    assert 13 in seen(at_lens(0.3), 13.4, 7.403)
+    assert 13 not in seen(at_lens(0.3), 13.4, 7.403, others=other)
+    assert 13 in seen(at_lens(1.2, pitch_deg=10.0), 13.4, 7.403, others=other)
+
+
+def test_its_own_body_does_not_blind_a_camera():
+    """Low behind the bumper, looking over its own frame."""
+    low = CameraConfig(name="eye", mount=CameraMount(x=-0.3, z=0.15, pitch_deg=-20.0))
+    other = ((2.5, 1.0, 0.0),)  # a second robot elsewhere: then bodies are rays' business
+    assert 26 in seen(low, 2.5, 4.0345, others=other)
+
+
+@pytest.mark.parametrize(("aside", "expected"), [(0.0, False), (0.1, False), (0.2, True)])
+def test_fuel_in_the_line_of_sight_covers_a_tag(aside, expected):
+    """A fuel (radius 0.075 m) halfway to tag 26: the tag is half as large there, 0.041 m to its edge, so it is free
+    when the fuel is more than 0.116 m aside."""
+    middle = (0.5 * (2.5 + 4.0219), 4.0346 + aside, 0.5 * (0.5 + 1.124))
+    assert (26 in seen(at_lens(0.5, pitch_deg=-15.0), 2.5, 4.0346, fuel=[middle])) is expected
+
+
+def test_a_carpet_full_of_fuel_hides_nothing():
+    row = [(x, 4.0346, 0.075) for x in (3.05, 3.25, 3.45)]
+    assert 26 in seen(at_lens(0.5, pitch_deg=-15.0), 2.5, 4.0346, fuel=row)
+
+
+# --- game pieces ----------------------------------------------------------------------------------------------------
+
+
+def piece_frame(fuel, camera=None, others=(), gate=None):
+    camera = camera or CameraConfig(
+        name="eye",
+        type=limelight_type("LL3"),
+        mount=CameraMount(z=0.5, pitch_deg=20.0),
+        pipelines=(PiecePipeline(near=0.3, far=3.0, box_noise=0.0),),
+    )
+    robots = [RobotEntry(pose=(7.0, 2.0, 0.0), preload=0, config=RebuiltRobotConfig(cameras=(camera,)))]
+    robots += [RobotEntry(pose=pose, preload=0) for pose in others]
+    staging = Staging(neutral=len(fuel), depot=0, chute=0, preload_per_robot=0, robots=3)
+    with RebuiltSim(RebuiltConfig(robots=tuple(robots), staging=staging)) as sim:
+        sim.vision.camera("eye").gate = gate
+        slots = sim.pieces.on_field()
+        sim.pieces.release(slots, np.array(fuel))
+        for _ in range(8):
+            sim.tick()
+        frame = sim.vision.camera("eye").last
+        assert frame is not None
+        return frame, [sim.pieces.on_field().tolist().index(s) for s in slots.tolist()]
+
+
+def test_angles_and_area_of_a_fuel_are_those_of_the_pinhole():
+    """At (1.5, -0.4) from an eye 0.5 m high that looks 20 degrees down."""
+    frame, _ = piece_frame([(8.5, 1.6, 0.075)])
+    (piece,) = frame.pieces
+    c, s = math.cos(math.radians(20.0)), math.sin(math.radians(20.0))
+    depth = 1.5 * c + 0.425 * s
+    down = 0.425 * c - 1.5 * s
+    assert piece.tx_deg == pytest.approx(math.degrees(math.atan(0.4 / depth)), abs=0.05)
+    assert piece.ty_deg == pytest.approx(-math.degrees(math.atan(down / depth)), abs=0.05)
+    (fx, fy), lens = limelight_type("LL3").focal_length, limelight_type("LL3")
+    box = (2.0 * 0.075 / depth) ** 2 * fx * fy
+    assert piece.area_percent == pytest.approx(100.0 * box / (lens.width * lens.height), rel=0.01)
+    assert piece.class_name == "fuel"
+
+
+def test_the_nearest_piece_is_first_and_far_ones_behind_it_are_covered():
+    """The eye is higher than the fuel, so it sees one above the other. One beyond the far plane and one behind the
+    robot are not seen."""
+    frame, _ = piece_frame(
+        [(9.0, 2.0, 0.075), (8.2, 2.0, 0.075), (8.2, 1.9, 0.075), (10.6, 2.0, 0.075), (6.0, 2.0, 0.075)]
+    )
+    distances = [piece.distance for piece in frame.pieces]
+    assert len(distances) == 3
+    assert distances == sorted(distances)
+    assert frame.primary_piece is frame.pieces[0]
+
+
+def test_a_piece_is_covered_by_another_and_by_a_robot():
+    low = CameraConfig(
+        name="eye",
+        type=limelight_type("LL3"),
+        mount=CameraMount(z=0.075),
+        pipelines=(PiecePipeline(near=0.5, far=4.0, box_noise=0.0),),
+    )
+    row = [(8.0, 2.0, 0.075), (9.0, 2.0, 0.075)]
+    assert len(piece_frame(row, low)[0].pieces) == 1  # at its own height the first covers the second
+    assert len(piece_frame([(8.0, 1.7, 0.075), (9.0, 2.0, 0.075)], low)[0].pieces) == 2
+    assert len(piece_frame([(9.4, 2.0, 0.075)], low, others=((8.3, 2.0, 0.0),))[0].pieces) == 0
+
+
+def test_a_closed_gate_gives_empty_frames():
+    frame, _ = piece_frame([(8.5, 1.6, 0.075)], gate=lambda: False)
+    assert frame.pieces == () and not frame.has_target
+
+
+def test_the_frustum_tilts_with_the_robot():
+    """With the nose up by 10 degrees the same fuel is 10 degrees lower in the picture, but for the lens' lever."""
+    from simcore.geometry.quaternion import from_rpy
+    from simcore.vision.history import PoseHistory
+    from simcore.vision.limelight import LimelightSim
+    from simcore.vision.scene import Scene
+
+    config = CameraConfig(
+        name="eye",
+        type=limelight_type("LL3"),
+        mount=CameraMount(z=0.5, pitch_deg=20.0),
+        pipelines=(PiecePipeline(box_noise=0.0),),
+    )
+    angles = []
+    for pitch in (0.0, -10.0):
+        camera = LimelightSim(config, official_layout(), np.random.default_rng(0))
+        history = PoseHistory()
+        quat = from_rpy(0.0, math.radians(pitch), 0.0)
+        for k in range(10):
+            history.add(0.02 * k, (5.0, 5.0, 0.0), quat)
+            camera.update(0.02 * k, history, Scene(pieces=np.array([(6.5, 5.0, 0.075)]), piece_radius=0.075))
+        assert camera.last is not None and camera.last.primary_piece is not None
+        angles.append(camera.last.primary_piece.ty_deg)
+    assert angles[1] < angles[0] - 8.0  # nose up: the piece sinks in the picture
+
+
+# --- the match ------------------------------------------------------------------------------------------------------
+
+
+def test_the_same_seed_gives_the_same_frames_and_cameras_change_nothing_else():
+    def run(cameras):
+        config = RebuiltConfig(seed=5, robots=(RobotEntry(config=RebuiltRobotConfig(cameras=cameras)),))
+        with RebuiltSim(config) as sim:
+            for _ in range(40):
+                sim.tick()
+            corners = [tag.corners for camera in sim.vision.cameras.values() if camera.last for tag in camera.last.tags]
+            return sim.digest.hexdigest(), np.concatenate(corners).tobytes() if corners else b""
+
+    eye = at_lens(0.5, pitch_deg=-15.0)
+    first, second, none = run((eye,)), run((eye,)), run(())
+    assert first == second
+    assert len(first[1]) > 0
+    assert none[0] == first[0]
+
+
+def test_two_cameras_of_one_name_end_the_build():
+    from simcore.errors import ConfigError
+
+    robot = RebuiltRobotConfig(cameras=(at_lens(0.5), at_lens(0.6)))
+    with pytest.raises(ConfigError, match="'eye' comes twice"):
+        RebuiltSim(RebuiltConfig(robots=(RobotEntry(config=robot),)))
+
+
+def test_an_unknown_layout_ends_the_build_and_names_the_known():
+    from simcore.errors import UnknownNameError
+
+    robot = RebuiltRobotConfig(cameras=(at_lens(0.5),))
+    with pytest.raises(UnknownNameError, match="2026-welded"):
+        RebuiltSim(RebuiltConfig(robots=(RobotEntry(config=robot),), tags="2026-weldet"))
+
+
+def test_telemetry_draws_where_a_camera_looks_and_what_it_sees():
+    from simcore.telemetry.memory import MemorySink
+
+    sink = MemorySink()
+    robot = RebuiltRobotConfig(cameras=(at_lens(0.5, pitch_deg=-15.0),))
+    with RebuiltSim(RebuiltConfig(robots=(RobotEntry(pose=(2.5, 4.0346, 0.0), config=robot),)), sinks=[sink]) as sim:
+        for _ in range(5):
+            sim.tick()
+        seen_tags = sim.vision.camera("eye").last.tags
+        layout = sim.vision.layout
+    line = sink.snapshots[-1].pose_arrays["Sim/Limelights/eye/DirectionLine"]
+    tags = sink.snapshots[-1].pose_arrays["Sim/Limelights/eye/SeenTags"]
+    assert line.shape == (2, 7)
+    assert line[0, :3] == pytest.approx((2.5, 4.0346, 0.5), abs=0.01)
+    assert len(tags) == 2 * len(seen_tags) + 1
+    for k, tag in enumerate(seen_tags):
+        assert tags[2 * k + 1, :3] == pytest.approx(layout.centers[layout.id_list.index(tag.id)])
+    largest = max(seen_tags, key=lambda tag: tag.area_percent)
+    assert math.dist(line[1, :3], layout.center_list[layout.id_list.index(largest.id)]) < 0.1

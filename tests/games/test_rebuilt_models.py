@@ -1,0 +1,165 @@
+"""The committed models of REBUILT: what the scripts make, sound, and moving as the robot's mechanisms do."""
+
+from __future__ import annotations
+
+import importlib.util
+import json
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+import trimesh
+
+from games.rebuilt import dimensions as dim
+from games.rebuilt.components import COMPONENTS, component_poses
+from games.rebuilt.models import models_folder
+from games.rebuilt.sim import RebuiltSim
+from simcore.geometry.quaternion import rotate
+from simcore.telemetry.memory import MemorySink
+from simcore.view.check import check_folder
+from simcore.view.models import load_models
+
+ROOT = Path(__file__).resolve().parents[2]
+FOLDER = ROOT / "models" / "advantagescope"
+
+
+def script(name):
+    spec = importlib.util.spec_from_file_location(name, ROOT / "scripts" / f"{name}.py")
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+def shapes(path):
+    """Every mesh of a GLB: name, bounds and color, which do not depend on how trimesh orders its vertices."""
+    scene = trimesh.load_scene(path)
+    return {
+        name: (np.round(mesh.bounds, 4).tolist(), len(mesh.faces), mesh.visual.material.baseColorFactor.tolist())
+        for name, mesh in scene.geometry.items()
+    }
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("models")
+    script("make_models").write_all(folder)
+    return folder
+
+
+def test_the_committed_files_are_what_the_scripts_make(made):
+    wanted = sorted(path.relative_to(made) for path in made.rglob("*") if path.is_file())
+    committed = sorted(path.relative_to(FOLDER) for path in FOLDER.rglob("*") if path.is_file())
+    assert committed == sorted([*wanted, Path("layout.json")])
+    for name in wanted:
+        if name.suffix == ".glb":
+            assert shapes(FOLDER / name) == shapes(made / name), f"{name}: run python scripts/make_models.py"
+        else:
+            assert (FOLDER / name).read_bytes() == (made / name).read_bytes(), name
+    layout = json.loads((FOLDER / "layout.json").read_text())
+    assert layout == script("make_layout").layout(), "run python scripts/make_layout.py"
+
+
+def test_nothing_is_wrong_with_them_and_they_are_small():
+    assert check_folder(FOLDER, parts=len(COMPONENTS)) == []
+    assert sum(path.stat().st_size for path in FOLDER.rglob("*") if path.is_file()) < 2_000_000
+    assert models_folder().resolve() == FOLDER.resolve()
+
+
+def test_the_field_is_where_the_dimensions_say():
+    """Through the same transforms as the view's: the model's red wall is at -x, so blue comes back to x = 0."""
+    field = load_models(FOLDER).field
+    assert field.size == pytest.approx((dim.FIELD_LENGTH, dim.FIELD_WIDTH), abs=1e-4)
+    scene = trimesh.load_scene(field.body.path)
+
+    def bounds(name):
+        mesh = scene.geometry[name]
+        points = mesh.vertices @ field.body.transform[:3, :3].T + field.body.transform[:3, 3]
+        return points.min(axis=0), points.max(axis=0)
+
+    low, high = bounds("blue_hub_base")
+    assert (low + high)[:2] / 2 == pytest.approx(dim.HUB_CENTER, abs=1e-3)
+    low, high = bounds("blue_wall")
+    assert high[0] == pytest.approx(0.0, abs=1e-3) and high[2] < 1.0
+    low, high = bounds("red_depot_barrier_front")
+    assert low[0] == pytest.approx(dim.FIELD_LENGTH - dim.DEPOT_DEPTH, abs=1e-3)
+    ball = trimesh.load_scene(field.pieces["Fuel"].path)
+    assert ball.extents == pytest.approx([0.15] * 3, abs=2e-3)
+
+
+def test_each_part_is_drawn_about_its_own_origin():
+    """A wheel that turned about another place than its axle would wobble."""
+    parts = load_models(FOLDER).robot().parts
+    assert len(parts) == len(COMPONENTS) == 16
+    for part, component in zip(parts, COMPONENTS, strict=True):
+        if component.axis and component.name != "hood":
+            middle = trimesh.load_scene(part.path).bounds.mean(axis=0)
+            across = [i for i in range(3) if "xyz"[i] != component.axis]
+            assert np.abs(middle[across]).max() < 0.005, component.name
+
+
+def test_the_hood_lets_fuel_go_in_the_direction_of_the_shot():
+    """Its edge, seen from the axle, is at right angles to where the fuel flies: 110 degrees minus the hood's angle."""
+    part = load_models(FOLDER).robot().parts[[c.name for c in COMPONENTS].index("hood")]
+    points = trimesh.load_scene(part.path).to_geometry().vertices
+    shell = points[np.hypot(points[:, 0], points[:, 2]) > 0.19]
+    edge = max(math.atan2(z, -x) for x, _, z in shell)
+    with RebuiltSim() as sim:
+        robot = sim.robots[0]
+        for volts in (3.0, -3.0):
+            for _ in range(40):
+                robot.hood.set_volts(volts)
+                robot.step_mechanisms(0.02)
+            row = component_poses(robot)[[c.name for c in COMPONENTS].index("hood")]
+            w, x, y, z = row[3:]
+            to_edge = np.array(rotate((x, y, z, w), (-math.cos(edge), 0.0, math.sin(edge))))
+            shot = np.array((math.cos(robot.elevation), 0.0, math.sin(robot.elevation)))
+            assert to_edge @ shot == pytest.approx(0.0, abs=0.02)
+            along = np.cross((0.0, 1.0, 0.0), to_edge)  # the wheels turn about +y: what they touch moves this way
+            assert along @ shot == pytest.approx(1.0, abs=0.02)
+
+
+def test_rollers_ride_on_the_intake_and_clear_the_bumper():
+    names = [c.name for c in COMPONENTS]
+    with RebuiltSim() as sim:
+        robot = sim.robots[0]
+        for _ in range(60):
+            robot.deploy.set_volts(6.0)
+            robot.step_mechanisms(0.02)
+            rows = component_poses(robot)
+            for name in ("intake roller, lower", "intake roller, upper"):
+                x, _, z = rows[names.index(name), :3]
+                if -0.427 < x < -0.31:
+                    assert z - 0.027 > robot.config.chassis.bumper_top, "through the bumper"
+        roller = rows[names.index("intake roller, lower")]
+        assert roller[0] == pytest.approx(COMPONENTS[2].place[0] - robot.config.deploy.travel, abs=1e-3)
+        assert 0.15 < roller[2] + 0.027 and roller[2] - 0.027 < 0.15, "it touches fuel that lies on the carpet"
+
+
+def test_the_layout_shows_only_what_is_published_and_what_there_are_models_for():
+    sink = MemorySink()
+    with RebuiltSim(sinks=[sink]) as sim:
+        sim.last_tick_ms = 1.0
+        sim.tick()
+    s = sink.snapshots[-1]
+    kinds = {"Pose3d": s.poses, "Pose3d[]": s.pose_arrays, "Boolean": s.booleans, "Number": {**s.doubles, **s.integers}}
+    layout = json.loads((FOLDER / "layout.json").read_text())
+    (hub,) = layout["hubs"]
+    tabs = hub["state"]["tabs"]["tabs"]
+    sources = [item for tab in tabs if isinstance(tab["controller"], dict)
+               for key in ("sources", "leftSources", "rightSources", "discreteSources")
+               for item in tab["controller"].get(key, [])]  # fmt: skip
+    assert len(sources) > 12
+    for source in sources:
+        assert source["logKey"].startswith("NT:/")
+        if "Limelights" not in source["logKey"]:  # those of robots with cameras
+            assert source["logKey"].removeprefix("NT:/") in kinds[source["logType"]]
+    (table,) = [tab["controller"] for tab in tabs if tab["type"] == 4]
+    assert all(any(key.removeprefix("NT:/") in kind for kind in kinds.values()) for key in table)
+    models = load_models(FOLDER)
+    field = tabs[0]["controller"]
+    assert field["game"] == f"FRC:{models.field.name}"
+    robot, component, piece = field["sources"][:3]
+    assert robot["options"]["model"] == models.robot().name
+    assert component["type"] == "component", "right after its robot"
+    assert piece["options"]["variant"] in models.field.pieces

@@ -1,0 +1,47 @@
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import pytest
+
+from simcore.errors import ConfigError
+from simcore.telemetry.guard import GuardedSink
+from simcore.telemetry.snapshot import Snapshot
+from simcore.telemetry.wpilog import WpilogSink
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="no /dev/full, the disk that is always full, on this system")
+def test_a_full_disk_is_said_once_and_ends_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
+    said: list[str] = []
+    monkeypatch.setattr("simcore.telemetry.wpilog.WpilogSink._flush", _flush_later(WpilogSink._flush))
+    sink = GuardedSink(WpilogSink("/dev/full"), said.append)
+    written = 0
+    for tick in range(200):
+        time = 0.02 * (tick + 1)
+        if sink.due(time):
+            sink.write(Snapshot(time=time, tick=tick, doubles={"a": time}))
+            written += 1
+    sink.close()
+    assert len(said) == 1 and "No space left on device" in said[0] and "/dev/full" in said[0]
+    assert sink.failure == said[0]
+    assert written < 60, "not asked again"
+
+
+def _flush_later(flush):  # type: ignore[no-untyped-def]
+    """The header, written at once, would already fail to create the log: here the disk fills up later."""
+
+    def wrapped(self, micros):  # type: ignore[no-untyped-def]
+        if micros:
+            flush(self, micros)
+
+    return wrapped
+
+
+def test_our_own_mistakes_still_raise(tmp_path: Path) -> None:
+    sink = GuardedSink(WpilogSink(tmp_path / "x.wpilog"), sys.exit)
+    sink.write(Snapshot(time=0.02, tick=0, doubles={"a": 1.0}))
+    with pytest.raises(ConfigError, match="one key has one type"):
+        sink.write(Snapshot(time=0.04, tick=1, booleans={"a": True}))
+    sink.close()
+    sink.close()

@@ -1,0 +1,106 @@
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from made_up_run import places, pose, recorded, snapshot
+
+from simcore.errors import ConfigError, UnknownNameError
+from simcore.telemetry.recording import Recording
+from simcore.telemetry.snapshot import Snapshot
+
+
+def test_columns_are_what_was_published() -> None:
+    recording = recorded(50)
+    times, volts = recording.series("Sim/Debug/BatteryVoltage")
+    assert times == pytest.approx(0.02 * np.arange(1, 51))
+    assert volts == pytest.approx(12.0 - times)
+    at, rows = recording.poses("Sim/Robot/Pose3d")
+    assert np.array_equal(rows, [pose(time) for time in at])
+    assert recording.series("Sim/Robot/IsAirborne")[1].tolist() == [0.0] * 21 + [1.0] * 29
+
+
+def test_pieces_are_kept_every_third_tick_and_the_newest_is_found() -> None:
+    recording = recorded(50)
+    assert recording.array_times("Sim/GamePieces/Fuel")[:4] == pytest.approx([0.02, 0.06, 0.12, 0.18])
+    assert recording.places(0.17) == pytest.approx(places(0.12), abs=1e-6)
+    assert recording.places(0.12) == pytest.approx(places(0.12), abs=1e-6), "up to and including its own time"
+    assert recording.places(0.0) == pytest.approx(places(0.02), abs=1e-6), "before the first there is only the first"
+    assert recording.array_at("Sim/GamePieces/Fuel", 0.5).shape == (100, 7)
+
+
+def test_snapshots_come_back_as_they_went_in() -> None:
+    recording = recorded(7)
+    for tick, back in enumerate(recording.snapshots()):
+        sent = snapshot(tick)
+        assert (back.time, back.tick) == (sent.time, sent.tick)
+        assert (back.doubles, back.integers, back.booleans) == (sent.doubles, sent.integers, sent.booleans)
+        assert type(back.integers["Sim/Score/Red"]) is int and type(back.booleans["Sim/Robot/IsAirborne"]) is bool
+        assert np.array_equal(back.poses["Sim/Robot/Pose3d"], sent.poses["Sim/Robot/Pose3d"])
+        assert bool(back.pose_arrays) == (tick in (0, 2, 5)), "where pieces were due"
+    assert tick == 6
+
+
+def test_keys_that_come_and_go_leave_gaps() -> None:
+    recording = Recording()
+    for tick, keys in enumerate((("a",), ("a", "b"), ("b",), ("a", "b"))):
+        time = 0.02 * (tick + 1)
+        recording.write(
+            Snapshot(
+                time=time,
+                tick=tick,
+                doubles=dict.fromkeys(keys, float(tick)),
+                poses={key: np.full(7, float(tick)) for key in keys},
+            )
+        )
+    assert recording.series("a")[1].tolist() == [0.0, 1.0, 3.0]
+    assert recording.series("b")[0] == pytest.approx([0.04, 0.06, 0.08])
+    assert recording.poses("a")[1][:, 0].tolist() == [0.0, 1.0, 3.0]
+    assert [sorted(s.doubles) for s in recording.snapshots()] == [["a"], ["a", "b"], ["b"], ["a", "b"]]
+    assert [sorted(s.poses) for s in recording.snapshots()] == [["a"], ["a", "b"], ["b"], ["a", "b"]]
+
+
+def test_turned_poses_of_a_long_array_keep_their_turn() -> None:
+    recording, turned = Recording(), np.tile([1.0, 2.0, 3.0, 0.6, 0.0, 0.0, 0.8], (70, 1))
+    recording.write(Snapshot(time=0.02, tick=0, pose_arrays={"many": turned, "few": turned[:3]}))
+    assert recording.array_at("many", 1.0) == pytest.approx(turned, abs=1e-6)
+    assert np.array_equal(recording.array_at("few", 1.0), turned[:3])
+
+
+def test_a_jump_back_in_time_begins_a_new_run() -> None:
+    recording = recorded(50)
+    recording.write(replace(snapshot(0), doubles={"new": 1.0}))
+    assert len(recording) == 1
+    assert not recording.has("Sim/Debug/BatteryVoltage")
+    assert recording.places(9.9) == pytest.approx(places(0.02), abs=1e-6)
+
+
+def test_an_endless_run_keeps_its_end_and_stays_small() -> None:
+    recording = recorded(1000, seconds=2.0)
+    times = recording.times
+    assert times[-1] == pytest.approx(20.0)
+    assert 2.0 <= times[-1] - times[0] <= 2.5 + 0.02
+    assert recording.places(times[0]) == pytest.approx(places(times[0]), abs=0.04), "0.06 s old at most"
+    _, rows = recording.poses("Sim/Robot/Pose3d")
+    assert len(rows) == len(recording.series("Sim/Score/Blue")[1]) == len(times) == len(recording)
+
+
+def test_after_close_nothing_is_due_and_all_is_readable() -> None:
+    recording = recorded(5)
+    recording.close()
+    assert not recording.due(99.0)
+    assert len(recording) == 5
+
+
+def test_unknown_names_and_bad_settings() -> None:
+    recording = recorded(3)
+    with pytest.raises(UnknownNameError, match="Did you mean 'Sim/Score/Blue'"):
+        recording.series("Sim/Score/Blu")
+    with pytest.raises(UnknownNameError):
+        recording.poses("Sim/Robot/Pose")
+    with pytest.raises(UnknownNameError):
+        recording.array_at("Sim/GamePieces/Coral", 0.0)
+    for option in ("period", "bulk_period", "seconds"):
+        with pytest.raises(ConfigError, match="> 0"):
+            Recording(**{option: 0.0})

@@ -1,0 +1,105 @@
+"""Requests of robot code: good ones act, bad ones change nothing."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from simcore.geometry.quaternion import rotate
+from simcore.vision.camera import CameraConfig, CameraMount, TagPipeline
+from simcore.vision.limelight import LimelightSim, Request
+from simcore.vision.settings import INPUTS, CameraSettings
+from simcore.vision.tags import official_layout
+
+CONFIG = CameraConfig(
+    mount=CameraMount(x=0.3, y=0.2, z=0.5, pitch_deg=-20.0, yaw_deg=30.0), pipelines=(TagPipeline(),) * 3
+)
+
+GOOD = {
+    "pipeline": ((2.0,), "pipeline", 2),
+    "priorityid": ((26.0,), "priority_id", 26),
+    "crop": ((-0.5, 0.5, -1.0, 1.0), "crop", (-0.5, 0.5, -1.0, 1.0)),
+    "fiducial_id_filters_set": ((26.0, 25.0), "id_filters", (26, 25)),
+    "fiducial_downscale_set": ((2.0,), "downscale", 1.5),
+    "throttle_set": ((100.0,), "throttle", 100),
+    "imumode_set": ((4.0,), "imu_mode", 4),
+    "imuassistalpha_set": ((0.01,), "imu_assist", 0.01),
+    "camerapose_robotspace_set": ((0.1, 0.2, 0.3, 1.0, 2.0, 3.0), "mount", (0.1, 0.2, 0.3, 1.0, 2.0, 3.0)),
+}
+
+BAD = [
+    ("pipeline", (3.0,)),
+    ("pipeline", (-1.0,)),
+    ("pipeline", (0.5,)),
+    ("pipeline", (math.nan,)),
+    ("pipeline", ()),
+    ("pipeline", (0.0, 1.0)),
+    ("priorityid", (-2.0,)),
+    ("crop", (0.0, 1.0)),
+    ("crop", (0.5, -0.5, -1.0, 1.0)),
+    ("crop", (-1.0, 1.5, -1.0, 1.0)),
+    ("crop", (-1.0, math.inf, -1.0, 1.0)),
+    ("fiducial_id_filters_set", (1.5,)),
+    ("fiducial_downscale_set", (6.0,)),
+    ("throttle_set", (-1.0,)),
+    ("imumode_set", (5.0,)),
+    ("imuassistalpha_set", (1.1,)),
+    ("camerapose_robotspace_set", (0.0, 0.0, 0.0)),
+    ("camerapose_robotspace_set", (0.0, 0.0, 0.0, 0.0, 0.0, math.nan)),
+]
+
+
+def test_there_is_a_good_request_for_every_input():
+    assert set(GOOD) == set(INPUTS)
+
+
+@pytest.mark.parametrize("topic", sorted(GOOD))
+def test_a_good_request_acts(topic):
+    values, name, expected = GOOD[topic]
+    settings = CameraSettings.of(CONFIG)
+    assert settings.apply(topic, values) is None
+    assert getattr(settings, name) == expected
+
+
+@pytest.mark.parametrize(("topic", "values"), BAD)
+def test_a_bad_request_changes_nothing_and_says_why(topic, values):
+    settings = CameraSettings.of(CONFIG)
+    before = replace(settings)
+    problem = settings.apply(topic, values)
+    assert problem is not None
+    assert settings == before
+
+
+def test_filters_and_downscale_can_be_given_back():
+    settings = CameraSettings.of(CONFIG)
+    settings.apply("fiducial_id_filters_set", (26.0,))
+    assert settings.apply("fiducial_id_filters_set", ()) is None
+    assert settings.id_filters is None
+
+
+def test_a_camera_starts_by_believing_where_it_is():
+    """Ahead, right, up and pitch up in the Limelight's words are x, -y, z and -pitch in WPILib's."""
+    settings = CameraSettings.of(CONFIG)
+    assert settings.mount == (0.3, -0.2, 0.5, 0.0, 20.0, 30.0)
+    position, rotation = settings.believed_mount
+    assert position == pytest.approx(CONFIG.mount.position)
+    assert rotation == pytest.approx(CONFIG.mount.rotation)
+    assert rotate(rotation, (1.0, 0.0, 0.0))[2] == pytest.approx(math.sin(math.radians(20.0)))  # it looks up
+
+
+@pytest.mark.parametrize(
+    ("topic", "values"),
+    [*BAD, ("robot_orientation_set", (1.0,)), ("robot_orientation_set", (math.nan,) * 6), ("crop", None)],
+)
+def test_a_bad_request_is_logged_once(topic, values, caplog):
+    camera = LimelightSim(CONFIG, official_layout(), np.random.default_rng(0))
+    for k in range(5):
+        camera.request(Request(topic, values), 0.02 * k)
+    assert camera.bad_requests == 5
+    assert len(caplog.records) == 1
+    assert topic in caplog.text and "limelight" in caplog.text
+    assert camera.settings == CameraSettings.of(CONFIG)
+    assert camera.heading.attitude(0.0) == pytest.approx(np.eye(3))

@@ -1,0 +1,261 @@
+"""The page in a real browser: what it draws is compared with the state, point by point; buttons are pressed."""
+
+from __future__ import annotations
+
+import importlib.util
+import sys
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+pytest.importorskip("viser", reason="the extra 'view' is not installed")
+
+from games.rebuilt.models import models_folder
+from games.rebuilt.sim import RebuiltConfig, RebuiltSim, RobotEntry
+from simcore.geometry.quaternion import from_rpy, rotate
+from simcore.telemetry.log_reader import read_log
+from simcore.telemetry.memory import MemorySink
+from simcore.telemetry.snapshot import Snapshot
+from simcore.telemetry.wpilog import WpilogSink
+from simcore.view.live import LiveView
+from simcore.view.models import load_models
+from simcore.view.page import ViewPage
+from simcore.view.replay import Replay
+
+_spec = importlib.util.spec_from_file_location("chromium", Path(__file__).with_name("chromium.py"))
+assert _spec is not None and _spec.loader is not None
+chromium = importlib.util.module_from_spec(_spec)
+sys.modules["chromium"] = chromium
+_spec.loader.exec_module(chromium)
+
+pytestmark = [
+    pytest.mark.slow,
+    pytest.mark.skipif(chromium.find_chromium() is None, reason="no Chromium or Chrome on this computer"),
+]
+
+SIZE = (360, 640)
+"""Height and width of a picture [pixels]."""
+
+
+@pytest.fixture
+def browser(tmp_path: Path) -> Iterator[type]:
+    pages = []
+
+    def visit(url: str):
+        pages.append(chromium.Chromium(url, tmp_path / f"profile{len(pages)}"))
+        return pages[-1]
+
+    yield visit
+    for page in pages:
+        page.close()
+
+
+def picture(page: ViewPage, eye, target, fov: float = 0.8) -> tuple[np.ndarray, object]:
+    """What the browser draws from an eye at a target, and the function from field points to its pixels."""
+    end = time.monotonic() + 30.0
+    while not page.server.get_clients():
+        assert time.monotonic() < end, "no browser came"
+        time.sleep(0.05)
+    (client,) = page.server.get_clients().values()
+    eye, target = np.array(eye, dtype=float), np.array(target, dtype=float)
+    z = (target - eye) / np.linalg.norm(target - eye)
+    x = np.cross(z, (0.0, 0.0, 1.0))
+    x /= np.linalg.norm(x)
+    axes = np.column_stack((x, np.cross(z, x), z))  # camera: x right, y down, z ahead
+    from scipy.spatial.transform import Rotation
+
+    qx, qy, qz, qw = Rotation.from_matrix(axes).as_quat()
+    height, width = SIZE
+    image = client.get_render(
+        height=height, width=width, wxyz=(qw, qx, qy, qz), position=tuple(eye), fov=fov, transport_format="png"
+    )
+    focal = 0.5 * height / np.tan(0.5 * fov)
+
+    def pixel(point) -> tuple[int, int]:
+        a, b, c = axes.T @ (np.asarray(point) - eye)
+        return round(height / 2 + focal * b / c - 0.5), round(width / 2 + focal * a / c - 0.5)
+
+    return image[:, :, :3].astype(int), pixel
+
+
+def is_yellow(rgb: np.ndarray) -> bool:
+    r, g, b = rgb
+    return r > 100 and g > 80 and b < 0.62 * min(r, g)
+
+
+def is_like(rgb: np.ndarray, channel: int) -> bool:
+    others = [rgb[i] for i in range(3) if i != channel]
+    return rgb[channel] > 60 and rgb[channel] > 1.5 * max(others)
+
+
+def settled(page: ViewPage, eye, target, good) -> tuple[np.ndarray, object]:
+    """The picture once it has all of the scene; a software renderer needs some seconds."""
+    end = time.monotonic() + 40.0
+    while True:
+        image, pixel = picture(page, eye, target)
+        if good(image, pixel) or time.monotonic() > end:
+            return image, pixel
+        time.sleep(0.5)
+
+
+def test_fuel_robots_and_field_are_where_the_state_says(browser) -> None:
+    """From above: yellow at all 448 fuel, carpet between them, bumpers in their alliance's color at both robots."""
+    memory = MemorySink()
+    entries = (RobotEntry(pose=(2.5, 5.9, 0.4)), RobotEntry(alliance="red"))
+    with RebuiltSim(RebuiltConfig(robots=entries), sinks=[memory]) as sim:
+        for _ in range(5):
+            sim.tick()
+    snapshot = memory.snapshots[-1]
+    fuel = snapshot.pose_arrays["Sim/GamePieces/Fuel"][:, :3]
+    in_sight = fuel[(fuel[:, 0] > 5.5) & (fuel[:, 0] < 11.0)]  # the neutral zone; depots lie in their walls' shade
+    assert len(in_sight) > 350
+    with ViewPage(load_models(models_folder())) as page:
+        page.show(snapshot)
+        visitor = browser(page.url)
+        visitor.wait_for_text("fuel on the field")
+
+        def share(image, pixel):
+            return np.mean([is_yellow(image[pixel(p)]) for p in in_sight])
+
+        eye, target = (8.27, 3.0, 9.0), (8.27, 4.03, 0.0)
+        image, pixel = settled(page, eye, target, lambda i, p: share(i, p) > 0.99)
+        assert share(image, pixel) > 0.99
+        clear = [(x, y, 0.0) for x in (6.2, 10.3) for y in (2.6, 4.0, 5.4)]
+        assert not any(is_yellow(image[pixel(p)]) for p in clear)
+        for number, channel in ((0, 2), (1, 0)):
+            key = "Sim/Robot/Pose3d" if number == 0 else "Sim/Robots/1/Robot/Pose3d"
+            x, y, z, w, qx, qy, qz = snapshot.poses[key]
+            bumpers = [(sx, sy, 0.25) for sx, sy in ((0.1, 0.36), (0.1, -0.36), (0.36, 0.36), (0.36, -0.36))]
+            corners = [np.array((x, y, z)) + rotate((qx, qy, qz, w), b) for b in bumpers]
+            image, pixel = settled(
+                page,
+                (x, y - 0.5, 4.0),
+                (x, y, 0.0),
+                lambda i, p, c=corners, k=channel: all(is_like(i[p(corner)], k) for corner in c),
+            )
+            assert [is_like(image[pixel(corner)], channel) for corner in corners] == [True] * 4
+        # one fuel moves: it is drawn there and no longer here
+        rows = snapshot.pose_arrays["Sim/GamePieces/Fuel"].copy()
+        here, there = rows[0, :3].copy(), np.array((6.2, 4.0, 0.075))
+        rows[:] = np.where(np.linalg.norm(rows[:, :2] - here[:2], axis=1)[:, None] < 0.4, (*there, 1, 0, 0, 0), rows)
+        page.show(Snapshot(time=1.0, tick=1, poses=snapshot.poses, pose_arrays={"Sim/GamePieces/Fuel": rows}))
+        image, pixel = settled(page, eye, target, lambda i, p: is_yellow(i[p(there)]))
+        assert is_yellow(image[pixel(there)]) and not is_yellow(image[pixel(here)])
+        assert {url.split("/")[2] for url in visitor.requests if url.startswith("http")} == {page.url.split("/")[2]}, (
+            "the page asks nobody else: it works offline"
+        )
+
+
+def test_parts_move_with_their_poses(browser) -> None:
+    """The intake's orange arm is outside of the bumpers when the pose of the part says so, and only then."""
+    pose = np.array((4.0, 4.0, 0.0, 1.0, 0.0, 0.0, 0.0))
+    parts = np.zeros((16, 7))
+    parts[:, 3] = 1.0
+    parts[:, 2] = -5.0  # out of sight, below the carpet
+    with ViewPage(load_models(models_folder()).with_field(None)) as page:
+        for back in (0.0, 0.28):
+            parts[0, :3] = (-0.30 - back, 0.0, 0.35 - 0.5 * back)
+            snapshot = Snapshot(
+                time=back, tick=0, poses={"Sim/Robot/Pose3d": pose},
+                pose_arrays={"Sim/Robot/ComponentPoses": parts.copy()},
+            )  # fmt: skip
+            page.show(snapshot)
+            if back == 0.0:
+                browser(page.url).wait_for_text("0:00.0")
+            arm = pose[:3] + parts[0, :3] + (-0.12, 0.345, 0.045)
+
+            def orange(image, pixel, arm=arm):
+                r, g, b = image[pixel(arm)]
+                return r > 1.2 * g > 1.2 * b
+
+            image, pixel = settled(page, (3.4, 2.5, 3.0), (3.6, 4.0, 0.2), orange)
+            assert orange(image, pixel), back
+        assert not orange(image, pixel, pose[:3] + np.array((-0.37, 0.345, 0.395)))
+
+
+def test_buttons_of_a_live_run(browser) -> None:
+    view = LiveView(load_models(models_folder()), seed=3)
+    try:
+        visitor = browser(view.url)
+        visitor.wait_for_text("restart with this seed")
+        for label, paused in (("pause", True), ("go on", False)):
+            visitor.wait_for_text(label)
+            visitor.click(label)
+            end = time.monotonic() + 10.0
+            while view.pacer.paused != paused:
+                assert time.monotonic() < end
+                time.sleep(0.02)
+        visitor.click("restart with this seed")
+        end = time.monotonic() + 10.0
+        while not view.wants_restart:
+            assert time.monotonic() < end
+            time.sleep(0.02)
+        view.after_tick(5.0)  # does not wait: the run shall end
+        assert view.next_seed(Snapshot(time=0.0, tick=0)) == 3
+        assert not view.wants_restart
+        assert view.next_seed(Snapshot(time=0.0, tick=0), should_stop=lambda: True) is None
+        visitor.wait_for_text("the run is over")
+    finally:
+        view.close()
+
+
+def test_replay_plays_seeks_and_stops_at_the_end(browser, tmp_path: Path) -> None:
+    with RebuiltSim(sinks=[WpilogSink(tmp_path / "run.wpilog")]) as sim:
+        for _ in range(100):
+            sim.tick()
+        end_pose = np.array((*sim.robots[0].chassis.pos,))
+    replay = Replay(read_log(tmp_path / "run.wpilog"), load_models(models_folder()))
+    try:
+        visitor = browser(replay.url)
+        visitor.wait_for_text("run.wpilog")
+        replay.step(0.5)
+        visitor.wait_for_text("0:00.5")
+        visitor.wait_for_text("fuel on the field 448")
+        visitor.click("pause")
+        end = time.monotonic() + 10.0
+        while replay.playing:
+            assert time.monotonic() < end
+            time.sleep(0.02)
+        replay.seek(1.3)
+        replay.step(0.1)
+        visitor.wait_for_text("0:01.3")
+        visitor.click("play")
+        while not replay.playing:
+            assert time.monotonic() < end
+            time.sleep(0.02)
+        replay.step(5.0)
+        visitor.wait_for_text("0:02.0")
+        assert not replay.playing and replay.time == replay.end == pytest.approx(2.0)
+        seen = replay.log.snapshot_at(replay.time).poses["Sim/Robot/Pose3d"]
+        assert seen[:3] == pytest.approx(end_pose)
+        assert visitor.screenshot().startswith(b"\x89PNG")
+    finally:
+        replay.close()
+
+
+def test_following_a_robot_brings_it_to_the_middle(browser) -> None:
+    """The world moves, so the camera can be turned meanwhile; behind the robot its front is always ahead."""
+    x, y, yaw = 3.0, 5.0, 2.0
+    qx, qy, qz, qw = from_rpy(0.0, 0.0, yaw)
+    snapshot = Snapshot(
+        time=0.0, tick=0, poses={"Sim/Robot/Pose3d": np.array((x, y, 0.0, qw, qx, qy, qz))},
+        booleans={"Sim/Robot/IsRed": True},
+    )  # fmt: skip
+    with ViewPage(load_models(models_folder()).with_field(None)) as page:
+        page.scene.follow = (0, True)
+        page.show(snapshot)
+        browser(page.url).wait_for_text("0:00.0")
+        cx, cy, _ = page.scene.center
+        corner = (cx - 0.36, cy + 0.36, 0.25)
+        mark = (cx + 0.404, cy, 0.16)  # the white plate on the front bumper
+        image, pixel = settled(
+            page,
+            (cx + 2.0, cy - 1.0, 2.2),
+            (cx, cy, 0.1),
+            lambda i, p: is_like(i[p(corner)], 0) and i[p(mark)].min() > 90,
+        )
+        assert is_like(image[pixel(corner)], 0)
+        assert image[pixel(mark)].min() > 90

@@ -1,0 +1,118 @@
+"""`python -m simcore.view` with good and bad input; a page is served, but nobody need look at it."""
+
+from __future__ import annotations
+
+import socket
+import sys
+import threading
+import time
+import urllib.request
+from pathlib import Path
+
+import pytest
+
+from games.rebuilt.models import models_folder
+from games.rebuilt.sim import RebuiltSim
+from simcore.telemetry.snapshot import Snapshot
+from simcore.telemetry.wpilog import WpilogSink
+from simcore.view.__main__ import main
+from simcore.view.page import open_browser
+
+MODELS = ("--models", str(models_folder()), "--no-browser")
+
+
+@pytest.fixture
+def log(tmp_path: Path) -> Path:
+    with RebuiltSim(sinks=[WpilogSink(tmp_path / "run.wpilog")]) as sim:
+        for _ in range(60):
+            sim.tick()
+    return tmp_path / "run.wpilog"
+
+
+def free_port() -> int:
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        return int(probe.getsockname()[1])
+
+
+def test_a_log_is_served_on_this_computer_only(log, capsys):
+    pytest.importorskip("viser", reason="the extra 'view' is not installed")
+    port, got = free_port(), {}
+
+    def visit():
+        end = time.monotonic() + 20.0
+        while time.monotonic() < end and "page" not in got:
+            try:
+                with urllib.request.urlopen(f"http://127.0.0.1:{port}/", timeout=5) as answer:
+                    got["page"] = answer.read(100)
+            except OSError:
+                time.sleep(0.05)
+        try:
+            socket.create_connection(("127.0.0.2", port), timeout=1.0).close()
+        except OSError:
+            got["elsewhere"] = "refused"
+
+    visitor = threading.Thread(target=visit)
+    visitor.start()
+    assert main([str(log), *MODELS, "--port", str(port), "--seconds", "3"]) == 0
+    visitor.join()
+    assert b"<!doctype html" in got["page"].lower() and got["elsewhere"] == "refused"
+    said = capsys.readouterr().out
+    assert "run.wpilog: 1.2 s" in said and f"http://127.0.0.1:{port}" in said
+    assert "viser" not in said, "it speaks for itself, not for its library"
+
+
+def test_a_cut_log_and_a_foreign_one_are_shown_with_a_word(log, capsys, tmp_path):
+    pytest.importorskip("viser", reason="the extra 'view' is not installed")
+    cut = tmp_path / "cut.wpilog"
+    cut.write_bytes(log.read_bytes()[:-1000])
+    assert main([str(cut), *MODELS, "--seconds", "0.1"]) == 0
+    assert "its end is cut off; what is there is shown" in capsys.readouterr().out
+    sink = WpilogSink(tmp_path / "foreign.wpilog")
+    sink.write(Snapshot(time=1.0, tick=0, doubles={"SmartDashboard/Speed": 3.0}))
+    sink.close()
+    assert main([str(sink.path), *MODELS, "--seconds", "0.1"]) == 0
+    assert "it holds no Sim/Robot/Pose3d" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["none.wpilog"], "LogError: cannot read the log 'none.wpilog'"),
+        (["text.wpilog"], "LogError: the log 'text.wpilog' is not a .wpilog file"),
+        (["run.wpilog", "--models", "none"], "ModelError: no folder 'none'"),
+        (["run.wpilog", *MODELS, "--robot", "Simcore Rebuild"], "Did you mean 'Simcore Rebuilt'"),
+        (["run.wpilog", *MODELS, "--port", "70000"], "ConfigError: a port is 1 to 65535"),
+        (["run.wpilog", "--game", "rebilt"], "UnknownNameError: no game with models named 'rebilt'"),
+    ],
+)
+def test_wrong_input_is_one_sentence(log, capsys, monkeypatch, arguments, words):
+    monkeypatch.chdir(log.parent)
+    Path("text.wpilog").write_text("time,score\n0,1\n")
+    assert main(arguments) == 2
+    (line,) = capsys.readouterr().err.strip().splitlines()
+    assert words in line
+
+
+def test_a_taken_port_and_a_missing_extra(log, capsys, monkeypatch):
+    with socket.socket() as other:
+        other.bind(("127.0.0.1", 0))
+        other.listen()
+        if "viser" in sys.modules or __import__("importlib.util").util.find_spec("viser"):
+            assert main([str(log), *MODELS, "--port", str(other.getsockname()[1])]) == 2
+            assert "Another view may be running" in capsys.readouterr().err
+    monkeypatch.setitem(sys.modules, "viser", None)
+    assert main([str(log), *MODELS]) == 2
+    assert "python -m pip install 'simcore[view]'" in capsys.readouterr().err
+
+
+def test_without_a_display_or_a_browser_the_page_is_named(monkeypatch):
+    monkeypatch.setattr(sys, "platform", "linux")
+    monkeypatch.delenv("DISPLAY", raising=False)
+    monkeypatch.delenv("WAYLAND_DISPLAY", raising=False)
+    assert open_browser("http://x:1") == "no display here: open http://x:1 in a browser on this computer"
+    monkeypatch.setenv("DISPLAY", ":0")
+    monkeypatch.setattr("webbrowser.open", lambda url: False)
+    assert open_browser("http://x:1") == "no browser found: open http://x:1 yourself"
+    monkeypatch.setattr("webbrowser.open", lambda url: True)
+    assert open_browser("http://x:1") == "the view is at http://x:1"
