@@ -1,8 +1,8 @@
 """Motor controllers that think as often as the drivetrain moves, so that the rest of the game need not be cut.
 
 On the wall clock a tick is cut into parts of 5 ms for the controllers' sake: volts that stand for 20 ms make a steer
-loop overshoot. In simulated time the controllers can be asked in the middle of the tick instead, before every inner step
-of the swerve model (4 ms or less); engine, fuel and sensors keep their own pace. Measured on the example's auto: 4.4 ms
+loop overshoot. In simulated time the controllers can be asked in the middle of the tick instead, before every inner
+step of the swerve model (4 ms or less); engine, fuel and sensors keep their own pace. Measured on the example's auto: 4.4 ms
 of a tick became 3.1.
 """
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, ClassVar
 
 from wpilib.simulation import DriverStationSim
 
@@ -76,8 +76,8 @@ class XboxPad(Joystick):
         pad.a = True
     """
 
-    AXES = {"left_x": 0, "left_y": 1, "left_trigger": 2, "right_trigger": 3, "right_x": 4, "right_y": 5}
-    BUTTONS = {
+    AXES: ClassVar = {"left_x": 0, "left_y": 1, "left_trigger": 2, "right_trigger": 3, "right_x": 4, "right_y": 5}
+    BUTTONS: ClassVar = {
         **{"a": 1, "b": 2, "x": 3, "y": 4, "left_bumper": 5, "right_bumper": 6},
         **{"back": 7, "start": 8, "left_stick": 9, "right_stick": 10},
     }

@@ -309,4 +309,3 @@ class RobotTest:
             raise error
         if not self._control.robot_is_alive:
             raise SimcoreError("the robot program has ended by itself: startCompetition returned")
-

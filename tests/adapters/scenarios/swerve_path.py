@@ -138,7 +138,9 @@ def s_curve(bench: Bench) -> list[list[float]]:
     return path
 
 
-def response(bench: Bench, request: object, what: Callable[[PlanarChassis], float], seconds: float = 1.2) -> list[float]:
+def response(
+    bench: Bench, request: object, what: Callable[[PlanarChassis], float], seconds: float = 1.2
+) -> list[float]:
     """Time to 90 % of the end [s], largest value over the end, end."""
     bench.stop()
     rows: list[float] = []
