@@ -146,6 +146,8 @@ class RebuiltSim:
             self.world.close()
             raise
         self._codes = list(robot_code) + [None] * (len(self.robots) - len(robot_code))
+        self.alliances: list[Alliance] = [entry.alliance for entry in c.robots]
+        """Of each robot, as last set."""
         self.sinks = list(sinks)
         self.time = 0.0
         """Simulated time since the start of auto [s]."""
