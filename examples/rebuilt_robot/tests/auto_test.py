@@ -1,23 +1,39 @@
-"""What a team tests before it drives to an event: the auto scores, with `robotpy test`.
+"""What a team tests before it drives to an event, in simulated time: `robotpy test`, or `pytest`."""
 
-It takes as long as it does on the field: Phoenix 6 lives on the wall clock, and physics keeps to it.
-"""
-
-import hal
-import ntcore
-from wpilib.simulation import DriverStationSim
+import pytest
 
 
-def test_the_auto_scores(control, robot):
-    DriverStationSim.setAllianceStationId(hal.AllianceStationID.kBlue1)
-    with control.run_robot():
-        control.step_timing(seconds=1.0, autonomous=True, enabled=False)
-        control.step_timing(seconds=20.0, autonomous=True, enabled=True)
-        score = ntcore.NetworkTableInstance.getDefault().getEntry("/Sim/Score/Blue").getInteger(0)
-        assert score >= 8
+@pytest.mark.parametrize("color", ["blue", "red"])
+def test_the_auto_scores(sim, color):
+    """8 preloaded fuel, and what it finds in the depot."""
+    sim.alliance(color)
+    sim.autonomous("depot", seconds=20)
+    assert getattr(sim.score, color) >= 8
+    assert sim.score.total == getattr(sim.score, color)
+    assert sim.battery.min_voltage > 7.0
+
+
+def test_a_driver_drives_takes_in_and_shoots(sim):
+    pad = sim.xbox(0)
+    sim.teleop()
+    start = sim.pose
+    pad.left_y = -0.5  # forward, away from the driver
+    sim.run(1.0)
+    pad.left_y = 0.0
+    sim.run(1.0)
+    assert sim.pose.X() - start.X() > 0.7
+    pad.y = True  # aim and shoot
+    sim.run_until(lambda: sim.fuel.held == 0, timeout=8.0)
+
+
+def test_odometry_follows_the_robot(sim):
+    sim.autonomous("depot", seconds=6)
+    believed = sim.robot.container.drivetrain.get_state().pose
+    assert believed.translation().distance(sim.pose.translation()) < 0.2
 
 
 def test_disabled_it_stays_where_it_is(control, robot):
+    """Pyfrc's own fixtures."""
     with control.run_robot():
         control.step_timing(seconds=2.0, autonomous=False, enabled=False)
         before = robot.container.drivetrain.get_state().pose
