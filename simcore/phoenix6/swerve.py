@@ -192,7 +192,7 @@ def _pin(constants: Any) -> int | None:
 def _stop_stepping(drivetrain: Any) -> None:
     """In simulated time: stop the generated class's Notifier, which would wake 250 times a second for nothing."""
     standin = sys.modules.get("simcore.phoenix6.standin")
-    notifier = getattr(drivetrain, "_sim_notifier", None)
+    notifier: Any = getattr(drivetrain, "_sim_notifier", None)
     if standin is not None and standin.installed() is not None and hasattr(notifier, "stop"):
         notifier.stop()
 

@@ -22,7 +22,7 @@ import pytest
 
 __all__ = ["ChildTask", "run_isolated"]
 
-_TAIL = 4000  # characters of a dead child's last words
+_TAIL = 4000  # characters of a dead child's words, at the start and at the end
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -88,7 +88,9 @@ def run_isolated(
         reports = _read(item, Path(task.reports))
         if {"call", "teardown"} <= {r.when for r in reports} or any(r.failed or r.skipped for r in reports):
             return reports
-        said = out.read_text("utf-8", "replace")[-_TAIL:]
+        said = out.read_text("utf-8", "replace")
+        if len(said) > 2 * _TAIL:
+            said = f"{said[:_TAIL]}\n[...]\n{said[-_TAIL:]}"
         how = f"was ended after {timeout:g} s of wall time (simcore_timeout)" if code is None else f"died (exit {code})"
         return [*reports, _failed(item, f"the process of this robot test {how}. Its last words:\n\n{said}")]
     finally:

@@ -5,7 +5,9 @@ Loads with pytest itself, in projects that have no robot too: whatever is heavy 
 
 from __future__ import annotations
 
+import contextlib
 import os
+import shutil
 import sys
 from collections.abc import Generator
 from pathlib import Path
@@ -177,44 +179,55 @@ def _install() -> None:
 @pytest.fixture
 def sim(request: pytest.FixtureRequest, robot: Any, control: Any) -> Generator[RobotTest, None, None]:
     """The robot of this project on its simulated field; see docs/testing.md."""
-    from simcore.robotpy.evidence import Evidence
     from simcore.robotpy.robot_test import RobotTest
+    from simcore.telemetry.recording import Recording
 
     hang = float(request.config.getini("simcore_hang"))
+    request.node.stash[_OUTPUT] = folder = _output(request)
+    _remove(folder)
     with RobotTest(control, robot, hang=hang, complaints=_complaints) as test:
-        evidence = Evidence(_output(request))
-        for sink in evidence.sinks:
-            test.add_sink(sink)
-        request.node.stash[_EVIDENCE] = evidence
+        request.node.stash[_RECORDING] = recording = Recording()
+        test.add_sink(recording)
         yield test
 
 
-_EVIDENCE: pytest.StashKey[Any] = pytest.StashKey()
+_RECORDING: pytest.StashKey[Any] = pytest.StashKey()
+_OUTPUT: pytest.StashKey[Path] = pytest.StashKey()
 
 
 def _output(request: pytest.FixtureRequest) -> Path:
+    """Where log, page and picture of this test go if it fails."""
     named = request.config.getoption("sim_output")
     robot_path: Path = request.getfixturevalue("robot_path")
     base = Path(named) if named else robot_path / "test_output"
-    safe = "".join(c if c.isalnum() or c in "-_." else "_" for c in request.node.name)
-    return base / safe
+    return base / "".join(c if c.isalnum() or c in "-_." else "_" for c in request.node.name)
+
+
+def _remove(folder: Path) -> None:
+    """Take away what an earlier run of the test left."""
+    shutil.rmtree(folder, ignore_errors=True)
+    with contextlib.suppress(OSError):  # not there, or another test's output is in it
+        folder.parent.rmdir()
 
 
 @pytest.hookimpl(wrapper=True)
 def pytest_runtest_makereport(item: pytest.Item, call: pytest.CallInfo[Any]) -> Generator[None, Any, Any]:
-    """Leave log and picture of a failed test; tell when the machine was too slow for the real Phoenix 6."""
+    """Leave log, page and picture of a failed test; tell when the machine was too slow for the real Phoenix 6."""
     report = yield
     if report.when != "call":
         return report
-    if _is_robot_test(item) or "robot" in getattr(item, "fixturenames", ()):
+    if "robot" in getattr(item, "fixturenames", ()):
         _judge_lateness(item, report)
-    evidence = item.stash.get(_EVIDENCE, None)
-    if evidence is not None:
-        test = getattr(item, "funcargs", {}).get("sim")
-        if report.failed:
-            report.sections.append(("simcore", evidence.keep(test, item.nodeid)))
-        else:
-            evidence.drop()
+    test = getattr(item, "funcargs", {}).get("sim")
+    recording = item.stash.get(_RECORDING, None)
+    if report.failed and test is not None and test.has_run and recording is not None:
+        from simcore.telemetry.evidence import leave_evidence
+
+        scene = test.game.scene() if hasattr(test.game, "scene") else None
+        left = leave_evidence(
+            recording, item.stash[_OUTPUT], scene=scene, title=item.nodeid, note=f"failed at {test.summary()}"
+        )
+        report.sections.append(("simcore", f"{left}\nat its end: {test.summary()}"))
     return report
 
 

@@ -129,9 +129,9 @@ def test_robot_raises(sim):
 """
     )
     assert code == 1 and "1 failed, 4 passed" in said, said
-    assert "log (AdvantageScope)" in said and "picture" in said
+    assert "look at the run: page" in said
     left = files(project.folder / "test_output")
-    assert left == {"test_fails/run.wpilog", "test_fails/run.png"}
+    assert left == {"test_fails/run.wpilog", "test_fails/run.png", "test_fails/run.html"}
 
 
 def test_without_physics_or_robot_it_says_what_is_missing(project):
@@ -158,4 +158,4 @@ def test_hangs(sim):
     sim.run(1.0)
 """
     )
-    assert code == 1 and "died" in said and "Timeout" in said and "publish" in said, said[-3000:]
+    assert code == 1 and "died" in said and "Timeout" in said and "robotPeriodic" in said, said[-3000:]
