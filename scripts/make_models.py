@@ -243,7 +243,7 @@ def robot_config() -> dict[str, Any]:
 # --- field ------------------------------------------------------------------------------------------------------------
 
 FIELD_COLORS: tuple[tuple[str, Color], ...] = (
-    ("*_hub_base", DARK),
+    ("*_hub_base", (82, 88, 98)),
     ("*_hub_backboard", (225, 228, 232, 90)),
     ("blue_hub_*", BLUE),
     ("red_hub_*", RED),
@@ -345,7 +345,7 @@ def write_all(output: Path) -> None:
         mesh.apply_transform(translation_matrix((-dim.FIELD_LENGTH / 2, -dim.FIELD_WIDTH / 2, 0.0)))
         mesh.apply_transform(rotation_matrix(math.pi, (0.0, 0.0, 1.0)))
     save(field / "model.glb", meshes.values(), meshes)
-    save(field / "model_0.glb", [painted(trimesh.creation.icosphere(2, FUEL.bounding_radius), YELLOW)])
+    save(field / "model_0.glb", [painted(trimesh.creation.icosphere(1, FUEL.bounding_radius), YELLOW)])
     write_json(field / "config.json", field_config())
 
 

@@ -6,14 +6,24 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from games.rebuilt.field import FIELD_SIZE
+from games.rebuilt.field import FIELD_SIZE, load_field
 from games.rebuilt.fuel import FUEL
 from simcore.telemetry.scene import RobotLook, Scene, ShotTrace
 
 if TYPE_CHECKING:
     from games.rebuilt.sim import RebuiltSim
 
-__all__ = ["scene_of"]
+__all__ = ["bare_scene", "scene_of"]
+
+
+def bare_scene() -> Scene:
+    """The field alone, for a run of which only the log is left."""
+    return Scene(
+        field_size=FIELD_SIZE,
+        field_outlines=load_field().outlines(),
+        piece_radius=FUEL.bounding_radius,
+        piece_name=FUEL.name.lower(),
+    )
 
 
 def scene_of(sim: RebuiltSim) -> Scene:

@@ -145,6 +145,8 @@ class RebuiltSim:
         except BaseException:
             self.world.close()
             raise
+        self.alliances: list[Alliance] = [entry.alliance for entry in c.robots]
+        """Of each robot, as last set."""
         self._codes = list(robot_code) + [None] * (len(self.robots) - len(robot_code))
         self.alliances: list[Alliance] = [entry.alliance for entry in c.robots]
         """Of each robot, as last set."""

@@ -12,7 +12,6 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
-import simcore
 from simcore.attach.read import FILE_NAME
 from simcore.attach.template import FoundMotor, template
 from simcore.errors import ConfigError, OutputError
@@ -70,7 +69,7 @@ def look_at_robot(folder: Path) -> tuple[list[FoundMotor] | None, str]:
     for module in ("phoenix6", "wpilib"):
         if find_spec(module) is None:
             return None, f"{module} is not installed"
-    path = [str(Path(simcore.__file__).resolve().parents[1]), *filter(None, [os.environ.get("PYTHONPATH")])]
+    path = [str(Path(__file__).resolve().parents[2]), *filter(None, [os.environ.get("PYTHONPATH")])]
     try:
         # In a folder of its own: devices keep their configurations in ./ctre_sim.
         with tempfile.TemporaryDirectory() as scratch:

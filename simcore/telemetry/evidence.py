@@ -89,12 +89,12 @@ def leave_evidence(
 
 
 def write_log(recording: Recording, path: str | Path) -> None:
-    """Write what was recorded as a `.wpilog`, as `WpilogSink` would have done during the run.
+    """Write what was recorded as a `.wpilog`, as a `WpilogSink` of the same `bulk_period` would have done.
 
     Raises:
         OutputError: The file cannot be written.
     """
-    with WpilogSink(path) as sink:
+    with WpilogSink(path, bulk_period=recording.bulk_period) as sink:
         for snapshot in recording.snapshots():
             sink.write(snapshot)
 

@@ -135,6 +135,9 @@ def _facts(recording: Recording, scene: Scene) -> list[tuple[str, str]]:
             facts.append((f"{name} points", f"{recording.series(key)[1][-1]:.0f}"))
     if scene.shots:
         facts.append(("shots hit", f"{scene.hits} of {len(scene.shots)}"))
+    elif recording.has("Sim/Shots") and recording.has("Sim/Hits"):
+        hits, shots = (recording.series(key)[1][-1] for key in ("Sim/Hits", "Sim/Shots"))
+        facts.append(("shots hit", f"{hits:.0f} of {shots:.0f}"))
     if len(scene.intakes):
         facts.append((f"{scene.piece_name} taken in", str(len(scene.intakes))))
     whose = " by robot 0" if len(scene.robots) > 1 else ""

@@ -76,11 +76,11 @@ def key_html(scene: Scene) -> str:
 
     misses = len(scene.shots) - scene.hits
     path = [line(PATH, "path of the robot")] if len(scene.robots) == 1 else []
+    shots = [line(HIT, f"shots that scored ({scene.hits})"), line(MISS, f"shots that missed ({misses})")]
     return " ".join(
         (
             *path,
-            line(HIT, f"shots that scored ({scene.hits})"),
-            line(MISS, f"shots that missed ({misses})"),
+            *(shots if scene.shots else []),
             line(FUEL, f"{scene.piece_name} (darker and larger: in the air)"),
             "<span>space plays, arrows step, charts follow the pointer</span>",
         )

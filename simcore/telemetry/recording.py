@@ -50,6 +50,8 @@ class Recording:
         """
         require_positive("Recording", "seconds", seconds, "s")
         self.closed = False
+        self.bulk_period = bulk_period
+        """Simulated time between two of the long arrays that are kept [s]."""
         self._seconds = seconds
         self._cadence = Cadence(period)
         self._bulk_cadence = Cadence(bulk_period)

@@ -18,7 +18,7 @@ PieceMesh = tuple[FloatArray, IntArray, tuple[int, int, int]]
 """Vertices [m], triangles, color."""
 
 _PLAIN = (255, 206, 20)
-_MOST_TRIANGLES = 2_000  # of a piece; times 504 that is what a laptop draws 30 times a second
+_MOST_TRIANGLES = 500  # of a piece; hundreds are drawn. 80 run on a laptop without a graphics card, 320 do not
 
 
 def linear_rgba(color: Sequence[int]) -> list[float]:
@@ -71,7 +71,7 @@ def sphere_mesh(radius: float, color: tuple[int, int, int]) -> PieceMesh:
     """A ball [m]."""
     import trimesh
 
-    ball = trimesh.creation.icosphere(subdivisions=2, radius=radius)
+    ball = trimesh.creation.icosphere(subdivisions=1, radius=radius)
     return np.asarray(ball.vertices), np.asarray(ball.faces), color
 
 

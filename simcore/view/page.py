@@ -95,7 +95,7 @@ class ViewPage:
         self._score = server.gui.add_html(score_html(Snapshot(time=0.0, tick=0), {}))
         x, y, _ = self.scene.center
         length = self.scene.size[0]
-        self._home = ((x, y - 0.68 * length, 0.6 * length), (x, y - 0.03 * length, 0.0))
+        self._home = ((x, y - 0.76 * length, 0.66 * length), (x, y - 0.03 * length, 0.0))
         server.initial_camera.position, server.initial_camera.look_at = self._home
         server.initial_camera.fov = 0.85
         last = 1000.0  # below the buttons of a run or a replay, which come later

@@ -41,8 +41,9 @@ class HeadingSource:
         self.assist = 0.001
         """Weight of the correction in each of the IMU's 1000 samples a second, in modes 3 and 4 [-]."""
         self._told = ScalarHistory()
-        self._told_tilt = (0.0, 0.0)  # pitch, roll
+        self._told_tilt = ScalarHistory(), ScalarHistory()  # pitch, roll
         self._internal = ScalarHistory()
+        self._felt_tilt = ScalarHistory(), ScalarHistory()
         self._yaw = 0.0
         self._true: tuple[float, float, float] | None = None  # roll, pitch, yaw
         self._time = 0.0
@@ -56,7 +57,8 @@ class HeadingSource:
         if last is not None:
             yaw = last + math.remainder(yaw - last, math.tau)
         self._told.add(time, yaw)
-        self._told_tilt = (math.radians(orientation[2]), math.radians(orientation[4]))
+        for tilt, angle in zip(self._told_tilt, (orientation[2], orientation[4]), strict=True):
+            tilt.add(time, math.radians(angle))
 
     def move(self, time: float, quat: Quaternion) -> None:
         """Let the IMU feel the robot's true attitude at a time [s]; called once a tick."""
@@ -80,6 +82,8 @@ class HeadingSource:
         self._true, self._time = (roll, pitch, yaw), time
         self._gravity = rotate_back(quat, (0.0, 0.0, 1.0))
         self._internal.add(time, self._yaw)
+        for tilt, angle in zip(self._felt_tilt, (pitch, roll), strict=True):
+            tilt.add(time, angle)
 
     def after_megatag1(self, yaw_deg: float, since: float) -> None:
         """Mode 3: a frame gave a heading [deg]; `since` the one before [s]."""
@@ -108,12 +112,10 @@ class HeadingSource:
 
     def _at(self, time: float) -> tuple[float, float, float]:
         """Yaw, pitch, roll [rad]. A robot that never sent a heading looks along x, as far as the camera knows."""
-        if self._has_imu and self.mode >= _INTERNAL and self._true is not None:
-            yaw = self._internal.at(time)
-            assert yaw is not None
-            return yaw, self._true[1], self._true[0]
-        told = self._told.at(time)
-        return 0.0 if told is None else told, *self._told_tilt
+        is_internal = self._has_imu and self.mode >= _INTERNAL
+        yaw = self._internal if is_internal else self._told
+        pitch, roll = self._felt_tilt if is_internal else self._told_tilt
+        return yaw.at(time) or 0.0, pitch.at(time) or 0.0, roll.at(time) or 0.0
 
     def _draw_to(self, yaw: float, dt: float) -> None:
         """As many steps of a complementary filter as the IMU makes in dt [s]."""

@@ -20,7 +20,7 @@ from simcore.vision.history import PoseHistory
 from simcore.vision.megatag import Mounting, TagPicture
 from simcore.vision.perfect import perfect_frame
 from simcore.vision.pieces import find_pieces
-from simcore.vision.projection import camera_pose, optical_rotation
+from simcore.vision.projection import camera_pose, optical_rows
 from simcore.vision.scene import Scene
 from simcore.vision.settings import CameraSettings
 from simcore.vision.tags import TagLayout
@@ -222,7 +222,7 @@ class LimelightSim:
         if self.config.perfect or (self.gate is not None and not self.gate()):
             return exposure
         pos, quat = self.pose_at(*robot_pose)
-        rotation = optical_rotation(quat)
+        rotation = optical_rows(quat)
         pipeline, lens = self.config.pipelines[exposure.pipeline], self.config.type
         if isinstance(pipeline, TagPipeline):
             self._follow_settings()
@@ -242,7 +242,7 @@ class LimelightSim:
                 exposure.corners = (np.array(corners) + noise)[free]
         elif len(scene.pieces):
             exposure.pieces = find_pieces(
-                scene, self.robot, pos, rotation, lens, pipeline, self.settings.crop, self._rng
+                scene, self.robot, pos, np.array(rotation), lens, pipeline, self.settings.crop, self._rng
             )
         return exposure
 

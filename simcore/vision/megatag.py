@@ -139,11 +139,18 @@ class TagPicture:
         return self._layout.centers[row] - pose.translation @ rotation, rotation
 
     def _misfit(self, position: FloatArray, rotation: FloatArray) -> float:
-        p = (np.array(self._points) - position) @ rotation.T
-        if p[:, 2].min() < 1e-3:
-            return math.inf
-        off = (p[:, :2] / p[:, 2:] - self._ideal).ravel()
-        return float(off @ off)
+        (r00, r01, r02), (r10, r11, r12), (r20, r21, r22) = rotation.tolist()
+        cx, cy, cz = position.tolist()
+        total = 0.0
+        for (px, py, pz), (u, v) in zip(self._points, self._ideal, strict=True):
+            px, py, pz = px - cx, py - cy, pz - cz
+            depth = r20 * px + r21 * py + r22 * pz
+            if depth < 1e-3:
+                return math.inf
+            a = (r00 * px + r01 * py + r02 * pz) / depth - u
+            b = (r10 * px + r11 * py + r12 * pz) / depth - v
+            total += a * a + b * b
+        return total
 
     def _std_devs(self, found: CameraSolution) -> StdDevs:
         """How sure the robot's pose is: the corners' noise, carried through the linearised solution."""

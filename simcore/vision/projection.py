@@ -10,11 +10,11 @@ import math
 
 import numpy as np
 
-from simcore.geometry.quaternion import Quaternion, Vector, matrix, multiply, rotate
+from simcore.geometry.quaternion import Quaternion, Vector, multiply, rotate
 from simcore.typing import FloatArray
 from simcore.vision.camera import LimelightType
 
-__all__ = ["OPTICAL", "angles_deg", "camera_pose", "optical_rotation", "project", "quad_area"]
+__all__ = ["OPTICAL", "angles_deg", "camera_pose", "optical_rotation", "optical_rows", "project", "quad_area"]
 
 OPTICAL: FloatArray = np.array([(0.0, -1.0, 0.0), (0.0, 0.0, -1.0), (1.0, 0.0, 0.0)])
 """Turns camera axes (x ahead, y left, z up) into optical ones (x right, y down, z ahead)."""
@@ -31,8 +31,16 @@ def camera_pose(
 
 def optical_rotation(quat: Quaternion) -> FloatArray:
     """Rotation R from field to optical axes, shape (3, 3): `p_optical = R @ (p_field - camera)`."""
-    rotation: FloatArray = OPTICAL @ matrix(quat).T
-    return rotation
+    return np.array(optical_rows(quat))
+
+
+def optical_rows(quat: Quaternion) -> tuple[Vector, Vector, Vector]:
+    """The same in plain floats, row by row: 2 us instead of 10."""
+    x, y, z, w = quat
+    right = (2.0 * (w * z - x * y), 2.0 * (x * x + z * z) - 1.0, -2.0 * (y * z + w * x))
+    down = (-2.0 * (x * z + w * y), 2.0 * (w * x - y * z), 2.0 * (x * x + y * y) - 1.0)
+    ahead = (1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y + w * z), 2.0 * (x * z - w * y))
+    return right, down, ahead
 
 
 def project(

@@ -68,7 +68,7 @@ class TagFinder:
     def find(
         self,
         pos: Vector,
-        rotation: FloatArray,
+        rotation: Sequence[Sequence[float]] | FloatArray,
         *,
         min_side: float,
         max_angle_deg: float,
@@ -79,7 +79,7 @@ class TagFinder:
 
         Args:
             pos: Of the camera, field frame [m].
-            rotation: From `optical_rotation`.
+            rotation: From `optical_rows`, or `optical_rotation`.
             min_side: Shortest edge in the picture [px].
             max_angle_deg: Between a tag's normal and the way to the camera.
             crop: The part of the picture that is searched.
@@ -92,7 +92,7 @@ class TagFinder:
         self._follow(pos, min_side, max_angle_deg)
         (fx, fy), (cx, cy) = self._lens.focal_length, self._lens.principal_point
         left, right, top, bottom = crop_pixels(crop, self._lens)
-        (r00, r01, r02), (r10, r11, r12), (r20, r21, r22) = rotation.tolist()
+        (r00, r01, r02), (r10, r11, r12), (r20, r21, r22) = rotation
         px, py, pz = pos
         lean = math.cos(math.radians(max_angle_deg))
         rows: list[int] = []

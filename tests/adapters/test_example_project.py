@@ -64,7 +64,7 @@ def test_the_camera_reader_and_its_filters(project):
 @pytest.mark.slow
 @pytest.mark.realtime
 def test_robotpy_test_passes(project):
-    done = run("-m", "robotpy", "test", cwd=project, timeout=120.0)
+    done = run("-m", "robotpy", "test", cwd=project, timeout=180.0)
     assert done.returncode == 0, done.stdout[-4000:] + done.stderr[-2000:]
 
 

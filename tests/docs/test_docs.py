@@ -7,8 +7,10 @@ from pathlib import Path
 
 import pytest
 
+from games.rebuilt.robot import RebuiltRobotConfig
 from games.rebuilt.sim import RebuiltConfig, RebuiltSim, RobotEntry
 from simcore.telemetry.memory import MemorySink
+from simcore.vision.camera import CameraConfig
 
 ROOT = Path(__file__).resolve().parents[2]
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
@@ -65,7 +67,8 @@ def test_every_published_key_is_described_and_every_described_key_is_published()
         re.findall(r"^\| `([^`]+)` \|", (ROOT / "docs" / "telemetry.md").read_text(encoding="utf-8"), re.MULTILINE)
     )
     sink = MemorySink()
-    robots = (RobotEntry(), RobotEntry(alliance="red"))
+    seeing = RebuiltRobotConfig(cameras=(CameraConfig(name="<name>"),))
+    robots = (RobotEntry(config=seeing), RobotEntry(alliance="red"))
     with RebuiltSim(RebuiltConfig(robots=robots), sinks=[sink]) as sim:
         sim.last_tick_ms = 1.0
         sim.tick()

@@ -245,17 +245,16 @@ def test_live_publishes_at_the_pace_of_the_wall_clock(here, capsys):
 
 
 @pytest.mark.parametrize("option", ["--live --nt-port", "--view --no-browser --port"])
-def test_a_taken_port_is_one_sentence_and_the_run_goes_on_at_full_speed(here, capsys, option):
+def test_a_taken_port_is_one_sentence_and_the_run_goes_on_unpaced(here, capsys, monkeypatch, option):
     if "--view" in option:
         pytest.importorskip("viser", reason="the extra 'view' is not installed")
+    monkeypatch.setattr("simcore.view.pacing.Pacer.wait", lambda *_, **__: pytest.fail("nobody looks on"))
     with socket.socket() as other:
         other.bind(("127.0.0.1", 0))
         other.listen()
-        start = time.monotonic()
-        assert main([*option.split(), str(other.getsockname()[1]), "--seconds", "10", "--json"]) == 0
+        assert main([*option.split(), str(other.getsockname()[1]), "--seconds", "0.2", "--json"]) == 0
     said = capsys.readouterr()
-    assert time.monotonic() - start < 9.5
-    assert json.loads(said.out)["ticks"] == 500
+    assert json.loads(said.out)["ticks"] == 10
     (line,) = said.err.strip().splitlines()
     assert line.startswith("OutputError: cannot serve") and line.endswith("; the run goes on without it")
 

@@ -84,7 +84,7 @@ def test_the_field_is_where_the_dimensions_say():
     low, high = bounds("red_depot_barrier_front")
     assert low[0] == pytest.approx(dim.FIELD_LENGTH - dim.DEPOT_DEPTH, abs=1e-3)
     ball = trimesh.load_scene(field.pieces["Fuel"].path)
-    assert ball.extents == pytest.approx([0.15] * 3, abs=2e-3)
+    assert ball.extents == pytest.approx([0.15] * 3, abs=8e-3)
 
 
 def test_each_part_is_drawn_about_its_own_origin():

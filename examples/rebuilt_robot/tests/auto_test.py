@@ -3,12 +3,15 @@
 import pytest
 
 
-@pytest.mark.parametrize("color", ["blue", "red"])
-def test_the_auto_scores(sim, color):
-    """8 preloaded fuel, and what it finds in the depot."""
+@pytest.mark.parametrize(
+    ("auto", "color", "at_least"), [("depot", "blue", 8), ("depot", "red", 8), ("neutral (PathPlanner)", "blue", 30)]
+)
+def test_the_auto_scores(sim, auto, color, at_least):
+    if "PathPlanner" in auto:
+        pytest.importorskip("pathplannerlib", reason="needs PathPlanner: pip install robotpy-pathplannerlib")
     sim.alliance(color)
-    sim.autonomous("depot", seconds=20)
-    assert getattr(sim.score, color) >= 8
+    sim.autonomous(auto, seconds=20)
+    assert getattr(sim.score, color) >= at_least
     assert sim.score.total == getattr(sim.score, color)
     assert sim.battery.min_voltage > 7.0
 

@@ -80,6 +80,12 @@ class CANcoder(Device):
         else:
             super().set_input(name, value)
 
+    def get_value(self, name: str) -> float | None:
+        """What SimDevices show."""
+        if name == "Position":
+            return self.position
+        return {"RawPosition": self.raw, "Velocity": self.raw_velocity, "SupplyVoltage": self.supply}.get(name)
+
     @property
     def position(self) -> float:
         """Position now, continuous over turns [rotations]."""

@@ -79,6 +79,18 @@ class Pigeon2(Device):
         else:
             super().set_input(name, value)
 
+    def get_value(self, name: str) -> float | None:
+        """What SimDevices show."""
+        if name.startswith("AngularVelocity"):
+            return self.rates["XYZ".index(name[-1])]
+        return {
+            "Yaw": self.yaw,
+            "RawYaw": self.raw_yaw,
+            "Pitch": self.pitch,
+            "Roll": self.roll,
+            "SupplyVoltage": self.supply,
+        }.get(name)
+
     @property
     def yaw(self) -> float:
         """Yaw now, as robot code knows it [deg]."""

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from phoenix6.spns.spn_value import SpnValue
 
+from simcore.errors import NonFiniteError
 from simcore.phoenix6.standin.bridge import Bridge
 from simcore.phoenix6.standin.clock import LOOP_NS, SimulatedClock
 from simcore.phoenix6.standin.device import Device, period_of
@@ -169,7 +170,7 @@ class Talon(Device):
             super().set_input(name, value)
 
     def get_value(self, name: str) -> float | None:
-        """What `sim_state` reads: volts counter-clockwise, torque current with robot code's sign, as CTRE has it."""
+        """What `sim_state` and SimDevices read: shafts counter-clockwise, torque current with robot code's sign."""
         bridge = self.bridge
         if name == "MotorVoltage":
             return bridge.volts * self.turn
@@ -179,12 +180,31 @@ class Talon(Device):
             return bridge.supply_current
         if name == "DutyCycle":
             return bridge.duty
+        if name == "SupplyVoltage":
+            return self.supply
+        if name == "RotorPosition":
+            return self.turn * self.rotor_position
+        if name == "RawRotorPosition":
+            return self.raw
+        if name == "RotorVelocity":
+            return self.rotor_rps
+        if name == "RotorAcceleration":
+            return self.rotor_acceleration
+        if name in ("ForwardLimit", "ReverseLimit"):
+            return float((self.forward if name == "ForwardLimit" else self.reverse).closed)
         return None
 
     # ---- requests
 
     def receive(self, kind: RequestKind, args: tuple[Any, ...]) -> None:
-        """A control request of robot code; it takes effect with the next control frame."""
+        """A control request of robot code; it takes effect with the next control frame.
+
+        Raises:
+            NonFiniteError: A field is not a number.
+        """
+        total = sum(args)
+        if total != total:
+            raise NonFiniteError(f"{self!r}: {kind.name} with a field that is not a number: {args}")
         pending = self._pending
         hz = args[0]
         if pending is None:
@@ -297,7 +317,8 @@ class Talon(Device):
                 self.enabled = False
                 bridge.rest()
                 self._begin()
-            bridge.neutral(bridge.brake and self.kind.axis is not Axis.COAST)
+            coasts = self.kind.axis is Axis.COAST or (self.kind.unit is Unit.AMPERES and bridge.override)
+            bridge.neutral(bridge.brake and not coasts)
             return
         if not self.enabled:
             self.enabled = True

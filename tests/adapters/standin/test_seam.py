@@ -181,6 +181,60 @@ def test_tasks_run_at_their_time_within_a_step(bench):
     assert len(seen) == 3
 
 
+@pytest.mark.parametrize("mirror", [False, True])
+def test_wpilib_sim_devices_show_the_outputs_if_asked_to(bench, mirror):
+    import hal
+    from phoenix6 import controls
+    from wpilib.simulation import SimDeviceSim
+
+    from simcore.phoenix6.standin import EnableDelays, install, uninstall
+
+    uninstall()
+    bench.standin = install(delays=EnableDelays(enable=0.0, disable=0.0), mirror=mirror)
+    number = 40 + mirror  # the HAL keeps a SimDevice by its name
+    talon = bench.talon(number)
+    bench.hold(talon, rotations=3.0)
+    bench.run(0.05, lambda: talon.set_control(controls.VoltageOut(3.0)))
+    hal.simPeriodicBefore()
+    volts = SimDeviceSim(f"CANMotor:Talon FX (v6)[{number}]").getDouble("motorVoltage").get()
+    rotor = SimDeviceSim(f"CANEncoder:Talon FX (v6)[{number}]/Rotor Sensor").getDouble("position").get()
+    assert (volts, rotor) == ((pytest.approx(3.0), pytest.approx(3.0)) if mirror else (0.0, 0.0))
+    assert talon.sim_state.motor_voltage == pytest.approx(3.0)  # nothing was written back
+
+
+def test_what_is_not_a_number_is_refused_where_it_enters(bench):
+    from phoenix6 import controls
+
+    from simcore.errors import NonFiniteError
+
+    talon = bench.talon()
+    with pytest.raises(NonFiniteError, match="talon fx 1: VelocityVoltage"):
+        talon.set_control(controls.VelocityVoltage(math.nan))
+    with pytest.raises(NonFiniteError, match="RotorVelocity"):
+        talon.sim_state.set_rotor_velocity(math.nan)
+
+
+def test_one_id_on_two_buses_is_one_device_and_says_so(bench, caplog):
+    from phoenix6 import CANBus, hardware
+
+    bench.talon(1)
+    assert not caplog.records
+    other = hardware.TalonFX(1, CANBus("canivore"))
+    assert "one device" in caplog.text
+    other.close()
+
+
+def test_versions_and_licences_are_those_of_the_library(bench):
+    from phoenix6 import unmanaged
+
+    talon = bench.talon()
+    assert (talon.get_version_major().value, talon.get_version_minor().value) == (26, 3)
+    assert talon.get_is_pro_licensed().value
+    assert talon.get_device_temp().value == pytest.approx(24.0)
+    assert not talon.get_fault_hardware().value
+    assert unmanaged.get_phoenix_version() == 0x1A0300
+
+
 def test_stubbed_devices_do_nothing_and_complain_about_nothing(bench):
     from phoenix6 import controls, hardware
 

@@ -1,0 +1,78 @@
+"""A run of which only the log is left looks the same."""
+
+from __future__ import annotations
+
+import pytest
+
+from games.rebuilt.autos import find_auto
+from games.rebuilt.runner import play_auto
+from games.rebuilt.scene import bare_scene
+from simcore.cli import main
+from simcore.errors import LogError
+from simcore.telemetry.log_page import recording_of, scene_of_log
+from simcore.telemetry.log_reader import read_log
+from simcore.telemetry.recording import Recording
+from simcore.telemetry.snapshot import Snapshot
+from simcore.telemetry.wpilog import WpilogSink
+
+
+class Entry:
+    def load(self):
+        return bare_scene
+
+
+@pytest.fixture(scope="module")
+def depot(tmp_path_factory):
+    log = tmp_path_factory.mktemp("log") / "depot.wpilog"
+    recording = Recording()
+    run = play_auto(find_auto("depot"), alliance="red", seconds=10.0, sinks=[recording, WpilogSink(log)])
+    run.sim.close()
+    return run.sim.scene(), recording, log
+
+
+def test_numbers_poses_and_pieces_come_back(depot):
+    _, live, log = depot
+    back = recording_of(read_log(log))
+    assert back.times == pytest.approx(live.times)
+    for key in ("Sim/Debug/BatteryVoltage", "Sim/Score/Red", "Sim/Performance/AwakePieces"):
+        assert back.series(key)[1] == pytest.approx(live.series(key)[1]), key
+    assert back.poses("Sim/Robot/Pose3d")[1] == pytest.approx(live.poses("Sim/Robot/Pose3d")[1])
+    for time in (0.48, 4.8, 9.12):  # logs keep long arrays every 0.08 s, recordings every 0.06
+        assert back.places(time) == pytest.approx(live.places(time), abs=1e-5)
+
+
+def test_shots_are_put_together_again(depot):
+    scene, _, log = depot
+    again = scene_of_log(recording_of(read_log(log)), [Entry()])
+    assert (len(again.shots), again.hits) == (len(scene.shots), scene.hits)
+    assert again.hits > 25
+    for one, other in zip(again.shots, scene.shots, strict=True):
+        assert one.time == pytest.approx(other.time)
+        n = len(one.points)
+        assert n > 10 and one.points == pytest.approx(other.points[:n], abs=1e-9), "until its first touch"
+    assert [robot.alliance for robot in again.robots] == ["red"]
+    assert again.field_size == scene.field_size and len(again.field_outlines) == len(scene.field_outlines)
+
+
+def test_the_command_writes_page_picture_and_animation_beside_the_log(depot, tmp_path, capsys):
+    log = tmp_path / "run.wpilog"
+    log.write_bytes(depot[2].read_bytes()[:300_000])  # its program was killed
+    assert main(["page", str(log), "--animation", str(tmp_path / "run.gif")]) == 0
+    assert {path.suffix for path in tmp_path.iterdir()} == {".wpilog", ".html", ".png", ".gif"}
+    assert capsys.readouterr().out.count("\n") == 3
+
+
+def test_logs_that_show_no_run(tmp_path, capsys):
+    assert main(["page", str(tmp_path / "none.wpilog")]) == 1
+    assert "cannot read the log" in capsys.readouterr().err
+    with WpilogSink(tmp_path / "other.wpilog") as sink:
+        sink.write(Snapshot(time=0.1, tick=0, doubles={"Shooter/Speed": 1.0}))
+    with pytest.raises(LogError, match="no run of a simulation"):
+        recording_of(read_log(tmp_path / "other.wpilog"))
+
+
+def test_a_full_disk_or_a_wrong_name_is_one_sentence(depot, tmp_path, capsys):
+    (tmp_path / "file").write_text("")
+    assert main(["page", str(depot[2]), "--page", str(tmp_path / "file" / "x.html")]) == 1
+    said = capsys.readouterr().err
+    assert said.count("\n") == 1 and "cannot write the page" in said
