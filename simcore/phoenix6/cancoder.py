@@ -14,6 +14,8 @@ from simcore.phoenix6.ownership import own_writer
 
 __all__ = ["CANcoderSim"]
 
+_PATIENCE = 1.0  # [s]; a device answers in 50 ms, but not on a computer that is busy starting
+
 
 class CANcoderSim:
     """A CANcoder on a shaft: robot code reads the shaft's angle, whatever direction and offset it has configured.
@@ -30,7 +32,7 @@ class CANcoderSim:
     def __init__(self, encoder: CANcoder, *, inverted: bool | None = None, magnet_offset: float | None = None) -> None:
         if inverted is None or magnet_offset is None:
             sensor = MagnetSensorConfigs()  # type: ignore[no-untyped-call]
-            status = encoder.configurator.refresh(sensor)
+            status = encoder.configurator.refresh(sensor, _PATIENCE)
             if not status.is_ok():
                 raise ConfigError(f"CANcoder {encoder.device_id}: could not read its configuration ({status.name})")
             if inverted is None:

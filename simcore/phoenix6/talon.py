@@ -23,6 +23,7 @@ Talon: TypeAlias = TalonFX | TalonFXS
 
 _MAX_RPS = 159.9  # the simulated velocity wraps at +-160: 160 reads as -160
 _HALF_RANGE = 16384.0  # [rotations]; the simulated position wraps here
+_PATIENCE = 1.0  # [s]; a device answers in 50 ms, but not on a computer that is busy starting
 _MIN_SUPPLY, _MAX_SUPPLY = 4.0, 16.0  # [V]; -1 V gives 173 V of output, 20 V none at all
 
 
@@ -33,7 +34,7 @@ def is_configured_clockwise(talon: Talon) -> bool:
         ConfigError: The device does not answer.
     """
     output = MotorOutputConfigs()  # type: ignore[no-untyped-call]
-    status = talon.configurator.refresh(output)
+    status = talon.configurator.refresh(output, _PATIENCE)
     if not status.is_ok():
         raise ConfigError(
             f"{type(talon).__name__} {talon.device_id}: could not read its inversion ({status.name}); "

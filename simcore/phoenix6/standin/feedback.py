@@ -2,8 +2,8 @@
 
 Source: measured on CTRE's simulation 26.3. With a remote or fused sensor position and velocity are the sensor's, and
 the rotor's are not looked at. They come with the sensor's status frames, at 100 Hz unless robot code asks for more, so
-that a stiff loop overshoots (6.5 % for the steering of a swerve module with kP = 100 V/rotation). A synced sensor gives
-the rotor's its zero; that is what CTRE documents, its simulation does not have it.
+that a stiff loop overshoots (up to 6.5 % for the steering of a swerve module with kP = 100 V/rotation). A synced sensor
+gives the rotor's its zero; that is what CTRE documents, its simulation does not have it.
 """
 
 from __future__ import annotations

@@ -9,14 +9,16 @@ from __future__ import annotations
 import logging
 from collections.abc import Callable
 from typing import Any
+from weakref import WeakKeyDictionary
 
 from phoenix6.spns.spn_value import SpnValue
 from phoenix6.status_code import StatusCode
 
+from simcore.errors import NonFiniteError
 from simcore.phoenix6.standin import wire
 from simcore.phoenix6.standin.api import PREFIX, plain
 from simcore.phoenix6.standin.candle import LIGHT_REQUESTS, CANdle
-from simcore.phoenix6.standin.device import COMPLIANCY, VERSION
+from simcore.phoenix6.standin.device import COMPLIANCY, VERSION, Device
 from simcore.phoenix6.standin.factory import MODELS, hash_of
 from simcore.phoenix6.standin.requests import REQUESTS, RequestKind
 from simcore.phoenix6.standin.units_table import UNITS
@@ -60,6 +62,7 @@ class SimulatedNative:
 
     def __init__(self, world: StandIn) -> None:
         self._world = world
+        self._buses: WeakKeyDictionary[Device, str] = WeakKeyDictionary()
         for kind in REQUESTS.values():
             setattr(self, f"{PREFIX}RequestControl{kind.name}", self._request(kind))
         for name in LIGHT_REQUESTS:
@@ -136,7 +139,12 @@ class SimulatedNative:
             return _OK
         if name not in MODELS:
             raise NotImplementedError(f"device '{name}' (id {device_id}) is not modelled in simulated time")
-        self._world.create(MODELS[name], device_id)
+        device = self._world.create(MODELS[name], device_id)
+        bus = network.value.decode()
+        if self._buses.setdefault(device, bus) != bus:
+            _log.warning(
+                "%r is built on the buses %r and %r: simulated, they are one device", device, self._buses[device], bus
+            )
         _target(out).value = hash_of(MODELS[name], device_id)
         return _OK
 
@@ -149,6 +157,8 @@ class SimulatedNative:
         self, type_number: int, device_id: int, name: Any, value: float
     ) -> int:
         text = name.value
+        if value != value:
+            raise NonFiniteError(f"device {device_id} (type {type_number}): sim_state {text.decode()} is not a number")
         if b":" not in text:  # with a colon it is the echo of a WPILib SimDevice, see `mirror`
             self._world.devices[type_number, device_id].set_input(text.decode(), float(value))
         return _OK

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from phoenix6.spns.spn_value import SpnValue
 
+from simcore.errors import NonFiniteError
 from simcore.phoenix6.standin.bridge import Bridge
 from simcore.phoenix6.standin.clock import LOOP_NS, SimulatedClock
 from simcore.phoenix6.standin.device import Device, period_of
@@ -196,7 +197,14 @@ class Talon(Device):
     # ---- requests
 
     def receive(self, kind: RequestKind, args: tuple[Any, ...]) -> None:
-        """A control request of robot code; it takes effect with the next control frame."""
+        """A control request of robot code; it takes effect with the next control frame.
+
+        Raises:
+            NonFiniteError: A field is not a number.
+        """
+        total = sum(args)
+        if total != total:
+            raise NonFiniteError(f"{self!r}: {kind.name} with a field that is not a number: {args}")
         pending = self._pending
         hz = args[0]
         if pending is None:

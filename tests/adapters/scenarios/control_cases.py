@@ -180,7 +180,10 @@ def run(mode: str, cases: list[Case], seconds: float, first_id: int) -> dict[str
     for case in cases:
         number = ids[case.name]
         if case.encoder:
-            encoders[case.name] = hardware.CANcoder(number, bus)
+            encoder = encoders[case.name] = hardware.CANcoder(number, bus)
+            # As the swerve class asks; at the default 100 Hz the overshoot depends on when the frames leave.
+            encoder.get_position(False).set_update_frequency(250.0)
+            encoder.get_velocity(False).set_update_frequency(250.0)
         talon = talons[case.name] = hardware.TalonFX(number, bus)
         config = configs.TalonFXConfiguration()
         for path, value in {**OFF, "feedback.sensor_to_mechanism_ratio": 1.0 if case.encoder else case.gearing}.items():

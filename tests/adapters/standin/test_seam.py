@@ -202,6 +202,39 @@ def test_wpilib_sim_devices_show_the_outputs_if_asked_to(bench, mirror):
     assert talon.sim_state.motor_voltage == pytest.approx(3.0)  # nothing was written back
 
 
+def test_what_is_not_a_number_is_refused_where_it_enters(bench):
+    from phoenix6 import controls
+
+    from simcore.errors import NonFiniteError
+
+    talon = bench.talon()
+    with pytest.raises(NonFiniteError, match="talon fx 1: VelocityVoltage"):
+        talon.set_control(controls.VelocityVoltage(math.nan))
+    with pytest.raises(NonFiniteError, match="RotorVelocity"):
+        talon.sim_state.set_rotor_velocity(math.nan)
+
+
+def test_one_id_on_two_buses_is_one_device_and_says_so(bench, caplog):
+    from phoenix6 import CANBus, hardware
+
+    bench.talon(1)
+    assert not caplog.records
+    other = hardware.TalonFX(1, CANBus("canivore"))
+    assert "one device" in caplog.text
+    other.close()
+
+
+def test_versions_and_licences_are_those_of_the_library(bench):
+    from phoenix6 import unmanaged
+
+    talon = bench.talon()
+    assert (talon.get_version_major().value, talon.get_version_minor().value) == (26, 3)
+    assert talon.get_is_pro_licensed().value
+    assert talon.get_device_temp().value == pytest.approx(24.0)
+    assert not talon.get_fault_hardware().value
+    assert unmanaged.get_phoenix_version() == 0x1A0300
+
+
 def test_stubbed_devices_do_nothing_and_complain_about_nothing(bench):
     from phoenix6 import controls, hardware
 
