@@ -11,6 +11,7 @@ from phoenix6.sim import ChassisReference
 
 from simcore.errors import ConfigError
 from simcore.phoenix6.ownership import own_writer
+from simcore.phoenix6.sim_states import sim_state_of
 
 __all__ = ["CANcoderSim"]
 
@@ -39,7 +40,7 @@ class CANcoderSim:
                 inverted = sensor.sensor_direction == SensorDirectionValue.CLOCKWISE_POSITIVE
             if magnet_offset is None:
                 magnet_offset = sensor.magnet_offset
-        self._state = encoder.sim_state
+        self._state = sim_state_of(encoder)
         self._set_position = own_writer(self._state, "set_raw_position")
         self._set_velocity = own_writer(self._state, "set_velocity")
         self._state.orientation = (

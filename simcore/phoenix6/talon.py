@@ -13,6 +13,7 @@ from phoenix6.sim import ChassisReference
 
 from simcore.errors import ConfigError, NonFiniteError
 from simcore.phoenix6.ownership import own_writer
+from simcore.phoenix6.sim_states import sim_state_of
 
 __all__ = ["Talon", "TalonPort", "is_configured_clockwise"]
 
@@ -59,7 +60,7 @@ class TalonPort:
 
     def __init__(self, talon: Talon, *, clockwise: bool, sensor_gearing: float | None = None) -> None:
         self.device_id: int = talon.device_id
-        state: Any = talon.sim_state
+        state: Any = sim_state_of(talon)
         self._state = state
         self._set_position = own_writer(state, "set_raw_rotor_position")
         self._set_velocity = own_writer(state, "set_rotor_velocity")
