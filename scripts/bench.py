@@ -312,7 +312,8 @@ def main() -> int:
         t, java = r["tick_ms"], JAVA_MS.get(name.split(",")[0])
         table.add_row(
             name, *(f"{t[k]:.2f}" for k in ("median", "p95", "p99", "max")), f"{r['engine_ms']['median']:.2f}",
-            f"{r['ratio']:.2f}", f"{r['awake']['mean']:.0f}", f"{r['substeps_mean']:.1f}", "" if java is None else f"{java:.2f}",
+            f"{r['ratio']:.2f}", f"{r['awake']['mean']:.0f}", f"{r['substeps_mean']:.1f}",
+            "" if java is None else f"{java:.2f}",
         )  # fmt: skip
     console = Console(width=None if sys.stdout.isatty() else 110)
     console.print(table)

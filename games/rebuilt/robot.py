@@ -217,6 +217,8 @@ class RebuiltRobot(SwerveRobot):
             *(self.spindexer, self.deploy, self.roller),
         )
         """The six, in the order in which they are stepped."""
+        self.steps_own_mechanisms = True
+        """Whether the game steps them; False: whoever drives their motors does, in steps of its own."""
         self.shooter = ShooterSim(
             config.launch,
             shot_rate=config.shot_rate,

@@ -145,8 +145,6 @@ class RebuiltSim:
         except BaseException:
             self.world.close()
             raise
-        self.alliances: list[Alliance] = [entry.alliance for entry in c.robots]
-        """Of each robot, as last set."""
         self._codes = list(robot_code) + [None] * (len(self.robots) - len(robot_code))
         self.alliances: list[Alliance] = [entry.alliance for entry in c.robots]
         """Of each robot, as last set."""
@@ -405,7 +403,8 @@ class RebuiltSim:
     def _step_mechanisms(self, dt: float = DT) -> None:
         """10. Wheels, hood, feeder, spindexer, rack and roller turn."""
         for robot in self.robots:
-            robot.step_mechanisms(dt)
+            if robot.steps_own_mechanisms:
+                robot.step_mechanisms(dt)
 
     def _shoot(self) -> None:
         """11. Fuel leaves the barrels of shooters whose gate is open."""

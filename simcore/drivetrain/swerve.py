@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
@@ -90,6 +90,9 @@ class SwerveDrive(WheeledDrive[SwerveConfig]):
         self._controller = ModuleController(modules, self._drive_motors, self._steer.motors, self._static_loads)
         self._free_speeds = [free_speed(s, solver.wheels, self._static_loads) for s in solver.shafts]
         self._max_speed = min(self._free_speeds)
+        self.before_inner: Callable[[float, float], None] | None = None
+        """Called before each inner step with its length [s] and the yaw rate [rad/s]: motor controllers that think as
+        often as the drivetrain moves set their volts here."""
         self.reset()
 
     # ---------------------------------------------------------------- commands
@@ -166,6 +169,8 @@ class SwerveDrive(WheeledDrive[SwerveConfig]):
         self, h: float, vx: float, vy: float, omega: float, loads: Sequence[float]
     ) -> tuple[float, float, float]:
         """One inner step: requests, battery, azimuths, tires and wheels, encoders."""
+        if self.before_inner is not None:
+            self.before_inner(h, omega)
         state = self.state
         solver = self._solver
         battery = self.battery

@@ -11,8 +11,11 @@ from phoenix6.sim import ChassisReference
 
 from simcore.errors import ConfigError
 from simcore.phoenix6.ownership import own_writer
+from simcore.phoenix6.sim_states import sim_state_of
 
 __all__ = ["CANcoderSim"]
+
+_PATIENCE = 1.0  # [s]; a device answers in 50 ms, but not on a computer that is busy starting
 
 
 class CANcoderSim:
@@ -30,14 +33,14 @@ class CANcoderSim:
     def __init__(self, encoder: CANcoder, *, inverted: bool | None = None, magnet_offset: float | None = None) -> None:
         if inverted is None or magnet_offset is None:
             sensor = MagnetSensorConfigs()  # type: ignore[no-untyped-call]
-            status = encoder.configurator.refresh(sensor)
+            status = encoder.configurator.refresh(sensor, _PATIENCE)
             if not status.is_ok():
                 raise ConfigError(f"CANcoder {encoder.device_id}: could not read its configuration ({status.name})")
             if inverted is None:
                 inverted = sensor.sensor_direction == SensorDirectionValue.CLOCKWISE_POSITIVE
             if magnet_offset is None:
                 magnet_offset = sensor.magnet_offset
-        self._state = encoder.sim_state
+        self._state = sim_state_of(encoder)
         self._set_position = own_writer(self._state, "set_raw_position")
         self._set_velocity = own_writer(self._state, "set_velocity")
         self._state.orientation = (

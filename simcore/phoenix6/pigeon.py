@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from phoenix6.hardware import Pigeon2
 
 from simcore.phoenix6.ownership import own_writer
+from simcore.phoenix6.sim_states import sim_state_of
 
 __all__ = ["Pigeon2Sim"]
 
@@ -27,7 +28,7 @@ class Pigeon2Sim:
     """
 
     def __init__(self, pigeon: Pigeon2) -> None:
-        self._state = state = pigeon.sim_state
+        self._state = state = sim_state_of(pigeon)
         self._set_yaw = own_writer(state, "set_raw_yaw")
         self._set_pitch = own_writer(state, "set_pitch")
         self._set_roll = own_writer(state, "set_roll")

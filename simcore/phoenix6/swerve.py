@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import functools
 import logging
+import sys
 from collections.abc import Sequence
 from typing import Any
 from weakref import WeakKeyDictionary
@@ -178,6 +179,7 @@ class SwerveDrivetrainSim(SwerveDevicesSim):
                 state.ext_sensor_orientation = _CLOCKWISE if is_turned else _COUNTER_CLOCKWISE
                 state.pulse_width_sensor_offset = c.encoder_offset
         drivetrain.update_sim_state = _owned_by_physics
+        _stop_stepping(drivetrain)
         _log.info("swerve: %d modules; physics owns their simulation", len(constants))
 
 
@@ -185,6 +187,14 @@ def _pin(constants: Any) -> int | None:
     """Which pin of a CANdi the azimuth's encoder is on; None if it is no CANdi."""
     name = str(getattr(getattr(constants, "feedback_source", None), "name", ""))
     return int(name[-1]) if "CANDI_PWM" in name else None
+
+
+def _stop_stepping(drivetrain: Any) -> None:
+    """In simulated time: stop the generated class's Notifier, which would wake 250 times a second for nothing."""
+    standin = sys.modules.get("simcore.phoenix6.standin")
+    notifier: Any = getattr(drivetrain, "_sim_notifier", None)
+    if standin is not None and standin.installed() is not None and hasattr(notifier, "stop"):
+        notifier.stop()
 
 
 def _owned_by_physics(dt: float, supply_voltage: float) -> None:

@@ -13,6 +13,7 @@ from phoenix6.sim import ChassisReference
 
 from simcore.errors import ConfigError, NonFiniteError
 from simcore.phoenix6.ownership import own_writer
+from simcore.phoenix6.sim_states import sim_state_of
 
 __all__ = ["Talon", "TalonPort", "is_configured_clockwise"]
 
@@ -23,6 +24,7 @@ Talon: TypeAlias = TalonFX | TalonFXS
 
 _MAX_RPS = 159.9  # the simulated velocity wraps at +-160: 160 reads as -160
 _HALF_RANGE = 16384.0  # [rotations]; the simulated position wraps here
+_PATIENCE = 1.0  # [s]; a device answers in 50 ms, but not on a computer that is busy starting
 _MIN_SUPPLY, _MAX_SUPPLY = 4.0, 16.0  # [V]; -1 V gives 173 V of output, 20 V none at all
 
 
@@ -33,7 +35,7 @@ def is_configured_clockwise(talon: Talon) -> bool:
         ConfigError: The device does not answer.
     """
     output = MotorOutputConfigs()  # type: ignore[no-untyped-call]
-    status = talon.configurator.refresh(output)
+    status = talon.configurator.refresh(output, _PATIENCE)
     if not status.is_ok():
         raise ConfigError(
             f"{type(talon).__name__} {talon.device_id}: could not read its inversion ({status.name}); "
@@ -58,7 +60,7 @@ class TalonPort:
 
     def __init__(self, talon: Talon, *, clockwise: bool, sensor_gearing: float | None = None) -> None:
         self.device_id: int = talon.device_id
-        state: Any = talon.sim_state
+        state: Any = sim_state_of(talon)
         self._state = state
         self._set_position = own_writer(state, "set_raw_rotor_position")
         self._set_velocity = own_writer(state, "set_rotor_velocity")

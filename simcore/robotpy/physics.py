@@ -51,7 +51,7 @@ class TickTimes:
     late_loops: int
     """Robot loops that came half a period late, whoever's fault it was."""
     lateness_ms: float
-    """How late parts came when a test keeps to the wall clock, 99th percentile [ms]; the devices saw rotors that old."""
+    """How late parts came when a test keeps to the wall clock, 99th percentile [ms]: the age of the devices' rotors."""
 
 
 class RobotPhysics:

@@ -60,8 +60,8 @@ def install_simulated_phoenix() -> PhoenixTime:
     native: Any = Native.instance()
     native.c_ctre_phoenix6_get_current_time_seconds = Timer.getFPGATimestamp
     native.c_ctre_phoenix6_get_system_time_seconds = Timer.getFPGATimestamp
-    AutoFeedEnable.start = _nothing
-    AutoFeedEnable.stop = _nothing
+    feed: Any = AutoFeedEnable
+    feed.start = feed.stop = _nothing
     return PhoenixTime(world)
 
 

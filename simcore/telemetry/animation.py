@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 __all__ = ["FRAME_PERIOD", "animate", "check_animation", "frame_times"]
 
-FRAME_PERIOD = 0.06
+FRAME_PERIOD = 0.04
 """Time that a frame is shown [s]: a whole number of hundredths, as a GIF needs, and as often as pieces are recorded."""
 _LONGEST = 40.0  # [s]; longer runs are shown faster
 
@@ -89,7 +89,7 @@ def frame_times(start: float, end: float, speed: float = 1.0) -> list[float]:
     """When to look at a run [s]: at whole multiples of a frame's time, as pieces are recorded, and at both ends.
 
     >>> frame_times(0.02, 0.2)
-    [0.02, 0.06, 0.12, 0.18, 0.2]
+    [0.02, 0.04, 0.08, 0.12, 0.16, 0.2]
 
     Raises:
         ConfigError: A speed that is not > 0.

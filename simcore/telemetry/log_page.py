@@ -86,7 +86,7 @@ def recording_of(log: TelemetryLog) -> Recording:
     start, end = ours.span
     first = math.ceil(start / _PERIOD - 1e-6)
     last = max(first, math.floor(end / _PERIOD + 1e-6))
-    recording = Recording(seconds=max(1.0, end - start), bulk_period=max(0.06, (end - start) / 3000))
+    recording = Recording(seconds=max(1.0, end - start), bulk_period=max(0.04, (end - start) / 4000))
     for tick in range(first, last + 1):
         snapshot = ours.snapshot_at(tick * _PERIOD + 1e-6)  # a microsecond is what a log's times are rounded to
         recording.write(replace(snapshot, time=tick * _PERIOD, tick=tick - first))

@@ -37,7 +37,7 @@ def test_numbers_poses_and_pieces_come_back(depot):
     for key in ("Sim/Debug/BatteryVoltage", "Sim/Score/Red", "Sim/Performance/AwakePieces"):
         assert back.series(key)[1] == pytest.approx(live.series(key)[1]), key
     assert back.poses("Sim/Robot/Pose3d")[1] == pytest.approx(live.poses("Sim/Robot/Pose3d")[1])
-    for time in (0.48, 4.8, 9.12):  # logs keep long arrays every 0.08 s, recordings every 0.06
+    for time in (0.48, 4.8, 9.12):  # logs keep long arrays every 0.08 s, recordings every 0.04
         assert back.places(time) == pytest.approx(live.places(time), abs=1e-5)
 
 

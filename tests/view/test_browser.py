@@ -259,3 +259,35 @@ def test_following_a_robot_brings_it_to_the_middle(browser) -> None:
         )
         assert is_like(image[pixel(corner)], 0)
         assert image[pixel(mark)].min() > 90
+
+
+def test_cameras_look_along_their_lines_and_shots_leave_trails(browser) -> None:
+    """Green from a camera's lens to what it aims at, orange along a flight, and nothing when both are gone."""
+    aim = np.array([[6.0, 4.0, 0.5, 1.0, 0.0, 0.0, 0.0], [9.0, 4.0, 0.5, 1.0, 0.0, 0.0, 0.0]])
+    flight = np.array([(7.0 + 4.0 * t, 5.0, 0.8 + 2.0 * t - 4.905 * t * t) for t in np.arange(0.0, 0.4, 0.02)])
+    with ViewPage(load_models(models_folder()).with_field(None)) as page:
+        for i, point in enumerate(flight):
+            shot = np.array([[*point, 1.0, 0.0, 0.0, 0.0]])
+            arrays = {"Sim/Limelights/front/DirectionLine": aim, "Sim/InFlight/Fuel": shot}
+            page.show(Snapshot(time=0.02 * i, tick=i, pose_arrays=arrays))
+        browser(page.url).wait_for_text("0:00.4")
+
+        def near(image, pixel, point, good) -> bool:
+            row, column = pixel(point)
+            return any(good(rgb) for rgb in image[row - 2 : row + 3, column - 2 : column + 3].reshape(-1, 3))
+
+        def green(rgb) -> bool:
+            return rgb[1] > 1.15 * max(rgb[0], rgb[2])
+
+        def orange(rgb) -> bool:
+            return rgb[0] > 1.3 * rgb[1] > 1.3 * rgb[2]
+
+        def both(image, pixel) -> bool:
+            return near(image, pixel, (7.5, 4.0, 0.5), green) and near(image, pixel, flight[10], orange)
+
+        view = ((7.5, 1.0, 2.0), (7.5, 4.5, 0.6))
+        image, pixel = settled(page, *view, both)
+        assert both(image, pixel)
+        page.show(Snapshot(time=9.0, tick=450))
+        image, pixel = settled(page, *view, lambda i, p: not both(i, p))
+        assert not near(image, pixel, (7.5, 4.0, 0.5), green) and not near(image, pixel, flight[10], orange)

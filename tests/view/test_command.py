@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib.util
 import socket
 import sys
 import threading
@@ -98,7 +99,7 @@ def test_a_taken_port_and_a_missing_extra(log, capsys, monkeypatch):
     with socket.socket() as other:
         other.bind(("127.0.0.1", 0))
         other.listen()
-        if "viser" in sys.modules or __import__("importlib.util").util.find_spec("viser"):
+        if importlib.util.find_spec("viser") is not None:
             assert main([str(log), *MODELS, "--port", str(other.getsockname()[1])]) == 2
             assert "Another view may be running" in capsys.readouterr().err
     monkeypatch.setitem(sys.modules, "viser", None)

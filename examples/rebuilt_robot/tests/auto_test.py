@@ -1,29 +1,42 @@
-"""What a team tests before it drives to an event: the auto scores, with `robotpy test`.
+"""What a team tests before it drives to an event, in simulated time: `robotpy test`, or `pytest`."""
 
-It takes as long as it does on the field: Phoenix 6 lives on the wall clock, and physics keeps to it.
-"""
-
-import hal
-import ntcore
 import pytest
-from wpilib.simulation import DriverStationSim
 
 
-@pytest.mark.parametrize(("auto", "at_least"), [("depot", 8), ("neutral (PathPlanner)", 30)])
-def test_the_auto_scores(control, robot, auto, at_least):
+@pytest.mark.parametrize(
+    ("auto", "color", "at_least"), [("depot", "blue", 8), ("depot", "red", 8), ("neutral (PathPlanner)", "blue", 30)]
+)
+def test_the_auto_scores(sim, auto, color, at_least):
     if "PathPlanner" in auto:
         pytest.importorskip("pathplannerlib", reason="needs PathPlanner: pip install robotpy-pathplannerlib")
-    tables = ntcore.NetworkTableInstance.getDefault()
-    DriverStationSim.setAllianceStationId(hal.AllianceStationID.kBlue1)
-    with control.run_robot():
-        control.step_timing(seconds=0.5, autonomous=True, enabled=False)
-        tables.getEntry("/SmartDashboard/Auto/selected").setString(auto)
-        control.step_timing(seconds=0.5, autonomous=True, enabled=False)
-        control.step_timing(seconds=20.0, autonomous=True, enabled=True)
-        assert tables.getEntry("/Sim/Score/Blue").getInteger(0) >= at_least
+    sim.alliance(color)
+    sim.autonomous(auto, seconds=20)
+    assert getattr(sim.score, color) >= at_least
+    assert sim.score.total == getattr(sim.score, color)
+    assert sim.battery.min_voltage > 7.0
+
+
+def test_a_driver_drives_takes_in_and_shoots(sim):
+    pad = sim.xbox(0)
+    sim.teleop()
+    start = sim.pose
+    pad.left_y = -0.5  # forward, away from the driver
+    sim.run(1.0)
+    pad.left_y = 0.0
+    sim.run(1.0)
+    assert sim.pose.X() - start.X() > 0.7
+    pad.y = True  # aim and shoot
+    sim.run_until(lambda: sim.fuel.held == 0, timeout=8.0)
+
+
+def test_odometry_follows_the_robot(sim):
+    sim.autonomous("depot", seconds=6)
+    believed = sim.robot.container.drivetrain.get_state().pose
+    assert believed.translation().distance(sim.pose.translation()) < 0.2
 
 
 def test_disabled_it_stays_where_it_is(control, robot):
+    """Pyfrc's own fixtures."""
     with control.run_robot():
         control.step_timing(seconds=2.0, autonomous=False, enabled=False)
         before = robot.container.drivetrain.get_state().pose

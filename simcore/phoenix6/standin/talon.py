@@ -317,7 +317,8 @@ class Talon(Device):
                 self.enabled = False
                 bridge.rest()
                 self._begin()
-            bridge.neutral(bridge.brake and self.kind.axis is not Axis.COAST)
+            coasts = self.kind.axis is Axis.COAST or (self.kind.unit is Unit.AMPERES and bridge.override)
+            bridge.neutral(bridge.brake and not coasts)
             return
         if not self.enabled:
             self.enabled = True

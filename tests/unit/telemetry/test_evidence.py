@@ -25,7 +25,7 @@ def test_log_picture_and_page_are_left_and_named(tmp_path: Path) -> None:
 
 
 def test_the_log_is_the_one_that_the_run_would_have_written(tmp_path: Path) -> None:
-    with WpilogSink(tmp_path / "live.wpilog", bulk_period=0.06) as sink:
+    with WpilogSink(tmp_path / "live.wpilog", bulk_period=0.04) as sink:
         for tick in range(100):
             sink.write(snapshot(tick))
     write_log(recorded(100), tmp_path / "after.wpilog")

@@ -43,7 +43,7 @@ def test_nothing_is_loaded_from_anywhere(tmp_path: Path) -> None:
 
 def test_frames_say_where_pieces_and_robot_were(tmp_path: Path) -> None:
     run = data(page(tmp_path))
-    assert [frame["time"] for frame in run["frames"]][:3] == [0.02, 0.06, 0.12]
+    assert [frame["time"] for frame in run["frames"]][:3] == [0.02, 0.04, 0.08]
     assert run["frames"][-1]["time"] == run["end"] == 1.0
     on_field: Counter[int] = Counter()
     for frame in run["frames"][:-1]:

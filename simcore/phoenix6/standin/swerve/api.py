@@ -278,10 +278,10 @@ class SwerveApi:
         return self._apply(number, Brake(*values))
 
     def drivetrain_set_control_field_centric(self, number: int, *values: Any) -> None:
-        self._set(number, Centric(*values, field=True))
+        self._set(number, Centric(*values, is_field=True))
 
     def request_apply_field_centric(self, number: int, *values: Any) -> int:
-        return self._apply(number, Centric(*values, field=True))
+        return self._apply(number, Centric(*values, is_field=True))
 
     def drivetrain_set_control_robot_centric(self, number: int, *values: Any) -> None:
         self._set(number, Centric(*values))
@@ -296,24 +296,24 @@ class SwerveApi:
         return self._apply(number, Point(*values))
 
     def drivetrain_set_control_apply_robot_speeds(self, number: int, *values: Any) -> None:
-        self._set(number, _speeds(values, field=False))
+        self._set(number, _speeds(values, is_field=False))
 
     def request_apply_apply_robot_speeds(self, number: int, *values: Any) -> int:
-        return self._apply(number, _speeds(values, field=False))
+        return self._apply(number, _speeds(values, is_field=False))
 
     def drivetrain_set_control_apply_field_speeds(self, number: int, *values: Any) -> None:
-        self._set(number, _speeds(values, field=True))
+        self._set(number, _speeds(values, is_field=True))
 
     def request_apply_apply_field_speeds(self, number: int, *values: Any) -> int:
-        return self._apply(number, _speeds(values, field=True))
+        return self._apply(number, _speeds(values, is_field=True))
 
 
 _FAMILIES = ("create_", "set_module", "destroy_", "drivetrain_", "module_", "request_")
 
 
-def _speeds(values: tuple[Any, ...], *, field: bool) -> Speeds:
+def _speeds(values: tuple[Any, ...], *, is_field: bool) -> Speeds:
     vx, vy, omega, forces_x, count_x, forces_y, count_y, *rest = values
-    return Speeds(vx, vy, omega, tuple(forces_x[:count_x]), tuple(forces_y[:count_y]), *rest, field=field)
+    return Speeds(vx, vy, omega, tuple(forces_x[:count_x]), tuple(forces_y[:count_y]), *rest, is_field=is_field)
 
 
 def _plain(state: DrivetrainState) -> SimpleNamespace:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 from simcore.errors import ConfigError
 from simcore.phoenix6.standin.swerve.constants import DrivetrainConstants, ModuleConstants
@@ -20,25 +20,25 @@ DEFAULT_HZ = 250.0
 """Odometry on CAN FD, which every simulated bus is [Hz]."""
 
 
-@dataclass(slots=True)
+@dataclass(frozen=True, slots=True, kw_only=True)
 class DrivetrainState:
     """What `SwerveDriveState` shows, at the end of one period."""
 
-    pose: Pose = (0.0, 0.0, 0.0)
-    speeds: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    pose: Pose
+    speeds: tuple[float, float, float]
     """Robot frame [m/s, m/s, rad/s]."""
-    states: list[tuple[float, float]] = field(default_factory=list)
+    states: list[tuple[float, float]]
     """Speed [m/s] and angle [rad] of each module."""
-    targets: list[tuple[float, float]] = field(default_factory=list)
-    positions: list[tuple[float, float]] = field(default_factory=list)
+    targets: list[tuple[float, float]]
+    positions: list[tuple[float, float]]
     """Travel [m] and angle [rad] of each module."""
-    raw_heading: float = 0.0
+    raw_heading: float
     """What the gyro shows [rad]."""
-    timestamp: float = 0.0
+    timestamp: float
     """[s]"""
-    period: float = 0.0
+    period: float
     """[s]"""
-    samples: int = 0
+    samples: int
 
 
 class Drivetrain:
@@ -68,12 +68,6 @@ class Drivetrain:
         self.estimator = PoseEstimator()
         self.kinematics = Kinematics([(m.x, m.y) for m in modules])
         self.modules: list[Module] = []
-        self.state = DrivetrainState(
-            states=[(0.0, 0.0)] * len(modules),
-            targets=[(0.0, 0.0)] * len(modules),
-            positions=[(0.0, 0.0)] * len(modules),
-            period=self.period,
-        )
         self.request: Request = Idle()
         self.on_state: Callable[[DrivetrainState], None] | None = None
         """Called at the end of each period."""
@@ -85,6 +79,8 @@ class Drivetrain:
         """From the modules, robot frame [m/s, m/s, rad/s]."""
         self.context = RequestContext(self.modules, self.kinematics, modules[0].speed_at_12_volts, self.period)
         self._gyro: Gyro | None = None
+        self._heading = 0.0
+        self._samples = 0
 
     def start(self, devices: Sequence[ModuleDevices], gyro: Gyro) -> None:
         """Begin odometry where wheels and gyro stand now."""
@@ -126,24 +122,33 @@ class Drivetrain:
         self.chassis_speeds = self.kinematics.chassis([(m.speed * m.cos, m.speed * m.sin) for m in modules])
         self.context.heading = estimator.pose[2]
         self.request.apply(self.context)
-        state = self.state
-        state.pose = estimator.pose
-        state.speeds = self.chassis_speeds
-        state.states = [(m.speed, m.angle) for m in modules]
-        state.targets = [m.target for m in modules]
-        state.positions = [(m.distance, m.angle) for m in modules]
-        state.raw_heading = yaw
-        state.timestamp = now
-        state.samples += 1
+        self._heading = yaw
+        self._samples += 1
         if self.on_state is not None:
-            self.on_state(state)
+            self.on_state(self.state)
+
+    @property
+    def state(self) -> DrivetrainState:
+        """Everything that robot code may ask for."""
+        modules = self.modules
+        none = [(0.0, 0.0)] * len(self.module_constants)
+        return DrivetrainState(
+            pose=self.estimator.pose,
+            speeds=self.chassis_speeds,
+            states=[(m.speed, m.angle) for m in modules] or none,
+            targets=[m.target for m in modules] or none,
+            positions=[(m.distance, m.angle) for m in modules] or none,
+            raw_heading=self._heading,
+            timestamp=self.now,
+            period=self.period,
+            samples=self._samples,
+        )
 
     # --- resets ---------------------------------------------------------------------------------------------------
 
     def reset_pose(self, pose: Pose) -> None:
         """The robot is here."""
         self.estimator.reset((pose[0], pose[1], wrap(pose[2])), self._yaw())
-        self.state.pose = self.estimator.pose
 
     def reset_translation(self, x: float, y: float) -> None:
         """The robot is here, looking where it believes to look."""
@@ -164,13 +169,10 @@ class Drivetrain:
             module.zero()
         yaw = self._refresh() if self.modules else 0.0
         self.estimator.reset((0.0, 0.0, 0.0), yaw)
-        self.state.pose = self.estimator.pose
-        self.state.positions = [(m.distance, m.angle) for m in self.modules]
 
     def add_vision(self, pose: Pose, time: float, std_devs: Sequence[float] | None = None) -> None:
         """A camera saw the robot at `pose` at `time` [s]."""
         self.estimator.add_vision(pose, time, std_devs)
-        self.state.pose = self.estimator.pose
 
     # --- inside ---------------------------------------------------------------------------------------------------
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -91,7 +92,7 @@ class Point:
 
 @dataclass(frozen=True, slots=True)
 class Speeds:
-    """ApplyRobotSpeeds (`field` False) and ApplyFieldSpeeds, with wheel forces fed forward in the same frame."""
+    """ApplyRobotSpeeds (`is_field` False) and ApplyFieldSpeeds, with wheel forces fed forward in the same frame."""
 
     vx: float
     vy: float
@@ -104,13 +105,13 @@ class Speeds:
     steer: int
     desaturate: bool
     perspective: int = 1
-    field: bool = False
+    is_field: bool = dataclasses.field(default=False, kw_only=True)
 
     def apply(self, context: RequestContext) -> None:
         """Send the modules' states."""
         vx, vy, omega = self.vx, self.vy, self.omega
         turn = 0.0
-        if self.field:
+        if self.is_field:
             turn = -context.heading + (context.operator_forward if self.perspective == _OPERATOR else 0.0)
             vx, vy = _rotated(vx, vy, turn)
             vx, vy, omega = discretize(vx, vy, omega, context.period)
@@ -120,7 +121,7 @@ class Speeds:
         fx, fy = self.forces_x, self.forces_y
         for k, module in enumerate(context.modules):
             force = (fx[k] if k < len(fx) else 0.0, fy[k] if k < len(fy) else 0.0)
-            if self.field and (fx or fy):
+            if self.is_field and (fx or fy):
                 force = _rotated(*force, turn)
             module.apply(
                 *states[k],
@@ -134,7 +135,7 @@ class Speeds:
 
 @dataclass(frozen=True, slots=True)
 class Centric:
-    """RobotCentric (`field` False) and FieldCentric: velocities from a driver, with deadbands."""
+    """RobotCentric (`is_field` False) and FieldCentric: velocities from a driver, with deadbands."""
 
     vx: float
     vy: float
@@ -149,7 +150,7 @@ class Centric:
     steer: int
     desaturate: bool
     perspective: int = 1
-    field: bool = False
+    is_field: bool = dataclasses.field(default=False, kw_only=True)
 
     def apply(self, context: RequestContext) -> None:
         """Send the modules' states."""
@@ -158,7 +159,7 @@ class Centric:
             vx = vy = 0.0
         if abs(omega) < self.rotational_deadband:
             omega = 0.0
-        if self.field:
+        if self.is_field:
             turn = -context.heading + (context.operator_forward if self.perspective == _OPERATOR else 0.0)
             vx, vy = _rotated(vx, vy, turn)
             vx, vy, omega = discretize(vx, vy, omega, context.period)

@@ -1,0 +1,156 @@
+"""Each robot test in a process of its own, under plain pytest: HAL, NetworkTables and devices are then always fresh.
+
+The parent hands the child one test; the child runs it with pytest and writes its reports to a file, a JSON object a
+line. `robotpy test` has its own isolation; this one is for `pytest`, with or without xdist.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+import subprocess
+import sys
+import tempfile
+import traceback
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+__all__ = ["ChildTask", "run_isolated"]
+
+_TAIL = 4000  # characters of a dead child's words, at the start and at the end
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ChildTask:
+    """What a child process shall run."""
+
+    robot_file: str
+    test: str
+    """Path and test, as pytest wants it."""
+    nodeid: str
+    arguments: Sequence[str]
+    """For pytest."""
+    reports: str
+    """File for the reports."""
+    init_timeout: float
+
+
+def run_isolated(
+    item: pytest.Item, robot_file: Path, arguments: Sequence[str], *, timeout: float, folder: Path | None
+) -> list[pytest.TestReport]:
+    """Run a test in a new process.
+
+    Args:
+        item: The test.
+        robot_file: The project's robot.py.
+        arguments: Pytest's, for the child.
+        timeout: Wall time after which the child is ended [s].
+        folder: Where it runs; None: where pytest was called.
+
+    Returns:
+        The reports of its phases; if the process died, a failed one that says how.
+    """
+    work = Path(tempfile.mkdtemp(prefix="simcore-test-"))
+    try:
+        task = ChildTask(
+            robot_file=str(robot_file),
+            test="::".join((str(item.path), *item.nodeid.split("::")[1:])),
+            nodeid=item.nodeid,
+            arguments=[*arguments, f"--basetemp={work / 'tmp'}"],
+            reports=str(work / "reports"),
+            init_timeout=30.0,
+        )
+        out = work / "out"
+        with out.open("wb") as stream:
+            process = subprocess.Popen(
+                [sys.executable, "-m", "simcore.robotpy.isolation", json.dumps(asdict(task))],
+                cwd=work if folder is None else folder,
+                stdin=subprocess.DEVNULL,
+                stdout=stream,
+                stderr=subprocess.STDOUT,
+                env={**os.environ, "PYTHONPATH": os.pathsep.join(p for p in sys.path if p)},
+            )
+            try:
+                code: int | None = process.wait(timeout)
+            except subprocess.TimeoutExpired:
+                process.kill()
+                process.wait()
+                code = None
+            except BaseException:
+                process.kill()
+                process.wait()
+                raise
+        reports = _read(item, Path(task.reports))
+        if {"call", "teardown"} <= {r.when for r in reports} or any(r.failed or r.skipped for r in reports):
+            return reports
+        said = out.read_text("utf-8", "replace")
+        if len(said) > 2 * _TAIL:
+            said = f"{said[:_TAIL]}\n[...]\n{said[-_TAIL:]}"
+        how = f"was ended after {timeout:g} s of wall time (simcore_timeout)" if code is None else f"died (exit {code})"
+        return [*reports, _failed(item, f"the process of this robot test {how}. Its last words:\n\n{said}")]
+    finally:
+        shutil.rmtree(work, ignore_errors=True)
+
+
+def _read(item: pytest.Item, path: Path) -> list[pytest.TestReport]:
+    if not path.exists():
+        return []
+    lines = path.read_text("utf-8").splitlines()
+    hook = item.config.hook
+    return [hook.pytest_report_from_serializable(config=item.config, data=json.loads(line)) for line in lines]
+
+
+def _failed(item: pytest.Item, text: str) -> pytest.TestReport:
+    return pytest.TestReport(
+        nodeid=item.nodeid, location=item.location, keywords={}, outcome="failed", longrepr=text, when="call"
+    )
+
+
+# --- in the child -------------------------------------------------------------------------------------------------
+
+
+class _Reporter:
+    """Writes the reports, under the parent's name of the test."""
+
+    def __init__(self, task: ChildTask) -> None:
+        self._task = task
+        self._config: Any = None
+
+    def pytest_configure(self, config: pytest.Config) -> None:
+        self._config = config
+
+    def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
+        data = self._config.hook.pytest_report_to_serializable(config=self._config, report=report)
+        self.write({**data, "nodeid": self._task.nodeid})
+
+    def write(self, data: dict[str, Any]) -> None:
+        with open(self._task.reports, "a", encoding="utf-8") as stream:
+            stream.write(json.dumps(data, default=str) + "\n")
+
+
+def _main() -> int:
+    task = ChildTask(**json.loads(sys.argv[1]))
+    reporter = _Reporter(task)
+    try:
+        from pyfrc.test_support.pytest_plugin import PyFrcPlugin
+
+        from simcore.robotpy.project import load_robot_class
+
+        robot_file = Path(task.robot_file)
+        robot = PyFrcPlugin(load_robot_class(robot_file), robot_file, True, task.init_timeout)
+    except BaseException:
+        print(f"could not load the robot project {task.robot_file}:\n\n{traceback.format_exc()}", flush=True)
+        return 3
+    return int(pytest.main([task.test, *task.arguments], plugins=[robot, reporter]))
+
+
+if __name__ == "__main__":
+    code = _main()
+    sys.stdout.flush()
+    sys.stderr.flush()
+    os._exit(code)  # the interpreter's own end can hang on HAL threads

@@ -1,0 +1,254 @@
+"""The pytest plugin: robot tests in simulated time, under `robotpy test` and under plain `pytest`.
+
+Loads with pytest itself, in projects that have no robot too: whatever is heavy is imported when a robot test runs.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import shutil
+import sys
+from collections.abc import Generator
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, TextIO
+
+import pytest
+
+if TYPE_CHECKING:
+    from simcore.robotpy.robot_test import RobotTest
+
+__all__ = ["sim"]
+
+_ROBOT_FIXTURES = ("sim", "robot", "control")
+_LATE_MS = 5.0  # a steer loop that sees rotors so old overshoots
+_MODES = ("simulated", "real")
+_complaints: TextIO | None = None
+
+
+def pytest_addoption(parser: pytest.Parser) -> None:
+    """Options and settings."""
+    group = parser.getgroup("simcore", "robot tests")
+    group.addoption(
+        "--phoenix",
+        choices=_MODES,
+        default=None,
+        help="Phoenix 6 in simulated time (default), or CTRE's own simulation on the wall clock; also SIMCORE_PHOENIX",
+    )
+    group.addoption(
+        "--sim-output",
+        default=None,
+        help="folder for log and picture of failed tests; default: test_output by robot.py",
+    )
+    group.addoption(
+        "--sim-in-process", action="store_true", help="robot tests in pytest's own process, for a debugger: one a run"
+    )
+    parser.addini("simcore_robot", "robot.py of the tests; default: the nearest above a test", default="")
+    parser.addini("simcore_timeout", "wall time that a robot test may take [s]", default="300")
+    parser.addini("simcore_hang", "wall time that a robot loop may take [s]", default="30")
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    """Keep the terminal's own stderr, for the stacks of a program that hangs."""
+    global _complaints
+    if _complaints is None:
+        _complaints = os.fdopen(os.dup(2), "w")
+    mode = os.environ.get("SIMCORE_PHOENIX", "simulated")
+    if mode not in _MODES:
+        raise pytest.UsageError(f"SIMCORE_PHOENIX must be {' or '.join(_MODES)}, got {mode!r}")
+
+
+def pytest_collect_file(file_path: Path, parent: pytest.Collector) -> None:
+    """Let tests import the modules of their project, as `robotpy test` does."""
+    for folder in (file_path.parent, file_path.parent.parent):
+        if file_path.suffix == ".py" and (folder / "robot.py").is_file() and str(folder) not in sys.path:
+            sys.path.insert(0, str(folder))
+
+
+# --- one process a test -------------------------------------------------------------------------------------------
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_runtest_protocol(item: pytest.Item) -> bool | None:
+    """Under plain pytest: hand a robot test to a process of its own."""
+    if not _is_robot_test(item) or _has_pyfrc(item.config):
+        return None
+    from simcore.errors import ConfigError
+    from simcore.robotpy.isolation import run_isolated
+
+    config, hook = item.config, item.ihook
+    hook.pytest_runtest_logstart(nodeid=item.nodeid, location=item.location)
+    try:
+        robot_file = _robot_file(item)
+    except ConfigError as error:
+        reports = [
+            pytest.TestReport(
+                nodeid=item.nodeid,
+                location=item.location,
+                keywords={},
+                outcome="failed",
+                longrepr=str(error),
+                when="setup",
+            )
+        ]
+    else:
+        real = _mode(config) == "real"  # configurations persist in ./ctre_sim: a fresh folder
+        reports = run_isolated(
+            item,
+            robot_file,
+            _child_arguments(config),
+            timeout=float(config.getini("simcore_timeout")),
+            folder=None if real else config.invocation_params.dir,
+        )
+    for report in reports:
+        hook.pytest_runtest_logreport(report=report)
+    hook.pytest_runtest_logfinish(nodeid=item.nodeid, location=item.location)
+    return True
+
+
+def _is_robot_test(item: pytest.Item) -> bool:
+    """Whether a test asks for this plugin's fixture, or for one of pyfrc's that nobody else provides."""
+    names = getattr(item, "fixturenames", ())
+    info = getattr(item, "_fixtureinfo", None)
+    if info is None or not set(_ROBOT_FIXTURES) & set(names):
+        return False
+    definitions = info.name2fixturedefs
+    ours = definitions.get("sim")
+    if ours and getattr(ours[-1].func, "__module__", "") == __name__:
+        return True
+    return any(name in names and name not in definitions for name in ("robot", "control"))
+
+
+def _has_pyfrc(config: pytest.Config) -> bool:
+    """Whether pyfrc runs this session: `robotpy test`, or our own child process."""
+    names = {type(plugin).__name__ for plugin in config.pluginmanager.get_plugins()}
+    return bool(names & {"PyFrcPlugin", "IsolatedTestsPlugin"})
+
+
+def _robot_file(item: pytest.Item) -> Path:
+    from simcore.robotpy.project import find_robot_file
+
+    return find_robot_file(item.path, named=item.config.getini("simcore_robot"), base=item.config.rootpath)
+
+
+def _child_arguments(config: pytest.Config) -> list[str]:
+    options = config.option
+    arguments = ["-p", "no:cacheprovider", "-p", "no:xdist", "-p", "no:cov", "-q", "--no-header"]
+    for plugin in options.plugins or ():
+        arguments += ["-p", plugin]
+    arguments += [f"--rootdir={config.rootpath}", f"--phoenix={_mode(config)}", f"--tb={options.tbstyle}"]
+    if config.inipath is not None:
+        arguments += ["-c", str(config.inipath)]
+    for setting in options.override_ini or ():
+        arguments += ["-o", setting]
+    if options.showlocals:
+        arguments.append("--showlocals")
+    if options.sim_output:
+        arguments.append(f"--sim-output={Path(options.sim_output).absolute()}")
+    arguments.append(f"--import-mode={options.importmode}")
+    return arguments
+
+
+def _mode(config: pytest.Config) -> str:
+    return str(config.getoption("phoenix") or os.environ.get("SIMCORE_PHOENIX", "simulated"))
+
+
+# --- devices ------------------------------------------------------------------------------------------------------
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_fixture_setup(fixturedef: Any, request: pytest.FixtureRequest) -> Generator[None, Any, Any]:
+    """Put Phoenix 6 into simulated time before pyfrc builds the robot."""
+    if fixturedef.argname == "robot" and _has_pyfrc(request.config) and _mode(request.config) == "simulated":
+        _install()
+    return (yield)
+
+
+def _install() -> None:
+    from importlib.util import find_spec
+
+    if find_spec("phoenix6") is not None:
+        from simcore.robotpy.simulated_phoenix import install_simulated_phoenix
+
+        install_simulated_phoenix()
+
+
+# --- the fixture --------------------------------------------------------------------------------------------------
+
+
+@pytest.fixture
+def sim(request: pytest.FixtureRequest, robot: Any, control: Any) -> Generator[RobotTest, None, None]:
+    """The robot of this project on its simulated field; see docs/testing.md."""
+    from simcore.robotpy.robot_test import RobotTest
+    from simcore.telemetry.recording import Recording
+
+    hang = float(request.config.getini("simcore_hang"))
+    request.node.stash[_OUTPUT] = folder = _output(request)
+    _remove(folder)
+    with RobotTest(control, robot, hang=hang, complaints=_complaints) as test:
+        request.node.stash[_RECORDING] = recording = Recording()
+        test.add_sink(recording)
+        yield test
+
+
+_RECORDING: pytest.StashKey[Any] = pytest.StashKey()
+_OUTPUT: pytest.StashKey[Path] = pytest.StashKey()
+
+
+def _output(request: pytest.FixtureRequest) -> Path:
+    """Where log, page and picture of this test go if it fails."""
+    named = request.config.getoption("sim_output")
+    robot_path: Path = request.getfixturevalue("robot_path")
+    base = Path(named) if named else robot_path / "test_output"
+    return base / "".join(c if c.isalnum() or c in "-_." else "_" for c in request.node.name)
+
+
+def _remove(folder: Path) -> None:
+    """Take away what an earlier run of the test left."""
+    shutil.rmtree(folder, ignore_errors=True)
+    with contextlib.suppress(OSError):  # not there, or another test's output is in it
+        folder.parent.rmdir()
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_makereport(item: pytest.Item, call: pytest.CallInfo[Any]) -> Generator[None, Any, Any]:
+    """Leave log, page and picture of a failed test; tell when the machine was too slow for the real Phoenix 6."""
+    report = yield
+    if report.when != "call":
+        return report
+    if "robot" in getattr(item, "fixturenames", ()):
+        _judge_lateness(item, report)
+    test = getattr(item, "funcargs", {}).get("sim")
+    recording = item.stash.get(_RECORDING, None)
+    if report.failed and test is not None and test.has_run and recording is not None:
+        from simcore.telemetry.evidence import leave_evidence
+
+        scene = test.game.scene() if hasattr(test.game, "scene") else None
+        left = leave_evidence(
+            recording, item.stash[_OUTPUT], scene=scene, title=item.nodeid, note=f"failed at {test.summary()}"
+        )
+        report.sections.append(("simcore", f"{left}\nat its end: {test.summary()}"))
+    return report
+
+
+def _judge_lateness(item: pytest.Item, report: Any) -> None:
+    if _mode(item.config) != "real" or "simcore.robotpy.physics" not in sys.modules:
+        return
+    from simcore.robotpy.physics import latest_physics
+
+    physics = latest_physics()
+    late = 0.0 if physics is None else physics.times.lateness_ms
+    if late > _LATE_MS:
+        report.outcome = "skipped"
+        report.longrepr = (
+            str(item.path),
+            item.location[1] or 0,
+            f"Skipped: the machine was too slow to judge (it {call_outcome(report)}): with --phoenix=real physics came "
+            f"{late:.1f} ms late (99 % of parts), {_LATE_MS:g} ms are allowed; close other programs, or test in "
+            "simulated time",
+        )
+
+
+def call_outcome(report: Any) -> str:
+    """What a report says of its test, as a verb."""
+    return "failed" if report.longrepr else "passed"

@@ -1,0 +1,311 @@
+"""A robot under test: the program of a project on its simulated field, driven step by step."""
+
+from __future__ import annotations
+
+import faulthandler
+import gc
+import math
+import time
+from collections.abc import Callable
+from contextlib import ExitStack
+from types import TracebackType
+from typing import Any, TextIO
+
+import hal
+from wpilib import Timer
+from wpilib.simulation import DriverStationSim, stepTiming
+from wpimath.geometry import Pose2d
+
+from simcore.errors import ConfigError, SimcoreError
+from simcore.power.battery import Battery
+from simcore.robotpy.chooser import choose
+from simcore.robotpy.joystick import Joystick, XboxPad
+from simcore.robotpy.physics import RobotPhysics, latest_physics
+from simcore.sim.report import Score
+
+__all__ = ["ConditionError", "RobotTest"]
+
+TICK = 0.02  # [s]
+_SETTLE = 0.5  # [s]; disabled before the first mode: the alliance becomes known, the dashboard is filled
+_STATIONS = {
+    ("blue", 1): hal.AllianceStationID.kBlue1,
+    ("blue", 2): hal.AllianceStationID.kBlue2,
+    ("blue", 3): hal.AllianceStationID.kBlue3,
+    ("red", 1): hal.AllianceStationID.kRed1,
+    ("red", 2): hal.AllianceStationID.kRed2,
+    ("red", 3): hal.AllianceStationID.kRed3,
+}
+
+
+class ConditionError(SimcoreError, AssertionError):
+    """What a test waited for did not happen in time."""
+
+
+class RobotTest:
+    """The fixture `sim`: starts the robot program at the first call that needs it, and stops it at the end.
+
+    Methods run the robot, properties read the truth of the field, not what the robot believes.
+
+    Args:
+        control: Pyfrc's test controller of the robot.
+        robot: Proxy of the robot object.
+        hang: Wall time that one robot loop may take before the test ends with a stack of every thread [s].
+        complaints: Where those stacks go.
+
+    Example:
+        def test_the_auto_scores(sim):
+            sim.alliance("red")
+            sim.autonomous("two cycles", seconds=20)
+            assert sim.score.red >= 8
+    """
+
+    def __init__(self, control: Any, robot: Any, *, hang: float = 30.0, complaints: TextIO | None = None) -> None:
+        self.robot = robot
+        """The robot object, to look at what it believes; a proxy."""
+        self._control = control
+        self._hang = hang
+        self._complaints = complaints
+        self._stack = ExitStack()
+        self._physics: RobotPhysics | None = None
+        self._wall = 0.0
+        self._ran = 0.0
+        self._steps = 0
+        self._sinks: list[Any] = []
+        self._mode = "disabled"
+        self._alliance = "blue"
+        self.alliance("blue")
+
+    def __enter__(self) -> RobotTest:
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, at: TracebackType | None) -> None:
+        faulthandler.cancel_dump_traceback_later()
+        if self._physics is not None and kind is None:
+            DriverStationSim.setEnabled(False)
+        self._stack.close()
+
+    # --- driver station -------------------------------------------------------------------------------------------
+
+    def alliance(self, color: str, station: int = 1) -> None:
+        """Play for `"blue"` or `"red"`, at station 1..3. Until the first enable the robot is carried to its start.
+
+        Raises:
+            ConfigError: There is no such place.
+        """
+        if (color, station) not in _STATIONS:
+            raise ConfigError(f"alliance: want 'blue' or 'red' and a station 1..3, got {color!r}, {station!r}")
+        self._alliance = color
+        DriverStationSim.setAllianceStationId(_STATIONS[color, station])
+
+    def game_data(self, text: str) -> None:
+        """The game-specific message."""
+        DriverStationSim.setGameSpecificMessage(text)
+
+    def joystick(self, port: int = 0) -> Joystick:
+        """A joystick at a port, let go of."""
+        return Joystick(port)
+
+    def xbox(self, port: int = 0) -> XboxPad:
+        """An Xbox controller at a port, let go of."""
+        return XboxPad(port)
+
+    # --- running --------------------------------------------------------------------------------------------------
+
+    def start(self) -> None:
+        """Start the robot program, disabled, for half a second; the other methods do so by themselves."""
+        if self._physics is not None:
+            return
+        DriverStationSim.setDsAttached(True)
+        DriverStationSim.setEnabled(False)
+        self._stack.enter_context(self._control.run_robot())
+        self._step()  # waits until the program has built its physics
+        physics = latest_physics()
+        if physics is None:
+            raise ConfigError(
+                "no physics: put a physics.py with a PhysicsEngine derived from simcore's RobotPhysics beside robot.py "
+                "(docs/connect.md), or test with pyfrc's own fixtures `robot` and `control`"
+            )
+        self._physics = physics
+        gc.collect()
+        gc.freeze()  # what is built by now stays: the collector need not look at it again (5 % of the run)
+        self._stack.callback(gc.unfreeze)
+        if hasattr(physics.game, "sinks"):
+            physics.game.sinks.extend(self._sinks)
+        self.run(_SETTLE)
+
+    def autonomous(self, name: str | None = None, *, seconds: float = 15.0) -> None:
+        """Run autonomous.
+
+        Args:
+            name: Of the auto, as the dashboard's chooser shows it; None leaves the choice as it is.
+            seconds: How long; the robot stays enabled after it.
+
+        Raises:
+            UnknownNameError: No chooser has that name; the text lists what there is.
+        """
+        self.start()
+        if name is not None:
+            choose(name)
+        self._enter("autonomous")
+        self.run(seconds)
+
+    def teleop(self, *, seconds: float = 0.0) -> None:
+        """Run teleop, e.g. after moving the sticks."""
+        self.start()
+        self._enter("teleop")
+        self.run(seconds)
+
+    def disable(self, *, seconds: float = 0.0) -> None:
+        """Disable, and wait."""
+        self.start()
+        self._enter("disabled")
+        self.run(seconds)
+
+    def run(self, seconds: float) -> None:
+        """Go on in the present mode.
+
+        Raises:
+            ConfigError: `seconds` is not a finite number >= 0.
+        """
+        if not (math.isfinite(seconds) and seconds >= 0.0):
+            raise ConfigError(f"run: seconds must be finite and >= 0, got {seconds}")
+        self.start()
+        for _ in range(round(seconds / TICK)):
+            self._step()
+
+    def run_until(self, condition: Callable[[], object], *, timeout: float) -> float:
+        """Go on until a condition holds; it is asked after each 20 ms.
+
+        Args:
+            condition: E.g. `lambda: sim.fuel.held >= 8`.
+            timeout: Simulated time after which it is an error [s].
+
+        Returns:
+            How long it took, simulated [s].
+
+        Raises:
+            ConditionError: It did not hold in time.
+        """
+        self.start()
+        begin = self.time
+        for _ in range(round(timeout / TICK)):
+            if condition():
+                return self.time - begin
+            self._step()
+        if condition():
+            return self.time - begin
+        raise ConditionError(
+            f"the condition did not hold within {timeout:g} s; at its end the robot is at {self.pose}, {self._mode}"
+        )
+
+    # --- truth ----------------------------------------------------------------------------------------------------
+
+    @property
+    def physics(self) -> RobotPhysics:
+        """The project's PhysicsEngine."""
+        self.start()
+        assert self._physics is not None
+        return self._physics
+
+    @property
+    def game(self) -> Any:
+        """The game, e.g. `RebuiltSim`."""
+        return self.physics.game
+
+    @property
+    def plant(self) -> Any:
+        """The robot in the game, e.g. `RebuiltRobot`."""
+        return self.physics.plant
+
+    @property
+    def time(self) -> float:
+        """Since the robot program started, simulated [s]."""
+        return float(Timer.getFPGATimestamp())
+
+    @property
+    def pose(self) -> Pose2d:
+        """Where the robot truly is."""
+        x, y, yaw = self.plant.chassis.pose
+        return Pose2d(x, y, yaw)
+
+    @property
+    def score(self) -> Score:
+        """Points so far."""
+        totals = self.game.tracker.totals
+        return Score(red=totals["red"], blue=totals["blue"], total=totals["red"] + totals["blue"])
+
+    @property
+    def fuel(self) -> Any:
+        """Where all pieces are: `held`, `scored`, `on_field`, `in_flight`."""
+        return self.game.fuel
+
+    @property
+    def battery(self) -> Battery:
+        """Voltage, its lowest so far, and the whole robot's current."""
+        return self.physics.plant.battery
+
+    @property
+    def currents(self) -> dict[str, list[float]]:
+        """In the motors of the drivetrain, `drive` and `steer`, module by module [A]."""
+        drive = self.plant.drive
+        return {
+            "drive": [float(a) for a in drive.drive_motors.current],
+            "steer": [float(a) for a in drive.steer_motors.current],
+        }
+
+    @property
+    def digest(self) -> str:
+        """Of everything that moved since the start: equal if and only if two runs were the same to the last bit."""
+        return str(self.game.digest.hexdigest())
+
+    @property
+    def realtime_factor(self) -> float:
+        """How many times faster than real time the robot ran so far."""
+        return self._ran / self._wall if self._wall > 0.0 else math.nan
+
+    # --- evidence -------------------------------------------------------------------------------------------------
+
+    def add_sink(self, sink: Any) -> None:
+        """Log telemetry there; before the robot starts."""
+        self._sinks.append(sink)
+
+    @property
+    def has_run(self) -> bool:
+        """Whether the robot program has started."""
+        return self._physics is not None
+
+    def summary(self) -> str:
+        """One line: where robot and score stand."""
+        x, y, yaw = self.plant.chassis.pose
+        return (
+            f"{self.time:.2f} s, {self._alliance}, {self._mode}, robot at ({x:.2f}, {y:.2f}) m, "
+            f"{math.degrees(yaw):.0f} deg, score blue {self.score.blue} red {self.score.red}"
+        )
+
+    # --- inside ---------------------------------------------------------------------------------------------------
+
+    def _enter(self, mode: str) -> None:
+        if mode == self._mode:
+            return
+        if self._mode != "disabled" and mode != "disabled":
+            self._enter("disabled")  # as the field does between auto and teleop
+            self.run(5 * TICK)
+        self._mode = mode
+        DriverStationSim.setAutonomous(mode == "autonomous")
+        DriverStationSim.setEnabled(mode != "disabled")
+
+    def _step(self) -> None:
+        begin = time.perf_counter()
+        if self._complaints is not None and self._steps % 50 == 0:
+            faulthandler.dump_traceback_later(self._hang, exit=True, file=self._complaints)
+        DriverStationSim.notifyNewData()
+        stepTiming(TICK)
+        self._wall += time.perf_counter() - begin
+        self._ran += TICK
+        self._steps += 1
+        error = self._control._reraise.exception
+        if error is not None:
+            self._control._reraise.reset()
+            raise error
+        if not self._control.robot_is_alive:
+            raise SimcoreError("the robot program has ended by itself: startCompetition returned")

@@ -1,0 +1,161 @@
+"""Robot tests in simulated time: whole projects under plain pytest and `robotpy test`, in processes of their own."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+import sys
+from importlib.util import find_spec
+from pathlib import Path
+
+import pytest
+
+pytestmark = pytest.mark.slow
+
+ROOT = Path(__file__).resolve().parents[2]
+EXAMPLE = ROOT / "examples" / "rebuilt_robot"
+
+
+@pytest.fixture
+def project(tmp_path):
+    """A copy of the example with tests of our own; returns what writes them and runs pytest."""
+    for module in ("phoenix6", "wpilib", "commands2", "pyfrc", "pybullet"):
+        if find_spec(module) is None:
+            pytest.skip(f"needs {module}: pip install simcore[phoenix6,robotpy]")
+    folder = tmp_path / "robot"
+    shutil.copytree(EXAMPLE, folder, ignore=shutil.ignore_patterns("__pycache__", "tests", "test_output"))
+    (folder / "tests").mkdir()
+
+    def run(text: str, *arguments: str, command: tuple[str, ...] = ("-m", "pytest", "-q"), **environment: str):
+        (folder / "tests" / "test_robot.py").write_text(text)
+        named = () if find_spec("simcore") and _is_installed() else ("-p", "simcore.robotpy.pytest_plugin")
+        if named and command[1] == "robotpy":
+            pytest.skip("needs an installed simcore: pip install -e .")
+        done = subprocess.run(
+            [sys.executable, *command, *named, *arguments],
+            cwd=folder,
+            env={**os.environ, "PYTHONPATH": str(ROOT), **environment},
+            capture_output=True,
+            text=True,
+            timeout=240,
+            check=False,
+        )
+        return done.returncode, done.stdout + done.stderr
+
+    run.folder = folder
+    return run
+
+
+def _is_installed() -> bool:
+    from importlib.metadata import entry_points
+
+    return any(e.value == "simcore.robotpy.pytest_plugin" for e in entry_points(group="pytest11"))
+
+
+def files(folder: Path) -> set[str]:
+    found = (p.relative_to(folder) for p in folder.rglob("*") if p.is_file() and "__pycache__" not in p.parts)
+    return {str(p) for p in found if p.name != ".gitignore" and ".pytest_cache" not in p.parts}
+
+
+AUTO = """
+def test_auto(sim):
+    sim.autonomous("depot", seconds=20)
+    assert sim.score.blue >= 8
+    print("DIGEST", sim.digest, "FACTOR", round(sim.realtime_factor, 2))
+
+def test_again(sim):
+    test_auto(sim)
+"""
+
+
+def test_a_whole_auto_repeats_to_the_last_bit_and_leaves_nothing(project):
+    before = files(project.folder)
+    code, said = project(AUTO, "-rP")
+    assert code == 0, said
+    digests = [line.split()[1] for line in said.splitlines() if line.startswith("DIGEST")]
+    assert len(digests) == 2 and digests[0] == digests[1]
+    assert files(project.folder) - before == {"tests/test_robot.py"}
+
+
+def test_robotpy_test_runs_the_same(project):
+    code, said = project(
+        """
+def test_auto(sim):
+    sim.autonomous("preload", seconds=4)
+    assert sim.score.blue >= 1
+
+def test_old(control, robot):
+    with control.run_robot():
+        control.step_timing(seconds=2.0, autonomous=True, enabled=True)
+        assert robot.container.drivetrain.get_state().timestamp > 1.9
+""",
+        command=("-m", "robotpy", "test"),
+    )
+    assert code == 0 and "2 passed" in said, said
+
+
+def test_what_goes_wrong_is_said(project):
+    """Log and picture of a failed test; unknown autos; conditions; the robot's own exceptions; the sticks."""
+    code, said = project(
+        """
+import pytest
+
+def test_fails(sim):
+    sim.autonomous("preload", seconds=0.2)
+    assert sim.score.blue >= 99
+
+def test_unknown(sim):
+    with pytest.raises(KeyError, match="Did you mean 'depot'"):
+        sim.autonomous("depto")
+
+def test_never(sim):
+    with pytest.raises(AssertionError, match="did not hold within 0.1 s"):
+        sim.run_until(lambda: False, timeout=0.1)
+
+def test_bad_stick(sim):
+    with pytest.raises(ValueError, match="-1..1"):
+        sim.xbox(0).left_y = 2.0
+    with pytest.raises(ValueError, match="left_trigger"):
+        sim.xbox(0).trigger = True
+
+def test_robot_raises(sim):
+    sim.start()
+    def boom():
+        raise ZeroDivisionError("of the robot")
+    sim.robot.container.publish = boom
+    with pytest.raises(ZeroDivisionError, match="of the robot"):
+        sim.run(0.1)
+"""
+    )
+    assert code == 1 and "1 failed, 4 passed" in said, said
+    assert "look at the run: page" in said
+    left = files(project.folder / "test_output")
+    assert left == {"test_fails/run.wpilog", "test_fails/run.png", "test_fails/run.html"}
+
+
+def test_without_physics_or_robot_it_says_what_is_missing(project):
+    test = "def test_it(sim):\n    sim.start()\n"
+    (project.folder / "physics.py").unlink()
+    code, said = project(test)
+    assert code == 1 and "put a physics.py with a PhysicsEngine" in said, said
+    (project.folder / "robot.py").unlink()
+    code, said = project(test)
+    assert code == 1 and "no robot.py in" in said, said
+    code, said = project(test, SIMCORE_PHOENIX="imagined")
+    assert code != 0 and "must be simulated or real" in said, said
+
+
+def test_a_program_that_hangs_is_ended_with_its_stacks(project):
+    (project.folder / "pytest.ini").write_text("[pytest]\nsimcore_hang = 4\n")
+    code, said = project(
+        """
+import time
+
+def test_hangs(sim):
+    sim.start()
+    sim.robot.container.publish = lambda: time.sleep(60)
+    sim.run(1.0)
+"""
+    )
+    assert code == 1 and "died" in said and "Timeout" in said and "robotPeriodic" in said, said[-3000:]

@@ -1,0 +1,79 @@
+"""CTRE's swerve drivetrain in simulated time, against what the real one answered and against the real one itself."""
+
+from __future__ import annotations
+
+import json
+import math
+from pathlib import Path
+
+import pytest
+
+REFERENCE = Path(__file__).parent / "swerve_reference.json"
+"""What Phoenix 6 26.3.0 answered on the wall clock: `scenarios/swerve_requests.py real`, `swerve_path.py real`."""
+
+TOLERANCE = {"1 m/s ahead, open loop": 0.011, "0.5 rad to steer, open loop": 0.011}
+"""A voltage is told in steps of 10 mV; everything else is known to 1 mm, 1 mrad, 1 mm/s."""
+
+
+@pytest.fixture(scope="module")
+def reference():
+    return json.loads(REFERENCE.read_text())
+
+
+@pytest.fixture(scope="module")
+def simulated(scenario):
+    return scenario("swerve_requests", "simulated")["cases"]
+
+
+@pytest.fixture(scope="module")
+def path(scenario):
+    return scenario("swerve_path", "simulated")
+
+
+def differences(found, wanted):
+    wrong = {}
+    for name, numbers in wanted.items():
+        limit = TOLERANCE.get(name, 0.011 if name.startswith(("facing", "SysId")) else 0.002)
+        gap = max(abs(a - b) for a, b in zip(found[name], numbers, strict=True))
+        if gap > limit:
+            wrong[name] = (gap, found[name], numbers)
+    return wrong
+
+
+def test_every_request_and_belief_is_the_real_one(simulated, reference):
+    """Module targets, motor requests, estimator, resets: some fifty cases, recorded from the real library."""
+    assert len(reference["cases"]) > 45
+    assert differences(simulated, reference["cases"]) == {}
+
+
+def test_an_s_of_four_meters_ends_where_the_real_one_did(path, reference):
+    """At every instant within 50 mm of the real clock's path."""
+    gaps = [math.dist(a[:2], b[:2]) for a, b in zip(path["path"], reference["path"], strict=True)]
+    assert sum(math.dist(a[:2], b[:2]) for a, b in zip(path["path"], path["path"][1:], strict=False)) > 3.9
+    assert max(gaps) < 0.050
+
+
+def test_responses_are_those_of_the_real_clock(path, reference):
+    """Time to 90 %, overshoot and end of a step of every request that drives.
+
+    Where wheels must first turn, the real clock's three runs lie 30 ms apart, and the stand-in is sooner than all of
+    them, by 20 to 75 ms: not yet explained.
+    """
+    steers = {name for name in reference["responses"] if "left" in name or "rad" in name}
+    for name, (rise, peak, end) in reference["responses"].items():
+        found = path["responses"][name]
+        assert found[0] == pytest.approx(rise, abs=0.08 if name in steers else 0.021), name
+        assert found[1] == pytest.approx(peak, abs=0.03), name
+        assert found[2] == pytest.approx(end, rel=0.006), name
+
+
+def test_two_processes_agree_to_the_last_bit(path, scenario):
+    again = scenario("swerve_path", "simulated")
+    assert again["path"] == path["path"]
+    assert again["responses"] == path["responses"]
+
+
+@pytest.mark.realtime
+def test_the_reference_is_still_what_the_real_one_answers(scenario, reference):
+    """Fails when another version of phoenix6 drives differently: then record anew and look at the stand-in."""
+    assert differences(scenario("swerve_requests", "real")["cases"], reference["cases"]) == {}
