@@ -136,17 +136,17 @@ class Device:
         """Number of the signal whose units this one has in the last frame."""
         return spn
 
-    def read(self, spn: int) -> tuple[float, float] | None:
-        """Value of a signal and the time it is from [s]; None for a signal that is not modelled."""
+    def read(self, spn: int) -> tuple[float, float, int] | None:
+        """Value of a signal, the time it is from [s] and whose units it has; None for a signal that is not modelled."""
         signal = self.signals.get(spn)
         if signal is not None:
-            return float(signal(self.frame)), self.frame_ns * 1e-9
+            return signal(self.frame), self.frame_ns * 1e-9, self.units_of(spn)
         if spn in _CONSTANTS:
-            return _CONSTANTS[spn], self.clock.now
+            return _CONSTANTS[spn], self.clock.now, spn
         if spn == _RESET_FLAGS:
-            return 0.0, 0.0  # a device that has not reset since it was switched on never sends them
+            return 0.0, 0.0, spn  # a device that has not reset since it was switched on never sends them
         fault = self.fault_flags.read(spn)
-        return None if fault is None else (fault, self.frame_ns * 1e-9)
+        return None if fault is None else (fault, self.frame_ns * 1e-9, spn)
 
     def set_rate(self, hz: float) -> None:
         """Rate of the status frame [Hz]; 0 turns it off."""

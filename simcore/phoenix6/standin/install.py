@@ -6,7 +6,7 @@ import inspect
 from importlib import metadata
 from typing import Any
 
-from phoenix6.phoenix_native import Native
+from phoenix6.phoenix_native import Native, ReturnValues, SignalValues
 
 from simcore.errors import SimcoreError
 from simcore.phoenix6.standin.api import PREFIX
@@ -53,6 +53,23 @@ def _misfit() -> str | None:
     for name in (_INSTANCE, _API, _FUNCTIONS):
         if not hasattr(Native, name):
             return f"its phoenix_native.Native has no {name.removeprefix('_Native')}"
+    for structure, fields in (
+        (SignalValues, ["devicehash", "spn"]),
+        (
+            ReturnValues,
+            [
+                "outValue",
+                "unitsKey",
+                "units",
+                "hwtimestampseconds",
+                "swtimestampseconds",
+                "ecutimestampseconds",
+                "error",
+            ],
+        ),
+    ):
+        if [field[0] for field in structure._fields_] != fields:
+            return f"its {structure.__name__} has other fields"
     arguments = {name: len(types) for name, _, types in getattr(Native, _FUNCTIONS)}
     for kind in REQUESTS.values():
         found = arguments.get(f"{PREFIX}RequestControl{kind.name}")
