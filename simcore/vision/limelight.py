@@ -261,8 +261,8 @@ class LimelightSim:
             tags = picture.tags
             held = self._std_devs
             is_same = held is not None and held[1] == exposure.rows and exposure.time - held[0] < _STD_PERIOD
-            one = picture.megatag1(held[2] if held is not None and is_same else None)
             two = picture.megatag2(self.heading.attitude(exposure.time))
+            one = picture.megatag1(held[2] if held is not None and is_same else None)
             if one is not None:
                 since = self._period if self._megatag1_at is None else exposure.time - self._megatag1_at
                 self.heading.after_megatag1(one.yaw_deg, min(since, 0.1))
@@ -289,7 +289,7 @@ class LimelightSim:
             primary_tag=primary,
             primary_piece=exposure.pieces[0] if exposure.pieces else None,
             mount=self.settings.mount,
-            mount_position=self._believed.position.tolist(),
+            mount_position=self._believed.place,
             mount_axes=self._believed.axes,
             imu=self.heading.reading(),
         )
