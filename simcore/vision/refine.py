@@ -13,10 +13,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-import numpy as np
-
 from simcore.geometry.quaternion import Vector
-from simcore.typing import FloatArray
 from simcore.vision.rows import Rows, apply_back, times
 
 __all__ = ["CameraSolution", "Square", "refine_pose", "solve_position", "squared_error"]
@@ -45,22 +42,32 @@ class CameraSolution:
     """Root mean square distance of corners [-]."""
     sums: _Sums
 
-    @property
-    def normal(self) -> FloatArray:
-        """Matrix of the normal equations for turn and step along the optical axes, shape (6, 6): the inverse of their
-        covariance for a noise of 1.
+    def variances(self, functions: Sequence[tuple[Vector, Vector]]) -> list[float]:
+        """How sure numbers are that follow from the pose.
+
+        Args:
+            functions: Of each, what it changes with a turn and with a step along the optical axes [1/rad, 1/m].
+
+        Returns:
+            Their variances for a noise of 1 in the picture; inf if the corners do not tell.
         """
-        a00, a01, a02, a11, a12, a22, b00, b01, b02, b10, b12, b20, b21, n, nx, ny, nq, *_ = self.sums
-        return np.array(
-            (
-                (a00, a01, a02, b00, b01, b02),
-                (a01, a11, a12, b10, -b00, b12),
-                (a02, a12, a22, b20, b21, 0.0),
-                (b00, b10, b20, n, 0.0, -nx),
-                (b01, -b00, b21, 0.0, n, -ny),
-                (b02, b12, 0.0, -nx, -ny, nq),
-            )
-        )
+        reduced = _reduce(self.sums)
+        if reduced is None:
+            return [math.inf] * len(functions)
+        n, mx, my, rest, c0, c1, c2, (a00, a01, a02, a11, a12, a22) = reduced
+        i00, i01, i02 = a11 * a22 - a12 * a12, a02 * a12 - a01 * a22, a01 * a12 - a02 * a11
+        i11, i12, i22 = a00 * a22 - a02 * a02, a01 * a02 - a00 * a12, a00 * a11 - a01 * a01
+        det = a00 * i00 + a01 * i01 + a02 * i02
+        found = []
+        for (wx, wy, wz), (sx, sy, sz) in functions:
+            # A step follows a turn by -C^T; what is left of it has the covariance D^-1.
+            x = wx - c0[0] * sx - c0[1] * sy - c0[2] * sz
+            y = wy - c1[0] * sx - c1[1] * sy - c1[2] * sz
+            z = wz - c2[0] * sx - c2[1] * sy - c2[2] * sz
+            turn = i00 * x * x + i11 * y * y + i22 * z * z + 2.0 * (i01 * x * y + i02 * x * z + i12 * y * z)
+            along = mx * sx + my * sy + sz
+            found.append(max(0.0, turn / det) + (sx * sx + sy * sy) / n + along * along / rest)
+        return found
 
 
 def refine_pose(
@@ -182,22 +189,26 @@ def _normal_equations(
     )  # fmt: skip
 
 
-def _solve(sums: _Sums) -> tuple[Vector, Vector, float] | None:
-    """Turn, step, and what of the sum of squares they win to first order; None if the corners do not tell.
+_Reduced = tuple[float, float, float, float, Vector, Vector, Vector, tuple[float, float, float, float, float, float]]
 
-    Steps are eliminated: their own part of the matrix is all but diagonal, and solves in a line.
+
+def _reduce(sums: _Sums) -> _Reduced | None:
+    """Eliminate the steps: their own part D = (n 0 -nx; 0 n -ny; -nx -ny nq) is all but diagonal.
+
+    Returns:
+        n, nx / n, ny / n, the last pivot of D, the rows of C = B D^-1, and the upper triangle of A - C B^T, which is
+        what the corners tell of a turn; None if they do not.
     """
-    a00, a01, a02, a11, a12, a22, b00, b01, b02, b10, b12, b20, b21, n, nx, ny, nq, g0, g1, g2, g3, g4, g5, _ = sums
+    a00, a01, a02, a11, a12, a22, b00, b01, b02, b10, b12, b20, b21, n, nx, ny, nq, *_ = sums
     mx, my = nx / n, ny / n
     rest = nq - mx * nx - my * ny
     if not rest > 0.0:
         return None
-    # Rows of B D^-1, with D = (n 0 -nx; 0 n -ny; -nx -ny nq).
     c02 = (b02 + mx * b00 + my * b01) / rest
-    c00, c01 = b00 / n + mx * c02, b01 / n + my * c02
     c12 = (b12 + mx * b10 - my * b00) / rest
-    c10, c11 = b10 / n + mx * c12, my * c12 - b00 / n
     c22 = (mx * b20 + my * b21) / rest
+    c00, c01 = b00 / n + mx * c02, b01 / n + my * c02
+    c10, c11 = b10 / n + mx * c12, my * c12 - b00 / n
     c20, c21 = b20 / n + mx * c22, b21 / n + my * c22
     a00 -= c00 * b00 + c01 * b01 + c02 * b02
     a01 -= c00 * b10 - c01 * b00 + c02 * b12
@@ -205,11 +216,19 @@ def _solve(sums: _Sums) -> tuple[Vector, Vector, float] | None:
     a11 -= c10 * b10 - c11 * b00 + c12 * b12
     a12 -= c10 * b20 + c11 * b21
     a22 -= c20 * b20 + c21 * b21
-    h0, h1, h2 = (
-        g0 - c00 * g3 - c01 * g4 - c02 * g5,
-        g1 - c10 * g3 - c11 * g4 - c12 * g5,
-        g2 - c20 * g3 - c21 * g4 - c22 * g5,
-    )
+    return n, mx, my, rest, (c00, c01, c02), (c10, c11, c12), (c20, c21, c22), (a00, a01, a02, a11, a12, a22)
+
+
+def _solve(sums: _Sums) -> tuple[Vector, Vector, float] | None:
+    """Turn, step, and what of the sum of squares they win to first order; None if the corners do not tell."""
+    reduced = _reduce(sums)
+    if reduced is None:
+        return None
+    n, mx, my, rest, c0, c1, c2, (a00, a01, a02, a11, a12, a22) = reduced
+    _, _, _, _, _, _, b00, b01, b02, b10, b12, b20, b21, _, _, _, _, g0, g1, g2, g3, g4, g5, _ = sums
+    h0 = g0 - c0[0] * g3 - c0[1] * g4 - c0[2] * g5
+    h1 = g1 - c1[0] * g3 - c1[1] * g4 - c1[2] * g5
+    h2 = g2 - c2[0] * g3 - c2[1] * g4 - c2[2] * g5
     if not a00 > 0.0:
         return None
     l1, l2 = a01 / a00, a02 / a00

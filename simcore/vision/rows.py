@@ -19,27 +19,27 @@ def as_rows(a: Rows | FloatArray) -> Rows:
 
 
 def transposed(a: Rows) -> Rows:
-    """a^T."""
+    """The transpose a^T."""
     (a00, a01, a02), (a10, a11, a12), (a20, a21, a22) = a
     return (a00, a10, a20), (a01, a11, a21), (a02, a12, a22)
 
 
 def apply(a: Rows, v: Vector) -> Vector:
-    """a v."""
+    """Its product a v with a vector."""
     (a00, a01, a02), (a10, a11, a12), (a20, a21, a22) = a
     x, y, z = v
     return a00 * x + a01 * y + a02 * z, a10 * x + a11 * y + a12 * z, a20 * x + a21 * y + a22 * z
 
 
 def apply_back(a: Rows, v: Vector) -> Vector:
-    """a^T v: for a rotation, its inverse."""
+    """The product a^T v: for a rotation, its inverse."""
     (a00, a01, a02), (a10, a11, a12), (a20, a21, a22) = a
     x, y, z = v
     return a00 * x + a10 * y + a20 * z, a01 * x + a11 * y + a21 * z, a02 * x + a12 * y + a22 * z
 
 
 def times(a: Rows, b: Rows) -> Rows:
-    """a b."""
+    """Their product a b."""
     (a00, a01, a02), (a10, a11, a12), (a20, a21, a22) = a
     (b00, b01, b02), (b10, b11, b12), (b20, b21, b22) = b
     return (
@@ -50,5 +50,5 @@ def times(a: Rows, b: Rows) -> Rows:
 
 
 def times_back(a: Rows, b: Rows) -> Rows:
-    """a^T b."""
+    """Their product a^T b."""
     return times(transposed(a), b)
