@@ -101,12 +101,11 @@ class TagPicture:
         self.tags = tuple(tags)
         """Each tag by itself."""
         self._near: tuple[Vector, Rows] | None = None
-        self._largest = max(range(len(tags)), key=lambda k: tags[k].area_percent)
-        self._statistics = (
-            layout.span(self._rows),
-            sum(tag.camera_distance for tag in tags) / len(tags),
-            sum(tag.area_percent for tag in tags) / len(tags),
-        )
+        areas = [tag.area_percent for tag in tags]
+        self._largest = areas.index(max(areas))
+        count = len(tags)
+        distance = sum([tag.camera_distance for tag in tags])
+        self._statistics = (layout.span(self._rows), distance / count, sum(areas) / count)
 
     def megatag1(self, std: StdDevs | None = None) -> PoseEstimate | None:
         """Pose from the picture alone. One tag gives the better of its two poses, which may be the wrong one.

@@ -16,11 +16,14 @@ from dataclasses import dataclass
 __all__ = ["SquarePose", "ambiguity", "solve_square"]
 
 
+Rotation = tuple[float, float, float, float, float, float, float, float, float]
+
+
 @dataclass(slots=True, eq=False)
 class SquarePose:
     """One answer. Treat it as read-only."""
 
-    rotation: tuple[float, ...]
+    rotation: Rotation
     """From the square's axes (x right as one faces it, y up, z out of its face) to optical axes: 9 numbers, row by
     row."""
     translation: tuple[float, float, float]
@@ -61,7 +64,8 @@ def solve_square(corners: Sequence[Sequence[float]], size: float) -> tuple[Squar
     rotations = _rotations(p, q, j00, j01, j10, j11)
     if rotations is None:
         return None
-    first, other = _fit(rotations[0], corners, 0.5 * size), _fit(rotations[1], corners, 0.5 * size)
+    sums, half = _sums(corners), 0.5 * size
+    first, other = _fit(rotations[0], corners, sums, half), _fit(rotations[1], corners, sums, half)
     if first.translation[2] <= 0.0 or other.translation[2] <= 0.0:
         return None
     return (first, other) if first.error <= other.error else (other, first)
@@ -73,9 +77,7 @@ def ambiguity(poses: tuple[SquarePose, SquarePose]) -> float:
     return best.error / other.error if other.error > 1e-12 else 1.0
 
 
-def _rotations(
-    p: float, q: float, j00: float, j01: float, j10: float, j11: float
-) -> tuple[tuple[float, ...], tuple[float, ...]] | None:
+def _rotations(p: float, q: float, j00: float, j01: float, j10: float, j11: float) -> tuple[Rotation, Rotation] | None:
     """The two rotations (9 numbers each, row by row) of a plane whose middle is seen at (p, q) with this Jacobian."""
     # Rv turns the optical axis onto the line of sight (p, q, 1).
     t2 = p * p + q * q
@@ -118,7 +120,20 @@ def _rotations(
     )
 
 
-def _fit(r: tuple[float, ...], corners: Sequence[Sequence[float]], half: float) -> SquarePose:
+_Sums = tuple[float, float, float, float, float, float, float, float, float]
+
+
+def _sums(corners: Sequence[Sequence[float]]) -> _Sums:
+    """What a fit needs whatever the rotation: u, v and q = u^2 + v^2, summed up, of corner 2 less 0, of 1 less 3."""
+    (u0, v0), (u1, v1), (u2, v2), (u3, v3) = corners
+    q0, q1, q2, q3 = u0 * u0 + v0 * v0, u1 * u1 + v1 * v1, u2 * u2 + v2 * v2, u3 * u3 + v3 * v3
+    return (
+        u0 + u1 + u2 + u3, v0 + v1 + v2 + v3, q0 + q1 + q2 + q3,
+        u2 - u0, u1 - u3, v2 - v0, v1 - v3, q2 - q0, q1 - q3,
+    )  # fmt: skip
+
+
+def _fit(r: Rotation, corners: Sequence[Sequence[float]], sums: _Sums, half: float) -> SquarePose:
     """The translation that fits best with a rotation (linear least squares), and the error that is left.
 
     Each corner says tx - u tz = u Z - X and ty - v tz = v Z - Y. Turned, opposite corners are -s and s, d and -d: sums
@@ -128,12 +143,10 @@ def _fit(r: tuple[float, ...], corners: Sequence[Sequence[float]], half: float) 
     r0, r1, _, r3, r4, _, r6, r7, _ = r
     sx, sy, sz = half * (r0 + r1), half * (r3 + r4), half * (r6 + r7)
     dx, dy, dz = half * (r0 - r1), half * (r3 - r4), half * (r6 - r7)
-    q0, q1, q2, q3 = u0 * u0 + v0 * v0, u1 * u1 + v1 * v1, u2 * u2 + v2 * v2, u3 * u3 + v3 * v3
-    us, ud, vs, vd = u2 - u0, u1 - u3, v2 - v0, v1 - v3
-    su, sv = u0 + u1 + u2 + u3, v0 + v1 + v2 + v3
+    su, sv, sq, us, ud, vs, vd, qs, qd = sums
     bx, by = us * sz + ud * dz, vs * sz + vd * dz
-    bz = us * sx + ud * dx + vs * sy + vd * dy - (q2 - q0) * sz - (q1 - q3) * dz
-    denominator = q0 + q1 + q2 + q3 - 0.25 * (su * su + sv * sv)
+    bz = us * sx + ud * dx + vs * sy + vd * dy - qs * sz - qd * dz
+    denominator = sq - 0.25 * (su * su + sv * sv)
     tz = (bz + 0.25 * (su * bx + sv * by)) / denominator if abs(denominator) > 1e-18 else -1.0
     tx, ty = 0.25 * (bx + su * tz), 0.25 * (by + sv * tz)
     n0, n1, n2, n3 = tz - sz, tz + dz, tz + sz, tz - dz

@@ -94,12 +94,27 @@ class TagLayout:
             array.setflags(write=False)
         reach = (corners[:, (2, 1)] - centers[:, None, :]).tolist()
         squares = [(_vector(m), _vector(e), _vector(f)) for m, (e, f) in zip(centers.tolist(), reach, strict=True)]
-        lists = apart, centers.tolist(), ids, normals.tolist(), corners.tolist(), squares
-        return cls(*arrays[:4], field_size, size, *arrays[4:], *lists)
+        return cls(
+            *arrays[:4],
+            field_size,
+            size,
+            *arrays[4:],
+            apart,
+            centers.tolist(),
+            ids,
+            normals.tolist(),
+            corners.tolist(),
+            squares,
+        )
 
     def span(self, rows: Sequence[int]) -> float:
         """Largest distance between two of some tags [m]."""
-        return max((self.apart[a][b] for a in rows for b in rows), default=0.0)
+        most = 0.0
+        for k, row in enumerate(rows):
+            apart = self.apart[row]
+            for other in rows[:k]:
+                most = max(most, apart[other])
+        return most
 
 
 def _vector(v: Sequence[float]) -> Vector:
