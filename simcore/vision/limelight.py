@@ -161,7 +161,7 @@ class LimelightSim:
         elif topic == _ORIENTATION:
             if len(values) != 6:
                 self._complaints.add(topic, f"needs 6 numbers, got {len(values)}", time)
-            elif not all(math.isfinite(v) for v in values):
+            elif not all(map(math.isfinite, values)):
                 self._complaints.add(topic, f"needs finite numbers, got {list(values)}", time)
             else:
                 self.heading.tell(time if request.time is None else request.time, values)

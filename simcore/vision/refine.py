@@ -29,8 +29,8 @@ _GAIN = 0.2
 """Part of the squared error; the step that wins less is the last one. What it leaves is its own square: under a
 hundredth of what noise does to the answer."""
 _BENT = 1e-3
-"""A step that moves corners by g bends their way by about its size times g. Below this part of the squared error that
-is left another step would change nothing."""
+"""A step that moves corners by g bends their way by about g times its size (turn, and way over depth). Below this part
+of the squared error that is left another step would change nothing."""
 
 
 @dataclass(slots=True, eq=False)
@@ -42,7 +42,7 @@ class CameraSolution:
     rotation: Rows
     """From field to optical axes."""
     error: float
-    """Root mean square distance of corners [-]."""
+    """Root mean square distance of corners that is left, the last step's part of it to first order [-]."""
     sums: _Sums
 
     def variances(self, functions: Sequence[tuple[Vector, Vector]]) -> list[float]:
@@ -103,15 +103,17 @@ def refine_pose(
         if step is None:
             return None
         (w0, w1, w2), (s0, s1, s2), gain = step
-        size2 = w0 * w0 + w1 * w1 + w2 * w2 + s0 * s0 + s1 * s1 + s2 * s2
-        if not size2 < 100.0:
+        turn2, step2 = w0 * w0 + w1 * w1 + w2 * w2, s0 * s0 + s1 * s1 + s2 * s2
+        if not turn2 + step2 < 100.0:
             return None
         dx, dy, dz = apply_back(rotation, (s0, s1, s2))
         position = (position[0] + dx, position[1] + dy, position[2] + dz)
         rotation = times(_turn(-w0, -w1, -w2), rotation)
-        if size2 < _CONVERGED or gain < _GAIN * error2 or gain * size2 < _BENT * (error2 - gain):
+        if turn2 + step2 < _CONVERGED or gain < _GAIN * error2:
             break
-    return CameraSolution(position, rotation, math.sqrt(error2 / (4 * len(squares))), found)
+        if gain * (turn2 + step2 * sums[13] / (4 * len(squares))) < _BENT * (error2 - gain):  # [13]: n^2, over depth^2
+            break
+    return CameraSolution(position, rotation, math.sqrt(max(0.0, error2 - gain) / (4 * len(squares))), found)
 
 
 def squared_error(squares: Sequence[Square], ideal: Sequence[Ideal], position: Vector, rotation: Rows) -> float:

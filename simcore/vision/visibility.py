@@ -35,6 +35,7 @@ _MIDDLE = 8
 _RAYS = (0, 2, 4, 6, _MIDDLE)  # of these points: corners and middle
 _MOVED = 0.3  # [m]; what the fastest obstacle does in `_STALE`
 _STALE = 0.1  # [s]
+_SPREAD = 1.0  # edges; no point of a tag is farther than 0.8 from its middle
 _FEW = 24  # balls up to which plain floats are faster
 
 
@@ -176,6 +177,7 @@ class Occlusion:
         half = 0.5 * layout.size
         offsets = _EDGE_POINTS * (half, half, _CLEAR)
         self._points = offsets @ layout.square_axes + layout.centers[:, None, :]
+        self._point_lists: list[list[list[float]]] = self._points.tolist()
         self._lowest = float(self._points[:, :, 2].min(initial=math.inf))
         self._known: dict[int, tuple[float, Vector, bool]] = {}
 
@@ -196,43 +198,49 @@ class Occlusion:
             free = [True] * len(rows)
         pieces = scene.above(min(pos[2], self._lowest))
         if len(pieces):
-            hidden = self._behind_pieces([row for row, ok in zip(rows, free, strict=True) if ok], pos, pieces, scene)
+            hidden = self._behind_pieces(
+                [row for row, ok in zip(rows, free, strict=True) if ok], pos, pieces, scene.piece_radius
+            )
             if hidden:
                 free = [ok and row not in hidden for row, ok in zip(rows, free, strict=True)]
         return free
 
-    def _behind_pieces(self, rows: list[int], pos: Vector, pieces: FloatArray, scene: Scene) -> list[int]:
-        """Those of some tags that a ball hides in part: first roughly, tag by tag, then those that may be."""
-        if not rows:
-            return []
-        radius = scene.piece_radius
-        squares = self._layout.squares
+    def _behind_pieces(self, rows: list[int], pos: Vector, pieces: FloatArray, radius: float) -> list[int]:
+        """Those of some tags that a ball hides in part."""
         near = pieces[pieces[:, 2] > min(pos[2], self._lowest) - radius]
-        if not len(near):
+        if not (rows and len(near)):
             return []
-        doubtful = rows
-        if len(near) <= _FEW:
-            px, py, pz = pos
-            reach = radius + self._layout.size  # more than half a diagonal
-            balls = [(x - px, y - py, z - pz) for x, y, z in near.tolist()]
-            doubtful = []
-            for row in rows:
-                x, y, z = squares[row][0]
-                x, y, z = x - px, y - py, z - pz
-                length2 = x * x + y * y + z * z
-                for bx, by, bz in balls:
-                    along = (bx * x + by * y + bz * z) / length2
-                    along = 0.0 if along < 0.0 else min(along, 1.0)
-                    bx, by, bz = bx - along * x, by - along * y, bz - along * z
-                    if bx * bx + by * by + bz * bz < reach * reach:
-                        doubtful.append(row)
-                        break
-            if not doubtful:
+        if len(near) > _FEW:
+            hidden = hidden_by_spheres(pos, self._points[rows].reshape(-1, 3), near, radius)
+            if hidden is None:
                 return []
-        hidden = hidden_by_spheres(pos, self._points[doubtful].reshape(-1, 3), near, radius)
-        if hidden is None:
-            return []
-        return [row for row, one in zip(doubtful, hidden.reshape(len(doubtful), -1), strict=True) if one.any()]
+            return [row for row, one in zip(rows, hidden.reshape(len(rows), -1), strict=True) if one.any()]
+        px, py, pz = pos
+        balls = [(x - px, y - py, z - pz) for x, y, z in near.tolist()]
+        return [row for row in rows if self._is_behind(row, pos, balls, radius)]
+
+    def _is_behind(self, row: int, pos: Vector, balls: Sequence[Vector], radius: float) -> bool:
+        """Whether one of a few balls, counted from the camera, hides one of a tag's points: 2 us, in arrays 20."""
+        px, py, pz = pos
+        x, y, z = self._layout.squares[row][0]
+        x, y, z = x - px, y - py, z - pz
+        length2 = x * x + y * y + z * z
+        spread = _SPREAD * self._layout.size
+        for bx, by, bz in balls:
+            along = (bx * x + by * y + bz * z) / length2
+            along = 0.0 if along < 0.0 else min(along, 1.0)
+            gx, gy, gz = bx - along * x, by - along * y, bz - along * z
+            reach = radius + along * spread
+            if gx * gx + gy * gy + gz * gz >= reach * reach:
+                continue  # it is outside of the cone around all points
+            for qx, qy, qz in self._point_lists[row]:
+                qx, qy, qz = qx - px, qy - py, qz - pz
+                part = (bx * qx + by * qy + bz * qz) / (qx * qx + qy * qy + qz * qz)
+                part = 0.0 if part < 0.0 else min(part, 1.0)
+                gx, gy, gz = bx - part * qx, by - part * qy, bz - part * qz
+                if gx * gx + gy * gy + gz * gz < radius * radius:
+                    return True
+        return False
 
     def _refresh(self, rows: Sequence[int], pos: Vector, sight: SightLines, time: float) -> None:
         """Cast rays to the tags of which nothing is known from about here and now."""
