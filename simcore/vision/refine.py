@@ -28,7 +28,7 @@ _CONVERGED = 1e-18  # square of the last step [m^2 and rad^2]
 _GAIN = 0.2
 """Part of the squared error; the step that wins less is the last one. What it leaves is its own square: under a
 hundredth of what noise does to the answer."""
-_BENT = 1e-3
+_BENT = 1e-4
 """A step that moves corners by g bends their way by about g times its size (turn, and way over depth). Below this part
 of the squared error that is left another step would change nothing."""
 
