@@ -5,12 +5,12 @@ Treat them as read-only; they are not frozen, because frozen ones take three tim
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 from simcore.geometry.quaternion import Vector
 from simcore.typing import FloatArray
 from simcore.vision.planar_pose import SquarePose
+from simcore.vision.rows import Rows
 
 __all__ = ["Frame", "ImuReading", "PieceSighting", "PoseEstimate", "StdDevs", "TagSighting"]
 
@@ -119,9 +119,9 @@ class Frame:
     """The nearest."""
     mount: tuple[float, float, float, float, float, float]
     """Where the camera believes to sit: ahead, right, up [m], roll, pitch (up positive), yaw [deg]."""
-    mount_position: Sequence[float]
+    mount_position: Vector
     """The same in the robot frame [m]."""
-    mount_axes: Sequence[Sequence[float]]
+    mount_axes: Rows
     """And its rotation from optical to robot axes, 3 rows."""
     imu: ImuReading | None = None
 

@@ -7,10 +7,11 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from simcore.geometry.quaternion import Quaternion, from_rpy, matrix, rotate_back, rpy
+from simcore.geometry.quaternion import Quaternion, rotate_back, rpy
 from simcore.typing import FloatArray
 from simcore.vision.frames import ImuReading
 from simcore.vision.history import ScalarHistory
+from simcore.vision.rows import Rows
 
 __all__ = ["HeadingSource"]
 
@@ -92,8 +93,20 @@ class HeadingSource:
 
     def attitude(self, time: float) -> FloatArray:
         """From robot to field axes at a time [s], shape (3, 3)."""
+        return np.array(self.attitude_rows(time))
+
+    def attitude_rows(self, time: float) -> Rows:
+        """The same in plain floats."""
         yaw, pitch, roll = self._at(time)
-        return _rotation(roll, pitch, yaw)
+        cy, sy = math.cos(yaw), math.sin(yaw)
+        if roll == 0.0 and pitch == 0.0:
+            return (cy, -sy, 0.0), (sy, cy, 0.0), (0.0, 0.0, 1.0)
+        cp, sp, cr, sr = math.cos(pitch), math.sin(pitch), math.cos(roll), math.sin(roll)
+        return (
+            (cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr),
+            (sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr),
+            (-sp, cp * sr, cp * cr),
+        )
 
     def reading(self) -> ImuReading | None:
         """What the IMU says now; None without one."""
@@ -121,10 +134,3 @@ class HeadingSource:
         """As many steps of a complementary filter as the IMU makes in dt [s]."""
         share = 1.0 - (1.0 - self.assist) ** (_IMU_RATE * dt)
         self._yaw += share * math.remainder(yaw - self._yaw, math.tau)
-
-
-def _rotation(roll: float, pitch: float, yaw: float) -> FloatArray:
-    if roll == 0.0 and pitch == 0.0:
-        c, s = math.cos(yaw), math.sin(yaw)
-        return np.array([(c, -s, 0.0), (s, c, 0.0), (0.0, 0.0, 1.0)])
-    return matrix(from_rpy(roll, pitch, yaw))

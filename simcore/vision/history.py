@@ -119,6 +119,6 @@ def slerp(a: Quaternion, b: Quaternion, s: float) -> Quaternion:
     else:
         angle = math.acos(dot)
         u, v = math.sin((1.0 - s) * angle), math.sin(s * angle)
-    x, y, z, w = (u * p + v * q for p, q in zip(a, b, strict=True))
+    x, y, z, w = u * a[0] + v * b[0], u * a[1] + v * b[1], u * a[2] + v * b[2], u * a[3] + v * b[3]
     norm = math.sqrt(x * x + y * y + z * z + w * w)
     return x / norm, y / norm, z / norm, w / norm

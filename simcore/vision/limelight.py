@@ -161,7 +161,7 @@ class LimelightSim:
         elif topic == _ORIENTATION:
             if len(values) != 6:
                 self._complaints.add(topic, f"needs 6 numbers, got {len(values)}", time)
-            elif not all(math.isfinite(v) for v in values):
+            elif not all(map(math.isfinite, values)):
                 self._complaints.add(topic, f"needs finite numbers, got {list(values)}", time)
             else:
                 self.heading.tell(time if request.time is None else request.time, values)
@@ -184,7 +184,8 @@ class LimelightSim:
             What was published, oldest first.
         """
         self.heading.mode, self.heading.assist = self.settings.imu_mode, self.settings.imu_assist
-        self.heading.move(time, history.at(time)[1])
+        if self.config.type.has_imu:
+            self.heading.move(time, history.at(time)[1])
         if time - self._next > _LONGEST_GAP:
             self._next += math.floor((time - self._next) / self._period) * self._period
         while self._next <= time:
@@ -237,9 +238,12 @@ class LimelightSim:
             )
             if rows:
                 free = self._occlusion.uncovered(rows, pos, scene, time)
-                noise = lens.corner_noise * self._rng.standard_normal((len(rows), 4, 2))
+                noise = self._rng.standard_normal((len(rows), 4, 2))  # also of what is covered: one law, whatever is
                 exposure.rows = [row for row, ok in zip(rows, free, strict=True) if ok]
-                exposure.corners = (np.array(corners) + noise)[free]
+                if len(exposure.rows) == len(rows):
+                    exposure.corners = lens.corner_noise * noise + corners
+                elif exposure.rows:
+                    exposure.corners = (lens.corner_noise * noise + corners)[free]
         elif len(scene.pieces):
             exposure.pieces = find_pieces(
                 scene, self.robot, pos, np.array(rotation), lens, pipeline, self.settings.crop, self._rng
@@ -261,17 +265,21 @@ class LimelightSim:
             tags = picture.tags
             held = self._std_devs
             is_same = held is not None and held[1] == exposure.rows and exposure.time - held[0] < _STD_PERIOD
+            two = picture.megatag2(self.heading.attitude_rows(exposure.time))
             one = picture.megatag1(held[2] if held is not None and is_same else None)
-            two = picture.megatag2(self.heading.attitude(exposure.time))
             if one is not None:
                 since = self._period if self._megatag1_at is None else exposure.time - self._megatag1_at
                 self.heading.after_megatag1(one.yaw_deg, min(since, 0.1))
                 self._megatag1_at = exposure.time
                 if not is_same:
                     self._std_devs = (exposure.time, exposure.rows, one.std_devs)
-        primary = max(tags, key=lambda tag: tag.area_percent, default=None)
+        primary: TagSighting | None = None
+        wanted = self.settings.priority_id
         for tag in tags:
-            if tag.id == self.settings.priority_id:
+            if tag.id == wanted:
+                primary = tag
+                break
+            if primary is None or tag.area_percent > primary.area_percent:
                 primary = tag
         return Frame(
             number=exposure.number,
@@ -289,7 +297,7 @@ class LimelightSim:
             primary_tag=primary,
             primary_piece=exposure.pieces[0] if exposure.pieces else None,
             mount=self.settings.mount,
-            mount_position=self._believed.position.tolist(),
+            mount_position=self._believed.place,
             mount_axes=self._believed.axes,
             imu=self.heading.reading(),
         )

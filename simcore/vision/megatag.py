@@ -13,11 +13,19 @@ from simcore.typing import FloatArray
 from simcore.vision.camera import LimelightType
 from simcore.vision.frames import PoseEstimate, StdDevs, TagSighting
 from simcore.vision.planar_pose import SquarePose, ambiguity, solve_square
-from simcore.vision.projection import OPTICAL, angles_deg
-from simcore.vision.refine import CameraSolution, refine_pose, solve_position
+from simcore.vision.projection import OPTICAL
+from simcore.vision.refine import CameraSolution, refine_pose, solve_position, squared_error
+from simcore.vision.rows import Rows, apply, apply_back, as_rows, times, times_back, transposed
 from simcore.vision.tags import TagLayout
 
 __all__ = ["Mounting", "TagPicture"]
+
+_NEAR = 0.02
+"""Root mean square distance of corners up to which MegaTag 2 is a start for MegaTag 1 [-]: a heading off by 1 deg."""
+_FITS = 3.0
+"""And what may be left in the end, in standard deviations of the noise (1.4 are expected); more is another minimum."""
+
+Pair = tuple[float, float]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -28,19 +36,21 @@ class Mounting:
     """Robot frame [m], shape (3,)."""
     to_optical: FloatArray
     """From robot to optical axes, shape (3, 3)."""
-    axes: list[list[float]]
-    """The same from optical to robot axes, in rows, for single vectors."""
-    lever: FloatArray
-    """From the robot's origin to the camera, optical axes, as a cross-product matrix [m], shape (3, 3)."""
+    place: Vector
+    """`position` in plain floats, for single vectors; so the next."""
+    rows: Rows
+    """The same as `to_optical`."""
+    axes: Rows
+    """From optical to robot axes."""
+    lever: Vector
+    """From the robot's origin to the camera, optical axes [m]."""
 
     @classmethod
     def of(cls, position: Vector, rotation: Quaternion) -> Mounting:
         """From the place [m] and attitude (camera to robot axes) on the robot."""
         to_optical = OPTICAL @ matrix(rotation).T
-        x, y, z = (to_optical @ np.array(position)).tolist()
-        return cls(
-            np.array(position), to_optical, to_optical.T.tolist(), np.array([(0.0, -z, y), (z, 0.0, -x), (-y, x, 0.0)])
-        )
+        rows = as_rows(to_optical)
+        return cls(np.array(position), to_optical, position, rows, transposed(rows), apply(rows, position))
 
 
 class TagPicture:
@@ -62,46 +72,81 @@ class TagPicture:
         self._mounting = mounting
         (fx, fy), (cx, cy) = lens.focal_length, lens.principal_point
         self._noise = lens.corner_noise / math.sqrt(fx * fy)  # in ideal coordinates
-        self._points = [corner for row in self._rows for corner in layout.corner_list[row]]
-        self._ideal: list[tuple[float, float]] = []
-        mount = mounting.position.tolist()
-        percent = 100.0 / (lens.width * lens.height)
+        self._squares = [layout.squares[row] for row in self._rows]
+        self._ideal: list[tuple[Pair, Pair, Pair, Pair]] = []
+        axes, (mount_x, mount_y, mount_z) = mounting.axes, mounting.place
+        percent = 50.0 / (lens.width * lens.height)
         tags = []
-        for row, seen in zip(self._rows, corners, strict=True):
-            (x0, y0), (x1, y1), (x2, y2), (x3, y3) = pixels = seen.tolist()
-            ideal = [((u - cx) / fx, (v - cy) / fy) for u, v in pixels]
-            self._ideal += ideal
+        for row, seen, pixels in zip(self._rows, corners, corners.tolist(), strict=True):
+            (u0, v0), (u1, v1), (u2, v2), (u3, v3) = pixels
+            ideal = (
+                ((u0 - cx) / fx, (v0 - cy) / fy),
+                ((u1 - cx) / fx, (v1 - cy) / fy),
+                ((u2 - cx) / fx, (v2 - cy) / fy),
+                ((u3 - cx) / fx, (v3 - cy) / fy),
+            )
+            self._ideal.append(ideal)
             poses = solve_square(ideal, layout.size)
             near = far = 0.0
+            doubt = 1.0
             if poses is not None:
                 place = poses[0].translation
-                near = math.hypot(*place)
-                x, y, z = place
-                far = math.hypot(
-                    *(a * x + b * y + c * z + d for (a, b, c), d in zip(mounting.axes, mount, strict=True))
-                )
-            area = percent * 0.5 * abs((x2 - x0) * (y3 - y1) - (y2 - y0) * (x3 - x1))
-            middle = 0.25 * (x0 + x1 + x2 + x3), 0.25 * (y0 + y1 + y2 + y3)
-            doubt = 1.0 if poses is None else ambiguity(poses)
-            number = layout.id_list[row]
-            tags.append(TagSighting(number, seen, *angles_deg(*middle, lens), area, near, far, doubt, poses))
+                x, y, z = apply(axes, place)
+                near, far = math.hypot(*place), math.hypot(x + mount_x, y + mount_y, z + mount_z)
+                doubt = ambiguity(poses)
+            area = percent * abs((u2 - u0) * (v3 - v1) - (v2 - v0) * (u3 - u1))
+            tx = math.degrees(math.atan((0.25 * (u0 + u1 + u2 + u3) - cx) / fx))
+            ty = math.degrees(math.atan((cy - 0.25 * (v0 + v1 + v2 + v3)) / fy))
+            tags.append(TagSighting(layout.id_list[row], seen, tx, ty, area, near, far, doubt, poses))
         self.tags = tuple(tags)
         """Each tag by itself."""
-        self._largest = max(range(len(tags)), key=lambda k: tags[k].area_percent)
-        self._statistics = (
-            layout.span(self._rows),
-            sum(tag.camera_distance for tag in tags) / len(tags),
-            sum(tag.area_percent for tag in tags) / len(tags),
-        )
+        self._near: tuple[Vector, Rows] | None = None
+        areas = [tag.area_percent for tag in tags]
+        self._largest = areas.index(max(areas))
+        count = len(tags)
+        distance = sum([tag.camera_distance for tag in tags])
+        self._statistics = (layout.span(self._rows), distance / count, sum(areas) / count)
 
     def megatag1(self, std: StdDevs | None = None) -> PoseEstimate | None:
         """Pose from the picture alone. One tag gives the better of its two poses, which may be the wrong one.
 
-        With several tags both poses of the largest are tried against all corners.
+        With several tags it is where the error in the picture is least, wherever the search starts. It starts from
+        MegaTag 2 if that was asked for before: one step or two where the largest tag's pose needs three. With one tag
+        it starts from the picture, because there both poses are a minimum.
 
         Args:
-            std: Standard deviations to hand on, from a frame just before; None: work them out, which takes 25 us.
+            std: Standard deviations to hand on, from a frame just before; None: work them out, which takes 8 us.
         """
+        found: CameraSolution | None = None
+        if self._near is not None and len(self.tags) > 1:
+            found = refine_pose(self._squares, self._ideal, *self._near, start_error=_NEAR)
+        if found is None or found.error > _FITS * self._noise:
+            start = self._start()
+            found = None if start is None else refine_pose(self._squares, self._ideal, *start)
+        if found is None:
+            return None
+        attitude = times_back(found.rotation, self._mounting.rows)
+        return self._estimate(found.position, attitude, std or self._std_devs(found))
+
+    def megatag2(self, attitude: Rows | FloatArray) -> PoseEstimate | None:
+        """Place from the picture, with the attitude that the robot (or the camera's IMU) says it has.
+
+        Args:
+            attitude: From robot to field axes, three rows. A wrong one gives a wrong place.
+        """
+        upright = as_rows(attitude)
+        depths = [tag.poses[0].translation[2] if tag.poses else 1.0 for tag in self.tags]
+        rotation = times(self._mounting.rows, transposed(upright))
+        found = solve_position(self._squares, self._ideal, depths, rotation)
+        if found is None:
+            return None
+        place, (sx, sy, sz) = found
+        self._near = place, rotation
+        k = self._noise
+        return self._estimate(place, upright, (k * sx, k * sy, k * sz, 0.0, 0.0, 0.0))
+
+    def _start(self) -> tuple[Vector, Rows] | None:
+        """Place of the camera [m] and rotation from field to optical axes, from the largest tag."""
         poses = self.tags[self._largest].poses
         if poses is None:
             return None
@@ -110,69 +155,38 @@ class TagPicture:
         # With an ambiguity this low the other one cannot be meant.
         if len(self.tags) > 1 and poses[0].error > 0.2 * poses[1].error:
             other = self._camera(row, poses[1])
-            if self._misfit(*other) < self._misfit(*guess):
+            if squared_error(self._squares, self._ideal, *other) < squared_error(self._squares, self._ideal, *guess):
                 guess = other
-        found = refine_pose(self._points, self._ideal, *guess)
-        if found is None:
-            return None
-        attitude = found.rotation.T @ self._mounting.to_optical
-        return self._estimate(found.position, attitude, std or self._std_devs(found))
+        return guess
 
-    def megatag2(self, attitude: FloatArray) -> PoseEstimate | None:
-        """Place from the picture, with the attitude that the robot (or the camera's IMU) says it has.
-
-        Args:
-            attitude: From robot to field axes, shape (3, 3). A wrong one gives a wrong place.
-        """
-        depths = [tag.poses[0].translation[2] if tag.poses else 1.0 for tag in self.tags for _ in range(4)]
-        rotation = self._mounting.to_optical @ attitude.T
-        found = solve_position(self._points, self._ideal, depths, rotation.tolist())
-        if found is None:
-            return None
-        sx, sy, sz = found[1]
-        k = self._noise
-        return self._estimate(np.array(found[0]), attitude, (k * sx, k * sy, k * sz, 0.0, 0.0, 0.0))
-
-    def _camera(self, row: int, pose: SquarePose) -> tuple[FloatArray, FloatArray]:
-        """Place of the camera [m] and rotation from field to optical axes, from one tag."""
-        rotation = np.array(pose.rotation).reshape(3, 3) @ self._layout.square_axes[row]
-        return self._layout.centers[row] - pose.translation @ rotation, rotation
-
-    def _misfit(self, position: FloatArray, rotation: FloatArray) -> float:
-        (r00, r01, r02), (r10, r11, r12), (r20, r21, r22) = rotation.tolist()
-        cx, cy, cz = position.tolist()
-        total = 0.0
-        for (px, py, pz), (u, v) in zip(self._points, self._ideal, strict=True):
-            px, py, pz = px - cx, py - cy, pz - cz
-            depth = r20 * px + r21 * py + r22 * pz
-            if depth < 1e-3:
-                return math.inf
-            a = (r00 * px + r01 * py + r02 * pz) / depth - u
-            b = (r10 * px + r11 * py + r12 * pz) / depth - v
-            total += a * a + b * b
-        return total
+    def _camera(self, row: int, pose: SquarePose) -> tuple[Vector, Rows]:
+        a, b, c, d, e, f, g, h, i = pose.rotation
+        rotation = times(((a, b, c), (d, e, f), (g, h, i)), as_rows(self._layout.square_axes[row]))
+        x, y, z = self._layout.center_list[row]
+        dx, dy, dz = apply_back(rotation, pose.translation)
+        return (x - dx, y - dy, z - dz), rotation
 
     def _std_devs(self, found: CameraSolution) -> StdDevs:
         """How sure the robot's pose is: the corners' noise, carried through the linearised solution."""
-        mounting, back = self._mounting, found.rotation.T
         # A turn w about the optical axes swings the robot's origin about the camera, by R^T (lever x w).
-        jacobian = np.zeros((6, 6))
-        jacobian[:3, :3] = back @ mounting.lever
-        jacobian[:3, 3:] = back
-        jacobian[3:5, :3] = mounting.to_optical.T[:2]
-        jacobian[5, :3] = back[2]
-        variance = ((jacobian @ np.linalg.inv(found.normal)) * jacobian).sum(axis=1)
-        x, y, z, roll, pitch, yaw = (self._noise * np.sqrt(np.maximum(variance, 0.0))).tolist()
-        return x, y, z, math.degrees(roll), math.degrees(pitch), math.degrees(yaw)
+        lx, ly, lz = self._mounting.lever
+        back = transposed(found.rotation)
+        swing = [((y * lz - z * ly, z * lx - x * lz, x * ly - y * lx), (x, y, z)) for x, y, z in back]
+        roll, pitch, _ = self._mounting.axes
+        still = (0.0, 0.0, 0.0)
+        variances = found.variances([*swing, (roll, still), (pitch, still), (back[2], still)])
+        k = self._noise
+        turn = math.degrees(k)
+        x, y, z, roll_sd, pitch_sd, yaw_sd = map(math.sqrt, variances)
+        return k * x, k * y, k * z, turn * roll_sd, turn * pitch_sd, turn * yaw_sd
 
-    def _estimate(self, camera: FloatArray, attitude: FloatArray, std: StdDevs) -> PoseEstimate:
-        x, y, z = (camera - attitude @ self._mounting.position).tolist()
-        r = attitude.tolist()
+    def _estimate(self, camera: Vector, attitude: Rows, std: StdDevs) -> PoseEstimate:
+        dx, dy, dz = apply(attitude, self._mounting.place)
         return PoseEstimate(
-            (x, y, z),
-            math.degrees(math.atan2(r[2][1], r[2][2])),
-            math.degrees(math.asin(max(-1.0, min(1.0, -r[2][0])))),
-            math.degrees(math.atan2(r[1][0], r[0][0])),
+            (camera[0] - dx, camera[1] - dy, camera[2] - dz),
+            math.degrees(math.atan2(attitude[2][1], attitude[2][2])),
+            math.degrees(math.asin(max(-1.0, min(1.0, -attitude[2][0])))),
+            math.degrees(math.atan2(attitude[1][0], attitude[0][0])),
             len(self.tags),
             *self._statistics,
             std,

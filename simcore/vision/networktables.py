@@ -77,9 +77,10 @@ class LimelightTable:
         if frame.json:
             values["json"] = frame_json(frame, values, stamp)
         last, self._last = self._last, values
+        setters = self._set
         for name, value in values.items():
             if name in EVERY_FRAME or last.get(name) != value:  # a comparison is cheaper than a value that is dropped
-                self._set[name](value, stamp)
+                setters[name](value, stamp)
 
     def close(self) -> None:
         """Withdraw the topics; may be called twice. The instance lives on."""

@@ -8,7 +8,6 @@ from simcore.geometry.quaternion import Vector
 from simcore.typing import BoolArray, FloatArray
 from simcore.vision.camera import LimelightType, PiecePipeline
 from simcore.vision.frames import PieceSighting
-from simcore.vision.projection import angles_deg
 from simcore.vision.scene import Scene
 from simcore.vision.visibility import crop_pixels
 
@@ -45,10 +44,10 @@ def find_pieces(
         rng: For the noise of the boxes.
     """
     (fx, fy), (cx, cy) = lens.focal_length, lens.principal_point
-    p = (scene.pieces - pos) @ rotation.T
-    z = p[:, 2]
-    slots = np.nonzero((z >= pipeline.near) & (z <= pipeline.far))[0]
-    p = p[slots]
+    ahead = scene.pieces @ rotation[2]  # depths first: most pieces are behind or too far
+    start = float(rotation[2] @ pos)
+    slots = np.nonzero((ahead >= start + pipeline.near) & (ahead <= start + pipeline.far))[0]
+    p = (scene.pieces[slots] - pos) @ rotation.T
     u, v = fx * p[:, 0] / p[:, 2] + cx, fy * p[:, 1] / p[:, 2] + cy
     left, right, top, bottom = crop_pixels(crop, lens)
     inside = (u >= left) & (u <= right) & (v >= top) & (v <= bottom)
@@ -58,52 +57,44 @@ def find_pieces(
     slots, p, distance = slots[order], p[order], distance[order]
     if not len(slots):
         return ()
-    seen = _visible_part(p, distance, scene, robot, pos, rotation) >= pipeline.min_visible
-    kept = np.nonzero(seen)[0][:MOST_DETECTIONS]
+    kept = np.nonzero(_visible_part(p, distance, scene.piece_radius) >= pipeline.min_visible)[0]
+    if scene.sight is not None and len(kept):  # rays cost most: only to what is left
+        near_side = p[kept] * (1.0 - scene.piece_radius / distance[kept])[:, None]
+        kept = kept[~scene.sight.blocked(robot, pos, near_side @ rotation + pos)]
+    kept = kept[:MOST_DETECTIONS]
     p = p[kept]
     middle = p[:, :2] / p[:, 2:] * (fx, fy) + (cx, cy)
     half = scene.piece_radius / p[:, 2:] * (fx, fy)
     noise = pipeline.box_noise * rng.standard_normal((2, len(kept), 2))
     low, high = middle - half + noise[0], middle + half + noise[1]
     corners = np.stack((low, high), axis=1)[:, ((0, 0), (1, 0), (1, 1), (0, 1)), (0, 1)]
-    percent = 100.0 / (lens.width * lens.height)
-    found = []
-    rows = zip(low.tolist(), high.tolist(), corners, distance[kept].tolist(), slots[kept].tolist(), strict=True)
-    for (u0, v0), (u1, v1), box, reach, slot in rows:
-        tx, ty = angles_deg(0.5 * (u0 + u1), 0.5 * (v0 + v1), lens)
-        area = percent * abs((u1 - u0) * (v1 - v0))
-        found.append(PieceSighting(0, pipeline.piece_class, box, tx, ty, area, reach, slot))
-    return tuple(found)
+    tx = np.degrees(np.arctan((0.5 * (low[:, 0] + high[:, 0]) - cx) / fx)).tolist()
+    ty = np.degrees(np.arctan((cy - 0.5 * (low[:, 1] + high[:, 1])) / fy)).tolist()
+    size = high - low
+    area = (100.0 / (lens.width * lens.height) * np.abs(size[:, 0] * size[:, 1])).tolist()
+    rows = zip(corners, tx, ty, area, distance[kept].tolist(), slots[kept].tolist(), strict=True)
+    name = pipeline.piece_class
+    return tuple([PieceSighting(0, name, *row) for row in rows])
 
 
-def _visible_part(
-    p: FloatArray, distance: FloatArray, scene: Scene, robot: int, pos: Vector, rotation: FloatArray
-) -> FloatArray:
-    """Which part of each piece is uncovered [-], shape (n,); pieces in the optical frame, nearest first.
-
-    Other pieces can cover it in part; the field and robots cover it if they hide its middle.
-    """
-    n, radius = len(p), scene.piece_radius
-    view = p / distance[:, None]
-    across = np.stack((view[:, 2], np.zeros(n), -view[:, 0]), axis=1)  # level in the picture, square to the view
-    across /= np.maximum(np.linalg.norm(across, axis=1), 1e-9)[:, None]
-    down = np.cross(view, across)
-    rim = radius * (_RIM[:, :1] * across[:, None, :] + _RIM[:, 1:] * down[:, None, :])
-    points = p[:, None, :] + rim
-    reach = np.linalg.norm(points, axis=2)
-    rays = (points / reach[:, :, None]).reshape(-1, 3)
-    along = rays @ p.T
-    gap2 = (distance * distance)[None, :] - along * along
-    free: BoolArray = ~((gap2 < radius * radius) & (along > 0.0) & _nearer(n)).any(axis=1)
-    free = free.reshape(n, -1)
-    part: FloatArray = free.mean(axis=1)
-    if scene.sight is not None:
-        some = np.nonzero(part > 0.0)[0]
-        ends = (p[some] - radius * view[some]) @ rotation + pos  # to its near side
-        part[some[scene.sight.blocked(robot, pos, ends)]] = 0.0
+def _visible_part(p: FloatArray, distance: FloatArray, radius: float) -> FloatArray:
+    """Which part of each piece other pieces leave uncovered [-], shape (n,); in the optical frame, nearest first."""
+    n = len(p)
+    x, y, z = (p / distance[:, None]).T
+    level = np.maximum(np.hypot(x, z), 1e-9)
+    zero = np.zeros(n)
+    across = np.array((z / level, zero, -x / level))  # level in the picture, square to the view
+    down = np.array((-x * y / level, level, -y * z / level))  # square to both
+    points = p[:, None, :] + radius * (_RIM[:, :1] * across.T[:, None, :] + _RIM[:, 1:] * down.T[:, None, :])
+    points = points.reshape(-1, 3)
+    # A ball hides a point if the line there passes it by less than its radius, and it is nearer.
+    along = points @ p.T
+    reach2 = np.einsum("ij,ij->i", points, points)
+    close = along * along > (distance * distance - radius * radius)[None, :] * reach2[:, None]
+    hidden: BoolArray = (close & (along > 0.0) & _NEARER[: len(points), :n]).any(axis=1)
+    part: FloatArray = 1.0 - hidden.reshape(n, -1).mean(axis=1)
     return part
 
 
-def _nearer(n: int) -> BoolArray:
-    """Which of n pieces, sorted by distance, can hide which point: (points of piece i, piece j) for j < i."""
-    return np.repeat(np.tri(n, k=-1, dtype=bool), len(_RIM), axis=0)
+_NEARER: BoolArray = np.repeat(np.tri(_CANDIDATES, k=-1, dtype=bool), len(_RIM), axis=0)
+"""Which of some pieces, sorted by distance, can hide which point: (points of piece i, piece j) for j < i."""

@@ -16,11 +16,14 @@ from dataclasses import dataclass
 __all__ = ["SquarePose", "ambiguity", "solve_square"]
 
 
+Rotation = tuple[float, float, float, float, float, float, float, float, float]
+
+
 @dataclass(slots=True, eq=False)
 class SquarePose:
     """One answer. Treat it as read-only."""
 
-    rotation: tuple[float, ...]
+    rotation: Rotation
     """From the square's axes (x right as one faces it, y up, z out of its face) to optical axes: 9 numbers, row by
     row."""
     translation: tuple[float, float, float]
@@ -32,7 +35,7 @@ class SquarePose:
 def solve_square(corners: Sequence[Sequence[float]], size: float) -> tuple[SquarePose, SquarePose] | None:
     """Both poses that explain four corners, the better one first.
 
-    Plain floats: 30 us a tag, with small arrays four times that.
+    Plain floats without loops: 9 us a tag, with loops 17, with small arrays 120.
 
     Args:
         corners: (x/z, y/z) in the optical frame of lower left, lower right, upper right, upper left [-].
@@ -61,10 +64,11 @@ def solve_square(corners: Sequence[Sequence[float]], size: float) -> tuple[Squar
     rotations = _rotations(p, q, j00, j01, j10, j11)
     if rotations is None:
         return None
-    found = [_fit(r, corners, size / 2.0) for r in rotations]
-    if found[0].translation[2] <= 0.0 or found[1].translation[2] <= 0.0:
+    sums, half = _sums(corners), 0.5 * size
+    first, other = _fit(rotations[0], corners, sums, half), _fit(rotations[1], corners, sums, half)
+    if first.translation[2] <= 0.0 or other.translation[2] <= 0.0:
         return None
-    return (found[0], found[1]) if found[0].error <= found[1].error else (found[1], found[0])
+    return (first, other) if first.error <= other.error else (other, first)
 
 
 def ambiguity(poses: tuple[SquarePose, SquarePose]) -> float:
@@ -73,9 +77,7 @@ def ambiguity(poses: tuple[SquarePose, SquarePose]) -> float:
     return best.error / other.error if other.error > 1e-12 else 1.0
 
 
-def _rotations(
-    p: float, q: float, j00: float, j01: float, j10: float, j11: float
-) -> tuple[tuple[float, ...], tuple[float, ...]] | None:
+def _rotations(p: float, q: float, j00: float, j01: float, j10: float, j11: float) -> tuple[Rotation, Rotation] | None:
     """The two rotations (9 numbers each, row by row) of a plane whose middle is seen at (p, q) with this Jacobian."""
     # Rv turns the optical axis onto the line of sight (p, q, 1).
     t2 = p * p + q * q
@@ -104,40 +106,53 @@ def _rotations(
     if r00 * r01 + r10 * r11 > 0.0:
         z1 = -z1
 
-    def whole(a2: float, b2: float) -> tuple[float, ...]:
-        """Rv times the columns a, b and a x b; written out, because this is half of a tag's time."""
-        a0, a1, b0, b1 = r00, r10, r01, r11
-        c0, c1, c2 = a1 * b2 - a2 * b1, a2 * b0 - a0 * b2, a0 * b1 - a1 * b0
-        return (
-            v00 * a0 + v01 * a1 + v02 * a2, v00 * b0 + v01 * b1 + v02 * b2, v00 * c0 + v01 * c1 + v02 * c2,
-            v10 * a0 + v11 * a1 + v12 * a2, v10 * b0 + v11 * b1 + v12 * b2, v10 * c0 + v11 * c1 + v12 * c2,
-            v20 * a0 + v21 * a1 + v22 * a2, v20 * b0 + v21 * b1 + v22 * b2, v20 * c0 + v21 * c1 + v22 * c2,
-        )  # fmt: skip
+    # Rv times the columns a, b and a x b. The other answer has the third component reversed before Rv: what that
+    # component adds is taken off instead, and of a x b the first two components change sign.
+    c0, c1, c2 = r10 * z1 - z0 * r11, z0 * r01 - r00 * z1, r00 * r11 - r10 * r01
+    a0, a1, a2 = v00 * r00 + v01 * r10, v10 * r00 + v11 * r10, v20 * r00 + v21 * r10
+    b0, b1, b2 = v00 * r01 + v01 * r11, v10 * r01 + v11 * r11, v20 * r01 + v21 * r11
+    d0, d1, d2 = v00 * c0 + v01 * c1, v10 * c0 + v11 * c1, v20 * c0 + v21 * c1
+    e0, e1, e2, f0, f1, f2 = v02 * z0, v12 * z0, v22 * z0, v02 * z1, v12 * z1, v22 * z1
+    g0, g1, g2 = v02 * c2, v12 * c2, v22 * c2
+    return (
+        (a0 + e0, b0 + f0, g0 + d0, a1 + e1, b1 + f1, g1 + d1, a2 + e2, b2 + f2, g2 + d2),
+        (a0 - e0, b0 - f0, g0 - d0, a1 - e1, b1 - f1, g1 - d1, a2 - e2, b2 - f2, g2 - d2),
+    )
 
-    return whole(z0, z1), whole(-z0, -z1)
+
+_Sums = tuple[float, float, float, float, float, float, float, float, float]
 
 
-def _fit(r: tuple[float, ...], corners: Sequence[Sequence[float]], half: float) -> SquarePose:
-    """The translation that fits best with a rotation (linear least squares), and the error that is left."""
-    places = ((-half, -half), (half, -half), (half, half), (-half, half))
-    turned = [(r[0] * x + r[1] * y, r[3] * x + r[4] * y, r[6] * x + r[7] * y) for x, y in places]
-    # Each corner: tx - u tz = u Z - X and ty - v tz = v Z - Y. The normal equations have four corners on the diagonal.
-    su = sv = suu = bx = by = bz = 0.0
-    for (px, py, pz), (u, v) in zip(turned, corners, strict=True):
-        ex, ey = u * pz - px, v * pz - py
-        su += u
-        sv += v
-        suu += u * u + v * v
-        bx += ex
-        by += ey
-        bz -= u * ex + v * ey
-    denominator = suu - 0.25 * (su * su + sv * sv)
+def _sums(corners: Sequence[Sequence[float]]) -> _Sums:
+    """What a fit needs whatever the rotation: u, v and q = u^2 + v^2, summed up, of corner 2 less 0, of 1 less 3."""
+    (u0, v0), (u1, v1), (u2, v2), (u3, v3) = corners
+    q0, q1, q2, q3 = u0 * u0 + v0 * v0, u1 * u1 + v1 * v1, u2 * u2 + v2 * v2, u3 * u3 + v3 * v3
+    return (
+        u0 + u1 + u2 + u3, v0 + v1 + v2 + v3, q0 + q1 + q2 + q3,
+        u2 - u0, u1 - u3, v2 - v0, v1 - v3, q2 - q0, q1 - q3,
+    )  # fmt: skip
+
+
+def _fit(r: Rotation, corners: Sequence[Sequence[float]], sums: _Sums, half: float) -> SquarePose:
+    """The translation that fits best with a rotation (linear least squares), and the error that is left.
+
+    Each corner says tx - u tz = u Z - X and ty - v tz = v Z - Y. Turned, opposite corners are -s and s, d and -d: sums
+    over four corners become differences of two, and the normal equations have 4 on the diagonal.
+    """
+    (u0, v0), (u1, v1), (u2, v2), (u3, v3) = corners
+    r0, r1, _, r3, r4, _, r6, r7, _ = r
+    sx, sy, sz = half * (r0 + r1), half * (r3 + r4), half * (r6 + r7)
+    dx, dy, dz = half * (r0 - r1), half * (r3 - r4), half * (r6 - r7)
+    su, sv, sq, us, ud, vs, vd, qs, qd = sums
+    bx, by = us * sz + ud * dz, vs * sz + vd * dz
+    bz = us * sx + ud * dx + vs * sy + vd * dy - qs * sz - qd * dz
+    denominator = sq - 0.25 * (su * su + sv * sv)
     tz = (bz + 0.25 * (su * bx + sv * by)) / denominator if abs(denominator) > 1e-18 else -1.0
     tx, ty = 0.25 * (bx + su * tz), 0.25 * (by + sv * tz)
-    error = 0.0
-    for (px, py, pz), (u, v) in zip(turned, corners, strict=True):
-        z = pz + tz
-        if z <= 1e-9:
-            return SquarePose(r, (tx, ty, -1.0), math.inf)
-        error += ((px + tx) / z - u) ** 2 + ((py + ty) / z - v) ** 2
+    n0, n1, n2, n3 = tz - sz, tz + dz, tz + sz, tz - dz
+    if min(n0, n1, n2, n3) <= 1e-9:
+        return SquarePose(r, (tx, ty, -1.0), math.inf)
+    x0, x1, x2, x3 = (tx - sx) / n0 - u0, (tx + dx) / n1 - u1, (tx + sx) / n2 - u2, (tx - dx) / n3 - u3
+    y0, y1, y2, y3 = (ty - sy) / n0 - v0, (ty + dy) / n1 - v1, (ty + sy) / n2 - v2, (ty - dy) / n3 - v3
+    error = x0 * x0 + x1 * x1 + x2 * x2 + x3 * x3 + y0 * y0 + y1 * y1 + y2 * y2 + y3 * y3
     return SquarePose(r, (tx, ty, tz), math.sqrt(0.25 * error))

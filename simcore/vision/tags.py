@@ -57,6 +57,9 @@ class TagLayout:
     """The same as `normals`."""
     corner_list: list[list[list[float]]]
     """The same as `corners`."""
+    squares: list[tuple[Vector, Vector, Vector]]
+    """Middle of each tag, and from there to its upper right and lower right corner, field axes [m]; the other two are
+    opposite."""
 
     @classmethod
     def of(
@@ -89,13 +92,34 @@ class TagLayout:
         arrays = (np.array(ids, dtype=np.int64), centers, rotations, corners, normals, square_axes)
         for array in arrays:
             array.setflags(write=False)
+        reach = (corners[:, (2, 1)] - centers[:, None, :]).tolist()
+        squares = [(_vector(m), _vector(e), _vector(f)) for m, (e, f) in zip(centers.tolist(), reach, strict=True)]
         return cls(
-            *arrays[:4], field_size, size, *arrays[4:], apart, centers.tolist(), ids, normals.tolist(), corners.tolist()
+            *arrays[:4],
+            field_size,
+            size,
+            *arrays[4:],
+            apart,
+            centers.tolist(),
+            ids,
+            normals.tolist(),
+            corners.tolist(),
+            squares,
         )
 
     def span(self, rows: Sequence[int]) -> float:
         """Largest distance between two of some tags [m]."""
-        return max((self.apart[a][b] for a in rows for b in rows), default=0.0)
+        most = 0.0
+        for k, row in enumerate(rows):
+            apart = self.apart[row]
+            for other in rows[:k]:
+                most = max(most, apart[other])
+        return most
+
+
+def _vector(v: Sequence[float]) -> Vector:
+    x, y, z = v
+    return x, y, z
 
 
 def official_layout(name: str = "2026-welded") -> TagLayout:

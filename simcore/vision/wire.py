@@ -6,12 +6,11 @@ Source: LimelightHelpers 2026 and docs.limelightvision.io, "Complete NetworkTabl
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 
-from simcore.geometry.symmetry import wrap_angle
-from simcore.typing import FloatArray
+from simcore.geometry.quaternion import Vector
 from simcore.vision.camera import CameraConfig
 from simcore.vision.frames import Frame, PieceSighting, PoseEstimate, TagSighting
+from simcore.vision.rows import Rows, apply, apply_back, times, transposed
 
 __all__ = ["EVERY_FRAME", "PIPELINE_TYPES", "TOPICS", "Value", "constant_values", "frame_values"]
 
@@ -41,6 +40,7 @@ PIPELINE_TYPES = {"tags": "pipe_fiducial", "pieces": "pipe_neuraldetector"}
 """What `getpipetype` says."""
 
 _NO_POSE = [0.0] * 6
+_DEGREES = 180.0 / math.pi
 _MOST_TARGETS = 3
 
 
@@ -69,7 +69,7 @@ def frame_values(frame: Frame, config: CameraConfig, field_size: tuple[float, fl
     tag, piece = frame.primary_tag, frame.primary_piece
     seen = tag or piece
     tx, ty, ta = (seen.tx_deg, seen.ty_deg, seen.area_percent) if seen is not None else (0.0, 0.0, 0.0)
-    corners = seen.corners if seen is not None else None
+    corners = seen.corners.tolist() if seen is not None else None
     tid = tag.id if tag is not None else -1
     tl, cl = 1e3 * frame.pipeline_latency, 1e3 * frame.capture_latency
     count = len(frame.tags) + len(frame.pieces)
@@ -107,7 +107,7 @@ def frame_values(frame: Frame, config: CameraConfig, field_size: tuple[float, fl
             for number in (float(p.class_id), p.tx_deg, p.ty_deg, p.area_percent, *p.corners.ravel().tolist())
         ],
         "rawtargets": _raw_targets(frame, config),
-        "tcornxy": [] if corners is None else corners.ravel().tolist(),
+        "tcornxy": [] if corners is None else [number for corner in corners for number in corner],
         "stddevs": [
             *(frame.megatag1.std_devs if frame.megatag1 is not None else _NO_POSE),
             *(frame.megatag2.std_devs if frame.megatag2 is not None else _NO_POSE),
@@ -135,7 +135,7 @@ def _poses(
     rest = [
         latency, float(found.tag_count), found.tag_span, found.average_distance, found.average_area, *raw
     ]  # fmt: skip
-    turned = math.degrees(wrap_angle(math.radians(yaw + 180.0)))
+    turned = yaw - 180.0 if yaw > 0.0 else yaw + 180.0
     return {
         name: [x - length / 2, y - width / 2, z, roll, pitch, yaw, *rest],
         f"{name}_wpiblue": [x, y, z, roll, pitch, yaw, *rest],
@@ -152,22 +152,16 @@ def _target_space(tag: TagSighting | None, frame: Frame) -> dict[str, Value]:
     names = ("targetpose_cameraspace", "camerapose_targetspace", "targetpose_robotspace", "botpose_targetspace")
     if tag is None or tag.poses is None:
         return dict.fromkeys(names, _NO_POSE)
-    x, y, z = place = tag.poses[0].translation
+    place = tag.poses[0].translation
     a, b, c, d, e, f, g, h, i = tag.poses[0].rotation
     turn = ((a, -b, -c), (d, -e, -f), (g, -h, -i))  # a square's axes are right, up, out; a target's right, down, in
     # The robot's axes, right, down, ahead as a camera's, are its own y and z reversed, and its x.
-    ahead, left, up = frame.mount_axes
+    (ax, ay, az), (lx, ly, lz), (ux, uy, uz) = frame.mount_axes
     mount_ahead, mount_left, mount_up = frame.mount_position
-    right, down = (-left[0], -left[1], -left[2]), (-up[0], -up[1], -up[2])
-    robot_place = (
-        right[0] * x + right[1] * y + right[2] * z - mount_left,
-        down[0] * x + down[1] * y + down[2] * z - mount_up,
-        ahead[0] * x + ahead[1] * y + ahead[2] * z + mount_ahead,
-    )
-    columns = tuple(zip(*turn, strict=True))
-    robot_turn = tuple(
-        tuple(row[0] * col[0] + row[1] * col[1] + row[2] * col[2] for col in columns) for row in (right, down, ahead)
-    )
+    axes = ((-lx, -ly, -lz), (-ux, -uy, -uz), (ax, ay, az))
+    x, y, z = apply(axes, place)
+    robot_place = (x - mount_left, y - mount_up, z + mount_ahead)
+    robot_turn = times(axes, turn)
     return {
         "targetpose_cameraspace": _six(place, turn),
         "camerapose_targetspace": _back(place, turn),
@@ -176,26 +170,26 @@ def _target_space(tag: TagSighting | None, frame: Frame) -> dict[str, Value]:
     }
 
 
-def _back(place: Sequence[float], turn: Sequence[Sequence[float]]) -> list[float]:
+def _back(place: Vector, turn: Rows) -> list[float]:
     """The inverse pose, as `_six` has it."""
-    x, y, z = place
-    back = tuple(zip(*turn, strict=True))
-    return _six([-(a * x + b * y + c * z) for a, b, c in back], back)
+    x, y, z = apply_back(turn, place)
+    return _six((-x, -y, -z), transposed(turn))
 
 
-def _six(place: Sequence[float], turn: Sequence[Sequence[float]]) -> list[float]:
+def _six(place: Vector, turn: Rows) -> list[float]:
     """Place and the angles of yaw about y, then pitch about x, then roll about z; yaw is clockwise from above."""
-    pitch = math.asin(max(-1.0, min(1.0, -turn[1][2])))
+    _, (t10, t11, t12), _ = turn
+    pitch = math.asin(max(-1.0, min(1.0, -t12)))
     yaw = math.atan2(turn[0][2], turn[2][2])
-    roll = math.atan2(turn[1][0], turn[1][1])
-    return [*place, math.degrees(pitch), math.degrees(yaw), math.degrees(roll)]
+    roll = math.atan2(t10, t11)
+    return [*place, _DEGREES * pitch, _DEGREES * yaw, _DEGREES * roll]
 
 
-def _sides(corners: FloatArray | None) -> list[float]:
+def _sides(corners: list[list[float]] | None) -> list[float]:
     """Long and short side, width and height of the box around it [px], and how it is turned [deg]."""
     if corners is None:
         return [0.0, 0.0, 0.0, 0.0, 0.0]
-    (x0, y0), (x1, y1), (x2, y2), (x3, y3) = corners.tolist()
+    (x0, y0), (x1, y1), (x2, y2), (x3, y3) = corners
     a = 0.5 * (math.hypot(x1 - x0, y1 - y0) + math.hypot(x2 - x3, y2 - y3))
     b = 0.5 * (math.hypot(x3 - x0, y3 - y0) + math.hypot(x2 - x1, y2 - y1))
     wide, high = max(x0, x1, x2, x3) - min(x0, x1, x2, x3), max(y0, y1, y2, y3) - min(y0, y1, y2, y3)
@@ -206,13 +200,18 @@ def _raw_targets(frame: Frame, config: CameraConfig) -> list[float]:
     """The largest targets: place in the picture from -1 to 1, right and up, and area [%]."""
     lens = config.type
     fx, fy = lens.focal_length
-    both: list[TagSighting | PieceSighting] = [*frame.tags, *frame.pieces]
-    every = sorted(both, key=lambda seen: -seen.area_percent)[:_MOST_TARGETS]
+    every: list[TagSighting | PieceSighting] = [*frame.tags, *frame.pieces]
+    if len(every) > 1:
+        every.sort(key=_area, reverse=True)
     raw: list[float] = []
-    for seen in every:
+    for seen in every[:_MOST_TARGETS]:
         x, y = math.tan(math.radians(seen.tx_deg)), math.tan(math.radians(seen.ty_deg))
         raw += (x * fx / lens.principal_point[0], y * fy / lens.principal_point[1], seen.area_percent)
     return raw
+
+
+def _area(seen: TagSighting | PieceSighting) -> float:
+    return seen.area_percent
 
 
 def _imu(frame: Frame) -> list[float]:
