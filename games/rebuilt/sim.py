@@ -164,6 +164,7 @@ class RebuiltSim:
         self._flying: dict[int, ShotRecord] = {}
         self._movers: list[Mover] = []
         self._piece_speed = 0.0
+        self._near = Surroundings.OPEN
         self.phases: tuple[Callable[[], None], ...] = (
             self._read,
             self._power,
@@ -242,11 +243,12 @@ class RebuiltSim:
         self._wake()
         self._intake()
         self.substeps = 0
+        self._near = self._surroundings(DT)
 
     def move(self, dt: float) -> None:
         """A part of the tick [s]: robots and fuel move, gyros see it, mechanisms turn."""
         self._power()
-        self._advance(dt, max((robot.chassis.speed for robot in self.robots), default=0.0))
+        self._advance(dt, max((robot.chassis.speed for robot in self.robots), default=0.0), self._near)
         for robot in self.robots:
             robot.chassis.read()
         self._sense(dt)
@@ -340,11 +342,14 @@ class RebuiltSim:
     def _move(self) -> None:
         """5. Sub-steps: tires push robots, air pushes fuel, the engine does the rest."""
         self.substeps = 0
-        self._advance(DT, max((mover.speed for mover in self._movers), default=0.0))
+        self._advance(DT, max((mover.speed for mover in self._movers), default=0.0), self._surroundings(DT))
         self._count_tick()
 
-    def _advance(self, dt: float, speed: float) -> None:
-        near = max((robot.chassis.surroundings(dt) for robot in self.robots), default=Surroundings.OPEN)
+    def _surroundings(self, dt: float) -> Surroundings:
+        """The most awkward that a robot could meet within dt [s]."""
+        return max((robot.chassis.surroundings(dt) for robot in self.robots), default=Surroundings.OPEN)
+
+    def _advance(self, dt: float, speed: float, near: Surroundings) -> None:
         substeps = self.world.substepping.count(dt, self._piece_speed, speed, near)
         self.world.step(dt, substeps=substeps, before_substep=self._before_substep)
         self.substeps += substeps

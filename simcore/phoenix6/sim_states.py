@@ -1,35 +1,67 @@
-"""The simulated side of a device: CTRE's `sim_state`, or the stand-in's device itself where that runs.
+"""The simulated side of a device, the short way: CTRE's native functions, or the stand-in's device where that runs.
 
-Both take the same calls with the same signs. The short way saves two thirds of what physics spends on its devices:
-for 17 TalonFX 0.8 ms of a 20 ms tick became 0.25 ms.
+Both take the calls of `sim_state` with its signs. A call of `sim_state` takes 2 us, here 0.8 us of the native function:
+with 17 TalonFX 0.8 ms of a 20 ms tick became 0.25 ms on the stand-in, 0.4 ms on CTRE's simulation.
 """
 
 from __future__ import annotations
 
+import ctypes
 import sys
 from typing import Any
 
+from phoenix6.phoenix_native import Native
 from phoenix6.sim import ChassisReference
 
 __all__ = ["sim_state_of"]
 
 _CLOCKWISE = ChassisReference.CLOCKWISE_POSITIVE
+_WRITE = "c_ctre_phoenix6_platform_sim_set_physics_input"
+_READ = "c_ctre_phoenix6_platform_sim_get_physics_value"
 
 
 def sim_state_of(device: Any) -> Any:
     """What physics writes to and reads from.
 
     Args:
-        device: A `TalonFX`, `CANcoder` or `Pigeon2` of the robot code.
+        device: Of the robot code. A `TalonFX`, `CANcoder` or `Pigeon2` is reached the short way, others by `sim_state`.
     """
     standin = sys.modules.get("simcore.phoenix6.standin")
     world = None if standin is None else standin.installed()
-    makers = {"TalonFX": ("talon", _Talon), "CANcoder": ("cancoder", _Encoder), "Pigeon2": ("pigeon", _Pigeon)}
+    makers = {"TalonFX": ("talon", 4, _Talon), "CANcoder": ("cancoder", 5, _Encoder), "Pigeon2": ("pigeon", 6, _Pigeon)}
     for kind in type(device).__mro__:
-        if world is not None and kind.__name__ in makers:
-            name, state = makers[kind.__name__]
+        if kind.__name__ not in makers:
+            continue
+        name, number, state = makers[kind.__name__]
+        if world is not None:
             return state(getattr(world, name)(device.device_id))
+        native = Native.instance()
+        if hasattr(native, _WRITE) and hasattr(native, _READ):
+            return state(_NativeDevice(native, number, device.device_id))
     return device.sim_state
+
+
+class _NativeDevice:
+    """A device of CTRE's simulation, by type (as CTRE numbers them) and id."""
+
+    def __init__(self, native: Any, number: int, device_id: int) -> None:
+        write, read = getattr(native, _WRITE), getattr(native, _READ)
+        value = ctypes.c_double()
+        into = ctypes.byref(value)
+        keys: dict[str, bytes] = {}
+
+        def key_of(name: str) -> bytes:
+            return keys.setdefault(name, name.encode())
+
+        def set_input(name: str, number_in: float) -> None:
+            write(number, device_id, keys.get(name) or key_of(name), number_in)
+
+        def get_value(name: str) -> float:
+            read(number, device_id, keys.get(name) or key_of(name), into)
+            return value.value
+
+        self.set_input = set_input
+        self.get_value = get_value
 
 
 class _State:

@@ -102,7 +102,11 @@ def _read(item: pytest.Item, path: Path) -> list[pytest.TestReport]:
         return []
     lines = path.read_text("utf-8").splitlines()
     hook = item.config.hook
-    return [hook.pytest_report_from_serializable(config=item.config, data=json.loads(line)) for line in lines]
+    reports = [hook.pytest_report_from_serializable(config=item.config, data=json.loads(line)) for line in lines]
+    for report in reports:
+        if isinstance(report.longrepr, list):  # of a skipped test; JSON knows no tuples
+            report.longrepr = tuple(report.longrepr)
+    return reports
 
 
 def _failed(item: pytest.Item, text: str) -> pytest.TestReport:

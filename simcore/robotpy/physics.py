@@ -24,6 +24,7 @@ from simcore.robotpy.roborio import RoboRioPower
 from simcore.robotpy.seams import DrivetrainDevices, Game, MotorDevices, Plant
 
 if TYPE_CHECKING:
+    from simcore.robotpy.fine_steps import FineSteps
     from simcore.robotpy.simulated_phoenix import PhoenixTime
 
 __all__ = ["RobotPhysics", "TickTimes", "latest_physics"]
@@ -51,7 +52,7 @@ class TickTimes:
     late_loops: int
     """Robot loops that came half a period late, whoever's fault it was."""
     lateness_ms: float
-    """How late parts came when a test keeps to the wall clock, 99th percentile [ms]: the age of the devices' rotors."""
+    """How late parts came where a test keeps to the wall clock, 99th percentile [ms]: how old rotors were."""
 
 
 class RobotPhysics:
@@ -71,7 +72,8 @@ class RobotPhysics:
         plant: Which of its robots this program drives, e.g. `game.robots[0]`.
         drivetrain: Its devices, e.g. `SwerveDrivetrainSim`; None if it has none.
         motors: Devices of its mechanisms, e.g. `TalonFXMotorSim`.
-        parts: In how many parts a tick is cut; 4 are 5 ms.
+        parts: In how many parts a tick is cut; None: 4 of 5 ms, or in simulated time 1 for a robot with a loop of
+            20 ms, whose controllers are then asked in the middle of it.
         pace_tests: In tests that use CTRE's own simulation (`--phoenix=real`) time jumps, but Phoenix 6 lives on the
             wall clock: keep to it, so that its loops see what they see on the robot. False runs as fast as it can.
             In simulated time, which is the default in tests, nothing waits for a clock.
@@ -89,9 +91,16 @@ class RobotPhysics:
         plant: Plant,
         drivetrain: DrivetrainDevices | None = None,
         motors: Sequence[MotorDevices] = (),
-        parts: int = 4,
+        parts: int | None = None,
         pace_tests: bool = True,
     ) -> None:
+        self._phoenix = _phoenix_time()
+        self._period = float(getattr(robot, "getPeriod", lambda: TICK)())
+        self._drivetrain = drivetrain
+        self._motors = list(motors)
+        self._fine = self._fine_steps(plant) if parts is None and self._period >= TICK else None
+        if parts is None:
+            parts = 4 if self._fine is None else 1
         if not (isinstance(parts, int) and 1 <= parts <= 20):
             raise ConfigError(f"RobotPhysics: parts must be a whole number from 1 to 20, got {parts!r}")
         for device in (*motors, *(() if drivetrain is None else (drivetrain,))):
@@ -102,12 +111,9 @@ class RobotPhysics:
         self.robot = robot
         self.game = game
         self.plant = plant
-        self._drivetrain = drivetrain
-        self._motors = list(motors)
         self._parts = parts
         self._h = TICK / parts
         self._part = 0
-        self._phoenix = _phoenix_time()
         self._pace_tests = pace_tests and self._phoenix is None
         self._late: deque[float] = deque(maxlen=4 * _HISTORY)
         self._view = FieldView(physics_controller.field)
@@ -121,7 +127,6 @@ class RobotPhysics:
         self._skipped = 0.0
         self._color: DriverStation.Alliance | None = None
         self._was_enabled = False
-        self._period = float(getattr(robot, "getPeriod", lambda: TICK)())
         self._comes_in_time = hasattr(robot, "addPeriodic")
         self._power = RoboRioPower(plant.battery)
         global _latest
@@ -211,6 +216,12 @@ class RobotPhysics:
         if self._part == 0:
             self._power.show_voltage()
             self.game.begin_tick()
+        self._part += 1
+        if self._fine is not None:
+            self._fine.begin()
+            self.game.move(self._h)
+            self._power.show_rails()
+            return
         if drivetrain is not None:
             drivetrain.read(volts)
         for motor in self._motors:
@@ -224,7 +235,14 @@ class RobotPhysics:
             motor.write()
         if self._phoenix is not None:
             self._phoenix.step(self._h)
-        self._part += 1
+
+    def _fine_steps(self, plant: Plant) -> FineSteps | None:
+        """In simulated time: devices that go with the drivetrain's inner steps, where plant and devices can."""
+        if self._phoenix is None or self._drivetrain is None:
+            return None
+        from simcore.robotpy.fine_steps import FineSteps
+
+        return FineSteps(plant, self._drivetrain, self._motors, self._phoenix) if FineSteps.supports(plant) else None
 
     def _end_tick(self) -> None:
         begin = time.perf_counter()

@@ -186,7 +186,9 @@ def sim(request: pytest.FixtureRequest, robot: Any, control: Any) -> Generator[R
     request.node.stash[_OUTPUT] = folder = _output(request)
     _remove(folder)
     with RobotTest(control, robot, hang=hang, complaints=_complaints) as test:
-        request.node.stash[_RECORDING] = recording = Recording()
+        request.node.stash[_RECORDING] = recording = Recording(
+            period=0.1, bulk_period=0.1
+        )  # with NetworkTables' snapshots
         test.add_sink(recording)
         yield test
 

@@ -24,10 +24,16 @@ from simcore.telemetry.snapshot import Snapshot
 __all__ = ["NetworkTablesSink", "start_local_server"]
 
 
+_LOCAL = int(ntcore.NetworkTableInstance.NetworkMode.kNetModeLocal)
+_UNSEEN_PERIOD = 0.1  # [s]
+
+
 class NetworkTablesSink:
     """Publishes every key of a snapshot under `/`, with the schemas that readers need.
 
-    It never starts a server: in a robot program the robot's own serves, elsewhere see `start_local_server`.
+    It never starts a server: in a robot program the robot's own serves, elsewhere see `start_local_server`. On an
+    instance that was started as local, as under `robotpy test`, only the program itself could look: there a snapshot is
+    wanted ten times a second and not fifty.
     Values carry NetworkTables' own time, as every publisher of the robot program does; a log has simulated time.
     """
 
@@ -42,7 +48,7 @@ class NetworkTablesSink:
         Raises:
             ConfigError: The period is not finite and > 0.
         """
-        self._cadence = Cadence(period)
+        self._cadence = Cadence(max(period, _UNSEEN_PERIOD) if instance.getNetworkMode() == _LOCAL else period)
         self._instance = instance
         self._options = ntcore.PubSubOptions(periodic=max(period, 0.005))  # ntcore sends every 100 ms by default
         self._publishers: dict[str, Any] = {}

@@ -113,6 +113,9 @@ def test_never(sim):
     with pytest.raises(AssertionError, match="did not hold within 0.1 s"):
         sim.run_until(lambda: False, timeout=0.1)
 
+def test_skips(sim):
+    pytest.skip("says why")
+
 def test_bad_stick(sim):
     with pytest.raises(ValueError, match="-1..1"):
         sim.xbox(0).left_y = 2.0
@@ -128,7 +131,7 @@ def test_robot_raises(sim):
         sim.run(0.1)
 """
     )
-    assert code == 1 and "1 failed, 4 passed" in said, said
+    assert code == 1 and "1 failed, 4 passed, 1 skipped" in said, said
     assert "look at the run: page" in said
     left = files(project.folder / "test_output")
     assert left == {"test_fails/run.wpilog", "test_fails/run.png", "test_fails/run.html"}

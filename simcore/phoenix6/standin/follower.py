@@ -44,6 +44,7 @@ def follow(talon: Talon, loops: int) -> None:
         return
     talon.turn = turning(talon)
     bridge.rps = talon.rotor_rps * talon.turn
+    leader.watch()
     frame: TalonFrame = leader.frame
     if frame.bridge in (REQ_COAST, REQ_BRAKE):
         bridge.neutral(frame.bridge == REQ_BRAKE)
