@@ -162,7 +162,8 @@ def check_year(installed: Mapping[str, str]) -> Finding:
         name
         for name in installed
         if name in ("wpilib", "pyntcore")
-        or (name.startswith("robotpy-") and not name.startswith(("robotpy-cli", "robotpy-installer", "robotpy-ctre")))
+        or name.startswith(("robotpy-hal", "robotpy-native-"))
+        or name in {f"robotpy-{part}" for part in ("wpimath", "wpinet", "wpiutil", "apriltag", "cscore", "commands-v2")}
     ]
     ours = {name: Version(installed[name]) for name in sorted(names)}
     ours = {name: version for name, version in ours.items() if version.major > 2000}
