@@ -146,6 +146,8 @@ class RobotTest:
         self.start()
         if name is not None:
             choose(name)
+            if self._mode == "disabled":
+                self.run(2 * TICK)  # a chooser hears of it at the end of a loop
         self._enter("autonomous")
         self.run(seconds)
 

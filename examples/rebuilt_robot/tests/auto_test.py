@@ -16,6 +16,14 @@ def test_the_auto_scores(sim, auto, color, at_least):
     assert sim.battery.min_voltage > 7.0
 
 
+def test_the_auto_that_was_chosen_is_the_one_that_plays(sim):
+    sim.start()
+    before = sim.pose
+    sim.autonomous("nothing", seconds=2)
+    assert sim.fuel.held == 8
+    assert sim.pose.translation().distance(before.translation()) < 0.01
+
+
 def test_a_driver_drives_takes_in_and_shoots(sim):
     pad = sim.xbox(0)
     sim.teleop()
@@ -42,4 +50,4 @@ def test_disabled_it_stays_where_it_is(control, robot):
         before = robot.container.drivetrain.get_state().pose
         control.step_timing(seconds=2.0, autonomous=False, enabled=False)
         after = robot.container.drivetrain.get_state().pose
-        assert before.translation().distance(after.translation()) < 0.01
+        assert before.translation().distance(after.translation()) < 0.05  # cameras go on correcting odometry
