@@ -126,9 +126,7 @@ class RobotTest:
                 "(docs/connect.md), or test with pyfrc's own fixtures `robot` and `control`"
             )
         self._physics = physics
-        gc.collect()
-        gc.freeze()  # what is built by now stays: the collector need not look at it again (5 % of the run)
-        self._stack.callback(gc.unfreeze)
+        self._stack.callback(gc.unfreeze)  # the physics has frozen what was built
         if hasattr(physics.game, "sinks"):
             physics.game.sinks.extend(self._sinks)
         self.run(_SETTLE)
