@@ -61,7 +61,7 @@ def test_physics_keeps_real_time(auto):
     """The work of a 20 ms tick, and loops that came half a period late."""
     print(f"tick {auto['tick_median_ms']:.1f} ms, p99 {auto['tick_p99_ms']:.1f} ms, {auto['late_loops']} late loops")
     assert auto["wall_per_sim"] == pytest.approx(1.0, abs=0.01)
-    assert auto["tick_median_ms"] <= 8.0  # 3.4 on two free cores; these are shared
+    assert auto["tick_median_ms"] <= 8.0  # 5.2 with three cameras on two free cores, 3.8 without; these are shared
     assert auto["tick_p99_ms"] <= 15.0
     assert auto["late_loops"] <= 0.01 * auto["ticks"]
     assert auto["skipped_s"] == 0.0
