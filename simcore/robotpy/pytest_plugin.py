@@ -58,6 +58,14 @@ def pytest_configure(config: pytest.Config) -> None:
         raise pytest.UsageError(f"SIMCORE_PHOENIX must be {' or '.join(_MODES)}, got {mode!r}")
 
 
+def pytest_unconfigure() -> None:
+    """Let go of what `pytest_configure` opened."""
+    global _complaints
+    if _complaints is not None:
+        _complaints.close()
+        _complaints = None
+
+
 def pytest_collect_file(file_path: Path, parent: pytest.Collector) -> None:
     """Let tests import the modules of their project, as `robotpy test` does."""
     for folder in (file_path.parent, file_path.parent.parent):
@@ -186,9 +194,8 @@ def sim(request: pytest.FixtureRequest, robot: Any, control: Any) -> Generator[R
     request.node.stash[_OUTPUT] = folder = _output(request)
     _remove(folder)
     with RobotTest(control, robot, hang=hang, complaints=_complaints) as test:
-        request.node.stash[_RECORDING] = recording = Recording(
-            period=0.1, bulk_period=0.1
-        )  # with NetworkTables' snapshots
+        # as often as NetworkTables wants a snapshot here
+        request.node.stash[_RECORDING] = recording = Recording(period=0.1, bulk_period=0.1)
         test.add_sink(recording)
         yield test
 
