@@ -109,15 +109,7 @@ class Speeds:
 
     def apply(self, context: RequestContext) -> None:
         """Send the modules' states."""
-        vx, vy, omega = self.vx, self.vy, self.omega
-        turn = 0.0
-        if self.is_field:
-            turn = -context.heading + (context.operator_forward if self.perspective == _OPERATOR else 0.0)
-            vx, vy = _rotated(vx, vy, turn)
-            vx, vy, omega = discretize(vx, vy, omega, context.period)
-        states = context.kinematics.states(vx, vy, omega, self.center_x, self.center_y)
-        if self.desaturate:
-            states = desaturate(states, context.max_speed)
+        states, turn = _module_states(self, context, self.vx, self.vy, self.omega)
         fx, fy = self.forces_x, self.forces_y
         for k, module in enumerate(context.modules):
             force = (fx[k] if k < len(fx) else 0.0, fy[k] if k < len(fy) else 0.0)
@@ -159,16 +151,28 @@ class Centric:
             vx = vy = 0.0
         if abs(omega) < self.rotational_deadband:
             omega = 0.0
-        if self.is_field:
-            turn = -context.heading + (context.operator_forward if self.perspective == _OPERATOR else 0.0)
-            vx, vy = _rotated(vx, vy, turn)
-            vx, vy, omega = discretize(vx, vy, omega, context.period)
-        states = context.kinematics.states(vx, vy, omega, self.center_x, self.center_y)
-        if self.desaturate:
-            states = desaturate(states, context.max_speed)
+        states, _ = _module_states(self, context, vx, vy, omega)
         closed_loop, profiled = self.drive == _VELOCITY, self.steer == _EXPO
         for module, (speed, angle) in zip(context.modules, states, strict=True):
             module.apply(speed, angle, closed_loop=closed_loop, profiled=profiled, period=context.period)
+
+
+def _module_states(
+    request: Speeds | Centric, context: RequestContext, vx: float, vy: float, omega: float
+) -> tuple[list[tuple[float, float]], float]:
+    """What a velocity in the request's own axes [m/s, rad/s] asks of every module: speed [m/s] and angle [rad].
+
+    And by what angle those axes were turned into the robot's [rad]; 0 for a robot-centric request.
+    """
+    turn = 0.0
+    if request.is_field:
+        turn = -context.heading + (context.operator_forward if request.perspective == _OPERATOR else 0.0)
+        vx, vy = _rotated(vx, vy, turn)
+        vx, vy, omega = discretize(vx, vy, omega, context.period)
+    states = context.kinematics.states(vx, vy, omega, request.center_x, request.center_y)
+    if request.desaturate:
+        states = desaturate(states, context.max_speed)
+    return states, turn
 
 
 def _rotated(x: float, y: float, angle: float) -> tuple[float, float]:
