@@ -56,6 +56,8 @@ class Device:
 
     def __init__(self, device_id: int, clock: SimulatedClock, defaults: Mapping[int, Setting]) -> None:
         self.device_id = device_id
+        self.bus: str | None = None
+        """Name of the bus that robot code put it on first."""
         self.clock = clock
         self.defaults = dict(defaults)
         self.config = dict(defaults)

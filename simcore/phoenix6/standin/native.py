@@ -11,7 +11,6 @@ import logging
 import struct
 from collections.abc import Callable
 from typing import Any
-from weakref import WeakKeyDictionary
 
 from phoenix6.phoenix_native import ReturnValues
 from phoenix6.spns.spn_value import SpnValue
@@ -70,7 +69,6 @@ class SimulatedNative:
 
     def __init__(self, world: StandIn) -> None:
         self._world = world
-        self._buses: WeakKeyDictionary[Device, str] = WeakKeyDictionary()
         for kind in REQUESTS.values():
             setattr(self, f"{PREFIX}RequestControl{kind.name}", self._request(kind))
         for name in LIGHT_REQUESTS:
@@ -149,9 +147,11 @@ class SimulatedNative:
             raise NotImplementedError(f"device '{name}' (id {device_id}) is not modelled in simulated time")
         device = self._world.create(MODELS[name], device_id)
         bus = network.value.decode()
-        if self._buses.setdefault(device, bus) != bus:
+        if device.bus is None:
+            device.bus = bus
+        elif device.bus != bus:
             _log.warning(
-                "%r is built on the buses %r and %r: simulated, they are one device", device, self._buses[device], bus
+                "%r is built on the buses %r and %r: simulated, they are one device", device, device.bus, bus
             )
         _target(out).value = hash_of(MODELS[name], device_id)
         return _OK
