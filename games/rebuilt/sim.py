@@ -329,6 +329,10 @@ class RebuiltSim:
             if room <= 0 or not robot.intake_active:
                 continue
             slots = self.pieces.within_sight  # sleepers too: a roller does not ask
+            away = self.pieces.state.pos[slots] - robot.chassis.pos
+            slots = slots[np.einsum("ij,ij->i", away, away) < robot.intake_reach**2]
+            if not len(slots):
+                continue
             pos_robot = field_to_robot(
                 self.pieces.state.pos[slots], np.array(robot.chassis.pos), np.array(robot.chassis.quat)
             )
