@@ -8,6 +8,9 @@ from typing import Any, NamedTuple
 from phoenix6.signals import BridgeOutputValue
 from phoenix6.spns.spn_value import SpnValue
 
+from simcore.phoenix6.standin.electrical import MotorConstants
+from simcore.phoenix6.standin.gains import Gains
+
 __all__ = [
     "REQ_BRAKE",
     "REQ_COAST",
@@ -42,11 +45,11 @@ class TalonFrame(NamedTuple):
     ref: float
     slope: float
     err: float
-    p_out: float
+    err_rate: float
     i_out: float
-    d_out: float
     ff_out: float
     pid_out: float
+    gains: Gains
     slot: int
     mode: int
     bridge: int
@@ -54,15 +57,13 @@ class TalonFrame(NamedTuple):
     enabled: bool
     forward_open: bool
     reverse_open: bool
-    polarity: int
+    turn: float
+    """-1 where positive is clockwise."""
     profiled: bool
     at_target: bool
     on_velocity: bool
     unit: int
-    kt: float
-    kv: float
-    stall: float
-    connected: int
+    motor: MotorConstants
 
 
 def _constant(value: float) -> Callable[[Any], float]:
@@ -78,7 +79,7 @@ SIGNALS: Mapping[int, Callable[[Any], float]] = {
     SpnValue.PRO_MOTOR_OUTPUT_MOTOR_VOLTAGE.value: lambda f: f.volts,
     SpnValue.PRO_MOTOR_OUTPUT_DUTY_CYCLE.value: lambda f: f.duty,
     SpnValue.PRO_MOTOR_OUTPUT_TORQUE_CURRENT.value: lambda f: f.current,
-    SpnValue.PRO_MOTOR_OUTPUT_ROTOR_POLARITY.value: lambda f: f.polarity,
+    SpnValue.PRO_MOTOR_OUTPUT_ROTOR_POLARITY.value: lambda f: int(f.turn < 0.0),
     SpnValue.PRO_MOTOR_OUTPUT_BRIDGE_TYPE_PUBLIC.value: lambda f: f.bridge,
     SpnValue.TALON_FX_MOTOR_OUTPUT_STATUS.value: lambda f: f.status,
     SpnValue.TALON_FX_CONTROL_MODE.value: lambda f: f.mode,
@@ -102,15 +103,15 @@ SIGNALS: Mapping[int, Callable[[Any], float]] = {
     SpnValue.PRO_PID_REF_PID_ERR_PID_ERR_POSITION.value: lambda f: f.err,
     SpnValue.PRO_PID_REF_SLOPE_ECU_TIME_REFERENCE_SLOPE_POSITION.value: lambda f: f.slope,
     SpnValue.PRO_PID_OUTPUT_OUTPUT_DC.value: lambda f: f.pid_out,
-    SpnValue.PRO_PID_OUTPUT_PROPORTIONAL_OUTPUT_DC.value: lambda f: f.p_out,
-    SpnValue.PRO_PID_OUTPUT_DERIVATIVE_OUTPUT_DC.value: lambda f: f.d_out,
+    SpnValue.PRO_PID_OUTPUT_PROPORTIONAL_OUTPUT_DC.value: lambda f: f.gains.kp * f.err,
+    SpnValue.PRO_PID_OUTPUT_DERIVATIVE_OUTPUT_DC.value: lambda f: f.gains.kd * f.err_rate,
     SpnValue.PRO_PID_STATE_ENABLES_INTEGRATED_ACCUM_DC.value: lambda f: f.i_out,
     SpnValue.PRO_PID_STATE_ENABLES_FEED_FORWARD_DC.value: lambda f: f.ff_out,
     SpnValue.PRO_PID_OUTPUT_SLOT.value: lambda f: f.slot,
-    SpnValue.TALON_FX_MOTOR_CONSTANTS_K_T.value: lambda f: f.kt,
-    SpnValue.TALON_FX_MOTOR_CONSTANTS_K_V.value: lambda f: f.kv,
-    SpnValue.TALON_FX_MOTOR_CONSTANTS_STALL_CURRENT.value: lambda f: f.stall,
-    SpnValue.TALON_FX_CONNECTED_MOTOR.value: lambda f: f.connected,
+    SpnValue.TALON_FX_MOTOR_CONSTANTS_K_T.value: lambda f: f.motor.kt,
+    SpnValue.TALON_FX_MOTOR_CONSTANTS_K_V.value: lambda f: f.motor.kv,
+    SpnValue.TALON_FX_MOTOR_CONSTANTS_STALL_CURRENT.value: lambda f: f.motor.reported_stall,
+    SpnValue.TALON_FX_CONNECTED_MOTOR.value: lambda f: f.motor.connected,
 }
 """What each signal reads, by its number."""
 
