@@ -51,6 +51,7 @@ def following(talon: Talon) -> Callable[[int], None] | None:
     if leader is None:
         return lambda loops: _alone(talon)
     found = leader
+    found.watch()
     is_strict = talon.kind.name == "StrictFollower"
     sign = -1.0 if not is_strict and _opposes(talon) else 1.0
     unit: Unit | None = None
@@ -60,8 +61,6 @@ def following(talon: Talon) -> Callable[[int], None] | None:
         nonlocal unit, stage
         talon.turn = turn = talon.sign if is_strict else sign * found.turn
         bridge.rps = talon.rotor_rps * turn
-        if not found.is_watched:
-            found.watch()
         frame: TalonFrame = found.frame
         if frame.bridge == REQ_COAST or frame.bridge == REQ_BRAKE:
             bridge.neutral(frame.bridge == REQ_BRAKE)

@@ -150,9 +150,7 @@ class SimulatedNative:
         if device.bus is None:
             device.bus = bus
         elif device.bus != bus:
-            _log.warning(
-                "%r is built on the buses %r and %r: simulated, they are one device", device, device.bus, bus
-            )
+            _log.warning("%r is built on the buses %r and %r: simulated, they are one device", device, device.bus, bus)
         _target(out).value = hash_of(MODELS[name], device_id)
         return _OK
 

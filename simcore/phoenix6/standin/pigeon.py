@@ -110,9 +110,7 @@ class Pigeon2(Device):
     def sample(self) -> PigeonFrame:
         """A frame of this moment; 250 a second, so past PigeonFrame.__new__, which is a Python function."""
         yaw, rates = self.raw_yaw + self._offset, self.rates
-        return _new(
-            PigeonFrame, (yaw, self.pitch, self.roll, rates[0], rates[1], rates[2], self.supply, self.clock.ns)
-        )
+        return _new(PigeonFrame, (yaw, self.pitch, self.roll, rates[0], rates[1], rates[2], self.supply, self.clock.ns))
 
     signals: ClassVar[Mapping[int, Callable[[Any], float]]] = {
         SpnValue.PIGEON2_YAW.value: lambda f: f.yaw,

@@ -408,11 +408,14 @@ class Talon(Device):
             self.frame = self.sample()
 
     def read(self, spn: int) -> tuple[float, float, int] | None:
-        """Value of a signal, the time it is from [s] and whose units it has; None for a signal that is not modelled."""
-        self.watch()
+        """Value of a signal, the time it is from [s] and whose units it has; None for a signal that is not modelled.
+
+        Version and reset flags, which the library asks of every device when it is built, do not count as a look.
+        """
+        if not self.is_watched and spn in SIGNALS:
+            self.watch()
         return super().read(spn)
 
     def units_of(self, spn: int) -> int:
         """Number whose units a signal has in the last frame."""
-        self.watch()
         return units_number(spn, self.frame)
