@@ -38,7 +38,6 @@ class ShaftSim:
 
     __slots__ = (
         "_coasting",
-        "_current",
         "_friction",
         "_ke",
         "_kt",
@@ -48,13 +47,16 @@ class ShaftSim:
         "_rate",
         "_resistance",
         "_simple",
-        "_supply_current",
         "_upper",
-        "_volts",
+        "current",
         "gearbox",
+        "gearing",
         "inertia",
+        "motors",
         "position",
+        "supply_current",
         "velocity",
+        "volts",
     )
 
     def __init__(
@@ -79,11 +81,18 @@ class ShaftSim:
         """Angle of the mechanism [rad]."""
         self.velocity = 0.0
         """Rate of the mechanism [rad/s]."""
+        self.volts = 0.0
+        """Voltage asked for, before the battery limits it [V]; `set_volts` sets it."""
+        self.current = 0.0
+        """Stator current of all motors together, mean of the last step [A]."""
+        self.supply_current = 0.0
+        """Current that all motors took from the battery, mean of the last step; below zero they feed it [A]."""
+        self.gearing = gearbox.gearing
+        """Rotor turns per turn of the mechanism [-]."""
+        self.motors = gearbox.motors
+        """Motors that share the current."""
         self._load = 0.0
-        self._volts = 0.0
         self._coasting = False
-        self._current = 0.0
-        self._supply_current = 0.0
         self._kt = gearbox.torque_per_amp
         self._ke = gearbox.volts_per_speed
         self._resistance = gearbox.resistance
@@ -95,34 +104,9 @@ class ShaftSim:
         self._simple = math.isinf(self._limit) and self._friction == 0.0 and math.isinf(upper_stop - lower_stop)
 
     @property
-    def gearing(self) -> float:
-        """Rotor turns per turn of the mechanism [-]."""
-        return self.gearbox.gearing
-
-    @property
-    def motors(self) -> int:
-        """Motors that share the current."""
-        return self.gearbox.motors
-
-    @property
     def stops(self) -> tuple[float, float]:
         """Lower and upper hard stop [rad]; infinite where there is none."""
         return self._lower, self._upper
-
-    @property
-    def volts(self) -> float:
-        """Voltage asked for, before the battery limits it [V]."""
-        return self._volts
-
-    @property
-    def current(self) -> float:
-        """Stator current of all motors together, mean of the last step [A]."""
-        return self._current
-
-    @property
-    def supply_current(self) -> float:
-        """Current that all motors took from the battery, mean of the last step; below zero they feed it [A]."""
-        return self._supply_current
 
     @property
     def time_constant(self) -> float:
@@ -142,7 +126,7 @@ class ShaftSim:
         """
         if not math.isfinite(volts):
             raise NonFiniteError(f"{type(self).__name__}: volts must be a finite number, got {volts}")
-        self._volts = volts
+        self.volts = volts
         self._coasting = False
 
     @property
@@ -158,7 +142,7 @@ class ShaftSim:
 
     def coast(self) -> None:
         """Open the circuit: no current flows until volts are set again."""
-        self._volts = 0.0
+        self.volts = 0.0
         self._coasting = True
 
     def reset(self, position: float = 0.0, velocity: float = 0.0) -> None:
@@ -167,7 +151,7 @@ class ShaftSim:
             raise NonFiniteError(f"{type(self).__name__}: state must be finite, got {position} rad, {velocity} rad/s")
         self.position = min(max(position, self._lower), self._upper)
         self.velocity = velocity
-        self._volts = self._current = self._supply_current = 0.0
+        self.volts = self.current = self.supply_current = 0.0
         self._coasting = False
 
     def step(self, dt: float, battery_voltage: float = 12.0) -> None:
@@ -186,17 +170,17 @@ class ShaftSim:
             raise ConfigError(
                 f"{type(self).__name__}: battery_voltage must be finite and >= 0 V, got {battery_voltage}"
             )
-        volts = min(max(self._volts, -battery_voltage), battery_voltage)
+        volts = min(max(self.volts, -battery_voltage), battery_voltage)
         if volts == 0.0 and self.velocity == 0.0 and self._load == 0.0:  # nothing to do, as for most of a match
-            self._current = self._supply_current = 0.0
+            self.current = self.supply_current = 0.0
             return
         if self._simple and not self._coasting:
             charge, energy = self._run_free(volts, dt)
         else:
             charge, energy = self._run_in_pieces(volts, dt)
-        motors = self.gearbox.motors
-        self._current = motors * charge / dt
-        self._supply_current = motors * energy / (battery_voltage * dt) if battery_voltage > 0.0 else 0.0
+        motors = self.motors
+        self.current = motors * charge / dt
+        self.supply_current = motors * energy / (battery_voltage * dt) if battery_voltage > 0.0 else 0.0
 
     def _run_free(self, volts: float, dt: float) -> tuple[float, float]:
         """The whole step as one exponential; charge [A s] and electrical energy [J] of one motor."""

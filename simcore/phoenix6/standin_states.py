@@ -79,11 +79,11 @@ class StandInEncoderState(_Mounted):
         self._device.set_input("SupplyVoltage", volts)
 
     def set_raw_position(self, rotations: float) -> None:
-        """[rotations]"""
+        """Angle [rotations]."""
         self._device.raw = (rotations - self.sensor_offset) * self._sign
 
     def set_velocity(self, rps: float) -> None:
-        """[rotations/s]"""
+        """Rate [rotations/s]."""
         self._device.raw_velocity = rps * self._sign
 
 
@@ -103,21 +103,21 @@ class StandInPigeonState:
         device.raw_yaw += math.remainder(degrees - device.raw_yaw, 360.0)
 
     def set_pitch(self, degrees: float) -> None:
-        """[deg]"""
+        """Angle [deg]."""
         self._device.pitch = degrees
 
     def set_roll(self, degrees: float) -> None:
-        """[deg]"""
+        """Angle [deg]."""
         self._device.roll = degrees
 
     def set_angular_velocity_x(self, dps: float) -> None:
-        """[deg/s]"""
+        """Rate [deg/s]."""
         self._device.rates[0] = dps
 
     def set_angular_velocity_y(self, dps: float) -> None:
-        """[deg/s]"""
+        """Rate [deg/s]."""
         self._device.rates[1] = dps
 
     def set_angular_velocity_z(self, dps: float) -> None:
-        """[deg/s]"""
+        """Rate [deg/s]."""
         self._device.rates[2] = dps

@@ -21,10 +21,9 @@ from simcore.phoenix6.standin.wire import Setting
 if TYPE_CHECKING:
     from simcore.phoenix6.standin.talon import Talon
 
-__all__ = ["HALF_RANGE", "Feedback", "Source", "feedback_of"]
+__all__ = ["Feedback", "Source", "feedback_of", "within_range"]
 
-HALF_RANGE = 16384.0
-"""A rotor position is within +- this [rotations]."""
+_HALF_RANGE = 16384.0
 
 
 class Source(enum.IntEnum):
@@ -47,6 +46,13 @@ class Source(enum.IntEnum):
     FUSED_CANDI_QUADRATURE = 14
     SYNC_CANDI_PWM1 = 15
     SYNC_CANDI_PWM2 = 16
+
+
+def within_range(turns: float) -> float:
+    """A rotor position as a device tells it, within +-16384 [rotations]."""
+    if -_HALF_RANGE <= turns < _HALF_RANGE:
+        return turns
+    return math.remainder(turns, 2.0 * _HALF_RANGE)
 
 
 class Feedback:
@@ -109,8 +115,8 @@ def feedback_of(talon: Talon, config: Mapping[int, Setting]) -> Feedback:
         def measure() -> None:
             turn = talon.turn
             turns = turn * (talon.raw + talon.shift) + talon.rotor_offset  # `rotor_position`, without the call
-            if not -HALF_RANGE <= turns < HALF_RANGE:
-                turns = math.remainder(turns, 2.0 * HALF_RANGE)
+            if not -_HALF_RANGE <= turns < _HALF_RANGE:
+                turns = within_range(turns)
             scale = turn / ratio
             talon.pos = turns / ratio + zero
             talon.vel = talon.rotor_rps * scale

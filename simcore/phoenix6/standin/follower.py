@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from simcore.phoenix6.standin.bridge import Stage
 from simcore.phoenix6.standin.requests import Axis, Unit
-from simcore.phoenix6.standin.talon_frame import REQ_BRAKE, REQ_COAST, TalonFrame
+from simcore.phoenix6.standin.talon_frame import TalonFrame
 
 if TYPE_CHECKING:
     from simcore.phoenix6.standin.talon import Talon
@@ -51,7 +51,6 @@ def following(talon: Talon) -> Callable[[int], None] | None:
     if leader is None:
         return lambda loops: _alone(talon)
     found = leader
-    found.watch()
     is_strict = talon.kind.name == "StrictFollower"
     sign = -1.0 if not is_strict and _opposes(talon) else 1.0
     unit: Unit | None = None
@@ -62,8 +61,8 @@ def following(talon: Talon) -> Callable[[int], None] | None:
         talon.turn = turn = talon.sign if is_strict else sign * found.turn
         bridge.rps = talon.rotor_rps * turn
         frame: TalonFrame = found.frame
-        if frame.bridge == REQ_COAST or frame.bridge == REQ_BRAKE:
-            bridge.neutral(frame.bridge == REQ_BRAKE)
+        if frame.is_neutral:
+            bridge.neutral(frame.current != 0.0)  # a leader that brakes, not one that coasts
             return
         if stage is None or unit is not found.kind.unit:
             unit = found.kind.unit

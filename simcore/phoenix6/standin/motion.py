@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from phoenix6.signals import ControlModeValue
@@ -11,41 +10,16 @@ from phoenix6.spns.spn_value import SpnValue
 from simcore.phoenix6.standin import laws
 from simcore.phoenix6.standin.bridge import Stage
 from simcore.phoenix6.standin.gains import Gains, gains_of
+from simcore.phoenix6.standin.plan import REQ_FOC, REQ_TORQUE, REQ_TRAPEZOIDAL, Plan
 from simcore.phoenix6.standin.profile import Profile
 from simcore.phoenix6.standin.requests import REQUESTS, Axis, RequestKind, Unit
-from simcore.phoenix6.standin.talon_frame import REQ_FOC, REQ_TORQUE, REQ_TRAPEZOIDAL
 
 if TYPE_CHECKING:
     from simcore.phoenix6.standin.talon import Talon
 
-__all__ = ["PROFILED", "VELOCITY", "Plan", "build", "limits_of"]
+__all__ = ["build", "limits_of"]
 
-PROFILED = frozenset((Axis.MOTION_MAGIC, Axis.MOTION_MAGIC_EXPO, Axis.MOTION_MAGIC_VELOCITY))
-"""Axes with a motion profile."""
-VELOCITY = frozenset((Axis.VELOCITY, Axis.MOTION_MAGIC_VELOCITY))
-"""Axes that control a velocity."""
 _OUTPUTLESS = frozenset((Axis.NEUTRAL, Axis.BRAKE, Axis.COAST, Axis.MUSIC, Axis.FOLLOW))
-
-
-@dataclass(frozen=True, slots=True)
-class Plan:
-    """How a controller carries out one kind of request, and what its status frames say of it."""
-
-    law: laws.Law | None
-    """None: the bridge lets go, brakes or follows."""
-    stage: Stage | None
-    """Output stage of the law."""
-    gains: Gains
-    profile: Profile | None
-    """What Motion Magic moves along."""
-    mode: int
-    """`ControlModeValue`."""
-    drives: int
-    """`BridgeOutputValue` of a bridge that is not neutral."""
-    unit_number: int
-    """0 to 2: number of the unit in which the loop's output is told, after that of the duty cycle."""
-    on_velocity: bool
-    """Whether a velocity is controlled."""
 
 
 def build(talon: Talon, kind: RequestKind, slot: int, foc: bool) -> Plan:
@@ -69,7 +43,7 @@ def build(talon: Talon, kind: RequestKind, slot: int, foc: bool) -> Plan:
         mode=0 if kind is REQUESTS["Empty"] else int(ControlModeValue[kind.mode(foc)].value),
         drives=REQ_TORQUE if torque else (REQ_FOC if foc else REQ_TRAPEZOIDAL),
         unit_number=(Unit.DUTY, Unit.VOLTS, Unit.AMPERES).index(kind.unit),
-        on_velocity=kind.axis in VELOCITY,
+        on_velocity=kind.axis in (Axis.VELOCITY, Axis.MOTION_MAGIC_VELOCITY),
     )
 
 

@@ -20,7 +20,7 @@ from simcore.errors import NonFiniteError
 from simcore.phoenix6.standin import wire
 from simcore.phoenix6.standin.api import PREFIX, plain
 from simcore.phoenix6.standin.candle import LIGHT_REQUESTS, CANdle
-from simcore.phoenix6.standin.device import COMPLIANCY, VERSION, Device
+from simcore.phoenix6.standin.device import COMPLIANCY, VERSION
 from simcore.phoenix6.standin.factory import MODELS, hash_of
 from simcore.phoenix6.standin.requests import REQUESTS, RequestKind
 from simcore.phoenix6.standin.units_table import UNITS

@@ -14,10 +14,11 @@ from simcore.phoenix6.standin.bridge import Bridge
 from simcore.phoenix6.standin.clock import LOOP_NS, SimulatedClock
 from simcore.phoenix6.standin.device import Device, period_of
 from simcore.phoenix6.standin.electrical import KRAKEN_X44, KRAKEN_X60
-from simcore.phoenix6.standin.feedback import HALF_RANGE, feedback_of
+from simcore.phoenix6.standin.feedback import feedback_of, within_range
 from simcore.phoenix6.standin.follower import following, turning
 from simcore.phoenix6.standin.limits import Limit
-from simcore.phoenix6.standin.motion import Plan, build, limits_of
+from simcore.phoenix6.standin.motion import build, limits_of
+from simcore.phoenix6.standin.plan import Plan
 from simcore.phoenix6.standin.profile import Expo, SCurve, VelocityRamp
 from simcore.phoenix6.standin.requests import REQUESTS, Axis, RequestKind, Unit
 from simcore.phoenix6.standin.talon_frame import SIGNALS, TalonFrame, units_number
@@ -55,7 +56,7 @@ class Talon(Device):
         *("_autosets", "_expires", "_follow", "_is_blind", "_law", "_limit_flags", "_limits_are_plain", "_measure"),
         *("_no_forward", "_no_reverse", "_pending", "_rests_at", "_senses", "_stage", "_told"),
         *("acc", "args", "bridge", "derr", "enabled", "err", "expo", "feed_forward", "feedback", "foc", "forward"),
-        *("goal_a", "goal_p", "goal_v", "integral", "is_watched", "kind", "limits", "limits_hit", "output", "pid_out"),
+        *("goal_a", "goal_p", "goal_v", "integral", "kind", "limits", "limits_hit", "output", "pid_out"),
         *("plan", "plans", "pos", "raw", "ref", "reverse", "rotor_acceleration", "rotor_offset", "rotor_rps", "scurve"),
         *("shift", "sign", "slope", "slot", "turn", "vel", "velocity_ramp", "world"),
     )
@@ -102,8 +103,6 @@ class Talon(Device):
         self._no_forward = self._no_reverse = False
         self.limits_hit = (False, False, False, False)
         self.slot = 0
-        self.is_watched = False
-        """Whether anybody has ever looked at its frames."""
         self.configured()
         self.send_frame()
 
@@ -161,10 +160,7 @@ class Talon(Device):
     @property
     def rotor_position(self) -> float:
         """Rotor position as robot code knows it, within +-16384 [rotations]."""
-        turns = self.turn * (self.raw + self.shift) + self.rotor_offset
-        if -HALF_RANGE <= turns < HALF_RANGE:
-            return turns
-        return math.remainder(turns, 2.0 * HALF_RANGE)
+        return within_range(self.turn * (self.raw + self.shift) + self.rotor_offset)
 
     def set_input(self, name: str, value: float) -> None:
         """Rotor, supply, limit switches, kind of motor."""
@@ -386,35 +382,15 @@ class Talon(Device):
 
     def sample(self) -> TalonFrame:
         """A frame of this moment."""
-        self.measure()
-        self.fault_flags.show(active_faults(self))
+        self._measure()
         return frame_of(self)
 
     def send_frame(self) -> None:
-        """Make the present state the one that robot code sees; what nobody looks at is not made.
-
-        The motors of a swerve drivetrain are read by nobody but the drivetrain itself: 0.2 ms of a tick.
-        """
+        """Make the present state, and its faults, what robot code sees."""
         self.fault_flags.show(active_faults(self))
+        self._measure()
+        self.frame = frame_of(self)
         self.frame_ns = self.clock.ns
-        if self.is_watched or self.frame is None:
-            self._measure()
-            self.frame = frame_of(self)
-
-    def watch(self) -> None:
-        """Somebody looks: from here on every frame is made."""
-        if not self.is_watched:
-            self.is_watched = True
-            self.frame = self.sample()
-
-    def read(self, spn: int) -> tuple[float, float, int] | None:
-        """Value of a signal, the time it is from [s] and whose units it has; None for a signal that is not modelled.
-
-        Version and reset flags, which the library asks of every device when it is built, do not count as a look.
-        """
-        if not self.is_watched and spn in SIGNALS:
-            self.watch()
-        return super().read(spn)
 
     def units_of(self, spn: int) -> int:
         """Number whose units a signal has in the last frame."""
