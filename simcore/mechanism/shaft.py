@@ -42,6 +42,8 @@ class ShaftSim:
         "_ke",
         "_kt",
         "_limit",
+        "_limit_below",
+        "_limit_volts",
         "_load",
         "_lower",
         "_rate",
@@ -97,6 +99,8 @@ class ShaftSim:
         self._ke = gearbox.volts_per_speed
         self._resistance = gearbox.resistance
         self._limit = gearbox.stator_current_limit
+        self._limit_below = self._limit * (1.0 - _EDGE)
+        self._limit_volts = self._limit * self._resistance
         self._friction = gearbox.friction_torque
         self._lower = lower_stop
         self._upper = upper_stop
@@ -170,7 +174,11 @@ class ShaftSim:
             raise ConfigError(
                 f"{type(self).__name__}: battery_voltage must be finite and >= 0 V, got {battery_voltage}"
             )
-        volts = min(max(self.volts, -battery_voltage), battery_voltage)
+        volts = self.volts
+        if volts > battery_voltage:
+            volts = battery_voltage
+        elif volts < -battery_voltage:
+            volts = -battery_voltage
         if volts == 0.0 and self.velocity == 0.0 and self._load == 0.0:  # nothing to do, as for most of a match
             self.current = self.supply_current = 0.0
             return
@@ -220,9 +228,7 @@ class ShaftSim:
     def _friction_now(self, volts: float) -> float | None:
         """Friction torque against the motion that is or is about to start; None if the shaft stays where it is."""
         direction = self.velocity
-        if direction > 0.0 and self.position >= self._upper:
-            direction = self.velocity = 0.0
-        elif direction < 0.0 and self.position <= self._lower:
+        if self.position >= self._upper if direction > 0.0 else direction < 0.0 and self.position <= self._lower:
             direction = self.velocity = 0.0
         if direction == 0.0:
             direction = self._kt * self._stall_amps(volts) + self._load
@@ -235,18 +241,28 @@ class ShaftSim:
     def _piece(self, volts: float, torque: float, left: float) -> tuple[float, float, float]:
         """One exact piece under constant outside `torque`; time used, charge and energy of one motor."""
         start = self.velocity
-        amps, edge = self._limited_amps(volts, torque)
+        stopped = None
+        position = self.position
+        amps: float | None = None
+        edge: float | None = None
+        if self._coasting:
+            amps = 0.0
+        else:
+            asked = (volts - self._ke * start) / self._resistance
+            if not abs(asked) < self._limit_below:
+                amps, edge = self._limited_amps(volts, torque, asked)
         if amps is not None:
             slope = (self._kt * amps + torque) / self.inertia
             used = left
             end = start + slope * used
-            if edge is not None and _passes(start, edge, end):
+            if edge is not None and (start < edge < end or end < edge < start):
                 used, end = (edge - start) / slope, edge
-            if _passes(start, 0.0, end):
+            # compared, not multiplied: a product would underflow to "does not pass"
+            if start < 0.0 < end or end < 0.0 < start:
                 used, end = -start / slope, 0.0
             angle = 0.5 * (start + end) * used
-            stopped = self._time_to_stop(angle, lambda t: t * (start + 0.5 * slope * t), used)
-            if stopped is not None:
+            if position + angle > self._upper or position + angle < self._lower:
+                stopped = self._time_to_stop(angle, _even(start, slope), used)
                 used, end = stopped, start + slope * stopped
                 angle = 0.5 * (start + end) * used
             charge = amps * used
@@ -257,49 +273,44 @@ class ShaftSim:
             gap = start - target
             used = left
             end = target + gap * math.exp(-rate * used)
-            if _passes(start, 0.0, end):
-                used, end = (
-                    min(used, math.log(gap / -target) / rate),
-                    0.0,
-                )  # min: a subnormal target divides to infinity
-            if abs(volts - self._ke * end) > self._limit * self._resistance * (1.0 + _EDGE):
-                edge = (volts - math.copysign(self._limit * self._resistance, volts - self._ke * end)) / self._ke
+            if start < 0.0 < end or end < 0.0 < start:
+                # min: a subnormal target divides to infinity
+                used, end = min(used, math.log(gap / -target) / rate), 0.0
+            if abs(volts - self._ke * end) > self._limit_volts * (1.0 + _EDGE):
+                edge = (volts - math.copysign(self._limit_volts, volts - self._ke * end)) / self._ke
                 used, end = min(used, math.log(gap / (edge - target)) / rate), edge
             angle = target * used + (start - end) / rate
-            stopped = self._time_to_stop(angle, lambda t: target * t - gap * math.expm1(-rate * t) / rate, used)
-            if stopped is not None:
+            if position + angle > self._upper or position + angle < self._lower:
+                stopped = self._time_to_stop(angle, _settling(target, gap, rate), used)
                 used = stopped
                 end = target + gap * math.exp(-rate * used)
                 angle = target * used + (start - end) / rate
             charge = (volts * used - self._ke * angle) / self._resistance
             energy = volts * charge
-        self.position += angle
-        self.velocity = end
-        if stopped is not None:
+        if stopped is None:
+            self.position = position + angle
+            self.velocity = end
+        else:
             self.position = self._upper if angle > 0.0 else self._lower
             self.velocity = 0.0
         return used, charge, energy
 
-    def _limited_amps(self, volts: float, torque: float) -> tuple[float | None, float | None]:
-        """Amps per motor that a limit (or an open circuit) holds, and the speed at which it lets go; None if free."""
-        if self._coasting:
-            return 0.0, None
-        asked = (volts - self._ke * self.velocity) / self._resistance
-        if abs(asked) < self._limit * (1.0 - _EDGE):
-            return None, None
+    def _limited_amps(self, volts: float, torque: float, asked: float) -> tuple[float | None, float | None]:
+        """Amps per motor that the limit holds, and the speed at which it lets go; None where it does not act.
+
+        Args:
+            volts: At the motors [V].
+            torque: From outside [N m].
+            asked: Current without the limit, at its edge or past it [A].
+        """
         amps = math.copysign(self._limit, asked)
         if abs(asked) <= self._limit * (1.0 + _EDGE) and (self._kt * amps + torque) * amps > 0.0:
             return None, None  # at the edge and on the way out of the limit
         return amps, (volts - amps * self._resistance) / self._ke
 
-    def _time_to_stop(self, angle: float, travel: _Travel, used: float) -> float | None:
-        """When, within `used` seconds of one-way motion over `angle`, a hard stop is met; None if it is not."""
-        if self.position + angle > self._upper:
-            room = self._upper - self.position
-        elif self.position + angle < self._lower:
-            room = self._lower - self.position
-        else:
-            return None
+    def _time_to_stop(self, angle: float, travel: _Travel, used: float) -> float:
+        """When, within `used` seconds of one-way motion over `angle`, which leads past it, a hard stop is met."""
+        room = (self._upper if self.position + angle > self._upper else self._lower) - self.position
         low, high = 0.0, used
         for _ in range(50):  # rare: once per hit, 50 halvings reach the last bit
             middle = 0.5 * (low + high)
@@ -310,6 +321,11 @@ class ShaftSim:
         return high
 
 
-def _passes(start: float, mark: float, end: float) -> bool:
-    """Whether a way from start to end crosses the mark; a product of differences would underflow to "no"."""
-    return start < mark < end or end < mark < start
+def _even(start: float, slope: float) -> _Travel:
+    """Angle over time at a constant acceleration [rad]."""
+    return lambda t: t * (start + 0.5 * slope * t)
+
+
+def _settling(target: float, gap: float, rate: float) -> _Travel:
+    """Angle over time at a speed that settles at `target` [rad]."""
+    return lambda t: target * t - gap * math.expm1(-rate * t) / rate

@@ -340,8 +340,8 @@ class Talon(Device):
             if not enabled:
                 bridge.rest()
             self._begin()
-        law = self._law
-        if law is None or not enabled:
+        law, stage = self._law, self._stage
+        if law is None or stage is None or not enabled:
             self._let_go(loops)
             return
         if self._senses:
@@ -352,7 +352,7 @@ class Talon(Device):
         else:
             self._check_limits()
         self.pid_out = out = 0.0 if self._is_blind else law(loops)
-        self._stage(out, loops)
+        stage(out, loops)
 
     def _let_go(self, loops: int) -> None:
         """Neutral, or what a leader does."""
