@@ -51,6 +51,8 @@ def following(talon: Talon) -> Callable[[int], None] | None:
     if leader is None:
         return lambda loops: _alone(talon)
     found = leader
+    if talon not in found.followers:
+        found.followers.append(talon)
     is_strict = talon.kind.name == "StrictFollower"
     sign = -1.0 if not is_strict and _opposes(talon) else 1.0
     unit: Unit | None = None

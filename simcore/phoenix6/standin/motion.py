@@ -44,6 +44,8 @@ def build(talon: Talon, kind: RequestKind, slot: int, foc: bool) -> Plan:
         drives=REQ_TORQUE if torque else (REQ_FOC if foc else REQ_TRAPEZOIDAL),
         unit_number=(Unit.DUTY, Unit.VOLTS, Unit.AMPERES).index(kind.unit),
         on_velocity=kind.axis in (Axis.VELOCITY, Axis.MOTION_MAGIC_VELOCITY),
+        looks=law is not None and kind.axis is not Axis.OPEN,
+        remembers=gains.ki != 0.0 or talon.bridge.has_ramp,
     )
 
 

@@ -39,3 +39,7 @@ class Plan:
     """0 to 2: number of the unit in which the loop's output is told, after that of the duty cycle."""
     on_velocity: bool
     """Whether a velocity is controlled."""
+    looks: bool
+    """Whether the law reads a sensor."""
+    remembers: bool
+    """Whether the output depends on what was before: an integral, a ramp."""

@@ -53,12 +53,12 @@ class Talon(Device):
 
     # With an attribute dictionary, which Python 3.11 shares up to 30 names only, a step takes a tenth more.
     __slots__ = (
-        *("_autosets", "_expires", "_follow", "_is_blind", "_law", "_limit_flags", "_limits_are_plain", "_measure"),
-        *("_no_forward", "_no_reverse", "_pending", "_rests_at", "_senses", "_stage", "_told"),
-        *("acc", "args", "bridge", "derr", "enabled", "err", "expo", "feed_forward", "feedback", "foc", "forward"),
-        *("goal_a", "goal_p", "goal_v", "integral", "kind", "limits", "limits_hit", "output", "pid_out"),
-        *("plan", "plans", "pos", "raw", "ref", "reverse", "rotor_acceleration", "rotor_offset", "rotor_rps", "scurve"),
-        *("shift", "sign", "slope", "slot", "turn", "vel", "velocity_ramp", "world"),
+        *("_autosets", "_expires", "_follow", "_holds", "_is_blind", "_law", "_limit_flags", "_limits_are_plain"),
+        *("_measure", "_no_forward", "_no_reverse", "_pending", "_rests", "_seen_raw", "_seen_rps", "_senses"),
+        *("_stage", "_told", "acc", "args", "bridge", "derr", "enabled", "err", "expo", "feed_forward", "feedback"),
+        *("foc", "followers", "forward", "goal_a", "goal_p", "goal_v", "integral", "kind", "limits", "limits_hit"),
+        *("output", "pid_out", "plan", "plans", "pos", "raw", "ref", "reverse", "rotor_acceleration", "rotor_offset"),
+        *("rotor_rps", "scurve", "shift", "sign", "slope", "slot", "turn", "vel", "velocity_ramp", "world"),
     )
     model = "talon fx"
     type_number = 4
@@ -97,8 +97,15 @@ class Talon(Device):
         self._expires: int | None = None
         self.plans: dict[tuple[str, int, bool], Plan] = {}
         self._told = False
-        self._rests_at = math.nan
-        """Rotor velocity with which the motor was let go: while it stays, so does everything."""
+        self._seen_rps = math.nan
+        """Rotor velocity at the last loop if the output stays while the rotor does; else not a number."""
+        self._seen_raw = 0.0
+        """Rotor position at the last loop."""
+        self._rests = False
+        """Whether the output does not depend on the position either: of a motor that is let go, or that follows."""
+        self._holds = False
+        """Whether the output follows from request, rotor and supply alone."""
+        self.followers: list[Talon] = []
         self._limit_flags: tuple[bool, ...] = (False, False, False, False)
         self._no_forward = self._no_reverse = False
         self.limits_hit = (False, False, False, False)
@@ -129,6 +136,7 @@ class Talon(Device):
 
     def resolve(self) -> None:
         """Look for the configured sensor and for the leader, which robot code may build later than the controller."""
+        self._stir()
         self.feedback = feedback_of(self, self.config)
         self._measure = self.feedback.measure
         self._is_blind = self.feedback.is_missing and self.kind.axis is not Axis.OPEN
@@ -152,6 +160,7 @@ class Talon(Device):
             self._told = True
             return
         ratio = self.config[SpnValue.CONFIG_SENSOR_TO_MECHANISM_RATIO.value] or 1.0
+        self._stir()
         self.shift += self.turn * (position * ratio - self.rotor_position)
         self.measure()
 
@@ -164,6 +173,7 @@ class Talon(Device):
 
     def set_input(self, name: str, value: float) -> None:
         """Rotor, supply, limit switches, kind of motor."""
+        self._stir()
         if name == "RawRotorPosition":
             self.raw = value
         elif name == "RotorVelocity":
@@ -264,7 +274,15 @@ class Talon(Device):
         self.plan = plan
         self._law, self._stage = plan.law, plan.stage
         self._follow = following(self)
-        self._rests_at = math.nan
+        self._stir()
+        self._holds = (
+            (axis is Axis.OPEN or axis is Axis.POSITION or axis is Axis.VELOCITY or axis is Axis.FOLLOW)
+            and (self.feedback.is_rotor or not plan.looks)
+            and self._limits_are_plain
+            and not plan.remembers
+            and self._expires is None
+            and not self._autosets
+        )
         self._senses = axis is not Axis.OPEN or not self._limits_are_plain
         self._is_blind = self.feedback.is_missing and axis is not Axis.OPEN
         if axis is Axis.OPEN:
@@ -312,7 +330,12 @@ class Talon(Device):
         """Advance by this many control loops."""
         pending = self._pending
         if pending is None:
-            if self.rotor_rps == self._rests_at and enabled is self.enabled:
+            # Odometry cuts a step in two, and motors rest: half of all loops would give what is there. 0.06 ms a tick.
+            if (
+                self.rotor_rps == self._seen_rps
+                and (self._rests or self.raw == self._seen_raw)
+                and enabled is self.enabled
+            ):
                 return
         else:
             before = (pending[0] - self.world.loop_ns + LOOP_NS - 1) // LOOP_NS
@@ -336,7 +359,7 @@ class Talon(Device):
                     self.set_position(value)
         if enabled is not self.enabled:
             self.enabled = enabled
-            self._rests_at = math.nan
+            self._seen_rps = math.nan
             if not enabled:
                 bridge.rest()
             self._begin()
@@ -353,6 +376,15 @@ class Talon(Device):
             self._check_limits()
         self.pid_out = out = 0.0 if self._is_blind else law(loops)
         stage(out, loops)
+        self._seen_rps = self.rotor_rps if self._holds and not bridge.is_supply_limited else math.nan
+        self._seen_raw = self.raw
+        self._rests = False
+
+    def _stir(self) -> None:
+        """Something has changed: whatever the rotor does, the next loop of this motor and its followers counts."""
+        self._seen_rps = math.nan
+        for follower in self.followers:
+            follower._seen_rps = math.nan
 
     def _let_go(self, loops: int) -> None:
         """Neutral, or what a leader does."""
@@ -362,12 +394,15 @@ class Talon(Device):
             bridge.neutral(bridge.brake and not coasts)
         elif self._follow is not None:
             self._follow(loops)
+            self._seen_rps = self.rotor_rps if self._holds and not bridge.is_supply_limited else math.nan
+            self._rests = True
             return
         else:
             bridge.rest()
             bridge.neutral(axis is Axis.BRAKE or (bridge.brake and axis is not Axis.COAST))
         if self._expires is None and not self._autosets:
-            self._rests_at = self.rotor_rps
+            self._seen_rps = self.rotor_rps
+            self._rests = True
 
     def _check_limits(self) -> None:
         forward, reverse, bridge = self.forward, self.reverse, self.bridge
@@ -391,6 +426,8 @@ class Talon(Device):
         self._measure()
         self.frame = frame_of(self)
         self.frame_ns = self.clock.ns
+        for follower in self.followers:
+            follower._seen_rps = math.nan
 
     def units_of(self, spn: int) -> int:
         """Number whose units a signal has in the last frame."""

@@ -139,9 +139,9 @@ class StandIn:
             raise ConfigError(f"dt must be >= 0 s, got {dt}")
         end = self.clock.ns + round(dt * 1e9)
         while self._tasks and self._tasks[0][0] <= end:
-            due, number, period, task = heapq.heappop(self._tasks)
+            due, number, period, task = self._tasks[0]
+            heapq.heapreplace(self._tasks, (due + period, number, period, task))
             self._advance(due)
-            heapq.heappush(self._tasks, (due + period, number, period, task))
             task()
         self._advance(end)
 
