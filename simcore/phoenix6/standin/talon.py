@@ -10,10 +10,11 @@ from typing import TYPE_CHECKING, Any
 from phoenix6.spns.spn_value import SpnValue
 
 from simcore.errors import NonFiniteError
+from simcore.phoenix6.standin import talon_values
 from simcore.phoenix6.standin.bridge import Bridge
 from simcore.phoenix6.standin.clock import LOOP_NS, SimulatedClock
 from simcore.phoenix6.standin.device import Device, period_of
-from simcore.phoenix6.standin.electrical import KRAKEN_X44, KRAKEN_X60
+from simcore.phoenix6.standin.electrical import KRAKEN_X60
 from simcore.phoenix6.standin.feedback import feedback_of, within_range
 from simcore.phoenix6.standin.follower import following, turning
 from simcore.phoenix6.standin.limits import Limit
@@ -174,50 +175,12 @@ class Talon(Device):
     def set_input(self, name: str, value: float) -> None:
         """Rotor, supply, limit switches, kind of motor."""
         self._stir()
-        if name == "RawRotorPosition":
-            self.raw = value
-        elif name == "RotorVelocity":
-            self.rotor_rps = value
-        elif name == "RotorAcceleration":
-            self.rotor_acceleration = value
-        elif name == "SupplyVoltage":
-            self.supply = self.bridge.supply = max(value, 4.0)
-        elif name == "AddRotorPosition":
-            self.raw += value
-        elif name == "ForwardLimit":
-            self.forward.closed = value != 0.0
-        elif name == "ReverseLimit":
-            self.reverse.closed = value != 0.0
-        elif name == "MotorType":
-            self.bridge.motor = KRAKEN_X44 if value == 1.0 else KRAKEN_X60
-            self.configured()
-        else:
+        if not talon_values.put(self, name, value):
             super().set_input(name, value)
 
     def get_value(self, name: str) -> float | None:
         """What `sim_state` and SimDevices read: shafts counter-clockwise, torque current with robot code's sign."""
-        bridge = self.bridge
-        if name == "MotorVoltage":
-            return bridge.volts * self.turn
-        if name == "TorqueCurrent":
-            return bridge.current
-        if name == "SupplyCurrent":
-            return bridge.supply_current
-        if name == "DutyCycle":
-            return bridge.duty
-        if name == "SupplyVoltage":
-            return self.supply
-        if name == "RotorPosition":
-            return self.turn * self.rotor_position
-        if name == "RawRotorPosition":
-            return self.raw
-        if name == "RotorVelocity":
-            return self.rotor_rps
-        if name == "RotorAcceleration":
-            return self.rotor_acceleration
-        if name in ("ForwardLimit", "ReverseLimit"):
-            return float((self.forward if name == "ForwardLimit" else self.reverse).closed)
-        return None
+        return talon_values.get(self, name)
 
     # ---- requests
 
