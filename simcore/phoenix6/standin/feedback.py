@@ -9,6 +9,7 @@ gives the rotor's its zero; that is what CTRE documents, its simulation does not
 from __future__ import annotations
 
 import enum
+import math
 from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING
 
@@ -20,10 +21,9 @@ from simcore.phoenix6.standin.wire import Setting
 if TYPE_CHECKING:
     from simcore.phoenix6.standin.talon import Talon
 
-__all__ = ["Feedback", "Reading", "Source", "feedback_of"]
+__all__ = ["Feedback", "Source", "feedback_of", "within_range"]
 
-Reading = tuple[float, float, float]
-"""Position [rotations], velocity [rotations/s] and acceleration [rotations/s^2] of the mechanism."""
+_HALF_RANGE = 16384.0
 
 
 class Source(enum.IntEnum):
@@ -48,19 +48,26 @@ class Source(enum.IntEnum):
     SYNC_CANDI_PWM2 = 16
 
 
+def within_range(turns: float) -> float:
+    """A rotor position as a device tells it, within +-16384 [rotations]."""
+    if -_HALF_RANGE <= turns < _HALF_RANGE:
+        return turns
+    return math.remainder(turns, 2.0 * _HALF_RANGE)
+
+
 class Feedback:
     """The sensor that a controller is configured to use.
 
     Args:
-        read: Its reading now.
+        measure: Writes its present reading to the controller's `pos`, `vel` and `acc`.
         is_rotor: Whether that is the rotor's, so that a new position can be set.
         is_missing: Whether robot code has no device with the configured id.
     """
 
-    __slots__ = ("is_missing", "is_rotor", "read")
+    __slots__ = ("is_missing", "is_rotor", "measure")
 
-    def __init__(self, read: Callable[[], Reading], *, is_rotor: bool, is_missing: bool = False) -> None:
-        self.read = read
+    def __init__(self, measure: Callable[[], None], *, is_rotor: bool, is_missing: bool = False) -> None:
+        self.measure = measure
         self.is_rotor = is_rotor
         self.is_missing = is_missing
 
@@ -104,12 +111,18 @@ def feedback_of(talon: Talon, config: Mapping[int, Setting]) -> Feedback:
     mechanism = get(SpnValue.CONFIG_SENSOR_TO_MECHANISM_RATIO.value, 1.0) or 1.0
     rotor = get(SpnValue.CONFIG_ROTOR_TO_SENSOR_RATIO.value, 1.0) or 1.0
 
-    def on_rotor(ratio: float, zero: float = 0.0) -> Callable[[], Reading]:
-        def read() -> Reading:
-            scale = talon.turn / ratio
-            return talon.rotor_position / ratio + zero, talon.rotor_rps * scale, talon.rotor_acceleration * scale
+    def on_rotor(ratio: float, zero: float = 0.0) -> Callable[[], None]:
+        def measure() -> None:
+            turn = talon.turn
+            turns = turn * (talon.raw + talon.shift) + talon.rotor_offset  # `rotor_position`, without the call
+            if not -_HALF_RANGE <= turns < _HALF_RANGE:
+                turns = within_range(turns)
+            scale = turn / ratio
+            talon.pos = turns / ratio + zero
+            talon.vel = talon.rotor_rps * scale
+            talon.acc = talon.rotor_acceleration * scale
 
-        return read
+        return measure
 
     if source is Source.ROTOR:
         return Feedback(on_rotor(mechanism), is_rotor=True)
@@ -118,14 +131,20 @@ def feedback_of(talon: Talon, config: Mapping[int, Setting]) -> Feedback:
     sensor_id = int(get(SpnValue.CONFIG_FEEDBACK_REMOTE_SENSOR_ID.value, 0))
     sensor = _remote(talon, source, sensor_id)
     if sensor is None:
-        return Feedback(lambda: (0.0, 0.0, 0.0), is_rotor=False, is_missing=True)
+        return Feedback(lambda: _rest(talon), is_rotor=False, is_missing=True)
     if source in (Source.SYNC_CANCODER, Source.SYNC_CANDI_PWM1, Source.SYNC_CANDI_PWM2):
         ratio = rotor * mechanism
         return Feedback(on_rotor(ratio, sensor()[0] / mechanism - talon.rotor_position / ratio), is_rotor=False)
     found = sensor
 
-    def read() -> Reading:
+    def measure() -> None:
         p, v = found()
-        return p / mechanism, v / mechanism, 0.0
+        talon.pos = p / mechanism
+        talon.vel = v / mechanism
+        talon.acc = 0.0
 
-    return Feedback(read, is_rotor=False)
+    return Feedback(measure, is_rotor=False)
+
+
+def _rest(talon: Talon) -> None:
+    talon.pos = talon.vel = talon.acc = 0.0
