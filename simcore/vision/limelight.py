@@ -12,9 +12,9 @@ from typing import Protocol
 import numpy as np
 
 from simcore.geometry.quaternion import Quaternion, Vector
-from simcore.typing import BoolSupplier, FloatArray
+from simcore.typing import BoolSupplier
 from simcore.vision.camera import CameraConfig, TagPipeline
-from simcore.vision.frames import Frame, PieceSighting, PoseEstimate, StdDevs, TagSighting
+from simcore.vision.frames import Corners, Frame, PieceSighting, PoseEstimate, StdDevs, TagSighting
 from simcore.vision.heading import HeadingSource
 from simcore.vision.history import PoseHistory
 from simcore.vision.megatag import Mounting, TagPicture
@@ -71,8 +71,8 @@ class _Exposure:
     pipeline: int
     rows: list[int]
     """Of the tags, in the layout."""
-    corners: FloatArray
-    """Pixels, shape (k, 4, 2)."""
+    corners: list[Corners]
+    """Pixels of each."""
     pieces: tuple[PieceSighting, ...]
     pose: tuple[Vector, Quaternion]
 
@@ -219,7 +219,7 @@ class LimelightSim:
     def _expose(self, time: float, history: PoseHistory, scene: Scene) -> _Exposure:
         """What is in the picture, with noise; where things are now is less than a tick from where they were."""
         robot_pose = history.at(time)
-        exposure = _Exposure(self._number + 1, time, self.settings.pipeline, [], _NO_CORNERS, (), robot_pose)
+        exposure = _Exposure(self._number + 1, time, self.settings.pipeline, [], [], (), robot_pose)
         if self.config.perfect or (self.gate is not None and not self.gate()):
             return exposure
         pos, quat = self.pose_at(*robot_pose)
@@ -239,11 +239,10 @@ class LimelightSim:
             if rows:
                 free = self._occlusion.uncovered(rows, pos, scene, time)
                 noise = self._rng.standard_normal((len(rows), 4, 2))  # also of what is covered: one law, whatever is
-                exposure.rows = [row for row, ok in zip(rows, free, strict=True) if ok]
-                if len(exposure.rows) == len(rows):
-                    exposure.corners = lens.corner_noise * noise + corners
-                elif exposure.rows:
-                    exposure.corners = (lens.corner_noise * noise + corners)[free]
+                for row, is_free, exact, error in zip(rows, free, corners, noise.tolist(), strict=True):
+                    if is_free:
+                        exposure.rows.append(row)
+                        exposure.corners.append(_blurred(exact, error, lens.corner_noise))
         elif len(scene.pieces):
             exposure.pieces = find_pieces(
                 scene, self.robot, pos, np.array(rotation), lens, pipeline, self.settings.crop, self._rng
@@ -319,4 +318,13 @@ class LimelightSim:
         self._wanted = None if ids is None else frozenset(ids)
 
 
-_NO_CORNERS: FloatArray = np.zeros((0, 4, 2))
+def _blurred(corners: Corners, error: Sequence[Sequence[float]], size: float) -> Corners:
+    """Corners with an error of `size` [px] times these numbers."""
+    (u0, v0), (u1, v1), (u2, v2), (u3, v3) = corners
+    (a0, b0), (a1, b1), (a2, b2), (a3, b3) = error
+    return (
+        (u0 + size * a0, v0 + size * b0),
+        (u1 + size * a1, v1 + size * b1),
+        (u2 + size * a2, v2 + size * b2),
+        (u3 + size * a3, v3 + size * b3),
+    )

@@ -71,12 +71,12 @@ def find_pieces(
     half = scene.piece_radius / p[:, 2:] * (fx, fy)
     noise = pipeline.box_noise * rng.standard_normal((2, len(kept), 2))
     low, high = middle - half + noise[0], middle + half + noise[1]
-    corners = np.stack((low, high), axis=1)[:, ((0, 0), (1, 0), (1, 1), (0, 1)), (0, 1)]
     tx = np.degrees(np.arctan((0.5 * (low[:, 0] + high[:, 0]) - cx) / fx)).tolist()
     ty = np.degrees(np.arctan((cy - 0.5 * (low[:, 1] + high[:, 1])) / fy)).tolist()
     size = high - low
     area = (100.0 / (lens.width * lens.height) * np.abs(size[:, 0] * size[:, 1])).tolist()
-    rows = zip(corners, tx, ty, area, distance[kept].tolist(), slots[kept].tolist(), strict=True)
+    boxes = [((u0, v0), (u1, v0), (u1, v1), (u0, v1)) for (u0, v0), (u1, v1) in zip(low.tolist(), high.tolist(), strict=True)]
+    rows = zip(boxes, tx, ty, area, distance[kept].tolist(), slots[kept].tolist(), strict=True)
     name = pipeline.piece_class
     return tuple([PieceSighting(0, name, *row) for row in rows])
 

@@ -10,17 +10,14 @@ import numpy as np
 from simcore.geometry.quaternion import Vector
 from simcore.typing import FloatArray
 from simcore.vision.camera import LimelightType
+from simcore.vision.frames import Corners
 from simcore.vision.scene import Scene, SightLines, hidden_by_spheres
 from simcore.vision.tags import TagLayout
 
-__all__ = ["FULL_CROP", "Corners", "Occlusion", "TagFinder", "crop_pixels"]
+__all__ = ["FULL_CROP", "Occlusion", "TagFinder", "crop_pixels"]
 
 FULL_CROP = (-1.0, 1.0, -1.0, 1.0)
 """x0, x1, y0, y1 of a crop window; 1 is the right and the upper edge."""
-
-Pixel = tuple[float, float]
-Corners = tuple[Pixel, Pixel, Pixel, Pixel]
-"""Pixels of a tag's lower left, lower right, upper right and upper left corner, as one faces it."""
 
 _CELL = 0.25  # [m]
 _NEAREST = 0.1  # [m]; a tag whose middle is closer to the lens is not in focus

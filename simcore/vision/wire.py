@@ -6,10 +6,11 @@ Source: LimelightHelpers 2026 and docs.limelightvision.io, "Complete NetworkTabl
 from __future__ import annotations
 
 import math
+from itertools import chain
 
 from simcore.geometry.quaternion import Vector
 from simcore.vision.camera import CameraConfig
-from simcore.vision.frames import Frame, PieceSighting, PoseEstimate, TagSighting
+from simcore.vision.frames import Corners, Frame, PieceSighting, PoseEstimate, TagSighting
 from simcore.vision.rows import Rows, apply, apply_back, times, transposed
 
 __all__ = ["EVERY_FRAME", "PIPELINE_TYPES", "TOPICS", "Value", "constant_values", "frame_values"]
@@ -69,7 +70,7 @@ def frame_values(frame: Frame, config: CameraConfig, field_size: tuple[float, fl
     tag, piece = frame.primary_tag, frame.primary_piece
     seen = tag or piece
     tx, ty, ta = (seen.tx_deg, seen.ty_deg, seen.area_percent) if seen is not None else (0.0, 0.0, 0.0)
-    corners = seen.corners.tolist() if seen is not None else None
+    corners = seen.pixels if seen is not None else None
     tid = tag.id if tag is not None else -1
     tl, cl = 1e3 * frame.pipeline_latency, 1e3 * frame.capture_latency
     count = len(frame.tags) + len(frame.pieces)
@@ -104,10 +105,10 @@ def frame_values(frame: Frame, config: CameraConfig, field_size: tuple[float, fl
         "rawdetections": [
             number
             for p in frame.pieces
-            for number in (float(p.class_id), p.tx_deg, p.ty_deg, p.area_percent, *p.corners.ravel().tolist())
+            for number in (float(p.class_id), p.tx_deg, p.ty_deg, p.area_percent, *chain.from_iterable(p.pixels))
         ],
         "rawtargets": _raw_targets(frame, config),
-        "tcornxy": [] if corners is None else [number for corner in corners for number in corner],
+        "tcornxy": [] if corners is None else [*chain.from_iterable(corners)],
         "stddevs": [
             *(frame.megatag1.std_devs if frame.megatag1 is not None else _NO_POSE),
             *(frame.megatag2.std_devs if frame.megatag2 is not None else _NO_POSE),
@@ -185,7 +186,7 @@ def _six(place: Vector, turn: Rows) -> list[float]:
     return [*place, _DEGREES * pitch, _DEGREES * yaw, _DEGREES * roll]
 
 
-def _sides(corners: list[list[float]] | None) -> list[float]:
+def _sides(corners: Corners | None) -> list[float]:
     """Long and short side, width and height of the box around it [px], and how it is turned [deg]."""
     if corners is None:
         return [0.0, 0.0, 0.0, 0.0, 0.0]
