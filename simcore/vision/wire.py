@@ -73,15 +73,19 @@ def frame_values(frame: Frame, config: CameraConfig, field_size: tuple[float, fl
     corners = seen.pixels if seen is not None else None
     tid = tag.id if tag is not None else -1
     tl, cl = 1e3 * frame.pipeline_latency, 1e3 * frame.capture_latency
-    count = len(frame.tags) + len(frame.pieces)
+    kind = PIPELINE_TYPES[frame.pipeline_kind]
     distance = tag.camera_distance if tag is not None else piece.distance if piece is not None else 0.0
     piece_class = piece.class_name if piece is not None else ""
+    one, two = frame.megatag1, frame.megatag2
     raw: list[float] = []
     for t in frame.tags:
         raw += (
             float(t.id), t.tx_deg, t.ty_deg, t.area_percent, t.camera_distance, t.robot_distance, t.ambiguity
         )  # fmt: skip
-    values: dict[str, Value] = {
+    botpose, botpose_blue, botpose_red = _poses(frame, one, raw, field_size)
+    orb, orb_blue, orb_red = _poses(frame, two, raw, field_size)
+    target_in_camera, camera_in_target, target_in_robot, robot_in_target = _target_space(tag, frame)
+    return {
         "tv": int(seen is not None),
         "tid": tid,
         "getpipe": frame.pipeline,
@@ -94,12 +98,12 @@ def frame_values(frame: Frame, config: CameraConfig, field_size: tuple[float, fl
         "cl": cl,
         "hb": float(frame.number),
         "tdist": distance,
-        "getpipetype": PIPELINE_TYPES[frame.pipeline_kind],
+        "getpipetype": kind,
         "tclass": piece_class,
         "tdclass": piece_class,
         "t2d": [
-            float(seen is not None), float(count), tl, cl, tx, ty, tx, ty, ta, float(tid),
-            0.0 if piece is not None else -1.0, -1.0, *_sides(corners),
+            0.0 if seen is None else 1.0, float(len(frame.tags) + len(frame.pieces)), tl, cl, tx, ty, tx, ty, ta,
+            float(tid), -1.0 if piece is None else 0.0, -1.0, *_sides(corners),
         ],
         "rawfiducials": raw,
         "rawdetections": [
@@ -110,26 +114,31 @@ def frame_values(frame: Frame, config: CameraConfig, field_size: tuple[float, fl
         "rawtargets": _raw_targets(frame, config),
         "tcornxy": [] if corners is None else [*chain.from_iterable(corners)],
         "stddevs": [
-            *(frame.megatag1.std_devs if frame.megatag1 is not None else _NO_POSE),
-            *(frame.megatag2.std_devs if frame.megatag2 is not None else _NO_POSE),
+            *(one.std_devs if one is not None else _NO_POSE), *(two.std_devs if two is not None else _NO_POSE)
         ],
         "camerapose_robotspace": list(frame.mount),
         "imu": _imu(frame),
+        "botpose": botpose,
+        "botpose_wpiblue": botpose_blue,
+        "botpose_wpired": botpose_red,
+        "botpose_orb": orb,
+        "botpose_orb_wpiblue": orb_blue,
+        "botpose_orb_wpired": orb_red,
+        "targetpose_cameraspace": target_in_camera,
+        "camerapose_targetspace": camera_in_target,
+        "targetpose_robotspace": target_in_robot,
+        "botpose_targetspace": robot_in_target,
     }  # fmt: skip
-    values |= _poses("botpose", frame, frame.megatag1, raw, field_size)
-    values |= _poses("botpose_orb", frame, frame.megatag2, raw, field_size)
-    values |= _target_space(tag, frame)
-    return values
 
 
 def _poses(
-    name: str, frame: Frame, found: PoseEstimate | None, raw: list[float], field_size: tuple[float, float]
-) -> dict[str, Value]:
-    """The three frames of one estimate: 11 numbers and 7 a tag; zeros without a tag."""
+    frame: Frame, found: PoseEstimate | None, raw: list[float], field_size: tuple[float, float]
+) -> tuple[list[float], list[float], list[float]]:
+    """One estimate from the field's middle, blue's corner and red's: 11 numbers and 7 a tag; zeros without a tag."""
     latency = 1e3 * frame.latency
     if found is None:
         nothing = [*_NO_POSE, latency, 0.0, 0.0, 0.0, 0.0]
-        return {name: nothing, f"{name}_wpiblue": nothing, f"{name}_wpired": nothing}
+        return nothing, nothing, nothing
     x, y, z = found.position
     length, width = field_size
     roll, pitch, yaw = found.roll_deg, found.pitch_deg, found.yaw_deg
@@ -137,22 +146,23 @@ def _poses(
         latency, float(found.tag_count), found.tag_span, found.average_distance, found.average_area, *raw
     ]  # fmt: skip
     turned = yaw - 180.0 if yaw > 0.0 else yaw + 180.0
-    return {
-        name: [x - length / 2, y - width / 2, z, roll, pitch, yaw, *rest],
-        f"{name}_wpiblue": [x, y, z, roll, pitch, yaw, *rest],
-        f"{name}_wpired": [length - x, width - y, z, roll, pitch, turned, *rest],
-    }
+    return (
+        [x - length / 2, y - width / 2, z, roll, pitch, yaw, *rest],
+        [x, y, z, roll, pitch, yaw, *rest],
+        [length - x, width - y, z, roll, pitch, turned, *rest],
+    )
 
 
-def _target_space(tag: TagSighting | None, frame: Frame) -> dict[str, Value]:
-    """Poses between target, camera and robot: x, y, z [m], pitch, yaw, roll [deg].
+def _target_space(
+    tag: TagSighting | None, frame: Frame
+) -> tuple[list[float], list[float], list[float], list[float]]:
+    """Poses of target in camera, camera in target, target in robot, robot in target: x, y, z [m], pitch, yaw, roll [deg].
 
     All three have their axes as a camera has them: x right, y down, z ahead (for the target: into it), so that a robot
     that faces a tag has angles of zero and a negative z in target space.
     """
-    names = ("targetpose_cameraspace", "camerapose_targetspace", "targetpose_robotspace", "botpose_targetspace")
     if tag is None or tag.poses is None:
-        return dict.fromkeys(names, _NO_POSE)
+        return _NO_POSE, _NO_POSE, _NO_POSE, _NO_POSE
     place = tag.poses[0].translation
     a, b, c, d, e, f, g, h, i = tag.poses[0].rotation
     turn = ((a, -b, -c), (d, -e, -f), (g, -h, -i))  # a square's axes are right, up, out; a target's right, down, in
@@ -163,12 +173,7 @@ def _target_space(tag: TagSighting | None, frame: Frame) -> dict[str, Value]:
     x, y, z = apply(axes, place)
     robot_place = (x - mount_left, y - mount_up, z + mount_ahead)
     robot_turn = times(axes, turn)
-    return {
-        "targetpose_cameraspace": _six(place, turn),
-        "camerapose_targetspace": _back(place, turn),
-        "targetpose_robotspace": _six(robot_place, robot_turn),
-        "botpose_targetspace": _back(robot_place, robot_turn),
-    }
+    return _six(place, turn), _back(place, turn), _six(robot_place, robot_turn), _back(robot_place, robot_turn)
 
 
 def _back(place: Vector, turn: Rows) -> list[float]:
