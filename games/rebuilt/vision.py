@@ -68,12 +68,10 @@ class RebuiltVision(VisionSimManager):
             for config in robot.config.cameras:
                 self.add(config, robot=robot.number)
         if network is not None:
-            # Only here: a headless run needs no ntcore.
-            from simcore.vision.networktables import LimelightTable, RequestPoller
+            from simcore.vision.networktables import LimelightTable  # only here: a headless run needs no ntcore
 
-            poller = RequestPoller(network, self.clock)
             for camera in self.cameras.values():
-                camera.ports.append(LimelightTable(network, camera.config, layout.field_size, self.clock, poller))
+                camera.ports.append(LimelightTable(network, camera.config, layout.field_size, self.clock))
 
     def look(self, time: float) -> None:
         """One tick, at its end [s]."""

@@ -13,7 +13,15 @@ from simcore.vision.camera import CameraConfig
 from simcore.vision.frames import Corners, Frame, PieceSighting, PoseEstimate, TagSighting
 from simcore.vision.rows import Rows, apply, apply_back, times, transposed
 
-__all__ = ["EVERY_FRAME", "PIPELINE_TYPES", "TOPICS", "Value", "constant_values", "frame_values"]
+__all__ = [
+    "EVERY_FRAME",
+    "FRAME_TOPICS",
+    "PIPELINE_TYPES",
+    "TOPICS",
+    "Value",
+    "constant_values",
+    "frame_values",
+]
 
 Value = float | int | str | list[float] | list[str]
 
@@ -33,6 +41,14 @@ TOPICS: dict[str, str] = {
     ),
 }  # fmt: skip
 """Type of each topic of a camera's table."""
+
+FRAME_TOPICS = (
+    "tv", "tid", "getpipe", "tx", "ty", "txnc", "tync", "ta", "tl", "cl", "hb", "tdist", "getpipetype", "tclass",
+    "tdclass", "t2d", "rawfiducials", "rawdetections", "rawtargets", "tcornxy", "stddevs", "camerapose_robotspace",
+    "imu", "botpose", "botpose_wpiblue", "botpose_wpired", "botpose_orb", "botpose_orb_wpiblue", "botpose_orb_wpired",
+    "targetpose_cameraspace", "camerapose_targetspace", "targetpose_robotspace", "botpose_targetspace",
+)  # fmt: skip
+"""Those that follow from a frame, in the order of `frame_values`."""
 
 EVERY_FRAME = frozenset(name for name in TOPICS if name.startswith("botpose")) | {"hb", "t2d"}
 """Topics that are sent with every frame, even if nothing has changed: readers take a new stamp for a new frame."""
@@ -60,7 +76,7 @@ def constant_values(config: CameraConfig) -> dict[str, Value]:
 
 
 def frame_values(frame: Frame, config: CameraConfig, field_size: tuple[float, float]) -> dict[str, Value]:
-    """Values of a frame, by topic; `constant_values` has the others, and `json` is left to whoever wants it.
+    """Values of a frame, by topic in the order of `FRAME_TOPICS`; `json` is left to whoever wants it.
 
     Args:
         frame: What was seen.
@@ -204,15 +220,15 @@ def _sides(corners: Corners | None) -> list[float]:
 
 def _raw_targets(frame: Frame, config: CameraConfig) -> list[float]:
     """The largest targets: place in the picture from -1 to 1, right and up, and area [%]."""
-    lens = config.type
-    fx, fy = lens.focal_length
+    width, height = config.type.width, config.type.height
     every: list[TagSighting | PieceSighting] = [*frame.tags, *frame.pieces]
     if len(every) > 1:
         every.sort(key=_area, reverse=True)
     raw: list[float] = []
     for seen in every[:_MOST_TARGETS]:
-        x, y = math.tan(math.radians(seen.tx_deg)), math.tan(math.radians(seen.ty_deg))
-        raw += (x * fx / lens.principal_point[0], y * fy / lens.principal_point[1], seen.area_percent)
+        (u0, v0), (u1, v1), (u2, v2), (u3, v3) = seen.pixels
+        across, down = 0.5 * (u0 + u1 + u2 + u3) / width, 0.5 * (v0 + v1 + v2 + v3) / height
+        raw += (across - 1.0, 1.0 - down, seen.area_percent)
     return raw
 
 
