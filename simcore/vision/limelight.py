@@ -126,6 +126,7 @@ class LimelightSim:
         """The frame that was published last."""
         self._rng = rng
         self._mount = config.mount.position, config.mount.rotation
+        self._latency = config.type.capture_latency + config.type.pipeline_latency
         self._period = 1.0 / config.rate
         self._next = float(rng.uniform(0.0, self._period))
         self._skip = 0
@@ -186,22 +187,23 @@ class LimelightSim:
         self.heading.mode, self.heading.assist = self.settings.imu_mode, self.settings.imu_assist
         if self.config.type.has_imu:
             self.heading.move(time, history.at(time)[1])
+        working = self._working
+        published: list[Frame] = []
+        if self._next > time and not working:
+            return published
         if time - self._next > _LONGEST_GAP:
             self._next += math.floor((time - self._next) / self._period) * self._period
         while self._next <= time:
             if self._skip > 0:
                 self._skip -= 1
             elif self._next + self._period > time:  # of two within a tick robot code would see the newer one only
-                self._working.append(self._expose(self._next, history, scene))
+                working.append(self._expose(self._next, history, scene))
                 self._skip = self.settings.throttle
             self._number += 1
             self._next += self._period
-        published = []
-        kind = self.config.type
-        latency = kind.capture_latency + kind.pipeline_latency
-        while self._working and self._working[0].time + latency <= time:
-            frame = self._finish(self._working.popleft(), latency)
-            self.last = frame
+        latency = self._latency
+        while working and working[0].time + latency <= time:
+            frame = self.last = self._finish(working.popleft(), latency)
             for port in self.ports:
                 port.publish(frame)
             published.append(frame)

@@ -68,8 +68,6 @@ class TagFinder:
         self._lean = 0.0
         """Cosine of the largest angle."""
         self._candidates: list[int] = []
-        self._planes = np.einsum("ij,ij->i", layout.centers, layout.normals)
-        """Of each tag's plane, from the origin along its normal [m]."""
 
     def find(
         self,
@@ -156,15 +154,19 @@ class TagFinder:
         layout, lens = self._layout, self._lens
         self._from, self._limits = pos, (min_side, max_angle_deg)
         self._lean = lean = math.cos(math.radians(max_angle_deg))
-        away = layout.centers - pos
-        distance = np.sqrt((away * away).sum(axis=1))
-        before = layout.normals @ pos - self._planes  # the tag's plane
         # Off the axis a tag is larger, by up to the square of 1 / cos; in the corner of the picture most.
         (fx, fy), (cx, cy) = lens.focal_length, lens.principal_point
         stretch = 1.0 + (cx / fx) ** 2 + (cy / fy) ** 2
         reach = max(fx, fy) * layout.size * stretch / min_side + _CELL
-        able = (distance < reach) & (before + _CELL > lean * (distance - _CELL))
-        self._candidates = able.nonzero()[0].tolist()
+        px, py, pz = pos
+        candidates = self._candidates = []
+        for row, (middle, (nx, ny, nz)) in enumerate(zip(layout.center_list, layout.normal_list, strict=True)):
+            x, y, z = middle
+            x, y, z = x - px, y - py, z - pz
+            distance = math.sqrt(x * x + y * y + z * z)
+            before = -(nx * x + ny * y + nz * z)  # the tag's plane
+            if distance < reach and before + _CELL > lean * (distance - _CELL):
+                candidates.append(row)
 
 
 class Occlusion:
