@@ -17,7 +17,7 @@ from simcore.vision.camera import CameraConfig, TagPipeline
 from simcore.vision.frames import Corners, Frame, PieceSighting, PoseEstimate, StdDevs, TagSighting
 from simcore.vision.heading import HeadingSource
 from simcore.vision.history import PoseHistory
-from simcore.vision.megatag import Mounting, TagPicture
+from simcore.vision.megatag import CameraPose, Mounting, TagPicture
 from simcore.vision.perfect import perfect_frame
 from simcore.vision.pieces import find_pieces
 from simcore.vision.projection import camera_pose, optical_rows
@@ -75,6 +75,9 @@ class _Exposure:
     """Pixels of each."""
     pieces: tuple[PieceSighting, ...]
     pose: tuple[Vector, Quaternion]
+    """Of the robot."""
+    camera: CameraPose | None = None
+    """Where the camera truly was."""
 
 
 @dataclass(slots=True)
@@ -226,6 +229,7 @@ class LimelightSim:
             return exposure
         pos, quat = self.pose_at(*robot_pose)
         rotation = optical_rows(quat)
+        exposure.camera = pos, rotation
         pipeline, lens = self.config.pipelines[exposure.pipeline], self.config.type
         if isinstance(pipeline, TagPipeline):
             self._follow_settings()
@@ -270,7 +274,7 @@ class LimelightSim:
             held = self._std_devs
             is_same = held is not None and held[1] == exposure.rows and exposure.time - held[0] < _STD_PERIOD
             two = picture.megatag2(self.heading.attitude_rows(exposure.time))
-            one = picture.megatag1(held[2] if held is not None and is_same else None)
+            one = picture.megatag1(held[2] if held is not None and is_same else None, exposure.camera)
             if one is not None:
                 since = self._period if self._megatag1_at is None else exposure.time - self._megatag1_at
                 self.heading.after_megatag1(one.yaw_deg, min(since, 0.1))

@@ -18,10 +18,13 @@ from simcore.vision.refine import CameraSolution, refine_pose, solve_position, s
 from simcore.vision.rows import Rows, apply, apply_back, as_rows, times, times_back, transposed
 from simcore.vision.tags import TagLayout
 
-__all__ = ["Mounting", "TagPicture"]
+__all__ = ["CameraPose", "Mounting", "TagPicture"]
+
+CameraPose = tuple[Vector, Rows]
+"""Place of a camera in the field [m], and rotation from field to optical axes."""
 
 _NEAR = 0.02
-"""Root mean square distance of corners up to which MegaTag 2 is a start for MegaTag 1 [-]: a heading off by 1 deg."""
+"""Root mean square distance of corners up to which a pose is a start for MegaTag 1 [-]: a heading off by 1 deg."""
 _FITS = 3.0
 """And what may be left in the end, in standard deviations of the noise (1.4 are expected); more is another minimum."""
 
@@ -107,24 +110,26 @@ class TagPicture:
             distance += near
         self.tags = tuple(tags)
         """Each tag by itself."""
-        self._near: tuple[Vector, Rows] | None = None
+        self._near: CameraPose | None = None
         self._largest = areas.index(max(areas))
         count = len(tags)
         self._statistics = (layout.span(self._rows), distance / count, sum(areas) / count)
 
-    def megatag1(self, std: StdDevs | None = None) -> PoseEstimate | None:
+    def megatag1(self, std: StdDevs | None = None, near: CameraPose | None = None) -> PoseEstimate | None:
         """Pose from the picture alone. One tag gives the better of its two poses, which may be the wrong one.
 
-        With several tags it is where the error in the picture is least, wherever the search starts. It starts from
-        MegaTag 2 if that was asked for before: one step or two where the largest tag's pose needs three. With one tag
-        it starts from the picture, because there both poses are a minimum.
+        With several tags it is where the error in the picture is least, wherever the search starts: from where the
+        camera truly is it takes 1.2 steps, from MegaTag 2 1.7, from the largest tag's pose 3. With one tag it starts
+        from the picture, because there both poses are a minimum.
 
         Args:
             std: Standard deviations to hand on, from a frame just before; None: work them out, which takes 8 us.
+            near: Where to start; None: from MegaTag 2 if that was asked for before.
         """
         found: CameraSolution | None = None
-        if self._near is not None and len(self.tags) > 1:
-            found = refine_pose(self._squares, self._ideal, *self._near, start_error=_NEAR)
+        near = near or self._near
+        if near is not None and len(self.tags) > 1:
+            found = refine_pose(self._squares, self._ideal, *near, start_error=_NEAR)
         if found is None or found.error > _FITS * self._noise:
             start = self._start()
             found = None if start is None else refine_pose(self._squares, self._ideal, *start)
@@ -149,7 +154,7 @@ class TagPicture:
         k = self._noise
         return self._estimate(place, upright, (k * sx, k * sy, k * sz, 0.0, 0.0, 0.0))
 
-    def _start(self) -> tuple[Vector, Rows] | None:
+    def _start(self) -> CameraPose | None:
         """Place of the camera [m] and rotation from field to optical axes, from the largest tag."""
         poses = self.tags[self._largest].poses
         if poses is None:
@@ -163,7 +168,7 @@ class TagPicture:
                 guess = other
         return guess
 
-    def _camera(self, row: int, pose: SquarePose) -> tuple[Vector, Rows]:
+    def _camera(self, row: int, pose: SquarePose) -> CameraPose:
         a, b, c, d, e, f, g, h, i = pose.rotation
         rotation = times(((a, b, c), (d, e, f), (g, h, i)), as_rows(self._layout.square_axes[row]))
         x, y, z = self._layout.center_list[row]
