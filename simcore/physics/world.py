@@ -326,7 +326,7 @@ class PhysicsWorld:
             reach = np.maximum(np.linalg.norm(way, axis=1), 1e-9)
             here = here[own] + way * np.minimum(1.0, hits.fraction[own] + 1e-3 / reach)[:, None]
             there, left = there[own], left[own]
-        return blocked.tolist()
+        return [bool(one) for one in blocked]
 
     def step(
         self, dt: float, *, substeps: int | None = None, before_substep: Callable[[float], None] | None = None

@@ -66,7 +66,12 @@ class TagPicture:
     """
 
     def __init__(
-        self, layout: TagLayout, rows: Sequence[int], corners: Sequence[Corners], lens: LimelightType, mounting: Mounting
+        self,
+        layout: TagLayout,
+        rows: Sequence[int],
+        corners: Sequence[Corners],
+        lens: LimelightType,
+        mounting: Mounting,
     ) -> None:
         self._layout = layout
         self._rows = list(rows)

@@ -75,7 +75,8 @@ def find_pieces(
     ty = np.degrees(np.arctan((cy - 0.5 * (low[:, 1] + high[:, 1])) / fy)).tolist()
     size = high - low
     area = (100.0 / (lens.width * lens.height) * np.abs(size[:, 0] * size[:, 1])).tolist()
-    boxes = [((u0, v0), (u1, v0), (u1, v1), (u0, v1)) for (u0, v0), (u1, v1) in zip(low.tolist(), high.tolist(), strict=True)]
+    spans = zip(low.tolist(), high.tolist(), strict=True)
+    boxes = [((u0, v0), (u1, v0), (u1, v1), (u0, v1)) for (u0, v0), (u1, v1) in spans]
     rows = zip(boxes, tx, ty, area, distance[kept].tolist(), slots[kept].tolist(), strict=True)
     name = pipeline.piece_class
     return tuple([PieceSighting(0, name, *row) for row in rows])

@@ -169,10 +169,8 @@ def _poses(
     )
 
 
-def _target_space(
-    tag: TagSighting | None, frame: Frame
-) -> tuple[list[float], list[float], list[float], list[float]]:
-    """Poses of target in camera, camera in target, target in robot, robot in target: x, y, z [m], pitch, yaw, roll [deg].
+def _target_space(tag: TagSighting | None, frame: Frame) -> tuple[list[float], list[float], list[float], list[float]]:
+    """Target in camera, camera in target, target in robot, robot in target: x, y, z [m], pitch, yaw, roll [deg].
 
     All three have their axes as a camera has them: x right, y down, z ahead (for the target: into it), so that a robot
     that faces a tag has angles of zero and a negative z in target space.
