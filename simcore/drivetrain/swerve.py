@@ -226,7 +226,7 @@ class SwerveDrive(WheeledDrive[SwerveConfig]):
     @property
     def supply_current(self) -> float:
         """From the battery in the last inner step, drivetrain only [A]."""
-        return sum(self.drive_motors.supply) + sum(self.steer_motors.supply)
+        return sum(self.drive_motors.supply, 0.0) + sum(self.steer_motors.supply, 0.0)
 
     @property
     def electrical_energy(self) -> float:
