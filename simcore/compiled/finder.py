@@ -2,8 +2,8 @@
 
 Anything else is plain Python, without a word: no build, another Python, changed sources, a build that does not load.
 
-A hook for the folders of the package, not a finder of its own in `sys.meta_path`: pytest puts its finder in front of all
-others and takes the sources of plugins for itself, and then half of the modules would be compiled. It asks these
+A hook for the folders of the package, not a finder of its own in `sys.meta_path`: pytest puts its finder in front of
+all others and takes the sources of plugins for itself, and then half of the modules would be compiled. It asks these
 folders too.
 """
 

@@ -321,7 +321,7 @@ class SwerveDrive(WheeledDrive[SwerveConfig]):
         controller = self._controller
         return list(controller.steer) if controller.mode is DriveMode.STATES else list(self.state.steer_angle)
 
-    def _checked(self, what: str, values: Sequence[float]) -> list[float]:
+    def _checked(self, what: str, values: Sequence[object]) -> list[float]:
         if len(values) != self._n:
             raise ConfigError(f"{what}: need one value for each of {self._n} modules, got {len(values)}")
         return [_number(f"{what} of {self.config.module_name(k)}", v) for k, v in enumerate(values)]
