@@ -23,7 +23,7 @@ def test_auto(sim):
 def test_a_robot_test_is_the_same_to_the_last_bit(project, compiled_store):
     told = []
     for where in ("0", compiled_store):
-        code, output = project(AUTO, "-s", SIMCORE_COMPILED=where)
+        code, output = project(AUTO, "-rP", SIMCORE_COMPILED=where)
         assert code == 0, output[-3000:]
         told.append(re.search(r"DIGEST (\w+) COMPILED (\d+) STANDIN (\d+)", output).groups())
     (plain, none, _), (compiled, many, devices) = told
