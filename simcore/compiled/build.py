@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import shutil
 import subprocess
 import sys
@@ -27,7 +28,10 @@ _COMPILER = {
 }
 _COMPILER_ELSEWHERE = "install gcc and the headers of Python (Debian, Ubuntu: `apt install gcc python3-dev`)"
 _GOES_ON = "simcore goes on in plain Python"
-_NO_COMPILER = ("command 'gcc' failed: no such", "command 'cc' failed: no such", "command 'clang' failed: no such")
+_NO_COMPILER = re.compile(
+    r"microsoft visual c\+\+|unable to find vcvarsall|xcrun: error|command '[^']*(cc|clang)[^']*' failed: no such"
+    r"|no such file or directory: '[^']*(cc|clang)[^']*'"
+)
 _LAST_LINES = 12
 
 
@@ -177,7 +181,7 @@ def _only_python(folder: str, names: list[str]) -> list[str]:
 def _reason(output: str) -> str:
     """Why a build failed, from what it printed."""
     low = output.lower()
-    if "microsoft visual c++" in low or any(words in low for words in _NO_COMPILER):
+    if _NO_COMPILER.search(low):
         return f"no C compiler: {_COMPILER.get(sys.platform, _COMPILER_ELSEWHERE)}; until then {_GOES_ON}"
     if "python.h" in low:
         return f"the headers of Python are missing: {_COMPILER.get(sys.platform, _COMPILER_ELSEWHERE)}; {_GOES_ON}"

@@ -76,6 +76,8 @@ def test_a_new_build_replaces_the_old_one_of_this_python(environment, tmp_path):
     [
         ("error: Microsoft Visual C++ 14.0 or greater is required.", "win32", "Desktop development with C++"),
         ("error: command 'gcc' failed: No such file or directory", "linux", "apt install gcc python3-dev"),
+        ("error: [Errno 2] No such file or directory: 'gcc'", "linux", "apt install gcc python3-dev"),
+        ("xcrun: error: invalid active developer path", "darwin", "xcode-select --install"),
         ("error: command 'clang' failed: No such file or directory", "darwin", "xcode-select --install"),
         ("fatal error: Python.h: No such file or directory", "linux", "python3-dev"),
         ("simcore/x.py:3: error: Incompatible types", "linux", "simcore/x.py:3: error: Incompatible types"),
