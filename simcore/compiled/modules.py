@@ -89,7 +89,6 @@ MODULES = (
     "simcore.robotpy.fine_steps",
     "simcore.scoring.clock",
     "simcore.scoring.tracker",
-    "simcore.sim.recorder",
     "simcore.vision.camera",
     "simcore.vision.clock",
     "simcore.vision.frames",
