@@ -43,7 +43,7 @@ def follow(talon: Talon, loops: int) -> None:
         bridge.neutral(bridge.brake)
         return
     talon.turn = turning(talon)
-    bridge.rps = talon.rotor_rps * talon.turn
+    bridge.rps, bridge.late_rps = talon.rotor_rps * talon.turn, talon.late_rps * talon.turn
     leader.watch()
     frame: TalonFrame = leader.frame
     if frame.bridge in (REQ_COAST, REQ_BRAKE):

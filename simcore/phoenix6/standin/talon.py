@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 from phoenix6.spns.spn_value import SpnValue
 
 from simcore.errors import NonFiniteError
-from simcore.phoenix6.standin.bridge import Bridge
+from simcore.phoenix6.standin.bridge import LIMITER_GAIN, Bridge
 from simcore.phoenix6.standin.clock import LOOP_NS, SimulatedClock
 from simcore.phoenix6.standin.device import Device, period_of
 from simcore.phoenix6.standin.electrical import KRAKEN_X44, KRAKEN_X60
@@ -67,6 +67,8 @@ class Talon(Device):
         """Rotor velocity as physics writes it, counter-clockwise [rotations/s]."""
         self.rotor_acceleration = 0.0
         """As physics writes it [rotations/s^2]."""
+        self.late_rps = 0.0
+        """Rotor velocity as the limits of a voltage know it, counter-clockwise [rotations/s]."""
         self.sign = 1.0
         """-1 with a clockwise configuration."""
         self.turn = 1.0
@@ -83,6 +85,8 @@ class Talon(Device):
         self._shift = 0.0
         self._pending: tuple[int, RequestKind, tuple[Any, ...]] | None = None
         self._expires: int | None = None
+        self._seen_ns = -1
+        self._unseen = 0
         self.plans: dict[tuple[str, int, bool], Plan] = {}
         self._told = False
         self._limit_flags: tuple[bool, ...] = (False, False, False, False)
@@ -116,7 +120,7 @@ class Talon(Device):
     def resolve(self) -> None:
         """Look for the configured sensor, which robot code may build later than the controller."""
         self.feedback = feedback_of(self, self.config)
-        self._read = self.feedback.read
+        self._read, self._remote = self.feedback.read, self.feedback.remote
 
     def command(self, spn: int, value: float) -> None:
         """A new position."""
@@ -276,7 +280,10 @@ class Talon(Device):
 
     def _begin(self) -> None:
         """Start a request anew, with neither integral nor profile of the one before."""
-        self.integral = 0.0
+        self.integral = self.pid_out = 0.0
+        self._unseen = 0
+        if self._remote is not None:
+            self._seen_ns = self._remote.frame_ns
         self.measure()
         self.scurve.start(self.pos, self.vel)
         self.expo.start(self.pos, self.vel)
@@ -303,9 +310,17 @@ class Talon(Device):
         self._loop(loops, enabled)
 
     def _loop(self, loops: int, enabled: bool) -> None:
-        self.pos, self.vel, self.acc = self._read()
+        remote = self._remote
+        is_stale = remote is not None and remote.frame_ns == self._seen_ns
+        if not is_stale:
+            self.pos, self.vel, self.acc = self._read()
         bridge = self.bridge
-        bridge.rps = self.rotor_rps * self.turn
+        rps, late = self.rotor_rps, self.late_rps
+        if late != rps:
+            self.late_rps = late = late + LIMITER_GAIN[loops if loops < 64 else 64] * (rps - late)
+        turn = self.turn
+        bridge.rps = rps * turn
+        bridge.late_rps = late * turn
         if self._expires is not None and self.world.loop_ns >= self._expires:
             self._accept(_IDLE, (0.0,))
         if self._autosets:
@@ -334,10 +349,17 @@ class Talon(Device):
             bridge.neutral(axis is Axis.BRAKE or (bridge.brake and axis is not Axis.COAST))
             return
         self._check_limits()
-        if self.feedback.is_missing and self.kind.axis is not Axis.OPEN:
-            self.pid_out = 0.0
-        else:
+        if self.kind.axis is Axis.OPEN:
             self.pid_out = law(loops)
+        elif self.feedback.is_missing:
+            self.pid_out = 0.0
+        elif is_stale:
+            self._unseen += loops
+        else:
+            if remote is not None:
+                self._seen_ns = remote.frame_ns
+            self.pid_out = law(loops + self._unseen)
+            self._unseen = 0
         assert self._stage is not None
         self._stage(self.pid_out, loops)
 

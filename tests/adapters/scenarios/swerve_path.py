@@ -36,6 +36,8 @@ DT = 0.005
 INCH = 0.0254
 VELOCITY = SwerveModule.DriveRequestType.VELOCITY
 OPEN = SwerveModule.DriveRequestType.OPEN_LOOP_VOLTAGE
+WHEELS = 0.1
+"""Where wheels stand before they must turn to the left [rad]."""
 EXPO = SwerveModule.SteerRequestType.MOTION_MAGIC_EXPO
 
 
@@ -106,13 +108,16 @@ class Bench:
                 PHOENIX.step(DT)
             if k % every == every - 1:
                 each()
+        if IS_REAL:  # the last step takes its time as well
+            time.sleep(max(begin + round(seconds / DT) * DT - time.perf_counter(), 0.0))
 
-    def stop(self) -> None:
-        """At rest, wheels ahead: where each step starts."""
+    def stop(self, wheels: float = 0.0) -> None:
+        """At rest, wheels ahead or turned by an angle [rad]: where each step starts."""
         self.robot.set_control(requests.SwerveDriveBrake())
         self.run(0.5)
-        self.robot.set_control(requests.PointWheelsAt())
-        self.drive.reset()
+        self.robot.set_control(requests.PointWheelsAt().with_module_direction(Rotation2d(wheels)))
+        self.run(0.4)
+        self.drive.reset(angles=[wheels] * 4)
         self.body.reset()
         self.run(0.3)
         self.robot.reset_pose(Pose2d())
@@ -139,10 +144,10 @@ def s_curve(bench: Bench) -> list[list[float]]:
 
 
 def response(
-    bench: Bench, request: object, what: Callable[[PlanarChassis], float], seconds: float = 1.2
+    bench: Bench, request: object, what: Callable[[PlanarChassis], float], wheels: float = 0.0, seconds: float = 1.2
 ) -> list[float]:
-    """Time to 90 % of the end [s], largest value over the end, end."""
-    bench.stop()
+    """Time to 90 % of the end [s], largest value over the end, end; from wheels turned by an angle [rad]."""
+    bench.stop(wheels)
     rows: list[float] = []
     bench.robot.set_control(request)
     bench.run(seconds, lambda: rows.append(what(bench.body)), every=1)
@@ -202,7 +207,11 @@ def main() -> None:
         "SysIdSwerveTranslation 4 V": (requests.SysIdSwerveTranslation().with_volts(4.0), ahead),
         "SysIdSwerveRotation 2 rad/s": (requests.SysIdSwerveRotation().with_rotational_rate(2.0), spin),
     }
-    responses = {name: response(bench, request, what) for name, (request, what) in table.items()}
+    # From 0.1 rad all wheels know which way to turn to the left; from 0 each one tosses a coin, and the robot's way of
+    # getting there differs by 45 ms.
+    responses = {
+        name: response(bench, request, what, WHEELS if what is left else 0.0) for name, (request, what) in table.items()
+    }
     late = bench.late
     bench.robot.close()
     torque = Bench(swerve.ClosedLoopOutputType.TORQUE_CURRENT_FOC)
