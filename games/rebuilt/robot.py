@@ -256,6 +256,11 @@ class RebuiltRobot(SwerveRobot):
         zone = self.config.intake
         return replace(zone, x_min=zone.x_min - self.deploy.extension)
 
+    @property
+    def intake_reach(self) -> float:
+        """No place where fuel is taken in is farther from the robot's origin [m]."""
+        return self.config.intake.reach + self.deploy.extension
+
     def after_shot(self, mass: float, exit_speed: float) -> None:
         """The wheels give a fuel its momentum and slow down."""
         self.shooter_wheels.apply_impulse(-launch_impulse(mass, exit_speed, self.config.wheel_radius))

@@ -329,6 +329,10 @@ class RebuiltSim:
             if room <= 0 or not robot.intake_active:
                 continue
             slots = self.pieces.within_sight  # sleepers too: a roller does not ask
+            away = self.pieces.state.pos[slots] - robot.chassis.pos
+            slots = slots[np.einsum("ij,ij->i", away, away) < robot.intake_reach**2]
+            if not len(slots):
+                continue
             pos_robot = field_to_robot(
                 self.pieces.state.pos[slots], np.array(robot.chassis.pos), np.array(robot.chassis.quat)
             )
@@ -508,11 +512,12 @@ class RebuiltSim:
             self.pieces.spawn(FUEL.name, turn_half(some, FIELD_SIZE) if is_turned else some)
         self.pieces.stage(FUEL.name, 2 * c.staging.chute)
         self.robots: list[RebuiltRobot] = []
-        for number, entry in enumerate(c.robots):
+        own_rngs = robot_rng.spawn(len(c.robots))  # one robot's noise does not depend on how many there are
+        for number, (entry, own_rng) in enumerate(zip(c.robots, own_rngs, strict=True)):
             pose = entry.pose
             if entry.alliance == "red":
                 pose = turn_half_pose(*pose, FIELD_SIZE)
-            robot = entry.config.build(self.world, number=number, pose=pose, rng=robot_rng)
+            robot = entry.config.build(self.world, number=number, pose=pose, rng=own_rng)
             self.robots.append(robot)
             self.pieces.hold(self.pieces.stage(FUEL.name, entry.preload), number)
         self._require_free_starts()

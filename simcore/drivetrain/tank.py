@@ -194,10 +194,12 @@ class TankDrive(WheeledDrive[TankConfig]):
             *(self._bus, battery.open_voltage, battery.config.resistance, self.other_current),
             *(self._motors, request, limits, emfs),
         )
+        before = self._speed[:]
         result = solver.step(
             *(h, vx, vy, omega, loads, (1.0, 1.0), (0.0, 0.0), request, (0.0, 0.0), (0.0, 0.0), limits, self._bus)
         )
-        self._angle = [a + w * h for a, w in zip(self._angle, self._speed, strict=True)]
+        half = 0.5 * h  # the mean speed, as the robot itself moves
+        self._angle = [a + (w0 + w1) * half for a, w0, w1 in zip(self._angle, before, self._speed, strict=True)]
         each = self.motors.book(solver.shaft_volts, solver.shaft_current, self._bus, h)
         battery.step(h, self.other_current + each * c.motors_per_side)
         self.time += h

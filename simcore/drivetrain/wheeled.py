@@ -76,7 +76,7 @@ class WheeledDrive(ABC, Generic[ConfigT]):
         at the start of the step, and no term omega x v is needed.
 
         Args:
-            h: Time step of the owner [s]; cut into parts of at most 4 ms.
+            h: Time step of the owner [s]; cut into parts of at most 5 ms.
             vx: Velocity of the center of mass that the chassis really has, forward [m/s].
             vy: To the left [m/s].
             omega: Yaw rate [rad/s].

@@ -51,6 +51,11 @@ class IntakeZone:
             if not low < high:
                 raise ConfigError(f"IntakeZone: {axis}_min must be below {axis}_max, got {low} and {high} m")
 
+    @property
+    def reach(self) -> float:
+        """From the robot's origin to the farthest corner [m]."""
+        return math.hypot(max(-self.x_min, self.x_max), max(-self.y_min, self.y_max), max(-self.z_min, self.z_max))
+
     def contains(self, pos_robot: FloatArray) -> BoolArray:
         """Which positions are in the box, active or not; NaN is never in it.
 

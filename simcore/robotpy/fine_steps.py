@@ -2,7 +2,7 @@
 
 On the wall clock a tick is cut into parts of 5 ms for the controllers' sake: volts that stand for 20 ms make a steer
 loop overshoot. In simulated time the controllers can be asked in the middle of the tick instead, before every inner
-step of the swerve model (4 ms or less); engine, fuel and sensors keep their own pace. On the example's auto 4.5 ms of a
+step of the swerve model (5 ms or less); engine, fuel and sensors keep their own pace. On the example's auto 4.5 ms of a
 tick became 3.7.
 """
 

@@ -178,6 +178,20 @@ def test_two_robots_play_their_autos_in_one_match_as_each_does_alone():
         assert "Sim/Robots/1/Robot/Pose3d" in sink.snapshots[-1].poses
 
 
+def test_a_gyros_noise_does_not_depend_on_other_robots():
+    starts = ((2.6, 5.3, 0.0), (2.6, 2.0, 0.0), (14.0, 5.3, 0.0))
+    noise = []
+    for count in (1, 2, 3):
+        with RebuiltSim(RebuiltConfig(robots=tuple(RobotEntry(pose=pose) for pose in starts[:count]))) as sim:
+            for _ in range(50):
+                sim.tick()
+            noise.append([robot.gyro.rates.tolist() for robot in sim.robots])
+    for fewer, more in ((noise[0], noise[1]), (noise[1], noise[2])):
+        # The engine's arithmetic differs by 1e-8 when there is more in its world; the noise is some 1e-3.
+        assert np.array(more[: len(fewer)]) == pytest.approx(np.array(fewer), abs=1e-6)
+    assert np.abs(np.diff(noise[2], axis=0)).max() > 1e-4, "each robot has its own"
+
+
 def test_scored_fuel_comes_out_of_the_hubs_exits_into_the_neutral_zone():
     run = play_auto(find_auto("depot"), seconds=9.0, config=RebuiltConfig(hub_exits=True))
     with run.sim as sim:

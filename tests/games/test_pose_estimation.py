@@ -127,7 +127,7 @@ def test_a_pose_estimator_that_starts_half_a_meter_off_converges_and_stays(auto)
     assert times[np.argmax(errors < 0.05)] < code.first_tag + 2.0
     assert after.mean() < 0.025
     assert under > 0.96
-    assert after.max() < 0.15
+    assert after.max() < 0.2
 
 
 def test_megatag_2_without_a_heading_misleads_it():

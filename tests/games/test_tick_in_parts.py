@@ -28,7 +28,7 @@ def drive_ahead(parts: int) -> tuple[tuple[float, float, float], float, int]:
 
 
 def test_a_tick_in_four_parts_ends_where_a_tick_in_one_does():
-    """The plant's own steps are 4 ms at most either way, so only the engine's coarser cut differs."""
+    """The plant's own steps are 5 ms at most either way, so only the engine's coarser cut differs."""
     (one, wheel_one, _), (four, wheel_four, _) = drive_ahead(1), drive_ahead(4)
     assert one[0] > 2.6
     assert four == pytest.approx(one, abs=0.02)

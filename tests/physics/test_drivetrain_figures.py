@@ -54,7 +54,7 @@ def test_unslipped_launch_is_an_exponential(h):
         r.step(h)
         exact = top * (1.0 - math.exp(-r.time / tau))
         # + the tires' own slip: a hundredth of the speed at full grip, and less than half of it is in use
-        assert r.vx == pytest.approx(exact, abs=top * (0.5 * 0.004 / tau) * math.exp(-0.5) + 0.01 * top)
+        assert r.vx == pytest.approx(exact, abs=top * (0.5 * 0.005 / tau) * math.exp(-0.5) + 0.01 * top)
 
 
 def test_sliding_robot_stops_in_v2_over_2_mu_g():

@@ -25,6 +25,7 @@ class DriveTo(Command):
         self._request = requests.ApplyFieldSpeeds().with_drive_request_type(SwerveModule.DriveRequestType.VELOCITY)
         self._goal = blue
         self._pace = 0.0
+        self._is_there = False
         self.addRequirements(drivetrain)
 
     def initialize(self) -> None:
@@ -34,14 +35,14 @@ class DriveTo(Command):
     def execute(self) -> None:
         dx, dy, turn = self._error()
         way = math.hypot(dx, dy)
+        self._is_there = way < self._tolerance and abs(turn) < math.radians(4.0)
         self._pace = min(self._pace + 0.02 * ACCELERATION, self._speed, math.sqrt(2.0 * 0.6 * ACCELERATION * way))
         scale = self._pace / max(way, 1e-6)
         speeds = ChassisSpeeds(dx * scale, dy * scale, min(max(5.0 * turn, -4.0), 4.0))
         self._drivetrain.set_control(self._request.with_speeds(speeds))
 
     def isFinished(self) -> bool:
-        dx, dy, turn = self._error()
-        return math.hypot(dx, dy) < self._tolerance and abs(turn) < math.radians(4.0)
+        return self._is_there
 
     def end(self, interrupted: bool) -> None:
         self._drivetrain.set_control(self._request.with_speeds(ChassisSpeeds()))

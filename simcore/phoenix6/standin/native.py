@@ -20,7 +20,7 @@ from simcore.errors import NonFiniteError
 from simcore.phoenix6.standin import wire
 from simcore.phoenix6.standin.api import PREFIX, plain
 from simcore.phoenix6.standin.candle import LIGHT_REQUESTS, CANdle
-from simcore.phoenix6.standin.device import COMPLIANCY, VERSION, Device
+from simcore.phoenix6.standin.device import COMPLIANCY, VERSION
 from simcore.phoenix6.standin.factory import MODELS, hash_of
 from simcore.phoenix6.standin.requests import REQUESTS, RequestKind
 from simcore.phoenix6.standin.units_table import UNITS
@@ -150,9 +150,7 @@ class SimulatedNative:
         if device.bus is None:
             device.bus = bus
         elif device.bus != bus:
-            _log.warning(
-                "%r is built on the buses %r and %r: simulated, they are one device", device, device.bus, bus
-            )
+            _log.warning("%r is built on the buses %r and %r: simulated, they are one device", device, device.bus, bus)
         _target(out).value = hash_of(MODELS[name], device_id)
         return _OK
 
