@@ -58,7 +58,11 @@ def test_an_s_of_four_meters_ends_where_the_real_one_did(path, reference):
 
 
 def test_responses_are_those_of_the_real_clock(path, reference):
-    """Time to 90 %, overshoot and end of a step of every request that drives; one step of the physics is 5 ms."""
+    """Time to 90 %, overshoot and end of a step of every request that drives.
+
+    Where wheels must turn, chance decides how a request meets the encoders' frames: the mean over real runs beside the
+    mean over delays of the request.
+    """
     assert len(reference["responses"]) == len(path["responses"]) > 10
     for name, (rise, peak, end) in reference["responses"].items():
         found = path["responses"][name]

@@ -8,8 +8,8 @@ with volts (`VoltageOut(0)`) keeps the stator limit, a static brake does not; no
 
 The limits of a voltage allow the back-EMF, plus what the limit makes in the winding; and the rotor speed that they know
 follows the real one late. So a motor that spins up a light load gets less than its limit: 39 A of 60 A on average at
-680 rotations/s^2, which is what the azimuth of a swerve module does, and 50 A at 340. A new request acts at once; torque
-currents do not lag.
+680 rotations/s^2, which is what the azimuth of a swerve module does, and 50 A at 340. A new request acts at once;
+torque currents do not lag.
 """
 
 from __future__ import annotations

@@ -16,6 +16,7 @@ from simcore.phoenix6.standin.device import Device, period_of
 from simcore.phoenix6.standin.electrical import KRAKEN_X44, KRAKEN_X60
 from simcore.phoenix6.standin.feedback import feedback_of
 from simcore.phoenix6.standin.follower import follow, turning
+from simcore.phoenix6.standin.laws import PROFILE_LOOPS
 from simcore.phoenix6.standin.limits import Limit
 from simcore.phoenix6.standin.motion import PROFILED, Plan, build, limits_of
 from simcore.phoenix6.standin.profile import Expo, SCurve, VelocityRamp
@@ -86,6 +87,7 @@ class Talon(Device):
         self._pending: tuple[int, RequestKind, tuple[Any, ...]] | None = None
         self._expires: int | None = None
         self._seen_ns = -1
+        self.profile_loops = 0
         self._unseen = 0
         self.plans: dict[tuple[str, int, bool], Plan] = {}
         self._told = False
@@ -282,6 +284,7 @@ class Talon(Device):
         """Start a request anew, with neither integral nor profile of the one before."""
         self.integral = self.pid_out = 0.0
         self._unseen = 0
+        self.profile_loops = PROFILE_LOOPS // 2
         if self._remote is not None:
             self._seen_ns = self._remote.frame_ns
         self.measure()
