@@ -12,7 +12,7 @@ from games.rebuilt.fuel import FUEL
 from simcore.gamepiece.manager import GamePieceManager
 from simcore.geometry.quaternion import Vector
 from simcore.physics.world import PhysicsWorld
-from simcore.typing import BoolArray, FloatArray
+from simcore.typing import FloatArray
 from simcore.vision.clock import NetworkClock
 from simcore.vision.lines import direction_line, sighting_lines
 from simcore.vision.manager import VisionSimManager
@@ -79,7 +79,8 @@ class RebuiltVision(VisionSimManager):
             return
         scene = Scene(
             robots={robot.number: (robot.chassis.pos, robot.chassis.quat) for robot in self._carriers},
-            pieces=self._pieces.state.pos[self._pieces.on_field()],
+            pieces=self._pieces.state.pos,
+            is_there=self._pieces.is_on_field,
             piece_radius=FUEL.bounding_radius,
             sight=self._sight,
         )
@@ -103,5 +104,5 @@ class _WorldSight:
         self._world = world
         self._rows = rows
 
-    def blocked(self, robot: int, start: Vector, ends: FloatArray) -> BoolArray:
+    def blocked(self, robot: int, start: Vector, ends: Sequence[Sequence[float]]) -> list[bool]:
         return self._world.blocked(start, ends, ignore=self._rows[robot])

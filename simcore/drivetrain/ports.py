@@ -25,8 +25,8 @@ class MotorPort(Protocol):
         """What it puts on the motor [V]."""
         ...
 
-    def is_open(self, volts: float) -> bool:
-        """Whether its circuit is open (coast) while it shows these volts [V]; else zero volts brake."""
+    def is_open(self) -> bool:
+        """Whether its circuit is open (coast); else zero volts brake. Asked while `volts` are zero."""
         ...
 
     def write(self, rotations: float, rps: float) -> None:
@@ -96,9 +96,9 @@ class SuppliedMotor:
             raise NonFiniteError(f"SuppliedMotor: volts must be a finite number, got {volts}")
         return volts
 
-    def is_open(self, volts: float) -> bool:
+    def is_open(self) -> bool:
         """Whether zero volts open the circuit."""
-        return self._coasts and volts == 0.0
+        return self._coasts
 
     def write(self, rotations: float, rps: float) -> None:
         """To the controller's encoder."""
@@ -109,7 +109,7 @@ class SuppliedMotor:
 def _terminal_volts(port: MotorPort, back_emf: float) -> float:
     """Volts at the motor [V]; an open circuit carries no current, as at exactly its back-EMF."""
     volts = port.volts()
-    return back_emf if port.is_open(volts) else volts
+    return back_emf if volts == 0.0 and port.is_open() else volts
 
 
 class _GyroAtZero:
@@ -167,20 +167,33 @@ class SwervePorts:
         self._steer_encoders = list(steer_encoders)
         self._wheel_encoders = list(wheel_encoders)
         self._gyro = _GyroAtZero(gyro)
-        self._per_volt = [(1.0 / m.drive_motor.kv, 1.0 / m.steer_motor.kv) for m in drive.config.modules]
+        self._gears = [(m.drive_gearing, m.coupling_ratio, m.steer_gearing) for m in drive.config.modules]
+        self._kv = [(m.drive_motor.kv, m.steer_motor.kv) for m in drive.config.modules]
 
     def read(self, battery_voltage: float) -> None:
         """Give the devices their supply [V] and the model their volts."""
-        for port in (*self._drive_ports, *self._steer_ports):
+        for port in self._drive_ports:
             port.set_supply(battery_voltage)
-        state = self._drive.state
-        drive, steer = [], []
-        for k, m in enumerate(self._drive.config.modules):
-            per_drive, per_steer = self._per_volt[k]
-            rotor = m.drive_gearing * state.wheel_speed[k] + m.coupling_ratio * state.steer_speed[k]
-            drive.append(_terminal_volts(self._drive_ports[k], rotor * per_drive))
-            steer.append(_terminal_volts(self._steer_ports[k], m.steer_gearing * state.steer_speed[k] * per_steer))
+        for port in self._steer_ports:
+            port.set_supply(battery_voltage)
+        drive = [port.volts() for port in self._drive_ports]
+        steer = [port.volts() for port in self._steer_ports]
+        for k, volts in enumerate(drive):
+            if volts == 0.0 and self._drive_ports[k].is_open():
+                drive[k] = self._drive_emf(k)
+        for k, volts in enumerate(steer):
+            if volts == 0.0 and self._steer_ports[k].is_open():
+                steer[k] = self._steer_emf(k)
         self._drive.set_volts(drive, steer)
+
+    def _drive_emf(self, k: int) -> float:
+        """Volts at which the drive motor of module k carries no current, as in an open circuit [V]."""
+        state, (drive_gearing, coupling, _) = self._drive.state, self._gears[k]
+        return (drive_gearing * state.wheel_speed[k] + coupling * state.steer_speed[k]) * (1.0 / self._kv[k][0])
+
+    def _steer_emf(self, k: int) -> float:
+        """The same of its steer motor [V]."""
+        return self._gears[k][2] * self._drive.state.steer_speed[k] * (1.0 / self._kv[k][1])
 
     def write(self, yaw: float, pitch: float, roll: float, rates: Sequence[float]) -> None:
         """Give the sensors what the model did.
@@ -193,15 +206,24 @@ class SwervePorts:
         """
         state = self._drive.state
         turn = math.tau
-        for k, m in enumerate(self._drive.config.modules):
-            wheel, azimuth = state.wheel_angle[k], state.steer_angle[k]
-            wheel_rate, azimuth_rate = state.wheel_speed[k], state.steer_speed[k]
-            self._drive_ports[k].write(
-                (wheel * m.drive_gearing + azimuth * m.coupling_ratio) / turn,
-                (wheel_rate * m.drive_gearing + azimuth_rate * m.coupling_ratio) / turn,
+        for drive, steer, steer_encoder, wheel_encoder, gears, wheel, azimuth, wheel_rate, azimuth_rate in zip(
+            self._drive_ports,
+            self._steer_ports,
+            self._steer_encoders,
+            self._wheel_encoders,
+            self._gears,
+            state.wheel_angle,
+            state.steer_angle,
+            state.wheel_speed,
+            state.steer_speed,
+            strict=True,
+        ):
+            drive_gearing, coupling, steer_gearing = gears
+            drive.write(
+                (wheel * drive_gearing + azimuth * coupling) / turn,
+                (wheel_rate * drive_gearing + azimuth_rate * coupling) / turn,
             )
-            self._steer_ports[k].write(azimuth * m.steer_gearing / turn, azimuth_rate * m.steer_gearing / turn)
-            steer_encoder, wheel_encoder = self._steer_encoders[k], self._wheel_encoders[k]
+            steer.write(azimuth * steer_gearing / turn, azimuth_rate * steer_gearing / turn)
             if steer_encoder is not None:
                 steer_encoder.write(azimuth, azimuth_rate)
             if wheel_encoder is not None:

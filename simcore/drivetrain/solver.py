@@ -30,7 +30,10 @@ from simcore.errors import ConfigError
 
 __all__ = ["DriveShaft", "TireSolver"]
 
-_ROUNDS = 4
+_ROUNDS, _FULL_ROUNDS = 6, 2
+"""Rounds of a step, and how many of them take a new slip as it is; later ones take the mean with the last, because two
+rounds have swung from one side of the answer to the other. Of 10 000 sliding wheels in random steps of 5 ms, 10 are left
+with less than 80 % of their grip; with four full rounds it was 100, and on shafts with three wheels 600."""
 _TOLERANCE = 0.1
 """Relative change of a saturated wheel's slip that ends the rounds; its force is put on the circle anyway."""
 
@@ -217,7 +220,7 @@ class TireSolver:
         forces: list[tuple[float, float]] = []
         current = self.shaft_current = self.shaft_current[:]
         volts_out = self.shaft_volts = self.shaft_volts[:]
-        for _ in range(_ROUNDS):
+        for count in range(_ROUNDS):
             # Assemble M/h + sum A^T c A, less what the shafts give way. Across and along a wheel c is the same, so
             # its part is isotropic (it does not depend on the steer angle); only the shaft's give has a direction.
             a11 = a22 = m_h
@@ -296,6 +299,8 @@ class TireSolver:
                 s_l = radius * w - v_l
                 if drag > 0.0:
                     drag *= v_l / len(contacts)
+                loose = 0.0
+                slides = []
                 for k, x, y, _, grip in contacts:
                     s_t = s_ * (ux - uw * y) - c_ * (uy + uw * x)
                     slip = slips[k]
@@ -305,19 +310,10 @@ class TireSolver:
                     forces.append((f_l, f_t))
                     f2 = f_l * f_l + f_t * f_t
                     if f2 > grip * grip or slip > s0:
-                        # Own compliance of this contact along the force: wheel and its share of the chassis.
-                        b = give_chassis
-                        if f2 > 0.0:
-                            b += radius * radius / (j + t1) * f_l * f_l / f2
                         size = math.sqrt(f2)
-                        wanted = size / c + b * (size - grip)
-                        if wanted < s0:
-                            wanted = s0
-                        if abs(wanted - slip) > _TOLERANCE * slip:
-                            settled = False
-                        slips[k] = wanted
-                        if size > grip or wanted > s0:
-                            sliding = True
+                        along = f_l / size if size > 0.0 else 0.0
+                        loose += along * (size - grip)
+                        slides.append((k, slip, size / c, along, size - grip))
                     if drag != 0.0:
                         f_l -= drag
                         if f_l * f_l + f_t * f_t > grip * grip:
@@ -327,6 +323,22 @@ class TireSolver:
                     sum_x += f_x
                     sum_y += f_y
                     sum_n += x * f_y - y * f_x
+                if slides:
+                    # What the slip would be at the grip: the shaft gives way to what all its contacts lose or gain
+                    # together (one of three that took it all for its own would swing between two wrong slips), the
+                    # chassis to each contact's share.
+                    loose *= radius * radius / (j + t1)
+                    for k, slip, found, along, excess in slides:
+                        wanted = found + along * loose + give_chassis * excess
+                        if wanted < s0:
+                            wanted = s0
+                        if count >= _FULL_ROUNDS:
+                            wanted = math.sqrt(wanted * slip)
+                        if abs(wanted - slip) > _TOLERANCE * slip:
+                            settled = False
+                        slips[k] = wanted
+                        if excess > 0.0 or wanted > s0:
+                            sliding = True
             if settled:
                 break
 

@@ -324,7 +324,10 @@ class SwerveDrive(WheeledDrive[SwerveConfig]):
     def _checked(self, what: str, values: Sequence[float]) -> list[float]:
         if len(values) != self._n:
             raise ConfigError(f"{what}: need one value for each of {self._n} modules, got {len(values)}")
-        return [_number(f"{what} of {self.config.module_name(k)}", v) for k, v in enumerate(values)]
+        return [  # a module's name is made up for a message only: for all values it took 20 us of a tick
+            v if type(v) is float and math.isfinite(v) else _number(f"{what} of {self.config.module_name(k)}", v)
+            for k, v in enumerate(values)
+        ]
 
 
 def _number(what: str, value: object) -> float:

@@ -29,6 +29,8 @@ _AUDIT_SIZE = 30  # sleepers looked at in each audit: all 408 within 2 s, at 20-
 _KNOCK_TICKS = 3.0  # how much farther the field is shown to the engine: a row of balls passes a knock on within a tick
 _FREE, _STAGED, _ASLEEP, _AWAKE, _HELD, _IN_FLIGHT, _SCORED = (int(status) for status in PieceStatus)
 _ON_FIELD = (_ASLEEP, _AWAKE, _IN_FLIGHT)
+_IS_ON_FIELD: BoolArray = np.isin([int(status) for status in PieceStatus], _ON_FIELD)
+"""By status."""
 _ALL = (_STAGED, *_ON_FIELD, _HELD, _SCORED)
 
 
@@ -236,10 +238,15 @@ class GamePieceManager:
         """Slots that a robot holds."""
         return np.nonzero((self.state.status == _HELD) & (self.state.holder == holder))[0]
 
+    @property
+    def is_on_field(self) -> BoolArray:
+        """Whether each slot is on the field or in the air, shape (n,)."""
+        here: BoolArray = _IS_ON_FIELD.take(self.state.status)  # 1.3 us, three comparisons 4
+        return here
+
     def on_field(self, name: str | None = None) -> IntArray:
         """Slots on the field or in the air, of one type or all."""
-        status = self.state.status
-        here: BoolArray = (status == _ASLEEP) | (status == _AWAKE) | (status == _IN_FLIGHT)
+        here = self.is_on_field
         if name is not None:
             here &= self.state.kind == self._kind(name)
         return np.nonzero(here)[0]

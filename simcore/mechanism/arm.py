@@ -92,9 +92,9 @@ class ArmSim(ShaftSim):
             for _ in range(count):
                 self._load = load - self._weight_torque * math.cos(self.position + 0.5 * h * self.velocity)
                 super().step(h, battery_voltage)
-                current += self._current
-                supply_current += self._supply_current
+                current += self.current
+                supply_current += self.supply_current
         finally:
             self._load = load
-        self._current = current / count
-        self._supply_current = supply_current / count
+        self.current = current / count
+        self.supply_current = supply_current / count

@@ -38,23 +38,27 @@ class ShaftSim:
 
     __slots__ = (
         "_coasting",
-        "_current",
         "_friction",
         "_ke",
         "_kt",
         "_limit",
+        "_limit_below",
+        "_limit_volts",
         "_load",
         "_lower",
         "_rate",
         "_resistance",
         "_simple",
-        "_supply_current",
         "_upper",
-        "_volts",
+        "current",
         "gearbox",
+        "gearing",
         "inertia",
+        "motors",
         "position",
+        "supply_current",
         "velocity",
+        "volts",
     )
 
     def __init__(
@@ -79,15 +83,24 @@ class ShaftSim:
         """Angle of the mechanism [rad]."""
         self.velocity = 0.0
         """Rate of the mechanism [rad/s]."""
+        self.volts = 0.0
+        """Voltage asked for, before the battery limits it [V]; `set_volts` sets it."""
+        self.current = 0.0
+        """Stator current of all motors together, mean of the last step [A]."""
+        self.supply_current = 0.0
+        """Current that all motors took from the battery, mean of the last step; below zero they feed it [A]."""
+        self.gearing = gearbox.gearing
+        """Rotor turns per turn of the mechanism [-]."""
+        self.motors = gearbox.motors
+        """Motors that share the current."""
         self._load = 0.0
-        self._volts = 0.0
         self._coasting = False
-        self._current = 0.0
-        self._supply_current = 0.0
         self._kt = gearbox.torque_per_amp
         self._ke = gearbox.volts_per_speed
         self._resistance = gearbox.resistance
         self._limit = gearbox.stator_current_limit
+        self._limit_below = self._limit * (1.0 - _EDGE)
+        self._limit_volts = self._limit * self._resistance
         self._friction = gearbox.friction_torque
         self._lower = lower_stop
         self._upper = upper_stop
@@ -95,34 +108,9 @@ class ShaftSim:
         self._simple = math.isinf(self._limit) and self._friction == 0.0 and math.isinf(upper_stop - lower_stop)
 
     @property
-    def gearing(self) -> float:
-        """Rotor turns per turn of the mechanism [-]."""
-        return self.gearbox.gearing
-
-    @property
-    def motors(self) -> int:
-        """Motors that share the current."""
-        return self.gearbox.motors
-
-    @property
     def stops(self) -> tuple[float, float]:
         """Lower and upper hard stop [rad]; infinite where there is none."""
         return self._lower, self._upper
-
-    @property
-    def volts(self) -> float:
-        """Voltage asked for, before the battery limits it [V]."""
-        return self._volts
-
-    @property
-    def current(self) -> float:
-        """Stator current of all motors together, mean of the last step [A]."""
-        return self._current
-
-    @property
-    def supply_current(self) -> float:
-        """Current that all motors took from the battery, mean of the last step; below zero they feed it [A]."""
-        return self._supply_current
 
     @property
     def time_constant(self) -> float:
@@ -142,7 +130,7 @@ class ShaftSim:
         """
         if not math.isfinite(volts):
             raise NonFiniteError(f"{type(self).__name__}: volts must be a finite number, got {volts}")
-        self._volts = volts
+        self.volts = volts
         self._coasting = False
 
     @property
@@ -158,7 +146,7 @@ class ShaftSim:
 
     def coast(self) -> None:
         """Open the circuit: no current flows until volts are set again."""
-        self._volts = 0.0
+        self.volts = 0.0
         self._coasting = True
 
     def reset(self, position: float = 0.0, velocity: float = 0.0) -> None:
@@ -167,7 +155,7 @@ class ShaftSim:
             raise NonFiniteError(f"{type(self).__name__}: state must be finite, got {position} rad, {velocity} rad/s")
         self.position = min(max(position, self._lower), self._upper)
         self.velocity = velocity
-        self._volts = self._current = self._supply_current = 0.0
+        self.volts = self.current = self.supply_current = 0.0
         self._coasting = False
 
     def step(self, dt: float, battery_voltage: float = 12.0) -> None:
@@ -186,17 +174,21 @@ class ShaftSim:
             raise ConfigError(
                 f"{type(self).__name__}: battery_voltage must be finite and >= 0 V, got {battery_voltage}"
             )
-        volts = min(max(self._volts, -battery_voltage), battery_voltage)
+        volts = self.volts
+        if volts > battery_voltage:
+            volts = battery_voltage
+        elif volts < -battery_voltage:
+            volts = -battery_voltage
         if volts == 0.0 and self.velocity == 0.0 and self._load == 0.0:  # nothing to do, as for most of a match
-            self._current = self._supply_current = 0.0
+            self.current = self.supply_current = 0.0
             return
         if self._simple and not self._coasting:
             charge, energy = self._run_free(volts, dt)
         else:
             charge, energy = self._run_in_pieces(volts, dt)
-        motors = self.gearbox.motors
-        self._current = motors * charge / dt
-        self._supply_current = motors * energy / (battery_voltage * dt) if battery_voltage > 0.0 else 0.0
+        motors = self.motors
+        self.current = motors * charge / dt
+        self.supply_current = motors * energy / (battery_voltage * dt) if battery_voltage > 0.0 else 0.0
 
     def _run_free(self, volts: float, dt: float) -> tuple[float, float]:
         """The whole step as one exponential; charge [A s] and electrical energy [J] of one motor."""
@@ -236,9 +228,7 @@ class ShaftSim:
     def _friction_now(self, volts: float) -> float | None:
         """Friction torque against the motion that is or is about to start; None if the shaft stays where it is."""
         direction = self.velocity
-        if direction > 0.0 and self.position >= self._upper:
-            direction = self.velocity = 0.0
-        elif direction < 0.0 and self.position <= self._lower:
+        if self.position >= self._upper if direction > 0.0 else direction < 0.0 and self.position <= self._lower:
             direction = self.velocity = 0.0
         if direction == 0.0:
             direction = self._kt * self._stall_amps(volts) + self._load
@@ -251,18 +241,28 @@ class ShaftSim:
     def _piece(self, volts: float, torque: float, left: float) -> tuple[float, float, float]:
         """One exact piece under constant outside `torque`; time used, charge and energy of one motor."""
         start = self.velocity
-        amps, edge = self._limited_amps(volts, torque)
+        stopped = None
+        position = self.position
+        amps: float | None = None
+        edge: float | None = None
+        if self._coasting:
+            amps = 0.0
+        else:
+            asked = (volts - self._ke * start) / self._resistance
+            if not abs(asked) < self._limit_below:
+                amps, edge = self._limited_amps(volts, torque, asked)
         if amps is not None:
             slope = (self._kt * amps + torque) / self.inertia
             used = left
             end = start + slope * used
-            if edge is not None and _passes(start, edge, end):
+            if edge is not None and (start < edge < end or end < edge < start):
                 used, end = (edge - start) / slope, edge
-            if _passes(start, 0.0, end):
+            # compared, not multiplied: a product would underflow to "does not pass"
+            if start < 0.0 < end or end < 0.0 < start:
                 used, end = -start / slope, 0.0
             angle = 0.5 * (start + end) * used
-            stopped = self._time_to_stop(angle, lambda t: t * (start + 0.5 * slope * t), used)
-            if stopped is not None:
+            if position + angle > self._upper or position + angle < self._lower:
+                stopped = self._time_to_stop(angle, _even(start, slope), used)
                 used, end = stopped, start + slope * stopped
                 angle = 0.5 * (start + end) * used
             charge = amps * used
@@ -273,49 +273,44 @@ class ShaftSim:
             gap = start - target
             used = left
             end = target + gap * math.exp(-rate * used)
-            if _passes(start, 0.0, end):
-                used, end = (
-                    min(used, math.log(gap / -target) / rate),
-                    0.0,
-                )  # min: a subnormal target divides to infinity
-            if abs(volts - self._ke * end) > self._limit * self._resistance * (1.0 + _EDGE):
-                edge = (volts - math.copysign(self._limit * self._resistance, volts - self._ke * end)) / self._ke
+            if start < 0.0 < end or end < 0.0 < start:
+                # min: a subnormal target divides to infinity
+                used, end = min(used, math.log(gap / -target) / rate), 0.0
+            if abs(volts - self._ke * end) > self._limit_volts * (1.0 + _EDGE):
+                edge = (volts - math.copysign(self._limit_volts, volts - self._ke * end)) / self._ke
                 used, end = min(used, math.log(gap / (edge - target)) / rate), edge
             angle = target * used + (start - end) / rate
-            stopped = self._time_to_stop(angle, lambda t: target * t - gap * math.expm1(-rate * t) / rate, used)
-            if stopped is not None:
+            if position + angle > self._upper or position + angle < self._lower:
+                stopped = self._time_to_stop(angle, _settling(target, gap, rate), used)
                 used = stopped
                 end = target + gap * math.exp(-rate * used)
                 angle = target * used + (start - end) / rate
             charge = (volts * used - self._ke * angle) / self._resistance
             energy = volts * charge
-        self.position += angle
-        self.velocity = end
-        if stopped is not None:
+        if stopped is None:
+            self.position = position + angle
+            self.velocity = end
+        else:
             self.position = self._upper if angle > 0.0 else self._lower
             self.velocity = 0.0
         return used, charge, energy
 
-    def _limited_amps(self, volts: float, torque: float) -> tuple[float | None, float | None]:
-        """Amps per motor that a limit (or an open circuit) holds, and the speed at which it lets go; None if free."""
-        if self._coasting:
-            return 0.0, None
-        asked = (volts - self._ke * self.velocity) / self._resistance
-        if abs(asked) < self._limit * (1.0 - _EDGE):
-            return None, None
+    def _limited_amps(self, volts: float, torque: float, asked: float) -> tuple[float | None, float | None]:
+        """Amps per motor that the limit holds, and the speed at which it lets go; None where it does not act.
+
+        Args:
+            volts: At the motors [V].
+            torque: From outside [N m].
+            asked: Current without the limit, at its edge or past it [A].
+        """
         amps = math.copysign(self._limit, asked)
         if abs(asked) <= self._limit * (1.0 + _EDGE) and (self._kt * amps + torque) * amps > 0.0:
             return None, None  # at the edge and on the way out of the limit
         return amps, (volts - amps * self._resistance) / self._ke
 
-    def _time_to_stop(self, angle: float, travel: _Travel, used: float) -> float | None:
-        """When, within `used` seconds of one-way motion over `angle`, a hard stop is met; None if it is not."""
-        if self.position + angle > self._upper:
-            room = self._upper - self.position
-        elif self.position + angle < self._lower:
-            room = self._lower - self.position
-        else:
-            return None
+    def _time_to_stop(self, angle: float, travel: _Travel, used: float) -> float:
+        """When, within `used` seconds of one-way motion over `angle`, which leads past it, a hard stop is met."""
+        room = (self._upper if self.position + angle > self._upper else self._lower) - self.position
         low, high = 0.0, used
         for _ in range(50):  # rare: once per hit, 50 halvings reach the last bit
             middle = 0.5 * (low + high)
@@ -326,6 +321,11 @@ class ShaftSim:
         return high
 
 
-def _passes(start: float, mark: float, end: float) -> bool:
-    """Whether a way from start to end crosses the mark; a product of differences would underflow to "no"."""
-    return start < mark < end or end < mark < start
+def _even(start: float, slope: float) -> _Travel:
+    """Angle over time at a constant acceleration [rad]."""
+    return lambda t: t * (start + 0.5 * slope * t)
+
+
+def _settling(target: float, gap: float, rate: float) -> _Travel:
+    """Angle over time at a speed that settles at `target` [rad]."""
+    return lambda t: target * t - gap * math.expm1(-rate * t) / rate

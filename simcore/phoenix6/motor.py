@@ -135,8 +135,11 @@ class TalonFXMotorSim:
         """The first half of `update`, for a mechanism that somebody else steps: supply in, volts out [V]."""
         for port in self._ports:
             port.set_supply(battery_voltage)
+        if not powered:
+            self.mechanism.coast()
+            return
         volts = self._leader.volts()
-        if not powered or self._leader.is_open(volts):
+        if volts == 0.0 and self._leader.is_open():
             self.mechanism.coast()
         else:
             self.mechanism.set_volts(volts)

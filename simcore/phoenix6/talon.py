@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import logging
 import math
+from collections.abc import Callable
 from typing import Any, TypeAlias
 
 from phoenix6.configs import MotorOutputConfigs
@@ -21,6 +22,9 @@ _log = logging.getLogger(__name__)
 
 Talon: TypeAlias = TalonFX | TalonFXS
 """CTRE's motor controllers."""
+
+RotorWriter: TypeAlias = Callable[[float, float], None]
+"""Takes rotations and rotations/s."""
 
 _MAX_RPS = 159.9  # the simulated velocity wraps at +-160: 160 reads as -160
 _HALF_RANGE = 16384.0  # [rotations]; the simulated position wraps here
@@ -62,8 +66,9 @@ class TalonPort:
         self.device_id: int = talon.device_id
         state: Any = sim_state_of(talon)
         self._state = state
-        self._set_position = own_writer(state, "set_raw_rotor_position")
-        self._set_velocity = own_writer(state, "set_rotor_velocity")
+        self._write_rotor: RotorWriter = getattr(state, "write_rotor", None) or _writer(
+            own_writer(state, "set_raw_rotor_position"), own_writer(state, "set_rotor_velocity")
+        )
         self._sensor: list[tuple[Any, Any]] = []
         self._per_sensor = 1.0
         turn = ChassisReference.CLOCKWISE_POSITIVE if clockwise else ChassisReference.COUNTER_CLOCKWISE_POSITIVE
@@ -84,6 +89,8 @@ class TalonPort:
 
     def set_supply(self, volts: float) -> None:
         """Voltage at the controller's terminals [V]; kept within what the device model survives, 4 to 16 V."""
+        if -0.01 < volts - self._supply < 0.01:
+            return
         wanted = min(max(volts, _MIN_SUPPLY), _MAX_SUPPLY)
         if not abs(wanted - self._supply) < 0.01:  # also true for the first NaN; a write costs 2 us
             self._state.set_supply_voltage(wanted)
@@ -91,16 +98,17 @@ class TalonPort:
 
     def volts(self) -> float:
         """What the controller puts on the motor, after its own limits [V]."""
-        return float(self._state.motor_voltage)
+        volts = float(self._state.motor_voltage)
+        if volts != 0.0:
+            self._is_open = False
+        return volts
 
-    def is_open(self, volts: float) -> bool:
+    def is_open(self) -> bool:
         """Whether the circuit is open (coast) and not shorted (brake); both show 0 V, only a brake shows current.
 
         At rest there is no telling, and the last answer stays.
         """
-        if volts != 0.0:
-            self._is_open = False
-        elif abs(self._rps) > 0.05:
+        if abs(self._rps) > 0.05:
             # a shorted motor carries 5 A per turn a second, an open one none
             self._is_open = abs(self._state.torque_current) < min(0.5, 0.1 * abs(self._rps))
         return self._is_open
@@ -122,8 +130,15 @@ class TalonPort:
             rps = math.copysign(_MAX_RPS, rps)
         # Also at rest: a write that meets a device still busy with its configuration is lost, so one is not enough.
         self._rps = rps
-        self._set_position((rotations + _HALF_RANGE) % (2.0 * _HALF_RANGE) - _HALF_RANGE)
-        self._set_velocity(rps)
+        self._write_rotor((rotations + _HALF_RANGE) % (2.0 * _HALF_RANGE) - _HALF_RANGE, rps)
         for set_position, set_velocity in self._sensor:
             set_position(rotations * self._per_sensor)
             set_velocity(rps * self._per_sensor)
+
+
+def _writer(set_position: Callable[[float], object], set_velocity: Callable[[float], object]) -> RotorWriter:
+    def write(rotations: float, rps: float) -> None:
+        set_position(rotations)
+        set_velocity(rps)
+
+    return write

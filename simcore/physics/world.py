@@ -302,30 +302,31 @@ class PhysicsWorld:
         mask = Group.STATIC | (Group.PIECE if pieces else 0) | (Group.ROBOT if robots else 0)
         return self.engine.rays(start, end, mask)
 
-    def blocked(self, start: Vector, ends: FloatArray, *, ignore: int = -1) -> BoolArray:
-        """Which straight lines from `start` [m] to `ends`, (n, 3) [m], meet the field or a robot, shape (n,).
+    def blocked(self, start: Vector, ends: Sequence[Sequence[float]], *, ignore: int = -1) -> list[bool]:
+        """Which straight lines from `start` to n `ends` meet the field or a robot.
 
         Args:
-            start: Field frame.
-            ends: Field frame.
+            start: Field frame [m].
+            ends: Field frame [m].
             ignore: Row of a robot that is transparent: the one that carries the camera.
         """
-        here = np.repeat(np.array([start]), len(ends), axis=0)
         if len(self._robots) <= (ignore >= 0):  # its own body is the only one
-            return np.array(self.engine.first_hits(here, ends, Group.STATIC)) >= 0
+            return [row >= 0 for row in self.engine.first_hits(start, ends, Group.STATIC)]
         blocked: BoolArray = np.zeros(len(ends), dtype=bool)
         left = np.arange(len(ends))
+        there = np.array(ends).reshape(-1, 3)
+        here = np.repeat(np.array([start]), len(ends), axis=0)
         for _ in range(_MOST_PARTS):
-            hits = self.solid_rays(here, ends, robots=True)
+            hits = self.solid_rays(here, there, robots=True)
             own = (hits.row == ignore) & (ignore >= 0)
             blocked[left] = (hits.row >= 0) & ~own
             if not own.any():
                 break
-            way = ends[own] - here[own]  # go on 1 mm behind the hit: rays that start inside of a body do not meet it
+            way = there[own] - here[own]  # go on 1 mm behind the hit: rays that start inside of a body do not meet it
             reach = np.maximum(np.linalg.norm(way, axis=1), 1e-9)
             here = here[own] + way * np.minimum(1.0, hits.fraction[own] + 1e-3 / reach)[:, None]
-            ends, left = ends[own], left[own]
-        return blocked
+            there, left = there[own], left[own]
+        return [bool(one) for one in blocked]
 
     def step(
         self, dt: float, *, substeps: int | None = None, before_substep: Callable[[float], None] | None = None

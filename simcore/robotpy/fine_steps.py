@@ -40,12 +40,15 @@ class FineSteps:
         self._drivetrain = drivetrain
         self._motors = motors
         self._phoenix = phoenix
-        self._turned = 0.0
+        self.begin()
         plant.steps_own_mechanisms = False
         plant.drive.before_inner = self._step
 
     def begin(self) -> None:
         """The gyro has just been read by the game; from here its yaw is carried on."""
+        gyro = self._robot.gyro
+        self._yaw, self._pitch, self._roll = gyro.yaw, gyro.pitch, gyro.roll
+        self._rate_x, self._rate_y, _ = gyro.rates.tolist()
         self._turned = 0.0
 
     def _step(self, h: float, omega: float) -> None:
@@ -55,10 +58,11 @@ class FineSteps:
             h: [s]
             omega: Yaw rate [rad/s].
         """
-        plant, gyro = self._plant, self._robot.gyro
+        plant = self._plant
         volts = plant.battery.voltage
         powered = not plant.battery.browned_out
-        self._drivetrain.write(gyro.yaw + self._turned, gyro.pitch, gyro.roll, (*gyro.rates[:2].tolist(), omega))
+        rates = (self._rate_x, self._rate_y, omega)
+        self._drivetrain.write(self._yaw + self._turned, self._pitch, self._roll, rates)
         self._turned += omega * h
         self._phoenix.step(h)
         self._drivetrain.read(volts)

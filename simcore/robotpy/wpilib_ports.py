@@ -57,9 +57,9 @@ class PWMMotorPort:
         """What it puts on the motor: its duty cycle of the supply [V]."""
         return float(self._controller.get()) * self._supply if DriverStation.isEnabled() else 0.0
 
-    def is_open(self, volts: float) -> bool:
+    def is_open(self) -> bool:
         """Whether the circuit is open."""
-        return self._coasts and volts == 0.0
+        return self._coasts
 
     def write(self, rotations: float, rps: float) -> None:
         """Nobody reads it."""

@@ -7,12 +7,19 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import numpy as np
+
 from simcore.geometry.quaternion import Vector
 from simcore.typing import FloatArray
 from simcore.vision.planar_pose import SquarePose
 from simcore.vision.rows import Rows
 
-__all__ = ["Frame", "ImuReading", "PieceSighting", "PoseEstimate", "StdDevs", "TagSighting"]
+__all__ = ["Corners", "Frame", "ImuReading", "PieceSighting", "PoseEstimate", "StdDevs", "TagSighting"]
+
+Pixel = tuple[float, float]
+Corners = tuple[Pixel, Pixel, Pixel, Pixel]
+"""Pixels (u to the right, v down) of a tag's lower left, lower right, upper right and upper left corner as one faces
+it, or of a box's upper left, upper right, lower right and lower left one."""
 
 StdDevs = tuple[float, float, float, float, float, float]
 """Of x, y, z [m], roll, pitch, yaw [deg]."""
@@ -23,8 +30,8 @@ class TagSighting:
     """One tag in a picture."""
 
     id: int
-    corners: FloatArray
-    """Pixels of lower left, lower right, upper right, upper left as one faces it, shape (4, 2)."""
+    pixels: Corners
+    """Of its corners as one faces it: lower left, lower right, upper right, upper left."""
     tx_deg: float
     """Of its middle from the principal point; right is positive."""
     ty_deg: float
@@ -40,6 +47,11 @@ class TagSighting:
     poses: tuple[SquarePose, SquarePose] | None
     """Both poses that explain the corners, the better one first."""
 
+    @property
+    def corners(self) -> FloatArray:
+        """`pixels` as an array, shape (4, 2)."""
+        return np.array(self.pixels)
+
 
 @dataclass(slots=True, eq=False)
 class PieceSighting:
@@ -47,8 +59,8 @@ class PieceSighting:
 
     class_id: int
     class_name: str
-    corners: FloatArray
-    """Pixels of its box: upper left, upper right, lower right, lower left, shape (4, 2)."""
+    pixels: Corners
+    """Of its box: upper left, upper right, lower right, lower left."""
     tx_deg: float
     ty_deg: float
     area_percent: float
@@ -56,6 +68,11 @@ class PieceSighting:
     """From the lens to its center, truly [m]: what 'nearest' means; a Limelight does not publish it."""
     slot: int
     """Row of the piece in the arrays that the camera was given."""
+
+    @property
+    def corners(self) -> FloatArray:
+        """`pixels` as an array, shape (4, 2)."""
+        return np.array(self.pixels)
 
 
 @dataclass(slots=True)

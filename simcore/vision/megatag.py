@@ -11,21 +11,22 @@ import numpy as np
 from simcore.geometry.quaternion import Quaternion, Vector, matrix
 from simcore.typing import FloatArray
 from simcore.vision.camera import LimelightType
-from simcore.vision.frames import PoseEstimate, StdDevs, TagSighting
+from simcore.vision.frames import Corners, PoseEstimate, StdDevs, TagSighting
 from simcore.vision.planar_pose import SquarePose, ambiguity, solve_square
 from simcore.vision.projection import OPTICAL
 from simcore.vision.refine import CameraSolution, refine_pose, solve_position, squared_error
 from simcore.vision.rows import Rows, apply, apply_back, as_rows, times, times_back, transposed
 from simcore.vision.tags import TagLayout
 
-__all__ = ["Mounting", "TagPicture"]
+__all__ = ["CameraPose", "Mounting", "TagPicture"]
+
+CameraPose = tuple[Vector, Rows]
+"""Place of a camera in the field [m], and rotation from field to optical axes."""
 
 _NEAR = 0.02
-"""Root mean square distance of corners up to which MegaTag 2 is a start for MegaTag 1 [-]: a heading off by 1 deg."""
+"""Root mean square distance of corners up to which a pose is a start for MegaTag 1 [-]: a heading off by 1 deg."""
 _FITS = 3.0
 """And what may be left in the end, in standard deviations of the noise (1.4 are expected); more is another minimum."""
-
-Pair = tuple[float, float]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -59,13 +60,18 @@ class TagPicture:
     Args:
         layout: All tags.
         rows: Which ones are seen, k >= 1.
-        corners: Their corners as detected [px], shape (k, 4, 2).
+        corners: Their corners as detected [px].
         lens: The picture.
         mounting: Where the camera believes to sit.
     """
 
     def __init__(
-        self, layout: TagLayout, rows: Sequence[int], corners: FloatArray, lens: LimelightType, mounting: Mounting
+        self,
+        layout: TagLayout,
+        rows: Sequence[int],
+        corners: Sequence[Corners],
+        lens: LimelightType,
+        mounting: Mounting,
     ) -> None:
         self._layout = layout
         self._rows = list(rows)
@@ -73,11 +79,17 @@ class TagPicture:
         (fx, fy), (cx, cy) = lens.focal_length, lens.principal_point
         self._noise = lens.corner_noise / math.sqrt(fx * fy)  # in ideal coordinates
         self._squares = [layout.squares[row] for row in self._rows]
-        self._ideal: list[tuple[Pair, Pair, Pair, Pair]] = []
+        self._ideal: list[Corners] = []
+        """Corners in the optical frame, x / z and y / z [-]."""
+        self._depths: list[float] = []
         axes, (mount_x, mount_y, mount_z) = mounting.axes, mounting.place
         percent = 50.0 / (lens.width * lens.height)
-        tags = []
-        for row, seen, pixels in zip(self._rows, corners, corners.tolist(), strict=True):
+        atan, degrees, hypot = math.atan, math.degrees, math.hypot
+        size, ids = layout.size, layout.id_list
+        tags: list[TagSighting] = []
+        areas: list[float] = []
+        distance = 0.0
+        for row, pixels in zip(self._rows, corners, strict=True):
             (u0, v0), (u1, v1), (u2, v2), (u3, v3) = pixels
             ideal = (
                 ((u0 - cx) / fx, (v0 - cy) / fy),
@@ -86,40 +98,43 @@ class TagPicture:
                 ((u3 - cx) / fx, (v3 - cy) / fy),
             )
             self._ideal.append(ideal)
-            poses = solve_square(ideal, layout.size)
+            poses = solve_square(ideal, size)
             near = far = 0.0
-            doubt = 1.0
+            depth = doubt = 1.0
             if poses is not None:
-                place = poses[0].translation
+                px, py, depth = place = poses[0].translation
                 x, y, z = apply(axes, place)
-                near, far = math.hypot(*place), math.hypot(x + mount_x, y + mount_y, z + mount_z)
+                near, far = hypot(px, py, depth), hypot(x + mount_x, y + mount_y, z + mount_z)
                 doubt = ambiguity(poses)
             area = percent * abs((u2 - u0) * (v3 - v1) - (v2 - v0) * (u3 - u1))
-            tx = math.degrees(math.atan((0.25 * (u0 + u1 + u2 + u3) - cx) / fx))
-            ty = math.degrees(math.atan((cy - 0.25 * (v0 + v1 + v2 + v3)) / fy))
-            tags.append(TagSighting(layout.id_list[row], seen, tx, ty, area, near, far, doubt, poses))
+            tx = degrees(atan((0.25 * (u0 + u1 + u2 + u3) - cx) / fx))
+            ty = degrees(atan((cy - 0.25 * (v0 + v1 + v2 + v3)) / fy))
+            tags.append(TagSighting(ids[row], pixels, tx, ty, area, near, far, doubt, poses))
+            self._depths.append(depth)
+            areas.append(area)
+            distance += near
         self.tags = tuple(tags)
         """Each tag by itself."""
-        self._near: tuple[Vector, Rows] | None = None
-        areas = [tag.area_percent for tag in tags]
+        self._near: CameraPose | None = None
         self._largest = areas.index(max(areas))
         count = len(tags)
-        distance = sum([tag.camera_distance for tag in tags])
         self._statistics = (layout.span(self._rows), distance / count, sum(areas) / count)
 
-    def megatag1(self, std: StdDevs | None = None) -> PoseEstimate | None:
+    def megatag1(self, std: StdDevs | None = None, near: CameraPose | None = None) -> PoseEstimate | None:
         """Pose from the picture alone. One tag gives the better of its two poses, which may be the wrong one.
 
-        With several tags it is where the error in the picture is least, wherever the search starts. It starts from
-        MegaTag 2 if that was asked for before: one step or two where the largest tag's pose needs three. With one tag
-        it starts from the picture, because there both poses are a minimum.
+        With several tags it is where the error in the picture is least, wherever the search starts: from where the
+        camera truly is it takes 1.2 steps, from MegaTag 2 1.7, from the largest tag's pose 3. With one tag it starts
+        from the picture, because there both poses are a minimum.
 
         Args:
             std: Standard deviations to hand on, from a frame just before; None: work them out, which takes 8 us.
+            near: Where to start; None: from MegaTag 2 if that was asked for before.
         """
         found: CameraSolution | None = None
-        if self._near is not None and len(self.tags) > 1:
-            found = refine_pose(self._squares, self._ideal, *self._near, start_error=_NEAR)
+        near = near or self._near
+        if near is not None and len(self.tags) > 1:
+            found = refine_pose(self._squares, self._ideal, *near, start_error=_NEAR)
         if found is None or found.error > _FITS * self._noise:
             start = self._start()
             found = None if start is None else refine_pose(self._squares, self._ideal, *start)
@@ -135,9 +150,8 @@ class TagPicture:
             attitude: From robot to field axes, three rows. A wrong one gives a wrong place.
         """
         upright = as_rows(attitude)
-        depths = [tag.poses[0].translation[2] if tag.poses else 1.0 for tag in self.tags]
         rotation = times(self._mounting.rows, transposed(upright))
-        found = solve_position(self._squares, self._ideal, depths, rotation)
+        found = solve_position(self._squares, self._ideal, self._depths, rotation)
         if found is None:
             return None
         place, (sx, sy, sz) = found
@@ -145,7 +159,7 @@ class TagPicture:
         k = self._noise
         return self._estimate(place, upright, (k * sx, k * sy, k * sz, 0.0, 0.0, 0.0))
 
-    def _start(self) -> tuple[Vector, Rows] | None:
+    def _start(self) -> CameraPose | None:
         """Place of the camera [m] and rotation from field to optical axes, from the largest tag."""
         poses = self.tags[self._largest].poses
         if poses is None:
@@ -159,7 +173,7 @@ class TagPicture:
                 guess = other
         return guess
 
-    def _camera(self, row: int, pose: SquarePose) -> tuple[Vector, Rows]:
+    def _camera(self, row: int, pose: SquarePose) -> CameraPose:
         a, b, c, d, e, f, g, h, i = pose.rotation
         rotation = times(((a, b, c), (d, e, f), (g, h, i)), as_rows(self._layout.square_axes[row]))
         x, y, z = self._layout.center_list[row]

@@ -41,7 +41,9 @@ def perfect_frame(
         tx, ty = angles_deg(u, v, lens)
         area = 100.0 / (lens.width * lens.height) * abs(float(quad_area(corners[None])[0]))
         near, far = float(reach[row]), math.dist(layout.centers[row].tolist(), robot_pose[0])
-        tags.append(TagSighting(int(layout.ids[row]), corners, tx, ty, area, near, far, 0.0, None))
+        (u0, v0), (u1, v1), (u2, v2), (u3, v3) = corners.tolist()
+        pixels = (u0, v0), (u1, v1), (u2, v2), (u3, v3)
+        tags.append(TagSighting(int(layout.ids[row]), pixels, tx, ty, area, near, far, 0.0, None))
     roll, pitch, yaw = rpy(robot_pose[1])
     chosen = layout.centers[np.argsort(reach, kind="stable")[:_TAGS]]
     apart = np.linalg.norm(chosen[:, None, :] - chosen[None, :, :], axis=2)

@@ -46,7 +46,10 @@ def find_pieces(
     (fx, fy), (cx, cy) = lens.focal_length, lens.principal_point
     ahead = scene.pieces @ rotation[2]  # depths first: most pieces are behind or too far
     start = float(rotation[2] @ pos)
-    slots = np.nonzero((ahead >= start + pipeline.near) & (ahead <= start + pipeline.far))[0]
+    is_near: BoolArray = (ahead >= start + pipeline.near) & (ahead <= start + pipeline.far)
+    if scene.is_there is not None:
+        is_near &= scene.is_there
+    slots = np.nonzero(is_near)[0]
     p = (scene.pieces[slots] - pos) @ rotation.T
     u, v = fx * p[:, 0] / p[:, 2] + cx, fy * p[:, 1] / p[:, 2] + cy
     left, right, top, bottom = crop_pixels(crop, lens)
@@ -60,19 +63,21 @@ def find_pieces(
     kept = np.nonzero(_visible_part(p, distance, scene.piece_radius) >= pipeline.min_visible)[0]
     if scene.sight is not None and len(kept):  # rays cost most: only to what is left
         near_side = p[kept] * (1.0 - scene.piece_radius / distance[kept])[:, None]
-        kept = kept[~scene.sight.blocked(robot, pos, near_side @ rotation + pos)]
+        blocked = scene.sight.blocked(robot, pos, (near_side @ rotation + pos).tolist())
+        kept = kept[~np.array(blocked)]
     kept = kept[:MOST_DETECTIONS]
     p = p[kept]
     middle = p[:, :2] / p[:, 2:] * (fx, fy) + (cx, cy)
     half = scene.piece_radius / p[:, 2:] * (fx, fy)
     noise = pipeline.box_noise * rng.standard_normal((2, len(kept), 2))
     low, high = middle - half + noise[0], middle + half + noise[1]
-    corners = np.stack((low, high), axis=1)[:, ((0, 0), (1, 0), (1, 1), (0, 1)), (0, 1)]
     tx = np.degrees(np.arctan((0.5 * (low[:, 0] + high[:, 0]) - cx) / fx)).tolist()
     ty = np.degrees(np.arctan((cy - 0.5 * (low[:, 1] + high[:, 1])) / fy)).tolist()
     size = high - low
     area = (100.0 / (lens.width * lens.height) * np.abs(size[:, 0] * size[:, 1])).tolist()
-    rows = zip(corners, tx, ty, area, distance[kept].tolist(), slots[kept].tolist(), strict=True)
+    spans = zip(low.tolist(), high.tolist(), strict=True)
+    boxes = [((u0, v0), (u1, v0), (u1, v1), (u0, v1)) for (u0, v0), (u1, v1) in spans]
+    rows = zip(boxes, tx, ty, area, distance[kept].tolist(), slots[kept].tolist(), strict=True)
     name = pipeline.piece_class
     return tuple([PieceSighting(0, name, *row) for row in rows])
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Protocol
 
@@ -20,13 +20,13 @@ _NOTHING: FloatArray = np.zeros((0, 3))
 class SightLines(Protocol):
     """Rays against the field and its robots."""
 
-    def blocked(self, robot: int, start: Vector, ends: FloatArray) -> BoolArray:
-        """Which of the straight lines from `start` [m] to `ends`, (n, 3) [m], meet the field or another robot.
+    def blocked(self, robot: int, start: Vector, ends: Sequence[Sequence[float]]) -> list[bool]:
+        """Which of the straight lines from `start` to `ends` meet the field or another robot.
 
         Args:
             robot: The one that carries the camera; its own body is transparent.
-            start: The camera, field frame.
-            ends: What it looks at, field frame.
+            start: The camera, field frame [m].
+            ends: What it looks at, field frame [m]: n points.
         """
         ...
 
@@ -38,7 +38,9 @@ class Scene:
     robots: Mapping[int, tuple[Vector, Quaternion]] = field(default_factory=dict)
     """True pose of each robot that carries cameras, by its number, field frame."""
     pieces: FloatArray = field(default_factory=lambda: _NOTHING)
-    """Centers of all pieces that can be seen, field frame [m], shape (n, 3)."""
+    """Centers of all pieces, field frame [m], shape (n, 3)."""
+    is_there: BoolArray | None = None
+    """Which of them are on the field, to be seen, shape (n,); None: all."""
     piece_radius: float = 0.0
     """Of each [m]."""
     sight: SightLines | None = None
@@ -48,9 +50,13 @@ class Scene:
     def above(self, height: float) -> FloatArray:
         """Pieces that may reach above a height [m]: of a field full of fuel on the carpet, seen from above, none."""
         if self._high is None:
-            self._high = self.pieces[self.pieces[:, 2] > _CARPET * self.piece_radius]
-        some = self._high if height > (_CARPET + 1.0) * self.piece_radius else self.pieces
-        return some
+            is_high: BoolArray = self.pieces[:, 2] > _CARPET * self.piece_radius
+            if self.is_there is not None:
+                is_high &= self.is_there
+            self._high = self.pieces[is_high]
+        if height > (_CARPET + 1.0) * self.piece_radius:
+            return self._high
+        return self.pieces if self.is_there is None else self.pieces[self.is_there]
 
 
 def hidden_by_spheres(start: Vector, points: FloatArray, centers: FloatArray, radius: float) -> BoolArray | None:

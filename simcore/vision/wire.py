@@ -6,13 +6,22 @@ Source: LimelightHelpers 2026 and docs.limelightvision.io, "Complete NetworkTabl
 from __future__ import annotations
 
 import math
+from itertools import chain
 
 from simcore.geometry.quaternion import Vector
 from simcore.vision.camera import CameraConfig
-from simcore.vision.frames import Frame, PieceSighting, PoseEstimate, TagSighting
+from simcore.vision.frames import Corners, Frame, PieceSighting, PoseEstimate, TagSighting
 from simcore.vision.rows import Rows, apply, apply_back, times, transposed
 
-__all__ = ["EVERY_FRAME", "PIPELINE_TYPES", "TOPICS", "Value", "constant_values", "frame_values"]
+__all__ = [
+    "EVERY_FRAME",
+    "FRAME_TOPICS",
+    "PIPELINE_TYPES",
+    "TOPICS",
+    "Value",
+    "constant_values",
+    "frame_values",
+]
 
 Value = float | int | str | list[float] | list[str]
 
@@ -32,6 +41,14 @@ TOPICS: dict[str, str] = {
     ),
 }  # fmt: skip
 """Type of each topic of a camera's table."""
+
+FRAME_TOPICS = (
+    "tv", "tid", "getpipe", "tx", "ty", "txnc", "tync", "ta", "tl", "cl", "hb", "tdist", "getpipetype", "tclass",
+    "tdclass", "t2d", "rawfiducials", "rawdetections", "rawtargets", "tcornxy", "stddevs", "camerapose_robotspace",
+    "imu", "botpose", "botpose_wpiblue", "botpose_wpired", "botpose_orb", "botpose_orb_wpiblue", "botpose_orb_wpired",
+    "targetpose_cameraspace", "camerapose_targetspace", "targetpose_robotspace", "botpose_targetspace",
+)  # fmt: skip
+"""Those that follow from a frame, in the order of `frame_values`."""
 
 EVERY_FRAME = frozenset(name for name in TOPICS if name.startswith("botpose")) | {"hb", "t2d"}
 """Topics that are sent with every frame, even if nothing has changed: readers take a new stamp for a new frame."""
@@ -59,7 +76,7 @@ def constant_values(config: CameraConfig) -> dict[str, Value]:
 
 
 def frame_values(frame: Frame, config: CameraConfig, field_size: tuple[float, float]) -> dict[str, Value]:
-    """Values of a frame, by topic; `constant_values` has the others, and `json` is left to whoever wants it.
+    """Values of a frame, by topic in the order of `FRAME_TOPICS`; `json` is left to whoever wants it.
 
     Args:
         frame: What was seen.
@@ -69,18 +86,22 @@ def frame_values(frame: Frame, config: CameraConfig, field_size: tuple[float, fl
     tag, piece = frame.primary_tag, frame.primary_piece
     seen = tag or piece
     tx, ty, ta = (seen.tx_deg, seen.ty_deg, seen.area_percent) if seen is not None else (0.0, 0.0, 0.0)
-    corners = seen.corners.tolist() if seen is not None else None
+    corners = seen.pixels if seen is not None else None
     tid = tag.id if tag is not None else -1
     tl, cl = 1e3 * frame.pipeline_latency, 1e3 * frame.capture_latency
-    count = len(frame.tags) + len(frame.pieces)
+    kind = PIPELINE_TYPES[frame.pipeline_kind]
     distance = tag.camera_distance if tag is not None else piece.distance if piece is not None else 0.0
     piece_class = piece.class_name if piece is not None else ""
+    one, two = frame.megatag1, frame.megatag2
     raw: list[float] = []
     for t in frame.tags:
         raw += (
             float(t.id), t.tx_deg, t.ty_deg, t.area_percent, t.camera_distance, t.robot_distance, t.ambiguity
         )  # fmt: skip
-    values: dict[str, Value] = {
+    botpose, botpose_blue, botpose_red = _poses(frame, one, raw, field_size)
+    orb, orb_blue, orb_red = _poses(frame, two, raw, field_size)
+    target_in_camera, camera_in_target, target_in_robot, robot_in_target = _target_space(tag, frame)
+    return {
         "tv": int(seen is not None),
         "tid": tid,
         "getpipe": frame.pipeline,
@@ -93,42 +114,47 @@ def frame_values(frame: Frame, config: CameraConfig, field_size: tuple[float, fl
         "cl": cl,
         "hb": float(frame.number),
         "tdist": distance,
-        "getpipetype": PIPELINE_TYPES[frame.pipeline_kind],
+        "getpipetype": kind,
         "tclass": piece_class,
         "tdclass": piece_class,
         "t2d": [
-            float(seen is not None), float(count), tl, cl, tx, ty, tx, ty, ta, float(tid),
-            0.0 if piece is not None else -1.0, -1.0, *_sides(corners),
+            0.0 if seen is None else 1.0, float(len(frame.tags) + len(frame.pieces)), tl, cl, tx, ty, tx, ty, ta,
+            float(tid), -1.0 if piece is None else 0.0, -1.0, *_sides(corners),
         ],
         "rawfiducials": raw,
         "rawdetections": [
             number
             for p in frame.pieces
-            for number in (float(p.class_id), p.tx_deg, p.ty_deg, p.area_percent, *p.corners.ravel().tolist())
+            for number in (float(p.class_id), p.tx_deg, p.ty_deg, p.area_percent, *chain.from_iterable(p.pixels))
         ],
         "rawtargets": _raw_targets(frame, config),
-        "tcornxy": [] if corners is None else [number for corner in corners for number in corner],
+        "tcornxy": [] if corners is None else [*chain.from_iterable(corners)],
         "stddevs": [
-            *(frame.megatag1.std_devs if frame.megatag1 is not None else _NO_POSE),
-            *(frame.megatag2.std_devs if frame.megatag2 is not None else _NO_POSE),
+            *(one.std_devs if one is not None else _NO_POSE), *(two.std_devs if two is not None else _NO_POSE)
         ],
         "camerapose_robotspace": list(frame.mount),
         "imu": _imu(frame),
+        "botpose": botpose,
+        "botpose_wpiblue": botpose_blue,
+        "botpose_wpired": botpose_red,
+        "botpose_orb": orb,
+        "botpose_orb_wpiblue": orb_blue,
+        "botpose_orb_wpired": orb_red,
+        "targetpose_cameraspace": target_in_camera,
+        "camerapose_targetspace": camera_in_target,
+        "targetpose_robotspace": target_in_robot,
+        "botpose_targetspace": robot_in_target,
     }  # fmt: skip
-    values |= _poses("botpose", frame, frame.megatag1, raw, field_size)
-    values |= _poses("botpose_orb", frame, frame.megatag2, raw, field_size)
-    values |= _target_space(tag, frame)
-    return values
 
 
 def _poses(
-    name: str, frame: Frame, found: PoseEstimate | None, raw: list[float], field_size: tuple[float, float]
-) -> dict[str, Value]:
-    """The three frames of one estimate: 11 numbers and 7 a tag; zeros without a tag."""
+    frame: Frame, found: PoseEstimate | None, raw: list[float], field_size: tuple[float, float]
+) -> tuple[list[float], list[float], list[float]]:
+    """One estimate from the field's middle, blue's corner and red's: 11 numbers and 7 a tag; zeros without a tag."""
     latency = 1e3 * frame.latency
     if found is None:
         nothing = [*_NO_POSE, latency, 0.0, 0.0, 0.0, 0.0]
-        return {name: nothing, f"{name}_wpiblue": nothing, f"{name}_wpired": nothing}
+        return nothing, nothing, nothing
     x, y, z = found.position
     length, width = field_size
     roll, pitch, yaw = found.roll_deg, found.pitch_deg, found.yaw_deg
@@ -136,22 +162,21 @@ def _poses(
         latency, float(found.tag_count), found.tag_span, found.average_distance, found.average_area, *raw
     ]  # fmt: skip
     turned = yaw - 180.0 if yaw > 0.0 else yaw + 180.0
-    return {
-        name: [x - length / 2, y - width / 2, z, roll, pitch, yaw, *rest],
-        f"{name}_wpiblue": [x, y, z, roll, pitch, yaw, *rest],
-        f"{name}_wpired": [length - x, width - y, z, roll, pitch, turned, *rest],
-    }
+    return (
+        [x - length / 2, y - width / 2, z, roll, pitch, yaw, *rest],
+        [x, y, z, roll, pitch, yaw, *rest],
+        [length - x, width - y, z, roll, pitch, turned, *rest],
+    )
 
 
-def _target_space(tag: TagSighting | None, frame: Frame) -> dict[str, Value]:
-    """Poses between target, camera and robot: x, y, z [m], pitch, yaw, roll [deg].
+def _target_space(tag: TagSighting | None, frame: Frame) -> tuple[list[float], list[float], list[float], list[float]]:
+    """Target in camera, camera in target, target in robot, robot in target: x, y, z [m], pitch, yaw, roll [deg].
 
     All three have their axes as a camera has them: x right, y down, z ahead (for the target: into it), so that a robot
     that faces a tag has angles of zero and a negative z in target space.
     """
-    names = ("targetpose_cameraspace", "camerapose_targetspace", "targetpose_robotspace", "botpose_targetspace")
     if tag is None or tag.poses is None:
-        return dict.fromkeys(names, _NO_POSE)
+        return _NO_POSE, _NO_POSE, _NO_POSE, _NO_POSE
     place = tag.poses[0].translation
     a, b, c, d, e, f, g, h, i = tag.poses[0].rotation
     turn = ((a, -b, -c), (d, -e, -f), (g, -h, -i))  # a square's axes are right, up, out; a target's right, down, in
@@ -162,12 +187,7 @@ def _target_space(tag: TagSighting | None, frame: Frame) -> dict[str, Value]:
     x, y, z = apply(axes, place)
     robot_place = (x - mount_left, y - mount_up, z + mount_ahead)
     robot_turn = times(axes, turn)
-    return {
-        "targetpose_cameraspace": _six(place, turn),
-        "camerapose_targetspace": _back(place, turn),
-        "targetpose_robotspace": _six(robot_place, robot_turn),
-        "botpose_targetspace": _back(robot_place, robot_turn),
-    }
+    return _six(place, turn), _back(place, turn), _six(robot_place, robot_turn), _back(robot_place, robot_turn)
 
 
 def _back(place: Vector, turn: Rows) -> list[float]:
@@ -185,7 +205,7 @@ def _six(place: Vector, turn: Rows) -> list[float]:
     return [*place, _DEGREES * pitch, _DEGREES * yaw, _DEGREES * roll]
 
 
-def _sides(corners: list[list[float]] | None) -> list[float]:
+def _sides(corners: Corners | None) -> list[float]:
     """Long and short side, width and height of the box around it [px], and how it is turned [deg]."""
     if corners is None:
         return [0.0, 0.0, 0.0, 0.0, 0.0]
@@ -198,15 +218,15 @@ def _sides(corners: list[list[float]] | None) -> list[float]:
 
 def _raw_targets(frame: Frame, config: CameraConfig) -> list[float]:
     """The largest targets: place in the picture from -1 to 1, right and up, and area [%]."""
-    lens = config.type
-    fx, fy = lens.focal_length
+    width, height = config.type.width, config.type.height
     every: list[TagSighting | PieceSighting] = [*frame.tags, *frame.pieces]
     if len(every) > 1:
         every.sort(key=_area, reverse=True)
     raw: list[float] = []
     for seen in every[:_MOST_TARGETS]:
-        x, y = math.tan(math.radians(seen.tx_deg)), math.tan(math.radians(seen.ty_deg))
-        raw += (x * fx / lens.principal_point[0], y * fy / lens.principal_point[1], seen.area_percent)
+        (u0, v0), (u1, v1), (u2, v2), (u3, v3) = seen.pixels
+        across, down = 0.5 * (u0 + u1 + u2 + u3) / width, 0.5 * (v0 + v1 + v2 + v3) / height
+        raw += (across - 1.0, 1.0 - down, seen.area_percent)
     return raw
 
 

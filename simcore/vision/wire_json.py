@@ -63,7 +63,7 @@ def frame_json(frame: Frame, values: dict[str, Value], stamp: int) -> str:
                 "txp": float(tag.corners[:, 0].mean()),
                 "typ": float(tag.corners[:, 1].mean()),
                 "ta": tag.area_percent,
-                "pts": tag.corners.tolist(),
+                "pts": tag.pixels,
                 **(
                     {
                         "t6t_cs": values["targetpose_cameraspace"],
@@ -86,7 +86,7 @@ def frame_json(frame: Frame, values: dict[str, Value], stamp: int) -> str:
                 "tx_nocross": piece.tx_deg,
                 "ty_nocross": piece.ty_deg,
                 "ta": piece.area_percent,
-                "pts": piece.corners.tolist(),
+                "pts": piece.pixels,
             }
             for piece in frame.pieces
         ],

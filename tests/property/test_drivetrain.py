@@ -315,3 +315,41 @@ def test_drives_share_nothing():
     assert b.battery.voltage > a.battery.voltage
     assert not b.wheel_angles.any()
     assert replace(config) == config
+
+
+@pytest.mark.parametrize("h", [0.001, 0.0025, 0.005])
+@pytest.mark.parametrize("kind", ["swerve", "tank"])
+def test_a_wheel_that_slides_has_all_of_its_grip(kind, h):
+    """Random hits, loads and volts; three wheels on a shaft are the hard case, for they slide together."""
+    rng = np.random.default_rng(5)
+    tank = TankDrive(TankConfig())
+    swerve = SwerveDrive(SwerveConfig.square(0.527, SwerveModuleConfig(x=0.0, y=0.0)))
+    drive = tank if kind == "tank" else swerve
+    solver = drive._solver
+    n = len(solver.wheels)
+    slid, short = 0, 0
+    v = np.zeros(3)
+    loads = np.full(n, 500.0 / n)
+    for k in range(2000):
+        if k % 20 == 0:
+            if kind == "tank":
+                tank.set_volts(*rng.uniform(-12.0, 12.0, 2))
+            else:
+                swerve.set_volts((rng.uniform(-12.0, 12.0) * rng.uniform(0.5, 1.0, n)).tolist(), rng.uniform(-1, 1, n))
+            if rng.random() < 0.3:
+                v = rng.uniform(-1.0, 1.0, 3) * (4.0, 2.0, 6.0)
+            loads = rng.uniform(0.1, 2.0, n) * (rng.random(n) < 0.8)
+            loads *= 500.0 / max(loads.sum(), 0.1)
+        v = (v + drive.step(h, *v.tolist(), loads.tolist())) * (0.999, 1.0, 1.0)
+        for g, shaft in enumerate(solver.shafts):
+            c, s = (1.0, 0.0) if kind == "tank" else (swerve.state.cos[g], swerve.state.sin[g])
+            rim = shaft.radius * solver.shaft_speed[g]
+            for k_wheel in shaft.wheels:
+                wheel, grip = solver.wheels[k_wheel], solver.wheels[k_wheel].tread * loads[k_wheel]
+                gx, gy = v[0] - v[2] * wheel.y, v[1] + v[2] * wheel.x
+                slip = math.hypot(rim - c * gx - s * gy, s * gx - c * gy)
+                if grip > 5.0 and slip > 3.0 * (abs(rim) * shaft.slip_ratio + shaft.slip_speed):
+                    slid += 1
+                    short += math.hypot(solver.force_x[k_wheel], solver.force_y[k_wheel]) < 0.8 * grip
+    assert slid > 2000
+    assert short <= 0.005 * slid  # where the rounds end before all wheels agree; with 4 plain rounds it was up to 6 %

@@ -82,6 +82,7 @@ class Bridge:
         "current",
         "deadband",
         "duty",
+        "has_ramp",
         "is_blocked",
         "is_neutral",
         "is_stator_limited",
@@ -147,6 +148,7 @@ class Bridge:
         }
         self._ramps = {key: _FULL[key[0]] / period if (period := config.get(spn, 0.0)) > 0.0 else 0.0
                        for key, spn in _RAMPS.items()}  # fmt: skip
+        self.has_ramp = any(self._ramps.values())
 
     def stage(self, unit: Unit, *, closed: bool, foc: bool) -> Stage:
         """The output stage for one kind of request."""

@@ -21,11 +21,23 @@ class CANcoderFrame(NamedTuple):
     """What a CANcoder tells robot code [rotations, rotations/s]."""
 
     position: float
-    absolute: float
     since_boot: float
     velocity: float
     supply: float
-    health: float
+    health: int
+    top: float
+    """Where the absolute position starts anew, as configured."""
+
+    @property
+    def absolute(self) -> float:
+        """Absolute position, within one turn below the discontinuity point.
+
+        A new position turns it too; so it is in CTRE's simulation.
+        """
+        return self.position - math.floor(self.position - self.top + 1.0)
+
+
+_new = tuple.__new__
 
 
 class CANcoder(Device):
@@ -91,23 +103,11 @@ class CANcoder(Device):
         """Position now, continuous over turns [rotations]."""
         return self._sign * self.raw + self._offset + self._shift
 
-    @property
-    def velocity(self) -> float:
-        """Velocity now [rotations/s]."""
-        return self._sign * self.raw_velocity
-
-    @property
-    def absolute(self) -> float:
-        """Absolute position now, within one turn below the discontinuity point [rotations].
-
-        A new position turns it too; so it is in CTRE's simulation.
-        """
-        angle = self.position
-        return angle - math.floor(angle - self._top + 1.0)
-
     def sample(self) -> CANcoderFrame:
-        """A frame of this moment."""
-        return CANcoderFrame(self.position, self.absolute, self.raw, self.velocity, self.supply, float(self.health))
+        """A frame of this moment; 250 a second, so past CANcoderFrame.__new__, which is a Python function."""
+        raw, sign = self.raw, self._sign
+        position = sign * raw + self._offset + self._shift
+        return _new(CANcoderFrame, (position, raw, sign * self.raw_velocity, self.supply, self.health, self._top))
 
     signals: ClassVar[Mapping[int, Callable[[Any], float]]] = {
         SpnValue.CANCODER_POSITION.value: lambda f: f.position,
@@ -116,5 +116,5 @@ class CANcoder(Device):
         SpnValue.CAN_CODER_RAW_VEL.value: lambda f: f.velocity,
         SpnValue.CAN_CODER_RAW_POS.value: lambda f: f.since_boot,
         SpnValue.CAN_CODER_SUPPLY_VOLTAGE.value: lambda f: f.supply,
-        SpnValue.CANCODER_MAG_HEALTH.value: lambda f: f.health,
+        SpnValue.CANCODER_MAG_HEALTH.value: lambda f: float(f.health),
     }

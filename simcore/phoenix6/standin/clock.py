@@ -19,7 +19,7 @@ class SimulatedClock:
         self.ns = 0
         """Time [ns]."""
         self.next_frame_ns = 0
-        """Before this no device has a status frame to send [ns]."""
+        """Before this no device has a status frame to send [ns]; 0 where devices or rates have changed."""
 
     @property
     def now(self) -> float:

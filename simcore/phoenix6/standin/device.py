@@ -47,6 +47,10 @@ class Device:
         defaults: Its factory configuration, by number.
     """
 
+    __slots__ = (
+        *("bus", "clock", "config", "defaults", "device_id", "due_ns", "fault_flags", "frame", "frame_ns"),
+        *("_asked", "period_ms", "supply"),
+    )
     model: ClassVar[str] = ""
     """As the library names it, "talon fx"."""
     type_number: ClassVar[int] = -1

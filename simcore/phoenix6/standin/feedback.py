@@ -11,6 +11,7 @@ have it.
 from __future__ import annotations
 
 import enum
+import math
 from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING
 
@@ -23,10 +24,9 @@ from simcore.phoenix6.standin.wire import Setting
 if TYPE_CHECKING:
     from simcore.phoenix6.standin.talon import Talon
 
-__all__ = ["Feedback", "Reading", "Source", "feedback_of"]
+__all__ = ["Feedback", "Source", "feedback_of", "within_range"]
 
-Reading = tuple[float, float, float]
-"""Position [rotations], velocity [rotations/s] and acceleration [rotations/s^2] of the mechanism."""
+_HALF_RANGE = 16384.0
 
 
 class Source(enum.IntEnum):
@@ -51,22 +51,29 @@ class Source(enum.IntEnum):
     SYNC_CANDI_PWM2 = 16
 
 
+def within_range(turns: float) -> float:
+    """A rotor position as a device tells it, within +-16384 [rotations]."""
+    if -_HALF_RANGE <= turns < _HALF_RANGE:
+        return turns
+    return math.remainder(turns, 2.0 * _HALF_RANGE)
+
+
 class Feedback:
     """The sensor that a controller is configured to use.
 
     Args:
-        read: Its reading now.
+        measure: Writes its present reading to the controller's `pos`, `vel` and `acc`.
         is_rotor: Whether that is the rotor's, so that a new position can be set.
         is_missing: Whether robot code has no device with the configured id.
         remote: The device on the bus whose frames bring the readings; None where they are always new.
     """
 
-    __slots__ = ("is_missing", "is_rotor", "read", "remote")
+    __slots__ = ("is_missing", "is_rotor", "measure", "remote")
 
     def __init__(
-        self, read: Callable[[], Reading], *, is_rotor: bool, is_missing: bool = False, remote: Device | None = None
+        self, measure: Callable[[], None], *, is_rotor: bool, is_missing: bool = False, remote: Device | None = None
     ) -> None:
-        self.read = read
+        self.measure = measure
         self.is_rotor = is_rotor
         self.is_missing = is_missing
         self.remote = remote
@@ -111,12 +118,18 @@ def feedback_of(talon: Talon, config: Mapping[int, Setting]) -> Feedback:
     mechanism = get(SpnValue.CONFIG_SENSOR_TO_MECHANISM_RATIO.value, 1.0) or 1.0
     rotor = get(SpnValue.CONFIG_ROTOR_TO_SENSOR_RATIO.value, 1.0) or 1.0
 
-    def on_rotor(ratio: float, zero: float = 0.0) -> Callable[[], Reading]:
-        def read() -> Reading:
-            scale = talon.turn / ratio
-            return talon.rotor_position / ratio + zero, talon.rotor_rps * scale, talon.rotor_acceleration * scale
+    def on_rotor(ratio: float, zero: float = 0.0) -> Callable[[], None]:
+        def measure() -> None:
+            turn = talon.turn
+            turns = turn * (talon.raw + talon.shift) + talon.rotor_offset  # `rotor_position`, without the call
+            if not -_HALF_RANGE <= turns < _HALF_RANGE:
+                turns = within_range(turns)
+            scale = turn / ratio
+            talon.pos = turns / ratio + zero
+            talon.vel = talon.rotor_rps * scale
+            talon.acc = talon.rotor_acceleration * scale
 
-        return read
+        return measure
 
     if source is Source.ROTOR:
         return Feedback(on_rotor(mechanism), is_rotor=True)
@@ -125,14 +138,20 @@ def feedback_of(talon: Talon, config: Mapping[int, Setting]) -> Feedback:
     sensor_id = int(get(SpnValue.CONFIG_FEEDBACK_REMOTE_SENSOR_ID.value, 0))
     found = _remote(talon, source, sensor_id)
     if found is None:
-        return Feedback(lambda: (0.0, 0.0, 0.0), is_rotor=False, is_missing=True)
+        return Feedback(lambda: _rest(talon), is_rotor=False, is_missing=True)
     device, sensor = found
     if source in (Source.SYNC_CANCODER, Source.SYNC_CANDI_PWM1, Source.SYNC_CANDI_PWM2):
         ratio = rotor * mechanism
         return Feedback(on_rotor(ratio, sensor()[0] / mechanism - talon.rotor_position / ratio), is_rotor=False)
 
-    def read() -> Reading:
+    def measure() -> None:
         p, v = sensor()
-        return p / mechanism, v / mechanism, 0.0
+        talon.pos = p / mechanism
+        talon.vel = v / mechanism
+        talon.acc = 0.0
 
-    return Feedback(read, is_rotor=False, remote=device)
+    return Feedback(measure, is_rotor=False, remote=device)
+
+
+def _rest(talon: Talon) -> None:
+    talon.pos = talon.vel = talon.acc = 0.0

@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import TYPE_CHECKING
 
-from simcore.phoenix6.standin.gains import Gains
+from simcore.phoenix6.standin.bridge import Stage
 from simcore.phoenix6.standin.requests import Axis, Unit
-from simcore.phoenix6.standin.talon_frame import REQ_BRAKE, REQ_COAST, TalonFrame
+from simcore.phoenix6.standin.talon_frame import TalonFrame
 
 if TYPE_CHECKING:
     from simcore.phoenix6.standin.talon import Talon
 
-__all__ = ["follow", "turning"]
+__all__ = ["following", "turning"]
 
 _OPPOSED = 1
 
@@ -19,6 +20,10 @@ _OPPOSED = 1
 def _leader(talon: Talon) -> Talon | None:
     leader = talon.world.devices.get((talon.type_number, int(talon.args[1])))
     return leader if leader is not talon else None  # type: ignore[return-value]
+
+
+def _opposes(talon: Talon) -> bool:
+    return bool(talon.args[2] == _OPPOSED)
 
 
 def turning(talon: Talon) -> float:
@@ -31,30 +36,46 @@ def turning(talon: Talon) -> float:
     leader = _leader(talon)
     if leader is None:
         return talon.sign
-    return -leader.turn if talon.args[2] == _OPPOSED else leader.turn
+    return -leader.turn if _opposes(talon) else leader.turn
 
 
-def follow(talon: Talon, loops: int) -> None:
-    """Put out what the leader's last frame says, in the unit that the leader drives with; nothing without a leader."""
-    bridge = talon.bridge
-    leader = _leader(talon)
+def following(talon: Talon) -> Callable[[int], None] | None:
+    """What a follower does each step; None for a motor that follows nobody.
+
+    It puts out what the leader's last frame says, in the unit that the leader drives with; nothing without a leader.
+    Built when request, configuration or devices change: looking for the leader each step cost half of it.
+    """
+    if talon.kind.axis is not Axis.FOLLOW:
+        return None
+    bridge, leader = talon.bridge, _leader(talon)
     if leader is None:
-        bridge.rest()
-        bridge.neutral(bridge.brake)
-        return
-    talon.turn = turning(talon)
-    bridge.rps, bridge.late_rps = talon.rotor_rps * talon.turn, talon.late_rps * talon.turn
-    leader.watch()
-    frame: TalonFrame = leader.frame
-    if frame.bridge in (REQ_COAST, REQ_BRAKE):
-        bridge.neutral(frame.bridge == REQ_BRAKE)
-        return
-    unit = leader.kind.unit
-    key = (f"follow {unit.value}", 0, True)
-    plan = talon.plans.get(key)
-    if plan is None:
-        plan = talon.plans[key] = (None, bridge.stage(unit, closed=True, foc=True), Gains())
-    bridge.override, bridge.deadband, bridge.max_duty = False, 0.0, 1.0
-    bridge.blocked_forward = bridge.blocked_reverse = False
-    assert plan[1] is not None
-    plan[1]({Unit.DUTY: frame.duty, Unit.VOLTS: frame.volts, Unit.AMPERES: frame.current}[unit], loops)
+        return lambda loops: _alone(talon)
+    found = leader
+    if talon not in found.followers:
+        found.followers.append(talon)
+    is_strict = talon.kind.name == "StrictFollower"
+    sign = -1.0 if not is_strict and _opposes(talon) else 1.0
+    unit: Unit | None = None
+    stage: Stage | None = None
+
+    def drive(loops: int) -> None:
+        nonlocal unit, stage
+        talon.turn = turn = talon.sign if is_strict else sign * found.turn
+        bridge.rps, bridge.late_rps = talon.rotor_rps * turn, talon.late_rps * turn
+        frame: TalonFrame = found.frame
+        if frame.is_neutral:
+            bridge.neutral(frame.current != 0.0)  # a leader that brakes, not one that coasts
+            return
+        if stage is None or unit is not found.kind.unit:
+            unit = found.kind.unit
+            stage = bridge.stage(unit, closed=True, foc=True)
+            bridge.override, bridge.deadband, bridge.max_duty = False, 0.0, 1.0
+            bridge.blocked_forward = bridge.blocked_reverse = False
+        stage(frame.volts if unit is Unit.VOLTS else (frame.duty if unit is Unit.DUTY else frame.current), loops)
+
+    return drive
+
+
+def _alone(talon: Talon) -> None:
+    talon.bridge.rest()
+    talon.bridge.neutral(talon.bridge.brake)

@@ -1,36 +1,55 @@
-"""Turns a control request into a law and an output stage for one controller."""
+"""Turns a control request into a law, an output stage and a status for one controller."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from phoenix6.signals import ControlModeValue
 from phoenix6.spns.spn_value import SpnValue
 
 from simcore.phoenix6.standin import laws
 from simcore.phoenix6.standin.bridge import Stage
 from simcore.phoenix6.standin.gains import Gains, gains_of
-from simcore.phoenix6.standin.requests import Axis, RequestKind
+from simcore.phoenix6.standin.plan import REQ_FOC, REQ_TORQUE, REQ_TRAPEZOIDAL, Plan
+from simcore.phoenix6.standin.profile import Profile
+from simcore.phoenix6.standin.requests import REQUESTS, Axis, RequestKind, Unit
 
 if TYPE_CHECKING:
     from simcore.phoenix6.standin.talon import Talon
 
-__all__ = ["PROFILED", "VELOCITY", "Plan", "build", "limits_of"]
+__all__ = ["build", "limits_of"]
 
-PROFILED = frozenset((Axis.MOTION_MAGIC, Axis.MOTION_MAGIC_EXPO, Axis.MOTION_MAGIC_VELOCITY))
-"""Axes with a motion profile."""
-VELOCITY = frozenset((Axis.VELOCITY, Axis.MOTION_MAGIC_VELOCITY))
-"""Axes that control a velocity."""
-Plan = tuple["laws.Law | None", "Stage | None", Gains]
-"""Law, output stage and gains of a request; without a law the bridge lets go or brakes."""
 _OUTPUTLESS = frozenset((Axis.NEUTRAL, Axis.BRAKE, Axis.COAST, Axis.MUSIC, Axis.FOLLOW))
 
 
 def build(talon: Talon, kind: RequestKind, slot: int, foc: bool) -> Plan:
-    """Law and output stage of a request.
+    """Law, output stage and status of a request.
 
     Raises:
         NotImplementedError: The slot schedules its gains.
     """
+    law, stage, gains = _law(talon, kind, slot, foc)
+    torque = kind.unit is Unit.AMPERES
+    profiles: dict[Axis, Profile] = {
+        Axis.MOTION_MAGIC: talon.scurve,
+        Axis.MOTION_MAGIC_EXPO: talon.expo,
+        Axis.MOTION_MAGIC_VELOCITY: talon.velocity_ramp,
+    }
+    return Plan(
+        law,
+        stage,
+        gains,
+        profile=profiles.get(kind.axis),
+        mode=0 if kind is REQUESTS["Empty"] else int(ControlModeValue[kind.mode(foc)].value),
+        drives=REQ_TORQUE if torque else (REQ_FOC if foc else REQ_TRAPEZOIDAL),
+        unit_number=(Unit.DUTY, Unit.VOLTS, Unit.AMPERES).index(kind.unit),
+        on_velocity=kind.axis in (Axis.VELOCITY, Axis.MOTION_MAGIC_VELOCITY),
+        looks=law is not None and kind.axis is not Axis.OPEN,
+        remembers=gains.ki != 0.0 or talon.bridge.has_ramp,
+    )
+
+
+def _law(talon: Talon, kind: RequestKind, slot: int, foc: bool) -> tuple[laws.Law | None, Stage | None, Gains]:
     axis = kind.axis
     if axis in _OUTPUTLESS:
         return None, None, Gains()

@@ -24,12 +24,23 @@ class PigeonFrame(NamedTuple):
     rate_x: float
     rate_y: float
     rate_z: float
-    quat_w: float
-    quat_x: float
-    quat_y: float
-    quat_z: float
     supply: float
-    up_time: float
+    time_ns: int
+
+    @property
+    def quaternion(self) -> tuple[float, float, float, float]:
+        """Attitude (w, x, y, z): yaw, then pitch, then roll."""
+        y, p, r = (math.radians(a) / 2.0 for a in (self.yaw, self.pitch, self.roll))
+        cy, sy, cp, sp, cr, sr = math.cos(y), math.sin(y), math.cos(p), math.sin(p), math.cos(r), math.sin(r)
+        return (
+            cr * cp * cy + sr * sp * sy,
+            sr * cp * cy - cr * sp * sy,
+            cr * sp * cy + sr * cp * sy,
+            cr * cp * sy - sr * sp * cy,
+        )
+
+
+_new = tuple.__new__
 
 
 class Pigeon2(Device):
@@ -96,24 +107,10 @@ class Pigeon2(Device):
         """Yaw now, as robot code knows it [deg]."""
         return self.raw_yaw + self._offset
 
-    @property
-    def quaternion(self) -> tuple[float, float, float, float]:
-        """Attitude now (w, x, y, z): yaw, then pitch, then roll."""
-        y, p, r = (math.radians(a) / 2.0 for a in (self.yaw, self.pitch, self.roll))
-        cy, sy, cp, sp, cr, sr = math.cos(y), math.sin(y), math.cos(p), math.sin(p), math.cos(r), math.sin(r)
-        return (
-            cr * cp * cy + sr * sp * sy,
-            sr * cp * cy - cr * sp * sy,
-            cr * sp * cy + sr * cp * sy,
-            cr * cp * sy - sr * sp * cy,
-        )
-
     def sample(self) -> PigeonFrame:
-        """A frame of this moment."""
-        x, y, z = self.rates
-        return PigeonFrame(
-            self.yaw, self.pitch, self.roll, x, y, z, *self.quaternion, self.supply, float(int(self.clock.now))
-        )
+        """A frame of this moment; 250 a second, so past PigeonFrame.__new__, which is a Python function."""
+        yaw, rates = self.raw_yaw + self._offset, self.rates
+        return _new(PigeonFrame, (yaw, self.pitch, self.roll, rates[0], rates[1], rates[2], self.supply, self.clock.ns))
 
     signals: ClassVar[Mapping[int, Callable[[Any], float]]] = {
         SpnValue.PIGEON2_YAW.value: lambda f: f.yaw,
@@ -125,10 +122,10 @@ class Pigeon2(Device):
         SpnValue.PIGEON2_ANGULAR_VELOCITY_X_WORLD.value: lambda f: f.rate_x,
         SpnValue.PIGEON2_ANGULAR_VELOCITY_Y_WORLD.value: lambda f: f.rate_y,
         SpnValue.PIGEON2_ANGULAR_VELOCITY_Z_WORLD.value: lambda f: f.rate_z,
-        SpnValue.PIGEON2_QUAT_W.value: lambda f: f.quat_w,
-        SpnValue.PIGEON2_QUAT_X.value: lambda f: f.quat_x,
-        SpnValue.PIGEON2_QUAT_Y.value: lambda f: f.quat_y,
-        SpnValue.PIGEON2_QUAT_Z.value: lambda f: f.quat_z,
+        SpnValue.PIGEON2_QUAT_W.value: lambda f: f.quaternion[0],
+        SpnValue.PIGEON2_QUAT_X.value: lambda f: f.quaternion[1],
+        SpnValue.PIGEON2_QUAT_Y.value: lambda f: f.quaternion[2],
+        SpnValue.PIGEON2_QUAT_Z.value: lambda f: f.quaternion[3],
         SpnValue.PIGEON2_SUPPLY_VOLTAGE.value: lambda f: f.supply,
-        SpnValue.PIGEON2_UP_TIME.value: lambda f: f.up_time,
+        SpnValue.PIGEON2_UP_TIME.value: lambda f: float(int(f.time_ns * 1e-9)),
     }

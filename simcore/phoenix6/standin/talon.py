@@ -10,15 +10,17 @@ from typing import TYPE_CHECKING, Any
 from phoenix6.spns.spn_value import SpnValue
 
 from simcore.errors import NonFiniteError
+from simcore.phoenix6.standin import talon_values
 from simcore.phoenix6.standin.bridge import LIMITER_GAIN, Bridge
 from simcore.phoenix6.standin.clock import LOOP_NS, SimulatedClock
 from simcore.phoenix6.standin.device import Device, period_of
-from simcore.phoenix6.standin.electrical import KRAKEN_X44, KRAKEN_X60
-from simcore.phoenix6.standin.feedback import feedback_of
-from simcore.phoenix6.standin.follower import follow, turning
+from simcore.phoenix6.standin.electrical import KRAKEN_X60
+from simcore.phoenix6.standin.feedback import feedback_of, within_range
+from simcore.phoenix6.standin.follower import following, turning
 from simcore.phoenix6.standin.laws import PROFILE_LOOPS
 from simcore.phoenix6.standin.limits import Limit
-from simcore.phoenix6.standin.motion import PROFILED, Plan, build, limits_of
+from simcore.phoenix6.standin.motion import build, limits_of
+from simcore.phoenix6.standin.plan import Plan
 from simcore.phoenix6.standin.profile import Expo, SCurve, VelocityRamp
 from simcore.phoenix6.standin.requests import REQUESTS, Axis, RequestKind, Unit
 from simcore.phoenix6.standin.talon_frame import SIGNALS, TalonFrame, units_number
@@ -37,7 +39,6 @@ CONTROL_PHASE_NS = 4_000_000
 clock the wait is anything between nothing and a period, 4.4 ms in the middle."""
 ONE_SHOT_NS = 100_000_000
 """How long a device obeys a request that is sent once (`update_freq_hz=0`) [ns]."""
-_HALF_RANGE = 16384.0
 _TRUE_BY_DEFAULT = {"enable_foc": True, "max_abs_duty_cycle": 1.0, "update_freq_hz": 100.0}
 _IDLE = REQUESTS["Empty"]
 
@@ -52,6 +53,31 @@ class Talon(Device):
         world: Where remote sensors and leaders are found.
     """
 
+    # With an attribute dictionary, which Python 3.11 shares up to 30 names only, a step takes a tenth more.
+    __slots__ = (
+        *("_autosets", "_expires", "_follow", "_holds", "_is_blind", "_law", "_limit_flags", "_limits_are_plain"),
+        *("_measure", "_no_forward", "_no_reverse", "_pending", "_rests", "_seen_raw", "_seen_rps", "_senses"),
+        *(
+            "_remote",
+            "_seen_ns",
+            "_stage",
+            "_told",
+            "_unseen",
+            "acc",
+            "args",
+            "bridge",
+            "derr",
+            "enabled",
+            "err",
+            "expo",
+            "feed_forward",
+            "feedback",
+        ),
+        *("foc", "followers", "forward", "goal_a", "goal_p", "goal_v", "integral", "kind", "late_rps", "limits"),
+        *("limits_hit", "profile_loops"),
+        *("output", "pid_out", "plan", "plans", "pos", "raw", "ref", "reverse", "rotor_acceleration", "rotor_offset"),
+        *("rotor_rps", "scurve", "shift", "sign", "slope", "slot", "turn", "vel", "velocity_ramp", "world"),
+    )
     model = "talon fx"
     type_number = 4
     signals = SIGNALS
@@ -83,7 +109,10 @@ class Talon(Device):
         """What it does, by the last request that has arrived."""
         self.args: tuple[Any, ...] = (0.0,)
         self.enabled = False
-        self._shift = 0.0
+        self.shift = 0.0
+        """Of the rotor's zero, by `set_position`, counter-clockwise [rotations]."""
+        self.rotor_offset = 0.0
+        """As configured [rotations]."""
         self._pending: tuple[int, RequestKind, tuple[Any, ...]] | None = None
         self._expires: int | None = None
         self._seen_ns = -1
@@ -91,11 +120,19 @@ class Talon(Device):
         self._unseen = 0
         self.plans: dict[tuple[str, int, bool], Plan] = {}
         self._told = False
+        self._seen_rps = math.nan
+        """Rotor velocity at the last loop if the output stays while the rotor does; else not a number."""
+        self._seen_raw = 0.0
+        """Rotor position at the last loop."""
+        self._rests = False
+        """Whether the output does not depend on the position either: of a motor that is let go, or that follows."""
+        self._holds = False
+        """Whether the output follows from request, rotor and supply alone."""
+        self.followers: list[Talon] = []
         self._limit_flags: tuple[bool, ...] = (False, False, False, False)
+        self._no_forward = self._no_reverse = False
         self.limits_hit = (False, False, False, False)
         self.slot = 0
-        self.is_watched = False
-        """Whether anybody has ever looked at its frames."""
         self.configured()
         self.send_frame()
 
@@ -104,7 +141,7 @@ class Talon(Device):
     def configured(self) -> None:
         """Take over a configuration."""
         self.sign = self.turn = -1.0 if self.config[SpnValue.CONFIG_INVERTED.value] else 1.0
-        self._rotor_offset = self.config.get(SpnValue.CONFIG_FEEDBACK_ROTOR_OFFSET.value, 0.0)
+        self.rotor_offset = self.config.get(SpnValue.CONFIG_FEEDBACK_ROTOR_OFFSET.value, 0.0)
         self._autosets = any(
             self.config[spn.value]
             for spn in (
@@ -115,14 +152,19 @@ class Talon(Device):
         self.bridge.configure(self.config)
         self.forward.configure(self.config)
         self.reverse.configure(self.config)
+        self._limits_are_plain = self.forward.is_plain and self.reverse.is_plain
         self.plans.clear()
         self.resolve()
         self._accept(self.kind, self.args)
 
     def resolve(self) -> None:
-        """Look for the configured sensor, which robot code may build later than the controller."""
+        """Look for the configured sensor and for the leader, which robot code may build later than the controller."""
+        self._stir()
         self.feedback = feedback_of(self, self.config)
-        self._read, self._remote = self.feedback.read, self.feedback.remote
+        self._measure = self.feedback.measure
+        self._is_blind = self.feedback.is_missing and self.kind.axis is not Axis.OPEN
+        self._follow = following(self)
+        self._remote = self.feedback.remote
 
     def command(self, spn: int, value: float) -> None:
         """A new position."""
@@ -142,7 +184,8 @@ class Talon(Device):
             self._told = True
             return
         ratio = self.config[SpnValue.CONFIG_SENSOR_TO_MECHANISM_RATIO.value] or 1.0
-        self._shift += self.turn * (position * ratio - self.rotor_position)
+        self._stir()
+        self.shift += self.turn * (position * ratio - self.rotor_position)
         self.measure()
 
     # ---- physics
@@ -150,57 +193,17 @@ class Talon(Device):
     @property
     def rotor_position(self) -> float:
         """Rotor position as robot code knows it, within +-16384 [rotations]."""
-        turns = self.turn * (self.raw + self._shift) + self._rotor_offset
-        if -_HALF_RANGE <= turns < _HALF_RANGE:
-            return turns
-        return math.remainder(turns, 2.0 * _HALF_RANGE)
+        return within_range(self.turn * (self.raw + self.shift) + self.rotor_offset)
 
     def set_input(self, name: str, value: float) -> None:
         """Rotor, supply, limit switches, kind of motor."""
-        if name == "RawRotorPosition":
-            self.raw = value
-        elif name == "RotorVelocity":
-            self.rotor_rps = value
-        elif name == "RotorAcceleration":
-            self.rotor_acceleration = value
-        elif name == "SupplyVoltage":
-            self.supply = self.bridge.supply = max(value, 4.0)
-        elif name == "AddRotorPosition":
-            self.raw += value
-        elif name == "ForwardLimit":
-            self.forward.closed = value != 0.0
-        elif name == "ReverseLimit":
-            self.reverse.closed = value != 0.0
-        elif name == "MotorType":
-            self.bridge.motor = KRAKEN_X44 if value == 1.0 else KRAKEN_X60
-            self.configured()
-        else:
+        self._stir()
+        if not talon_values.put(self, name, value):
             super().set_input(name, value)
 
     def get_value(self, name: str) -> float | None:
         """What `sim_state` and SimDevices read: shafts counter-clockwise, torque current with robot code's sign."""
-        bridge = self.bridge
-        if name == "MotorVoltage":
-            return bridge.volts * self.turn
-        if name == "TorqueCurrent":
-            return bridge.current
-        if name == "SupplyCurrent":
-            return bridge.supply_current
-        if name == "DutyCycle":
-            return bridge.duty
-        if name == "SupplyVoltage":
-            return self.supply
-        if name == "RotorPosition":
-            return self.turn * self.rotor_position
-        if name == "RawRotorPosition":
-            return self.raw
-        if name == "RotorVelocity":
-            return self.rotor_rps
-        if name == "RotorAcceleration":
-            return self.rotor_acceleration
-        if name in ("ForwardLimit", "ReverseLimit"):
-            return float((self.forward if name == "ForwardLimit" else self.reverse).closed)
-        return None
+        return talon_values.get(self, name)
 
     # ---- requests
 
@@ -254,16 +257,29 @@ class Talon(Device):
         plan = self.plans.get((kind.name, slot, foc))
         if plan is None:
             plan = self.plans[kind.name, slot, foc] = build(self, kind, slot, foc)
-        self._law, self._stage, self.gains = plan
+        self.plan = plan
+        self._law, self._stage = plan.law, plan.stage
+        self._follow = following(self)
+        self._stir()
+        self._holds = (
+            (axis is Axis.OPEN or axis is Axis.POSITION or axis is Axis.VELOCITY or axis is Axis.FOLLOW)
+            and (self.feedback.is_rotor or not plan.looks)
+            and self._limits_are_plain
+            and not plan.remembers
+            and self._expires is None
+            and not self._autosets
+        )
+        self._senses = axis is not Axis.OPEN or not self._limits_are_plain
+        self._is_blind = self.feedback.is_missing and axis is not Axis.OPEN
         if axis is Axis.OPEN:
             self.output = float(args[1])
         elif axis in (Axis.VELOCITY, Axis.MOTION_MAGIC_VELOCITY):
             self.goal_v, self.goal_a = float(args[1]), float(args[2])
         elif axis is Axis.POSITION:
             self.goal_p, self.goal_v = float(args[1]), float(args[2])
-        elif axis in PROFILED:
+        elif plan.profile is not None:
             self.goal_p = float(args[1])
-        if axis in PROFILED:
+        if plan.profile is not None:
             self.limits = limits_of(self, kind, args)
         bridge = self.bridge
         if self._law is not None:
@@ -276,6 +292,7 @@ class Talon(Device):
             bridge.max_duty = float(args[field["max_abs_duty_cycle"]]) if "max_abs_duty_cycle" in field else 1.0
             # the last six fields of every request that drives
             self._limit_flags = tuple(bool(flag) for flag in args[-5:-1])
+            self._no_forward, self._no_reverse = self._limit_flags[:2]
         if changed:
             bridge.carry(kind.unit)
             self._begin()
@@ -297,12 +314,20 @@ class Talon(Device):
 
     def measure(self) -> None:
         """Read the sensors."""
-        self.pos, self.vel, self.acc = self._read()
+        self._measure()
 
     def run(self, loops: int, enabled: bool) -> None:
         """Advance by this many control loops."""
         pending = self._pending
-        if pending is not None:
+        if pending is None:
+            # Odometry cuts a step in two, and motors rest: half of all loops would give what is there. 0.06 ms a tick.
+            if (
+                self.rotor_rps == self._seen_rps
+                and (self._rests or self.raw == self._seen_raw)
+                and enabled is self.enabled
+            ):
+                return
+        else:
             before = (pending[0] - self.world.loop_ns + LOOP_NS - 1) // LOOP_NS
             if before < loops:
                 self._pending = None
@@ -313,14 +338,11 @@ class Talon(Device):
         self._loop(loops, enabled)
 
     def _loop(self, loops: int, enabled: bool) -> None:
-        remote = self._remote
-        is_stale = remote is not None and remote.frame_ns == self._seen_ns
-        if not is_stale:
-            self.pos, self.vel, self.acc = self._read()
         bridge = self.bridge
         rps, late = self.rotor_rps, self.late_rps
         if late != rps:
-            self.late_rps = late = late + LIMITER_GAIN[loops if loops < 64 else 64] * (rps - late)
+            late += LIMITER_GAIN[loops if loops < 64 else 64] * (rps - late)
+            self.late_rps = late = late if abs(rps - late) > 1e-3 else rps
         turn = self.turn
         bridge.rps = rps * turn
         bridge.late_rps = late * turn
@@ -331,31 +353,29 @@ class Talon(Device):
                 value = limit.autoset(self.world)
                 if value is not None:
                     self.set_position(value)
-        law = self._law
-        if not enabled:
-            if self.enabled:
-                self.enabled = False
+        if enabled is not self.enabled:
+            self.enabled = enabled
+            self._seen_rps = math.nan
+            if not enabled:
                 bridge.rest()
-                self._begin()
-            coasts = self.kind.axis is Axis.COAST or (self.kind.unit is Unit.AMPERES and bridge.override)
-            bridge.neutral(bridge.brake and not coasts)
-            return
-        if not self.enabled:
-            self.enabled = True
             self._begin()
-        if law is None:
-            if self.kind.axis is Axis.FOLLOW:
-                follow(self, loops)
-                return
-            bridge.rest()
-            axis = self.kind.axis
-            bridge.neutral(axis is Axis.BRAKE or (bridge.brake and axis is not Axis.COAST))
+        law, stage = self._law, self._stage
+        if law is None or stage is None or not enabled:
+            self._let_go(loops)
             return
-        self._check_limits()
-        if self.kind.axis is Axis.OPEN:
-            self.pid_out = law(loops)
-        elif self.feedback.is_missing:
+        remote = self._remote
+        is_stale = remote is not None and remote.frame_ns == self._seen_ns
+        if self._senses and not is_stale:
+            self._measure()
+        if self._limits_are_plain and not self.forward.closed and not self.reverse.closed:
+            bridge.blocked_forward = self._no_forward
+            bridge.blocked_reverse = self._no_reverse
+        else:
+            self._check_limits()
+        if self._is_blind:
             self.pid_out = 0.0
+        elif self.kind.axis is Axis.OPEN:
+            self.pid_out = law(loops)
         elif is_stale:
             self._unseen += loops
         else:
@@ -363,16 +383,39 @@ class Talon(Device):
                 self._seen_ns = remote.frame_ns
             self.pid_out = law(loops + self._unseen)
             self._unseen = 0
-        assert self._stage is not None
-        self._stage(self.pid_out, loops)
+        stage(self.pid_out, loops)
+        self._seen_rps = late if self._holds and not bridge.is_supply_limited and late == rps else math.nan
+        self._seen_raw = self.raw
+        self._rests = False
+
+    def _stir(self) -> None:
+        """Something has changed: whatever the rotor does, the next loop of this motor and its followers counts."""
+        self._seen_rps = math.nan
+        for follower in self.followers:
+            follower._seen_rps = math.nan
+
+    def _let_go(self, loops: int) -> None:
+        """Neutral, or what a leader does."""
+        bridge, axis = self.bridge, self.kind.axis
+        if not self.enabled:
+            coasts = axis is Axis.COAST or (self.kind.unit is Unit.AMPERES and bridge.override)
+            bridge.neutral(bridge.brake and not coasts)
+        elif self._follow is not None:
+            self._follow(loops)
+            is_settled = self._holds and not bridge.is_supply_limited and self.late_rps == self.rotor_rps
+            self._seen_rps = self.rotor_rps if is_settled else math.nan
+            self._rests = True
+            return
+        else:
+            bridge.rest()
+            bridge.neutral(axis is Axis.BRAKE or (bridge.brake and axis is not Axis.COAST))
+        is_settled = self._expires is None and not self._autosets and self.late_rps == self.rotor_rps
+        self._seen_rps = self.rotor_rps if is_settled else math.nan
+        self._rests = is_settled
 
     def _check_limits(self) -> None:
         forward, reverse, bridge = self.forward, self.reverse, self.bridge
         no_forward, no_reverse, ignore_hard, ignore_soft = self._limit_flags
-        if forward.is_plain and reverse.is_plain and not forward.closed and not reverse.closed:
-            bridge.blocked_forward = no_forward
-            bridge.blocked_reverse = no_reverse
-            return
         soft_f, hard_f = forward.stops(self.world, self.pos, ignore_soft, ignore_hard)
         soft_r, hard_r = reverse.stops(self.world, self.pos, ignore_soft, ignore_hard)
         bridge.blocked_forward = no_forward or soft_f or hard_f
@@ -383,33 +426,18 @@ class Talon(Device):
 
     def sample(self) -> TalonFrame:
         """A frame of this moment."""
-        self.measure()
-        self.fault_flags.show(active_faults(self))
+        self._measure()
         return frame_of(self)
 
     def send_frame(self) -> None:
-        """Make the present state the one that robot code sees; what nobody looks at is not made.
-
-        The motors of a swerve drivetrain are read by nobody but the drivetrain itself: 0.2 ms of a tick.
-        """
-        if self.frame is None or self.is_watched:
-            super().send_frame()
-            return
+        """Make the present state, and its faults, what robot code sees."""
         self.fault_flags.show(active_faults(self))
+        self._measure()
+        self.frame = frame_of(self)
         self.frame_ns = self.clock.ns
-
-    def watch(self) -> None:
-        """Somebody looks: from here on every frame is made."""
-        if not self.is_watched:
-            self.is_watched = True
-            self.frame = self.sample()
-
-    def read(self, spn: int) -> tuple[float, float, int] | None:
-        """Value of a signal, the time it is from [s] and whose units it has; None for a signal that is not modelled."""
-        self.watch()
-        return super().read(spn)
+        for follower in self.followers:
+            follower._seen_rps = math.nan
 
     def units_of(self, spn: int) -> int:
         """Number whose units a signal has in the last frame."""
-        self.watch()
         return units_number(spn, self.frame)

@@ -5,25 +5,15 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Any, NamedTuple
 
-from phoenix6.signals import BridgeOutputValue
 from phoenix6.spns.spn_value import SpnValue
 
-__all__ = [
-    "REQ_BRAKE",
-    "REQ_COAST",
-    "REQ_FOC",
-    "REQ_TORQUE",
-    "REQ_TRAPEZOIDAL",
-    "SIGNALS",
-    "TalonFrame",
-    "units_number",
-]
+from simcore.phoenix6.standin.electrical import MotorConstants
+from simcore.phoenix6.standin.feedback import within_range
+from simcore.phoenix6.standin.plan import REQ_BRAKE, REQ_COAST, Plan
 
-REQ_COAST, REQ_BRAKE, REQ_TRAPEZOIDAL, REQ_TORQUE, REQ_FOC = (
-    int(BridgeOutputValue[f"BRIDGE_REQ_{name}"].value)
-    for name in ("COAST", "BRAKE", "TRAPEZ", "FOC_TORQUE", "FOC_EASY")
-)
-"""What a bridge does, as `get_bridge_output` tells."""
+__all__ = ["SIGNALS", "TalonFrame", "units_number"]
+
+_OFF, _BRAKING, _MOTORING, _DISCORDANT, _REGENERATING = 1, 2, 3, 4, 5  # MotorOutputStatusValue
 
 
 class TalonFrame(NamedTuple):
@@ -32,37 +22,60 @@ class TalonFrame(NamedTuple):
     position: float
     velocity: float
     acceleration: float
-    rotor_position: float
+    turns: float
+    """Of the rotor, any number."""
     rotor_velocity: float
     volts: float
     current: float
     supply_current: float
     supply: float
     duty: float
+    is_neutral: bool
+    bridge_rps: float
+    """Rotor velocity that the output stage last saw."""
     ref: float
     slope: float
     err: float
-    p_out: float
+    err_rate: float
     i_out: float
-    d_out: float
     ff_out: float
     pid_out: float
     slot: int
-    mode: int
-    bridge: int
-    status: int
     enabled: bool
-    forward_open: bool
-    reverse_open: bool
-    polarity: int
-    profiled: bool
-    at_target: bool
-    on_velocity: bool
-    unit: int
-    kt: float
-    kv: float
-    stall: float
-    connected: int
+    forward_closed: bool
+    reverse_closed: bool
+    turn: float
+    """-1 where positive is clockwise."""
+    has_arrived: bool
+    """Whether the reference has reached its goal."""
+    plan: Plan
+    motor: MotorConstants
+
+    @property
+    def rotor_position(self) -> float:
+        """As it is told, within +-16384 [rotations]."""
+        return within_range(self.turns)
+
+    @property
+    def bridge(self) -> int:
+        """`BridgeOutputValue`."""
+        if not self.is_neutral:
+            return self.plan.drives
+        return REQ_BRAKE if self.current else REQ_COAST
+
+    @property
+    def status(self) -> int:
+        """`MotorOutputStatusValue`."""
+        if self.is_neutral:
+            return _BRAKING if self.current else _OFF
+        if self.supply_current < 0.0:
+            return _REGENERATING
+        return _DISCORDANT if self.current * self.bridge_rps < 0.0 else _MOTORING
+
+    @property
+    def profiled(self) -> bool:
+        """Whether Motion Magic runs."""
+        return self.enabled and self.plan.profile is not None
 
 
 def _constant(value: float) -> Callable[[Any], float]:
@@ -78,10 +91,10 @@ SIGNALS: Mapping[int, Callable[[Any], float]] = {
     SpnValue.PRO_MOTOR_OUTPUT_MOTOR_VOLTAGE.value: lambda f: f.volts,
     SpnValue.PRO_MOTOR_OUTPUT_DUTY_CYCLE.value: lambda f: f.duty,
     SpnValue.PRO_MOTOR_OUTPUT_TORQUE_CURRENT.value: lambda f: f.current,
-    SpnValue.PRO_MOTOR_OUTPUT_ROTOR_POLARITY.value: lambda f: f.polarity,
+    SpnValue.PRO_MOTOR_OUTPUT_ROTOR_POLARITY.value: lambda f: int(f.turn < 0.0),
     SpnValue.PRO_MOTOR_OUTPUT_BRIDGE_TYPE_PUBLIC.value: lambda f: f.bridge,
     SpnValue.TALON_FX_MOTOR_OUTPUT_STATUS.value: lambda f: f.status,
-    SpnValue.TALON_FX_CONTROL_MODE.value: lambda f: f.mode,
+    SpnValue.TALON_FX_CONTROL_MODE.value: lambda f: f.plan.mode if f.enabled else 0,
     SpnValue.PRO_SUPPLY_AND_TEMP_STATOR_CURRENT.value: lambda f: f.current,
     SpnValue.PRO_SUPPLY_AND_TEMP_SUPPLY_CURRENT.value: lambda f: f.supply_current,
     SpnValue.PRO_SUPPLY_AND_TEMP_SUPPLY_VOLTAGE.value: lambda f: f.supply,
@@ -92,25 +105,25 @@ SIGNALS: Mapping[int, Callable[[Any], float]] = {
     SpnValue.EXTERNAL_MOTOR_TEMP.value: _constant(20.0),
     SpnValue.EXTERNAL_MOTOR_TEMP_STATUS.value: _constant(3.0),
     SpnValue.TALON_FXS_5_V_RAIL_VOLTAGE.value: _constant(5.0),
-    SpnValue.FORWARD_LIMIT.value: lambda f: f.forward_open,
-    SpnValue.REVERSE_LIMIT.value: lambda f: f.reverse_open,
+    SpnValue.FORWARD_LIMIT.value: lambda f: not f.forward_closed,
+    SpnValue.REVERSE_LIMIT.value: lambda f: not f.reverse_closed,
     SpnValue.PRO_PID_STATE_ENABLES_ROBOT_ENABLE.value: lambda f: f.enabled,
     SpnValue.PRO_PID_STATE_ENABLES_DEVICE_ENABLE.value: lambda f: f.enabled,
     SpnValue.PRO_PID_STATE_ENABLES_IS_MOTION_MAGIC_RUNNING.value: lambda f: f.profiled,
-    SpnValue.PRO_PID_STATE_ENABLES_MOTION_MAGIC_AT_TARGET.value: lambda f: f.at_target,
+    SpnValue.PRO_PID_STATE_ENABLES_MOTION_MAGIC_AT_TARGET.value: lambda f: f.profiled and f.has_arrived,
     SpnValue.PRO_PID_REF_PID_ERR_PID_REF_POSITION.value: lambda f: f.ref,
     SpnValue.PRO_PID_REF_PID_ERR_PID_ERR_POSITION.value: lambda f: f.err,
     SpnValue.PRO_PID_REF_SLOPE_ECU_TIME_REFERENCE_SLOPE_POSITION.value: lambda f: f.slope,
     SpnValue.PRO_PID_OUTPUT_OUTPUT_DC.value: lambda f: f.pid_out,
-    SpnValue.PRO_PID_OUTPUT_PROPORTIONAL_OUTPUT_DC.value: lambda f: f.p_out,
-    SpnValue.PRO_PID_OUTPUT_DERIVATIVE_OUTPUT_DC.value: lambda f: f.d_out,
+    SpnValue.PRO_PID_OUTPUT_PROPORTIONAL_OUTPUT_DC.value: lambda f: f.plan.gains.kp * f.err,
+    SpnValue.PRO_PID_OUTPUT_DERIVATIVE_OUTPUT_DC.value: lambda f: f.plan.gains.kd * f.err_rate,
     SpnValue.PRO_PID_STATE_ENABLES_INTEGRATED_ACCUM_DC.value: lambda f: f.i_out,
     SpnValue.PRO_PID_STATE_ENABLES_FEED_FORWARD_DC.value: lambda f: f.ff_out,
     SpnValue.PRO_PID_OUTPUT_SLOT.value: lambda f: f.slot,
-    SpnValue.TALON_FX_MOTOR_CONSTANTS_K_T.value: lambda f: f.kt,
-    SpnValue.TALON_FX_MOTOR_CONSTANTS_K_V.value: lambda f: f.kv,
-    SpnValue.TALON_FX_MOTOR_CONSTANTS_STALL_CURRENT.value: lambda f: f.stall,
-    SpnValue.TALON_FX_CONNECTED_MOTOR.value: lambda f: f.connected,
+    SpnValue.TALON_FX_MOTOR_CONSTANTS_K_T.value: lambda f: f.motor.kt,
+    SpnValue.TALON_FX_MOTOR_CONSTANTS_K_V.value: lambda f: f.motor.kv,
+    SpnValue.TALON_FX_MOTOR_CONSTANTS_STALL_CURRENT.value: lambda f: f.motor.reported_stall,
+    SpnValue.TALON_FX_CONNECTED_MOTOR.value: lambda f: f.motor.connected,
 }
 """What each signal reads, by its number."""
 
@@ -131,5 +144,5 @@ _BY_UNIT = {
 def units_number(spn: int, frame: TalonFrame) -> int:
     """Number whose units a signal has in this frame: a reference is a velocity in a velocity loop, and so on."""
     if spn in _BY_AXIS:
-        return spn + frame.on_velocity
-    return spn + frame.unit if spn in _BY_UNIT else spn
+        return spn + frame.plan.on_velocity
+    return spn + frame.plan.unit_number if spn in _BY_UNIT else spn

@@ -3,59 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Set
-from functools import cache
 from typing import TYPE_CHECKING
-
-from phoenix6.signals import ControlModeValue
 
 from simcore.phoenix6.standin.bridge import OVER_VOLTAGE
 from simcore.phoenix6.standin.faults import FAULTS
-from simcore.phoenix6.standin.motion import PROFILED, VELOCITY
-from simcore.phoenix6.standin.requests import REQUESTS, Axis, RequestKind, Unit
-from simcore.phoenix6.standin.talon_frame import (
-    REQ_BRAKE,
-    REQ_COAST,
-    REQ_FOC,
-    REQ_TORQUE,
-    REQ_TRAPEZOIDAL,
-    TalonFrame,
-)
+from simcore.phoenix6.standin.talon_frame import TalonFrame
 
 if TYPE_CHECKING:
     from simcore.phoenix6.standin.talon import Talon
 
 __all__ = ["active_faults", "frame_of"]
 
-_OFF, _BRAKING, _MOTORING, _DISCORDANT, _REGENERATING = 1, 2, 3, 4, 5  # MotorOutputStatusValue
-_UNIT_NUMBER = {Unit.DUTY: 0, Unit.VOLTS: 1, Unit.AMPERES: 2}
 _NO_FAULTS: frozenset[int] = frozenset()
-
-
-@cache
-def _mode_number(kind: RequestKind, foc: bool) -> int:
-    return int(ControlModeValue[kind.mode(foc)].value)
-
-
-def _mode(talon: Talon) -> int:
-    return 0 if not talon.enabled or talon.kind is REQUESTS["Empty"] else _mode_number(talon.kind, talon.foc)
-
-
-def _bridge_output(talon: Talon) -> int:
-    bridge = talon.bridge
-    if bridge.is_neutral:
-        return REQ_BRAKE if bridge.current else REQ_COAST
-    if talon.kind.unit is Unit.AMPERES:
-        return REQ_TORQUE
-    return REQ_FOC if talon.foc else REQ_TRAPEZOIDAL
-
-
-def _status(talon: Talon) -> int:
-    bridge = talon.bridge
-    if bridge.is_neutral:
-        return _BRAKING if bridge.current else _OFF
-    if bridge.supply_current < 0.0:
-        return _REGENERATING
-    return _DISCORDANT if bridge.current * bridge.rps < 0.0 else _MOTORING
+_new = tuple.__new__
 
 
 def active_faults(talon: Talon) -> Set[int]:
@@ -81,18 +41,14 @@ def active_faults(talon: Talon) -> Set[int]:
 
 def frame_of(talon: Talon) -> TalonFrame:
     """The status frame of this moment."""
-    b, g = talon.bridge, talon.gains
-    axis = talon.kind.axis
-    profiled = talon.enabled and axis in PROFILED
-    profile = {Axis.MOTION_MAGIC: talon.scurve, Axis.MOTION_MAGIC_EXPO: talon.expo}.get(axis, talon.velocity_ramp)
-    motor, rotor = b.motor, talon.rotor_rps * talon.turn
-    return TalonFrame(  # by place: by name it takes twice the time
-        talon.pos, talon.vel, talon.acc, talon.rotor_position, rotor,
-        b.volts, b.current, b.supply_current, b.supply, b.duty,
-        talon.ref, talon.slope, talon.err, g.kp * talon.err, talon.integral, g.kd * talon.derr,
-        talon.feed_forward, talon.pid_out,
-        talon.slot, _mode(talon), _bridge_output(talon), _status(talon), talon.enabled,
-        not talon.forward.is_closed(talon.world), not talon.reverse.is_closed(talon.world), int(talon.turn < 0.0),
-        profiled, profiled and profile.done, axis in VELOCITY, _UNIT_NUMBER[talon.kind.unit],
-        motor.kt, motor.kv, motor.reported_stall, motor.connected,
-    )  # fmt: skip
+    b, plan, turn, world = talon.bridge, talon.plan, talon.turn, talon.world
+    profile = plan.profile
+    # 0.9 us past TalonFrame.__new__, which is a Python function, and with what few read computed when it is read; 7 us
+    # by name and all at once. 17 motors make 34 frames a tick.
+    return _new(TalonFrame, (
+        talon.pos, talon.vel, talon.acc, turn * (talon.raw + talon.shift) + talon.rotor_offset, talon.rotor_rps * turn,
+        b.volts, b.current, b.supply_current, b.supply, b.duty, b.is_neutral, b.rps,
+        talon.ref, talon.slope, talon.err, talon.derr, talon.integral, talon.feed_forward, talon.pid_out,
+        talon.slot, talon.enabled, talon.forward.is_closed(world), talon.reverse.is_closed(world), turn,
+        profile is not None and profile.done, plan, b.motor,
+    ))  # fmt: skip

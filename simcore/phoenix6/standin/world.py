@@ -14,6 +14,7 @@ from simcore.phoenix6.standin.clock import LOOP_NS, SimulatedClock
 from simcore.phoenix6.standin.device import Device
 from simcore.phoenix6.standin.enable import EnableDelays, EnableState
 from simcore.phoenix6.standin.pigeon import Pigeon2
+from simcore.phoenix6.standin.schedule import FrameSchedule
 from simcore.phoenix6.standin.talon import Talon
 
 __all__ = ["StandIn"]
@@ -43,6 +44,7 @@ class StandIn:
         self.api = SimulatedApi()
         """Functions of the swerve library; `add` answers more of them."""
         self._talons: list[Talon] = []
+        self._frames = FrameSchedule()
         self._tasks: list[tuple[int, int, int, Callable[[], None]]] = []
         self._count = itertools.count()
         self.loop_ns = 0
@@ -137,9 +139,9 @@ class StandIn:
             raise ConfigError(f"dt must be >= 0 s, got {dt}")
         end = self.clock.ns + round(dt * 1e9)
         while self._tasks and self._tasks[0][0] <= end:
-            due, number, period, task = heapq.heappop(self._tasks)
+            due, number, period, task = self._tasks[0]
+            heapq.heapreplace(self._tasks, (due + period, number, period, task))
             self._advance(due)
-            heapq.heappush(self._tasks, (due + period, number, period, task))
             task()
         self._advance(end)
 
@@ -151,11 +153,9 @@ class StandIn:
                 talon.run(loops, enabled)
             self.loop_ns += loops * LOOP_NS
         self.clock.ns = end
-        if end < self.clock.next_frame_ns:
+        next_frame = self.clock.next_frame_ns
+        if end < next_frame:
             return
-        for device in self.devices.values():
-            if device.due_ns <= end and device.period_ms:
-                period = device.period_ms * LOOP_NS
-                device.due_ns += ((end - device.due_ns) // period + 1) * period
-                device.send_frame()
-        self.clock.next_frame_ns = min((d.due_ns for d in self.devices.values() if d.period_ms), default=end + LOOP_NS)
+        if next_frame == 0:
+            self._frames.sort(self.devices.values())
+        self.clock.next_frame_ns = self._frames.send(end)
