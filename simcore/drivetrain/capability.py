@@ -23,7 +23,7 @@ def free_speed(shaft: DriveShaft, wheels: Sequence[WheelContact], loads: Sequenc
         loads: On all wheels [N].
     """
     motor = shaft.motor
-    drag = sum(wheels[k].rolling_resistance * loads[k] for k in shaft.wheels) * shaft.radius + motor.friction
+    drag = sum([wheels[k].rolling_resistance * loads[k] for k in shaft.wheels]) * shaft.radius + motor.friction
     current = drag / motor.torque_driving
     return max(0.0, (NOMINAL_VOLTAGE - current * motor.resistance) / motor.emf * shaft.radius)
 
@@ -53,8 +53,8 @@ def launch_accel(
         drives = []
         for shaft, arm, slips in zip(shafts, arms, slipping, strict=True):
             motor = shaft.motor
-            grip = sum(wheels[k].tread * loads[k] for k in shaft.wheels)
-            drag = sum(wheels[k].rolling_resistance * loads[k] for k in shaft.wheels)
+            grip = sum([wheels[k].tread * loads[k] for k in shaft.wheels])
+            drag = sum([wheels[k].rolling_resistance * loads[k] for k in shaft.wheels])
             current = min(motor.stator_limit, NOMINAL_VOLTAGE * motor.conductance)
             force = max(0.0, motor.torque_driving * current - motor.friction) / shaft.radius
             own = shaft.inertia / shaft.radius**2

@@ -69,7 +69,7 @@ def normal_loads(
     Raises:
         NonFiniteError: When an acceleration is NaN or infinite.
     """
-    if not math.isfinite(sum(gravity_robot) + sum(accel_robot)):
+    if not math.isfinite(sum(gravity_robot, 0.0) + sum(accel_robot, 0.0)):
         raise NonFiniteError(f"normal loads need finite numbers, got gravity={gravity_robot}, accel={accel_robot}")
     mass = config.mass
     places = config.positions

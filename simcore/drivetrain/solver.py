@@ -31,9 +31,9 @@ from simcore.errors import ConfigError
 __all__ = ["DriveShaft", "TireSolver"]
 
 _ROUNDS, _FULL_ROUNDS = 6, 2
-"""Rounds of a step, and how many of them take a new slip as it is; later ones take the mean with the last, because two
-rounds have swung from one side of the answer to the other. Of 10 000 sliding wheels in random steps of 5 ms, 10 are left
-with less than 80 % of their grip; with four full rounds it was 100, and on shafts with three wheels 600."""
+"""Rounds of a step, and how many of them take a new slip as it is. Later ones take the mean with the last, because two
+rounds have swung from one side of the answer to the other. Of 10 000 sliding wheels in random steps of 5 ms, 10 are
+left with less than 80 % of their grip; with four full rounds it was 100, and on shafts with three wheels 600."""
 _TOLERANCE = 0.1
 """Relative change of a saturated wheel's slip that ends the rounds; its force is put on the circle anyway."""
 

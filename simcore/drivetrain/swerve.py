@@ -231,7 +231,7 @@ class SwerveDrive(WheeledDrive[SwerveConfig]):
     @property
     def supply_current(self) -> float:
         """From the battery in the last inner step, drivetrain only [A]."""
-        return sum(self.drive_motors.supply) + sum(self.steer_motors.supply)
+        return sum(self.drive_motors.supply, 0.0) + sum(self.steer_motors.supply, 0.0)
 
     @property
     def electrical_energy(self) -> float:
@@ -321,7 +321,7 @@ class SwerveDrive(WheeledDrive[SwerveConfig]):
         controller = self._controller
         return list(controller.steer) if controller.mode is DriveMode.STATES else list(self.state.steer_angle)
 
-    def _checked(self, what: str, values: Sequence[float]) -> list[float]:
+    def _checked(self, what: str, values: Sequence[object]) -> list[float]:
         if len(values) != self._n:
             raise ConfigError(f"{what}: need one value for each of {self._n} modules, got {len(values)}")
         return [  # a module's name is made up for a message only: for all values it took 20 us of a tick

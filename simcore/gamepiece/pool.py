@@ -70,7 +70,7 @@ class PiecePool:
         """
         self._world = world
         self.types = [config for config, _ in types]
-        n = sum(count for _, count in types)
+        n = sum([count for _, count in types])
         self.state = PieceState(
             pos=np.zeros((n, 3)),
             before=np.zeros((n, 3)),

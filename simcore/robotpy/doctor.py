@@ -17,7 +17,9 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
+from simcore.compiled import finder, store
 from simcore.robotpy.checks import machine, packages, physics, project
+from simcore.robotpy.checks.compiled import check_compiled
 from simcore.robotpy.checks.finding import Finding, Level
 
 __all__ = ["add_arguments", "examine", "print_findings", "read_settings", "run"]
@@ -54,6 +56,7 @@ def examine(folder: Path, *, with_physics: bool = True) -> Iterator[Finding]:
     yield packages.check_engine(installed, _load_engine)
     yield from packages.check_requirements(installed, _requirements())
     yield packages.check_year(installed)
+    yield _compiled()
     yield machine.check_ports(machine.is_taken, machine.owner_of)
     yield machine.check_screen(platform.system(), os.environ, installed)
     yield project.check_writable(folder)
@@ -92,6 +95,16 @@ def print_findings(findings: list[Finding], console: Console) -> None:
 
 def _printable(text: str, console: Console) -> str:
     return text.encode(console.encoding, "replace").decode(console.encoding)
+
+
+def _compiled() -> Finding:
+    build = finder.installed()
+    return check_compiled(
+        is_off=store.is_off(os.environ),
+        folder=build.folder if build else None,
+        trouble=build.trouble if build else "",
+        old=len(store.others(store.places(os.environ), store.tag())),
+    )
 
 
 def _glibc() -> tuple[int, int] | None:

@@ -38,7 +38,7 @@ class MatchClock:
     @property
     def duration(self) -> float:
         """Of the whole match [s]."""
-        return sum(phase.duration for phase in self.phases)
+        return sum([phase.duration for phase in self.phases])
 
     def start(self, name: str) -> float:
         """When a phase begins [s]."""

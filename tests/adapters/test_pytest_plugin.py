@@ -2,55 +2,11 @@
 
 from __future__ import annotations
 
-import os
-import shutil
-import subprocess
-import sys
-from importlib.util import find_spec
 from pathlib import Path
 
 import pytest
 
 pytestmark = pytest.mark.slow
-
-ROOT = Path(__file__).resolve().parents[2]
-EXAMPLE = ROOT / "examples" / "rebuilt_robot"
-
-
-@pytest.fixture
-def project(tmp_path):
-    """A copy of the example with tests of our own; returns what writes them and runs pytest."""
-    for module in ("phoenix6", "wpilib", "commands2", "pyfrc", "pybullet"):
-        if find_spec(module) is None:
-            pytest.skip(f"needs {module}: pip install simcore[phoenix6,robotpy]")
-    folder = tmp_path / "robot"
-    shutil.copytree(EXAMPLE, folder, ignore=shutil.ignore_patterns("__pycache__", "tests", "test_output"))
-    (folder / "tests").mkdir()
-
-    def run(text: str, *arguments: str, command: tuple[str, ...] = ("-m", "pytest", "-q"), **environment: str):
-        (folder / "tests" / "test_robot.py").write_text(text)
-        named = () if find_spec("simcore") and _is_installed() else ("-p", "simcore.robotpy.pytest_plugin")
-        if named and command[1] == "robotpy":
-            pytest.skip("needs an installed simcore: pip install -e .")
-        done = subprocess.run(
-            [sys.executable, *command, *named, *arguments],
-            cwd=folder,
-            env={**os.environ, "PYTHONPATH": str(ROOT), **environment},
-            capture_output=True,
-            text=True,
-            timeout=240,
-            check=False,
-        )
-        return done.returncode, done.stdout + done.stderr
-
-    run.folder = folder
-    return run
-
-
-def _is_installed() -> bool:
-    from importlib.metadata import entry_points
-
-    return any(e.value == "simcore.robotpy.pytest_plugin" for e in entry_points(group="pytest11"))
 
 
 def files(folder: Path) -> set[str]:

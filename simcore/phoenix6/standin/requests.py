@@ -17,6 +17,8 @@ class Unit(enum.Enum):
     DUTY = "DC"
     AMPERES = "A"
 
+    __hash__ = object.__hash__  # members are one of a kind; hashing their names took 0.06 ms of a tick
+
 
 class Axis(enum.Enum):
     """What a control law works on."""
@@ -32,6 +34,8 @@ class Axis(enum.Enum):
     COAST = "coast"
     FOLLOW = "follow"
     MUSIC = "music"
+
+    __hash__ = object.__hash__
 
 
 _MODES = {

@@ -17,6 +17,7 @@ from rich.console import Console
 from simcore.errors import ConfigError
 from simcore.robotpy import doctor
 from simcore.robotpy.checks import machine, packages, physics, project
+from simcore.robotpy.checks.compiled import check_compiled
 from simcore.robotpy.checks.finding import Level, fail, ok, warn
 
 OK, WARN, FAIL = Level.OK, Level.WARN, Level.FAIL
@@ -387,3 +388,21 @@ def test_nothing_of_a_vendor_is_loaded_by_looking(tmp_path):
     )
     root = str(Path(__file__).resolve().parents[3])
     subprocess.run([sys.executable, "-c", code], check=True, timeout=60, env={**os.environ, "PYTHONPATH": root})
+
+
+# --- compiled parts -------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("state", "level", "words"),
+    [
+        ({}, OK, "plain Python; `python -m simcore compile`"),
+        ({"folder": "/store/x"}, OK, "in use: /store/x"),
+        ({"old": 1}, WARN, "another version"),
+        ({"trouble": "no GLIBC"}, WARN, "no GLIBC"),
+        ({"is_off": True, "old": 1}, OK, "SIMCORE_COMPILED=0"),
+    ],
+)
+def test_compiled(state, level, words):
+    found = check_compiled(**{"is_off": False, "folder": None, "trouble": "", "old": 0, **state})
+    assert found.level is level and words in found.text and bool(found.advice) == (level is WARN)

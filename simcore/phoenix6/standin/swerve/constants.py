@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import ClassVar
 
 from simcore.errors import ConfigError
 
@@ -20,8 +21,8 @@ _CANCODERS = 3  # of them read a CANcoder
 class OutputType:
     """Values of `phoenix6.swerve.ClosedLoopOutputType`."""
 
-    VOLTAGE = 0
-    TORQUE_CURRENT = 1
+    VOLTAGE: ClassVar[int] = 0
+    TORQUE_CURRENT: ClassVar[int] = 1
 
 
 @dataclass(frozen=True, slots=True)

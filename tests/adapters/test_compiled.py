@@ -1,0 +1,31 @@
+"""Robot tests in simulated time, compiled and in plain Python: the same to the last bit."""
+
+from __future__ import annotations
+
+import re
+
+import pytest
+
+pytestmark = [pytest.mark.slow, pytest.mark.compiled]
+
+AUTO = """
+import sys
+from importlib.machinery import ExtensionFileLoader
+
+def test_auto(sim):
+    sim.autonomous("depot", seconds=6)
+    loaded = [n for n, m in list(sys.modules.items())
+              if n.startswith("simcore.") and isinstance(getattr(m, "__loader__", None), ExtensionFileLoader)]
+    print("DIGEST", sim.digest, "COMPILED", len(loaded), "STANDIN", sum("standin" in n for n in loaded))
+"""
+
+
+def test_a_robot_test_is_the_same_to_the_last_bit(project, compiled_store):
+    told = []
+    for where in ("0", compiled_store):
+        code, output = project(AUTO, "-rP", SIMCORE_COMPILED=where)
+        assert code == 0, output[-3000:]
+        told.append(re.search(r"DIGEST (\w+) COMPILED (\d+) STANDIN (\d+)", output).groups())
+    (plain, none, _), (compiled, many, devices) = told
+    assert int(none) == 0 and int(many) > 50 and int(devices) > 20
+    assert compiled == plain
