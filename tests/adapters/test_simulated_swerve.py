@@ -12,7 +12,10 @@ REFERENCE = Path(__file__).parent / "swerve_reference.json"
 """What Phoenix 6 26.3.0 answered on the wall clock: `scenarios/swerve_requests.py real`, `swerve_path.py real`."""
 
 TOLERANCE = {"1 m/s ahead, open loop": 0.011, "0.5 rad to steer, open loop": 0.011}
-"""A voltage is told in steps of 10 mV; everything else is known to 1 mm, 1 mrad, 1 mm/s."""
+"""A voltage is told in steps of 10 mV, a feed-forward in steps of 20 mV or 0.2 A; everything else is known to 1 mm,
+1 mrad, 1 mm/s."""
+FAMILIES = {"facing": 0.011, "SysId": 0.011, "forces fed forward, V": 0.021, "forces fed forward, A": 0.21}
+"""The same by the beginning of a name."""
 
 
 @pytest.fixture(scope="module")
@@ -33,7 +36,8 @@ def path(scenario):
 def differences(found, wanted):
     wrong = {}
     for name, numbers in wanted.items():
-        limit = TOLERANCE.get(name, 0.011 if name.startswith(("facing", "SysId")) else 0.002)
+        family = next((limit for first, limit in FAMILIES.items() if name.startswith(first)), 0.002)
+        limit = TOLERANCE.get(name, family)
         gap = max(abs(a - b) for a, b in zip(found[name], numbers, strict=True))
         if gap > limit:
             wrong[name] = (gap, found[name], numbers)
@@ -41,30 +45,30 @@ def differences(found, wanted):
 
 
 def test_every_request_and_belief_is_the_real_one(simulated, reference):
-    """Module targets, motor requests, estimator, resets: some fifty cases, recorded from the real library."""
-    assert len(reference["cases"]) > 45
+    """Module targets, motor requests, estimator, resets: some sixty cases, recorded from the real library."""
+    assert len(reference["cases"]) > 60
     assert differences(simulated, reference["cases"]) == {}
 
 
 def test_an_s_of_four_meters_ends_where_the_real_one_did(path, reference):
     """At every instant within 50 mm of the real clock's path."""
     gaps = [math.dist(a[:2], b[:2]) for a, b in zip(path["path"], reference["path"], strict=True)]
-    assert sum(math.dist(a[:2], b[:2]) for a, b in zip(path["path"], path["path"][1:], strict=False)) > 3.9
+    assert sum(math.dist(a[:2], b[:2]) for a, b in zip(path["path"], path["path"][1:], strict=False)) > 3.8
     assert max(gaps) < 0.050
 
 
 def test_responses_are_those_of_the_real_clock(path, reference):
     """Time to 90 %, overshoot and end of a step of every request that drives.
 
-    Where wheels must first turn, the real clock's three runs lie 30 ms apart, and the stand-in is sooner than all of
-    them, by 20 to 75 ms: not yet explained.
+    Where wheels must turn, chance decides how a request meets the encoders' frames: the mean over real runs beside the
+    mean over delays of the request.
     """
-    steers = {name for name in reference["responses"] if "left" in name or "rad" in name}
+    assert len(reference["responses"]) == len(path["responses"]) > 10
     for name, (rise, peak, end) in reference["responses"].items():
         found = path["responses"][name]
-        assert found[0] == pytest.approx(rise, abs=0.08 if name in steers else 0.021), name
+        assert found[0] == pytest.approx(rise, abs=0.020), name
         assert found[1] == pytest.approx(peak, abs=0.03), name
-        assert found[2] == pytest.approx(end, rel=0.006), name
+        assert found[2] == pytest.approx(end, rel=0.005), name
 
 
 def test_two_processes_agree_to_the_last_bit(path, scenario):

@@ -2,8 +2,10 @@
 
 Source: measured on CTRE's simulation 26.3. With a remote or fused sensor position and velocity are the sensor's, and
 the rotor's are not looked at. They come with the sensor's status frames, at 100 Hz unless robot code asks for more, so
-that a stiff loop overshoots (up to 6.5 % for the steering of a swerve module with kP = 100 V/rotation). A synced sensor
-gives the rotor's its zero; that is what CTRE documents, its simulation does not have it.
+that a stiff loop overshoots (up to 6.5 % for the steering of a swerve module with kP = 100 V/rotation). The loop runs
+once a frame: its output stays until the next one comes, a new set point waits for it, and a request of another kind
+begins with no output. A synced sensor gives the rotor's its zero; that is what CTRE documents, its simulation does not
+have it.
 """
 
 from __future__ import annotations
@@ -16,6 +18,7 @@ from typing import TYPE_CHECKING
 from phoenix6.spns.spn_value import SpnValue
 
 from simcore.phoenix6.standin.candi import CANdi
+from simcore.phoenix6.standin.device import Device
 from simcore.phoenix6.standin.wire import Setting
 
 if TYPE_CHECKING:
@@ -62,35 +65,39 @@ class Feedback:
         measure: Writes its present reading to the controller's `pos`, `vel` and `acc`.
         is_rotor: Whether that is the rotor's, so that a new position can be set.
         is_missing: Whether robot code has no device with the configured id.
+        remote: The device on the bus whose frames bring the readings; None where they are always new.
     """
 
-    __slots__ = ("is_missing", "is_rotor", "measure")
+    __slots__ = ("is_missing", "is_rotor", "measure", "remote")
 
-    def __init__(self, measure: Callable[[], None], *, is_rotor: bool, is_missing: bool = False) -> None:
+    def __init__(
+        self, measure: Callable[[], None], *, is_rotor: bool, is_missing: bool = False, remote: Device | None = None
+    ) -> None:
         self.measure = measure
         self.is_rotor = is_rotor
         self.is_missing = is_missing
+        self.remote = remote
 
 
-def _remote(talon: Talon, source: Source, sensor_id: int) -> Callable[[], tuple[float, float]] | None:
-    """Position and velocity of a sensor on the bus; None when robot code has not built it."""
+def _remote(talon: Talon, source: Source, sensor_id: int) -> tuple[Device, Callable[[], tuple[float, float]]] | None:
+    """A sensor on the bus, and its position and velocity; None when robot code has not built it."""
     devices = talon.world.devices
     if source in (Source.REMOTE_CANCODER, Source.FUSED_CANCODER, Source.SYNC_CANCODER):
         encoder = devices.get((5, sensor_id))
-        return None if encoder is None else lambda: (encoder.frame.position, encoder.frame.velocity)
+        return None if encoder is None else (encoder, lambda: (encoder.frame.position, encoder.frame.velocity))
     if source in (Source.PIGEON_YAW, Source.PIGEON_PITCH, Source.PIGEON_ROLL):
         gyro = devices.get((6, sensor_id))
         axis, rate = {2: ("yaw", "rate_z"), 3: ("pitch", "rate_y"), 4: ("roll", "rate_x")}[source]
         if gyro is None:
             return None
-        return lambda: (getattr(gyro.frame, axis) / 360.0, getattr(gyro.frame, rate) / 360.0)
+        return gyro, lambda: (getattr(gyro.frame, axis) / 360.0, getattr(gyro.frame, rate) / 360.0)
     candi = devices.get((9, sensor_id))
     if not isinstance(candi, CANdi):
         return None
     if source in (Source.CANDI_QUADRATURE, Source.FUSED_CANDI_QUADRATURE):
-        return lambda: (candi.frame.quadrature, candi.frame.quadrature_velocity)
+        return candi, lambda: (candi.frame.quadrature, candi.frame.quadrature_velocity)
     pin = 1 if source in (Source.CANDI_PWM2, Source.FUSED_CANDI_PWM2, Source.SYNC_CANDI_PWM2) else 0
-    return lambda: (candi.frame.positions[pin], candi.frame.velocities[pin])
+    return candi, lambda: (candi.frame.positions[pin], candi.frame.velocities[pin])
 
 
 def feedback_of(talon: Talon, config: Mapping[int, Setting]) -> Feedback:
@@ -129,21 +136,21 @@ def feedback_of(talon: Talon, config: Mapping[int, Setting]) -> Feedback:
     if source in (Source.QUADRATURE, Source.PULSE_WIDTH):
         raise NotImplementedError(f"{talon!r}: feedback from {source.name} is not modelled in simulated time")
     sensor_id = int(get(SpnValue.CONFIG_FEEDBACK_REMOTE_SENSOR_ID.value, 0))
-    sensor = _remote(talon, source, sensor_id)
-    if sensor is None:
+    found = _remote(talon, source, sensor_id)
+    if found is None:
         return Feedback(lambda: _rest(talon), is_rotor=False, is_missing=True)
+    device, sensor = found
     if source in (Source.SYNC_CANCODER, Source.SYNC_CANDI_PWM1, Source.SYNC_CANDI_PWM2):
         ratio = rotor * mechanism
         return Feedback(on_rotor(ratio, sensor()[0] / mechanism - talon.rotor_position / ratio), is_rotor=False)
-    found = sensor
 
     def measure() -> None:
-        p, v = found()
+        p, v = sensor()
         talon.pos = p / mechanism
         talon.vel = v / mechanism
         talon.acc = 0.0
 
-    return Feedback(measure, is_rotor=False)
+    return Feedback(measure, is_rotor=False, remote=device)
 
 
 def _rest(talon: Talon) -> None:

@@ -61,7 +61,7 @@ def following(talon: Talon) -> Callable[[int], None] | None:
     def drive(loops: int) -> None:
         nonlocal unit, stage
         talon.turn = turn = talon.sign if is_strict else sign * found.turn
-        bridge.rps = talon.rotor_rps * turn
+        bridge.rps, bridge.late_rps = talon.rotor_rps * turn, talon.late_rps * turn
         frame: TalonFrame = found.frame
         if frame.is_neutral:
             bridge.neutral(frame.current != 0.0)  # a leader that brakes, not one that coasts

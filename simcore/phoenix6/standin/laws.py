@@ -4,6 +4,9 @@ A closure is built when request kind, slot or configuration change, and called e
 controller, so a new number costs nothing. CTRE's simulation computes its loops when physics writes a sensor, and holds
 them between two writes; so here one call stands for all loops since the last write: a profile is advanced by its
 closed form, an integral takes the present error for all of them.
+
+The reference of a profile moves every 10 ms and holds in between, as measured; here 5, 15, 25 ms after a request, the
+mean of wherever CTRE's ticks may fall.
 """
 
 from __future__ import annotations
@@ -16,8 +19,19 @@ from simcore.phoenix6.standin.clock import LOOP
 from simcore.phoenix6.standin.gains import Gains
 from simcore.phoenix6.standin.profile import Expo, SCurve, VelocityRamp
 
-__all__ = ["Controller", "Law", "motion_magic", "motion_magic_expo", "motion_magic_velocity", "position", "velocity"]
+__all__ = [
+    "PROFILE_LOOPS",
+    "Controller",
+    "Law",
+    "motion_magic",
+    "motion_magic_expo",
+    "motion_magic_velocity",
+    "position",
+    "velocity",
+]
 
+PROFILE_LOOPS = 10
+"""Control loops from one move of a profile's reference to the next."""
 Law = Callable[[int], float]
 """Output of the law after this many control loops [V, duty cycle or A]."""
 
@@ -34,6 +48,8 @@ class Controller(Protocol):
     goal_v: float
     goal_a: float
     feed_forward: float
+    profile_loops: int
+    """Control loops since the profile's reference last moved."""
     limits: tuple[float, float, float]
     """Limits of the profile: cruise velocity, acceleration and jerk, or cruise velocity, kV and kA."""
     integral: float
@@ -116,6 +132,13 @@ def _along(m: Controller, pid: Callable[..., float], profile: SCurve | Expo, wra
     return pid(error, v - m.vel, v, profile.acc, loops)
 
 
+def _moves(m: Controller, loops: int) -> float:
+    """Time by which the reference of a profile moves on now; 0 where it holds [s]."""
+    elapsed = m.profile_loops + loops
+    moves, m.profile_loops = divmod(elapsed, PROFILE_LOOPS)
+    return moves * (PROFILE_LOOPS * LOOP)
+
+
 def _near(profile: SCurve | Expo, goal: float) -> None:
     """Take the reference to the turn that is nearest to the goal."""
     turns = math.floor(goal - profile.p + 0.5)
@@ -128,10 +151,12 @@ def motion_magic(m: Controller, gains: Gains, peaks: tuple[float, float], wrap: 
     pid = _pid(m, gains, peaks, True)
 
     def law(loops: int) -> float:
-        if wrap:
-            _near(profile, m.goal_p)
-        cruise, acceleration, jerk = m.limits
-        profile.advance(m.goal_p, cruise, acceleration, jerk, loops * LOOP)
+        dt = _moves(m, loops)
+        if dt:
+            if wrap:
+                _near(profile, m.goal_p)
+            cruise, acceleration, jerk = m.limits
+            profile.advance(m.goal_p, cruise, acceleration, jerk, dt)
         return _along(m, pid, profile, wrap, loops)
 
     return law
@@ -142,10 +167,12 @@ def motion_magic_expo(m: Controller, gains: Gains, peaks: tuple[float, float], w
     pid = _pid(m, gains, peaks, True)
 
     def law(loops: int) -> float:
-        if wrap:
-            _near(profile, m.goal_p)
-        cruise, kv, ka = m.limits
-        profile.advance(m.goal_p, kv, ka, cruise, loops * LOOP)
+        dt = _moves(m, loops)
+        if dt:
+            if wrap:
+                _near(profile, m.goal_p)
+            cruise, kv, ka = m.limits
+            profile.advance(m.goal_p, kv, ka, cruise, dt)
         return _along(m, pid, profile, wrap, loops)
 
     return law
@@ -156,8 +183,10 @@ def motion_magic_velocity(m: Controller, gains: Gains, peaks: tuple[float, float
     pid = _pid(m, gains, peaks, False)
 
     def law(loops: int) -> float:
-        _, acceleration, jerk = m.limits
-        profile.advance(m.goal_v, acceleration, jerk, loops * LOOP)
+        dt = _moves(m, loops)
+        if dt:
+            _, acceleration, jerk = m.limits
+            profile.advance(m.goal_v, acceleration, jerk, dt)
         m.ref = v = profile.v
         m.slope = a = profile.acc
         return pid(v - m.vel, a - m.acc, v, a, loops)

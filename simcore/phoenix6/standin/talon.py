@@ -11,12 +11,13 @@ from phoenix6.spns.spn_value import SpnValue
 
 from simcore.errors import NonFiniteError
 from simcore.phoenix6.standin import talon_values
-from simcore.phoenix6.standin.bridge import Bridge
+from simcore.phoenix6.standin.bridge import LIMITER_GAIN, Bridge
 from simcore.phoenix6.standin.clock import LOOP_NS, SimulatedClock
 from simcore.phoenix6.standin.device import Device, period_of
 from simcore.phoenix6.standin.electrical import KRAKEN_X60
 from simcore.phoenix6.standin.feedback import feedback_of, within_range
 from simcore.phoenix6.standin.follower import following, turning
+from simcore.phoenix6.standin.laws import PROFILE_LOOPS
 from simcore.phoenix6.standin.limits import Limit
 from simcore.phoenix6.standin.motion import build, limits_of
 from simcore.phoenix6.standin.plan import Plan
@@ -56,8 +57,24 @@ class Talon(Device):
     __slots__ = (
         *("_autosets", "_expires", "_follow", "_holds", "_is_blind", "_law", "_limit_flags", "_limits_are_plain"),
         *("_measure", "_no_forward", "_no_reverse", "_pending", "_rests", "_seen_raw", "_seen_rps", "_senses"),
-        *("_stage", "_told", "acc", "args", "bridge", "derr", "enabled", "err", "expo", "feed_forward", "feedback"),
-        *("foc", "followers", "forward", "goal_a", "goal_p", "goal_v", "integral", "kind", "limits", "limits_hit"),
+        *(
+            "_remote",
+            "_seen_ns",
+            "_stage",
+            "_told",
+            "_unseen",
+            "acc",
+            "args",
+            "bridge",
+            "derr",
+            "enabled",
+            "err",
+            "expo",
+            "feed_forward",
+            "feedback",
+        ),
+        *("foc", "followers", "forward", "goal_a", "goal_p", "goal_v", "integral", "kind", "late_rps", "limits"),
+        *("limits_hit", "profile_loops"),
         *("output", "pid_out", "plan", "plans", "pos", "raw", "ref", "reverse", "rotor_acceleration", "rotor_offset"),
         *("rotor_rps", "scurve", "shift", "sign", "slope", "slot", "turn", "vel", "velocity_ramp", "world"),
     )
@@ -77,6 +94,8 @@ class Talon(Device):
         """Rotor velocity as physics writes it, counter-clockwise [rotations/s]."""
         self.rotor_acceleration = 0.0
         """As physics writes it [rotations/s^2]."""
+        self.late_rps = 0.0
+        """Rotor velocity as the limits of a voltage know it, counter-clockwise [rotations/s]."""
         self.sign = 1.0
         """-1 with a clockwise configuration."""
         self.turn = 1.0
@@ -96,6 +115,9 @@ class Talon(Device):
         """As configured [rotations]."""
         self._pending: tuple[int, RequestKind, tuple[Any, ...]] | None = None
         self._expires: int | None = None
+        self._seen_ns = -1
+        self.profile_loops = 0
+        self._unseen = 0
         self.plans: dict[tuple[str, int, bool], Plan] = {}
         self._told = False
         self._seen_rps = math.nan
@@ -142,6 +164,7 @@ class Talon(Device):
         self._measure = self.feedback.measure
         self._is_blind = self.feedback.is_missing and self.kind.axis is not Axis.OPEN
         self._follow = following(self)
+        self._remote = self.feedback.remote
 
     def command(self, spn: int, value: float) -> None:
         """A new position."""
@@ -276,7 +299,11 @@ class Talon(Device):
 
     def _begin(self) -> None:
         """Start a request anew, with neither integral nor profile of the one before."""
-        self.integral = 0.0
+        self.integral = self.pid_out = 0.0
+        self._unseen = 0
+        self.profile_loops = PROFILE_LOOPS // 2
+        if self._remote is not None:
+            self._seen_ns = self._remote.frame_ns
         self.measure()
         self.scurve.start(self.pos, self.vel)
         self.expo.start(self.pos, self.vel)
@@ -312,7 +339,13 @@ class Talon(Device):
 
     def _loop(self, loops: int, enabled: bool) -> None:
         bridge = self.bridge
-        bridge.rps = self.rotor_rps * self.turn
+        rps, late = self.rotor_rps, self.late_rps
+        if late != rps:
+            late += LIMITER_GAIN[loops if loops < 64 else 64] * (rps - late)
+            self.late_rps = late = late if abs(rps - late) > 1e-3 else rps
+        turn = self.turn
+        bridge.rps = rps * turn
+        bridge.late_rps = late * turn
         if self._expires is not None and self.world.loop_ns >= self._expires:
             self._accept(_IDLE, (0.0,))
         if self._autosets:
@@ -330,16 +363,28 @@ class Talon(Device):
         if law is None or stage is None or not enabled:
             self._let_go(loops)
             return
-        if self._senses:
+        remote = self._remote
+        is_stale = remote is not None and remote.frame_ns == self._seen_ns
+        if self._senses and not is_stale:
             self._measure()
         if self._limits_are_plain and not self.forward.closed and not self.reverse.closed:
             bridge.blocked_forward = self._no_forward
             bridge.blocked_reverse = self._no_reverse
         else:
             self._check_limits()
-        self.pid_out = out = 0.0 if self._is_blind else law(loops)
-        stage(out, loops)
-        self._seen_rps = self.rotor_rps if self._holds and not bridge.is_supply_limited else math.nan
+        if self._is_blind:
+            self.pid_out = 0.0
+        elif self.kind.axis is Axis.OPEN:
+            self.pid_out = law(loops)
+        elif is_stale:
+            self._unseen += loops
+        else:
+            if remote is not None:
+                self._seen_ns = remote.frame_ns
+            self.pid_out = law(loops + self._unseen)
+            self._unseen = 0
+        stage(self.pid_out, loops)
+        self._seen_rps = late if self._holds and not bridge.is_supply_limited and late == rps else math.nan
         self._seen_raw = self.raw
         self._rests = False
 
@@ -357,15 +402,16 @@ class Talon(Device):
             bridge.neutral(bridge.brake and not coasts)
         elif self._follow is not None:
             self._follow(loops)
-            self._seen_rps = self.rotor_rps if self._holds and not bridge.is_supply_limited else math.nan
+            is_settled = self._holds and not bridge.is_supply_limited and self.late_rps == self.rotor_rps
+            self._seen_rps = self.rotor_rps if is_settled else math.nan
             self._rests = True
             return
         else:
             bridge.rest()
             bridge.neutral(axis is Axis.BRAKE or (bridge.brake and axis is not Axis.COAST))
-        if self._expires is None and not self._autosets:
-            self._seen_rps = self.rotor_rps
-            self._rests = True
+        is_settled = self._expires is None and not self._autosets and self.late_rps == self.rotor_rps
+        self._seen_rps = self.rotor_rps if is_settled else math.nan
+        self._rests = is_settled
 
     def _check_limits(self) -> None:
         forward, reverse, bridge = self.forward, self.reverse, self.bridge

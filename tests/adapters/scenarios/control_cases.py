@@ -181,7 +181,7 @@ def run(mode: str, cases: list[Case], seconds: float, first_id: int) -> dict[str
         number = ids[case.name]
         if case.encoder:
             encoder = encoders[case.name] = hardware.CANcoder(number, bus)
-            # As the swerve class asks; at the default 100 Hz the overshoot depends on when the frames leave.
+            # At the default 100 Hz, which the swerve class keeps, the overshoot depends on when the frames leave.
             encoder.get_position(False).set_update_frequency(250.0)
             encoder.get_velocity(False).set_update_frequency(250.0)
         talon = talons[case.name] = hardware.TalonFX(number, bus)

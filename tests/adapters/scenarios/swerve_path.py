@@ -36,6 +36,11 @@ DT = 0.005
 INCH = 0.0254
 VELOCITY = SwerveModule.DriveRequestType.VELOCITY
 OPEN = SwerveModule.DriveRequestType.OPEN_LOOP_VOLTAGE
+DELAYS = (0.0, 0.002, 0.004, 0.006, 0.008)
+"""Where wheels must turn, what happens depends on when the request meets the encoders' frames, which come every 10 ms.
+On the wall clock that is chance; simulated, every delay takes its turn [s]."""
+WHEELS = 0.1
+"""Where wheels stand before they must turn to the left [rad]."""
 EXPO = SwerveModule.SteerRequestType.MOTION_MAGIC_EXPO
 
 
@@ -106,13 +111,16 @@ class Bench:
                 PHOENIX.step(DT)
             if k % every == every - 1:
                 each()
+        if IS_REAL:  # the last step takes its time as well
+            time.sleep(max(begin + round(seconds / DT) * DT - time.perf_counter(), 0.0))
 
-    def stop(self) -> None:
-        """At rest, wheels ahead: where each step starts."""
+    def stop(self, wheels: float = 0.0) -> None:
+        """At rest, wheels ahead or turned by an angle [rad]: where each step starts."""
         self.robot.set_control(requests.SwerveDriveBrake())
         self.run(0.5)
-        self.robot.set_control(requests.PointWheelsAt())
-        self.drive.reset()
+        self.robot.set_control(requests.PointWheelsAt().with_module_direction(Rotation2d(wheels)))
+        self.run(0.4)
+        self.drive.reset(angles=[wheels] * 4)
         self.body.reset()
         self.run(0.3)
         self.robot.reset_pose(Pose2d())
@@ -139,17 +147,32 @@ def s_curve(bench: Bench) -> list[list[float]]:
 
 
 def response(
-    bench: Bench, request: object, what: Callable[[PlanarChassis], float], seconds: float = 1.2
+    bench: Bench, request: object, what: Callable[[PlanarChassis], float], *, wheels: float = 0.0, delay: float = 0.0
 ) -> list[float]:
-    """Time to 90 % of the end [s], largest value over the end, end."""
-    bench.stop()
+    """Time to 90 % of the end [s], largest value over the end, end.
+
+    From wheels turned by an angle [rad], and with a delay of the request, simulated only [s].
+    """
+    bench.stop(wheels)
+    if not IS_REAL:
+        PHOENIX.step(delay)
     rows: list[float] = []
     bench.robot.set_control(request)
-    bench.run(seconds, lambda: rows.append(what(bench.body)), every=1)
+    bench.run(1.2, lambda: rows.append(what(bench.body)), every=1)
+    if not IS_REAL:
+        PHOENIX.step(0.010 - delay)
     y = np.array(rows)
     end = float(y[-20:].mean())
     reached = np.flatnonzero(np.abs(y) >= 0.9 * abs(end))
     return [float(reached[0] + 1) * DT, float(np.abs(y).max() / abs(end)), end]
+
+
+def mean_response(
+    bench: Bench, request: object, what: Callable[[PlanarChassis], float], *, wheels: float = 0.0, turns: bool = False
+) -> list[float]:
+    """The same, simulated the mean over all delays where wheels must turn first."""
+    delays = (0.0,) if IS_REAL or not turns else DELAYS
+    return np.mean([response(bench, request, what, wheels=wheels, delay=d) for d in delays], axis=0).tolist()
 
 
 def main() -> None:
@@ -202,7 +225,14 @@ def main() -> None:
         "SysIdSwerveTranslation 4 V": (requests.SysIdSwerveTranslation().with_volts(4.0), ahead),
         "SysIdSwerveRotation 2 rad/s": (requests.SysIdSwerveRotation().with_rotational_rate(2.0), spin),
     }
-    responses = {name: response(bench, request, what) for name, (request, what) in table.items()}
+    # From 0.1 rad all wheels know which way to turn to the left; from 0 each one tosses a coin, and the robot's way of
+    # getting there differs by 45 ms.
+    responses = {
+        name: mean_response(
+            bench, request, what, wheels=WHEELS if what is left else 0.0, turns=what is left or what is spin
+        )
+        for name, (request, what) in table.items()
+    }
     late = bench.late
     bench.robot.close()
     torque = Bench(swerve.ClosedLoopOutputType.TORQUE_CURRENT_FOC)

@@ -221,6 +221,36 @@ def drive_requests(robot: swerve.SwerveDrivetrain) -> None:
     ask("idle lets go", robot, requests.Idle(), 0.3)
 
 
+def forces(robot: swerve.SwerveDrivetrain, unit: str) -> None:
+    """What every drive motor feeds forward for wheel forces in the request's own axes."""
+    x, y = [25.0, 30.0, 35.0, 40.0], [10.0, -10.0, 5.0, 0.0]
+    operator = requests.ForwardPerspectiveValue.OPERATOR_PERSPECTIVE
+    field, own = requests.ApplyFieldSpeeds, requests.ApplyRobotSpeeds
+    robot.set_operator_perspective_forward(Rotation2d(0.7))
+    for name, request, heading, azimuth in (
+        ("heading 0", field(), 0.0, 0.0),
+        ("heading 1 rad", field(), 1.0, 0.0),
+        ("heading 2.5 rad", field(), 2.5, 0.0),
+        ("heading 2.5 rad, azimuths turned", field(), 2.5, 0.1),
+        ("heading 1 rad, operator at 0.7 rad", field().with_forward_perspective(operator), 1.0, 0.0),
+        ("robot's axes, heading 1 rad", own(), 1.0, 0.0),
+    ):
+        yaw = heading * 180.0 / 3.14159265358979
+        put(robot, azimuth=azimuth, yaw=yaw)
+        wait(0.1)
+        request.with_speeds(ChassisSpeeds(1.0, 0.5, 0.5)).with_drive_request_type(VELOCITY)
+        robot.set_control(request.with_wheel_force_feedforwards_x(x).with_wheel_force_feedforwards_y(y))
+        wait(0.1)
+        put(robot, azimuth=azimuth, wheel=0.001, yaw=yaw)  # CTRE's loops are only computed when a rotor moves
+        wait(0.1)
+        CASES[f"forces fed forward, {unit}, {name}"] = [
+            value(module.drive_motor.get_closed_loop_feed_forward()) for module in robot.modules
+        ]
+    robot.set_operator_perspective_forward(Rotation2d(0.0))
+    put(robot)
+    wait(0.1)
+
+
 def belief(robot: swerve.SwerveDrivetrain) -> None:
     put(robot)
     robot.set_operator_perspective_forward(Rotation2d(0))
@@ -295,6 +325,7 @@ def torque() -> None:
     wait(0.3)
     request = requests.RobotCentric().with_velocity_x(1).with_drive_request_type(VELOCITY)
     ask("torque current", robot, request)
+    forces(robot, "A")
     enable(False)
     for module in robot.modules:
         module.drive_motor.sim_state.set_rotor_velocity(5.0)
@@ -313,6 +344,7 @@ def main() -> None:
     wait(0.4)
     modules(robot)
     drive_requests(robot)
+    forces(robot, "V")
     belief(robot)
     robot.close()
     torque()

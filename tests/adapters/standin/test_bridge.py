@@ -65,12 +65,61 @@ def test_limits_hold_in_all_four_quadrants(bench, rps, volts):
         current_limits__supply_current_limit=25.0,
     )
     bench.hold(talon, rps=rps)
-    put_out(bench, talon, controls.VoltageOut(volts))
+    put_out(bench, talon, controls.VoltageOut(volts), 0.1)
     state = talon.sim_state
-    assert abs(state.torque_current) <= 60.0
+    assert abs(state.torque_current) <= 60.0 + 1e-3
     assert state.supply_current <= 25.0
     assert state.torque_current == pytest.approx((state.motor_voltage - EMF * rps) / OHM, abs=1e-6)
     assert state.supply_current == pytest.approx(state.torque_current * state.motor_voltage / 12.0, abs=1e-6)
+
+
+def test_a_limit_learns_a_new_rotor_speed_late(bench):
+    """V = limit R + (1 - e^(-t/6 ms)) EMF w: nothing learnt when a request comes, a pole since the speed changed."""
+    from phoenix6 import controls
+
+    talon = bench.talon(current_limits__stator_current_limit_enable=True, current_limits__stator_current_limit=60.0)
+    bench.hold(talon)
+    assert put_out(bench, talon, controls.VoltageOut(12.0), 0.1) == pytest.approx(60.0 * OHM)
+    bench.hold(talon, rps=20.0)
+    for elapsed in (0.005, 0.010, 0.015):
+        bench.run(0.005)
+        learnt = 20.0 * -math.expm1(-elapsed / 0.006)
+        assert talon.sim_state.motor_voltage == pytest.approx(60.0 * OHM + EMF * learnt)
+        assert talon.sim_state.torque_current == pytest.approx(60.0 - (20.0 - learnt) * EMF / OHM)
+    # where nothing limits, a speed acts at once; and so it does on a torque current
+    assert put_out(bench, talon, controls.VoltageOut(2.4)) == pytest.approx(2.4)
+    bench.hold(talon, rps=0.0)
+    assert put_out(bench, talon, controls.TorqueCurrentFOC(80.0), 0.02) == pytest.approx(60.0 * OHM, abs=1e-3)
+
+
+def test_a_loop_on_a_remote_sensor_runs_once_a_frame(bench):
+    """A new set point waits for the sensor's next frame; a request of another kind begins with no output."""
+    from phoenix6 import controls, signals
+
+    encoder = bench.device("CANcoder", 1)
+    talon = bench.talon(
+        slot0__k_p=10.0,
+        feedback__feedback_remote_sensor_id=1,
+        feedback__feedback_sensor_source=signals.FeedbackSensorSourceValue.FUSED_CANCODER,
+    )
+    period = 10  # loops, at 100 Hz
+    bench.run(0.1, lambda: talon.set_control(controls.PositionVoltage(0.0)))
+
+    def loops_until(volts):
+        for k in range(3 * period):
+            if talon.sim_state.motor_voltage == pytest.approx(volts, abs=1e-9):
+                return k
+            bench.standin.step(0.001)
+        raise AssertionError(f"never {volts} V")
+
+    loops_until(0.0)
+    encoder.sim_state.set_raw_position(-0.1)
+    loops_until(1.0)  # a frame has just been read, and the next one is a period away
+    talon.set_control(controls.PositionVoltage(0.2).with_update_freq_hz(0))
+    assert loops_until(3.0) == period
+    talon.set_control(controls.PositionDutyCycle(-0.09).with_update_freq_hz(0))
+    assert loops_until(0.0) == 1
+    assert loops_until(0.1 * 12.0) == period - 1
 
 
 @pytest.mark.parametrize("slot", [0, 1, 2])
