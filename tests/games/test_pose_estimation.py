@@ -3,6 +3,7 @@ time."""
 
 from __future__ import annotations
 
+import gc
 import math
 
 import numpy as np
@@ -51,6 +52,11 @@ class LocalizingRobot:
         self.errors: list[float] = []
         self.first_tag: float | None = None
 
+    def close(self) -> None:
+        """Before the instance goes: collected later, a subscriber would close one of the next instance, by number."""
+        for topic in (*self._poses, *self._headings, *self._trust, *self._orientation):
+            topic.close()
+
     def __call__(self, robot, time: float) -> None:
         state = robot.drive.state
         radius = robot.config.chassis.wheel_radius
@@ -94,6 +100,7 @@ class LocalizingRobot:
 
 def play(auto_name: str, *, sends_heading: bool, cameras=CAMERAS, seconds: float = 20.0) -> LocalizingRobot:
     auto = find_auto(auto_name)
+    gc.collect()  # what other tests left of destroyed instances would close topics of this one, which gets their number
     instance = ntcore.NetworkTableInstance.create()
     instance.startLocal()
     entry = RobotEntry(pose=auto.start, preload=auto.preload, config=RebuiltRobotConfig(cameras=cameras))
@@ -108,6 +115,7 @@ def play(auto_name: str, *, sends_heading: bool, cameras=CAMERAS, seconds: float
         sim.set_robot_code(0, code)
         for _ in range(round(seconds / 0.02)):
             sim.tick()
+    code.close()
     ntcore.NetworkTableInstance.destroy(instance)
     return code
 
