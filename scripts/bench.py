@@ -24,9 +24,9 @@ from games.rebuilt.robot import RebuiltRobotConfig
 from games.rebuilt.scripted import ScriptedRobot, Steps
 from games.rebuilt.sim import DT, RebuiltConfig, RebuiltSim, RobotEntry
 from games.rebuilt.staging import Staging
-from simcore.gamepiece.pool import PieceStatus
-from simcore.gamepiece.proximity import Proximity
 from simcore.physics.bullet import BulletEngine
+from simcore.pieces.pool import PieceStatus
+from simcore.pieces.proximity import Proximity
 from simcore.typing import FloatArray
 from simcore.vision.camera import CameraConfig, CameraMount, PiecePipeline, limelight_type
 

@@ -28,15 +28,15 @@ from games.rebuilt.publish import build_snapshot
 from games.rebuilt.scripted import ScriptedRobot, Steps
 from games.rebuilt.sim import DT, RebuiltConfig, RebuiltSim, RobotEntry
 from games.rebuilt.staging import Staging
-from simcore.gamepiece.pool import PieceStatus
-from simcore.gamepiece.proximity import Proximity
+from simcore.pieces.pool import PieceStatus
+from simcore.pieces.proximity import Proximity
+from simcore.show.replay import smooth_snapshot
+from simcore.show.view_models import load_models
+from simcore.show.view_page import ViewPage
 from simcore.telemetry.log_reader import read_log
-from simcore.telemetry.networktables import NetworkTablesSink, start_local_server
+from simcore.telemetry.networktables_sink import NetworkTablesSink, start_local_server
 from simcore.telemetry.snapshot import Snapshot
 from simcore.telemetry.wpilog import WpilogSink
-from simcore.view.models import load_models
-from simcore.view.page import ViewPage
-from simcore.view.replay import smooth_snapshot
 
 _WARM_UP = 25  # ticks
 

@@ -13,7 +13,7 @@ import sys
 from pathlib import Path
 
 from simcore.errors import ModelError
-from simcore.view.check import check_folder
+from simcore.show.view_check import check_folder
 
 
 def main(argv: list[str] | None = None) -> int:

@@ -23,12 +23,12 @@ from collections.abc import Callable, Iterator
 from dataclasses import asdict, dataclass, replace
 from typing import Any
 
-from simcore.drivetrain.config import SwerveConfig, SwerveModuleConfig
-from simcore.drivetrain.load import normal_loads
-from simcore.drivetrain.motor import motor
-from simcore.drivetrain.planar import PlanarChassis
-from simcore.drivetrain.swerve import SwerveDrive
-from simcore.power.battery import Battery, BatteryConfig
+from simcore.robot.battery import Battery, BatteryConfig
+from simcore.robot.motor import motor
+from simcore.robot.planar_chassis import PlanarChassis
+from simcore.robot.swerve_config import SwerveConfig, SwerveModuleConfig
+from simcore.robot.swerve_drive import SwerveDrive
+from simcore.robot.wheel_loads import normal_loads
 from simcore.units import GRAVITY
 
 TRACK = 0.527

@@ -28,8 +28,8 @@ from games.rebuilt.field import default_mesh
 from games.rebuilt.fuel import FUEL
 from games.rebuilt.robot import RebuiltRobotConfig
 from simcore.physics.obj import ObjGroup, read_obj
+from simcore.show.glb import linear_rgba
 from simcore.typing import FloatArray
-from simcore.view.glb import linear_rgba
 
 OUTPUT = Path(__file__).resolve().parents[1] / "models" / "advantagescope"
 ROBOT, FIELD = "Robot_Rebuilt", "Field3d_SimcoreRebuilt"

@@ -16,7 +16,7 @@ import time
 from phoenix6 import CANBus, configs, controls, hardware, signals, unmanaged
 from wpilib.simulation import pauseTiming
 
-from simcore.phoenix6 import standin
+from simcore import phoenix6_emulator as standin
 
 BUDGET_MS = 1.0
 TICKS = 300

@@ -22,11 +22,12 @@ class Command(NamedTuple):
 
 COMMANDS = {
     "doctor": Command("simcore.robotpy.doctor", "look at this computer and this folder, and say what to do"),
-    "page": Command("simcore.telemetry.log_page", "the page and the picture of a run of which only the log is left"),
+    "view": Command("simcore.show.view_command", "replay a log in the browser"),
+    "page": Command("simcore.show.log_page", "the page and the picture of a run of which only the log is left"),
     "compile": Command(
         "simcore.compiled.command", "compile what is hot: simulations run faster, with the same results"
     ),
-    "init": Command("simcore.attach.init", "write a simcore.toml beside robot.py"),
+    "init": Command("simcore.robot_file.init_command", "write a simcore.toml beside robot.py"),
 }
 """By name; the modules may need extras, and are imported only when their command runs."""
 

@@ -8,7 +8,7 @@ from games.rebuilt.sim import RebuiltConfig, RebuiltSim, RobotEntry
 from simcore.phoenix6.motor import MotorType, TalonFXMotorSim
 from simcore.phoenix6.swerve import SwerveDrivetrainSim, swerve_config
 from simcore.robotpy.physics import RobotPhysics
-from simcore.telemetry.networktables import NetworkTablesSink
+from simcore.telemetry.networktables_sink import NetworkTablesSink
 from simcore.vision.camera import CameraConfig, CameraMount, PiecePipeline, limelight_type
 
 FRONT_RIGHT, FRONT_LEFT = TAG_CAMERAS

@@ -22,7 +22,7 @@ from games.rebuilt.runner import AutoRun, play_auto
 from games.rebuilt.sim import DT, RebuiltConfig, RebuiltSim
 from games.rebuilt.watch import Watch, add_options
 from simcore.errors import SimcoreError
-from simcore.sim.report import print_report
+from simcore.match.report import print_report
 from simcore.telemetry.snapshot import TelemetrySink
 
 __all__ = ["main"]

@@ -13,10 +13,10 @@ import numpy as np
 from games.rebuilt import dimensions as dim
 from simcore.geometry.symmetry import turn_half_point
 from simcore.geometry.zones import CylinderZone
+from simcore.match.scoring import Alliance, ScoringZone
 from simcore.physics.field import FieldGeometry
 from simcore.physics.obj import read_obj
 from simcore.physics.surface import POLYCARBONATE, RUBBER, WALL
-from simcore.scoring.tracker import Alliance, ScoringZone
 from simcore.typing import FloatArray
 
 __all__ = [

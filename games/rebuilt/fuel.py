@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from simcore.gamepiece.aerodynamics import Aerodynamics
-from simcore.gamepiece.config import GamePieceConfig
 from simcore.physics.shapes import Sphere
+from simcore.pieces.aerodynamics import Aerodynamics
+from simcore.pieces.kinds import GamePieceConfig
 from simcore.units import inches, pounds
 
 __all__ = ["FUEL"]

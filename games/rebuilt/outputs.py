@@ -9,7 +9,7 @@ from pathlib import Path
 from games.rebuilt.picture import animate_run, draw_run, write_run_page
 from games.rebuilt.runner import AutoRun
 from simcore.errors import ConfigError, OutputError
-from simcore.telemetry.animation import check_animation
+from simcore.show.animation import check_animation
 from simcore.telemetry.guard import GuardedSink
 from simcore.telemetry.output import discard_empty, require_writable
 from simcore.telemetry.recording import Recording

@@ -5,11 +5,11 @@ from __future__ import annotations
 from pathlib import Path
 
 from games.rebuilt.runner import AutoRun
-from simcore.sim.report import RunReport
-from simcore.telemetry.animation import animate
-from simcore.telemetry.page import write_page
+from simcore.match.report import RunReport
+from simcore.show.animation import animate
+from simcore.show.page import write_page
+from simcore.show.summary import draw_summary
 from simcore.telemetry.recording import Recording
-from simcore.telemetry.summary import draw_summary
 
 __all__ = ["animate_run", "draw_run", "write_run_page"]
 

@@ -11,14 +11,14 @@ import numpy as np
 
 from games.rebuilt.robot import RebuiltRobot, RebuiltRobotConfig
 from games.rebuilt.sim import RebuiltConfig, RebuiltSim, RobotEntry
-from simcore.attach.settings import RobotSettings
-from simcore.chassis.config import ChassisConfig
-from simcore.drivetrain.config import SwerveConfig
-from simcore.gamepiece.intake import IntakeZone
-from simcore.gamepiece.launch import LaunchParameters
-from simcore.mechanism.flywheel import FlywheelSim
-from simcore.mechanism.shaft import ShaftSim
 from simcore.physics.world import PhysicsWorld
+from simcore.pieces.intake import IntakeZone
+from simcore.pieces.launch import LaunchParameters
+from simcore.robot.chassis_config import ChassisConfig
+from simcore.robot.flywheel import FlywheelSim
+from simcore.robot.shaft import ShaftSim
+from simcore.robot.swerve_config import SwerveConfig
+from simcore.robot_file.robot_settings import RobotSettings
 from simcore.telemetry.snapshot import TelemetrySink
 
 if TYPE_CHECKING:

@@ -12,22 +12,22 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from wpimath.system.plant import DCMotor
 
-from simcore.chassis.config import ChassisConfig
-from simcore.drivetrain.config import SwerveConfig, SwerveModuleConfig
-from simcore.drivetrain.gyro import GyroConfig, gyro_config
 from simcore.errors import ConfigError, require_non_negative, require_positive
-from simcore.gamepiece.intake import IntakeZone
-from simcore.gamepiece.launch import LaunchParameters
-from simcore.gamepiece.shooter import ShooterSim
-from simcore.mechanism.arm import ArmConfig, ArmSim
-from simcore.mechanism.flywheel import FlywheelConfig, FlywheelSim, launch_impulse
-from simcore.mechanism.motor import GearboxConfig
-from simcore.mechanism.rack import RackConfig, RackSim
-from simcore.mechanism.roller import RollerConfig, RollerSim
-from simcore.mechanism.shaft import ShaftSim
 from simcore.physics.world import PhysicsWorld
-from simcore.power.battery import BatteryConfig
-from simcore.sim.swerve_robot import SwerveRobot
+from simcore.pieces.intake import IntakeZone
+from simcore.pieces.launch import LaunchParameters
+from simcore.pieces.shooter import ShooterSim
+from simcore.robot.arm import ArmConfig, ArmSim
+from simcore.robot.battery import BatteryConfig
+from simcore.robot.chassis_config import ChassisConfig
+from simcore.robot.flywheel import FlywheelConfig, FlywheelSim, launch_impulse
+from simcore.robot.gearbox import GearboxConfig
+from simcore.robot.gyro import GyroConfig, gyro_config
+from simcore.robot.rack import RackConfig, RackSim
+from simcore.robot.roller import RollerConfig, RollerSim
+from simcore.robot.shaft import ShaftSim
+from simcore.robot.swerve_config import SwerveConfig, SwerveModuleConfig
+from simcore.robot.swerve_robot import SwerveRobot
 from simcore.units import degrees
 from simcore.vision.camera import CameraConfig
 

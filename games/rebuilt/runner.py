@@ -16,9 +16,9 @@ from games.rebuilt.autos import Auto
 from games.rebuilt.scripted import ScriptedRobot
 from games.rebuilt.sim import DT, RebuiltConfig, RebuiltSim, RobotEntry
 from simcore.errors import ConfigError
-from simcore.scoring.tracker import Alliance
-from simcore.sim.recorder import TickTimer
-from simcore.sim.report import RunReport, Score, Spread
+from simcore.match.digest import TickTimer
+from simcore.match.report import RunReport, Score, Spread
+from simcore.match.scoring import Alliance
 from simcore.telemetry.snapshot import TelemetrySink
 from simcore.typing import FloatArray
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from games.rebuilt.field import FIELD_SIZE, load_field
 from games.rebuilt.fuel import FUEL
-from simcore.telemetry.scene import RobotLook, Scene, ShotTrace
+from simcore.show.scene import RobotLook, Scene, ShotTrace
 
 if TYPE_CHECKING:
     from games.rebuilt.sim import RebuiltSim

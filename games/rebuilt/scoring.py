@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from simcore.scoring.clock import MatchClock, Phase
-from simcore.scoring.tracker import Alliance, ScoringZone
+from simcore.match.clock import MatchClock, Phase
+from simcore.match.scoring import Alliance, ScoringZone
 
 __all__ = ["MATCH", "RebuiltScoring"]
 

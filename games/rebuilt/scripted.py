@@ -16,10 +16,10 @@ from games.rebuilt.field import FIELD_SIZE, HUB_TARGET
 from games.rebuilt.fuel import FUEL
 from games.rebuilt.robot import RebuiltRobot
 from games.rebuilt.sim import DT
-from simcore.gamepiece.shot_solver import NoShotError, Shot, solve_shot
 from simcore.geometry.symmetry import turn_half, turn_half_pose, wrap_angle
-from simcore.mechanism.control import PositionController, VelocityController
-from simcore.scoring.tracker import Alliance
+from simcore.match.scoring import Alliance
+from simcore.pieces.shot_solver import NoShotError, Shot, solve_shot
+from simcore.robot.feedback import PositionController, VelocityController
 from simcore.typing import FloatArray
 from simcore.units import degrees
 

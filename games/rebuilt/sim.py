@@ -20,21 +20,21 @@ from games.rebuilt.scoring import MATCH, RebuiltScoring
 from games.rebuilt.staging import Staging, depot_places, neutral_places
 from games.rebuilt.vision import RebuiltVision, tag_layout
 from simcore.errors import ConfigError
-from simcore.gamepiece.intake import field_to_robot
-from simcore.gamepiece.launch import launch_state
-from simcore.gamepiece.manager import GamePieceManager
-from simcore.gamepiece.pool import PieceStatus
-from simcore.gamepiece.proximity import Mover, Proximity
-from simcore.gamepiece.shooter import Launch
 from simcore.geometry.quaternion import rotate
 from simcore.geometry.symmetry import turn_half, turn_half_pose
+from simcore.match.digest import TrajectoryDigest
+from simcore.match.report import FuelCount
+from simcore.match.scoring import Alliance, ScoringTracker, ScoringZone
 from simcore.physics.engine import Engine
 from simcore.physics.substeps import Substepping, Surroundings
 from simcore.physics.world import PhysicsWorld
-from simcore.scoring.tracker import Alliance, ScoringTracker, ScoringZone
-from simcore.sim.recorder import TrajectoryDigest
-from simcore.sim.report import FuelCount
-from simcore.telemetry.scene import Scene
+from simcore.pieces.intake import field_to_robot
+from simcore.pieces.launch import launch_state
+from simcore.pieces.piece_manager import GamePieceManager
+from simcore.pieces.pool import PieceStatus
+from simcore.pieces.proximity import Mover, Proximity
+from simcore.pieces.shooter import Launch
+from simcore.show.scene import Scene
 from simcore.telemetry.snapshot import TelemetrySink
 from simcore.typing import FloatArray
 from simcore.units import GRAVITY

@@ -8,10 +8,10 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from games.rebuilt.robot import RebuiltRobot, RebuiltRobotConfig
-from simcore.chassis.config import ChassisConfig
-from simcore.drivetrain.config import SwerveConfig
-from simcore.drivetrain.tank import TankConfig, TankDrive
 from simcore.physics.world import PhysicsWorld
+from simcore.robot.chassis_config import ChassisConfig
+from simcore.robot.swerve_config import SwerveConfig
+from simcore.robot.tank_drive import TankConfig, TankDrive
 
 __all__ = ["RebuiltTankConfig", "RebuiltTankRobot"]
 

@@ -9,14 +9,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from games.rebuilt.fuel import FUEL
-from simcore.gamepiece.manager import GamePieceManager
 from simcore.geometry.quaternion import Vector
 from simcore.physics.world import PhysicsWorld
+from simcore.pieces.piece_manager import GamePieceManager
 from simcore.typing import FloatArray
-from simcore.vision.clock import NetworkClock
+from simcore.vision.camera_manager import VisionSimManager
+from simcore.vision.camera_scene import Scene
 from simcore.vision.lines import direction_line, sighting_lines
-from simcore.vision.manager import VisionSimManager
-from simcore.vision.scene import Scene
+from simcore.vision.network_clock import NetworkClock
 from simcore.vision.tags import TagLayout, load_layout, official_layout
 
 if TYPE_CHECKING:
@@ -68,7 +68,7 @@ class RebuiltVision(VisionSimManager):
             for config in robot.config.cameras:
                 self.add(config, robot=robot.number)
         if network is not None:
-            from simcore.vision.networktables import LimelightTable  # only here: a headless run needs no ntcore
+            from simcore.vision.limelight_table import LimelightTable  # only here: a headless run needs no ntcore
 
             for camera in self.cameras.values():
                 camera.ports.append(LimelightTable(network, camera.config, layout.field_size, self.clock))

@@ -13,11 +13,11 @@ from typing import Any
 from games.rebuilt.models import models_folder
 from games.rebuilt.sim import RebuiltSim
 from simcore.errors import SimcoreError
+from simcore.show.live_view import LiveView
+from simcore.show.pacing import Pacer
+from simcore.show.view_models import load_models
+from simcore.show.view_page import open_browser
 from simcore.telemetry.snapshot import Snapshot, TelemetrySink
-from simcore.view.live import LiveView
-from simcore.view.models import load_models
-from simcore.view.pacing import Pacer
-from simcore.view.page import open_browser
 
 __all__ = ["Watch", "add_options"]
 
@@ -71,7 +71,7 @@ class Watch:
         if self._view is not None:
             sinks.append(self._view.sink())
         if self._tables is not None:
-            from simcore.telemetry.networktables import NetworkTablesSink
+            from simcore.telemetry.networktables_sink import NetworkTablesSink
 
             sinks.append(NetworkTablesSink(self._tables))
         return sinks
@@ -109,7 +109,7 @@ def _open(options: argparse.Namespace) -> LiveView:
 def _serve(port: int) -> Any:
     import ntcore
 
-    from simcore.telemetry.networktables import start_local_server
+    from simcore.telemetry.networktables_sink import start_local_server
 
     instance = ntcore.NetworkTableInstance.create()
     start_local_server(instance, port=port)

@@ -33,6 +33,7 @@ _NO_COMPILER = re.compile(
     r"|no such file or directory: '[^']*(cc|clang)[^']*'"
 )
 _LAST_LINES = 12
+_HALF = ".half-"  # of the name of a build that is not whole
 
 
 def check_tools(find: Callable[[str], object] = find_spec) -> None:
@@ -89,7 +90,7 @@ def build(environment: Mapping[str, str], package: Path = Path(store.PACKAGE), r
     with tempfile.TemporaryDirectory(prefix="simcore-", ignore_cleanup_errors=True) as work:
         compiled = compile_into(Path(work), package, environment, run)
         # Into the store under a name that nobody looks at, then in one move: what has the right name is whole.
-        half = Path(tempfile.mkdtemp(prefix=".half-", dir=place))
+        half = Path(tempfile.mkdtemp(prefix=_HALF, dir=place))
         try:
             shutil.copytree(compiled, half, dirs_exist_ok=True)
             half.chmod(0o755)  # mkdtemp's is for its maker alone
@@ -153,9 +154,7 @@ def remove(environment: Mapping[str, str]) -> list[Path]:
     gone = []
     for place in map(Path, store.places(environment)):
         for path in sorted(place.iterdir()) if place.is_dir() else ():
-            if GROUP in "".join(entry.name for entry in path.glob(f"{GROUP}__mypyc*")) or path.name.startswith(
-                ".half-"
-            ):
+            if path.name.startswith(_HALF) or any(path.glob(f"{GROUP}__mypyc*")):
                 try:
                     shutil.rmtree(path)
                 except OSError as error:

@@ -6,8 +6,8 @@ from collections.abc import Sequence
 
 from wpilib.simulation import RoboRioSim
 
-from simcore.mechanism.motor import SimMotor
-from simcore.power.battery import Battery
+from simcore.robot.battery import Battery
+from simcore.robot.gearbox import SimMotor
 
 __all__ = ["RobotBattery"]
 

@@ -12,13 +12,13 @@ from typing import Any
 
 from phoenix6 import configs
 
-from simcore.attach.read import gearbox_motor
 from simcore.errors import ConfigError
-from simcore.mechanism.arm import ArmConfig, ArmSim
-from simcore.mechanism.motor import GearboxConfig
-from simcore.mechanism.shaft import ShaftSim
 from simcore.phoenix6.devices import Device
 from simcore.phoenix6.followers import Group
+from simcore.robot.arm import ArmConfig, ArmSim
+from simcore.robot.gearbox import GearboxConfig
+from simcore.robot.shaft import ShaftSim
+from simcore.robot_file.reader import gearbox_motor
 
 __all__ = ["Guess", "guess_mechanism"]
 

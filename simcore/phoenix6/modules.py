@@ -7,8 +7,6 @@ from dataclasses import dataclass
 
 from phoenix6.hardware import CANcoder, CANdi, Pigeon2, TalonFX, TalonFXS
 
-from simcore.drivetrain.ports import SwervePorts
-from simcore.drivetrain.swerve import SwerveDrive
 from simcore.errors import ConfigError
 from simcore.phoenix6.cancoder import CANcoderSim
 from simcore.phoenix6.candi import CANdiEncoderSim
@@ -16,6 +14,8 @@ from simcore.phoenix6.devices import key_of
 from simcore.phoenix6.motor import AngleSensor
 from simcore.phoenix6.pigeon import Pigeon2Sim
 from simcore.phoenix6.talon import Talon, TalonPort, is_configured_clockwise
+from simcore.robot.motor_ports import SwervePorts
+from simcore.robot.swerve_drive import SwerveDrive
 
 __all__ = ["SwerveDevicesSim", "SwerveModuleDevices"]
 

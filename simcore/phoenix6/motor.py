@@ -11,8 +11,8 @@ from phoenix6.sim import TalonFXSimState
 from wpilib import RobotController
 
 from simcore.errors import ConfigError, require_finite
-from simcore.mechanism.motor import SimMotor
 from simcore.phoenix6.talon import Talon, TalonPort, is_configured_clockwise
+from simcore.robot.gearbox import SimMotor
 
 __all__ = ["AngleSensor", "MotorType", "TalonFXMotorSim"]
 

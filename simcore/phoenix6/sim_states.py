@@ -11,13 +11,11 @@ import sys
 from typing import Any
 
 from phoenix6.phoenix_native import Native
-from phoenix6.sim import ChassisReference
 
-from simcore.phoenix6.standin_states import StandInEncoderState, StandInPigeonState, StandInTalonState
+from simcore.phoenix6.standin_states import Mounted, StandInEncoderState, StandInPigeonState, StandInTalonState
 
 __all__ = ["sim_state_of"]
 
-_CLOCKWISE = ChassisReference.CLOCKWISE_POSITIVE
 _WRITE = "c_ctre_phoenix6_platform_sim_set_physics_input"
 _READ = "c_ctre_phoenix6_platform_sim_get_physics_value"
 
@@ -28,7 +26,7 @@ def sim_state_of(device: Any) -> Any:
     Args:
         device: Of the robot code. A `TalonFX`, `CANcoder` or `Pigeon2` is reached the short way, others by `sim_state`.
     """
-    standin = sys.modules.get("simcore.phoenix6.standin")
+    standin = sys.modules.get("simcore.phoenix6_emulator")
     world = None if standin is None else standin.installed()
     for kind in type(device).__mro__:
         if kind.__name__ not in _STATES:
@@ -66,24 +64,13 @@ class _NativeDevice:
         self.get_value = get_value
 
 
-class _State:
+class _State(Mounted):
     """A device, and the orientation of its mounting."""
 
     def __init__(self, device: Any) -> None:
+        super().__init__()
         self._set = device.set_input
         self._get = device.get_value
-        self._sign = 1.0
-        self._orientation = ChassisReference.COUNTER_CLOCKWISE_POSITIVE
-
-    @property
-    def orientation(self) -> ChassisReference:
-        """Which turn physics calls positive."""
-        return self._orientation
-
-    @orientation.setter
-    def orientation(self, value: ChassisReference) -> None:
-        self._orientation = value
-        self._sign = -1.0 if value == _CLOCKWISE else 1.0
 
     def set_supply_voltage(self, volts: float) -> None:
         self._set("SupplyVoltage", volts)

@@ -11,15 +11,15 @@ from typing import TYPE_CHECKING
 from phoenix6.sim import ChassisReference
 
 if TYPE_CHECKING:
-    from simcore.phoenix6.standin.cancoder import CANcoder
-    from simcore.phoenix6.standin.pigeon import Pigeon2
-    from simcore.phoenix6.standin.talon import Talon
+    from simcore.phoenix6_emulator.cancoder import CANcoder
+    from simcore.phoenix6_emulator.pigeon import Pigeon2
+    from simcore.phoenix6_emulator.talon import Talon
 
-__all__ = ["StandInEncoderState", "StandInPigeonState", "StandInTalonState"]
+__all__ = ["Mounted", "StandInEncoderState", "StandInPigeonState", "StandInTalonState"]
 
 
-class _Mounted:
-    """The orientation of a device."""
+class Mounted:
+    """The orientation of a device, as every `sim_state` has it."""
 
     def __init__(self) -> None:
         self._sign = 1.0
@@ -36,7 +36,7 @@ class _Mounted:
         self._sign = -1.0 if value == ChassisReference.CLOCKWISE_POSITIVE else 1.0
 
 
-class StandInTalonState(_Mounted):
+class StandInTalonState(Mounted):
     """Of a TalonFX."""
 
     def __init__(self, device: Talon) -> None:
@@ -65,7 +65,7 @@ class StandInTalonState(_Mounted):
         device.rotor_rps = rps * sign
 
 
-class StandInEncoderState(_Mounted):
+class StandInEncoderState(Mounted):
     """Of a CANcoder."""
 
     sensor_offset = 0.0

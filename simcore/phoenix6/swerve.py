@@ -17,11 +17,11 @@ from phoenix6.hardware import CANcoder, CANdi, TalonFXS
 from phoenix6.sim import ChassisReference
 from phoenix6.swerve import SwerveDrivetrain, SwerveModuleConstants
 
-from simcore.drivetrain.config import SwerveConfig
-from simcore.drivetrain.motor import MotorModel
-from simcore.drivetrain.swerve import SwerveDrive
 from simcore.errors import ConfigError
 from simcore.phoenix6.modules import SwerveDevicesSim, SwerveModuleDevices
+from simcore.robot.motor import MotorModel
+from simcore.robot.swerve_config import SwerveConfig
+from simcore.robot.swerve_drive import SwerveDrive
 
 __all__ = [
     "SwerveDrivetrainSim",
@@ -191,7 +191,7 @@ def _pin(constants: Any) -> int | None:
 
 def _stop_stepping(drivetrain: Any) -> None:
     """In simulated time: stop the generated class's Notifier, which would wake 250 times a second for nothing."""
-    standin = sys.modules.get("simcore.phoenix6.standin")
+    standin = sys.modules.get("simcore.phoenix6_emulator")
     notifier: Any = getattr(drivetrain, "_sim_notifier", None)
     if standin is not None and standin.installed() is not None and hasattr(notifier, "stop"):
         notifier.stop()

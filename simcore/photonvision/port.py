@@ -24,9 +24,9 @@ from wpimath.geometry import Pose3d, Rotation3d, Transform3d, Translation3d
 
 from simcore.typing import FloatArray
 from simcore.vision.camera import CameraConfig
-from simcore.vision.clock import NetworkClock
 from simcore.vision.frames import Frame, PieceSighting, PoseEstimate, TagSighting
 from simcore.vision.limelight import Request
+from simcore.vision.network_clock import NetworkClock
 from simcore.vision.planar_pose import SquarePose
 from simcore.vision.projection import OPTICAL
 

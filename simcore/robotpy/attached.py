@@ -10,13 +10,13 @@ from typing import Any, ClassVar
 import ntcore
 
 import simcore.phoenix6.swerve as swerve  # from here on drivetrains are noted; the robot object is built later
-from simcore.attach.read import FILE_NAME, read_settings
-from simcore.drivetrain.motor import motor
 from simcore.errors import ConfigError
 from simcore.phoenix6.ownership import Ownership
+from simcore.robot.motor import motor
+from simcore.robot_file.reader import FILE_NAME, read_settings
 from simcore.robotpy.owners import Owners, connect_mechanism
 from simcore.robotpy.physics import RobotPhysics
-from simcore.telemetry.networktables import NetworkTablesSink
+from simcore.telemetry.networktables_sink import NetworkTablesSink
 
 __all__ = ["AttachedPhysics"]
 

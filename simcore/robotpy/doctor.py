@@ -128,6 +128,8 @@ def _requirements() -> list[str] | None:
 
 def read_settings(path: Path) -> object:
     """Read and check a simcore.toml."""
-    from simcore.attach.read import read_settings as read  # it needs numpy and wpimath, which may be what is missing
+    from simcore.robot_file.reader import (
+        read_settings as read,
+    )  # it needs numpy and wpimath, which may be what is missing
 
     return read(path)

@@ -5,7 +5,6 @@ from __future__ import annotations
 import logging
 from collections.abc import Sequence
 
-from simcore.attach.settings import MechanismSettings, RobotSettings
 from simcore.errors import ConfigError
 from simcore.phoenix6.cancoder import CANcoderSim
 from simcore.phoenix6.candi import CANdiEncoderSim
@@ -14,6 +13,7 @@ from simcore.phoenix6.fallback import Guess, guess_mechanism
 from simcore.phoenix6.followers import Group, group_followers
 from simcore.phoenix6.motor import AngleSensor, MotorType, TalonFXMotorSim
 from simcore.phoenix6.ownership import Ownership
+from simcore.robot_file.robot_settings import MechanismSettings, RobotSettings
 from simcore.robotpy.physics import RobotPhysics
 from simcore.robotpy.seams import AttachedPlant
 

@@ -230,7 +230,7 @@ def pytest_runtest_makereport(item: pytest.Item, call: pytest.CallInfo[Any]) -> 
     test = getattr(item, "funcargs", {}).get("sim")
     recording = item.stash.get(_RECORDING, None)
     if report.failed and test is not None and test.has_run and recording is not None:
-        from simcore.telemetry.evidence import leave_evidence
+        from simcore.show.evidence import leave_evidence
 
         scene = test.game.scene() if hasattr(test.game, "scene") else None
         left = leave_evidence(

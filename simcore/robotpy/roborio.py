@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from wpilib.simulation import RoboRioSim
 
-from simcore.power.battery import Battery
+from simcore.robot.battery import Battery
 
 __all__ = ["RoboRioPower"]
 

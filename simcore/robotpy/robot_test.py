@@ -17,11 +17,11 @@ from wpilib.simulation import DriverStationSim, stepTiming
 from wpimath.geometry import Pose2d
 
 from simcore.errors import ConfigError, SimcoreError
-from simcore.power.battery import Battery
+from simcore.match.report import Score
+from simcore.robot.battery import Battery
 from simcore.robotpy.chooser import choose
 from simcore.robotpy.joystick import Joystick, XboxPad
 from simcore.robotpy.physics import RobotPhysics, latest_physics
-from simcore.sim.report import Score
 
 __all__ = ["ConditionError", "RobotTest"]
 

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Protocol
 
-from simcore.drivetrain.gyro import Gyro
-from simcore.mechanism.shaft import ShaftSim
-from simcore.power.battery import Battery
-from simcore.scoring.tracker import Alliance
+from simcore.match.scoring import Alliance
+from simcore.robot.battery import Battery
+from simcore.robot.gyro import Gyro
+from simcore.robot.shaft import ShaftSim
 from simcore.typing import FloatArray
 
 __all__ = [

@@ -8,9 +8,9 @@ from phoenix6.phoenix_native import Native
 from phoenix6.wpiutils.auto_feed_enable import AutoFeedEnable
 from wpilib import DriverStation, Timer
 
-from simcore.phoenix6 import standin
-from simcore.phoenix6.standin import StandIn
-from simcore.phoenix6.standin.swerve.api import SwerveApi
+from simcore import phoenix6_emulator as standin
+from simcore.phoenix6_emulator import StandIn
+from simcore.phoenix6_emulator.swerve.api import SwerveApi
 
 __all__ = ["PhoenixTime", "install_simulated_phoenix", "phoenix_time"]
 

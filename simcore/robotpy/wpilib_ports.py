@@ -158,7 +158,7 @@ class GyroPort:
         self._offset = 0.0
 
     def write(self, yaw: float, pitch: float, roll: float, rates: Sequence[float]) -> None:
-        """See `simcore.drivetrain.ports.GyroPort`; only yaw is measured."""
+        """See `simcore.robot.motor_ports.GyroPort`; only yaw is measured."""
         shown = float(self._gyro.getAngle())
         if abs(shown - self._shown) > 1e-6:  # robot code has reset it
             self._offset += shown - self._shown
@@ -192,7 +192,7 @@ class SimDeviceGyroPort:
         self._sign = -1.0 if clockwise else 1.0
 
     def write(self, yaw: float, pitch: float, roll: float, rates: Sequence[float]) -> None:
-        """See `simcore.drivetrain.ports.GyroPort`; only yaw is measured."""
+        """See `simcore.robot.motor_ports.GyroPort`; only yaw is measured."""
         self._yaw.set(self._sign * math.degrees(yaw))
         if self._rate is not None:
             self._rate.set(self._sign * math.degrees(rates[2]))

@@ -14,15 +14,15 @@ import numpy as np
 from simcore.geometry.quaternion import Quaternion, Vector
 from simcore.typing import BoolSupplier
 from simcore.vision.camera import CameraConfig, TagPipeline
+from simcore.vision.camera_scene import Scene
 from simcore.vision.frames import Corners, Frame, PieceSighting, PoseEstimate, StdDevs, TagSighting
 from simcore.vision.heading import HeadingSource
 from simcore.vision.history import PoseHistory
+from simcore.vision.limelight_settings import CameraSettings
 from simcore.vision.megatag import CameraPose, Mounting, TagPicture
 from simcore.vision.perfect import perfect_frame
 from simcore.vision.pieces import find_pieces
 from simcore.vision.projection import camera_pose, optical_rows
-from simcore.vision.scene import Scene
-from simcore.vision.settings import CameraSettings
 from simcore.vision.tags import TagLayout
 from simcore.vision.visibility import Occlusion, TagFinder
 

@@ -7,8 +7,8 @@ import numpy as np
 from simcore.geometry.quaternion import Vector
 from simcore.typing import BoolArray, FloatArray
 from simcore.vision.camera import LimelightType, PiecePipeline
+from simcore.vision.camera_scene import Scene
 from simcore.vision.frames import PieceSighting
-from simcore.vision.scene import Scene
 from simcore.vision.visibility import crop_pixels
 
 __all__ = ["MOST_DETECTIONS", "find_pieces"]

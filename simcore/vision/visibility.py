@@ -10,8 +10,8 @@ import numpy as np
 from simcore.geometry.quaternion import Vector
 from simcore.typing import FloatArray
 from simcore.vision.camera import LimelightType
+from simcore.vision.camera_scene import Scene, SightLines, hidden_by_spheres
 from simcore.vision.frames import Corners
-from simcore.vision.scene import Scene, SightLines, hidden_by_spheres
 from simcore.vision.tags import TagLayout
 
 __all__ = ["FULL_CROP", "Occlusion", "TagFinder", "crop_pixels"]

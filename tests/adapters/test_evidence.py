@@ -20,7 +20,7 @@ PLAIN = Path(__file__).parent / "robots" / "plain"
 
 TEST = """
 from simcore.robotpy.physics import RobotPhysics
-from simcore.telemetry.evidence import leave_evidence
+from simcore.show.evidence import leave_evidence
 from simcore.telemetry.recording import Recording
 
 

@@ -14,18 +14,18 @@ import pytest
 
 from simcore.geometry.quaternion import from_yaw
 from simcore.vision.camera import CameraConfig, CameraMount, PiecePipeline, TagPipeline, limelight_type
-from simcore.vision.clock import NetworkClock
+from simcore.vision.camera_scene import Scene
 from simcore.vision.history import PoseHistory
 from simcore.vision.limelight import LimelightSim
-from simcore.vision.scene import Scene
-from simcore.vision.settings import CameraSettings
+from simcore.vision.limelight_settings import CameraSettings
+from simcore.vision.network_clock import NetworkClock
 from simcore.vision.tags import official_layout
 from simcore.vision.wire import TOPICS
 
 ntcore = pytest.importorskip("ntcore", reason="pyntcore is not installed")
 
-from simcore.telemetry.networktables import start_local_server  # noqa: E402
-from simcore.vision.networktables import LimelightTable  # noqa: E402
+from simcore.telemetry.networktables_sink import start_local_server  # noqa: E402
+from simcore.vision.limelight_table import LimelightTable  # noqa: E402
 
 LAYOUT = official_layout("2026-welded")
 CONFIG = CameraConfig(

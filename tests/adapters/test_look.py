@@ -8,8 +8,8 @@ from pathlib import Path
 
 import pytest
 
-from simcore.attach.init import look_at_robot
-from simcore.attach.template import FoundMotor
+from simcore.robot_file.init_command import look_at_robot
+from simcore.robot_file.template import FoundMotor
 
 pytestmark = pytest.mark.skipif(
     any(find_spec(m) is None for m in ("phoenix6", "wpilib", "commands2")), reason="needs simcore[phoenix6,robotpy]"

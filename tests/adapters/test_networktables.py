@@ -19,7 +19,7 @@ from simcore.telemetry.snapshot import Snapshot
 
 ntcore = pytest.importorskip("ntcore", reason="pyntcore is not installed")
 
-from simcore.telemetry.networktables import NetworkTablesSink, start_local_server  # noqa: E402
+from simcore.telemetry.networktables_sink import NetworkTablesSink, start_local_server  # noqa: E402
 
 POSE = np.array([1.5, -2.0, 0.25, np.cos(0.5), 0.0, 0.0, np.sin(0.5)])
 FUEL = np.column_stack((np.arange(504.0), np.full(504, 2.5), np.full(504, 0.075), np.ones(504), np.zeros((504, 3))))

@@ -18,11 +18,11 @@ from wpimath.geometry import Pose3d, Quaternion, Rotation2d, Rotation3d, Transfo
 from simcore.geometry.quaternion import from_rpy, from_yaw  # noqa: E402
 from simcore.photonvision.port import PhotonCameraPort, camera_properties  # noqa: E402
 from simcore.vision.camera import CameraConfig, CameraMount, PiecePipeline, limelight_type  # noqa: E402
-from simcore.vision.clock import NetworkClock  # noqa: E402
+from simcore.vision.camera_scene import Scene  # noqa: E402
 from simcore.vision.history import PoseHistory  # noqa: E402
 from simcore.vision.limelight import LimelightSim  # noqa: E402
+from simcore.vision.network_clock import NetworkClock  # noqa: E402
 from simcore.vision.projection import camera_pose, optical_rotation, quad_area  # noqa: E402
-from simcore.vision.scene import Scene  # noqa: E402
 from simcore.vision.tags import official_layout  # noqa: E402
 from simcore.vision.visibility import TagFinder  # noqa: E402
 

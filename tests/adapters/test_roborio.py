@@ -8,7 +8,7 @@ pytest.importorskip("pyfrc", reason="needs pyfrc: pip install simcore[robotpy]")
 
 from wpilib import RobotController
 
-from simcore.power.battery import Battery, BatteryConfig
+from simcore.robot.battery import Battery, BatteryConfig
 from simcore.robotpy.roborio import RoboRioPower
 
 

@@ -13,32 +13,35 @@ import pytest
 ROOT = Path(__file__).resolve().parents[2]
 SOURCES = sorted([*(ROOT / "simcore").rglob("*.py"), *(ROOT / "games").rglob("*.py")])
 
-ADAPTERS = {"phoenix6", "robotpy", "photonvision", "view"}
+ADAPTERS = {"phoenix6", "phoenix6_emulator", "robotpy", "photonvision", "show"}
 """The outermost packages of simcore: the only ones that know a vendor, the robot side of wpilib, or a wall clock."""
 
 BASE = {"errors", "units", "typing"}
 TOOLS = {"simcore/compiled/command.py"}
 """Commands for the developer, no part of a simulation: may read a clock to say how long they took."""
-DOMAIN = {"chassis", "drivetrain", "power", "mechanism", "gamepiece", "scoring", "vision"}
 INNER = BASE | {"geometry", "physics"}
+DOMAIN = {"robot", "pieces", "vision"}
+CORE = INNER | DOMAIN | {"telemetry", "match"}
 
 ALLOWED = {
-    # who: whom it may import, beside itself. Domain packages hand each other arrays and records, not their objects.
+    # who: whom it may import, beside itself
     **dict.fromkeys(BASE, BASE),
     "compiled": BASE,  # below everything: it decides where the modules come from
     "geometry": BASE,
     "physics": BASE | {"geometry"},
-    **dict.fromkeys(DOMAIN, INNER),
-    "drivetrain": INNER | {"power"},  # the swerve model owns its battery (DESIGN 1)
-    "telemetry": INNER | DOMAIN,
-    "sim": INNER | DOMAIN | {"telemetry"},
-    "attach": INNER | DOMAIN,  # what simcore.toml says; the adapters and games read it
+    "pieces": INNER,
+    "vision": INNER,
+    "robot": INNER | {"pieces", "vision"},  # a robot is composed of a body, mechanisms, manipulators and cameras
+    "telemetry": INNER,
+    "match": CORE,
+    "robot_file": CORE,  # what simcore.toml says; the adapters read it
     **dict.fromkeys(("cli", "__main__"), BASE | {"cli"}),  # a table of names: commands are imported when they run
-    "testing": INNER | DOMAIN | {"telemetry", "sim"},
-    **dict.fromkeys(ADAPTERS, INNER | DOMAIN | {"telemetry", "sim", "attach"}),
-    "robotpy": INNER
-    | DOMAIN
-    | {"telemetry", "sim", "attach", "phoenix6", "compiled"},  # `robotpy sim --simcore` connects
+    "testing": CORE,
+    "show": CORE,
+    "photonvision": CORE,
+    "phoenix6": CORE | {"robot_file", "phoenix6_emulator"},
+    "phoenix6_emulator": CORE | {"phoenix6"},
+    "robotpy": CORE | {"robot_file", "phoenix6", "phoenix6_emulator", "compiled", "show"},
 }
 
 VENDORS = ("pybullet", "wpilib", "hal", "phoenix6")
@@ -108,8 +111,8 @@ def test_only_adapters_import_vendors_or_the_robot_side_of_wpilib():
 
 def test_only_the_view_imports_its_web_server_and_never_before_a_page_is_made():
     who = {module_name(path) for path in SOURCES for name, _ in imports(path) if name.split(".")[0] == "viser"}
-    assert who == {"simcore.view.page", "simcore.view.scene"}
-    modules = [module_name(p) for p in SOURCES if p.is_relative_to(ROOT / "simcore" / "view")]
+    assert who == {"simcore.show.view_page", "simcore.show.view_scene"}
+    modules = [module_name(p) for p in SOURCES if p.is_relative_to(ROOT / "simcore" / "show")]
     names = [name for name in modules if not name.endswith("__main__")] + ["games.rebuilt.__main__"]
     code = f"import importlib, sys\nfor n in {names!r}: importlib.import_module(n)\nprint('viser' in sys.modules)"
     run = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, timeout=60)
@@ -120,7 +123,7 @@ def test_the_view_knows_no_vendor():
     wrong = [
         f"{module_name(path)}:{line} imports {name}"
         for path in SOURCES
-        if path.is_relative_to(ROOT / "simcore" / "view")
+        if path.is_relative_to(ROOT / "simcore" / "show")
         for name, line in imports(path)
         if name.split(".")[0] in VENDORS or name.startswith(("simcore.robotpy", "simcore.phoenix6"))
     ]

@@ -19,8 +19,8 @@ from games.rebuilt.dimensions import (
     TRENCH_CLEAR_WIDTH,
 )
 from games.rebuilt.fuel import FUEL
-from simcore.gamepiece.pool import PieceStatus
 from simcore.geometry.symmetry import turn_half_pose
+from simcore.pieces.pool import PieceStatus
 
 AUTOS = ["depot", "neutral", "tour"]
 SIZE = (FIELD_LENGTH, FIELD_WIDTH)

@@ -190,9 +190,9 @@ def test_a_closed_gate_gives_empty_frames():
 def test_the_frustum_tilts_with_the_robot():
     """With the nose up by 10 degrees the same fuel is 10 degrees lower in the picture, but for the lens' lever."""
     from simcore.geometry.quaternion import from_rpy
+    from simcore.vision.camera_scene import Scene
     from simcore.vision.history import PoseHistory
     from simcore.vision.limelight import LimelightSim
-    from simcore.vision.scene import Scene
 
     config = CameraConfig(
         name="eye",

@@ -248,7 +248,7 @@ def test_live_publishes_at_the_pace_of_the_wall_clock(here, capsys):
 def test_a_taken_port_is_one_sentence_and_the_run_goes_on_unpaced(here, capsys, monkeypatch, option):
     if "--view" in option:
         pytest.importorskip("viser", reason="the extra 'view' is not installed")
-    monkeypatch.setattr("simcore.view.pacing.Pacer.wait", lambda *_, **__: pytest.fail("nobody looks on"))
+    monkeypatch.setattr("simcore.show.pacing.Pacer.wait", lambda *_, **__: pytest.fail("nobody looks on"))
     with socket.socket() as other:
         other.bind(("127.0.0.1", 0))
         other.listen()

@@ -34,18 +34,23 @@ print(json.dumps({"digest": run.report.digest, "compiled": compiled, "folder": b
 """
 
 
-def play(where: str, *arguments: str, package: Path = ROOT) -> dict:
+def python(code: str, *arguments: str, where: str, package: Path = ROOT, timeout: float = 120) -> str:
+    """What a fresh process prints."""
     done = subprocess.run(
-        [sys.executable, "-c", GAME, *arguments],
+        [sys.executable, "-c", code, *arguments],
         env={**os.environ, store.VARIABLE: where, "PYTHONPATH": str(package)},
         cwd=package,
         capture_output=True,
         text=True,
-        timeout=120,
+        timeout=timeout,
         check=False,
     )
     assert done.returncode == 0, done.stderr[-3000:]
-    return json.loads(done.stdout.splitlines()[-1])
+    return done.stdout
+
+
+def play(where: str, *arguments: str, package: Path = ROOT) -> dict:
+    return json.loads(python(GAME, *arguments, where=where, package=package).splitlines()[-1])
 
 
 @pytest.mark.parametrize("arguments", [("depot", "4", "blue"), ("neutral", "4", "red")], ids=["depot", "neutral"])
@@ -82,13 +87,4 @@ def test_every_module_of_the_list_comes_compiled_where_its_vendor_is_there(compi
         "    assert isinstance(module.__loader__, ExtensionFileLoader), name\n"
         "print('all')"
     )
-    done = subprocess.run(
-        [sys.executable, "-c", code],
-        env={**os.environ, store.VARIABLE: compiled_store, "PYTHONPATH": str(ROOT)},
-        cwd=ROOT,
-        capture_output=True,
-        text=True,
-        timeout=60,
-        check=False,
-    )
-    assert done.stdout.strip() == "all", done.stderr[-2000:]
+    assert python(code, where=compiled_store, timeout=60).strip() == "all"

@@ -9,7 +9,7 @@ from games.rebuilt.runner import play_auto
 from games.rebuilt.scene import bare_scene
 from simcore.cli import main
 from simcore.errors import LogError
-from simcore.telemetry.log_page import recording_of, scene_of_log
+from simcore.show.log_page import recording_of, scene_of_log
 from simcore.telemetry.log_reader import read_log
 from simcore.telemetry.recording import Recording
 from simcore.telemetry.snapshot import Snapshot

@@ -22,7 +22,7 @@ from games.rebuilt.scripted import ScriptedRobot
 from games.rebuilt.sim import RebuiltConfig, RebuiltSim, RobotEntry
 from games.rebuilt.staging import Staging
 from simcore.errors import ConfigError, FieldMeshError
-from simcore.gamepiece.pool import PieceStatus
+from simcore.pieces.pool import PieceStatus
 from simcore.telemetry.memory import MemorySink
 from simcore.telemetry.wpilog import WpilogSink
 

@@ -16,9 +16,9 @@ from scipy import ndimage
 from games.rebuilt.__main__ import main
 from games.rebuilt.autos import find_auto
 from games.rebuilt.runner import play_auto
-from simcore.telemetry import colors
-from simcore.telemetry.evidence import leave_evidence
-from simcore.telemetry.frames import FramePainter, to_pixels
+from simcore.show import colors
+from simcore.show.evidence import leave_evidence
+from simcore.show.frames import FramePainter, to_pixels
 from simcore.telemetry.recording import Recording
 
 ROOT = Path(__file__).resolve().parents[2]

@@ -7,15 +7,15 @@ import math
 import pytest
 
 from games.rebuilt.practice import PracticeRobot, practice
-from simcore.attach.read import gearbox_motor
-from simcore.attach.settings import IntakeSettings, MechanismSettings, RobotSettings, ShooterSettings
-from simcore.drivetrain.config import SwerveConfig, SwerveModuleConfig
 from simcore.errors import ConfigError
-from simcore.mechanism.arm import ArmConfig
-from simcore.mechanism.flywheel import FlywheelConfig
-from simcore.mechanism.motor import GearboxConfig
-from simcore.mechanism.roller import RollerConfig
-from simcore.mechanism.shaft import ShaftSim
+from simcore.robot.arm import ArmConfig
+from simcore.robot.flywheel import FlywheelConfig
+from simcore.robot.gearbox import GearboxConfig
+from simcore.robot.roller import RollerConfig
+from simcore.robot.shaft import ShaftSim
+from simcore.robot.swerve_config import SwerveConfig, SwerveModuleConfig
+from simcore.robot_file.reader import gearbox_motor
+from simcore.robot_file.robot_settings import IntakeSettings, MechanismSettings, RobotSettings, ShooterSettings
 
 DRIVE = SwerveConfig.square(0.5, SwerveModuleConfig(x=0, y=0), mass=48.0)
 

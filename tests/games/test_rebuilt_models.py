@@ -16,9 +16,9 @@ from games.rebuilt.components import COMPONENTS, component_poses
 from games.rebuilt.models import models_folder
 from games.rebuilt.sim import RebuiltSim
 from simcore.geometry.quaternion import rotate
+from simcore.show.view_check import check_folder
+from simcore.show.view_models import load_models
 from simcore.telemetry.memory import MemorySink
-from simcore.view.check import check_folder
-from simcore.view.models import load_models
 
 ROOT = Path(__file__).resolve().parents[2]
 FOLDER = ROOT / "models" / "advantagescope"

@@ -10,7 +10,7 @@ from games.rebuilt.robot import RebuiltRobotConfig
 from games.rebuilt.sim import RebuiltConfig, RebuiltSim, RobotEntry
 from games.rebuilt.staging import Staging
 from simcore.errors import ConfigError
-from simcore.power.battery import BatteryConfig
+from simcore.robot.battery import BatteryConfig
 
 NO_FUEL = Staging(neutral=0, depot=0, chute=0, preload_per_robot=0, robots=1)
 

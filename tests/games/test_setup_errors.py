@@ -16,11 +16,11 @@ from games.rebuilt.scoring import RebuiltScoring
 from games.rebuilt.sim import RebuiltConfig, RebuiltSim, RobotEntry
 from games.rebuilt.staging import Staging
 from simcore.errors import ConfigError, EngineError, NonFiniteError
-from simcore.gamepiece.manager import GamePieceManager
-from simcore.gamepiece.pool import PieceStatus
-from simcore.gamepiece.proximity import Proximity
 from simcore.physics.bullet import BulletEngine
 from simcore.physics.world import PhysicsWorld
+from simcore.pieces.piece_manager import GamePieceManager
+from simcore.pieces.pool import PieceStatus
+from simcore.pieces.proximity import Proximity
 from simcore.telemetry.memory import MemorySink
 
 

@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from simcore.gamepiece.aerodynamics import Aerodynamics
-from simcore.gamepiece.config import GamePieceConfig
-from simcore.gamepiece.manager import GamePieceManager
 from simcore.physics.shapes import Box, Cylinder, Sphere
 from simcore.physics.surface import CARPET, TerrainSurface
 from simcore.physics.world import PhysicsWorld
+from simcore.pieces.aerodynamics import Aerodynamics
+from simcore.pieces.kinds import GamePieceConfig
+from simcore.pieces.piece_manager import GamePieceManager
 from simcore.units import GRAVITY
 
 SUBSTEPS = [1, 2, 3, 5, 10]

@@ -7,15 +7,15 @@ import math
 import numpy as np
 import pytest
 
-from simcore.chassis.config import ChassisConfig
-from simcore.chassis.simulation import ChassisSimulation
 from simcore.errors import ConfigError, NonFiniteError
-from simcore.gamepiece.config import GamePieceConfig
-from simcore.gamepiece.manager import GamePieceManager
-from simcore.gamepiece.proximity import Mover
 from simcore.physics.shapes import Box, Hull, Sphere
 from simcore.physics.surface import POLYCARBONATE, WALL
 from simcore.physics.world import PhysicsWorld
+from simcore.pieces.kinds import GamePieceConfig
+from simcore.pieces.piece_manager import GamePieceManager
+from simcore.pieces.proximity import Mover
+from simcore.robot.chassis import ChassisSimulation
+from simcore.robot.chassis_config import ChassisConfig
 from simcore.units import GRAVITY, inches
 
 DT = 0.02

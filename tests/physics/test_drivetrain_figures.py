@@ -9,9 +9,9 @@ from pathlib import Path
 
 import pytest
 
-from simcore.drivetrain.config import SwerveConfig, SwerveModuleConfig
-from simcore.drivetrain.planar import PlanarChassis
-from simcore.drivetrain.swerve import SwerveDrive
+from simcore.robot.planar_chassis import PlanarChassis
+from simcore.robot.swerve_config import SwerveConfig, SwerveModuleConfig
+from simcore.robot.swerve_drive import SwerveDrive
 from simcore.units import GRAVITY
 
 IDEAL = SwerveModuleConfig(

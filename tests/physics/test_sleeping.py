@@ -7,13 +7,13 @@ import math
 import numpy as np
 import pytest
 
-from simcore.gamepiece.config import GamePieceConfig
-from simcore.gamepiece.manager import GamePieceManager
-from simcore.gamepiece.pool import PieceStatus
-from simcore.gamepiece.proximity import Mover
 from simcore.physics.shapes import Box, Sphere
 from simcore.physics.surface import WALL
 from simcore.physics.world import PhysicsWorld
+from simcore.pieces.kinds import GamePieceConfig
+from simcore.pieces.piece_manager import GamePieceManager
+from simcore.pieces.pool import PieceStatus
+from simcore.pieces.proximity import Mover
 
 DT = 0.02
 RADIUS = 0.075
@@ -24,7 +24,7 @@ BORDER = 7.0
 
 
 def make(world: PhysicsWorld, count: int, **proximity) -> GamePieceManager:
-    from simcore.gamepiece.proximity import Proximity
+    from simcore.pieces.proximity import Proximity
 
     return GamePieceManager(world, [(FUEL, count)], field_size=FIELD, proximity=Proximity(**proximity))
 
@@ -233,8 +233,8 @@ def test_a_row_of_touching_sleepers_passes_a_knock_on_to_its_last():
 
 def test_a_robot_at_full_speed_meets_every_sleeper_as_if_it_were_awake():
     """Bumpers of a kinematic box at 4 m/s through sleepers on both sides of a border: no overlap, ever."""
-    from simcore.chassis.config import ChassisConfig
-    from simcore.chassis.simulation import ChassisSimulation
+    from simcore.robot.chassis import ChassisSimulation
+    from simcore.robot.chassis_config import ChassisConfig
 
     with PhysicsWorld() as world:
         pieces = make(world, 60)
@@ -264,7 +264,7 @@ def test_a_robot_at_full_speed_meets_every_sleeper_as_if_it_were_awake():
 def travel(kind: str, elsewhere: float | None) -> np.ndarray:
     from dataclasses import replace
 
-    from simcore.gamepiece.aerodynamics import Aerodynamics
+    from simcore.pieces.aerodynamics import Aerodynamics
 
     config = replace(FUEL, aerodynamics=Aerodynamics(drag_coefficient=0.47), rolling=0.003)
     with PhysicsWorld() as world:

@@ -8,14 +8,14 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pytest
 
-from simcore.chassis.config import ChassisConfig
-from simcore.chassis.simulation import ChassisSimulation
-from simcore.drivetrain.config import SwerveConfig, SwerveModuleConfig
-from simcore.drivetrain.gyro import Gyro, gyro_config
-from simcore.drivetrain.swerve import SwerveDrive
 from simcore.physics.shapes import Box, Hull
 from simcore.physics.surface import FRICTIONLESS, POLYCARBONATE, WALL
 from simcore.physics.world import PhysicsWorld
+from simcore.robot.chassis import ChassisSimulation
+from simcore.robot.chassis_config import ChassisConfig
+from simcore.robot.gyro import Gyro, gyro_config
+from simcore.robot.swerve_config import SwerveConfig, SwerveModuleConfig
+from simcore.robot.swerve_drive import SwerveDrive
 from simcore.units import GRAVITY, inches
 
 DT = 0.02

@@ -7,14 +7,14 @@ import math
 import numpy as np
 import pytest
 
-from simcore.chassis.config import ChassisConfig
-from simcore.chassis.simulation import ChassisSimulation
-from simcore.drivetrain.config import SwerveConfig, SwerveModuleConfig
-from simcore.drivetrain.gyro import gyro_config
-from simcore.drivetrain.tank import TankConfig, TankDrive
 from simcore.errors import NonFiniteError
 from simcore.physics.world import PhysicsWorld
-from simcore.sim.swerve_robot import SwerveRobot
+from simcore.robot.chassis import ChassisSimulation
+from simcore.robot.chassis_config import ChassisConfig
+from simcore.robot.gyro import gyro_config
+from simcore.robot.swerve_config import SwerveConfig, SwerveModuleConfig
+from simcore.robot.swerve_robot import SwerveRobot
+from simcore.robot.tank_drive import TankConfig, TankDrive
 
 DT = 0.02
 SWERVE = SwerveConfig.square(0.5334, SwerveModuleConfig(x=0.0, y=0.0, drive_stator_limit=40.0))

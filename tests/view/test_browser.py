@@ -16,14 +16,14 @@ pytest.importorskip("viser", reason="the extra 'view' is not installed")
 from games.rebuilt.models import models_folder
 from games.rebuilt.sim import RebuiltConfig, RebuiltSim, RobotEntry
 from simcore.geometry.quaternion import from_rpy, rotate
+from simcore.show.live_view import LiveView
+from simcore.show.replay import Replay
+from simcore.show.view_models import load_models
+from simcore.show.view_page import ViewPage
 from simcore.telemetry.log_reader import read_log
 from simcore.telemetry.memory import MemorySink
 from simcore.telemetry.snapshot import Snapshot
 from simcore.telemetry.wpilog import WpilogSink
-from simcore.view.live import LiveView
-from simcore.view.models import load_models
-from simcore.view.page import ViewPage
-from simcore.view.replay import Replay
 
 _spec = importlib.util.spec_from_file_location("chromium", Path(__file__).with_name("chromium.py"))
 assert _spec is not None and _spec.loader is not None

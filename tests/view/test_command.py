@@ -1,4 +1,4 @@
-"""`python -m simcore.view` with good and bad input; a page is served, but nobody need look at it."""
+"""`simcore view` with good and bad input; a page is served, but nobody need look at it."""
 
 from __future__ import annotations
 
@@ -14,10 +14,15 @@ import pytest
 
 from games.rebuilt.models import models_folder
 from games.rebuilt.sim import RebuiltSim
+from simcore import cli
+from simcore.show.view_page import open_browser
 from simcore.telemetry.snapshot import Snapshot
 from simcore.telemetry.wpilog import WpilogSink
-from simcore.view.__main__ import main
-from simcore.view.page import open_browser
+
+
+def main(words: list[str]) -> int:
+    return cli.main(["view", *words])
+
 
 MODELS = ("--models", str(models_folder()), "--no-browser")
 
@@ -79,18 +84,18 @@ def test_a_cut_log_and_a_foreign_one_are_shown_with_a_word(log, capsys, tmp_path
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
-        (["none.wpilog"], "LogError: cannot read the log 'none.wpilog'"),
-        (["text.wpilog"], "LogError: the log 'text.wpilog' is not a .wpilog file"),
-        (["run.wpilog", "--models", "none"], "ModelError: no folder 'none'"),
+        (["none.wpilog"], "cannot read the log 'none.wpilog'"),
+        (["text.wpilog"], "the log 'text.wpilog' is not a .wpilog file"),
+        (["run.wpilog", "--models", "none"], "no folder 'none'"),
         (["run.wpilog", *MODELS, "--robot", "Simcore Rebuild"], "Did you mean 'Simcore Rebuilt'"),
-        (["run.wpilog", *MODELS, "--port", "70000"], "ConfigError: a port is 1 to 65535"),
-        (["run.wpilog", "--game", "rebilt"], "UnknownNameError: no game with models named 'rebilt'"),
+        (["run.wpilog", *MODELS, "--port", "70000"], "a port is 1 to 65535"),
+        (["run.wpilog", "--game", "rebilt"], "no game with models named 'rebilt'"),
     ],
 )
 def test_wrong_input_is_one_sentence(log, capsys, monkeypatch, arguments, words):
     monkeypatch.chdir(log.parent)
     Path("text.wpilog").write_text("time,score\n0,1\n")
-    assert main(arguments) == 2
+    assert main(arguments) == 1
     (line,) = capsys.readouterr().err.strip().splitlines()
     assert words in line
 
@@ -100,10 +105,10 @@ def test_a_taken_port_and_a_missing_extra(log, capsys, monkeypatch):
         other.bind(("127.0.0.1", 0))
         other.listen()
         if importlib.util.find_spec("viser") is not None:
-            assert main([str(log), *MODELS, "--port", str(other.getsockname()[1])]) == 2
+            assert main([str(log), *MODELS, "--port", str(other.getsockname()[1])]) == 1
             assert "Another view may be running" in capsys.readouterr().err
     monkeypatch.setitem(sys.modules, "viser", None)
-    assert main([str(log), *MODELS]) == 2
+    assert main([str(log), *MODELS]) == 1
     assert "python -m pip install 'simcore[view]'" in capsys.readouterr().err
 
 

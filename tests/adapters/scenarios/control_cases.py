@@ -170,7 +170,7 @@ def run(mode: str, cases: list[Case], seconds: float, first_id: int) -> dict[str
     ALIGNED = signals.MotorAlignmentValue.ALIGNED
     standin = None
     if mode == "simulated":
-        from simcore.phoenix6.standin import installed
+        from simcore.phoenix6_emulator import installed
 
         standin = installed()
     bus = CANBus("rio")
@@ -271,7 +271,7 @@ def main() -> None:
     DriverStationSim.setEnabled(True)
     DriverStationSim.notifyNewData()
     if mode == "simulated":
-        from simcore.phoenix6.standin import EnableDelays, install
+        from simcore.phoenix6_emulator import EnableDelays, install
 
         pauseTiming()
         install(delays=EnableDelays(enable=0.0, disable=0.0))

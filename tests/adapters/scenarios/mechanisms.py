@@ -10,9 +10,9 @@ from realtime import DT, Loop, enable, report, start
 from wpilib.simulation import DCMotorSim, ElevatorSim, FlywheelSim, SingleJointedArmSim
 from wpimath.system.plant import DCMotor, LinearSystemId
 
-from simcore.mechanism import arm, elevator, flywheel, rack, roller
-from simcore.mechanism.motor import GearboxConfig
 from simcore.phoenix6.motor import TalonFXMotorSim
+from simcore.robot import arm, elevator, flywheel, rack, roller
+from simcore.robot.gearbox import GearboxConfig
 
 CW = signals.InvertedValue.CLOCKWISE_POSITIVE
 CCW = signals.InvertedValue.COUNTER_CLOCKWISE_POSITIVE

@@ -12,11 +12,11 @@ from types import SimpleNamespace
 import hal
 from phoenix6 import configs, controls, hardware, signals, unmanaged
 
-from simcore.attach.settings import RobotSettings
 from simcore.phoenix6.devices import Device, built_devices
 from simcore.phoenix6.fallback import guess_mechanism
 from simcore.phoenix6.followers import group_followers
 from simcore.phoenix6.ownership import Ownership, own_writer
+from simcore.robot_file.robot_settings import RobotSettings
 from simcore.robotpy.owners import Owners
 
 

@@ -15,7 +15,7 @@ import numpy as np
 from phoenix6 import unmanaged
 from wpilib.simulation import DriverStationSim, RoboRioSim, pauseTiming, stepTiming
 
-from simcore.phoenix6 import standin
+from simcore import phoenix6_emulator as standin
 
 DT = 0.005
 SIMULATED = bool(os.environ.get("SIMULATED"))

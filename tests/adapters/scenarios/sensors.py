@@ -7,13 +7,13 @@ import math
 from phoenix6 import configs, controls, hardware, signals
 from realtime import Loop, enable, report, start
 
-from simcore.attach.read import gearbox_motor
 from simcore.errors import ConfigError
-from simcore.mechanism.arm import ArmConfig, ArmSim
-from simcore.mechanism.motor import GearboxConfig
 from simcore.phoenix6.candi import CANdiEncoderSim, CANdiSwitchSim
 from simcore.phoenix6.canrange import CANrangeSim
 from simcore.phoenix6.motor import MotorType, TalonFXMotorSim
+from simcore.robot.arm import ArmConfig, ArmSim
+from simcore.robot.gearbox import GearboxConfig
+from simcore.robot_file.reader import gearbox_motor
 
 TURN = math.tau
 

@@ -10,14 +10,14 @@ from realtime import DT, Loop, enable, report, start
 from wpilib import RobotController
 from wpimath.system.plant import DCMotor
 
-from simcore.mechanism.flywheel import FlywheelConfig, FlywheelSim
-from simcore.mechanism.motor import GearboxConfig
 from simcore.phoenix6.battery import RobotBattery
 from simcore.phoenix6.cancoder import CANcoderSim
 from simcore.phoenix6.motor import TalonFXMotorSim
 from simcore.phoenix6.pigeon import Pigeon2Sim
 from simcore.phoenix6.talon import TalonPort
-from simcore.power.battery import Battery
+from simcore.robot.battery import Battery
+from simcore.robot.flywheel import FlywheelConfig, FlywheelSim
+from simcore.robot.gearbox import GearboxConfig
 
 
 def main() -> None:

@@ -14,15 +14,15 @@ from wpimath.geometry import Pose2d, Rotation2d
 from wpimath.kinematics import ChassisSpeeds
 
 import simcore.phoenix6.swerve as adapter  # before the drivetrain is built, as a physics.py does
-from simcore.chassis.config import ChassisConfig
-from simcore.chassis.simulation import ChassisSimulation
-from simcore.drivetrain.gyro import Gyro, gyro_config
-from simcore.drivetrain.swerve import SwerveDrive
 from simcore.phoenix6.modules import SwerveDevicesSim, SwerveModuleDevices
 from simcore.physics.shapes import Box
 from simcore.physics.surface import WALL
 from simcore.physics.world import PhysicsWorld
-from simcore.power.battery import Battery
+from simcore.robot.battery import Battery
+from simcore.robot.chassis import ChassisSimulation
+from simcore.robot.chassis_config import ChassisConfig
+from simcore.robot.gyro import Gyro, gyro_config
+from simcore.robot.swerve_drive import SwerveDrive
 
 INCH = 0.0254
 COUPLING = 50.0 / 14.0

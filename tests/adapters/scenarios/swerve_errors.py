@@ -11,8 +11,8 @@ from realtime import start
 from swerve import build
 
 import simcore.phoenix6.swerve as adapter
-from simcore.drivetrain.swerve import SwerveDrive
 from simcore.errors import ConfigError
+from simcore.robot.swerve_drive import SwerveDrive
 
 
 def message(call) -> str:

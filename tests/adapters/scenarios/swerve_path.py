@@ -28,9 +28,9 @@ from wpimath.geometry import Pose2d, Rotation2d
 from wpimath.kinematics import ChassisSpeeds
 
 import simcore.phoenix6.swerve as adapter
-from simcore.drivetrain.planar import PlanarChassis
-from simcore.drivetrain.swerve import SwerveDrive
-from simcore.power.battery import Battery
+from simcore.robot.battery import Battery
+from simcore.robot.planar_chassis import PlanarChassis
+from simcore.robot.swerve_drive import SwerveDrive
 
 DT = 0.005
 INCH = 0.0254

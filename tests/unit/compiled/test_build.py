@@ -159,7 +159,7 @@ def run_python(code: str, place: Path, package_parent: Path = PACKAGE.parent) ->
 
 
 WHAT = (
-    "from simcore.drivetrain import tire; from simcore.compiled import finder; b = finder.installed();"
+    "from simcore.robot import tire; from simcore.compiled import finder; b = finder.installed();"
     "print(type(tire.__loader__).__name__, b and b.folder, b and b.trouble[:40])"
 )
 
@@ -186,4 +186,4 @@ def test_a_hook_answers_for_folders_of_the_package_only(tmp_path):
         it.finder(str(tmp_path))
     with pytest.raises(ImportError):
         it.finder(store.PACKAGE + "_other")
-    assert it.finder(str(PACKAGE / "drivetrain")).find_spec("simcore.drivetrain.cots").origin.endswith("cots.py")
+    assert it.finder(str(PACKAGE / "robot")).find_spec("simcore.robot.cots").origin.endswith("cots.py")

@@ -19,14 +19,14 @@ SOURCES = [pytest.param(ROOT / source_of(module), id=module) for module in MODUL
 
 def made_up(package: Path) -> Path:
     """A package with two modules that may be compiled."""
-    (package / "drivetrain").mkdir(parents=True)
+    (package / "robot").mkdir(parents=True)
     (package / "__init__.py").write_text('__version__ = "1"\n')
-    (package / "drivetrain" / "swerve.py").write_text("x = 1\n")
-    (package / "drivetrain" / "tire.py").write_text("y = 2\n")
+    (package / "robot" / "swerve_drive.py").write_text("x = 1\n")
+    (package / "robot" / "tire.py").write_text("y = 2\n")
     return package
 
 
-TWO = ("simcore.drivetrain.swerve", "simcore.drivetrain.tire")
+TWO = ("simcore.robot.swerve_drive", "simcore.robot.tire")
 
 
 def built(place: Path, name: str) -> Path:
@@ -41,11 +41,11 @@ def test_a_tag_names_python_the_machine_and_the_sources(tmp_path):
     package = made_up(tmp_path / "simcore")
     first = store.tag(str(package), TWO)
     assert first.startswith(store.abi()) and first == store.tag(str(package), TWO)
-    (package / "drivetrain" / "other.py").write_text("not compiled\n")
+    (package / "robot" / "other.py").write_text("not compiled\n")
     assert store.tag(str(package), TWO) == first
 
 
-@pytest.mark.parametrize("changed", ["drivetrain/swerve.py", "drivetrain/tire.py", "__init__.py"])
+@pytest.mark.parametrize("changed", ["robot/swerve_drive.py", "robot/tire.py", "__init__.py"])
 def test_any_change_of_a_compiled_source_or_the_version_gives_another_tag(tmp_path, changed):
     package = made_up(tmp_path / "simcore")
     first = store.tag(str(package), TWO)
@@ -56,8 +56,8 @@ def test_any_change_of_a_compiled_source_or_the_version_gives_another_tag(tmp_pa
 def test_a_moved_line_between_two_files_gives_another_tag(tmp_path):
     package = made_up(tmp_path / "simcore")
     first = store.tag(str(package), TWO)
-    (package / "drivetrain" / "swerve.py").write_text("")
-    (package / "drivetrain" / "tire.py").write_text("x = 1\ny = 2\n")
+    (package / "robot" / "swerve_drive.py").write_text("")
+    (package / "robot" / "tire.py").write_text("x = 1\ny = 2\n")
     assert store.tag(str(package), TWO) != first
 
 

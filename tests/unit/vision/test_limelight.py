@@ -10,10 +10,10 @@ import pytest
 
 from simcore.geometry.quaternion import from_yaw
 from simcore.vision.camera import CameraConfig, CameraMount, PiecePipeline, TagPipeline, limelight_type
+from simcore.vision.camera_scene import Scene
 from simcore.vision.heading import HeadingSource
 from simcore.vision.history import PoseHistory
 from simcore.vision.limelight import LimelightSim, Request
-from simcore.vision.scene import Scene
 from simcore.vision.tags import official_layout
 
 LAYOUT = official_layout()

@@ -11,7 +11,7 @@ import pytest
 from simcore.geometry.quaternion import rotate
 from simcore.vision.camera import CameraConfig, CameraMount, TagPipeline
 from simcore.vision.limelight import LimelightSim, Request
-from simcore.vision.settings import INPUTS, CameraSettings
+from simcore.vision.limelight_settings import INPUTS, CameraSettings
 from simcore.vision.tags import official_layout
 
 CONFIG = CameraConfig(

@@ -3,9 +3,9 @@ from dataclasses import replace
 
 from games.rebuilt.robot import RebuiltRobotConfig
 from games.rebuilt.sim import RebuiltConfig, RebuiltSim, RobotEntry
-from simcore.chassis.config import ChassisConfig
 from simcore.phoenix6.motor import TalonFXMotorSim
 from simcore.phoenix6.swerve import SwerveDrivetrainSim, swerve_config
+from simcore.robot.chassis_config import ChassisConfig
 from simcore.robotpy.physics import RobotPhysics
 
 

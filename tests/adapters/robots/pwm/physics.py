@@ -2,10 +2,10 @@ from robot import PLACES, PULSES, WHEEL_RADIUS, ZEROS
 
 from games.rebuilt.robot import RebuiltRobotConfig
 from games.rebuilt.sim import RebuiltConfig, RebuiltSim, RobotEntry
-from simcore.chassis.config import ChassisConfig
-from simcore.drivetrain.config import SwerveConfig, SwerveModuleConfig
-from simcore.drivetrain.motor import motor
-from simcore.drivetrain.ports import SwervePorts
+from simcore.robot.chassis_config import ChassisConfig
+from simcore.robot.motor import motor
+from simcore.robot.motor_ports import SwervePorts
+from simcore.robot.swerve_config import SwerveConfig, SwerveModuleConfig
 from simcore.robotpy.physics import RobotPhysics
 from simcore.robotpy.wpilib_ports import AbsoluteEncoderPort, EncoderPort, GyroPort, PWMMotorPort
 

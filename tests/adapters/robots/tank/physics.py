@@ -3,8 +3,8 @@ from wpilib import DriverStation
 
 from games.rebuilt.sim import RebuiltConfig, RebuiltSim, RobotEntry
 from games.rebuilt.tank import RebuiltTankConfig
-from simcore.drivetrain.ports import SuppliedMotor, TankPorts
-from simcore.drivetrain.tank import TankConfig
+from simcore.robot.motor_ports import SuppliedMotor, TankPorts
+from simcore.robot.tank_drive import TankConfig
 from simcore.robotpy.physics import RobotPhysics
 from simcore.robotpy.wpilib_ports import EncoderPort, GyroPort, PWMMotorPort
 

@@ -1,1 +1,0 @@
-"""What `simcore.toml` says of a robot, read and checked; knows no vendor."""

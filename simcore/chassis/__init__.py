@@ -1,1 +1,0 @@
-"""The robot as a rigid body in the world, and how a drivetrain moves it."""

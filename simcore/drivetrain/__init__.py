@@ -1,1 +1,0 @@
-"""Swerve and tank drivetrains: motors, gears, tires, steering, encoders and gyro."""

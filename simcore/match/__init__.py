@@ -1,0 +1,1 @@
+"""Matches: clock, scoring, reports and digests."""

@@ -1,0 +1,149 @@
+"""The report of a run: one JSON object for programs, tables for people."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, field
+from typing import Any
+
+import numpy as np
+from rich import box
+from rich.console import Console
+from rich.markup import escape
+from rich.panel import Panel
+from rich.table import Table
+
+from simcore.errors import NonFiniteError
+from simcore.match.digest import TickTimes
+
+__all__ = ["FuelCount", "RunReport", "Score", "Spread", "print_report"]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Score:
+    """Points by alliance."""
+
+    red: int
+    blue: int
+    total: int
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FuelCount:
+    """Where the fuel is; everything but `staged` adds up to it."""
+
+    staged: int
+    """How many there were at the start, preloads included."""
+    on_field: int
+    in_flight: int
+    held: int
+    scored: int
+    outside: int
+
+    @property
+    def is_conserved(self) -> bool:
+        """Whether every piece is accounted for."""
+        return self.on_field + self.in_flight + self.held + self.scored + self.outside == self.staged
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Spread:
+    """Mean and largest of a count over the ticks."""
+
+    mean: float
+    max: int
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RunReport:
+    """Everything there is to say about a run, field by field as in `--json`."""
+
+    auto: str
+    alliance: str
+    seed: int
+    sim_seconds: float
+    startup_seconds: float
+    """Wall time from nothing to the first tick, imports left out [s]."""
+    wall_seconds: float
+    """Wall time of all ticks [s]."""
+    realtime_factor: float
+    """Simulated over real time."""
+    ticks: int
+    score: Score
+    fuel: FuelCount
+    shots: int
+    hits: int
+    distance_m: float
+    """How far the robot drove [m]."""
+    tick_ms: TickTimes
+    substeps: Spread
+    awake: Spread
+    min_battery_v: float
+    """Lowest battery voltage [V]."""
+    digest: str
+    """SHA-256 over the state trajectory."""
+    outputs: Mapping[str, str] = field(default_factory=dict)
+    """Path of each file written, by kind: log, picture."""
+
+    def to_json(self) -> str:
+        """One JSON object on one line, in plain types.
+
+        Raises:
+            NonFiniteError: A NaN or an infinity, which JSON does not know; names the field.
+        """
+        return json.dumps(_plain("report", asdict(self)), allow_nan=False)
+
+
+def _plain(name: str, value: Any) -> Any:
+    if isinstance(value, Mapping):
+        return {str(key): _plain(f"{name}.{key}", item) for key, item in value.items()}
+    if isinstance(value, np.generic):
+        value = value.item()
+    if isinstance(value, float) and not math.isfinite(value):
+        raise NonFiniteError(f"{name} must be finite, got {value}")
+    return value if isinstance(value, (str, int, float, bool)) else str(value)
+
+
+def print_report(report: RunReport, console: Console) -> None:
+    """Print the report as tables for 80 columns; plain ASCII where the terminal cannot show more (Windows cp1252)."""
+    ascii_only = not console.encoding.lower().replace("-", "").startswith("utf")
+    style = box.ASCII if ascii_only else box.ROUNDED
+    score, fuel, tick = report.score, report.fuel, report.tick_ms
+
+    headline = f"[bold]{score.total}[/bold] points   [red]red {score.red}[/red]   [blue]blue {score.blue}[/blue]"
+    headline += f"   {report.hits} of {report.shots} shots hit"
+    if report.shots:
+        headline += f" ({report.hits / report.shots:.0%})"
+    title = f"auto '{escape(report.auto)}', seed {report.seed}, {report.sim_seconds:g} s"
+    console.print(Panel(headline, title=title, box=style, width=_width(console), padding=(0, 1)))
+
+    where = Table(title="Fuel", box=style, title_justify="left", width=_width(console))
+    for name in ("staged", "on field", "in flight", "held", "scored", "outside"):
+        where.add_column(name, justify="right")
+    counts = (fuel.staged, fuel.on_field, fuel.in_flight, fuel.held, fuel.scored, fuel.outside)
+    where.add_row(*(str(count) for count in counts))
+    console.print(where)
+    if not fuel.is_conserved:
+        console.print(f"[bold red]{sum(counts[1:])} of {fuel.staged} fuel accounted for: this is a bug[/bold red]")
+
+    run = Table(title="Run", box=style, title_justify="left", show_header=False, width=_width(console))
+    run.add_column(ratio=2)
+    run.add_column(ratio=5, overflow="fold")
+    run.add_row("driven", f"{report.distance_m:.1f} m")
+    run.add_row("battery, lowest", f"{report.min_battery_v:.2f} V")
+    run.add_row("ticks", f"{report.ticks} in {report.wall_seconds:.2f} s: {report.realtime_factor:.1f} x real time")
+    run.add_row("tick time", f"median {tick.median:.2f}, p95 {tick.p95:.2f}, p99 {tick.p99:.2f}, max {tick.max:.2f} ms")
+    run.add_row("sub-steps", f"mean {report.substeps.mean:.1f}, max {report.substeps.max}")
+    run.add_row("awake pieces", f"mean {report.awake.mean:.1f}, max {report.awake.max}")
+    run.add_row("digest", report.digest[:16])
+    for kind, path in report.outputs.items():
+        # A path may hold letters that this terminal cannot print
+        shown = path.encode(console.encoding, "replace").decode(console.encoding)
+        run.add_row(escape(kind), escape(shown))
+    console.print(run)
+
+
+def _width(console: Console) -> int:
+    return min(console.width, 80)

@@ -1,1 +1,0 @@
-"""Mechanisms driven by DC motors: flywheels, rollers, arms, elevators, racks."""

@@ -1,0 +1,148 @@
+"""The bodies of all pieces, made once: a piece that is held, scored or not yet on the field is parked."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import IntEnum
+
+import numpy as np
+import numpy.typing as npt
+
+from simcore.errors import CapacityError, ConfigError
+from simcore.geometry.quaternion import IDENTITY
+from simcore.physics.world import PhysicsWorld
+from simcore.pieces.kinds import GamePieceConfig
+from simcore.typing import BoolArray, FloatArray, IntArray
+
+__all__ = ["PiecePool", "PieceState", "PieceStatus"]
+
+_PARKING_HEIGHT = 50.0  # [m], above everything; 1 m apart: balls parked on one spot take seconds a step
+
+
+class PieceStatus(IntEnum):
+    """Where a piece is in its life."""
+
+    FREE = 0
+    """A body that no piece uses."""
+    STAGED = 1
+    """Counted, but not on the field: e.g. in an outpost's chute."""
+    ASLEEP = 2
+    """On the field, at rest and frozen."""
+    AWAKE = 3
+    """On the field, moved by the engine."""
+    HELD = 4
+    """In a robot."""
+    IN_FLIGHT = 5
+    """Shot, and nothing touched yet."""
+    SCORED = 6
+    """Scored and taken off the field."""
+
+
+@dataclass(slots=True)
+class PieceState:
+    """State of all pieces, one row per slot; `n` is the capacity of the pool."""
+
+    pos: FloatArray
+    """Center, field frame [m], shape (n, 3); where it last was for pieces that are parked."""
+    before: FloatArray
+    """Center at the start of the tick [m], shape (n, 3); of use for pieces that are awake."""
+    vel: FloatArray
+    """Mean velocity over the last tick, field frame [m/s], shape (n, 3)."""
+    status: npt.NDArray[np.uint8]
+    """A `PieceStatus` per slot, shape (n,)."""
+    kind: npt.NDArray[np.uint8]
+    """Index of the piece's type, shape (n,)."""
+    touchable: BoolArray
+    """Whether the engine sees the body, shape (n,)."""
+    holder: IntArray
+    """Which robot holds the piece, -1 for none, shape (n,)."""
+
+
+class PiecePool:
+    """Bodies and state of all pieces of a world. Slots of one type are contiguous."""
+
+    def __init__(self, world: PhysicsWorld, types: list[tuple[GamePieceConfig, int]]) -> None:
+        """Make all bodies.
+
+        Args:
+            world: Where the bodies live.
+            types: Each type with the most pieces of it that there can be.
+        """
+        self._world = world
+        self.types = [config for config, _ in types]
+        n = sum([count for _, count in types])
+        self.state = PieceState(
+            pos=np.zeros((n, 3)),
+            before=np.zeros((n, 3)),
+            vel=np.zeros((n, 3)),
+            status=np.zeros(n, dtype=np.uint8),
+            kind=np.zeros(n, dtype=np.uint8),
+            touchable=np.zeros(n, dtype=bool),
+            holder=np.full(n, -1, dtype=np.int64),
+        )
+        self.rows: list[int] = []
+        """Engine row of each slot."""
+        self.radius = np.zeros(n)
+        """Bounding radius of each slot's piece [m], shape (n,)."""
+        slot = 0
+        for kind, (config, count) in enumerate(types):
+            for _ in range(count):
+                row = world.add_piece_body(
+                    config.name, config.shape, mass=config.mass, surface=config.surface, pos=self._parking(slot)
+                )
+                world.set_piece_touchable(row, False)
+                world.engine.sleep(row)
+                self.rows.append(row)
+                slot += 1
+            self.state.kind[slot - count : slot] = kind
+            self.radius[slot - count : slot] = config.bounding_radius
+
+    def take(self, kind: int, count: int) -> IntArray:
+        """Reserve free slots of a type; they stay parked.
+
+        Raises:
+            CapacityError: Fewer are free.
+            ConfigError: A negative count.
+        """
+        if count < 0:
+            raise ConfigError(f"{self.types[kind].name}: how many pieces must be >= 0, got {count}")
+        free = np.nonzero((self.state.kind == kind) & (self.state.status == PieceStatus.FREE))[0]
+        if len(free) < count:
+            have = int((self.state.kind == kind).sum())
+            raise CapacityError(
+                f"{self.types[kind].name}: {count} more pieces wanted, but only {len(free)} of {have} are free; "
+                "make the pool larger or stage fewer"
+            )
+        return free[:count]
+
+    def place(self, slot: int, pos: tuple[float, float, float], *, touchable: bool) -> None:
+        """Take a body out of parking and put it on the field, at rest and awake."""
+        world, row = self._world, self.rows[slot]
+        world.set_pose(row, pos)
+        self.state.pos[slot] = self.state.before[slot] = pos
+        self.state.vel[slot] = 0.0
+        self.set_touchable(slot, touchable)
+
+    def park(self, slot: int) -> None:
+        """Take a body off the field. Its `pos` stays as the place where it was last seen."""
+        world, row = self._world, self.rows[slot]
+        self.state.touchable[slot] = False
+        world.set_piece_touchable(row, False)
+        world.engine.set_pose(row, self._parking(slot), IDENTITY)
+        world.engine.sleep(row)
+        self.state.vel[slot] = 0.0
+
+    def set_touchable(self, slot: int, touchable: bool) -> None:
+        """Show a body to the engine, or hide it where it is."""
+        if bool(self.state.touchable[slot]) != touchable:
+            self.state.touchable[slot] = touchable
+            self._world.set_piece_touchable(self.rows[slot], touchable)
+
+    def rows_of(self, slots: IntArray) -> list[int]:
+        """Engine rows of some slots."""
+        rows = self.rows
+        return [rows[slot] for slot in slots.tolist()]
+
+    @staticmethod
+    def _parking(slot: int) -> tuple[float, float, float]:
+        return (float(slot % 32), float(slot // 32), _PARKING_HEIGHT)

@@ -1,0 +1,1 @@
+"""The robot: chassis, drivetrain, battery, gyro and mechanisms."""

@@ -1,0 +1,262 @@
+"""A geared DC motor with its controller's limits, solved together with the shaft that it turns.
+
+All of it comes down to one scalar equation per shaft and step. Backward Euler for the shaft speed w is
+
+    k w = a + T(w)          k = J/h + (tire stiffness),   a = J/h w_old + (tire force)
+
+and the torque T of motor, limits, gear loss and dry friction never rises with w. So there is exactly one solution
+for any inertia and any step, it is found by a few comparisons, and it cannot diverge.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from simcore.robot.motor import MotorModel
+
+__all__ = ["LOCKED", "ShaftMotor", "bus_voltage", "solve_shaft", "solve_supply", "supply_line"]
+
+LOCKED = 1e12
+"""Slope of a torque line that stands for a shaft held by friction [N m s]."""
+
+
+@dataclass(frozen=True, slots=True)
+class ShaftMotor:
+    """Constants of `count` equal motors on one shaft, seen from the shaft."""
+
+    resistance: float
+    """Of one motor [ohm]."""
+    conductance: float
+    """1 / resistance [1/ohm]."""
+    emf: float
+    """Back-EMF per shaft speed [V s/rad]."""
+    torque_driving: float
+    """Shaft torque per motor current while the motor drives the gears [N m/A]."""
+    torque_driven: float
+    """The same while the gears drive the motor; gear loss then helps to brake [N m/A]."""
+    friction: float
+    """Dry friction at the shaft [N m]."""
+    stator_limit: float
+    """Per motor [A]."""
+    supply_limit: float
+    """Per motor [A]."""
+    count: int
+
+    @staticmethod
+    def of(
+        model: MotorModel,
+        *,
+        gearing: float,
+        efficiency: float = 1.0,
+        friction_volts: float = 0.0,
+        stator_limit: float = math.inf,
+        supply_limit: float = math.inf,
+        count: int = 1,
+    ) -> ShaftMotor:
+        """Refer a motor behind a gear to the shaft."""
+        torque = model.kt * gearing * count
+        return ShaftMotor(
+            resistance=model.resistance,
+            conductance=1.0 / model.resistance,
+            emf=gearing / model.kv,
+            torque_driving=torque * efficiency,
+            torque_driven=torque / efficiency,
+            # The voltage that just turns the shaft against friction is multiplied by the gears, as any torque is.
+            friction=torque * efficiency * friction_volts / model.resistance,
+            stator_limit=stator_limit,
+            supply_limit=supply_limit,
+            count=count,
+        )
+
+
+def solve_shaft(
+    k: float, a: float, i0: float, i1: float, limit: float, drive: float, driven: float, friction: float
+) -> tuple[float, float, float, float]:
+    """Solve `k w = a + T(w)` exactly for a limited motor behind lossy gears with dry friction.
+
+    Args:
+        k: Stiffness, > 0 [N m s].
+        a: Torque that is there without the motor [N m].
+        i0: Motor current at standstill, before the limit [A].
+        i1: How much the current falls per shaft speed, >= 0 [A s/rad].
+        limit: Of the current, in both directions [A].
+        drive: Torque per current while the motor drives [N m/A].
+        driven: Torque per current while it is driven, >= drive [N m/A].
+        friction: Dry friction [N m].
+
+    Returns:
+        Shaft speed [rad/s], current [A], and the line T = t0 - t1 w that holds there: t0 [N m], t1 [N m s].
+    """
+    current = i0
+    if current > limit:
+        current = limit
+    elif current < -limit:
+        current = -limit
+    # Torque just above and just below standstill: between them gear loss and friction hold the shaft.
+    if current > 0.0:
+        up = a + drive * current - friction
+        down = a + driven * current + friction
+    else:
+        up = a + driven * current - friction
+        down = a + drive * current + friction
+    if up > 0.0:
+        a -= friction
+        # The motor drives below its free speed i0 / i1; the torque balance at that speed tells on which side we are.
+        f = drive if i0 > 0.0 and a * i1 < k * i0 else driven
+        sign = -friction
+    elif down < 0.0:
+        a += friction
+        f = drive if i0 < 0.0 and a * i1 > k * i0 else driven
+        sign = friction
+    else:
+        return 0.0, current, 0.0, LOCKED
+    w = (a + f * i0) / (k + f * i1)
+    current = i0 - i1 * w
+    if current > limit:
+        torque = f * limit
+        return (a + torque) / k, limit, torque + sign, 0.0
+    if current < -limit:
+        torque = f * limit
+        return (a - torque) / k, -limit, sign - torque, 0.0
+    return w, current, f * i0 + sign, f * i1
+
+
+def supply_line(
+    emf: float, slope: float, w: float, resistance: float, power: float, current: float, drawn: float
+) -> tuple[float, float]:
+    """The current line that keeps |V I| within `power`, near a shaft speed.
+
+    While drawing, the limit is the curve (e + I R) I = P, which is convex in e: its tangent at the present e stays
+    below it, so the limit also holds at the end of the step. While regenerating, the controller gives up torque until
+    the power fed back is within the limit; that current falls with e, so it is safe up to the e that is given.
+
+    Args:
+        emf: Back-EMF e [V].
+        slope: Back-EMF per shaft speed [V s/rad].
+        w: Shaft speed at which e was taken [rad/s].
+        resistance: R [ohm].
+        power: Limit P [W].
+        current: The current that broke the limit; only its sign matters [A].
+        drawn: The power that broke it; below zero it was fed back [W].
+
+    Returns:
+        `i0, i1` of the line I = i0 - i1 w, for `solve_shaft`.
+    """
+    if drawn < 0.0:
+        e = abs(emf)
+        return -math.copysign(0.5 * (e - math.sqrt(max(0.0, e * e - 4.0 * resistance * power))) / resistance, emf), 0.0
+    sign = 1.0 if current > 0.0 else -1.0
+    e = emf * sign
+    size = 0.5 * (math.sqrt(e * e + 4.0 * resistance * power) - e) / resistance
+    drop = size / (e + 2.0 * size * resistance) if size > 0.0 else 0.0
+    return sign * size + drop * slope * w, drop * slope
+
+
+def solve_supply(
+    k: float,
+    a: float,
+    current: float,
+    end_power: float,
+    stator_limit: float,
+    constants: tuple[float, float, float, float, float],
+    emf_offset: float,
+    w: float,
+    power: float,
+) -> tuple[float, float, float, float]:
+    """`solve_shaft` again, after its solution turned out to break the supply limit.
+
+    Args:
+        k: See `solve_shaft`.
+        a: See `solve_shaft`.
+        current: Of that solution [A].
+        end_power: V I of that solution [W].
+        stator_limit: In force now [A].
+        constants: Back-EMF per speed, resistance, torque driving, torque driven, dry friction, as in `ShaftMotor`.
+        emf_offset: Back-EMF at standstill (azimuth coupling) [V].
+        w: Shaft speed before the step [rad/s].
+        power: Supply limit times bus voltage [W].
+
+    Returns:
+        As `solve_shaft`.
+    """
+    emf, resistance, driving, driven, friction = constants
+    if end_power > 0.0:
+        i0, i1 = supply_line(emf_offset + emf * w, emf, w, resistance, power, current, end_power)
+        result = solve_shaft(k, a, i0, i1, stator_limit, driving, driven, friction)
+        # A shaft that is thrown backwards within the step can turn the drawing motor into a generator.
+        if (emf_offset + emf * result[0] + result[1] * resistance) * result[1] >= -power:
+            return result
+    # With no current at all the shaft ends at the greatest |e| that it can have: limited there, limited always.
+    w = solve_shaft(k, a, 0.0, 0.0, stator_limit, driving, driven, friction)[0]
+    i0, i1 = supply_line(emf_offset + emf * w, emf, w, resistance, power, current, -1.0)
+    return solve_shaft(k, a, i0, i1, stator_limit, driving, driven, friction)
+
+
+def bus_voltage(
+    guess: float,
+    open_voltage: float,
+    resistance: float,
+    other_current: float,
+    motors: Sequence[ShaftMotor],
+    requests: Sequence[float | None],
+    limits: Sequence[float],
+    emfs: Sequence[float],
+) -> float:
+    """Voltage at which battery and motors agree: V = V_open - R (I_other + I_motors(V)).
+
+    Four stalled motors have less resistance together than the battery, so last step's current must not set this
+    step's voltage: that would ring between 0 and 13 V. Newton from the last voltage; one round when nothing changes.
+
+    Args:
+        guess: Voltage of the last step [V].
+        open_voltage: Behind the resistance [V].
+        resistance: Of the battery [ohm].
+        other_current: Drawn by everything else [A].
+        motors: Constants per motor.
+        requests: Voltage wanted per motor; None is an open circuit [V].
+        limits: Stator limit per motor [A].
+        emfs: Back-EMF per motor now [V].
+    """
+    bus = guess if guess > 1e-3 else open_voltage
+    if bus < 1e-3:
+        return 0.0
+    for _ in range(8):
+        total = other_current
+        rise = 0.0  # d total / d bus
+        per_bus = 1.0 / bus
+        for m, v, limit, emf in zip(motors, requests, limits, emfs, strict=True):
+            if v is None:
+                continue
+            conductance = m.conductance
+            if v >= bus:
+                drawn = i = (bus - emf) * conductance
+                slope = conductance
+            elif v <= -bus:
+                i = (-bus - emf) * conductance
+                drawn = -i
+                slope = conductance
+            else:
+                i = (v - emf) * conductance
+                drawn = v * i * per_bus
+                slope = -drawn * per_bus
+            if i > limit or i < -limit:
+                i = limit if i > 0.0 else -limit
+                drawn = (emf + i * m.resistance) * i * per_bus
+                slope = -drawn * per_bus
+            if drawn > m.supply_limit or drawn < -m.supply_limit:
+                drawn = m.supply_limit if drawn > 0.0 else -m.supply_limit
+                slope = 0.0
+            total += drawn * m.count
+            rise += slope * m.count
+        miss = open_voltage - resistance * total - bus
+        if -0.01 < miss < 0.01:
+            break
+        steep = 1.0 + resistance * rise
+        # Beyond the point of greatest power Newton would run uphill: halve until the requests saturate.
+        new = bus + miss / steep if steep > 0.2 else (0.5 * bus if miss < 0.0 else open_voltage)
+        bus = new if new > 0.0 else 0.5 * bus
+        if bus < 1e-3:
+            return 0.0
+    return bus

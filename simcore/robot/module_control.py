@@ -1,0 +1,147 @@
+"""The motor controllers of all modules: command modes, on-board loops, ramp, brake and coast."""
+
+from __future__ import annotations
+
+import enum
+import math
+from collections.abc import Sequence
+
+from simcore.robot.electrical import ShaftMotor
+from simcore.robot.module_targets import optimize
+from simcore.robot.swerve_config import SwerveModuleConfig
+from simcore.robot.swerve_module import ModuleState
+
+__all__ = ["DriveMode", "ModuleController"]
+
+
+class DriveMode(enum.Enum):
+    """What the last command asks of the drive motors."""
+
+    NEUTRAL = "neutral"
+    VOLTS = "volts"
+    DUTY = "duty"
+    TORQUE_CURRENT = "torque current"
+    STATES = "states"
+
+
+class ModuleController:
+    """Turns the last command into voltages, every inner step, as motor controllers do between two robot loops."""
+
+    def __init__(
+        self,
+        modules: Sequence[SwerveModuleConfig],
+        drive_motors: Sequence[ShaftMotor],
+        steer_motors: Sequence[ShaftMotor],
+        loads: Sequence[float],
+    ) -> None:
+        """Start in neutral.
+
+        Args:
+            modules: Gains, limits, ramp and neutral modes.
+            drive_motors: For the feed-forward.
+            steer_motors: For the feed-forward.
+            loads: Of the robot at rest, for rolling drag and scrub [N].
+        """
+        self._modules = modules
+        self._stator_limits = [m.drive_stator_limit for m in modules]
+        self._coasting = any(not (m.drive_brake and m.steer_brake) for m in modules)
+        self._ramped = any(m.drive_ramp > 0.0 for m in modules)
+        # Feed-forward against friction, rolling drag and scrub, as a team's kS would hold [V].
+        self._gains = [
+            (
+                m.wheel_radius,
+                drive.emf,
+                m.coupling_ratio / m.drive_motor.kv,
+                m.drive_kp,
+                (drive.friction + m.rolling_resistance * load * m.wheel_radius)
+                / drive.torque_driving
+                * drive.resistance,
+                m.steer_kp,
+                (steer.friction + m.tread * m.scrub_radius * load) / steer.torque_driving * steer.resistance,
+            )
+            for m, drive, steer, load in zip(modules, drive_motors, steer_motors, loads, strict=True)
+        ]
+        self.reset()
+
+    def reset(self) -> None:
+        """Neutral, and ramps at zero."""
+        n = len(self._modules)
+        self._ramp_volts = [0.0] * n
+        self.command(DriveMode.NEUTRAL, [0.0] * n, [0.0] * n)
+
+    def command(self, mode: DriveMode, drive: list[float], steer: list[float]) -> None:
+        """Take a command: one checked number per drive and per steer motor; their unit depends on the mode."""
+        self.mode, self.drive, self.steer = mode, drive, steer
+
+    def requests(
+        self, h: float, state: ModuleState, bus: float, neutral: bool
+    ) -> tuple[list[float | None], list[float | None], list[float]]:
+        """Voltages for one inner step.
+
+        Args:
+            h: Time step [s].
+            state: Wheels and azimuths now.
+            bus: Battery voltage [V].
+            neutral: Whether outputs are off: disabled or browned out. Motors then brake or coast as configured.
+
+        Returns:
+            Voltage wanted from every drive and from every steer motor [V], None for an open circuit, and the stator
+            limits of the drive motors [A].
+        """
+        modules = self._modules
+        limits = self._stator_limits
+        mode = self.mode
+        drive: list[float | None]
+        steer: list[float | None]
+        if neutral or mode is DriveMode.NEUTRAL:
+            self._ramp_volts = [0.0] * len(modules)
+            drive = [0.0 if m.drive_brake else None for m in modules]
+            return drive, [0.0 if m.steer_brake else None for m in modules], limits
+        if mode is DriveMode.STATES:
+            drive = []
+            steer = []
+            for speed, angle, present, w, moving, gains in zip(
+                self.drive,
+                self.steer,
+                state.steer_angle,
+                state.wheel_speed,
+                state.steer_speed,
+                self._gains,
+                strict=True,
+            ):
+                radius, emf, coupled_emf, drive_kp, drive_ks, steer_kp, steer_ks = gains
+                speed, error = optimize(speed, angle, present)
+                lift = 20.0 * speed
+                ease = 100.0 * error
+                drive.append(
+                    emf * speed / radius
+                    + drive_kp * (speed - w * radius)
+                    + drive_ks * (1.0 if lift > 1.0 else -1.0 if lift < -1.0 else lift)
+                    + coupled_emf * moving
+                )
+                steer.append(steer_kp * error + steer_ks * (1.0 if ease > 1.0 else -1.0 if ease < -1.0 else ease))
+        elif mode is DriveMode.DUTY:
+            drive = [d * bus for d in self.drive]
+            steer = [d * bus for d in self.steer]
+        elif mode is DriveMode.TORQUE_CURRENT:
+            # As much voltage as there is, with the wanted current as the limit.
+            drive = [math.copysign(math.inf, i) if i != 0.0 else None for i in self.drive]
+            limits = [min(abs(i), limit) for i, limit in zip(self.drive, limits, strict=True)]
+            steer = list(self.steer)
+        else:
+            drive = list(self.drive)
+            steer = list(self.steer)
+        if self._ramped and mode is not DriveMode.TORQUE_CURRENT:
+            for k, m in enumerate(modules):
+                wanted = drive[k]
+                if m.drive_ramp > 0.0 and wanted is not None:
+                    most = 12.0 / m.drive_ramp * h
+                    old = self._ramp_volts[k]
+                    drive[k] = self._ramp_volts[k] = old + min(most, max(-most, wanted - old))
+        if self._coasting:
+            for k, m in enumerate(modules):
+                if drive[k] == 0.0 and not m.drive_brake:
+                    drive[k] = None
+                if steer[k] == 0.0 and not m.steer_brake:
+                    steer[k] = None
+        return drive, steer, limits

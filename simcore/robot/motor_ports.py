@@ -1,0 +1,288 @@
+"""Between a drivetrain's model and its devices, whoever made them: volts come in, wheel and gyro readings go out."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from typing import Protocol
+
+from simcore.errors import ConfigError, NonFiniteError
+from simcore.robot.swerve_drive import SwerveDrive
+from simcore.robot.tank_drive import TankDrive
+from simcore.typing import FloatSupplier
+
+__all__ = ["AnglePort", "GyroPort", "MotorPort", "SuppliedMotor", "SwervePorts", "TankPorts"]
+
+
+class MotorPort(Protocol):
+    """What a drivetrain needs from one motor controller, and nothing more. Positive is as robot code has it."""
+
+    def set_supply(self, volts: float) -> None:
+        """Voltage at the controller's terminals [V]."""
+        ...
+
+    def volts(self) -> float:
+        """What it puts on the motor [V]."""
+        ...
+
+    def is_open(self) -> bool:
+        """Whether its circuit is open (coast); else zero volts brake. Asked while `volts` are zero."""
+        ...
+
+    def write(self, rotations: float, rps: float) -> None:
+        """Where the rotor is [rotations] and how fast it turns [rotations/s], for its own encoder."""
+        ...
+
+
+class AnglePort(Protocol):
+    """An encoder on a shaft of its own: on the wheel, or on the azimuth."""
+
+    def write(self, angle: float, rate: float) -> None:
+        """Where the shaft is, any number of turns [rad], and how fast it turns [rad/s]."""
+        ...
+
+
+class GyroPort(Protocol):
+    """A gyro."""
+
+    def write(self, yaw: float, pitch: float, roll: float, rates: Sequence[float]) -> None:
+        """Angles since it was switched on, yaw continuous over turns [rad]; rates about the robot's axes [rad/s]."""
+        ...
+
+
+class SuppliedMotor:
+    """A motor controller of any maker, by callables: for example REV's, whose simulation robot code can reach.
+
+    Args:
+        volts: What the controller puts on the motor, positive as robot code has it [V].
+        write: Takes the rotor's place [rotations] and speed [rotations/s], for the controller's encoder; None: it has
+            none.
+        supply: Takes the battery's voltage [V]; None: it does not want to know.
+        coasts: Whether zero volts open the circuit instead of braking.
+
+    >>> written = []
+    >>> port = SuppliedMotor(volts=lambda: 6.0, write=lambda rotations, rps: written.append(rps))
+    >>> port.write(1.0, 20.0)
+    >>> port.volts(), written
+    (6.0, [20.0])
+    """
+
+    def __init__(
+        self,
+        volts: FloatSupplier,
+        write: Callable[[float, float], object] | None = None,
+        *,
+        supply: Callable[[float], object] | None = None,
+        coasts: bool = False,
+    ) -> None:
+        self._volts = volts
+        self._write = write
+        self._supply = supply
+        self._coasts = coasts
+
+    def set_supply(self, volts: float) -> None:
+        """Voltage at the controller's terminals [V]."""
+        if self._supply is not None:
+            self._supply(volts)
+
+    def volts(self) -> float:
+        """What it puts on the motor [V].
+
+        Raises:
+            NonFiniteError: The supplier gave no finite number.
+        """
+        volts = float(self._volts())
+        if not math.isfinite(volts):
+            raise NonFiniteError(f"SuppliedMotor: volts must be a finite number, got {volts}")
+        return volts
+
+    def is_open(self) -> bool:
+        """Whether zero volts open the circuit."""
+        return self._coasts
+
+    def write(self, rotations: float, rps: float) -> None:
+        """To the controller's encoder."""
+        if self._write is not None:
+            self._write(rotations, rps)
+
+
+def _terminal_volts(ports: Sequence[MotorPort], back_emf: Callable[[int], float]) -> list[float]:
+    """Volts at each motor [V]; an open circuit carries no current, as at exactly its back-EMF [V], asked for by number.
+
+    Few circuits are open, so few are asked for it.
+    """
+    volts = [port.volts() for port in ports]
+    for k, shown in enumerate(volts):
+        if shown == 0.0 and ports[k].is_open():
+            volts[k] = back_emf(k)
+    return volts
+
+
+class _GyroAtZero:
+    """A gyro that reads zero where it is switched on."""
+
+    def __init__(self, gyro: GyroPort | None) -> None:
+        self._gyro = gyro
+        self._yaw_at_start: float | None = None
+
+    def write(self, yaw: float, pitch: float, roll: float, rates: Sequence[float]) -> None:
+        if self._yaw_at_start is None:
+            self._yaw_at_start = yaw
+        if self._gyro is not None:
+            self._gyro.write(yaw - self._yaw_at_start, pitch, roll, rates)
+
+
+class SwervePorts:
+    """Moves volts from motor controllers to the model of a swerve drive, and the model's motion to their sensors.
+
+    Args:
+        drive: The model; its owner steps it with the chassis.
+        drive_motors: One per module, in the model's order.
+        steer_motors: The same.
+        steer_encoders: On the azimuths; None where there is none.
+        wheel_encoders: On the wheels, for motors without an encoder; left out where there are none.
+        gyro: None if there is none.
+
+    Raises:
+        ConfigError: Another number than the model has modules.
+    """
+
+    def __init__(
+        self,
+        drive: SwerveDrive,
+        drive_motors: Sequence[MotorPort],
+        steer_motors: Sequence[MotorPort],
+        *,
+        steer_encoders: Sequence[AnglePort | None],
+        wheel_encoders: Sequence[AnglePort | None] = (),
+        gyro: GyroPort | None = None,
+    ) -> None:
+        n = len(drive.config.modules)
+        wheel_encoders = wheel_encoders or [None] * n
+        for what, ports in (
+            ("drive motors", drive_motors),
+            ("steer motors", steer_motors),
+            ("steer encoders", steer_encoders),
+            ("wheel encoders", wheel_encoders),
+        ):
+            if len(ports) != n:
+                raise ConfigError(f"swerve: {len(ports)} {what} for a model of {n} modules; want as many")
+        self._drive = drive
+        self._drive_ports = list(drive_motors)
+        self._steer_ports = list(steer_motors)
+        self._steer_encoders = list(steer_encoders)
+        self._wheel_encoders = list(wheel_encoders)
+        self._gyro = _GyroAtZero(gyro)
+        self._gears = [(m.drive_gearing, m.coupling_ratio, m.steer_gearing) for m in drive.config.modules]
+        self._kv = [(m.drive_motor.kv, m.steer_motor.kv) for m in drive.config.modules]
+
+    def read(self, battery_voltage: float) -> None:
+        """Give the devices their supply [V] and the model their volts."""
+        for port in self._drive_ports:
+            port.set_supply(battery_voltage)
+        for port in self._steer_ports:
+            port.set_supply(battery_voltage)
+        drive = _terminal_volts(self._drive_ports, self._drive_emf)
+        steer = _terminal_volts(self._steer_ports, self._steer_emf)
+        self._drive.set_volts(drive, steer)
+
+    def _drive_emf(self, k: int) -> float:
+        """Volts at which the drive motor of module k carries no current, as in an open circuit [V]."""
+        state, (drive_gearing, coupling, _) = self._drive.state, self._gears[k]
+        return (drive_gearing * state.wheel_speed[k] + coupling * state.steer_speed[k]) * (1.0 / self._kv[k][0])
+
+    def _steer_emf(self, k: int) -> float:
+        """The same of its steer motor [V]."""
+        return self._gears[k][2] * self._drive.state.steer_speed[k] * (1.0 / self._kv[k][1])
+
+    def write(self, yaw: float, pitch: float, roll: float, rates: Sequence[float]) -> None:
+        """Give the sensors what the model did.
+
+        Args:
+            yaw: Of the gyro, continuous over turns; where it starts is where the device reads zero [rad].
+            pitch: [rad]
+            roll: [rad]
+            rates: About the robot's axes [rad/s], shape (3,).
+        """
+        state = self._drive.state
+        turn = math.tau
+        for drive, steer, steer_encoder, wheel_encoder, gears, wheel, azimuth, wheel_rate, azimuth_rate in zip(
+            self._drive_ports,
+            self._steer_ports,
+            self._steer_encoders,
+            self._wheel_encoders,
+            self._gears,
+            state.wheel_angle,
+            state.steer_angle,
+            state.wheel_speed,
+            state.steer_speed,
+            strict=True,
+        ):
+            drive_gearing, coupling, steer_gearing = gears
+            drive.write(
+                (wheel * drive_gearing + azimuth * coupling) / turn,
+                (wheel_rate * drive_gearing + azimuth_rate * coupling) / turn,
+            )
+            steer.write(azimuth * steer_gearing / turn, azimuth_rate * steer_gearing / turn)
+            if steer_encoder is not None:
+                steer_encoder.write(azimuth, azimuth_rate)
+            if wheel_encoder is not None:
+                wheel_encoder.write(wheel, wheel_rate)
+        self._gyro.write(yaw, pitch, roll, rates)
+
+
+class TankPorts:
+    """The same for a differential drive: one controller or more a side, the first of which is believed.
+
+    Args:
+        drive: The model; its owner steps it with the chassis.
+        left: Motor controllers of the left side; positive drives forward.
+        right: Of the right side; positive drives forward.
+        encoders: On the left and right wheels, for motors without an encoder.
+        gyro: None if there is none.
+
+    Raises:
+        ConfigError: A side has no motor controller.
+    """
+
+    def __init__(
+        self,
+        drive: TankDrive,
+        left: Sequence[MotorPort],
+        right: Sequence[MotorPort],
+        *,
+        encoders: tuple[AnglePort | None, AnglePort | None] = (None, None),
+        gyro: GyroPort | None = None,
+    ) -> None:
+        if not left or not right:
+            raise ConfigError(f"tank: want a motor controller or more a side, got {len(left)} and {len(right)}")
+        self._drive = drive
+        self._sides = (list(left), list(right))
+        self._believed = [ports[0] for ports in self._sides]
+        self._encoders = encoders
+        self._gyro = _GyroAtZero(gyro)
+
+    def read(self, battery_voltage: float) -> None:
+        """Give the devices their supply [V] and the model their volts."""
+        for ports in self._sides:
+            for port in ports:
+                port.set_supply(battery_voltage)
+        left, right = _terminal_volts(self._believed, self._emf)
+        self._drive.set_volts(left, right)
+
+    def _emf(self, side: int) -> float:
+        """Volts at which a motor of a side carries no current, as in an open circuit [V]."""
+        c = self._drive.config
+        return float(self._drive.side_speeds[side]) / c.wheel_radius * c.gearing / c.motor.kv
+
+    def write(self, yaw: float, pitch: float, roll: float, rates: Sequence[float]) -> None:
+        """Give the sensors what the model did; see `SwervePorts.write`."""
+        c = self._drive.config
+        distances, speeds = self._drive.side_distances.tolist(), self._drive.side_speeds.tolist()
+        for ports, encoder, distance, speed in zip(self._sides, self._encoders, distances, speeds, strict=True):
+            angle, rate = distance / c.wheel_radius, speed / c.wheel_radius
+            for port in ports:
+                port.write(angle * c.gearing / math.tau, rate * c.gearing / math.tau)
+            if encoder is not None:
+                encoder.write(angle, rate)
+        self._gyro.write(yaw, pitch, roll, rates)

@@ -1,0 +1,124 @@
+"""A drivetrain alone on flat ground: no engine, no walls. For figures, tests and quick studies."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from typing import Protocol
+
+from simcore.errors import require_finite, require_positive
+from simcore.robot.wheel_loads import WheeledRobot, normal_loads
+from simcore.units import GRAVITY
+
+__all__ = ["PlanarChassis", "PlanarDrive"]
+
+
+class PlanarDrive(Protocol):
+    """What a chassis needs of a drivetrain: the change of velocity that its tires make."""
+
+    @property
+    def robot(self) -> WheeledRobot:
+        """Mass, center of mass and where the wheels are."""
+        ...
+
+    def step(
+        self,
+        h: float,
+        vx: float,
+        vy: float,
+        omega: float,
+        normal_loads: Sequence[float] | None = None,
+        ax: float = 0.0,
+        ay: float = 0.0,
+    ) -> tuple[float, float, float]:
+        """See `SwerveDrive.step`."""
+        ...
+
+
+class PlanarChassis:
+    """Pose and velocity of a robot on a plane, level or sloped up along the field's x axis.
+
+    Example:
+        >>> from simcore.robot.swerve_config import SwerveConfig, SwerveModuleConfig
+        >>> from simcore.robot.swerve_drive import SwerveDrive
+        >>> drive = SwerveDrive(SwerveConfig.square(0.527, SwerveModuleConfig(x=0, y=0)))
+        >>> robot = PlanarChassis(drive)
+        >>> drive.set_volts([12.0] * 4, [0.0] * 4)
+        >>> robot.run(3.0)
+        >>> 4.6 < robot.vx < 4.76
+        True
+    """
+
+    def __init__(self, drive: PlanarDrive, *, slope: float = 0.0) -> None:
+        """Stand at the origin, facing along x.
+
+        Args:
+            drive: Any drivetrain.
+            slope: Of the ground, up along x [rad].
+        """
+        require_finite("planar chassis", "slope", slope, "rad")
+        self.drive = drive
+        self.slope = slope
+        self.reset()
+
+    def reset(
+        self, x: float = 0.0, y: float = 0.0, yaw: float = 0.0, *, vx: float = 0.0, vy: float = 0.0, omega: float = 0.0
+    ) -> None:
+        """Put the robot somewhere, with a velocity in field axes."""
+        self.x, self.y, self.yaw = x, y, yaw
+        """Pose of the center of mass, along the ground [m, m, rad]."""
+        self.vx, self.vy, self.omega = vx, vy, omega
+        """Velocity, field axes along the ground [m/s, m/s, rad/s]."""
+        self.ax, self.ay = 0.0, 0.0
+        """Acceleration in the last step, field axes [m/s^2]."""
+        self.time = 0.0
+        self.loads: list[float] = []
+        """Normal loads in the last step [N]."""
+
+    def step(self, h: float, *, force: tuple[float, float, float] = (0.0, 0.0, 0.0)) -> None:
+        """Advance by `h` [s] with an outside force (x, y [N], torque [N m], field axes) on the center of mass."""
+        config = self.drive.robot
+        c, s = math.cos(self.yaw), math.sin(self.yaw)
+        g_along = -GRAVITY * math.sin(self.slope)
+        ex = g_along + force[0] / config.mass
+        ey = force[1] / config.mass
+        self.loads = normal_loads(
+            config,
+            [True] * len(config.positions),
+            (c * g_along, -s * g_along, -GRAVITY * math.cos(self.slope)),
+            (c * self.ax + s * self.ay, c * self.ay - s * self.ax, 0.0),
+        )
+        dx, dy, dw = self.drive.step(
+            *(h, c * self.vx + s * self.vy, c * self.vy - s * self.vx, self.omega, self.loads),
+            *(c * ex + s * ey, c * ey - s * ex),
+        )
+        self.ax = (c * dx - s * dy) / h + ex
+        self.ay = (s * dx + c * dy) / h + ey
+        spin = dw + force[2] / config.yaw_inertia * h
+        # With the mean velocity of the step, a constant acceleration moves the robot exactly as it should.
+        self.x += (self.vx + 0.5 * self.ax * h) * h
+        self.y += (self.vy + 0.5 * self.ay * h) * h
+        self.yaw += (self.omega + 0.5 * spin) * h
+        self.vx += self.ax * h
+        self.vy += self.ay * h
+        self.omega += spin
+        self.time += h
+
+    def run(self, seconds: float, *, h: float = 0.005, each: Callable[[], None] | None = None) -> None:
+        """Advance by a time in steps of `h` [s], calling `each` after every one."""
+        require_positive("planar chassis", "h", h, "s")
+        for _ in range(round(seconds / h)):
+            self.step(h)
+            if each is not None:
+                each()
+
+    @property
+    def speed(self) -> float:
+        """Over ground [m/s]."""
+        return math.hypot(self.vx, self.vy)
+
+    @property
+    def kinetic_energy(self) -> float:
+        """Of the chassis, without its wheels [J]."""
+        c = self.drive.robot
+        return 0.5 * c.mass * (self.vx**2 + self.vy**2) + 0.5 * c.yaw_inertia * self.omega**2

@@ -1,0 +1,255 @@
+"""What a swerve drivetrain is made of, checked when it is written down."""
+
+from __future__ import annotations
+
+import logging
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+
+from simcore.errors import ConfigError, require_finite, require_non_negative, require_positive
+from simcore.robot.motor import MotorModel, motor
+
+__all__ = ["SwerveConfig", "SwerveModuleConfig", "plate_inertia"]
+
+_log = logging.getLogger(__name__)
+
+# Outside of these a robot is possible but worth a second look: (low, high) in the unit of the field.
+_USUAL_MODULE = {
+    "drive_gearing": (3.0, 24.0),
+    "steer_gearing": (6.0, 50.0),
+    "coupling_ratio": (-6.0, 6.0),
+    "wheel_radius": (0.025, 0.082),
+    "tread": (0.6, 2.5),
+    "wheel_inertia": (1e-4, 5e-3),
+    "steer_inertia": (5e-4, 0.06),
+    "drive_friction_volts": (0.0, 0.5),
+    "steer_friction_volts": (0.0, 1.0),
+    "drive_efficiency": (0.7, 1.0),
+    "steer_efficiency": (0.5, 1.0),
+    "rolling_resistance": (0.0, 0.05),
+    "slip_ratio": (0.001, 0.15),
+    "slip_speed": (1e-4, 0.1),
+}
+_USUAL_ROBOT = {"mass": (10.0, 80.0), "yaw_inertia": (0.3, 20.0)}
+
+
+def _unusual(owner: str, config: object, usual: dict[str, tuple[float, float]]) -> list[str]:
+    return [
+        f"{owner}: {name} = {getattr(config, name):g} is outside the usual {low:g} to {high:g}"
+        for name, (low, high) in usual.items()
+        if not low <= getattr(config, name) <= high
+    ]
+
+
+def plate_inertia(mass: float, length: float, width: float) -> float:
+    """Yaw inertia of a uniform rectangle [kg m^2]: m (a^2 + b^2) / 12."""
+    return mass * (length * length + width * width) / 12.0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SwerveModuleConfig:
+    """One swerve module: where it sits, its two motors, gears, wheel and current limits."""
+
+    x: float
+    """Ahead of the robot center [m]."""
+    y: float
+    """Left of the robot center [m]."""
+    name: str = ""
+    """For messages; empty names become `module 0`, `module 1`, ..."""
+
+    drive_motor: MotorModel = field(default_factory=lambda: motor("Kraken X60"))
+    steer_motor: MotorModel = field(default_factory=lambda: motor("Kraken X60"))
+    drive_gearing: float = 6.75
+    """Rotor turns per wheel turn [-]."""
+    steer_gearing: float = 150.0 / 7.0
+    """Rotor turns per turn of the azimuth [-]."""
+    coupling_ratio: float = 0.0
+    """Drive rotor turns per azimuth turn while the wheel stands still [-]; CTRE's `CouplingGearRatio`."""
+
+    wheel_radius: float = 0.0508
+    """[m]"""
+    tread: float = 1.2
+    """Coefficient of friction on carpet [-]."""
+    wheel_inertia: float = 8.0e-4
+    """Wheel and last gears about the axle [kg m^2]; a 4 in wheel of 0.6 kg. Estimate, +-50 %."""
+    rolling_resistance: float = 0.01
+    """Drag per load while the wheel rolls [-]; estimate for carpet, +-50 %."""
+    slip_ratio: float = 0.01
+    """Slip per rolling speed at which the tire lets go [-]; estimate: thin, stiff tread, odometry drifts < 1 %."""
+    slip_speed: float = 0.002
+    """Slip at which a standing tire lets go [m/s]. A robot parked on a 15 degree ramp creeps at a fifth of it."""
+    scrub_radius: float = 0.008
+    """Mean radius of the contact patch that a turning azimuth rubs over the carpet [m]; estimate, +-50 %."""
+
+    steer_inertia: float = 0.004
+    """Fork and wheel about the azimuth axis, without rotor [kg m^2]; estimate, real modules are .002-.006."""
+    drive_friction_volts: float = 0.1
+    """Voltage that just turns the free wheel [V] (SysId's kS); acts through the gears."""
+    steer_friction_volts: float = 0.2
+    """Voltage that just turns the azimuth in the air [V]."""
+    drive_efficiency: float = 0.95
+    """Of the drive gears, both ways: driving loses (1 - e), back-driving is helped by 1 / e [-]."""
+    steer_efficiency: float = 0.90
+    """Of the steer gears [-]."""
+
+    drive_stator_limit: float = math.inf
+    """[A]"""
+    drive_supply_limit: float = math.inf
+    """[A], drawing and regenerating."""
+    steer_stator_limit: float = math.inf
+    """[A]"""
+    steer_supply_limit: float = math.inf
+    """[A], drawing and regenerating."""
+    drive_brake: bool = True
+    """At zero command: True shorts the motor (brake), False opens the circuit (coast)."""
+    steer_brake: bool = True
+    drive_ramp: float = 0.0
+    """Seconds from 0 to 12 V; 0 is no ramp [s]."""
+
+    drive_kp: float = 1.0
+    """Feedback of the on-board speed loop [V per m/s]; feed-forward comes from the motor."""
+    steer_kp: float = 40.0
+    """Feedback of the on-board steer loop [V/rad]."""
+
+    def __post_init__(self) -> None:
+        owner = self.name or "module"
+        require_finite(owner, "x", self.x, "m")
+        require_finite(owner, "y", self.y, "m")
+        require_finite(owner, "coupling_ratio", self.coupling_ratio)
+        for name in (
+            *("drive_gearing", "steer_gearing", "wheel_radius", "wheel_inertia", "steer_inertia"),
+            *("slip_ratio", "slip_speed", "drive_efficiency", "steer_efficiency"),
+        ):
+            require_positive(owner, name, getattr(self, name))
+        for name in (
+            *("tread", "rolling_resistance", "scrub_radius", "drive_friction_volts", "steer_friction_volts"),
+            *("drive_ramp", "drive_kp", "steer_kp"),
+        ):
+            require_non_negative(owner, name, getattr(self, name))
+        for name in ("drive_efficiency", "steer_efficiency"):
+            if getattr(self, name) > 1.0:
+                raise ConfigError(f"{owner}: {name} must be within 0..1, got {getattr(self, name)}")
+        for name in ("drive_stator_limit", "drive_supply_limit", "steer_stator_limit", "steer_supply_limit"):
+            limit = getattr(self, name)
+            if not limit >= 0.0:
+                raise ConfigError(f"{owner}: {name} must be >= 0 A (math.inf for none), got {limit}")
+        if abs(self.coupling_ratio) >= self.steer_gearing:
+            raise ConfigError(
+                f"{owner}: coupling_ratio must be smaller than steer_gearing ({self.steer_gearing:g}), "
+                f"got {self.coupling_ratio:g}"
+            )
+
+    @property
+    def drive_inertia(self) -> float:
+        """Wheel, gears and geared rotor about the axle [kg m^2]."""
+        return self.wheel_inertia + self.drive_motor.rotor_inertia * self.drive_gearing**2
+
+    @property
+    def azimuth_inertia(self) -> float:
+        """Fork and geared rotor about the azimuth axis [kg m^2]."""
+        return self.steer_inertia + self.steer_motor.rotor_inertia * self.steer_gearing**2
+
+    @property
+    def zero_torque_speed(self) -> float:
+        """Ground speed at which 12 V makes no torque [m/s]."""
+        return self.drive_motor.kv * 12.0 / self.drive_gearing * self.wheel_radius
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SwerveConfig:
+    """A robot on swerve modules."""
+
+    modules: tuple[SwerveModuleConfig, ...]
+    mass: float = 55.0
+    """Robot with bumpers and battery [kg]."""
+    yaw_inertia: float = 5.87
+    """About the vertical axis through the center of mass [kg m^2]; see `plate_inertia`."""
+    center_of_mass: tuple[float, float, float] = (0.0, 0.0, 0.2)
+    """From the robot center on the floor, robot axes [m]; its height moves load between wheels."""
+    positions: tuple[tuple[float, float], ...] = field(init=False, repr=False, compare=False)
+    """Of the modules relative to the center of mass, robot axes [m]."""
+
+    def __post_init__(self) -> None:
+        if not self.modules:
+            raise ConfigError("swerve: modules must name at least one module, got none")
+        object.__setattr__(self, "modules", tuple(self.modules))
+        require_positive("swerve", "mass", self.mass, "kg")
+        require_positive("swerve", "yaw_inertia", self.yaw_inertia, "kg m^2")
+        if len(self.center_of_mass) != 3:
+            raise ConfigError(f"swerve: center_of_mass must be (x, y, z) in m, got {self.center_of_mass!r}")
+        for axis, value in zip("xyz", self.center_of_mass, strict=True):
+            require_finite("swerve", f"center_of_mass {axis}", value, "m")
+        require_non_negative("swerve", "center_of_mass z", self.center_of_mass[2], "m")
+        cx, cy, _ = self.center_of_mass
+        object.__setattr__(self, "positions", tuple((m.x - cx, m.y - cy) for m in self.modules))
+        # Warned of here and not in each module: four equal modules are one remark.
+        remarks = _unusual("swerve", self, _USUAL_ROBOT)
+        for module in self.modules:
+            remarks += _unusual("swerve module", module, _USUAL_MODULE)
+        for remark in dict.fromkeys(remarks):
+            _log.warning("%s; going on with it", remark)
+
+    @staticmethod
+    def square(
+        track: float, module: SwerveModuleConfig, *, mass: float = 55.0, bumper: float = 0.8, height: float = 0.2
+    ) -> SwerveConfig:
+        """Four equal modules on a square, in CTRE's order: front left, front right, back left, back right.
+
+        Args:
+            track: Distance between wheels [m].
+            module: The module to repeat; its place is replaced.
+            mass: Of the robot [kg].
+            bumper: Side of the square bumper, for the yaw inertia of a uniform plate [m].
+            height: Of the center of mass above the floor [m].
+        """
+        return SwerveConfig.rectangle(track, track, module, mass=mass, bumper=(bumper, bumper), height=height)
+
+    @staticmethod
+    def rectangle(
+        wheelbase: float,
+        track: float,
+        module: SwerveModuleConfig,
+        *,
+        mass: float = 55.0,
+        bumper: tuple[float, float] = (0.8, 0.8),
+        height: float = 0.2,
+    ) -> SwerveConfig:
+        """Four equal modules on a rectangle; see `square`. Bumper is length x width [m]."""
+        corners = (("front left", 1, 1), ("front right", 1, -1), ("back left", -1, 1), ("back right", -1, -1))
+        return SwerveConfig(
+            modules=tuple(
+                replace(module, name=name, x=sx * wheelbase / 2.0, y=sy * track / 2.0) for name, sx, sy in corners
+            ),
+            mass=mass,
+            yaw_inertia=plate_inertia(mass, *bumper),
+            center_of_mass=(0.0, 0.0, height),
+        )
+
+    @staticmethod
+    def from_ctre(
+        modules: Sequence[object],
+        *,
+        mass: float = 55.0,
+        bumper: tuple[float, float] = (0.8, 0.8),
+        height: float = 0.2,
+        tread: float = 1.2,
+        drive_motor: MotorModel | None = None,
+        steer_motor: MotorModel | None = None,
+    ) -> SwerveConfig:
+        """From CTRE's `SwerveModuleConstants`; see `ctre.swerve_config_from_ctre`."""
+        from simcore.robot.ctre_constants import swerve_config_from_ctre
+
+        return swerve_config_from_ctre(
+            modules,
+            mass=mass,
+            bumper=bumper,
+            height=height,
+            tread=tread,
+            drive_motor=drive_motor,
+            steer_motor=steer_motor,
+        )
+
+    def module_name(self, index: int) -> str:
+        """How messages call a module."""
+        return self.modules[index].name or f"module {index}"

@@ -1,1 +1,0 @@
-"""Scoring zones, events and the match clock."""

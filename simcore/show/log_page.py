@@ -1,0 +1,112 @@
+"""`simcore page FILE.wpilog`: the page, picture and animation of a run of which only the log is left."""
+
+from __future__ import annotations
+
+import argparse
+import math
+import re
+import sys
+from collections.abc import Callable, Iterable
+from dataclasses import replace
+from importlib import metadata
+from pathlib import Path
+from typing import Any
+
+from simcore.errors import LogError, OutputError
+from simcore.show.animation import animate, check_animation
+from simcore.show.evidence import empty_scene
+from simcore.show.flights import flights_of
+from simcore.show.page import write_page
+from simcore.show.scene import RobotLook, Scene
+from simcore.show.summary import draw_summary
+from simcore.telemetry.log_reader import TelemetryLog, read_log
+from simcore.telemetry.output import require_writable
+from simcore.telemetry.recording import Recording
+
+__all__ = ["add_arguments", "recording_of", "run", "scene_of_log"]
+
+_PERIOD = 0.02  # [s]
+_OURS = re.compile(r"^(Sim|Robot)/")
+_OTHERS = re.compile(r"^Sim/Robots/(\d+)/Robot/Pose3d$")
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Options of the command."""
+    parser.add_argument("log", type=Path, metavar="FILE.wpilog", help="of simcore, DataLogManager or AdvantageKit")
+    parser.add_argument("--page", type=Path, metavar="FILE.html", help="default: beside the log")
+    parser.add_argument("--picture", type=Path, metavar="FILE.png", help="default: beside the log")
+    parser.add_argument("--animation", type=Path, metavar="FILE.gif", help="a moving picture, too: GIF or MP4")
+
+
+def run(args: argparse.Namespace) -> int:
+    """Write what was asked for; 0 if all of it could be, 1 otherwise.
+
+    Raises:
+        LogError: The log cannot be read, or there is no run in it.
+        OutputError: A file that was asked for by name cannot be written.
+    """
+    if args.animation is not None:
+        check_animation(args.animation)
+    for kind, path in (("page", args.page), ("picture", args.picture)):
+        if path is not None:
+            require_writable(kind, path)
+    recording = recording_of(read_log(args.log))
+    scene = scene_of_log(recording, metadata.entry_points(group="simcore.scenes"))
+    title = args.log.stem
+    drawings: list[tuple[str, Path | None, Callable[..., None]]] = [
+        ("page", args.page or args.log.with_suffix(".html"), write_page),
+        ("picture", args.picture or args.log.with_suffix(".png"), draw_summary),
+        ("animation", args.animation, animate),
+    ]
+    failed = False
+    for kind, path, draw in drawings:
+        if path is None:
+            continue
+        try:
+            draw(path, recording, scene, title=title)
+            print(f"{kind:9}  {path}")
+        except OutputError as error:
+            failed = True
+            print(f"simcore: {error}", file=sys.stderr)
+    return int(failed)
+
+
+def recording_of(log: TelemetryLog) -> Recording:
+    """The columns of a log, 50 times a second; what robot code logged beside `Sim/` and `Robot/` is left out.
+
+    Raises:
+        LogError: It has neither robot nor pieces of a simulation.
+    """
+    columns = {key: column for key, column in log.columns.items() if _OURS.match(key)}
+    if not any(key.startswith(("Sim/Robot/Pose3d", "Sim/GamePieces/")) for key in columns):
+        raise LogError(
+            f"the log {str(log.path)!r} has no run of a simulation: neither Sim/Robot/Pose3d nor Sim/GamePieces/..."
+        )
+    ours = replace(log, columns=columns, _latest={})
+    start, end = ours.span
+    first = math.ceil(start / _PERIOD - 1e-6)
+    last = max(first, math.floor(end / _PERIOD + 1e-6))
+    recording = Recording(seconds=max(1.0, end - start), bulk_period=max(0.04, (end - start) / 4000))
+    for tick in range(first, last + 1):
+        snapshot = ours.snapshot_at(tick * _PERIOD + 1e-6)  # a microsecond is what a log's times are rounded to
+        recording.write(replace(snapshot, time=tick * _PERIOD, tick=tick - first))
+    return recording
+
+
+def scene_of_log(recording: Recording, games: Iterable[Any]) -> Scene:
+    """The field of the installed game, and the robots that were recorded.
+
+    Args:
+        recording: The run.
+        games: Entry points of group `simcore.scenes`: functions that return a scene without robots.
+    """
+    found = list(games)
+    scene = found[0].load()() if found else empty_scene(recording)
+    others = sorted(int(match[1]) for match in map(_OTHERS.match, recording.keys) if match)
+    robots = []
+    for prefix in ("Sim", *(f"Sim/Robots/{number}" for number in others)):
+        is_red = f"{prefix}/Robot/IsRed"
+        red = recording.has(is_red) and bool(recording.series(is_red)[1][-1])
+        robots.append(RobotLook(prefix=prefix, alliance="red" if red else "blue"))
+    flights = [flights_of(recording, key) for key in recording.keys if key.startswith("Sim/InFlight/")]
+    return replace(scene, robots=tuple(robots), shots=[shot for shots in flights for shot in shots])

@@ -1,0 +1,146 @@
+"""A log on the page: a time slider, play, pause and speed, with the same scene as live."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+
+from simcore.show.pacing import FrameRate, Pacer
+from simcore.show.view_models import ViewModels
+from simcore.show.view_page import SPEEDS, ViewPage
+from simcore.telemetry.log_reader import TelemetryLog
+from simcore.telemetry.pose_struct import POSE_ARRAY_TYPE, POSE_TYPE
+from simcore.telemetry.snapshot import Snapshot
+
+__all__ = ["Replay", "can_draw", "smooth_snapshot"]
+
+_JUMP = 1.2  # [m]
+_GAP = 0.25  # [s]; a longer time without a value is rest
+_FRAME = 1.0 / 30.0  # [s] of wall time
+_MAX_SPEED = 20.0  # what "max" means here: a replay has no slowest computer to wait for
+
+
+def can_draw(log: TelemetryLog) -> bool:
+    """Whether a log holds anything that the scene knows, e.g. `Sim/Robot/Pose3d`."""
+    wanted = ("Sim/Robot/Pose3d", "Sim/Robots/", "Sim/GamePieces/")
+    return any(key.startswith(wanted) and c.type in (POSE_TYPE, POSE_ARRAY_TYPE) for key, c in log.columns.items())
+
+
+def smooth_snapshot(log: TelemetryLog, time: float) -> Snapshot:
+    """The snapshot of a time [s], with the pieces between two logged places where they must have been.
+
+    Long arrays are logged some twelve times a second, less often than a replay draws. Rows go together while their
+    number stays the same; one that is over `_JUMP` away is another piece, and stays where it was.
+    """
+    snapshot = log.snapshot_at(time)
+    arrays = dict(snapshot.pose_arrays)
+    for key, rows in arrays.items():
+        if not key.startswith("Sim/GamePieces/"):
+            continue
+        column = log.columns[key]
+        row = column.row_at(time)
+        if row + 1 >= len(column):
+            continue
+        start, end = column.times[row : row + 2].tolist()
+        after = column.pose_array(row + 1)
+        if after.shape != rows.shape or not 0.0 < end - start < _GAP:
+            continue
+        step = after[:, :3] - rows[:, :3]
+        near = np.abs(step).max(axis=1, initial=0.0) < _JUMP
+        between = rows.copy()
+        between[:, :3] += np.where(near, (time - start) / (end - start), 0.0)[:, None] * step
+        arrays[key] = between
+    return replace(snapshot, pose_arrays=arrays)
+
+
+class Replay:
+    """Plays a log.
+
+    Args:
+        log: What to play.
+        models: What to draw.
+        host: Where to listen.
+        port: 0 takes a free one.
+        robot: Name of the robot model; empty: the first.
+
+    Raises:
+        OutputError: The extra `view` is not installed, or the port is taken.
+        ConfigError: No such port.
+        ModelError: A model cannot be read.
+        UnknownNameError: No robot model of that name.
+    """
+
+    def __init__(
+        self, log: TelemetryLog, models: ViewModels, *, host: str = "127.0.0.1", port: int = 0, robot: str = ""
+    ) -> None:
+        self.log = log
+        self.start, self.end = log.span
+        self.page = ViewPage(models, host=host, port=port, robot=robot, title=log.path.name)
+        self.url = self.page.url
+        self.time = self.start
+        """Shown now, on the log's own clock [s]."""
+        self.playing = True
+        self.speed = 1.0
+        self._drawn = math.nan
+        self._slider_rate = FrameRate(10.0)
+        self._is_moving_slider = False
+        gui = self.page.server.gui
+        length = max(round(self.end - self.start, 2), 0.02)
+        self._slider = gui.add_slider("time", min=0.0, max=length, step=0.02, initial_value=0.0)
+        self._play = gui.add_button("pause")
+        self._speed = gui.add_dropdown("speed", tuple(SPEEDS), initial_value="1x")
+        self.page.on_camera = self._redraw  # type: ignore[method-assign]
+        self._slider.on_update(lambda event: self._on_slider(event.client is not None))
+        self._play.on_click(lambda _: self.set_playing(not self.playing))
+        self._speed.on_update(lambda _: self._on_speed())
+
+    def set_playing(self, playing: bool) -> None:
+        """Play or stand; at the end, play begins anew."""
+        if playing and self.time >= self.end:
+            self.seek(self.start)
+        self.playing = playing
+        self._play.label = "pause" if playing else "play"
+
+    def seek(self, time: float) -> None:
+        """Show another time [s]."""
+        self.time = min(max(time, self.start), self.end)
+        self.page.scene.forget()
+
+    def run(self, *, should_stop: Callable[[], bool] = lambda: False, seconds: float = math.inf) -> None:
+        """Serve until `should_stop` says so, or for so many seconds of the wall clock."""
+        pacer = Pacer()
+        frames = 0
+        while not should_stop() and frames * _FRAME < seconds:
+            self.step(_FRAME)
+            frames += 1
+            pacer.wait(frames * _FRAME, should_stop=should_stop)
+
+    def step(self, wall: float) -> None:
+        """Move on by some wall time [s], and draw if there is something new."""
+        if self.playing:
+            self.time = min(self.time + wall * self.speed, self.end)
+            if self.time >= self.end:
+                self.set_playing(False)
+        if self.time != self._drawn:
+            self._drawn = self.time
+            self.page.show(smooth_snapshot(self.log, self.time))
+            if self._slider_rate.due() or not self.playing:
+                self._slider_rate.take()
+                self._slider.value = round(self.time - self.start, 2)
+
+    def close(self) -> None:
+        """Stop serving."""
+        self.page.close()
+
+    def _on_slider(self, by_user: bool) -> None:
+        if by_user:
+            self.seek(self.start + float(self._slider.value))
+
+    def _on_speed(self) -> None:
+        self.speed = min(SPEEDS[self._speed.value], _MAX_SPEED)
+
+    def _redraw(self) -> None:
+        self._drawn = math.nan

@@ -1,0 +1,62 @@
+"""`simcore view FILE.wpilog`: replay a log in the browser."""
+
+from __future__ import annotations
+
+import argparse
+import contextlib
+import math
+from pathlib import Path
+
+from simcore.show.replay import Replay, can_draw
+from simcore.show.view_models import find_models, load_models
+from simcore.show.view_page import open_browser
+from simcore.telemetry.log_reader import read_log
+
+__all__ = ["add_arguments", "run"]
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Options of the command."""
+    parser.add_argument(
+        "log", type=Path, metavar="FILE.wpilog", help="a log of simcore, DataLogManager or AdvantageKit"
+    )
+    parser.add_argument("--models", type=Path, metavar="FOLDER", help="folder with Field3d_... and Robot_... folders")
+    parser.add_argument("--robot", default="", metavar="NAME", help="which robot model (default: the first)")
+    parser.add_argument("--game", default="", metavar="NAME", help="whose models, if several games are installed")
+    parser.add_argument("--host", default="127.0.0.1", help="where to listen (default: this computer only)")
+    parser.add_argument("--port", type=int, default=0, help="default: a free one")
+    parser.add_argument("--no-browser", action="store_true", help="do not open a browser")
+    parser.add_argument("--seconds", type=float, default=math.inf, help="stop serving after so long (default: Ctrl-C)")
+
+
+def run(options: argparse.Namespace) -> int:
+    """Serve the replay until Ctrl-C; returns 0.
+
+    Raises:
+        SimcoreError: The log, the models or the port cannot be used.
+    """
+    with contextlib.suppress(KeyboardInterrupt):
+        return _show(options)
+    return 0
+
+
+def _show(options: argparse.Namespace) -> int:
+    log = read_log(options.log)
+    first, last = log.span
+    print(f"{options.log}: {last - first:.1f} s, {len(log.columns)} keys")
+    if log.ends_early:
+        print("its end is cut off; what is there is shown")
+    if not can_draw(log):
+        print(
+            "it holds no Sim/Robot/Pose3d and no Sim/GamePieces: only the field is shown. "
+            "Publish these keys (docs/telemetry.md), or open it in AdvantageScope"
+        )
+    models = load_models(options.models) if options.models else find_models(options.game)
+    replay = Replay(log, models, host=options.host, port=options.port, robot=options.robot)
+    try:
+        print(f"the replay is at {replay.url}" if options.no_browser else open_browser(replay.url))
+        print("Ctrl-C ends it", flush=True)
+        replay.run(seconds=options.seconds)
+    finally:
+        replay.close()
+    return 0

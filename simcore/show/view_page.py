@@ -1,0 +1,194 @@
+"""The page itself: a local web server with scene, score and camera. Live runs and replays add their buttons.
+
+The one module that starts viser, and only when a page is made: without the extra everything else runs.
+"""
+
+from __future__ import annotations
+
+import os
+import socket
+import sys
+import threading
+import webbrowser
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, Any
+
+import rich
+
+from simcore.errors import ConfigError, OutputError
+from simcore.show.score_board import score_html
+from simcore.show.view_models import ViewModels
+from simcore.show.view_scene import Scene, robot_keys
+from simcore.telemetry.snapshot import Snapshot
+
+if TYPE_CHECKING:
+    import viser
+
+__all__ = ["SPEEDS", "ViewPage", "open_browser"]
+
+SPEEDS = {"0.1x": 0.1, "0.25x": 0.25, "0.5x": 0.5, "1x": 1.0, "2x": 2.0, "5x": 5.0, "max": float("inf")}
+"""Simulated seconds a second, by what the page calls them."""
+
+_FIELD, _FOLLOW, _BEHIND = "whole field", "follow robot", "behind robot"
+
+
+class ViewPage:
+    """A page that shows snapshots.
+
+    Args:
+        models: What to draw.
+        host: Where to listen; `0.0.0.0` lets other computers look.
+        port: 0 takes a free one.
+        robot: Name of the robot model; empty: the first.
+        title: Of the page.
+
+    Raises:
+        OutputError: The extra `view` is not installed, or the port is taken.
+        ConfigError: No such port.
+        UnknownNameError: No robot model of that name.
+        ModelError: A model cannot be read.
+    """
+
+    def __init__(
+        self, models: ViewModels, *, host: str = "127.0.0.1", port: int = 0, robot: str = "", title: str = "simcore"
+    ) -> None:
+        models.robot(robot)  # a wrong name shall not cost a started server
+        self._closed = False
+        self.server = _start(host, port, title)
+        self.url = f"http://{'127.0.0.1' if host in ('', '0.0.0.0') else host}:{self.server.get_port()}"
+        try:
+            self._build(models, robot)
+        except BaseException:
+            self.close()
+            raise
+
+    def show(self, snapshot: Snapshot) -> None:
+        """Draw one snapshot; returns at once, browsers get it from another thread."""
+        robots = robot_keys(snapshot)
+        self._offer_robots(robots)
+        self.scene.draw(snapshot)
+        self._score.content = score_html(snapshot, robots)
+
+    def close(self) -> None:
+        """Stop serving; may be called twice."""
+        if not self._closed:
+            self._closed = True
+            # A browser keeps a spare connection open; viser waits up to ten seconds for it. The port is free at once.
+            stopping = threading.Thread(target=_stop, args=(self.server,), daemon=True)
+            stopping.start()
+            stopping.join(0.3)
+
+    def __enter__(self) -> ViewPage:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    # --- inside -------------------------------------------------------------------------------------------------
+
+    def _build(self, models: ViewModels, robot: str) -> None:
+        server = self.server
+        server.gui.configure_theme(show_logo=False, show_share_button=False, brand_color=(30, 84, 183))
+        server.gui.main_panel.dock_right()
+        self.scene = Scene(server, models, robot=robot)
+        self._score = server.gui.add_html(score_html(Snapshot(time=0.0, tick=0), {}))
+        x, y, _ = self.scene.center
+        length = self.scene.size[0]
+        self._home = ((x, y - 0.76 * length, 0.66 * length), (x, y - 0.03 * length, 0.0))
+        server.initial_camera.position, server.initial_camera.look_at = self._home
+        server.initial_camera.fov = 0.85
+        last = 1000.0  # below the buttons of a run or a replay, which come later
+        self._camera = server.gui.add_dropdown("camera", (_FIELD, _FOLLOW, _BEHIND), order=last)
+        self._robot = server.gui.add_dropdown("robot", ("0",), visible=False, order=last)
+        self._camera.on_update(lambda _: self._move_cameras())
+        self._robot.on_update(lambda _: self._move_cameras())
+
+    def _offer_robots(self, robots: dict[int, str]) -> None:
+        names = tuple(str(number) for number in robots)
+        if len(names) > 1 and names != tuple(self._robot.options):
+            self._robot.options = names
+            self._robot.visible = True
+
+    def _move_cameras(self) -> None:
+        mode = self._camera.value
+        self.scene.follow = None if mode == _FIELD else (int(self._robot.value), mode == _BEHIND)
+        position, look_at = self._home
+        if mode != _FIELD:
+            x, y, _ = self.scene.center
+            position, look_at = (
+                ((x - 2.6, y, 1.7), (x, y, 0.4)) if mode == _BEHIND else ((x, y - 4.0, 3.0), (x, y, 0.2))
+            )
+        for client in self.server.get_clients().values():
+            with client.atomic():
+                client.camera.position = position
+                client.camera.look_at = look_at
+                client.camera.up_direction = (0.0, 0.0, 1.0)
+        self.on_camera()
+
+    def on_camera(self) -> None:
+        """Called when the camera's mode changed; a replay that stands draws anew."""
+
+
+def open_browser(url: str) -> str:
+    """Try to open a page; returns one sentence about what the user sees or has to do."""
+    headless = sys.platform.startswith("linux") and not (os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY"))
+    if headless:
+        return f"no display here: open {url} in a browser on this computer"
+    try:
+        opened = webbrowser.open(url)
+    except (webbrowser.Error, OSError):
+        opened = False
+    return f"the view is at {url}" if opened else f"no browser found: open {url} yourself"
+
+
+def _start(host: str, port: int, title: str) -> viser.ViserServer:
+    if not 0 <= port <= 65535:
+        raise ConfigError(f"a port is 1 to 65535, or 0 for a free one, got {port}")
+    try:
+        import viser
+    except ImportError as error:
+        raise OutputError(
+            f"the browser view needs the extra 'view': python -m pip install 'simcore[view]' ({error})"
+        ) from error
+    with socket.socket() as probe:
+        if sys.platform != "win32":
+            probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        try:
+            probe.bind((host, port))
+        except OSError as error:
+            raise OutputError(
+                f"cannot serve the view on {host or 'any address'}:{port}: {error.strerror or error}. "
+                "Another view may be running: end it, or leave the port out for a free one"
+            ) from error
+        free: Any = probe.getsockname()[1]
+    with _quiet():
+        return viser.ViserServer(host=host, port=int(free), label=title, verbose=False)
+
+
+def _stop(server: viser.ViserServer) -> None:
+    with _quiet():
+        server.stop()
+        loop = getattr(getattr(server, "_websock_server", None), "_server_thread", None)
+        if loop is not None:
+            loop.join(15.0)  # its last word shall be unheard too
+
+
+_quiet_lock = threading.Lock()
+_quiet_count = 0
+
+
+@contextmanager
+def _quiet() -> Iterator[None]:
+    """Viser greets and says goodbye on stdout, through rich's own console; ours is for the report."""
+    global _quiet_count
+    console = rich.get_console()
+    with _quiet_lock:
+        _quiet_count += 1
+        console.quiet = True
+    try:
+        yield
+    finally:
+        with _quiet_lock:
+            _quiet_count -= 1
+            console.quiet = _quiet_count > 0

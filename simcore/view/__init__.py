@@ -1,1 +1,0 @@
-"""The browser view: a field, robots, pieces and a clock on a local page, live or from a log. Needs the extra `view`."""

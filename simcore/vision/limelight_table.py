@@ -1,0 +1,122 @@
+"""A camera's table on NetworkTables: publishes each frame, and collects what robot code asks for."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import ntcore
+
+from simcore.vision.camera import CameraConfig
+from simcore.vision.frames import Frame
+from simcore.vision.limelight import Request
+from simcore.vision.limelight_settings import INPUTS
+from simcore.vision.network_clock import NetworkClock
+from simcore.vision.wire import EVERY_FRAME, FRAME_TOPICS, TOPICS, Value, constant_values, frame_values
+from simcore.vision.wire_json import frame_json
+
+__all__ = ["LimelightTable"]
+
+_ORIENTATION = "robot_orientation_set"
+_EVERY = 0.005  # [s]; how soon ntcore sends
+_MOST_HEADINGS = 100  # that are kept for a tick; a team's odometry thread sends up to 250 a second
+
+
+class LimelightTable:
+    """Speaks as a Limelight does, under the camera's name.
+
+    Args:
+        instance: Where; stays the caller's. In a robot program the default one.
+        config: The camera.
+        field_size: Length and width [m], for poses with another origin.
+        clock: From simulated time to NetworkTables' time.
+    """
+
+    def __init__(
+        self,
+        instance: ntcore.NetworkTableInstance,
+        config: CameraConfig,
+        field_size: tuple[float, float],
+        clock: NetworkClock,
+    ) -> None:
+        self._config = config
+        self._field_size = field_size
+        self._clock = clock
+        table = f"/{config.name}"
+        plain = ntcore.PubSubOptions(periodic=_EVERY)
+        repeat = ntcore.PubSubOptions(periodic=_EVERY, sendAll=True, keepDuplicates=True)
+        self._publishers: dict[str, Any] = {}
+        for name, kind in TOPICS.items():
+            options = repeat if name in EVERY_FRAME else plain
+            self._publishers[name] = _publish(instance, f"{table}/{name}", kind, options)
+        for name, value in constant_values(config).items():
+            self._publishers[name].set(value, clock.to_network(0.0))
+        listen = ntcore.PubSubOptions(periodic=_EVERY, sendAll=True, keepDuplicates=True, pollStorage=_MOST_HEADINGS)
+        self._inputs = {
+            name: instance.getTopic(f"{table}/{name}").genericSubscribe(listen) for name in (*INPUTS, _ORIENTATION)
+        }
+        # One poller for what is rarely written: asking nine subscribers takes 9 us. The heading comes every tick, and
+        # an event takes twice as long to unpack as a value.
+        self._poller = ntcore.NetworkTableListenerPoller(instance)
+        now = ntcore.EventFlags.kValueAll | ntcore.EventFlags.kImmediate
+        self._topics = {self._poller.addListener(self._inputs[name], now): name for name in INPUTS}
+        self._last: list[Value | None] = [None] * len(FRAME_TOPICS)
+        self._setters: list[Callable[[Any, int], None]] = [self._publishers[name].set for name in FRAME_TOPICS]
+        self._is_repeated = [name in EVERY_FRAME for name in FRAME_TOPICS]
+
+    def read(self) -> list[Request]:
+        """Requests since the last call: headings in order, then settings in order; none once it is closed."""
+        orientation = self._inputs.get(_ORIENTATION)
+        if orientation is None:
+            return []
+        # The first value of a topic without any is none.
+        requests = [self._request(_ORIENTATION, value) for value in orientation.readQueue() if value.isValid()]
+        for event in self._poller.readQueue():
+            requests.append(self._request(self._topics[event.listener], event.data.value))
+        return requests
+
+    def _request(self, topic: str, value: Any) -> Request:
+        return Request(topic, _numbers(value), self._clock.to_simulated(value.time()))
+
+    def publish(self, frame: Frame) -> None:
+        """Send a frame; all topics carry the time at which it left the camera."""
+        stamp = self._clock.to_network(frame.published)
+        values = frame_values(frame, self._config, self._field_size)
+        last, self._last = self._last, [*values.values()]
+        for value, before, is_repeated, set_value in zip(
+            self._last, last, self._is_repeated, self._setters, strict=True
+        ):
+            if value != before or is_repeated:  # a comparison is cheaper than a value that is dropped
+                set_value(value, stamp)
+        if frame.json:
+            self._publishers["json"].set(frame_json(frame, values, stamp), stamp)
+
+    def close(self) -> None:
+        """Withdraw the topics; may be called twice. The instance lives on."""
+        for publisher in self._publishers.values():
+            publisher.close()
+        self._poller.close()
+        self._inputs.clear()  # a GenericSubscriber has no close; it ends with its last reference
+
+
+def _publish(instance: ntcore.NetworkTableInstance, topic: str, kind: str, options: ntcore.PubSubOptions) -> Any:
+    if kind == "int":
+        return instance.getIntegerTopic(topic).publish(options)
+    if kind == "double":
+        return instance.getDoubleTopic(topic).publish(options)
+    if kind == "string":
+        return instance.getStringTopic(topic).publish(options)
+    if kind == "string[]":
+        return instance.getStringArrayTopic(topic).publish(options)
+    return instance.getDoubleArrayTopic(topic).publish(options)
+
+
+def _numbers(value: Any) -> tuple[float, ...] | None:
+    """Numbers of a value, of whatever kind robot code took; None: it is none."""
+    if value.isDoubleArray():  # nearly always: the heading
+        return tuple(value.value())
+    if value.isDouble() or value.isInteger() or value.isFloat():
+        return (float(value.value()),)
+    if value.isIntegerArray() or value.isFloatArray():
+        return tuple(float(v) for v in value.value())
+    return None

@@ -1,0 +1,98 @@
+"""Every solved shot, flown by solve_ivp from the real muzzle, falls through the target; red mirrors blue."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from hypothesis import assume, given, settings
+from hypothesis import strategies as st
+
+from simcore.pieces.aerodynamics import AirFactors
+from simcore.pieces.aim import aim_robot
+from simcore.pieces.flight import fly
+from simcore.pieces.launch import LaunchParameters, launch_direction, launch_state
+from simcore.pieces.shot_solver import NoShotError, solve_shot
+
+FIELD = (16.541, 8.069)
+LAUNCH = LaunchParameters(height=0.55, forward=0.168, barrels=(0.08, -0.08))
+
+asked = st.one_of(
+    st.builds(lambda degrees: {"elevation": math.radians(degrees)}, st.floats(45, 80)),
+    st.builds(lambda speed, arc: {"speed": speed, "high_arc": arc}, st.floats(6, 14), st.booleans()),
+)
+speeds = st.tuples(st.floats(-3, 3), st.floats(-3, 3), st.just(0.0))
+places = st.tuples(st.floats(1, 10), st.floats(0.5, 7.5), st.floats(0.2, 1.0))
+targets = st.tuples(st.just(4.63), st.just(4.03), st.floats(0.5, 2.5))
+drags = st.sampled_from([0.0, 0.0232, 0.06])
+
+
+@settings(max_examples=100, deadline=None)
+@given(places, targets, speeds, asked, drags)
+def test_a_solved_shot_falls_through_the_target(muzzle, target, velocity, question, drag):
+    try:
+        shot = solve_shot(muzzle, target, drag=drag, robot_velocity=velocity, **question)
+    except NoShotError:
+        assume(False)
+    assume(shot.entry_angle > 0.1)  # over the target for long enough that solve_ivp sees it come down
+    start = shot.speed * launch_direction(shot.yaw, shot.elevation) + np.array(velocity)
+    flight = fly(np.array(muzzle), start, air=AirFactors(drag=drag), stop_height=target[2])
+    assert np.linalg.norm(flight.pos[-1] - target) < 0.005
+    assert abs(flight.time[-1] - shot.time_of_flight) < 0.001
+    for name in ("elevation", "speed"):
+        assert math.isclose(getattr(shot, name), question.get(name, getattr(shot, name)), abs_tol=1e-6)
+
+
+@settings(max_examples=60, deadline=None)
+@given(places, targets, speeds, asked)
+def test_red_is_blue_turned_by_half_a_turn(muzzle, target, velocity, question):
+    def turned(point):
+        return (FIELD[0] - point[0], FIELD[1] - point[1], point[2])
+
+    try:
+        blue = solve_shot(muzzle, target, drag=0.0232, robot_velocity=velocity, **question)
+    except NoShotError:
+        assume(False)
+    back = (-velocity[0], -velocity[1], 0.0)
+    red = solve_shot(turned(muzzle), turned(target), drag=0.0232, robot_velocity=back, **question)
+    assert abs(math.remainder(red.yaw - blue.yaw - math.pi, math.tau)) < 1e-7
+    for name in ("elevation", "speed", "time_of_flight", "entry_angle"):
+        assert math.isclose(getattr(red, name), getattr(blue, name), abs_tol=1e-7)
+
+
+@settings(max_examples=60, deadline=None)
+@given(
+    places, speeds, st.floats(-3, 3), st.one_of(st.none(), st.floats(-3, 3)), st.floats(55, 78), st.floats(-3.1, 3.1)
+)
+def test_an_aimed_robot_hits_with_the_middle_of_its_barrels(place, velocity, yaw_rate, robot_yaw, degrees, heading):
+    """Robot or turret turned as `aim_robot` says, launched by `launch_state`: two barrels straddle the target."""
+    launch = LaunchParameters(height=0.55, forward=0.168, heading=heading)
+    target, elevation = np.array([4.63, 4.03, 1.83]), math.radians(degrees)
+    robot_pos = np.array([place[0], place[1], 0.0])
+    try:
+        shot = aim_robot(
+            launch,
+            target,
+            robot_pos=robot_pos,
+            robot_velocity=velocity,
+            yaw_rate=yaw_rate,
+            robot_yaw=robot_yaw,
+            elevation=elevation,
+            drag=0.0232,
+        )
+    except NoShotError:
+        assume(False)
+    assume(shot.entry_angle > 0.1)
+    yaw = shot.yaw - heading if robot_yaw is None else robot_yaw
+    pos, start = launch_state(
+        launch,
+        elevation=shot.elevation,
+        speed=shot.speed,
+        robot_pos=robot_pos,
+        robot_rotation=np.array([0.0, 0.0, math.sin(yaw / 2), math.cos(yaw / 2)]),
+        robot_velocity=np.array(velocity),
+        robot_spin=np.array([0.0, 0.0, yaw_rate]),
+        turret_angle=shot.yaw - yaw - heading,
+    )
+    flight = fly(pos, start, air=AirFactors(drag=0.0232), stop_height=1.83)
+    assert np.linalg.norm(flight.pos[-1] - target) < 0.005

@@ -1,0 +1,83 @@
+from __future__ import annotations
+
+import io
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from rich.console import Console
+
+from simcore.errors import NonFiniteError
+from simcore.match.digest import TickTimes
+from simcore.match.report import FuelCount, RunReport, Score, Spread, print_report
+
+REPORT = RunReport(
+    auto="depot",
+    alliance="blue",
+    seed=7,
+    startup_seconds=0.4,
+    sim_seconds=20.0,
+    wall_seconds=2.34,
+    realtime_factor=8.547,
+    ticks=1000,
+    score=Score(red=0, blue=27, total=27),
+    fuel=FuelCount(staged=408, on_field=377, in_flight=1, held=3, scored=27, outside=0),
+    shots=31,
+    hits=27,
+    distance_m=14.33,
+    tick_ms=TickTimes(median=1.83, p95=3.2, p99=4.1, max=9.77),
+    substeps=Spread(mean=4.2, max=11),
+    awake=Spread(mean=33.4, max=88),
+    min_battery_v=9.87,
+    digest="ab" * 32,
+    outputs={"log": "out/run.wpilog"},
+)
+
+
+def printed(report: RunReport, encoding: str) -> str:
+    raw = io.BytesIO()
+    stream = io.TextIOWrapper(raw, encoding=encoding)
+    print_report(report, Console(file=stream, width=80))
+    stream.flush()
+    return raw.getvalue().decode(encoding)
+
+
+def test_json_has_the_fields_that_programs_read() -> None:
+    got = json.loads(REPORT.to_json())
+    assert list(got) == [
+        *("auto", "alliance", "seed", "sim_seconds", "startup_seconds", "wall_seconds", "realtime_factor", "ticks"),
+        *("score", "fuel", "shots", "hits"),
+        *("distance_m", "tick_ms", "substeps", "awake", "min_battery_v", "digest", "outputs"),
+    ]
+    assert got["score"] == {"red": 0, "blue": 27, "total": 27}
+    assert list(got["fuel"]) == ["staged", "on_field", "in_flight", "held", "scored", "outside"]
+    assert got["tick_ms"] == {"median": 1.83, "p95": 3.2, "p99": 4.1, "max": 9.77}
+    assert got["substeps"] == {"mean": 4.2, "max": 11}
+    assert "\n" not in REPORT.to_json()
+
+
+def test_numpy_numbers_become_plain() -> None:
+    report = replace(REPORT, shots=np.int64(5), min_battery_v=np.float64(9.5), distance_m=np.float32(0.5))
+    got = json.loads(report.to_json())
+    assert (got["shots"], got["min_battery_v"], got["distance_m"]) == (5, 9.5, 0.5)
+
+
+def test_nan_is_named() -> None:
+    with pytest.raises(NonFiniteError, match=r"report\.tick_ms\.max"):
+        replace(REPORT, tick_ms=TickTimes(median=1.0, p95=1.0, p99=1.0, max=float("nan"))).to_json()
+
+
+@pytest.mark.parametrize("encoding", ["utf-8", "cp1252", "ascii"])
+def test_report_fits_80_columns_in_any_terminal(encoding: str) -> None:
+    report = replace(REPORT, outputs={"log": "out/" + "長い/" * 40 + " [bold]run.wpilog"})
+    text = printed(report, encoding)
+    assert all(len(line) <= 80 for line in text.splitlines())
+    for part in ("27 points", "27 of 31 shots hit (87%)", "377", "9.87 V", "p95 3.20", "8.5 x real time", "[bold]"):
+        assert part in text
+
+
+def test_lost_fuel_is_said() -> None:
+    assert "accounted for" not in printed(REPORT, "utf-8")
+    lost = replace(REPORT, fuel=replace(REPORT.fuel, on_field=376))
+    assert "407 of 408 fuel accounted for" in printed(lost, "utf-8")

@@ -1,0 +1,78 @@
+"""Counting pieces through zones."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from simcore.errors import ConfigError
+from simcore.geometry.zones import BoxZone
+from simcore.match.scoring import ScoringTracker, ScoringZone
+
+BLUE = ScoringZone(name="BlueHub", alliance="blue", zone=BoxZone((0.0, 0.0, 1.0), (1.0, 1.0, 2.0)))
+RED = ScoringZone(name="RedHub", alliance="red", zone=BoxZone((5.0, 0.0, 1.0), (6.0, 1.0, 2.0)), points=3)
+
+
+def fall(tracker: ScoringTracker, time: float, *xs: float, up: bool = False):
+    top = np.array([[x, 0.5, 3.0] for x in xs]).reshape(-1, 3)
+    bottom = top - (0.0, 0.0, 2.8)
+    start, end = (bottom, top) if up else (top, bottom)
+    return tracker.update(time, np.arange(len(xs)) + 10, start, end)
+
+
+def test_pieces_that_fall_through_score_for_the_hubs_alliance():
+    tracker = ScoringTracker([BLUE, RED])
+    events = fall(tracker, 0.5, 0.5, 3.0, 5.5, 0.2)
+    assert [(e.slot, e.zone, e.alliance, e.points, e.time) for e in events] == [
+        (10, "BlueHub", "blue", 1, 0.5),
+        (13, "BlueHub", "blue", 1, 0.5),
+        (12, "RedHub", "red", 3, 0.5),
+    ]
+    assert tracker.totals == {"blue": 2, "red": 3}
+    assert tracker.pieces == {"BlueHub": 2, "RedHub": 1}
+
+
+def test_a_piece_on_its_way_up_does_not_score_unless_the_zone_says_so():
+    assert fall(ScoringTracker([BLUE]), 0.0, 0.5, up=True) == []
+    both = ScoringZone(name="Both", alliance="blue", zone=BLUE.zone, downward=False)
+    assert len(fall(ScoringTracker([both]), 0.0, 0.5, up=True)) == 1
+
+
+def test_where_zones_overlap_a_piece_counts_once_in_the_first():
+    second = ScoringZone(name="Second", alliance="red", zone=BLUE.zone)
+    tracker = ScoringTracker([BLUE, second])
+    assert [e.zone for e in fall(tracker, 0.0, 0.5)] == ["BlueHub"]
+
+
+def test_worth_is_asked_per_piece_and_a_worthless_piece_is_still_counted():
+    asked = []
+
+    def worth(zone, time):
+        asked.append((zone.name, time))
+        return 0 if time > 1.0 else 2
+
+    tracker = ScoringTracker([BLUE], worth=worth)
+    fall(tracker, 0.5, 0.5, 0.6)
+    fall(tracker, 1.5, 0.5)
+    assert asked == [("BlueHub", 0.5), ("BlueHub", 0.5), ("BlueHub", 1.5)]
+    assert tracker.totals["blue"] == 4 and tracker.pieces["BlueHub"] == 3
+    assert [e.points for e in tracker.events] == [2, 2, 0]
+
+
+def test_totals_are_the_sum_of_the_events():
+    rng = np.random.default_rng(0)
+    tracker = ScoringTracker([BLUE, RED])
+    for tick in range(50):
+        fall(tracker, 0.02 * tick, *rng.uniform(-1.0, 7.0, 4))
+    for alliance in ("blue", "red"):
+        assert tracker.totals[alliance] == sum(e.points for e in tracker.events if e.alliance == alliance) > 0
+    assert sum(tracker.pieces.values()) == len(tracker.events)
+
+
+def test_no_pieces_no_events():
+    assert fall(ScoringTracker([BLUE]), 0.0) == []
+
+
+def test_two_zones_of_one_name_are_refused():
+    with pytest.raises(ConfigError, match="names must differ"):
+        ScoringTracker([BLUE, BLUE])

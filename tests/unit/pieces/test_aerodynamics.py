@@ -1,0 +1,84 @@
+"""Drag and lift as formulas."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from simcore.errors import ConfigError
+from simcore.pieces.aerodynamics import (
+    Aerodynamics,
+    AirFactors,
+    air_acceleration,
+    air_factors,
+    drag_acceleration,
+    drag_factor,
+    lift_acceleration,
+)
+
+BASEBALL = Aerodynamics(lift_slope=1.92)
+
+
+def test_drag_over_weight_of_fuel_is_as_published():
+    """0.15, 0.24, 0.34 of the weight at 8, 10, 12 m/s."""
+    k = drag_factor(Aerodynamics(), radius=0.075, mass=0.215)
+    speeds = np.array([8.0, 10.0, 12.0])
+    drag = drag_acceleration(np.column_stack([speeds, 0 * speeds, 0 * speeds]), k)
+    assert -drag[:, 0] / 9.81 == pytest.approx([0.15, 0.24, 0.34], abs=0.005)
+    assert math.sqrt(9.81 / k) == pytest.approx(20.6, abs=0.05)  # terminal speed
+
+
+def test_drag_factor_may_differ_from_piece_to_piece():
+    velocity = np.array([[3.0, 4.0, 0.0], [0.0, 0.0, -2.0], [0.0, 0.0, 0.0]])
+    drag = drag_acceleration(velocity, np.array([0.1, 0.5, 0.1]))
+    assert drag == pytest.approx(np.array([[-1.5, -2.0, 0.0], [0.0, 0.0, 2.0], [0.0, 0.0, 0.0]]))
+
+
+def test_backspin_lifts_and_sidespin_bends():
+    factors = air_factors(BASEBALL, radius=0.075, mass=0.215)
+    forward = np.array([[10.0, 0.0, 0.0]])
+    up = lift_acceleration(forward, np.array([[0.0, -30.0, 0.0]]), factors)[0]
+    assert up[2] > 0.0
+    assert up[:2] == pytest.approx([0.0, 0.0])
+    assert lift_acceleration(forward, np.array([[0.0, 0.0, 30.0]]), factors)[0][1] > 0.0
+    assert lift_acceleration(forward, np.array([[30.0, 0.0, 0.0]]), factors)[0] == pytest.approx(
+        [0, 0, 0]
+    )  # rifle spin
+
+
+@pytest.mark.parametrize("rate", [5.0, 60.0, 1000.0])
+def test_lift_is_rho_area_cl_speed_squared_over_two_m(rate):
+    factors = air_factors(BASEBALL, radius=0.075, mass=0.215)
+    lift = lift_acceleration(np.array([[10.0, 0.0, 0.0]]), np.array([[0.0, -rate, 0.0]]), factors)[0]
+    coefficient = BASEBALL.lift_coefficient(0.075 * rate / 10.0)
+    assert lift[2] == pytest.approx(0.5 * 1.2 * math.pi * 0.075**2 * coefficient * 100.0 / 0.215)
+
+
+def test_lift_coefficient_of_a_baseball():
+    """Cl = 1.120 S / (0.583 + 2.333 S), within the rounding of its three numbers."""
+    for s in (0.1, 0.3, 0.6):
+        assert BASEBALL.lift_coefficient(s) == pytest.approx(1.120 * s / (0.583 + 2.333 * s), rel=0.002)
+
+
+def test_a_piece_at_rest_feels_nothing():
+    factors = air_factors(BASEBALL, radius=0.075, mass=0.215)
+    both = air_acceleration(np.zeros((2, 3)), np.array([[0.0, 50.0, 0.0], [0.0, 0.0, 0.0]]), factors)
+    assert np.array_equal(both, np.zeros((2, 3)))
+
+
+def test_no_pieces_is_no_problem():
+    assert air_acceleration(np.zeros((0, 3)), np.zeros((0, 3)), AirFactors(drag=0.1, lift=0.1)).shape == (0, 3)
+
+
+@pytest.mark.parametrize("change", [{"drag_coefficient": -0.1}, {"lift_slope": math.nan}, {"lift_limit": 0.0}])
+def test_coefficients_that_cannot_be_are_refused(change):
+    with pytest.raises(ConfigError, match=next(iter(change))):
+        Aerodynamics(**change)
+
+
+@pytest.mark.parametrize(("radius", "mass"), [(-0.1, 1.0), (0.1, 0.0), (math.nan, 1.0), (0.1, -0.2)])
+def test_a_ball_needs_radius_and_mass(radius, mass):
+    with pytest.raises(ConfigError):
+        air_factors(Aerodynamics(), radius=radius, mass=mass)

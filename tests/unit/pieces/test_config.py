@@ -1,0 +1,48 @@
+"""One kind of piece: derived numbers against their formulas, and what is refused."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+
+from simcore.errors import ConfigError
+from simcore.physics.shapes import Box, Cylinder, Sphere
+from simcore.pieces.aerodynamics import Aerodynamics
+from simcore.pieces.kinds import GamePieceConfig
+from simcore.units import GRAVITY
+
+
+def test_a_shape_gives_its_height_and_its_bounding_ball():
+    ball = GamePieceConfig(name="Ball", shape=Sphere(0.1), mass=1.0)
+    can = GamePieceConfig(name="Can", shape=Cylinder(0.3, 0.8), mass=1.0)
+    crate = GamePieceConfig(name="Crate", shape=Box((0.2, 0.4, 0.4)), mass=1.0)
+    assert [c.rest_height for c in (ball, can, crate)] == pytest.approx([0.1, 0.4, 0.2])
+    assert [c.bounding_radius for c in (ball, can, crate)] == pytest.approx([0.1, 0.5, 0.3])
+
+
+def test_the_aero_speed_is_where_drag_is_three_hundredths_of_the_weight():
+    ball = GamePieceConfig(
+        name="Ball", shape=Sphere(0.075), mass=0.215, aerodynamics=Aerodynamics(drag_coefficient=0.47)
+    )
+    drag = 0.5 * 1.2 * 0.47 * math.pi * 0.075**2 * ball.aero_speed**2
+    assert drag == pytest.approx(0.03 * 0.215 * GRAVITY, rel=0.05)  # air is 1.2 kg/m^3 within 5 %
+    assert GamePieceConfig(name="Ball", shape=Sphere(0.1), mass=1.0).aero_speed == math.inf
+
+
+@pytest.mark.parametrize(
+    ("field", "value"),
+    [
+        ("name", ""),
+        ("name", "a/b"),
+        ("mass", -0.2),
+        ("mass", 0.0),
+        ("mass", math.nan),
+        ("friction", -1.0),
+        ("restitution", 1.5),
+        ("rolling", -1.0),
+    ],
+)
+def test_impossible_pieces_are_refused_by_field(field, value):
+    with pytest.raises(ConfigError, match=field):
+        GamePieceConfig(**{"name": "Fuel", "shape": Sphere(0.075), "mass": 0.2, field: value})

@@ -1,0 +1,80 @@
+from __future__ import annotations
+
+import math
+
+import pytest
+
+from simcore.errors import ConfigError, NonFiniteError
+from simcore.robot.battery import Battery, BatteryConfig
+
+
+def test_load_drops_the_voltage_at_once_and_then_slowly():
+    """V = V_open - R I - R_slow I (1 - exp(-t / tau)), charge apart."""
+    c = BatteryConfig(capacity_ah=1e9)
+    battery = Battery(c)
+    battery.step(1e-6, 100.0)
+    assert battery.voltage == pytest.approx(c.full_voltage - c.resistance * 100.0, abs=1e-3)
+    for _ in range(800):
+        battery.step(0.01, 100.0)
+    slow = c.recovery_resistance * 100.0 * (1.0 - math.exp(-8.0 / c.recovery_time))
+    assert battery.voltage == pytest.approx(c.full_voltage - c.resistance * 100.0 - slow, abs=1e-5)
+    battery.step(1e-6, 0.0)
+    assert battery.voltage == pytest.approx(c.full_voltage - slow, abs=1e-5)
+    battery.step(60.0, 0.0)
+    assert battery.voltage == pytest.approx(c.full_voltage, abs=1e-3)
+
+
+def test_charge_counts_ampere_hours():
+    battery = Battery(BatteryConfig(capacity_ah=10.0))
+    for _ in range(3600):
+        battery.step(1.0, 5.0)
+    assert battery.charge == pytest.approx(0.5)
+    assert battery.drawn_ah == pytest.approx(5.0)
+    battery.step(1e9, 5.0)
+    assert battery.charge == 0.0
+    battery.reset()
+    assert battery.charge == 1.0
+
+
+def test_brownout_enters_below_6_75_and_leaves_above_7_5():
+    battery = Battery(BatteryConfig(recovery_resistance=0.0, resistance=0.02, capacity_ah=1e9))
+    seen = []
+    for volts in (7.0, 6.8, 6.7, 7.0, 7.49, 7.51, 7.0):
+        battery.step(0.001, (12.9 - volts) / 0.02)
+        seen.append(battery.browned_out)
+    assert seen == [False, False, True, True, True, False, False]
+    assert battery.min_voltage == pytest.approx(6.7, abs=1e-6)
+
+
+def test_stiff_supply_never_sags():
+    battery = Battery(BatteryConfig.stiff(12.0))
+    assert battery.step(0.02, 5000.0) == 12.0
+    assert not battery.browned_out
+
+
+def test_a_battery_at_zero_volts_is_browned_out_from_the_start():
+    assert Battery(BatteryConfig(full_voltage=0.0, empty_voltage=0.0)).browned_out
+
+
+@pytest.mark.parametrize("bad", [math.nan, math.inf])
+def test_bad_current_changes_nothing(bad):
+    battery = Battery()
+    with pytest.raises(NonFiniteError, match="battery"):
+        battery.step(0.02, bad)
+    assert battery.voltage == 12.9
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        {"resistance": -0.01},
+        {"capacity_ah": 0.0},
+        {"full_voltage": math.nan},
+        {"initial_charge": 1.5},
+        {"empty_voltage": 13.0},
+        {"recovered_voltage": 5.0},
+    ],
+)
+def test_impossible_batteries_are_refused(wrong):
+    with pytest.raises(ConfigError, match=next(iter(wrong))):
+        BatteryConfig(**wrong)

@@ -1,0 +1,252 @@
+"""The shaft against closed forms: exponential spin-up, limits, friction, stops."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+from wpimath.system.plant import DCMotor
+
+from simcore.errors import ConfigError, NonFiniteError
+from simcore.robot.gearbox import GearboxConfig, SimMotor
+from simcore.robot.shaft import ShaftSim
+
+KRAKEN = DCMotor.krakenX60(1)
+
+
+def gearbox(**changes) -> GearboxConfig:
+    return GearboxConfig(**{"motor": KRAKEN, "motors": 2, "gearing": 5.0, **changes})
+
+
+def run(sim: ShaftSim, seconds: float, dt: float) -> None:
+    for _ in range(round(seconds / dt)):
+        sim.step(dt)
+
+
+def fine_euler(sim: ShaftSim, volts: float, seconds: float, h: float = 1e-5) -> tuple[float, float, float]:
+    """Brute force of the same law with limit and Coulomb friction; position, velocity, charge per motor."""
+    box = sim.gearbox
+    x, w, charge = sim.position, sim.velocity, 0.0
+    for _ in range(round(seconds / h)):
+        amps = (volts - box.volts_per_speed * w) / box.resistance
+        amps = max(-box.stator_current_limit, min(box.stator_current_limit, amps))
+        drive = box.torque_per_amp * amps + sim.load_torque
+        static = abs(w) < 1e-9 or (abs(drive) * h / sim.inertia > abs(w) > 0 and w * drive < 0)
+        if static and abs(drive) <= box.friction_torque:
+            w_next = 0.0
+        else:
+            sign = math.copysign(1.0, w if abs(w) > 1e-9 else drive)
+            w_next = w + h * (drive - sign * box.friction_torque) / sim.inertia
+        x += 0.5 * h * (w + w_next)
+        w = w_next
+        charge += amps * h
+    return x, w, charge
+
+
+def test_speed_follows_the_exponential_and_dt_does_not_matter():
+    """w = w_free (1 - exp(-t / tau)): exact, so rounding is the only error."""
+    sims = {dt: ShaftSim(gearbox(), 0.05) for dt in (0.001, 0.02, 0.25)}
+    for dt, sim in sims.items():
+        sim.set_volts(9.0)
+        run(sim, 0.5, dt)
+        free = gearbox().free_speed(9.0)
+        tau = sim.time_constant
+        assert sim.velocity == pytest.approx(free * (1.0 - math.exp(-0.5 / tau)), rel=1e-12)
+        assert sim.position == pytest.approx(free * (0.5 - tau * (1.0 - math.exp(-0.5 / tau))), rel=1e-12)
+
+
+def test_stall_and_free_speed_are_what_wpimath_says():
+    box = gearbox(motors=1, gearing=1.0)
+    assert box.stall_torque(12.0) == pytest.approx(KRAKEN.stallTorque)
+    assert box.free_speed(12.0) == pytest.approx(KRAKEN.Kv * 12.0)
+    sim = ShaftSim(box, 1e9)  # too heavy to turn: stall
+    sim.set_volts(12.0)
+    sim.step(0.02)
+    assert sim.current == pytest.approx(KRAKEN.stallCurrent, rel=1e-6)
+    assert sim.supply_current == pytest.approx(KRAKEN.stallCurrent, rel=1e-6)
+
+
+def test_current_counts_every_motor():
+    one, four = (ShaftSim(gearbox(motors=n), 0.05 * n) for n in (1, 4))
+    for sim in (one, four):
+        sim.set_volts(6.0)
+        sim.step(0.02)
+    assert four.velocity == pytest.approx(one.velocity)
+    assert four.current == pytest.approx(4.0 * one.current)
+    assert four.supply_current == pytest.approx(4.0 * one.supply_current)
+
+
+def test_volts_are_limited_by_the_battery():
+    weak, asked = ShaftSim(gearbox(), 0.05), ShaftSim(gearbox(), 0.05)
+    weak.set_volts(12.0)
+    asked.set_volts(6.0)
+    weak.step(0.02, battery_voltage=6.0)
+    asked.step(0.02)
+    assert weak.velocity == asked.velocity
+    assert weak.volts == 12.0
+    assert weak.supply_current == pytest.approx(2.0 * asked.supply_current)  # the same power from half the voltage
+
+
+@pytest.mark.parametrize("start", [-150.0, 0.0, 40.0, 110.0, 260.0])
+@pytest.mark.parametrize("volts", [-12.0, 0.0, 3.0, 12.0])
+def test_limit_and_friction_match_brute_force(start, volts):
+    sim = ShaftSim(gearbox(stator_current_limit=60.0, friction_torque=1.5), 0.05)
+    sim.reset(velocity=start)
+    expected = fine_euler(sim, volts, 0.2)
+    sim.set_volts(volts)
+    charge = 0.0
+    for _ in range(10):
+        sim.step(0.02)
+        charge += sim.current * 0.02 / sim.motors
+        assert abs(sim.current) <= 60.0 * sim.motors * (1 + 1e-9)
+    scale = 300.0  # rad/s; Euler's error is of first order in h / tau
+    assert sim.velocity == pytest.approx(expected[1], abs=1e-3 * scale)
+    assert sim.position == pytest.approx(expected[0], abs=1e-3 * scale * 0.2)
+    assert charge == pytest.approx(expected[2], abs=1e-3 * 60.0)
+
+
+def test_load_above_the_limited_torque_drives_the_shaft_back():
+    sim = ShaftSim(gearbox(stator_current_limit=20.0), 0.05)
+    sim.set_load(-2.0 * gearbox(stator_current_limit=20.0).stall_torque(12.0))
+    sim.set_volts(12.0)
+    expected = fine_euler(sim, 12.0, 0.1)
+    run(sim, 0.1, 0.02)
+    assert sim.velocity < 0.0
+    assert sim.velocity == pytest.approx(expected[1], rel=1e-3)
+
+
+def test_friction_holds_until_the_torque_is_above_it():
+    box = gearbox(friction_torque=2.0)
+    sim = ShaftSim(box, 0.05)
+    sim.set_volts(0.99 * box.holding_volts(2.0))
+    run(sim, 0.2, 0.02)
+    assert sim.velocity == sim.position == 0.0
+    assert sim.current == pytest.approx(2 * sim.volts / box.resistance)
+    sim.set_volts(1.01 * box.holding_volts(2.0))
+    run(sim, 0.2, 0.02)
+    assert sim.velocity > 0.0
+
+
+def test_friction_brings_a_coasting_wheel_to_rest_on_time():
+    """J dw/dt = -friction: at rest after J w / friction seconds, after J w^2 / (2 friction) radians."""
+    sim = ShaftSim(gearbox(friction_torque=0.5), 0.05)
+    sim.reset(velocity=20.0)
+    sim.coast()
+    run(sim, 1.9, 0.02)
+    assert sim.velocity == pytest.approx(20.0 - 1.9 * 10.0)
+    assert sim.current == sim.supply_current == 0.0
+    run(sim, 1.0, 0.02)
+    assert sim.velocity == 0.0
+    assert sim.position == pytest.approx(20.0)
+
+
+def test_friction_stops_a_wheel_that_hardly_turns():
+    """At 5e-324 rad/s the product of the speeds before and after is zero, and friction once pushed it backward."""
+    sim = ShaftSim(gearbox(friction_torque=0.5), 0.05)
+    sim.reset(velocity=5e-324)
+    sim.step(0.02)
+    assert (sim.position, sim.velocity) == (0.0, 0.0)
+
+
+def test_coasting_ends_when_volts_are_set_again():
+    sim = ShaftSim(gearbox(), 0.05)
+    sim.reset(velocity=20.0)
+    sim.coast()
+    sim.step(0.02)
+    assert sim.velocity == 20.0
+    sim.set_volts(0.0)
+    sim.step(0.02)
+    assert sim.velocity < 20.0
+
+
+def test_hard_stop_holds_the_shaft_and_stalls_the_motors():
+    box = gearbox(stator_current_limit=50.0)
+    sim = ShaftSim(box, 0.05, lower_stop=-1.0, upper_stop=2.0)
+    sim.set_volts(12.0)
+    run(sim, 1.0, 0.02)
+    assert (sim.position, sim.velocity) == (2.0, 0.0)
+    assert sim.current == pytest.approx(2 * 50.0)
+    sim.set_volts(-12.0)
+    sim.step(0.02)
+    assert sim.position < 2.0
+    run(sim, 1.0, 0.02)
+    assert (sim.position, sim.velocity) == (-1.0, 0.0)
+
+
+def test_an_impulse_into_a_stop_does_not_hold_a_shaft_that_is_driven_away():
+    sim = ShaftSim(gearbox(), 0.05, upper_stop=2.0, position=2.0)
+    sim.velocity = 5.0
+    sim.set_volts(-12.0)
+    sim.step(0.02)
+    assert sim.position < 2.0
+    assert sim.velocity < 0.0
+
+
+def test_a_step_that_ends_in_the_stop_takes_the_right_charge():
+    """Brute force with fine steps meets the stop at the same instant."""
+    coarse, fine = (ShaftSim(gearbox(), 0.05, upper_stop=0.3) for _ in range(2))
+    for sim in (coarse, fine):
+        sim.set_volts(12.0)
+    coarse.step(0.1)
+    charge = 0.0
+    for _ in range(1000):
+        fine.step(1e-4)
+        charge += fine.current * 1e-4
+    assert coarse.current * 0.1 == pytest.approx(charge, rel=1e-9)
+
+
+def test_braking_feeds_the_battery_and_never_more_than_the_wheel_held():
+    sim = ShaftSim(gearbox(stator_current_limit=60.0), 0.05)
+    sim.reset(velocity=200.0)
+    sim.set_volts(8.0)
+    before = sim.kinetic_energy
+    sim.step(0.02)
+    assert sim.supply_current < 0.0
+    assert -sim.supply_current * 12.0 * 0.02 < before - sim.kinetic_energy
+
+
+def test_every_mechanism_is_a_sim_motor():
+    assert isinstance(ShaftSim(gearbox(), 0.05), SimMotor)
+
+
+@pytest.mark.parametrize("bad", [math.nan, math.inf, -math.inf])
+def test_bad_numbers_are_refused_at_the_door(bad):
+    sim = ShaftSim(gearbox(), 0.05)
+    with pytest.raises(NonFiniteError, match="volts"):
+        sim.set_volts(bad)
+    with pytest.raises(NonFiniteError, match="load"):
+        sim.set_load(bad)
+    with pytest.raises(NonFiniteError):
+        sim.reset(velocity=bad)
+    with pytest.raises(ConfigError, match="dt"):
+        sim.step(bad)
+    with pytest.raises(ConfigError, match="battery_voltage"):
+        sim.step(0.02, bad)
+    assert (sim.position, sim.velocity, sim.volts) == (0.0, 0.0, 0.0)
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"motors": 0},
+        {"gearing": 0.0},
+        {"gearing": math.nan},
+        {"stator_current_limit": -1.0},
+        {"stator_current_limit": math.nan},
+        {"friction_torque": -0.1},
+    ],
+)
+def test_gearbox_that_cannot_work_is_refused(change):
+    with pytest.raises(ConfigError, match=next(iter(change))):
+        gearbox(**change)
+
+
+@pytest.mark.parametrize("inertia", [0.0, -1.0, math.nan])
+def test_inertia_must_be_positive(inertia):
+    with pytest.raises(ConfigError, match="inertia"):
+        ShaftSim(gearbox(), inertia)
+
+
+def test_start_must_be_between_the_stops():
+    with pytest.raises(ConfigError, match="stop"):
+        ShaftSim(gearbox(), 1.0, lower_stop=0.0, upper_stop=1.0, position=2.0)

@@ -1,0 +1,317 @@
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from simcore.errors import ConfigError, NonFiniteError
+from simcore.robot.battery import Battery, BatteryConfig
+from simcore.robot.planar_chassis import PlanarChassis
+from simcore.robot.swerve_config import SwerveConfig, SwerveModuleConfig
+from simcore.robot.swerve_drive import SwerveDrive
+from simcore.robot.tank_drive import TankConfig, TankDrive
+from simcore.units import GRAVITY
+
+MODULE = SwerveModuleConfig(x=0, y=0)
+
+
+def drive_of(battery=None, **changes) -> SwerveDrive:
+    return SwerveDrive(SwerveConfig.square(0.527, replace(MODULE, **changes)), battery=battery)
+
+
+def test_chassis_speeds_are_reached():
+    drive = drive_of()
+    robot = PlanarChassis(drive)
+    drive.set_chassis_speeds(2.0, 1.0, 0.0)
+    robot.run(1.5)
+    c, s = math.cos(robot.yaw), math.sin(robot.yaw)  # nobody holds the yaw here
+    assert (c * robot.vx + s * robot.vy, c * robot.vy - s * robot.vx) == pytest.approx((2.0, 1.0), abs=0.03)
+    drive.set_chassis_speeds(0.0, 0.0, 3.0)
+    robot.run(1.5)
+    assert robot.omega == pytest.approx(3.0, abs=0.05)
+    drive.set_chassis_speeds(0.0, 0.0, 0.0)
+    robot.run(1.0)
+    assert robot.speed == pytest.approx(0.0, abs=1e-3)
+
+
+def test_too_fast_a_wish_is_scaled_down_in_its_direction():
+    drive = drive_of()
+    robot = PlanarChassis(drive)
+    drive.set_chassis_speeds(30.0, 30.0, 0.0)
+    robot.run(3.0)
+    heading = math.atan2(robot.vy, robot.vx) - robot.yaw  # nobody holds the yaw here
+    assert math.degrees(heading) == pytest.approx(45.0, abs=1.0)
+    assert robot.speed == pytest.approx(drive.max_speed, rel=0.02)
+
+
+def test_module_states_steer_and_drive():
+    drive = drive_of()
+    robot = PlanarChassis(drive)
+    drive.set_module_states([1.5] * 4, [math.pi / 2] * 4)
+    robot.run(1.0)
+    assert robot.vy == pytest.approx(1.5, abs=0.03)
+    assert drive.steer_angles == pytest.approx([math.pi / 2] * 4, abs=0.02)
+
+
+def test_getters_are_what_the_robot_does():
+    for changes in ({}, {"drive_stator_limit": 60.0}, {"drive_stator_limit": 40.0}):
+        drive = SwerveDrive(SwerveConfig.square(0.527, replace(MODULE, **changes), height=0.0))
+        robot = PlanarChassis(drive)
+        drive.set_volts([12.0] * 4, [0.0] * 4)
+        robot.run(0.1)
+        assert robot.vx / 0.1 == pytest.approx(drive.max_accel, rel=0.03)
+        robot.run(4.0)
+        assert robot.vx == pytest.approx(drive.max_speed, rel=0.01)
+        drive.reset(angles=[math.atan2(x, -y) for x, y in drive.config.positions])
+        robot.reset()
+        drive.set_volts([12.0] * 4, [0.0] * 4)
+        robot.run(0.1)
+        assert robot.omega / 0.1 == pytest.approx(drive.max_angular_accel, rel=0.03)
+        robot.run(4.0)
+        assert robot.omega == pytest.approx(drive.max_omega, rel=0.01)
+
+
+def test_full_speed_draws_few_amperes():
+    drive = drive_of()
+    robot = PlanarChassis(drive)
+    drive.set_volts([12.0] * 4, [0.0] * 4)
+    robot.run(4.0)
+    assert 0.0 < drive.supply_current < 40.0
+
+
+def test_torque_current_is_the_current():
+    drive = drive_of(drive_stator_limit=80.0)
+    robot = PlanarChassis(drive)
+    drive.set_torque_currents([30.0, 30.0, 30.0, 200.0], [0.0] * 4)
+    robot.run(0.1)
+    assert drive.drive_motors.current == pytest.approx([30.0, 30.0, 30.0, 80.0])
+
+
+def test_duty_cycle_follows_the_battery():
+    drive = drive_of(Battery(BatteryConfig(full_voltage=10.0, empty_voltage=10.0, resistance=0.0)))
+    drive.set_duty_cycles([0.5, -0.5, 2.0, 0.0], [0.0] * 4)
+    drive.step(0.005, 0.0, 0.0, 0.0, [0.0] * 4)
+    assert drive.drive_motors.volts == pytest.approx([5.0, -5.0, 10.0, 0.0], rel=1e-3)
+
+
+def test_brake_shorts_and_coast_opens():
+    ends = []
+    for brake in (True, False):
+        drive = drive_of(drive_brake=brake)
+        drive.state.wheel_speed[:] = [60.0] * 4
+        robot = PlanarChassis(drive)
+        robot.reset(vx=60.0 * 0.0508)
+        robot.run(0.2)
+        ends.append(robot.vx)
+        if not brake:
+            assert drive.drive_motors.current == [0.0] * 4
+    assert ends[0] < 1.5 < 2.8 < ends[1]
+
+
+def test_ramp_takes_its_time():
+    drive = drive_of(drive_ramp=0.5)
+    drive.set_volts([12.0] * 4, [0.0] * 4)
+    robot = PlanarChassis(drive)
+    robot.run(0.25)
+    assert drive.drive_motors.volts[0] == pytest.approx(6.0, rel=0.01)
+    robot.run(0.5)
+    assert drive.drive_motors.volts[0] == pytest.approx(12.0)
+
+
+def test_brownout_takes_the_outputs_and_gives_them_back():
+    drive = drive_of(Battery(BatteryConfig(resistance=0.02)))
+    drive.set_volts([12.0] * 4, [0.0] * 4)
+    drive.other_current = 320.0
+    drive.step(0.02, 0.0, 0.0, 0.0)
+    assert drive.browned_out
+    drive.step(0.02, 0.0, 0.0, 0.0)
+    assert drive.supply_current == pytest.approx(0.0, abs=1e-9)
+    drive.other_current = 0.0
+    drive.step(0.004, 0.0, 0.0, 0.0)
+    assert not drive.browned_out
+
+
+def test_a_battery_at_zero_volts_is_safe():
+    drive = drive_of(Battery(BatteryConfig(full_voltage=0.0, empty_voltage=0.0)))
+    drive.set_chassis_speeds(3.0, 0.0, 1.0)
+    robot = PlanarChassis(drive)
+    robot.run(0.5)
+    assert robot.speed == 0.0
+    drive = drive_of(Battery(BatteryConfig(full_voltage=0.0, empty_voltage=0.0, brownout_enabled=False)))
+    drive.set_volts([12.0] * 4, [12.0] * 4)
+    assert drive.step(0.02, 1.0, 0.0, 0.0)[0] < 0.0  # shorted motors brake
+    assert drive.supply_current == 0.0
+
+
+def test_disabled_is_neutral():
+    drive = drive_of()
+    drive.set_volts([12.0] * 4, [12.0] * 4)
+    drive.enabled = False
+    assert drive.step(0.02, 0.0, 0.0, 0.0) == (0.0, 0.0, 0.0)
+
+
+@pytest.mark.parametrize("bad", [math.nan, math.inf, None, "12"])
+def test_bad_commands_name_the_module_and_change_nothing(bad):
+    drive = drive_of()
+    drive.set_volts([6.0] * 4, [0.0] * 4)
+    twin = drive_of()
+    twin.set_volts([6.0] * 4, [0.0] * 4)
+    for call in (drive.set_volts, drive.set_module_states, drive.set_duty_cycles, drive.set_torque_currents):
+        with pytest.raises(NonFiniteError, match="front right"):
+            call([1.0, bad, 1.0, 1.0], [0.0] * 4)
+        with pytest.raises(NonFiniteError, match="back left"):
+            call([1.0] * 4, [0.0, 0.0, bad, 0.0])
+    with pytest.raises(NonFiniteError, match="omega"):
+        drive.set_chassis_speeds(0.0, 0.0, bad)
+    assert drive.step(0.02, 0.0, 0.0, 0.0) == twin.step(0.02, 0.0, 0.0, 0.0)
+
+
+def test_wrong_counts_say_how_many():
+    drive = drive_of()
+    with pytest.raises(ConfigError, match="4 modules, got 3"):
+        drive.set_volts([1.0] * 3, [0.0] * 4)
+    with pytest.raises(ConfigError, match="4 normal loads"):
+        drive.step(0.02, 0.0, 0.0, 0.0, [100.0] * 5)
+
+
+@pytest.mark.parametrize("where", range(4))
+def test_bad_state_changes_nothing(where):
+    drive, twin = drive_of(), drive_of()
+    for d in (drive, twin):
+        d.set_volts([6.0] * 4, [2.0] * 4)
+    args = [0.02, 0.0, 0.0, 0.0]
+    args[where] = math.nan
+    with pytest.raises(NonFiniteError):
+        drive.step(*args)
+    with pytest.raises(NonFiniteError):
+        drive.step(0.0, 0.0, 0.0, 0.0)
+    with pytest.raises(NonFiniteError):
+        drive.step(0.02, 0.0, 0.0, 0.0, [math.inf, 0.0, 0.0, 0.0])
+    assert drive.step(0.02, 0.0, 0.0, 0.0) == twin.step(0.02, 0.0, 0.0, 0.0)
+
+
+def test_reset_is_as_new():
+    drive = drive_of(Battery())
+    drive.set_chassis_speeds(2.0, 1.0, 1.0)
+    first = [drive.step(0.02, 0.0, 0.0, 0.0) for _ in range(10)]
+    drive.reset()
+    assert not drive.wheel_angles.any()
+    drive.set_chassis_speeds(2.0, 1.0, 1.0)
+    assert [drive.step(0.02, 0.0, 0.0, 0.0) for _ in range(10)] == first
+
+
+def test_wheels_in_the_air_spin_up_and_push_nothing():
+    drive = drive_of()
+    drive.set_volts([12.0] * 4, [0.0] * 4)
+    for _ in range(40):
+        assert drive.step(0.005, 0.0, 0.0, 0.0, [0.0] * 4) == (0.0, 0.0, 0.0)
+    assert drive.wheel_speeds == pytest.approx([drive.max_speed] * 4, rel=0.02)
+    assert not drive.wheel_forces.any()
+
+
+def test_wheels_across_a_ramp_hold_it():
+    """Within the linear part of the tire it creeps at slip_speed * (m g sin a) / (mu m g cos a): 0.45 mm/s."""
+    drive = drive_of()
+    robot = PlanarChassis(drive, slope=math.radians(15))
+    drive.reset(angles=[math.pi / 2] * 4)
+    robot.run(2.0)
+    share = math.tan(math.radians(15)) / 1.2
+    assert -robot.x == pytest.approx(0.002 * share * 2.0, rel=0.1)
+
+
+def test_shorted_motors_let_a_robot_roll_down_a_ramp_slowly():
+    """m g sin a = 4 (f + kt G^2 w / (R kv) / e) / r + rolling drag, f the dry friction."""
+    drive = drive_of()
+    robot = PlanarChassis(drive, slope=math.radians(15))
+    robot.run(2.0)
+    m = MODULE.drive_motor
+    weight = 55.0 * GRAVITY * (math.sin(math.radians(15)) - 0.01 * math.cos(math.radians(15)))
+    dry = 6.75 * m.kt * 0.95 * 0.1 / m.resistance
+    damping = m.kt * 6.75**2 / (m.resistance * m.kv) / 0.95
+    w = (weight * 0.0508 / 4 - dry) / damping
+    assert -robot.vx == pytest.approx(w * 0.0508, rel=0.02, abs=0.002)
+
+
+def test_coupled_azimuth_turns_the_rotor_not_the_wheel():
+    drive = drive_of(coupling_ratio=3.57)
+    drive.stop()
+    drive.set_volts([0.0] * 4, [2.0] * 4)
+    robot = PlanarChassis(drive)
+    robot.run(0.3)
+    turned = drive.steer_angles[0]
+    assert turned > 0.5
+    rotor = drive.drive_rotor_angles[0]
+    assert rotor == pytest.approx(6.75 * drive.wheel_angles[0] + 3.57 * turned)
+    # A shorted drive motor resists: it drags the wheels backwards a little rather than let its rotor spin.
+    assert drive.wheel_angles[0] < 0.0
+
+
+def test_steer_cannot_diverge_at_any_inertia_or_step():
+    for gearing in (41.25, 12.8):
+        for inertia in (1e-9, 1e-4, 1.0):
+            for h in (0.001, 0.02):
+                motor_ = replace(MODULE.steer_motor, rotor_inertia=0.0)
+                drive = drive_of(steer_gearing=gearing, steer_inertia=inertia, steer_motor=motor_)
+                top = 12.0 * motor_.kv / gearing
+                drive.set_volts([0.0] * 4, [12.0] * 4)
+                for _ in range(100):
+                    drive.step(h, 0.0, 0.0, 0.0)
+                    assert (np.abs(drive.steer_speeds) <= top).all()
+
+
+def test_numpy_numbers_in_give_the_same_floats_out():
+    a, b = drive_of(), drive_of()
+    for d in (a, b):
+        d.set_volts([6.0] * 4, [0.0] * 4)
+    loads = np.full(4, 55.0 * GRAVITY / 4)
+    assert a.step(0.005, *np.array([1.0, 0.5, 0.2]), loads) == b.step(0.005, 1.0, 0.5, 0.2, loads.tolist())
+    assert type(a.step(0.005, *np.array([1.0, 0.5, 0.2]), loads)[0]) is float
+
+
+def test_forces_explain_the_change_of_velocity():
+    drive = drive_of()
+    drive.set_volts([6.0, 3.0, 6.0, 3.0], [0.0] * 4)
+    dvx, dvy, domega = drive.step(0.004, 0.0, 0.0, 0.0)
+    force = drive.wheel_forces
+    assert dvx == pytest.approx(force[:, 0].sum() * 0.004 / 55.0)
+    assert dvy == pytest.approx(force[:, 1].sum() * 0.004 / 55.0, abs=1e-12)
+    torque = sum(x * fy - y * fx for (x, y), (fx, fy) in zip(drive.config.positions, force, strict=True))
+    assert domega == pytest.approx(torque * 0.004 / drive.config.yaw_inertia)
+
+
+class TestTank:
+    def test_turns_by_scrubbing(self):
+        drive = TankDrive(TankConfig())
+        robot = PlanarChassis(drive)
+        drive.set_volts(-8.0, 8.0)
+        robot.run(1.0)
+        assert robot.omega > 1.0
+        assert robot.speed < 0.05
+        # The wheels turn faster than the robot does: they scrub.
+        assert drive.side_speeds[1] >= robot.omega * 0.28 * 0.95
+
+    def test_goes_straight_at_its_speed(self):
+        drive = TankDrive(TankConfig())
+        robot = PlanarChassis(drive)
+        drive.set_chassis_speeds(2.0, 0.0)
+        robot.run(1.5)
+        assert robot.vx == pytest.approx(2.0, abs=0.1)
+        drive.set_volts(12.0, 12.0)
+        robot.run(4.0)
+        assert robot.vx == pytest.approx(drive.max_speed, rel=0.01)
+
+    def test_does_not_slide_sideways(self):
+        robot = PlanarChassis(TankDrive(TankConfig()))
+        robot.reset(vy=2.0)
+        robot.step(0.005)
+        assert robot.ay == pytest.approx(-GRAVITY, rel=1e-6)
+
+    @pytest.mark.parametrize("bad", [math.nan, None])
+    def test_bad_commands(self, bad):
+        drive = TankDrive(TankConfig())
+        with pytest.raises(NonFiniteError, match="right"):
+            drive.set_volts(1.0, bad)
+        with pytest.raises(ConfigError, match="motors_per_side"):
+            TankConfig(motors_per_side=0)

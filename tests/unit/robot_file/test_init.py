@@ -1,0 +1,129 @@
+"""`simcore init`: the file it writes can be read, and it says what stands in its way."""
+
+from __future__ import annotations
+
+import os
+import re
+
+import pytest
+
+from simcore.cli import COMMANDS, main
+from simcore.robot_file.reader import read_settings
+from simcore.robot_file.robot_settings import RobotSettings
+from simcore.robot_file.template import FoundMotor, template
+
+MOTORS = [
+    FoundMotor(controller="TalonFX", leader=20, followers=(21, 22), opposed=(22,), gearing=0.75),
+    FoundMotor(controller="TalonFXS", leader=20, gearing=45.0, has_gravity=True),
+]
+
+
+@pytest.fixture
+def project(tmp_path, monkeypatch):
+    (tmp_path / "robot.py").write_text("")
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def uncommented(text: str) -> str:
+    """As a team would: the # off every line that is a key or the head of a table."""
+    return re.sub(r"^# (?=\[|\w+ = [^<])", "", text, flags=re.MULTILINE)
+
+
+@pytest.mark.parametrize("motors", [None, MOTORS])
+def test_the_file_as_written_means_the_defaults(tmp_path, motors):
+    path = tmp_path / "simcore.toml"
+    path.write_text(template(motors))
+    assert read_settings(path) == RobotSettings()
+
+
+def test_every_key_in_the_comments_is_one_that_is_read(tmp_path):
+    path = tmp_path / "simcore.toml"
+    named = "".join(
+        f'[[mechanism]]\nname = "{name}"\nkind = "{kind}"\nleader = {k}\ngearing = 1.0\n{more}\n'
+        for k, (name, kind, more) in enumerate(
+            (
+                ("intake", "roller", ""),
+                ("feeder", "roller", ""),
+                ("pivot", "arm", "inertia = 0.1\nmin_deg = 0\nmax_deg = 90"),
+                ("hood", "arm", "inertia = 0.1\nmin_deg = 0\nmax_deg = 40"),
+            )
+        )
+    )
+    text = uncommented(template())
+    # not a key of a robot that is read: prose that looks like one
+    text = text.replace("reversed = true if your code", "# ")
+    path.write_text(text + named)
+    robot = read_settings(path)
+    assert robot.bumper == (0.8, 0.8) and robot.drive_motor == "Kraken X60"
+    assert robot.mechanism("shooter").followers == (21, 22)
+    assert robot.intake is not None and robot.intake.deploy == "pivot"
+    assert robot.shooter is not None and robot.shooter.hood == "hood"
+    assert robot.cameras[0].name == "limelight"
+
+
+def test_found_motors_need_only_a_kind_and_its_numbers(tmp_path):
+    path = tmp_path / "simcore.toml"
+    text = template(MOTORS[:1])
+    path.write_text(uncommented(text[: text.index("# What each kind")]))
+    motor = read_settings(path).mechanism("motor20")
+    assert motor.devices == (20, 21, 22) and motor.opposed == (22,) and motor.config.gearbox.gearing == 0.75
+
+
+def test_init_writes_the_file(project, capsys):
+    assert main(["init", "--no-look"]) == 0
+    assert "python -m robotpy sim --simcore" in capsys.readouterr().out
+    assert read_settings(project / "simcore.toml") == RobotSettings()
+
+
+def test_init_overwrites_only_when_told(project, capsys):
+    (project / "simcore.toml").write_text("[robot]\nmass = 40")
+    assert main(["init", "--no-look"]) == 1
+    assert "simcore init --force overwrites it" in capsys.readouterr().err
+    assert read_settings(project / "simcore.toml").mass == 40.0
+    assert main(["init", "--no-look", "--force"]) == 0
+    assert read_settings(project / "simcore.toml").mass == 55.0
+
+
+def test_init_wants_a_robot(tmp_path, capsys):
+    assert main(["init", str(tmp_path)]) == 1
+    assert f"no robot.py in {tmp_path}" in capsys.readouterr().err
+
+
+@pytest.mark.skipif(os.name == "nt" or os.geteuid() == 0, reason="this user may write everywhere")
+def test_init_in_a_folder_that_cannot_be_written(project, capsys):
+    project.chmod(0o500)
+    try:
+        assert main(["init", "--no-look"]) == 1
+    finally:
+        project.chmod(0o700)
+    assert "cannot write" in capsys.readouterr().err
+
+
+def test_init_says_why_it_could_not_write(project, capsys, monkeypatch):
+    (project / "simcore.toml").mkdir()
+    assert main(["init", "--no-look", "--force"]) == 1
+    assert "simcore init: cannot write" in capsys.readouterr().err
+
+
+def test_a_program_that_fails_does_not_keep_init_from_writing(project, capsys):
+    (project / "robot.py").write_text("raise RuntimeError('no such gamepad')")
+    assert main(["init"]) == 0
+    said = capsys.readouterr().out
+    assert "could not look at the robot program" in said
+    assert (project / "simcore.toml").exists()
+
+
+def test_every_subcommand_of_the_table_explains_itself(capsys):
+    for name in COMMANDS:
+        with pytest.raises(SystemExit) as end:
+            main([name, "--help"])
+        assert end.value.code == 0
+        assert COMMANDS[name].help in capsys.readouterr().out.replace("\n", " ")
+
+
+def test_an_unknown_subcommand_is_a_wrong_call(capsys):
+    with pytest.raises(SystemExit) as end:
+        main(["inti"])
+    assert end.value.code == 2
+    assert "init" in capsys.readouterr().err

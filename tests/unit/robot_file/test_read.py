@@ -1,0 +1,174 @@
+"""simcore.toml: what it may say, and what it says to a mistake."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+
+from simcore.errors import ConfigError
+from simcore.robot.arm import ArmSim
+from simcore.robot.flywheel import FlywheelConfig
+from simcore.robot.rack import RackSim
+from simcore.robot_file.reader import read_settings
+from simcore.robot_file.robot_settings import RobotSettings
+
+WHEELS = """
+[[mechanism]]
+name = "wheels"
+kind = "flywheel"
+leader = 20
+followers = [21, 22]
+opposed = [22]
+gearing = 0.75
+inertia = 0.004
+"""
+ROLLER = """
+[[mechanism]]
+name = "roller"
+kind = "roller"
+leader = 30
+gearing = 3
+"""
+ARM = """
+[[mechanism]]
+name = "pivot"
+kind = "arm"
+leader = 31
+gearing = 50.0
+inertia = 0.2
+min_deg = 0
+max_deg = 90
+start_deg = 90
+"""
+INTAKE = """
+[intake]
+x_min = -0.6
+x_max = -0.4
+y_min = -0.3
+y_max = 0.3
+roller = "roller"
+"""
+
+
+@pytest.fixture
+def read(tmp_path):
+    def read(text: str) -> RobotSettings:
+        path = tmp_path / "simcore.toml"
+        path.write_text(text, encoding="utf-8")
+        return read_settings(path)
+
+    return read
+
+
+def test_without_a_file_a_robot_gets_the_defaults(tmp_path):
+    assert read_settings(tmp_path / "simcore.toml") == RobotSettings()
+
+
+def test_bumpers_follow_the_wheels_unless_given(read):
+    around = read("").with_bumper_around(((0.3, 0.2), (-0.3, -0.2)))
+    assert around.bumper == pytest.approx((0.9, 0.7))
+    given = read("[robot]\nbumper_length = 0.8\nbumper_width = 0.9").with_bumper_around(((0.3, 0.2),))
+    assert given.bumper == (0.8, 0.9)
+
+
+def test_a_whole_robot(read):
+    robot = read(
+        "[robot]\nmass = 48\ncapacity = 20\n[start]\nx = 3.0\ny = 2.0\nheading_deg = 90\npreload = 3\n"
+        + WHEELS
+        + ROLLER
+        + ARM
+        + INTAKE
+        + 'deploy = "pivot"\nout_at = "lower"\n'
+        + '[shooter]\nwheels = "wheels"\nfeeder = "roller"\nheight = 0.5\nelevation_deg = 60\nbarrels = [0.1, -0.1]\n'
+        + '[[camera]]\nname = "limelight"\ntype = "LL4"\nx = 0.3\ny = 0.0\nz = 0.4\npitch_deg = -20\n'
+    )
+    assert (robot.mass, robot.capacity, robot.preload) == (48.0, 20, 3)
+    assert robot.start == pytest.approx((3.0, 2.0, math.pi / 2))
+    wheels = robot.mechanism("wheels")
+    assert wheels.devices == (20, 21, 22) and wheels.opposed == (22,)
+    assert isinstance(wheels.config, FlywheelConfig)
+    assert wheels.config.gearbox.motors == 3 and wheels.config.inertia == 0.004
+    pivot = robot.mechanism("pivot").build()
+    assert isinstance(pivot, ArmSim) and pivot.position == pytest.approx(math.pi / 2)
+    assert robot.intake is not None and robot.intake.out_at == "lower"
+    assert robot.shooter is not None and robot.shooter.barrels == (0.1, -0.1)
+    assert robot.shooter.elevation == pytest.approx(math.pi / 3)
+    (camera,) = robot.cameras
+    assert camera.name == "limelight" and camera.type.name == "LL4" and camera.pipelines[0].kind == "tags"
+    assert (camera.mount.x, camera.mount.z, camera.mount.pitch_deg) == (0.3, 0.4, -20.0)
+
+
+def test_an_elevator_and_a_rack(read):
+    robot = read(
+        '[[mechanism]]\nname = "lift"\nkind = "elevator"\nleader = 1\ngearing = 9\nmass = 6\ndrum_radius = 0.02\n'
+        'max_height = 1.2\n[[mechanism]]\nname = "slide"\nkind = "rack"\nleader = 2\ncontroller = "TalonFXS"\n'
+        'motor = "Minion"\ngearing = 10\nmass = 4\npinion_radius = 0.019\ntravel = 0.28\n'
+    )
+    assert robot.mechanism("lift").build().stops == pytest.approx((0.0, 60.0))
+    slide = robot.mechanism("slide").build()
+    assert isinstance(slide, RackSim) and slide.stops[1] * 0.019 == pytest.approx(0.28)
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("[robot]\nmas = 50", "simcore.toml [robot]: no key 'mas'. Did you mean 'mass'? Known: bumper_length"),
+        ("[robbot]\nmass = 50", "simcore.toml: no key 'robbot'. Did you mean 'robot'?"),
+        ("[robot]\nmass = -50", "simcore.toml [robot]: mass must be a number above 0 kg, got -50"),
+        ("[robot]\nmass = '50'", "simcore.toml [robot]: mass must be a number above 0 kg, got '50'"),
+        ("[robot]\nmass = true", "mass must be a number above 0 kg, got True"),
+        ("[robot]\nmass = nan", "mass must be a number above 0 kg, got nan"),
+        ("[robot]\nbumper_length = 0.8", "[robot]: bumper_width is missing; it must be a number above 0.2 m"),
+        ("[robot]\ndrive_motor = 'Kraken X6O'", "drive_motor must be one of"),
+        ("[robot]\ndrive_motor = 'Kraken X6O'", "got 'Kraken X6O'. Did you mean 'Kraken X60'?"),
+        ("[start]\npreload = 60", "[start]: preload must be at most the robot's capacity, 50; got 60"),
+        ("robot = 3", "simcore.toml: robot must be a table, written [robot] on a line of its own; got 3"),
+        ("[robot\nmass = 1", "simcore.toml: is no valid TOML: "),
+        ("[mechanism]\nname = 'a'", "mechanism must be tables, each under a line [[mechanism]]"),
+        (WHEELS + "intertia = 1", "[[mechanism]] 'wheels': no key 'intertia'. Did you mean 'inertia'?"),
+        (WHEELS.replace("inertia = 0.004", ""), "[[mechanism]] 'wheels': inertia is missing"),
+        (WHEELS.replace("flywheel", "flywhel"), "kind must be one of flywheel, roller, arm, elevator, rack, got"),
+        (WHEELS.replace("[22]", "[23]"), "opposed must name followers, which are [21, 22]; got 23"),
+        (WHEELS.replace("leader = 20", "leader = 63"), "leader must be a whole number from 0 to 62, got 63"),
+        (WHEELS.replace("leader = 20", "leader = 20.0"), "leader must be a whole number from 0 to 62, got 20.0"),
+        (WHEELS + WHEELS, "[[mechanism]] 'wheels': name is used twice"),
+        (WHEELS + ROLLER.replace("30", "21"), "'roller': TalonFX 21 already belongs to 'wheels'"),
+        (WHEELS.replace("[21, 22]", "[20, 22]"), "'wheels': TalonFX 20 already belongs to 'wheels'"),
+        (ROLLER + "cancoder_gearing = 2", "cancoder_gearing needs a cancoder = <CAN id> beside it"),
+        (ARM.replace("max_deg = 90", "max_deg = -5"), "[[mechanism]] 'pivot': ArmConfig: min_angle must be below"),
+        (INTAKE, "[intake]: roller must name a mechanism, but there is no [[mechanism]] in the file"),
+        (ROLLER + INTAKE.replace('"roller"', '"rollr"'), "roller must be one of roller, got 'rollr'. Did you mean"),
+        (ROLLER + INTAKE.replace("-0.6", "0.6"), "[intake]: x_min must be below x_max, got 0.6 and -0.4 m"),
+        (ROLLER + INTAKE + 'deploy = "roller"', "deploy must be an arm, elevator or rack, which has stops"),
+        (ROLLER + INTAKE + 'out_at = "upper"', "out_at needs a deploy = <mechanism> beside it"),
+        (
+            ROLLER + '[shooter]\nwheels = "roller"\nheight = 0.5\nelevation_deg = 60',
+            "[shooter]: wheels must be a mechanism of kind flywheel, got 'roller'",
+        ),
+        (
+            WHEELS + '[shooter]\nwheels = "wheels"\nheight = 0.5\nelevation_deg = 60\nbarrels = []',
+            "barrels must be a list of numbers, e.g. [0.08, -0.08], got []",
+        ),
+        ("[[camera]]\nname = 'a'\ntype = 'LL4'\nx=0\ny=0\nz=0\nmode = 'tag'", "mode must be one of tags, pieces, got"),
+        ("[[camera]]\nname = 'a'\ntype = 'LL5'\nx=0\ny=0\nz=0", "type must be one of LL3, LL3A, LL3G, LL4, got 'LL5'"),
+        ("[[camera]]\nname = 'a/b'\ntype = 'LL4'\nx=0\ny=0\nz=0", "name must be a NetworkTables name without '/'"),
+        ("[[camera]]\nname = 'a'\nx=0\ny=0\nz=0", "[[camera]] 'a': type is missing; it must be a text in quotes"),
+    ],
+)
+def test_a_mistake_is_named_with_its_table_and_key(read, text, said):
+    with pytest.raises(ConfigError) as error:
+        read(text)
+    assert said in str(error.value)
+
+
+def test_the_same_id_may_be_used_by_controllers_of_two_models(read):
+    robot = read(ROLLER + ROLLER.replace('"roller"\nkind', '"other"\nkind') + 'controller = "TalonFXS"')
+    assert [m.controller for m in robot.mechanisms] == ["TalonFX", "TalonFXS"]
+
+
+def test_a_file_that_is_no_text(tmp_path):
+    path = tmp_path / "simcore.toml"
+    path.write_bytes(b"\xff\xfe\x00")
+    with pytest.raises(ConfigError, match="is not UTF-8 text"):
+        read_settings(path)

@@ -1,0 +1,142 @@
+"""Frames are read back from their pixels."""
+
+from __future__ import annotations
+
+import subprocess
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from made_up_run import SCENE, places, pose, recorded
+from PIL import Image
+from scipy import ndimage
+
+from simcore.errors import ConfigError, OutputError
+from simcore.show import animation, colors
+from simcore.show.animation import animate, frame_times
+from simcore.show.frames import FramePainter, to_pixels
+from simcore.telemetry.recording import Recording
+
+Pixels = np.ndarray[Any, np.dtype[Any]]
+
+
+def is_color(frame: Image.Image, color: str, tolerance: int = 12) -> Pixels:
+    return np.abs(np.asarray(frame.convert("RGB"), dtype=int) - colors.rgb(color)).max(axis=2) <= tolerance
+
+
+def blobs(mask: Pixels) -> Pixels:
+    """Middles of connected pixels on the field [m], shape (n, 2)."""
+    scale, left, top = to_pixels(SCENE)
+    labels, count = ndimage.label(mask)
+    middles = np.array(ndimage.center_of_mass(mask, labels, range(1, count + 1))).reshape(-1, 2)
+    return np.column_stack(((middles[:, 1] + 0.5 - left) / scale, (top - middles[:, 0] - 0.5) / scale))
+
+
+def assert_same_places(seen: Pixels, truth: Pixels, within: float) -> None:
+    assert len(seen) == len(truth)
+    distance = np.linalg.norm(seen[:, None, :] - truth[None, :, :], axis=2)
+    assert distance.min(axis=0).max() < within and distance.min(axis=1).max() < within
+
+
+@pytest.mark.parametrize("time", [0.08, 0.56, 0.96])
+def test_pieces_are_where_the_state_says(time: float) -> None:
+    frame = FramePainter(recorded(), SCENE).draw(time)
+    pixel = 1.0 / to_pixels(SCENE)[0]
+    truth = places(time)
+    on_floor = truth[:, 2] < 0.3
+    assert_same_places(blobs(is_color(frame, colors.FUEL)), truth[on_floor, :2], pixel)
+    flying = blobs(ndimage.binary_opening(is_color(frame, colors.FUEL_IN_AIR)))
+    assert_same_places(flying, truth[~on_floor, :2], 1.5 * pixel)
+
+
+def test_the_robot_is_where_the_state_says_and_looks_ahead() -> None:
+    frame = FramePainter(recorded(), SCENE).draw(1.0)
+    mask = is_color(frame, colors.tint("red")[1])
+    mask[:44] = False  # the header shows the same red
+    middle = blobs(ndimage.binary_fill_holes(mask))
+    x, y = pose(1.0)[:2]
+    assert_same_places(middle, np.array([[x, y]]), 0.02)
+    scale, left, top = to_pixels(SCENE)
+    rows, columns = np.nonzero(mask)
+    offsets = np.column_stack(((columns + 0.5 - left) / scale - x, (top - rows - 0.5) / scale - y))
+    arrow = offsets[np.linalg.norm(offsets, axis=1) < 0.3]
+    ahead = arrow[np.linalg.norm(arrow, axis=1).argmax()]  # its tip reaches farther than its shaft
+    assert np.arctan2(ahead[1], ahead[0]) == pytest.approx(0.8, abs=0.1)
+
+
+def test_score_clock_and_flights_are_drawn() -> None:
+    painter = FramePainter(recorded(), SCENE, title="a title that is far too long for the place that it has " * 3)
+    before, during, after = (painter.draw(time) for time in (0.3, 0.43, 0.65))
+    assert np.any(np.asarray(before)[:44, 800:] != np.asarray(after)[:44, 800:]), "the clock"
+    assert is_color(before, colors.tint("blue")[1])[:44].sum() > 500 and not is_color(before, colors.HIT).any()
+    assert is_color(during, colors.HIT, 40).sum() > 20
+    assert is_color(after, colors.MISS, 40).sum() > 20
+
+
+def test_a_gif_has_the_same_pieces_in_every_frame(tmp_path: Path) -> None:
+    path = tmp_path / "new" / "run.gif"
+    animate(path, recorded(), SCENE, title="run")
+    times = frame_times(0.02, 1.0)
+    pixel = 1.0 / to_pixels(SCENE)[0]
+    with Image.open(path) as gif:
+        assert gif.n_frames == len(times) and gif.info["duration"] == 40
+        for number in (0, 7, 16, gif.n_frames - 1):
+            gif.seek(number)
+            truth = places(times[number])
+            assert_same_places(blobs(is_color(gif, colors.FUEL)), truth[1:, :2], pixel)
+
+
+def test_a_long_run_is_shown_faster_and_says_so() -> None:
+    assert len(frame_times(0.0, 160.0, 4.0)) * 0.04 == pytest.approx(40.0, abs=0.2)
+    times = frame_times(0.02, 1.0)
+    assert times[:4] == [0.02, 0.04, 0.08, 0.12] and times[-1] == 1.0
+    assert all(b > a for a, b in pairwise(times))
+    assert frame_times(0.02, 0.02) == [0.02]
+
+
+def test_what_cannot_be_animated(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    with pytest.raises(OutputError, match=r"end in \.gif"):
+        animate(tmp_path / "x.avi", recorded(2), SCENE)
+    with pytest.raises(OutputError, match="no tick"):
+        animate(tmp_path / "x.gif", Recording(), SCENE)
+    with pytest.raises(ConfigError, match="at least 320, got 321"):
+        animate(tmp_path / "x.gif", recorded(2), SCENE, width=321)
+    with pytest.raises(ConfigError, match="speed"):
+        animate(tmp_path / "x.gif", recorded(2), SCENE, speed=0.0)
+    (tmp_path / "file").write_text("")
+    with pytest.raises(OutputError, match="cannot write the animation"):
+        animate(tmp_path / "file" / "x.gif", recorded(2), SCENE)
+    monkeypatch.setattr("shutil.which", lambda name: None)
+    with pytest.raises(OutputError, match="ffmpeg is not installed"):
+        animate(tmp_path / "x.mp4", recorded(2), SCENE)
+    monkeypatch.setitem(__import__("sys").modules, "PIL", None)
+    with pytest.raises(OutputError, match="pip install pillow"):
+        animate(tmp_path / "x.gif", recorded(2), SCENE)
+
+
+def test_an_mp4_goes_to_ffmpeg_frame_by_frame(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A double in place of ffmpeg, which few machines have: it counts what it gets."""
+    started: list[list[str]] = []
+    start = subprocess.Popen
+
+    def popen(command: list[str], **options: Any) -> Any:
+        started.append(command)
+        count = "import sys; open(sys.argv[1], 'w').write(str(len(sys.stdin.buffer.read())))"
+        return start([__import__("sys").executable, "-c", count, command[-1]], **options)
+
+    monkeypatch.setattr("shutil.which", lambda name: "/usr/bin/ffmpeg")
+    monkeypatch.setattr(animation.subprocess, "Popen", popen)
+    animate(tmp_path / "x.mp4", recorded(10), SCENE)
+    size = started[0][started[0].index("-s") + 1]
+    across, up = map(int, size.split("x"))
+    assert (across, up % 2) == (960, 0)
+    assert int((tmp_path / "x.mp4").read_text()) == 3 * across * up * len(frame_times(0.02, 0.2))
+
+    def failing(command: list[str], **options: Any) -> Any:
+        return start([__import__("sys").executable, "-c", "raise SystemExit('no encoder')"], **options)
+
+    monkeypatch.setattr(animation.subprocess, "Popen", failing)
+    with pytest.raises(OutputError, match=r"ffmpeg could not write .*no encoder"):
+        animate(tmp_path / "y.mp4", recorded(10), SCENE)

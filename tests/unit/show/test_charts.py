@@ -1,0 +1,50 @@
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from made_up_run import SCENE, recorded
+
+from simcore.show.charts import Chart, Curve, bounds, charts_of, thinned
+from simcore.show.scene import RobotLook
+
+
+def curve(values: np.ndarray) -> Curve:
+    return Curve(label="x", color="#000000", times=np.arange(len(values)) * 0.02, values=values)
+
+
+def test_what_was_not_published_is_left_out() -> None:
+    charts = {chart.title: [curve.label for curve in chart.curves] for chart in charts_of(recorded(), SCENE)}
+    assert charts == {
+        "Score": ["blue", "red"],
+        "Battery": ["at its terminals"],
+        "Fuel held": ["in the hopper"],
+        "Current": ["battery"],
+    }
+
+
+def test_several_robots_are_told_apart_by_number() -> None:
+    scene = replace(SCENE, robots=(RobotLook(), RobotLook(prefix="Sim/Robots/1", alliance="red")))
+    battery = next(chart for chart in charts_of(recorded(), scene) if chart.title == "Battery, by robot")
+    assert [curve.label for curve in battery.curves] == ["0"], "the second published none"
+
+
+def test_a_spike_survives_thinning() -> None:
+    values = np.zeros(10_000)
+    values[7777], values[123] = 9.0, -3.0
+    thin = thinned(curve(values))
+    assert len(thin.times) <= 802
+    assert (thin.values.max(), thin.values.min()) == (9.0, -3.0)
+    assert thin.times[thin.values == 9.0] == 7777 * 0.02
+    assert (thin.times[0], thin.times[-1]) == (0.0, 9999 * 0.02)
+    assert (np.diff(thin.times) > 0.0).all()
+
+
+def test_bounds_hold_all_values_and_a_limit_that_is_near() -> None:
+    volts = curve(np.array([12.0, 9.0]))
+    low, high = bounds(Chart(title="", unit="V", curves=[volts], limit=6.75, from_zero=False))
+    assert low < 6.75 and high > 12.0
+    low, high = bounds(Chart(title="", unit="ms", curves=[curve(np.array([1.0, 2.0]))], limit=20.0))
+    assert low == 0.0 and 2.0 < high < 20.0, "far below the budget the budget would flatten the curve"
+    low, high = bounds(Chart(title="", unit="", curves=[curve(np.array([np.nan, np.inf]))]))
+    assert low < high

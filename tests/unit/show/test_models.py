@@ -1,0 +1,200 @@
+"""Model folders: read as AdvantageScope reads them, and checked before it skips them in silence."""
+
+from __future__ import annotations
+
+import json
+import struct
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import trimesh
+
+from simcore.errors import ModelError, UnknownNameError
+from simcore.show.view_check import check_folder
+from simcore.show.view_models import load_models
+
+
+def glb(path: Path, size: float = 0.5) -> None:
+    path.write_bytes(trimesh.Scene(trimesh.creation.box((size, size, size))).export(file_type="glb"))
+
+
+def edit(folder: Path, **changes: Any) -> None:
+    path = folder / "config.json"
+    config = json.loads(path.read_text())
+    for key, value in changes.items():
+        if value is None:
+            config.pop(key)
+        else:
+            config[key] = value
+    path.write_text(json.dumps(config))
+
+
+@pytest.fixture
+def robot(tmp_path: Path) -> Path:
+    folder = tmp_path / "Robot_Mine"
+    folder.mkdir()
+    config = {
+        "name": "Mine", "rotations": [{"axis": "x", "degrees": 90}], "position": [0.1, 0.0, 0.0],
+        "cameras": [{"name": "Front", "rotations": [], "position": [0, 0, 0], "resolution": [960, 720], "fov": 90}],
+        "components": [{"zeroedRotations": [], "zeroedPosition": [0, 0, 0]}] * 2,
+    }  # fmt: skip
+    (folder / "config.json").write_text(json.dumps(config))
+    for name in ("model.glb", "model_0.glb", "model_1.glb"):
+        glb(folder / name)
+    return folder
+
+
+@pytest.fixture
+def field(tmp_path: Path) -> Path:
+    folder = tmp_path / "Field3d_Mine"
+    folder.mkdir()
+    config = {
+        "name": "Mine", "isFTC": False, "coordinateSystem": "wall-blue", "rotations": [], "position": [0, 0, 0],
+        "widthInches": 1000 / 2.54, "heightInches": 400 / 2.54, "driverStations": [],
+        "gamePieces": [{"name": "Ball", "rotations": [], "position": [0, 0, 0], "stagedObjects": []}], "aprilTags": [],
+    }  # fmt: skip
+    (folder / "config.json").write_text(json.dumps(config))
+    glb(folder / "model.glb", 5.0)
+    glb(folder / "model_0.glb", 0.1)
+    return folder
+
+
+def texts(folder: Path, **options: Any) -> list[str]:
+    return [str(finding) for finding in check_folder(folder, **options)]
+
+
+def test_good_folders_have_nothing_wrong(robot: Path, field: Path) -> None:
+    assert texts(robot.parent) == []
+    assert texts(robot, parts=2) == []
+
+
+def test_rotations_come_one_after_the_other_then_the_position(robot: Path) -> None:
+    """x 90 takes a Y-up export upright; z 90 after it turns its front."""
+    body = load_models(robot.parent).robot("Mine").body.transform
+    np.testing.assert_allclose(body @ (0, 1, 0, 1), (0.1, 0, 1, 1), atol=1e-12)
+    edit(robot, rotations=[{"axis": "x", "degrees": 90}, {"axis": "z", "degrees": 90}], position=[0, 0, 0])
+    body = load_models(robot.parent).robot().body.transform
+    np.testing.assert_allclose(body @ (1, 0, 0, 1), (0, 1, 0, 1), atol=1e-12)
+    np.testing.assert_allclose(body @ (0, 1, 0, 1), (0, 0, 1, 1), atol=1e-12)
+
+
+def test_a_field_model_has_its_origin_in_the_middle_and_red_at_minus_x(field: Path) -> None:
+    models = load_models(field.parent).field
+    assert models is not None and models.size == pytest.approx((10.0, 4.0))
+    np.testing.assert_allclose(models.body.transform @ (-5.0, -2.0, 0.0, 1.0), (10.0, 4.0, 0.0, 1.0), atol=1e-9)
+    assert list(models.pieces) == ["Ball"]
+
+
+def test_what_cannot_be_loaded_is_said(robot: Path, field: Path, tmp_path: Path) -> None:
+    models = load_models(tmp_path)
+    with pytest.raises(UnknownNameError, match="Did you mean 'Mine'"):
+        models.robot("Min")
+    (robot / "model_1.glb").unlink()
+    with pytest.raises(ModelError, match=r"Robot_Mine: model_1\.glb is missing"):
+        load_models(tmp_path)
+    with pytest.raises(ModelError, match="no folder"):
+        load_models(tmp_path / "none")
+    with pytest.raises(ModelError, match="neither a Field3d_"):
+        load_models(robot)
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"name": None}, 'needs a "name"'),
+        ({"name": ""}, 'needs a "name"'),
+        ({"rotations": [{"axis": "w", "degrees": 90}]}, "rotations must be a list"),
+        ({"rotations": [{"axis": "x"}]}, "rotations must be a list"),
+        ({"position": [0, 0]}, "position [x, y, z]"),
+        ({"position": [0, 0, float("nan")]}, "finite"),
+        ({"components": 3}, "components must be a list"),
+        ({"components": [{"zeroedPosition": "high"}, {}]}, "position [x, y, z]"),
+        ({"cameras": [{"fov": 90}]}, "camera 0 needs"),
+        ({"components": [{}]}, "2 poses are published"),
+    ],
+)
+def test_wrong_robot_configs(robot: Path, changes: dict[str, Any], words: str) -> None:
+    edit(robot, **changes)
+    found = texts(robot, parts=2)
+    assert any(words in line for line in found), found
+    assert all(line.startswith(("ERROR: Robot_Mine", "warning: Robot_Mine")) and "\n" not in line for line in found)
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"isFTC": None}, "isFTC"),
+        ({"coordinateSystem": None}, "wall-blue"),
+        ({"coordinateSystem": "wall-bleu"}, "wall-blue"),
+        ({"widthInches": "long"}, "widthInches"),
+        ({"heightInches": -3}, "heightInches"),
+        ({"gamePieces": [{}]}, "game piece 0 needs"),
+        ({"gamePieces": None}, "model_0.glb: is not used"),
+    ],
+)
+def test_wrong_field_configs(field: Path, changes: dict[str, Any], words: str) -> None:
+    edit(field, **changes)
+    found = texts(field)
+    assert any(words in line for line in found), found
+
+
+def test_a_git_lfs_pointer_is_no_model(robot: Path) -> None:
+    (robot / "model_0.glb").write_text("version https://git-lfs.github.com/spec/v1\noid sha256:4d7a21\nsize 7340032\n")
+    assert texts(robot) == [
+        "ERROR: Robot_Mine/model_0.glb: is a Git LFS pointer, not the model: "
+        "run `git lfs install` and `git lfs pull` in the project"
+    ]
+
+
+@pytest.mark.parametrize(
+    ("content", "words"),
+    [
+        (b"", "is empty"),
+        (b"solid stl" * 9, "no GLB"),
+        (struct.pack("<4sII", b"glTF", 1, 30) + b" " * 18, "glTF 1"),
+        (struct.pack("<4sII", b"glTF", 2, 9000) + b" " * 18, "cut off: 30 of 9000 bytes"),
+    ],
+)
+def test_broken_files(robot: Path, content: bytes, words: str) -> None:
+    (robot / "model.glb").write_bytes(content)
+    (line,) = texts(robot)
+    assert line.startswith("ERROR: Robot_Mine/model.glb: ") and words in line
+
+
+def test_missing_renamed_left_over_and_huge_files(robot: Path) -> None:
+    (robot / "model_1.glb").rename(robot / "Model_1.glb")
+    glb(robot / "model_7.glb")
+    glb(robot / "model.glb", 800.0)
+    found = texts(robot)
+    assert "ERROR: Robot_Mine/model_1.glb: is missing; there is 'Model_1.glb', but names are case-sensitive" in found
+    assert any("model_7.glb: is not used" in line for line in found)
+    assert any("is 800 long" in line and "millimeters" in line for line in found)
+
+
+def test_a_file_of_a_hundred_megabytes_is_a_warning(robot: Path) -> None:
+    with (robot / "model.glb").open("r+b") as file:
+        file.truncate(100_000_000)
+        file.seek(8)
+        file.write(struct.pack("<I", 100_000_000))
+    assert any(line.startswith("warning") and "is 100 MB" in line for line in texts(robot))
+
+
+def test_configs_that_are_no_json_and_names_that_are_taken(robot: Path, tmp_path: Path) -> None:
+    other = tmp_path / "Robot_Zwei"
+    other.mkdir()
+    assert any("Robot_Zwei: cannot read config.json" in line for line in texts(tmp_path))
+    (other / "config.json").write_text("{name: 3}")
+    assert any("config.json is not JSON" in line for line in texts(tmp_path))
+    (other / "config.json").write_text("[]")
+    assert any("must be an object" in line for line in texts(tmp_path))
+    (other / "config.json").write_text('{"name": "Mine"}')
+    assert any("'Mine' is taken by Robot_Mine" in line for line in texts(tmp_path))
+
+
+def test_a_folder_without_models(tmp_path: Path) -> None:
+    with pytest.raises(ModelError, match="no folder"):
+        check_folder(tmp_path / "none")
+    with pytest.raises(ModelError, match="looks at no other"):
+        check_folder(tmp_path)

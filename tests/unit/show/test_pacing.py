@@ -1,0 +1,122 @@
+"""Pace, with a clock of our own."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+
+from simcore.errors import ConfigError
+from simcore.show.pacing import FrameRate, Pacer
+
+
+class Wall:
+    """Time passes when somebody sleeps or works."""
+
+    def __init__(self) -> None:
+        self.now = 100.0
+        self.naps = 0
+
+    def clock(self) -> float:
+        return self.now
+
+    def sleep(self, seconds: float) -> None:
+        assert seconds > 0.0
+        self.now += seconds
+        self.naps += 1
+
+
+@pytest.fixture
+def wall() -> Wall:
+    return Wall()
+
+
+@pytest.mark.parametrize("speed", [0.1, 1.0, 5.0])
+def test_simulated_seconds_take_as_long_as_they_should(wall: Wall, speed: float) -> None:
+    pacer = Pacer(speed, clock=wall.clock, sleep=wall.sleep)
+    for tick in range(51):
+        pacer.wait(0.02 * tick)
+        wall.now += 0.001
+    assert wall.now - 100.0 == pytest.approx(1.0 / speed, abs=0.003)
+
+
+def test_at_full_speed_nobody_sleeps(wall: Wall) -> None:
+    pacer = Pacer(math.inf, clock=wall.clock, sleep=wall.sleep)
+    for tick in range(100):
+        pacer.wait(0.02 * tick)
+    assert wall.naps == 0
+
+
+def test_a_stall_is_not_caught_up_with(wall: Wall) -> None:
+    pacer = Pacer(clock=wall.clock, sleep=wall.sleep)
+    pacer.wait(0.0)
+    wall.now += 10.0
+    pacer.wait(0.02)
+    before = wall.now
+    pacer.wait(0.04)
+    assert wall.now - before == pytest.approx(0.02)
+
+
+def test_a_small_delay_is_made_up_for(wall: Wall) -> None:
+    pacer = Pacer(clock=wall.clock, sleep=wall.sleep)
+    pacer.wait(0.0)
+    wall.now += 0.1
+    for tick in range(1, 11):
+        pacer.wait(0.02 * tick)
+    assert wall.now == pytest.approx(100.2)
+
+
+def test_pause_holds_until_it_is_lifted_or_the_run_ends(wall: Wall) -> None:
+    pacer = Pacer(clock=wall.clock, sleep=wall.sleep)
+    pacer.wait(0.0)
+    pacer.paused = True
+    pacer.wait(0.02, should_stop=lambda: wall.naps >= 50)
+    assert wall.naps == 50
+
+    def sleep(seconds: float) -> None:
+        wall.sleep(seconds)
+        pacer.paused = wall.naps < 60
+
+    pacer._sleep = sleep
+    pacer.wait(0.02)
+    assert wall.naps == 60
+    before = wall.now
+    pacer.wait(0.04)
+    assert wall.now - before == pytest.approx(0.02), "the pause is not made up for"
+
+
+def test_a_new_run_starts_its_own_time(wall: Wall) -> None:
+    pacer = Pacer(clock=wall.clock, sleep=wall.sleep)
+    pacer.wait(0.0)
+    pacer.wait(10.0)
+    before = wall.now
+    pacer.wait(0.0)
+    pacer.wait(0.02)
+    assert wall.now - before == pytest.approx(0.02)
+
+
+def test_a_speed_must_be_above_zero() -> None:
+    for speed in (0.0, -1.0, math.nan):
+        with pytest.raises(ConfigError, match="speed"):
+            Pacer(speed)
+    for rate in (0.0, math.inf, math.nan):
+        with pytest.raises(ConfigError, match="frame rate"):
+            FrameRate(rate)
+
+
+def test_thirty_frames_a_second_out_of_fifty_ticks(wall: Wall) -> None:
+    rate, frames = FrameRate(30.0, clock=wall.clock), 0
+    for _ in range(500):
+        if rate.due():
+            rate.take()
+            frames += 1
+        wall.now += 0.02
+    assert frames == pytest.approx(300, abs=2), "sometimes one tick apart, sometimes two"
+    slow = FrameRate(30.0, clock=wall.clock)
+    taken = 0
+    for _ in range(10_000):
+        if slow.due():
+            slow.take()
+            taken += 1
+        wall.now += 0.001
+    assert taken == pytest.approx(300, abs=12)
