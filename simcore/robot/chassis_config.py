@@ -4,16 +4,51 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
+from typing import Protocol
 
-from simcore.errors import ConfigError, require_finite, require_positive
+from simcore.errors import ConfigError, require_finite, require_non_negative, require_positive
 from simcore.geometry.quaternion import Vector
 from simcore.physics.shapes import Box, Compound, Part, Sphere
 from simcore.physics.surface import RUBBER, TerrainSurface
 
-__all__ = ["BUMPER", "ChassisConfig"]
+__all__ = ["BUMPER", "ChassisConfig", "DrivetrainConfig"]
 
 BUMPER = replace(RUBBER, name="BUMPER", restitution=0.25)
 """Noodles under fabric: the grip of rubber, and two of them bounce off each other with e = 0.06."""
+
+
+class DrivetrainConfig(Protocol):
+    """What a chassis needs to know of the drivetrain under it; `SwerveConfig` and `TankConfig` have it."""
+
+    @property
+    def mass(self) -> float:
+        """Of the whole robot [kg]."""
+        ...
+
+    @property
+    def yaw_inertia(self) -> float:
+        """About the vertical axis through the center of mass [kg m^2]."""
+        ...
+
+    @property
+    def center_of_mass(self) -> tuple[float, float, float]:
+        """From the robot center on the floor, robot axes [m]."""
+        ...
+
+    @property
+    def wheel_positions(self) -> tuple[tuple[float, float], ...]:
+        """Centers of the wheels, robot frame [m]."""
+        ...
+
+    @property
+    def wheel_radius(self) -> float:
+        """[m]"""
+        ...
+
+    @property
+    def wheel_cof(self) -> float:
+        """Coefficient of friction of the tread on carpet [-]."""
+        ...
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -54,8 +89,8 @@ class ChassisConfig:
 
     def __post_init__(self) -> None:
         owner = "ChassisConfig"
-        for name in ("mass", "friction"):
-            require_positive(owner, name, getattr(self, name), "kg" if name == "mass" else "")
+        require_positive(owner, "mass", self.mass, "kg")
+        require_non_negative(owner, "friction", self.friction)
         for name in (
             "bumper_length", "bumper_width", "clearance", "bumper_top", "height", "center_of_mass_height",
             "wheel_radius", "bumper_thickness",
@@ -75,6 +110,28 @@ class ChassisConfig:
             require_finite(owner, "wheel position y", y, "m")
             if abs(x) > self.bumper_length / 2 or abs(y) > self.bumper_width / 2:
                 raise ConfigError(f"{owner}: wheel at ({x}, {y}) m lies outside of the bumpers")
+
+    @classmethod
+    def around(cls, drivetrain: DrivetrainConfig, *, bumper: tuple[float, float]) -> ChassisConfig:
+        """The chassis that carries a drivetrain: of its mass, on its wheels; the rest is as by default.
+
+        Args:
+            drivetrain: Of the robot, swerve or tank.
+            bumper: Length and width over the bumpers [m].
+
+        Raises:
+            ConfigError: A wheel is outside of the bumpers, or there are fewer than three.
+        """
+        return cls(
+            mass=drivetrain.mass,
+            bumper_length=bumper[0],
+            bumper_width=bumper[1],
+            center_of_mass_height=drivetrain.center_of_mass[2],
+            yaw_inertia=drivetrain.yaw_inertia,
+            wheel_positions=drivetrain.wheel_positions,
+            wheel_radius=drivetrain.wheel_radius,
+            friction=drivetrain.wheel_cof,
+        )
 
     @property
     def inertia(self) -> Vector:

@@ -190,6 +190,21 @@ class SwerveConfig:
         for remark in dict.fromkeys(remarks):
             _log.warning("%s; going on with it", remark)
 
+    @property
+    def wheel_positions(self) -> tuple[tuple[float, float], ...]:
+        """Centers of the wheels, robot frame [m]."""
+        return tuple((m.x, m.y) for m in self.modules)
+
+    @property
+    def wheel_radius(self) -> float:
+        """Of the first module [m]."""
+        return self.modules[0].wheel_radius
+
+    @property
+    def wheel_cof(self) -> float:
+        """Coefficient of friction of the wheel with the least grip [-]."""
+        return min(m.tread for m in self.modules)
+
     @staticmethod
     def square(
         track: float, module: SwerveModuleConfig, *, mass: float = 55.0, bumper: float = 0.8, height: float = 0.2

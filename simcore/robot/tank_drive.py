@@ -88,10 +88,17 @@ class TankConfig:
             if not getattr(self, name) >= 0.0:
                 raise ConfigError(f"tank: {name} must be >= 0 A (math.inf for none), got {getattr(self, name)}")
         cx, cy, _ = self.center_of_mass
-        half = 0.5 * self.track
-        object.__setattr__(
-            self, "positions", tuple((x - cx, side * half - cy) for side in (1.0, -1.0) for x in self.wheel_xs)
-        )
+        object.__setattr__(self, "positions", tuple((x - cx, y - cy) for x, y in self.wheel_positions))
+
+    @property
+    def wheel_positions(self) -> tuple[tuple[float, float], ...]:
+        """Centers of the wheels, robot frame, left side first [m]."""
+        return tuple((x, side * 0.5 * self.track) for side in (1.0, -1.0) for x in self.wheel_xs)
+
+    @property
+    def wheel_cof(self) -> float:
+        """Coefficient of friction [-]."""
+        return self.tread
 
 
 class TankDrive(WheeledDrive[TankConfig]):

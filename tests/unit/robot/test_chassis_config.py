@@ -1,0 +1,37 @@
+"""The chassis that a drivetrain gets."""
+
+from __future__ import annotations
+
+import pytest
+
+from simcore.errors import ConfigError
+from simcore.robot.chassis_config import ChassisConfig
+from simcore.robot.swerve_config import SwerveConfig, SwerveModuleConfig
+from simcore.robot.tank_drive import TankConfig
+
+
+def test_the_chassis_of_a_swerve_stands_on_its_modules():
+    module = SwerveModuleConfig(x=0.0, y=0.0, wheel_radius=0.05, tread=1.4)
+    swerve = SwerveConfig.rectangle(0.6, 0.5, module, mass=60.0, height=0.25)
+
+    chassis = ChassisConfig.around(swerve, bumper=(0.9, 0.8))
+
+    assert (chassis.mass, chassis.yaw_inertia) == (60.0, swerve.yaw_inertia)
+    assert (chassis.bumper_length, chassis.bumper_width) == (0.9, 0.8)
+    assert (chassis.center_of_mass_height, chassis.wheel_radius, chassis.friction) == (0.25, 0.05, 1.4)
+    assert chassis.wheel_positions == ((0.3, 0.25), (0.3, -0.25), (-0.3, 0.25), (-0.3, -0.25))
+
+
+def test_the_chassis_of_a_tank_stands_on_its_wheels_left_side_first():
+    tank = TankConfig(wheel_xs=(0.3, -0.3), track=0.6, center_of_mass=(0.05, 0.01, 0.15), mass=45.0, tread=0.9)
+
+    chassis = ChassisConfig.around(tank, bumper=(0.9, 0.8))
+
+    assert (chassis.mass, chassis.yaw_inertia, chassis.friction) == (45.0, tank.yaw_inertia, 0.9)
+    assert (chassis.center_of_mass_height, chassis.wheel_radius) == (0.15, tank.wheel_radius)
+    assert chassis.wheel_positions == ((0.3, 0.3), (-0.3, 0.3), (0.3, -0.3), (-0.3, -0.3))
+
+
+def test_wheels_outside_of_the_bumpers_are_refused():
+    with pytest.raises(ConfigError, match="outside of the bumpers"):
+        ChassisConfig.around(TankConfig(track=0.9), bumper=(0.9, 0.8))
