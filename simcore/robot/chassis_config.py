@@ -42,7 +42,7 @@ class DrivetrainConfig(Protocol):
 
     @property
     def wheel_radius(self) -> float:
-        """[m]"""
+        """Of the wheels [m]."""
         ...
 
     @property
