@@ -62,7 +62,7 @@ def smooth_snapshot(log: TelemetryLog, time: float) -> Snapshot:
 def _steps(
     log: TelemetryLog, key: str, snapshot: Snapshot, rows: FloatArray, after: FloatArray, end: float
 ) -> FloatArray | None:
-    """Way of each row to its place at the time `end`, zero for one that is gone then; None if rows cannot be matched."""
+    """Way of each row to its place at the time `end` [m], zero for a piece that is gone; None if no rows match."""
     id_key = key.replace("Sim/GamePieces/", "Sim/PieceIds/")
     ids = snapshot.integer_arrays.get(id_key)
     if ids is None or len(ids) != len(rows):
