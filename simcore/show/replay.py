@@ -14,6 +14,7 @@ from simcore.show.view_page import SPEEDS, ViewPage
 from simcore.telemetry.log_reader import TelemetryLog
 from simcore.telemetry.pose_struct import POSE_ARRAY_TYPE, POSE_TYPE
 from simcore.telemetry.snapshot import Snapshot
+from simcore.typing import FloatArray
 
 __all__ = ["Replay", "can_draw", "smooth_snapshot"]
 
@@ -32,8 +33,9 @@ def can_draw(log: TelemetryLog) -> bool:
 def smooth_snapshot(log: TelemetryLog, time: float) -> Snapshot:
     """The snapshot of a time [s], with the pieces between two logged places where they must have been.
 
-    Long arrays are logged some twelve times a second, less often than a replay draws. Rows go together while their
-    number stays the same; one that is over `_JUMP` away is another piece, and stays where it was.
+    Long arrays are logged some twelve times a second, less often than a replay draws. Rows of one id in
+    `Sim/PieceIds/<Type>` belong together; without ids rows do while their number stays the same. A row that is over
+    `_JUMP` away is another piece, and stays where it was.
     """
     snapshot = log.snapshot_at(time)
     arrays = dict(snapshot.pose_arrays)
@@ -45,15 +47,34 @@ def smooth_snapshot(log: TelemetryLog, time: float) -> Snapshot:
         if row + 1 >= len(column):
             continue
         start, end = column.times[row : row + 2].tolist()
-        after = column.pose_array(row + 1)
-        if after.shape != rows.shape or not 0.0 < end - start < _GAP:
+        if not 0.0 < end - start < _GAP:
             continue
-        step = after[:, :3] - rows[:, :3]
+        step = _steps(log, key, snapshot, rows, column.pose_array(row + 1), end)
+        if step is None:
+            continue
         near = np.abs(step).max(axis=1, initial=0.0) < _JUMP
         between = rows.copy()
         between[:, :3] += np.where(near, (time - start) / (end - start), 0.0)[:, None] * step
         arrays[key] = between
     return replace(snapshot, pose_arrays=arrays)
+
+
+def _steps(
+    log: TelemetryLog, key: str, snapshot: Snapshot, rows: FloatArray, after: FloatArray, end: float
+) -> FloatArray | None:
+    """Way of each row to its place at the time `end` [m], zero for a piece that is gone; None if no rows match."""
+    id_key = key.replace("Sim/GamePieces/", "Sim/PieceIds/")
+    ids = snapshot.integer_arrays.get(id_key)
+    if ids is None or len(ids) != len(rows):
+        return after[:, :3] - rows[:, :3] if after.shape == rows.shape else None
+    column = log.columns[id_key]
+    ids_after = column.integer_array(column.row_at(end))
+    if len(ids_after) != len(after):
+        return None
+    _, before, later = np.intersect1d(ids, ids_after, assume_unique=True, return_indices=True)
+    steps = np.zeros((len(rows), 3))
+    steps[before] = after[later, :3] - rows[before, :3]
+    return steps
 
 
 class Replay:

@@ -20,7 +20,7 @@ import numpy as np
 from simcore.errors import LogError, UnknownNameError
 from simcore.telemetry.pose_struct import POSE_ARRAY_TYPE, POSE_TYPE
 from simcore.telemetry.snapshot import Snapshot
-from simcore.typing import FloatArray
+from simcore.typing import FloatArray, IntArray
 
 __all__ = ["LogColumn", "TelemetryLog", "read_log"]
 
@@ -31,6 +31,8 @@ _NUMBERS: dict[str, tuple[str, int]] = {
     "int64": ("<i8", 8),
     "boolean": ("<u1", 1),
 }
+_INTEGERS = "int64[]"
+_TEXT = "string"
 _PREFIX = re.compile(r"^(NT:)?/?(AdvantageKit/)?(RealOutputs/|ReplayOutputs/)?")
 
 
@@ -40,7 +42,7 @@ class LogColumn:
 
     key: str
     type: str
-    """As WPILib names it: `double`, `int64`, `boolean`, `struct:Pose3d`, `struct:Pose3d[]`, ..."""
+    """As WPILib names it: `double`, `int64`, `boolean`, `int64[]`, `string`, `struct:Pose3d[]`, ..."""
     times: FloatArray
     """When each value was written [s], shape (n,)."""
     _data: bytes
@@ -88,6 +90,27 @@ class LogColumn:
             raise LogError(f"{self.key} is of type {self.type!r}, not {POSE_ARRAY_TYPE!r}")
         raw = self.payload(row)
         return np.frombuffer(raw[: len(raw) // _POSE * _POSE], dtype="<f8").reshape(-1, 7)
+
+    def integer_array(self, row: int) -> IntArray:
+        """One value of an int64[] column, shape (m,).
+
+        Raises:
+            LogError: The column holds no int64[].
+        """
+        if self.type != _INTEGERS:
+            raise LogError(f"{self.key} is of type {self.type!r}, not {_INTEGERS!r}")
+        raw = self.payload(row)
+        return np.frombuffer(raw[: len(raw) // 8 * 8], dtype="<i8")
+
+    def text(self, row: int) -> str:
+        """One value of a string column; bytes that are no UTF-8 are replaced.
+
+        Raises:
+            LogError: The column holds no text.
+        """
+        if self.type != _TEXT:
+            raise LogError(f"{self.key} is of type {self.type!r}, not {_TEXT!r}")
+        return self.payload(row).decode("utf-8", "replace")
 
     def row_at(self, time: float) -> int:
         """The newest value at a time [s]; -1 before the first."""
@@ -142,6 +165,8 @@ class TelemetryLog:
         doubles: dict[str, float] = {}
         integers: dict[str, int] = {}
         booleans: dict[str, bool] = {}
+        integer_arrays: dict[str, IntArray] = {}
+        strings: dict[str, str] = {}
         for key, column in self.columns.items():
             row = column.row_at(time)
             if row < 0:
@@ -150,6 +175,10 @@ class TelemetryLog:
                 arrays[key] = self._cached(column, row)
             elif column.type == POSE_TYPE:
                 poses[key] = np.frombuffer(column.payload(row)[:_POSE].ljust(_POSE, b"\0"), dtype="<f8")
+            elif column.type == _INTEGERS:
+                integer_arrays[key] = column.integer_array(row)
+            elif column.type == _TEXT:
+                strings[key] = column.text(row)
             elif column.type in _NUMBERS:
                 kind, size = _NUMBERS[column.type]
                 value = np.frombuffer(column.payload(row)[:size].ljust(size, b"\0"), dtype=kind)[0]
@@ -167,6 +196,8 @@ class TelemetryLog:
             doubles=doubles,
             integers=integers,
             booleans=booleans,
+            integer_arrays=integer_arrays,
+            strings=strings,
         )
 
     def _cached(self, column: LogColumn, row: int) -> FloatArray:

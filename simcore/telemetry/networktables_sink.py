@@ -16,6 +16,7 @@ from simcore.telemetry.pose_struct import (
     POSE_SCHEMAS,
     POSE_TYPE,
     SCHEMA_TYPE,
+    checked_integers,
     pose_array_bytes,
     pose_bytes,
 )
@@ -68,7 +69,7 @@ class NetworkTablesSink:
 
         Raises:
             OutputError: The sink is closed.
-            ConfigError: A pose of the wrong shape, or a key that had another type before.
+            ConfigError: An array of the wrong shape, or a key that had another type before.
         """
         if self.closed:
             raise OutputError("this NetworkTablesSink is closed; create a new one to publish on")
@@ -80,6 +81,10 @@ class NetworkTablesSink:
         self._set_all("double", snapshot.doubles)
         self._set_all("int", snapshot.integers)
         self._set_all("boolean", snapshot.booleans)
+        self._set_all("string", snapshot.strings)
+        self._set_all(
+            "int[]", {key: checked_integers(key, ids).tolist() for key, ids in snapshot.integer_arrays.items()}
+        )
 
     def close(self) -> None:
         """Withdraw the topics; may be called twice. The instance lives on."""
@@ -115,6 +120,10 @@ class NetworkTablesSink:
             return self._instance.getIntegerTopic(topic).publish(self._options)
         if type_name == "boolean":
             return self._instance.getBooleanTopic(topic).publish(self._options)
+        if type_name == "string":
+            return self._instance.getStringTopic(topic).publish(self._options)
+        if type_name == "int[]":
+            return self._instance.getIntegerArrayTopic(topic).publish(self._options)
         return self._instance.getRawTopic(topic).publish(type_name, self._options)
 
 

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from array import array
+from bisect import bisect_right
 from collections.abc import Iterator, Mapping
-from typing import Literal, TypeAlias
+from typing import Generic, Literal, TypeAlias, TypeVar
 
 import numpy as np
 import numpy.typing as npt
@@ -12,20 +13,21 @@ import numpy.typing as npt
 from simcore.errors import UnknownNameError, require_positive
 from simcore.telemetry.cadence import Cadence
 from simcore.telemetry.snapshot import Snapshot
-from simcore.typing import FloatArray
+from simcore.typing import FloatArray, IntArray
 
 __all__ = ["Recording"]
 
 _NAN = float("nan")
-_BULK = 64  # poses, as in a log
+_BULK = 64  # rows, as in a log
 _Rows: TypeAlias = "FloatArray | npt.NDArray[np.float32]"
 _Kind = Literal["double", "integer", "boolean"]
+_Array = TypeVar("_Array")
 
 
 class Recording:
     """Takes every snapshot and keeps numbers as columns; still readable after `close`.
 
-    504 pieces take 21 MB in a match of 160 s, a tenth of the snapshots themselves. Arrays of more than 64 poses are
+    504 pieces take 21 MB in a match of 160 s, a tenth of the snapshots themselves. Arrays of more than 64 rows are
     kept less often than the rest, and of pieces that show no rotation only the places. When time jumps back, a new run
     has begun, and the old one is forgotten.
 
@@ -42,7 +44,7 @@ class Recording:
 
         Args:
             period: Simulated time between two snapshots [s].
-            bulk_period: The same for arrays of more than 64 poses [s].
+            bulk_period: The same for arrays of more than 64 rows [s].
             seconds: At least so much of the newest is kept, and at most a quarter more [s].
 
         Raises:
@@ -61,6 +63,8 @@ class Recording:
         self._kinds: dict[str, _Kind] = {}
         self._poses: dict[str, array[float]] = {}
         self._arrays: dict[str, list[tuple[float, _Rows]]] = {}
+        self._integer_arrays: dict[str, list[tuple[float, IntArray]]] = {}
+        self._strings: dict[str, list[str | None]] = {}
 
     def __len__(self) -> int:
         return len(self._times)
@@ -100,6 +104,15 @@ class Recording:
             kept = self._arrays.setdefault(key, [])
             if bulk or len(poses) <= _BULK or not kept:
                 self._add_array(kept, time, poses)
+        for key, integers in snapshot.integer_arrays.items():
+            kept_integers = self._integer_arrays.setdefault(key, [])
+            if bulk or len(integers) <= _BULK or not kept_integers:
+                is_same = bool(kept_integers) and np.array_equal(kept_integers[-1][1], integers)
+                kept_integers.append((time, kept_integers[-1][1] if is_same else np.array(integers, dtype=np.int64)))
+        for key in snapshot.strings.keys() - self._strings.keys():
+            self._strings[key] = [None] * rows
+        for key, texts in self._strings.items():
+            texts.append(snapshot.strings.get(key))
         if time - self._times[0] > 1.25 * self._seconds:
             self._forget(int(np.searchsorted(self._times, time - self._seconds)))
 
@@ -117,11 +130,11 @@ class Recording:
     @property
     def keys(self) -> tuple[str, ...]:
         """Of everything kept."""
-        return (*self._numbers, *self._poses, *self._arrays)
+        return (*self._numbers, *self._poses, *self._arrays, *self._integer_arrays, *self._strings)
 
     def has(self, key: str) -> bool:
         """Whether anything of that key was kept."""
-        return key in self._numbers or key in self._poses or key in self._arrays
+        return key in self.keys
 
     def series(self, key: str) -> tuple[FloatArray, FloatArray]:
         """Times [s] and values of one number or boolean, as far as it was published, each of shape (m,).
@@ -162,11 +175,29 @@ class Recording:
             UnknownNameError: No snapshot had an array of that key.
         """
         kept = self._kept(key)
-        low, high = 0, len(kept)
-        while high - low > 1:
-            middle = (low + high) // 2
-            low, high = (middle, high) if kept[middle][0] <= time + 1e-9 else (low, middle)
-        return _full(kept[low][1])
+        return _full(kept[_newest(kept, time)][1])
+
+    def integers_at(self, key: str, time: float) -> IntArray:
+        """The newest array of integers of that time [s] or before (the first one, if there is none), shape (n,).
+
+        Raises:
+            UnknownNameError: No snapshot had an array of integers of that key.
+        """
+        if key not in self._integer_arrays:
+            raise UnknownNameError("recorded array of integers", key, self._integer_arrays)
+        kept = self._integer_arrays[key]
+        return kept[_newest(kept, time)][1]
+
+    def strings(self, key: str) -> tuple[FloatArray, list[str]]:
+        """Times [s], shape (m,), and the m texts of one key, as far as it was published.
+
+        Raises:
+            UnknownNameError: No snapshot had a text of that key.
+        """
+        if key not in self._strings:
+            raise UnknownNameError("recorded text", key, self._strings)
+        texts = self._strings[key]
+        return self.times[[text is not None for text in texts]], [text for text in texts if text is not None]
 
     def places(self, time: float, prefix: str = "Sim/GamePieces/") -> FloatArray:
         """Centers of all pieces of every type at that time [s], field frame [m], shape (n, 3)."""
@@ -175,25 +206,21 @@ class Recording:
 
     def snapshots(self) -> Iterator[Snapshot]:
         """What was kept, tick by tick, for any other sink; numbers that are not a number are left out."""
-        waiting = {key: iter(kept) for key, kept in self._arrays.items()}
-        ahead = {key: next(rest, None) for key, rest in waiting.items()}
+        poses_due, integers_due = _Due(self._arrays), _Due(self._integer_arrays)
         poses = {key: np.array(columns).reshape(-1, 7) for key, columns in self._poses.items()}
         for row, (time, tick) in enumerate(zip(self._times, self._ticks, strict=True)):
-            arrays = {}
-            for key, item in ahead.items():
-                if item is not None and item[0] == time:
-                    arrays[key] = _full(item[1])
-                    ahead[key] = next(waiting[key], None)
             there = [(key, self._kinds[key], column[row]) for key, column in self._numbers.items()]
             there = [(key, kind, value) for key, kind, value in there if value == value]
             yield Snapshot(
                 time=time,
                 tick=tick,
                 poses={key: rows[row] for key, rows in poses.items() if rows[row, 0] == rows[row, 0]},
-                pose_arrays=arrays,
+                pose_arrays={key: _full(rows) for key, rows in poses_due.at(time)},
                 doubles={key: value for key, kind, value in there if kind == "double"},
                 integers={key: int(value) for key, kind, value in there if kind == "integer"},
                 booleans={key: bool(value) for key, kind, value in there if kind == "boolean"},
+                integer_arrays=dict(integers_due.at(time)),
+                strings={key: text for key, texts in self._strings.items() if (text := texts[row]) is not None},
             )
 
     # --- inside ---------------------------------------------------------------------------------------------------
@@ -228,6 +255,7 @@ class Recording:
         if rows >= len(self._times):
             self._times, self._ticks = array("d"), array("q")
             self._numbers, self._kinds, self._poses, self._arrays = {}, {}, {}, {}
+            self._integer_arrays, self._strings = {}, {}
             return
         first = self._times[rows]
         del self._times[:rows], self._ticks[:rows]
@@ -235,11 +263,37 @@ class Recording:
             del column[:rows]
         for columns in self._poses.values():
             del columns[: 7 * rows]
-        for key, kept in self._arrays.items():
-            older = [item for item in kept if item[0] < first]
-            newer = kept[len(older) :]
-            # what was true before stays true: an array that was last published long ago keeps its newest
-            self._arrays[key] = [(first, older[-1][1]), *newer] if older and not newer else newer
+        for texts in self._strings.values():
+            del texts[:rows]
+        self._arrays = {key: _since(kept, first) for key, kept in self._arrays.items()}
+        self._integer_arrays = {key: _since(kept, first) for key, kept in self._integer_arrays.items()}
+
+
+class _Due(Generic[_Array]):
+    """Walks through arrays of many keys in the order of time."""
+
+    def __init__(self, arrays: Mapping[str, list[tuple[float, _Array]]]) -> None:
+        self._rest = {key: iter(kept) for key, kept in arrays.items()}
+        self._next = {key: next(rest, None) for key, rest in self._rest.items()}
+
+    def at(self, time: float) -> list[tuple[str, _Array]]:
+        """The arrays that were kept at exactly this time, which must not go back."""
+        found = [(key, item[1]) for key, item in self._next.items() if item is not None and item[0] == time]
+        for key, _ in found:
+            self._next[key] = next(self._rest[key], None)
+        return found
+
+
+def _newest(kept: list[tuple[float, _Array]], time: float) -> int:
+    """Index of the last item of that time [s] or before; 0 if there is none."""
+    return max(bisect_right(kept, time + 1e-9, key=lambda item: item[0]) - 1, 0)
+
+
+def _since(kept: list[tuple[float, _Array]], first: float) -> list[tuple[float, _Array]]:
+    """What is not older than a time [s]; an array that was last published before it keeps its newest value."""
+    older = [item for item in kept if item[0] < first]
+    newer = kept[len(older) :]
+    return [(first, older[-1][1]), *newer] if older and not newer else newer
 
 
 def _full(rows: _Rows) -> FloatArray:

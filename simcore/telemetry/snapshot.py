@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Protocol
 
-from simcore.typing import FloatArray
+from simcore.typing import FloatArray, IntArray
 
 __all__ = ["Snapshot", "TelemetrySink"]
 
@@ -29,6 +29,10 @@ class Snapshot:
     doubles: Mapping[str, float] = field(default_factory=dict)
     integers: Mapping[str, int] = field(default_factory=dict)
     booleans: Mapping[str, bool] = field(default_factory=dict)
+    integer_arrays: Mapping[str, IntArray] = field(default_factory=dict)
+    """int64[] by key, shape (n,); `Sim/PieceIds/<Type>` names the piece of each row of `Sim/GamePieces/<Type>`."""
+    strings: Mapping[str, str] = field(default_factory=dict)
+    """Text by key, e.g. `Sim/Match/Period`."""
 
 
 class TelemetrySink(Protocol):

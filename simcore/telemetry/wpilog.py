@@ -27,6 +27,7 @@ from simcore.telemetry.pose_struct import (
     POSE_SCHEMAS,
     POSE_TYPE,
     SCHEMA_TYPE,
+    checked_integers,
     pose_array_bytes,
     pose_bytes,
 )
@@ -36,7 +37,7 @@ __all__ = ["WpilogSink"]
 
 _FLUSH_BYTES = 256 * 1024
 _FLUSH_MICROS = 1_000_000
-_BULK = 64  # poses
+_BULK = 64  # rows of an array
 _MAX_TIME = 1e9  # [s], 31 years
 
 # Lengths inside a record may be packed to 1-4 (timestamp 1-8) bytes each. Scalars use the short form; fixed layouts
@@ -54,7 +55,7 @@ _UNSEEN = b""
 class WpilogSink:
     """Writes snapshots to a `.wpilog`; entries are named as DataLogManager names NetworkTables keys.
 
-    A value is written only when it changed, as the format intends. Long arrays of poses (448 fuel are 25 KB) are
+    A value is written only when it changed, as the format intends. Long arrays (450 poses are 25 KB) are
     written less often than the rest: at every tick they alone would be 200 MB of a match. What was written reaches the
     disk at least every simulated second or 256 KB, in whole records, so a killed run leaves a good log.
     """
@@ -67,7 +68,7 @@ class WpilogSink:
         Args:
             path: Where the log goes, by custom `*.wpilog`.
             period: Simulated time between two snapshots [s].
-            bulk_period: The same for arrays of more than 64 poses [s].
+            bulk_period: The same for arrays of more than 64 rows [s].
             prefix: Put before every key. With the default one AdvantageScope layout serves live and log.
 
         Raises:
@@ -109,7 +110,7 @@ class WpilogSink:
 
         Raises:
             OutputError: The log is closed, or the disk refuses (full, unplugged); the log is closed then.
-            ConfigError: A pose of the wrong shape, a key that had another type before, or a time below 0.
+            ConfigError: An array of the wrong shape, a key that had another type before, or a time below 0.
         """
         if self._file is None:
             raise OutputError(f"the log {str(self.path)!r} is closed; create a new WpilogSink to log on")
@@ -127,6 +128,11 @@ class WpilogSink:
         self._changed("int64", ((key, _INT64.pack(value)) for key, value in snapshot.integers.items()), micros)
         booleans = ((key, _TRUE if value else _FALSE) for key, value in snapshot.booleans.items())
         self._changed("boolean", booleans, micros)
+        for key, text in snapshot.strings.items():
+            self._append_changed(key, "string", text.encode(), micros)
+        for key, integers in snapshot.integer_arrays.items():  # with the poses of the same rows, in the same ticks
+            if bulk or len(integers) <= _BULK or key not in self._entries:
+                self._append_changed(key, "int64[]", checked_integers(key, integers).tobytes(), micros)
         if len(self._buffer) >= _FLUSH_BYTES or abs(micros - self._flushed_at) >= _FLUSH_MICROS:
             self._flush(micros)
 

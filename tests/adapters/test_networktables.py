@@ -35,6 +35,8 @@ topics = {
     "double": inst.getDoubleTopic("/Sim/Robot/GroundClearance").subscribe(-1.0),
     "int": inst.getIntegerTopic("/Sim/Score/Total").subscribe(-1),
     "boolean": inst.getBooleanTopic("/Sim/Robot/IsAirborne").subscribe(False),
+    "ids": inst.getIntegerArrayTopic("/Sim/PieceIds/Fuel").subscribe([]),
+    "period": inst.getStringTopic("/Sim/Match/Period").subscribe(""),
     # raw: WPILib's struct subscriber takes an empty array for no value and returns its default
     "parts": inst.getRawTopic("/Sim/Robot/ComponentPoses").subscribe("struct:Pose3d[]", b"none"),
 }
@@ -53,6 +55,7 @@ print(json.dumps({
     "pose": [pose.X(), pose.Y(), pose.Z(), pose.rotation().Z()],
     "fuel": [[p.X(), p.Y(), p.Z()] for p in fuel],
     "double": topics["double"].get(), "int": topics["int"].get(), "boolean": topics["boolean"].get(),
+    "ids": topics["ids"].get(), "period": topics["period"].get(),
     "parts": len(topics["parts"].get()),
     "types": {t.getName(): t.getTypeString() for t in inst.getTopics("/")},
 }))
@@ -76,8 +79,12 @@ def subscribe(topic):
     if kind == "struct:Pose3d[]":
         sub = inst.getStructArrayTopic(name, Pose3d).subscribe([])
         return lambda: [row(p) for p in sub.get()]
-    make = {"double": inst.getDoubleTopic, "int": inst.getIntegerTopic, "boolean": inst.getBooleanTopic}[kind]
-    sub = make(name).subscribe(-77 if kind != "boolean" else False)
+    make, default = {
+        "double": (inst.getDoubleTopic, -77.0), "int": (inst.getIntegerTopic, -77),
+        "boolean": (inst.getBooleanTopic, False), "string": (inst.getStringTopic, "none"),
+        "int[]": (inst.getIntegerArrayTopic, [-77]),
+    }[kind]
+    sub = make(name).subscribe(default)
     return sub.get
 end = time.monotonic() + 20
 topics = {}
@@ -113,6 +120,8 @@ def snapshot(tick: int) -> Snapshot:
         doubles={"Sim/Robot/GroundClearance": np.float64(0.125)},
         integers={"Sim/Score/Total": 42},
         booleans={"Sim/Robot/IsAirborne": np.bool_(True)},  # type: ignore[dict-item]
+        integer_arrays={"Sim/PieceIds/Fuel": np.array([7, -1, 2**40])},
+        strings={"Sim/Match/Period": "auto"},
     )
 
 
@@ -137,6 +146,7 @@ def test_client_in_another_process_decodes_every_kind_of_key(instance: Any) -> N
     assert got["pose"] == pytest.approx([1.5, -2.0, 0.25, 1.0])
     np.testing.assert_array_equal(np.array(got["fuel"]), FUEL[:, :3])
     assert (got["double"], got["int"], got["boolean"], got["parts"]) == (0.125, 42, True, 0)
+    assert (got["ids"], got["period"]) == ([7, -1, 2**40], "auto")
     assert got["types"]["/Sim/GamePieces/Fuel"] == "struct:Pose3d[]"
     for name in POSE_SCHEMAS:
         assert got["types"][f"/.schema/{name}"] == "structschema"
@@ -166,7 +176,10 @@ def test_client_in_another_process_decodes_every_key_of_a_game(instance: Any) ->
             sim.last_tick_ms = 1.5
             sim.tick()
     truth = memory.snapshots[-1]
-    kinds = (truth.poses, truth.pose_arrays, truth.doubles, truth.integers, truth.booleans)
+    kinds = (
+        *(truth.poses, truth.pose_arrays, truth.doubles, truth.integers, truth.booleans),
+        *(truth.integer_arrays, truth.strings),
+    )
     count = sum(len(kind) for kind in kinds)
     port = free_port()
     start_local_server(instance, port=port)
@@ -185,7 +198,9 @@ def test_client_in_another_process_decodes_every_key_of_a_game(instance: Any) ->
         assert got[key] == pytest.approx(pose.tolist(), abs=1e-12), key
     for key, rows in truth.pose_arrays.items():
         np.testing.assert_allclose(np.array(got[key]).reshape(-1, 7), rows, atol=1e-12, err_msg=key)
-    for numbers in (truth.doubles, truth.integers, truth.booleans):
+    for key, integers in truth.integer_arrays.items():
+        assert got[key] == integers.tolist(), key
+    for numbers in (truth.doubles, truth.integers, truth.booleans, truth.strings):
         assert {key: got[key] for key in numbers} == dict(numbers)
     assert len(got["Sim/Robot/ComponentPoses"]) == 16 and len(got["Sim/InFlight/Fuel"]) >= 1
     assert got["Sim/Debug/ShooterVelocityRPS"] > 5.0 and got["Sim/Robots/1/Robot/IsRed"] is True
@@ -228,6 +243,8 @@ def test_bad_snapshots_and_closing(instance: Any) -> None:
         sink.write(Snapshot(time=0.0, tick=0, integers={"x": 1}))
     with pytest.raises(ConfigError, match="shape"):
         sink.write(Snapshot(time=0.0, tick=0, poses={"p": np.zeros(3)}))
+    with pytest.raises(ConfigError, match=r"ids: integers need shape \(n,\)"):
+        sink.write(Snapshot(time=0.0, tick=0, integer_arrays={"ids": np.zeros((2, 2), dtype=np.int64)}))
     with pytest.raises(ConfigError, match="without a leading '/'"):
         sink.write(Snapshot(time=0.0, tick=0, doubles={"": 1.0}))
     sink.close()

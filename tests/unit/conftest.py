@@ -25,6 +25,11 @@ def make_snapshot(tick: int, *, pieces: int = 504, dt: float = 0.02) -> Snapshot
         doubles={"Sim/Robot/GroundClearance": 0.01 * tick, "Sim/Debug/HoodAngleDeg": 25.0},
         integers={"Sim/Score/Total": tick // 5},
         booleans={"Sim/Robot/IsAirborne": tick % 10 == 9},
+        integer_arrays={
+            "Sim/PieceIds/Fuel": np.arange(pieces) + tick // 8,
+            "Sim/PieceIds/Held": np.empty(0, dtype=np.int64),
+        },
+        strings={"Sim/Match/Period": ("auto", "Übergang")[tick // 15]},
     )
 
 

@@ -52,6 +52,8 @@ def snapshot(tick: int) -> Snapshot:
         doubles={"Sim/Debug/BatteryVoltage": 12.0 - time, "Sim/Debug/BatteryCurrent": 40.0 * time},
         integers={"Sim/Score/Blue": tick // 10, "Sim/Score/Red": 0, "Sim/Intake/HeldCount": 3},
         booleans={"Sim/Robot/IsAirborne": tick > 20},
+        integer_arrays={"Sim/PieceIds/Fuel": np.arange(PIECES) + 1000, "few": np.arange(tick % 3)},
+        strings={"Sim/Match/Period": "auto" if tick < 4 else "teleop"},
     )
 
 

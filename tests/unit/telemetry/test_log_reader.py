@@ -49,6 +49,10 @@ def test_every_value_comes_back_at_its_time(path: Path, snapshots: list[Snapshot
         assert got.doubles == want.doubles
         assert got.integers == want.integers
         assert got.booleans == want.booleans
+        assert got.strings == want.strings
+        assert {k: v.tolist() for k, v in got.integer_arrays.items()} == {
+            k: v.tolist() for k, v in want.integer_arrays.items()
+        }
     half_way = log.snapshot_at(snapshots[3].time + 0.01)
     assert half_way.doubles == snapshots[3].doubles, "a value stands until the next"
     assert log.snapshot_at(0.0).poses == {}
@@ -85,6 +89,10 @@ def test_numbers_and_poses_as_arrays(path: Path, snapshots: list[Snapshot]) -> N
         log.column("Sim/Score/Total").poses()
     with pytest.raises(LogError, match=r"not 'struct:Pose3d\[\]'"):
         log.column("Sim/Score/Total").pose_array(0)
+    with pytest.raises(LogError, match=r"not 'int64\[\]'"):
+        log.column("Sim/Score/Total").integer_array(0)
+    with pytest.raises(LogError, match="not 'string'"):
+        log.column("Sim/Score/Total").text(0)
     with pytest.raises(UnknownNameError, match="Did you mean 'Sim/Score/Total'"):
         log.series("Sim/Score/Totl")
 

@@ -38,8 +38,21 @@ def test_snapshots_come_back_as_they_went_in() -> None:
         assert (back.doubles, back.integers, back.booleans) == (sent.doubles, sent.integers, sent.booleans)
         assert type(back.integers["Sim/Score/Red"]) is int and type(back.booleans["Sim/Robot/IsAirborne"]) is bool
         assert np.array_equal(back.poses["Sim/Robot/Pose3d"], sent.poses["Sim/Robot/Pose3d"])
+        assert back.strings == sent.strings
+        assert back.integer_arrays["few"].tolist() == sent.integer_arrays["few"].tolist()
+        assert ("Sim/PieceIds/Fuel" in back.integer_arrays) == bool(back.pose_arrays), "ids go with their poses"
         assert bool(back.pose_arrays) == (tick in (0, 1, 3, 5)), "where pieces were due"
     assert tick == 6
+
+
+def test_texts_and_arrays_of_integers() -> None:
+    recording = recorded(20)
+    times, texts = recording.strings("Sim/Match/Period")
+    assert texts == ["auto"] * 4 + ["teleop"] * 16 and times == pytest.approx(recording.times)
+    assert recording.integers_at("Sim/PieceIds/Fuel", 0.3).tolist() == [*range(1000, 1100)]
+    assert [recording.integers_at("few", 0.02 * k).tolist() for k in range(5)] == [[], [], [0], [0, 1], []]
+    assert recording.integers_at("few", 9.0).dtype == np.int64
+    assert {"few", "Sim/Match/Period"} <= set(recording.keys)
 
 
 def test_keys_that_come_and_go_leave_gaps() -> None:
@@ -83,6 +96,8 @@ def test_an_endless_run_keeps_its_end_and_stays_small() -> None:
     assert 2.0 <= times[-1] - times[0] <= 2.5 + 0.02
     assert recording.places(times[0]) == pytest.approx(places(times[0]), abs=0.04), "0.04 s old at most"
     _, rows = recording.poses("Sim/Robot/Pose3d")
+    assert len(recording.strings("Sim/Match/Period")[1]) == len(times)
+    assert recording.integers_at("few", 20.0).tolist() == [*range(999 % 3)]
     assert len(rows) == len(recording.series("Sim/Score/Blue")[1]) == len(times) == len(recording)
 
 
@@ -101,6 +116,10 @@ def test_unknown_names_and_bad_settings() -> None:
         recording.poses("Sim/Robot/Pose")
     with pytest.raises(UnknownNameError):
         recording.array_at("Sim/GamePieces/Coral", 0.0)
+    with pytest.raises(UnknownNameError):
+        recording.integers_at("ids", 0.0)
+    with pytest.raises(UnknownNameError):
+        recording.strings("Sim/Match/Perio")
     for option in ("period", "bulk_period", "seconds"):
         with pytest.raises(ConfigError, match="> 0"):
             Recording(**{option: 0.0})

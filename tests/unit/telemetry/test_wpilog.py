@@ -62,6 +62,9 @@ def test_types_and_names_are_those_of_a_networktables_log(tmp_path: Path, snapsh
         "NT:/Sim/Debug/HoodAngleDeg": "double",
         "NT:/Sim/Score/Total": "int64",
         "NT:/Sim/Robot/IsAirborne": "boolean",
+        "NT:/Sim/PieceIds/Fuel": "int64[]",
+        "NT:/Sim/PieceIds/Held": "int64[]",
+        "NT:/Sim/Match/Period": "string",
     }
 
 
@@ -120,6 +123,31 @@ def test_long_arrays_are_written_less_often_and_nothing_twice(tmp_path: Path) ->
     _, values = read(written(tmp_path / "run.wpilog", rows, bulk_period=0.06))
     assert [stamp for stamp, _ in values["NT:/fuel"]] == [20_000, 60_000, 120_000, 180_000, 240_000]
     assert [stamp for stamp, _ in values["NT:/parts"]] == [20_000, *range(140_000, 240_001, 20_000)]
+
+
+def test_wpilib_reads_texts_and_arrays_of_integers(tmp_path: Path, snapshots: list[Snapshot]) -> None:
+    path = written(tmp_path / "run.wpilog", snapshots)
+    names: dict[int, str] = {}
+    ids, periods = [], []
+    for record in log.DataLogReader(str(path)):
+        if record.isStart():
+            names[record.getStartData().entry] = record.getStartData().name
+        elif names[record.getEntry()] == "NT:/Sim/PieceIds/Fuel":
+            ids.append((record.getTimestamp(), list(record.getIntegerArray())))
+        elif names[record.getEntry()] == "NT:/Sim/Match/Period":
+            periods.append((record.getTimestamp(), record.getString()))
+    assert ids == [(t, [*range(n, n + 504)]) for t, n in ((20_000, 0), (180_000, 1), (340_000, 2))], "when they change"
+    assert periods == [(20_000, "auto"), (320_000, "Übergang")]
+
+
+def test_ids_are_written_in_the_ticks_of_their_poses(tmp_path: Path) -> None:
+    rows = []
+    for k in range(1, 13):
+        poses, ids = np.full((100, 7), float(k)), np.full(100, k)
+        rows.append(Snapshot(time=0.02 * k, tick=k, pose_arrays={"poses": poses}, integer_arrays={"ids": ids}))
+    _, values = read(written(tmp_path / "run.wpilog", rows, bulk_period=0.06))
+    assert [stamp for stamp, _ in values["NT:/ids"]] == [stamp for stamp, _ in values["NT:/poses"]]
+    assert len(values["NT:/ids"]) == 5
 
 
 def test_nan_is_written_once(tmp_path: Path) -> None:
@@ -233,6 +261,8 @@ def test_closed_log(tmp_path: Path, snapshots: list[Snapshot]) -> None:
     [
         ({"poses": {"p": np.zeros(6)}}, r"p: a pose needs shape \(7,\)"),
         ({"pose_arrays": {"p": np.zeros((3, 6))}}, r"p: poses need shape \(n, 7\)"),
+        ({"integer_arrays": {"i": np.zeros((3, 2), dtype=np.int64)}}, r"i: integers need shape \(n,\)"),
+        ({"integer_arrays": {"i": np.zeros(3)}}, "an integer type"),
         ({"doubles": {"x": 1.0}, "integers": {"x": 1}}, "x: logged as double before, now as int64"),
         ({"doubles": {"/x": 1.0}}, "without a leading '/'"),
         ({"time": -0.02}, "time >= 0"),
