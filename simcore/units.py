@@ -4,10 +4,13 @@ from __future__ import annotations
 
 import math
 
-__all__ = ["GRAVITY", "degrees", "feet", "inches", "pounds", "rpm"]
+__all__ = ["GRAVITY", "TICK", "degrees", "feet", "inches", "pounds", "rpm"]
 
 GRAVITY = 9.80665
 """Standard gravity [m/s^2] (CGPM 1901)."""
+
+TICK = 0.02
+"""Length of a tick [s]: the loop of a TimedRobot."""
 
 
 def inches(value: float) -> float:

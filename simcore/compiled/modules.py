@@ -64,7 +64,7 @@ MODULES = (
     "simcore.pieces.launch",
     "simcore.pieces.piece_manager",
     "simcore.pieces.pool",
-    "simcore.pieces.shooter",
+    "simcore.pieces.shot_schedule",
     "simcore.robot.arm",
     "simcore.robot.battery",
     "simcore.robot.capability",

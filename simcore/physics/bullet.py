@@ -97,7 +97,12 @@ class BulletEngine:
             raise EngineError("PyBullet refused a new world; close some of the open ones (each holds about 30 MB)")
         self._client: int | None = client
         self._kw = {"physicsClientId": client}
-        p.setGravity(0.0, 0.0, -gravity, **self._kw)
+        self._begin()
+
+    def _begin(self) -> None:
+        """Parameters of an empty world."""
+        p = self._p
+        p.setGravity(0.0, 0.0, -self.gravity, **self._kw)
         p.setPhysicsEngineParameter(
             contactBreakingThreshold=_CONTACT_DISTANCE,  # a global of the process, so set again for every client
             numSolverIterations=_SOLVER_ITERATIONS,
@@ -119,6 +124,12 @@ class BulletEngine:
 
     def __exit__(self, *_: object) -> None:
         self.close()
+
+    def reset(self) -> None:
+        """Remove everything from the world, so that it can be built anew."""
+        self._require_open()
+        self._p.resetSimulation(**self._kw)
+        self._begin()
 
     def close(self) -> None:
         """Free the world; may be called twice."""

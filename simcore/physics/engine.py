@@ -119,6 +119,10 @@ class Engine(Protocol):
         """Rows of the bodies whose bounding boxes overlap a box [m]."""
         ...
 
+    def reset(self) -> None:
+        """Remove all bodies and statics; rows count from 0 again."""
+        ...
+
     def close(self) -> None:
         """Free everything; may be called twice."""
         ...

@@ -108,11 +108,18 @@ class PhysicsWorld:
         self.engine = engine
         self.gravity = engine.gravity
         self.substepping = substepping or Substepping()
+        self._floor = floor
+        self._floor_size, self._floor_center = floor_size, floor_center
+        self._begin()
+
+    def _begin(self) -> None:
+        """The floor alone."""
         self._bodies: dict[int, _Body] = {}
         self._solid: set[int] = set()
         self._ramps: set[int] = set()
         self._robots: list[int] = []
         self._pieces: dict[int, int] = {}  # group by row
+        floor, floor_size, floor_center = self._floor, self._floor_size, self._floor_center
         if floor is not None:
             # Balls get a half space, 15-25 % of a step cheaper than a box under 150 awake ones; the others thick boxes.
             box = Box((floor_size[0], floor_size[1], _FLOOR_THICKNESS))
@@ -126,6 +133,11 @@ class PhysicsWorld:
 
     def __exit__(self, *_: object) -> None:
         self.close()
+
+    def reset(self) -> None:
+        """Remove everything but the floor."""
+        self.engine.reset()
+        self._begin()
 
     def close(self) -> None:
         """Free the engine; may be called twice."""

@@ -14,6 +14,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from simcore.errors import CapacityError, ConfigError, NonFiniteError, UnknownNameError
+from simcore.geometry.quaternion import IDENTITY, Quaternion
 from simcore.physics.world import PhysicsWorld
 from simcore.pieces.chunks import ChunkGrid
 from simcore.pieces.flying import FlightForces
@@ -69,6 +70,7 @@ class GamePieceManager:
         self._slow = np.zeros(n, dtype=np.int64)
         self._guarded = np.zeros(n, dtype=bool)  # within reach of a moving robot: may not sleep
         self._flight = FlightForces(world, self._pool)
+        self._quats = np.tile((1.0, 0.0, 0.0, 0.0), (n, 1))
         self._awake: IntArray = np.zeros(0, dtype=np.int64)
         self._awake_rows: list[int] = []
         self._awake_stale = True
@@ -142,32 +144,46 @@ class GamePieceManager:
         self._awake_stale = True
 
     def launch(
-        self, holder: int, pos: Sequence[float], vel: Sequence[float], spin: Sequence[float] = (0.0, 0.0, 0.0)
+        self,
+        holder: int,
+        pos: Sequence[float],
+        vel: Sequence[float],
+        spin: Sequence[float] = (0.0, 0.0, 0.0),
+        *,
+        slot: int | None = None,
+        quat: Quaternion = IDENTITY,
+        flying: bool = True,
     ) -> int:
-        """Shoot one held piece; returns its slot.
+        """Let one held piece go with a velocity; returns its slot.
 
         Args:
-            holder: The robot that shoots.
+            holder: The robot that holds it.
             pos: Center of the piece at the muzzle, field frame [m].
             vel: Its velocity [m/s].
             spin: Its angular velocity [rad/s].
+            slot: Which piece; None: that of the lowest slot.
+            quat: Its attitude.
+            flying: Whether it is shot into the air; otherwise it is put down.
 
         Raises:
-            CapacityError: The robot holds none.
+            CapacityError: The robot holds none, or not this one.
             NonFiniteError: A value is not finite; the piece stays held.
         """
         held = self.held(holder)
         if len(held) == 0:
             raise CapacityError(f"robot {holder} has no piece to launch")
+        if slot is None:
+            slot = int(held[0])
+        elif slot not in held:
+            raise CapacityError(f"robot {holder} holds pieces {held.tolist()}, got {slot}")
         if not (len(pos) == len(vel) == len(spin) == 3 and all(map(math.isfinite, (*pos, *vel, *spin)))):
             raise NonFiniteError(
                 f"launch: position, velocity and spin must be three finite numbers each, got {pos}, {vel}, {spin}"
             )
-        slot = int(held[0])
-        self._pool.place(slot, (float(pos[0]), float(pos[1]), float(pos[2])), touchable=True)
+        self._pool.place(slot, (float(pos[0]), float(pos[1]), float(pos[2])), touchable=True, quat=quat)
         self._world.set_velocity(self._pool.rows[slot], vel, spin)
         self.state.vel[slot] = vel
-        self.state.status[slot] = _IN_FLIGHT
+        self.state.status[slot] = _IN_FLIGHT if flying else _AWAKE
         self.state.holder[slot] = -1
         self._slow[slot] = 0
         self._flight.start(slot)
@@ -234,6 +250,11 @@ class GamePieceManager:
         """The types, in the order of `PieceState.kind`."""
         return self._pool.types
 
+    @property
+    def radius(self) -> FloatArray:
+        """Bounding radius of each slot's piece [m], shape (n,)."""
+        return self._pool.radius
+
     def held(self, holder: int) -> IntArray:
         """Slots that a robot holds."""
         return np.nonzero((self.state.status == _HELD) & (self.state.holder == holder))[0]
@@ -258,16 +279,13 @@ class GamePieceManager:
             mask &= self.state.kind == self._kind(name)
         return int(mask.sum())
 
-    def quaternions(self, slots: IntArray) -> FloatArray:
-        """Attitudes x, y, z, w, shape (n, 4); balls look the same from every side, so theirs is not asked for."""
-        from simcore.physics.shapes import Sphere
-
-        quats = np.zeros((len(slots), 4))
-        quats[:, 3] = 1.0
-        for i, slot in enumerate(slots.tolist()):
-            if not isinstance(self._pool.types[self.state.kind[slot]].shape, Sphere):
-                quats[i] = self._world.engine.pose(self._pool.rows[slot])[1]
-        return quats
+    def attitudes(self, slots: IntArray) -> FloatArray:
+        """Attitudes w, x, y, z, shape (n, 4); of a piece that is off the field, the last it had there."""
+        for row in np.nonzero(self._pool.turns[slots] & (self.state.status[slots] != _ASLEEP))[0].tolist():
+            slot = int(slots[row])
+            x, y, z, w = self._world.engine.pose(self._pool.rows[slot])[1]
+            self._quats[slot] = w, x, y, z
+        return self._quats[slots]
 
     # --- one tick -----------------------------------------------------------------------------------------------
 
@@ -407,6 +425,7 @@ class GamePieceManager:
                 self._wake(other)
 
     def _fall_asleep(self, slots: IntArray) -> None:
+        self.attitudes(slots)  # as it lies now; a sleeper's is not asked for again
         self.state.status[slots] = _ASLEEP
         self.state.vel[slots] = 0.0
         self._chunk[slots] = chunk = self._chunks.index(self.state.pos[slots])

@@ -9,7 +9,8 @@ import numpy as np
 import numpy.typing as npt
 
 from simcore.errors import CapacityError, ConfigError
-from simcore.geometry.quaternion import IDENTITY
+from simcore.geometry.quaternion import IDENTITY, Quaternion
+from simcore.physics.shapes import Sphere
 from simcore.physics.world import PhysicsWorld
 from simcore.pieces.kinds import GamePieceConfig
 from simcore.typing import BoolArray, FloatArray, IntArray
@@ -84,6 +85,8 @@ class PiecePool:
         """Engine row of each slot."""
         self.radius = np.zeros(n)
         """Bounding radius of each slot's piece [m], shape (n,)."""
+        self.turns = np.zeros(n, dtype=bool)
+        """Whether one can see how a piece is turned: all but balls, shape (n,)."""
         slot = 0
         for kind, (config, count) in enumerate(types):
             for _ in range(count):
@@ -96,6 +99,7 @@ class PiecePool:
                 slot += 1
             self.state.kind[slot - count : slot] = kind
             self.radius[slot - count : slot] = config.bounding_radius
+            self.turns[slot - count : slot] = not isinstance(config.shape, Sphere)
 
     def take(self, kind: int, count: int) -> IntArray:
         """Reserve free slots of a type; they stay parked.
@@ -115,10 +119,12 @@ class PiecePool:
             )
         return free[:count]
 
-    def place(self, slot: int, pos: tuple[float, float, float], *, touchable: bool) -> None:
+    def place(
+        self, slot: int, pos: tuple[float, float, float], *, touchable: bool, quat: Quaternion = IDENTITY
+    ) -> None:
         """Take a body out of parking and put it on the field, at rest and awake."""
         world, row = self._world, self.rows[slot]
-        world.set_pose(row, pos)
+        world.set_pose(row, pos, quat)
         self.state.pos[slot] = self.state.before[slot] = pos
         self.state.vel[slot] = 0.0
         self.set_touchable(slot, touchable)

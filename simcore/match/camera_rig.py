@@ -1,4 +1,4 @@
-"""The cameras of REBUILT: tags of 2026, fuel, and what stands in between."""
+"""The cameras of a match: what they can see, and when they look."""
 
 from __future__ import annotations
 
@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from games.rebuilt.fuel import FUEL
 from simcore.geometry.quaternion import Vector
 from simcore.physics.world import PhysicsWorld
 from simcore.pieces.piece_manager import GamePieceManager
+from simcore.robot.robot import Robot
 from simcore.typing import FloatArray
 from simcore.vision.camera_manager import VisionSimManager
 from simcore.vision.camera_scene import Scene
@@ -22,9 +22,7 @@ from simcore.vision.tags import TagLayout, load_layout, official_layout
 if TYPE_CHECKING:
     import ntcore
 
-    from games.rebuilt.robot import RebuiltRobot
-
-__all__ = ["RebuiltVision", "tag_layout"]
+__all__ = ["CameraRig", "tag_layout"]
 
 
 def tag_layout(name: str | Path) -> TagLayout:
@@ -37,12 +35,12 @@ def tag_layout(name: str | Path) -> TagLayout:
     return load_layout(name) if isinstance(name, Path) else official_layout(name)
 
 
-class RebuiltVision(VisionSimManager):
+class CameraRig(VisionSimManager):
     """All cameras of a match.
 
     Args:
         world: For lines of sight.
-        pieces: The fuel.
+        pieces: What they may see.
         robots: With their cameras.
         layout: Where the tags are.
         rng: For all noise.
@@ -53,7 +51,7 @@ class RebuiltVision(VisionSimManager):
         self,
         world: PhysicsWorld,
         pieces: GamePieceManager,
-        robots: Sequence[RebuiltRobot],
+        robots: Sequence[Robot],
         layout: TagLayout,
         rng: np.random.Generator,
         network: ntcore.NetworkTableInstance | None = None,
@@ -81,12 +79,12 @@ class RebuiltVision(VisionSimManager):
             robots={robot.number: (robot.chassis.pos, robot.chassis.quat) for robot in self._carriers},
             pieces=self._pieces.state.pos,
             is_there=self._pieces.is_on_field,
-            piece_radius=FUEL.bounding_radius,
+            piece_radius=float(self._pieces.radius.max(initial=0.0)),
             sight=self._sight,
         )
         self.update(time, scene)
 
-    def lines(self, robots: Sequence[RebuiltRobot]) -> dict[str, FloatArray]:
+    def lines(self, robots: Sequence[Robot]) -> dict[str, FloatArray]:
         """What to draw, by telemetry key: rows of poses."""
         found: dict[str, FloatArray] = {}
         for name, camera in self.cameras.items():

@@ -9,7 +9,7 @@ import pytest
 
 from simcore.errors import ConfigError, NonFiniteError
 from simcore.pieces.launch import LaunchParameters
-from simcore.pieces.shooter import Launch, ShooterSim
+from simcore.pieces.shot_schedule import Launch, ShotSchedule
 
 DUAL = LaunchParameters(height=0.55, forward=0.168, barrels=(0.08, -0.08))
 SINGLE = LaunchParameters(height=0.55)
@@ -17,7 +17,7 @@ SINGLE = LaunchParameters(height=0.55)
 
 def shooter(launch=SINGLE, rate=8.0):
     inputs = SimpleNamespace(elevation=1.1, speed=9.0, open=True, turret=0.0)
-    sim = ShooterSim(
+    sim = ShotSchedule(
         launch,
         shot_rate=rate,
         elevation=lambda: inputs.elevation,

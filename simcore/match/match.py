@@ -1,0 +1,635 @@
+"""A match: any game, any robots, and the one tick that moves them.
+
+The tick is three lists that can be read aloud (`before`, `part`, `after`). Scripted robots run the middle once a
+tick; robot code whose motor controllers want to be asked more often runs it several times. There is no other order.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from contextlib import ExitStack
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from simcore.errors import ConfigError, UnknownNameError
+from simcore.match.camera_rig import CameraRig, tag_layout
+from simcore.match.clock import MatchTimer, Mode
+from simcore.match.digest import TrajectoryDigest
+from simcore.match.game import Game, RobotEntry, Rules
+from simcore.match.publish import build_snapshot
+from simcore.match.report import PieceCount, Score
+from simcore.match.scoring import Alliance, ScoringTracker, ScoringZone
+from simcore.physics.engine import Engine
+from simcore.physics.substeps import Substepping, Surroundings
+from simcore.physics.world import PhysicsWorld
+from simcore.pieces.intake import field_to_robot
+from simcore.pieces.piece_manager import GamePieceManager
+from simcore.pieces.pool import PieceStatus
+from simcore.pieces.proximity import Mover, Proximity
+from simcore.robot.robot import Controller, Robot
+from simcore.telemetry.snapshot import Snapshot, TelemetrySink
+from simcore.typing import BoolArray, FloatArray, IntArray
+from simcore.units import TICK
+from simcore.vision.tags import TagLayout
+
+if TYPE_CHECKING:
+    import ntcore
+
+__all__ = ["Match", "ShotRecord"]
+
+
+@dataclass(slots=True)
+class ShotRecord:
+    """One shot piece, from the muzzle until it scored, or for 2 s and until it touched something."""
+
+    time: float
+    slot: int
+    robot: int
+    points: list[tuple[float, float, float]]
+    """Its flight, a point a tick [m]."""
+    scored: bool = False
+
+
+class Match:
+    """A match of a game. Use as a context manager, or call `close`.
+
+    Args:
+        game: What is played.
+        robots: Who plays; none: one blue robot of the game's own kind.
+        seed: Of everything that is left to chance, a whole number >= 0.
+        controllers: What commands each robot, in their order; None: it stands.
+        options: Names of the game's options that are on.
+        practice: Every piece counts, whatever the match clock says.
+        sinks: Who wants telemetry.
+        engine: The physics engine; None makes one. It is closed with the match.
+        network: NetworkTables on which cameras publish and listen; None: their frames are read from `cameras` only.
+        field_mesh: An OBJ of the field in place of the game's own.
+        tags: An AprilTag layout in place of the game's own: a name, or a file in WPILib's JSON.
+        substepping: Limits on movement per sub-step.
+        proximity: When pieces wake and sleep.
+
+    Raises:
+        ConfigError: Robots, seed or options that cannot be.
+        FieldMeshError: The field's mesh is missing or broken.
+
+    Example:
+        >>> from games.rebuilt import REBUILT
+        >>> with Match(REBUILT, seed=3) as match:
+        ...     match.play(0.1)
+        ...     match.score.total, match.count.is_conserved
+        (0, True)
+    """
+
+    time: float
+    """Simulated time since the start [s]."""
+    ticks: int
+    """Ticks since the start."""
+    substeps: int
+    """Of the last tick."""
+    seed: int
+    """Of everything that is left to chance."""
+    timer: MatchTimer
+    """The time of the match, for scores and rules."""
+    pieces: GamePieceManager
+    robots: list[Robot]
+    alliances: list[Alliance]
+    """Of each robot, as last set."""
+    tracker: ScoringTracker
+    rules: Rules
+    rules_rng: np.random.Generator
+    """For what the rules leave to chance."""
+    cameras: CameraRig
+    digest: TrajectoryDigest
+    """Of the state of every tick so far."""
+    shots: list[ShotRecord]
+    """All shots, in order."""
+    intakes: list[list[float]]
+    """Where each piece was taken in, field frame [m]."""
+
+    def __init__(
+        self,
+        game: Game,
+        *,
+        robots: Sequence[RobotEntry] = (),
+        seed: int = 0,
+        controllers: Sequence[Controller | None] = (),
+        options: Iterable[str] = (),
+        practice: bool = False,
+        sinks: Sequence[TelemetrySink] = (),
+        engine: Engine | None = None,
+        network: ntcore.NetworkTableInstance | None = None,
+        field_mesh: Path | None = None,
+        tags: str | Path | None = None,
+        substepping: Substepping | None = None,
+        proximity: Proximity | None = None,
+    ) -> None:
+        self.game = game
+        self.entries = tuple(robots) or (RobotEntry(),)
+        self.options = frozenset(options)
+        self.practice = practice
+        _check(game, self.entries, self.options, controllers, seed)
+        self._network = network
+        self._tags = tags or game.field.tags
+        self._proximity = proximity
+        self._controllers = list(controllers) + [None] * (len(self.entries) - len(controllers))
+        self.sinks = list(sinks)
+        self.last_tick_ms: float | None = None
+        """Wall time of the last tick [ms], for telemetry, if whoever runs the match measures it."""
+        self.field = game.field.load(field_mesh)  # before the engine starts: a broken mesh ends the build
+        length, width = game.field.size
+        self.world = PhysicsWorld(
+            engine=engine,
+            floor_size=(length + 8.0, width + 8.0),
+            floor_center=(length / 2, width / 2),
+            substepping=substepping,
+        )
+        self.before: tuple[Callable[[], None], ...] = (self._read, self._wake, self._take_in)
+        """What comes before motion: robot code looks and commands; sleeping pieces wake; intakes take pieces in."""
+        self.part: tuple[Callable[[float], None], ...] = (self._power, self._step_mechanisms, self._move, self._sense)
+        """Motion, once a tick or in several parts: batteries and devices; mechanisms; sub-steps; sensors."""
+        self.after: tuple[Callable[[], None], ...] = (
+            self._gather,
+            self._see,
+            self._settle,
+            self._score,
+            self._let_go,
+            self._publish,
+        )
+        """What comes after motion: where pieces are; cameras; sleep; score and rules; shots and placing; telemetry."""
+        try:
+            self._begin(seed)
+        except BaseException:
+            self.world.close()
+            raise
+
+    def __enter__(self) -> Match:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """Close sinks and engine, each even if another fails; may be called twice."""
+        with ExitStack() as stack:
+            stack.callback(self.world.close)
+            stack.callback(self.cameras.close)
+            for sink in self.sinks:
+                stack.callback(sink.close)
+
+    # --- the tick -------------------------------------------------------------------------------------------------
+
+    def tick(self, parts: int = 1) -> None:
+        """Advance by 20 ms, with the middle of the tick cut into equal parts."""
+        self.begin_tick()
+        for _ in range(parts):
+            self.run_part(TICK / parts)
+        self.end_tick()
+
+    def begin_tick(self) -> None:
+        """The first list of a tick; `run_part` follows until 20 ms are full, then `end_tick`."""
+        for phase in self.before:
+            phase()
+
+    def run_part(self, h: float) -> None:
+        """A part of the tick, h [s]."""
+        for phase in self.part:
+            phase(h)
+
+    def end_tick(self) -> None:
+        """The last list of a tick."""
+        for phase in self.after:
+            phase()
+
+    def play(self, seconds: float, *, controllers: Sequence[Controller | None] | None = None) -> None:
+        """Advance by a time [s].
+
+        Args:
+            seconds: Simulated; rounded to whole ticks.
+            controllers: What commands each robot from now on; None leaves them.
+        """
+        for number, controller in enumerate(controllers or ()):
+            self.set_controller(number, controller)
+        for _ in range(round(seconds / TICK)):
+            self.tick()
+
+    # --- before ---------------------------------------------------------------------------------------------------
+
+    def _read(self) -> None:
+        for robot, controller in zip(self.robots, self._controllers, strict=True):
+            if controller is not None:
+                controller(robot, self.time)
+        self.cameras.listen(self.time)
+        self.rules.before_tick()
+
+    def _wake(self) -> None:
+        """Sleepers that can be reached within the tick wake."""
+        movers = [Mover(*robot.chassis.footprint) for robot in self.robots]
+        self._piece_speed = self.pieces.wake_reachable(movers, TICK)
+
+    def _take_in(self) -> None:
+        """Before the step, so that a fresh shot is not taken in again."""
+        for robot in self.robots:
+            if robot.intakes or robot.placers:
+                self._take_into(robot)
+            robot.end_intake()
+        self.substeps = 0
+        self._near = max((robot.chassis.surroundings(TICK) for robot in self.robots), default=Surroundings.OPEN)
+
+    def _take_into(self, robot: Robot) -> None:
+        state = self.pieces.state
+        reach = max([intake.reach for intake in robot.intakes] + [placer.reach for placer in robot.placers])
+        reach += robot.moved + self._piece_speed * TICK  # as far as robot and piece came since the last tick
+        slots = self.pieces.within_sight  # sleepers too: a roller does not ask
+        away = state.pos[slots] - robot.chassis.pos
+        near = np.einsum("ij,ij->i", away, away) < reach * reach
+        slots = slots[near & (state.status[slots] != PieceStatus.IN_FLIGHT)]
+        pos, quat = robot.pose_before
+        now = field_to_robot(state.pos[slots], np.array(robot.chassis.pos), np.array(robot.chassis.quat))
+        before = field_to_robot(state.before[slots], np.array(pos), np.array(quat))
+        free: BoolArray = np.ones(len(slots), dtype=np.bool_)
+        for intake in robot.intakes:
+            taken = intake.captured(before, now) & free & self._is_kind(slots, intake.config.kinds)
+            chosen = np.nonzero(taken)[0][: max(0, robot.storage.room)]
+            free[chosen] = False
+            self._hold(robot, slots[chosen])
+            robot.storage.add(slots[chosen].tolist())
+        for placer in robot.placers:
+            if placer.takes:
+                at = np.nonzero(placer.captured(now) & free & self._is_kind(slots, placer.config.kinds))[0]
+                if len(at):
+                    free[at[0]] = False
+                    self._hold(robot, slots[at[:1]])
+                    placer.piece = int(slots[at[0]])
+                elif placer.config.from_storage and robot.storage.pieces:
+                    placer.piece = robot.storage.take()
+
+    def _hold(self, robot: Robot, slots: IntArray) -> None:
+        if len(slots):
+            self.intakes += self.pieces.state.pos[slots].tolist()
+            self.pieces.hold(slots, robot.number)
+
+    def _is_kind(self, slots: IntArray, kinds: Sequence[str]) -> BoolArray:
+        if not kinds:
+            return np.ones(len(slots), dtype=np.bool_)
+        wanted = [number for number, supply in enumerate(self.game.pieces) if supply.kind.name in kinds]
+        return np.isin(self.pieces.state.kind[slots], wanted)
+
+    # --- one part -------------------------------------------------------------------------------------------------
+
+    def _power(self, h: float) -> None:
+        """Batteries supply the mechanisms' currents and are stepped with the drivetrains; devices give their volts."""
+        for robot in self.robots:
+            robot.drive.other_current = robot.mechanism_current
+            if robot.devices is not None:
+                robot.devices.read()
+
+    def _step_mechanisms(self, h: float) -> None:
+        for robot in self.robots:
+            if robot.devices is None or not robot.devices.at_inner_steps:
+                robot.step_mechanisms(h)
+
+    def _move(self, h: float) -> None:
+        """Tires push robots, air pushes pieces, the engine does the rest."""
+        speed = max((robot.chassis.speed for robot in self.robots), default=0.0)
+        substeps = self.world.substepping.count(h, self._piece_speed, speed, self._near)
+        self.world.step(h, substeps=substeps, before_substep=self._before_substep)
+        self.substeps += substeps
+
+    def _before_substep(self, h: float) -> None:
+        for robot in self.robots:
+            robot.before_substep(h)
+        self.pieces.before_substep(h)
+
+    def _sense(self, h: float) -> None:
+        """Gyros and odometry follow; encoders did in the sub-steps."""
+        for robot in self.robots:
+            robot.chassis.read()
+            robot.sense(h)
+            if robot.devices is not None:
+                robot.devices.write(h)
+
+    # --- after ----------------------------------------------------------------------------------------------------
+
+    def _gather(self) -> None:
+        """Poses and velocities out of the engine, once; pieces outside the field come back."""
+        self.ticks += 1
+        self.time = self.ticks * TICK
+        self.timer.advance(TICK)
+        self.pieces.gather(TICK)
+        for slot, shot in list(self._flying.items()):
+            shot.points.append(tuple(self.pieces.state.pos[slot].tolist()))
+            if self.pieces.state.status[slot] != PieceStatus.IN_FLIGHT and len(shot.points) > 100:
+                del self._flying[slot]
+
+    def _see(self) -> None:
+        """Cameras expose the frames that are due and publish those that are ready."""
+        self.cameras.look(self.time)
+
+    def _settle(self) -> None:
+        """Pieces that have been slow for a while sleep."""
+        self.pieces.settle()
+
+    def _score(self) -> None:
+        """Pieces that went through a zone score, and the game's rules act."""
+        state, slots = self.pieces.state, self.pieces.awake
+        events = self.tracker.update(self.time, slots, state.before[slots], state.pos[slots])
+        if events:
+            for event in events:
+                shot = self._flying.pop(event.slot, None)
+                if shot is not None:
+                    shot.scored = True
+            self.pieces.score(np.array([event.slot for event in events]))
+            for event in events:
+                self.rules.scored(event)
+        if self.timer.is_over and not self._has_ended:
+            self._has_ended = True
+            self.rules.end()
+        self.rules.after_tick()
+
+    def _let_go(self) -> None:
+        """Pieces leave the muzzles of shooters whose gate is open, and placers that turn out."""
+        for robot in self.robots:
+            for shooter in robot.shooters:
+                if shooter.config.kinds:
+                    held = self._next_held(robot, shooter.config.kinds)
+                else:
+                    held = len(robot.storage.pieces)
+                for launch in shooter.update(TICK, held):
+                    slot = robot.storage.take()
+                    kind = self.pieces.types[self.pieces.state.kind[slot]]
+                    piece = shooter.launched(
+                        launch,
+                        dt=TICK,
+                        gravity=self.world.gravity,
+                        radius=kind.bounding_radius,
+                        robot_pos=robot.chassis.pos,
+                        robot_quat=robot.chassis.quat,
+                        robot_vel=robot.chassis.origin_velocity,
+                        robot_rate=robot.chassis.rate,
+                    )
+                    self.pieces.launch(robot.number, piece.pos, piece.vel, piece.spin, slot=slot)
+                    shooter.after_shot(kind.mass, launch.speed)
+                    shot = ShotRecord(self.time, slot, robot.number, [piece.pos])
+                    self.shots.append(shot)
+                    self._flying[slot] = shot
+            for placer in robot.placers:
+                if placer.releases:
+                    slot, placer.piece = placer.piece, None
+                    assert slot is not None
+                    state = robot.part_in_field(placer.held_state())
+                    self.pieces.launch(
+                        robot.number, state.pos, state.vel, state.rate, slot=slot, quat=state.quat, flying=False
+                    )
+
+    def _next_held(self, robot: Robot, kinds: Sequence[str]) -> int:
+        """How many pieces of some kinds come next out of a storage, before another kind is in the way."""
+        count = 0
+        pieces = robot.storage.pieces if robot.config.storage.order == "fifo" else robot.storage.pieces[::-1]
+        for slot in pieces:
+            if self.pieces.types[self.pieces.state.kind[slot]].name not in kinds:
+                break
+            count += 1
+        return count
+
+    def _publish(self) -> None:
+        """One snapshot for the sinks that are due, and the digest of the state."""
+        state = self.pieces.state
+        awake = self.pieces.awake
+        for robot in self.robots:
+            self.digest.update(np.array((*robot.chassis.pos, *robot.chassis.quat, *robot.chassis.vel)))
+        self.digest.update(state.pos[awake], state.status.astype(np.int64))
+        due = [sink for sink in self.sinks if sink.due(self.time)]
+        if due:
+            snapshot = self.snapshot()
+            for sink in due:
+                sink.write(snapshot)
+
+    # --- what robot code and drive team do ------------------------------------------------------------------------
+
+    def set_controller(self, number: int, controller: Controller | None) -> None:
+        """Choose what commands a robot from the next tick on."""
+        if not 0 <= number < len(self.robots):
+            raise ConfigError(f"there are robots 0 to {len(self.robots) - 1}, got {number}")
+        self._controllers[number] = controller
+
+    def set_alliance(self, number: int, alliance: Alliance) -> None:
+        """Put a robot, at rest, where it starts as one of an alliance; its gyro keeps its reading."""
+        self.alliances[number] = alliance
+        self.robots[number].carry_to(self.start_pose(number), self.time)
+
+    def start_mode(self, mode: Mode) -> None:
+        """Let the match clock follow a driver station that has just enabled `auto` or `teleop`; an auto starts at 0."""
+        self.timer.start(mode)
+        if mode == "auto":
+            self.tracker.reset()
+            self.shots.clear()
+            self.intakes.clear()
+            self._flying.clear()
+            self._has_ended = False
+        self.rules.start_mode(mode)
+
+    def set_network_time(self, now: float) -> None:
+        """Tell cameras what NetworkTables' clock shows at the end of the present tick [s], so that stamps agree."""
+        self.cameras.clock.offset = now - (self.ticks + 1) * TICK
+
+    def reset(self, seed: int | None = None) -> None:
+        """Begin the match anew in the same engine; robots, pieces and rules are new objects.
+
+        Args:
+            seed: Of the new run; None: the same one.
+        """
+        if seed is not None:
+            _check(self.game, self.entries, self.options, (), seed)
+        self.cameras.close()
+        self.world.reset()
+        self._begin(self.seed if seed is None else seed)
+
+    # --- questions ------------------------------------------------------------------------------------------------
+
+    @property
+    def score(self) -> Score:
+        """Points so far."""
+        red, blue = self.tracker.totals["red"], self.tracker.totals["blue"]
+        return Score(red=red, blue=blue, total=red + blue)
+
+    @property
+    def count(self) -> PieceCount:
+        """Where all pieces are."""
+        count = self.pieces.count
+        return PieceCount(
+            staged=self._staged,
+            on_field=count(PieceStatus.ASLEEP) + count(PieceStatus.AWAKE),
+            in_flight=count(PieceStatus.IN_FLIGHT),
+            held=count(PieceStatus.HELD),
+            scored=count(PieceStatus.SCORED),
+            off_field=count(PieceStatus.STAGED),
+        )
+
+    @property
+    def hits(self) -> int:
+        """Shots that scored."""
+        return sum([shot.scored for shot in self.shots])
+
+    @property
+    def flying(self) -> IntArray:
+        """Slots of the shots that have not touched anything yet, oldest first."""
+        status = self.pieces.state.status
+        slots = [slot for slot in self._flying if status[slot] == PieceStatus.IN_FLIGHT]
+        return np.array(slots, dtype=np.int64)
+
+    def piece_positions(self) -> dict[str, FloatArray]:
+        """Where the pieces on the field and in the air are, by kind, field frame [m], shape (n, 3)."""
+        return {
+            supply.kind.name: self.pieces.state.pos[self.pieces.on_field(supply.kind.name)]
+            for supply in self.game.pieces
+        }
+
+    def start_pose(self, number: int) -> tuple[float, float, float]:
+        """Where a robot starts as one of its present alliance, field frame [m, m, rad]."""
+        entry = self.entries[number]
+        pose = entry.start
+        if pose is None:
+            before = sum([1 for other in self.entries[:number] if other.alliance == entry.alliance])
+            if before >= len(self.game.starts):
+                raise ConfigError(
+                    f"{self.game.name} has {len(self.game.starts)} starts an alliance; give the RobotEntry of robot "
+                    f"{number} a start"
+                )
+            pose = self.game.starts[before]
+        return self.game.field.symmetry.flip_pose(*pose) if self.alliances[number] == "red" else pose
+
+    def snapshot(self) -> Snapshot:
+        """Everything that telemetry shows of the last tick."""
+        return build_snapshot(self)
+
+    # --- building -------------------------------------------------------------------------------------------------
+
+    def _begin(self, seed: int) -> None:
+        """Build everything that a run changes, in an empty world."""
+        game = self.game
+        self.seed = seed
+        rng = np.random.default_rng(seed)
+        self.rules_rng, robot_rng, staging_rng, camera_rng = rng.spawn(4)
+        self.time = 0.0
+        self.ticks = 0
+        self.substeps = 0
+        self.timer = MatchTimer(game.clock)
+        self.digest = TrajectoryDigest()
+        self.shots = []
+        self.intakes = []
+        self._flying: dict[int, ShotRecord] = {}
+        self._piece_speed = 0.0
+        self._near = Surroundings.OPEN
+        self._has_ended = False
+        self.alliances = [entry.alliance for entry in self.entries]
+        self.world.add_field(self.field.elements, drivable=game.field.drivable_in(self.field))
+        self.pieces = GamePieceManager(
+            self.world,
+            [(supply.kind, supply.count) for supply in game.pieces],
+            field_size=game.field.size,
+            proximity=self._proximity,
+        )
+        self._stage(staging_rng)
+        self.robots = []
+        own_rngs = robot_rng.spawn(len(self.entries))  # one robot's noise does not depend on how many there are
+        for number, (entry, own_rng) in enumerate(zip(self.entries, own_rngs, strict=True)):
+            config = entry.config or game.robot()
+            pose = self.start_pose(number)
+            robot = Robot(self.world, config, number=number, pose=pose, rng=own_rng, rungs=game.field.rungs)
+            self.robots.append(robot)
+            self._preload(robot, entry)
+        self._require_free_starts()
+        kinds = [game.pieces[kind].kind.name for kind in self.pieces.state.kind.tolist()]
+        self.tracker = ScoringTracker(game.zones, worth=self._worth, kinds=kinds)
+        self._staged = len(kinds) - self.pieces.count(PieceStatus.FREE)
+        self.cameras = CameraRig(self.world, self.pieces, self.robots, self._layout(), camera_rng, self._network)
+        self.rules = game.rules(self)
+        self.rules.start()
+
+    def _stage(self, rng: np.random.Generator) -> None:
+        """Put pieces where they start: as the first robot's alliance sees the field, so that a red match is a blue one
+        under the field's symmetry.
+        """
+        is_flipped = self.entries[0].alliance == "red"
+        for some in self.game.staging(rng, self.entries):
+            positions = np.asarray(some.positions, dtype=np.float64).reshape(-1, 3)
+            if is_flipped:
+                positions = self.game.field.symmetry.flip_points(positions)
+            if len(positions):
+                self.pieces.spawn(some.kind, positions)
+            self.pieces.stage(some.kind, some.off_field)
+
+    def _preload(self, robot: Robot, entry: RobotEntry) -> None:
+        count = entry.preload
+        if count is None:
+            count = min(self.game.preload, robot.storage.room)
+        if count:
+            if count > robot.storage.room:
+                raise ConfigError(f"robot {robot.number} holds {robot.storage.room} pieces, got a preload of {count}")
+            slots = self.pieces.stage(self.game.pieces[0].kind.name, count)
+            self.pieces.hold(slots, robot.number)
+            robot.storage.add(slots.tolist())
+
+    def _layout(self) -> TagLayout:
+        """The tags; without cameras nobody needs them."""
+        if any(robot.config.cameras for robot in self.robots):
+            return tag_layout(self._tags)
+        return TagLayout.of([], field_size=self.game.field.size)
+
+    def _worth(self, zone: ScoringZone) -> int:
+        return self.rules.worth(zone)
+
+    def _require_free_starts(self) -> None:
+        """Refuse robots that start inside of each other, of a solid element, or beyond the field."""
+        length, width = self.game.field.size
+        for robot in self.robots:
+            (x, y, _), c = robot.chassis.pose, robot.chassis.config
+            if not (0.0 <= x <= length and 0.0 <= y <= width):
+                raise ConfigError(
+                    f"robot {robot.number} starts outside of the field of {length:g} x {width:g} m, at ({x:g}, {y:g}); "
+                    "a start is in meters from the blue corner"
+                )
+            half = 0.5 * min(c.bumper_length, c.bumper_width)
+            for other in self.robots[: robot.number]:
+                ox, oy, _ = other.chassis.pose
+                reach = half + 0.5 * min(other.chassis.config.bumper_length, other.chassis.config.bumper_width)
+                if np.hypot(ox - x, oy - y) < 0.99 * reach:
+                    raise ConfigError(
+                        f"robots {other.number} and {robot.number} start inside of each other, at ({ox:.2f}, {oy:.2f}) "
+                        f"and ({x:.2f}, {y:.2f}) m; give their RobotEntry other starts"
+                    )
+        for robot in self.robots:
+            (x, y, _), c = robot.chassis.pose, robot.chassis.config
+            inner = 0.25 * min(c.bumper_length, c.bumper_width)
+            low, high = (x - inner, y - inner, c.clearance), (x + inner, y + inner, c.bumper_top)
+            if self.world.surroundings(robot.chassis.row, low, high) is Surroundings.WALL:
+                raise ConfigError(
+                    f"robot {robot.number} starts inside of a field element, at ({x:.2f}, {y:.2f}) m; "
+                    "give its RobotEntry another start"
+                )
+
+
+def _check(
+    game: Game,
+    entries: Sequence[RobotEntry],
+    options: frozenset[str],
+    controllers: Sequence[Controller | None],
+    seed: int,
+) -> None:
+    """Refuse what cannot be before anything is built."""
+    if not isinstance(seed, int) or isinstance(seed, bool) or seed < 0:
+        raise ConfigError(f"seed must be a whole number >= 0, got {seed!r}")
+    if len(entries) > game.robots:
+        raise ConfigError(f"a match of {game.name} has at most {game.robots} robots, got {len(entries)}")
+    if len(controllers) > len(entries):
+        raise ConfigError(f"{len(controllers)} controllers for {len(entries)} robots")
+    known = [option.name for option in game.options]
+    for name in options:
+        if name not in known:
+            raise UnknownNameError(f"option of {game.name}", name, known)
+    for entry in entries:
+        if entry.preload is not None and entry.preload > game.preload:
+            raise ConfigError(f"RobotEntry: preload must be 0..{game.preload} in {game.name}, got {entry.preload}")
