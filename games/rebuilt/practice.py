@@ -15,7 +15,7 @@ from simcore.physics.world import PhysicsWorld
 from simcore.pieces.intake import IntakeZone
 from simcore.pieces.launch import LaunchParameters
 from simcore.robot.chassis_config import ChassisConfig
-from simcore.robot.flywheel import FlywheelSim
+from simcore.robot.mechanisms import FlywheelSim
 from simcore.robot.shaft import ShaftSim
 from simcore.robot.swerve_config import SwerveConfig
 from simcore.robot_file.robot_settings import RobotSettings

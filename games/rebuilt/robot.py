@@ -17,14 +17,21 @@ from simcore.physics.world import PhysicsWorld
 from simcore.pieces.intake import IntakeZone
 from simcore.pieces.launch import LaunchParameters
 from simcore.pieces.shooter import ShooterSim
-from simcore.robot.arm import ArmConfig, ArmSim
 from simcore.robot.battery import BatteryConfig
 from simcore.robot.chassis_config import ChassisConfig
-from simcore.robot.flywheel import FlywheelConfig, FlywheelSim, launch_impulse
 from simcore.robot.gearbox import GearboxConfig
 from simcore.robot.gyro import GyroConfig, gyro_config
-from simcore.robot.rack import RackConfig, RackSim
-from simcore.robot.roller import RollerConfig, RollerSim
+from simcore.robot.mechanisms import (
+    ArmConfig,
+    ArmSim,
+    FlywheelConfig,
+    FlywheelSim,
+    RackConfig,
+    RackSim,
+    RollerConfig,
+    RollerSim,
+    launch_impulse,
+)
 from simcore.robot.shaft import ShaftSim
 from simcore.robot.swerve_config import SwerveConfig, SwerveModuleConfig
 from simcore.robot.swerve_robot import SwerveRobot
@@ -165,7 +172,7 @@ class RebuiltRobotConfig:
         c = self.chassis
         return SwerveConfig(
             modules=tuple(
-                replace(self.module, x=x, y=y, wheel_radius=c.wheel_radius, tread=c.friction)
+                replace(self.module, x=x, y=y, wheel_radius=c.wheel_radius, wheel_cof=c.friction)
                 for x, y in c.wheel_positions
             ),
             mass=c.mass,

@@ -19,7 +19,7 @@ from games.rebuilt.sim import DT
 from simcore.geometry.symmetry import turn_half, turn_half_pose, wrap_angle
 from simcore.match.scoring import Alliance
 from simcore.pieces.shot_solver import NoShotError, Shot, solve_shot
-from simcore.robot.feedback import PositionController, VelocityController
+from simcore.robot.mechanism_control import PositionController, VelocityController
 from simcore.typing import FloatArray
 from simcore.units import degrees
 

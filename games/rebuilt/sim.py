@@ -204,7 +204,7 @@ class RebuiltSim:
         self.alliances[number] = alliance
         robot = self.robots[number]
         robot.chassis.set_pose(*pose)
-        robot.gyro.reset(yaw=robot.gyro.yaw, true_yaw=pose[2], time=self.time)
+        robot.gyro.reset(yaw=robot.gyro.yaw, true_yaw=pose[2])
         robot.odometry.reset(pose, gyro_yaw=robot.gyro.yaw)
 
     def start_period(self, period: str) -> None:

@@ -32,7 +32,7 @@ class RebuiltTankConfig(RebuiltRobotConfig):
             bumper_width=self.bumper[1],
             center_of_mass_height=t.center_of_mass[2],
             yaw_inertia=t.yaw_inertia,
-            wheel_positions=tuple((x, side * 0.5 * t.track) for side in (1.0, -1.0) for x in t.wheel_xs),
+            wheel_positions=tuple((x, side * 0.5 * t.trackwidth) for side in (1.0, -1.0) for x in t.wheel_xs),
             wheel_radius=t.wheel_radius,
         )
         object.__setattr__(self, "chassis", body)
@@ -57,5 +57,5 @@ class RebuiltTankRobot(RebuiltRobot):
     def _wheels(self) -> tuple[Sequence[float], Sequence[float]]:
         """Wheels that never turn about their azimuth."""
         n = len(self.config.tank.wheel_xs)
-        left, right = self.drive.side_distances.tolist()
+        left, right = self.drive.side_distances()
         return [left] * n + [right] * n, [0.0] * (2 * n)
