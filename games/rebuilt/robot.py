@@ -35,7 +35,7 @@ from simcore.robot.mechanisms import (
 from simcore.robot.shaft import ShaftSim
 from simcore.robot.swerve_config import SwerveConfig, SwerveModuleConfig
 from simcore.robot.swerve_robot import SwerveRobot
-from simcore.units import degrees
+from simcore.units import degrees, plain_sum
 from simcore.vision.camera import CameraConfig
 
 __all__ = ["RebuiltRobot", "RebuiltRobotConfig"]
@@ -284,4 +284,4 @@ class RebuiltRobot(SwerveRobot):
     @property
     def mechanism_current(self) -> float:
         """What the six take from the battery [A]."""
-        return sum(mechanism.supply_current for mechanism in self.mechanisms)
+        return plain_sum(mechanism.supply_current for mechanism in self.mechanisms)

@@ -21,7 +21,7 @@ from simcore.match.scoring import Alliance
 from simcore.pieces.shot_solver import NoShotError, Shot, solve_shot
 from simcore.robot.mechanism_control import PositionController, VelocityController
 from simcore.typing import FloatArray
-from simcore.units import degrees
+from simcore.units import degrees, plain_sum
 
 __all__ = ["Script", "ScriptedRobot", "Steps"]
 
@@ -150,7 +150,7 @@ class ScriptedRobot:
                 way.pop(0)
             dx, dy = way[0][0] - x, way[0][1] - y
             ahead = math.hypot(dx, dy)
-            left = ahead + sum(math.dist(a, b) for a, b in pairwise(way))
+            left = ahead + plain_sum(math.dist(a, b) for a, b in pairwise(way))
             turn = wrap_angle(yaw - heading)
             if len(way) == 1 and ahead < tolerance and abs(turn) < degrees(3.0):
                 break

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from simcore.errors import ConfigError, require_positive
+from simcore.units import plain_sum
 
 __all__ = ["MatchClock", "Phase"]
 
@@ -38,7 +39,7 @@ class MatchClock:
     @property
     def duration(self) -> float:
         """Of the whole match [s]."""
-        return sum([phase.duration for phase in self.phases])
+        return plain_sum([phase.duration for phase in self.phases])
 
     def start(self, name: str) -> float:
         """When a phase begins [s]."""

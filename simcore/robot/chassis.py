@@ -182,7 +182,7 @@ class ChassisSimulation:
         """
         self.pos, self.quat = self._engine.pose(self.row)
         self.vel, self.rate = self._engine.velocity(self.row)
-        if not math.isfinite(sum(self.pos, 0.0) + sum(self.vel, 0.0) + sum(self.rate, 0.0)):
+        if not all(map(math.isfinite, (*self.pos, *self.vel, *self.rate))):
             raise EngineError(f"{self.name}: the engine returned a pose or velocity that is not finite: {self.pos}")
 
     # --- questions ----------------------------------------------------------------------------------------------

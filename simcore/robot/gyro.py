@@ -136,7 +136,7 @@ class Gyro:
         Raises:
             NonFiniteError: When an argument is not finite; nothing has changed.
         """
-        if not math.isfinite(dt + yaw + pitch + roll + sum(rates)):
+        if not all(map(math.isfinite, (dt, yaw, pitch, roll, *rates))):
             raise NonFiniteError(f"gyro: need finite numbers, got dt={dt}, yaw={yaw}, pitch={pitch}, roll={roll}")
         c = self.config
         if len(self._noise) < 7:
