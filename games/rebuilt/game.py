@@ -48,9 +48,7 @@ class RebuiltSim(Match):
         settings: Further arguments of `Match`.
     """
 
-    def __init__(
-        self, *, staging: Staging | None = None, robots: Sequence[RobotEntry] = (), **settings: Any
-    ) -> None:
+    def __init__(self, *, staging: Staging | None = None, robots: Sequence[RobotEntry] = (), **settings: Any) -> None:
         game = REBUILT
         if staging is not None:
             game = replace(

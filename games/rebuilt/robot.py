@@ -12,12 +12,9 @@ from simcore.pieces.intake import IntakeConfig, IntakeZone
 from simcore.pieces.launch import LaunchParameters
 from simcore.pieces.shooter import ShooterConfig
 from simcore.pieces.storage import StorageConfig
-from simcore.robot.arm import ArmConfig
-from simcore.robot.flywheel import FlywheelConfig
 from simcore.robot.gearbox import GearboxConfig
-from simcore.robot.rack import RackConfig
+from simcore.robot.mechanisms import ArmConfig, FlywheelConfig, RackConfig, RollerConfig
 from simcore.robot.robot_config import ComponentConfig, RobotConfig
-from simcore.robot.roller import RollerConfig
 from simcore.robot.swerve_config import SwerveConfig, SwerveModuleConfig
 from simcore.units import degrees
 
@@ -82,9 +79,7 @@ _WITH_INTAKE = _slide(1.0, drop=0.5)
 _COMPONENTS = (
     ComponentConfig(name="intake", offset=(-0.30, 0.0, 0.35), joints=_WITH_INTAKE),
     ComponentConfig(name="hopper", offset=(-0.05, 0.0, 0.30), joints=_slide(0.5)),
-    ComponentConfig(
-        name="intake roller, lower", joints=_WITH_INTAKE + _turn("intake_roller", (-0.37, 0.0, 0.31))
-    ),
+    ComponentConfig(name="intake roller, lower", joints=_WITH_INTAKE + _turn("intake_roller", (-0.37, 0.0, 0.31))),
     ComponentConfig(
         name="intake roller, upper", joints=_WITH_INTAKE + _turn("intake_roller", (-0.33, 0.0, 0.45), ratio=-1.0)
     ),

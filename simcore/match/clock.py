@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Literal, TypeAlias
 
 from simcore.errors import ConfigError, require_positive
+from simcore.units import plain_sum
 
 __all__ = ["MatchClock", "MatchTimer", "Mode", "Phase"]
 
@@ -48,10 +49,7 @@ class MatchClock:
     @property
     def duration(self) -> float:
         """Of the whole match [s]."""
-        total = 0.0
-        for phase in self.phases:
-            total += phase.duration
-        return total
+        return plain_sum(phase.duration for phase in self.phases)
 
     def start(self, name: str) -> float:
         """When a phase begins [s]."""

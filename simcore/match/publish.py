@@ -10,10 +10,8 @@ import numpy as np
 
 from simcore.geometry.quaternion import multiply, rotate
 from simcore.match.scoring import Alliance
-from simcore.robot.arm import ArmSim
-from simcore.robot.elevator import ElevatorSim
 from simcore.robot.ground_clearance import ground_clearance
-from simcore.robot.rack import RackSim
+from simcore.robot.mechanisms import ArmSim, ElevatorSim, RackSim
 from simcore.robot.robot import Robot
 from simcore.robot.robot_config import telemetry_name
 from simcore.telemetry.snapshot import Snapshot

@@ -86,9 +86,7 @@ def play_auto(
     entry = RobotEntry(alliance=alliance, start=chosen.start, preload=chosen.preload, config=robot)
     start = perf_counter()
     try:
-        match = Match(
-            game, robots=(entry,), seed=seed, options=options, field_mesh=field_mesh, sinks=sinks, **settings
-        )
+        match = Match(game, robots=(entry,), seed=seed, options=options, field_mesh=field_mesh, sinks=sinks, **settings)
     except BaseException:
         for sink in sinks:
             sink.close()

@@ -18,8 +18,8 @@ from simcore.errors import ConfigError, require_finite, require_positive
 from simcore.geometry.symmetry import Pose, wrap_angle
 from simcore.match.scoring import Alliance
 from simcore.pieces.shot_solver import NoShotError, Shot, solve_shot
-from simcore.robot.arm import ArmSim
-from simcore.robot.feedback import PositionController, VelocityController
+from simcore.robot.mechanism_control import PositionController, VelocityController
+from simcore.robot.mechanisms import ArmSim
 from simcore.robot.robot import Robot
 from simcore.robot.swerve_drive import SwerveDrive
 from simcore.typing import FloatArray
@@ -94,7 +94,9 @@ class ScriptedRobot:
         if self._robot is None:
             self._robot = robot
             if not isinstance(robot.drive, SwerveDrive):
-                raise ConfigError(f"robot {robot.number}: a scripted robot needs swerve, got {type(robot.drive).__name__}")
+                raise ConfigError(
+                    f"robot {robot.number}: a scripted robot needs swerve, got {type(robot.drive).__name__}"
+                )
             if robot.shooters:
                 for name in robot.shooters[0].config.wheels:
                     gearbox = robot.mechanisms[name].gearbox

@@ -8,6 +8,7 @@ from wpilib.simulation import RoboRioSim
 
 from simcore.robot.battery import Battery
 from simcore.robot.gearbox import SimMotor
+from simcore.units import plain_sum
 
 __all__ = ["RobotBattery"]
 
@@ -39,7 +40,7 @@ class RobotBattery:
 
     def update(self, dt: float) -> float:
         """Draw what the loads took in their last step for dt [s], and show the voltage; returns it [V]."""
-        self.battery.step(dt, sum(load.supply_current for load in self._loads))
+        self.battery.step(dt, plain_sum(load.supply_current for load in self._loads))
         self.publish()
         return self.voltage
 

@@ -15,8 +15,8 @@ from phoenix6 import configs
 from simcore.errors import ConfigError
 from simcore.phoenix6.devices import Device
 from simcore.phoenix6.followers import Group
-from simcore.robot.arm import ArmConfig, ArmSim
 from simcore.robot.gearbox import GearboxConfig
+from simcore.robot.mechanisms import ArmConfig, ArmSim
 from simcore.robot.shaft import ShaftSim
 from simcore.robot_file.reader import gearbox_motor
 

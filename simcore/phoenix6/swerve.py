@@ -19,7 +19,8 @@ from phoenix6.swerve import SwerveDrivetrain, SwerveModuleConstants
 
 from simcore.errors import ConfigError
 from simcore.phoenix6.modules import SwerveDevicesSim, SwerveModuleDevices
-from simcore.robot.motor import MotorModel
+from simcore.robot.ctre_constants import swerve_config_from_ctre
+from simcore.robot.dc_motor import MotorModel
 from simcore.robot.swerve_config import SwerveConfig
 from simcore.robot.swerve_drive import SwerveDrive
 
@@ -105,7 +106,7 @@ def swerve_config(
     mass: float = 55.0,
     bumper: tuple[float, float] = (0.8, 0.8),
     height: float = 0.2,
-    tread: float = 1.2,
+    wheel_cof: float = 1.2,
     drive_motor: MotorModel | None = None,
     steer_motor: MotorModel | None = None,
 ) -> SwerveConfig:
@@ -117,19 +118,19 @@ def swerve_config(
         mass: With bumpers and battery [kg].
         bumper: Length and width [m].
         height: Of the center of mass [m].
-        tread: Coefficient of friction [-].
+        wheel_cof: Coefficient of friction of the wheels on carpet [-].
         drive_motor: Where a TalonFX is not a Kraken X60.
         steer_motor: The same for the azimuths.
 
     Raises:
         ConfigError: A constant is missing or makes no sense.
     """
-    return SwerveConfig.from_ctre(
+    return swerve_config_from_ctre(
         module_constants(drivetrain) if modules is None else modules,
         mass=mass,
         bumper=bumper,
         height=height,
-        tread=tread,
+        wheel_cof=wheel_cof,
         drive_motor=drive_motor,
         steer_motor=steer_motor,
     )

@@ -22,7 +22,7 @@ from simcore.physics.shapes import Box, HalfSpace, Shape, Sphere
 from simcore.physics.substeps import Substepping, Surroundings
 from simcore.physics.surface import CARPET, FRICTIONLESS, TerrainSurface
 from simcore.typing import BoolArray, FloatArray
-from simcore.units import GRAVITY
+from simcore.units import GRAVITY, plain_sum
 
 __all__ = ["Group", "PhysicsWorld", "StaticElement"]
 
@@ -276,7 +276,7 @@ class PhysicsWorld:
             NonFiniteError: A NaN or an infinity; nothing is moved.
         """
         at = _checked_pos(self._bodies[row].name, pos)
-        norm = math.sqrt(sum(c * c for c in quat))
+        norm = math.sqrt(plain_sum(c * c for c in quat))
         if not math.isfinite(norm) or norm < 1e-9:
             raise NonFiniteError(f"{self._bodies[row].name}: attitude must be a finite quaternion, got {quat}")
         self.engine.set_pose(row, at, tuple(c / norm for c in quat))

@@ -10,6 +10,7 @@ from simcore.errors import NonFiniteError
 from simcore.pieces.launch import LaunchParameters, muzzle_offset
 from simcore.pieces.shot_solver import NoShotError, Shot, solve_shot
 from simcore.typing import FloatArray
+from simcore.units import plain_sum
 
 __all__ = ["aim_robot"]
 
@@ -58,7 +59,7 @@ def aim_robot(
     x, y, z = (float(c) for c in robot_pos)
     if not math.isfinite(x + y + z + yaw_rate + (robot_yaw or 0.0) + (first_guess or 0.0)):
         raise NonFiniteError(f"aim_robot: want finite numbers, got {robot_pos}, {yaw_rate}, {robot_yaw}, {first_guess}")
-    sideways = sum(launch.barrels) / len(launch.barrels)
+    sideways = plain_sum(launch.barrels) / len(launch.barrels)
     middle = LaunchParameters(
         height=launch.height,
         forward=launch.forward,

@@ -45,6 +45,7 @@ class IntakeZone:
     """Below the floor plane, for a robot that pitches over a bump [m]."""
     z_max: float
     """[m]"""
+
     def __post_init__(self) -> None:
         for axis in "xyz":
             low, high = getattr(self, f"{axis}_min"), getattr(self, f"{axis}_max")
@@ -191,7 +192,9 @@ class Intake:
     def __init__(self, config: IntakeConfig, mechanisms: Mapping[str, StoppedMotion]) -> None:
         require_mechanisms("an intake", config.mechanism_names, mechanisms)
         if config.deploy is not None and not all(map(math.isfinite, mechanisms[config.deploy].stops)):
-            raise ConfigError(f"IntakeConfig: deploy must have stops, as an arm, elevator or rack; got {config.deploy!r}")
+            raise ConfigError(
+                f"IntakeConfig: deploy must have stops, as an arm, elevator or rack; got {config.deploy!r}"
+            )
         self.config = config
         self._mechanisms = mechanisms
         self._kept: tuple[float, IntakeZone] | None = None

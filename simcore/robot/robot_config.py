@@ -14,15 +14,22 @@ from simcore.pieces.intake import IntakeConfig
 from simcore.pieces.placer import PlacerConfig
 from simcore.pieces.shooter import ShooterConfig
 from simcore.pieces.storage import StorageConfig
-from simcore.robot.arm import ArmConfig, ArmSim
 from simcore.robot.battery import BatteryConfig
 from simcore.robot.chassis_config import ChassisConfig
 from simcore.robot.climber import ClimberConfig
-from simcore.robot.elevator import ElevatorConfig, ElevatorSim
-from simcore.robot.flywheel import FlywheelConfig, FlywheelSim
 from simcore.robot.gyro import GyroConfig, gyro_config
-from simcore.robot.rack import RackConfig, RackSim
-from simcore.robot.roller import RollerConfig, RollerSim
+from simcore.robot.mechanisms import (
+    ArmConfig,
+    ArmSim,
+    ElevatorConfig,
+    ElevatorSim,
+    FlywheelConfig,
+    FlywheelSim,
+    RackConfig,
+    RackSim,
+    RollerConfig,
+    RollerSim,
+)
 from simcore.robot.shaft import ShaftSim
 from simcore.robot.swerve_config import SwerveConfig
 from simcore.robot.tank_drive import TankConfig

@@ -5,7 +5,7 @@ along (l) and across (t) the wheel and its contact velocity v_l = a_l u, v_t = a
 
     slip          s = (r w - v_l, -v_t)
     tire force    F = c s,         c = mu N / max(|s|, s0)        Coulomb, made linear within the tiny slip s0
-    shaft         J (w - w_old) / h = T(w) - r sum F_l            T: motor, limits, gears, friction (electrical.py)
+    shaft         J (w - w_old) / h = T(w) - r sum F_l            T: motor, limits, gears, friction (limited_motor.py)
     chassis       M (u - u_old) / h = sum A^T (F + rolling drag)
 
 This is backward Euler, so it is stable for any h, J and s0. For a given c the shafts are linear in u and are
@@ -22,13 +22,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 from simcore.errors import ConfigError
-from simcore.robot.electrical import LOCKED, ShaftMotor, solve_shaft, solve_supply, supply_line
-from simcore.robot.tire import WheelContact
+from simcore.robot.drive_shaft import DriveShaft, WheelContact
+from simcore.robot.limited_motor import LOCKED, solve_shaft, solve_supply, supply_line
 
-__all__ = ["DriveShaft", "TireSolver"]
+__all__ = ["TireSolver"]
 
 _ROUNDS, _FULL_ROUNDS = 6, 2
 """Rounds of a step, and how many of them take a new slip as it is. Later ones take the mean with the last, because two
@@ -36,23 +35,6 @@ rounds have swung from one side of the answer to the other. Of 10 000 sliding wh
 left with less than 80 % of their grip; with four full rounds it was 100, and on shafts with three wheels 600."""
 _TOLERANCE = 0.1
 """Relative change of a saturated wheel's slip that ends the rounds; its force is put on the circle anyway."""
-
-
-@dataclass(frozen=True, slots=True)
-class DriveShaft:
-    """What turns together: the wheel of a swerve module, or all wheels of one side of a tank, one behind the other."""
-
-    inertia: float
-    """Of wheels, gears and rotors about the axle [kg m^2]."""
-    motor: ShaftMotor
-    radius: float
-    """Of its wheels [m]."""
-    slip_ratio: float
-    """Slip per rolling speed at which the tires let go [-]."""
-    slip_speed: float
-    """The same at standstill [m/s]."""
-    wheels: tuple[int, ...]
-    """Rows of its wheels."""
 
 
 class TireSolver:
@@ -66,19 +48,17 @@ class TireSolver:
         self.wheels = tuple(wheels)
         self.shafts = tuple(shafts)
         n = len(self.wheels)
-        # What one contact feels of the chassis: all of 1/m alone, and more when the others slide with it.
+        # Effective inverse mass at one contact, times the mass: 1 for one that slides alone, more when others do too.
         self._share = 0.5 + 0.5 * n
-        self.shaft_speed = [0.0] * len(self.shafts)
-        """[rad/s]"""
-        self.shaft_current = [0.0] * len(self.shafts)
-        """Stator current of each motor on the shaft in the last step [A]."""
-        self.shaft_volts = [0.0] * len(self.shafts)
-        """At the motor terminals in the last step [V]."""
-        self.force_x = [0.0] * n
-        """Ground on wheel, robot axes, last step [N]."""
-        self.force_y = [0.0] * n
-        self.slip = [0.0] * n
-        """|slip| that makes the tire force of the last step [m/s]."""
+        self.rest([0.0] * len(self.shafts))
+        self.cos: Sequence[float] = [1.0] * len(self.shafts)
+        """Of the steer angle, per shaft; set before each step where wheels steer."""
+        self.sin: Sequence[float] = [0.0] * len(self.shafts)
+        """Of the steer angle, per shaft."""
+        self.emf_offset: Sequence[float] = [0.0] * len(self.shafts)
+        """Back-EMF from elsewhere, per shaft (azimuth coupling) [V]."""
+        self.torque_offset: Sequence[float] = [0.0] * len(self.shafts)
+        """Torque on the shaft from elsewhere [N m]."""
         for s in self.shafts:
             if len({self.wheels[k].y for k in s.wheels}) > 1:
                 raise ConfigError("a drive shaft's wheels must stand one behind the other, at the same y")
@@ -95,12 +75,31 @@ class TireSolver:
                 s.motor.supply_limit,
                 (s.motor.emf, s.motor.resistance, s.motor.torque_driving, s.motor.torque_driven, s.motor.friction),
                 tuple(
-                    (k, w.x, w.y, w.x * w.x + w.y * w.y, w.tread, w.rolling_resistance)
+                    (k, w.x, w.y, w.x * w.x + w.y * w.y, w.wheel_cof, w.rolling_resistance)
                     for k, w in ((k, self.wheels[k]) for k in s.wheels)
                 ),
             )
             for g, s in enumerate(self.shafts)
         ]
+
+    def rest(self, shaft_speed: list[float]) -> None:
+        """Nothing slides, no current flows.
+
+        Args:
+            shaft_speed: Of every shaft [rad/s]; changed in place from here on.
+        """
+        n = len(self.wheels)
+        self.shaft_speed = shaft_speed
+        """[rad/s]"""
+        self.shaft_current = [0.0] * len(self.shafts)
+        """Stator current of each motor on the shaft in the last step [A]."""
+        self.shaft_volts = [0.0] * len(self.shafts)
+        """At the motor terminals in the last step [V]."""
+        self.force_x = [0.0] * n
+        """Ground on wheel, robot axes, last step [N]."""
+        self.force_y = [0.0] * n
+        self.slip = [0.0] * n
+        """|slip| that makes the tire force of the last step [m/s]."""
 
     def step(
         self,
@@ -109,11 +108,7 @@ class TireSolver:
         vy: float,
         omega: float,
         loads: Sequence[float],
-        cos: Sequence[float],
-        sin: Sequence[float],
         volts: Sequence[float | None],
-        emf_offset: Sequence[float],
-        torque_offset: Sequence[float],
         limits: Sequence[float],
         bus_voltage: float,
     ) -> tuple[float, float, float]:
@@ -125,20 +120,18 @@ class TireSolver:
             vy: To the left [m/s].
             omega: Yaw rate [rad/s].
             loads: Normal load per wheel [N].
-            cos: Of the steer angle, per shaft.
-            sin: Of the steer angle, per shaft.
             volts: Wanted voltage per shaft [V]; None is an open circuit.
-            emf_offset: Back-EMF from elsewhere, per shaft (azimuth coupling) [V].
-            torque_offset: Torque on the shaft from elsewhere [N m].
             limits: Stator limit in force, per shaft [A].
             bus_voltage: Of the battery, which no motor can exceed [V].
         """
         speed = self.shaft_speed
         slips = self.slip
+        cos, sin = self.cos, self.sin
+        emf_offset, torque_offset = self.emf_offset, self.torque_offset
         rh = 1.0 / h
         m_h = self.mass * rh
         j_h = self.yaw_inertia * rh
-        give_chassis = self._share / m_h
+        chassis_compliance = self._share / m_h
         force_x = self.force_x = [0.0] * len(slips)
         force_y = self.force_y = [0.0] * len(slips)
 
@@ -329,7 +322,7 @@ class TireSolver:
                     # chassis to each contact's share.
                     loose *= radius * radius / (j + t1)
                     for k, slip, found, along, excess in slides:
-                        wanted = found + along * loose + give_chassis * excess
+                        wanted = found + along * loose + chassis_compliance * excess
                         if wanted < s0:
                             wanted = s0
                         if count >= _FULL_ROUNDS:

@@ -9,13 +9,9 @@ from pathlib import Path
 from wpimath.system.plant import DCMotor
 
 from simcore.errors import ConfigError
-from simcore.robot.arm import ArmConfig
-from simcore.robot.elevator import ElevatorConfig
-from simcore.robot.flywheel import FlywheelConfig
+from simcore.robot.dc_motor import MOTOR_NAMES, motor
 from simcore.robot.gearbox import GearboxConfig
-from simcore.robot.motor import MOTOR_NAMES, motor
-from simcore.robot.rack import RackConfig
-from simcore.robot.roller import RollerConfig
+from simcore.robot.mechanisms import ArmConfig, ElevatorConfig, FlywheelConfig, RackConfig, RollerConfig
 from simcore.robot_file.robot_settings import (
     CONTROLLERS,
     IntakeSettings,

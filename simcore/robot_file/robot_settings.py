@@ -5,11 +5,18 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import TypeAlias
 
-from simcore.robot.arm import ArmConfig, ArmSim
-from simcore.robot.elevator import ElevatorConfig, ElevatorSim
-from simcore.robot.flywheel import FlywheelConfig, FlywheelSim
-from simcore.robot.rack import RackConfig, RackSim
-from simcore.robot.roller import RollerConfig, RollerSim
+from simcore.robot.mechanisms import (
+    ArmConfig,
+    ArmSim,
+    ElevatorConfig,
+    ElevatorSim,
+    FlywheelConfig,
+    FlywheelSim,
+    RackConfig,
+    RackSim,
+    RollerConfig,
+    RollerSim,
+)
 from simcore.robot.shaft import ShaftSim
 from simcore.vision.camera import CameraConfig
 
@@ -35,7 +42,7 @@ class MechanismSettings:
     config: MechanismConfig
     """Gears, masses and stops; its type is the kind."""
     motor: str
-    """One of `simcore.robot.motor.MOTOR_NAMES`."""
+    """One of `simcore.robot.dc_motor.MOTOR_NAMES`."""
     controller: str
     """One of `CONTROLLERS`."""
     leader: int

@@ -12,7 +12,7 @@ import ntcore
 import simcore.phoenix6.swerve as swerve  # from here on drivetrains are noted; the robot object is built later
 from simcore.errors import ConfigError
 from simcore.phoenix6.ownership import Ownership
-from simcore.robot.motor import motor
+from simcore.robot.dc_motor import motor
 from simcore.robot_file.reader import FILE_NAME, read_settings
 from simcore.robotpy.owners import Owners, connect_mechanism
 from simcore.robotpy.physics import RobotPhysics
@@ -54,7 +54,7 @@ class AttachedPhysics(RobotPhysics):
             mass=settings.mass,
             bumper=settings.bumper,
             height=settings.center_of_mass_height,
-            tread=settings.tread,
+            wheel_cof=settings.tread,
             drive_motor=None if settings.drive_motor is None else motor(settings.drive_motor),
             steer_motor=None if settings.steer_motor is None else motor(settings.steer_motor),
         )

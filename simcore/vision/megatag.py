@@ -10,6 +10,7 @@ import numpy as np
 
 from simcore.geometry.quaternion import Quaternion, Vector, matrix
 from simcore.typing import FloatArray
+from simcore.units import plain_sum
 from simcore.vision.camera import LimelightType
 from simcore.vision.frames import Corners, PoseEstimate, StdDevs, TagSighting
 from simcore.vision.planar_pose import SquarePose, ambiguity, solve_square
@@ -118,7 +119,7 @@ class TagPicture:
         self._near: CameraPose | None = None
         self._largest = areas.index(max(areas))
         count = len(tags)
-        self._statistics = (layout.span(self._rows), distance / count, sum(areas) / count)
+        self._statistics = (layout.span(self._rows), distance / count, plain_sum(areas) / count)
 
     def megatag1(self, std: StdDevs | None = None, near: CameraPose | None = None) -> PoseEstimate | None:
         """Pose from the picture alone. One tag gives the better of its two poses, which may be the wrong one.

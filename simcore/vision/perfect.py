@@ -10,6 +10,7 @@ import math
 import numpy as np
 
 from simcore.geometry.quaternion import Quaternion, Vector, rpy
+from simcore.units import plain_sum
 from simcore.vision.camera import CameraConfig
 from simcore.vision.frames import PoseEstimate, TagSighting
 from simcore.vision.projection import angles_deg, camera_pose, optical_rotation, project, quad_area
@@ -54,8 +55,8 @@ def perfect_frame(
         yaw_deg=math.degrees(yaw),
         tag_count=len(tags),
         tag_span=float(apart.max(initial=0.0)),
-        average_distance=sum([tag.camera_distance for tag in tags]) / max(1, len(tags)),
-        average_area=sum([tag.area_percent for tag in tags]) / max(1, len(tags)),
+        average_distance=plain_sum([tag.camera_distance for tag in tags]) / max(1, len(tags)),
+        average_area=plain_sum([tag.area_percent for tag in tags]) / max(1, len(tags)),
         std_devs=(0.0, 0.0, 0.0, 0.0, 0.0, 0.0),
     )
     return tuple(tags), estimate, estimate

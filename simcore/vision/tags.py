@@ -13,7 +13,7 @@ import numpy as np
 from simcore.errors import ConfigError, UnknownNameError
 from simcore.geometry.quaternion import Quaternion, Vector, matrix
 from simcore.typing import FloatArray, IntArray
-from simcore.units import inches
+from simcore.units import inches, plain_sum
 
 __all__ = ["OFFICIAL_LAYOUTS", "TAG_SIZE", "TagLayout", "load_layout", "official_layout"]
 
@@ -155,7 +155,7 @@ def load_layout(path: Path, *, size: float = TAG_SIZE) -> TagLayout:
         for tag in data["tags"]:
             p, q = tag["pose"]["translation"], tag["pose"]["rotation"]["quaternion"]
             place = (float(p["x"]), float(p["y"]), float(p["z"]))
-            norm = math.sqrt(sum([float(q[k]) ** 2 for k in "XYZW"]))
+            norm = math.sqrt(plain_sum([float(q[k]) ** 2 for k in "XYZW"]))
             turn = tuple(float(q[k]) / norm for k in "XYZW")
             tags.append((int(tag["ID"]), place, (turn[0], turn[1], turn[2], turn[3])))
         field_size = (float(data["field"]["length"]), float(data["field"]["width"]))

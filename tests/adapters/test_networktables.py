@@ -157,6 +157,7 @@ def test_client_in_another_process_decodes_every_key_of_a_game(instance: Any) ->
     """All that REBUILT publishes, two robots, in the middle of a shot: each value against what was published."""
     pytest.importorskip("wpimath.geometry", reason="the client decodes with robotpy-wpimath")
     from games.rebuilt.sim import RebuiltConfig, RebuiltSim, RobotEntry
+
     from simcore.telemetry.memory import MemorySink
 
     memory = MemorySink()

@@ -5,13 +5,11 @@ from __future__ import annotations
 import math
 
 import pytest
-
 from games.rebuilt.practice import PracticeRobot, practice
+
 from simcore.errors import ConfigError
-from simcore.robot.arm import ArmConfig
-from simcore.robot.flywheel import FlywheelConfig
 from simcore.robot.gearbox import GearboxConfig
-from simcore.robot.roller import RollerConfig
+from simcore.robot.mechanisms import ArmConfig, FlywheelConfig, RollerConfig
 from simcore.robot.shaft import ShaftSim
 from simcore.robot.swerve_config import SwerveConfig, SwerveModuleConfig
 from simcore.robot_file.reader import gearbox_motor

@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 import pytest
+from simcore.robot.swerve_robot import SwerveRobot
 
 from simcore.errors import NonFiniteError
 from simcore.physics.world import PhysicsWorld
@@ -13,7 +14,6 @@ from simcore.robot.chassis import ChassisSimulation
 from simcore.robot.chassis_config import ChassisConfig
 from simcore.robot.gyro import gyro_config
 from simcore.robot.swerve_config import SwerveConfig, SwerveModuleConfig
-from simcore.robot.swerve_robot import SwerveRobot
 from simcore.robot.tank_drive import TankConfig, TankDrive
 
 DT = 0.02
@@ -92,7 +92,7 @@ def test_reset_moves_truth_gyro_and_odometry_together():
 def test_robot_code_that_resets_its_odometry_does_not_move_the_robot():
     with PhysicsWorld() as world:
         robot = make(world)
-        robot.odometry.reset((5.0, 5.0, 1.0), robot.drive.wheel_distances, robot.gyro.yaw)
+        robot.odometry.reset((5.0, 5.0, 1.0), robot.drive.wheel_distances(), robot.gyro.yaw)
         robot.drive.set_chassis_speeds(1.0, 0.0, 0.0)
         advance(world, robot, 50)
         x, y, _ = robot.chassis.pose
@@ -104,7 +104,7 @@ def test_robot_code_that_resets_its_odometry_does_not_move_the_robot():
 def test_a_kit_bot_drives_and_turns_on_the_engine():
     """Six wheels on two chained sides: straight at equal volts, on the spot at opposite ones."""
     config = TankConfig()
-    wheels = tuple((x, side * config.track / 2) for side in (1.0, -1.0) for x in config.wheel_xs)
+    wheels = tuple((x, side * config.trackwidth / 2) for side in (1.0, -1.0) for x in config.wheel_xs)
     body = ChassisConfig(wheel_positions=wheels, wheel_radius=config.wheel_radius, clearance=0.04)
     with PhysicsWorld() as world:
         drive = TankDrive(config)
@@ -117,7 +117,7 @@ def test_a_kit_bot_drives_and_turns_on_the_engine():
         assert x > 2.0
         assert abs(y) < 0.05
         assert abs(yaw) < 0.05
-        assert chassis.vel[0] == pytest.approx(float(np.mean(drive.side_speeds)), rel=0.02)
+        assert chassis.vel[0] == pytest.approx(float(np.mean(drive.side_speeds())), rel=0.02)
         drive.set_volts(-8.0, 8.0)
         for _ in range(100):
             world.step(DT, substeps=4, before_substep=chassis.before_substep)

@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
+from simcore.units import plain_sum
+
 __all__ = ["Kinematics", "desaturate", "discretize"]
 
 
@@ -19,10 +21,10 @@ class Kinematics:
         self.positions = [(float(x), float(y)) for x, y in positions]
         n = len(self.positions)
         self._n = n
-        self._cx = sum([x for x, _ in self.positions]) / n
-        self._cy = sum([y for _, y in self.positions]) / n
+        self._cx = plain_sum([x for x, _ in self.positions]) / n
+        self._cy = plain_sum([y for _, y in self.positions]) / n
         self._arms = [(x - self._cx, y - self._cy) for x, y in self.positions]
-        self._spread = sum([x * x + y * y for x, y in self._arms])
+        self._spread = plain_sum([x * x + y * y for x, y in self._arms])
         self._headings = [0.0] * n
 
     def states(

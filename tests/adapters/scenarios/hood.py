@@ -13,7 +13,7 @@ from realtime import DT, Loop, enable, report, start
 
 from games.rebuilt.robot import RebuiltRobotConfig
 from simcore.phoenix6.motor import MotorType, TalonFXMotorSim
-from simcore.robot.arm import ArmSim
+from simcore.robot.mechanisms import ArmSim
 
 STEP = 1.0 / 2048.0  # turn; a position request goes out cut to whole steps, downwards
 GOAL = 240 * STEP * math.tau  # 42.2 degrees

@@ -11,8 +11,8 @@ from simcore.errors import ConfigError
 from simcore.phoenix6.candi import CANdiEncoderSim, CANdiSwitchSim
 from simcore.phoenix6.canrange import CANrangeSim
 from simcore.phoenix6.motor import MotorType, TalonFXMotorSim
-from simcore.robot.arm import ArmConfig, ArmSim
 from simcore.robot.gearbox import GearboxConfig
+from simcore.robot.mechanisms import ArmConfig, ArmSim
 from simcore.robot_file.reader import gearbox_motor
 
 TURN = math.tau

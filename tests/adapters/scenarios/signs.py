@@ -16,8 +16,8 @@ from simcore.phoenix6.motor import TalonFXMotorSim
 from simcore.phoenix6.pigeon import Pigeon2Sim
 from simcore.phoenix6.talon import TalonPort
 from simcore.robot.battery import Battery
-from simcore.robot.flywheel import FlywheelConfig, FlywheelSim
 from simcore.robot.gearbox import GearboxConfig
+from simcore.robot.mechanisms import FlywheelConfig, FlywheelSim
 
 
 def main() -> None:

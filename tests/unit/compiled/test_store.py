@@ -26,7 +26,7 @@ def made_up(package: Path) -> Path:
     return package
 
 
-TWO = ("simcore.robot.swerve_drive", "simcore.robot.tire")
+TWO = ("simcore.robot.swerve_drive", "simcore.robot.tire_solver")
 
 
 def built(place: Path, name: str) -> Path:

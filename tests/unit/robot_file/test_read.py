@@ -7,9 +7,7 @@ import math
 import pytest
 
 from simcore.errors import ConfigError
-from simcore.robot.arm import ArmSim
-from simcore.robot.flywheel import FlywheelConfig
-from simcore.robot.rack import RackSim
+from simcore.robot.mechanisms import ArmSim, FlywheelConfig, RackSim
 from simcore.robot_file.reader import read_settings
 from simcore.robot_file.robot_settings import RobotSettings
 

@@ -1,8 +1,9 @@
 import math
 from dataclasses import replace
 
-from games.rebuilt.robot import RebuiltRobotConfig
 from games.rebuilt.sim import RebuiltConfig, RebuiltSim, RobotEntry
+
+from games.rebuilt.robot import RebuiltRobotConfig
 from simcore.phoenix6.motor import TalonFXMotorSim
 from simcore.phoenix6.swerve import SwerveDrivetrainSim, swerve_config
 from simcore.robot.chassis_config import ChassisConfig
@@ -11,7 +12,7 @@ from simcore.robotpy.physics import RobotPhysics
 
 class PhysicsEngine(RobotPhysics):
     def __init__(self, physics_controller, robot):
-        config = swerve_config(robot.drivetrain, tread=4.0)  # grip enough to stall the motors
+        config = swerve_config(robot.drivetrain, wheel_cof=4.0)  # grip enough to stall the motors
         free = tuple(replace(m, drive_stator_limit=math.inf, drive_supply_limit=math.inf) for m in config.modules)
         body = ChassisConfig(
             wheel_radius=config.modules[0].wheel_radius, wheel_positions=tuple((m.x, m.y) for m in config.modules)

@@ -1,9 +1,9 @@
+from games.rebuilt.sim import RebuiltConfig, RebuiltSim, RobotEntry
 from robot import PLACES, PULSES, WHEEL_RADIUS, ZEROS
 
 from games.rebuilt.robot import RebuiltRobotConfig
-from games.rebuilt.sim import RebuiltConfig, RebuiltSim, RobotEntry
 from simcore.robot.chassis_config import ChassisConfig
-from simcore.robot.motor import motor
+from simcore.robot.dc_motor import motor
 from simcore.robot.motor_ports import SwervePorts
 from simcore.robot.swerve_config import SwerveConfig, SwerveModuleConfig
 from simcore.robotpy.physics import RobotPhysics

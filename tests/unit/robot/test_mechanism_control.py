@@ -8,10 +8,9 @@ import pytest
 from wpimath.system.plant import DCMotor
 
 from simcore.errors import ConfigError
-from simcore.robot.arm import ArmConfig, ArmSim
-from simcore.robot.feedback import PositionController, VelocityController
-from simcore.robot.flywheel import FlywheelConfig, FlywheelSim
 from simcore.robot.gearbox import GearboxConfig
+from simcore.robot.mechanism_control import PositionController, VelocityController
+from simcore.robot.mechanisms import ArmConfig, ArmSim, FlywheelConfig, FlywheelSim
 
 
 def test_feedforward_alone_reaches_the_goal():

@@ -11,19 +11,18 @@ for any inertia and any step, it is found by a few comparisons, and it cannot di
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass
 
-from simcore.robot.motor import MotorModel
+from simcore.robot.dc_motor import MotorModel
 
-__all__ = ["LOCKED", "ShaftMotor", "bus_voltage", "solve_shaft", "solve_supply", "supply_line"]
+__all__ = ["LOCKED", "LimitedMotor", "solve_shaft", "solve_supply", "supply_line"]
 
 LOCKED = 1e12
 """Slope of a torque line that stands for a shaft held by friction [N m s]."""
 
 
 @dataclass(frozen=True, slots=True)
-class ShaftMotor:
+class LimitedMotor:
     """Constants of `count` equal motors on one shaft, seen from the shaft."""
 
     resistance: float
@@ -54,10 +53,10 @@ class ShaftMotor:
         stator_limit: float = math.inf,
         supply_limit: float = math.inf,
         count: int = 1,
-    ) -> ShaftMotor:
+    ) -> LimitedMotor:
         """Refer a motor behind a gear to the shaft."""
         torque = model.kt * gearing * count
-        return ShaftMotor(
+        return LimitedMotor(
             resistance=model.resistance,
             conductance=1.0 / model.resistance,
             emf=gearing / model.kv,
@@ -129,7 +128,7 @@ def supply_line(
     """The current line that keeps |V I| within `power`, near a shaft speed.
 
     While drawing, the limit is the curve (e + I R) I = P, which is convex in e: its tangent at the present e stays
-    below it, so the limit also holds at the end of the step. While regenerating, the controller gives up torque until
+    below it, so the limit also holds at the end of the step. While regenerating, the controller reduces torque until
     the power fed back is within the limit; that current falls with e, so it is safe up to the e that is given.
 
     Args:
@@ -173,7 +172,7 @@ def solve_supply(
         current: Of that solution [A].
         end_power: V I of that solution [W].
         stator_limit: In force now [A].
-        constants: Back-EMF per speed, resistance, torque driving, torque driven, dry friction, as in `ShaftMotor`.
+        constants: Back-EMF per speed, resistance, torque driving, torque driven, dry friction, as in `LimitedMotor`.
         emf_offset: Back-EMF at standstill (azimuth coupling) [V].
         w: Shaft speed before the step [rad/s].
         power: Supply limit times bus voltage [W].
@@ -192,71 +191,3 @@ def solve_supply(
     w = solve_shaft(k, a, 0.0, 0.0, stator_limit, driving, driven, friction)[0]
     i0, i1 = supply_line(emf_offset + emf * w, emf, w, resistance, power, current, -1.0)
     return solve_shaft(k, a, i0, i1, stator_limit, driving, driven, friction)
-
-
-def bus_voltage(
-    guess: float,
-    open_voltage: float,
-    resistance: float,
-    other_current: float,
-    motors: Sequence[ShaftMotor],
-    requests: Sequence[float | None],
-    limits: Sequence[float],
-    emfs: Sequence[float],
-) -> float:
-    """Voltage at which battery and motors agree: V = V_open - R (I_other + I_motors(V)).
-
-    Four stalled motors have less resistance together than the battery, so last step's current must not set this
-    step's voltage: that would ring between 0 and 13 V. Newton from the last voltage; one round when nothing changes.
-
-    Args:
-        guess: Voltage of the last step [V].
-        open_voltage: Behind the resistance [V].
-        resistance: Of the battery [ohm].
-        other_current: Drawn by everything else [A].
-        motors: Constants per motor.
-        requests: Voltage wanted per motor; None is an open circuit [V].
-        limits: Stator limit per motor [A].
-        emfs: Back-EMF per motor now [V].
-    """
-    bus = guess if guess > 1e-3 else open_voltage
-    if bus < 1e-3:
-        return 0.0
-    for _ in range(8):
-        total = other_current
-        rise = 0.0  # d total / d bus
-        per_bus = 1.0 / bus
-        for m, v, limit, emf in zip(motors, requests, limits, emfs, strict=True):
-            if v is None:
-                continue
-            conductance = m.conductance
-            if v >= bus:
-                drawn = i = (bus - emf) * conductance
-                slope = conductance
-            elif v <= -bus:
-                i = (-bus - emf) * conductance
-                drawn = -i
-                slope = conductance
-            else:
-                i = (v - emf) * conductance
-                drawn = v * i * per_bus
-                slope = -drawn * per_bus
-            if i > limit or i < -limit:
-                i = limit if i > 0.0 else -limit
-                drawn = (emf + i * m.resistance) * i * per_bus
-                slope = -drawn * per_bus
-            if drawn > m.supply_limit or drawn < -m.supply_limit:
-                drawn = m.supply_limit if drawn > 0.0 else -m.supply_limit
-                slope = 0.0
-            total += drawn * m.count
-            rise += slope * m.count
-        miss = open_voltage - resistance * total - bus
-        if -0.01 < miss < 0.01:
-            break
-        steep = 1.0 + resistance * rise
-        # Beyond the point of greatest power Newton would run uphill: halve until the requests saturate.
-        new = bus + miss / steep if steep > 0.2 else (0.5 * bus if miss < 0.0 else open_voltage)
-        bus = new if new > 0.0 else 0.5 * bus
-        if bus < 1e-3:
-            return 0.0
-    return bus

@@ -1,17 +1,49 @@
-"""What a drivetrain can do at 12 V on level ground, from its data alone."""
+"""Wheels on carpet and the driven shafts that turn them, and what they can do at 12 V on level ground."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import dataclass
 
-from simcore.robot.tire import WheelContact
-from simcore.robot.tire_solver import DriveShaft
+from simcore.robot.limited_motor import LimitedMotor
+from simcore.units import plain_sum
 
-__all__ = ["free_speed", "launch_accel"]
+__all__ = ["DriveShaft", "WheelContact", "free_speed", "launch_accel"]
 
 NOMINAL_VOLTAGE = 12.0
 """What FRC figures are quoted at [V]."""
+
+
+@dataclass(frozen=True, slots=True)
+class WheelContact:
+    """One wheel on the carpet."""
+
+    x: float
+    """From the center of mass, forward [m]."""
+    y: float
+    """From the center of mass, left [m]."""
+    wheel_cof: float
+    """Coefficient of friction [-]."""
+    rolling_resistance: float
+    """Drag per load [-]."""
+
+
+@dataclass(frozen=True, slots=True)
+class DriveShaft:
+    """What turns together: the wheel of a swerve module, or all wheels of one side of a tank, one behind the other."""
+
+    inertia: float
+    """Of wheels, gears and rotors about the axle [kg m^2]."""
+    motor: LimitedMotor
+    radius: float
+    """Of its wheels [m]."""
+    slip_ratio: float
+    """Slip per rolling speed at which the tires begin to slide [-]."""
+    slip_speed: float
+    """The same at standstill [m/s]."""
+    wheels: tuple[int, ...]
+    """Rows of its wheels."""
 
 
 def free_speed(shaft: DriveShaft, wheels: Sequence[WheelContact], loads: Sequence[float]) -> float:
@@ -23,7 +55,7 @@ def free_speed(shaft: DriveShaft, wheels: Sequence[WheelContact], loads: Sequenc
         loads: On all wheels [N].
     """
     motor = shaft.motor
-    drag = sum([wheels[k].rolling_resistance * loads[k] for k in shaft.wheels]) * shaft.radius + motor.friction
+    drag = plain_sum([wheels[k].rolling_resistance * loads[k] for k in shaft.wheels]) * shaft.radius + motor.friction
     current = drag / motor.torque_driving
     return max(0.0, (NOMINAL_VOLTAGE - current * motor.resistance) / motor.emf * shaft.radius)
 
@@ -53,8 +85,8 @@ def launch_accel(
         drives = []
         for shaft, arm, slips in zip(shafts, arms, slipping, strict=True):
             motor = shaft.motor
-            grip = sum([wheels[k].tread * loads[k] for k in shaft.wheels])
-            drag = sum([wheels[k].rolling_resistance * loads[k] for k in shaft.wheels])
+            grip = plain_sum([wheels[k].wheel_cof * loads[k] for k in shaft.wheels])
+            drag = plain_sum([wheels[k].rolling_resistance * loads[k] for k in shaft.wheels])
             current = min(motor.stator_limit, NOMINAL_VOLTAGE * motor.conductance)
             force = max(0.0, motor.torque_driving * current - motor.friction) / shaft.radius
             own = shaft.inertia / shaft.radius**2
