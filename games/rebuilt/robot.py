@@ -14,7 +14,7 @@ from simcore.pieces.shooter import ShooterConfig
 from simcore.pieces.storage import StorageConfig
 from simcore.robot.gearbox import GearboxConfig
 from simcore.robot.mechanisms import ArmConfig, FlywheelConfig, RackConfig, RollerConfig
-from simcore.robot.robot_config import ComponentConfig, RobotConfig
+from simcore.robot.robot_config import ComponentConfig, MechanismConfig, RobotConfig
 from simcore.robot.swerve_config import SwerveConfig, SwerveModuleConfig
 from simcore.units import degrees
 
@@ -23,7 +23,7 @@ __all__ = ["MECHANISMS", "rebuilt_robot"]
 _PINION = 0.019  # [m]; of the intake's rack
 _OUTWARD = (-1.0, 0.0, 0.0)
 
-MECHANISMS = {
+MECHANISMS: dict[str, MechanismConfig] = {
     "shooter": FlywheelConfig(
         gearbox=GearboxConfig(motor=DCMotor.krakenX60(1), motors=4, gearing=24 / 36, stator_current_limit=40.0),
         inertia=0.008,

@@ -104,6 +104,7 @@ class Match:
     cameras: CameraRig
     digest: TrajectoryDigest
     """Of the state of every tick so far."""
+    _has_ended: bool
     shots: list[ShotRecord]
     """All shots, in order."""
     intakes: list[list[float]]
@@ -377,8 +378,7 @@ class Match:
                     self._flying[slot] = shot
             for placer in robot.placers:
                 if placer.releases:
-                    slot, placer.piece = placer.piece, None
-                    assert slot is not None
+                    slot = placer.let_go()
                     state = robot.part_in_field(placer.held_state())
                     self.pieces.launch(
                         robot.number, state.pos, state.vel, state.rate, slot=slot, quat=state.quat, flying=False
@@ -418,7 +418,7 @@ class Match:
     def set_alliance(self, number: int, alliance: Alliance) -> None:
         """Put a robot, at rest, where it starts as one of an alliance; its gyro keeps its reading."""
         self.alliances[number] = alliance
-        self.robots[number].carry_to(self.start_pose(number), self.time)
+        self.robots[number].carry_to(self.start_pose(number))
 
     def start_mode(self, mode: Mode) -> None:
         """Let the match clock follow a driver station that has just enabled `auto` or `teleop`; an auto starts at 0."""
@@ -550,8 +550,9 @@ class Match:
         self.rules.start()
 
     def _stage(self, rng: np.random.Generator) -> None:
-        """Put pieces where they start: as the first robot's alliance sees the field, so that a red match is a blue one
-        under the field's symmetry.
+        """Put pieces where they start, as the first robot's alliance sees the field.
+
+        So a red match is a blue one under the field's symmetry.
         """
         is_flipped = self.entries[0].alliance == "red"
         for some in self.game.staging(rng, self.entries):

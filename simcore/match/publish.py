@@ -1,4 +1,4 @@
-"""What a tick looks like from outside: the telemetry keys (docs/telemetry.md), from what the match and its robots have."""
+"""What a tick looks like from outside: telemetry keys (docs/telemetry.md) from what match and robots have."""
 
 from __future__ import annotations
 

@@ -94,9 +94,8 @@ class ScriptedRobot:
         if self._robot is None:
             self._robot = robot
             if not isinstance(robot.drive, SwerveDrive):
-                raise ConfigError(
-                    f"robot {robot.number}: a scripted robot needs swerve, got {type(robot.drive).__name__}"
-                )
+                kind = type(robot.drive).__name__
+                raise ConfigError(f"robot {robot.number}: a scripted robot needs swerve, got {kind}")
             if robot.shooters:
                 for name in robot.shooters[0].config.wheels:
                     gearbox = robot.mechanisms[name].gearbox

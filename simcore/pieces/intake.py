@@ -192,9 +192,7 @@ class Intake:
     def __init__(self, config: IntakeConfig, mechanisms: Mapping[str, StoppedMotion]) -> None:
         require_mechanisms("an intake", config.mechanism_names, mechanisms)
         if config.deploy is not None and not all(map(math.isfinite, mechanisms[config.deploy].stops)):
-            raise ConfigError(
-                f"IntakeConfig: deploy must have stops, as an arm, elevator or rack; got {config.deploy!r}"
-            )
+            raise ConfigError(f"IntakeConfig: deploy must have stops, like an arm or a rack; got {config.deploy!r}")
         self.config = config
         self._mechanisms = mechanisms
         self._kept: tuple[float, IntakeZone] | None = None

@@ -85,6 +85,12 @@ class Placer:
         """Whether it holds a piece and its roller turns it out."""
         return self.piece is not None and self._mechanisms[self.config.roller].velocity < -self.config.release_speed
 
+    def let_go(self) -> int:
+        """Forget the piece that it holds; returns its slot."""
+        assert self.piece is not None
+        slot, self.piece = self.piece, None
+        return slot
+
     @property
     def reach(self) -> float:
         """No place where a piece is taken is farther from the robot's origin [m]."""

@@ -96,8 +96,10 @@ class Climber:
         """What it hangs on."""
 
     def push(self) -> tuple[Vector, Vector]:
-        """Force [N] and torque about the center of mass [N m] of the rung on the robot, field frame, and load the
-        mechanism; for the next sub-step.
+        """Load the mechanism, and say how the rung pushes the robot in the next sub-step.
+
+        Returns:
+            Force [N] and torque about the center of mass [N m], field frame.
         """
         c = self._chassis
         state = part_state(self.config.joints, self._mechanisms, self.config.offset)

@@ -112,15 +112,14 @@ class Robot:
         self.odometry.reset(pose, gyro_yaw=pose[2])
         self._pose_before = (self.chassis.pos, self.chassis.quat)
 
-    def carry_to(self, pose: tuple[float, float, float], time: float) -> None:
-        """Put the robot somewhere at rest while its gyro keeps its reading, as when a team carries it [m, m, rad].
+    def carry_to(self, pose: tuple[float, float, float]) -> None:
+        """Put the robot somewhere at rest while its gyro keeps its reading, as when a team carries it.
 
         Args:
-            pose: Where, field frame.
-            time: Simulated [s].
+            pose: Where, field frame [m, m, rad].
         """
         self.chassis.set_pose(*pose)
-        self.gyro.reset(yaw=self.gyro.yaw, true_yaw=pose[2], time=time)
+        self.gyro.reset(yaw=self.gyro.yaw, true_yaw=pose[2])
         self.odometry.reset(pose, gyro_yaw=self.gyro.yaw)
         self._pose_before = (self.chassis.pos, self.chassis.quat)
 
