@@ -77,38 +77,45 @@ class ScriptedRobot:
         self._alliance: Alliance = alliance
         self._symmetry = match.game.field.symmetry
         self.settings = settings or ScriptSettings()
-        self._steps: Steps | None = None
-        self._robot: Robot | None = None
+        self._steps: Steps
         self._velocity = (0.0, 0.0, 0.0)  # commanded, blue field frame
         self._wheel_goal = 0.0
         self._feed = False
         self._intake = False
+        self._positions: dict[str, float] = {}
+        self._volts: dict[str, float] = {}
         self._position_loop = PositionController(kp=25.0)
         self._deploy_loop = PositionController(kp=3.0, kd=0.05)
         self._wheel_loops: dict[str, VelocityController] = {}
-        self._positions: dict[str, float] = {}
-        self._volts: dict[str, float] = {}
+        self._robot: Robot | None = None
         self.is_done = False
         """Whether the script has ended."""
 
     def __call__(self, robot: Robot, time: float) -> None:
-        """One tick of robot code."""
-        if self._robot is None:
-            self._robot = robot
-            if not isinstance(robot.drive, SwerveDrive):
-                kind = type(robot.drive).__name__
-                raise ConfigError(f"robot {robot.number}: a scripted robot needs swerve, got {kind}")
-            if robot.shooters:
-                for name in robot.shooters[0].config.wheels:
-                    gearbox = robot.mechanisms[name].gearbox
-                    self._wheel_loops[name] = VelocityController.for_gearbox(gearbox, kp=0.08)
-            self._steps = self._script(self)
-        assert self._steps is not None
+        """One tick of robot code. The script begins with its first robot, and anew after `Match.reset`."""
+        if self._robot is not robot:
+            self._begin(robot)
         self.is_done = next(self._steps, _END) is _END
         if self.is_done:
             self.stop()
         self._drive()
         self._command_mechanisms()
+
+    def _begin(self, robot: Robot) -> None:
+        if not isinstance(robot.drive, SwerveDrive):
+            kind = type(robot.drive).__name__
+            raise ConfigError(f"robot {robot.number}: a scripted robot needs swerve, got {kind}")
+        self._robot = robot
+        self._velocity = (0.0, 0.0, 0.0)
+        self._wheel_goal = 0.0
+        self._feed = self._intake = False
+        self._positions.clear()
+        self._volts.clear()
+        if robot.shooters:
+            for name in robot.shooters[0].config.wheels:
+                gearbox = robot.mechanisms[name].gearbox
+                self._wheel_loops[name] = VelocityController.for_gearbox(gearbox, kp=0.08)
+        self._steps = self._script(self)
 
     # --- what a script sees -------------------------------------------------------------------------------------
 

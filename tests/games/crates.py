@@ -50,16 +50,16 @@ SLOT = (0.2, 3.0, 1.5)
 
 _TABLE = {  # name: smallest corner, largest corner [m]
     "goal_base": ((0.0, 2.4, 0.0), (0.4, 3.6, 1.2)),
-    "goal_roof": ((0.0, 2.4, 1.8), (0.4, 3.6, 1.9)),
-    "goal_right": ((0.0, 2.3, 0.0), (0.4, 2.4, 1.9)),
-    "goal_left": ((0.0, 3.6, 0.0), (0.4, 3.7, 1.9)),
+    "goal_roof": ((0.0, 2.4, 2.0), (0.4, 3.6, 2.1)),
+    "goal_right": ((0.0, 2.3, 0.0), (0.4, 2.4, 2.1)),
+    "goal_left": ((0.0, 3.6, 0.0), (0.4, 3.7, 2.1)),
     "dock": ((0.0, 4.4, 0.0), (0.5, 5.6, 0.5)),
     "post_right": ((3.0, 0.0, 0.0), (3.1, 0.1, 0.8)),
     "post_left": ((3.0, 1.3, 0.0), (3.1, 1.4, 0.8)),
 }
 RUNGS = tuple(Rung(name=f"rung at {x} m", start=(x, 0.1, 0.75), end=(x, 1.3, 0.75)) for x in (3.05, 8.95))
 _ZONES = {  # name: smallest corner, largest corner [m], kind of piece, points
-    "Goal": ((0.0, 2.4, 1.2), (0.4, 3.6, 1.8), BALL.name, 2),
+    "Goal": ((0.0, 2.4, 1.2), (0.4, 3.6, 2.0), BALL.name, 2),
     "Dock": ((0.0, 4.4, 0.5), (0.5, 5.6, 0.75), CRATE.name, 5),
 }
 
