@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import pytest
-
-from games.rebuilt.autos import find_auto
 from games.rebuilt.runner import play_auto
 from games.rebuilt.scene import bare_scene
+
+from games.rebuilt.autos import find_auto
 from simcore.cli import main
 from simcore.errors import LogError
 from simcore.show.log_page import recording_of, scene_of_log

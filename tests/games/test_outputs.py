@@ -10,12 +10,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from games.rebuilt.runner import play_auto
 from PIL import Image
 from scipy import ndimage
 
 from games.rebuilt.__main__ import main
 from games.rebuilt.autos import find_auto
-from games.rebuilt.runner import play_auto
 from simcore.show import colors
 from simcore.show.evidence import leave_evidence
 from simcore.show.frames import FramePainter, to_pixels

@@ -6,13 +6,14 @@ import math
 
 import numpy as np
 import pytest
-from simcore.robot.swerve_robot import SwerveRobot
 
 from simcore.errors import NonFiniteError
 from simcore.physics.world import PhysicsWorld
 from simcore.robot.chassis import ChassisSimulation
 from simcore.robot.chassis_config import ChassisConfig
 from simcore.robot.gyro import gyro_config
+from simcore.robot.robot import Robot
+from simcore.robot.robot_config import RobotConfig
 from simcore.robot.swerve_config import SwerveConfig, SwerveModuleConfig
 from simcore.robot.tank_drive import TankConfig, TankDrive
 
@@ -20,10 +21,9 @@ DT = 0.02
 SWERVE = SwerveConfig.square(0.5334, SwerveModuleConfig(x=0.0, y=0.0, drive_stator_limit=40.0))
 
 
-def make(world, pose=(0.0, 0.0, 0.0), *, gyro="ideal", seed=0) -> SwerveRobot:
-    return SwerveRobot(
-        world, ChassisConfig(), SWERVE, pose=pose, gyro=gyro_config(gyro), rng=np.random.default_rng(seed)
-    )
+def make(world, pose=(0.0, 0.0, 0.0), *, gyro="ideal", seed=0) -> Robot:
+    config = RobotConfig(drivetrain=SWERVE, chassis=ChassisConfig(), gyro=gyro_config(gyro))
+    return Robot(world, config, pose=pose, rng=np.random.default_rng(seed))
 
 
 def advance(world, robot, ticks):
@@ -55,9 +55,8 @@ def test_odometry_counts_what_spinning_wheels_count():
         robot = make(world)
         robot.drive.set_volts([12.0] * 4, [0.0] * 4)
         free = SwerveConfig.square(0.5334, SwerveModuleConfig(x=0.0, y=0.0))
-        skidding = SwerveRobot(
-            world, ChassisConfig(), free, pose=(0.0, 5.0, 0.0), gyro=gyro_config("ideal"), rng=np.random.default_rng(0)
-        )
+        config = RobotConfig(drivetrain=free, chassis=ChassisConfig(), gyro=gyro_config("ideal"))
+        skidding = Robot(world, config, pose=(0.0, 5.0, 0.0), rng=np.random.default_rng(0))
         skidding.drive.set_volts([12.0] * 4, [0.0] * 4)
         for _ in range(25):
 
