@@ -19,6 +19,7 @@ from simcore.pieces.kinds import GamePieceConfig
 from simcore.pieces.launch import LaunchParameters
 from simcore.pieces.placer import PlacerConfig
 from simcore.pieces.pool import PieceStatus
+from simcore.pieces.proximity import Mover
 from simcore.pieces.shooter import ShooterConfig
 from simcore.pieces.storage import StorageConfig
 from simcore.robot.gearbox import GearboxConfig
@@ -178,3 +179,18 @@ def test_a_shot_is_where_its_schedule_says_at_the_end_of_the_tick(bare):
     for shot, flown in zip(bare.shots, (0.02, 0.01), strict=True):
         height = muzzle + up * flown - 0.5 * GRAVITY * flown**2
         assert shot.points[0][2] == pytest.approx(height, abs=0.02 * up * flown + 0.002)
+
+
+def test_a_piece_near_a_moving_robot_does_not_sleep(bare):
+    """A sleeper is not moved by the engine's contacts: one in the way would stop a robot like a post."""
+    (slot,) = bare.pieces.spawn("Crate", np.array([[5.2, 4.0, 0.13]]))
+    one = bare.robots[0]
+    for tick in range(150):
+        one.drive.set_chassis_speeds(0.1 if tick % 10 < 5 else -0.1, 0.0, 0.0)
+        bare.tick()
+        near = one.chassis.speed > 0.005 and tick > 60
+        if near and tick % 2:
+            x, y, _ = bare.pieces.state.pos[slot]
+            mover = Mover(*one.chassis.footprint)
+            if bare.pieces._guarded[slot]:
+                assert bare.pieces.state.status[slot] == PieceStatus.AWAKE, (tick, x, y, mover)
