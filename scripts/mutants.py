@@ -34,7 +34,8 @@ MATCHES, REPEATS = "tests/games/test_game_matches.py", "tests/games/test_game_re
 
 MUTANTS = (
     Mutant("mechanism currents not on the battery", MATCH, "other_current = robot.mechanism_current",
-           "other_current = 0.0", "tests/games/test_robot_power.py::test_mechanisms_load_the_battery_and_estimates_do_not"),
+           "other_current = 0.0",
+           "tests/games/test_robot_power.py::test_mechanisms_load_the_battery_and_estimates_do_not"),
     Mutant("intake takes what flies", MATCH, "near & (state.status[slots] != PieceStatus.IN_FLIGHT)", "near",
            f"{MANIPULATORS}::test_a_piece_in_flight_is_not_taken_until_it_has_touched_something"),
     Mutant("launch ignores the time flown", "simcore/pieces/shooter.py", "flown = dt - launch.delay", "flown = 0.0",
