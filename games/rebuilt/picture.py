@@ -8,7 +8,7 @@ from games.rebuilt.runner import AutoRun
 from simcore.match.report import RunReport
 from simcore.show.animation import animate
 from simcore.show.page import write_page
-from simcore.show.summary import draw_summary
+from simcore.show.picture import draw_summary
 from simcore.telemetry.recording import Recording
 
 __all__ = ["animate_run", "draw_run", "write_run_page"]

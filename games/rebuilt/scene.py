@@ -8,12 +8,16 @@ import numpy as np
 
 from games.rebuilt.field import FIELD_SIZE, load_field
 from games.rebuilt.fuel import FUEL
-from simcore.show.scene import RobotLook, Scene, ShotTrace
+from simcore.show.scene import PieceLook, RobotLook, Scene, ShotTrace
 
 if TYPE_CHECKING:
     from games.rebuilt.sim import RebuiltSim
 
 __all__ = ["bare_scene", "scene_of"]
+
+_PIECES = {
+    FUEL.name: PieceLook(radius=FUEL.bounding_radius, color="#ffd923", air_color="#ff9800", edge_color="#7d6400")
+}
 
 
 def bare_scene() -> Scene:
@@ -21,8 +25,7 @@ def bare_scene() -> Scene:
     return Scene(
         field_size=FIELD_SIZE,
         field_outlines=load_field().outlines(),
-        piece_radius=FUEL.bounding_radius,
-        piece_name=FUEL.name.lower(),
+        pieces=_PIECES,
     )
 
 
@@ -46,6 +49,5 @@ def scene_of(sim: RebuiltSim) -> Scene:
             for shot in sim.shots
         ],
         intakes=np.array(sim.intakes, dtype=np.float64).reshape(-1, 3),
-        piece_radius=FUEL.bounding_radius,
-        piece_name=FUEL.name.lower(),
+        pieces=_PIECES,
     )

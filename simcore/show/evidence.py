@@ -9,8 +9,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from simcore.show.page import write_page
-from simcore.show.scene import Scene
-from simcore.show.summary import draw_summary
+from simcore.show.picture import draw_summary
+from simcore.show.scene import RobotLook, Scene
 from simcore.telemetry.output import discard_empty
 from simcore.telemetry.recording import Recording
 from simcore.telemetry.wpilog import WpilogSink
@@ -20,6 +20,8 @@ __all__ = ["Evidence", "leave_evidence", "write_log"]
 _log = logging.getLogger(__name__)
 
 _RESERVED = re.compile(r"(?i)^(con|prn|aux|nul|com\d|lpt\d)(\.|$)")
+_OTHERS = re.compile(r"^Sim/Robots/(\d+)/Robot/Pose3d$")
+_BUMPERS = (0.8, 0.8)  # [m]; telemetry does not say how large robots are
 _LONGEST = 100  # letters of a file name
 
 
@@ -100,11 +102,23 @@ def write_log(recording: Recording, path: str | Path) -> None:
 
 
 def empty_scene(recording: Recording) -> Scene:
-    """A bare field as large as what moved on it, for a game that cannot say more."""
-    places = [recording.poses(key)[1][:, :2] for key in recording.keys if key.endswith("/Robot/Pose3d")]
+    """A bare field as large as what moved on it, with the robots of the recording, for a game that cannot say more."""
+    robots = recorded_robots(recording)
+    places = [recording.path(robot.pose_key)[:, :2] for robot in robots]
     farthest = [rows.max(axis=0) for rows in places if len(rows)]
     x, y = (max((float(corner[i]) for corner in farthest), default=0.0) for i in (0, 1))
-    return Scene(field_size=(max(x + 1.0, 2.0), max(y + 1.0, 2.0)))
+    return Scene(field_size=(max(x + 1.0, 2.0), max(y + 1.0, 2.0)), robots=robots)
+
+
+def recorded_robots(recording: Recording) -> tuple[RobotLook, ...]:
+    """The robots of a recording, in order of their numbers, the first also where nothing of it was recorded."""
+    others = sorted(int(match[1]) for match in map(_OTHERS.match, recording.keys) if match)
+    robots = []
+    for prefix in ("Sim", *(f"Sim/Robots/{number}" for number in others)):
+        is_red = f"{prefix}/Robot/IsRed"
+        red = recording.has(is_red) and bool(recording.series(is_red)[1][-1])
+        robots.append(RobotLook(prefix=prefix, alliance="red" if red else "blue", bumpers=_BUMPERS))
+    return tuple(robots)
 
 
 def safe_name(name: str) -> str:

@@ -14,11 +14,11 @@ from typing import Any
 
 from simcore.errors import LogError, OutputError
 from simcore.show.animation import animate, check_animation
-from simcore.show.evidence import empty_scene
+from simcore.show.evidence import empty_scene, recorded_robots
 from simcore.show.flights import flights_of
 from simcore.show.page import write_page
-from simcore.show.scene import RobotLook, Scene
-from simcore.show.summary import draw_summary
+from simcore.show.picture import draw_summary
+from simcore.show.scene import Scene
 from simcore.telemetry.log_reader import TelemetryLog, read_log
 from simcore.telemetry.output import require_writable
 from simcore.telemetry.recording import Recording
@@ -27,7 +27,6 @@ __all__ = ["add_arguments", "recording_of", "run", "scene_of_log"]
 
 _PERIOD = 0.02  # [s]
 _OURS = re.compile(r"^(Sim|Robot)/")
-_OTHERS = re.compile(r"^Sim/Robots/(\d+)/Robot/Pose3d$")
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -102,11 +101,5 @@ def scene_of_log(recording: Recording, games: Iterable[Any]) -> Scene:
     """
     found = list(games)
     scene = found[0].load()() if found else empty_scene(recording)
-    others = sorted(int(match[1]) for match in map(_OTHERS.match, recording.keys) if match)
-    robots = []
-    for prefix in ("Sim", *(f"Sim/Robots/{number}" for number in others)):
-        is_red = f"{prefix}/Robot/IsRed"
-        red = recording.has(is_red) and bool(recording.series(is_red)[1][-1])
-        robots.append(RobotLook(prefix=prefix, alliance="red" if red else "blue"))
     flights = [flights_of(recording, key) for key in recording.keys if key.startswith("Sim/InFlight/")]
-    return replace(scene, robots=tuple(robots), shots=[shot for shots in flights for shot in shots])
+    return replace(scene, robots=recorded_robots(recording), shots=[shot for shots in flights for shot in shots])

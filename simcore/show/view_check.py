@@ -134,7 +134,7 @@ def _field(folder: Path, config: Mapping[str, Any]) -> Iterator[Finding]:
         pieces = []
     for i, piece in enumerate(pieces):
         if not piece.get("name"):
-            yield Finding(folder.name, f'game piece {i} needs a "name", e.g. "Fuel"')
+            yield Finding(folder.name, f'game piece {i} needs a "name", as in Sim/GamePieces/<name>')
         yield from _transform(folder, piece, "rotations", "position")
     yield from _files(folder, len(pieces), "gamePieces")
 

@@ -16,9 +16,9 @@ from scipy import ndimage
 from games.rebuilt.__main__ import main
 from games.rebuilt.autos import find_auto
 from games.rebuilt.runner import play_auto
-from simcore.show import colors
 from simcore.show.evidence import leave_evidence
-from simcore.show.frames import FramePainter, to_pixels
+from simcore.show.frame_painter import FramePainter, to_pixels
+from simcore.show.scene import rgb
 from simcore.telemetry.recording import Recording
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -69,7 +69,7 @@ def test_frames_of_a_real_run_show_fuel_where_the_engine_had_it(depot):
     scale, left, top = to_pixels(scene)
     for time in (0.3, 4.2, 8.1):
         image = np.asarray(painter.draw(time), dtype=int)
-        labels, count = ndimage.label(np.abs(image - colors.rgb(colors.FUEL)).max(axis=2) < 12)
+        labels, count = ndimage.label(np.abs(image - rgb("#ffd923")).max(axis=2) < 12)
         middles = np.array(ndimage.center_of_mass(np.ones_like(labels), labels, range(1, count + 1)))
         seen = np.column_stack(((middles[:, 1] + 0.5 - left) / scale, (top - middles[:, 0] - 0.5) / scale))
         fuel = truth[time]

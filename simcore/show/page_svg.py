@@ -8,9 +8,7 @@ from html import escape
 import numpy as np
 
 from simcore.show.charts import Chart, bounds, thinned
-from simcore.show.colors import CARPET, FUEL, FUEL_EDGE, GRID, HIT, INK, MISS, PATH, tint
-from simcore.show.scene import Scene
-from simcore.show.summary import planar
+from simcore.show.scene import CARPET, GRID, HIT, INK, MISS, PATH, Scene, tint
 from simcore.telemetry.recording import Recording
 from simcore.typing import FloatArray
 
@@ -40,7 +38,7 @@ def field_svg(recording: Recording, scene: Scene, end: float) -> str:
             f"<title>{escape(name)}</title></polygon>"
         )
     for robot in scene.robots:
-        path = planar(recording, robot.pose_key)
+        path = recording.path(robot.pose_key)
         color = PATH if len(scene.robots) == 1 else tint(robot.alliance)[1]
         step = max(1, len(path) // 1000)
         if len(path):
@@ -59,11 +57,17 @@ def field_svg(recording: Recording, scene: Scene, end: float) -> str:
             end_of_it = f'<circle cx="{100 * x:.0f}" cy="{width - 100 * y:.0f}" r="5" fill="{color}" stroke="#fff"/>'
             parts.append(f'<g class="shot"><title>{tip}</title>{flight}{end_of_it}</g>')
     parts.append('<g class="end">')
-    for x, y, _ in recording.places(end).tolist():
-        parts.append(
-            f'<circle cx="{100 * x:.0f}" cy="{width - 100 * y:.0f}" r="{100 * scene.piece_radius:.1f}" '
-            f'fill="{FUEL}" stroke="{FUEL_EDGE}"/>'
-        )
+    for name, rows in recording.pieces_at(end).items():
+        look = scene.look(name)
+        colors = f'fill="{look.color}" stroke="{look.edge_color}"'
+        if look.size is None:
+            shapes = [
+                f'<circle cx="{100 * x:.0f}" cy="{width - 100 * y:.0f}" r="{100 * look.reach:.1f}" {colors}/>'
+                for x, y in rows[:, :2].tolist()
+            ]
+        else:
+            shapes = [f'<polygon points="{points(corners)}" {colors}/>' for corners in look.corners(rows)]
+        parts += shapes
     parts.append("</g></svg>")
     return "\n".join(parts)
 
@@ -81,7 +85,10 @@ def key_html(scene: Scene) -> str:
         (
             *path,
             *(shots if scene.shots else []),
-            line(FUEL, f"{scene.piece_name} (darker and larger: in the air)"),
+            *(
+                line(look.color, f"{name.lower()} (darker and larger: in the air)")
+                for name, look in scene.pieces.items()
+            ),
             "<span>space plays, arrows step, charts follow the pointer</span>",
         )
     )

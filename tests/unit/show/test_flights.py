@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from simcore.show.trails import Trails
+from simcore.show.flights import Trails
 
 DT = 0.02
 

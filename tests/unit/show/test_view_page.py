@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from simcore.show.score_board import clock_text, score_html
+from simcore.show.view_page import clock_text, score_html
 from simcore.telemetry.snapshot import Snapshot
 
 

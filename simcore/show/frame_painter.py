@@ -12,9 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from simcore.errors import OutputError
-from simcore.show.colors import CARPET, FUEL, FUEL_EDGE, FUEL_IN_AIR, HIT, INK, MISS, MUTED, tint
-from simcore.show.scene import RobotLook, Scene
-from simcore.show.summary import planar
+from simcore.show.scene import CARPET, HIT, INK, MISS, MUTED, PieceLook, RobotLook, Scene, tint
 from simcore.telemetry.recording import Recording
 from simcore.typing import FloatArray
 
@@ -28,6 +26,8 @@ _MARGIN = 0.35  # [m] around the field
 _TRAIL = 0.4  # [s] of a shot's flight behind it
 _TICK = 0.02  # [s] between two points of a flight
 _IN_AIR = 0.35  # [m]; a piece whose center is higher is drawn larger and darker
+_LARGER = 1.35  # times its radius, a piece in the air
+_BUMPER = 0.075  # [m] wide, as drawn
 _FINE = 4  # drawn so much larger, then reduced: smooth edges
 _PAPER = "#ffffff"
 
@@ -68,7 +68,7 @@ class FramePainter:
         self._size = (width, 2 * math.ceil(height / 2.0))  # even, for video
         self._font, self._small = ImageFont.load_default(17), ImageFont.load_default(13)
         self._robots = [
-            (robot, recording.poses(robot.pose_key)[0], planar(recording, robot.pose_key))
+            (robot, recording.poses(robot.pose_key)[0], recording.path(robot.pose_key))
             for robot in scene.robots
             if recording.has(robot.pose_key)
         ]
@@ -76,8 +76,7 @@ class FramePainter:
         self._numbers = {
             key: recording.series(key) for key in ("Sim/Score/Blue", "Sim/Score/Red", self._held) if recording.has(key)
         }
-        radius = scene.piece_radius * self._scale
-        self._resting, self._flying = self._sprite(radius, FUEL), self._sprite(1.35 * radius, FUEL_IN_AIR)
+        self._disks: dict[tuple[str, bool], Image] = {}
         self._ground = self._draw_ground()
 
     def draw(self, time: float) -> Image:
@@ -85,8 +84,8 @@ class FramePainter:
         frame = self._ground.copy()
         pen = self._draw.Draw(frame)
         self._draw_trails(pen, time)
-        for center in self._recording.places(time).tolist():
-            self._paste(frame, self._flying if center[2] > _IN_AIR else self._resting, center)
+        for name, rows in self._recording.pieces_at(time).items():
+            self._draw_pieces(frame, pen, name, self._scene.look(name), rows)
         for number, (robot, times, rows) in enumerate(self._robots):
             row = int(np.searchsorted(times, time + 1e-9)) - 1
             if row >= 0:
@@ -110,15 +109,29 @@ class FramePainter:
         half = patch.width // 2
         frame.paste(patch, (math.floor(x) - half, math.floor(y) - half), patch)
 
-    def _sprite(self, radius: float, fill: str) -> Image:
-        """A disk with a thin rim."""
+    def _draw_pieces(self, frame: Image, pen: Any, name: str, look: PieceLook, rows: FloatArray) -> None:
+        if look.size is not None:
+            for row, corners in zip(rows.tolist(), look.corners(rows).tolist(), strict=True):
+                fill = look.air_color if row[2] > _IN_AIR else look.color
+                pen.polygon([self._pixel(corner) for corner in corners], fill=fill, outline=look.edge_color)
+            return
+        for row in rows.tolist():
+            self._paste(frame, self._disk(name, look, is_flying=row[2] > _IN_AIR), row)
+
+    def _disk(self, name: str, look: PieceLook, *, is_flying: bool) -> Image:
+        """A disk with a thin rim, larger in the air."""
+        if (name, is_flying) in self._disks:
+            return self._disks[name, is_flying]
+        radius = look.reach * self._scale * (_LARGER if is_flying else 1.0)
+        fill = look.air_color if is_flying else look.color
         half = math.ceil(radius) + 1
         fine = self._image.new("RGBA", ((2 * half + 1) * _FINE,) * 2)
         middle = fine.width / 2.0
         pen = self._draw.Draw(fine)
-        for r, color in ((radius * _FINE, FUEL_EDGE), (radius * _FINE - 0.8 * _FINE, fill)):
+        for r, color in ((radius * _FINE, look.edge_color), (radius * _FINE - 0.8 * _FINE, fill)):
             pen.ellipse((middle - r, middle - r, middle + r - 1, middle + r - 1), fill=color)
-        return fine.reduce(_FINE)
+        disk = self._disks[name, is_flying] = fine.reduce(_FINE)
+        return disk
 
     def _robot(self, robot: RobotLook, yaw: float) -> Image:
         """Bumpers in the alliance's color, and an arrow to the front."""
@@ -133,7 +146,7 @@ class FramePainter:
             x, y = x * length, y * width
             return middle + x * cos - y * sin, middle - x * sin - y * cos
 
-        for size, fill in ((0.5, color), (0.5 - 0.075 / robot.bumpers[0], f"{_PAPER}eb")):
+        for size, fill in ((0.5, color), (0.5 - _BUMPER / robot.bumpers[0], f"{_PAPER}eb")):
             pen.polygon([at(size, size), at(size, -size), at(-size, -size), at(-size, size)], fill=fill)
         pen.polygon([at(0.36, 0.0), at(-0.02, 0.26), at(-0.02, -0.26)], fill=color)
         pen.polygon([at(0.0, 0.08), at(0.0, -0.08), at(-0.32, -0.08), at(-0.32, 0.08)], fill=color)
@@ -187,7 +200,7 @@ class FramePainter:
                 pen.text((x, line), f"{score:.0f}", font=self._font, fill=_PAPER, anchor="mm")
         held = self._number(self._held, time)
         if held is not None:
-            text = f"{held:.0f} {self._scene.piece_name} held"
+            text = f"{held:.0f} {self._scene.piece_names} held"
             pen.text((middle + 90, line), text, font=self._small, fill=MUTED, anchor="lm")
         title, room = self._title, middle - 100.0
         while title and pen.textlength(title, font=self._small) > room:
