@@ -26,7 +26,7 @@ from games.rebuilt.sim import DT, RebuiltConfig, RebuiltSim, RobotEntry
 from games.rebuilt.staging import Staging
 from simcore.physics.bullet import BulletEngine
 from simcore.pieces.pool import PieceStatus
-from simcore.pieces.proximity import Proximity
+from simcore.pieces.wake_grid import Proximity
 from simcore.typing import FloatArray
 from simcore.vision.camera import CameraConfig, CameraMount, PiecePipeline, limelight_type
 

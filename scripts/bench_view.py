@@ -29,7 +29,7 @@ from games.rebuilt.scripted import ScriptedRobot, Steps
 from games.rebuilt.sim import DT, RebuiltConfig, RebuiltSim, RobotEntry
 from games.rebuilt.staging import Staging
 from simcore.pieces.pool import PieceStatus
-from simcore.pieces.proximity import Proximity
+from simcore.pieces.wake_grid import Proximity
 from simcore.show.replay import smooth_snapshot
 from simcore.show.view_models import load_models
 from simcore.show.view_page import ViewPage

@@ -10,9 +10,8 @@ from games.rebuilt.picture import animate_run, draw_run, write_run_page
 from games.rebuilt.runner import AutoRun
 from simcore.errors import ConfigError, OutputError
 from simcore.show.animation import check_animation
-from simcore.telemetry.guard import GuardedSink
-from simcore.telemetry.output import discard_empty, require_writable
 from simcore.telemetry.recording import Recording
+from simcore.telemetry.sinks import GuardedSink, discard_empty, require_writable
 from simcore.telemetry.snapshot import TelemetrySink
 from simcore.telemetry.wpilog import WpilogSink
 

@@ -20,7 +20,7 @@ from games.rebuilt.scoring import MATCH, RebuiltScoring
 from games.rebuilt.staging import Staging, depot_places, neutral_places
 from games.rebuilt.vision import RebuiltVision, tag_layout
 from simcore.errors import ConfigError
-from simcore.geometry.quaternion import rotate
+from simcore.geometry.rotation import rotate
 from simcore.geometry.symmetry import turn_half, turn_half_pose
 from simcore.match.digest import TrajectoryDigest
 from simcore.match.report import FuelCount
@@ -32,13 +32,13 @@ from simcore.pieces.intake import field_to_robot
 from simcore.pieces.launch import launch_state
 from simcore.pieces.piece_manager import GamePieceManager
 from simcore.pieces.pool import PieceStatus
-from simcore.pieces.proximity import Mover, Proximity
 from simcore.pieces.shooter import Launch
+from simcore.pieces.wake_grid import Mover, Proximity
 from simcore.show.scene import Scene
 from simcore.telemetry.snapshot import TelemetrySink
 from simcore.typing import FloatArray
 from simcore.units import GRAVITY
-from simcore.vision.tags import TagLayout
+from simcore.vision.tag_layout import TagLayout
 
 if TYPE_CHECKING:
     import ntcore

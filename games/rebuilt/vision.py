@@ -9,15 +9,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from games.rebuilt.fuel import FUEL
-from simcore.geometry.quaternion import Vector
+from simcore.geometry.rotation import Vector
 from simcore.physics.world import PhysicsWorld
 from simcore.pieces.piece_manager import GamePieceManager
 from simcore.typing import FloatArray
-from simcore.vision.camera_manager import VisionSimManager
-from simcore.vision.camera_scene import Scene
-from simcore.vision.lines import direction_line, sighting_lines
-from simcore.vision.network_clock import NetworkClock
-from simcore.vision.tags import TagLayout, load_layout, official_layout
+from simcore.vision.camera_manager import NetworkClock, VisionSimManager, direction_line, sighting_lines
+from simcore.vision.camera_scene import CameraScene
+from simcore.vision.tag_layout import TagLayout, load_layout, official_layout
 
 if TYPE_CHECKING:
     import ntcore
@@ -28,7 +26,7 @@ __all__ = ["RebuiltVision", "tag_layout"]
 
 
 def tag_layout(name: str | Path) -> TagLayout:
-    """A layout by name (see `simcore.vision.tags.OFFICIAL_LAYOUTS`), or from a JSON file.
+    """A layout by name (see `simcore.vision.tag_layout.OFFICIAL_LAYOUTS`), or from a JSON file.
 
     Raises:
         UnknownNameError: No such layout.
@@ -77,11 +75,12 @@ class RebuiltVision(VisionSimManager):
         """One tick, at its end [s]."""
         if not self.cameras:
             return
-        scene = Scene(
+        scene = CameraScene(
             robots={robot.number: (robot.chassis.pos, robot.chassis.quat) for robot in self._carriers},
             pieces=self._pieces.state.pos,
             is_there=self._pieces.is_on_field,
             piece_radius=FUEL.bounding_radius,
+            class_names=(FUEL.name.lower(),),
             sight=self._sight,
         )
         self.update(time, scene)

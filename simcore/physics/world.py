@@ -16,7 +16,7 @@ from typing import Protocol
 import numpy as np
 
 from simcore.errors import ConfigError, NonFiniteError, UnknownNameError, require_positive
-from simcore.geometry.quaternion import IDENTITY, Quaternion, Vector
+from simcore.geometry.rotation import IDENTITY, Quaternion, Vector
 from simcore.physics.engine import BodyDefinition, Engine, RayHits
 from simcore.physics.shapes import Box, HalfSpace, Shape, Sphere
 from simcore.physics.substeps import Substepping, Surroundings

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from simcore.errors import ConfigError, require_finite
-from simcore.geometry.quaternion import matrix
+from simcore.geometry.rotation import matrix
 from simcore.geometry.zones import BoxZone
 from simcore.typing import BoolArray, BoolSupplier, FloatArray
 

@@ -15,11 +15,10 @@ import numpy as np
 
 from simcore.errors import CapacityError, ConfigError, NonFiniteError, UnknownNameError
 from simcore.physics.world import PhysicsWorld
-from simcore.pieces.chunks import ChunkGrid
-from simcore.pieces.flying import FlightForces
+from simcore.pieces.flight_forces import FlightForces
 from simcore.pieces.kinds import GamePieceConfig
 from simcore.pieces.pool import PiecePool, PieceStatus
-from simcore.pieces.proximity import Mover, Proximity
+from simcore.pieces.wake_grid import ChunkGrid, Mover, Proximity
 from simcore.typing import BoolArray, FloatArray, IntArray
 
 __all__ = ["GamePieceManager"]

@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from simcore.errors import CapacityError, ConfigError
-from simcore.geometry.quaternion import IDENTITY
+from simcore.geometry.rotation import IDENTITY
 from simcore.physics.world import PhysicsWorld
 from simcore.pieces.kinds import GamePieceConfig
 from simcore.typing import BoolArray, FloatArray, IntArray

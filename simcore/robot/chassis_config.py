@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass, replace
 
 from simcore.errors import ConfigError, require_finite, require_positive
-from simcore.geometry.quaternion import Vector
+from simcore.geometry.rotation import Vector
 from simcore.physics.shapes import Box, Compound, Part, Sphere
 from simcore.physics.surface import RUBBER, TerrainSurface
 

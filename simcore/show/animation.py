@@ -14,8 +14,8 @@ import numpy as np
 from simcore.errors import ConfigError, OutputError, require_positive
 from simcore.show.frame_painter import FramePainter
 from simcore.show.scene import CARPET, HIT, INK, MISS, MUTED, Scene, rgb, tint
-from simcore.telemetry.output import output_error, require_writable
 from simcore.telemetry.recording import Recording
+from simcore.telemetry.sinks import output_error, require_writable
 
 if TYPE_CHECKING:
     from PIL.Image import Image

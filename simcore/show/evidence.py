@@ -11,8 +11,8 @@ from pathlib import Path
 from simcore.show.page import write_page
 from simcore.show.picture import draw_summary
 from simcore.show.scene import RobotLook, Scene
-from simcore.telemetry.output import discard_empty
 from simcore.telemetry.recording import Recording
+from simcore.telemetry.sinks import discard_empty
 from simcore.telemetry.wpilog import WpilogSink
 
 __all__ = ["Evidence", "leave_evidence", "write_log"]

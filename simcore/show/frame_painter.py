@@ -76,7 +76,7 @@ class FramePainter:
         self._numbers = {
             key: recording.series(key) for key in ("Sim/Score/Blue", "Sim/Score/Red", self._held) if recording.has(key)
         }
-        self._disks: dict[tuple[str, bool], Image] = {}
+        self._disks: dict[tuple[str, bool], Any] = {}
         self._ground = self._draw_ground()
 
     def draw(self, time: float) -> Image:
@@ -121,7 +121,8 @@ class FramePainter:
     def _disk(self, name: str, look: PieceLook, *, is_flying: bool) -> Image:
         """A disk with a thin rim, larger in the air."""
         if (name, is_flying) in self._disks:
-            return self._disks[name, is_flying]
+            known: Image = self._disks[name, is_flying]
+            return known
         radius = look.reach * self._scale * (_LARGER if is_flying else 1.0)
         fill = look.air_color if is_flying else look.color
         half = math.ceil(radius) + 1
@@ -130,7 +131,7 @@ class FramePainter:
         pen = self._draw.Draw(fine)
         for r, color in ((radius * _FINE, look.edge_color), (radius * _FINE - 0.8 * _FINE, fill)):
             pen.ellipse((middle - r, middle - r, middle + r - 1, middle + r - 1), fill=color)
-        disk = self._disks[name, is_flying] = fine.reduce(_FINE)
+        self._disks[name, is_flying] = disk = fine.reduce(_FINE)
         return disk
 
     def _robot(self, robot: RobotLook, yaw: float) -> Image:

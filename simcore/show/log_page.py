@@ -20,8 +20,8 @@ from simcore.show.page import write_page
 from simcore.show.picture import draw_summary
 from simcore.show.scene import Scene
 from simcore.telemetry.log_reader import TelemetryLog, read_log
-from simcore.telemetry.output import require_writable
 from simcore.telemetry.recording import Recording
+from simcore.telemetry.sinks import require_writable
 
 __all__ = ["add_arguments", "recording_of", "run", "scene_of_log"]
 

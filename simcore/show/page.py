@@ -18,8 +18,8 @@ import numpy as np
 from simcore.show.charts import charts_of, thinned
 from simcore.show.page_svg import PLOT, field_svg, figure_html, key_html
 from simcore.show.scene import PieceLook, Scene, tint
-from simcore.telemetry.output import output_error
 from simcore.telemetry.recording import Recording
+from simcore.telemetry.sinks import output_error
 from simcore.typing import FloatArray
 
 __all__ = ["write_page"]

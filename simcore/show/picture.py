@@ -11,8 +11,8 @@ import numpy as np
 from simcore.errors import ConfigError, OutputError, require_positive
 from simcore.show.charts import Chart, charts_of, draw_chart
 from simcore.show.scene import CARPET, GRID, HIT, INK, MISS, MUTED, PieceLook, RobotLook, Scene, rgb, tint
-from simcore.telemetry.output import output_error, require_writable
 from simcore.telemetry.recording import Recording
+from simcore.telemetry.sinks import output_error, require_writable
 from simcore.typing import FloatArray
 
 if TYPE_CHECKING:
@@ -300,9 +300,9 @@ def _draw_legend(
         Line2D([], [], **dot, color=MISS, label=f"miss ({len(scene.shots) - scene.hits})"),
         Line2D([], [], color=_PATH[1], linewidth=3, label="robot, front bold"),
     ]
-    look: dict[str, Any] = {"frameon": False, "fontsize": 10, "labelspacing": 0.9, "handlelength": 1.6}
+    text_look: dict[str, Any] = {"frameon": False, "fontsize": 10, "labelspacing": 0.9, "handlelength": 1.6}
     corner = (14.1 / 16.0, 1.0 - 1.0 / figure.get_figheight())
-    figure.legend(handles=handles, loc="upper left", bbox_to_anchor=corner, labelcolor=INK, **look)
+    figure.legend(handles=handles, loc="upper left", bbox_to_anchor=corner, labelcolor=INK, **text_look)
 
 
 def _draw_time_bar(axes: Axes, figure: Figure, seconds: float) -> None:

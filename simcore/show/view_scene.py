@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from simcore.geometry.quaternion import matrix
+from simcore.geometry.rotation import matrix
 from simcore.show.flights import Trails
 from simcore.show.glb import box_glb, linear_rgba, painted_glb, piece_mesh, sphere_mesh
 from simcore.show.scene import PLAIN_PIECE, rgb

@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from simcore.errors import UnknownNameError, require_positive
-from simcore.telemetry.cadence import Cadence
+from simcore.telemetry.sinks import Cadence
 from simcore.telemetry.snapshot import Snapshot
 from simcore.typing import FloatArray, IntArray
 

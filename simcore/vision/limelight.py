@@ -11,20 +11,16 @@ from typing import Protocol
 
 import numpy as np
 
-from simcore.geometry.quaternion import Quaternion, Vector
+from simcore.geometry.rotation import Quaternion, Vector
 from simcore.typing import BoolSupplier
-from simcore.vision.camera import CameraConfig, TagPipeline
-from simcore.vision.camera_scene import Scene
-from simcore.vision.frames import Corners, Frame, PieceSighting, PoseEstimate, StdDevs, TagSighting
-from simcore.vision.heading import HeadingSource
-from simcore.vision.history import PoseHistory
+from simcore.vision.camera import CameraConfig, TagPipeline, camera_pose, optical_rows
+from simcore.vision.camera_frame import Corners, Frame, PieceSighting, PoseEstimate, StdDevs, TagSighting
+from simcore.vision.camera_scene import CameraScene, find_pieces
+from simcore.vision.heading import HeadingSource, PoseHistory
 from simcore.vision.limelight_settings import CameraSettings
-from simcore.vision.megatag import CameraPose, Mounting, TagPicture
-from simcore.vision.perfect import perfect_frame
-from simcore.vision.pieces import find_pieces
-from simcore.vision.projection import camera_pose, optical_rows
-from simcore.vision.tags import TagLayout
-from simcore.vision.visibility import Occlusion, TagFinder
+from simcore.vision.megatag import CameraPose, Mounting, TagPicture, perfect_frame
+from simcore.vision.tag_layout import TagLayout
+from simcore.vision.tag_visibility import Occlusion, TagFinder
 
 __all__ = ["CameraPort", "LimelightSim", "Request"]
 
@@ -176,7 +172,7 @@ class LimelightSim:
 
     # --- frames -------------------------------------------------------------------------------------------------
 
-    def update(self, time: float, history: PoseHistory, scene: Scene) -> list[Frame]:
+    def update(self, time: float, history: PoseHistory, scene: CameraScene) -> list[Frame]:
         """Expose the frames that are due by now, and publish those that are ready.
 
         Args:
@@ -221,7 +217,7 @@ class LimelightSim:
         for port in self.ports:
             port.close()
 
-    def _expose(self, time: float, history: PoseHistory, scene: Scene) -> _Exposure:
+    def _expose(self, time: float, history: PoseHistory, scene: CameraScene) -> _Exposure:
         """What is in the picture, with noise; where things are now is less than a tick from where they were."""
         robot_pose = history.at(time)
         exposure = _Exposure(self._number + 1, time, self.settings.pipeline, [], [], (), robot_pose)

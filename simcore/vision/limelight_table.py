@@ -8,12 +8,19 @@ from typing import Any
 import ntcore
 
 from simcore.vision.camera import CameraConfig
-from simcore.vision.frames import Frame
+from simcore.vision.camera_frame import Frame
+from simcore.vision.camera_manager import NetworkClock
 from simcore.vision.limelight import Request
 from simcore.vision.limelight_settings import INPUTS
-from simcore.vision.network_clock import NetworkClock
-from simcore.vision.wire import EVERY_FRAME, FRAME_TOPICS, TOPICS, Value, constant_values, frame_values
-from simcore.vision.wire_json import frame_json
+from simcore.vision.limelight_wire import (
+    EVERY_FRAME,
+    FRAME_TOPICS,
+    TOPICS,
+    Value,
+    constant_values,
+    frame_json,
+    frame_values,
+)
 
 __all__ = ["LimelightTable"]
 

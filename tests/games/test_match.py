@@ -23,7 +23,7 @@ from games.rebuilt.sim import RebuiltConfig, RebuiltSim, RobotEntry
 from games.rebuilt.staging import Staging
 from simcore.errors import ConfigError, FieldMeshError
 from simcore.pieces.pool import PieceStatus
-from simcore.telemetry.memory import MemorySink
+from simcore.telemetry.sinks import MemorySink
 from simcore.telemetry.wpilog import WpilogSink
 
 ROOT = Path(__file__).resolve().parents[2]

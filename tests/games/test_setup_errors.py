@@ -20,8 +20,8 @@ from simcore.physics.bullet import BulletEngine
 from simcore.physics.world import PhysicsWorld
 from simcore.pieces.piece_manager import GamePieceManager
 from simcore.pieces.pool import PieceStatus
-from simcore.pieces.proximity import Proximity
-from simcore.telemetry.memory import MemorySink
+from simcore.pieces.wake_grid import Proximity
+from simcore.telemetry.sinks import MemorySink
 
 
 @pytest.mark.parametrize(

@@ -13,7 +13,7 @@ from simcore.physics.surface import POLYCARBONATE, WALL
 from simcore.physics.world import PhysicsWorld
 from simcore.pieces.kinds import GamePieceConfig
 from simcore.pieces.piece_manager import GamePieceManager
-from simcore.pieces.proximity import Mover
+from simcore.pieces.wake_grid import Mover
 from simcore.robot.chassis import ChassisSimulation
 from simcore.robot.chassis_config import ChassisConfig
 from simcore.units import GRAVITY, inches

@@ -13,7 +13,7 @@ from simcore.physics.world import PhysicsWorld
 from simcore.pieces.kinds import GamePieceConfig
 from simcore.pieces.piece_manager import GamePieceManager
 from simcore.pieces.pool import PieceStatus
-from simcore.pieces.proximity import Mover
+from simcore.pieces.wake_grid import Mover
 
 DT = 0.02
 RADIUS = 0.075
@@ -24,7 +24,7 @@ BORDER = 7.0
 
 
 def make(world: PhysicsWorld, count: int, **proximity) -> GamePieceManager:
-    from simcore.pieces.proximity import Proximity
+    from simcore.pieces.wake_grid import Proximity
 
     return GamePieceManager(world, [(FUEL, count)], field_size=FIELD, proximity=Proximity(**proximity))
 

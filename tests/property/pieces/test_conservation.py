@@ -15,7 +15,7 @@ from simcore.physics.world import PhysicsWorld
 from simcore.pieces.kinds import GamePieceConfig
 from simcore.pieces.piece_manager import GamePieceManager
 from simcore.pieces.pool import PieceStatus
-from simcore.pieces.proximity import Mover
+from simcore.pieces.wake_grid import Mover
 
 FUEL = GamePieceConfig(name="Fuel", shape=Sphere(0.075), mass=0.2)
 CAPACITY = 30

@@ -12,7 +12,7 @@ import pytest
 from simcore.errors import ConfigError, OutputError
 from simcore.show.picture import draw_match
 from simcore.show.scene import PieceLook, RobotLook, Scene, ShotTrace
-from simcore.telemetry.output import require_writable
+from simcore.telemetry.sinks import require_writable
 
 SCENE = Scene(
     field_outlines=[("blue_hub", np.array([[4.0, 3.4], [5.2, 3.4], [5.2, 4.6], [4.0, 4.6]]))],
@@ -102,7 +102,7 @@ def test_bad_shots(tmp_path: Path) -> None:
 
 def test_import_loads_no_matplotlib_and_logs_need_no_ntcore() -> None:
     code = (
-        "import sys, simcore.show.picture, simcore.telemetry.wpilog, simcore.telemetry.memory\n"
+        "import sys, simcore.show.picture, simcore.telemetry.wpilog, simcore.telemetry.sinks\n"
         "import simcore.show.evidence, simcore.show.animation\n"
         "assert not {'matplotlib', 'PIL', 'ntcore', 'wpiutil'} & set(sys.modules)"
     )

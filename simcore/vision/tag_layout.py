@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from simcore.errors import ConfigError, UnknownNameError
-from simcore.geometry.quaternion import Quaternion, Vector, matrix
+from simcore.geometry.rotation import Quaternion, Vector, matrix
 from simcore.typing import FloatArray, IntArray
 from simcore.units import inches
 
@@ -122,7 +122,7 @@ def _vector(v: Sequence[float]) -> Vector:
     return x, y, z
 
 
-def official_layout(name: str = "2026-welded") -> TagLayout:
+def official_layout(name: str) -> TagLayout:
     """A layout that comes with robotpy-apriltag, by our name or WPILib's (`k2026RebuiltWelded`).
 
     Raises:

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from simcore.errors import ConfigError
-from simcore.pieces.chunks import ChunkGrid
+from simcore.pieces.wake_grid import ChunkGrid
 
 LOW, HIGH = (-1.0, -1.0), (17.5, 9.1)
 place = st.tuples(st.floats(-3.0, 20.0), st.floats(-3.0, 12.0))

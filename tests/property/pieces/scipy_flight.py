@@ -1,4 +1,4 @@
-"""The reference flight of a piece, by scipy: for tests, pictures and to check what a faster method says."""
+"""The flight of a piece by scipy, to compare faster methods with."""
 
 from __future__ import annotations
 

@@ -7,44 +7,30 @@ from collections.abc import Container, Sequence
 
 import numpy as np
 
-from simcore.geometry.quaternion import Vector
-from simcore.typing import FloatArray
-from simcore.vision.camera import LimelightType
-from simcore.vision.camera_scene import Scene, SightLines, hidden_by_spheres
-from simcore.vision.frames import Corners
-from simcore.vision.tags import TagLayout
+from simcore.geometry.rotation import Vector
+from simcore.typing import BoolArray, FloatArray
+from simcore.vision.camera import FULL_CROP, LimelightType, crop_pixels
+from simcore.vision.camera_frame import Corners
+from simcore.vision.camera_scene import CameraScene, SightLines, hidden_by_spheres
+from simcore.vision.tag_layout import TagLayout
 
-__all__ = ["FULL_CROP", "Occlusion", "TagFinder", "crop_pixels"]
-
-FULL_CROP = (-1.0, 1.0, -1.0, 1.0)
-"""x0, x1, y0, y1 of a crop window; 1 is the right and the upper edge."""
+__all__ = ["Occlusion", "TagFinder"]
 
 _CELL = 0.25  # [m]
 _NEAREST = 0.1  # [m]; a tag whose middle is closer to the lens is not in focus
 _CLEAR = 0.05
-"""Lines of sight end so far before the tag's face [m]: the mesh behind it stands up to 14 mm proud (trench arms), the
-estimated shoulder of a hub 39 mm at one corner of tags 2, 5, 18 and 21."""
+"""Lines of sight end so far before the tag's face [m]: the mesh of what carries it stands up to 14 mm proud, at some
+corners up to 39 mm (measured on the field of 2026)."""
 _EDGE_POINTS: FloatArray = np.array(
     [(x, y, 1) for x, y in ((-1, -1), (0, -1), (1, -1), (1, 0), (1, 1), (0, 1), (-1, 1), (-1, 0), (0, 0))], dtype=float
 )
-"""Where a tag must be uncovered, in halves of its edge: 8.3 cm apart, so that no fuel (15 cm) slips between."""
+"""Where a tag must be uncovered, in halves of its edge: 8.3 cm apart, so that no piece of 15 cm slips between."""
 _MIDDLE = 8
 _RAYS = (0, 2, 4, 6, _MIDDLE)  # of these points: corners and middle
 _MOVED = 0.3  # [m]; what the fastest obstacle does in `_STALE`
 _STALE = 0.1  # [s]
 _SPREAD = 1.0  # edges; no point of a tag is farther than 0.8 from its middle
 _FEW = 24  # balls up to which plain floats are faster
-
-
-def crop_pixels(crop: tuple[float, float, float, float], lens: LimelightType) -> tuple[float, float, float, float]:
-    """Least u, most u, least v, most v of a crop window [px]."""
-    x0, x1, y0, y1 = crop
-    return (
-        0.5 * (x0 + 1.0) * lens.width,
-        0.5 * (x1 + 1.0) * lens.width,
-        0.5 * (1.0 - y1) * lens.height,
-        0.5 * (1.0 - y0) * lens.height,
-    )
 
 
 class TagFinder:
@@ -191,7 +177,7 @@ class Occlusion:
         self._lowest = float(self._points[:, :, 2].min(initial=math.inf))
         self._known: dict[int, tuple[float, Vector, bool]] = {}
 
-    def uncovered(self, rows: Sequence[int], pos: Vector, scene: Scene, time: float) -> list[bool]:
+    def uncovered(self, rows: Sequence[int], pos: Vector, scene: CameraScene, time: float) -> list[bool]:
         """Which of some tags have nothing between them and the camera.
 
         Args:
@@ -206,38 +192,40 @@ class Occlusion:
             free = [known[row][2] for row in rows]
         else:
             free = [True] * len(rows)
-        pieces = scene.above(min(pos[2], self._lowest))
+        pieces, radii = scene.above(min(pos[2], self._lowest))
         if len(pieces):
             left = [row for row, ok in zip(rows, free, strict=True) if ok]
-            hidden = self._behind_pieces(left, pos, pieces, scene.piece_radius)
+            hidden = self._behind_pieces(left, pos, pieces, radii)
             if hidden:
                 free = [ok and row not in hidden for row, ok in zip(rows, free, strict=True)]
         return free
 
-    def _behind_pieces(self, rows: list[int], pos: Vector, pieces: FloatArray, radius: float) -> list[int]:
-        """Those of some tags that a ball hides in part."""
+    def _behind_pieces(self, rows: list[int], pos: Vector, pieces: FloatArray, radii: FloatArray) -> list[int]:
+        """Those of some tags that a piece hides in part."""
         if not rows:
             return []
         px, py, pz = pos
-        low = min(pz, self._lowest) - radius  # a ball below all lines of sight hides nothing
+        lowest = min(pz, self._lowest)
+        if len(pieces) > _FEW:  # a ball below all lines of sight hides nothing
+            is_up: BoolArray = pieces[:, 2] > lowest - radii
+            pieces, radii = pieces[is_up], radii[is_up]
         if len(pieces) > _FEW:
-            pieces = pieces[pieces[:, 2] > low]
-        if len(pieces) > _FEW:
-            hidden = hidden_by_spheres(pos, self._points[rows].reshape(-1, 3), pieces, radius)
+            hidden = hidden_by_spheres(pos, self._points[rows].reshape(-1, 3), pieces, radii)
             if hidden is None:
                 return []
             return [row for row, one in zip(rows, hidden.reshape(len(rows), -1), strict=True) if one.any()]
-        balls = [(x - px, y - py, z - pz) for x, y, z in pieces.tolist() if z > low]
-        return [row for row in rows if self._is_behind(row, pos, balls, radius)] if balls else []
+        spheres = zip(pieces.tolist(), radii.tolist(), strict=True)
+        balls = [(x - px, y - py, z - pz, radius) for (x, y, z), radius in spheres if z > lowest - radius]
+        return [row for row in rows if self._is_behind(row, pos, balls)] if balls else []
 
-    def _is_behind(self, row: int, pos: Vector, balls: Sequence[Vector], radius: float) -> bool:
+    def _is_behind(self, row: int, pos: Vector, balls: Sequence[tuple[float, float, float, float]]) -> bool:
         """Whether one of a few balls, counted from the camera, hides one of a tag's points: 2 us, in arrays 20."""
         px, py, pz = pos
         x, y, z = self._layout.squares[row][0]
         x, y, z = x - px, y - py, z - pz
         length2 = x * x + y * y + z * z
         spread = _SPREAD * self._layout.size
-        for bx, by, bz in balls:
+        for bx, by, bz, radius in balls:
             along = (bx * x + by * y + bz * z) / length2
             along = 0.0 if along < 0.0 else min(along, 1.0)
             gx, gy, gz = bx - along * x, by - along * y, bz - along * z

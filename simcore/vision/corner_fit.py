@@ -13,8 +13,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from simcore.geometry.quaternion import Vector
-from simcore.vision.rows import Rows, apply_back, times
+from simcore.geometry.rotation import Rows, Vector, apply_back, times
 
 __all__ = ["CameraSolution", "Square", "refine_pose", "solve_position", "squared_error"]
 

@@ -1,17 +1,18 @@
-"""What a Limelight writes on NetworkTables: names, types and numbers of every topic.
+"""What a Limelight writes on NetworkTables: names, types and numbers of every topic, and a frame as `json`.
 
 Source: LimelightHelpers 2026 and docs.limelightvision.io, "Complete NetworkTables API" (2026-08).
 """
 
 from __future__ import annotations
 
+import json
 import math
 from itertools import chain
+from typing import Any
 
-from simcore.geometry.quaternion import Vector
+from simcore.geometry.rotation import Rows, Vector, apply, apply_back, times, transposed
 from simcore.vision.camera import CameraConfig
-from simcore.vision.frames import Corners, Frame, PieceSighting, PoseEstimate, TagSighting
-from simcore.vision.rows import Rows, apply, apply_back, times, transposed
+from simcore.vision.camera_frame import Corners, Frame, PieceSighting, PoseEstimate, TagSighting
 
 __all__ = [
     "EVERY_FRAME",
@@ -20,6 +21,7 @@ __all__ = [
     "TOPICS",
     "Value",
     "constant_values",
+    "frame_json",
     "frame_values",
 ]
 
@@ -241,3 +243,86 @@ def _imu(frame: Frame) -> list[float]:
     return [
         imu.robot_yaw_deg, imu.roll_deg, imu.pitch_deg, imu.internal_yaw_deg, *imu.rates_dps, *imu.acceleration_g
     ]  # fmt: skip
+
+
+def frame_json(frame: Frame, values: dict[str, Value], stamp: int) -> str:
+    """The whole frame.
+
+    Args:
+        frame: What was seen.
+        values: From `frame_values`, so that both always agree.
+        stamp: When it is published, in NetworkTables' time [us].
+    """
+
+    def numbers(name: str) -> list[float]:
+        value = values[name]
+        assert isinstance(value, list)
+        return [float(v) for v in value]
+
+    data: dict[str, Any] = {
+        "v": values["tv"],
+        "pID": frame.pipeline,
+        "pTYPE": PIPELINE_TYPES[frame.pipeline_kind],
+        "tl": values["tl"],
+        "cl": values["cl"],
+        "ts": 1e3 * frame.published,
+        "ts_us": round(1e6 * frame.published),
+        "ts_nt": stamp,
+        "fidx": frame.number,
+        **{name: values[name] for name in ("tx", "ty", "txnc", "tync", "ta")},
+        **{name: numbers(name)[:6] for name in ("botpose", "botpose_wpiblue", "botpose_wpired")},
+        **{name: numbers(name)[:6] for name in ("botpose_orb", "botpose_orb_wpiblue", "botpose_orb_wpired")},
+        **dict(
+            zip(
+                ("botpose_tagcount", "botpose_span", "botpose_avgdist", "botpose_avgarea"),
+                numbers("botpose")[7:11],
+                strict=True,
+            )
+        ),
+        "stdev_mt1": numbers("stddevs")[:6],
+        "stdev_mt2": numbers("stddevs")[6:],
+        "t6c_rs": numbers("camerapose_robotspace"),
+        "imu": {"data": numbers("imu"), "yaw": numbers("imu")[3]},
+        "Retro": [],
+        "Classifier": [],
+        "Barcode": [],
+        "Fiducial": [
+            {
+                "fID": tag.id,
+                "fam": "36h11C",
+                "tx": tag.tx_deg,
+                "ty": tag.ty_deg,
+                "tx_nocross": tag.tx_deg,
+                "ty_nocross": tag.ty_deg,
+                "txp": float(tag.corners[:, 0].mean()),
+                "typ": float(tag.corners[:, 1].mean()),
+                "ta": tag.area_percent,
+                "pts": tag.pixels,
+                **(
+                    {
+                        "t6t_cs": values["targetpose_cameraspace"],
+                        "t6c_ts": values["camerapose_targetspace"],
+                        "t6t_rs": values["targetpose_robotspace"],
+                        "t6r_ts": values["botpose_targetspace"],
+                    }
+                    if tag is frame.primary_tag
+                    else {}
+                ),
+            }
+            for tag in frame.tags
+        ],
+        "Detector": [
+            {
+                "class": piece.class_name,
+                "classID": piece.class_id,
+                "tx": piece.tx_deg,
+                "ty": piece.ty_deg,
+                "tx_nocross": piece.tx_deg,
+                "ty_nocross": piece.ty_deg,
+                "ta": piece.area_percent,
+                "pts": piece.pixels,
+            }
+            for piece in frame.pieces
+        ],
+    }
+    return json.dumps(data)

@@ -7,8 +7,8 @@ import math
 import pytest
 
 from simcore.errors import ConfigError
-from simcore.geometry.quaternion import from_rpy, from_yaw, yaw_of
-from simcore.vision.history import PoseHistory, ScalarHistory, slerp
+from simcore.geometry.rotation import from_rpy, from_yaw, yaw_of
+from simcore.vision.heading import PoseHistory, ScalarHistory, slerp
 
 
 def test_between_two_poses_it_moves_straight_and_turns_evenly():

@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 from simcore.errors import ConfigError, UnknownNameError
-from simcore.geometry.quaternion import from_yaw
+from simcore.geometry.rotation import from_yaw
 from simcore.vision.camera import CameraConfig, LimelightType, PiecePipeline, TagPipeline, limelight_type
-from simcore.vision.tags import TAG_SIZE, TagLayout, load_layout, official_layout
+from simcore.vision.tag_layout import TAG_SIZE, TagLayout, load_layout, official_layout
 
 
 def test_the_official_layouts_of_2026():
@@ -24,7 +24,7 @@ def test_the_official_layouts_of_2026():
 
 def test_corners_go_around_as_one_faces_the_tag():
     """Tag 26 faces the blue wall: who faces it looks along +x, so its left is +y."""
-    layout = official_layout()
+    layout = official_layout("2026-welded")
     row = layout.id_list.index(26)
     low_left, low_right, up_right, up_left = layout.corners[row] - layout.centers[row]
     h = TAG_SIZE / 2.0
@@ -103,4 +103,4 @@ def test_a_lens_of_180_degrees_is_refused():
 
 def test_layouts_are_read_only():
     with pytest.raises(ValueError, match="read-only"):
-        official_layout().centers[0] = np.zeros(3)
+        official_layout("2026-welded").centers[0] = np.zeros(3)

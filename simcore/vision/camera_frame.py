@@ -9,10 +9,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from simcore.geometry.quaternion import Vector
+from simcore.geometry.rotation import Rows, Vector
 from simcore.typing import FloatArray
 from simcore.vision.planar_pose import SquarePose
-from simcore.vision.rows import Rows
 
 __all__ = ["Corners", "Frame", "ImuReading", "PieceSighting", "PoseEstimate", "StdDevs", "TagSighting"]
 

@@ -1,4 +1,4 @@
-"""The reference flight against closed forms and the table of fuel flights."""
+"""The flight by scipy against closed forms and the table of fuel flights."""
 
 from __future__ import annotations
 
@@ -6,10 +6,10 @@ import math
 
 import numpy as np
 import pytest
+from scipy_flight import fly
 
 from simcore.errors import ConfigError, NonFiniteError
 from simcore.pieces.aerodynamics import Aerodynamics, AirFactors, air_factors
-from simcore.pieces.flight import fly
 from simcore.pieces.launch import backspin, launch_direction
 from simcore.units import GRAVITY, inches
 
