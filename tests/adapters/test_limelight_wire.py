@@ -61,6 +61,7 @@ while time.monotonic() < end:
     inst.flush()
     poses += [[v.value()[6], v.server_time()] for v in subs["botpose_orb_wpiblue"].readQueue() if v.isValid()]
     time.sleep(0.02)
+end = time.monotonic() + 5
 while True:                                          # all of one frame
     beat = subs["hb"].get().value()
     values = {}
