@@ -33,7 +33,7 @@ from simcore.pieces.launch import launch_state
 from simcore.pieces.piece_manager import GamePieceManager
 from simcore.pieces.pool import PieceStatus
 from simcore.pieces.shooter import Launch
-from simcore.pieces.wake_grid import Mover, Proximity
+from simcore.pieces.wake_grid import Footprint, WakeSettings
 from simcore.show.scene import Scene
 from simcore.telemetry.snapshot import TelemetrySink
 from simcore.typing import FloatArray
@@ -80,7 +80,7 @@ class RebuiltConfig:
     tags: str | Path = "2026-welded"
     """AprilTag layout: a name, or a file in WPILib's JSON; read if a robot has cameras."""
     substepping: Substepping = field(default_factory=Substepping)
-    proximity: Proximity = field(default_factory=Proximity)
+    proximity: WakeSettings = field(default_factory=WakeSettings)
 
     def __post_init__(self) -> None:
         if len(self.robots) > self.staging.robots:
@@ -162,7 +162,7 @@ class RebuiltSim:
         self.intakes: list[list[float]] = []
         """Where each fuel was taken in [m]."""
         self._flying: dict[int, ShotRecord] = {}
-        self._movers: list[Mover] = []
+        self._movers: list[Footprint] = []
         self._piece_speed = 0.0
         self._near = Surroundings.OPEN
         self.phases: tuple[Callable[[], None], ...] = (
@@ -319,7 +319,7 @@ class RebuiltSim:
 
     def _wake(self) -> None:
         """3. Sleepers that can be reached within the tick wake."""
-        self._movers = [Mover(*robot.chassis.footprint) for robot in self.robots]
+        self._movers = [Footprint(*robot.chassis.footprint) for robot in self.robots]
         self._piece_speed = self.pieces.wake_reachable(self._movers, DT)
 
     def _intake(self) -> None:
@@ -328,7 +328,7 @@ class RebuiltSim:
             room = robot.config.hopper_capacity - len(self.pieces.held(robot.number))
             if room <= 0 or not robot.intake_active:
                 continue
-            slots = self.pieces.within_sight  # sleepers too: a roller does not ask
+            slots = self.pieces.in_active_chunks  # sleepers too: a roller does not ask
             away = self.pieces.state.pos[slots] - robot.chassis.pos
             slots = slots[np.einsum("ij,ij->i", away, away) < robot.intake_reach**2]
             if not len(slots):
@@ -498,7 +498,7 @@ class RebuiltSim:
             self.world,
             [(FUEL, self._total_fuel)],
             field_size=FIELD_SIZE,
-            proximity=c.proximity,
+            wake=c.proximity,
         )
         self._exit_rng, robot_rng, fuel_rng, self._camera_rng = rng.spawn(4)
         preloaded = sum(entry.preload for entry in c.robots)

@@ -31,6 +31,7 @@ __all__ = [
     "times",
     "times_back",
     "transposed",
+    "wrap_angle",
     "yaw_of",
 ]
 
@@ -67,6 +68,11 @@ def rpy(q: Sequence[float]) -> Vector:
         math.asin(sin_pitch),
         math.atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z)),
     )
+
+
+def wrap_angle(angle: float) -> float:
+    """The same angle in [-pi, pi] [rad]."""
+    return math.remainder(angle, math.tau)
 
 
 def yaw_of(q: Sequence[float]) -> float:

@@ -26,7 +26,7 @@ from simcore.typing import FloatArray
 from simcore.vision.camera import OPTICAL, CameraConfig
 from simcore.vision.camera_frame import Frame, PieceSighting, PoseEstimate, TagSighting
 from simcore.vision.camera_manager import NetworkClock
-from simcore.vision.limelight import Request
+from simcore.vision.limelight import CameraRequest
 from simcore.vision.planar_pose import SquarePose
 
 __all__ = ["PhotonCameraPort", "camera_properties", "pipeline_result"]
@@ -51,7 +51,7 @@ class PhotonCameraPort:
         self.camera = PhotonCamera(config.name)
         self._sim = PhotonCameraSim(self.camera, camera_properties(config))
 
-    def read(self) -> tuple[Request, ...]:
+    def read(self) -> tuple[CameraRequest, ...]:
         """Robot code asks a PhotonCamera for nothing that simcore models."""
         return ()
 

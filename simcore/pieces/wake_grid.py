@@ -15,11 +15,11 @@ import numpy as np
 from simcore.errors import ConfigError, require_positive
 from simcore.typing import BoolArray, FloatArray, IntArray
 
-__all__ = ["ChunkGrid", "Mover", "Proximity"]
+__all__ = ["ChunkGrid", "Footprint", "WakeSettings"]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Proximity:
+class WakeSettings:
     """When pieces wake and sleep."""
 
     chunk_size: float = 2.0
@@ -39,15 +39,17 @@ class Proximity:
 
     def __post_init__(self) -> None:
         for name in ("chunk_size", "margin", "piece_margin", "slow_speed", "waking_speed"):
-            require_positive("Proximity", name, getattr(self, name))
+            require_positive("WakeSettings", name, getattr(self, name))
         if not (isinstance(self.chunk_linger, int) and self.chunk_linger >= 0):
-            raise ConfigError(f"Proximity: chunk_linger must be a whole number >= 0, got {self.chunk_linger!r}")
+            raise ConfigError(f"WakeSettings: chunk_linger must be a whole number >= 0, got {self.chunk_linger!r}")
         if self.slow_ticks < 5:
-            raise ConfigError(f"Proximity: slow_ticks must be at least 5 (else apexes freeze), got {self.slow_ticks}")
+            raise ConfigError(
+                f"WakeSettings: slow_ticks must be at least 5 (else apexes freeze), got {self.slow_ticks}"
+            )
 
 
 @dataclass(frozen=True, slots=True)
-class Mover:
+class Footprint:
     """A robot as the pieces see it."""
 
     x: float

@@ -14,7 +14,7 @@ from typing import Any
 
 from simcore.errors import LogError, OutputError
 from simcore.show.animation import animate, check_animation
-from simcore.show.evidence import empty_scene, recorded_robots
+from simcore.show.failed_run import empty_scene, recorded_robots
 from simcore.show.flights import flights_of
 from simcore.show.page import write_page
 from simcore.show.picture import draw_summary

@@ -22,7 +22,7 @@ from simcore.vision.megatag import CameraPose, Mounting, TagPicture, perfect_fra
 from simcore.vision.tag_layout import TagLayout
 from simcore.vision.tag_visibility import Occlusion, TagFinder
 
-__all__ = ["CameraPort", "LimelightSim", "Request"]
+__all__ = ["CameraPort", "CameraRequest", "LimelightSim"]
 
 _log = logging.getLogger(__name__)
 
@@ -32,7 +32,7 @@ _LONGEST_GAP = 1.0  # [s]; after a longer one the missed frames are not made up 
 
 
 @dataclass(slots=True)
-class Request:
+class CameraRequest:
     """What robot code wrote on an input topic."""
 
     topic: str
@@ -45,7 +45,7 @@ class Request:
 class CameraPort(Protocol):
     """What a camera speaks to robot code through."""
 
-    def read(self) -> Sequence[Request]:
+    def read(self) -> Sequence[CameraRequest]:
         """Requests since the last call, oldest first."""
         ...
 
@@ -153,7 +153,7 @@ class LimelightSim:
             for request in port.read():
                 self.request(request, time)
 
-    def request(self, request: Request, time: float) -> None:
+    def request(self, request: CameraRequest, time: float) -> None:
         """Take one request at a time [s]; one that makes no sense changes nothing."""
         topic, values = request.topic, request.values
         if values is None:

@@ -16,7 +16,7 @@ from scipy import ndimage
 from games.rebuilt.__main__ import main
 from games.rebuilt.autos import find_auto
 from games.rebuilt.runner import play_auto
-from simcore.show.evidence import leave_evidence
+from simcore.show.failed_run import save_failed_run
 from simcore.show.frame_painter import FramePainter, to_pixels
 from simcore.show.scene import rgb
 from simcore.telemetry.recording import Recording
@@ -95,7 +95,7 @@ def test_the_recording_ends_where_the_run_ended(depot):
 
 def test_a_failed_test_leaves_evidence_of_a_closed_game(depot, tmp_path):
     run, recording, _ = depot
-    left = leave_evidence(recording, tmp_path, name="test_x", scene=run.sim.scene(), note="assert 8 >= 20")
+    left = save_failed_run(recording, tmp_path, name="test_x", scene=run.sim.scene(), note="assert 8 >= 20")
     assert left.problems == ()
     assert left.page is not None and left.page.stat().st_size < 1_000_000
 

@@ -20,7 +20,7 @@ from simcore.physics.bullet import BulletEngine
 from simcore.physics.world import PhysicsWorld
 from simcore.pieces.piece_manager import GamePieceManager
 from simcore.pieces.pool import PieceStatus
-from simcore.pieces.wake_grid import Proximity
+from simcore.pieces.wake_grid import WakeSettings
 from simcore.telemetry.sinks import MemorySink
 
 
@@ -112,7 +112,7 @@ def test_a_pushed_piece_flies_as_a_launched_one_at_any_substep():
 @pytest.mark.parametrize("setting", [{"chunk_linger": -5}, {"chunk_linger": 1.5}, {"waking_speed": math.nan}])
 def test_proximity_settings_that_cannot_work_are_refused(setting):
     with pytest.raises(ConfigError, match=next(iter(setting))):
-        Proximity(**setting)
+        WakeSettings(**setting)
 
 
 def test_a_world_has_the_gravity_of_its_engine():

@@ -13,7 +13,7 @@ from simcore.geometry.rotation import from_yaw
 from simcore.vision.camera import CameraConfig, CameraMount, PiecePipeline, TagPipeline, limelight_type
 from simcore.vision.camera_scene import CameraScene
 from simcore.vision.heading import HeadingSource, PoseHistory
-from simcore.vision.limelight import LimelightSim, Request
+from simcore.vision.limelight import CameraRequest, LimelightSim
 from simcore.vision.tag_layout import official_layout
 
 LAYOUT = official_layout("2026-welded")
@@ -37,7 +37,7 @@ def drive(config, seconds=1.0, *, speed=0.0, spin=0.0, each=None, seed=0, yaw=0.
 
 
 def orient(camera, t, yaw):
-    camera.request(Request("robot_orientation_set", (math.degrees(yaw), 0.0, 0.0, 0.0, 0.0, 0.0), t), t)
+    camera.request(CameraRequest("robot_orientation_set", (math.degrees(yaw), 0.0, 0.0, 0.0, 0.0, 0.0), t), t)
 
 
 @pytest.mark.parametrize(
@@ -79,7 +79,7 @@ def test_without_a_heading_megatag_2_thinks_the_robot_looks_along_x():
 
 def test_throttle_skips_frames():
     def throttle(camera, t, yaw):
-        camera.request(Request("throttle_set", (4.0,)), t)
+        camera.request(CameraRequest("throttle_set", (4.0,)), t)
 
     _, frames = drive(CameraConfig(type=LL3, mount=MOUNT), 4.0, each=throttle)
     assert len(frames) / 4.0 == pytest.approx(30 / 5, rel=0.1)
@@ -88,7 +88,7 @@ def test_throttle_skips_frames():
 @pytest.mark.parametrize("topic", ["fiducial_id_filters_set", "priorityid"])
 def test_filters_choose_tags_and_priority_only_whose_angles_are_told(topic):
     def ask(camera, t, yaw):
-        camera.request(Request(topic, (25.0,)), t)
+        camera.request(CameraRequest(topic, (25.0,)), t)
 
     _, frames = drive(CameraConfig(mount=MOUNT), 0.3, each=ask)
     last = frames[-1]
@@ -98,10 +98,10 @@ def test_filters_choose_tags_and_priority_only_whose_angles_are_told(topic):
 
 def test_a_crop_window_and_downscaling_lose_tags():
     def crop(camera, t, yaw):
-        camera.request(Request("crop", (-1.0, 0.0, -1.0, 1.0)), t)
+        camera.request(CameraRequest("crop", (-1.0, 0.0, -1.0, 1.0)), t)
 
     def downscale(camera, t, yaw):
-        camera.request(Request("fiducial_downscale_set", (5.0,)), t)
+        camera.request(CameraRequest("fiducial_downscale_set", (5.0,)), t)
 
     _, plain = drive(CameraConfig(mount=MOUNT), 0.3)
     _, left = drive(CameraConfig(mount=MOUNT), 0.3, each=crop)
@@ -115,7 +115,7 @@ def test_a_camera_that_was_told_a_wrong_place_gives_a_wrong_pose():
     """0.2 m ahead of where it is: the robot seems 0.2 m farther back."""
 
     def tell(camera, t, yaw):
-        camera.request(Request("camerapose_robotspace_set", (0.2, 0.0, 0.5, 0.0, 15.0, 0.0)), t)
+        camera.request(CameraRequest("camerapose_robotspace_set", (0.2, 0.0, 0.5, 0.0, 15.0, 0.0)), t)
 
     config = CameraConfig(mount=MOUNT, type=replace(LL4, corner_noise=0.0))
     _, frames = drive(config, 0.3, each=tell)
@@ -132,7 +132,7 @@ def test_pipelines_switch_between_tags_and_pieces():
     scene = CameraScene(pieces=np.array([(3.5, 4.2, 0.5)]), piece_radius=0.075)
     for k in range(30):
         if k == 15:
-            camera.request(Request("pipeline", (1.0,)), 0.02 * k)
+            camera.request(CameraRequest("pipeline", (1.0,)), 0.02 * k)
         history.add(0.02 * k, PLACE, from_yaw(0.0))
         kinds += [(f.pipeline, f.pipeline_kind, len(f.pieces)) for f in camera.update(0.02 * k, history, scene)]
     assert kinds[0] == (0, "tags", 0)

@@ -10,7 +10,7 @@ import pytest
 
 from simcore.geometry.rotation import rotate
 from simcore.vision.camera import CameraConfig, CameraMount, TagPipeline
-from simcore.vision.limelight import LimelightSim, Request
+from simcore.vision.limelight import CameraRequest, LimelightSim
 from simcore.vision.limelight_settings import INPUTS, CameraSettings
 from simcore.vision.tag_layout import official_layout
 
@@ -97,7 +97,7 @@ def test_a_camera_starts_by_believing_where_it_is():
 def test_a_bad_request_is_logged_once(topic, values, caplog):
     camera = LimelightSim(CONFIG, official_layout("2026-welded"), np.random.default_rng(0))
     for k in range(5):
-        camera.request(Request(topic, values), 0.02 * k)
+        camera.request(CameraRequest(topic, values), 0.02 * k)
     assert camera.bad_requests == 5
     assert len(caplog.records) == 1
     assert topic in caplog.text and "limelight" in caplog.text

@@ -7,14 +7,14 @@ import pytest
 from made_up_run import SCENE, recorded, snapshot
 from wpiutil.log import DataLogReader
 
-from simcore.show import evidence
-from simcore.show.evidence import leave_evidence, safe_name, write_log
+from simcore.show import failed_run
+from simcore.show.failed_run import safe_name, save_failed_run, write_log
 from simcore.telemetry.recording import Recording
 from simcore.telemetry.wpilog import WpilogSink
 
 
 def test_log_picture_and_page_are_left_and_named(tmp_path: Path) -> None:
-    left = leave_evidence(recorded(), tmp_path / "new", name="test_auto[red/3]", scene=SCENE, note="assert 3 >= 20")
+    left = save_failed_run(recorded(), tmp_path / "new", name="test_auto[red/3]", scene=SCENE, note="assert 3 >= 20")
     assert left.problems == ()
     assert {left.log, left.picture, left.page} == set((tmp_path / "new").iterdir())
     assert all(path is not None and path.stem == "test_auto_red_3" and str(path) in str(left) for path in
@@ -51,19 +51,19 @@ def _records(path: Path) -> list[tuple[object, ...]]:
 
 
 def test_a_game_that_shows_no_scene_gets_a_bare_field(tmp_path: Path) -> None:
-    left = leave_evidence(recorded(), tmp_path, name="bare")
+    left = save_failed_run(recorded(), tmp_path, name="bare")
     assert left.problems == () and left.page is not None and left.picture is not None
 
 
 def test_an_end_before_the_first_tick_is_said(tmp_path: Path) -> None:
-    left = leave_evidence(Recording(), tmp_path / "new", scene=SCENE)
+    left = save_failed_run(Recording(), tmp_path / "new", scene=SCENE)
     assert "no tick was recorded" in str(left)
     assert not (tmp_path / "new").exists()
 
 
 def test_a_folder_that_cannot_be_written_is_said_and_raises_nothing(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("")
-    left = leave_evidence(recorded(3), tmp_path / "file", scene=SCENE)
+    left = save_failed_run(recorded(3), tmp_path / "file", scene=SCENE)
     assert (left.log, left.picture, left.page) == (None, None, None)
     assert len(left.problems) == 3 and str(left).startswith("nothing of the run could be kept; no log: ")
 
@@ -73,8 +73,8 @@ def test_one_failure_costs_only_its_own_file(tmp_path: Path, monkeypatch: pytest
         path.touch()  # what a full disk leaves
         raise RuntimeError("no fonts")
 
-    monkeypatch.setattr(evidence, "draw_summary", fail)
-    left = leave_evidence(recorded(3), tmp_path, name="x", scene=SCENE)
+    monkeypatch.setattr(failed_run, "draw_summary", fail)
+    left = save_failed_run(recorded(3), tmp_path, name="x", scene=SCENE)
     assert left.picture is None and left.page is not None and left.log is not None
     assert left.problems == ("no picture: no fonts",)
     assert not (tmp_path / "x.png").exists()

@@ -15,7 +15,7 @@ from simcore.telemetry.recording import Recording
 from simcore.telemetry.sinks import discard_empty
 from simcore.telemetry.wpilog import WpilogSink
 
-__all__ = ["Evidence", "leave_evidence", "write_log"]
+__all__ = ["FailedRunFiles", "save_failed_run", "write_log"]
 
 _log = logging.getLogger(__name__)
 
@@ -26,7 +26,7 @@ _LONGEST = 100  # letters of a file name
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Evidence:
+class FailedRunFiles:
     """What was left; printed as one sentence."""
 
     page: Path | None = None
@@ -42,7 +42,7 @@ class Evidence:
         return "; ".join((*said, *self.problems))
 
 
-def leave_evidence(
+def save_failed_run(
     recording: Recording,
     folder: str | Path,
     *,
@@ -50,7 +50,7 @@ def leave_evidence(
     scene: Scene | None = None,
     title: str = "",
     note: str = "",
-) -> Evidence:
+) -> FailedRunFiles:
     """Write log, picture and page of a run, also one that ended badly or is still running; raises nothing.
 
     Args:
@@ -66,7 +66,7 @@ def leave_evidence(
     """
     stem = Path(folder) / safe_name(name)
     if not len(recording):
-        return Evidence(problems=("no tick was recorded before the end",))
+        return FailedRunFiles(problems=("no tick was recorded before the end",))
     around = scene or empty_scene(recording)
     title = title or name
     problems: list[str] = []
@@ -87,7 +87,7 @@ def leave_evidence(
     log = attempt("log", ".wpilog", lambda path: write_log(recording, path))
     page = attempt("page", ".html", lambda path: write_page(path, recording, around, title=title, subtitle=note))
     picture = attempt("picture", ".png", lambda path: draw_summary(path, recording, around, title=title, subtitle=note))
-    return Evidence(page=page, picture=picture, log=log, problems=tuple(problems))
+    return FailedRunFiles(page=page, picture=picture, log=log, problems=tuple(problems))
 
 
 def write_log(recording: Recording, path: str | Path) -> None:
