@@ -28,12 +28,12 @@ from simcore.physics.world import PhysicsWorld
 from simcore.pieces.intake import field_to_robot
 from simcore.pieces.piece_manager import GamePieceManager
 from simcore.pieces.pool import PieceStatus
-from simcore.pieces.proximity import Mover, Proximity
+from simcore.pieces.wake_grid import Footprint, WakeSettings
 from simcore.robot.robot import Controller, Robot
 from simcore.telemetry.snapshot import Snapshot, TelemetrySink
 from simcore.typing import BoolArray, FloatArray, IntArray
 from simcore.units import TICK
-from simcore.vision.tags import TagLayout
+from simcore.vision.tag_layout import TagLayout
 
 if TYPE_CHECKING:
     import ntcore
@@ -69,7 +69,7 @@ class Match:
         field_mesh: An OBJ of the field in place of the game's own.
         tags: An AprilTag layout in place of the game's own: a name, or a file in WPILib's JSON.
         substepping: Limits on movement per sub-step.
-        proximity: When pieces wake and sleep.
+        wake: When pieces wake and sleep.
 
     Raises:
         ConfigError: Robots, seed or options that cannot be.
@@ -125,7 +125,7 @@ class Match:
         field_mesh: Path | None = None,
         tags: str | Path | None = None,
         substepping: Substepping | None = None,
-        proximity: Proximity | None = None,
+        wake: WakeSettings | None = None,
     ) -> None:
         self.game = game
         self.entries = tuple(robots) or (RobotEntry(),)
@@ -134,7 +134,7 @@ class Match:
         _check(game, self.entries, self.options, controllers, seed)
         self._network = network
         self._tags = tags or game.field.tags
-        self._proximity = proximity
+        self._wake_settings = wake
         self._controllers = list(controllers) + [None] * (len(self.entries) - len(controllers))
         self.sinks = list(sinks)
         self.last_tick_ms: float | None = None
@@ -227,7 +227,7 @@ class Match:
 
     def _wake(self) -> None:
         """Sleepers that can be reached within the tick wake."""
-        movers = [Mover(*robot.chassis.footprint) for robot in self.robots]
+        movers = [Footprint(*robot.chassis.footprint) for robot in self.robots]
         self._piece_speed = self.pieces.wake_reachable(movers, TICK)
 
     def _take_in(self) -> None:
@@ -243,7 +243,7 @@ class Match:
         state = self.pieces.state
         reach = max([intake.reach for intake in robot.intakes] + [placer.reach for placer in robot.placers])
         reach += robot.moved + self._piece_speed * TICK  # as far as robot and piece came since the last tick
-        slots = self.pieces.within_sight  # sleepers too: a roller does not ask
+        slots = self.pieces.in_active_chunks  # sleepers too: a roller does not ask
         away = state.pos[slots] - robot.chassis.pos
         near = np.einsum("ij,ij->i", away, away) < reach * reach
         slots = slots[near & (state.status[slots] != PieceStatus.IN_FLIGHT)]
@@ -530,7 +530,7 @@ class Match:
             self.world,
             [(supply.kind, supply.count) for supply in game.pieces],
             field_size=game.field.size,
-            proximity=self._proximity,
+            wake=self._wake_settings,
         )
         self._stage(staging_rng)
         self.robots = []

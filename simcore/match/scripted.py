@@ -15,7 +15,8 @@ from typing import TYPE_CHECKING, TypeAlias
 import numpy as np
 
 from simcore.errors import ConfigError, require_finite, require_positive
-from simcore.geometry.symmetry import Pose, wrap_angle
+from simcore.geometry.rotation import wrap_angle
+from simcore.geometry.symmetry import Pose
 from simcore.match.scoring import Alliance
 from simcore.pieces.shot_solver import NoShotError, Shot, solve_shot
 from simcore.robot.mechanism_control import PositionController, VelocityController

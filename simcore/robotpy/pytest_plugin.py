@@ -230,10 +230,10 @@ def pytest_runtest_makereport(item: pytest.Item, call: pytest.CallInfo[Any]) -> 
     test = getattr(item, "funcargs", {}).get("sim")
     recording = item.stash.get(_RECORDING, None)
     if report.failed and test is not None and test.has_run and recording is not None:
-        from simcore.show.evidence import leave_evidence
+        from simcore.show.failed_run import save_failed_run
 
         scene = test.game.scene() if hasattr(test.game, "scene") else None
-        left = leave_evidence(
+        left = save_failed_run(
             recording, item.stash[_OUTPUT], scene=scene, title=item.nodeid, note=f"failed at {test.summary()}"
         )
         report.sections.append(("simcore", f"{left}\nat its end: {test.summary()}"))

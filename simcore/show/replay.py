@@ -12,8 +12,7 @@ from simcore.show.pacing import FrameRate, Pacer
 from simcore.show.view_models import ViewModels
 from simcore.show.view_page import SPEEDS, ViewPage
 from simcore.telemetry.log_reader import TelemetryLog
-from simcore.telemetry.pose_struct import POSE_ARRAY_TYPE, POSE_TYPE
-from simcore.telemetry.snapshot import Snapshot
+from simcore.telemetry.snapshot import POSE_ARRAY_TYPE, POSE_TYPE, Snapshot
 from simcore.typing import FloatArray
 
 __all__ = ["Replay", "can_draw", "smooth_snapshot"]

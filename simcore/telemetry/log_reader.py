@@ -18,8 +18,7 @@ from typing import Any
 import numpy as np
 
 from simcore.errors import LogError, UnknownNameError
-from simcore.telemetry.pose_struct import POSE_ARRAY_TYPE, POSE_TYPE
-from simcore.telemetry.snapshot import Snapshot
+from simcore.telemetry.snapshot import POSE_ARRAY_TYPE, POSE_TYPE, Snapshot
 from simcore.typing import FloatArray, IntArray
 
 __all__ = ["LogColumn", "TelemetryLog", "read_log"]

@@ -20,18 +20,17 @@ from pathlib import Path
 from types import TracebackType
 
 from simcore.errors import ConfigError, OutputError
-from simcore.telemetry.cadence import Cadence
-from simcore.telemetry.output import output_error
-from simcore.telemetry.pose_struct import (
+from simcore.telemetry.sinks import Cadence, output_error
+from simcore.telemetry.snapshot import (
     POSE_ARRAY_TYPE,
     POSE_SCHEMAS,
     POSE_TYPE,
     SCHEMA_TYPE,
+    Snapshot,
     checked_integers,
     pose_array_bytes,
     pose_bytes,
 )
-from simcore.telemetry.snapshot import Snapshot
 
 __all__ = ["WpilogSink"]
 

@@ -6,9 +6,8 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
-from simcore.geometry.quaternion import Quaternion, Vector, from_rpy
-from simcore.vision.camera import CameraConfig, CameraMount
-from simcore.vision.visibility import FULL_CROP
+from simcore.geometry.rotation import Quaternion, Vector, from_rpy
+from simcore.vision.camera import FULL_CROP, CameraConfig, CameraMount
 
 __all__ = ["INPUTS", "CameraSettings", "limelight_mount"]
 

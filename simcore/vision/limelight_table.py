@@ -8,12 +8,19 @@ from typing import Any
 import ntcore
 
 from simcore.vision.camera import CameraConfig
-from simcore.vision.frames import Frame
-from simcore.vision.limelight import Request
+from simcore.vision.camera_frame import Frame
+from simcore.vision.camera_manager import NetworkClock
+from simcore.vision.limelight import CameraRequest
 from simcore.vision.limelight_settings import INPUTS
-from simcore.vision.network_clock import NetworkClock
-from simcore.vision.wire import EVERY_FRAME, FRAME_TOPICS, TOPICS, Value, constant_values, frame_values
-from simcore.vision.wire_json import frame_json
+from simcore.vision.limelight_wire import (
+    EVERY_FRAME,
+    FRAME_TOPICS,
+    TOPICS,
+    Value,
+    constant_values,
+    frame_json,
+    frame_values,
+)
 
 __all__ = ["LimelightTable"]
 
@@ -64,7 +71,7 @@ class LimelightTable:
         self._setters: list[Callable[[Any, int], None]] = [self._publishers[name].set for name in FRAME_TOPICS]
         self._is_repeated = [name in EVERY_FRAME for name in FRAME_TOPICS]
 
-    def read(self) -> list[Request]:
+    def read(self) -> list[CameraRequest]:
         """Requests since the last call: headings in order, then settings in order; none once it is closed."""
         orientation = self._inputs.get(_ORIENTATION)
         if orientation is None:
@@ -75,8 +82,8 @@ class LimelightTable:
             requests.append(self._request(self._topics[event.listener], event.data.value))
         return requests
 
-    def _request(self, topic: str, value: Any) -> Request:
-        return Request(topic, _numbers(value), self._clock.to_simulated(value.time()))
+    def _request(self, topic: str, value: Any) -> CameraRequest:
+        return CameraRequest(topic, _numbers(value), self._clock.to_simulated(value.time()))
 
     def publish(self, frame: Frame) -> None:
         """Send a frame; all topics carry the time at which it left the camera."""

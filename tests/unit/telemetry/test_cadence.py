@@ -3,7 +3,7 @@ from __future__ import annotations
 from hypothesis import given
 from hypothesis import strategies as st
 
-from simcore.telemetry.cadence import Cadence
+from simcore.telemetry.sinks import Cadence
 
 
 @given(period=st.integers(1, 50), ticks=st.integers(1, 2000))

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from simcore.errors import ConfigError
-from simcore.telemetry.guard import GuardedSink
+from simcore.telemetry.sinks import GuardedSink
 from simcore.telemetry.snapshot import Snapshot
 from simcore.telemetry.wpilog import WpilogSink
 
