@@ -19,7 +19,7 @@ class GamePieceConfig:
     """One kind of game piece."""
 
     name: str
-    """As the manual and the telemetry keys say it, e.g. `Fuel`."""
+    """As the manual and the telemetry keys say it, e.g. `Ball`."""
     shape: Sphere | Cylinder | Box
     """Collision shape; a cylinder stands on its flat side, a box lies on its xy face."""
     mass: float
