@@ -124,7 +124,7 @@ class FieldGeometry:
     ) -> FieldGeometry:
         """Read an OBJ file in meters, z up, field frame, and turn each named group into shapes.
 
-        `simcore.physics.mesh.classify` says which shapes; a group that comes out as triangle meshes is logged.
+        `simcore.physics.mesh.classify` chooses the shapes; a group that comes out as triangle meshes is logged.
 
         Args:
             path: The OBJ file.
@@ -133,7 +133,7 @@ class FieldGeometry:
             default_surface: Of groups that no pattern matches.
             boundary: Walls to add around the field; None if the mesh has its own.
             plate_thickness: Of the plates made of open surfaces [m].
-            max_triangles: Above this a warning asks to simplify the mesh; far above it is an error.
+            max_triangles: Above this a warning is logged that suggests a simpler mesh; far above it is an error.
 
         Raises:
             FieldMeshError: The file is missing, broken or empty, or holds what cannot be a field in meters.

@@ -95,7 +95,7 @@ def air_factors(aerodynamics: Aerodynamics, *, radius: float, mass: float) -> Ai
 
 
 def drag_factor(aerodynamics: Aerodynamics, *, radius: float, mass: float) -> float:
-    """K = rho Cd A / (2 m) of a ball: what its speed squared is multiplied with to give its deceleration [1/m]."""
+    """K = rho Cd A / (2 m) of a ball: deceleration over speed squared [1/m]."""
     return air_factors(aerodynamics, radius=radius, mass=mass).drag
 
 

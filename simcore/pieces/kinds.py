@@ -83,6 +83,6 @@ class GamePieceConfig:
 
     @property
     def aero_speed(self) -> float:
-        """Speed above which drag exceeds 3 % of the weight [m/s]; slower pieces feel it only while in flight."""
+        """Speed above which drag exceeds 3 % of the weight [m/s]; slower pieces have drag only while in flight."""
         k = self.air.drag
         return math.sqrt(0.03 * GRAVITY / k) if k > 0.0 else math.inf

@@ -181,7 +181,7 @@ _quiet_count = 0
 
 @contextmanager
 def _quiet() -> Iterator[None]:
-    """Viser greets and says goodbye on stdout, through rich's own console; ours is for the report."""
+    """Keep viser's messages off stdout, which is for the report: it prints them through rich's console."""
     global _quiet_count
     console = rich.get_console()
     with _quiet_lock:

@@ -53,7 +53,7 @@ class Snapshot:
 
 
 class TelemetrySink(Protocol):
-    """Takes snapshots; the runner asks `due` first, so that nothing is built for nobody."""
+    """Takes snapshots; the runner calls `due` first, so that no snapshot is built without need."""
 
     def due(self, time: float) -> bool:
         """Whether this sink wants the snapshot of this simulated time [s]."""

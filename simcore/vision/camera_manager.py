@@ -38,7 +38,7 @@ class NetworkClock:
 
     def __init__(self, offset: float | None = None) -> None:
         self.offset = offset
-        """Time of NetworkTables minus simulated time [s]; None: headless. Whoever runs beside a clock sets it."""
+        """Time of NetworkTables minus simulated time [s]; None: headless. Set by what runs beside a real clock."""
 
     def to_network(self, time: float) -> int:
         """Stamp of a simulated time [s], in microseconds; at least 1, because 0 means now."""

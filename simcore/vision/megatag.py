@@ -166,7 +166,7 @@ class TagPicture:
         return self._estimate(found.position, attitude, std or self._std_devs(found))
 
     def megatag2(self, attitude: Rows | FloatArray) -> PoseEstimate | None:
-        """Place from the picture, with the attitude that the robot (or the camera's IMU) says it has.
+        """Place from the picture, with the attitude from the robot or from the camera's IMU.
 
         Args:
             attitude: From robot to field axes, three rows. A wrong one gives a wrong place.
@@ -203,7 +203,7 @@ class TagPicture:
         return (x - dx, y - dy, z - dz), rotation
 
     def _std_devs(self, found: CameraSolution) -> StdDevs:
-        """How sure the robot's pose is: the corners' noise, carried through the linearised solution."""
+        """Standard deviations of the robot's pose: the corners' noise, propagated through the linearised solution."""
         # A turn w about the optical axes swings the robot's origin about the camera, by R^T (lever x w).
         lx, ly, lz = self._mounting.lever
         back = transposed(found.rotation)
