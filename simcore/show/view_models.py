@@ -6,6 +6,7 @@ folder" has them. So one set of files serves both, and a new year's game costs t
 
 from __future__ import annotations
 
+import dataclasses
 import json
 import math
 from collections.abc import Mapping
@@ -17,6 +18,7 @@ from typing import Any
 import numpy as np
 
 from simcore.errors import ConfigError, ModelError, UnknownNameError
+from simcore.show.scene import PieceLook
 from simcore.typing import FloatArray
 
 __all__ = ["FieldModels", "Model", "RobotModels", "ViewModels", "find_models", "load_models"]
@@ -63,6 +65,8 @@ class ViewModels:
 
     field: FieldModels | None = None
     robots: tuple[RobotModels, ...] = ()
+    pieces: Mapping[str, PieceLook] = dataclasses.field(default_factory=dict)
+    """Looks of pieces by type name, for types of which the field has no model."""
 
     def robot(self, name: str = "") -> RobotModels | None:
         """The robot of a name, or the first.
@@ -79,7 +83,7 @@ class ViewModels:
 
     def with_field(self, field: FieldModels | None) -> ViewModels:
         """The same robots on another field."""
-        return ViewModels(field=field, robots=self.robots)
+        return dataclasses.replace(self, field=field)
 
 
 def find_models(game: str = "") -> ViewModels:
