@@ -34,6 +34,10 @@ _BOX = "flex:1;padding:6px 0;color:#fff;text-align:center;border-radius:6px;font
 _FIELD, _FOLLOW, _BEHIND = "whole field", "follow robot", "behind robot"
 
 
+_quiet_lock = threading.Lock()
+_quiet_count = 0
+
+
 class ViewPage:
     """A page that shows snapshots.
 
@@ -173,10 +177,6 @@ def _stop(server: viser.ViserServer) -> None:
         loop = getattr(getattr(server, "_websock_server", None), "_server_thread", None)
         if loop is not None:
             loop.join(15.0)  # its last word shall be unheard too
-
-
-_quiet_lock = threading.Lock()
-_quiet_count = 0
 
 
 @contextmanager

@@ -1,6 +1,6 @@
 """Draws snapshots with viser: field, robots with their parts, pieces, trails, cameras.
 
-What there is to draw follows from the keys alone (docs/telemetry.md), so that any game's snapshots will do. See `page`
+What there is to draw follows from the keys alone (docs/telemetry.md), so that any game's snapshots will do. See `view_page`
 for the server and the controls.
 """
 

@@ -43,6 +43,12 @@ __all__ = [
 ]
 
 
+FULL_CROP = (-1.0, 1.0, -1.0, 1.0)
+"""x0, x1, y0, y1 of a crop window; 1 is the right and the upper edge."""
+OPTICAL: FloatArray = np.array([(0.0, -1.0, 0.0), (0.0, 0.0, -1.0), (1.0, 0.0, 0.0)])
+"""Turns camera axes (x ahead, y left, z up) into optical ones (x right, y down, z ahead)."""
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LimelightType:
     """A sensor behind a lens, without distortion, its principal point in the middle of the picture."""
@@ -244,13 +250,6 @@ class CameraConfig:
     def rate(self) -> float:
         """Frames a second [1/s]."""
         return self.frame_rate if self.frame_rate is not None else self.type.frame_rate
-
-
-FULL_CROP = (-1.0, 1.0, -1.0, 1.0)
-"""x0, x1, y0, y1 of a crop window; 1 is the right and the upper edge."""
-
-OPTICAL: FloatArray = np.array([(0.0, -1.0, 0.0), (0.0, 0.0, -1.0), (1.0, 0.0, 0.0)])
-"""Turns camera axes (x ahead, y left, z up) into optical ones (x right, y down, z ahead)."""
 
 
 def camera_pose(

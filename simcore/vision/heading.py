@@ -18,6 +18,10 @@ __all__ = ["HeadingSource", "PoseHistory", "ScalarHistory", "slerp"]
 _TELEPORT = 30.0  # [m/s]; faster than any robot: it was set to another place, and was nowhere in between
 
 
+_EXTERNAL, _SEED, _INTERNAL, _MT1_ASSIST, _EXTERNAL_ASSIST = range(5)
+_IMU_RATE = 1000.0  # [1/s]; the assisting filter runs at the IMU's rate
+
+
 class PoseHistory:
     """Poses by time; between two of them the place moves straight and the attitude turns evenly.
 
@@ -127,10 +131,6 @@ def slerp(a: Quaternion, b: Quaternion, s: float) -> Quaternion:
     x, y, z, w = u * a[0] + v * b[0], u * a[1] + v * b[1], u * a[2] + v * b[2], u * a[3] + v * b[3]
     norm = math.sqrt(x * x + y * y + z * z + w * w)
     return x / norm, y / norm, z / norm, w / norm
-
-
-_EXTERNAL, _SEED, _INTERNAL, _MT1_ASSIST, _EXTERNAL_ASSIST = range(5)
-_IMU_RATE = 1000.0  # [1/s]; the assisting filter runs at the IMU's rate
 
 
 class HeadingSource:

@@ -51,6 +51,9 @@ _FITS = 3.0
 """And what may be left in the end, in standard deviations of the noise (1.4 are expected); more is another minimum."""
 
 
+_TAGS = 4  # nearest ones that a perfect camera sees
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Mounting:
     """Where a camera believes to sit, ready for use."""
@@ -227,9 +230,6 @@ class TagPicture:
             *self._statistics,
             std,
         )
-
-
-_TAGS = 4
 
 
 def perfect_frame(
