@@ -1,7 +1,7 @@
 """Draws snapshots with viser: field, robots with their parts, pieces, trails, cameras.
 
-What there is to draw follows from the keys alone (docs/telemetry.md), so that any game's snapshots will do. See `view_page`
-for the server and the controls.
+What there is to draw follows from the keys alone (docs/telemetry.md), so that any game's snapshots will do. Server and
+controls are in `view_page`.
 """
 
 from __future__ import annotations
