@@ -29,6 +29,7 @@ COMMANDS = {
     "compile": Command(
         "simcore.compiled.command", "compile what is hot: simulations run faster, with the same results"
     ),
+    "new-game": Command("simcore.new_game.new_game_command", "write a package for a new year's game, ready to play"),
     "init": Command("simcore.robot_file.init_command", "write a simcore.toml beside robot.py"),
 }
 """By name; the modules may need extras, and are imported only when their command runs."""

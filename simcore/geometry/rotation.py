@@ -41,6 +41,9 @@ Vector = tuple[float, float, float]
 IDENTITY: Quaternion = (0.0, 0.0, 0.0, 1.0)
 
 
+Rows = tuple[Vector, Vector, Vector]
+
+
 def from_rpy(roll: float, pitch: float, yaw: float) -> Quaternion:
     """Rotation by roll about x, then pitch about y, then yaw about z, all in fixed axes [rad] (WPILib's Rotation3d)."""
     cr, sr = math.cos(roll / 2), math.sin(roll / 2)
@@ -121,9 +124,6 @@ def matrix(q: Sequence[float] | FloatArray) -> FloatArray:
             [2.0 * (x * z - w * y), 2.0 * (y * z + w * x), 1.0 - 2.0 * (x * x + y * y)],
         ]
     )
-
-
-Rows = tuple[Vector, Vector, Vector]
 
 
 def as_rows(a: Rows | FloatArray) -> Rows:

@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterable, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -18,11 +18,13 @@ from simcore.errors import ConfigError, UnknownNameError
 from simcore.match.camera_rig import CameraRig, tag_layout
 from simcore.match.clock import MatchTimer, Mode
 from simcore.match.digest import TrajectoryDigest
-from simcore.match.game import Game, RobotEntry, Rules
+from simcore.geometry.symmetry import Pose
+from simcore.match.game import Game, PieceSupply, RobotEntry, Rules
 from simcore.match.publish import build_snapshot
 from simcore.match.report import PieceCount, Score
 from simcore.match.scoring import Alliance, ScoringTracker, ScoringZone
 from simcore.physics.engine import Engine
+from simcore.physics.field import FieldElement
 from simcore.physics.substeps import Substepping, Surroundings
 from simcore.physics.world import PhysicsWorld
 from simcore.pieces.intake import field_to_robot
@@ -30,6 +32,8 @@ from simcore.pieces.piece_manager import GamePieceManager
 from simcore.pieces.pool import PieceStatus
 from simcore.pieces.wake_grid import Footprint, WakeSettings
 from simcore.robot.robot import Controller, Robot
+from simcore.robot.robot_config import RobotConfig
+from simcore.robot.swerve_config import SwerveConfig, SwerveModuleConfig
 from simcore.telemetry.snapshot import Snapshot, TelemetrySink
 from simcore.typing import BoolArray, FloatArray, IntArray
 from simcore.units import TICK
@@ -165,6 +169,40 @@ class Match:
         except BaseException:
             self.world.close()
             raise
+
+    @classmethod
+    def bare(
+        cls,
+        robot: RobotConfig | None = None,
+        *,
+        start: Pose = (2.0, 2.0, 0.0),
+        size: tuple[float, float] = (16.0, 8.0),
+        elements: Sequence[FieldElement] = (),
+        pieces: Sequence[PieceSupply] = (),
+        zones: Sequence[ScoringZone] = (),
+        **settings: Any,
+    ) -> Match:
+        """A match of no game: a carpet with a wall around it, for experiments and tests.
+
+        Args:
+            robot: Its robot; None: 55 kg on four swerve modules, without mechanisms.
+            start: Where it stands [m, m, rad].
+            size: Length and width of the field [m].
+            elements: What stands on it, beside the wall.
+            pieces: Kinds of pieces; none lies anywhere until `match.pieces.spawn` puts it there.
+            zones: Where pieces score.
+            settings: Further arguments of `Match`.
+
+        Example:
+            >>> with Match.bare() as match:
+            ...     match.robots[0].drive.set_volts([6.0] * 4, [0.0] * 4)
+            ...     match.play(1.0)
+            ...     match.robots[0].chassis.pose[0] > 2.5
+            True
+        """
+        config = robot or RobotConfig(drivetrain=SwerveConfig.square(0.53, SwerveModuleConfig(x=0.0, y=0.0)))
+        game = Game.bare(size=size, elements=elements, pieces=pieces, zones=zones, robot=lambda: config)
+        return cls(game, robots=(RobotEntry(start=start),), **settings)
 
     def __enter__(self) -> Match:
         return self

@@ -84,7 +84,7 @@ class PhysicsWorld:
         floor_size: Length and width of the floor [m].
         floor_center: Its middle, field frame [m].
         substepping: Limits on movement per sub-step.
-        gravity: Along -z [m/s^2]; None: the engine's, which is the standard one unless it was told otherwise.
+        gravity: Along -z [m/s^2]; None: the engine's, by default standard gravity.
     """
 
     def __init__(
@@ -353,7 +353,7 @@ class PhysicsWorld:
 
         Args:
             dt: Time to advance [s].
-            substeps: How many; None asks `substepping` with the speed of the fastest body.
+            substeps: How many; None: from `substepping` and the speed of the fastest body.
             before_substep: Called with h [s] before each sub-step, to drive robots and to push on flying pieces.
 
         Raises:

@@ -20,7 +20,7 @@ class FlightForces:
     The engine takes x += h v with v already moved to the end of the step (semi-implicit Euler), so its v is really
     the mean of a step (leapfrog) and lags by half a step of acceleration at the launch and wherever h changes. A force
     m a (h_before - h) / (2 h), with h_before = 0 at the launch, makes up for it: then range and apex are those of the
-    differential equation to second order at any h, and do not change when somebody else's ball forces more sub-steps.
+    differential equation to second order at any h, and do not change when another ball forces more sub-steps.
     """
 
     def __init__(self, world: PhysicsWorld, pool: PiecePool) -> None:

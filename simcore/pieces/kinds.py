@@ -20,7 +20,7 @@ class GamePieceConfig:
     """One kind of game piece."""
 
     name: str
-    """As the manual and the telemetry keys say it, e.g. `Fuel`."""
+    """As the manual and the telemetry keys say it, e.g. `Ball`."""
     shape: Sphere | Cylinder | Box
     """Collision shape; a cylinder stands on its flat side, a box lies on its xy face."""
     mass: float
@@ -88,6 +88,6 @@ class GamePieceConfig:
 
     @property
     def aero_speed(self) -> float:
-        """Speed above which drag exceeds 3 % of the weight [m/s]; slower pieces feel it only while in flight."""
+        """Speed above which drag exceeds 3 % of the weight [m/s]; slower pieces have drag only while in flight."""
         k = self.air.drag
         return math.sqrt(0.03 * GRAVITY / k) if k > 0.0 else math.inf

@@ -412,7 +412,7 @@ class GamePieceManager:
         self._world.engine.wake(self._pool.rows[slot])
 
     def _wake_leaning(self, slot: int) -> None:
-        """Wake the sleepers around a piece that leaves its place on the field: it may have carried them."""
+        """Wake the sleepers around a piece that leaves its place on the field: they may have leaned on it."""
         state = self.state
         if state.status[slot] not in (_ASLEEP, _AWAKE, _IN_FLIGHT):
             return

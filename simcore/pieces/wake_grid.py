@@ -31,7 +31,7 @@ class WakeSettings:
     piece_margin: float = 0.01
     """Added to the reach of a moving piece [m]."""
     waking_speed: float = 0.05
-    """A piece slower than this wakes nobody by coming near [m/s]; by touch it still does, in the engine."""
+    """A piece slower than this does not wake those near it [m/s]; by touch it still does, in the engine."""
     slow_speed: float = 0.03
     """Below this a piece counts as slow [m/s]: gravity alone gives 0.2 m/s in a tick, so nothing in the air does."""
     slow_ticks: int = 15

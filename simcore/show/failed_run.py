@@ -1,4 +1,4 @@
-"""What a failed test leaves behind: log, picture and page of the run, and a sentence that says where."""
+"""Files of a failed test: log, picture and page of the run, and a sentence with their places."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ _LONGEST = 100  # letters of a file name
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FailedRunFiles:
-    """What was left; printed as one sentence."""
+    """The files that were written; printed as one sentence."""
 
     page: Path | None = None
     picture: Path | None = None
@@ -83,7 +83,7 @@ def save_failed_run(
             return None
         return path
 
-    # Told after the fact, so each says all it can: the log first, for it needs nothing but a disk.
+    # Each file is written even if another fails: the log first, for it needs nothing but a disk.
     log = attempt("log", ".wpilog", lambda path: write_log(recording, path))
     page = attempt("page", ".html", lambda path: write_page(path, recording, around, title=title, subtitle=note))
     picture = attempt("picture", ".png", lambda path: draw_summary(path, recording, around, title=title, subtitle=note))

@@ -136,7 +136,7 @@ _PAGE = """<!DOCTYPE html>
 
 
 def _facts(recording: Recording, scene: Scene) -> list[tuple[str, str]]:
-    """The numbers that people ask for first."""
+    """Score, shots, distance, lowest voltage and duration."""
     facts: list[tuple[str, str]] = []
     for name, key in (("blue", "Sim/Score/Blue"), ("red", "Sim/Score/Red")):
         if recording.has(key):

@@ -130,7 +130,7 @@ class Replay:
         self.page.scene.forget()
 
     def run(self, *, should_stop: Callable[[], bool] = lambda: False, seconds: float = math.inf) -> None:
-        """Serve until `should_stop` says so, or for so many seconds of the wall clock."""
+        """Serve until `should_stop` returns true, or for so many seconds of the wall clock."""
         pacer = Pacer()
         frames = 0
         while not should_stop() and frames * _FRAME < seconds:

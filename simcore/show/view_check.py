@@ -116,7 +116,7 @@ def _robot(folder: Path, config: Mapping[str, Any], parts: int | None) -> Iterat
 
 def _field(folder: Path, config: Mapping[str, Any]) -> Iterator[ModelFinding]:
     if "isFTC" not in config:
-        yield ModelFinding(folder.name, '"isFTC": false is missing; AdvantageScope 2026 skips the field without a word')
+        yield ModelFinding(folder.name, '"isFTC": false is missing; AdvantageScope skips the field without a word')
     system = config.get("coordinateSystem")
     if system not in SYSTEMS:
         yield ModelFinding(

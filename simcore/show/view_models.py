@@ -6,6 +6,7 @@ folder" has them. So one set of files serves both, and a new year's game costs t
 
 from __future__ import annotations
 
+import dataclasses
 import json
 import math
 from collections.abc import Mapping
@@ -17,6 +18,7 @@ import numpy as np
 
 from simcore.errors import ModelError, UnknownNameError
 from simcore.match.registry import find_game, installed_games
+from simcore.show.scene import PieceLook
 from simcore.typing import FloatArray
 
 __all__ = ["FieldModels", "Model", "RobotModels", "ViewModels", "find_models", "load_models"]
@@ -60,6 +62,8 @@ class ViewModels:
 
     field: FieldModels | None = None
     robots: tuple[RobotModels, ...] = ()
+    pieces: Mapping[str, PieceLook] = dataclasses.field(default_factory=dict)
+    """Looks of pieces by type name, for types of which the field has no model."""
 
     def robot(self, name: str = "") -> RobotModels | None:
         """The robot of a name, or the first.
@@ -76,7 +80,7 @@ class ViewModels:
 
     def with_field(self, field: FieldModels | None) -> ViewModels:
         """The same robots on another field."""
-        return ViewModels(field=field, robots=self.robots)
+        return dataclasses.replace(self, field=field)
 
 
 def find_models(game: str = "") -> ViewModels:

@@ -34,6 +34,10 @@ _BOX = "flex:1;padding:6px 0;color:#fff;text-align:center;border-radius:6px;font
 _FIELD, _FOLLOW, _BEHIND = "whole field", "follow robot", "behind robot"
 
 
+_quiet_lock = threading.Lock()
+_quiet_count = 0
+
+
 class ViewPage:
     """A page that shows snapshots.
 
@@ -175,13 +179,9 @@ def _stop(server: viser.ViserServer) -> None:
             loop.join(15.0)  # its last word shall be unheard too
 
 
-_quiet_lock = threading.Lock()
-_quiet_count = 0
-
-
 @contextmanager
 def _quiet() -> Iterator[None]:
-    """Viser greets and says goodbye on stdout, through rich's own console; ours is for the report."""
+    """Keep viser's messages off stdout, which is for the report: it prints them through rich's console."""
     global _quiet_count
     console = rich.get_console()
     with _quiet_lock:

@@ -1,7 +1,7 @@
 """Draws snapshots with viser: field, robots with their parts, pieces, trails, cameras.
 
-What there is to draw follows from the keys alone (docs/telemetry.md), so that any game's snapshots will do. See `page`
-for the server and the controls.
+What there is to draw follows from the keys alone (docs/telemetry.md), so that any game's snapshots will do. Server and
+controls are in `view_page`.
 """
 
 from __future__ import annotations
@@ -14,8 +14,8 @@ import numpy as np
 
 from simcore.geometry.rotation import matrix
 from simcore.show.flights import Trails
-from simcore.show.glb import box_glb, linear_rgba, painted_glb, piece_mesh, sphere_mesh
-from simcore.show.scene import PLAIN_PIECE, rgb
+from simcore.show.glb import PieceMesh, box_glb, linear_rgba, look_mesh, painted_glb, piece_mesh
+from simcore.show.scene import PLAIN_PIECE
 from simcore.show.view_models import Model, RobotModels, ViewModels
 from simcore.telemetry.snapshot import Snapshot
 from simcore.typing import FloatArray
@@ -134,7 +134,9 @@ class ViewScene:
         node = self._pieces.get(name)
         if node is None:
             field = self._models.field
-            node = self._pieces[name] = _PieceNode(self._server, name, field.pieces.get(name) if field else None)
+            model = field.pieces.get(name) if field else None
+            mesh = piece_mesh(model) if model else look_mesh(self._models.pieces.get(name, PLAIN_PIECE))
+            node = self._pieces[name] = _PieceNode(self._server, name, mesh)
         node.draw(rows)
 
     def _draw_trails(self, snapshot: Snapshot) -> None:
@@ -230,9 +232,9 @@ class _RobotNode:
 class _PieceNode:
     """All pieces of one kind: one mesh, drawn once for each."""
 
-    def __init__(self, server: viser.ViserServer, name: str, model: Model | None) -> None:
+    def __init__(self, server: viser.ViserServer, name: str, mesh: PieceMesh) -> None:
         self._server, self._name = server, name
-        self._mesh = piece_mesh(model) if model else sphere_mesh(PLAIN_PIECE.reach, rgb(PLAIN_PIECE.color))
+        self._mesh = mesh
         self._node: Any = None
         self._rows: FloatArray | None = None
 

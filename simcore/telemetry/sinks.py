@@ -1,4 +1,4 @@
-"""Snapshots kept in memory, and what every sink needs: its rate, leave to fail, and files checked before the run."""
+"""Snapshots kept in memory, and what sinks share: a rate, a guard against full disks, checks of files."""
 
 from __future__ import annotations
 
@@ -108,13 +108,13 @@ class Cadence:
 
 
 class GuardedSink:
-    """Hands everything to another sink until that fails, e.g. on a full disk; then says so once and takes no more.
+    """Passes snapshots to another sink until that fails, e.g. on a full disk; then reports it once and stops.
 
-    Mistakes of ours (a key of two types) still raise: only what the machine refuses is forgiven.
+    Errors in the program (a key of two types) still raise: only an `OutputError` of the sink is caught.
 
     Args:
         sink: The one that may fail.
-        on_failure: Told what went wrong, in one sentence.
+        on_failure: Called with what went wrong, in one sentence.
     """
 
     def __init__(self, sink: TelemetrySink, on_failure: Callable[[str], None]) -> None:
@@ -182,7 +182,7 @@ def require_writable(kind: str, path: str | Path) -> Path:
 
 
 def discard_empty(path: Path) -> None:
-    """Take away what a full disk made of a file: nothing, under its name. Other files and devices stay."""
+    """Delete the empty file that a full disk leaves. Other files and devices stay."""
     try:
         if path.is_file() and path.stat().st_size == 0:
             path.unlink()

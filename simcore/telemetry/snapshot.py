@@ -28,6 +28,19 @@ __all__ = [
 ]
 
 
+POSE_TYPE = "struct:Pose3d"
+POSE_ARRAY_TYPE = "struct:Pose3d[]"
+SCHEMA_TYPE = "structschema"
+# Without these AdvantageScope still shows the label "Pose3d", but draws the robot silently at the origin.
+POSE_SCHEMAS: dict[str, str] = {
+    "struct:Translation3d": "double x;double y;double z",
+    "struct:Quaternion": "double w;double x;double y;double z",
+    "struct:Rotation3d": "Quaternion q",
+    "struct:Pose3d": "Translation3d translation;Rotation3d rotation",
+}
+"""Schema text by name, parts before the whole; a test compares them with wpimath's own."""
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Snapshot:
     """Everything that is published of one tick, by key (see docs/telemetry.md). Arrays are read-only.
@@ -53,7 +66,7 @@ class Snapshot:
 
 
 class TelemetrySink(Protocol):
-    """Takes snapshots; the runner asks `due` first, so that nothing is built for nobody."""
+    """Takes snapshots; the runner calls `due` first, so that no snapshot is built without need."""
 
     def due(self, time: float) -> bool:
         """Whether this sink wants the snapshot of this simulated time [s]."""
@@ -66,20 +79,6 @@ class TelemetrySink(Protocol):
     def close(self) -> None:
         """Flush and free everything; may be called twice."""
         ...
-
-
-POSE_TYPE = "struct:Pose3d"
-POSE_ARRAY_TYPE = "struct:Pose3d[]"
-SCHEMA_TYPE = "structschema"
-
-# Without these AdvantageScope still shows the label "Pose3d", but draws the robot silently at the origin.
-POSE_SCHEMAS: dict[str, str] = {
-    "struct:Translation3d": "double x;double y;double z",
-    "struct:Quaternion": "double w;double x;double y;double z",
-    "struct:Rotation3d": "Quaternion q",
-    "struct:Pose3d": "Translation3d translation;Rotation3d rotation",
-}
-"""Schema text by name, parts before the whole; a test compares them with wpimath's own."""
 
 
 def pose_bytes(key: str, pose: FloatArray) -> bytes:

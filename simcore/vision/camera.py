@@ -43,6 +43,12 @@ __all__ = [
 ]
 
 
+FULL_CROP = (-1.0, 1.0, -1.0, 1.0)
+"""x0, x1, y0, y1 of a crop window; 1 is the right and the upper edge."""
+OPTICAL: FloatArray = np.array([(0.0, -1.0, 0.0), (0.0, 0.0, -1.0), (1.0, 0.0, 0.0)])
+"""Turns camera axes (x ahead, y left, z up) into optical ones (x right, y down, z ahead)."""
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LimelightType:
     """A sensor behind a lens, without distortion, its principal point in the middle of the picture."""
@@ -91,7 +97,7 @@ LIMELIGHTS: dict[str, LimelightType] = {
     kind.name: kind
     for kind in (
         # OV5647 behind a rolling shutter. FOV: docs.limelightvision.io (teams' constants also have 63.3 x 49.7).
-        # Latency: the JSON example of the same pages (LL2/3 class). Rate: what the Java reference runs it at.
+        # Latency: the JSON example of the same pages (LL2/3 class). Rate: of the Java system simcore began from.
         LimelightType(
             name="LL3", width=640, height=480, horizontal_fov_deg=62.5, vertical_fov_deg=48.9,
             frame_rate=30.0, capture_latency=0.0376, pipeline_latency=0.0206,
@@ -244,13 +250,6 @@ class CameraConfig:
     def rate(self) -> float:
         """Frames a second [1/s]."""
         return self.frame_rate if self.frame_rate is not None else self.type.frame_rate
-
-
-FULL_CROP = (-1.0, 1.0, -1.0, 1.0)
-"""x0, x1, y0, y1 of a crop window; 1 is the right and the upper edge."""
-
-OPTICAL: FloatArray = np.array([(0.0, -1.0, 0.0), (0.0, 0.0, -1.0), (1.0, 0.0, 0.0)])
-"""Turns camera axes (x ahead, y left, z up) into optical ones (x right, y down, z ahead)."""
 
 
 def camera_pose(

@@ -1,4 +1,4 @@
-"""What came of one frame: tags, pieces, and where they say the robot was. Plain records, ready for any wire.
+"""Results of one frame: tags, pieces, and the robot poses that follow from them. Plain records for any protocol.
 
 Treat them as read-only; they are not frozen, because frozen ones take three times as long to make.
 """
@@ -96,7 +96,7 @@ class PoseEstimate:
 
 @dataclass(frozen=True, slots=True)
 class ImuReading:
-    """What the camera's own IMU says."""
+    """Readings of the camera's own IMU."""
 
     robot_yaw_deg: float
     """The heading that MegaTag 2 uses."""
@@ -111,7 +111,7 @@ class ImuReading:
 
 @dataclass(slots=True, kw_only=True, eq=False)
 class Frame:
-    """Everything that one frame told."""
+    """Everything that was found in one frame."""
 
     number: int
     """Counts up by one; the heartbeat."""

@@ -20,6 +20,9 @@ from simcore.vision.tag_layout import TagLayout
 __all__ = ["NetworkClock", "VisionSimManager", "direction_line", "sighting_lines"]
 
 
+_LENGTH = 1.0  # [m], of the line of a camera that aims at nothing
+
+
 class NetworkClock:
     """Adds an offset: NetworkTables counts microseconds since some start of its own.
 
@@ -38,7 +41,7 @@ class NetworkClock:
 
     def __init__(self, offset: float | None = None) -> None:
         self.offset = offset
-        """Time of NetworkTables minus simulated time [s]; None: headless. Whoever runs beside a clock sets it."""
+        """Time of NetworkTables minus simulated time [s]; None: headless. Set by what runs beside a real clock."""
 
     def to_network(self, time: float) -> int:
         """Stamp of a simulated time [s], in microseconds; at least 1, because 0 means now."""
@@ -47,9 +50,6 @@ class NetworkClock:
     def to_simulated(self, stamp: int) -> float | None:
         """Simulated time [s] of a stamp [us]; None without an offset."""
         return None if self.offset is None else 1e-6 * stamp - self.offset
-
-
-_LENGTH = 1.0  # [m]
 
 
 def direction_line(pos: Vector, quat: Quaternion, frame: Frame | None) -> FloatArray:

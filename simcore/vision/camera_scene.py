@@ -20,6 +20,15 @@ _CARPET = 1.2  # radii; a ball whose center is higher does not lie on the carpet
 _NOTHING: FloatArray = np.zeros((0, 3))
 
 
+MOST_DETECTIONS = 32
+"""Entries of a raw array at most; farther pieces are left out."""
+_CANDIDATES = 40  # nearest pieces that are looked at closely
+_RIM: FloatArray = np.array([(0.0, 0.0), (0.7, 0.0), (-0.7, 0.0), (0.0, 0.7), (0.0, -0.7)])
+"""Where it is tested whether a piece is covered, right and down in radii: its middle and four places around it."""
+_NEARER: BoolArray = np.repeat(np.tri(_CANDIDATES, k=-1, dtype=bool), len(_RIM), axis=0)
+"""Which of some pieces, sorted by distance, can hide which point: (points of piece i, piece j) for j < i."""
+
+
 class SightLines(Protocol):
     """Rays against the field and its robots."""
 
@@ -117,14 +126,6 @@ def hidden_by_spheres(start: Vector, points: FloatArray, centers: FloatArray, ra
     return hidden
 
 
-MOST_DETECTIONS = 32
-"""Entries of a raw array at most; farther pieces are left out."""
-
-_CANDIDATES = 40  # nearest pieces that are looked at closely
-_RIM: FloatArray = np.array([(0.0, 0.0), (0.7, 0.0), (-0.7, 0.0), (0.0, 0.7), (0.0, -0.7)])
-"""Where it is tested whether a piece is covered, right and down in radii: its middle and four places around it."""
-
-
 def find_pieces(
     scene: CameraScene,
     robot: int,
@@ -215,7 +216,3 @@ def _visible_part(p: FloatArray, distance: FloatArray, radii: FloatArray) -> Flo
     hidden: BoolArray = (close & (along > 0.0) & _NEARER[: len(points), :n]).any(axis=1)
     part: FloatArray = 1.0 - hidden.reshape(n, -1).mean(axis=1)
     return part
-
-
-_NEARER: BoolArray = np.repeat(np.tri(_CANDIDATES, k=-1, dtype=bool), len(_RIM), axis=0)
-"""Which of some pieces, sorted by distance, can hide which point: (points of piece i, piece j) for j < i."""

@@ -27,7 +27,7 @@ _CONVERGED = 1e-18  # square of the last step [m^2 and rad^2]
 _GAIN = 0.2
 """Part of the squared error; the step that wins less is the last one. What it leaves is its own square: under a
 hundredth of what noise does to the answer."""
-_BENT = 1e-4
+_LINEAR = 1e-4
 """A step that moves corners by g bends their way by about g times its size (turn, and way over depth). Below this part
 of the squared error that is left another step would change nothing."""
 
@@ -110,7 +110,9 @@ def refine_pose(
         rotation = times(_turn(-w0, -w1, -w2), rotation)
         if turn2 + step2 < _CONVERGED or gain < _GAIN * error2:
             break
-        if gain * (turn2 + step2 * sums[13] / (4 * len(squares))) < _BENT * (error2 - gain):  # [13]: n^2, over depth^2
+        if gain * (turn2 + step2 * sums[13] / (4 * len(squares))) < _LINEAR * (
+            error2 - gain
+        ):  # [13]: n^2, over depth^2
             break
     return CameraSolution(position, rotation, math.sqrt(max(0.0, error2 - gain) / (4 * len(squares))), found)
 

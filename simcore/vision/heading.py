@@ -15,7 +15,11 @@ from simcore.vision.camera_frame import ImuReading
 
 __all__ = ["HeadingSource", "PoseHistory", "ScalarHistory", "slerp"]
 
-_TELEPORT = 30.0  # [m/s]; faster than any robot: it was carried, and was nowhere in between
+_TELEPORT = 30.0  # [m/s]; faster than any robot: it was set to another place, and was nowhere in between
+
+
+_EXTERNAL, _SEED, _INTERNAL, _MT1_ASSIST, _EXTERNAL_ASSIST = range(5)
+_IMU_RATE = 1000.0  # [1/s]; the assisting filter runs at the IMU's rate
 
 
 class PoseHistory:
@@ -129,10 +133,6 @@ def slerp(a: Quaternion, b: Quaternion, s: float) -> Quaternion:
     return x / norm, y / norm, z / norm, w / norm
 
 
-_EXTERNAL, _SEED, _INTERNAL, _MT1_ASSIST, _EXTERNAL_ASSIST = range(5)
-_IMU_RATE = 1000.0  # [1/s]; the assisting filter runs at the IMU's rate
-
-
 class HeadingSource:
     """Yaw, pitch and roll at any time of the last two seconds.
 
@@ -155,10 +155,10 @@ class HeadingSource:
         """0 to 4; without an IMU it is ignored."""
         self.assist = 0.001
         """Weight of the correction in each of the IMU's 1000 samples a second, in modes 3 and 4 [-]."""
-        self._told = ScalarHistory()
-        self._told_tilt = ScalarHistory(), ScalarHistory()  # pitch, roll
+        self._sent = ScalarHistory()
+        self._sent_tilt = ScalarHistory(), ScalarHistory()  # pitch, roll
         self._internal = ScalarHistory()
-        self._felt_tilt = ScalarHistory(), ScalarHistory()
+        self._true_tilt = ScalarHistory(), ScalarHistory()
         self._yaw = 0.0
         self._true: tuple[float, float, float] | None = None  # roll, pitch, yaw
         self._time = 0.0
@@ -168,15 +168,15 @@ class HeadingSource:
     def tell(self, time: float, orientation: Sequence[float]) -> None:
         """What the robot sent: yaw, yaw rate, pitch, pitch rate, roll, roll rate [deg, deg/s]."""
         yaw = math.radians(orientation[0])
-        last = self._told.at(math.inf)
+        last = self._sent.at(math.inf)
         if last is not None:
             yaw = last + math.remainder(yaw - last, math.tau)
-        self._told.add(time, yaw)
-        for tilt, angle in zip(self._told_tilt, (orientation[2], orientation[4]), strict=True):
+        self._sent.add(time, yaw)
+        for tilt, angle in zip(self._sent_tilt, (orientation[2], orientation[4]), strict=True):
             tilt.add(time, math.radians(angle))
 
     def move(self, time: float, quat: Quaternion) -> None:
-        """Let the IMU feel the robot's true attitude at a time [s]; called once a tick."""
+        """Update the IMU with the robot's true attitude at a time [s]; called once a tick."""
         if not self._has_imu:
             return
         roll, pitch, yaw = rpy(quat)
@@ -189,15 +189,15 @@ class HeadingSource:
                 math.remainder(pitch - self._true[1], math.tau) / dt,
                 turned / dt,
             )
-            told = self._told.at(time)
-            if told is not None and self.mode == _SEED:
-                self._yaw = told
-            elif told is not None and self.mode == _EXTERNAL_ASSIST:
-                self._draw_to(told, dt)
+            sent = self._sent.at(time)
+            if sent is not None and self.mode == _SEED:
+                self._yaw = sent
+            elif sent is not None and self.mode == _EXTERNAL_ASSIST:
+                self._draw_to(sent, dt)
         self._true, self._time = (roll, pitch, yaw), time
         self._gravity = rotate_back(quat, (0.0, 0.0, 1.0))
         self._internal.add(time, self._yaw)
-        for tilt, angle in zip(self._felt_tilt, (pitch, roll), strict=True):
+        for tilt, angle in zip(self._true_tilt, (pitch, roll), strict=True):
             tilt.add(time, angle)
 
     def after_megatag1(self, yaw_deg: float, since: float) -> None:
@@ -223,7 +223,7 @@ class HeadingSource:
         )
 
     def reading(self) -> ImuReading | None:
-        """What the IMU says now; None without one."""
+        """Reading of the IMU now; None without one."""
         if not self._has_imu or self._true is None:
             return None
         yaw, _, _ = self._at(self._time)
@@ -240,8 +240,8 @@ class HeadingSource:
     def _at(self, time: float) -> tuple[float, float, float]:
         """Yaw, pitch, roll [rad]. A robot that never sent a heading looks along x, as far as the camera knows."""
         is_internal = self._has_imu and self.mode >= _INTERNAL
-        yaw = self._internal if is_internal else self._told
-        pitch, roll = self._felt_tilt if is_internal else self._told_tilt
+        yaw = self._internal if is_internal else self._sent
+        pitch, roll = self._true_tilt if is_internal else self._sent_tilt
         return yaw.at(time) or 0.0, pitch.at(time) or 0.0, roll.at(time) or 0.0
 
     def _draw_to(self, yaw: float, dt: float) -> None:

@@ -50,7 +50,7 @@ class CameraPort(Protocol):
         ...
 
     def publish(self, frame: Frame) -> None:
-        """Send what a frame told."""
+        """Send a frame."""
         ...
 
     def close(self) -> None:

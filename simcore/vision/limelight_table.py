@@ -1,4 +1,4 @@
-"""A camera's table on NetworkTables: publishes each frame, and collects what robot code asks for."""
+"""A camera's table on NetworkTables: publishes each frame, and collects the requests of robot code."""
 
 from __future__ import annotations
 
@@ -119,7 +119,7 @@ def _publish(instance: ntcore.NetworkTableInstance, topic: str, kind: str, optio
 
 
 def _numbers(value: Any) -> tuple[float, ...] | None:
-    """Numbers of a value, of whatever kind robot code took; None: it is none."""
+    """Numbers of a value of any type that robot code may write; None: it holds no numbers."""
     if value.isDoubleArray():  # nearly always: the heading
         return tuple(value.value())
     if value.isDouble() or value.isInteger() or value.isFloat():

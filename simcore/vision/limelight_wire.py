@@ -56,7 +56,7 @@ EVERY_FRAME = frozenset(name for name in TOPICS if name.startswith("botpose")) |
 """Topics that are sent with every frame, even if nothing has changed: readers take a new stamp for a new frame."""
 
 PIPELINE_TYPES = {"tags": "pipe_fiducial", "pieces": "pipe_neuraldetector"}
-"""What `getpipetype` says."""
+"""Values of `getpipetype`."""
 
 _NO_POSE = [0.0] * 6
 _DEGREES = 180.0 / math.pi
@@ -78,7 +78,7 @@ def constant_values(config: CameraConfig) -> dict[str, Value]:
 
 
 def frame_values(frame: Frame, config: CameraConfig, field_size: tuple[float, float]) -> dict[str, Value]:
-    """Values of a frame, by topic in the order of `FRAME_TOPICS`; `json` is left to whoever wants it.
+    """Values of a frame, by topic in the order of `FRAME_TOPICS`; without `json`, see `frame_json`.
 
     Args:
         frame: What was seen.

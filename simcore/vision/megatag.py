@@ -52,6 +52,9 @@ _FITS = 3.0
 """And what may be left in the end, in standard deviations of the noise (1.4 are expected); more is another minimum."""
 
 
+_TAGS = 4  # nearest ones that a perfect camera sees
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Mounting:
     """Where a camera believes to sit, ready for use."""
@@ -167,7 +170,7 @@ class TagPicture:
         return self._estimate(found.position, attitude, std or self._std_devs(found))
 
     def megatag2(self, attitude: Rows | FloatArray) -> PoseEstimate | None:
-        """Place from the picture, with the attitude that the robot (or the camera's IMU) says it has.
+        """Place from the picture, with the attitude from the robot or from the camera's IMU.
 
         Args:
             attitude: From robot to field axes, three rows. A wrong one gives a wrong place.
@@ -204,7 +207,7 @@ class TagPicture:
         return (x - dx, y - dy, z - dz), rotation
 
     def _std_devs(self, found: CameraSolution) -> StdDevs:
-        """How sure the robot's pose is: the corners' noise, carried through the linearised solution."""
+        """Standard deviations of the robot's pose: the corners' noise, propagated through the linearised solution."""
         # A turn w about the optical axes swings the robot's origin about the camera, by R^T (lever x w).
         lx, ly, lz = self._mounting.lever
         back = transposed(found.rotation)
@@ -228,9 +231,6 @@ class TagPicture:
             *self._statistics,
             std,
         )
-
-
-_TAGS = 4
 
 
 def perfect_frame(
