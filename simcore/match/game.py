@@ -29,7 +29,17 @@ from simcore.typing import FloatArray
 if TYPE_CHECKING:
     from simcore.match.match import Match
 
-__all__ = ["Auto", "FieldDefinition", "Game", "GameOption", "PieceSupply", "RobotEntry", "Rules", "StagedPieces", "for_both_alliances"]
+__all__ = [
+    "Auto",
+    "FieldDefinition",
+    "Game",
+    "GameOption",
+    "PieceSupply",
+    "RobotEntry",
+    "Rules",
+    "StagedPieces",
+    "for_both_alliances",
+]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

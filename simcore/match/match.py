@@ -15,10 +15,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from simcore.errors import ConfigError, UnknownNameError
+from simcore.geometry.symmetry import Pose
 from simcore.match.camera_rig import CameraRig, tag_layout
 from simcore.match.clock import MatchTimer, Mode
 from simcore.match.digest import TrajectoryDigest
-from simcore.geometry.symmetry import Pose
 from simcore.match.game import Game, PieceSupply, RobotEntry, Rules
 from simcore.match.publish import build_snapshot
 from simcore.match.report import PieceCount, Score

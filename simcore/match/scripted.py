@@ -206,6 +206,8 @@ class ScriptedRobot:
     ) -> Steps:
         """Take in the pieces of a region, the nearest first, backing up to them with the heading at zero.
 
+        It ends when nothing is left there, or no room in the robot.
+
         Args:
             low: Smallest corner of the region, blue field frame [m].
             high: Largest corner [m].
@@ -222,7 +224,7 @@ class ScriptedRobot:
             places = self.piece_positions(kind)
             inside = ((places[:, :2] > low) & (places[:, :2] < high)).all(axis=1)
             near = places[inside & (places[:, 2] < _LYING)]
-            if not len(near):
+            if not len(near) or self.robot.storage.room == 0:
                 break
             here_x, here_y, heading = self.pose
             away = np.hypot(near[:, 0] + back - here_x, near[:, 1] - here_y)
