@@ -17,16 +17,16 @@ from typing import Any
 
 import ntcore
 import numpy as np
+from games.rebuilt.scripted import ScriptedRobot, Steps
+from games.rebuilt.sim import DT, RebuiltConfig, RebuiltSim, RobotEntry
 from rich.console import Console
 from rich.table import Table
 
 from games.rebuilt.robot import RebuiltRobotConfig
-from games.rebuilt.scripted import ScriptedRobot, Steps
-from games.rebuilt.sim import DT, RebuiltConfig, RebuiltSim, RobotEntry
 from games.rebuilt.staging import Staging
 from simcore.physics.bullet import BulletEngine
 from simcore.pieces.pool import PieceStatus
-from simcore.pieces.proximity import Proximity
+from simcore.pieces.wake_grid import WakeSettings
 from simcore.typing import FloatArray
 from simcore.vision.camera import CameraConfig, CameraMount, PiecePipeline, limelight_type
 
@@ -84,14 +84,14 @@ def _sim(
     engine: TimedEngine,
     pose: tuple[float, float, float] = (6.0, 2.2, 0.0),
     script: Any = None,
-    proximity: Proximity | None = None,
+    proximity: WakeSettings | None = None,
     cameras: tuple[CameraConfig, ...] = (),
     network: Any = None,
 ) -> RebuiltSim:
     entry = RobotEntry(pose=pose, preload=0, config=RebuiltRobotConfig(cameras=cameras))
     staging = Staging(neutral=360, depot=24, chute=0, preload_per_robot=0, robots=1)
     sim = RebuiltSim(
-        RebuiltConfig(seed=1, robots=(entry,), staging=staging, proximity=proximity or Proximity()),
+        RebuiltConfig(seed=1, robots=(entry,), staging=staging, proximity=proximity or WakeSettings()),
         engine=engine,
         network=network,
     )
@@ -161,7 +161,7 @@ def churn(seconds: float) -> dict[str, Any]:
     """All 408 awake, each kicked with 2 m/s every second."""
     engine = TimedEngine()
     rng = np.random.default_rng(2)
-    with _sim(engine, pose=(2.5, 2.5, 0.0), proximity=Proximity(slow_ticks=10**6)) as sim:  # nobody falls asleep
+    with _sim(engine, pose=(2.5, 2.5, 0.0), proximity=WakeSettings(slow_ticks=10**6)) as sim:  # nobody falls asleep
 
         def kick(number: int) -> None:
             if number % 50 == 0:

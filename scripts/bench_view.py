@@ -21,15 +21,15 @@ from typing import Any
 import ntcore
 import numpy as np
 import viser
-
-from games.rebuilt.fuel import FUEL
 from games.rebuilt.models import models_folder
 from games.rebuilt.publish import build_snapshot
 from games.rebuilt.scripted import ScriptedRobot, Steps
 from games.rebuilt.sim import DT, RebuiltConfig, RebuiltSim, RobotEntry
+
+from games.rebuilt.fuel import FUEL
 from games.rebuilt.staging import Staging
 from simcore.pieces.pool import PieceStatus
-from simcore.pieces.proximity import Proximity
+from simcore.pieces.wake_grid import WakeSettings
 from simcore.show.replay import smooth_snapshot
 from simcore.show.view_models import load_models
 from simcore.show.view_page import ViewPage
@@ -70,7 +70,7 @@ def rolling(seconds: float) -> Iterator[Snapshot]:
     """Snapshots of 504 fuel on the carpet, all kicked once a second so that none stands."""
     staging = Staging(neutral=408, depot=24, chute=24, preload_per_robot=0, robots=1)
     config = RebuiltConfig(
-        seed=1, robots=(RobotEntry(preload=0),), staging=staging, proximity=Proximity(slow_ticks=10**6)
+        seed=1, robots=(RobotEntry(preload=0),), staging=staging, proximity=WakeSettings(slow_ticks=10**6)
     )
     rng = np.random.default_rng(3)
     with RebuiltSim(config) as sim:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from fnmatch import fnmatchcase
 from pathlib import Path
@@ -18,6 +18,7 @@ from simcore.match.clock import MatchClock, Phase
 from simcore.match.scoring import Alliance, ScoreEvent, ScoringZone
 from simcore.physics.field import FieldElement, FieldGeometry
 from simcore.physics.obj import read_obj
+from simcore.physics.shapes import Box, Cylinder, Sphere
 from simcore.physics.surface import TerrainSurface
 from simcore.pieces.kinds import GamePieceConfig
 from simcore.robot.climber import Rung
@@ -28,7 +29,17 @@ from simcore.typing import FloatArray
 if TYPE_CHECKING:
     from simcore.match.match import Match
 
-__all__ = ["Auto", "FieldDefinition", "Game", "GameOption", "PieceSupply", "RobotEntry", "Rules", "StagedPieces"]
+__all__ = [
+    "Auto",
+    "FieldDefinition",
+    "Game",
+    "GameOption",
+    "PieceSupply",
+    "RobotEntry",
+    "Rules",
+    "StagedPieces",
+    "for_both_alliances",
+]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -80,6 +91,27 @@ class FieldDefinition:
         """Those of the `drivable` patterns that name something in a field."""
         names = [element.name for element in geometry.elements]
         return [pattern for pattern in self.drivable if any(fnmatchcase(name, pattern) for name in names)]
+
+
+def for_both_alliances(elements: Iterable[FieldElement], symmetry: FieldSymmetry) -> tuple[FieldElement, ...]:
+    """Elements of the blue half as `blue_...`, and where the symmetry puts them as `red_...`.
+
+    Args:
+        elements: Boxes along the axes, upright cylinders or balls; they look the same flipped.
+        symmetry: Of the field.
+
+    Raises:
+        ConfigError: A shape that would have to be turned.
+    """
+    both = []
+    for element in elements:
+        if not isinstance(element.shape, Box | Cylinder | Sphere):
+            kind = type(element.shape).__name__
+            raise ConfigError(f"{element.name}: boxes, cylinders and balls can be put on both sides, got a {kind}")
+        flipped = symmetry.flip_points(element.position[None])[0]
+        both.append(dataclasses.replace(element, name=f"blue_{element.name}"))
+        both.append(dataclasses.replace(element, name=f"red_{element.name}", position=flipped))
+    return tuple(both)
 
 
 @dataclass(frozen=True, slots=True)

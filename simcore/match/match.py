@@ -10,30 +10,34 @@ from collections.abc import Callable, Iterable, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from simcore.errors import ConfigError, UnknownNameError
+from simcore.geometry.symmetry import Pose
 from simcore.match.camera_rig import CameraRig, tag_layout
 from simcore.match.clock import MatchTimer, Mode
 from simcore.match.digest import TrajectoryDigest
-from simcore.match.game import Game, RobotEntry, Rules
+from simcore.match.game import Game, PieceSupply, RobotEntry, Rules
 from simcore.match.publish import build_snapshot
 from simcore.match.report import PieceCount, Score
 from simcore.match.scoring import Alliance, ScoringTracker, ScoringZone
 from simcore.physics.engine import Engine
+from simcore.physics.field import FieldElement
 from simcore.physics.substeps import Substepping, Surroundings
 from simcore.physics.world import PhysicsWorld
 from simcore.pieces.intake import field_to_robot
 from simcore.pieces.piece_manager import GamePieceManager
 from simcore.pieces.pool import PieceStatus
-from simcore.pieces.proximity import Mover, Proximity
+from simcore.pieces.wake_grid import Footprint, WakeSettings
 from simcore.robot.robot import Controller, Robot
+from simcore.robot.robot_config import RobotConfig
+from simcore.robot.swerve_config import SwerveConfig, SwerveModuleConfig
 from simcore.telemetry.snapshot import Snapshot, TelemetrySink
 from simcore.typing import BoolArray, FloatArray, IntArray
 from simcore.units import TICK
-from simcore.vision.tags import TagLayout
+from simcore.vision.tag_layout import TagLayout
 
 if TYPE_CHECKING:
     import ntcore
@@ -69,7 +73,7 @@ class Match:
         field_mesh: An OBJ of the field in place of the game's own.
         tags: An AprilTag layout in place of the game's own: a name, or a file in WPILib's JSON.
         substepping: Limits on movement per sub-step.
-        proximity: When pieces wake and sleep.
+        wake: When pieces wake and sleep.
 
     Raises:
         ConfigError: Robots, seed or options that cannot be.
@@ -125,7 +129,7 @@ class Match:
         field_mesh: Path | None = None,
         tags: str | Path | None = None,
         substepping: Substepping | None = None,
-        proximity: Proximity | None = None,
+        wake: WakeSettings | None = None,
     ) -> None:
         self.game = game
         self.entries = tuple(robots) or (RobotEntry(),)
@@ -134,7 +138,7 @@ class Match:
         _check(game, self.entries, self.options, controllers, seed)
         self._network = network
         self._tags = tags or game.field.tags
-        self._proximity = proximity
+        self._wake_settings = wake
         self._controllers = list(controllers) + [None] * (len(self.entries) - len(controllers))
         self.sinks = list(sinks)
         self.last_tick_ms: float | None = None
@@ -165,6 +169,40 @@ class Match:
         except BaseException:
             self.world.close()
             raise
+
+    @classmethod
+    def bare(
+        cls,
+        robot: RobotConfig | None = None,
+        *,
+        start: Pose = (2.0, 2.0, 0.0),
+        size: tuple[float, float] = (16.0, 8.0),
+        elements: Sequence[FieldElement] = (),
+        pieces: Sequence[PieceSupply] = (),
+        zones: Sequence[ScoringZone] = (),
+        **settings: Any,
+    ) -> Match:
+        """A match of no game: a carpet with a wall around it, for experiments and tests.
+
+        Args:
+            robot: Its robot; None: 55 kg on four swerve modules, without mechanisms.
+            start: Where it stands [m, m, rad].
+            size: Length and width of the field [m].
+            elements: What stands on it, beside the wall.
+            pieces: Kinds of pieces; none lies anywhere until `match.pieces.spawn` puts it there.
+            zones: Where pieces score.
+            settings: Further arguments of `Match`.
+
+        Example:
+            >>> with Match.bare() as match:
+            ...     match.robots[0].drive.set_volts([6.0] * 4, [0.0] * 4)
+            ...     match.play(1.0)
+            ...     match.robots[0].chassis.pose[0] > 2.5
+            True
+        """
+        config = robot or RobotConfig(drivetrain=SwerveConfig.square(0.53, SwerveModuleConfig(x=0.0, y=0.0)))
+        game = Game.bare(size=size, elements=elements, pieces=pieces, zones=zones, robot=lambda: config)
+        return cls(game, robots=(RobotEntry(start=start),), **settings)
 
     def __enter__(self) -> Match:
         return self
@@ -227,7 +265,7 @@ class Match:
 
     def _wake(self) -> None:
         """Sleepers that can be reached within the tick wake."""
-        movers = [Mover(*robot.chassis.footprint) for robot in self.robots]
+        movers = [Footprint(*robot.chassis.footprint) for robot in self.robots]
         self._piece_speed = self.pieces.wake_reachable(movers, TICK)
 
     def _take_in(self) -> None:
@@ -243,7 +281,7 @@ class Match:
         state = self.pieces.state
         reach = max([intake.reach for intake in robot.intakes] + [placer.reach for placer in robot.placers])
         reach += robot.moved + self._piece_speed * TICK  # as far as robot and piece came since the last tick
-        slots = self.pieces.within_sight  # sleepers too: a roller does not ask
+        slots = self.pieces.in_active_chunks  # sleepers too: a roller does not ask
         away = state.pos[slots] - robot.chassis.pos
         near = np.einsum("ij,ij->i", away, away) < reach * reach
         slots = slots[near & (state.status[slots] != PieceStatus.IN_FLIGHT)]
@@ -530,7 +568,7 @@ class Match:
             self.world,
             [(supply.kind, supply.count) for supply in game.pieces],
             field_size=game.field.size,
-            proximity=self._proximity,
+            wake=self._wake_settings,
         )
         self._stage(staging_rng)
         self.robots = []

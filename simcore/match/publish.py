@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from simcore.geometry.quaternion import multiply, rotate
+from simcore.geometry.rotation import multiply, rotate
 from simcore.match.scoring import Alliance
 from simcore.robot.ground_clearance import ground_clearance
 from simcore.robot.mechanisms import ArmSim, ElevatorSim, RackSim
@@ -119,6 +119,7 @@ def _frozen_ids(slots: IntArray) -> IntArray:
 def _add_match(rows: _Rows, match: Match) -> None:
     timer, score = match.timer, match.score
     rows.doubles |= {"Sim/Match/Time": timer.time, "Sim/Match/TimeLeft": timer.remaining}
+    rows.strings["Sim/Match/Game"] = match.game.name
     rows.strings["Sim/Match/Period"] = timer.phase.name
     rows.booleans["Sim/Match/Enabled"] = timer.is_enabled
     rows.integers |= {

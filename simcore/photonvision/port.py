@@ -23,12 +23,11 @@ from photonlibpy.targeting import (
 from wpimath.geometry import Pose3d, Rotation3d, Transform3d, Translation3d
 
 from simcore.typing import FloatArray
-from simcore.vision.camera import CameraConfig
-from simcore.vision.frames import Frame, PieceSighting, PoseEstimate, TagSighting
-from simcore.vision.limelight import Request
-from simcore.vision.network_clock import NetworkClock
+from simcore.vision.camera import OPTICAL, CameraConfig
+from simcore.vision.camera_frame import Frame, PieceSighting, PoseEstimate, TagSighting
+from simcore.vision.camera_manager import NetworkClock
+from simcore.vision.limelight import CameraRequest
 from simcore.vision.planar_pose import SquarePose
-from simcore.vision.projection import OPTICAL
 
 __all__ = ["PhotonCameraPort", "camera_properties", "pipeline_result"]
 
@@ -52,7 +51,7 @@ class PhotonCameraPort:
         self.camera = PhotonCamera(config.name)
         self._sim = PhotonCameraSim(self.camera, camera_properties(config))
 
-    def read(self) -> tuple[Request, ...]:
+    def read(self) -> tuple[CameraRequest, ...]:
         """Robot code asks a PhotonCamera for nothing that simcore models."""
         return ()
 

@@ -22,7 +22,7 @@ from typing import Any
 import numpy as np
 
 from simcore.errors import EngineError
-from simcore.geometry.quaternion import IDENTITY, Quaternion, Vector, rotate
+from simcore.geometry.rotation import IDENTITY, Quaternion, Vector, rotate
 from simcore.physics.engine import BodyDefinition, RayHits
 from simcore.physics.shapes import Box, Compound, Cylinder, HalfSpace, Hull, Mesh, Shape, Sphere
 from simcore.typing import FloatArray

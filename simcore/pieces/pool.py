@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from simcore.errors import CapacityError, ConfigError
-from simcore.geometry.quaternion import IDENTITY, Quaternion
+from simcore.geometry.rotation import IDENTITY, Quaternion
 from simcore.physics.shapes import Sphere
 from simcore.physics.world import PhysicsWorld
 from simcore.pieces.kinds import GamePieceConfig

@@ -97,11 +97,11 @@ def choose_game(flag: str | None, in_file: str | None) -> Game:
         UnknownNameError: No game of that name is installed; the text lists those that are.
         ConfigError: No game is installed.
     """
-    game = find_game(flag or in_file)
+    game = find_game(flag or in_file)  # which says so itself if it was its choice
     others = [name for name in installed_games() if name != game.name]
-    if others:
-        why = "--game says so" if flag else f"{FILE_NAME} says so" if in_file else f"the newest, of {game.year}"
-        _log.info("the game is %s (%s); installed too: %s", game.name, why, ", ".join(others))
+    if others and (flag or in_file):
+        why = "--game" if flag else FILE_NAME
+        _log.info("game %s (%d), as %s says; also installed: %s", game.name, game.year, why, ", ".join(others))
     return game
 
 

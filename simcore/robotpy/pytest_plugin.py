@@ -246,12 +246,11 @@ def pytest_runtest_makereport(item: pytest.Item, call: pytest.CallInfo[Any]) -> 
     test = getattr(item, "funcargs", {}).get("sim")
     recording = item.stash.get(_RECORDING, None)
     if report.failed and test is not None and test.has_run and recording is not None:
-        from simcore.show.evidence import leave_evidence
+        from simcore.show.failed_run import save_failed_run
         from simcore.show.scene import scene_of
 
-        left = leave_evidence(
-            recording, item.stash[_OUTPUT], scene=scene_of(test.match), title=item.nodeid, note=f"failed at {test.summary()}"
-        )
+        scene, note = scene_of(test.match), f"failed at {test.summary()}"
+        left = save_failed_run(recording, item.stash[_OUTPUT], scene=scene, title=item.nodeid, note=note)
         report.sections.append(("simcore", f"{left}\nat its end: {test.summary()}"))
     return report
 

@@ -64,7 +64,9 @@ class RobotTest:
             assert sim.score.red >= 8
     """
 
-    def __init__(self, control: TestController, robot: Any, *, hang: float = 30.0, complaints: TextIO | None = None) -> None:
+    def __init__(
+        self, control: TestController, robot: Any, *, hang: float = 30.0, complaints: TextIO | None = None
+    ) -> None:
         self.robot = robot
         """The robot object, to look at what it believes; a proxy."""
         self._control = control

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from simcore.errors import require_non_negative
-from simcore.telemetry.memory import MemorySink
+from simcore.telemetry.sinks import MemorySink
 
 __all__ = ["ManualClock", "MemorySink"]
 

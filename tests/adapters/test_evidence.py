@@ -20,7 +20,7 @@ PLAIN = Path(__file__).parent / "robots" / "plain"
 
 TEST = """
 from simcore.robotpy.physics import RobotPhysics
-from simcore.show.evidence import leave_evidence
+from simcore.show.failed_run import save_failed_run
 from simcore.telemetry.recording import Recording
 
 
@@ -36,7 +36,7 @@ def test_drives_ten_meters(control, robot, monkeypatch):
     monkeypatch.setattr(RobotPhysics, "__init__", with_recording)
     with control.run_robot():
         control.step_timing(seconds=1.5, autonomous=False, enabled=True)
-    left = leave_evidence(
+    left = save_failed_run(
         recording, "evidence", name="test_drives[ten]", scene=engines[0].game.scene(), note="driven >= 10"
     )
     print("LEFT", left, left.problems)

@@ -14,8 +14,7 @@ import numpy as np
 import pytest
 
 from simcore.errors import ConfigError, OutputError
-from simcore.telemetry.pose_struct import POSE_SCHEMAS
-from simcore.telemetry.snapshot import Snapshot
+from simcore.telemetry.snapshot import POSE_SCHEMAS, Snapshot
 
 ntcore = pytest.importorskip("ntcore", reason="pyntcore is not installed")
 
@@ -158,7 +157,7 @@ def test_client_in_another_process_decodes_every_key_of_a_game(instance: Any) ->
     pytest.importorskip("wpimath.geometry", reason="the client decodes with robotpy-wpimath")
     from games.rebuilt.sim import RebuiltConfig, RebuiltSim, RobotEntry
 
-    from simcore.telemetry.memory import MemorySink
+    from simcore.telemetry.sinks import MemorySink
 
     memory = MemorySink()
 

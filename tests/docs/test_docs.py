@@ -6,10 +6,10 @@ import re
 from pathlib import Path
 
 import pytest
+from games.rebuilt.sim import RebuiltConfig, RebuiltSim, RobotEntry
 
 from games.rebuilt.robot import RebuiltRobotConfig
-from games.rebuilt.sim import RebuiltConfig, RebuiltSim, RobotEntry
-from simcore.telemetry.memory import MemorySink
+from simcore.telemetry.sinks import MemorySink
 from simcore.vision.camera import CameraConfig
 
 ROOT = Path(__file__).resolve().parents[2]

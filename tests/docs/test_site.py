@@ -13,11 +13,11 @@ import sys
 from pathlib import Path
 
 import pytest
+from games.rebuilt.sim import RebuiltConfig, RebuiltSim, RobotEntry
 
 import games.rebuilt.__main__ as rebuilt
-from games.rebuilt.sim import RebuiltConfig, RebuiltSim, RobotEntry
 from simcore import cli
-from simcore.telemetry.memory import MemorySink
+from simcore.telemetry.sinks import MemorySink
 
 ROOT = Path(__file__).resolve().parents[2]
 DOCS = ROOT / "docs"

@@ -6,15 +6,14 @@ import math
 
 import numpy as np
 import pytest
+from games.rebuilt.sim import RebuiltConfig, RebuiltSim, RobotEntry
 
 from games.rebuilt.robot import RebuiltRobotConfig
-from games.rebuilt.sim import RebuiltConfig, RebuiltSim, RobotEntry
 from games.rebuilt.staging import Staging
-from simcore.geometry.quaternion import from_yaw
-from simcore.vision.camera import CameraConfig, CameraMount, PiecePipeline, limelight_type
-from simcore.vision.projection import optical_rotation
-from simcore.vision.tags import official_layout
-from simcore.vision.visibility import TagFinder
+from simcore.geometry.rotation import from_yaw
+from simcore.vision.camera import CameraConfig, CameraMount, PiecePipeline, limelight_type, optical_rotation
+from simcore.vision.tag_layout import official_layout
+from simcore.vision.tag_visibility import TagFinder
 
 NO_FUEL = Staging(neutral=0, depot=0, chute=0, preload_per_robot=0, robots=3)
 
@@ -50,7 +49,7 @@ def test_tags_on_the_near_face_are_seen_and_those_behind_the_hub_are_not():
     found = seen(camera, 2.5, 4.0345)
     assert {25, 26} <= found
     assert not {3, 4, 19, 20} & found
-    finder = TagFinder(official_layout(), camera.type)
+    finder = TagFinder(official_layout("2026-welded"), camera.type)
     rotation = optical_rotation(camera.mount.rotation)
     rows, _ = finder.find((2.5, 4.0345, 0.5), rotation, min_side=12.0, max_angle_deg=75.0)
     in_picture = {finder._layout.id_list[row] for row in rows}
@@ -80,7 +79,7 @@ def test_a_tag_counts_while_its_last_corner_is_inside_the_picture(inside_deg, ex
 def test_an_oblique_tag_is_read_less_far(angle_deg, distance, expected):
     """At 60 degrees its upper edge has half its length: 12 px at 736 x 0.1651 x cos 60 / 12 = 5.06 m, not at 10.1 m.
     Beyond 75 degrees it is not read at all."""
-    layout, lens = official_layout(), limelight_type("LL4")
+    layout, lens = official_layout("2026-welded"), limelight_type("LL4")
     row = layout.id_list.index(26)
     x, y, z = layout.center_list[row]
     angle = math.radians(angle_deg)
@@ -189,9 +188,9 @@ def test_a_closed_gate_gives_empty_frames():
 
 def test_the_frustum_tilts_with_the_robot():
     """With the nose up by 10 degrees the same fuel is 10 degrees lower in the picture, but for the lens' lever."""
-    from simcore.geometry.quaternion import from_rpy
-    from simcore.vision.camera_scene import Scene
-    from simcore.vision.history import PoseHistory
+    from simcore.geometry.rotation import from_rpy
+    from simcore.vision.camera_scene import CameraScene
+    from simcore.vision.heading import PoseHistory
     from simcore.vision.limelight import LimelightSim
 
     config = CameraConfig(
@@ -202,12 +201,12 @@ def test_the_frustum_tilts_with_the_robot():
     )
     angles = []
     for pitch in (0.0, -10.0):
-        camera = LimelightSim(config, official_layout(), np.random.default_rng(0))
+        camera = LimelightSim(config, official_layout("2026-welded"), np.random.default_rng(0))
         history = PoseHistory()
         quat = from_rpy(0.0, math.radians(pitch), 0.0)
         for k in range(10):
             history.add(0.02 * k, (5.0, 5.0, 0.0), quat)
-            camera.update(0.02 * k, history, Scene(pieces=np.array([(6.5, 5.0, 0.075)]), piece_radius=0.075))
+            camera.update(0.02 * k, history, CameraScene(pieces=np.array([(6.5, 5.0, 0.075)]), piece_radius=0.075))
         assert camera.last is not None and camera.last.primary_piece is not None
         angles.append(camera.last.primary_piece.ty_deg)
     assert angles[1] < angles[0] - 8.0  # nose up: the piece sinks in the picture
@@ -249,7 +248,7 @@ def test_an_unknown_layout_ends_the_build_and_names_the_known():
 
 
 def test_telemetry_draws_where_a_camera_looks_and_what_it_sees():
-    from simcore.telemetry.memory import MemorySink
+    from simcore.telemetry.sinks import MemorySink
 
     sink = MemorySink()
     robot = RebuiltRobotConfig(cameras=(at_lens(0.5, pitch_deg=-15.0),))

@@ -11,19 +11,19 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from games.rebuilt.components import COMPONENTS
+from games.rebuilt.runner import play_auto
+from games.rebuilt.scripted import ScriptedRobot
+from games.rebuilt.sim import RebuiltConfig, RebuiltSim, RobotEntry
 from wpimath.geometry import Pose3d
 from wpiutil import wpistruct
 from wpiutil.log import DataLogReader
 
 from games.rebuilt.autos import find_auto
-from games.rebuilt.components import COMPONENTS
-from games.rebuilt.runner import play_auto
-from games.rebuilt.scripted import ScriptedRobot
-from games.rebuilt.sim import RebuiltConfig, RebuiltSim, RobotEntry
 from games.rebuilt.staging import Staging
 from simcore.errors import ConfigError, FieldMeshError
 from simcore.pieces.pool import PieceStatus
-from simcore.telemetry.memory import MemorySink
+from simcore.telemetry.sinks import MemorySink
 from simcore.telemetry.wpilog import WpilogSink
 
 ROOT = Path(__file__).resolve().parents[2]

@@ -10,15 +10,15 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from games.rebuilt.runner import play_auto
 from PIL import Image
 from scipy import ndimage
 
 from games.rebuilt.__main__ import main
 from games.rebuilt.autos import find_auto
-from games.rebuilt.runner import play_auto
-from simcore.show import colors
-from simcore.show.evidence import leave_evidence
-from simcore.show.frames import FramePainter, to_pixels
+from simcore.show.failed_run import save_failed_run
+from simcore.show.frame_painter import FramePainter, to_pixels
+from simcore.show.scene import rgb
 from simcore.telemetry.recording import Recording
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -69,7 +69,7 @@ def test_frames_of_a_real_run_show_fuel_where_the_engine_had_it(depot):
     scale, left, top = to_pixels(scene)
     for time in (0.3, 4.2, 8.1):
         image = np.asarray(painter.draw(time), dtype=int)
-        labels, count = ndimage.label(np.abs(image - colors.rgb(colors.FUEL)).max(axis=2) < 12)
+        labels, count = ndimage.label(np.abs(image - rgb("#ffd923")).max(axis=2) < 12)
         middles = np.array(ndimage.center_of_mass(np.ones_like(labels), labels, range(1, count + 1)))
         seen = np.column_stack(((middles[:, 1] + 0.5 - left) / scale, (top - middles[:, 0] - 0.5) / scale))
         fuel = truth[time]
@@ -95,7 +95,7 @@ def test_the_recording_ends_where_the_run_ended(depot):
 
 def test_a_failed_test_leaves_evidence_of_a_closed_game(depot, tmp_path):
     run, recording, _ = depot
-    left = leave_evidence(recording, tmp_path, name="test_x", scene=run.sim.scene(), note="assert 8 >= 20")
+    left = save_failed_run(recording, tmp_path, name="test_x", scene=run.sim.scene(), note="assert 8 >= 20")
     assert left.problems == ()
     assert left.page is not None and left.page.stat().st_size < 1_000_000
 

@@ -10,15 +10,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 import trimesh
-
-from games.rebuilt import dimensions as dim
 from games.rebuilt.components import COMPONENTS, component_poses
 from games.rebuilt.models import models_folder
 from games.rebuilt.sim import RebuiltSim
-from simcore.geometry.quaternion import rotate
+
+from games.rebuilt import dimensions as dim
+from simcore.geometry.rotation import rotate
 from simcore.show.view_check import check_folder
 from simcore.show.view_models import load_models
-from simcore.telemetry.memory import MemorySink
+from simcore.telemetry.sinks import MemorySink
 
 ROOT = Path(__file__).resolve().parents[2]
 FOLDER = ROOT / "models" / "advantagescope"

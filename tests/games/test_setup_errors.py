@@ -8,20 +8,20 @@ import sys
 
 import numpy as np
 import pytest
+from games.rebuilt.runner import play_auto
+from games.rebuilt.sim import RebuiltConfig, RebuiltSim, RobotEntry
 
 from games.rebuilt.autos import Auto
 from games.rebuilt.fuel import FUEL
-from games.rebuilt.runner import play_auto
 from games.rebuilt.scoring import RebuiltScoring
-from games.rebuilt.sim import RebuiltConfig, RebuiltSim, RobotEntry
 from games.rebuilt.staging import Staging
 from simcore.errors import ConfigError, EngineError, NonFiniteError
 from simcore.physics.bullet import BulletEngine
 from simcore.physics.world import PhysicsWorld
 from simcore.pieces.piece_manager import GamePieceManager
 from simcore.pieces.pool import PieceStatus
-from simcore.pieces.proximity import Proximity
-from simcore.telemetry.memory import MemorySink
+from simcore.pieces.wake_grid import WakeSettings
+from simcore.telemetry.sinks import MemorySink
 
 
 @pytest.mark.parametrize(
@@ -112,7 +112,7 @@ def test_a_pushed_piece_flies_as_a_launched_one_at_any_substep():
 @pytest.mark.parametrize("setting", [{"chunk_linger": -5}, {"chunk_linger": 1.5}, {"waking_speed": math.nan}])
 def test_proximity_settings_that_cannot_work_are_refused(setting):
     with pytest.raises(ConfigError, match=next(iter(setting))):
-        Proximity(**setting)
+        WakeSettings(**setting)
 
 
 def test_a_world_has_the_gravity_of_its_engine():

@@ -165,9 +165,7 @@ def check_speed(build: Callable[[], Match], clock: Callable[[], float]) -> list[
 def _speed(median: float, worst: float) -> Finding:
     text = f"a tick takes {median:.1f} ms, p99 {worst:.1f} ms, of 20 ms: {1e3 * TICK / median:.0f} x real time alone"
     if median > 1e3 * TICK:
-        return fail(
-            "speed", text, "too slow to drive in real time: plug in the charger, close other programs"
-        )
+        return fail("speed", text, "too slow to drive in real time: plug in the charger, close other programs")
     if median > _SLOW or worst > 1e3 * TICK:
         return warn(
             "speed",

@@ -204,5 +204,7 @@ def check_compiled(*, is_off: bool, folder: str | None, trouble: str, old: int) 
             "`python -m simcore compile --remove`, then `python -m simcore compile`",
         )
     if old:
-        return warn("compiled", "plain Python: the compiled parts are of another version of simcore", f"{_COMPILE} again")
+        return warn(
+            "compiled", "plain Python: the compiled parts are of another version of simcore", f"{_COMPILE} again"
+        )
     return ok("compiled", f"plain Python; {_COMPILE} makes robot tests a quarter faster")
