@@ -96,10 +96,11 @@ class RobotSettings:
         Raises:
             UnknownNameError: One does not; the text lists the kinds.
         """
-        for part in (*self.intakes, *self.shooters):
-            for kind in part.kinds:
-                if kind not in kinds:
-                    raise UnknownNameError("kind of piece", kind, kinds)
+        named = [kind for intake in self.intakes for kind in intake.kinds]
+        named += [kind for shooter in self.shooters for kind in shooter.kinds]
+        for kind in named:
+            if kind not in kinds:
+                raise UnknownNameError("kind of piece", kind, kinds)
 
     def robot_config(
         self, drivetrain: SwerveConfig | TankConfig, *, storage: StorageConfig | None = None

@@ -17,6 +17,7 @@ from simcore.match.registry import find_game, installed_games
 from simcore.phoenix6.ownership import Ownership
 from simcore.robot.dc_motor import motor
 from simcore.robot.swerve_config import SwerveConfig
+from simcore.robot.swerve_drive import SwerveDrive
 from simcore.robot_file.reader import FILE_NAME, read_settings
 from simcore.robot_file.robot_settings import RobotSettings
 from simcore.robotpy.device_assignment import DeviceAssignment, connect_mechanism
@@ -70,6 +71,7 @@ class AttachedPhysics(RobotPhysics):
         network = ntcore.NetworkTableInstance.getDefault()
         match = practice_match(game, settings, config, sinks=[NetworkTablesSink(network)], network=network)
         robot_sim = match.robots[0]
+        assert isinstance(robot_sim.drive, SwerveDrive)
         devices = swerve.SwerveDrivetrainSim(drivetrain, robot_sim.drive)
         motors = [connect_mechanism(m, robot_sim, self.ownership) for m in settings.mechanisms]
         says = f"as {path.name} says" if path.exists() else f"there is no {path.name}: `simcore init` writes one"

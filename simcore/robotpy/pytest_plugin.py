@@ -128,7 +128,7 @@ def _is_robot_test(item: pytest.Item) -> bool:
 
 
 def _pyfrc(config: pytest.Config) -> Any:
-    """pyfrc's plugin, if it runs this session: `robotpy test`, or our own child process."""
+    """The plugin of pyfrc, if it runs this session: `robotpy test`, or our own child process."""
     plugins = config.pluginmanager.get_plugins()
     return next((p for p in plugins if type(p).__name__ in ("PyFrcPlugin", "IsolatedTestsPlugin")), None)
 

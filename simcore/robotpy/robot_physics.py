@@ -191,7 +191,7 @@ class RobotPhysics:
         if self._start is None:
             self._start = now - self._h
             gc.collect()
-            gc.freeze()  # field, pieces and robot stay: the collector need not look at them in every run (5 % of a tick)
+            gc.freeze()  # field, pieces and robot stay: the collector need not see them in every run (5 % of a tick)
             if self._phoenix is not None:
                 # A tick makes thousands of small objects, nearly all gone by its end: looking for cycles after every
                 # 700 took 5 to 8 % of a test's time. On the wall clock shorter pauses matter more.

@@ -130,8 +130,8 @@ class RobotTest:
         if physics is None:
             raise ConfigError(
                 "no physics: beside robot.py put a simcore.toml (`simcore init` writes one), or a physics.py with a "
-                "PhysicsEngine derived from simcore's RobotPhysics (docs/connect.md), or test with pyfrc's own fixtures "
-                "`robot` and `control`"
+                "PhysicsEngine derived from simcore's RobotPhysics (docs/connect.md), or test with pyfrc's own "
+                "fixtures `robot` and `control`"
             )
         self._physics = physics
         self._stack.callback(gc.unfreeze)  # the physics has frozen what was built
@@ -277,7 +277,7 @@ class RobotTest:
         """How many times faster than real time the robot ran so far."""
         return self._ran / self._wall if self._wall > 0.0 else math.nan
 
-    # --- what a failed test leaves -------------------------------------------------------------------------------------------------
+    # --- what a failed test leaves -----------------------------------------------------------------------------------
 
     def add_sink(self, sink: TelemetrySink) -> None:
         """Log telemetry there; before the robot starts."""

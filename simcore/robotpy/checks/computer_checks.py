@@ -136,6 +136,8 @@ def check_speed(build: Callable[[], Match], clock: Callable[[], float]) -> list[
         build: Makes the match.
         clock: Wall time [s].
     """
+    from simcore.robot.tank_drive import TankDrive  # where half of it is missing, other checks say so
+
     try:
         match = build()
     except Exception as error:
@@ -147,7 +149,11 @@ def check_speed(build: Callable[[], Match], clock: Callable[[], float]) -> list[
         start = robot.chassis.pose
         for number in range(_WARM_UP + _TICKS):
             before = clock()
-            robot.drive.set_chassis_speeds(1.0, 0.0, 0.0)
+            drive = robot.drive
+            if isinstance(drive, TankDrive):
+                drive.set_chassis_speeds(1.0, 0.0)
+            else:
+                drive.set_chassis_speeds(1.0, 0.0, 0.0)
             match.tick()
             if number >= _WARM_UP:
                 took.append(1e3 * (clock() - before))
