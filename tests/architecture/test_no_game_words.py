@@ -29,13 +29,6 @@ STILL_ALLOWED = {
     "simcore/phoenix6/battery.py",
     "simcore/robot/chassis.py",
     "simcore/robot/chassis_config.py",
-    "simcore/robot_file/template.py",
-    "simcore/robotpy/checks/physics.py",
-    "simcore/robotpy/fine_steps.py",
-    "simcore/robotpy/physics.py",
-    "simcore/robotpy/roborio.py",
-    "simcore/robotpy/robot_test.py",
-    "simcore/robotpy/seams.py",
 }
 """To be emptied."""
 

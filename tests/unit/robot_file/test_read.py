@@ -8,6 +8,7 @@ import pytest
 
 from simcore.errors import ConfigError
 from simcore.robot.mechanisms import ArmSim, FlywheelConfig, RackSim
+from simcore.robot.robot_config import build_mechanism
 from simcore.robot_file.reader import read_settings
 from simcore.robot_file.robot_settings import RobotSettings
 
@@ -87,11 +88,13 @@ def test_a_whole_robot(read):
     assert wheels.devices == (20, 21, 22) and wheels.opposed == (22,)
     assert isinstance(wheels.config, FlywheelConfig)
     assert wheels.config.gearbox.motors == 3 and wheels.config.inertia == 0.004
-    pivot = robot.mechanism("pivot").build()
+    pivot = build_mechanism(robot.mechanism("pivot").config)
     assert isinstance(pivot, ArmSim) and pivot.position == pytest.approx(math.pi / 2)
-    assert robot.intake is not None and robot.intake.out_at == "lower"
-    assert robot.shooter is not None and robot.shooter.barrels == (0.1, -0.1)
-    assert robot.shooter.elevation == pytest.approx(math.pi / 3)
+    (intake,), (shooter,) = robot.intakes, robot.shooters
+    assert intake.deployed_at == "lower" and (intake.zone.x_min, intake.zone.z_max) == (-0.6, 0.2)
+    assert shooter.wheels == ("wheels",) and shooter.gate == ("roller",)
+    assert shooter.launch.barrels == (0.1, -0.1)
+    assert shooter.elevation == pytest.approx(math.pi / 3)
     (camera,) = robot.cameras
     assert camera.name == "limelight" and camera.type.name == "LL4" and camera.pipelines[0].kind == "tags"
     assert (camera.mount.x, camera.mount.z, camera.mount.pitch_deg) == (0.3, 0.4, -20.0)
@@ -103,8 +106,8 @@ def test_an_elevator_and_a_rack(read):
         'max_height = 1.2\n[[mechanism]]\nname = "slide"\nkind = "rack"\nleader = 2\ncontroller = "TalonFXS"\n'
         'motor = "Minion"\ngearing = 10\nmass = 4\npinion_radius = 0.019\ntravel = 0.28\n'
     )
-    assert robot.mechanism("lift").build().stops == pytest.approx((0.0, 60.0))
-    slide = robot.mechanism("slide").build()
+    assert build_mechanism(robot.mechanism("lift").config).stops == pytest.approx((0.0, 60.0))
+    slide = build_mechanism(robot.mechanism("slide").config)
     assert isinstance(slide, RackSim) and slide.stops[1] * 0.019 == pytest.approx(0.28)
 
 
@@ -120,13 +123,19 @@ def test_an_elevator_and_a_rack(read):
         ("[robot]\nbumper_length = 0.8", "[robot]: bumper_width is missing; it must be a number above 0.2 m"),
         ("[robot]\ndrive_motor = 'Kraken X6O'", "drive_motor must be one of"),
         ("[robot]\ndrive_motor = 'Kraken X6O'", "got 'Kraken X6O'. Did you mean 'Kraken X60'?"),
-        ("[start]\npreload = 60", "[start]: preload must be at most the robot's capacity, 50; got 60"),
+        (
+            "[robot]\ncapacity = 50\n[start]\npreload = 60",
+            "[start]: preload must be at most the robot's capacity, 50; got 60",
+        ),
         ("robot = 3", "simcore.toml: robot must be a table, written [robot] on a line of its own; got 3"),
         ("[robot\nmass = 1", "simcore.toml: is no valid TOML: "),
         ("[mechanism]\nname = 'a'", "mechanism must be tables, each under a line [[mechanism]]"),
         (WHEELS + "intertia = 1", "[[mechanism]] 'wheels': no key 'intertia'. Did you mean 'inertia'?"),
         (WHEELS.replace("inertia = 0.004", ""), "[[mechanism]] 'wheels': inertia is missing"),
-        (WHEELS.replace("flywheel", "flywhel"), "kind must be one of flywheel, roller, arm, elevator, rack, got"),
+        (
+            WHEELS.replace("flywheel", "flywhel"),
+            "kind must be one of flywheel, roller, arm, turret, elevator, rack, got",
+        ),
         (WHEELS.replace("[22]", "[23]"), "opposed must name followers, which are [21, 22]; got 23"),
         (WHEELS.replace("leader = 20", "leader = 63"), "leader must be a whole number from 0 to 62, got 63"),
         (WHEELS.replace("leader = 20", "leader = 20.0"), "leader must be a whole number from 0 to 62, got 20.0"),
