@@ -12,10 +12,22 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import TypeAlias
 
 from simcore.robot.dc_motor import MotorModel
 
-__all__ = ["LOCKED", "LimitedMotor", "solve_shaft", "solve_supply", "supply_line"]
+__all__ = [
+    "LOCKED",
+    "LimitedMotor",
+    "MotorConstants",
+    "solve_shaft",
+    "solve_supply",
+    "supply_line",
+    "torque_line",
+]
+
+MotorConstants: TypeAlias = tuple[float, float, float, float, float]
+"""Back-EMF per shaft speed, resistance, torque per current driving and driven, dry friction; see `LimitedMotor`."""
 
 LOCKED = 1e12
 """Slope of a torque line that stands for a shaft held by friction [N m s]."""
@@ -122,6 +134,68 @@ def solve_shaft(
     return w, current, f * i0 + sign, f * i1
 
 
+def torque_line(
+    volts: float | None,
+    bus: float,
+    emf_offset: float,
+    w: float,
+    limit: float,
+    power: float,
+    conductance: float,
+    constants: MotorConstants,
+) -> tuple[float, float, float, float]:
+    """The lines of current and torque over shaft speed that hold near `w`.
+
+    Args:
+        volts: Wanted [V]; None is an open circuit.
+        bus: Battery voltage, which the motor cannot exceed [V].
+        emf_offset: Back-EMF at standstill (azimuth coupling) [V].
+        w: Shaft speed [rad/s].
+        limit: Stator limit in force [A].
+        power: Supply limit times bus voltage [W].
+        conductance: 1 / resistance [1/ohm].
+        constants: Of the motor.
+
+    Returns:
+        `i0, i1` of the current I = i0 - i1 w without limits, and `t0, t1` of the torque T = t0 - t1 w within them.
+    """
+    emf, resistance, driving, driven, friction = constants
+    i0 = i1 = t0 = t1 = 0.0
+    if volts is not None:
+        if volts > bus:
+            volts = bus
+        elif volts < -bus:
+            volts = -bus
+        i0 = (volts - emf_offset) * conductance
+        i1 = emf * conductance
+        i = i0 - i1 * w
+        f = driving if i * w >= 0.0 else driven
+        p = volts * i
+        if p > power or p < -power:
+            t0, t1 = supply_line(emf_offset + emf * w, emf, w, resistance, power, i, p)
+            i = t0 - t1 * w
+            t0 *= f
+            t1 *= f
+        else:
+            t0 = f * i0
+            t1 = f * i1
+        if i > limit:
+            t0 = f * limit
+            t1 = 0.0
+        elif i < -limit:
+            t0 = -f * limit
+            t1 = 0.0
+    if w > 0.0:
+        return i0, i1, t0 - friction, t1
+    if w < 0.0:
+        return i0, i1, t0 + friction, t1
+    if t0 > friction:
+        return i0, i1, t0 - friction, t1
+    if t0 < -friction:
+        return i0, i1, t0 + friction, t1
+    return i0, i1, 0.0, LOCKED
+
+
 def supply_line(
     emf: float, slope: float, w: float, resistance: float, power: float, current: float, drawn: float
 ) -> tuple[float, float]:
@@ -159,7 +233,7 @@ def solve_supply(
     current: float,
     end_power: float,
     stator_limit: float,
-    constants: tuple[float, float, float, float, float],
+    constants: MotorConstants,
     emf_offset: float,
     w: float,
     power: float,
