@@ -1,6 +1,11 @@
-"""A geared DC motor with its controller's limits, solved together with the shaft that it turns.
+"""A geared DC motor behind its controller: bus voltage, brake and coast, stator and supply limit, in four quadrants.
 
-All of it comes down to one scalar equation per shaft and step. Backward Euler for the shaft speed w is
+A request is a voltage, or None for an open circuit (coast); zero volts brake. `limited_volts` is the law at a given
+speed: what the controller puts on the motor so that the voltage stays within the bus, the current within the stator
+limit, and the power, drawn or fed back, within the supply limit times the bus voltage.
+
+The rest solves the same law together with the shaft that the motor turns, one scalar equation per shaft and step.
+Backward Euler for the shaft speed w is
 
     k w = a + T(w)          k = J/h + (tire stiffness),   a = J/h w_old + (tire force)
 
@@ -20,10 +25,13 @@ __all__ = [
     "LOCKED",
     "LimitedMotor",
     "MotorConstants",
+    "limited_volts",
     "solve_shaft",
     "solve_supply",
     "supply_line",
     "torque_line",
+    "within",
+    "within_supply",
 ]
 
 MotorConstants: TypeAlias = tuple[float, float, float, float, float]
@@ -80,6 +88,53 @@ class LimitedMotor:
             supply_limit=supply_limit,
             count=count,
         )
+
+
+def within(value: float, limit: float) -> float:
+    """The number nearest to `value` in -limit..limit: a voltage within the bus, a current within the stator limit."""
+    if value > limit:
+        return limit
+    if value < -limit:
+        return -limit
+    return value
+
+
+def within_supply(volts: float, emf: float, resistance: float, power: float) -> float:
+    """The voltage nearest to `volts` with |V I| within `power` at a given back-EMF [V].
+
+    The power (V - e) V / R that is drawn grows with |V| beyond e, so its limit is a root of a quadratic. Between 0 and
+    e the motor feeds back, at most e^2 / 4R; the limit then is the root on the side of e, with less braking torque.
+
+    Args:
+        volts: Wanted [V].
+        emf: Back-EMF e [V].
+        resistance: Of the motor [ohm].
+        power: Supply limit times bus voltage [W].
+    """
+    drawn = (volts - emf) * volts / resistance
+    if drawn > power:
+        root = math.sqrt(emf * emf + 4.0 * resistance * power)
+        return 0.5 * (emf + root) if volts > 0.0 else 0.5 * (emf - root)
+    if drawn < -power:
+        return 0.5 * (emf + math.copysign(math.sqrt(max(0.0, emf * emf - 4.0 * resistance * power)), emf))
+    return volts
+
+
+def limited_volts(
+    volts: float, emf: float, resistance: float, *, bus: float, stator_limit: float, supply_limit: float
+) -> float:
+    """What a controller puts on its motor at a given speed [V]; the current is (V - e) / R.
+
+    Args:
+        volts: Wanted [V].
+        emf: Back-EMF e at this speed [V].
+        resistance: Of the motor [ohm].
+        bus: Battery voltage [V].
+        stator_limit: Of the motor current [A].
+        supply_limit: Of the battery current, drawing and feeding back [A].
+    """
+    most = stator_limit * resistance
+    return within_supply(emf + within(within(volts, bus) - emf, most), emf, resistance, supply_limit * bus)
 
 
 def solve_shaft(
