@@ -13,8 +13,7 @@ from typing import Any
 from phoenix6 import configs
 
 from simcore.errors import ConfigError
-from simcore.phoenix6.devices import Device
-from simcore.phoenix6.followers import Group
+from simcore.phoenix6.built_devices import BuiltDevice, FollowerGroup
 from simcore.robot.arm import ArmConfig, ArmSim
 from simcore.robot.gearbox import GearboxConfig
 from simcore.robot.shaft import ShaftSim
@@ -61,7 +60,7 @@ class Guess:
         return text + (", weight of its kG" if self.has_weight else "")
 
 
-def guess_mechanism(group: Group) -> Guess:
+def guess_mechanism(group: FollowerGroup) -> Guess:
     """Ask the leader for its configuration (50 ms) and make a plausible mechanism of it.
 
     Raises:
@@ -104,7 +103,7 @@ def guess_mechanism(group: Group) -> Guess:
     )
 
 
-def _configuration(device: Device) -> Any:
+def _configuration(device: BuiltDevice) -> Any:
     kind: Any = configs.TalonFXConfiguration if device.model == "TalonFX" else configs.TalonFXSConfiguration
     config = kind()
     status = device.hardware.configurator.refresh(config)
@@ -113,7 +112,7 @@ def _configuration(device: Device) -> Any:
     return config
 
 
-def _mechanism(device: Device, gearbox: GearboxConfig, inertia: float, weight: float, config: Any) -> ShaftSim:
+def _mechanism(device: BuiltDevice, gearbox: GearboxConfig, inertia: float, weight: float, config: Any) -> ShaftSim:
     """A free shaft; with a kG, one with a weight that rests on a stop where it is at first."""
     if weight == 0.0:
         return ShaftSim(gearbox, inertia)

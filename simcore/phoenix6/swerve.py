@@ -1,14 +1,13 @@
 """CTRE's `SwerveDrivetrain`, unmodified, on simcore's swerve model.
 
-The drivetrain object keeps its own control loops, odometry thread and pose estimate. It is fed the way the robot feeds
-it: rotor positions, CANcoders and the Pigeon 2. Nothing here ever hands it a pose.
+The drivetrain object keeps its own control loops, odometry thread and pose estimate. Its inputs are those of the robot:
+rotor positions, CANcoders and the Pigeon 2; never a pose.
 """
 
 from __future__ import annotations
 
 import functools
 import logging
-import sys
 from collections.abc import Sequence
 from typing import Any
 from weakref import WeakKeyDictionary
@@ -18,7 +17,8 @@ from phoenix6.sim import ChassisReference
 from phoenix6.swerve import SwerveDrivetrain, SwerveModuleConstants
 
 from simcore.errors import ConfigError
-from simcore.phoenix6.modules import SwerveDevicesSim, SwerveModuleDevices
+from simcore.phoenix6.sim_states import is_emulated
+from simcore.phoenix6.swerve_devices import SwerveDevicesSim, SwerveModuleDevices
 from simcore.robot.motor import MotorModel
 from simcore.robot.swerve_config import SwerveConfig
 from simcore.robot.swerve_drive import SwerveDrive
@@ -178,7 +178,7 @@ class SwerveDrivetrainSim(SwerveDevicesSim):
                 is_turned = c.steer_motor_inverted != c.encoder_inverted
                 state.ext_sensor_orientation = _CLOCKWISE if is_turned else _COUNTER_CLOCKWISE
                 state.pulse_width_sensor_offset = c.encoder_offset
-        drivetrain.update_sim_state = _owned_by_physics
+        drivetrain.update_sim_state = _do_nothing
         _stop_stepping(drivetrain)
         _log.info("swerve: %d modules; physics owns their simulation", len(constants))
 
@@ -191,11 +191,10 @@ def _pin(constants: Any) -> int | None:
 
 def _stop_stepping(drivetrain: Any) -> None:
     """In simulated time: stop the generated class's Notifier, which would wake 250 times a second for nothing."""
-    standin = sys.modules.get("simcore.phoenix6_emulator")
     notifier: Any = getattr(drivetrain, "_sim_notifier", None)
-    if standin is not None and standin.installed() is not None and hasattr(notifier, "stop"):
+    if is_emulated() and hasattr(notifier, "stop"):
         notifier.stop()
 
 
-def _owned_by_physics(dt: float, supply_voltage: float) -> None:
-    """Stands in for `update_sim_state`."""
+def _do_nothing(dt: float, supply_voltage: float) -> None:
+    """Replaces `update_sim_state`; physics steps the model."""

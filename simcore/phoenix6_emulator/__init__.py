@@ -1,7 +1,11 @@
-"""Phoenix 6 in simulated time: a stand-in for CTRE's native libraries, behind the unchanged Python API."""
+"""Phoenix 6 in simulated time: emulates CTRE's native libraries behind the unchanged Python API.
 
-from simcore.phoenix6_emulator.enable import EnableDelays
-from simcore.phoenix6_emulator.install import SeamError, install, installed, uninstall
-from simcore.phoenix6_emulator.world import StandIn
+Swerve is written from measurements of Phoenix 6 26.3.0 (`tests/adapters/swerve_reference.json`) and from WPILib's
+published algorithms; plain floats throughout, because it runs 250 times a simulated second.
+"""
 
-__all__ = ["EnableDelays", "SeamError", "StandIn", "install", "installed", "uninstall"]
+from simcore.phoenix6_emulator.device_clock import EnableDelays
+from simcore.phoenix6_emulator.emulator import Emulator
+from simcore.phoenix6_emulator.installation import SeamError, install, installed, uninstall
+
+__all__ = ["Emulator", "EnableDelays", "SeamError", "install", "installed", "uninstall"]

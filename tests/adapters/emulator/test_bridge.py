@@ -109,7 +109,7 @@ def test_a_loop_on_a_remote_sensor_runs_once_a_frame(bench):
         for k in range(3 * period):
             if talon.sim_state.motor_voltage == pytest.approx(volts, abs=1e-9):
                 return k
-            bench.standin.step(0.001)
+            bench.emulator.step(0.001)
         raise AssertionError(f"never {volts} V")
 
     loops_until(0.0)

@@ -9,8 +9,8 @@ import pytest
 
 pytest.importorskip("phoenix6")
 
-from simcore.phoenix6_emulator.enable import EnableDelays
-from simcore.phoenix6_emulator.world import StandIn
+from simcore.phoenix6_emulator.device_clock import EnableDelays
+from simcore.phoenix6_emulator.emulator import Emulator
 
 REQUESTS = (
     ("VoltageOut", {"output": 4.0}),
@@ -29,7 +29,7 @@ REQUESTS = (
 def build():
     from phoenix6.spns.spn_value import SpnValue as Spn
 
-    world = StandIn(EnableDelays(enable=0.0, disable=0.0))
+    world = Emulator(EnableDelays(enable=0.0, disable=0.0))
     world.cancoder(9)
     common = {
         Spn.SLOT0_K_P.value: 2.0,
@@ -63,10 +63,10 @@ def play(seed, leaves_out):
     seen, same = [], []
 
     def between():
-        same.extend(talon.rotor_rps == talon._seen_rps for talon in talons)
+        same.extend(talon.rotor_rps == talon.settled_rps for talon in talons)
         if not leaves_out:
             for talon in talons:
-                talon._seen_rps = math.nan
+                talon.settled_rps = math.nan
 
     world.every(0.004, between)  # cuts steps, as odometry does
     for _ in range(100):

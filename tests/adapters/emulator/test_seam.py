@@ -13,11 +13,11 @@ def test_the_library_gets_its_native_side_back(bench):
 
     from simcore.phoenix6_emulator import install, installed, uninstall
 
-    assert type(Native.instance()).__name__ == "SimulatedNative"
+    assert type(Native.instance()).__name__ == "EmulatedNative"
     assert install() is installed()
     uninstall()
     assert installed() is None
-    assert type(Native._Native__instance).__name__ != "SimulatedNative"
+    assert type(Native._Native__instance).__name__ != "EmulatedNative"
     install()
 
 
@@ -39,7 +39,7 @@ def test_the_library_gets_its_native_side_back(bench):
 def test_another_phoenix6_is_refused_in_one_sentence(bench, monkeypatch, change, words):
     from phoenix6.phoenix_native import Native
 
-    from simcore.phoenix6_emulator.install import SeamError, check_seam
+    from simcore.phoenix6_emulator.installation import SeamError, check_seam
 
     check_seam()
     monkeypatch.setattr(Native, "_Native__c_args", change(Native._Native__c_args))
@@ -64,14 +64,14 @@ def test_what_is_not_modelled_raises_with_its_name(bench):
         bench.device("Pigeon2", 1).get_acceleration_x()
     with pytest.raises(NotImplementedError, match="gain scheduling"):
         bench.talon(2, slot0__gain_sched_behavior=signals.GainSchedBehaviorValue.USE_SLOT1)
-        bench.standin.talon(2).apply("PositionVoltage", position=1.0)
+        bench.emulator.talon(2).apply("PositionVoltage", position=1.0)
 
 
 @pytest.mark.parametrize("cls", ["TalonFX", "TalonFXS", "CANcoder", "Pigeon2", "CANrange", "CANdi"])
 def test_configurations_come_back_as_applied_and_a_full_one_resets_the_rest(bench, cls):
     from phoenix6 import configs
 
-    from simcore.phoenix6_emulator import wire
+    from simcore.phoenix6_emulator import config_text
 
     make = getattr(configs, f"{cls}Configuration")
     device = bench.device(cls, 1)
@@ -81,7 +81,7 @@ def test_configurations_come_back_as_applied_and_a_full_one_resets_the_rest(benc
     if cls.startswith("TalonFX"):
         wanted.current_limits.stator_current_limit_enable = first.current_limits.stator_current_limit_enable
         wanted.current_limits.supply_current_limit_enable = first.current_limits.supply_current_limit_enable
-    assert wire.parse(first.serialize()) == wire.parse(wanted.serialize())
+    assert config_text.parse(first.serialize()) == config_text.parse(wanted.serialize())
     changed = make()
     changed.custom_params.custom_param0 = 42
     assert device.configurator.apply(changed).is_ok()
@@ -113,9 +113,9 @@ def test_devices_drive_only_while_enabled_and_a_little_late(bench):
     from phoenix6 import controls, unmanaged
 
     from simcore.phoenix6_emulator import EnableDelays
-    from simcore.phoenix6_emulator.enable import EnableState
+    from simcore.phoenix6_emulator.device_clock import EnableState
 
-    bench.standin.enable = EnableState(bench.standin.clock, EnableDelays())
+    bench.emulator.enable = EnableState(bench.emulator.clock, EnableDelays())
     talon = bench.talon()
     talon.set_control(controls.VoltageOut(3.0))
     bench.run(0.1, enabled=False)
@@ -123,12 +123,12 @@ def test_devices_drive_only_while_enabled_and_a_little_late(bench):
     times = []
     for _ in range(30):
         unmanaged.feed_enable(0.1)
-        bench.standin.step(0.005)
+        bench.emulator.step(0.005)
         times.append(talon.sim_state.motor_voltage != 0.0)
     assert times.index(True) in (9, 10)
     unmanaged.feed_enable(0.0)
     for k in range(30):
-        bench.standin.step(0.005)
+        bench.emulator.step(0.005)
         times[k] = talon.sim_state.motor_voltage != 0.0
     assert times.index(False) in (16, 17)
 
@@ -156,10 +156,10 @@ def test_a_step_in_parts_is_the_same_step(bench, parts):
     talon.set_control(controls.MotionMagicVoltage(1.0))
     out = []
     for k in range(40):
-        bench.standin.enable.feed(100)
+        bench.emulator.enable.feed(100)
         bench.hold(talon, rotations=0.3 * math.sin(0.1 * k), rps=2.0 * math.cos(0.1 * k))
         for _ in range(parts):
-            bench.standin.step(0.005 / parts)
+            bench.emulator.step(0.005 / parts)
         out.append(talon.sim_state.motor_voltage)
     if parts == 1:
         _WHOLE[:] = out
@@ -171,13 +171,13 @@ _WHOLE: list[float] = []
 
 def test_tasks_run_at_their_time_within_a_step(bench):
     seen = []
-    clock = bench.standin.clock
-    cancel = bench.standin.every(0.004, lambda: seen.append(round(clock.now, 6)))
-    bench.standin.step(0.010)
-    bench.standin.step(0.003)
+    clock = bench.emulator.clock
+    cancel = bench.emulator.every(0.004, lambda: seen.append(round(clock.now, 6)))
+    bench.emulator.step(0.010)
+    bench.emulator.step(0.003)
     assert seen == [0.004, 0.008, 0.012]
     cancel()
-    bench.standin.step(0.010)
+    bench.emulator.step(0.010)
     assert len(seen) == 3
 
 
@@ -190,7 +190,7 @@ def test_wpilib_sim_devices_show_the_outputs_if_asked_to(bench, mirror):
     from simcore.phoenix6_emulator import EnableDelays, install, uninstall
 
     uninstall()
-    bench.standin = install(delays=EnableDelays(enable=0.0, disable=0.0), mirror=mirror)
+    bench.emulator = install(delays=EnableDelays(enable=0.0, disable=0.0), mirror=mirror)
     number = 40 + mirror  # the HAL keeps a SimDevice by its name
     talon = bench.talon(number)
     bench.hold(talon, rotations=3.0)

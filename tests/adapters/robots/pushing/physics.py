@@ -3,8 +3,8 @@ from dataclasses import replace
 
 from games.rebuilt.robot import RebuiltRobotConfig
 from games.rebuilt.sim import RebuiltConfig, RebuiltSim, RobotEntry
-from simcore.phoenix6.motor import TalonFXMotorSim
 from simcore.phoenix6.swerve import SwerveDrivetrainSim, swerve_config
+from simcore.phoenix6.talon_motor import TalonFXMotorSim
 from simcore.robot.chassis_config import ChassisConfig
 from simcore.robotpy.physics import RobotPhysics
 
