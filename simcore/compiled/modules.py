@@ -40,6 +40,7 @@ MODULES = (
     "simcore.phoenix6_emulator.talon_follower",
     "simcore.phoenix6_emulator.talon_frame",
     "simcore.phoenix6_emulator.talon_limits",
+    "simcore.phoenix6_emulator.talon_requests",
     "simcore.phoenix6_emulator.talon_state",
     "simcore.physics.surface",
     "simcore.pieces.aerodynamics",
