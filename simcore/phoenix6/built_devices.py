@@ -27,7 +27,7 @@ class BuiltDevice:
 
     @property
     def key(self) -> tuple[str, int]:
-        """What the device simulation tells devices apart by: it does not know buses."""
+        """Model and id: buses make no difference in the device simulation."""
         return self.model, self.device_id
 
     def __str__(self) -> str:

@@ -1,7 +1,7 @@
-"""A mechanism guessed from a motor controller's configuration, for motors of which nobody says what they turn.
+"""A mechanism guessed from a motor controller's configuration, for motors whose mechanism is described nowhere.
 
 It keeps at-setpoint logic alive: velocity loops spin up, position loops arrive, gravity gains find the weight that they
-hold. It is no model of anything in particular; `simcore.toml` says what a mechanism really is.
+hold. It is no model of anything in particular; `simcore.toml` describes the real mechanism.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from simcore.robot_file.reader import gearbox_motor
 
 __all__ = ["Guess", "guess_mechanism"]
 
-_SPIN_UP = 0.05  # [s]; time constant where no kA says better. Estimate: rollers are .02-.1, shooters .1-.5
+_SPIN_UP = 0.05  # [s]; time constant without a kA. Estimate: rollers are .02-.1, shooters .1-.5
 _MOST_VOLTS = 1.0  # gains kS and kG above this are amperes of a torque-current loop
 _ARRANGEMENTS = {  # of a TalonFXS
     "MINION_JST": "Minion",
@@ -41,7 +41,7 @@ class Guess:
     inverted: bool
     """Whether the leader is configured `CLOCKWISE_POSITIVE`."""
     sensor: tuple[str, int] | None
-    """The remote absolute encoder that it listens to, as (source, id)."""
+    """The remote absolute encoder of its configuration, as (source, id)."""
     sensor_gearing: float
     """Turns of that encoder, or of one wired to a TalonFXS, per turn of the mechanism [-]."""
     wired_gearing: float | None
@@ -61,7 +61,7 @@ class Guess:
 
 
 def guess_mechanism(group: FollowerGroup) -> Guess:
-    """Ask the leader for its configuration (50 ms) and make a plausible mechanism of it.
+    """A plausible mechanism from the configuration of the leader, which is read from the device in 50 ms.
 
     Raises:
         ConfigError: The device does not answer.

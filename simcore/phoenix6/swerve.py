@@ -41,7 +41,7 @@ _seen: WeakKeyDictionary[Any, list[Any]] = WeakKeyDictionary()
 
 
 def remember_module_constants() -> None:
-    """Note the module constants of every drivetrain built from now on; the drivetrain itself does not show them.
+    """Record the module constants of every drivetrain built from now on; the drivetrain itself has no access to them.
 
     Runs once when this module is imported. `physics.py` is loaded before the robot object is built, so an import there
     is early enough; robot code stays as it is.
@@ -109,7 +109,7 @@ def swerve_config(
     drive_motor: MotorModel | None = None,
     steer_motor: MotorModel | None = None,
 ) -> SwerveConfig:
-    """The plant that a drivetrain's constants describe; mass and bumpers are nowhere in them.
+    """The model of a drivetrain from its constants; mass and bumpers are not among them.
 
     Args:
         drivetrain: A `SwerveDrivetrain`, of whatever class.
@@ -138,8 +138,8 @@ def swerve_config(
 class SwerveDrivetrainSim(SwerveDevicesSim):
     """Moves volts from the drivetrain's TalonFX to the model, and the model's motion to their sensors.
 
-    Takes the place of `update_sim_state`: whoever calls that (the generated class does so from a Notifier, 250 times a
-    second) now calls nothing, so the model is stepped exactly once.
+    Replaces `update_sim_state` by an empty function: the generated class calls it from a Notifier, 250 times a second,
+    and the model must be stepped exactly once.
 
     Args:
         drivetrain: A `SwerveDrivetrain`, of whatever class.

@@ -17,21 +17,21 @@ from simcore.robot.gearbox import SimMotor
 __all__ = ["AngleSensor", "MotorType", "TalonFXMotorSim"]
 
 MotorType = TalonFXSimState.MotorType
-"""Which motor the device itself believes to turn: KRAKEN_X60 (also for a Falcon) or KRAKEN_X44."""
+"""The motor of a device's own model: KRAKEN_X60 (also for a Falcon) or KRAKEN_X44."""
 
 
 class AngleSensor(Protocol):
     """An absolute encoder: `CANcoderSim`, `CANdiEncoderSim`."""
 
     def write(self, angle: float, rate: float) -> None:
-        """Say where its shaft is [rad] and how fast it turns [rad/s]."""
+        """Set the angle of its shaft [rad] and its rate [rad/s]."""
         ...
 
 
 class TalonFXMotorSim:
     """Connects a TalonFX, and those that follow it, with any mechanism: flywheel, roller, arm, elevator, rack.
 
-    A TalonFXS does as well; its motor is what its configuration says.
+    A TalonFXS as well; its motor is the one of its configuration.
 
     By default positive is the same thing on both sides: volts that robot code calls positive, after whatever inversion
     it has configured, push the mechanism in its positive direction, and a rising `get_position()` is a rising
@@ -93,7 +93,7 @@ class TalonFXMotorSim:
         self.mechanism = mechanism
         """What the motor turns."""
         self._leader = TalonPort(talon, clockwise=clockwise, sensor_gearing=sensor_gearing)
-        # A follower's shaft turns as its mounting says, whatever inversion it is configured with.
+        # The direction of a follower's shaft is that of its mounting, whatever inversion it is configured with.
         self._ports = [
             self._leader,
             *(TalonPort(f, clockwise=clockwise != (k in opposed)) for k, f in enumerate(followers)),
@@ -123,7 +123,7 @@ class TalonFXMotorSim:
 
         Args:
             dt: Length [s]; 5 ms or less keeps the device's own 1 kHz loops as stable as on the robot.
-            battery_voltage: None: what the roboRIO measures, so update the battery first [V].
+            battery_voltage: None: what the roboRIO measures; then step the battery first [V].
             powered: False: the roboRIO holds its outputs off (brown-out), and the motor coasts.
         """
         supply = RobotController.getBatteryVoltage() if battery_voltage is None else battery_voltage
@@ -132,7 +132,7 @@ class TalonFXMotorSim:
         self.write()
 
     def read(self, battery_voltage: float, *, powered: bool = True) -> None:
-        """The first half of `update`, for a mechanism that somebody else steps: supply in, volts out [V]."""
+        """The first half of `update`, for a mechanism that is stepped elsewhere: supply in, volts out [V]."""
         for port in self._ports:
             port.set_supply(battery_voltage)
         if not powered:
@@ -145,7 +145,7 @@ class TalonFXMotorSim:
             self.mechanism.set_volts(volts)
 
     def write(self) -> None:
-        """The second half of `update`: where the rotors are and how fast they turn."""
+        """The second half of `update`: write position and velocity of the rotors."""
         m = self.mechanism
         rotations = (m.position - self._zero_at) * m.gearing / math.tau
         rps = m.velocity * m.gearing / math.tau

@@ -1,4 +1,4 @@
-"""One TalonFX or TalonFXS as physics sees it: volts out, rotor position and velocity in."""
+"""The simulated side of one TalonFX or TalonFXS: volts out, rotor position and velocity in."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ _MIN_SUPPLY, _MAX_SUPPLY = 4.0, 16.0  # [V]; -1 V gives 173 V of output, 20 V no
 
 
 def is_configured_clockwise(talon: Talon) -> bool:
-    """Whether the device is configured `CLOCKWISE_POSITIVE`; asks the device, which takes 50 ms.
+    """Whether the device is configured `CLOCKWISE_POSITIVE`; read from the device, which takes 50 ms.
 
     Raises:
         ConfigError: The device does not answer.
@@ -88,7 +88,7 @@ class TalonPort:
         self._was_clamped = False
 
     def set_supply(self, volts: float) -> None:
-        """Voltage at the controller's terminals [V]; kept within what the device model survives, 4 to 16 V."""
+        """Voltage at the controller's terminals [V]; kept within the range of the device model, 4 to 16 V."""
         if -0.01 < volts - self._supply < 0.01:
             return
         wanted = min(max(volts, _MIN_SUPPLY), _MAX_SUPPLY)
@@ -106,7 +106,7 @@ class TalonPort:
     def is_open(self) -> bool:
         """Whether the circuit is open (coast) and not shorted (brake); both show 0 V, only a brake shows current.
 
-        At rest there is no telling, and the last answer stays.
+        At rest the two cannot be told apart, and the last answer stays.
         """
         if abs(self._rps) > 0.05:
             # a shorted motor carries 5 A per turn a second, an open one none
@@ -114,7 +114,7 @@ class TalonPort:
         return self._is_open
 
     def write(self, rotations: float, rps: float) -> None:
-        """Say where the rotor is [rotations] and how fast it turns [rotations/s], positive as in `volts`.
+        """Set position [rotations] and velocity [rotations/s] of the rotor, positive as in `volts`.
 
         Raises:
             NonFiniteError: A value is not finite; nothing is written.

@@ -1,4 +1,4 @@
-"""Control laws: what a controller asks of its bridge, as closures over the gains of one slot.
+"""Control laws: the output that a controller passes to its bridge, as closures over the gains of one slot.
 
 A closure is built when request kind, slot or configuration change, and called each step; set points are attributes of
 the controller, so a new number costs nothing. CTRE's simulation computes its loops when physics writes a sensor, and

@@ -1,4 +1,4 @@
-"""Simulated time of the devices, and the enable signal that they see a little later than it is fed.
+"""Simulated time of the devices, and the enable signal, which reaches them a little later than it is fed.
 
 Time is whole nanoseconds, so that it never drifts, with a control loop each millisecond. On the wall clock a device of
 CTRE's simulation drives 49 ms after the driver station enables, and stops 86 ms after it disables; most of that is the

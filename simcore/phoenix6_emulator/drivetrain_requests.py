@@ -47,18 +47,18 @@ class Idle:
     """Sends nothing; the motors' last requests time out."""
 
     def apply(self, context: RequestContext) -> None:
-        """Leave the motors alone."""
+        """Send nothing."""
 
 
 @dataclass(frozen=True, slots=True)
 class Brake:
-    """Wheels toward the center, an X."""
+    """Wheels point to the center, as an X."""
 
     drive: int
     steer: int
 
     def apply(self, context: RequestContext) -> None:
-        """Hold every wheel across the way it could roll."""
+        """Turn every wheel across the direction in which the robot could roll."""
         for module, (x, y) in zip(context.modules, context.kinematics.positions, strict=True):
             module.apply(
                 0.0,
@@ -71,7 +71,7 @@ class Brake:
 
 @dataclass(frozen=True, slots=True)
 class Point:
-    """All wheels in one direction, standing."""
+    """All wheels in one direction, without speed."""
 
     angle: float
     """Robot frame [rad]."""
@@ -160,9 +160,9 @@ class Centric:
 def _module_states(
     request: Speeds | Centric, context: RequestContext, vx: float, vy: float, omega: float
 ) -> tuple[list[tuple[float, float]], float]:
-    """What a velocity in the request's own axes [m/s, rad/s] asks of every module: speed [m/s] and angle [rad].
+    """Speed [m/s] and angle [rad] of every module for a velocity in the request's own axes [m/s, rad/s].
 
-    And by what angle those axes were turned into the robot's [rad]; 0 for a robot-centric request.
+    And the angle between those axes and the robot's [rad]; 0 for a robot-centric request.
     """
     turn = 0.0
     if request.is_field:

@@ -1,4 +1,4 @@
-"""CANdle: lights, which move nothing. What robot code asks of them is kept to be looked at."""
+"""An emulated CANdle: its lights move nothing; the requests of robot code are recorded."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ class EmulatedCANdle(EmulatedDevice):
         self.shows = [*self.shows[-99:], (name, args)]
 
     def set_input(self, name: str, value: float) -> None:
-        """Its supply; the other inputs show in signals only."""
+        """Its supply; other inputs are not modelled."""
         if name == "SupplyVoltage":
             self.supply = max(value, 4.0)
         else:

@@ -88,7 +88,7 @@ _CONSTANTS = {
 _RESET_FLAGS = SpnValue.STARTUP_RESET_FLAGS.value
 
 DEFAULT_HZ = 100.0
-"""Rate of every device's status frame unless robot code asks for another; every simulated bus is CAN FD [Hz]."""
+"""Rate of every device's status frame unless robot code sets another; every simulated bus is CAN FD [Hz]."""
 
 
 def period_of(hz: float) -> int:
@@ -97,7 +97,7 @@ def period_of(hz: float) -> int:
 
 
 class EmulatedDevice:
-    """One simulated device; what it tells robot code comes from the last frame that it sent.
+    """One emulated device; robot code reads its last status frame.
 
     Args:
         device_id: CAN id.
@@ -119,7 +119,7 @@ class EmulatedDevice:
     def __init__(self, device_id: int, clock: SimulatedClock, defaults: Mapping[int, Setting]) -> None:
         self.device_id = device_id
         self.bus: str | None = None
-        """Name of the bus that robot code put it on first."""
+        """Name of the bus on which robot code built it first."""
         self.clock = clock
         self.defaults = dict(defaults)
         self.config = dict(defaults)
@@ -174,7 +174,7 @@ class EmulatedDevice:
     # ---- physics
 
     def set_input(self, name: str, value: float) -> None:
-        """What physics says through `sim_state`.
+        """Set a quantity that physics writes through `sim_state`.
 
         Raises:
             NotImplementedError: This input is not modelled.
@@ -192,7 +192,7 @@ class EmulatedDevice:
         raise NotImplementedError
 
     def send_frame(self) -> None:
-        """Make the present state the one that robot code sees."""
+        """Send a status frame: robot code reads the present state from now on."""
         self.frame = self.sample()
         self.frame_ns = self.clock.ns
 
@@ -223,19 +223,19 @@ class EmulatedDevice:
             self.due_ns = (self.clock.ns - period // 2) // period * period + period // 2 + period
 
     def ask_rate(self, spn: int, hz: float) -> None:
-        """Robot code asks for a rate of one signal: the frame gets the fastest rate that any signal asks for."""
+        """Set the rate of one signal; the status frame has the fastest rate of all signals."""
         if spn not in self.signals:
             return  # versions, faults and constants have frames of their own, whose rate shows nowhere
         self._asked[spn] = hz
         self.set_rate(max(self._asked.values()))
 
     def optimize_rate(self, hz: float) -> None:
-        """Slow down what robot code has not asked for."""
+        """Set the rate where robot code has set none."""
         if not self._asked:
             self.set_rate(hz)
 
     def reset_rate(self) -> None:
-        """Back to the rate it was switched on with."""
+        """Return to the default rate."""
         self._asked.clear()
         self.set_rate(DEFAULT_HZ)
 

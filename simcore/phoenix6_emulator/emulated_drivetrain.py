@@ -97,7 +97,7 @@ class EmulatedDrivetrain:
         self._samples = 0
 
     def start(self, devices: Sequence[ModuleDevices], gyro: YawSensor) -> None:
-        """Begin odometry where wheels and gyro stand now."""
+        """Begin odometry from the present readings of wheels and gyro."""
         if not self.modules:
             self.modules.extend(EmulatedModule(c, d) for c, d in zip(self.module_constants, devices, strict=True))
             self._gyro = gyro
@@ -106,7 +106,7 @@ class EmulatedDrivetrain:
         self.is_running = True
 
     def stop(self) -> None:
-        """Halt odometry and control; `start` goes on, and takes what was missed as one move."""
+        """Halt odometry and control; after `start` the travel meanwhile counts as one move."""
         self.is_running = False
 
     @property
@@ -143,7 +143,7 @@ class EmulatedDrivetrain:
 
     @property
     def state(self) -> DrivetrainState:
-        """Everything that robot code may ask for."""
+        """Everything that robot code can read."""
         modules = self.modules
         none = [(0.0, 0.0)] * len(self.module_constants)
         return DrivetrainState(
@@ -161,31 +161,31 @@ class EmulatedDrivetrain:
     # --- resets ---------------------------------------------------------------------------------------------------
 
     def reset_pose(self, pose: Pose) -> None:
-        """The robot is here."""
+        """Set the pose."""
         self.estimator.reset((pose[0], pose[1], wrap(pose[2])), self._yaw())
 
     def reset_translation(self, x: float, y: float) -> None:
-        """The robot is here, looking where it believes to look."""
+        """Set the position; the estimated heading stays."""
         self.reset_pose((x, y, self.estimator.pose[2]))
 
     def reset_rotation(self, heading: float) -> None:
-        """The robot looks there, standing where it believes to stand."""
+        """Set the heading [rad]; the estimated position stays."""
         x, y, _ = self.estimator.pose
         self.reset_pose((x, y, heading))
 
     def seed_field_centric(self, heading: float) -> None:
-        """The robot looks there, seen by the operator [rad]."""
+        """Set the heading relative to the operator's forward direction [rad]."""
         self.reset_rotation(heading + self.operator_forward)
 
     def tare_everything(self) -> None:
-        """Travels and pose are zero; the gyro keeps its reading."""
+        """Set travels and pose to zero; the gyro keeps its reading."""
         for module in self.modules:
             module.zero()
         yaw = self._refresh() if self.modules else 0.0
         self.estimator.reset((0.0, 0.0, 0.0), yaw)
 
     def add_vision(self, pose: Pose, time: float, std_devs: Sequence[float] | None = None) -> None:
-        """A camera saw the robot at `pose` at `time` [s]."""
+        """Add a camera's measurement of the pose at `time` [s]."""
         self.estimator.add_vision(pose, time, std_devs)
 
     # --- inside ---------------------------------------------------------------------------------------------------
@@ -194,7 +194,7 @@ class EmulatedDrivetrain:
         return 0.0 if self._gyro is None else self._gyro.yaw()
 
     def _refresh(self) -> float:
-        """Take what wheels show now as the start of the next move; returns the gyro's reading [rad]."""
+        """Read the wheels as the start of the next move; returns the gyro's reading [rad]."""
         for module in self.modules:
             module.refresh()
         return self._yaw()

@@ -18,7 +18,7 @@ _RANGE = 16384.0
 
 
 class CANcoderFrame(NamedTuple):
-    """What a CANcoder tells robot code [rotations, rotations/s]."""
+    """Status frame of a CANcoder [rotations, rotations/s]."""
 
     position: float
     since_boot: float
@@ -32,7 +32,7 @@ class CANcoderFrame(NamedTuple):
     def absolute(self) -> float:
         """Absolute position, within one turn below the discontinuity point.
 
-        A new position turns it too; so it is in CTRE's simulation.
+        `set_position` changes it too, as in CTRE's simulation.
         """
         return self.position - math.floor(self.position - self.top + 1.0)
 
@@ -64,7 +64,7 @@ class EmulatedCANcoder(EmulatedDevice):
         self.send_frame()
 
     def configured(self) -> None:
-        """Take over direction, offset and range."""
+        """Apply direction, offset and range."""
         c = self.config
         self._sign = -1.0 if c[SpnValue.CANCODER_SENSOR_DIRECTION.value] else 1.0
         self._offset = c[SpnValue.CAN_CODER_MAGNET_OFFSET.value]
@@ -93,7 +93,7 @@ class EmulatedCANcoder(EmulatedDevice):
             super().set_input(name, value)
 
     def get_value(self, name: str) -> float | None:
-        """What SimDevices show."""
+        """What SimDevices read."""
         if name == "Position":
             return self.position
         return {"RawPosition": self.raw, "Velocity": self.raw_velocity, "SupplyVoltage": self.supply}.get(name)
@@ -104,7 +104,7 @@ class EmulatedCANcoder(EmulatedDevice):
         return self._sign * self.raw + self._offset + self._shift
 
     def sample(self) -> CANcoderFrame:
-        """A frame of this moment; 250 a second, so past CANcoderFrame.__new__, which is a Python function."""
+        """A frame of this moment; 250 a second, so without CANcoderFrame.__new__, which is a Python function."""
         raw, sign = self.raw, self._sign
         position = sign * raw + self._offset + self._shift
         return _new(CANcoderFrame, (position, raw, sign * self.raw_velocity, self.supply, self.health, self._top))
@@ -133,7 +133,7 @@ _CLOSED: tuple[Callable[[int], bool], ...] = (
 
 
 class CANdiFrame(NamedTuple):
-    """What a CANdi tells robot code; pairs are pins 1 and 2."""
+    """Status frame of a CANdi; pairs are pins 1 and 2."""
 
     states: tuple[int, int]
     closed: tuple[bool, bool]
@@ -173,7 +173,7 @@ class EmulatedCANdi(EmulatedDevice):
         self.send_frame()
 
     def configured(self) -> None:
-        """Take over directions, offsets and close states."""
+        """Apply directions, offsets and close states."""
         c = self.config
         self._signs = [
             -1.0 if c[spn.value] else 1.0

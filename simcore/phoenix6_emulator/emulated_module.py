@@ -1,4 +1,4 @@
-"""One emulated swerve module: its constants, its devices, and from a wanted state to requests for its motors.
+"""One emulated swerve module: its constants, its devices, and the requests to its motors for a wanted state.
 
 All rules here are measured at the outputs of Phoenix 6 26.3.0; see `tests/adapters/swerve_reference.json`.
 """
@@ -91,7 +91,7 @@ class ModuleConstants:
 
 
 class ModuleDevices(Protocol):
-    """Two motors and an encoder; closed loops drive with what the module's constants ask for (volts or amperes)."""
+    """Two motors and an encoder; closed loops drive with volts or amperes, by the module's constants."""
 
     def sample(self) -> tuple[float, float, float, float]:
         """Drive rotor and azimuth as robot code reads them, positions carried on to the present by their velocities.
@@ -173,12 +173,12 @@ class EmulatedModule:
         return self.distance - before
 
     def look(self) -> tuple[float, float]:
-        """Travel [m] and azimuth [rad] at this moment; odometry does not notice."""
+        """Travel [m] and azimuth [rad] at this moment; odometry is not affected."""
         drive, _, azimuth, _ = self.devices.sample()
         return (drive - azimuth * self._coupling) / self._per_meter, azimuth * math.tau
 
     def zero(self) -> None:
-        """The drive motor's position is 0 here; odometry does not take that for a move."""
+        """Set the drive motor's position to 0 here; odometry does not count that as travel."""
         self.devices.zero_drive()
         self.distance = self.look()[0]
 
@@ -196,8 +196,8 @@ class EmulatedModule:
     ) -> None:
         """Drive at `speed` [m/s] in the direction `angle` [rad], the wheel turned backwards where that is shorter.
 
-        The drive motor turns slower by the cosine of what the azimuth still lacks, and faster by what the azimuth's
-        gears take from it.
+        The drive speed is multiplied by the cosine of the azimuth's error, and corrected for the coupling of steer and
+        drive gears.
 
         Args:
             speed: [m/s]

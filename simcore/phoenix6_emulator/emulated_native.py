@@ -64,7 +64,7 @@ class EmulatedNative(NativeLibrary):
 
     def __init__(self, emulator: Emulator) -> None:
         self.emulator = emulator
-        """The devices; adapters find them here, and know by it that Phoenix 6 runs in simulated time."""
+        """The devices; with this attribute adapters recognise simulated time."""
         for kind in REQUESTS.values():
             setattr(self, f"{PREFIX}RequestControl{kind.name}", self._request(kind))
         for name in LIGHT_REQUESTS:

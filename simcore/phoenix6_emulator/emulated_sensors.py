@@ -16,7 +16,7 @@ __all__ = ["CANrangeFrame", "EmulatedCANrange", "EmulatedPigeon2", "PigeonFrame"
 
 
 class PigeonFrame(NamedTuple):
-    """What a Pigeon 2 tells robot code [deg, deg/s]."""
+    """Status frame of a Pigeon 2 [deg, deg/s]."""
 
     yaw: float
     pitch: float
@@ -91,7 +91,7 @@ class EmulatedPigeon2(EmulatedDevice):
             super().set_input(name, value)
 
     def get_value(self, name: str) -> float | None:
-        """What SimDevices show."""
+        """What SimDevices read."""
         if name.startswith("AngularVelocity"):
             return self.rates["XYZ".index(name[-1])]
         return {
@@ -104,11 +104,11 @@ class EmulatedPigeon2(EmulatedDevice):
 
     @property
     def yaw(self) -> float:
-        """Yaw now, as robot code knows it [deg]."""
+        """Yaw now, as robot code reads it [deg]."""
         return self.raw_yaw + self._offset
 
     def sample(self) -> PigeonFrame:
-        """A frame of this moment; 250 a second, so past PigeonFrame.__new__, which is a Python function."""
+        """A frame of this moment; 250 a second, so without PigeonFrame.__new__, which is a Python function."""
         yaw, rates = self.raw_yaw + self._offset, self.rates
         return _new(PigeonFrame, (yaw, self.pitch, self.roll, rates[0], rates[1], rates[2], self.supply, self.clock.ns))
 
@@ -136,7 +136,7 @@ _STRONG = 3000.0
 
 
 class CANrangeFrame(NamedTuple):
-    """What a CANrange tells robot code."""
+    """Status frame of a CANrange."""
 
     distance: float
     detected: bool
@@ -167,7 +167,7 @@ class EmulatedCANrange(EmulatedDevice):
         self.send_frame()
 
     def configured(self) -> None:
-        """Take over the threshold."""
+        """Apply the threshold."""
         c = self.config
         self._threshold = c[SpnValue.CANRANGE_PROXIMITY_THRESHOLD.value]
         self._hysteresis = c[SpnValue.CANRANGE_PROXIMITY_HYSTERESIS.value]

@@ -156,14 +156,14 @@ class EmulatedTalon(TalonRequests):
         return frame_of(self)
 
     def send_frame(self) -> None:
-        """Make the present state, and its faults, what robot code sees."""
+        """Send a status frame with the present faults."""
         self.fault_flags.show(active_faults(self, self.feedback.is_missing))
         super().send_frame()
         for follower in self.followers:
             follower.settled_rps = math.nan
 
     def units_of(self, spn: int) -> int:
-        """Number whose units a signal has in the last frame."""
+        """Number of the signal whose units this one has in the last frame."""
         return units_number(spn, self.frame)
 
 
@@ -174,7 +174,7 @@ class EmulatedTalonFXS(EmulatedTalon):
     type_number = 7
 
     def configured(self) -> None:
-        """Take over a configuration, and with it the motor.
+        """Apply the configuration, and with it the motor.
 
         Raises:
             NotImplementedError: The arrangement is not modelled (a custom brushless motor).
@@ -187,7 +187,7 @@ class EmulatedTalonFXS(EmulatedTalon):
         super().configured()
 
     def set_input(self, name: str, value: float) -> None:
-        """As a TalonFX, which motor being a matter of its configuration."""
+        """As a TalonFX, except the motor, which is configured."""
         if name == "MotorType":
             raise NotImplementedError(f"{self!r}: sim_state input {name!r} is not modelled in simulated time")
         super().set_input(name, value)

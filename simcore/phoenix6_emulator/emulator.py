@@ -86,7 +86,7 @@ class _FrameSchedule:
     def send(self, now: int) -> int:
         """Send the frames that are due now [ns]; returns when the next one is due [ns]."""
         due = [group for group in self._groups if group.due_ns <= now]
-        # the order of their making: a controller may listen to an encoder that sends at the same time
+        # the order of their making: a controller may read an encoder that sends at the same time
         devices = due[0].devices if len(due) == 1 else [d for d in self._devices if d.due_ns <= now]
         for group in due:
             group.due_ns += ((now - group.due_ns) // group.period_ns + 1) * group.period_ns

@@ -64,7 +64,7 @@ KRAKEN_X44 = MotorConstants(
     kt=0.0154,
     kv=625.0,
     reported_stall=329.0,
-    connected=2,  # the simulated device says so, whatever it turns
+    connected=2,  # the simulated device reports this for both motors
 )
 
 

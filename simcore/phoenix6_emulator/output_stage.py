@@ -6,7 +6,7 @@ Source: measured on CTRE's simulation 26.3 with the rotor held at given speeds, 
 and amperes were polled. Its limits act in all four quadrants; a deadband is subtracted and the rest stretched; a brake
 with volts (`VoltageOut(0)`) keeps the stator limit, a static brake does not; no bridge carries more than 200 A.
 
-The limits of a voltage allow the back-EMF, plus what the limit makes in the winding; and the rotor speed that they know
+The limits of a voltage allow the back-EMF, plus what the limit makes in the winding; and the rotor speed that they use
 follows the real one late. So a motor that spins up a light load gets less than its limit: 39 A of 60 A on average at
 680 rotations/s^2, which is what the azimuth of a swerve module does, and 50 A at 340. A new request acts at once;
 torque currents do not lag.
@@ -34,12 +34,12 @@ OVER_VOLTAGE = 16.5
 _HARD_CAP = 200.0
 """What the simulated bridge carries at most, also with its limits off [A]."""
 _SUPPLY_SLACK = 0.4
-"""The simulated limiters hunt within 1 A of their limit; that of the supply stays this much below it on average [A]."""
+"""The simulated limiters oscillate within 1 A of their limit; the supply current is this much below on average [A]."""
 _LIMITER_LAG = 6.0
-"""Time constant with which the limits of a voltage learn a new rotor speed, in control loops. The real lag is not quite
-one pole: a loop makes up for a quarter of a jump, 30 loops for its last tenth; this one gives the same mean current."""
+"""Time constant with which the limits of a voltage follow a new rotor speed, in control loops. The measured lag is not
+quite one pole: a quarter of a jump in one loop, the last tenth in 30; this one gives the same mean current."""
 LIMITER_GAIN = (*(-math.expm1(-loops / _LIMITER_LAG) for loops in range(64)), 1.0)
-"""Share of a new rotor speed that the limits of a voltage have learnt after so many control loops; the last is for
+"""Share of a jump of the rotor speed that the limits of a voltage use after so many control loops; the last is for
 more."""
 _TORQUE_RANGE = 327.67
 """Full scale of a torque current request, to which a deadband stretches the rest [A]."""
@@ -61,7 +61,7 @@ class Bridge:
     """Drives one motor; all numbers have robot code's signs.
 
     Args:
-        motor: What it turns.
+        motor: The motor that it drives.
     """
 
     __slots__ = (
@@ -106,7 +106,7 @@ class Bridge:
         self.rps = 0.0
         """Of the rotor, robot code's sign [rotations/s]."""
         self.late_rps = 0.0
-        """The same as the limits of a voltage know it."""
+        """The same, late, as the limits of a voltage use it."""
         self.brake = False
         """Configured neutral mode."""
         self.override = False
@@ -123,7 +123,7 @@ class Bridge:
         self._lowered = False
 
     def configure(self, config: Mapping[int, Setting]) -> None:
-        """Take over limits, peaks, deadbands and ramps."""
+        """Apply limits, peaks, deadbands and ramps."""
 
         def get(name: str, default: float = 0.0) -> float:
             return config.get(SpnValue[name].value, default)
@@ -185,7 +185,7 @@ class Bridge:
                 self.neutral(False)
                 return
             if blocked or out == 0.0 or (v == 0.0 and not is_torque):
-                if is_torque:  # zero torque is neutral as configured; its override lets go
+                if is_torque:  # zero torque is neutral as configured; its override coasts
                     self.neutral(self.brake and not self.override)
                     return
                 if not (self.brake or self.override):
@@ -220,7 +220,7 @@ class Bridge:
         return drive
 
     def neutral(self, brake: bool) -> None:
-        """Let go of the motor, or short it."""
+        """Open the circuit (coast), or short it (brake)."""
         self.is_neutral = True
         self.volts = self.duty = self.supply_current = 0.0
         self.is_stator_limited = self.is_supply_limited = False
@@ -228,13 +228,13 @@ class Bridge:
         self.current = -self.rps * motor.trapezoidal_stall / motor.trapezoidal_rps if brake else 0.0
 
     def carry(self, unit: Unit) -> None:
-        """Let the ramp of another kind of request begin at the present output."""
+        """Start the ramp of another kind of request at the present output."""
         self._last = {Unit.DUTY: self.duty, Unit.VOLTS: self.volts, Unit.AMPERES: self.current}[unit]
         if self.is_neutral:
             self._last = 0.0
 
     def rest(self) -> None:
-        """Forget the ramp and the time over the limit: the next output starts anew."""
+        """Reset the ramp and the time over the limit."""
         self._last = self._over = 0.0
         self._lowered = self.is_blocked = False
 
@@ -247,7 +247,7 @@ class Bridge:
         return math.copysign(rest * _TORQUE_RANGE / (_TORQUE_RANGE - band), amperes) if rest > 0.0 else 0.0
 
     def _limit_supply(self, v: float, emf: float, resistance: float, loops: int) -> float:
-        """Volts with which the supply limit is kept, at the back-EMF that the limit knows [V]."""
+        """Volts with which the supply limit is kept, at the back-EMF that the limit uses [V]."""
         if (v - emf) * v <= (self._lower if self._lowered else self._supply_limit) * resistance * self.supply:
             self._over = 0.0
             self._lowered = self.is_supply_limited = False

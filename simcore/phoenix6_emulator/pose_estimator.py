@@ -21,7 +21,7 @@ HISTORY = 1.5
 
 
 class PoseEstimator:
-    """Where the robot believes to be.
+    """Estimate of the robot's pose.
 
     Args:
         state_std_devs: Of odometry: x, y [m], heading [rad].
@@ -44,15 +44,15 @@ class PoseEstimator:
         """The estimate, field frame [m, m, rad]."""
 
     def set_state_std_devs(self, std_devs: Sequence[float]) -> None:
-        """Trust odometry this much from now on."""
+        """Set the standard deviations of odometry from now on."""
         self._state_std_devs = [float(s) for s in std_devs]
 
     def set_vision_std_devs(self, std_devs: Sequence[float]) -> None:
-        """Trust vision this much from now on."""
+        """Set the standard deviations of vision from now on."""
         self._vision_std_devs = [float(s) for s in std_devs]
 
     def reset(self, pose: Pose, gyro_yaw: float) -> None:
-        """Forget everything; the robot is at `pose` while the gyro shows `gyro_yaw` [rad]."""
+        """Set the pose, without history, at the gyro reading `gyro_yaw` [rad]."""
         self._offset = pose[2] - gyro_yaw
         self._odometry = self.pose = pose
         self._times.clear()
@@ -81,7 +81,7 @@ class PoseEstimator:
         self.pose = self._corrected(new) if self._updates else new
 
     def add_vision(self, pose: Pose, time: float, std_devs: Sequence[float] | None = None) -> None:
-        """Correct the estimate by where a camera saw the robot at `time` [s]; `std_devs` stay for the next ones."""
+        """Correct the estimate by a camera's pose at `time` [s]; `std_devs` apply to the next ones too."""
         if std_devs is not None:
             self.set_vision_std_devs(std_devs)
         if not self._times or time < self._times[0] - HISTORY:

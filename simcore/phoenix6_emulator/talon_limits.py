@@ -50,7 +50,7 @@ class TalonLimit:
         """Whether nothing but the switch on the controller itself could stop the motor."""
 
     def configure(self, config: Mapping[int, Setting]) -> None:
-        """Take over what is configured for this direction.
+        """Apply the configuration of this direction.
 
         Raises:
             NotImplementedError: The switch is on a device whose switches are not modelled.

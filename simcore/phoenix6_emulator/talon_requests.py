@@ -233,7 +233,7 @@ class TalonRequests(TalonState):
             self.limits = limits_of(self.config, self.kind, args)
 
     def _take_options(self) -> None:
-        """Read what a request that drives says of feed-forward, neutral, deadband and limits."""
+        """Read feed-forward, neutral, deadband and limits of a request that drives."""
         bridge, args, field = self.bridge, self.args, self.kind.slots
         self.feed_forward = float(args[field["feed_forward"]]) if "feed_forward" in field else 0.0
         torque = self.kind.unit is Unit.AMPERES

@@ -16,7 +16,7 @@ from photonlibpy.simulation import PhotonCameraSim, SimCameraProperties, VisionT
 from wpimath.geometry import Pose3d, Quaternion, Rotation2d, Rotation3d, Transform3d, Translation3d  # noqa: E402
 
 from simcore.geometry.quaternion import from_rpy, from_yaw  # noqa: E402
-from simcore.photonvision.port import PhotonCameraPort, camera_properties  # noqa: E402
+from simcore.photonvision import PhotonCameraPort, camera_properties  # noqa: E402
 from simcore.vision.camera import CameraConfig, CameraMount, PiecePipeline, limelight_type  # noqa: E402
 from simcore.vision.camera_scene import Scene  # noqa: E402
 from simcore.vision.history import PoseHistory  # noqa: E402
@@ -127,7 +127,7 @@ def test_a_photon_camera_reads_our_frames():
 
 
 def test_pieces_are_object_detections():
-    from simcore.photonvision.port import pipeline_result
+    from simcore.photonvision import pipeline_result
 
     config = CameraConfig(
         name="photon-pieces",

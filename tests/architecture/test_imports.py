@@ -69,7 +69,7 @@ def imports(path: Path) -> Iterator[tuple[str, int]]:
 
 def is_adapter(path: Path) -> bool:
     parts = path.relative_to(ROOT).parts
-    return parts[0] == "simcore" and parts[1] in ADAPTERS
+    return parts[0] == "simcore" and parts[1].removesuffix(".py") in ADAPTERS
 
 
 def test_imports_point_inward():

@@ -1,4 +1,4 @@
-"""Hands frames to photonlibpy's simulated camera, so that a `PhotonCamera` in robot code reads them.
+"""PhotonVision: gives frames to photonlibpy's simulated camera, so that a `PhotonCamera` in robot code reads them.
 
 The detections are simcore's own, with occlusion by field, robots and pieces; photonlib's `VisionSystemSim` is not
 used.
@@ -37,7 +37,7 @@ _PONG = 1_000_000  # [us]; a time server answered a second ago
 
 
 class PhotonCameraPort:
-    """A camera's way to a `PhotonCamera` of the same name, on the default NetworkTables instance.
+    """Publishes a camera to a `PhotonCamera` of the same name, on the default NetworkTables instance.
 
     Append one to the `ports` of a `LimelightSim`. A frame costs about a millisecond, most of it photonlib's packing.
 
@@ -53,7 +53,7 @@ class PhotonCameraPort:
         self._sim = PhotonCameraSim(self.camera, camera_properties(config))
 
     def read(self) -> tuple[Request, ...]:
-        """Robot code asks a PhotonCamera for nothing that simcore models."""
+        """No requests: a PhotonCamera has no settings that simcore models."""
         return ()
 
     def publish(self, frame: Frame) -> None:
@@ -138,7 +138,7 @@ def _transform(pose: SquarePose) -> Any:
 
 
 def _camera_pose(robot: PoseEstimate, frame: Frame) -> Any:
-    """Field to camera: the robot's pose and where the camera believes to sit on it."""
+    """Field to camera: the estimated pose of the robot and the configured mount of the camera on it."""
     turn = Rotation3d(math.radians(robot.roll_deg), math.radians(robot.pitch_deg), math.radians(robot.yaw_deg))
     mount = Transform3d(Translation3d(*frame.mount_position), _rotation(np.array(frame.mount_axes) @ OPTICAL))
     return Transform3d(Pose3d(), Pose3d(Translation3d(*robot.position), turn).transformBy(mount))
