@@ -4,7 +4,7 @@ From the outside to the inside:
 
 - `installation` replaces the libraries by `emulated_native` (devices, signals, configurations) and `swerve_native`.
 - `emulator` holds all devices and steps them.
-- `emulated_talon`, `emulated_encoders`, `emulated_sensors` and `emulated_candle` are the devices, `emulated_device` is
+- `emulated_talon`, `emulated_encoders` and `emulated_peripherals` are the devices, `emulated_device` is
   what they share.
 - A motor controller is a control loop (`emulated_talon`) on configuration and requests (`talon_requests`), with its
   `talon_feedback`, `talon_follower`, `talon_frame` and `talon_limits`, on the plain `talon_state`.

@@ -20,8 +20,8 @@ from phoenix6.status_code import StatusCode
 from simcore.errors import NonFiniteError
 from simcore.phoenix6_emulator import config_text
 from simcore.phoenix6_emulator.control_requests import REQUESTS, RequestKind
-from simcore.phoenix6_emulator.emulated_candle import LIGHT_REQUESTS, EmulatedCANdle
 from simcore.phoenix6_emulator.emulated_device import COMPLIANCY, VERSION
+from simcore.phoenix6_emulator.emulated_peripherals import LIGHT_REQUESTS, EmulatedCANdle
 from simcore.phoenix6_emulator.emulator import MODELS, Emulator, hash_of
 from simcore.phoenix6_emulator.native_library import PREFIX, NativeLibrary, target_of
 from simcore.phoenix6_emulator.signal_units import UNITS

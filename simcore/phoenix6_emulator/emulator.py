@@ -13,10 +13,9 @@ from phoenix6 import configs
 from simcore.errors import ConfigError
 from simcore.phoenix6_emulator import config_text
 from simcore.phoenix6_emulator.device_clock import LOOP_NS, EnableDelays, EnableState, SimulatedClock
-from simcore.phoenix6_emulator.emulated_candle import EmulatedCANdle
 from simcore.phoenix6_emulator.emulated_device import EmulatedDevice
 from simcore.phoenix6_emulator.emulated_encoders import EmulatedCANcoder, EmulatedCANdi
-from simcore.phoenix6_emulator.emulated_sensors import EmulatedCANrange, EmulatedPigeon2
+from simcore.phoenix6_emulator.emulated_peripherals import EmulatedCANdle, EmulatedCANrange, EmulatedPigeon2
 from simcore.phoenix6_emulator.emulated_talon import EmulatedTalon, EmulatedTalonFXS
 
 __all__ = ["MODELS", "Emulator", "hash_of"]

@@ -9,7 +9,7 @@ from phoenix6.spns.spn_value import SpnValue
 from simcore.phoenix6_emulator.config_text import Setting
 from simcore.phoenix6_emulator.emulated_device import Devices
 from simcore.phoenix6_emulator.emulated_encoders import EmulatedCANdi
-from simcore.phoenix6_emulator.emulated_sensors import EmulatedCANrange
+from simcore.phoenix6_emulator.emulated_peripherals import EmulatedCANrange
 
 __all__ = ["TalonLimit"]
 
