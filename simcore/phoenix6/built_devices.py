@@ -10,7 +10,7 @@ from typing import Any
 
 from phoenix6 import hardware
 
-__all__ = ["BuiltDevice", "FollowerGroup", "built_devices", "clashes", "group_followers", "key_of", "remember_devices"]
+__all__ = ["BuiltDevice", "FollowerGroup", "built_devices", "clashes", "group_followers", "key_of"]
 
 MODELS = ("TalonFX", "TalonFXS", "CANcoder", "CANdi", "CANrange", "Pigeon2")
 
@@ -37,28 +37,28 @@ class BuiltDevice:
 _built: list[tuple[str, weakref.ref[Any]]] = []
 
 
-def remember_devices() -> None:
-    """Note every device built from now on. Runs once when this module is imported, as physics is before the robot."""
+def _record_devices() -> None:
+    """Record every device built from now on. Runs once when this module is imported, as physics is before the robot."""
     for model in MODELS:
         cls = getattr(hardware, model)
         build = cls.__init__
-        if getattr(build, "_notes_devices", False):
+        if getattr(build, "_records_devices", False):
             continue
-        cls.__init__ = _noting(build, model)
+        cls.__init__ = _recording(build, model)
 
 
-def _noting(build: Any, model: str) -> Any:
+def _recording(build: Any, model: str) -> Any:
     @functools.wraps(build)
     def init(self: Any, *args: Any, **kwargs: Any) -> None:
         build(self, *args, **kwargs)
         if self.device_id >= 0:  # below zero: TalonFX.none(), which is no device
             _built.append((model, weakref.ref(self)))
 
-    init._notes_devices = True  # type: ignore[attr-defined]
+    init._records_devices = True  # type: ignore[attr-defined]
     return init
 
 
-remember_devices()
+_record_devices()
 
 
 def built_devices() -> list[BuiltDevice]:

@@ -49,7 +49,7 @@ class Guess:
 
     @property
     def has_weight(self) -> bool:
-        """Whether it holds something up."""
+        """Whether gravity acts on it."""
         return isinstance(self.mechanism, ArmSim) or self.mechanism.load_torque != 0.0
 
     def __str__(self) -> str:

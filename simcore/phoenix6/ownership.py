@@ -55,7 +55,7 @@ def own_writer(state: Any, name: str) -> Any:
 
 
 class Ownership:
-    """Watches the setters from the moment it is made; make one per program, before the robot is built."""
+    """Wraps the setters when it is created; create one per program, before the robot is built."""
 
     def __init__(self) -> None:
         self._claimed: dict[Key, str] = {}

@@ -28,7 +28,6 @@ __all__ = [
     "known_drivetrains",
     "module_constants",
     "only_drivetrain",
-    "remember_module_constants",
     "swerve_config",
 ]
 
@@ -40,14 +39,14 @@ _COUNTER_CLOCKWISE = ChassisReference.COUNTER_CLOCKWISE_POSITIVE
 _seen: WeakKeyDictionary[Any, list[Any]] = WeakKeyDictionary()
 
 
-def remember_module_constants() -> None:
-    """Record the module constants of every drivetrain built from now on; the drivetrain itself has no access to them.
+def _record_module_constants() -> None:
+    """Record the module constants of every drivetrain built from now on; the drivetrain itself does not expose them.
 
     Runs once when this module is imported. `physics.py` is loaded before the robot object is built, so an import there
     is early enough; robot code stays as it is.
     """
     build = SwerveDrivetrain.__init__
-    if getattr(build, "_notes_constants", False):
+    if getattr(build, "_records_constants", False):
         return
 
     @functools.wraps(build)
@@ -57,11 +56,11 @@ def remember_module_constants() -> None:
             if isinstance(value, (list, tuple)) and value and isinstance(value[0], SwerveModuleConstants):
                 _seen[self] = list(value)
 
-    init._notes_constants = True  # type: ignore[attr-defined]
+    init._records_constants = True  # type: ignore[attr-defined]
     SwerveDrivetrain.__init__ = init  # type: ignore[method-assign]
 
 
-remember_module_constants()
+_record_module_constants()
 
 
 def module_constants(drivetrain: Any) -> list[Any]:
@@ -84,7 +83,7 @@ def known_drivetrains() -> list[Any]:
 
 
 def only_drivetrain() -> Any:
-    """The drivetrain that the robot program has built, whatever its class and wherever it keeps it.
+    """The drivetrain that the robot program has built, whatever its class.
 
     Raises:
         ConfigError: There is none, or more than one.
@@ -190,7 +189,7 @@ def _pin(constants: Any) -> int | None:
 
 
 def _stop_stepping(drivetrain: Any) -> None:
-    """In simulated time: stop the generated class's Notifier, which would wake 250 times a second for nothing."""
+    """In simulated time: stop the generated class's Notifier, which would run 250 times a second without effect."""
     notifier: Any = getattr(drivetrain, "_sim_notifier", None)
     if is_emulated() and hasattr(notifier, "stop"):
         notifier.stop()

@@ -1,4 +1,4 @@
-"""The devices of swerve modules, whoever built them: volts to the model, its motion to the sensors."""
+"""The devices of swerve modules, of CTRE's drivetrain or a team's own: volts to the model, motion to the sensors."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ __all__ = ["SwerveDevicesSim", "SwerveModuleDevices"]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SwerveModuleDevices:
-    """One module of a team's own swerve code. What is None is asked of the device, once, in 50 ms.
+    """One module of a team's own swerve code. What is None is read from the device once, in 50 ms.
 
     Positive is forward for the drive motor, and counter-clockwise seen from above for steer motor and encoder, as the
     team's own odometry needs it; inversions are as configured in the devices.

@@ -191,7 +191,7 @@ def _moves(m: ControlState, loops: int) -> float:
 
 
 def _near(profile: SCurve | Expo, goal: float) -> None:
-    """Take the reference to the turn that is nearest to the goal."""
+    """Move the reference by whole turns to the one nearest to the goal."""
     turns = math.floor(goal - profile.p + 0.5)
     if turns:
         profile.start(profile.p + turns, profile.v)

@@ -1,4 +1,4 @@
-"""The drivetrain's own requests, as the numbers that pass the native seam."""
+"""The drivetrain's own requests, as the numbers that native functions receive."""
 
 from __future__ import annotations
 

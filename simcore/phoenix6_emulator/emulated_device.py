@@ -92,7 +92,7 @@ DEFAULT_HZ = 100.0
 
 
 def period_of(hz: float) -> int:
-    """Period that a device uses when asked for this rate: whole milliseconds, at most 250 [ms]; 0 for never."""
+    """Period of a device for a rate: whole milliseconds, at most 250 [ms]; 0 for never."""
     return 0 if hz <= 0.0 else min(max(int(1000.0 / hz), 1), 250)
 
 

@@ -14,8 +14,6 @@ from simcore.phoenix6_emulator.emulated_device import EmulatedDevice
 
 __all__ = ["CANcoderFrame", "CANdiFrame", "EmulatedCANcoder", "EmulatedCANdi"]
 
-_RANGE = 16384.0
-
 
 class CANcoderFrame(NamedTuple):
     """Status frame of a CANcoder [rotations, rotations/s]."""

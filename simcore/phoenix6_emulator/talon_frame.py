@@ -34,7 +34,7 @@ class TalonFrame(NamedTuple):
     duty: float
     is_neutral: bool
     bridge_rps: float
-    """Rotor velocity that the output stage last saw."""
+    """Rotor velocity at the last run of the output stage."""
     ref: float
     slope: float
     err: float

@@ -98,7 +98,7 @@ class TalonLimit:
         return self._autoset_value if fresh else None
 
     def stops(self, devices: Devices, position: float, ignore_soft: bool, ignore_hard: bool) -> tuple[bool, bool]:
-        """Whether the soft limit and the switch forbid to go on."""
+        """Whether the soft limit and the switch block this direction."""
         soft = False
         if self._soft and not ignore_soft:
             soft = position > self._threshold if self._forward else position < self._threshold
