@@ -5,8 +5,8 @@ from constants import PIECE_CAMERA, START_BLUE, TAG_CAMERAS
 
 from games.rebuilt.robot import RebuiltRobotConfig
 from games.rebuilt.sim import RebuiltConfig, RebuiltSim, RobotEntry
-from simcore.phoenix6.motor import MotorType, TalonFXMotorSim
 from simcore.phoenix6.swerve import SwerveDrivetrainSim, swerve_config
+from simcore.phoenix6.talon_motor import MotorType, TalonFXMotorSim
 from simcore.robotpy.physics import RobotPhysics
 from simcore.telemetry.networktables_sink import NetworkTablesSink
 from simcore.vision.camera import CameraConfig, CameraMount, PiecePipeline, limelight_type

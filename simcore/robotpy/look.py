@@ -18,9 +18,8 @@ from wpilib import RobotBase
 
 import simcore.phoenix6.swerve as swerve
 from simcore.errors import ConfigError
-from simcore.phoenix6.devices import Device, built_devices, key_of
+from simcore.phoenix6.built_devices import BuiltDevice, FollowerGroup, built_devices, group_followers, key_of
 from simcore.phoenix6.fallback import guess_mechanism
-from simcore.phoenix6.followers import Group, group_followers
 
 __all__ = ["main"]
 
@@ -63,14 +62,14 @@ def _robot_class(path: Path) -> Any:
     return classes[-1]
 
 
-def _free_motors() -> list[Device]:
+def _free_motors() -> list[BuiltDevice]:
     drive = {
         key_of(motor) for d in swerve.known_drivetrains() for m in d.modules for motor in (m.drive_motor, m.steer_motor)
     }
     return [d for d in built_devices() if d.model in ("TalonFX", "TalonFXS") and d.key not in drive]
 
 
-def _describe(group: Group) -> dict[str, Any]:
+def _describe(group: FollowerGroup) -> dict[str, Any]:
     guess = guess_mechanism(group)
     return {
         "controller": group.leader.model,

@@ -2,10 +2,8 @@ import math
 from dataclasses import replace
 
 from games.rebuilt.sim import RebuiltConfig, RebuiltSim, RobotEntry
-
-from games.rebuilt.robot import RebuiltRobotConfig
-from simcore.phoenix6.motor import TalonFXMotorSim
 from simcore.phoenix6.swerve import SwerveDrivetrainSim, swerve_config
+from simcore.phoenix6.talon_motor import TalonFXMotorSim
 from simcore.robot.chassis_config import ChassisConfig
 from simcore.robotpy.physics import RobotPhysics
 
