@@ -1,5 +1,6 @@
-from games.rebuilt.robot import RebuiltRobotConfig
 from games.rebuilt.sim import RebuiltConfig, RebuiltSim, RobotEntry
+
+from games.rebuilt.robot import RebuiltRobotConfig
 from simcore.phoenix6.swerve import SwerveDrivetrainSim, swerve_config
 from simcore.robotpy.physics import RobotPhysics
 

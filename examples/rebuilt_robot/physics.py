@@ -2,9 +2,9 @@
 
 import ntcore
 from constants import PIECE_CAMERA, START_BLUE, TAG_CAMERAS
+from games.rebuilt.sim import RebuiltConfig, RebuiltSim, RobotEntry
 
 from games.rebuilt.robot import RebuiltRobotConfig
-from games.rebuilt.sim import RebuiltConfig, RebuiltSim, RobotEntry
 from simcore.phoenix6.swerve import SwerveDrivetrainSim, swerve_config
 from simcore.phoenix6.talon_motor import MotorType, TalonFXMotorSim
 from simcore.robotpy.physics import RobotPhysics

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import pytest
+
 from games.rebuilt import REBUILT
 from simcore.cli import main
 from simcore.errors import LogError

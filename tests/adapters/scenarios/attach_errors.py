@@ -66,8 +66,9 @@ def main() -> None:
     file.write_text('[[mechanism]]\nname = "roller"\nkind = "roller"\nleader = 30\ngearing = 2.0\n')
     roller = hardware.TalonFX(31)
     said["game"] = message(attach)  # no game is installed here
-    import simcore.robotpy.attached as attached
     from games.rebuilt.practice import practice
+
+    import simcore.robotpy.attached as attached
 
     attached._only_game = lambda: practice
     said["unknown device"] = message(attach)

@@ -1,7 +1,8 @@
 import logging
 
-from games.rebuilt.robot import RebuiltRobotConfig
 from games.rebuilt.sim import RebuiltConfig, RebuiltSim, RobotEntry
+
+from games.rebuilt.robot import RebuiltRobotConfig
 from simcore.phoenix6.swerve import SwerveDrivetrainSim, swerve_config
 from simcore.robot.chassis_config import ChassisConfig
 from simcore.robotpy.find import part_of

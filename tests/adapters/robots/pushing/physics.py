@@ -2,6 +2,7 @@ import math
 from dataclasses import replace
 
 from games.rebuilt.sim import RebuiltConfig, RebuiltSim, RobotEntry
+
 from simcore.phoenix6.swerve import SwerveDrivetrainSim, swerve_config
 from simcore.phoenix6.talon_motor import TalonFXMotorSim
 from simcore.robot.chassis_config import ChassisConfig

@@ -1,8 +1,8 @@
+from games.rebuilt.sim import RebuiltConfig, RebuiltSim, RobotEntry
+from games.rebuilt.tank import RebuiltTankConfig
 from robot import PULSES, WHEEL_RADIUS
 from wpilib import DriverStation
 
-from games.rebuilt.sim import RebuiltConfig, RebuiltSim, RobotEntry
-from games.rebuilt.tank import RebuiltTankConfig
 from simcore.robot.motor_ports import SuppliedMotor, TankPorts
 from simcore.robot.tank_drive import TankConfig
 from simcore.robotpy.physics import RobotPhysics
