@@ -18,12 +18,12 @@ from typing import Any
 
 import numpy as np
 import trimesh
+from games.rebuilt.components import COMPONENTS
 from trimesh.transformations import rotation_matrix, translation_matrix
 from trimesh.visual import TextureVisuals
 from trimesh.visual.material import PBRMaterial
 
 from games.rebuilt import dimensions as dim
-from games.rebuilt.components import COMPONENTS
 from games.rebuilt.field import default_mesh
 from games.rebuilt.fuel import FUEL
 from games.rebuilt.robot import RebuiltRobotConfig

@@ -35,8 +35,8 @@ if TYPE_CHECKING:
     from simcore.match.runner import play_auto
     from simcore.match.scoring import ScoringTracker, ScoringZone
     from simcore.match.scripted import ScriptedRobot, ScriptSettings
-    from simcore.phoenix6.motor import MotorType, TalonFXMotorSim
     from simcore.phoenix6.swerve import SwerveDrivetrainSim, swerve_config
+    from simcore.phoenix6.talon_motor import MotorType, TalonFXMotorSim
     from simcore.physics.field import FieldElement, FieldGeometry
     from simcore.physics.world import PhysicsWorld
     from simcore.pieces.intake import IntakeConfig, IntakeZone
@@ -79,7 +79,7 @@ _HOMES = {
     "pieces.placer": ("PlacerConfig",),
     "pieces.shooter": ("ShooterConfig",),
     "pieces.storage": ("StorageConfig",),
-    "phoenix6.motor": ("MotorType", "TalonFXMotorSim"),
+    "phoenix6.talon_motor": ("MotorType", "TalonFXMotorSim"),
     "phoenix6.swerve": ("SwerveDrivetrainSim", "swerve_config"),
     "robot.climber": ("ClimberConfig",),
     "robot.mechanisms": ("ArmConfig", "ElevatorConfig", "FlywheelConfig", "RackConfig", "RollerConfig"),

@@ -27,7 +27,7 @@ from simcore.typing import FloatArray
 from simcore.units import TICK, degrees
 
 if TYPE_CHECKING:
-    from simcore.match.match import Match
+    from simcore.match.game import MatchState
 
 __all__ = ["Script", "ScriptSettings", "ScriptedRobot", "Steps"]
 
@@ -71,7 +71,7 @@ class ScriptedRobot:
     """
 
     def __init__(
-        self, script: Script, match: Match, alliance: Alliance, settings: ScriptSettings | None = None
+        self, script: Script, match: MatchState, alliance: Alliance, settings: ScriptSettings | None = None
     ) -> None:
         self._script = script
         self._match = match

@@ -7,13 +7,11 @@ from collections.abc import Sequence
 from typing import Protocol
 
 from simcore.errors import ConfigError
-from simcore.phoenix6.cancoder import CANcoderSim
-from simcore.phoenix6.candi import CANdiEncoderSim
-from simcore.phoenix6.devices import Device, built_devices, clashes
+from simcore.phoenix6.built_devices import BuiltDevice, FollowerGroup, built_devices, clashes, group_followers
 from simcore.phoenix6.fallback import Guess, guess_mechanism
-from simcore.phoenix6.followers import Group, group_followers
-from simcore.phoenix6.motor import AngleSensor, MotorType, TalonFXMotorSim
 from simcore.phoenix6.ownership import Ownership
+from simcore.phoenix6.sensor_ports import CANcoderSim, CANdiEncoderSim
+from simcore.phoenix6.talon_motor import AngleSensor, MotorType, TalonFXMotorSim
 from simcore.robot.robot import Robot
 from simcore.robot.shaft import ShaftSim
 from simcore.robot_file.robot_settings import MechanismSettings, RobotSettings
@@ -56,7 +54,7 @@ def connect_mechanism(settings: MechanismSettings, robot: Robot, ownership: Owne
     )
 
 
-def _find(where: str, model: str, number: int) -> Device:
+def _find(where: str, model: str, number: int) -> BuiltDevice:
     devices = built_devices()
     for device in devices:
         if device.key == (model, number):
@@ -105,7 +103,7 @@ class DeviceAssignment:
         self._ownership = ownership
         self._settings = settings
         self._drivetrain = tuple(drivetrain)
-        self._guessed: list[tuple[Group, Guess, TalonFXMotorSim]] = []
+        self._guessed: list[tuple[FollowerGroup, Guess, TalonFXMotorSim]] = []
         self._ticks = 0
         for key in drivetrain:
             ownership.claim(key, "drivetrain")
@@ -140,7 +138,7 @@ class DeviceAssignment:
             rows.append((_short(idle), "nobody: reads what it read at start"))
         return rows
 
-    def _guess(self) -> list[tuple[Group, Guess]]:
+    def _guess(self) -> list[tuple[FollowerGroup, Guess]]:
         """What the motors that nothing has claimed may turn; asked now, because each answer takes 50 ms."""
         taken = {*self._drivetrain, *self._file_keys(), *self._ownership.foreign}
         guesses = []
@@ -162,7 +160,7 @@ class DeviceAssignment:
         lines = [f"    {devices:<{width}}  {owner}" for devices, owner in rows]
         _log.info("who moves what\n%s", "\n".join(lines))
 
-    def _connect(self, group: Group, guess: Guess) -> TalonFXMotorSim:
+    def _connect(self, group: FollowerGroup, guess: Guess) -> TalonFXMotorSim:
         sensor: AngleSensor | None = None
         key = _sensor_key(guess)
         if key is not None and key not in self._ownership.foreign:
@@ -185,7 +183,7 @@ class DeviceAssignment:
         self._physics.add_motor(motor)
         return motor
 
-    def _disconnect(self, guessed: tuple[Group, Guess, TalonFXMotorSim]) -> None:
+    def _disconnect(self, guessed: tuple[FollowerGroup, Guess, TalonFXMotorSim]) -> None:
         group, guess, motor = guessed
         self._guessed.remove(guessed)
         self._physics.remove_motor(motor)
@@ -197,7 +195,7 @@ class DeviceAssignment:
         return keys + [("CANcoder", m.cancoder) for m in self._settings.mechanisms if m.cancoder is not None]
 
 
-def _keys(group: Group) -> list[tuple[str, int]]:
+def _keys(group: FollowerGroup) -> list[tuple[str, int]]:
     return [device.key for device in group.devices]
 
 

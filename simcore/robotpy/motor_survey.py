@@ -15,9 +15,8 @@ import hal
 from phoenix6 import unmanaged
 
 import simcore.phoenix6.swerve as swerve
-from simcore.phoenix6.devices import Device, built_devices, key_of
+from simcore.phoenix6.built_devices import BuiltDevice, FollowerGroup, built_devices, group_followers, key_of
 from simcore.phoenix6.fallback import guess_mechanism
-from simcore.phoenix6.followers import Group, group_followers
 from simcore.robotpy.robot_program import load_robot_class
 
 __all__ = ["main"]
@@ -42,14 +41,14 @@ def _motors() -> list[dict[str, Any]]:
     return [_describe(group) for group in group_followers(_free_motors())]
 
 
-def _free_motors() -> list[Device]:
+def _free_motors() -> list[BuiltDevice]:
     drive = {
         key_of(motor) for d in swerve.known_drivetrains() for m in d.modules for motor in (m.drive_motor, m.steer_motor)
     }
     return [d for d in built_devices() if d.model in ("TalonFX", "TalonFXS") and d.key not in drive]
 
 
-def _describe(group: Group) -> dict[str, Any]:
+def _describe(group: FollowerGroup) -> dict[str, Any]:
     guess = guess_mechanism(group)
     return {
         "controller": group.leader.model,

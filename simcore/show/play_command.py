@@ -73,7 +73,7 @@ def run(options: argparse.Namespace) -> int:
         SimcoreError: What was asked for cannot be.
     """
     try:
-        status = _list() if options.list else _play(options)
+        status = _list(options.game) if options.list else _play(options)
         sys.stdout.flush()
     except BrokenPipeError:  # whoever read our output has gone, e.g. `| head -1`: nothing is wrong
         with open(os.devnull, "w") as nowhere:
@@ -87,8 +87,8 @@ def run(options: argparse.Namespace) -> int:
     return status
 
 
-def _list() -> int:
-    for game in installed_games().values():
+def _list(name: str | None) -> int:
+    for game in installed_games().values() if name is None else [find_game(name)]:
         print(f"{game.heading} ({game.year}), `{game.name}`")
         for auto in game.autos.values():
             print(f"    {auto.name:10} {auto.summary}")

@@ -240,8 +240,8 @@ def scene_of(match: Match) -> Scene:
         robots=robots,
         shots=[
             ShotTrace(points=np.array(shot.points), scored=shot.scored, time=shot.time, robot=shot.robot)
-            for shot in match.shots
+            for shot in match.flow.shots
         ],
-        intakes=np.array(match.intakes, dtype=np.float64).reshape(-1, 3),
+        intakes=np.array(match.flow.intakes, dtype=np.float64).reshape(-1, 3),
         pieces={supply.kind.name: piece_look(supply.kind) for supply in match.game.pieces},
     )

@@ -157,7 +157,6 @@ def test_client_in_another_process_decodes_every_key_of_a_game(instance: Any) ->
     pytest.importorskip("wpimath.geometry", reason="the client decodes with robotpy-wpimath")
     from games.rebuilt import RebuiltSim
     from simcore import RobotEntry
-
     from simcore.telemetry.sinks import MemorySink
 
     memory = MemorySink()

@@ -16,7 +16,7 @@ from photonlibpy.simulation import PhotonCameraSim, SimCameraProperties, VisionT
 from wpimath.geometry import Pose3d, Quaternion, Rotation2d, Rotation3d, Transform3d, Translation3d  # noqa: E402
 
 from simcore.geometry.rotation import from_rpy, from_yaw  # noqa: E402
-from simcore.photonvision.port import PhotonCameraPort, camera_properties  # noqa: E402
+from simcore.photonvision import PhotonCameraPort, camera_properties  # noqa: E402
 from simcore.vision.camera import (  # noqa: E402  # noqa: E402
     CameraConfig,
     CameraMount,
@@ -134,7 +134,7 @@ def test_a_photon_camera_reads_our_frames():
 
 
 def test_pieces_are_object_detections():
-    from simcore.photonvision.port import pipeline_result
+    from simcore.photonvision import pipeline_result
 
     config = CameraConfig(
         name="photon-pieces",

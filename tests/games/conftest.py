@@ -7,10 +7,10 @@ from dataclasses import dataclass, field
 
 import numpy as np
 import pytest
-
-from games.rebuilt.autos import find_auto
 from games.rebuilt.runner import AutoRun, play_auto
 from games.rebuilt.sim import RebuiltSim
+
+from games.rebuilt.autos import find_auto
 
 
 @dataclass

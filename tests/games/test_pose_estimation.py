@@ -8,14 +8,14 @@ import math
 
 import numpy as np
 import pytest
+from games.rebuilt.scripted import ScriptedRobot
+from games.rebuilt.sim import RebuiltConfig, RebuiltSim, RobotEntry
 from wpimath.estimator import SwerveDrive4PoseEstimator
 from wpimath.geometry import Pose2d, Rotation2d, Translation2d
 from wpimath.kinematics import SwerveDrive4Kinematics, SwerveModulePosition
 
 from games.rebuilt.autos import find_auto
 from games.rebuilt.robot import RebuiltRobotConfig
-from games.rebuilt.scripted import ScriptedRobot
-from games.rebuilt.sim import RebuiltConfig, RebuiltSim, RobotEntry
 from simcore.vision.camera import CameraConfig, CameraMount, limelight_type
 
 ntcore = pytest.importorskip("ntcore", reason="pyntcore is not installed")

@@ -5,9 +5,9 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
+from games.rebuilt.sim import RebuiltConfig, RebuiltSim, RobotEntry
 
 from games.rebuilt.robot import RebuiltRobotConfig
-from games.rebuilt.sim import RebuiltConfig, RebuiltSim, RobotEntry
 from games.rebuilt.staging import Staging
 from simcore.errors import ConfigError
 from simcore.robot.battery import BatteryConfig

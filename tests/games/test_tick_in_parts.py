@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import replace
 
 import pytest
+from games.rebuilt.sim import RebuiltConfig, RebuiltSim
 
 from games.rebuilt.robot import RebuiltRobotConfig
-from games.rebuilt.sim import RebuiltConfig, RebuiltSim
 from simcore.errors import ConfigError
 
 STEPS = 50

@@ -17,7 +17,7 @@ from phoenix6 import hardware, swerve, unmanaged
 import simcore.phoenix6.swerve as adapter
 from simcore.errors import SimcoreError
 from simcore.phoenix6 import require_phoenix6
-from simcore.phoenix6.devices import clashes
+from simcore.phoenix6.built_devices import clashes
 from simcore.phoenix6.ownership import Ownership
 from simcore.robotpy.attached_physics import AttachedPhysics
 from simcore.robotpy.extension import warn_of_taken_port

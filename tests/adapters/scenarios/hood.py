@@ -12,7 +12,7 @@ from phoenix6 import configs, controls, hardware, signals
 from realtime import DT, Loop, enable, report, start
 
 from games.rebuilt.robot import MECHANISMS
-from simcore.phoenix6.motor import MotorType, TalonFXMotorSim
+from simcore.phoenix6.talon_motor import MotorType, TalonFXMotorSim
 from simcore.robot.mechanisms import ArmSim
 
 STEP = 1.0 / 2048.0  # turn; a position request goes out cut to whole steps, downwards

@@ -10,7 +10,7 @@ from realtime import DT, Loop, enable, report, start
 from wpilib.simulation import DCMotorSim, ElevatorSim, FlywheelSim, SingleJointedArmSim
 from wpimath.system.plant import DCMotor, LinearSystemId
 
-from simcore.phoenix6.motor import TalonFXMotorSim
+from simcore.phoenix6.talon_motor import TalonFXMotorSim
 from simcore.robot import mechanisms
 from simcore.robot.gearbox import GearboxConfig
 

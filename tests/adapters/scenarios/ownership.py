@@ -12,9 +12,8 @@ from types import SimpleNamespace
 import hal
 from phoenix6 import configs, controls, hardware, signals, unmanaged
 
-from simcore.phoenix6.devices import Device, built_devices
+from simcore.phoenix6.built_devices import BuiltDevice, built_devices, group_followers
 from simcore.phoenix6.fallback import guess_mechanism
-from simcore.phoenix6.followers import group_followers
 from simcore.phoenix6.ownership import Ownership, own_writer
 from simcore.robot_file.robot_settings import RobotSettings
 from simcore.robotpy.device_assignment import DeviceAssignment
@@ -82,7 +81,7 @@ def main() -> None:
     assignment.after_tick()
     said["given_back"] = steps[len(said["taken"]) :]
     said["table_after"] = assignment.table()
-    assert all(isinstance(d, Device) for d in devices)
+    assert all(isinstance(d, BuiltDevice) for d in devices)
     print(json.dumps(said), flush=True)
     os._exit(0)
 

@@ -7,10 +7,10 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from games.rebuilt.scripted import ScriptedRobot
 
 from games.rebuilt.dimensions import FIELD_LENGTH, FIELD_WIDTH
 from games.rebuilt.robot import RebuiltRobotConfig
-from games.rebuilt.scripted import ScriptedRobot
 
 DT = 0.02
 

@@ -250,3 +250,24 @@ def test_inertia_must_be_positive(inertia):
 def test_start_must_be_between_the_stops():
     with pytest.raises(ConfigError, match="stop"):
         ShaftSim(gearbox(), 1.0, lower_stop=0.0, upper_stop=1.0, position=2.0)
+
+
+def test_a_supply_limit_holds_what_is_drawn_and_what_is_fed_back():
+    from dataclasses import replace
+
+    from wpimath.system.plant import DCMotor
+
+    box = GearboxConfig(motor=DCMotor.krakenX60(1), gearing=10.0, supply_current_limit=20.0)
+    free = ShaftSim(replace(box, supply_current_limit=math.inf), 0.05)
+    limited = ShaftSim(box, 0.05)
+    for shaft in (free, limited):
+        shaft.set_volts(12.0)
+        shaft.step(0.005, 12.0)
+    assert free.supply_current > 100.0
+    assert 0.0 < limited.supply_current <= 20.0 * (1 + 1e-9)
+    for shaft in (free, limited):
+        shaft.reset(velocity=60.0)
+        shaft.set_volts(5.0)
+        shaft.step(0.001, 12.0)
+    assert free.supply_current < -30.0
+    assert -20.0 * (1 + 1e-9) <= limited.supply_current < -10.0

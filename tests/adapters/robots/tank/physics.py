@@ -1,3 +1,4 @@
+from games.rebuilt.sim import RobotEntry
 from robot import PULSES, WHEEL_RADIUS
 from wpilib import DriverStation
 
