@@ -42,4 +42,7 @@ def test_a_program_that_cannot_start_says_why(project):
     (project / "robot.py").write_text("import wpilib\nraise OSError('no gamepad')\n")
     assert find_motors(project) == (None, "OSError: no gamepad")
     (project / "robot.py").write_text("import wpilib\n")
-    assert find_motors(project) == (None, "ConfigError: robot.py defines no robot class")
+    assert find_motors(project) == (
+        None,
+        f"ConfigError: {project}/robot.py: want one class derived from wpilib.RobotBase, got []",
+    )

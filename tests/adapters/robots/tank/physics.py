@@ -1,4 +1,3 @@
-from games.rebuilt.sim import RobotEntry
 from robot import PULSES, WHEEL_RADIUS
 from wpilib import DriverStation
 
