@@ -8,7 +8,6 @@ from __future__ import annotations
 import json
 import math
 import os
-import re
 import shutil
 import sys
 import time
@@ -27,7 +26,6 @@ import simcore.phoenix6.swerve as swerve
 from simcore.robotpy.robot_physics import RobotPhysics
 
 A, B, X, Y, LEFT_BUMPER = 1, 2, 3, 4, 5
-ROOT = Path(__file__).resolve().parents[3]
 
 
 class Play:
@@ -376,15 +374,6 @@ def main() -> None:
     RobotPhysics.after_tick = lambda physics: play(physics)  # a plain instance would not be bound
     flags = sys.argv[4:]
     shutil.copy(Path(__file__).parents[1] / "robots" / "shared" / "measures.py", folder)  # for those without their own
-    if flags:  # an installed simcore, as `robotpy sim` sees it: entry points only
-        info = Path.cwd().parent / "site" / "simcore-0.dist-info"
-        info.mkdir(parents=True)
-        (info / "METADATA").write_text("Metadata-Version: 2.1\nName: simcore\nVersion: 0\nSummary: simcore\n")
-        declared = re.findall(
-            r'entry-points."([^"]+)"\]\n((?:\w+ = "[^"]+"\n)+)', (ROOT / "pyproject.toml").read_text()
-        )
-        (info / "entry_points.txt").write_text("".join(f"[{g}]\n{rows}" for g, rows in declared).replace('"', ""))
-        sys.path.insert(0, str(info.parent))
     sys.argv = ["robotpy", "sim", "--nogui", *flags]
     robotpy_main()
 
