@@ -26,7 +26,7 @@ from simcore.physics.surface import TerrainSurface
 from simcore.pieces.kinds import GamePieceConfig
 from simcore.pieces.piece_manager import GamePieceManager
 from simcore.robot.climber import Rung
-from simcore.robot.robot import Controller
+from simcore.robot.robot import Controller, Robot
 from simcore.robot.robot_config import RobotConfig
 from simcore.typing import FloatArray
 
