@@ -61,14 +61,15 @@ while time.monotonic() < end:
     inst.flush()
     poses += [[v.value()[6], v.server_time()] for v in subs["botpose_orb_wpiblue"].readQueue() if v.isValid()]
     time.sleep(0.02)
+def read():
+    values = {name: sub.get() for name, sub in subs.items()}
+    return {name: value.value() if value.isValid() else None for name, value in values.items()}
 end = time.monotonic() + 5
-while True:                                          # all of one frame
-    beat = subs["hb"].get().value()
-    values = {}
-    for name, sub in subs.items():
-        value = sub.get()
-        values[name] = value.value() if value.isValid() else None
-    if subs["hb"].get().value() == beat == values["hb"] or time.monotonic() > end:
+values = read()
+while time.monotonic() < end:                        # a frame comes topic by topic: wait until nothing changes
+    time.sleep(0.005)
+    before, values = values, read()
+    if before == values:
         break
 types = {t.getName(): t.getTypeString() for t in inst.getTopics("/limelight-wire/")}
 pipeline.setDouble(1.0)                              # a helper writes numbers as doubles
