@@ -31,11 +31,18 @@ def scenario(tmp_path_factory, distribution) -> Scenario:
         if find_spec(module) is None:
             pytest.skip(f"needs {module}: pip install simcore[phoenix6,robotpy]")
 
-    def run(name: str, *args: str, timeout: float = 90.0, path: tuple[Path, ...] = (), **environment: str):
+    def run(
+        name: str, *args: str, timeout: float = 90.0, path: tuple[Path, ...] = (), **environment: str
+    ) -> dict[str, Any]:
+        places = os.pathsep.join(map(str, (*path, distribution, ROOT, SCENARIOS)))
         done = subprocess.run(
             [sys.executable, str(SCENARIOS / f"{name}.py"), *args],
             cwd=tmp_path_factory.mktemp(name),
-            env={**os.environ, **environment, "PYTHONPATH": os.pathsep.join(map(str, (*path, distribution, ROOT, SCENARIOS)))},
+            env={
+                **os.environ,
+                **environment,
+                "PYTHONPATH": places,
+            },
             capture_output=True,
             text=True,
             timeout=timeout,
@@ -51,21 +58,27 @@ def scenario(tmp_path_factory, distribution) -> Scenario:
 
 
 @pytest.fixture(scope="session")
-def distribution(tmp_path_factory) -> Path:
+def install() -> Callable[[Path, str, dict[str, str]], None]:
+    """Leaves in a folder for PYTHONPATH what pip leaves of a distribution: its name and its entry points by group."""
+
+    def install(folder: Path, name: str, entry_points: dict[str, str]) -> None:
+        info = folder / f"{name}-0.1.0.dist-info"
+        info.mkdir(parents=True)
+        (info / "METADATA").write_text(f"Metadata-Version: 2.1\nName: {name}\nVersion: 0.1.0\nSummary: {name}\n")
+        rows = "".join(f"[{group}]\n{lines}\n" for group, lines in entry_points.items())
+        (info / "entry_points.txt").write_text(rows)
+
+    return install
+
+
+@pytest.fixture(scope="session")
+def distribution(tmp_path_factory, install) -> Path:
     """A folder for PYTHONPATH in which this checkout is installed: its entry points, and nothing else."""
     folder = tmp_path_factory.mktemp("site")
     declared = re.findall(r'\[project\.(scripts|entry-points\.\S+)\]\n((?:\w+ = "[^"]+"\n)+)', PYPROJECT.read_text())
     groups = {kind.removeprefix("entry-points.").strip('"'): rows.replace('"', "") for kind, rows in declared}
-    write_distribution(folder, "simcore", groups)
+    install(folder, "simcore", groups)
     return folder
-
-
-def write_distribution(folder: Path, name: str, entry_points: dict[str, str]) -> None:
-    """What pip leaves of an installed distribution."""
-    info = folder / f"{name}-0.1.0.dist-info"
-    info.mkdir(parents=True)
-    (info / "METADATA").write_text(f"Metadata-Version: 2.1\nName: {name}\nVersion: 0.1.0\nSummary: {name}\n")
-    (info / "entry_points.txt").write_text("".join(f"[{group}]\n{rows}\n" for group, rows in entry_points.items()))
 
 
 @pytest.fixture

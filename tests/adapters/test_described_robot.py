@@ -1,4 +1,4 @@
-"""Robots of other kinds than the default one, in simulated time: what simcore.toml alone describes, and a tank drive."""
+"""Robots of other kinds than the default one, in simulated time: one that only simcore.toml describes, and a tank."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ def test_two_intakes_a_turret_and_two_wheels(sim):
     sim.run(1.5)
     shooter, = sim.robot_sim.shooters
     print("HELD", by_the_back, by_the_front, "SCORE", sim.score, "DIGEST", sim.digest)
-    assert sim.score.blue >= 0.8 * len(sim.match.shots) and len(sim.match.shots) >= 10
+    assert sim.score.blue >= 0.8 * len(sim.match.flow.shots) and len(sim.match.flow.shots) >= 10
     assert sim.score.red == 0
 
 
@@ -63,7 +63,7 @@ def test_its_log_is_its_own(sim):
 """
 
 TANK = """
-from pyfrc.tests import *
+from pyfrc.tests import test_practice
 
 
 def test_it_drives_and_its_currents_are_known(sim):

@@ -62,9 +62,9 @@ class Play:
                 {
                     **self.results,
                     "score": match.tracker.totals,
-                    "shots": len(match.shots),
-                    "hits": match.hits,
-                    "taken_in": len(match.intakes),
+                    "shots": len(match.flow.shots),
+                    "hits": match.flow.hits,
+                    "taken_in": len(match.flow.intakes),
                     "staged": count.staged,
                     "counted": count.on_field + count.in_flight + count.held + count.scored + count.off_field,
                     "lateness_ms": 1e3 * max(0.0, float(np.percentile(gaps, 99)) - 0.02),
@@ -112,7 +112,7 @@ class Play:
         yield from self.wait(1.0)
         self.enable(autonomous=False)
         yield from self.wait(0.2)
-        feeder, plant, shots = physics.robot.container.feeder, physics.robot_sim, physics.match.shots
+        feeder, plant, shots = physics.robot.container.feeder, physics.robot_sim, physics.match.flow.shots
         DriverStationSim.setJoystickButton(0, Y, True)
         DriverStationSim.notifyNewData()
         for _ in range(100):
@@ -131,7 +131,7 @@ class Play:
         self.results["wheels_rps_while_jammed"] = plant.mechanisms["shooter"].velocity / math.tau
         feeder.set_turning = feed
         yield from self.hold(Y, 2.0)
-        self.results["hits_of_preload"] = physics.match.hits
+        self.results["hits_of_preload"] = physics.match.flow.hits
         start = physics.robot_sim.chassis.pose
         self.axes(left_y=-0.5)  # W, half: away from the blue wall at 2 m/s
         yield from self.wait(0.6)

@@ -6,9 +6,11 @@ import math
 
 import pytest
 
-from simcore.errors import ConfigError
+from simcore.errors import ConfigError, UnknownNameError
+from simcore.pieces.storage import StorageConfig
 from simcore.robot.mechanisms import ArmSim, FlywheelConfig, RackSim
 from simcore.robot.robot_config import build_mechanism
+from simcore.robot.swerve_config import SwerveConfig, SwerveModuleConfig
 from simcore.robot_file.reader import read_settings
 from simcore.robot_file.robot_settings import RobotSettings
 
@@ -111,6 +113,70 @@ def test_an_elevator_and_a_rack(read):
     assert isinstance(slide, RackSim) and slide.stops[1] * 0.019 == pytest.approx(0.28)
 
 
+SHOOTER = """
+[[shooter]]
+height = 0.5
+elevation_deg = 60
+"""
+TURRET = """
+[[mechanism]]
+name = "turret"
+kind = "turret"
+leader = 40
+gearing = 20.0
+inertia = 0.1
+min_deg = -180
+max_deg = 180
+"""
+
+
+def test_several_intakes_and_shooters(read):
+    robot = read(
+        'game = "rebuilt"\n'
+        + WHEELS
+        + WHEELS.replace('"wheels"', '"upper"').replace("20", "50").replace("21, 22", "51, 52").replace("[22]", "[52]")
+        + ROLLER
+        + TURRET
+        + INTAKE.replace("[intake]", "[[intake]]")
+        + INTAKE.replace("[intake]", "[[intake]]").replace("-0.6", "0.4").replace("-0.4", "0.6")
+        + 'kinds = ["Cube", "Cone"]\n'
+        + SHOOTER
+        + 'wheels = ["wheels", "upper"]\nfeeder = ["roller"]\nturret = "turret"\nturret_ratio = 0.5\nturret_x = -0.1\n'
+        + SHOOTER
+        + 'wheels = "wheels"\nkinds = "Cube"\n'
+    )
+    assert robot.game == "rebuilt"
+    back, front = robot.intakes
+    assert (back.zone.x_min, front.zone.x_min) == (-0.6, 0.4)
+    assert back.kinds == () and front.kinds == ("Cube", "Cone")
+    two, one = robot.shooters
+    assert two.wheels == ("wheels", "upper") and two.gate == ("roller",)
+    assert (two.turret, two.turret_ratio, two.launch.pivot_x) == ("turret", 0.5, -0.1)
+    assert one.wheels == ("wheels",) and one.gate == () and one.turret is None and one.kinds == ("Cube",)
+    assert two.exit_efficiency == 2.0 * one.exit_efficiency
+    turret = build_mechanism(robot.mechanism("turret").config)
+    assert isinstance(turret, ArmSim) and turret.position == 0.0 and turret.holding_volts == 0.0
+    with pytest.raises(UnknownNameError, match=r"no kind of piece named 'Cube'\. Did you mean 'Cone'"):
+        robot.require_pieces(["Cone"])
+
+
+def test_the_robot_that_the_file_describes_is_of_the_same_class_as_every_other(read):
+    robot = read(WHEELS + ROLLER + INTAKE + "[robot]\ncapacity = 7\n" + SHOOTER + 'wheels = "wheels"\n')
+    built = robot.robot_config(
+        SwerveConfig.square(0.5, SwerveModuleConfig(x=0.0, y=0.0)), storage=StorageConfig(capacity=3, order="lifo")
+    )
+    assert list(built.mechanisms) == ["wheels", "roller"]
+    assert built.bumper == pytest.approx((0.8, 0.8))
+    assert (built.storage.capacity, built.storage.order) == (7, "lifo")
+    assert built.intakes == robot.intakes and built.shooters == robot.shooters
+    assert (
+        read("")
+        .robot_config(SwerveConfig.square(0.5, SwerveModuleConfig(x=0.0, y=0.0)), storage=StorageConfig(capacity=3))
+        .storage.capacity
+        == 3
+    )
+
+
 @pytest.mark.parametrize(
     ("text", "said"),
     [
@@ -153,6 +219,22 @@ def test_an_elevator_and_a_rack(read):
             ROLLER + '[shooter]\nwheels = "roller"\nheight = 0.5\nelevation_deg = 60',
             "[shooter]: wheels must be a mechanism of kind flywheel, got 'roller'",
         ),
+        (
+            WHEELS + SHOOTER + 'wheels = ["wheels", "whels"]',
+            "[[shooter]] 1: wheels must be one of wheels, got 'whels'. Did you mean 'wheels'?",
+        ),
+        (WHEELS + SHOOTER + 'wheels = ["wheels", "wheels"]', "must be one flywheel, or two: [lower, upper]; got ["),
+        (WHEELS + SHOOTER + "wheels = 3", "wheels must be a text in quotes, or a list of such; got 3"),
+        (WHEELS + SHOOTER, "[[shooter]] 1: wheels is missing; it must be one or more of wheels"),
+        (WHEELS + SHOOTER + 'wheels = "wheels"\nfeeder = []', "feeder must be a text in quotes, or a list of such"),
+        (WHEELS + SHOOTER + 'wheels = "wheels"\nturret = "turet"', "turret must be one of wheels, got 'turet'"),
+        (
+            WHEELS + SHOOTER + 'wheels = "wheels"\nturret_ratio = 2',
+            "turret_ratio needs a turret = <mechanism> beside it",
+        ),
+        (ROLLER + INTAKE + "kinds = 1", "[intake]: kinds must be a text in quotes, or a list of such; got 1"),
+        ("intake = 1", "simcore.toml: intake must be tables, each under a line [[intake]]; got 1"),
+        ("[robot]\ngame = 'x'", "[robot]: no key 'game'"),
         (
             WHEELS + '[shooter]\nwheels = "wheels"\nheight = 0.5\nelevation_deg = 60\nbarrels = []',
             "barrels must be a list of numbers, e.g. [0.08, -0.08], got []",
