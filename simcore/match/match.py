@@ -68,8 +68,8 @@ class Match:
         FieldMeshError: The field's mesh is missing or broken.
 
     Example:
-        >>> from games.rebuilt import REBUILT
-        >>> with Match(REBUILT, seed=3) as match:
+        >>> from simcore.match.registry import find_game
+        >>> with Match(find_game(), seed=3) as match:
         ...     match.play(0.1)
         ...     match.score.total, match.count.is_conserved
         (0, True)
