@@ -5,7 +5,7 @@ from simcore import Match, RobotConfig, RobotEntry, RobotPhysics, SwerveConfig, 
 from simcore.robot.chassis_config import ChassisConfig
 from simcore.robot.dc_motor import motor
 from simcore.robot.motor_ports import SwervePorts
-from simcore.robotpy.wpilib_ports import AbsoluteEncoderPort, EncoderPort, GyroPort, PWMMotorPort
+from simcore.robotpy.wpilib_ports import AbsoluteEncoderPort, EncoderPort, PWMMotorPort, WPILibGyroPort
 
 NEO = motor("NEO")
 
@@ -29,6 +29,6 @@ class PhysicsEngine(RobotPhysics):
             [PWMMotorPort(m.steer) for m in robot.modules],
             steer_encoders=[AbsoluteEncoderPort(m.azimuth, zero=z) for m, z in zip(robot.modules, ZEROS, strict=True)],
             wheel_encoders=[EncoderPort(m.wheel, pulses_per_turn=PULSES) for m in robot.modules],
-            gyro=GyroPort(robot.gyro),
+            gyro=WPILibGyroPort(robot.gyro),
         )
         super().__init__(physics_controller, robot, match=match, drivetrain=devices, pace_tests=False)

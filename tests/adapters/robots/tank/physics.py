@@ -4,7 +4,7 @@ from wpilib import DriverStation
 from games.rebuilt import REBUILT
 from simcore import Match, RobotConfig, RobotEntry, RobotPhysics, TankConfig
 from simcore.robot.motor_ports import SuppliedMotor, TankPorts
-from simcore.robotpy.wpilib_ports import EncoderPort, GyroPort, PWMMotorPort
+from simcore.robotpy.wpilib_ports import EncoderPort, PWMMotorPort, WPILibGyroPort
 
 
 class PhysicsEngine(RobotPhysics):
@@ -17,6 +17,6 @@ class PhysicsEngine(RobotPhysics):
             [PWMMotorPort(robot.left)],
             [SuppliedMotor(lambda: right.getVoltage() if DriverStation.isEnabled() else 0.0)],  # any maker's
             encoders=tuple(EncoderPort(e, pulses_per_turn=PULSES) for e in robot.encoders),
-            gyro=GyroPort(robot.gyro),
+            gyro=WPILibGyroPort(robot.gyro),
         )
         super().__init__(physics_controller, robot, match=match, drivetrain=devices, pace_tests=False)
