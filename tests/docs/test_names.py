@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ast
 import importlib
 import re
 from dataclasses import replace
@@ -22,7 +23,7 @@ TEXT = {
     page.name: page.read_text(encoding="utf-8") for page in (ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md")))
 }
 DOTTED = re.compile(r"\b(?:simcore|games)(?:\.[A-Za-z_]\w*)+")
-IMPORT = re.compile(r"^\s*from ((?:simcore|games)[\w.]*) import (.+)$", re.MULTILINE)
+BLOCK = re.compile(r"^```py(?:thon)?\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 FILE = re.compile(r"\b(?:simcore|games|scripts|tests|models|examples|docs)(?:/[\w.-]+)+/?")
 SUFFIXES = ("toml", "whl", "games", "models", "wpilog")  # `simcore.toml`, `simcore.games`: no modules
 LATER = ("games/mygame", "games/discs", "simcore/compiled/store", "tests/test_", "tests/drive_test")
@@ -50,11 +51,12 @@ def resolve(dotted: str) -> bool:
 
 @pytest.mark.parametrize("page", TEXT)
 def test_modules_and_names_exist(page):
-    dotted = {name.rstrip(".") for name in DOTTED.findall(TEXT[page])}
-    dotted = {name for name in dotted if name.split(".")[1] not in SUFFIXES or name.count(".") > 1}
-    for module, names in IMPORT.findall(TEXT[page]):
-        dotted |= {f"{module}.{name.split(' as ')[0].strip(' ()')}" for name in names.split("#")[0].split(",")}
-    assert [name for name in sorted(dotted) if not resolve(name.rstrip("."))] == []
+    dotted = {name for name in DOTTED.findall(TEXT[page]) if name.split(".")[1] not in SUFFIXES or name.count(".") > 1}
+    for block in BLOCK.findall(TEXT[page]):
+        for node in ast.walk(ast.parse(block)):
+            if isinstance(node, ast.ImportFrom) and str(node.module).split(".")[0] in ("simcore", "games"):
+                dotted |= {f"{node.module}.{alias.name}" for alias in node.names}
+    assert [name for name in sorted(dotted) if not resolve(name)] == []
 
 
 @pytest.mark.parametrize("page", TEXT)
