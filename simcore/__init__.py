@@ -35,6 +35,8 @@ if TYPE_CHECKING:
     from simcore.match.runner import play_auto
     from simcore.match.scoring import ScoringTracker, ScoringZone
     from simcore.match.scripted import ScriptedRobot, ScriptSettings
+    from simcore.phoenix6.swerve import SwerveDrivetrainSim, swerve_config
+    from simcore.phoenix6.talon_motor import MotorType, TalonFXMotorSim
     from simcore.physics.field import FieldElement, FieldGeometry
     from simcore.physics.world import PhysicsWorld
     from simcore.pieces.intake import IntakeConfig, IntakeZone
@@ -50,6 +52,8 @@ if TYPE_CHECKING:
     from simcore.robot.robot_config import RobotConfig
     from simcore.robot.swerve_config import SwerveConfig, SwerveModuleConfig
     from simcore.robot.tank_drive import TankConfig
+    from simcore.robotpy.robot_physics import RobotPhysics
+    from simcore.robotpy.robot_program import part_of
     from simcore.telemetry.networktables_sink import NetworkTablesSink
     from simcore.telemetry.wpilog import WpilogSink
     from simcore.vision.camera import CameraConfig, CameraMount, PiecePipeline, TagPipeline, limelight_type
@@ -75,12 +79,16 @@ _HOMES = {
     "pieces.placer": ("PlacerConfig",),
     "pieces.shooter": ("ShooterConfig",),
     "pieces.storage": ("StorageConfig",),
+    "phoenix6.talon_motor": ("MotorType", "TalonFXMotorSim"),
+    "phoenix6.swerve": ("SwerveDrivetrainSim", "swerve_config"),
     "robot.climber": ("ClimberConfig",),
     "robot.mechanisms": ("ArmConfig", "ElevatorConfig", "FlywheelConfig", "RackConfig", "RollerConfig"),
     "robot.robot": ("Robot",),
     "robot.robot_config": ("RobotConfig",),
     "robot.swerve_config": ("SwerveConfig", "SwerveModuleConfig"),
     "robot.tank_drive": ("TankConfig",),
+    "robotpy.robot_physics": ("RobotPhysics",),
+    "robotpy.robot_program": ("part_of",),
     "telemetry.networktables_sink": ("NetworkTablesSink",),
     "telemetry.wpilog": ("WpilogSink",),
     "vision.camera": ("CameraConfig", "CameraMount", "PiecePipeline", "TagPipeline", "limelight_type"),
@@ -92,11 +100,12 @@ __all__ = [
     "ArmConfig", "Auto", "BoxZone", "CameraConfig", "CameraMount", "ClimberConfig", "CylinderZone", "ElevatorConfig",
     "FieldDefinition", "FieldElement", "FieldGeometry", "FieldSymmetry", "FlywheelConfig", "Game", "GameOption",
     "GamePieceConfig", "GamePieceManager", "IntakeConfig", "IntakeZone", "LaunchParameters", "LimelightSim", "Match",
-    "MatchClock", "NetworkTablesSink", "Phase", "PhysicsWorld", "PiecePipeline", "PieceSupply", "PlacerConfig",
-    "RackConfig", "Robot", "RobotConfig", "RobotEntry", "RollerConfig", "Rules", "ScoringTracker", "ScoringZone",
-    "ScriptSettings", "ScriptedRobot", "ShooterConfig", "SimcoreError", "StagedPieces", "StorageConfig",
-    "SwerveConfig", "SwerveModuleConfig", "TagPipeline", "TankConfig", "WpilogSink", "__version__", "limelight_type",
-    "play_auto",
+    "MatchClock", "MotorType", "NetworkTablesSink", "Phase", "PhysicsWorld", "PiecePipeline", "PieceSupply",
+    "PlacerConfig", "RackConfig", "Robot", "RobotConfig", "RobotEntry", "RobotPhysics", "RollerConfig", "Rules",
+    "ScoringTracker", "ScoringZone", "ScriptSettings", "ScriptedRobot", "ShooterConfig", "SimcoreError",
+    "StagedPieces", "StorageConfig", "SwerveConfig", "SwerveDrivetrainSim", "SwerveModuleConfig", "TagPipeline",
+    "TalonFXMotorSim", "TankConfig", "WpilogSink", "__version__", "limelight_type", "part_of", "play_auto",
+    "swerve_config",
 ]  # fmt: skip
 __version__ = "0.1.0"
 

@@ -70,7 +70,7 @@ MODULES = (
     "simcore.robot.tire_solver",
     "simcore.robot.wheel_loads",
     "simcore.robot.wheeled_drive",
-    "simcore.robotpy.fine_steps",
+    "simcore.robotpy.connected_devices",
     "simcore.vision.camera",
     "simcore.vision.camera_frame",
     "simcore.vision.camera_scene",

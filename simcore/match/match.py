@@ -68,8 +68,8 @@ class Match:
         FieldMeshError: The field's mesh is missing or broken.
 
     Example:
-        >>> from games.rebuilt import REBUILT
-        >>> with Match(REBUILT, seed=3) as match:
+        >>> from simcore.match.registry import find_game
+        >>> with Match(find_game(), seed=3) as match:
         ...     match.play(0.1)
         ...     match.score.total, match.count.is_conserved
         (0, True)
@@ -139,8 +139,8 @@ class Match:
         )
         self.before: tuple[Callable[[], None], ...] = (self._read, self._wake, self._take_in)
         """What comes before motion: robot code looks and commands; sleeping pieces wake; intakes take pieces in."""
-        self.part: tuple[Callable[[float], None], ...] = (self._power, self._step_mechanisms, self._move, self._sense)
-        """Motion, once a tick or in several parts: batteries and devices; mechanisms; sub-steps; sensors."""
+        self.part: tuple[Callable[[float], None], ...] = (self._command, self._step_mechanisms, self._move, self._sense)
+        """Motion, once a tick or in several parts: devices; mechanisms and their currents; sub-steps; sensors."""
         self.after: tuple[Callable[[], None], ...] = (
             self._gather,
             self._see,
@@ -262,17 +262,18 @@ class Match:
 
     # --- one part -------------------------------------------------------------------------------------------------
 
-    def _power(self, h: float) -> None:
-        """Batteries supply the mechanisms' currents and are stepped with the drivetrains; devices give their volts."""
+    def _command(self, h: float) -> None:
+        """Devices of robot code see the battery and give their volts."""
         for robot in self.robots:
-            robot.drive.other_current = robot.mechanism_current
             if robot.devices is not None:
                 robot.devices.read()
 
     def _step_mechanisms(self, h: float) -> None:
+        """Mechanisms move, and load the battery that the drivetrain is about to use, with the mean of this part."""
         for robot in self.robots:
             if robot.devices is None or not robot.devices.at_inner_steps:
                 robot.step_mechanisms(h)
+            robot.drive.other_current = robot.mechanism_current
 
     def _move(self, h: float) -> None:
         """Tires push robots, air pushes pieces, the engine does the rest."""

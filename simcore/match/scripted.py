@@ -20,7 +20,7 @@ from simcore.geometry.symmetry import Pose
 from simcore.match.scoring import Alliance
 from simcore.pieces.shot_solver import NoShotError, Shot, solve_shot
 from simcore.robot.mechanism_control import PositionController, VelocityController
-from simcore.robot.mechanisms import ArmSim
+from simcore.robot.mechanisms import ArmSim, ElevatorSim
 from simcore.robot.robot import Robot
 from simcore.robot.swerve_drive import SwerveDrive
 from simcore.typing import FloatArray
@@ -78,36 +78,45 @@ class ScriptedRobot:
         self._alliance: Alliance = alliance
         self._symmetry = match.game.field.symmetry
         self.settings = settings or ScriptSettings()
-        self._steps: Steps | None = None
-        self._robot: Robot | None = None
+        self._steps: Steps
         self._velocity = (0.0, 0.0, 0.0)  # commanded, blue field frame
         self._wheel_goal = 0.0
         self._feed = False
         self._intake = False
-        self._hood_loop = PositionController(kp=25.0)
+        self._positions: dict[str, float] = {}
+        self._volts: dict[str, float] = {}
+        self._position_loop = PositionController(kp=25.0)
         self._deploy_loop = PositionController(kp=3.0, kd=0.05)
         self._wheel_loops: dict[str, VelocityController] = {}
+        self._robot: Robot | None = None
         self.is_done = False
         """Whether the script has ended."""
 
     def __call__(self, robot: Robot, time: float) -> None:
-        """One tick of robot code."""
-        if self._robot is None:
-            self._robot = robot
-            if not isinstance(robot.drive, SwerveDrive):
-                kind = type(robot.drive).__name__
-                raise ConfigError(f"robot {robot.number}: a scripted robot needs swerve, got {kind}")
-            if robot.shooters:
-                for name in robot.shooters[0].config.wheels:
-                    gearbox = robot.mechanisms[name].gearbox
-                    self._wheel_loops[name] = VelocityController.for_gearbox(gearbox, kp=0.08)
-            self._steps = self._script(self)
-        assert self._steps is not None
+        """One tick of robot code. The script begins with its first robot, and anew after `Match.reset`."""
+        if self._robot is not robot:
+            self._begin(robot)
         self.is_done = next(self._steps, _END) is _END
         if self.is_done:
             self.stop()
         self._drive()
         self._command_mechanisms()
+
+    def _begin(self, robot: Robot) -> None:
+        if not isinstance(robot.drive, SwerveDrive):
+            kind = type(robot.drive).__name__
+            raise ConfigError(f"robot {robot.number}: a scripted robot needs swerve, got {kind}")
+        self._robot = robot
+        self._velocity = (0.0, 0.0, 0.0)
+        self._wheel_goal = 0.0
+        self._feed = self._intake = False
+        self._positions.clear()
+        self._volts.clear()
+        if robot.shooters:
+            for name in robot.shooters[0].config.wheels:
+                gearbox = robot.mechanisms[name].gearbox
+                self._wheel_loops[name] = VelocityController.for_gearbox(gearbox, kp=0.08)
+        self._steps = self._script(self)
 
     # --- what a script sees -------------------------------------------------------------------------------------
 
@@ -143,6 +152,16 @@ class ScriptedRobot:
     def intake(self, on: bool) -> None:
         """Put the intake out and turn its roller, or pull it in."""
         self._intake = on
+
+    def set_position(self, mechanism: str, position: float) -> None:
+        """Bring a mechanism to a position [rad] and hold it there from now on."""
+        self._volts.pop(mechanism, None)
+        self._positions[mechanism] = position
+
+    def set_volts(self, mechanism: str, volts: float) -> None:
+        """Put a voltage on a mechanism from now on [V]."""
+        self._positions.pop(mechanism, None)
+        self._volts[mechanism] = volts
 
     def wait(self, seconds: float) -> Steps:
         """Go on doing the same."""
@@ -203,8 +222,9 @@ class ScriptedRobot:
         timeout: float,
         speed: float = 1.2,
         kind: str | None = None,
+        yaw: float = 0.0,
     ) -> Steps:
-        """Take in the pieces of a region, the nearest first, backing up to them with the heading at zero.
+        """Take in the pieces of a region, the nearest first.
 
         It ends when nothing is left there, or no room in the robot.
 
@@ -215,8 +235,9 @@ class ScriptedRobot:
             timeout: Gives up after this long [s].
             speed: Of the approach [m/s].
             kind: Of pieces; None: any.
+            yaw: Heading to hold, 0 or pi [rad].
         """
-        back = -self.settings.intake_x
+        back = -self.settings.intake_x * math.cos(yaw)
         middle = 0.5 * (low[1] + high[1])
         reach = aside + self.robot.intakes[0].zone.y_max - 0.02
         low, high = (low[0], max(low[1], middle - reach)), (high[0], min(high[1], middle + reach))
@@ -233,7 +254,7 @@ class ScriptedRobot:
             dx, dy = goal_x + back - here_x, goal_y - here_y
             ahead = math.hypot(dx, dy)
             pace = min(speed, self._braking_speed(ahead)) / max(ahead, 1e-9)
-            self._accelerate_to(pace * dx, pace * dy, wrap_angle(-heading))
+            self._accelerate_to(pace * dx, pace * dy, wrap_angle(yaw - heading))
             yield
         self.stop()
         yield
@@ -241,7 +262,7 @@ class ScriptedRobot:
     def shoot_until_empty(self, target: tuple[float, float, float], *, timeout: float = 5.0) -> Steps:
         """Aim at a place, blue field frame [m], and shoot everything; gives up after `timeout` [s]."""
         patience = round(timeout / TICK)
-        while self.held and patience:
+        while self.robot.storage.pieces and patience:
             patience -= 1
             try:
                 shot = self._solve(target)
@@ -321,9 +342,11 @@ class ScriptedRobot:
             robot.mechanisms[name].set_volts(loop.volts(self._wheel_goal, robot.mechanisms[name].velocity))
         hood_name = robot.shooters[0].config.hood if robot.shooters else None
         if hood_name is not None:
-            hood = robot.mechanisms[hood_name]
-            holding = hood.holding_volts if isinstance(hood, ArmSim) else 0.0
-            hood.set_volts(self._hood_loop.volts(self._hood_goal, hood.position, hood.velocity, feedforward=holding))
+            self._hold(hood_name, self._hood_goal)
+        for name, goal in self._positions.items():
+            self._hold(name, goal)
+        for name, volts in self._volts.items():
+            robot.mechanisms[name].set_volts(volts)
         for name, volts in s.feed_volts.items():
             robot.mechanisms[name].set_volts(volts if self._feed else 0.0)
         for intake in robot.config.intakes[:1]:
@@ -334,6 +357,12 @@ class ScriptedRobot:
                 deploy.set_volts(self._deploy_loop.volts(goal, deploy.position, deploy.velocity))
             if intake.roller is not None:
                 robot.mechanisms[intake.roller].set_volts(s.roller_volts if self._intake else 0.0)
+
+    def _hold(self, name: str, goal: float) -> None:
+        mechanism = self.robot.mechanisms[name]
+        weight = mechanism.holding_volts if isinstance(mechanism, (ArmSim, ElevatorSim)) else 0.0
+        position, velocity = mechanism.position, mechanism.velocity
+        mechanism.set_volts(self._position_loop.volts(goal, position, velocity, feedforward=weight))
 
 
 _END = object()

@@ -16,6 +16,7 @@ import contextlib
 import os
 import sys
 from collections.abc import Iterator, Sequence
+from functools import lru_cache
 from itertools import chain
 from typing import Any
 
@@ -294,7 +295,7 @@ class BulletEngine:
         if isinstance(shape, Compound):
             return self._compound(shape)
         if isinstance(shape, Hull):
-            return int(p.createCollisionShape(p.GEOM_MESH, vertices=shape.points.tolist(), **kw))
+            return int(p.createCollisionShape(p.GEOM_MESH, vertices=_corners(np.asarray(shape.points, dtype=np.float64).tobytes()), **kw))
         if isinstance(shape, Mesh):
             return int(
                 p.createCollisionShape(
@@ -346,3 +347,10 @@ class BulletEngine:
                 **self._kw,
             )
         )
+
+
+@lru_cache(maxsize=4096)
+def _corners(points: bytes) -> list[list[float]]:
+    """Rows of float64 coordinates as a list. PyBullet never frees a list of corners, so equal hulls share one."""
+    rows: list[list[float]] = np.frombuffer(points).reshape(-1, 3).tolist()
+    return rows

@@ -280,9 +280,10 @@ class GamePieceManager:
 
     def attitudes(self, slots: IntArray) -> FloatArray:
         """Attitudes w, x, y, z, shape (n, 4); of a piece that is off the field, the last it had there."""
-        for row in np.nonzero(self._pool.turns[slots] & (self.state.status[slots] != _ASLEEP))[0].tolist():
-            slot = int(slots[row])
-            x, y, z, w = self._world.engine.pose(self._pool.rows[slot])[1]
+        status = self.state.status[slots]
+        pose, rows = self._world.engine.pose, self._pool.rows
+        for slot in slots[(status == _AWAKE) | (status == _IN_FLIGHT)].tolist():
+            x, y, z, w = pose(rows[slot])[1]
             self._quats[slot] = w, x, y, z
         return self._quats[slots]
 

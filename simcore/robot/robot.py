@@ -137,6 +137,7 @@ class Robot:
     def before_substep(self, h: float) -> None:
         """Drive the chassis, and let climbers carry it, for the next sub-step of h [s]."""
         if self.climbers:
+            self.chassis.read()  # a stiff hook must not push against where the robot was a sub-step ago
             force, torque = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
             for climber in self.climbers:
                 (fx, fy, fz), (tx, ty, tz) = climber.push()

@@ -267,8 +267,8 @@ def perfect_frame(
         yaw_deg=math.degrees(yaw),
         tag_count=len(tags),
         tag_span=float(apart.max(initial=0.0)),
-        average_distance=sum([tag.camera_distance for tag in tags]) / max(1, len(tags)),
-        average_area=sum([tag.area_percent for tag in tags]) / max(1, len(tags)),
+        average_distance=plain_sum([tag.camera_distance for tag in tags]) / max(1, len(tags)),
+        average_area=plain_sum([tag.area_percent for tag in tags]) / max(1, len(tags)),
         std_devs=(0.0, 0.0, 0.0, 0.0, 0.0, 0.0),
     )
     return tuple(tags), estimate, estimate

@@ -16,7 +16,7 @@ def test_auto(sim):
     sim.autonomous("depot", seconds=6)
     loaded = [n for n, m in list(sys.modules.items())
               if n.startswith("simcore.") and isinstance(getattr(m, "__loader__", None), ExtensionFileLoader)]
-    print("DIGEST", sim.digest, "COMPILED", len(loaded), "EMULATOR", sum("emulat" in n for n in loaded))
+    print("DIGEST", sim.digest, "COMPILED", len(loaded), "EMULATOR", sum("emulator" in n for n in loaded))
 """
 
 

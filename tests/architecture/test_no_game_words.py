@@ -24,18 +24,9 @@ TABLE = "simcore/vision/tag_layout.py"
 """The one table of tag layouts: WPILib names them after their games."""
 
 STILL_ALLOWED = {
-    "simcore/match/report.py",
     "simcore/phoenix6/__init__.py",
-    "simcore/phoenix6/battery.py",
     "simcore/robot/chassis.py",
     "simcore/robot/chassis_config.py",
-    "simcore/robot_file/template.py",
-    "simcore/robotpy/checks/physics.py",
-    "simcore/robotpy/fine_steps.py",
-    "simcore/robotpy/physics.py",
-    "simcore/robotpy/roborio.py",
-    "simcore/robotpy/robot_test.py",
-    "simcore/robotpy/seams.py",
 }
 """To be emptied."""
 

@@ -11,7 +11,7 @@ from dataclasses import replace
 from phoenix6 import configs, controls, hardware, signals
 from realtime import DT, Loop, enable, report, start
 
-from games.rebuilt.robot import RebuiltRobotConfig
+from games.rebuilt.robot import MECHANISMS
 from simcore.phoenix6.talon_motor import MotorType, TalonFXMotorSim
 from simcore.robot.mechanisms import ArmSim
 
@@ -20,7 +20,7 @@ GOAL = 240 * STEP * math.tau  # 42.2 degrees
 KP = 50.0  # V per turn; soft, so that what gravity does can be seen
 
 
-HEAVY = replace(RebuiltRobotConfig().hood, mass=12.0, inertia=0.5)
+HEAVY = replace(MECHANISMS["hood"], mass=12.0, inertia=0.5)
 
 
 def hood(number: int, k_g: float) -> tuple[hardware.TalonFX, TalonFXMotorSim]:

@@ -5,7 +5,6 @@ Run it in a process and a folder of its own: devices write their configurations 
 
 from __future__ import annotations
 
-import importlib.util
 import json
 import os
 import sys
@@ -14,12 +13,11 @@ from typing import Any
 
 import hal
 from phoenix6 import unmanaged
-from wpilib import RobotBase
 
 import simcore.phoenix6.swerve as swerve
-from simcore.errors import ConfigError
 from simcore.phoenix6.built_devices import BuiltDevice, FollowerGroup, built_devices, group_followers, key_of
 from simcore.phoenix6.fallback import guess_mechanism
+from simcore.robotpy.robot_program import load_robot_class
 
 __all__ = ["main"]
 
@@ -27,39 +25,20 @@ __all__ = ["main"]
 def main() -> None:
     """Print one line of JSON and leave, whatever threads the program has started."""
     try:
-        answer: dict[str, Any] = {"motors": _look()}
+        answer: dict[str, Any] = {"motors": _motors()}
     except Exception as error:  # whatever a team's program raises is the answer
         answer = {"error": f"{type(error).__name__}: {error}"}
     print(json.dumps(answer), flush=True)
     os._exit(0)
 
 
-def _look() -> list[dict[str, Any]]:
-    path = Path(sys.argv[1])
-    sys.path.insert(0, str(path.parent))
+def _motors() -> list[dict[str, Any]]:
     unmanaged.set_phoenix_diagnostics_start_time(-1)
     hal.initialize(500, 0)
-    robot = _robot_class(path)()
+    robot = load_robot_class(Path(sys.argv[1]))()
     for step in ("robotInit", "_simulationInit"):
         getattr(robot, step, lambda: None)()
     return [_describe(group) for group in group_followers(_free_motors())]
-
-
-def _robot_class(path: Path) -> Any:
-    """The robot class of robot.py: the last one that it defines itself."""
-    spec = importlib.util.spec_from_file_location("robot", path)
-    assert spec is not None and spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    sys.modules["robot"] = module
-    spec.loader.exec_module(module)
-    classes = [
-        value
-        for value in vars(module).values()
-        if isinstance(value, type) and issubclass(value, RobotBase) and value.__module__ == "robot"
-    ]
-    if not classes:
-        raise ConfigError("robot.py defines no robot class")
-    return classes[-1]
 
 
 def _free_motors() -> list[BuiltDevice]:

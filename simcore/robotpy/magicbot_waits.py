@@ -7,15 +7,17 @@ the robot's loop is a matter of luck. So the robot's own thread does the parts w
 
 from __future__ import annotations
 
+import sys
 import threading
-from typing import Protocol
+from typing import Any, Protocol
 
 import hal
+from wpilib import Timer
 
-__all__ = ["Parts", "run_between_loops"]
+__all__ = ["TimedParts", "run_in_waits"]
 
 
-class Parts(Protocol):
+class TimedParts(Protocol):
     """Work that is due at times of its own: `RobotPhysics`."""
 
     @property
@@ -28,24 +30,27 @@ class Parts(Protocol):
         ...
 
 
-def run_between_loops(parts: Parts) -> bool:
-    """Do parts in the waits of this thread from now on; called on the robot's thread.
+def run_in_waits(robot: Any, parts: TimedParts) -> bool:
+    """Do parts in the waits of a MagicBot from now on; called on the robot's thread.
 
     Returns:
-        Whether this robotpy has a `NotifierDelay` that can be cut.
+        Whether the robot is a MagicBot whose waits can be cut.
     """
-    try:
-        from robotpy_ext.misc.precise_delay import NotifierDelay
-    except ImportError:
+    magicbot = sys.modules.get("magicbot")
+    if magicbot is None or not isinstance(robot, magicbot.MagicRobot):
         return False
+    from robotpy_ext.misc.precise_delay import NotifierDelay
+
     whole_wait = NotifierDelay.wait
-    if not hasattr(NotifierDelay, "_update_alarm"):
+    if not hasattr(NotifierDelay, "_update_alarm"):  # another version, with other insides
         return False
     thread = threading.get_ident()
 
     def wait(self: NotifierDelay) -> None:
         handle = getattr(self, "_notifier", None)
         if handle is not None and threading.get_ident() == thread:
+            if parts.next_due <= Timer.getFPGATimestamp():
+                parts.do_due()  # after a loop that took too long nothing is left to wait for
             while True:
                 due = int(1e6 * parts.next_due)  # [us]
                 if due >= self._expiry_time:

@@ -1,9 +1,10 @@
-"""Who moves which device under `--simcore`: the drivetrain, the file, the team's own physics.py, or a guess."""
+"""What moves which device under `--simcore`: the drivetrain, the file, the team's own physics.py, or a guess."""
 
 from __future__ import annotations
 
 import logging
 from collections.abc import Sequence
+from typing import Protocol
 
 from simcore.errors import ConfigError
 from simcore.phoenix6.built_devices import BuiltDevice, FollowerGroup, built_devices, clashes, group_followers
@@ -11,19 +12,20 @@ from simcore.phoenix6.fallback import Guess, guess_mechanism
 from simcore.phoenix6.ownership import Ownership
 from simcore.phoenix6.sensor_ports import CANcoderSim, CANdiEncoderSim
 from simcore.phoenix6.talon_motor import AngleSensor, MotorType, TalonFXMotorSim
+from simcore.robot.robot import Robot
+from simcore.robot.shaft import ShaftSim
 from simcore.robot_file.robot_settings import MechanismSettings, RobotSettings
-from simcore.robotpy.physics import RobotPhysics
-from simcore.robotpy.seams import AttachedPlant
+from simcore.robotpy.connected_devices import MotorDevices
 
-__all__ = ["Owners", "connect_mechanism"]
+__all__ = ["DeviceAssignment", "connect_mechanism"]
 
 _log = logging.getLogger(__name__)
 
 _MOTORS = ("TalonFX", "TalonFXS")
-_WATCH = 5  # ticks in which a team's own physics.py shows what it drives
+_OBSERVE = 5  # ticks in which a team's own physics.py shows what it drives
 
 
-def connect_mechanism(settings: MechanismSettings, plant: AttachedPlant, ownership: Ownership) -> TalonFXMotorSim:
+def connect_mechanism(settings: MechanismSettings, robot: Robot, ownership: Ownership) -> TalonFXMotorSim:
     """The devices of a mechanism of the file, on that mechanism.
 
     Raises:
@@ -37,7 +39,7 @@ def connect_mechanism(settings: MechanismSettings, plant: AttachedPlant, ownersh
         ownership.claim(encoder.key, m.name)
     for talon in talons:
         ownership.claim(talon.key, m.name)
-    mechanism = plant.named[m.name]
+    mechanism = robot.mechanisms[m.name]
     is_small = m.controller == "TalonFX" and m.motor.startswith("Kraken X44")
     return TalonFXMotorSim(
         talons[0].hardware,
@@ -61,12 +63,28 @@ def _find(where: str, model: str, number: int) -> BuiltDevice:
     raise ConfigError(f"{where}: the robot program builds no {model} {number}; it builds {model} {there}")
 
 
-class Owners:
-    """Gives every motor that nobody drives a guessed mechanism, once it is clear who drives what.
+class _Motors(Protocol):
+    """What runs the devices of mechanisms: `RobotPhysics`."""
+
+    def add_motor(self, motor: MotorDevices) -> None: ...
+
+    def remove_motor(self, motor: MotorDevices) -> None: ...
+
+
+class _EstimatedMechanisms(Protocol):
+    """What steps guessed mechanisms: `Robot`."""
+
+    def add_estimated_mechanism(self, mechanism: ShaftSim) -> None: ...
+
+    def remove_estimated_mechanism(self, mechanism: ShaftSim) -> None: ...
+
+
+class DeviceAssignment:
+    """Gives every motor that nothing drives a guessed mechanism, once it is clear what drives which.
 
     Args:
         physics: Runs the motors.
-        plant: The robot.
+        robot: Steps the mechanisms.
         ownership: Who has written which device.
         settings: The file's.
         drivetrain: Its devices, (model, id).
@@ -74,14 +92,14 @@ class Owners:
 
     def __init__(
         self,
-        physics: RobotPhysics,
-        plant: AttachedPlant,
+        physics: _Motors,
+        robot: _EstimatedMechanisms,
         ownership: Ownership,
         settings: RobotSettings,
         drivetrain: Sequence[tuple[str, int]],
     ) -> None:
         self._physics = physics
-        self._plant = plant
+        self._robot = robot
         self._ownership = ownership
         self._settings = settings
         self._drivetrain = tuple(drivetrain)
@@ -92,16 +110,16 @@ class Owners:
         self._guesses = self._guess()
 
     def after_tick(self) -> None:
-        """Watch; then take over what is left; later, give back what somebody else turns out to write."""
+        """Observe; then connect what is left; later, disconnect what something else turns out to write."""
         self._ticks += 1
-        if self._ticks == _WATCH:
-            self._take_over()
-        elif self._ticks > _WATCH and self._guessed:
+        if self._ticks == _OBSERVE:
+            self._connect_rest()
+        elif self._ticks > _OBSERVE and self._guessed:
             for guessed in [g for g in self._guessed if not self._ownership.foreign.isdisjoint(_keys(g[0]))]:
-                self._give_back(guessed)
+                self._disconnect(guessed)
 
     def table(self) -> list[tuple[str, str]]:
-        """Rows of devices and owners."""
+        """Rows of devices and what moves them."""
         rows = [(_short(self._drivetrain), "drivetrain")]
         for m in self._settings.mechanisms:
             keys = [(m.controller, number) for number in m.devices]
@@ -112,16 +130,16 @@ class Owners:
         known = {key for group, guess, _ in self._guessed for key in (*_keys(group), _sensor_key(guess))}
         known |= {*self._drivetrain, *self._file_keys()}
         others = [device for device in built_devices() if device.key not in known]
-        theirs = [d.key for d in others if d.key in self._ownership.foreign]
-        nobodys = [d.key for d in others if d.key not in self._ownership.foreign]
-        if theirs:
-            rows.append((_short(theirs), "the project's physics.py"))
-        if nobodys:
-            rows.append((_short(nobodys), "nobody: reads what it read at start"))
+        foreign = [d.key for d in others if d.key in self._ownership.foreign]
+        idle = [d.key for d in others if d.key not in self._ownership.foreign]
+        if foreign:
+            rows.append((_short(foreign), "the project's physics.py"))
+        if idle:
+            rows.append((_short(idle), "nobody: reads what it read at start"))
         return rows
 
     def _guess(self) -> list[tuple[FollowerGroup, Guess]]:
-        """What the motors that nobody has claimed may turn; asked now, because each answer takes 50 ms."""
+        """What the motors that nothing has claimed may turn; asked now, because each answer takes 50 ms."""
         taken = {*self._drivetrain, *self._file_keys(), *self._ownership.foreign}
         guesses = []
         for group in group_followers([d for d in built_devices() if d.model in _MOTORS and d.key not in taken]):
@@ -131,7 +149,7 @@ class Owners:
                 _log.warning("%s is left alone: %s", group, error)
         return guesses
 
-    def _take_over(self) -> None:
+    def _connect_rest(self) -> None:
         for group, guess in self._guesses:
             if self._ownership.foreign.isdisjoint(_keys(group)):
                 self._guessed.append((group, guess, self._connect(group, guess)))
@@ -161,15 +179,15 @@ class Owners:
             encoder_gearing=guess.sensor_gearing,
             sensor_gearing=guess.wired_gearing,
         )
-        self._plant.add_mechanism(guess.mechanism)
+        self._robot.add_estimated_mechanism(guess.mechanism)
         self._physics.add_motor(motor)
         return motor
 
-    def _give_back(self, guessed: tuple[FollowerGroup, Guess, TalonFXMotorSim]) -> None:
+    def _disconnect(self, guessed: tuple[FollowerGroup, Guess, TalonFXMotorSim]) -> None:
         group, guess, motor = guessed
         self._guessed.remove(guessed)
         self._physics.remove_motor(motor)
-        self._plant.remove_mechanism(guess.mechanism)
+        self._robot.remove_estimated_mechanism(guess.mechanism)
         _log.info("%s is written by the project's own physics: simcore lets go of it", group)
 
     def _file_keys(self) -> list[tuple[str, int]]:

@@ -9,7 +9,7 @@ pytest.importorskip("pyfrc", reason="needs pyfrc: pip install simcore[robotpy]")
 from wpilib import RobotController
 
 from simcore.robot.battery import Battery, BatteryConfig
-from simcore.robotpy.roborio import RoboRioPower
+from simcore.robotpy.robot_inputs import RoboRioPower
 
 
 def test_a_brown_out_switches_the_rails_and_counts():

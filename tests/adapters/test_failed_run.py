@@ -19,8 +19,9 @@ ROOT = Path(__file__).resolve().parents[2]
 PLAIN = Path(__file__).parent / "robots" / "plain"
 
 TEST = """
-from simcore.robotpy.physics import RobotPhysics
+from simcore.robotpy.robot_physics import RobotPhysics
 from simcore.show.failed_run import save_failed_run
+from simcore.show.scene import scene_of
 from simcore.telemetry.recording import Recording
 
 
@@ -30,14 +31,14 @@ def test_drives_ten_meters(control, robot, monkeypatch):
 
     def with_recording(self, *args, **options):
         start(self, *args, **options)
-        self.game.sinks.append(recording)
+        self.match.sinks.append(recording)
         engines.append(self)
 
     monkeypatch.setattr(RobotPhysics, "__init__", with_recording)
     with control.run_robot():
         control.step_timing(seconds=1.5, autonomous=False, enabled=True)
     left = save_failed_run(
-        recording, "evidence", name="test_drives[ten]", scene=engines[0].game.scene(), note="driven >= 10"
+        recording, "evidence", name="test_drives[ten]", scene=scene_of(engines[0].match), note="driven >= 10"
     )
     print("LEFT", left, left.problems)
     assert recording.poses("Sim/Robot/Pose3d")[1][-1, 1] > 10.0, "no robot does that in 1.5 s"

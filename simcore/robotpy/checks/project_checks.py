@@ -11,7 +11,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from simcore.errors import SimcoreError
-from simcore.robotpy.checks.finding import Finding, fail, ok, warn
+from simcore.robotpy.checks.findings import Finding, fail, ok, warn
 
 __all__ = [
     "check_device_settings",

@@ -1,4 +1,4 @@
-"""The hook between `robotpy sim` (or `robotpy test`) and a simulated game."""
+"""The hook between `robotpy sim` (or `robotpy test`) and a match."""
 
 from __future__ import annotations
 
@@ -15,30 +15,28 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from hal.simulation import isTimingPaused
-from wpilib import DriverStation, Timer
+from wpilib import IterativeRobotBase, TimedRobot, Timer
 
 from simcore.errors import ConfigError
-from simcore.robotpy.between_loops import run_between_loops
-from simcore.robotpy.field_view import FieldView
-from simcore.robotpy.match_time import MatchTime
-from simcore.robotpy.roborio import RoboRioPower
-from simcore.robotpy.seams import DrivetrainDevices, Game, MotorDevices, Plant
+from simcore.match.match import Match
+from simcore.robotpy.connected_devices import ConnectedDevices, DrivetrainDevices, MotorDevices
+from simcore.robotpy.magicbot_waits import run_in_waits
+from simcore.robotpy.robot_inputs import DriverStationLink, FieldView, RoboRioPower
+from simcore.units import TICK
 
 if TYPE_CHECKING:
-    from simcore.robotpy.fine_steps import FineSteps
     from simcore.robotpy.simulated_phoenix import PhoenixTime
 
-__all__ = ["RobotPhysics", "TickTimes", "latest_physics"]
+__all__ = ["PhysicsTimes", "RobotPhysics", "latest_physics"]
 
 _log = logging.getLogger(__name__)
 
-TICK = 0.02  # [s]; of a game
 _MOST_OWED = 20  # parts; a stall longer than this is skipped, not caught up with
 _HISTORY = 6000  # ticks; two minutes
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class TickTimes:
+class PhysicsTimes:
     """What the physics cost, and whether it kept up."""
 
     ticks: int
@@ -57,11 +55,11 @@ class TickTimes:
 
 
 class RobotPhysics:
-    """Runs a game under a robot program: base class for the `PhysicsEngine` in a team's physics.py.
+    """Runs a match under a robot program: base class for the `PhysicsEngine` in a team's physics.py.
 
-    Everything happens on the robot's thread, in parts of 5 ms: volts are read from the devices, the game moves, sensors
-    are written. A TimedRobot of any period gets the parts through `addPeriodic`, a MagicRobot while it waits for its
-    next loop, others get those that are due at once from `update_sim`.
+    Everything happens on the robot's thread, in parts of 5 ms: volts are read from the devices, the match moves,
+    sensors are written. A TimedRobot of any period gets the parts through `addPeriodic`, a MagicRobot while it waits
+    for its next loop, others get those that are due at once from `update_sim`.
 
     pyfrc replaces the robot's own `_simulationInit` and `_simulationPeriodic`; a warning says so if there are any.
     `simulationPeriodic` of subsystems goes on to work.
@@ -69,9 +67,9 @@ class RobotPhysics:
     Args:
         physics_controller: From pyfrc.
         robot: The robot object.
-        game: The game, e.g. `RebuiltSim`; it is closed when the program ends.
-        plant: Which of its robots this program drives, e.g. `game.robots[0]`.
-        drivetrain: Its devices, e.g. `SwerveDrivetrainSim`; None if it has none.
+        match: With the robot on its field; it is closed when the program ends.
+        number: Which robot of the match this program drives.
+        drivetrain: Devices of its drivetrain, e.g. `SwerveDrivetrainSim`; None if it has none.
         motors: Devices of its mechanisms, e.g. `TalonFXMotorSim`.
         parts: In how many parts a tick is cut; None: 4 of 5 ms, or in simulated time 1 for a robot with a loop of
             20 ms, whose controllers are then asked in the middle of it.
@@ -80,7 +78,7 @@ class RobotPhysics:
             In simulated time, which is the default in tests, nothing waits for a clock.
 
     Raises:
-        ConfigError: A device is not one, or `parts` is not a whole number from 1 to 20.
+        ConfigError: A device is not one, `parts` is not a whole number from 1 to 20, or the match has no such robot.
     """
 
     def __init__(
@@ -88,38 +86,41 @@ class RobotPhysics:
         physics_controller: Any,
         robot: Any,
         *,
-        game: Game,
-        plant: Plant,
+        match: Match,
+        number: int = 0,
         drivetrain: DrivetrainDevices | None = None,
         motors: Sequence[MotorDevices] = (),
         parts: int | None = None,
         pace_tests: bool = True,
     ) -> None:
-        self._phoenix = _phoenix_time()
-        self._period = float(getattr(robot, "getPeriod", lambda: TICK)())
-        self._drivetrain = drivetrain
-        self._motors = list(motors)
-        self._fine = self._fine_steps(plant) if parts is None and self._period >= TICK else None
-        if parts is None:
-            parts = 4 if self._fine is None else 1
-        if not (isinstance(parts, int) and 1 <= parts <= 20):
+        if number not in range(len(match.robots)):
+            raise ConfigError(f"RobotPhysics: the match has robots 0 to {len(match.robots) - 1}, got number={number!r}")
+        if not (parts is None or (isinstance(parts, int) and 1 <= parts <= 20)):
             raise ConfigError(f"RobotPhysics: parts must be a whole number from 1 to 20, got {parts!r}")
-        for device in (*motors, *(() if drivetrain is None else (drivetrain,))):
-            if not (callable(getattr(device, "read", None)) and callable(getattr(device, "write", None))):
-                raise ConfigError(f"RobotPhysics: {device!r} has no read and write; wrap it, e.g. in TalonFXMotorSim")
+        self.robot = robot
+        """The robot object of the program."""
+        self.match = match
+        self.robot_sim = match.robots[number]
+        """The robot of the match that it drives."""
+        self._phoenix = _phoenix_time()
+        self._period = float(robot.getPeriod()) if isinstance(robot, IterativeRobotBase) else TICK
+        can_wait = self._phoenix is not None and drivetrain is not None and self._period >= TICK
+        at_inner_steps = parts is None and can_wait
+        self._devices = ConnectedDevices(
+            self.robot_sim, drivetrain, motors, clock=self._phoenix, at_inner_steps=at_inner_steps
+        )
+        self.robot_sim.connect(self._devices)
         if self.replaces_hooks:
             _warn_of_replaced_hooks(robot)
-        self.robot = robot
-        self.game = game
-        self.plant = plant
-        self._parts = parts
-        self._h = TICK / parts
+        self._parts = parts or (1 if at_inner_steps else 4)
+        self._h = TICK / self._parts
         self._part = 0
         self._pace_tests = pace_tests and self._phoenix is None
         self._late: deque[float] = deque(maxlen=4 * _HISTORY)
-        # In simulated time nobody looks on, and drawing 504 fuel takes half a millisecond.
+        # In simulated time nobody looks on, and drawing a field of pieces takes half a millisecond.
         self._view = FieldView(physics_controller.field, every=10 if self._phoenix is None else 50)
-        self._match_time = MatchTime()
+        self._driver_station = DriverStationLink(match, number)
+        self._power = RoboRioPower(self.robot_sim.battery)
         self._start: float | None = None
         self._done = 0
         self._last_wall = 0.0
@@ -127,19 +128,16 @@ class RobotPhysics:
         self._work_ms: deque[float] = deque(maxlen=_HISTORY)
         self._ticks = self._late_parts = self._late_loops = 0
         self._skipped = 0.0
-        self._color: DriverStation.Alliance | None = None
-        self._was_enabled = False
-        self._comes_in_time = hasattr(robot, "addPeriodic")
-        self._power = RoboRioPower(plant.battery)
         global _latest
         _latest = weakref.ref(self)
-        if self._comes_in_time:
+        self._comes_in_time = isinstance(robot, TimedRobot)
+        if isinstance(robot, TimedRobot):
             robot.addPeriodic(self.do_due, self._h, self._h / 2.0)  # never at the same instant as the robot's loop
         else:
-            self._comes_in_time = run_between_loops(self)
+            self._comes_in_time = run_in_waits(robot, self)
             if not self._comes_in_time:
                 _log.warning("%s has no addPeriodic: physics runs in bursts, once a loop", type(robot).__name__)
-        atexit.register(game.close)
+        atexit.register(match.close)
 
     replaces_hooks = True
     """Whether pyfrc runs this in place of the robot's own hooks, as it does with a physics.py."""
@@ -156,17 +154,17 @@ class RobotPhysics:
 
     def add_motor(self, motor: MotorDevices) -> None:
         """Connect one more motor, from the next part on."""
-        self._motors.append(motor)
+        self._devices.motors.append(motor)
 
     def remove_motor(self, motor: MotorDevices) -> None:
         """Disconnect a motor; its device keeps what was written last."""
-        self._motors.remove(motor)
+        self._devices.motors.remove(motor)
 
     @property
-    def times(self) -> TickTimes:
+    def times(self) -> PhysicsTimes:
         """What the last two minutes cost."""
         work = np.array(self._work_ms) if self._work_ms else np.zeros(1)
-        return TickTimes(
+        return PhysicsTimes(
             ticks=self._ticks,
             median_ms=float(np.median(work)),
             p99_ms=float(np.percentile(work, 99)),
@@ -193,7 +191,7 @@ class RobotPhysics:
         if self._start is None:
             self._start = now - self._h
             gc.collect()
-            gc.freeze()  # field, fuel and robot stay: the collector need not look at them in every run (5 % of a tick)
+            gc.freeze()  # field, pieces and robot stay: the collector need not see them in every run (5 % of a tick)
             if self._phoenix is not None:
                 # A tick makes thousands of small objects, nearly all gone by its end: looking for cycles after every
                 # 700 took 5 to 8 % of a test's time. On the wall clock shorter pauses matter more.
@@ -217,67 +215,27 @@ class RobotPhysics:
                 self._end_tick()
 
     def _do_part(self) -> None:
-        plant, drivetrain = self.plant, self._drivetrain
-        volts = plant.battery.voltage
-        powered = not plant.battery.browned_out
         if self._part == 0:
             self._power.show_voltage()
-            self.game.begin_tick()
+            self.match.begin_tick()
         self._part += 1
-        if self._fine is not None:
-            self._fine.begin()
-            self.game.move(self._h)
-            self._power.show_rails()
-            return
-        if drivetrain is not None:
-            drivetrain.read(volts)
-        for motor in self._motors:
-            motor.read(volts, powered=powered)
-        self.game.move(self._h)
+        self.match.run_part(self._h)
         self._power.show_rails()
-        if drivetrain is not None:
-            gyro = plant.gyro
-            drivetrain.write(gyro.yaw, gyro.pitch, gyro.roll, gyro.rates.tolist())
-        for motor in self._motors:
-            motor.write()
-        if self._phoenix is not None:
-            self._phoenix.step(self._h)
-
-    def _fine_steps(self, plant: Plant) -> FineSteps | None:
-        """In simulated time: devices that go with the drivetrain's inner steps, where plant and devices can."""
-        if self._phoenix is None or self._drivetrain is None:
-            return None
-        from simcore.robotpy.fine_steps import FineSteps
-
-        return FineSteps(plant, self._drivetrain, self._motors, self._phoenix) if FineSteps.supports(plant) else None
 
     def _end_tick(self) -> None:
         begin = time.perf_counter()
         self._part = 0
         assert self._start is not None
-        self.game.set_clock(self._start + self._done * self._h)  # when it was due, not when the thread came to it
-        self.game.end_tick()
-        self._follow_alliance()
-        period = self._match_time.update(TICK)
-        if period:
-            self.game.start_period(period)
-        self._match_time.send(self.game.game_message)
-        self._view.update(self.plant.chassis.pose, self.game.piece_places())
+        # when it was due, not when the thread came to it
+        self.match.set_network_time(self._start + self._done * self._h)
+        self.match.end_tick()
+        self._driver_station.update()
+        self._view.update(self.robot_sim.chassis.pose, self.match.piece_positions())
         self.after_tick()
         self._ticks += 1
         self._work_ms.append(1e3 * (self._work + time.perf_counter() - begin))
-        self.game.last_tick_ms = self._work_ms[-1]
+        self.match.last_tick_ms = self._work_ms[-1]
         self._work = 0.0
-
-    def _follow_alliance(self) -> None:
-        """Until the first enable the drive team carries the robot to where the chosen alliance starts."""
-        if self._was_enabled:
-            return
-        self._was_enabled = DriverStation.isEnabled()  # the alliance may become known in the very packet that enables
-        color = DriverStation.getAlliance()
-        if color is not None and color != self._color:
-            self._color = color
-            self.game.set_alliance(self.plant.number, "red" if color == DriverStation.Alliance.kRed else "blue")
 
     def _keep_to_the_wall_clock(self) -> None:
         rest = self._last_wall + self._h - time.perf_counter()

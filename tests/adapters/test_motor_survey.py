@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from simcore.robot_file.init_command import look_at_robot
+from simcore.robot_file.init_command import find_motors
 from simcore.robot_file.template import FoundMotor
 
 pytestmark = pytest.mark.skipif(
@@ -26,7 +26,7 @@ def project(tmp_path):
 
 
 def test_groups_of_motors_and_their_gears_are_found_and_the_drivetrain_left_out(project):
-    motors, why_not = look_at_robot(project)
+    motors, why_not = find_motors(project)
     assert why_not == ""
     assert motors == [
         FoundMotor(controller="TalonFX", leader=31, followers=(32, 33), opposed=(33,), gearing=0.75),
@@ -40,6 +40,9 @@ def test_groups_of_motors_and_their_gears_are_found_and_the_drivetrain_left_out(
 
 def test_a_program_that_cannot_start_says_why(project):
     (project / "robot.py").write_text("import wpilib\nraise OSError('no gamepad')\n")
-    assert look_at_robot(project) == (None, "OSError: no gamepad")
+    assert find_motors(project) == (None, "OSError: no gamepad")
     (project / "robot.py").write_text("import wpilib\n")
-    assert look_at_robot(project) == (None, "ConfigError: robot.py defines no robot class")
+    assert find_motors(project) == (
+        None,
+        f"ConfigError: {project}/robot.py: want one class derived from wpilib.RobotBase, got []",
+    )

@@ -1,4 +1,4 @@
-"""Where a test's robot project is, and its robot class."""
+"""A robot program from outside: where its robot.py is, its robot class, and the parts of its robot object."""
 
 from __future__ import annotations
 
@@ -8,9 +8,9 @@ import sys
 from pathlib import Path
 from typing import Any
 
-from simcore.errors import ConfigError
+from simcore.errors import ConfigError, UnknownNameError
 
-__all__ = ["find_robot_file", "load_robot_class"]
+__all__ = ["find_robot_file", "load_robot_class", "part_of"]
 
 
 def find_robot_file(start: Path, *, named: str | Path | None = None, base: Path | None = None) -> Path:
@@ -69,3 +69,26 @@ def load_robot_class(robot_file: Path) -> Any:
             f"{robot_file}: want one class derived from wpilib.RobotBase, got {[c.__name__ for c in found]}"
         )
     return found[0]
+
+
+def part_of(robot: object, path: str) -> Any:
+    """The attribute at a dotted path, e.g. `part_of(robot, "container.drivetrain")`.
+
+    Raises:
+        UnknownNameError: A step of the path is not there; it names the nearest attributes.
+
+    >>> part_of("frc", "upper").__name__
+    'upper'
+    >>> part_of("frc", "uper")
+    Traceback (most recent call last):
+    simcore.errors.UnknownNameError: no attribute of str named 'uper'. Did you mean 'upper' ...
+    """
+    found: Any = robot
+    walked = type(robot).__name__
+    for name in path.split("."):
+        if not hasattr(found, name):
+            known = [n for n in (*vars(type(found)), *getattr(found, "__dict__", ())) if not n.startswith("_")]
+            raise UnknownNameError(f"attribute of {walked}", name, known)
+        found = getattr(found, name)
+        walked += f".{name}"
+    return found
