@@ -158,12 +158,7 @@ def test_telemetry_keys_on_every_page_are_published(published):
             group = key.split("<")[0].rstrip("/")
             if not {key, general(key)} & known and not any(other.startswith(f"{group}/") for other in known):
                 wrong.append(f"{name}: {key}")
-<<<<<<< HEAD
-    of_robots_on_pages = ["connect.md: Sim/Debug/FrontRollerVelocityRPS", "robot.md: Sim/Debug/LowerWheelVelocityRPS"]
-    assert wrong == of_robots_on_pages
-=======
     assert wrong == []
->>>>>>> docs
 
 
 def test_the_layout_of_advantagescope_shows_what_is_published(published):
