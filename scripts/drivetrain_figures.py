@@ -3,9 +3,9 @@
     python scripts/drivetrain_figures.py [--json] [--cost] [--step SECONDS]
 
 Two robots, both 55 kg, 0.8 m bumpers, modules on a 0.527 m square, MK4i L2, wheel radius 0.0508 m, tread 1.2:
-`ideal` has no losses and next to no rotor or wheel inertia, as the closed forms of sections 5.1 and 5.2 assume;
+`ideal` has no losses and next to no rotor or wheel inertia, as the closed forms assume;
 `reference` has a rotor of 4.5e-5 kg m^2, a wheel of 8e-4 kg m^2 (deduced: it is what the 40 A and 60 A rows imply),
-gears of 95 % and rolling resistance of 0.01, as section 5.3 assumes. Neither transfers load between axles (center of
+gears of 95 % and rolling resistance of 0.01. Neither transfers load between axles (center of
 mass on the floor) nor has dry friction in the drive, because the figures do not. Exit code 1 when a row fails.
 """
 
@@ -45,7 +45,7 @@ IDEAL = replace(
 
 @dataclass(frozen=True)
 class Row:
-    """One figure: what the facts say, what was measured, and how far apart they may be."""
+    """One figure: what is expected, what was measured, and how far apart they may be."""
 
     section: str
     name: str
@@ -83,7 +83,7 @@ def with_motor(module: SwerveModuleConfig, name: str) -> SwerveModuleConfig:
 
 
 def sagging(volts: float) -> BatteryConfig:
-    """The battery of section 5.3: fixed open-circuit voltage behind 0.02 ohm, a roboRIO that never cuts out."""
+    """A battery with a fixed open-circuit voltage behind 0.02 ohm, and a roboRIO that never cuts out."""
     return BatteryConfig(
         full_voltage=volts, empty_voltage=volts, resistance=0.02, recovery_resistance=0.0, brownout_enabled=False
     )
@@ -489,7 +489,7 @@ def cost(robots: int, step: float) -> float:
 
 
 def measure() -> list[Row]:
-    """All rows, in the order of the facts."""
+    """All rows, in the order of the table."""
     return [*closed_forms(), *motors(), *launches()]
 
 

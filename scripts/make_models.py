@@ -2,8 +2,9 @@
 
     python scripts/make_models.py [FOLDER]
 
-The robot's parts come in the order of games/rebuilt/components.py, each drawn about its own origin; the field comes
-from the collision mesh, so that what is seen is what is hit. Everything is small: a stand-in for those without CAD.
+The robot's parts come in the order of its components (games/rebuilt/robot.py), each drawn about its own origin; the
+field comes from the collision mesh, so that what is seen is what is hit. Everything is small: a
+stand-in for those without CAD.
 """
 
 from __future__ import annotations
@@ -23,8 +24,8 @@ from trimesh.visual import TextureVisuals
 from trimesh.visual.material import PBRMaterial
 
 from games.rebuilt import dimensions as dim
-from games.rebuilt.field import FIELD as FIELD_DEFINITION
 from games.rebuilt.fuel import FUEL
+from games.rebuilt.game import REBUILT
 from games.rebuilt.robot import rebuilt_robot
 from simcore.physics.obj import ObjGroup, read_obj
 from simcore.show.glb import linear_rgba
@@ -215,7 +216,7 @@ PARTS: dict[str, Callable[[], list[trimesh.Trimesh]]] = {
     "shooter wheel, right": lambda: wheel(0.05, 0.06, BLACK, YELLOW),
     "shooter backspin roller": lambda: wheel(0.02, 0.3, BLACK, GREEN),
 }
-"""By the names of components.py."""
+"""By the names of the robot's components."""
 
 
 def robot_config() -> dict[str, Any]:
@@ -262,7 +263,7 @@ def field_meshes() -> dict[str, trimesh.Trimesh]:
     """Carpet, tape, walls and every element of the collision mesh, field frame."""
     length, width = dim.FIELD_LENGTH, dim.FIELD_WIDTH
     meshes = {"carpet": box((-0.9, -0.6, -0.03), (length + 0.9, width + 0.6, -0.002), CARPET)}
-    for group in read_obj(FIELD_DEFINITION.mesh):
+    for group in read_obj(REBUILT.field.mesh):
         if "guardrail" in group.name or "alliance_wall" in group.name:
             continue  # 0.3 m thick for the engine; drawn thin below
         color = next((color for pattern, color in FIELD_COLORS if fnmatchcase(group.name, pattern)), STEEL)

@@ -1,4 +1,4 @@
-"""`python -m games.rebuilt`: play a scripted auto and see what comes of it; the same as `simcore play rebuilt`."""
+"""`python -m games.rebuilt`: play a scripted auto; the same as `simcore play rebuilt`."""
 
 import sys
 

@@ -24,7 +24,7 @@ from simcore.units import degrees
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from simcore.match.match import Match
+    from simcore.match.game import MatchState
 
 __all__ = ["AUTOS"]
 
@@ -80,7 +80,7 @@ def tour(robot: ScriptedRobot) -> Steps:
     yield from robot.drive_to(2.5, y, 0.0)
 
 
-def _scripted(script: Script) -> Callable[[Match, Alliance], Controller]:
+def _scripted(script: Script) -> Callable[[MatchState, Alliance], Controller]:
     return lambda match, alliance: ScriptedRobot(script, match, alliance, _SETTINGS)
 
 

@@ -8,8 +8,7 @@ import numpy as np
 
 from games.rebuilt.field import hub_exit
 from simcore.match.clock import MatchClock, Phase
-from simcore.match.game import Rules
-from simcore.match.match import Match
+from simcore.match.game import MatchState, Rules
 from simcore.match.scoring import Alliance, ScoreEvent, ScoringZone
 
 __all__ = ["HUB_EXITS", "MATCH", "RebuiltRules"]
@@ -41,7 +40,7 @@ class RebuiltRules(Rules):
     other in 2 and 4; with equal fuel, chance decides. In practice both count all the time.
     """
 
-    def __init__(self, match: Match) -> None:
+    def __init__(self, match: MatchState) -> None:
         super().__init__(match)
         self._auto_points: dict[Alliance, int] = {"blue": 0, "red": 0}
         # who is inactive first in a tie: counted from the first robot's alliance, so that red is blue flipped

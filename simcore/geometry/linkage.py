@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from typing import NamedTuple, Protocol
 
 from simcore.errors import ConfigError, UnknownNameError, require_finite
-from simcore.geometry.quaternion import IDENTITY, Quaternion, Vector, multiply, rotate
+from simcore.geometry.rotation import IDENTITY, Quaternion, Vector, multiply, rotate
 
 __all__ = ["Joint", "MechanismMotion", "PartState", "part_pose", "part_state", "require_mechanisms"]
 

@@ -11,17 +11,13 @@ from dataclasses import dataclass
 from typing import Literal
 
 from simcore.errors import ConfigError, require_positive
+from simcore.geometry.rotation import wrap_angle
 from simcore.typing import FloatArray
 
-__all__ = ["FieldSymmetry", "Pose", "wrap_angle"]
+__all__ = ["FieldSymmetry", "Pose"]
 
 Pose = tuple[float, float, float]
 """Place and heading, field frame [m, m, rad]."""
-
-
-def wrap_angle(angle: float) -> float:
-    """The same angle within -pi..pi [rad]."""
-    return math.atan2(math.sin(angle), math.cos(angle))
 
 
 @dataclass(frozen=True, slots=True)

@@ -8,16 +8,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from simcore.geometry.quaternion import Vector
+from simcore.geometry.rotation import Vector
 from simcore.physics.world import PhysicsWorld
 from simcore.pieces.piece_manager import GamePieceManager
 from simcore.robot.robot import Robot
 from simcore.typing import FloatArray
-from simcore.vision.camera_manager import VisionSimManager
-from simcore.vision.camera_scene import Scene
-from simcore.vision.lines import direction_line, sighting_lines
-from simcore.vision.network_clock import NetworkClock
-from simcore.vision.tags import TagLayout, load_layout, official_layout
+from simcore.vision.camera_manager import NetworkClock, VisionSimManager, direction_line, sighting_lines
+from simcore.vision.camera_scene import CameraScene
+from simcore.vision.tag_layout import TagLayout, load_layout, official_layout
 
 if TYPE_CHECKING:
     import ntcore
@@ -26,7 +24,7 @@ __all__ = ["CameraRig", "tag_layout"]
 
 
 def tag_layout(name: str | Path) -> TagLayout:
-    """A layout by name (see `simcore.vision.tags.OFFICIAL_LAYOUTS`), or from a JSON file.
+    """A layout by name (see `simcore.vision.tag_layout.OFFICIAL_LAYOUTS`), or from a JSON file.
 
     Raises:
         UnknownNameError: No such layout.
@@ -60,6 +58,7 @@ class CameraRig(VisionSimManager):
         self.clock = NetworkClock()
         """From simulated time to that of NetworkTables."""
         self._pieces = pieces
+        self._class_ids = pieces.state.kind.astype(np.int64)
         self._carriers = [robot for robot in robots if robot.config.cameras]
         self._sight = _WorldSight(world, {robot.number: robot.chassis.row for robot in self._carriers})
         for robot in self._carriers:
@@ -75,11 +74,13 @@ class CameraRig(VisionSimManager):
         """One tick, at its end [s]."""
         if not self.cameras:
             return
-        scene = Scene(
+        scene = CameraScene(
             robots={robot.number: (robot.chassis.pos, robot.chassis.quat) for robot in self._carriers},
             pieces=self._pieces.state.pos,
             is_there=self._pieces.is_on_field,
-            piece_radius=float(self._pieces.radius.max(initial=0.0)),
+            piece_radius=self._pieces.radius,
+            class_names=tuple(kind.name.lower() for kind in self._pieces.types),
+            class_ids=self._class_ids,
             sight=self._sight,
         )
         self.update(time, scene)

@@ -4,31 +4,44 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from fnmatch import fnmatchcase
 from pathlib import Path
-from typing import TYPE_CHECKING, TypeAlias
+from typing import Protocol, TypeAlias
 
 import numpy as np
 
 from simcore.errors import ConfigError, UnknownNameError
 from simcore.geometry.symmetry import FieldSymmetry, Pose
-from simcore.match.clock import MatchClock, Phase
-from simcore.match.scoring import Alliance, ScoreEvent, ScoringZone
+from simcore.match.camera_rig import CameraRig
+from simcore.match.clock import MatchClock, MatchTimer, Phase
+from simcore.match.piece_flow import PieceFlow
+from simcore.match.report import PieceCount, Score
+from simcore.match.scoring import Alliance, ScoreEvent, ScoringTracker, ScoringZone
 from simcore.physics.field import FieldElement, FieldGeometry
 from simcore.physics.obj import read_obj
+from simcore.physics.shapes import Box, Cylinder, Sphere
 from simcore.physics.surface import TerrainSurface
 from simcore.pieces.kinds import GamePieceConfig
+from simcore.pieces.piece_manager import GamePieceManager
 from simcore.robot.climber import Rung
-from simcore.robot.robot import Controller
+from simcore.robot.robot import Controller, Robot
 from simcore.robot.robot_config import RobotConfig
 from simcore.typing import FloatArray
 
-if TYPE_CHECKING:
-    from simcore.match.match import Match
-
-__all__ = ["Auto", "FieldDefinition", "Game", "GameOption", "PieceSupply", "RobotEntry", "Rules", "StagedPieces"]
+__all__ = [
+    "Auto",
+    "FieldDefinition",
+    "Game",
+    "GameOption",
+    "MatchState",
+    "PieceSupply",
+    "RobotEntry",
+    "Rules",
+    "StagedPieces",
+    "for_both_alliances",
+]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -80,6 +93,27 @@ class FieldDefinition:
         """Those of the `drivable` patterns that name something in a field."""
         names = [element.name for element in geometry.elements]
         return [pattern for pattern in self.drivable if any(fnmatchcase(name, pattern) for name in names)]
+
+
+def for_both_alliances(elements: Iterable[FieldElement], symmetry: FieldSymmetry) -> tuple[FieldElement, ...]:
+    """Elements of the blue half as `blue_...`, and where the symmetry puts them as `red_...`.
+
+    Args:
+        elements: Boxes along the axes, upright cylinders or balls; they look the same flipped.
+        symmetry: Of the field.
+
+    Raises:
+        ConfigError: A shape that would have to be turned.
+    """
+    both = []
+    for element in elements:
+        if not isinstance(element.shape, Box | Cylinder | Sphere):
+            kind = type(element.shape).__name__
+            raise ConfigError(f"{element.name}: boxes, cylinders and balls can be put on both sides, got a {kind}")
+        flipped = symmetry.flip_points(element.position[None])[0]
+        both.append(dataclasses.replace(element, name=f"blue_{element.name}"))
+        both.append(dataclasses.replace(element, name=f"red_{element.name}", position=flipped))
+    return tuple(both)
 
 
 @dataclass(frozen=True, slots=True)
@@ -142,12 +176,54 @@ class Auto:
 
     name: str
     summary: str
-    controller: Callable[[Match, Alliance], Controller]
+    controller: Callable[[MatchState, Alliance], Controller]
     """Makes what commands the robot, of a match and its alliance."""
     start: Pose
     """As a blue robot, field frame [m, m, rad]."""
     preload: int | None = None
     """As in `RobotEntry`."""
+
+
+class MatchState(Protocol):
+    """What rules and telemetry see of a match: all of its state."""
+
+    game: Game
+    entries: tuple[RobotEntry, ...]
+    options: frozenset[str]
+    """Names of the game's options that are on."""
+    practice: bool
+    """Every piece counts, whatever the clock says."""
+    time: float
+    """Simulated time since the start [s]."""
+    ticks: int
+    """Ticks since the start."""
+    substeps: int
+    """Of the last tick."""
+    last_tick_ms: float | None
+    """Wall time of the last tick [ms], if somebody measures it."""
+    timer: MatchTimer
+    """The time of the match."""
+    pieces: GamePieceManager
+    robots: list[Robot]
+    alliances: list[Alliance]
+    """Of each robot, as last set."""
+    tracker: ScoringTracker
+    flow: PieceFlow
+    """Pieces into robots and out of them."""
+    rules: Rules
+    rules_rng: np.random.Generator
+    """For what the rules leave to chance."""
+    cameras: CameraRig
+
+    @property
+    def score(self) -> Score:
+        """Points so far."""
+        ...
+
+    @property
+    def count(self) -> PieceCount:
+        """Where all pieces are."""
+        ...
 
 
 class Rules:
@@ -159,7 +235,7 @@ class Rules:
         match: Which is played. It is complete but for the pieces, which are staged when `start` is called.
     """
 
-    def __init__(self, match: Match) -> None:
+    def __init__(self, match: MatchState) -> None:
         self.match = match
 
     def start(self) -> None:
@@ -215,7 +291,7 @@ class Game:
     clock: MatchClock
     staging: Staging
     zones: tuple[ScoringZone, ...] = ()
-    rules: Callable[[Match], Rules] = Rules
+    rules: Callable[[MatchState], Rules] = Rules
     robot: Callable[[], RobotConfig]
     """Its default robot."""
     starts: tuple[Pose, ...]

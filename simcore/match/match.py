@@ -8,49 +8,41 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 from contextlib import ExitStack
-from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from simcore.errors import ConfigError, UnknownNameError
+from simcore.errors import ConfigError
+from simcore.geometry.symmetry import Pose
 from simcore.match.camera_rig import CameraRig, tag_layout
 from simcore.match.clock import MatchTimer, Mode
 from simcore.match.digest import TrajectoryDigest
-from simcore.match.game import Game, RobotEntry, Rules
+from simcore.match.game import Game, PieceSupply, RobotEntry, Rules
+from simcore.match.piece_flow import PieceFlow
 from simcore.match.publish import build_snapshot
 from simcore.match.report import PieceCount, Score
 from simcore.match.scoring import Alliance, ScoringTracker, ScoringZone
+from simcore.match.starts import require_free_starts, require_playable, start_pose
 from simcore.physics.engine import Engine
+from simcore.physics.field import FieldElement
 from simcore.physics.substeps import Substepping, Surroundings
 from simcore.physics.world import PhysicsWorld
-from simcore.pieces.intake import field_to_robot
 from simcore.pieces.piece_manager import GamePieceManager
 from simcore.pieces.pool import PieceStatus
-from simcore.pieces.proximity import Mover, Proximity
+from simcore.pieces.wake_grid import Footprint, WakeSettings
 from simcore.robot.robot import Controller, Robot
+from simcore.robot.robot_config import RobotConfig
+from simcore.robot.swerve_config import SwerveConfig, SwerveModuleConfig
 from simcore.telemetry.snapshot import Snapshot, TelemetrySink
-from simcore.typing import BoolArray, FloatArray, IntArray
+from simcore.typing import FloatArray
 from simcore.units import TICK
-from simcore.vision.tags import TagLayout
+from simcore.vision.tag_layout import TagLayout
 
 if TYPE_CHECKING:
     import ntcore
 
-__all__ = ["Match", "ShotRecord"]
-
-
-@dataclass(slots=True)
-class ShotRecord:
-    """One shot piece, from the muzzle until it scored, or for 2 s and until it touched something."""
-
-    time: float
-    slot: int
-    robot: int
-    points: list[tuple[float, float, float]]
-    """Its flight, a point a tick [m]."""
-    scored: bool = False
+__all__ = ["Match"]
 
 
 class Match:
@@ -69,15 +61,15 @@ class Match:
         field_mesh: An OBJ of the field in place of the game's own.
         tags: An AprilTag layout in place of the game's own: a name, or a file in WPILib's JSON.
         substepping: Limits on movement per sub-step.
-        proximity: When pieces wake and sleep.
+        wake: When pieces wake and sleep.
 
     Raises:
         ConfigError: Robots, seed or options that cannot be.
         FieldMeshError: The field's mesh is missing or broken.
 
     Example:
-        >>> from games.rebuilt import REBUILT
-        >>> with Match(REBUILT, seed=3) as match:
+        >>> from simcore.match.registry import find_game
+        >>> with Match(find_game(), seed=3) as match:
         ...     match.play(0.1)
         ...     match.score.total, match.count.is_conserved
         (0, True)
@@ -105,10 +97,8 @@ class Match:
     digest: TrajectoryDigest
     """Of the state of every tick so far."""
     _has_ended: bool
-    shots: list[ShotRecord]
-    """All shots, in order."""
-    intakes: list[list[float]]
-    """Where each piece was taken in, field frame [m]."""
+    flow: PieceFlow
+    """Pieces into robots and out of them, and the record of it."""
 
     def __init__(
         self,
@@ -125,16 +115,16 @@ class Match:
         field_mesh: Path | None = None,
         tags: str | Path | None = None,
         substepping: Substepping | None = None,
-        proximity: Proximity | None = None,
+        wake: WakeSettings | None = None,
     ) -> None:
         self.game = game
         self.entries = tuple(robots) or (RobotEntry(),)
         self.options = frozenset(options)
         self.practice = practice
-        _check(game, self.entries, self.options, controllers, seed)
+        require_playable(game, self.entries, options=self.options, controllers=len(controllers), seed=seed)
         self._network = network
         self._tags = tags or game.field.tags
-        self._proximity = proximity
+        self._wake_settings = wake
         self._controllers = list(controllers) + [None] * (len(self.entries) - len(controllers))
         self.sinks = list(sinks)
         self.last_tick_ms: float | None = None
@@ -165,6 +155,40 @@ class Match:
         except BaseException:
             self.world.close()
             raise
+
+    @classmethod
+    def bare(
+        cls,
+        robot: RobotConfig | None = None,
+        *,
+        start: Pose = (2.0, 2.0, 0.0),
+        size: tuple[float, float] = (16.0, 8.0),
+        elements: Sequence[FieldElement] = (),
+        pieces: Sequence[PieceSupply] = (),
+        zones: Sequence[ScoringZone] = (),
+        **settings: Any,
+    ) -> Match:
+        """A match of no game: a carpet with a wall around it, for experiments and tests.
+
+        Args:
+            robot: Its robot; None: 55 kg on four swerve modules, without mechanisms.
+            start: Where it stands [m, m, rad].
+            size: Length and width of the field [m].
+            elements: What stands on it, beside the wall.
+            pieces: Kinds of pieces; none lies anywhere until `match.pieces.spawn` puts it there.
+            zones: Where pieces score.
+            settings: Further arguments of `Match`.
+
+        Example:
+            >>> with Match.bare() as match:
+            ...     match.robots[0].drive.set_volts([6.0] * 4, [0.0] * 4)
+            ...     match.play(1.0)
+            ...     match.robots[0].chassis.pose[0] > 2.5
+            True
+        """
+        config = robot or RobotConfig(drivetrain=SwerveConfig.square(0.53, SwerveModuleConfig(x=0.0, y=0.0)))
+        game = Game.bare(size=size, elements=elements, pieces=pieces, zones=zones, robot=lambda: config)
+        return cls(game, robots=(RobotEntry(start=start),), **settings)
 
     def __enter__(self) -> Match:
         return self
@@ -227,56 +251,14 @@ class Match:
 
     def _wake(self) -> None:
         """Sleepers that can be reached within the tick wake."""
-        movers = [Mover(*robot.chassis.footprint) for robot in self.robots]
+        movers = [Footprint(*robot.chassis.footprint) for robot in self.robots]
         self._piece_speed = self.pieces.wake_reachable(movers, TICK)
 
     def _take_in(self) -> None:
         """Before the step, so that a fresh shot is not taken in again."""
-        for robot in self.robots:
-            if robot.intakes or robot.placers:
-                self._take_into(robot)
-            robot.end_intake()
+        self.flow.take_in(self._piece_speed)
         self.substeps = 0
         self._near = max((robot.chassis.surroundings(TICK) for robot in self.robots), default=Surroundings.OPEN)
-
-    def _take_into(self, robot: Robot) -> None:
-        state = self.pieces.state
-        reach = max([intake.reach for intake in robot.intakes] + [placer.reach for placer in robot.placers])
-        reach += robot.moved + self._piece_speed * TICK  # as far as robot and piece came since the last tick
-        slots = self.pieces.within_sight  # sleepers too: a roller does not ask
-        away = state.pos[slots] - robot.chassis.pos
-        near = np.einsum("ij,ij->i", away, away) < reach * reach
-        slots = slots[near & (state.status[slots] != PieceStatus.IN_FLIGHT)]
-        pos, quat = robot.pose_before
-        now = field_to_robot(state.pos[slots], np.array(robot.chassis.pos), np.array(robot.chassis.quat))
-        before = field_to_robot(state.before[slots], np.array(pos), np.array(quat))
-        free: BoolArray = np.ones(len(slots), dtype=np.bool_)
-        for intake in robot.intakes:
-            taken = intake.captured(before, now) & free & self._is_kind(slots, intake.config.kinds)
-            chosen = np.nonzero(taken)[0][: max(0, robot.storage.room)]
-            free[chosen] = False
-            self._hold(robot, slots[chosen])
-            robot.storage.add(slots[chosen].tolist())
-        for placer in robot.placers:
-            if placer.takes:
-                at = np.nonzero(placer.captured(now) & free & self._is_kind(slots, placer.config.kinds))[0]
-                if len(at):
-                    free[at[0]] = False
-                    self._hold(robot, slots[at[:1]])
-                    placer.piece = int(slots[at[0]])
-                elif placer.config.from_storage and robot.storage.pieces:
-                    placer.piece = robot.storage.take()
-
-    def _hold(self, robot: Robot, slots: IntArray) -> None:
-        if len(slots):
-            self.intakes += self.pieces.state.pos[slots].tolist()
-            self.pieces.hold(slots, robot.number)
-
-    def _is_kind(self, slots: IntArray, kinds: Sequence[str]) -> BoolArray:
-        if not kinds:
-            return np.ones(len(slots), dtype=np.bool_)
-        wanted = [number for number, supply in enumerate(self.game.pieces) if supply.kind.name in kinds]
-        return np.isin(self.pieces.state.kind[slots], wanted)
 
     # --- one part -------------------------------------------------------------------------------------------------
 
@@ -321,10 +303,7 @@ class Match:
         self.time = self.ticks * TICK
         self.timer.advance(TICK)
         self.pieces.gather(TICK)
-        for slot, shot in list(self._flying.items()):
-            shot.points.append(tuple(self.pieces.state.pos[slot].tolist()))
-            if self.pieces.state.status[slot] != PieceStatus.IN_FLIGHT and len(shot.points) > 100:
-                del self._flying[slot]
+        self.flow.follow()
 
     def _see(self) -> None:
         """Cameras expose the frames that are due and publish those that are ready."""
@@ -340,9 +319,7 @@ class Match:
         events = self.tracker.update(self.time, slots, state.before[slots], state.pos[slots])
         if events:
             for event in events:
-                shot = self._flying.pop(event.slot, None)
-                if shot is not None:
-                    shot.scored = True
+                self.flow.note_scored(event.slot)
             self.pieces.score(np.array([event.slot for event in events]))
             for event in events:
                 self.rules.scored(event)
@@ -352,48 +329,8 @@ class Match:
         self.rules.after_tick()
 
     def _let_go(self) -> None:
-        """Pieces leave the muzzles of shooters whose gate is open, and placers that turn out."""
-        for robot in self.robots:
-            for shooter in robot.shooters:
-                if shooter.config.kinds:
-                    held = self._next_held(robot, shooter.config.kinds)
-                else:
-                    held = len(robot.storage.pieces)
-                for launch in shooter.update(TICK, held):
-                    slot = robot.storage.take()
-                    kind = self.pieces.types[self.pieces.state.kind[slot]]
-                    piece = shooter.launched(
-                        launch,
-                        dt=TICK,
-                        gravity=self.world.gravity,
-                        radius=kind.bounding_radius,
-                        robot_pos=robot.chassis.pos,
-                        robot_quat=robot.chassis.quat,
-                        robot_vel=robot.chassis.origin_velocity,
-                        robot_rate=robot.chassis.rate,
-                    )
-                    self.pieces.launch(robot.number, piece.pos, piece.vel, piece.spin, slot=slot)
-                    shooter.after_shot(kind.mass, launch.speed)
-                    shot = ShotRecord(self.time, slot, robot.number, [piece.pos])
-                    self.shots.append(shot)
-                    self._flying[slot] = shot
-            for placer in robot.placers:
-                if placer.releases:
-                    slot = placer.let_go()
-                    state = robot.part_in_field(placer.held_state())
-                    self.pieces.launch(
-                        robot.number, state.pos, state.vel, state.rate, slot=slot, quat=state.quat, flying=False
-                    )
-
-    def _next_held(self, robot: Robot, kinds: Sequence[str]) -> int:
-        """How many pieces of some kinds come next out of a storage, before another kind is in the way."""
-        count = 0
-        pieces = robot.storage.pieces if robot.config.storage.order == "fifo" else robot.storage.pieces[::-1]
-        for slot in pieces:
-            if self.pieces.types[self.pieces.state.kind[slot]].name not in kinds:
-                break
-            count += 1
-        return count
+        """Pieces leave shooters and placers."""
+        self.flow.let_go(self.time)
 
     def _publish(self) -> None:
         """One snapshot for the sinks that are due, and the digest of the state."""
@@ -426,9 +363,7 @@ class Match:
         self.timer.start(mode)
         if mode == "auto":
             self.tracker.reset()
-            self.shots.clear()
-            self.intakes.clear()
-            self._flying.clear()
+            self.flow.clear()
             self._has_ended = False
         self.rules.start_mode(mode)
 
@@ -443,7 +378,7 @@ class Match:
             seed: Of the new run; None: the same one.
         """
         if seed is not None:
-            _check(self.game, self.entries, self.options, (), seed)
+            require_playable(self.game, self.entries, options=(), controllers=0, seed=seed)
         self.cameras.close()
         self.world.reset()
         self._begin(self.seed if seed is None else seed)
@@ -469,18 +404,6 @@ class Match:
             off_field=count(PieceStatus.STAGED),
         )
 
-    @property
-    def hits(self) -> int:
-        """Shots that scored."""
-        return sum([shot.scored for shot in self.shots])
-
-    @property
-    def flying(self) -> IntArray:
-        """Slots of the shots that have not touched anything yet, oldest first."""
-        status = self.pieces.state.status
-        slots = [slot for slot in self._flying if status[slot] == PieceStatus.IN_FLIGHT]
-        return np.array(slots, dtype=np.int64)
-
     def piece_positions(self) -> dict[str, FloatArray]:
         """Where the pieces on the field and in the air are, by kind, field frame [m], shape (n, 3)."""
         return {
@@ -490,17 +413,7 @@ class Match:
 
     def start_pose(self, number: int) -> tuple[float, float, float]:
         """Where a robot starts as one of its present alliance, field frame [m, m, rad]."""
-        entry = self.entries[number]
-        pose = entry.start
-        if pose is None:
-            before = sum([1 for other in self.entries[:number] if other.alliance == entry.alliance])
-            if before >= len(self.game.starts):
-                raise ConfigError(
-                    f"{self.game.name} has {len(self.game.starts)} starts an alliance; give the RobotEntry of robot "
-                    f"{number} a start"
-                )
-            pose = self.game.starts[before]
-        return self.game.field.symmetry.flip_pose(*pose) if self.alliances[number] == "red" else pose
+        return start_pose(self.game, self.entries, self.alliances, number)
 
     def snapshot(self) -> Snapshot:
         """Everything that telemetry shows of the last tick."""
@@ -519,9 +432,6 @@ class Match:
         self.substeps = 0
         self.timer = MatchTimer(game.clock)
         self.digest = TrajectoryDigest()
-        self.shots = []
-        self.intakes = []
-        self._flying: dict[int, ShotRecord] = {}
         self._piece_speed = 0.0
         self._near = Surroundings.OPEN
         self._has_ended = False
@@ -531,7 +441,7 @@ class Match:
             self.world,
             [(supply.kind, supply.count) for supply in game.pieces],
             field_size=game.field.size,
-            proximity=self._proximity,
+            wake=self._wake_settings,
         )
         self._stage(staging_rng)
         self.robots = []
@@ -542,7 +452,8 @@ class Match:
             robot = Robot(self.world, config, number=number, pose=pose, rng=own_rng, rungs=game.field.rungs)
             self.robots.append(robot)
             self._preload(robot, entry)
-        self._require_free_starts()
+        require_free_starts(self.world, self.robots, game.field.size)
+        self.flow = PieceFlow(self.world, self.pieces, self.robots)
         kinds = [game.pieces[kind].kind.name for kind in self.pieces.state.kind.tolist()]
         self.tracker = ScoringTracker(game.zones, worth=self._worth, kinds=kinds)
         self.cameras = CameraRig(self.world, self.pieces, self.robots, self._layout(), camera_rng, self._network)
@@ -582,55 +493,3 @@ class Match:
 
     def _worth(self, zone: ScoringZone) -> int:
         return self.rules.worth(zone)
-
-    def _require_free_starts(self) -> None:
-        """Refuse robots that start inside of each other, of a solid element, or beyond the field."""
-        length, width = self.game.field.size
-        for robot in self.robots:
-            (x, y, _), c = robot.chassis.pose, robot.chassis.config
-            if not (0.0 <= x <= length and 0.0 <= y <= width):
-                raise ConfigError(
-                    f"robot {robot.number} starts outside of the field of {length:g} x {width:g} m, at ({x:g}, {y:g}); "
-                    "a start is in meters from the blue corner"
-                )
-            half = 0.5 * min(c.bumper_length, c.bumper_width)
-            for other in self.robots[: robot.number]:
-                ox, oy, _ = other.chassis.pose
-                reach = half + 0.5 * min(other.chassis.config.bumper_length, other.chassis.config.bumper_width)
-                if np.hypot(ox - x, oy - y) < 0.99 * reach:
-                    raise ConfigError(
-                        f"robots {other.number} and {robot.number} start inside of each other, at ({ox:.2f}, {oy:.2f}) "
-                        f"and ({x:.2f}, {y:.2f}) m; give their RobotEntry other starts"
-                    )
-        for robot in self.robots:
-            (x, y, _), c = robot.chassis.pose, robot.chassis.config
-            inner = 0.25 * min(c.bumper_length, c.bumper_width)
-            low, high = (x - inner, y - inner, c.clearance), (x + inner, y + inner, c.bumper_top)
-            if self.world.surroundings(robot.chassis.row, low, high) is Surroundings.WALL:
-                raise ConfigError(
-                    f"robot {robot.number} starts inside of a field element, at ({x:.2f}, {y:.2f}) m; "
-                    "give its RobotEntry another start"
-                )
-
-
-def _check(
-    game: Game,
-    entries: Sequence[RobotEntry],
-    options: frozenset[str],
-    controllers: Sequence[Controller | None],
-    seed: int,
-) -> None:
-    """Refuse what cannot be before anything is built."""
-    if not isinstance(seed, int) or isinstance(seed, bool) or seed < 0:
-        raise ConfigError(f"seed must be a whole number >= 0, got {seed!r}")
-    if len(entries) > game.robots:
-        raise ConfigError(f"a match of {game.name} has at most {game.robots} robots, got {len(entries)}")
-    if len(controllers) > len(entries):
-        raise ConfigError(f"{len(controllers)} controllers for {len(entries)} robots")
-    known = [option.name for option in game.options]
-    for name in options:
-        if name not in known:
-            raise UnknownNameError(f"option of {game.name}", name, known)
-    for entry in entries:
-        if entry.preload is not None and entry.preload > game.preload:
-            raise ConfigError(f"RobotEntry: preload must be 0..{game.preload} in {game.name}, got {entry.preload}")

@@ -8,24 +8,19 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from simcore.geometry.quaternion import multiply, rotate
+from simcore.geometry.rotation import multiply, rotate
 from simcore.match.scoring import Alliance
 from simcore.robot.ground_clearance import ground_clearance
 from simcore.robot.mechanisms import ArmSim, ElevatorSim, RackSim
 from simcore.robot.robot import Robot
 from simcore.robot.robot_config import telemetry_name
-from simcore.telemetry.snapshot import Snapshot
+from simcore.telemetry.snapshot import Snapshot, robot_prefix
 from simcore.typing import FloatArray, IntArray
 
 if TYPE_CHECKING:
-    from simcore.match.match import Match
+    from simcore.match.game import MatchState
 
-__all__ = ["build_snapshot", "robot_prefix"]
-
-
-def robot_prefix(number: int) -> str:
-    """What the keys of a robot begin with."""
-    return "Sim" if number == 0 else f"Sim/Robots/{number}"
+__all__ = ["build_snapshot"]
 
 
 @dataclass(slots=True)
@@ -52,7 +47,7 @@ class _Rows:
             self.strings[key] = value
 
 
-def build_snapshot(match: Match) -> Snapshot:
+def build_snapshot(match: MatchState) -> Snapshot:
     """The snapshot of the last tick. Keys without a number are of the first robot; others carry theirs."""
     rows = _Rows()
     _add_pieces(rows, match)
@@ -75,9 +70,9 @@ def build_snapshot(match: Match) -> Snapshot:
     )
 
 
-def _add_pieces(rows: _Rows, match: Match) -> None:
+def _add_pieces(rows: _Rows, match: MatchState) -> None:
     pieces = match.pieces
-    flying = match.flying
+    flying = match.flow.flying
     held = [(slot, robot) for robot in match.robots for slot in robot.held]
     for number, supply in enumerate(match.game.pieces):
         name = supply.kind.name
@@ -116,9 +111,10 @@ def _frozen_ids(slots: IntArray) -> IntArray:
     return ids
 
 
-def _add_match(rows: _Rows, match: Match) -> None:
+def _add_match(rows: _Rows, match: MatchState) -> None:
     timer, score = match.timer, match.score
     rows.doubles |= {"Sim/Match/Time": timer.time, "Sim/Match/TimeLeft": timer.remaining}
+    rows.strings["Sim/Match/Game"] = match.game.name
     rows.strings["Sim/Match/Period"] = timer.phase.name
     rows.booleans["Sim/Match/Enabled"] = timer.is_enabled
     rows.integers |= {
@@ -127,8 +123,8 @@ def _add_match(rows: _Rows, match: Match) -> None:
         "Sim/Score/Blue": score.blue,
         "Sim/Performance/SubSteps": match.substeps,
         "Sim/Performance/AwakePieces": len(match.pieces.awake),
-        "Sim/Shots": len(match.shots),
-        "Sim/Hits": match.hits,
+        "Sim/Shots": len(match.flow.shots),
+        "Sim/Hits": match.flow.hits,
     }
     for name, count in (*match.tracker.pieces.items(), *match.rules.breakdown().items()):
         rows.integers[f"Sim/Score/{name}"] = count

@@ -15,7 +15,8 @@ from typing import TYPE_CHECKING, TypeAlias
 import numpy as np
 
 from simcore.errors import ConfigError, require_finite, require_positive
-from simcore.geometry.symmetry import Pose, wrap_angle
+from simcore.geometry.rotation import wrap_angle
+from simcore.geometry.symmetry import Pose
 from simcore.match.scoring import Alliance
 from simcore.pieces.shot_solver import NoShotError, Shot, solve_shot
 from simcore.robot.mechanism_control import PositionController, VelocityController
@@ -26,7 +27,7 @@ from simcore.typing import FloatArray
 from simcore.units import TICK, degrees
 
 if TYPE_CHECKING:
-    from simcore.match.match import Match
+    from simcore.match.game import MatchState
 
 __all__ = ["Script", "ScriptSettings", "ScriptedRobot", "Steps"]
 
@@ -70,7 +71,7 @@ class ScriptedRobot:
     """
 
     def __init__(
-        self, script: Script, match: Match, alliance: Alliance, settings: ScriptSettings | None = None
+        self, script: Script, match: MatchState, alliance: Alliance, settings: ScriptSettings | None = None
     ) -> None:
         self._script = script
         self._match = match
@@ -225,6 +226,8 @@ class ScriptedRobot:
     ) -> Steps:
         """Take in the pieces of a region, the nearest first.
 
+        It ends when nothing is left there, or no room in the robot.
+
         Args:
             low: Smallest corner of the region, blue field frame [m].
             high: Largest corner [m].
@@ -242,7 +245,7 @@ class ScriptedRobot:
             places = self.piece_positions(kind)
             inside = ((places[:, :2] > low) & (places[:, :2] < high)).all(axis=1)
             near = places[inside & (places[:, 2] < _LYING)]
-            if not len(near):
+            if not len(near) or self.robot.storage.room == 0:
                 break
             here_x, here_y, heading = self.pose
             away = np.hypot(near[:, 0] + back - here_x, near[:, 1] - here_y)

@@ -23,7 +23,7 @@ from typing import Any
 import numpy as np
 
 from simcore.errors import EngineError
-from simcore.geometry.quaternion import IDENTITY, Quaternion, Vector, rotate
+from simcore.geometry.rotation import IDENTITY, Quaternion, Vector, rotate
 from simcore.physics.engine import BodyDefinition, RayHits
 from simcore.physics.shapes import Box, Compound, Cylinder, HalfSpace, Hull, Mesh, Shape, Sphere
 from simcore.typing import FloatArray
@@ -295,7 +295,11 @@ class BulletEngine:
         if isinstance(shape, Compound):
             return self._compound(shape)
         if isinstance(shape, Hull):
-            return int(p.createCollisionShape(p.GEOM_MESH, vertices=_corners(np.asarray(shape.points, dtype=np.float64).tobytes()), **kw))
+            return int(
+                p.createCollisionShape(
+                    p.GEOM_MESH, vertices=_corners(np.asarray(shape.points, dtype=np.float64).tobytes()), **kw
+                )
+            )
         if isinstance(shape, Mesh):
             return int(
                 p.createCollisionShape(

@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
-from simcore.geometry.quaternion import Quaternion, Vector
+from simcore.geometry.rotation import Quaternion, Vector
 from simcore.physics.shapes import Shape
 from simcore.physics.surface import TerrainSurface
 from simcore.typing import FloatArray, IntArray

@@ -15,7 +15,7 @@ import numpy as np
 
 from simcore.errors import ConfigError, require_finite, require_positive
 from simcore.geometry.linkage import Joint, MechanismMotion, part_pose, require_mechanisms
-from simcore.geometry.quaternion import IDENTITY, Quaternion, Vector, matrix
+from simcore.geometry.rotation import IDENTITY, Quaternion, Vector, matrix
 from simcore.geometry.zones import BoxZone
 from simcore.typing import BoolArray, FloatArray
 

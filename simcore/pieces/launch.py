@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from simcore.errors import require_finite, require_non_negative, require_positive
-from simcore.geometry.quaternion import matrix
+from simcore.geometry.rotation import matrix
 from simcore.typing import FloatArray
 
 __all__ = [

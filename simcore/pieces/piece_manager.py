@@ -14,13 +14,12 @@ from collections.abc import Sequence
 import numpy as np
 
 from simcore.errors import CapacityError, ConfigError, NonFiniteError, UnknownNameError
-from simcore.geometry.quaternion import IDENTITY, Quaternion
+from simcore.geometry.rotation import IDENTITY, Quaternion
 from simcore.physics.world import PhysicsWorld
-from simcore.pieces.chunks import ChunkGrid
-from simcore.pieces.flying import FlightForces
+from simcore.pieces.flight_forces import FlightForces
 from simcore.pieces.kinds import GamePieceConfig
 from simcore.pieces.pool import PiecePool, PieceStatus
-from simcore.pieces.proximity import Mover, Proximity
+from simcore.pieces.wake_grid import ChunkGrid, Footprint, WakeSettings
 from simcore.typing import BoolArray, FloatArray, IntArray
 
 __all__ = ["GamePieceManager"]
@@ -42,7 +41,7 @@ class GamePieceManager:
         world: Where the bodies live.
         types: Each type with the most pieces of it that there can be.
         field_size: Length and width [m]; pieces beyond it by more than 0.5 m count as outside and are brought back.
-        proximity: When pieces wake and sleep.
+        wake: When pieces wake and sleep.
     """
 
     def __init__(
@@ -51,10 +50,10 @@ class GamePieceManager:
         types: Sequence[tuple[GamePieceConfig, int]],
         *,
         field_size: tuple[float, float],
-        proximity: Proximity | None = None,
+        wake: WakeSettings | None = None,
     ) -> None:
         self._world = world
-        self._p = proximity or Proximity()
+        self._p = wake or WakeSettings()
         self._field_size = field_size
         self._kinds = {config.name: kind for kind, (config, _) in enumerate(types)}
         self._pool = PiecePool(world, list(types))
@@ -243,7 +242,7 @@ class GamePieceManager:
         return self._awake
 
     @property
-    def within_sight(self) -> IntArray:
+    def in_active_chunks(self) -> IntArray:
         """Slots on the field in active chunks, awake or not: all that anything that moves could meet."""
         return np.nonzero(self.state.touchable)[0]
 
@@ -283,34 +282,35 @@ class GamePieceManager:
 
     def attitudes(self, slots: IntArray) -> FloatArray:
         """Attitudes w, x, y, z, shape (n, 4); of a piece that is off the field, the last it had there."""
-        for row in np.nonzero(self._pool.turns[slots] & (self.state.status[slots] != _ASLEEP))[0].tolist():
-            slot = int(slots[row])
-            x, y, z, w = self._world.engine.pose(self._pool.rows[slot])[1]
+        status = self.state.status[slots]
+        pose, rows = self._world.engine.pose, self._pool.rows
+        for slot in slots[(status == _AWAKE) | (status == _IN_FLIGHT)].tolist():
+            x, y, z, w = pose(rows[slot])[1]
             self._quats[slot] = w, x, y, z
         return self._quats[slots]
 
     # --- one tick -----------------------------------------------------------------------------------------------
 
-    def wake_reachable(self, movers: Sequence[Mover], dt: float) -> float:
+    def wake_reachable(self, robots: Sequence[Footprint], dt: float) -> float:
         """Before the engine moves: wake what can be reached within dt; returns the fastest piece's speed [m/s]."""
         state, p, chunks = self.state, self._p, self._chunks
         awake = self.awake
         speed = np.sqrt(np.einsum("ij,ij->i", state.vel[awake], state.vel[awake]))
         fall = self._world.gravity * dt  # what gravity can add within the tick
         reach = (speed + fall) * dt + 2.0 * self._pool.radius[awake] + p.piece_margin
-        for mover in movers:
-            half_diagonal = math.hypot(mover.half_length, mover.half_width)
-            chunks.mark_box(mover.x, mover.y, half_diagonal + mover.speed * dt + 2.0 * p.margin + 0.5)
+        for robot in robots:
+            half_diagonal = math.hypot(robot.half_length, robot.half_width)
+            chunks.mark_box(robot.x, robot.y, half_diagonal + robot.speed * dt + 2.0 * p.margin + 0.5)
         if len(awake):
             chunks.mark(state.pos[awake], reach + _KNOCK_TICKS * dt * speed)
         self._apply_chunks(*chunks.update())
 
         self._guarded[:] = False
         asleep = np.nonzero(state.touchable & (state.status == _ASLEEP))[0]
-        moving = [m for m in movers if m.speed > 0.005]
+        moving = [robot for robot in robots if robot.speed > 0.005]
         near = np.concatenate((asleep, awake)) if moving else asleep
-        for mover in moving:
-            inside = near[self._in_reach(mover, near, dt)]
+        for robot in moving:
+            inside = near[self._in_reach(robot, near, dt)]
             self._guarded[inside] = True
         to_wake = self._guarded[asleep]
         fast = speed > p.waking_speed
@@ -372,14 +372,14 @@ class GamePieceManager:
             raise UnknownNameError("game piece type", name, self._kinds)
         return self._kinds[name]
 
-    def _in_reach(self, mover: Mover, slots: IntArray, dt: float) -> BoolArray:
-        """Which slots lie in the mover's box, widened by what both can move in a tick."""
-        dx = self.state.pos[slots, 0] - mover.x
-        dy = self.state.pos[slots, 1] - mover.y
-        c, s = math.cos(mover.yaw), math.sin(mover.yaw)
-        grow = self._pool.radius[slots] + mover.speed * dt + self._p.margin
-        inside: BoolArray = (np.abs(c * dx + s * dy) < mover.half_length + grow) & (
-            np.abs(c * dy - s * dx) < mover.half_width + grow
+    def _in_reach(self, robot: Footprint, slots: IntArray, dt: float) -> BoolArray:
+        """Which slots lie in the robot's bumper box, widened by what both can move in a tick."""
+        dx = self.state.pos[slots, 0] - robot.x
+        dy = self.state.pos[slots, 1] - robot.y
+        c, s = math.cos(robot.yaw), math.sin(robot.yaw)
+        grow = self._pool.radius[slots] + robot.speed * dt + self._p.margin
+        inside: BoolArray = (np.abs(c * dx + s * dy) < robot.half_length + grow) & (
+            np.abs(c * dy - s * dx) < robot.half_width + grow
         )
         return inside
 
@@ -415,7 +415,7 @@ class GamePieceManager:
         self._world.engine.wake(self._pool.rows[slot])
 
     def _wake_leaning(self, slot: int) -> None:
-        """Wake the sleepers around a piece that leaves its place on the field: it may have carried them."""
+        """Wake the sleepers around a piece that leaves its place on the field: they may have leaned on it."""
         state = self.state
         if state.status[slot] not in (_ASLEEP, _AWAKE, _IN_FLIGHT):
             return

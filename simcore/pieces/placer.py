@@ -14,7 +14,7 @@ import numpy as np
 
 from simcore.errors import ConfigError, require_positive
 from simcore.geometry.linkage import Joint, PartState, part_pose, part_state, require_mechanisms
-from simcore.geometry.quaternion import IDENTITY, Quaternion, Vector, matrix, multiply
+from simcore.geometry.rotation import IDENTITY, Quaternion, Vector, matrix, multiply
 from simcore.pieces.intake import IntakeZone, StoppedMotion
 from simcore.typing import BoolArray, FloatArray
 

@@ -9,8 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from simcore.errors import CapacityError, ConfigError
-from simcore.geometry.quaternion import IDENTITY, Quaternion
-from simcore.physics.shapes import Sphere
+from simcore.geometry.rotation import IDENTITY, Quaternion
 from simcore.physics.world import PhysicsWorld
 from simcore.pieces.kinds import GamePieceConfig
 from simcore.typing import BoolArray, FloatArray, IntArray
@@ -85,8 +84,6 @@ class PiecePool:
         """Engine row of each slot."""
         self.radius = np.zeros(n)
         """Bounding radius of each slot's piece [m], shape (n,)."""
-        self.turns = np.zeros(n, dtype=bool)
-        """Whether one can see how a piece is turned: all but balls, shape (n,)."""
         slot = 0
         for kind, (config, count) in enumerate(types):
             for _ in range(count):
@@ -99,7 +96,6 @@ class PiecePool:
                 slot += 1
             self.state.kind[slot - count : slot] = kind
             self.radius[slot - count : slot] = config.bounding_radius
-            self.turns[slot - count : slot] = not isinstance(config.shape, Sphere)
 
     def take(self, kind: int, count: int) -> IntArray:
         """Reserve free slots of a type; they stay parked.

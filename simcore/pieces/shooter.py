@@ -15,7 +15,7 @@ import numpy as np
 
 from simcore.errors import ConfigError, require_finite, require_positive
 from simcore.geometry.linkage import MechanismMotion, require_mechanisms
-from simcore.geometry.quaternion import Quaternion, Vector, from_yaw, multiply, rotate
+from simcore.geometry.rotation import Quaternion, Vector, from_yaw, multiply, rotate
 from simcore.pieces.launch import LaunchParameters, launch_state
 from simcore.pieces.shot_schedule import Launch, ShotSchedule
 

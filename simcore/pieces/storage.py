@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 from simcore.errors import CapacityError, ConfigError, require_finite, require_non_negative
-from simcore.geometry.quaternion import Vector
+from simcore.geometry.rotation import Vector
 
 __all__ = ["Storage", "StorageConfig"]
 

@@ -14,7 +14,7 @@ from typing import Protocol
 import numpy as np
 
 from simcore.errors import ConfigError, EngineError, NonFiniteError
-from simcore.geometry.quaternion import Quaternion, Vector, from_yaw, matrix, rotate, rotate_back, rpy, yaw_of
+from simcore.geometry.rotation import Quaternion, Vector, from_yaw, matrix, rotate, rotate_back, rpy, yaw_of
 from simcore.physics.substeps import Surroundings
 from simcore.physics.world import PhysicsWorld
 from simcore.robot.chassis_config import ChassisConfig

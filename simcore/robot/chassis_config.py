@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from typing import Protocol
 
 from simcore.errors import ConfigError, require_finite, require_non_negative, require_positive
-from simcore.geometry.quaternion import Vector
+from simcore.geometry.rotation import Vector
 from simcore.physics.shapes import Box, Compound, Part, Sphere
 from simcore.physics.surface import RUBBER, TerrainSurface
 from simcore.units import plain_sum

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 from simcore.errors import ConfigError, require_finite, require_positive
 from simcore.geometry.linkage import Joint, part_state, require_mechanisms
-from simcore.geometry.quaternion import Vector, rotate, rotate_back
+from simcore.geometry.rotation import Vector, rotate, rotate_back
 from simcore.robot.chassis import ChassisSimulation
 from simcore.robot.shaft import ShaftSim
 

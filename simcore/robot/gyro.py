@@ -42,7 +42,7 @@ class GyroConfig:
             require_non_negative(f"gyro {self.name}", name, getattr(self, name))
 
 
-# Drift and rate noise: MapleSim's COTS table (facts 1.7), read as what the names say. Scale and tilt errors are
+# Drift and rate noise: MapleSim's COTS table, read as what the names say. Scale and tilt errors are
 # estimates, +-50 %: vendors state no figure per unit.
 GYROS = {
     "ideal": GyroConfig(),

@@ -1,6 +1,11 @@
-"""A geared DC motor with its controller's limits, solved together with the shaft that it turns.
+"""A geared DC motor behind its controller: bus voltage, brake and coast, stator and supply limit, in four quadrants.
 
-All of it comes down to one scalar equation per shaft and step. Backward Euler for the shaft speed w is
+A request is a voltage, or None for an open circuit (coast); zero volts brake. `limited_volts` is the law at a given
+speed: what the controller puts on the motor so that the voltage stays within the bus, the current within the stator
+limit, and the power, drawn or fed back, within the supply limit times the bus voltage.
+
+The rest solves the same law together with the shaft that the motor turns, one scalar equation per shaft and step.
+Backward Euler for the shaft speed w is
 
     k w = a + T(w)          k = J/h + (tire stiffness),   a = J/h w_old + (tire force)
 
@@ -12,10 +17,25 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import TypeAlias
 
 from simcore.robot.dc_motor import MotorModel
 
-__all__ = ["LOCKED", "LimitedMotor", "solve_shaft", "solve_supply", "supply_line"]
+__all__ = [
+    "LOCKED",
+    "LimitedMotor",
+    "MotorConstants",
+    "limited_volts",
+    "solve_shaft",
+    "solve_supply",
+    "supply_line",
+    "torque_line",
+    "within",
+    "within_supply",
+]
+
+MotorConstants: TypeAlias = tuple[float, float, float, float, float]
+"""Back-EMF per shaft speed, resistance, torque per current driving and driven, dry friction; see `LimitedMotor`."""
 
 LOCKED = 1e12
 """Slope of a torque line that stands for a shaft held by friction [N m s]."""
@@ -70,6 +90,53 @@ class LimitedMotor:
         )
 
 
+def within(value: float, limit: float) -> float:
+    """The number nearest to `value` in -limit..limit: a voltage within the bus, a current within the stator limit."""
+    if value > limit:
+        return limit
+    if value < -limit:
+        return -limit
+    return value
+
+
+def within_supply(volts: float, emf: float, resistance: float, power: float) -> float:
+    """The voltage nearest to `volts` with |V I| within `power` at a given back-EMF [V].
+
+    The power (V - e) V / R that is drawn grows with |V| beyond e, so its limit is a root of a quadratic. Between 0 and
+    e the motor feeds back, at most e^2 / 4R; the limit then is the root on the side of e, with less braking torque.
+
+    Args:
+        volts: Wanted [V].
+        emf: Back-EMF e [V].
+        resistance: Of the motor [ohm].
+        power: Supply limit times bus voltage [W].
+    """
+    drawn = (volts - emf) * volts / resistance
+    if drawn > power:
+        root = math.sqrt(emf * emf + 4.0 * resistance * power)
+        return 0.5 * (emf + root) if volts > 0.0 else 0.5 * (emf - root)
+    if drawn < -power:
+        return 0.5 * (emf + math.copysign(math.sqrt(max(0.0, emf * emf - 4.0 * resistance * power)), emf))
+    return volts
+
+
+def limited_volts(
+    volts: float, emf: float, resistance: float, *, bus: float, stator_limit: float, supply_limit: float
+) -> float:
+    """What a controller puts on its motor at a given speed [V]; the current is (V - e) / R.
+
+    Args:
+        volts: Wanted [V].
+        emf: Back-EMF e at this speed [V].
+        resistance: Of the motor [ohm].
+        bus: Battery voltage [V].
+        stator_limit: Of the motor current [A].
+        supply_limit: Of the battery current, drawing and feeding back [A].
+    """
+    most = stator_limit * resistance
+    return within_supply(emf + within(within(volts, bus) - emf, most), emf, resistance, supply_limit * bus)
+
+
 def solve_shaft(
     k: float, a: float, i0: float, i1: float, limit: float, drive: float, driven: float, friction: float
 ) -> tuple[float, float, float, float]:
@@ -122,6 +189,68 @@ def solve_shaft(
     return w, current, f * i0 + sign, f * i1
 
 
+def torque_line(
+    volts: float | None,
+    bus: float,
+    emf_offset: float,
+    w: float,
+    limit: float,
+    power: float,
+    conductance: float,
+    constants: MotorConstants,
+) -> tuple[float, float, float, float]:
+    """The lines of current and torque over shaft speed that hold near `w`.
+
+    Args:
+        volts: Wanted [V]; None is an open circuit.
+        bus: Battery voltage, which the motor cannot exceed [V].
+        emf_offset: Back-EMF at standstill (azimuth coupling) [V].
+        w: Shaft speed [rad/s].
+        limit: Stator limit in force [A].
+        power: Supply limit times bus voltage [W].
+        conductance: 1 / resistance [1/ohm].
+        constants: Of the motor.
+
+    Returns:
+        `i0, i1` of the current I = i0 - i1 w without limits, and `t0, t1` of the torque T = t0 - t1 w within them.
+    """
+    emf, resistance, driving, driven, friction = constants
+    i0 = i1 = t0 = t1 = 0.0
+    if volts is not None:
+        if volts > bus:
+            volts = bus
+        elif volts < -bus:
+            volts = -bus
+        i0 = (volts - emf_offset) * conductance
+        i1 = emf * conductance
+        i = i0 - i1 * w
+        f = driving if i * w >= 0.0 else driven
+        p = volts * i
+        if p > power or p < -power:
+            t0, t1 = supply_line(emf_offset + emf * w, emf, w, resistance, power, i, p)
+            i = t0 - t1 * w
+            t0 *= f
+            t1 *= f
+        else:
+            t0 = f * i0
+            t1 = f * i1
+        if i > limit:
+            t0 = f * limit
+            t1 = 0.0
+        elif i < -limit:
+            t0 = -f * limit
+            t1 = 0.0
+    if w > 0.0:
+        return i0, i1, t0 - friction, t1
+    if w < 0.0:
+        return i0, i1, t0 + friction, t1
+    if t0 > friction:
+        return i0, i1, t0 - friction, t1
+    if t0 < -friction:
+        return i0, i1, t0 + friction, t1
+    return i0, i1, 0.0, LOCKED
+
+
 def supply_line(
     emf: float, slope: float, w: float, resistance: float, power: float, current: float, drawn: float
 ) -> tuple[float, float]:
@@ -159,7 +288,7 @@ def solve_supply(
     current: float,
     end_power: float,
     stator_limit: float,
-    constants: tuple[float, float, float, float, float],
+    constants: MotorConstants,
     emf_offset: float,
     w: float,
     power: float,

@@ -9,7 +9,7 @@ from typing import Protocol, TypeAlias
 import numpy as np
 
 from simcore.geometry.linkage import PartState, part_pose
-from simcore.geometry.quaternion import Quaternion, Vector, multiply, rotate
+from simcore.geometry.rotation import Quaternion, Vector, multiply, rotate
 from simcore.physics.world import PhysicsWorld
 from simcore.pieces.intake import Intake
 from simcore.pieces.placer import Placer

@@ -9,7 +9,7 @@ from typing import TypeAlias
 
 from simcore.errors import ConfigError
 from simcore.geometry.linkage import Joint, require_mechanisms
-from simcore.geometry.quaternion import Vector
+from simcore.geometry.rotation import Vector
 from simcore.pieces.intake import IntakeConfig
 from simcore.pieces.placer import PlacerConfig
 from simcore.pieces.shooter import ShooterConfig

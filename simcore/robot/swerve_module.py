@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from simcore.robot.limited_motor import LimitedMotor, solve_shaft, solve_supply
+from simcore.robot.limited_motor import LimitedMotor, solve_shaft, solve_supply, within
 from simcore.robot.motor_bus import MotorReadout
 from simcore.robot.swerve_config import SwerveModuleConfig
 
@@ -95,10 +95,7 @@ class SteerBank:
                 continue
             i0 = i1 = 0.0
             if v is not None:
-                if v > bus:
-                    v = bus
-                elif v < -bus:
-                    v = -bus
+                v = within(v, bus)
                 i0 = v * conductance
                 i1 = emf * conductance
             holds = friction + scrub * loads[row]

@@ -14,13 +14,9 @@ SOURCES = sorted([*(ROOT / "simcore").rglob("*.py"), *(ROOT / "games").rglob("*.
 WHOLE_NUMBERS = {
     "simcore/match/report.py:print_report": "counts of pieces",
     "simcore/pieces/pool.py:__init__": "counts of pieces",
-    "simcore/phoenix6_emulator/talon.py:receive": "asks only whether a field is NaN",
+    "simcore/phoenix6_emulator/talon_requests.py:receive": "asks only whether a field is NaN",
     "simcore/show/picture.py:draw_match": "booleans",
     "simcore/show/scene.py:hits": "booleans",
-    "games/rebuilt/__main__.py:show": "scores",
-    "games/rebuilt/publish.py:build_snapshot": "scores",
-    "games/rebuilt/sim.py:_build": "counts of pieces",
-    "games/rebuilt/sim.py:hits": "booleans",
 }
 """Where `sum` adds no floats, or only their being finite counts: file:function and the reason."""
 

@@ -7,10 +7,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from simcore.geometry.quaternion import rpy
+from simcore.pieces.proximity import Mover
 from wpimath.system.plant import DCMotor
 
 from simcore.geometry.linkage import Joint
-from simcore.geometry.quaternion import rpy
 from simcore.match.game import Game, PieceSupply, RobotEntry
 from simcore.match.match import Match
 from simcore.physics.shapes import Box, Sphere
@@ -19,7 +20,6 @@ from simcore.pieces.kinds import GamePieceConfig
 from simcore.pieces.launch import LaunchParameters
 from simcore.pieces.placer import PlacerConfig
 from simcore.pieces.pool import PieceStatus
-from simcore.pieces.proximity import Mover
 from simcore.pieces.shooter import ShooterConfig
 from simcore.pieces.storage import StorageConfig
 from simcore.robot.gearbox import GearboxConfig

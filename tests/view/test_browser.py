@@ -15,13 +15,14 @@ pytest.importorskip("viser", reason="the extra 'view' is not installed")
 
 from games.rebuilt.models import models_folder
 from games.rebuilt.sim import RebuiltConfig, RebuiltSim, RobotEntry
-from simcore.geometry.quaternion import from_rpy, rotate
+
+from simcore.geometry.rotation import from_rpy, rotate
 from simcore.show.live_view import LiveView
 from simcore.show.replay import Replay
 from simcore.show.view_models import load_models
 from simcore.show.view_page import ViewPage
 from simcore.telemetry.log_reader import read_log
-from simcore.telemetry.memory import MemorySink
+from simcore.telemetry.sinks import MemorySink
 from simcore.telemetry.snapshot import Snapshot
 from simcore.telemetry.wpilog import WpilogSink
 

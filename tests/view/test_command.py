@@ -11,9 +11,9 @@ import urllib.request
 from pathlib import Path
 
 import pytest
-
 from games.rebuilt.models import models_folder
 from games.rebuilt.sim import RebuiltSim
+
 from simcore import cli
 from simcore.show.view_page import open_browser
 from simcore.telemetry.snapshot import Snapshot
