@@ -196,7 +196,7 @@ def test_a_closed_gate_gives_empty_frames():
 def test_the_frustum_tilts_with_the_robot():
     """With the nose up by 10 degrees the same fuel is 10 degrees lower in the picture, but for the lens' lever."""
     from simcore.geometry.rotation import from_rpy
-    from simcore.vision.camera_scene import Scene
+    from simcore.vision.camera_scene import CameraScene
     from simcore.vision.heading import PoseHistory
     from simcore.vision.limelight import LimelightSim
 
@@ -213,7 +213,7 @@ def test_the_frustum_tilts_with_the_robot():
         quat = from_rpy(0.0, math.radians(pitch), 0.0)
         for k in range(10):
             history.add(0.02 * k, (5.0, 5.0, 0.0), quat)
-            camera.update(0.02 * k, history, Scene(pieces=np.array([(6.5, 5.0, 0.075)]), piece_radius=0.075))
+            camera.update(0.02 * k, history, CameraScene(pieces=np.array([(6.5, 5.0, 0.075)]), piece_radius=0.075))
         assert camera.last is not None and camera.last.primary_piece is not None
         angles.append(camera.last.primary_piece.ty_deg)
     assert angles[1] < angles[0] - 8.0  # nose up: the piece sinks in the picture
