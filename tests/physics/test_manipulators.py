@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from simcore.geometry.quaternion import rpy
+from simcore.geometry.rotation import rpy
 from simcore.pieces.proximity import Mover
 from wpimath.system.plant import DCMotor
 
