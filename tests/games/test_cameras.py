@@ -7,16 +7,26 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from simcore.geometry.rotation import from_yaw
+from simcore.vision.projection import optical_rotation
+from simcore.vision.tags import official_layout
+from simcore.vision.visibility import TagFinder
 
 from games.rebuilt import RebuiltSim
 from games.rebuilt.robot import rebuilt_robot
 from games.rebuilt.staging import Staging
+<<<<<<< HEAD
 from simcore.geometry.rotation import from_yaw
 from simcore.match.game import RobotEntry
 from simcore.robot.robot_config import RobotConfig
 from simcore.vision.camera import CameraConfig, CameraMount, PiecePipeline, limelight_type, optical_rotation
 from simcore.vision.tag_layout import official_layout
 from simcore.vision.tag_visibility import TagFinder
+=======
+from simcore.match.game import RobotEntry
+from simcore.robot.robot_config import RobotConfig
+from simcore.vision.camera import CameraConfig, CameraMount, PiecePipeline, limelight_type
+>>>>>>> core
 
 NO_FUEL = Staging(neutral=0, depot=0, chute=0, preload_per_robot=0, robots=3)
 
@@ -56,7 +66,7 @@ def test_tags_on_the_near_face_are_seen_and_those_behind_the_hub_are_not():
     found = seen(camera, 2.5, 4.0345)
     assert {25, 26} <= found
     assert not {3, 4, 19, 20} & found
-    finder = TagFinder(official_layout(), camera.type)
+    finder = TagFinder(official_layout("2026-welded"), camera.type)
     rotation = optical_rotation(camera.mount.rotation)
     rows, _ = finder.find((2.5, 4.0345, 0.5), rotation, min_side=12.0, max_angle_deg=75.0)
     in_picture = {finder._layout.id_list[row] for row in rows}
@@ -86,7 +96,7 @@ def test_a_tag_counts_while_its_last_corner_is_inside_the_picture(inside_deg, ex
 def test_an_oblique_tag_is_read_less_far(angle_deg, distance, expected):
     """At 60 degrees its upper edge has half its length: 12 px at 736 x 0.1651 x cos 60 / 12 = 5.06 m, not at 10.1 m.
     Beyond 75 degrees it is not read at all."""
-    layout, lens = official_layout(), limelight_type("LL4")
+    layout, lens = official_layout("2026-welded"), limelight_type("LL4")
     row = layout.id_list.index(26)
     x, y, z = layout.center_list[row]
     angle = math.radians(angle_deg)
@@ -196,8 +206,14 @@ def test_a_closed_gate_gives_empty_frames():
 def test_the_frustum_tilts_with_the_robot():
     """With the nose up by 10 degrees the same fuel is 10 degrees lower in the picture, but for the lens' lever."""
     from simcore.geometry.rotation import from_rpy
+<<<<<<< HEAD
     from simcore.vision.camera_scene import CameraScene
     from simcore.vision.heading import PoseHistory
+=======
+    from simcore.vision.history import PoseHistory
+
+    from simcore.vision.camera_scene import Scene
+>>>>>>> core
     from simcore.vision.limelight import LimelightSim
 
     config = CameraConfig(
@@ -208,7 +224,7 @@ def test_the_frustum_tilts_with_the_robot():
     )
     angles = []
     for pitch in (0.0, -10.0):
-        camera = LimelightSim(config, official_layout(), np.random.default_rng(0))
+        camera = LimelightSim(config, official_layout("2026-welded"), np.random.default_rng(0))
         history = PoseHistory()
         quat = from_rpy(0.0, math.radians(pitch), 0.0)
         for k in range(10):

@@ -10,15 +10,22 @@ from pathlib import Path
 import numpy as np
 import pytest
 import trimesh
+from simcore.geometry.rotation import rotate
+from simcore.telemetry.memory import MemorySink
 
 from games.rebuilt import RebuiltSim
 from games.rebuilt import dimensions as dim
 from games.rebuilt.field import models_folder
 from games.rebuilt.robot import rebuilt_robot
+<<<<<<< HEAD
 from simcore.geometry.rotation import rotate
 from simcore.show.view_check import check_folder
 from simcore.show.view_models import load_models
 from simcore.telemetry.sinks import MemorySink
+=======
+from simcore.show.view_check import check_folder
+from simcore.show.view_models import load_models
+>>>>>>> core
 
 ROOT = Path(__file__).resolve().parents[2]
 FOLDER = ROOT / "models" / "advantagescope"

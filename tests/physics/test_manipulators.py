@@ -177,10 +177,10 @@ def test_a_shot_is_where_its_schedule_says_at_the_end_of_the_tick(bare):
     for _ in range(14):
         one.mechanisms["wheels"].velocity = 160.0
         bare.tick()
-    assert len(bare.shots) == 2
+    assert len(bare.flow.shots) == 2
     up = 160.0 * 0.1 * 0.5 * math.sin(1.0)
     muzzle = one.chassis.pos[2] + 0.6
-    for shot, flown in zip(bare.shots, (0.02, 0.01), strict=True):
+    for shot, flown in zip(bare.flow.shots, (0.02, 0.01), strict=True):
         height = muzzle + up * flown - 0.5 * GRAVITY * flown**2
         assert shot.points[0][2] == pytest.approx(height, abs=0.02 * up * flown + 0.002)
 
