@@ -7,26 +7,16 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from simcore.geometry.rotation import from_yaw
-from simcore.vision.projection import optical_rotation
-from simcore.vision.tags import official_layout
-from simcore.vision.visibility import TagFinder
 
 from games.rebuilt import RebuiltSim
 from games.rebuilt.robot import rebuilt_robot
 from games.rebuilt.staging import Staging
-<<<<<<< HEAD
 from simcore.geometry.rotation import from_yaw
 from simcore.match.game import RobotEntry
 from simcore.robot.robot_config import RobotConfig
 from simcore.vision.camera import CameraConfig, CameraMount, PiecePipeline, limelight_type, optical_rotation
 from simcore.vision.tag_layout import official_layout
 from simcore.vision.tag_visibility import TagFinder
-=======
-from simcore.match.game import RobotEntry
-from simcore.robot.robot_config import RobotConfig
-from simcore.vision.camera import CameraConfig, CameraMount, PiecePipeline, limelight_type
->>>>>>> core
 
 NO_FUEL = Staging(neutral=0, depot=0, chute=0, preload_per_robot=0, robots=3)
 
@@ -206,14 +196,8 @@ def test_a_closed_gate_gives_empty_frames():
 def test_the_frustum_tilts_with_the_robot():
     """With the nose up by 10 degrees the same fuel is 10 degrees lower in the picture, but for the lens' lever."""
     from simcore.geometry.rotation import from_rpy
-<<<<<<< HEAD
     from simcore.vision.camera_scene import CameraScene
     from simcore.vision.heading import PoseHistory
-=======
-    from simcore.vision.history import PoseHistory
-
-    from simcore.vision.camera_scene import Scene
->>>>>>> core
     from simcore.vision.limelight import LimelightSim
 
     config = CameraConfig(
