@@ -189,7 +189,7 @@ def test_a_piece_near_a_moving_robot_does_not_sleep():
     """A robot that creeps up to a piece finds it awake at every moment; one far away sleeps."""
     with PhysicsWorld() as world:
         pieces = GamePieceManager(world, [(CRATE, 2)], field_size=(16.0, 8.0))
-        near, far = pieces.spawn("Crate", np.array([[5.7, 4.0, 0.11], [12.0, 4.0, 0.11]])).tolist()
+        near, far = pieces.spawn("Crate", np.array([[5.58, 4.0, 0.11], [12.0, 4.0, 0.11]])).tolist()
         creeping = Footprint(x=5.0, y=4.0, yaw=0.0, half_length=0.4, half_width=0.4, speed=0.01)
         for _ in range(150):
             pieces.wake_reachable([creeping], DT)

@@ -11,6 +11,7 @@ from simcore.errors import NonFiniteError
 from simcore.physics.field import FieldElement
 from simcore.physics.shapes import Box
 from simcore.physics.world import PhysicsWorld
+from simcore.robot.battery import BatteryConfig
 from simcore.robot.chassis import ChassisSimulation
 from simcore.robot.chassis_config import ChassisConfig
 from simcore.robot.gyro import gyro_config
@@ -57,7 +58,8 @@ def test_odometry_counts_what_spinning_wheels_count():
         robot = make(world)
         robot.drive.set_volts([12.0] * 4, [0.0] * 4)
         free = SwerveConfig.square(0.5334, SwerveModuleConfig(x=0.0, y=0.0))
-        config = RobotConfig(drivetrain=free, chassis=ChassisConfig(), gyro=gyro_config("ideal"))
+        stiff = BatteryConfig(resistance=0.0)
+        config = RobotConfig(drivetrain=free, chassis=ChassisConfig(), gyro=gyro_config("ideal"), battery=stiff)
         skidding = Robot(world, config, pose=(0.0, 5.0, 0.0), rng=np.random.default_rng(0))
         skidding.drive.set_volts([12.0] * 4, [0.0] * 4)
         for _ in range(25):
