@@ -36,7 +36,7 @@ if TYPE_CHECKING:
     from simcore.match.scoring import ScoringTracker, ScoringZone
     from simcore.match.scripted import ScriptedRobot, ScriptSettings
     from simcore.phoenix6.swerve import SwerveDrivetrainSim, swerve_config
-    from simcore.phoenix6.talon_motor import MotorType, TalonFXMotorSim
+    from simcore.phoenix6.talon_motor import TalonFXMotorSim
     from simcore.physics.field import FieldElement, FieldGeometry
     from simcore.physics.world import PhysicsWorld
     from simcore.pieces.intake import IntakeConfig, IntakeZone
@@ -79,7 +79,7 @@ _HOMES = {
     "pieces.placer": ("PlacerConfig",),
     "pieces.shooter": ("ShooterConfig",),
     "pieces.storage": ("StorageConfig",),
-    "phoenix6.talon_motor": ("MotorType", "TalonFXMotorSim"),
+    "phoenix6.talon_motor": ("TalonFXMotorSim",),
     "phoenix6.swerve": ("SwerveDrivetrainSim", "swerve_config"),
     "robot.climber": ("ClimberConfig",),
     "robot.mechanisms": ("ArmConfig", "ElevatorConfig", "FlywheelConfig", "RackConfig", "RollerConfig"),
@@ -100,7 +100,7 @@ __all__ = [
     "ArmConfig", "Auto", "BoxZone", "CameraConfig", "CameraMount", "ClimberConfig", "CylinderZone", "ElevatorConfig",
     "FieldDefinition", "FieldElement", "FieldGeometry", "FieldSymmetry", "FlywheelConfig", "Game", "GameOption",
     "GamePieceConfig", "GamePieceManager", "IntakeConfig", "IntakeZone", "LaunchParameters", "LimelightSim", "Match",
-    "MatchClock", "MotorType", "NetworkTablesSink", "Phase", "PhysicsWorld", "PiecePipeline", "PieceSupply",
+    "MatchClock", "NetworkTablesSink", "Phase", "PhysicsWorld", "PiecePipeline", "PieceSupply",
     "PlacerConfig", "RackConfig", "Robot", "RobotConfig", "RobotEntry", "RobotPhysics", "RollerConfig", "Rules",
     "ScoringTracker", "ScoringZone", "ScriptSettings", "ScriptedRobot", "ShooterConfig", "SimcoreError",
     "StagedPieces", "StorageConfig", "SwerveConfig", "SwerveDrivetrainSim", "SwerveModuleConfig", "TagPipeline",

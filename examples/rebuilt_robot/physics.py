@@ -10,7 +10,6 @@ from simcore import (
     CameraConfig,
     CameraMount,
     Match,
-    MotorType,
     NetworkTablesSink,
     PiecePipeline,
     RobotEntry,
@@ -20,6 +19,7 @@ from simcore import (
     limelight_type,
     swerve_config,
 )
+from simcore.phoenix6.talon_motor import MotorType
 
 FRONT_RIGHT, FRONT_LEFT = TAG_CAMERAS
 CAMERAS = (

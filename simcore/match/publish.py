@@ -14,18 +14,13 @@ from simcore.robot.ground_clearance import ground_clearance
 from simcore.robot.mechanisms import ArmSim, ElevatorSim, RackSim
 from simcore.robot.robot import Robot
 from simcore.robot.robot_config import telemetry_name
-from simcore.telemetry.snapshot import Snapshot
+from simcore.telemetry.snapshot import Snapshot, robot_prefix
 from simcore.typing import FloatArray, IntArray
 
 if TYPE_CHECKING:
     from simcore.match.game import MatchState
 
-__all__ = ["build_snapshot", "robot_prefix"]
-
-
-def robot_prefix(number: int) -> str:
-    """What the keys of a robot begin with."""
-    return "Sim" if number == 0 else f"Sim/Robots/{number}"
+__all__ = ["build_snapshot"]
 
 
 @dataclass(slots=True)

@@ -5,7 +5,7 @@ the controller, so a new number costs nothing. CTRE's simulation computes its lo
 holds their output between two writes; so here one call stands for all loops since the last write: a profile is advanced
 by its closed form, an integral takes the present error for all of them.
 
-The reference of a profile moves every 10 ms and holds in between, as measured; here 5, 15, 25 ms after a request, the
+The setpoint of a profile moves every 10 ms and holds in between, as measured; here 5, 15, 25 ms after a request, the
 mean of wherever CTRE's ticks may fall.
 """
 
@@ -58,7 +58,7 @@ class Gains:
     arm: bool = False
     """Whether kG is multiplied by the cosine of the position (an arm) and is not constant (an elevator)."""
     sign_of_error: bool = False
-    """Whether kS has the sign of the closed-loop error and not that of the reference velocity."""
+    """Whether kS has the sign of the closed-loop error and not that of the setpoint velocity."""
     kg_offset: float = 0.0
     """Added to the position before its cosine is taken [rotations]."""
 
@@ -174,7 +174,7 @@ def velocity(m: ControlState, gains: Gains, peaks: tuple[float, float]) -> Law:
 
 
 def _along(m: ControlState, pid: Callable[..., float], profile: SCurve | Expo, wrap: bool, loops: int) -> float:
-    """Feedback towards the reference of a position profile."""
+    """Feedback towards the setpoint of a position profile."""
     m.ref = profile.p
     m.slope = v = profile.v
     error = profile.p - m.pos
@@ -184,14 +184,14 @@ def _along(m: ControlState, pid: Callable[..., float], profile: SCurve | Expo, w
 
 
 def _moves(m: ControlState, loops: int) -> float:
-    """Time by which the reference of a profile moves on now; 0 where it holds [s]."""
+    """Time by which the setpoint of a profile moves on now; 0 where it holds [s]."""
     elapsed = m.profile_loops + loops
     moves, m.profile_loops = divmod(elapsed, PROFILE_LOOPS)
     return moves * (PROFILE_LOOPS * LOOP)
 
 
 def _near(profile: SCurve | Expo, goal: float) -> None:
-    """Move the reference by whole turns to the one nearest to the goal."""
+    """Move the setpoint by whole turns to the one nearest to the goal."""
     turns = math.floor(goal - profile.p + 0.5)
     if turns:
         profile.start(profile.p + turns, profile.v)

@@ -1,6 +1,6 @@
-"""Motion profiles as closed forms of time: how the reference of Motion Magic moves towards its goal.
+"""Motion profiles as closed forms of time: how the setpoint of Motion Magic moves towards its goal.
 
-Each keeps where the reference is (`p`, `v`, `acc`) and plans anew, from there, when goal or limits change. Advancing by
+Each keeps where the setpoint is (`p`, `v`, `acc`) and plans anew, from there, when goal or limits change. Advancing by
 n loops at once gives the same as n times one loop, so a profile costs the same whatever the step of the physics.
 
 Source: the time-optimal motions within the limits that CTRE documents; traces of the simulation (26.3) follow them.
@@ -47,14 +47,14 @@ def _distance(v0: float, pieces: list[tuple[float, float, float]]) -> tuple[floa
 
 
 class Profile:
-    """What all profiles share: the state of the reference, and the plan as pieces of constant jerk."""
+    """What all profiles share: the state of the setpoint, and the plan as pieces of constant jerk."""
 
     __slots__ = ("_key", "_pieces", "_t", "acc", "done", "p", "v")
 
     def __init__(self) -> None:
         self.p = self.v = self.acc = 0.0
         self.done = True
-        """Whether the reference has reached its goal."""
+        """Whether the setpoint has reached its goal."""
         self._key: tuple[float, ...] | None = None
         self._pieces: list[_Segment] = []
         self._t = 0.0
@@ -102,7 +102,7 @@ class SCurve(Profile):
         Args:
             goal: Position to come to rest at.
             cruise: Greatest velocity; 0 for no limit.
-            acceleration: Greatest acceleration; 0 lets the reference stand still.
+            acceleration: Greatest acceleration; 0 lets the setpoint stand still.
             jerk: Greatest jerk; 0 for a trapezoid.
             dt: [s]
         """
@@ -180,7 +180,7 @@ class Expo(Profile):
         Args:
             goal: Position to come to rest at.
             kv: Volts per velocity.
-            ka: Volts per acceleration; with both 0 the reference stands still.
+            ka: Volts per acceleration; with both 0 the setpoint stands still.
             cruise: Greatest velocity; 0 for no limit but the motor's.
             dt: [s]
         """

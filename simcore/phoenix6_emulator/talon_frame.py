@@ -49,7 +49,7 @@ class TalonFrame(NamedTuple):
     turn: float
     """-1 where positive is clockwise."""
     has_arrived: bool
-    """Whether the reference has reached its goal."""
+    """Whether the setpoint has reached its goal."""
     plan: ControlPlan
     motor: MotorConstants
 

@@ -295,7 +295,11 @@ class BulletEngine:
         if isinstance(shape, Compound):
             return self._compound(shape)
         if isinstance(shape, Hull):
-            return int(p.createCollisionShape(p.GEOM_MESH, vertices=_corners(np.asarray(shape.points, dtype=np.float64).tobytes()), **kw))
+            return int(
+                p.createCollisionShape(
+                    p.GEOM_MESH, vertices=_corners(np.asarray(shape.points, dtype=np.float64).tobytes()), **kw
+                )
+            )
         if isinstance(shape, Mesh):
             return int(
                 p.createCollisionShape(

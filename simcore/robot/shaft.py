@@ -108,7 +108,8 @@ class ShaftSim:
         self._lower = lower_stop
         self._upper = upper_stop
         self._rate = self._kt * self._ke / (self._resistance * inertia)
-        self._simple = math.isinf(self._limit) and self._friction == 0.0 and math.isinf(upper_stop - lower_stop)
+        has_stops = math.isfinite(lower_stop) or math.isfinite(upper_stop)
+        self._simple = math.isinf(self._limit) and self._friction == 0.0 and not has_stops
 
     @property
     def stops(self) -> tuple[float, float]:

@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from simcore.errors import ConfigError, OutputError
-from simcore.robot_file.reader import FILE_NAME
+from simcore.robot_file.robot_settings import FILE_NAME
 from simcore.robot_file.template import FoundMotor, template
 
 __all__ = ["add_arguments", "find_motors", "run"]

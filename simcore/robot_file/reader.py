@@ -27,9 +27,7 @@ from simcore.vision.camera import (
     limelight_type,
 )
 
-__all__ = ["FILE_NAME", "gearbox_motor", "read_settings"]
-
-FILE_NAME = "simcore.toml"
+__all__ = ["gearbox_motor", "read_settings"]
 
 _KINDS = ("flywheel", "roller", "arm", "turret", "elevator", "rack")
 _CAMERA_MODES = ("tags", "pieces")

@@ -1,20 +1,29 @@
-"""What `simcore.toml` says of a robot, in SI units and checked by the reader, and the robot that follows from it."""
+"""What `simcore.toml` says, in SI units and checked by the reader, and the robot and the match that follow from it."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
-from simcore.errors import UnknownNameError
+from simcore.errors import ConfigError, UnknownNameError
+from simcore.match.game import Game, RobotEntry
+from simcore.match.match import Match
 from simcore.pieces.intake import IntakeConfig
 from simcore.pieces.shooter import ShooterConfig
 from simcore.pieces.storage import StorageConfig
 from simcore.robot.robot_config import MechanismConfig, RobotConfig
 from simcore.robot.swerve_config import SwerveConfig
 from simcore.robot.tank_drive import TankConfig
+from simcore.telemetry.snapshot import TelemetrySink
 from simcore.vision.camera import CameraConfig
 
-__all__ = ["CONTROLLERS", "MechanismSettings", "RobotSettings"]
+if TYPE_CHECKING:
+    import ntcore
+
+__all__ = ["CONTROLLERS", "FILE_NAME", "MechanismSettings", "RobotSettings", "practice_match"]
+
+FILE_NAME = "simcore.toml"
 
 CONTROLLERS = ("TalonFX", "TalonFXS")
 """What can drive a mechanism of the file; others are connected in a physics.py."""
@@ -123,3 +132,33 @@ class RobotSettings:
             shooters=self.shooters,
             cameras=self.cameras,
         )
+
+
+def practice_match(
+    game: Game,
+    settings: RobotSettings,
+    drivetrain: SwerveConfig | TankConfig,
+    *,
+    sinks: Sequence[TelemetrySink] = (),
+    network: ntcore.NetworkTableInstance | None = None,
+) -> Match:
+    """A match with one robot, in which every piece counts.
+
+    Args:
+        game: What is played.
+        settings: The robot's.
+        drivetrain: The robot's.
+        sinks: Who wants telemetry.
+        network: Where its cameras publish and listen.
+
+    Raises:
+        ConfigError: The robot cannot be, or does not fit the game.
+        UnknownNameError: It takes in or shoots a kind of piece that the game does not have.
+    """
+    settings.require_pieces([supply.kind.name for supply in game.pieces])
+    config = settings.robot_config(drivetrain, storage=game.robot().storage)
+    most = min(game.preload, config.storage.capacity)
+    if settings.preload > most:
+        raise ConfigError(f"{FILE_NAME} [start]: preload must be at most {most} in {game.name}, got {settings.preload}")
+    entry = RobotEntry(config=config, start=settings.start, preload=settings.preload)
+    return Match(game, robots=(entry,), practice=True, sinks=sinks, network=network)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, ClassVar
 
@@ -11,21 +10,18 @@ import ntcore
 
 import simcore.phoenix6.swerve as swerve  # from here on drivetrains are noted; the robot object is built later
 from simcore.errors import ConfigError
-from simcore.match.game import Game, RobotEntry
-from simcore.match.match import Match
+from simcore.match.game import Game
 from simcore.match.registry import find_game, installed_games
 from simcore.phoenix6.ownership import Ownership
 from simcore.robot.dc_motor import motor
-from simcore.robot.swerve_config import SwerveConfig
 from simcore.robot.swerve_drive import SwerveDrive
-from simcore.robot_file.reader import FILE_NAME, read_settings
-from simcore.robot_file.robot_settings import RobotSettings
+from simcore.robot_file.reader import read_settings
+from simcore.robot_file.robot_settings import FILE_NAME, practice_match
 from simcore.robotpy.device_assignment import DeviceAssignment, connect_mechanism
 from simcore.robotpy.robot_physics import RobotPhysics
 from simcore.telemetry.networktables_sink import NetworkTablesSink
-from simcore.telemetry.snapshot import TelemetrySink
 
-__all__ = ["AttachedPhysics", "choose_game", "practice_match"]
+__all__ = ["AttachedPhysics", "choose_game"]
 
 _log = logging.getLogger(__name__)
 
@@ -105,33 +101,3 @@ def choose_game(flag: str | None, in_file: str | None) -> Game:
         why = "--game" if flag else FILE_NAME
         _log.info("game %s (%d), as %s says; also installed: %s", game.name, game.year, why, ", ".join(others))
     return game
-
-
-def practice_match(
-    game: Game,
-    settings: RobotSettings,
-    drivetrain: SwerveConfig,
-    *,
-    sinks: Sequence[TelemetrySink] = (),
-    network: ntcore.NetworkTableInstance | None = None,
-) -> Match:
-    """A match with one robot, in which every piece counts.
-
-    Args:
-        game: What is played.
-        settings: The robot's, with bumpers.
-        drivetrain: The robot's.
-        sinks: Who wants telemetry.
-        network: Where its cameras publish and listen.
-
-    Raises:
-        ConfigError: The robot cannot be, or does not fit the game.
-        UnknownNameError: It takes in or shoots a kind of piece that the game does not have.
-    """
-    settings.require_pieces([supply.kind.name for supply in game.pieces])
-    config = settings.robot_config(drivetrain, storage=game.robot().storage)
-    most = min(game.preload, config.storage.capacity)
-    if settings.preload > most:
-        raise ConfigError(f"{FILE_NAME} [start]: preload must be at most {most} in {game.name}, got {settings.preload}")
-    entry = RobotEntry(config=config, start=settings.start, preload=settings.preload)
-    return Match(game, robots=(entry,), practice=True, sinks=sinks, network=network)

@@ -187,7 +187,7 @@ def _install() -> None:
 
 def _attach(plugin: Any) -> None:
     """As `robotpy sim --simcore` does, for a project that describes its robot in a simcore.toml."""
-    from simcore.robot_file.reader import FILE_NAME
+    from simcore.robot_file.robot_settings import FILE_NAME
 
     folder = plugin._robot_file.parent
     if (folder / FILE_NAME).exists():

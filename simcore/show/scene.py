@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from simcore.errors import ConfigError, require_positive
-from simcore.match.publish import robot_prefix
 from simcore.physics.shapes import Cylinder, Sphere
 from simcore.pieces.kinds import GamePieceConfig
+from simcore.telemetry.snapshot import robot_prefix
 from simcore.typing import FloatArray
 
 if TYPE_CHECKING:

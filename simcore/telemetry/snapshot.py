@@ -25,6 +25,7 @@ __all__ = [
     "checked_integers",
     "pose_array_bytes",
     "pose_bytes",
+    "robot_prefix",
 ]
 
 
@@ -126,3 +127,8 @@ def checked_integers(key: str, values: IntArray) -> IntArray:
     if array.ndim != 1 or (array.size and array.dtype.kind not in "iu"):
         raise ConfigError(f"{key}: integers need shape (n,) and an integer type, got {array.shape} of {array.dtype}")
     return array.astype("<i8", copy=False)
+
+
+def robot_prefix(number: int) -> str:
+    """What the keys of a robot begin with: the first has no number."""
+    return "Sim" if number == 0 else f"Sim/Robots/{number}"

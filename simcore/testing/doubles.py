@@ -1,4 +1,4 @@
-"""Stand-ins for the seams of simcore, to use in tests."""
+"""Doubles for what simcore is handed, to use in tests."""
 
 from __future__ import annotations
 

@@ -92,6 +92,30 @@ def test_a_robot_of_simcore_toml_alone_takes_in_by_both_intakes_and_scores_with_
     assert code == 0 and "2 passed" in said, said
 
 
+GENERATED = """
+import pytest
+
+
+def test_guessed_mechanisms_reach_their_setpoints(sim):
+    sim.teleop(seconds=2.0)
+    facts = sim.robot.facts()
+    assert facts["shooter_rps"] == pytest.approx(60.0, rel=0.03)
+    assert [abs(rps) for rps in facts["follower_rps"]] == pytest.approx([45.0, 45.0], rel=0.03)
+    assert facts["elevator"] == pytest.approx(3.0, abs=0.01)
+    assert facts["arm"] == pytest.approx(0.2, abs=0.01)
+    assert facts["turret"] == pytest.approx(0.4, abs=0.01)
+    assert facts["encoder"] == pytest.approx(facts["turret"], abs=0.01)
+    assert facts["roller_rps"] == pytest.approx(10.0, rel=0.1)
+"""
+
+
+def test_motors_that_nobody_describes_turn_guessed_mechanisms_in_simulated_time_too(project_of):
+    run = project_of(ROBOTS / "generated")
+    (run.folder / "simcore.toml").write_text('game = "rebuilt"\n')
+    code, said = run(GENERATED, "-rP")
+    assert code == 0, said
+
+
 def test_a_tank_robot_passes_the_generic_robot_tests(project_of):
     run = project_of(ROBOTS / "tank")
     code, said = run(TANK, "-rP")

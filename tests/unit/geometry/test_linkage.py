@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from simcore.errors import ConfigError, UnknownNameError
 from simcore.geometry.linkage import Joint, part_pose, part_state, require_mechanisms
-from simcore.geometry.quaternion import matrix
+from simcore.geometry.rotation import matrix
 
 angle = st.floats(-3.0, 3.0)
 unit = st.tuples(angle, angle, angle).filter(lambda v: math.hypot(*v) > 0.1)

@@ -29,6 +29,7 @@ class Ideal(SwerveDrive):
         self.chassis = self.drive = self
         self.intakes = [SimpleNamespace(zone=SimpleNamespace(y_max=0.33))]
         self.shooters, self.mechanisms, self.held = [], {}, []
+        self.storage = SimpleNamespace(room=1)
         self.__dict__["config"] = SimpleNamespace(intakes=())
 
     def set_chassis_speeds(self, vx, vy, omega):

@@ -173,6 +173,20 @@ def test_hard_stop_holds_the_shaft_and_stalls_the_motors():
     assert (sim.position, sim.velocity) == (-1.0, 0.0)
 
 
+def test_a_weight_without_friction_or_limit_rests_on_its_only_stop():
+    """An elevator of which only the lower stop is known sank below it, and was thrown out by it when it came back."""
+    lift = ShaftSim(gearbox(), 0.01, lower_stop=0.0)
+    lift.set_load(-2.0)
+    lift.set_volts(0.0)
+    run(lift, 1.0, 0.005)
+    assert lift.position == 0.0 and lift.velocity == 0.0
+    lift.set_volts(6.0)
+    run(lift, 0.2, 0.005)
+    lift.coast()
+    run(lift, 3.0, 0.005)
+    assert lift.position == 0.0 and lift.velocity == 0.0
+
+
 def test_an_impulse_into_a_stop_does_not_hold_a_shaft_that_is_driven_away():
     sim = ShaftSim(gearbox(), 0.05, upper_stop=2.0, position=2.0)
     sim.velocity = 5.0
