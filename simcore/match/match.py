@@ -396,7 +396,7 @@ class Match:
         """Where all pieces are."""
         count = self.pieces.count
         return PieceCount(
-            staged=self._staged,
+            staged=self.pieces.total,
             on_field=count(PieceStatus.ASLEEP) + count(PieceStatus.AWAKE),
             in_flight=count(PieceStatus.IN_FLIGHT),
             held=count(PieceStatus.HELD),
@@ -456,7 +456,6 @@ class Match:
         self.flow = PieceFlow(self.world, self.pieces, self.robots)
         kinds = [game.pieces[kind].kind.name for kind in self.pieces.state.kind.tolist()]
         self.tracker = ScoringTracker(game.zones, worth=self._worth, kinds=kinds)
-        self._staged = len(kinds) - self.pieces.count(PieceStatus.FREE)
         self.cameras = CameraRig(self.world, self.pieces, self.robots, self._layout(), camera_rng, self._network)
         self.rules = game.rules(self)
         self.rules.start()

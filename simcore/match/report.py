@@ -35,7 +35,7 @@ class PieceCount:
     """Where all pieces are; everything but `staged` adds up to it."""
 
     staged: int
-    """How many there were at the start, preloads included."""
+    """How many have come into the match, preloads included."""
     on_field: int
     in_flight: int
     held: int

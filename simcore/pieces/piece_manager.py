@@ -76,6 +76,8 @@ class GamePieceManager:
         self._outer = np.array([(-0.5, -0.5, -0.5), (field_size[0] + 0.5, field_size[1] + 0.5, 30.0)])
         self._tick = 0
         self._audit_at = 0
+        self.total = 0
+        """How many pieces have come into the match."""
         self.recovered = 0
         """How many times a piece was brought back from outside the field."""
 
@@ -90,6 +92,7 @@ class GamePieceManager:
         """
         slots = self._pool.take(self._kind(name), count)
         self.state.status[slots] = _STAGED
+        self.total += len(slots)
         return slots
 
     def spawn(self, name: str, positions: FloatArray) -> IntArray:
@@ -103,8 +106,7 @@ class GamePieceManager:
         positions = np.asarray(positions, dtype=float).reshape(-1, 3)
         if not np.isfinite(positions).all():
             raise NonFiniteError(f"{name}: spawn positions must be finite [m]")
-        slots = self._pool.take(self._kind(name), len(positions))
-        self.state.status[slots] = _STAGED
+        slots = self.stage(name, len(positions))
         self.release(slots, positions)
         return slots
 

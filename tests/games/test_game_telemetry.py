@@ -30,7 +30,7 @@ def test_a_log_read_back_shows_the_match(game, tmp_path):
         truth.append((robot.chassis.pos, kinds, match.timer.time, robot.battery.voltage, match.score.total))
 
     path = tmp_path / "run.wpilog"
-    run = play_auto(game, seconds=6.0, seed=1, sinks=[WpilogSink(path)], on_tick=look)
+    run = play_auto(game, seconds=6.0, seed=1, sinks=[WpilogSink(path, bulk_period=0.02)], on_tick=look)
     chassis = run.match.robots[0].chassis.config
     placers = len(run.match.robots[0].placers)
     run.match.close()

@@ -6,13 +6,16 @@ import math
 
 import numpy as np
 import pytest
-from simcore.robot.swerve_robot import SwerveRobot
 
 from simcore.errors import NonFiniteError
+from simcore.physics.field import FieldElement
+from simcore.physics.shapes import Box
 from simcore.physics.world import PhysicsWorld
 from simcore.robot.chassis import ChassisSimulation
 from simcore.robot.chassis_config import ChassisConfig
 from simcore.robot.gyro import gyro_config
+from simcore.robot.robot import Robot
+from simcore.robot.robot_config import RobotConfig
 from simcore.robot.swerve_config import SwerveConfig, SwerveModuleConfig
 from simcore.robot.tank_drive import TankConfig, TankDrive
 
@@ -20,10 +23,9 @@ DT = 0.02
 SWERVE = SwerveConfig.square(0.5334, SwerveModuleConfig(x=0.0, y=0.0, drive_stator_limit=40.0))
 
 
-def make(world, pose=(0.0, 0.0, 0.0), *, gyro="ideal", seed=0) -> SwerveRobot:
-    return SwerveRobot(
-        world, ChassisConfig(), SWERVE, pose=pose, gyro=gyro_config(gyro), rng=np.random.default_rng(seed)
-    )
+def make(world, pose=(0.0, 0.0, 0.0), *, gyro="ideal", seed=0) -> Robot:
+    config = RobotConfig(drivetrain=SWERVE, chassis=ChassisConfig(), gyro=gyro_config(gyro))
+    return Robot(world, config, pose=pose, rng=np.random.default_rng(seed))
 
 
 def advance(world, robot, ticks):
@@ -55,9 +57,8 @@ def test_odometry_counts_what_spinning_wheels_count():
         robot = make(world)
         robot.drive.set_volts([12.0] * 4, [0.0] * 4)
         free = SwerveConfig.square(0.5334, SwerveModuleConfig(x=0.0, y=0.0))
-        skidding = SwerveRobot(
-            world, ChassisConfig(), free, pose=(0.0, 5.0, 0.0), gyro=gyro_config("ideal"), rng=np.random.default_rng(0)
-        )
+        config = RobotConfig(drivetrain=free, chassis=ChassisConfig(), gyro=gyro_config("ideal"))
+        skidding = Robot(world, config, pose=(0.0, 5.0, 0.0), rng=np.random.default_rng(0))
         skidding.drive.set_volts([12.0] * 4, [0.0] * 4)
         for _ in range(25):
 
@@ -124,3 +125,56 @@ def test_a_kit_bot_drives_and_turns_on_the_engine():
         chassis.read()
         assert chassis.rate[2] > 1.0
         assert math.hypot(*chassis.vel[:2]) < 0.3
+
+
+# --- what a robot feels that is carried, hits a wall, or feeds its battery ------------------------------------------
+
+
+def test_a_robot_that_is_carried_forgets_how_it_moved():
+    """Its wheels bear what those of a robot at rest bear, in the first sub-step too."""
+    with PhysicsWorld() as world:
+        robot = make(world)
+        robot.drive.set_chassis_speeds(3.0, 0.0, 0.0)
+        advance(world, robot, 60)
+        assert robot.chassis.vel[0] > 2.5
+        robot.reset((3.0, 3.0, 0.0))
+        fresh = make(world, (6.0, 3.0, 0.0))
+        for one in (robot, fresh):
+            one.chassis.before_substep(0.005)
+        assert robot.chassis.normal_loads == pytest.approx(fresh.chassis.normal_loads, abs=0.5)
+
+
+def test_a_wall_pushes_back_with_no_more_than_a_tire_could_stand():
+    """1.5 g at most is told to the drivetrain, of the hit itself; more would spin its wheels."""
+    wall = FieldElement(name="wall", shape=Box((0.5, 4.0, 1.0)), position=np.array([2.0, 0.0, 0.5]))
+    with PhysicsWorld() as world:
+        world.add_field([wall])
+        robot = make(world)
+        told = []
+        inner = robot.drive.step
+
+        def step(h, vx, vy, omega, loads, ax, ay):
+            told.append(math.hypot(ax, ay))
+            return inner(h, vx, vy, omega, loads, ax, ay)
+
+        robot.drive.step = step  # type: ignore[method-assign]
+        robot.drive.set_chassis_speeds(3.5, 0.0, 0.0)
+        advance(world, robot, 60)
+        assert robot.chassis.pose[0] < 1.4
+        assert max(told) == pytest.approx(1.5 * world.gravity, rel=1e-6)
+
+
+def test_a_supply_limit_holds_while_the_motors_feed_the_battery():
+    """Half the voltage at full speed: 6 V times some 100 A would be 50 A at 12 V, and 20 A is the limit both ways."""
+    module = SwerveModuleConfig(x=0.0, y=0.0, drive_supply_limit=20.0)
+    config = RobotConfig(drivetrain=SwerveConfig.square(0.5334, module), gyro=gyro_config("ideal"))
+    with PhysicsWorld() as world:
+        robot = Robot(world, config, rng=np.random.default_rng(0))
+        robot.drive.set_volts([12.0] * 4, [0.0] * 4)
+        advance(world, robot, 150)
+        robot.drive.set_volts([6.0] * 4, [0.0] * 4)
+        least = 0.0
+        for _ in range(25):
+            advance(world, robot, 1)
+            least = min(least, *robot.drive.drive_motors.supply)
+        assert -20.0 * 1.02 < least < -10.0
