@@ -10,15 +10,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 import trimesh
-from simcore.geometry.rotation import rotate
-from simcore.telemetry.memory import MemorySink
 
 from games.rebuilt import RebuiltSim
 from games.rebuilt import dimensions as dim
 from games.rebuilt.field import models_folder
 from games.rebuilt.robot import rebuilt_robot
+from simcore.geometry.rotation import rotate
 from simcore.show.view_check import check_folder
 from simcore.show.view_models import load_models
+from simcore.telemetry.sinks import MemorySink
 
 ROOT = Path(__file__).resolve().parents[2]
 FOLDER = ROOT / "models" / "advantagescope"
@@ -159,7 +159,8 @@ def test_the_layout_shows_only_what_is_published_and_what_there_are_models_for()
         if "Limelights" not in source["logKey"]:  # those of robots with cameras
             assert source["logKey"].removeprefix("NT:/") in kinds[source["logType"]]
     (table,) = [tab["controller"] for tab in tabs if tab["type"] == 4]
-    assert all(any(key.removeprefix("NT:/") in kind for kind in kinds.values()) for key in table)
+    shown = [*kinds.values(), s.strings]
+    assert all(any(key.removeprefix("NT:/") in kind for kind in shown) for key in table)
     models = load_models(FOLDER)
     field = tabs[0]["controller"]
     assert field["game"] == f"FRC:{models.field.name}"
