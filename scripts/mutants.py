@@ -27,15 +27,17 @@ class Mutant(NamedTuple):
     test: str
 
 
-MATCH, MANAGER = "simcore/match/match.py", "simcore/pieces/piece_manager.py"
+MATCH, FLOW = "simcore/match/match.py", "simcore/match/piece_flow.py"
+MANAGER = "simcore/pieces/piece_manager.py"
 MANIPULATORS, ROBOT = "tests/physics/test_manipulators.py", "tests/physics/test_robot.py"
 SHOOTER = "tests/unit/pieces/test_shooter.py"
 MATCHES, REPEATS = "tests/games/test_game_matches.py", "tests/games/test_game_repeats.py"
 
 MUTANTS = (
     Mutant("mechanism currents not on the battery", MATCH, "other_current = robot.mechanism_current",
-           "other_current = 0.0", "tests/games/test_robot_power.py::test_mechanisms_load_the_battery_and_estimates_do_not"),
-    Mutant("intake takes what flies", MATCH, "near & (state.status[slots] != PieceStatus.IN_FLIGHT)", "near",
+           "other_current = 0.0",
+           "tests/games/test_robot_power.py::test_mechanisms_load_the_battery_and_estimates_do_not"),
+    Mutant("intake takes what flies", FLOW, "near & (state.status[slots] != PieceStatus.IN_FLIGHT)", "near",
            f"{MANIPULATORS}::test_a_piece_in_flight_is_not_taken_until_it_has_touched_something"),
     Mutant("launch ignores the time flown", "simcore/pieces/shooter.py", "flown = dt - launch.delay", "flown = 0.0",
            f"{SHOOTER}::test_a_shot_in_the_course_of_a_tick_flies_for_the_rest_of_it"),
@@ -47,21 +49,21 @@ MUTANTS = (
            f"{ROBOT}::test_a_robot_that_is_carried_forgets_how_it_moved"),
     Mutant("a wall pushes back with 15 g", "simcore/robot/chassis.py", "_MOST_RESISTANCE = 1.5",
            "_MOST_RESISTANCE = 15.0", f"{ROBOT}::test_a_wall_pushes_back_with_no_more_than_a_tire_could_stand"),
-    Mutant("gyro samples of a camera are not interpolated", "simcore/vision/history.py",
+    Mutant("gyro samples of a camera are not interpolated", "simcore/vision/heading.py",
            "+ s * (self._values[k] - self._values[k - 1])", "+ 0.0",
-           "tests/unit/vision/test_history.py::test_readings_are_interpolated_and_late_ones_dropped"),
+           "tests/unit/vision/test_heading.py::test_readings_are_interpolated_and_late_ones_dropped"),
     Mutant("a guarded piece may sleep", MANAGER, " & ~self._guarded[awake]", "",
            f"{MANIPULATORS}::test_a_piece_near_a_moving_robot_does_not_sleep"),
     Mutant("digest without status", MATCH, "update(state.pos[awake], state.status.astype(np.int64))",
            "update(state.pos[awake])", f"{REPEATS}::test_a_piece_that_changes_its_status_only_changes_the_digest"),
     Mutant("no supply limit on feeding back", "simcore/robot/tire_solver.py", " or v * i < -power:", ":",
            f"{ROBOT}::test_a_supply_limit_holds_while_the_motors_feed_the_battery"),
-    Mutant("storage takes one too many", MATCH, "[: max(0, robot.storage.room)]", "[: max(0, robot.storage.room + 1)]",
+    Mutant("storage takes one too many", FLOW, "[: max(0, robot.storage.room)]", "[: max(0, robot.storage.room + 1)]",
            f"{MANIPULATORS}::test_no_more_pieces_are_taken_than_there_is_room_for"),
     # of the match and the robot's parts
-    Mutant("intake looks at the present only", MATCH, "intake.captured(before, now)", "intake.captured(now, now)",
+    Mutant("intake looks at the present only", FLOW, "intake.captured(before, now)", "intake.captured(now, now)",
            f"{MANIPULATORS}::test_a_piece_that_passes_the_zone_between_two_ticks_is_taken"),
-    Mutant("a second auto keeps the shots", MATCH, "            self.shots.clear()\n", "",
+    Mutant("a second auto keeps the shots", MATCH, "            self.flow.clear()\n", "",
            f"{REPEATS}::test_a_second_auto_begins_at_zero"),
     Mutant("the start of a mode keeps the ticks", "simcore/match/clock.py",
            "        self._ticks = 0\n        self.time = self._start", "        self.time = self._start",

@@ -7,17 +7,16 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from simcore.geometry.rotation import from_yaw
-from simcore.vision.projection import optical_rotation
-from simcore.vision.tags import official_layout
-from simcore.vision.visibility import TagFinder
 
 from games.rebuilt import RebuiltSim
 from games.rebuilt.robot import rebuilt_robot
 from games.rebuilt.staging import Staging
+from simcore.geometry.rotation import from_yaw
 from simcore.match.game import RobotEntry
 from simcore.robot.robot_config import RobotConfig
-from simcore.vision.camera import CameraConfig, CameraMount, PiecePipeline, limelight_type
+from simcore.vision.camera import CameraConfig, CameraMount, PiecePipeline, limelight_type, optical_rotation
+from simcore.vision.tag_layout import official_layout
+from simcore.vision.tag_visibility import TagFinder
 
 NO_FUEL = Staging(neutral=0, depot=0, chute=0, preload_per_robot=0, robots=3)
 
@@ -197,9 +196,8 @@ def test_a_closed_gate_gives_empty_frames():
 def test_the_frustum_tilts_with_the_robot():
     """With the nose up by 10 degrees the same fuel is 10 degrees lower in the picture, but for the lens' lever."""
     from simcore.geometry.rotation import from_rpy
-    from simcore.vision.history import PoseHistory
-
-    from simcore.vision.camera_scene import Scene
+    from simcore.vision.camera_scene import CameraScene
+    from simcore.vision.heading import PoseHistory
     from simcore.vision.limelight import LimelightSim
 
     config = CameraConfig(
@@ -215,7 +213,7 @@ def test_the_frustum_tilts_with_the_robot():
         quat = from_rpy(0.0, math.radians(pitch), 0.0)
         for k in range(10):
             history.add(0.02 * k, (5.0, 5.0, 0.0), quat)
-            camera.update(0.02 * k, history, Scene(pieces=np.array([(6.5, 5.0, 0.075)]), piece_radius=0.075))
+            camera.update(0.02 * k, history, CameraScene(pieces=np.array([(6.5, 5.0, 0.075)]), piece_radius=0.075))
         assert camera.last is not None and camera.last.primary_piece is not None
         angles.append(camera.last.primary_piece.ty_deg)
     assert angles[1] < angles[0] - 8.0  # nose up: the piece sinks in the picture
@@ -258,7 +256,7 @@ def test_an_unknown_layout_ends_the_build_and_names_the_known():
 
 
 def test_telemetry_draws_where_a_camera_looks_and_what_it_sees():
-    from simcore.telemetry.memory import MemorySink
+    from simcore.telemetry.sinks import MemorySink
 
     sink = MemorySink()
     robot = with_cameras(at_lens(0.5, pitch_deg=-15.0))

@@ -6,13 +6,13 @@ import math
 
 import pytest
 from game_table import GAMES
-from simcore.telemetry.memory import MemorySink
 
 from simcore.errors import ConfigError, EngineError, FieldMeshError, UnknownNameError
 from simcore.match.game import Auto, Game, RobotEntry
 from simcore.match.match import Match
 from simcore.match.runner import play_auto
 from simcore.match.scripted import ScriptedRobot
+from simcore.telemetry.sinks import MemorySink
 
 INSIDE = {"rebuilt": (4.6, 4.0, 0.0), "crates": (0.3, 5.0, 0.0)}
 """A start inside of an element: the hub, the dock."""

@@ -11,11 +11,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 from game_table import GAMES
-from simcore.telemetry.memory import MemorySink
 
 from simcore.match.game import Game, RobotEntry
 from simcore.match.match import Match
 from simcore.match.runner import play_auto
+from simcore.telemetry.sinks import MemorySink
 from simcore.telemetry.wpilog import WpilogSink
 
 HERE = Path(__file__).resolve().parent

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from simcore.telemetry.memory import MemorySink
 from wpimath.geometry import Pose3d
 from wpiutil import wpistruct
 from wpiutil.log import DataLogReader
@@ -12,6 +11,7 @@ from wpiutil.log import DataLogReader
 from simcore.match.match import Match
 from simcore.match.runner import play_auto
 from simcore.telemetry.log_reader import read_log
+from simcore.telemetry.sinks import MemorySink
 from simcore.telemetry.wpilog import WpilogSink
 
 

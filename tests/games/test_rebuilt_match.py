@@ -6,13 +6,13 @@ import math
 
 import numpy as np
 import pytest
-from simcore.telemetry.memory import MemorySink
 
 from games.rebuilt import REBUILT, RebuiltSim
 from games.rebuilt.staging import Staging
 from simcore.match.game import RobotEntry
 from simcore.match.runner import play_auto
 from simcore.pieces.pool import PieceStatus
+from simcore.telemetry.sinks import MemorySink
 
 DOUBLES = {
     "Sim/Robot/GroundClearance", "Sim/Match/Time", "Sim/Match/TimeLeft", "Sim/Performance/TickMs",

@@ -6,7 +6,6 @@ import math
 
 import numpy as np
 import pytest
-from simcore.pieces.proximity import Proximity
 
 from games.rebuilt.fuel import FUEL
 from simcore.errors import ConfigError, NonFiniteError
@@ -14,6 +13,7 @@ from simcore.physics.bullet import BulletEngine
 from simcore.physics.world import PhysicsWorld
 from simcore.pieces.piece_manager import GamePieceManager
 from simcore.pieces.pool import PieceStatus
+from simcore.pieces.wake_grid import WakeSettings
 
 
 def test_requests_for_pieces_are_checked_before_the_first_change():
@@ -55,7 +55,7 @@ def test_a_pushed_piece_flies_as_a_launched_one_at_any_substep():
 @pytest.mark.parametrize("setting", [{"chunk_linger": -5}, {"chunk_linger": 1.5}, {"waking_speed": math.nan}])
 def test_proximity_settings_that_cannot_work_are_refused(setting):
     with pytest.raises(ConfigError, match=next(iter(setting))):
-        Proximity(**setting)
+        WakeSettings(**setting)
 
 
 def test_a_world_has_the_gravity_of_its_engine():

@@ -82,6 +82,8 @@ def test_a_driver_station_starts_and_stops_the_time():
     timer.start("teleop")
     assert timer.time == 23.0 and timer.phase.name == "teleop"
     assert after(timer, 10).time == 23.0, "still disabled"
+    timer.set_enabled(True)
+    assert after(timer, 10).time == pytest.approx(23.2)
 
 
 def test_a_mode_that_never_comes_is_refused():
