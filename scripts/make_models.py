@@ -3,8 +3,8 @@
     python scripts/make_models.py [FOLDER]
 
 The robot's parts come in the order of its components (games/rebuilt/robot.py), each drawn about its own origin; the
-field comes from the collision mesh, so that what is seen is what is hit. Everything is small: a
-stand-in for those without CAD.
+field comes from the collision mesh, so that what is seen is what is hit. Everything is small: a stand-in for those
+without CAD.
 """
 
 from __future__ import annotations

@@ -186,7 +186,15 @@ class Match:
             ...     match.robots[0].chassis.pose[0] > 2.5
             True
         """
-        config = robot or RobotConfig(drivetrain=SwerveConfig.square(0.53, SwerveModuleConfig(x=0.0, y=0.0)))
+        module = SwerveModuleConfig(
+            x=0.0,
+            y=0.0,
+            drive_stator_limit=60.0,
+            drive_supply_limit=40.0,
+            steer_stator_limit=40.0,
+            steer_supply_limit=20.0,
+        )
+        config = robot or RobotConfig(drivetrain=SwerveConfig.square(0.53, module))
         game = Game.bare(size=size, elements=elements, pieces=pieces, zones=zones, robot=lambda: config)
         return cls(game, robots=(RobotEntry(start=start),), **settings)
 
