@@ -245,7 +245,7 @@ def pytest_runtest_makereport(item: pytest.Item, call: pytest.CallInfo[Any]) -> 
         _judge_lateness(item, report)
     test = getattr(item, "funcargs", {}).get("sim")
     recording = item.stash.get(_RECORDING, None)
-    if report.failed and test is not None and test.has_run and recording is not None:
+    if report.failed and recording is not None and test is not None and test.has_run:
         from simcore.show.failed_run import save_failed_run
         from simcore.show.scene import scene_of
 
