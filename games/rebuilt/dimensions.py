@@ -1,6 +1,6 @@
 """Where everything of the 2026 field stands and how large it is: pure numbers in meters, field frame.
 
-Positions are those of the **blue** alliance; red is blue rotated by 180 degrees about the field center (`to_red`).
+Positions are those of the **blue** alliance; red is blue rotated by 180 degrees about the field center.
 "Left" and "right" are seen from the alliance's own drivers, so for blue, left is +y.
 
 Sources: "manual" is the 2026 game manual, kickoff version V0, section 5 ARENA. "Tags" is WPILib's AprilTag layout
@@ -83,7 +83,6 @@ __all__ = [
     "TRENCH_LEG_WIDTH",
     "TRENCH_RIGHT_Y",
     "TRENCH_X",
-    "to_red",
 ]
 
 # --- Field -----------------------------------------------------------------------------------------------------------
@@ -211,12 +210,3 @@ CORRAL_OPENING_HEIGHT: Final = inches(7.0)  # manual 5.9.2
 CORRAL_OPENING_BOTTOM: Final = inches(1.88)  # manual 5.9.2
 CORRAL_WIDTH: Final = inches(35.8)  # along y, manual 5.9.2
 CORRAL_DEPTH: Final = inches(37.6)  # behind the wall, manual 5.9.2
-
-
-def to_red(x: float, y: float) -> tuple[float, float]:
-    """The red place that corresponds to a blue one: rotated by 180 degrees about the field center [m].
-
-    >>> to_red(0.0, 0.0)
-    (16.541, 8.069)
-    """
-    return FIELD_LENGTH - x, FIELD_WIDTH - y

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from simcore.errors import ConfigError, NonFiniteError, require_finite, require_non_negative, require_positive
+from simcore.errors import ConfigError, require_finite, require_non_negative, require_positive
 from simcore.robot.gearbox import GearboxConfig
 from simcore.robot.shaft import ShaftSim
 from simcore.units import GRAVITY
@@ -21,7 +21,6 @@ __all__ = [
     "RackSim",
     "RollerConfig",
     "RollerSim",
-    "launch_impulse",
 ]
 
 
@@ -203,28 +202,6 @@ class FlywheelSim(ShaftSim):
 
     def __init__(self, config: FlywheelConfig) -> None:
         super().__init__(config.gearbox, config.inertia)
-
-    def apply_impulse(self, angular_impulse: float) -> None:
-        """Change the angular momentum at once.
-
-        Args:
-            angular_impulse: Along positive motion; a shot from a wheel that turns forward takes, so it is negative
-                [N m s].
-        """
-        if not math.isfinite(angular_impulse):
-            raise NonFiniteError(f"FlywheelSim: angular impulse must be a finite number, got {angular_impulse}")
-        self.velocity += angular_impulse / self.inertia
-
-
-def launch_impulse(piece_mass: float, exit_speed: float, wheel_radius: float) -> float:
-    """Angular impulse that a wheel loses to a piece that it accelerates from rest by its rim, never negative [N m s].
-
-    The rim pushes with F for as long as it takes: the piece gains integral F dt = m v, the wheel loses r m v.
-    """
-    require_non_negative("launch_impulse", "piece_mass", piece_mass, "kg")
-    require_non_negative("launch_impulse", "exit_speed", exit_speed, "m/s")
-    require_positive("launch_impulse", "wheel_radius", wheel_radius, "m")
-    return piece_mass * exit_speed * wheel_radius
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -10,7 +10,7 @@ from scipy_flight import fly
 
 from simcore.errors import ConfigError, NonFiniteError
 from simcore.pieces.aerodynamics import Aerodynamics, AirFactors, air_factors
-from simcore.pieces.launch import backspin, launch_direction
+from simcore.pieces.launch import launch_direction
 from simcore.units import GRAVITY, inches
 
 FUEL = AirFactors(drag=0.0232)
@@ -58,7 +58,7 @@ def test_backspin_carries_further():
     air = air_factors(Aerodynamics(lift_slope=1.0), radius=0.075, mass=0.215)
     velocity = 8.0 * launch_direction(0.7, math.radians(45))
     straight = fly(START, velocity, air=air)
-    spun = fly(START, velocity, air=air, spin=backspin(0.7, 40.0))
+    spun = fly(START, velocity, air=air, spin=40.0 * np.array([math.sin(0.7), -math.cos(0.7), 0.0]))
     assert np.hypot(*spun.pos[-1, :2]) > np.hypot(*straight.pos[-1, :2]) + 0.1
     assert math.atan2(spun.pos[-1, 1], spun.pos[-1, 0]) == pytest.approx(0.7)  # lift does not turn it
 
