@@ -14,6 +14,16 @@ if find_spec("pyfrc") is None or find_spec("phoenix6") is None:
     collect_ignore_glob.append("simcore/robotpy/*")
 
 
+def pytest_addoption(parser):
+    parser.addoption("--whole", action="store_true", help="run long tests in full, which are sampled otherwise")
+
+
+@pytest.fixture
+def whole(request):
+    """Whether long tests run in full."""
+    return bool(request.config.getoption("--whole"))
+
+
 @pytest.fixture(scope="session")
 def compiled_store(tmp_path_factory):
     """A store with a fresh build of the present sources; the one that SIMCORE_COMPILED names, if it does."""

@@ -156,7 +156,7 @@ def test_without_pillow_and_matplotlib_a_run_still_is_a_run(here, capsys, monkey
     monkeypatch.setitem(sys.modules, "matplotlib", None)
     written, said = outputs(capsys, "--animation")
     assert set(written) == {"log", "page"}
-    assert "pip install matplotlib" in said and "pip install pillow" in said and said.count("\n") == 1
+    assert "pip install matplotlib" in said and "pip install pillow" in said and said.count("\n") == 2
 
 
 def test_no_screen_is_needed_whatever_matplotlib_is_told(here):
