@@ -9,9 +9,19 @@ collect_ignore_glob = ["examples/*", "tests/adapters/robots/*", "tests/adapters/
 if find_spec("phoenix6") is None or find_spec("wpilib") is None:
     collect_ignore_glob += ["simcore/phoenix6/*", "simcore/phoenix6_emulator/*"]
 if find_spec("photonlibpy") is None:
-    collect_ignore_glob.append("simcore/photonvision/*")
+    collect_ignore_glob.append("simcore/photonvision.py")
 if find_spec("pyfrc") is None or find_spec("phoenix6") is None:
     collect_ignore_glob.append("simcore/robotpy/*")
+
+
+def pytest_addoption(parser):
+    parser.addoption("--whole", action="store_true", help="run long tests in full, which are sampled otherwise")
+
+
+@pytest.fixture
+def whole(request):
+    """Whether long tests run in full."""
+    return bool(request.config.getoption("--whole"))
 
 
 @pytest.fixture(scope="session")

@@ -12,6 +12,7 @@ import math
 import subprocess
 import sys
 from collections.abc import Callable
+from dataclasses import replace
 from time import perf_counter
 from typing import Any
 
@@ -20,14 +21,17 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
-from games.rebuilt.robot import RebuiltRobotConfig
-from games.rebuilt.scripted import ScriptedRobot, Steps
-from games.rebuilt.sim import DT, RebuiltConfig, RebuiltSim, RobotEntry
+from games.rebuilt import RebuiltSim
+from games.rebuilt.robot import rebuilt_robot
 from games.rebuilt.staging import Staging
+from simcore.match.game import RobotEntry
+from simcore.match.match import Match
+from simcore.match.scripted import ScriptedRobot, Steps
 from simcore.physics.bullet import BulletEngine
 from simcore.pieces.pool import PieceStatus
-from simcore.pieces.proximity import Proximity
+from simcore.pieces.wake_grid import WakeSettings
 from simcore.typing import FloatArray
+from simcore.units import TICK
 from simcore.vision.camera import CameraConfig, CameraMount, PiecePipeline, limelight_type
 
 JAVA_MS = {"real-use": 1.26, "churn": 1.81, "rest": 0.82, "shooting": 6.8}
@@ -80,50 +84,38 @@ def _lanes(robot: ScriptedRobot) -> Steps:
             yield from robot.drive_through([(10.6, y), (5.9, y)], 0.0, speed=3.0, timeout=4.0)
 
 
-def _sim(
+def _match(
     engine: TimedEngine,
     pose: tuple[float, float, float] = (6.0, 2.2, 0.0),
     script: Any = None,
-    proximity: Proximity | None = None,
+    wake: WakeSettings | None = None,
     cameras: tuple[CameraConfig, ...] = (),
     network: Any = None,
-) -> RebuiltSim:
-    entry = RobotEntry(pose=pose, preload=0, config=RebuiltRobotConfig(cameras=cameras))
+) -> Match:
+    entry = RobotEntry(start=pose, preload=0, config=replace(rebuilt_robot(), cameras=cameras))
     staging = Staging(neutral=360, depot=24, chute=0, preload_per_robot=0, robots=1)
-    sim = RebuiltSim(
-        RebuiltConfig(seed=1, robots=(entry,), staging=staging, proximity=proximity or Proximity()),
-        engine=engine,
-        network=network,
-    )
+    match = RebuiltSim(seed=1, robots=(entry,), staging=staging, wake=wake, engine=engine, network=network)
     if script is not None:
-        sim.set_robot_code(
-            0,
-            ScriptedRobot(
-                script,
-                alliance="blue",
-                held=lambda number: len(sim.pieces.held(number)),
-                fuel_places=lambda: sim.pieces.state.pos[sim.pieces.on_field()],
-            ),
-        )
-    return sim
+        match.set_controller(0, ScriptedRobot(script, match, "blue"))
+    return match
 
 
-def _play(sim: RebuiltSim, engine: TimedEngine, seconds: float, before: Callable[[int], None]) -> dict[str, Any]:
+def _play(match: Match, engine: TimedEngine, seconds: float, before: Callable[[int], None]) -> dict[str, Any]:
     ticks, steps, awake, substeps = [], [], [], []
-    start_pos = sim.pieces.state.pos.copy()
-    for number in range(round(seconds / DT)):
+    start_pos = match.pieces.state.pos.copy()
+    for number in range(round(seconds / TICK)):
         before(number)
         engine.stepping = 0.0
         start = perf_counter()
-        sim.tick()
+        match.tick()
         elapsed = perf_counter() - start
         if number >= _WARM_UP:
             ticks.append(1e3 * elapsed)
             steps.append(1e3 * engine.stepping)
-            awake.append(len(sim.pieces.awake))
-            substeps.append(sim.substeps)
-    moved = np.linalg.norm(sim.pieces.state.pos - start_pos, axis=1) > 0.1
-    robot = sim.robots[0]
+            awake.append(len(match.pieces.awake))
+            substeps.append(match.substeps)
+    moved = np.linalg.norm(match.pieces.state.pos - start_pos, axis=1) > 0.1
+    robot = match.robots[0]
     tick, step = np.array(ticks), np.array(steps)
     return {
         "tick_ms": _spread(tick),
@@ -135,9 +127,9 @@ def _play(sim: RebuiltSim, engine: TimedEngine, seconds: float, before: Callable
         "check": {
             "pieces_moved": int(moved.sum()),
             "robot_height_mm": round(1e3 * robot.chassis.pos[2], 1),
-            "pieces_below_carpet": int((sim.pieces.state.pos[:, 2] < 0.05).sum()),
-            "recovered": sim.pieces.recovered,
-            "conserved": sim.fuel.is_conserved,
+            "pieces_below_carpet": int((match.pieces.state.pos[:, 2] < 0.05).sum()),
+            "recovered": match.pieces.recovered,
+            "conserved": match.count.is_conserved,
         },
     }
 
@@ -150,9 +142,9 @@ def _spread(milliseconds: FloatArray) -> dict[str, float]:
 def real_use(seconds: float) -> dict[str, Any]:
     """408 fuel, a robot that drives through the neutral zone at 3 m/s."""
     engine = TimedEngine()
-    with _sim(engine, script=_lanes) as sim:
+    with _match(engine, script=_lanes) as match:
         path: list[float] = []
-        return _play(sim, engine, seconds, lambda number: path.append(sim.robots[0].chassis.speed)) | {
+        return _play(match, engine, seconds, lambda number: path.append(match.robots[0].chassis.speed)) | {
             "robot_speed_mean": round(float(np.mean(path)), 2)
         }
 
@@ -161,51 +153,51 @@ def churn(seconds: float) -> dict[str, Any]:
     """All 408 awake, each kicked with 2 m/s every second."""
     engine = TimedEngine()
     rng = np.random.default_rng(2)
-    with _sim(engine, pose=(2.5, 2.5, 0.0), proximity=Proximity(slow_ticks=10**6)) as sim:  # nobody falls asleep
+    with _match(engine, pose=(2.5, 2.5, 0.0), wake=WakeSettings(slow_ticks=10**6)) as match:  # nobody falls asleep
 
         def kick(number: int) -> None:
             if number % 50 == 0:
-                slots = sim.pieces.on_field()
+                slots = match.pieces.on_field()
                 angle = rng.uniform(0.0, math.tau, len(slots))
-                sim.pieces.push(slots, 2.0 * np.column_stack((np.cos(angle), np.sin(angle), np.zeros(len(slots)))))
+                match.pieces.push(slots, 2.0 * np.column_stack((np.cos(angle), np.sin(angle), np.zeros(len(slots)))))
 
-        return _play(sim, engine, seconds, kick)
+        return _play(match, engine, seconds, kick)
 
 
 def rest(seconds: float) -> dict[str, Any]:
     """408 asleep, a robot that stands."""
     engine = TimedEngine()
-    with _sim(engine, pose=(2.5, 2.5, 0.0)) as sim:
-        return _play(sim, engine, seconds, lambda number: None)
+    with _match(engine, pose=(2.5, 2.5, 0.0)) as match:
+        return _play(match, engine, seconds, lambda number: None)
 
 
 def rest_in_view(seconds: float) -> dict[str, Any]:
     """408 asleep with every chunk shown to the engine: what the Java original's figure for rest measures."""
     engine = TimedEngine()
-    with _sim(engine, pose=(2.5, 2.5, 0.0)) as sim:
+    with _match(engine, pose=(2.5, 2.5, 0.0)) as match:
 
         def show(number: int) -> None:
             for x in range(-1, 18, 2):
                 for y in range(-1, 10, 2):
-                    sim.pieces.mark_active(float(x), float(y), 0.5)
+                    match.pieces.mark_active(float(x), float(y), 0.5)
 
-        return _play(sim, engine, seconds, show)
+        return _play(match, engine, seconds, show)
 
 
 def shooting(seconds: float) -> dict[str, Any]:
     """16 fuel a second at 12 m/s from a robot that drives through the neutral zone."""
     engine = TimedEngine()
     shots = 0
-    with _sim(engine, script=_lanes) as sim:
+    with _match(engine, script=_lanes) as match:
 
         def shoot(number: int) -> None:
             nonlocal shots
             if number % 25 not in (0, 6, 12, 18):  # 8 events a second of two fuel
                 return
-            scored = np.nonzero(sim.pieces.state.status == PieceStatus.SCORED)[0]
-            supply = scored if len(scored) >= 2 else sim.pieces.on_field()[-2:]
-            sim.pieces.hold(supply[:2], 0)
-            robot = sim.robots[0]
+            scored = np.nonzero(match.pieces.state.status == PieceStatus.SCORED)[0]
+            supply = scored if len(scored) >= 2 else match.pieces.on_field()[-2:]
+            match.pieces.hold(supply[:2], 0)
+            robot = match.robots[0]
             x, y, yaw = robot.chassis.pose
             # at the blue hub, at 12 m/s
             toward = math.atan2(4.03 - y, 4.63 - x)
@@ -215,10 +207,10 @@ def shooting(seconds: float) -> dict[str, Any]:
                     y + 0.168 * math.sin(yaw) + side * math.cos(yaw),
                 )
                 level, up = 12.0 * math.cos(math.radians(50.0)), 12.0 * math.sin(math.radians(50.0))
-                sim.pieces.launch(0, (*at, 0.65), (level * math.cos(toward), level * math.sin(toward), up))
+                match.pieces.launch(0, (*at, 0.65), (level * math.cos(toward), level * math.sin(toward), up))
                 shots += 1
 
-        result = _play(sim, engine, seconds, shoot)
+        result = _play(match, engine, seconds, shoot)
         result["check"]["shots"] = shots
         return result
 
@@ -229,20 +221,20 @@ def cameras(seconds: float) -> dict[str, Any]:
     tables = ntcore.NetworkTableInstance.create()
     tables.startLocal()
     sends = [tables.getDoubleArrayTopic(f"/{c.name}/robot_orientation_set").publish() for c in CAMERAS[:2]]
-    with _sim(engine, script=_lanes, cameras=CAMERAS, network=tables) as sim:
+    with _match(engine, script=_lanes, cameras=CAMERAS, network=tables) as match:
         spent: list[float] = []
         frames: list[int] = []
         tags = 0
 
         def timed(name: str) -> None:
-            inner = getattr(sim.vision, name)
+            inner = getattr(match.cameras, name)
 
             def call(time: float) -> None:
                 start = perf_counter()
                 inner(time)
                 spent[-1] += 1e3 * (perf_counter() - start)
 
-            setattr(sim.vision, name, call)
+            setattr(match.cameras, name, call)
 
         timed("listen")
         timed("look")
@@ -251,19 +243,19 @@ def cameras(seconds: float) -> dict[str, Any]:
             nonlocal tags
             spent.append(0.0)
             for topic in sends:
-                topic.set([math.degrees(sim.robots[0].gyro.yaw), 0.0, 0.0, 0.0, 0.0, 0.0])
-            seen = [camera.last for camera in sim.vision.cameras.values() if camera.last is not None]
+                topic.set([math.degrees(match.robots[0].gyro.yaw), 0.0, 0.0, 0.0, 0.0, 0.0])
+            seen = [camera.last for camera in match.cameras.cameras.values() if camera.last is not None]
             frames.append(sum(frame.number for frame in seen))
             tags += sum(len(frame.tags) for frame in seen)
 
-        result = _play(sim, engine, seconds, send)
+        result = _play(match, engine, seconds, send)
         cost = np.array(spent[_WARM_UP:])
         result["vision_ms"] = {"mean": round(float(cost.mean()), 3)} | _spread(cost)
         result["check"] |= {
             "vision_ms": result["vision_ms"],
             "frames_a_tick": round((frames[-1] - frames[0]) / len(frames), 2),
             "tags_in_sight": round(tags / len(frames), 1),
-            "pieces_seen": len(sim.vision.camera(CAMERAS[2].name).last.pieces),  # type: ignore[union-attr]
+            "pieces_seen": len(match.cameras.camera(CAMERAS[2].name).last.pieces),  # type: ignore[union-attr]
         }
     ntcore.NetworkTableInstance.destroy(tables)
     return result
@@ -271,7 +263,7 @@ def cameras(seconds: float) -> dict[str, Any]:
 
 def start_up(_seconds: float) -> dict[str, Any]:
     """A fresh interpreter from nothing to the end of the first tick, imports and all."""
-    code = "from games.rebuilt.sim import RebuiltSim; s = RebuiltSim(); s.tick(); print(s.fuel.staged)"
+    code = "from games.rebuilt import RebuiltSim; s = RebuiltSim(); s.tick(); print(s.count.staged)"
     times = []
     for _ in range(3):
         start = perf_counter()

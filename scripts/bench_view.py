@@ -22,14 +22,14 @@ import ntcore
 import numpy as np
 import viser
 
+from games.rebuilt import RebuiltSim
+from games.rebuilt.field import models_folder
 from games.rebuilt.fuel import FUEL
-from games.rebuilt.models import models_folder
-from games.rebuilt.publish import build_snapshot
-from games.rebuilt.scripted import ScriptedRobot, Steps
-from games.rebuilt.sim import DT, RebuiltConfig, RebuiltSim, RobotEntry
 from games.rebuilt.staging import Staging
+from simcore.match.game import RobotEntry
+from simcore.match.scripted import ScriptedRobot, Steps
 from simcore.pieces.pool import PieceStatus
-from simcore.pieces.proximity import Proximity
+from simcore.pieces.wake_grid import WakeSettings
 from simcore.show.replay import smooth_snapshot
 from simcore.show.view_models import load_models
 from simcore.show.view_page import ViewPage
@@ -37,6 +37,7 @@ from simcore.telemetry.log_reader import read_log
 from simcore.telemetry.networktables_sink import NetworkTablesSink, start_local_server
 from simcore.telemetry.snapshot import Snapshot
 from simcore.telemetry.wpilog import WpilogSink
+from simcore.units import TICK
 
 _WARM_UP = 25  # ticks
 
@@ -69,21 +70,19 @@ print(counts[0] - before[0], counts[1] - before[1])
 def rolling(seconds: float) -> Iterator[Snapshot]:
     """Snapshots of 504 fuel on the carpet, all kicked once a second so that none stands."""
     staging = Staging(neutral=408, depot=24, chute=24, preload_per_robot=0, robots=1)
-    config = RebuiltConfig(
-        seed=1, robots=(RobotEntry(preload=0),), staging=staging, proximity=Proximity(slow_ticks=10**6)
-    )
     rng = np.random.default_rng(3)
-    with RebuiltSim(config) as sim:
-        outside = np.nonzero(sim.pieces.state.status == PieceStatus.STAGED)[0]  # in the chutes: out with it
+    entry, awake = RobotEntry(preload=0), WakeSettings(slow_ticks=10**6)
+    with RebuiltSim(seed=1, robots=(entry,), staging=staging, wake=awake) as match:
+        outside = np.nonzero(match.pieces.state.status == PieceStatus.STAGED)[0]  # in the chutes: out with it
         places = [(12.5 + 0.25 * (i % 8), 2.0 + 0.25 * (i // 8), FUEL.rest_height) for i in range(len(outside))]
-        sim.pieces.release(outside, np.array(places))
-        for number in range(round(seconds / DT)):
+        match.pieces.release(outside, np.array(places))
+        for number in range(round(seconds / TICK)):
             if number % 50 == 0:
-                slots = sim.pieces.on_field()
+                slots = match.pieces.on_field()
                 angle = rng.uniform(0.0, math.tau, len(slots))
-                sim.pieces.push(slots, np.column_stack((np.cos(angle), np.sin(angle), np.zeros(len(slots)))))
-            sim.tick()
-            yield build_snapshot(sim)
+                match.pieces.push(slots, np.column_stack((np.cos(angle), np.sin(angle), np.zeros(len(slots)))))
+            match.tick()
+            yield match.snapshot()
 
 
 def spread(times: list[float]) -> dict[str, float]:
@@ -129,19 +128,9 @@ def log(_seconds: float) -> dict[str, Any]:
     """Always 160 simulated seconds."""
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "match.wpilog"
-        config = RebuiltConfig(seed=1, robots=(RobotEntry(pose=(6.0, 2.2, 0.0)),))
-        with RebuiltSim(config, sinks=[WpilogSink(path)]) as sim:
-            sim.set_robot_code(
-                0,
-                ScriptedRobot(
-                    _lanes,
-                    alliance="blue",
-                    held=lambda number: len(sim.pieces.held(number)),
-                    fuel_places=lambda: sim.pieces.state.pos[sim.pieces.on_field()],
-                ),
-            )
-            for _ in range(round(160.0 / DT)):
-                sim.tick()
+        entry = RobotEntry(start=(6.0, 2.2, 0.0))
+        with RebuiltSim(seed=1, robots=(entry,), sinks=[WpilogSink(path)]) as match:
+            match.play(160.0, controllers=[ScriptedRobot(_lanes, match, "blue")])
         start = perf_counter()
         read = read_log(path)
         opened = perf_counter() - start

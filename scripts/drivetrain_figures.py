@@ -3,9 +3,9 @@
     python scripts/drivetrain_figures.py [--json] [--cost] [--step SECONDS]
 
 Two robots, both 55 kg, 0.8 m bumpers, modules on a 0.527 m square, MK4i L2, wheel radius 0.0508 m, tread 1.2:
-`ideal` has no losses and next to no rotor or wheel inertia, as the closed forms of sections 5.1 and 5.2 assume;
+`ideal` has no losses and next to no rotor or wheel inertia, as the closed forms assume;
 `reference` has a rotor of 4.5e-5 kg m^2, a wheel of 8e-4 kg m^2 (deduced: it is what the 40 A and 60 A rows imply),
-gears of 95 % and rolling resistance of 0.01, as section 5.3 assumes. Neither transfers load between axles (center of
+gears of 95 % and rolling resistance of 0.01. Neither transfers load between axles (center of
 mass on the floor) nor has dry friction in the drive, because the figures do not. Exit code 1 when a row fails.
 """
 
@@ -24,14 +24,14 @@ from dataclasses import asdict, dataclass, replace
 from typing import Any
 
 from simcore.robot.battery import Battery, BatteryConfig
-from simcore.robot.motor import motor
+from simcore.robot.dc_motor import motor
 from simcore.robot.planar_chassis import PlanarChassis
 from simcore.robot.swerve_config import SwerveConfig, SwerveModuleConfig
 from simcore.robot.swerve_drive import SwerveDrive
 from simcore.robot.wheel_loads import normal_loads
 from simcore.units import GRAVITY
 
-TRACK = 0.527
+TRACKWIDTH = 0.527
 STEP = 0.005
 MK4I = SwerveModuleConfig(x=0.0, y=0.0, drive_friction_volts=0.0)
 IDEAL = replace(
@@ -45,7 +45,7 @@ IDEAL = replace(
 
 @dataclass(frozen=True)
 class Row:
-    """One figure: what the facts say, what was measured, and how far apart they may be."""
+    """One figure: what is expected, what was measured, and how far apart they may be."""
 
     section: str
     name: str
@@ -73,7 +73,7 @@ def robot(
     module: SwerveModuleConfig, battery: BatteryConfig | None = None, *, height: float = 0.0, **changes: Any
 ) -> SwerveDrive:
     """The 55 kg robot on four of these modules."""
-    config = SwerveConfig.square(TRACK, replace(module, **changes), height=height)
+    config = SwerveConfig.square(TRACKWIDTH, replace(module, **changes), height=height)
     return SwerveDrive(config, battery=Battery(battery) if battery else None)
 
 
@@ -83,7 +83,7 @@ def with_motor(module: SwerveModuleConfig, name: str) -> SwerveModuleConfig:
 
 
 def sagging(volts: float) -> BatteryConfig:
-    """The battery of section 5.3: fixed open-circuit voltage behind 0.02 ohm, a roboRIO that never cuts out."""
+    """A battery with a fixed open-circuit voltage behind 0.02 ohm, and a roboRIO that never cuts out."""
     return BatteryConfig(
         full_voltage=volts, empty_voltage=volts, resistance=0.02, recovery_resistance=0.0, brownout_enabled=False
     )
@@ -123,7 +123,7 @@ def launch(drive: SwerveDrive, *, spin: bool = False, seconds: float = 3.0, top:
         speeds.append(chassis.omega if spin else chassis.vx)
         lowest = min(lowest, drive.bus_voltage)
         if abs(chassis.time - 0.5) < 0.5 * STEP:
-            x, odometry = chassis.x, float(drive.wheel_distances[0])
+            x, odometry = chassis.x, drive.wheel_distances()[0]
 
     chassis.run(seconds, h=STEP, each=each)
 
@@ -172,7 +172,7 @@ def grip_current(module: SwerveModuleConfig) -> float:
         drive = robot(module)
         drive.set_torque_currents([amps] * 4, [0.0] * 4)
         held(drive)
-        return float(drive.wheel_speeds[0]) > 0.01
+        return drive.wheel_speeds()[0] > 0.01
 
     return bisect(10.0, 200.0, slips)
 
@@ -182,7 +182,7 @@ def time_constant(module: SwerveModuleConfig) -> float:
     drive = robot(module)
     chassis = PlanarChassis(drive)
     drive.set_volts([1.0] * 4, [0.0] * 4)
-    top = module.zero_torque_speed / 12.0
+    top = module.drive_motor.kv / module.drive_gearing * module.wheel_radius
     while chassis.vx < top * (1.0 - math.exp(-1.0)):
         before = chassis.vx
         chassis.step(0.001)
@@ -203,12 +203,12 @@ def closed_forms() -> Iterator[Row]:
     yield row(s, "free speed (datasheet)", 4.729, reference.top, 0.01, "m/s", "reference robot: rolling .01 costs .008")
     yield row(s, "zero-torque speed", 4.755, launch(robot(IDEAL)).top, 0.01, "m/s")
     yield row(s, "motor current at the grip limit", 62.9, grip_current(IDEAL), 0.03, "A", "ideal gears; 66.2 A at 95 %")
-    sticky = robot(IDEAL, tread=10.0)
+    sticky = robot(IDEAL, wheel_cof=10.0)
     sticky.set_volts([12.0] * 4, [0.0] * 4)
     yield row(s, "wheel force at 12 V stall", 942.0, held(sticky) / 4.0, 0.02, "N", "tread 10, so that it cannot slip")
     yield row(s, "knee: end of traction limit", 3.94, knee(IDEAL), 0.03, "m/s")
     for name, amps in (("Kraken X60", 366.0), ("Kraken X60 FOC", 483.0), ("Falcon 500", 257.0)):
-        sticky = robot(with_motor(IDEAL, name), tread=10.0)
+        sticky = robot(with_motor(IDEAL, name), wheel_cof=10.0)
         sticky.set_volts([12.0] * 4, [0.0] * 4)
         held(sticky)
         yield row(s, f"stall current {name}", amps, sticky.drive_motors.current[0], 0.01, "A")
@@ -304,7 +304,7 @@ def turn_radius(v: float) -> float:
 
 def push_match(left: float, right: float) -> tuple[float, float]:
     """Two robots bumper to bumper, full throttle: common acceleration [m/s^2], and speed after 2 s [m/s]."""
-    a, b = robot(MK4I, tread=left), robot(MK4I, tread=right)
+    a, b = robot(MK4I, wheel_cof=left), robot(MK4I, wheel_cof=right)
     for drive in (a, b):
         drive.set_volts([12.0] * 4, [0.0] * 4)
     v, early = 0.0, 0.0
@@ -348,14 +348,14 @@ def motors() -> Iterator[Row]:
         run = launch(robot(module), top=at_datasheet)
         yield row(s, f"{name}: free speed, datasheet", datasheet, at_datasheet, 0.02, "m/s", "from the motor table")
         yield row(s, f"{name}: zero-torque speed", zero_torque, run.top, 0.02, "m/s")
-        sticky = robot(module, tread=10.0)
+        sticky = robot(module, wheel_cof=10.0)
         sticky.set_volts([12.0] * 4, [0.0] * 4)
         yield row(s, f"{name}: stall force per wheel", stall, held(sticky) / 4.0, 0.03, "N")
         yield row(s, f"{name}: current at grip", amps, grip_current(module), 0.03, "A")
         yield row(s, f"{name}: knee", knee_speed, knee(module), 0.03, "m/s")
         yield row(s, f"{name}: time constant", tau, time_constant(module), 0.05, "s")
         yield row(s, f"{name}: t95", t95, run.t95, 0.05, "s", "95 % of the datasheet speed")
-        turned = m.free_speed / module.drive_gearing * module.wheel_radius / math.hypot(TRACK / 2.0, TRACK / 2.0)
+        turned = m.free_speed / module.drive_gearing * module.wheel_radius / (TRACKWIDTH / math.sqrt(2.0))
         measured = launch(robot(module), spin=True).top * at_datasheet / run.top
         yield row(s, f"{name}: spin at datasheet speed", spin, measured, 0.02, "rad/s", f"closed form {turned:.2f}")
 
@@ -440,7 +440,7 @@ def stops() -> Iterator[Row]:
         yield Row(s, f"{name}: peak deceleration", decel, worst, 0.97 * decel, decel + 0.05, "m/s^2", "drag uses grip")
         chassis.run(0.5, h=STEP)
         yield row(s, f"{name}: distance", distance, chassis.x, 0.03, "m")
-        measured = float(drive.wheel_distances[0])
+        measured = drive.wheel_distances()[0]
         if limit < math.inf:
             yield Row(
                 s, f"{name}: wheel odometry", odometry, measured, 0.97 * chassis.x, chassis.x, "m", "hardly skids"
@@ -448,7 +448,7 @@ def stops() -> Iterator[Row]:
         else:
             yield Row(s, f"{name}: wheel odometry", odometry, measured, 0.0, 0.5 * chassis.x, "m", "skids: far below")
     m = motor("Kraken X60")
-    shorted = robot(MK4I, tread=10.0)
+    shorted = robot(MK4I, wheel_cof=10.0)
     shorted.state.wheel_speed[:] = [4.5 / MK4I.wheel_radius] * 4
     shorted.set_volts([0.0] * 4, [0.0] * 4)
     shorted.step(1e-5, 4.5, 0.0, 0.0)
@@ -489,7 +489,7 @@ def cost(robots: int, step: float) -> float:
 
 
 def measure() -> list[Row]:
-    """All rows, in the order of the facts."""
+    """All rows, in the order of the table."""
     return [*closed_forms(), *motors(), *launches()]
 
 

@@ -30,9 +30,11 @@ SHOOTER = {
     "Sim/Debug/IntakeRollerVelocityRPS": "#80588e",
 }
 TABLE = (
-    "Sim/Match/Time", "Sim/Match/TimeLeft", "Sim/Score/Blue", "Sim/Score/Red", "Sim/Score/BlueHub", "Sim/Score/RedHub",
+    "Sim/Match/Time", "Sim/Match/TimeLeft", "Sim/Match/Period", "Sim/Match/Enabled", "Sim/Match/BlueHubActive",
+    "Sim/Match/RedHubActive", "Sim/Score/Blue", "Sim/Score/Red", "Sim/Score/BlueHub", "Sim/Score/RedHub",
     "Sim/Shots", "Sim/Hits", "Sim/Intake/HeldCount", "Sim/Debug/BatteryVoltage", "Sim/Robot/GroundClearance",
-    "Sim/Robot/IsAirborne", "Robot/Intake/ExtensionPct", "Sim/Performance/TickMs", "Sim/Performance/AwakePieces",
+    "Sim/Robot/IsAirborne", "Sim/Debug/IntakeDeployExtendedPct", "Sim/Performance/TickMs",
+    "Sim/Performance/AwakePieces",
 )  # fmt: skip
 
 
@@ -96,6 +98,7 @@ def layout() -> dict[str, Any]:
         thing("robot", "Sim/Robot/Pose3d", "Pose3d", model=ROBOT_NAME),
         thing("component", "Sim/Robot/ComponentPoses", "Pose3d[]"),  # a child of the robot before it
         thing("gamePiece", f"Sim/GamePieces/{FUEL.name}", "Pose3d[]", variant=FUEL.name),
+        thing("gamePiece", f"Sim/Held/{FUEL.name}", "Pose3d[]", variant=FUEL.name),
         *(
             thing("trajectory", f"Sim/Limelights/{name}/DirectionLine", "Pose3d[]", color="#00c080", size="normal")
             for name in CAMERAS

@@ -2,8 +2,9 @@
 
     python scripts/make_models.py [FOLDER]
 
-The robot's parts come in the order of games/rebuilt/components.py, each drawn about its own origin; the field comes
-from the collision mesh, so that what is seen is what is hit. Everything is small: a stand-in for those without CAD.
+The robot's parts come in the order of its components (games/rebuilt/robot.py), each drawn about its own origin; the
+field comes from the collision mesh, so that what is seen is what is hit. Everything is small: a stand-in for those
+without CAD.
 """
 
 from __future__ import annotations
@@ -23,10 +24,9 @@ from trimesh.visual import TextureVisuals
 from trimesh.visual.material import PBRMaterial
 
 from games.rebuilt import dimensions as dim
-from games.rebuilt.components import COMPONENTS
-from games.rebuilt.field import default_mesh
 from games.rebuilt.fuel import FUEL
-from games.rebuilt.robot import RebuiltRobotConfig
+from games.rebuilt.game import REBUILT
+from games.rebuilt.robot import rebuilt_robot
 from simcore.physics.obj import ObjGroup, read_obj
 from simcore.show.glb import linear_rgba
 from simcore.typing import FloatArray
@@ -119,7 +119,7 @@ def save(path: Path, meshes: Iterable[trimesh.Trimesh], names: Iterable[str] | N
 
 def chassis() -> dict[str, trimesh.Trimesh]:
     """What does not move. Bumpers are named so, for the browser view paints them in the alliance's color."""
-    c = RebuiltRobotConfig().chassis
+    c = rebuilt_robot().body
     length, width, thick = c.bumper_length / 2.0, c.bumper_width / 2.0, c.bumper_thickness
     low, high = c.clearance + 0.02, c.bumper_top
     frame_x, frame_y = length - thick, width - thick
@@ -216,7 +216,7 @@ PARTS: dict[str, Callable[[], list[trimesh.Trimesh]]] = {
     "shooter wheel, right": lambda: wheel(0.05, 0.06, BLACK, YELLOW),
     "shooter backspin roller": lambda: wheel(0.02, 0.3, BLACK, GREEN),
 }
-"""By the names of components.py."""
+"""By the names of the robot's components."""
 
 
 def robot_config() -> dict[str, Any]:
@@ -236,7 +236,7 @@ def robot_config() -> dict[str, Any]:
                 "fov": 80,
             }
         ],
-        "components": [{"zeroedRotations": [], "zeroedPosition": [0, 0, 0]} for _ in COMPONENTS],
+        "components": [{"zeroedRotations": [], "zeroedPosition": [0, 0, 0]} for _ in rebuilt_robot().components],
     }
 
 
@@ -263,7 +263,7 @@ def field_meshes() -> dict[str, trimesh.Trimesh]:
     """Carpet, tape, walls and every element of the collision mesh, field frame."""
     length, width = dim.FIELD_LENGTH, dim.FIELD_WIDTH
     meshes = {"carpet": box((-0.9, -0.6, -0.03), (length + 0.9, width + 0.6, -0.002), CARPET)}
-    for group in read_obj(default_mesh()):
+    for group in read_obj(REBUILT.field.mesh):
         if "guardrail" in group.name or "alliance_wall" in group.name:
             continue  # 0.3 m thick for the engine; drawn thin below
         color = next((color for pattern, color in FIELD_COLORS if fnmatchcase(group.name, pattern)), STEEL)
@@ -337,7 +337,7 @@ def write_all(output: Path) -> None:
             old.unlink()
     base = chassis()
     save(robot / "model.glb", base.values(), base)
-    for i, part in enumerate(COMPONENTS):
+    for i, part in enumerate(rebuilt_robot().components):
         save(robot / f"model_{i}.glb", PARTS[part.name]())
     write_json(robot / "config.json", robot_config())
     meshes = field_meshes()

@@ -1,16 +1,124 @@
 """simcore: physics for FIRST Robotics Competition robots written in Python.
 
-Importing this package loads neither the physics engine nor wpilib.
+The everyday names are here, each loaded when it is first asked for (PEP 562): importing this package loads neither the
+physics engine nor wpilib.
+
+>>> from simcore import FieldSymmetry
+>>> FieldSymmetry.__module__
+'simcore.geometry.symmetry'
 """
 
 from __future__ import annotations
 
 import os
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
 
 from simcore.compiled.finder import install as _install
 from simcore.errors import SimcoreError
 
-__all__ = ["SimcoreError", "__version__"]
+if TYPE_CHECKING:
+    from simcore.geometry.symmetry import FieldSymmetry
+    from simcore.geometry.zones import BoxZone, CylinderZone
+    from simcore.match.clock import MatchClock, Phase
+    from simcore.match.game import (
+        Auto,
+        FieldDefinition,
+        Game,
+        GameOption,
+        PieceSupply,
+        RobotEntry,
+        Rules,
+        StagedPieces,
+    )
+    from simcore.match.match import Match
+    from simcore.match.runner import play_auto
+    from simcore.match.scoring import ScoringTracker, ScoringZone
+    from simcore.match.scripted import ScriptedRobot, ScriptSettings
+    from simcore.phoenix6.swerve import SwerveDrivetrainSim, swerve_config
+    from simcore.phoenix6.talon_motor import TalonFXMotorSim
+    from simcore.physics.field import FieldElement, FieldGeometry
+    from simcore.physics.world import PhysicsWorld
+    from simcore.pieces.intake import IntakeConfig, IntakeZone
+    from simcore.pieces.kinds import GamePieceConfig
+    from simcore.pieces.launch import LaunchParameters
+    from simcore.pieces.piece_manager import GamePieceManager
+    from simcore.pieces.placer import PlacerConfig
+    from simcore.pieces.shooter import ShooterConfig
+    from simcore.pieces.storage import StorageConfig
+    from simcore.robot.climber import ClimberConfig
+    from simcore.robot.mechanisms import ArmConfig, ElevatorConfig, FlywheelConfig, RackConfig, RollerConfig
+    from simcore.robot.robot import Robot
+    from simcore.robot.robot_config import RobotConfig
+    from simcore.robot.swerve_config import SwerveConfig, SwerveModuleConfig
+    from simcore.robot.tank_drive import TankConfig
+    from simcore.robotpy.robot_physics import RobotPhysics
+    from simcore.robotpy.robot_program import part_of
+    from simcore.telemetry.networktables_sink import NetworkTablesSink
+    from simcore.telemetry.wpilog import WpilogSink
+    from simcore.vision.camera import CameraConfig, CameraMount, PiecePipeline, TagPipeline, limelight_type
+    from simcore.vision.limelight import LimelightSim
+
+_HOMES = {
+    "geometry.symmetry": ("FieldSymmetry",),
+    "geometry.zones": ("BoxZone", "CylinderZone"),
+    "match.clock": ("MatchClock", "Phase"),
+    "match.game": (
+        "Auto", "FieldDefinition", "Game", "GameOption", "PieceSupply", "RobotEntry", "Rules", "StagedPieces",
+    ),
+    "match.match": ("Match",),
+    "match.runner": ("play_auto",),
+    "match.scoring": ("ScoringTracker", "ScoringZone"),
+    "match.scripted": ("ScriptedRobot", "ScriptSettings"),
+    "physics.field": ("FieldElement", "FieldGeometry"),
+    "physics.world": ("PhysicsWorld",),
+    "pieces.intake": ("IntakeConfig", "IntakeZone"),
+    "pieces.kinds": ("GamePieceConfig",),
+    "pieces.launch": ("LaunchParameters",),
+    "pieces.piece_manager": ("GamePieceManager",),
+    "pieces.placer": ("PlacerConfig",),
+    "pieces.shooter": ("ShooterConfig",),
+    "pieces.storage": ("StorageConfig",),
+    "phoenix6.talon_motor": ("TalonFXMotorSim",),
+    "phoenix6.swerve": ("SwerveDrivetrainSim", "swerve_config"),
+    "robot.climber": ("ClimberConfig",),
+    "robot.mechanisms": ("ArmConfig", "ElevatorConfig", "FlywheelConfig", "RackConfig", "RollerConfig"),
+    "robot.robot": ("Robot",),
+    "robot.robot_config": ("RobotConfig",),
+    "robot.swerve_config": ("SwerveConfig", "SwerveModuleConfig"),
+    "robot.tank_drive": ("TankConfig",),
+    "robotpy.robot_physics": ("RobotPhysics",),
+    "robotpy.robot_program": ("part_of",),
+    "telemetry.networktables_sink": ("NetworkTablesSink",),
+    "telemetry.wpilog": ("WpilogSink",),
+    "vision.camera": ("CameraConfig", "CameraMount", "PiecePipeline", "TagPipeline", "limelight_type"),
+    "vision.limelight": ("LimelightSim",),
+}  # fmt: skip
+_HOME = {name: f"simcore.{module}" for module, names in _HOMES.items() for name in names}
+
+__all__ = [
+    "ArmConfig", "Auto", "BoxZone", "CameraConfig", "CameraMount", "ClimberConfig", "CylinderZone", "ElevatorConfig",
+    "FieldDefinition", "FieldElement", "FieldGeometry", "FieldSymmetry", "FlywheelConfig", "Game", "GameOption",
+    "GamePieceConfig", "GamePieceManager", "IntakeConfig", "IntakeZone", "LaunchParameters", "LimelightSim", "Match",
+    "MatchClock", "NetworkTablesSink", "Phase", "PhysicsWorld", "PiecePipeline", "PieceSupply",
+    "PlacerConfig", "RackConfig", "Robot", "RobotConfig", "RobotEntry", "RobotPhysics", "RollerConfig", "Rules",
+    "ScoringTracker", "ScoringZone", "ScriptSettings", "ScriptedRobot", "ShooterConfig", "SimcoreError",
+    "StagedPieces", "StorageConfig", "SwerveConfig", "SwerveDrivetrainSim", "SwerveModuleConfig", "TagPipeline",
+    "TalonFXMotorSim", "TankConfig", "WpilogSink", "__version__", "limelight_type", "part_of", "play_auto",
+    "swerve_config",
+]  # fmt: skip
 __version__ = "0.1.0"
 
 _install(os.environ)  # before any module that may be compiled
+
+
+def __getattr__(name: str) -> Any:
+    """Load the home of an everyday name."""
+    if name not in _HOME:
+        raise AttributeError(f"module 'simcore' has no attribute {name!r}")
+    return getattr(import_module(_HOME[name]), name)
+
+
+def __dir__() -> list[str]:
+    """The everyday names, for completion."""
+    return sorted(__all__)

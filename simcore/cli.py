@@ -8,6 +8,7 @@ import sys
 from collections.abc import Sequence
 from typing import NamedTuple
 
+from simcore import __version__
 from simcore.errors import SimcoreError
 
 __all__ = ["COMMANDS", "Command", "main"]
@@ -22,39 +23,48 @@ class Command(NamedTuple):
 
 COMMANDS = {
     "doctor": Command("simcore.robotpy.doctor", "look at this computer and this folder, and say what to do"),
+    "play": Command("simcore.show.play_command", "play an auto of a game: score, picture, page and log"),
     "view": Command("simcore.show.view_command", "replay a log in the browser"),
     "page": Command("simcore.show.log_page", "the page and the picture of a run of which only the log is left"),
     "compile": Command(
         "simcore.compiled.command", "compile what is hot: simulations run faster, with the same results"
     ),
+    "new-game": Command("simcore.new_game.new_game_command", "write a package for a new year's game, ready to play"),
     "init": Command("simcore.robot_file.init_command", "write a simcore.toml beside robot.py"),
 }
 """By name; the modules may need extras, and are imported only when their command runs."""
 
 
-def main(argv: Sequence[str] | None = None) -> int:
-    """Run a subcommand.
+def main(argv: Sequence[str] | None = None, *, program: str = "simcore") -> int:
+    """Run a subcommand; without one, say what there is.
 
     Args:
         argv: Without the program's name; None: the process's.
+        program: How it was called, for messages: `simcore`, or all words up to the options of a subcommand.
 
     Returns:
         0 if all is well, 1 for a mistake that was explained, 2 for a wrong call.
     """
     words = list(sys.argv[1:] if argv is None else argv)
     parser = argparse.ArgumentParser(prog="simcore", description="A physics simulator for FRC robot code.")
-    subparsers = parser.add_subparsers(dest="command", metavar="COMMAND", required=True)
+    parser.add_argument("--version", action="version", version=f"simcore {__version__}")
+    subparsers = parser.add_subparsers(dest="command", metavar="COMMAND")
     for name, command in COMMANDS.items():
-        subparser = subparsers.add_parser(name, help=command.help, description=command.help)
+        called = f"simcore {name}" if program == "simcore" else program
+        subparser = subparsers.add_parser(name, prog=called, help=command.help, description=command.help)
         if words[:1] == [name]:
             module = importlib.import_module(command.module)
             module.add_arguments(subparser)
             subparser.set_defaults(run=module.run)
     args = parser.parse_args(words)
+    if args.command is None:
+        parser.print_help()
+        return 0
+    called = f"simcore {args.command}" if program == "simcore" else program
     try:
         return int(args.run(args))
     except SimcoreError as error:
-        print(f"simcore {args.command}: {error}", file=sys.stderr)
+        print(f"{called}: {error}", file=sys.stderr)
         return 1
 
 

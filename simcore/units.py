@@ -1,13 +1,17 @@
-"""Units of the game manual turned into SI, so that numbers can be written as they are printed."""
+"""Units of the game manual turned into SI, so that numbers can be written as they are printed, and a portable sum."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 
-__all__ = ["GRAVITY", "degrees", "feet", "inches", "pounds", "rpm"]
+__all__ = ["GRAVITY", "TICK", "degrees", "feet", "inches", "plain_sum", "pounds", "rpm"]
 
 GRAVITY = 9.80665
 """Standard gravity [m/s^2] (CGPM 1901)."""
+
+TICK = 0.02
+"""Length of a tick [s]: the loop of a TimedRobot."""
 
 
 def inches(value: float) -> float:
@@ -37,3 +41,18 @@ def degrees(value: float) -> float:
 def rpm(value: float) -> float:
     """Revolutions per minute as radians per second."""
     return value * math.tau / 60.0
+
+
+def plain_sum(values: Iterable[float]) -> float:
+    """Sum from left to right, the same to the last bit on every Python.
+
+    The builtin `sum` of floats keeps the rounding errors and adds them at the end since Python 3.12, and does not
+    before: a simulation that used it would differ between versions.
+
+    >>> plain_sum([0.1] * 10)
+    0.9999999999999999
+    """
+    total = 0.0
+    for value in values:
+        total += value
+    return total

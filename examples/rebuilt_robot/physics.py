@@ -1,15 +1,25 @@
 """The simulated field around this robot; only `robotpy sim` and `robotpy test` load it."""
 
+from dataclasses import replace
+
 import ntcore
 from constants import PIECE_CAMERA, START_BLUE, TAG_CAMERAS
 
-from games.rebuilt.robot import RebuiltRobotConfig
-from games.rebuilt.sim import RebuiltConfig, RebuiltSim, RobotEntry
-from simcore.phoenix6.motor import MotorType, TalonFXMotorSim
-from simcore.phoenix6.swerve import SwerveDrivetrainSim, swerve_config
-from simcore.robotpy.physics import RobotPhysics
-from simcore.telemetry.networktables_sink import NetworkTablesSink
-from simcore.vision.camera import CameraConfig, CameraMount, PiecePipeline, limelight_type
+from games.rebuilt import REBUILT
+from simcore import (
+    CameraConfig,
+    CameraMount,
+    Match,
+    NetworkTablesSink,
+    PiecePipeline,
+    RobotEntry,
+    RobotPhysics,
+    SwerveDrivetrainSim,
+    TalonFXMotorSim,
+    limelight_type,
+    swerve_config,
+)
+from simcore.phoenix6.talon_motor import MotorType
 
 FRONT_RIGHT, FRONT_LEFT = TAG_CAMERAS
 CAMERAS = (
@@ -39,31 +49,34 @@ class PhysicsEngine(RobotPhysics):
     def __init__(self, physics_controller, robot) -> None:
         r = robot.container
         tables = ntcore.NetworkTableInstance.getDefault()
-        build = RebuiltRobotConfig(drivetrain=swerve_config(r.drivetrain), cameras=CAMERAS)
+        build = replace(REBUILT.robot(), drivetrain=swerve_config(r.drivetrain), cameras=CAMERAS)
         start = (START_BLUE.X(), START_BLUE.Y(), START_BLUE.rotation().radians())
-        game = RebuiltSim(
-            RebuiltConfig(robots=(RobotEntry(config=build, pose=start),), hubs_always_active=True),
+        match = Match(
+            REBUILT,
+            robots=[RobotEntry(config=build, start=start)],
+            practice=True,
             sinks=[NetworkTablesSink(tables)],
             network=tables,
         )
-        plant = game.robots[0]
+        simulated = match.robots[0]
+        shooter, hood, feeder, spindexer, deploy, roller = simulated.mechanisms.values()
         motors = [
             TalonFXMotorSim(
                 r.shooter.leaderSimMotor,
-                plant.shooter_wheels,
+                shooter,
                 followers=r.shooter.followerSimMotors,
                 opposed=(1, 2),
             ),
             TalonFXMotorSim(
                 r.hood.hoodSimMotor,
-                plant.hood,
-                zero_at=plant.hood.position,
+                hood,
+                zero_at=hood.position,
                 motor_type=MotorType.KRAKEN_X44,
             ),
-            TalonFXMotorSim(r.feeder.feederSimMotor, plant.feeder),
-            TalonFXMotorSim(r.spindexer.spindexerSimMotor, plant.spindexer),
-            TalonFXMotorSim(r.intake.deploySimMotor, plant.deploy),
-            TalonFXMotorSim(r.intake.rollerSimMotor, plant.roller),
+            TalonFXMotorSim(r.feeder.feederSimMotor, feeder),
+            TalonFXMotorSim(r.spindexer.spindexerSimMotor, spindexer),
+            TalonFXMotorSim(r.intake.deploySimMotor, deploy),
+            TalonFXMotorSim(r.intake.rollerSimMotor, roller),
         ]
-        drivetrain = SwerveDrivetrainSim(r.drivetrain, plant.drive)
-        super().__init__(physics_controller, robot, game=game, plant=plant, drivetrain=drivetrain, motors=motors)
+        drivetrain = SwerveDrivetrainSim(r.drivetrain, simulated.drive)
+        super().__init__(physics_controller, robot, match=match, drivetrain=drivetrain, motors=motors)

@@ -1,1 +1,5 @@
-"""REBUILT, the 2026 game: field, fuel, hubs, a robot and its autos."""
+"""REBUILT, the game of 2026: fuel, hubs and bumps. Loading it loads no physics engine."""
+
+from games.rebuilt.game import REBUILT, RebuiltSim
+
+__all__ = ["REBUILT", "RebuiltSim"]

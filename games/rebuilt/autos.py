@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 from games.rebuilt.dimensions import (
     BUMP_LEFT_Y,
@@ -14,57 +14,61 @@ from games.rebuilt.dimensions import (
     HUB_CENTER,
     TRENCH_LEFT_Y,
 )
-from games.rebuilt.scripted import Script, ScriptedRobot, Steps
-from simcore.errors import UnknownNameError
+from games.rebuilt.field import HUB_TARGET
+from simcore.match.game import Auto
+from simcore.match.scoring import Alliance
+from simcore.match.scripted import Script, ScriptedRobot, ScriptSettings, Steps
+from simcore.robot.robot import Controller
+from simcore.units import degrees
 
-__all__ = ["AUTOS", "Auto", "find_auto"]
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from simcore.match.game import MatchState
+
+__all__ = ["AUTOS"]
 
 _HUB_X = HUB_CENTER[0]
 
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Auto:
-    """A script and where it starts."""
-
-    name: str
-    summary: str
-    script: Script
-    start: tuple[float, float, float]
-    """Blue field frame [m, m, rad]."""
-    preload: int = 8
+_SETTINGS = ScriptSettings(
+    shot_elevation=degrees(68.0),  # steep enough to fall into the funnel
+    feed_volts={"feeder": 9.0, "spindexer": 6.0},
+    roller_volts=9.0,
+    intake_x=-0.62,  # to the middle of the intake zone, rack out
+)
 
 
 def depot(robot: ScriptedRobot) -> Steps:
     """Shoot the preload, back into the depot with the intake out, come back and shoot what it held."""
     x, y = DEPOT_DEPTH / 2, DEPOT_Y
-    yield from robot.shoot_until_empty(timeout=3.0)
+    yield from robot.shoot_until_empty(HUB_TARGET, timeout=3.0)
     robot.intake(True)
     yield from robot.drive_to(x + 1.3, y, 0.0, speed=3.0, tolerance=0.1)
     yield from robot.drive_to(x + 0.5, y, 0.0, speed=1.5, timeout=1.8)
     low, high = (0.0, y - DEPOT_WIDTH / 2), (1.0, y + DEPOT_WIDTH / 2)
     yield from robot.collect_in(low, high, aside=0.14, timeout=5.0)
     yield from robot.collect_in((0.0, y - 1.2), (1.5, y + 1.5), aside=1.3, timeout=4.0)  # what jumped the barrier
-    robot.spin_up()
+    robot.spin_up(HUB_TARGET)
     yield from robot.drive_to(2.4, 5.2, -0.4, speed=3.0)
     robot.intake(False)
-    yield from robot.shoot_until_empty(timeout=6.0)
+    yield from robot.shoot_until_empty(HUB_TARGET, timeout=6.0)
 
 
 def neutral(robot: ScriptedRobot) -> Steps:
     """Shoot the preload, cross the bump intake first, sweep the neutral zone, come back over the bump and shoot."""
     y = BUMP_LEFT_Y
-    yield from robot.shoot_until_empty(timeout=3.0)
+    yield from robot.shoot_until_empty(HUB_TARGET, timeout=3.0)
     robot.intake(True)
     yield from robot.drive_to(_HUB_X - 1.4, y, math.pi, speed=3.0, tolerance=0.15)
     yield from robot.drive_to(_HUB_X + 1.6, y, math.pi, speed=2.5, tolerance=0.2)
     yield from robot.drive_to(FIELD_LENGTH / 2 - 0.6, y, math.pi, speed=2.0, tolerance=0.2)
     yield from robot.drive_to(FIELD_LENGTH / 2 - 0.3, y - 1.2, math.pi * 0.75, speed=1.5, tolerance=0.2)
     yield from robot.drive_to(_HUB_X + 1.7, y, math.pi, speed=3.0, tolerance=0.2)
-    robot.spin_up()
+    robot.spin_up(HUB_TARGET)
     yield from robot.drive_to(_HUB_X - 1.6, y, math.pi, speed=2.5, tolerance=0.15)
     yield from robot.drive_to(2.4, 5.2, -0.4, speed=3.0)
     robot.intake(False)
-    yield from robot.shoot_until_empty(timeout=6.0)
+    yield from robot.shoot_until_empty(HUB_TARGET, timeout=6.0)
 
 
 def tour(robot: ScriptedRobot) -> Steps:
@@ -76,39 +80,32 @@ def tour(robot: ScriptedRobot) -> Steps:
     yield from robot.drive_to(2.5, y, 0.0)
 
 
+def _scripted(script: Script) -> Callable[[MatchState, Alliance], Controller]:
+    return lambda match, alliance: ScriptedRobot(script, match, alliance, _SETTINGS)
+
+
 AUTOS: dict[str, Auto] = {
     auto.name: auto
     for auto in (
         Auto(
             name="depot",
             summary="shoot the preload, collect the depot, shoot again",
-            script=depot,
+            controller=_scripted(depot),
             start=(2.6, 5.3, -0.5),
         ),
         Auto(
             name="neutral",
             summary="shoot the preload, cross the bump, collect in the neutral zone, come back, shoot",
-            script=neutral,
+            controller=_scripted(neutral),
             start=(2.9, 5.3, -0.5),
         ),
         Auto(
             name="tour",
             summary="drive only: over a bump and back through a trench",
-            script=tour,
+            controller=_scripted(tour),
             start=(2.5, 5.6, 0.0),
             preload=0,
         ),
     )
 }
-"""By name."""
-
-
-def find_auto(name: str) -> Auto:
-    """The auto of a name.
-
-    Raises:
-        UnknownNameError: There is none; the error carries the nearest names.
-    """
-    if name not in AUTOS:
-        raise UnknownNameError("auto", name, AUTOS)
-    return AUTOS[name]
+"""By name; the first is played if none is named."""

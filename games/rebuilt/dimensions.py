@@ -1,11 +1,11 @@
 """Where everything of the 2026 field stands and how large it is: pure numbers in meters, field frame.
 
-Positions are those of the **blue** alliance; red is blue rotated by 180 degrees about the field center (`to_red`).
+Positions are those of the **blue** alliance; red is blue rotated by 180 degrees about the field center.
 "Left" and "right" are seen from the alliance's own drivers, so for blue, left is +y.
 
 Sources: "manual" is the 2026 game manual, kickoff version V0, section 5 ARENA. "Tags" is WPILib's AprilTag layout
 `k2026RebuiltWelded`. "6328" is FieldConstants.java of team 6328 (Mechanical Advantage), which reads the official CAD.
-"reference" is the Java simulation that this project follows. An estimate says so.
+"Java" is a Java simulation of the 2026 robot. An estimate says so.
 """
 
 from __future__ import annotations
@@ -83,7 +83,6 @@ __all__ = [
     "TRENCH_LEG_WIDTH",
     "TRENCH_RIGHT_Y",
     "TRENCH_X",
-    "to_red",
 ]
 
 # --- Field -----------------------------------------------------------------------------------------------------------
@@ -106,15 +105,15 @@ HUB_SIZE: Final = inches(47.0)
 HUB_CENTER: Final = (inches(158.6) + HUB_SIZE / 2.0, FIELD_WIDTH / 2.0)
 """Manual 5.4: 158.6 in from the alliance wall, centered between the bumps. Tags 26 and 20 agree to 0.3 mm."""
 HUB_BOX_TOP: Final = 1.2
-"""Top of the solid base, floor of the collection volume. Reference; estimate, the manual prints nothing."""
+"""Top of the solid base, floor of the collection volume. Java; estimate, the manual prints nothing."""
 HUB_OPENING_HEIGHT: Final = inches(72.0)
 """Rim of the opening. Manual 5.4 (front edge)."""
 HUB_OPENING_APOTHEM: Final = inches(41.7) / 2.0
-"""Center to a flat edge of the hexagon: the 41.7 in of manual 5.4 taken across flats, as the reference does."""
+"""Center to a flat edge of the hexagon: the 41.7 in of manual 5.4 taken across flats, as Java does."""
 HUB_OPENING_CIRCUMRADIUS: Final = HUB_OPENING_APOTHEM * 2.0 / sqrt(3.0)
 """Center to a corner. One flat edge faces the alliance wall, so the corners stick out 15 mm over the base in y."""
 HUB_THROAT_CIRCUMRADIUS: Final = 0.300
-"""Center to a corner of the hexagonal hole at the bottom of the funnel. Reference; estimate."""
+"""Center to a corner of the hexagonal hole at the bottom of the funnel. Java; estimate."""
 HUB_THROAT_APOTHEM: Final = HUB_THROAT_CIRCUMRADIUS * sqrt(3.0) / 2.0
 HUB_THROAT_HEIGHT: Final = inches(56.5)
 """Bottom of the funnel. 6328 (`innerHeight`); the funnel is then 55 degrees steep."""
@@ -123,13 +122,13 @@ HUB_RIM_THICKNESS: Final = inches(1.0)
 HUB_SHOULDER_RISE: Final = 0.26
 """Of the slopes on the four corners of the base; estimate. About 45 degrees, so that no ball stays up there."""
 HUB_BACKBOARD_TOP: Final = 3.0
-"""Top of the net behind the opening, on the neutral side. Reference; the manual prints nothing."""
+"""Top of the net behind the opening, on the neutral side. Java; the manual prints nothing."""
 HUB_EXIT_X: Final = HUB_CENTER[0] + HUB_SIZE / 2.0
 """Face of the base with the four exits, towards the neutral zone. Manual 5.4."""
 HUB_EXIT_YS: Final = tuple(HUB_CENTER[1] + dy for dy in (-0.448, -0.149, 0.149, 0.448))
 """Centers of the four exits. MapleSim; figure 5-8 of the manual is an approximation."""
 HUB_EXIT_Z: Final = 0.6
-"""Center height of the exits: 0.5 to 0.7 in the reference; estimate."""
+"""Center height of the exits: 0.5 to 0.7 in Java; estimate."""
 
 # --- Bumps -----------------------------------------------------------------------------------------------------------
 
@@ -197,7 +196,7 @@ DEPOT_BARRIER_BEVEL: Final = inches(1.0)
 contacts leave grip to the tire model, so the edge itself has to be a ramp.
 """
 DEPOT_Y: Final = FIELD_WIDTH / 2.0 + inches(75.93)
-"""Middle. 6328 (`distanceFromCenterY`); its right edge at 5.430 is the reference's 5.429."""
+"""Middle. 6328 (`distanceFromCenterY`); its right edge at 5.430 is Java's 5.429."""
 
 # --- Outpost ---------------------------------------------------------------------------------------------------------
 # Chute and corral lie behind the alliance wall, in the alliance area, where the human player stands (manual 5.9.2).
@@ -211,12 +210,3 @@ CORRAL_OPENING_HEIGHT: Final = inches(7.0)  # manual 5.9.2
 CORRAL_OPENING_BOTTOM: Final = inches(1.88)  # manual 5.9.2
 CORRAL_WIDTH: Final = inches(35.8)  # along y, manual 5.9.2
 CORRAL_DEPTH: Final = inches(37.6)  # behind the wall, manual 5.9.2
-
-
-def to_red(x: float, y: float) -> tuple[float, float]:
-    """The red place that corresponds to a blue one: rotated by 180 degrees about the field center [m].
-
-    >>> to_red(0.0, 0.0)
-    (16.541, 8.069)
-    """
-    return FIELD_LENGTH - x, FIELD_WIDTH - y

@@ -4,37 +4,23 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
-from fnmatch import fnmatchcase
 from importlib import resources
 from pathlib import Path
 
 import numpy as np
 
 from games.rebuilt import dimensions as dim
-from simcore.geometry.symmetry import turn_half_point
+from simcore.geometry.symmetry import FieldSymmetry
 from simcore.geometry.zones import CylinderZone
+from simcore.match.game import FieldDefinition
 from simcore.match.scoring import Alliance, ScoringZone
-from simcore.physics.field import FieldGeometry
-from simcore.physics.obj import read_obj
 from simcore.physics.surface import POLYCARBONATE, RUBBER, WALL
 from simcore.typing import FloatArray
 
-__all__ = [
-    "DRIVABLE",
-    "FIELD_SIZE",
-    "HUB_TARGET",
-    "default_mesh",
-    "drivable",
-    "hub_exit",
-    "load_field",
-    "scoring_zones",
-]
+__all__ = ["FIELD", "FIELD_SIZE", "HUB_TARGET", "hub_exit", "models_folder", "scoring_zones"]
 
 FIELD_SIZE = (dim.FIELD_LENGTH, dim.FIELD_WIDTH)
 """Length and width [m]."""
-
-DRIVABLE = ("*_bump_*", "*_depot_barrier_*", "*_tower_base")
-"""What robots drive over: name patterns of elements."""
 
 HUB_TARGET = (*dim.HUB_CENTER, dim.HUB_OPENING_HEIGHT)
 """Where to aim: the middle of the blue hub's opening [m]."""
@@ -52,46 +38,34 @@ _SURFACES = {
 }
 
 
-def default_mesh() -> Path:
-    """The OBJ that comes with simcore: inside an installed package, or in the source tree."""
-    packaged = Path(str(resources.files("games.rebuilt"))) / "models" / "field_collision.obj"
-    if packaged.exists():
-        return packaged
-    return Path(__file__).resolve().parents[2] / "models" / "rebuilt" / "field_collision.obj"
+def _shipped(installed: str, source: str) -> Path:
+    """A file or folder that comes with the game: inside an installed package, or in the source tree."""
+    packaged = Path(str(resources.files("games.rebuilt"))) / "models" / installed
+    return packaged if packaged.exists() else Path(__file__).resolve().parents[2] / "models" / source
 
 
-def load_field(mesh: Path | None = None) -> FieldGeometry:
-    """The field as shapes with surfaces.
-
-    Args:
-        mesh: An OBJ file; None: the one that comes with simcore. Groups that are named as in that one get the
-            materials of the real field, others are walls.
-
-    Raises:
-        FieldMeshError: It is missing or broken.
-    """
-    if mesh is None:
-        return FieldGeometry.load(default_mesh(), surfaces=_SURFACES)
-    names = [group.name for group in read_obj(mesh)]
-    return FieldGeometry.load(mesh, surfaces={p: s for p, s in _SURFACES.items() if _any_match(names, p)})
+def models_folder() -> Path:
+    """The models for AdvantageScope and the browser view."""
+    return _shipped("advantagescope", "advantagescope")
 
 
-def drivable(field: FieldGeometry) -> list[str]:
-    """Those of the `DRIVABLE` patterns that name something in this field."""
-    names = [element.name for element in field.elements]
-    return [pattern for pattern in DRIVABLE if _any_match(names, pattern)]
+FIELD = FieldDefinition(
+    size=FIELD_SIZE,
+    symmetry=FieldSymmetry("rotate", FIELD_SIZE),
+    mesh=_shipped("field_collision.obj", "rebuilt/field_collision.obj"),
+    materials=_SURFACES,
+    drivable=("*_bump_*", "*_depot_barrier_*", "*_tower_base"),
+    tags="2026-welded",
+)
+"""The whole field."""
 
 
-def _any_match(names: list[str], pattern: str) -> bool:
-    return any(fnmatchcase(name, pattern) for name in names)
-
-
-def scoring_zones() -> list[ScoringZone]:
+def scoring_zones() -> tuple[ScoringZone, ...]:
     """One zone in each hub: the throat under its funnel. What falls through it has scored."""
     zones = []
     alliances: tuple[Alliance, Alliance] = ("blue", "red")
     for alliance in alliances:
-        center = dim.HUB_CENTER if alliance == "blue" else turn_half_point(*dim.HUB_CENTER, FIELD_SIZE)
+        center = dim.HUB_CENTER if alliance == "blue" else FIELD.symmetry.flip_point(*dim.HUB_CENTER)
         zone = CylinderZone(
             center=center,
             radius=dim.HUB_THROAT_CIRCUMRADIUS,
@@ -99,7 +73,7 @@ def scoring_zones() -> list[ScoringZone]:
             top=dim.HUB_THROAT_HEIGHT,
         )
         zones.append(ScoringZone(name=f"{alliance.capitalize()}Hub", alliance=alliance, zone=zone))
-    return zones
+    return tuple(zones)
 
 
 def hub_exit(alliance: Alliance, rng: np.random.Generator) -> tuple[FloatArray, FloatArray]:
@@ -115,6 +89,5 @@ def hub_exit(alliance: Alliance, rng: np.random.Generator) -> tuple[FloatArray, 
     level = speed * math.cos(dip)
     vel = np.array([level * math.cos(fan), level * math.sin(fan), -speed * math.sin(dip)])
     if alliance == "red":
-        pos[:2] = FIELD_SIZE - pos[:2]
-        vel[:2] = -vel[:2]
+        pos, vel = FIELD.symmetry.flip_points(pos[None])[0], FIELD.symmetry.flip_vectors(vel[None])[0]
     return pos, vel

@@ -12,6 +12,7 @@ __all__ = ["FUEL"]
 FUEL = GamePieceConfig(
     name="Fuel",
     shape=Sphere(inches(5.91) / 2),  # high-density foam ball of 5.91 in, game manual (arena, FUEL)
+    color="#ffd923",
     mass=0.5 * (pounds(0.448) + pounds(0.500)),  # the manual's range, 0.203 to 0.227 kg
     friction=0.8,  # estimate, +-30 %: foam on carpet; nobody has published a measurement
     restitution=0.55,  # drop test onto a hard floor by denbot/2026-RebuiltHubSimulation

@@ -6,13 +6,16 @@ fuel and the preloads that no robot took, 408 at most.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from games.rebuilt.dimensions import DEPOT_Y, FIELD_LENGTH, FIELD_WIDTH
+from games.rebuilt.field import FIELD
+from games.rebuilt.fuel import FUEL
 from simcore.errors import ConfigError
-from simcore.geometry.symmetry import turn_half
+from simcore.match.game import RobotEntry, StagedPieces
 from simcore.typing import FloatArray
 from simcore.units import inches
 
@@ -47,6 +50,26 @@ class Staging:
                 raise ConfigError(f"Staging: {name} must be a whole number >= 0, got {count!r}")
         if self.depot > 24:
             raise ConfigError(f"Staging: a depot holds 24 fuel, got {self.depot}")
+
+    def __call__(self, rng: np.random.Generator, entries: Sequence[RobotEntry]) -> list[StagedPieces]:
+        """Where the fuel of a match lies, seen from blue; preloads that robots leave out go to the neutral zone.
+
+        Raises:
+            ConfigError: More robots or preloads than there are, or more fuel than the neutral zone holds.
+        """
+        if len(entries) > self.robots:
+            raise ConfigError(f"Staging counts preloads for {self.robots} robots, got {len(entries)}")
+        taken = 0
+        for entry in entries:
+            preload = self.preload_per_robot if entry.preload is None else entry.preload
+            if preload > self.preload_per_robot:
+                raise ConfigError(f"Staging: preload must be 0..{self.preload_per_robot} fuel, got {preload}")
+            taken += preload
+        missing = self.preload_per_robot * len(entries) - taken
+        places = [neutral_places(self.in_neutral_zone(len(entries)) + missing, rng)]
+        places += [depot_places(alliance, self.depot, rng) for alliance in ("blue", "red")]
+        staged = [StagedPieces(kind=FUEL.name, positions=some) for some in places]
+        return [*staged, StagedPieces(kind=FUEL.name, off_field=2 * self.chute)]
 
     @property
     def total(self) -> int:
@@ -89,4 +112,4 @@ def depot_places(alliance: str, count: int, rng: np.random.Generator) -> FloatAr
     places = np.empty((count, 3))
     places[:, :2] = grid + rng.uniform(-_JITTER, _JITTER, (count, 2))
     places[:, 2] = _RADIUS
-    return places if alliance == "blue" else turn_half(places, (FIELD_LENGTH, FIELD_WIDTH))
+    return places if alliance == "blue" else FIELD.symmetry.flip_points(places)

@@ -89,7 +89,7 @@ def build(environment: Mapping[str, str], package: Path = Path(store.PACKAGE), r
     place = writable(stores)
     with tempfile.TemporaryDirectory(prefix="simcore-", ignore_cleanup_errors=True) as work:
         compiled = compile_into(Path(work), package, environment, run)
-        # Into the store under a name that nobody looks at, then in one move: what has the right name is whole.
+        # Into the store under another name, then renamed in one step: what has the right name is complete.
         half = Path(tempfile.mkdtemp(prefix=_HALF, dir=place))
         try:
             shutil.copytree(compiled, half, dirs_exist_ok=True)

@@ -37,7 +37,7 @@ class CompiledLoader(ExtensionFileLoader):
         self.source = source
 
     def create_module(self, spec: ModuleSpec) -> ModuleType:
-        """Load the file; `spec` is of the source, so that whoever asks where a module is from finds it."""
+        """Load the file; `spec` is of the source, so that its file is found."""
         module = super().create_module(ModuleSpec(spec.name, self, origin=self.path))
         module.__file__ = self.source
         return module
@@ -129,7 +129,7 @@ _installed: Build | None = None
 
 
 def install(environment: Mapping[str, str]) -> Build | None:
-    """Ask for compiled modules from here on, if any build may be there and nobody switched it off.
+    """Ask for compiled modules from here on, if any build may be there and they are not switched off.
 
     Args:
         environment: Of the process.

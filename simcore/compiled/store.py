@@ -31,7 +31,7 @@ def is_off(environment: Mapping[str, str]) -> bool:
 
 
 def places(environment: Mapping[str, str], package: str = PACKAGE) -> list[str]:
-    """Folders in which builds may be: beside the package's modules, else (an install nobody may write to) the user's.
+    """Folders in which builds may be: beside the package's modules, else (an install that is read-only) the user's.
 
     Args:
         environment: Of the process.

@@ -32,7 +32,7 @@ def compile_to(out: Path) -> None:
     from mypyc.build import mypycify
     from setuptools import setup
 
-    # Other people's packages are plain objects to us: typed or not, in whatever version, the same code comes out.
+    # Packages from outside count as plain objects, typed or not, so that the code does not depend on their version.
     settings = Path("mypy.ini")
     settings.write_text(_MYPY + "".join(f"[mypy-{name}.*]\nfollow_imports = skip\n" for name in _others()))
     extensions = mypycify(

@@ -1,32 +1,72 @@
-"""Red is blue turned by 180 degrees about the middle of the field."""
+"""The symmetry of a field: how what is blue becomes red.
+
+Robots, scripts and zones are written for blue. A field is either turned by 180 degrees about its middle (`rotate`), or
+mirrored in the plane halfway along it (`mirror`). WPILib's names: `flip_pose` as in `FlippingUtil` of PathPlanner.
+"""
 
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
+from typing import Literal
 
+from simcore.errors import ConfigError, require_positive
+from simcore.geometry.rotation import wrap_angle
 from simcore.typing import FloatArray
 
-__all__ = ["turn_half", "turn_half_point", "turn_half_pose", "wrap_angle"]
+__all__ = ["FieldSymmetry", "Pose"]
+
+Pose = tuple[float, float, float]
+"""Place and heading, field frame [m, m, rad]."""
 
 
-def wrap_angle(angle: float) -> float:
-    """The same angle within -pi..pi [rad]."""
-    return math.atan2(math.sin(angle), math.cos(angle))
+@dataclass(frozen=True, slots=True)
+class FieldSymmetry:
+    """Which places of a field correspond.
 
+    >>> FieldSymmetry("rotate", (16.0, 8.0)).flip_pose(2.0, 3.0, 0.0)[:2]
+    (14.0, 5.0)
+    >>> FieldSymmetry("mirror", (16.0, 8.0)).flip_pose(2.0, 3.0, 0.0)[:2]
+    (14.0, 3.0)
+    """
 
-def turn_half_point(x: float, y: float, field_size: tuple[float, float]) -> tuple[float, float]:
-    """A point of the field turned by 180 degrees about its middle [m]."""
-    return field_size[0] - x, field_size[1] - y
+    kind: Literal["rotate", "mirror"]
+    """By 180 degrees about the middle, or in the plane x = length / 2."""
+    size: tuple[float, float]
+    """Length and width of the field [m]."""
 
+    def __post_init__(self) -> None:
+        if self.kind not in ("rotate", "mirror"):
+            raise ConfigError(f"FieldSymmetry: kind must be 'rotate' or 'mirror', got {self.kind!r}")
+        for extent in self.size:
+            require_positive("FieldSymmetry", "size", extent, "m")
 
-def turn_half_pose(x: float, y: float, yaw: float, field_size: tuple[float, float]) -> tuple[float, float, float]:
-    """A planar pose turned by 180 degrees about the middle of the field [m, m, rad]."""
-    return field_size[0] - x, field_size[1] - y, wrap_angle(yaw + math.pi)
+    @property
+    def keeps_hands(self) -> bool:
+        """Whether left stays left: so for a turned field, not for a mirrored one."""
+        return self.kind == "rotate"
 
+    def flip_point(self, x: float, y: float) -> tuple[float, float]:
+        """The place that corresponds to a place [m]."""
+        return self.size[0] - x, (self.size[1] - y if self.kind == "rotate" else y)
 
-def turn_half(points: FloatArray, field_size: tuple[float, float]) -> FloatArray:
-    """Points of shape (n, 2) or (n, 3) turned by 180 degrees about the middle of the field [m]; z stays."""
-    turned = points.copy()
-    turned[:, 0] = field_size[0] - points[:, 0]
-    turned[:, 1] = field_size[1] - points[:, 1]
-    return turned
+    def flip_pose(self, x: float, y: float, yaw: float) -> Pose:
+        """The planar pose that corresponds to a pose [m, m, rad]."""
+        turned = yaw + math.pi if self.kind == "rotate" else math.pi - yaw
+        return (*self.flip_point(x, y), wrap_angle(turned))
+
+    def flip_points(self, points: FloatArray) -> FloatArray:
+        """The places that correspond to places of shape (n, 2) or (n, 3) [m]; z stays."""
+        flipped = points.copy()
+        flipped[:, 0] = self.size[0] - points[:, 0]
+        if self.kind == "rotate":
+            flipped[:, 1] = self.size[1] - points[:, 1]
+        return flipped
+
+    def flip_vectors(self, vectors: FloatArray) -> FloatArray:
+        """The velocities or directions that correspond to some of shape (n, 2) or (n, 3); z stays."""
+        flipped = vectors.copy()
+        flipped[:, 0] = -vectors[:, 0]
+        if self.kind == "rotate":
+            flipped[:, 1] = -vectors[:, 1]
+        return flipped

@@ -1,13 +1,18 @@
-"""The match clock: named phases counted in simulated time."""
+"""The match clock: named phases, and the time of a match that a field or a driver station starts and stops."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Literal, TypeAlias
 
 from simcore.errors import ConfigError, require_positive
+from simcore.units import plain_sum
 
-__all__ = ["MatchClock", "Phase"]
+__all__ = ["MatchClock", "MatchTimer", "Mode", "Phase"]
+
+Mode: TypeAlias = Literal["auto", "disabled", "teleop"]
+"""What robots may do: drive by themselves, nothing, or follow their drivers."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -17,15 +22,18 @@ class Phase:
     name: str
     duration: float
     """[s]."""
+    mode: Mode = "teleop"
 
     def __post_init__(self) -> None:
         require_positive(f"Phase {self.name!r}", "duration", self.duration, "s")
+        if self.mode not in ("auto", "disabled", "teleop"):
+            raise ConfigError(f"Phase {self.name!r}: mode must be 'auto', 'disabled' or 'teleop', got {self.mode!r}")
 
 
 class MatchClock:
     """Which phase a time belongs to.
 
-    >>> clock = MatchClock([Phase("auto", 20.0), Phase("teleop", 140.0)])
+    >>> clock = MatchClock([Phase("auto", 20.0, "auto"), Phase("teleop", 140.0)])
     >>> clock.phase(19.9).name, clock.phase(20.0).name, clock.remaining(150.0)
     ('auto', 'teleop', 10.0)
     """
@@ -34,11 +42,14 @@ class MatchClock:
         if not phases:
             raise ConfigError("MatchClock: at least one phase is needed")
         self.phases = tuple(phases)
+        names = [phase.name for phase in self.phases]
+        if len(set(names)) < len(names):
+            raise ConfigError(f"MatchClock: names of phases must differ, got {names}")
 
     @property
     def duration(self) -> float:
         """Of the whole match [s]."""
-        return sum([phase.duration for phase in self.phases])
+        return plain_sum(phase.duration for phase in self.phases)
 
     def start(self, name: str) -> float:
         """When a phase begins [s]."""
@@ -48,6 +59,17 @@ class MatchClock:
                 return time
             time += phase.duration
         raise ConfigError(f"MatchClock: no phase {name!r}; there are {[p.name for p in self.phases]}")
+
+    def start_of_mode(self, mode: Mode) -> float:
+        """When robots are first in a mode [s].
+
+        Raises:
+            ConfigError: They never are.
+        """
+        for phase in self.phases:
+            if phase.mode == mode:
+                return self.start(phase.name)
+        raise ConfigError(f"MatchClock: no phase of mode {mode!r} among {[p.name for p in self.phases]}")
 
     def phase(self, time: float) -> Phase:
         """The phase at a time since the start of the match [s]; after the end, the last one."""
@@ -60,3 +82,63 @@ class MatchClock:
     def remaining(self, time: float) -> float:
         """Time left in the match [s]."""
         return max(0.0, self.duration - time)
+
+
+class MatchTimer:
+    """The time of a match: one for scores, telemetry and rules.
+
+    Nobody else running it, it starts with the first tick and goes on to the end, as on a field. A driver station that
+    enables and disables the robot runs it in its place: the time then stands at the start until the first enable, and
+    stands again while the robots are disabled, but for the pauses of the match and for what comes after its end.
+    """
+
+    def __init__(self, clock: MatchClock) -> None:
+        self.clock = clock
+        self.time = 0.0
+        """Since the start of auto [s]."""
+        self._ticks = 0
+        self._start = 0.0
+        self._enabled: bool | None = None  # as a driver station says; None: there is none
+
+    @property
+    def phase(self) -> Phase:
+        """The present phase."""
+        return self.clock.phase(self.time)
+
+    @property
+    def remaining(self) -> float:
+        """Time left in the match [s]."""
+        return self.clock.remaining(self.time)
+
+    @property
+    def is_over(self) -> bool:
+        """Whether the last phase has ended."""
+        return self.time >= self.clock.duration - 1e-9
+
+    @property
+    def is_enabled(self) -> bool:
+        """Whether robots may move."""
+        if self._enabled is not None:
+            return self._enabled
+        return not self.is_over and self.phase.mode != "disabled"
+
+    def follow_driver_station(self) -> None:
+        """Wait for a driver station from now on; it reports by `set_enabled`."""
+        self._enabled = False
+
+    def start(self, mode: Mode) -> None:
+        """Go to where a mode begins: a driver station has just enabled it."""
+        self._start = self.clock.start_of_mode(mode)
+        self._ticks = 0
+        self.time = self._start
+
+    def set_enabled(self, enabled: bool) -> None:
+        """Say what a driver station does with the robots."""
+        self._enabled = enabled
+
+    def advance(self, dt: float) -> None:
+        """Let a tick of dt [s] pass."""
+        if self._enabled is False and not self.is_over and (self.phase.mode != "disabled"):
+            return
+        self._ticks += 1
+        self.time = self._start + self._ticks * dt  # a sum would drift from the number of ticks

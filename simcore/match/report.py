@@ -18,7 +18,7 @@ from rich.table import Table
 from simcore.errors import NonFiniteError
 from simcore.match.digest import TickTimes
 
-__all__ = ["FuelCount", "RunReport", "Score", "Spread", "print_report"]
+__all__ = ["PieceCount", "RunReport", "Score", "Spread", "print_report"]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -31,21 +31,22 @@ class Score:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class FuelCount:
-    """Where the fuel is; everything but `staged` adds up to it."""
+class PieceCount:
+    """Where all pieces are; everything but `staged` adds up to it."""
 
     staged: int
-    """How many there were at the start, preloads included."""
+    """How many have come into the match, preloads included."""
     on_field: int
     in_flight: int
     held: int
     scored: int
-    outside: int
+    off_field: int
+    """Not on the field yet: e.g. with a human player."""
 
     @property
     def is_conserved(self) -> bool:
         """Whether every piece is accounted for."""
-        return self.on_field + self.in_flight + self.held + self.scored + self.outside == self.staged
+        return self.on_field + self.in_flight + self.held + self.scored + self.off_field == self.staged
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -60,6 +61,7 @@ class Spread:
 class RunReport:
     """Everything there is to say about a run, field by field as in `--json`."""
 
+    game: str
     auto: str
     alliance: str
     seed: int
@@ -72,7 +74,12 @@ class RunReport:
     """Simulated over real time."""
     ticks: int
     score: Score
-    fuel: FuelCount
+    pieces: PieceCount
+    """Of all kinds."""
+    piece_name: str
+    """What people call them."""
+    breakdown: Mapping[str, int]
+    """Pieces by zone, and what else the score is made of."""
     shots: int
     hits: int
     distance_m: float
@@ -110,23 +117,23 @@ def print_report(report: RunReport, console: Console) -> None:
     """Print the report as tables for 80 columns; plain ASCII where the terminal cannot show more (Windows cp1252)."""
     ascii_only = not console.encoding.lower().replace("-", "").startswith("utf")
     style = box.ASCII if ascii_only else box.ROUNDED
-    score, fuel, tick = report.score, report.fuel, report.tick_ms
+    score, pieces, tick = report.score, report.pieces, report.tick_ms
 
     headline = f"[bold]{score.total}[/bold] points   [red]red {score.red}[/red]   [blue]blue {score.blue}[/blue]"
     headline += f"   {report.hits} of {report.shots} shots hit"
     if report.shots:
         headline += f" ({report.hits / report.shots:.0%})"
-    title = f"auto '{escape(report.auto)}', seed {report.seed}, {report.sim_seconds:g} s"
+    title = f"{report.game}, auto '{escape(report.auto)}', seed {report.seed}, {report.sim_seconds:g} s"
     console.print(Panel(headline, title=title, box=style, width=_width(console), padding=(0, 1)))
 
-    where = Table(title="Fuel", box=style, title_justify="left", width=_width(console))
-    for name in ("staged", "on field", "in flight", "held", "scored", "outside"):
+    where = Table(title=report.piece_name.capitalize(), box=style, title_justify="left", width=_width(console))
+    for name in ("staged", "on field", "in flight", "held", "scored", "off field"):
         where.add_column(name, justify="right")
-    counts = (fuel.staged, fuel.on_field, fuel.in_flight, fuel.held, fuel.scored, fuel.outside)
+    counts = (pieces.staged, pieces.on_field, pieces.in_flight, pieces.held, pieces.scored, pieces.off_field)
     where.add_row(*(str(count) for count in counts))
     console.print(where)
-    if not fuel.is_conserved:
-        console.print(f"[bold red]{sum(counts[1:])} of {fuel.staged} fuel accounted for: this is a bug[/bold red]")
+    if not pieces.is_conserved:
+        console.print(f"[bold red]{sum(counts[1:])} of {pieces.staged} pieces accounted for: this is a bug[/bold red]")
 
     run = Table(title="Run", box=style, title_justify="left", show_header=False, width=_width(console))
     run.add_column(ratio=2)

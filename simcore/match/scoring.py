@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
@@ -31,6 +31,14 @@ class ScoringZone:
     """Points of one piece while the zone is worth anything."""
     downward: bool = True
     """Whether only pieces on their way down count."""
+    kinds: tuple[str, ...] = ()
+    """Kinds of pieces that score in it; none named: all."""
+
+    def __post_init__(self) -> None:
+        if self.alliance not in ("blue", "red"):
+            raise ConfigError(f"ScoringZone {self.name!r}: alliance must be 'blue' or 'red', got {self.alliance!r}")
+        if not isinstance(self.points, int):
+            raise ConfigError(f"ScoringZone {self.name!r}: points must be a whole number, got {self.points!r}")
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,26 +59,50 @@ class ScoringTracker:
     """Counts pieces through zones, each piece once until it is let in again by its owner."""
 
     def __init__(
-        self, zones: Iterable[ScoringZone], *, worth: Callable[[ScoringZone, float], int] | None = None
+        self,
+        zones: Iterable[ScoringZone],
+        *,
+        worth: Callable[[ScoringZone], int] | None = None,
+        kinds: Sequence[str] = (),
     ) -> None:
         """Make a tracker.
 
         Args:
             zones: Where pieces score; names must differ.
-            worth: Points of a piece in a zone at a time [s]; None: always `zone.points`.
+            worth: Points of a piece in a zone now; None: always `zone.points`.
+            kinds: Kind of the piece of each slot; needed if a zone names kinds.
         """
         self.zones = tuple(zones)
         names = [zone.name for zone in self.zones]
         if len(set(names)) != len(names):
             raise ConfigError(f"ScoringTracker: zone names must differ, got {names}")
         self._bottom = min((zone.zone.bottom for zone in self.zones), default=math.inf)
-        self._worth = worth or (lambda zone, time: zone.points)
+        self._worth = worth or (lambda zone: zone.points)
+        self._takes = [self._mask(zone, kinds) for zone in self.zones]
+        self.reset()
+
+    def reset(self) -> None:
+        """Begin at zero."""
         self.events: list[ScoreEvent] = []
         """All events so far, in order."""
         self.totals: dict[Alliance, int] = {"blue": 0, "red": 0}
         """Points by alliance."""
-        self.pieces: dict[str, int] = dict.fromkeys(names, 0)
+        self.pieces: dict[str, int] = dict.fromkeys((zone.name for zone in self.zones), 0)
         """Pieces by zone, whatever they were worth."""
+
+    def add(self, alliance: Alliance, points: int) -> None:
+        """Give points that no piece brings: for a climb, a parked robot, a foul."""
+        self.totals[alliance] += points
+
+    @staticmethod
+    def _mask(zone: ScoringZone, kinds: Sequence[str]) -> BoolArray | None:
+        """Which slots may score in a zone, shape (n,); None: all."""
+        if not zone.kinds:
+            return None
+        unknown = set(zone.kinds) - set(kinds)
+        if unknown:
+            raise ConfigError(f"ScoringZone {zone.name!r}: no piece of kind {sorted(unknown)} in this game")
+        return np.isin(np.array(kinds), zone.kinds)
 
     def update(self, time: float, slots: IntArray, start: FloatArray, end: FloatArray) -> list[ScoreEvent]:
         """Sweep pieces from where they were to where they are.
@@ -91,13 +123,15 @@ class ScoringTracker:
         found: list[ScoreEvent] = []
         left: BoolArray = np.ones(len(slots), dtype=bool)
         falling = end[:, 2] < start[:, 2]
-        for zone in self.zones:
+        for zone, takes in zip(self.zones, self._takes, strict=True):
             hit = zone.zone.crossed(start, end) & left
+            if takes is not None:
+                hit &= takes[slots]
             if zone.downward:
                 hit &= falling
             left &= ~hit
             for slot in slots[hit].tolist():
-                points = self._worth(zone, time)
+                points = self._worth(zone)
                 found.append(ScoreEvent(time, zone.name, zone.alliance, points, slot))
                 self.totals[zone.alliance] += points
                 self.pieces[zone.name] += 1

@@ -1,7 +1,7 @@
-"""A mechanism guessed from a motor controller's configuration, for motors of which nobody says what they turn.
+"""A mechanism guessed from a motor controller's configuration, for motors whose mechanism is described nowhere.
 
 It keeps at-setpoint logic alive: velocity loops spin up, position loops arrive, gravity gains find the weight that they
-hold. It is no model of anything in particular; `simcore.toml` says what a mechanism really is.
+hold. It is no model of anything in particular; `simcore.toml` describes the real mechanism.
 """
 
 from __future__ import annotations
@@ -13,16 +13,15 @@ from typing import Any
 from phoenix6 import configs
 
 from simcore.errors import ConfigError
-from simcore.phoenix6.devices import Device
-from simcore.phoenix6.followers import Group
-from simcore.robot.arm import ArmConfig, ArmSim
+from simcore.phoenix6.built_devices import BuiltDevice, FollowerGroup
 from simcore.robot.gearbox import GearboxConfig
+from simcore.robot.mechanisms import ArmConfig, ArmSim
 from simcore.robot.shaft import ShaftSim
 from simcore.robot_file.reader import gearbox_motor
 
 __all__ = ["Guess", "guess_mechanism"]
 
-_SPIN_UP = 0.05  # [s]; time constant where no kA says better. Estimate: rollers are .02-.1, shooters .1-.5
+_SPIN_UP = 0.05  # [s]; time constant without a kA. Estimate: rollers are .02-.1, shooters .1-.5
 _MOST_VOLTS = 1.0  # gains kS and kG above this are amperes of a torque-current loop
 _ARRANGEMENTS = {  # of a TalonFXS
     "MINION_JST": "Minion",
@@ -42,7 +41,7 @@ class Guess:
     inverted: bool
     """Whether the leader is configured `CLOCKWISE_POSITIVE`."""
     sensor: tuple[str, int] | None
-    """The remote absolute encoder that it listens to, as (source, id)."""
+    """The remote absolute encoder of its configuration, as (source, id)."""
     sensor_gearing: float
     """Turns of that encoder, or of one wired to a TalonFXS, per turn of the mechanism [-]."""
     wired_gearing: float | None
@@ -50,7 +49,7 @@ class Guess:
 
     @property
     def has_weight(self) -> bool:
-        """Whether it holds something up."""
+        """Whether gravity acts on it."""
         return isinstance(self.mechanism, ArmSim) or self.mechanism.load_torque != 0.0
 
     def __str__(self) -> str:
@@ -61,8 +60,8 @@ class Guess:
         return text + (", weight of its kG" if self.has_weight else "")
 
 
-def guess_mechanism(group: Group) -> Guess:
-    """Ask the leader for its configuration (50 ms) and make a plausible mechanism of it.
+def guess_mechanism(group: FollowerGroup) -> Guess:
+    """A plausible mechanism from the configuration of the leader, which is read from the device in 50 ms.
 
     Raises:
         ConfigError: The device does not answer.
@@ -104,7 +103,7 @@ def guess_mechanism(group: Group) -> Guess:
     )
 
 
-def _configuration(device: Device) -> Any:
+def _configuration(device: BuiltDevice) -> Any:
     kind: Any = configs.TalonFXConfiguration if device.model == "TalonFX" else configs.TalonFXSConfiguration
     config = kind()
     status = device.hardware.configurator.refresh(config)
@@ -113,7 +112,7 @@ def _configuration(device: Device) -> Any:
     return config
 
 
-def _mechanism(device: Device, gearbox: GearboxConfig, inertia: float, weight: float, config: Any) -> ShaftSim:
+def _mechanism(device: BuiltDevice, gearbox: GearboxConfig, inertia: float, weight: float, config: Any) -> ShaftSim:
     """A free shaft; with a kG, one with a weight that rests on a stop where it is at first."""
     if weight == 0.0:
         return ShaftSim(gearbox, inertia)

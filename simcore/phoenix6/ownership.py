@@ -1,8 +1,8 @@
-"""Who writes a device's simulated state: physics keeps what it owns, and sees what a team's own model drives.
+"""Which model writes a device's simulated state: simcore's physics, or a team's own.
 
-Two models that write one rotor fight, and the robot code sees both in turn. So the setters of the simulated states are
-wrapped: a write from outside to a device that physics has claimed is dropped, and said aloud once; a write to any other
-device is noted, so that physics leaves it alone.
+If two models write one rotor, robot code reads both in turn. So the setters of the simulated states are wrapped: a
+write from outside to a device that physics has claimed is dropped, with one warning; a write to any other device is
+recorded, and physics does not write that device.
 """
 
 from __future__ import annotations
@@ -50,24 +50,24 @@ _SETTERS: dict[str, tuple[Any, tuple[str, ...]]] = {
 
 
 def own_writer(state: Any, name: str) -> Any:
-    """A setter of a simulated state as it was before anybody watched it: what physics itself calls."""
+    """A setter of a simulated state without its wrapper: what physics itself calls."""
     return inspect.unwrap(getattr(type(state), name)).__get__(state)
 
 
 class Ownership:
-    """Watches the setters from the moment it is made; make one per program, before the robot is built."""
+    """Wraps the setters when it is created; create one per program, before the robot is built."""
 
     def __init__(self) -> None:
         self._claimed: dict[Key, str] = {}
         self._dropped: dict[str, int] = {}
         self.foreign: set[Key] = set()
-        """Devices that somebody else has written, as (model, id)."""
+        """Devices that another model has written, as (model, id)."""
         for model, (cls, names) in _SETTERS.items():
             for name in names:
                 setattr(cls, name, self._watched(model, inspect.unwrap(getattr(cls, name))))
 
     def claim(self, key: Key, owner: str) -> None:
-        """From now on only physics writes this device; `owner` is for messages."""
+        """Let only physics write this device from now on; `owner` is its name in messages."""
         self._claimed[key] = owner
 
     def _watched(self, model: str, write: Any) -> Any:

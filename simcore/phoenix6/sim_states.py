@@ -1,23 +1,33 @@
-"""The simulated side of a device, the short way: CTRE's native functions, or the stand-in's device where that runs.
+"""The simulated side of a device, the short way: CTRE's native functions, or the emulated device itself.
 
 Both take the calls of `sim_state` with its signs. A call of `sim_state` takes 2 us, here 0.8 us of the native function:
-with 17 TalonFX 0.8 ms of a 20 ms tick became 0.4 ms on CTRE's simulation. See `standin_states` for the stand-in.
+with 17 TalonFX 0.8 ms of a 20 ms tick became 0.4 ms on CTRE's simulation. To emulated devices values go from attribute
+to attribute: by name 60 values a step took 0.1 ms of a 20 ms tick, now 0.03 ms.
 """
 
 from __future__ import annotations
 
 import ctypes
-import sys
-from typing import Any
+import math
+from typing import TYPE_CHECKING, Any
 
 from phoenix6.phoenix_native import Native
+from phoenix6.sim import ChassisReference
 
-from simcore.phoenix6.standin_states import Mounted, StandInEncoderState, StandInPigeonState, StandInTalonState
+if TYPE_CHECKING:  # types only: a program on CTRE's own simulation loads no emulator
+    from simcore.phoenix6_emulator.emulated_encoders import EmulatedCANcoder
+    from simcore.phoenix6_emulator.emulated_peripherals import EmulatedPigeon2
+    from simcore.phoenix6_emulator.emulated_talon import EmulatedTalon
 
-__all__ = ["sim_state_of"]
+__all__ = ["is_emulated", "sim_state_of"]
 
 _WRITE = "c_ctre_phoenix6_platform_sim_set_physics_input"
 _READ = "c_ctre_phoenix6_platform_sim_get_physics_value"
+
+
+def is_emulated() -> bool:
+    """Whether Phoenix 6 runs in simulated time, on `simcore.phoenix6_emulator`."""
+    return _emulator() is not None
 
 
 def sim_state_of(device: Any) -> Any:
@@ -26,19 +36,120 @@ def sim_state_of(device: Any) -> Any:
     Args:
         device: Of the robot code. A `TalonFX`, `CANcoder` or `Pigeon2` is reached the short way, others by `sim_state`.
     """
-    standin = sys.modules.get("simcore.phoenix6_emulator")
-    world = None if standin is None else standin.installed()
+    emulator = _emulator()
     for kind in type(device).__mro__:
-        if kind.__name__ not in _STATES:
+        if kind.__name__ not in _NATIVE_STATES:
             continue
-        if world is not None:
-            find, stand_in_state = _STAND_IN_STATES[kind.__name__]
-            return stand_in_state(getattr(world, find)(device.device_id))
-        number, state = _STATES[kind.__name__]
+        if emulator is not None:
+            find, emulated_state = _EMULATED_STATES[kind.__name__]
+            return emulated_state(getattr(emulator, find)(device.device_id))
+        number, state = _NATIVE_STATES[kind.__name__]
         native = Native.instance()
         if hasattr(native, _WRITE) and hasattr(native, _READ):
             return state(_NativeDevice(native, number, device.device_id))
     return device.sim_state
+
+
+def _emulator() -> Any:
+    """The emulated devices, an attribute of the emulated native library; None on CTRE's own."""
+    return getattr(Native.instance(), "emulator", None)
+
+
+class _Mounted:
+    """The orientation of a device, as every `sim_state` has it."""
+
+    def __init__(self) -> None:
+        self._sign = 1.0
+        self._orientation = ChassisReference.COUNTER_CLOCKWISE_POSITIVE
+
+    @property
+    def orientation(self) -> ChassisReference:
+        """Which turn physics calls positive."""
+        return self._orientation
+
+    @orientation.setter
+    def orientation(self, value: ChassisReference) -> None:
+        self._orientation = value
+        self._sign = -1.0 if value == ChassisReference.CLOCKWISE_POSITIVE else 1.0
+
+
+# ---- emulated devices
+
+
+class _EmulatedTalonState(_Mounted):
+    """Of a TalonFX: volts at the motor [V], current in it [A]; rotations and rotations/s of the rotor."""
+
+    def __init__(self, device: EmulatedTalon) -> None:
+        super().__init__()
+        self._device = device
+        self._bridge = device.bridge
+
+    @property
+    def motor_voltage(self) -> float:
+        return self._bridge.volts * self._device.turn * self._sign
+
+    @property
+    def torque_current(self) -> float:
+        return self._bridge.current * self._sign
+
+    def set_supply_voltage(self, volts: float) -> None:
+        self._device.set_input("SupplyVoltage", volts)
+
+    def write_rotor(self, rotations: float, rps: float) -> None:
+        device, sign = self._device, self._sign
+        device.raw = rotations * sign
+        device.rotor_rps = rps * sign
+
+
+class _EmulatedEncoderState(_Mounted):
+    """Of a CANcoder [rotations, rotations/s]."""
+
+    sensor_offset = 0.0
+
+    def __init__(self, device: EmulatedCANcoder) -> None:
+        super().__init__()
+        self._device = device
+
+    def set_supply_voltage(self, volts: float) -> None:
+        self._device.set_input("SupplyVoltage", volts)
+
+    def set_raw_position(self, rotations: float) -> None:
+        self._device.raw = (rotations - self.sensor_offset) * self._sign
+
+    def set_velocity(self, rps: float) -> None:
+        self._device.raw_velocity = rps * self._sign
+
+
+class _EmulatedPigeonState:
+    """Of a Pigeon 2 [deg, deg/s]; yaw changes the short way round."""
+
+    def __init__(self, device: EmulatedPigeon2) -> None:
+        self._device = device
+
+    def set_supply_voltage(self, volts: float) -> None:
+        self._device.set_input("SupplyVoltage", volts)
+
+    def set_raw_yaw(self, degrees: float) -> None:
+        device = self._device
+        device.raw_yaw += math.remainder(degrees - device.raw_yaw, 360.0)
+
+    def set_pitch(self, degrees: float) -> None:
+        self._device.pitch = degrees
+
+    def set_roll(self, degrees: float) -> None:
+        self._device.roll = degrees
+
+    def set_angular_velocity_x(self, dps: float) -> None:
+        self._device.rates[0] = dps
+
+    def set_angular_velocity_y(self, dps: float) -> None:
+        self._device.rates[1] = dps
+
+    def set_angular_velocity_z(self, dps: float) -> None:
+        self._device.rates[2] = dps
+
+
+# ---- CTRE's simulation
 
 
 class _NativeDevice:
@@ -64,7 +175,7 @@ class _NativeDevice:
         self.get_value = get_value
 
 
-class _State(Mounted):
+class _NativeState(_Mounted):
     """A device, and the orientation of its mounting."""
 
     def __init__(self, device: Any) -> None:
@@ -76,7 +187,7 @@ class _State(Mounted):
         self._set("SupplyVoltage", volts)
 
 
-class _Talon(_State):
+class _NativeTalonState(_NativeState):
     @property
     def motor_voltage(self) -> float:
         return float(self._get("MotorVoltage")) * self._sign
@@ -96,7 +207,7 @@ class _Talon(_State):
         self.set_rotor_velocity(rps)
 
 
-class _Encoder(_State):
+class _NativeEncoderState(_NativeState):
     sensor_offset = 0.0
 
     def set_raw_position(self, rotations: float) -> None:
@@ -106,7 +217,7 @@ class _Encoder(_State):
         self._set("Velocity", rps * self._sign)
 
 
-class _Pigeon(_State):
+class _NativePigeonState(_NativeState):
     def set_raw_yaw(self, degrees: float) -> None:
         self._set("RawYaw", degrees)
 
@@ -126,9 +237,13 @@ class _Pigeon(_State):
         self._set("AngularVelocityZ", dps)
 
 
-_STATES: dict[str, tuple[int, Any]] = {"TalonFX": (4, _Talon), "CANcoder": (5, _Encoder), "Pigeon2": (6, _Pigeon)}
-_STAND_IN_STATES: dict[str, tuple[str, Any]] = {
-    "TalonFX": ("talon", StandInTalonState),
-    "CANcoder": ("cancoder", StandInEncoderState),
-    "Pigeon2": ("pigeon", StandInPigeonState),
+_NATIVE_STATES: dict[str, tuple[int, Any]] = {
+    "TalonFX": (4, _NativeTalonState),
+    "CANcoder": (5, _NativeEncoderState),
+    "Pigeon2": (6, _NativePigeonState),
+}
+_EMULATED_STATES: dict[str, tuple[str, Any]] = {
+    "TalonFX": ("talon", _EmulatedTalonState),
+    "CANcoder": ("cancoder", _EmulatedEncoderState),
+    "Pigeon2": ("pigeon", _EmulatedPigeonState),
 }

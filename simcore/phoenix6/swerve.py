@@ -1,14 +1,13 @@
 """CTRE's `SwerveDrivetrain`, unmodified, on simcore's swerve model.
 
-The drivetrain object keeps its own control loops, odometry thread and pose estimate. It is fed the way the robot feeds
-it: rotor positions, CANcoders and the Pigeon 2. Nothing here ever hands it a pose.
+The drivetrain object keeps its own control loops, odometry thread and pose estimate. Its inputs are those of the robot:
+rotor positions, CANcoders and the Pigeon 2; never a pose.
 """
 
 from __future__ import annotations
 
 import functools
 import logging
-import sys
 from collections.abc import Sequence
 from typing import Any
 from weakref import WeakKeyDictionary
@@ -18,8 +17,10 @@ from phoenix6.sim import ChassisReference
 from phoenix6.swerve import SwerveDrivetrain, SwerveModuleConstants
 
 from simcore.errors import ConfigError
-from simcore.phoenix6.modules import SwerveDevicesSim, SwerveModuleDevices
-from simcore.robot.motor import MotorModel
+from simcore.phoenix6.sim_states import is_emulated
+from simcore.phoenix6.swerve_devices import SwerveDevicesSim, SwerveModuleDevices
+from simcore.robot.ctre_constants import swerve_config_from_ctre
+from simcore.robot.dc_motor import MotorModel
 from simcore.robot.swerve_config import SwerveConfig
 from simcore.robot.swerve_drive import SwerveDrive
 
@@ -28,7 +29,6 @@ __all__ = [
     "known_drivetrains",
     "module_constants",
     "only_drivetrain",
-    "remember_module_constants",
     "swerve_config",
 ]
 
@@ -40,14 +40,14 @@ _COUNTER_CLOCKWISE = ChassisReference.COUNTER_CLOCKWISE_POSITIVE
 _seen: WeakKeyDictionary[Any, list[Any]] = WeakKeyDictionary()
 
 
-def remember_module_constants() -> None:
-    """Note the module constants of every drivetrain built from now on; the drivetrain itself does not show them.
+def _record_module_constants() -> None:
+    """Record the module constants of every drivetrain built from now on; the drivetrain itself does not expose them.
 
     Runs once when this module is imported. `physics.py` is loaded before the robot object is built, so an import there
     is early enough; robot code stays as it is.
     """
     build = SwerveDrivetrain.__init__
-    if getattr(build, "_notes_constants", False):
+    if getattr(build, "_records_constants", False):
         return
 
     @functools.wraps(build)
@@ -57,11 +57,11 @@ def remember_module_constants() -> None:
             if isinstance(value, (list, tuple)) and value and isinstance(value[0], SwerveModuleConstants):
                 _seen[self] = list(value)
 
-    init._notes_constants = True  # type: ignore[attr-defined]
+    init._records_constants = True  # type: ignore[attr-defined]
     SwerveDrivetrain.__init__ = init  # type: ignore[method-assign]
 
 
-remember_module_constants()
+_record_module_constants()
 
 
 def module_constants(drivetrain: Any) -> list[Any]:
@@ -84,7 +84,7 @@ def known_drivetrains() -> list[Any]:
 
 
 def only_drivetrain() -> Any:
-    """The drivetrain that the robot program has built, whatever its class and wherever it keeps it.
+    """The drivetrain that the robot program has built, whatever its class.
 
     Raises:
         ConfigError: There is none, or more than one.
@@ -105,11 +105,11 @@ def swerve_config(
     mass: float = 55.0,
     bumper: tuple[float, float] = (0.8, 0.8),
     height: float = 0.2,
-    tread: float = 1.2,
+    wheel_cof: float = 1.2,
     drive_motor: MotorModel | None = None,
     steer_motor: MotorModel | None = None,
 ) -> SwerveConfig:
-    """The plant that a drivetrain's constants describe; mass and bumpers are nowhere in them.
+    """The model of a drivetrain from its constants; mass and bumpers are not among them.
 
     Args:
         drivetrain: A `SwerveDrivetrain`, of whatever class.
@@ -117,19 +117,19 @@ def swerve_config(
         mass: With bumpers and battery [kg].
         bumper: Length and width [m].
         height: Of the center of mass [m].
-        tread: Coefficient of friction [-].
+        wheel_cof: Coefficient of friction of the wheels on carpet [-].
         drive_motor: Where a TalonFX is not a Kraken X60.
         steer_motor: The same for the azimuths.
 
     Raises:
         ConfigError: A constant is missing or makes no sense.
     """
-    return SwerveConfig.from_ctre(
+    return swerve_config_from_ctre(
         module_constants(drivetrain) if modules is None else modules,
         mass=mass,
         bumper=bumper,
         height=height,
-        tread=tread,
+        wheel_cof=wheel_cof,
         drive_motor=drive_motor,
         steer_motor=steer_motor,
     )
@@ -138,8 +138,8 @@ def swerve_config(
 class SwerveDrivetrainSim(SwerveDevicesSim):
     """Moves volts from the drivetrain's TalonFX to the model, and the model's motion to their sensors.
 
-    Takes the place of `update_sim_state`: whoever calls that (the generated class does so from a Notifier, 250 times a
-    second) now calls nothing, so the model is stepped exactly once.
+    Replaces `update_sim_state` by an empty function: the generated class calls it from a Notifier, 250 times a second,
+    and the model must be stepped exactly once.
 
     Args:
         drivetrain: A `SwerveDrivetrain`, of whatever class.
@@ -178,7 +178,7 @@ class SwerveDrivetrainSim(SwerveDevicesSim):
                 is_turned = c.steer_motor_inverted != c.encoder_inverted
                 state.ext_sensor_orientation = _CLOCKWISE if is_turned else _COUNTER_CLOCKWISE
                 state.pulse_width_sensor_offset = c.encoder_offset
-        drivetrain.update_sim_state = _owned_by_physics
+        drivetrain.update_sim_state = _do_nothing
         _stop_stepping(drivetrain)
         _log.info("swerve: %d modules; physics owns their simulation", len(constants))
 
@@ -190,12 +190,11 @@ def _pin(constants: Any) -> int | None:
 
 
 def _stop_stepping(drivetrain: Any) -> None:
-    """In simulated time: stop the generated class's Notifier, which would wake 250 times a second for nothing."""
-    standin = sys.modules.get("simcore.phoenix6_emulator")
+    """In simulated time: stop the generated class's Notifier, which would run 250 times a second without effect."""
     notifier: Any = getattr(drivetrain, "_sim_notifier", None)
-    if standin is not None and standin.installed() is not None and hasattr(notifier, "stop"):
+    if is_emulated() and hasattr(notifier, "stop"):
         notifier.stop()
 
 
-def _owned_by_physics(dt: float, supply_voltage: float) -> None:
-    """Stands in for `update_sim_state`."""
+def _do_nothing(dt: float, supply_voltage: float) -> None:
+    """Replaces `update_sim_state`; physics steps the model."""

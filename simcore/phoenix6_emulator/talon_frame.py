@@ -1,17 +1,19 @@
-"""What a motor controller tells robot code: the status frame, and what each signal reads from it."""
+"""Status frame of a motor controller: its content, its fault flags, and what each signal reads from it."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Set
 from typing import Any, NamedTuple
 
 from phoenix6.spns.spn_value import SpnValue
 
-from simcore.phoenix6_emulator.electrical import MotorConstants
-from simcore.phoenix6_emulator.feedback import within_range
-from simcore.phoenix6_emulator.plan import REQ_BRAKE, REQ_COAST, Plan
+from simcore.phoenix6_emulator.control_plan import REQ_BRAKE, REQ_COAST, ControlPlan
+from simcore.phoenix6_emulator.emulated_device import FAULTS
+from simcore.phoenix6_emulator.motor_constants import MotorConstants
+from simcore.phoenix6_emulator.output_stage import OVER_VOLTAGE
+from simcore.phoenix6_emulator.talon_state import TalonState, within_range
 
-__all__ = ["SIGNALS", "TalonFrame", "units_number"]
+__all__ = ["SIGNALS", "TalonFrame", "active_faults", "frame_of", "units_number"]
 
 _OFF, _BRAKING, _MOTORING, _DISCORDANT, _REGENERATING = 1, 2, 3, 4, 5  # MotorOutputStatusValue
 
@@ -32,7 +34,7 @@ class TalonFrame(NamedTuple):
     duty: float
     is_neutral: bool
     bridge_rps: float
-    """Rotor velocity that the output stage last saw."""
+    """Rotor velocity at the last run of the output stage."""
     ref: float
     slope: float
     err: float
@@ -47,13 +49,13 @@ class TalonFrame(NamedTuple):
     turn: float
     """-1 where positive is clockwise."""
     has_arrived: bool
-    """Whether the reference has reached its goal."""
-    plan: Plan
+    """Whether the setpoint has reached its goal."""
+    plan: ControlPlan
     motor: MotorConstants
 
     @property
     def rotor_position(self) -> float:
-        """As it is told, within +-16384 [rotations]."""
+        """As robot code reads it, within +-16384 [rotations]."""
         return within_range(self.turns)
 
     @property
@@ -146,3 +148,43 @@ def units_number(spn: int, frame: TalonFrame) -> int:
     if spn in _BY_AXIS:
         return spn + frame.plan.on_velocity
     return spn + frame.plan.unit_number if spn in _BY_UNIT else spn
+
+
+_NO_FAULTS: frozenset[int] = frozenset()
+_new = tuple.__new__
+
+
+def active_faults(talon: TalonState, is_sensor_missing: bool) -> Set[int]:
+    """Numbers of the faults that are active now; robot code may not have built the configured remote sensor."""
+    bridge = talon.bridge
+    limited = bridge.is_stator_limited or bridge.is_supply_limited or bridge.is_blocked
+    if not limited and bridge.supply <= OVER_VOLTAGE and not is_sensor_missing:
+        return _NO_FAULTS
+    found = set()
+    if bridge.is_stator_limited:
+        found.add(FAULTS["TALONFX_STATOR_CURR_LIMIT"])
+    if bridge.is_supply_limited:
+        found.add(FAULTS["TALONFX_SUPPLY_CURR_LIMIT"])
+    if bridge.supply > OVER_VOLTAGE:
+        found.add(FAULTS["TALONFX_OVER_SUPPLY_V"])
+    if is_sensor_missing:
+        found.add(FAULTS["TALONFX_MISSING_REMOTE_SENSOR"])
+    if bridge.is_blocked:
+        names = ("FORWARD_SOFT_LIMIT", "REVERSE_SOFT_LIMIT", "FORWARD_HARD_LIMIT", "REVERSE_HARD_LIMIT")
+        found |= {FAULTS[f"TALONFX_{name}"] for name, hit in zip(names, talon.limits_hit, strict=True) if hit}
+    return found
+
+
+def frame_of(talon: TalonState) -> TalonFrame:
+    """The status frame of this moment."""
+    b, plan, turn, devices = talon.bridge, talon.plan, talon.turn, talon.devices
+    profile = plan.profile
+    # 0.9 us, because it bypasses TalonFrame.__new__, a Python function, and rarely read values are computed when they
+    # are read; 7 us by name and all at once. 17 motors make 34 frames a tick.
+    return _new(TalonFrame, (
+        talon.pos, talon.vel, talon.acc, turn * (talon.raw + talon.shift) + talon.rotor_offset, talon.rotor_rps * turn,
+        b.volts, b.current, b.supply_current, b.supply, b.duty, b.is_neutral, b.rps,
+        talon.ref, talon.slope, talon.err, talon.derr, talon.integral, talon.feed_forward, talon.pid_out,
+        talon.slot, talon.enabled, talon.forward.is_closed(devices), talon.reverse.is_closed(devices), turn,
+        profile is not None and profile.done, plan, b.motor,
+    ))  # fmt: skip

@@ -16,13 +16,14 @@ import contextlib
 import os
 import sys
 from collections.abc import Iterator, Sequence
+from functools import lru_cache
 from itertools import chain
 from typing import Any
 
 import numpy as np
 
 from simcore.errors import EngineError
-from simcore.geometry.quaternion import IDENTITY, Quaternion, Vector, rotate
+from simcore.geometry.rotation import IDENTITY, Quaternion, Vector, rotate
 from simcore.physics.engine import BodyDefinition, RayHits
 from simcore.physics.shapes import Box, Compound, Cylinder, HalfSpace, Hull, Mesh, Shape, Sphere
 from simcore.typing import FloatArray
@@ -97,7 +98,12 @@ class BulletEngine:
             raise EngineError("PyBullet refused a new world; close some of the open ones (each holds about 30 MB)")
         self._client: int | None = client
         self._kw = {"physicsClientId": client}
-        p.setGravity(0.0, 0.0, -gravity, **self._kw)
+        self._begin()
+
+    def _begin(self) -> None:
+        """Parameters of an empty world."""
+        p = self._p
+        p.setGravity(0.0, 0.0, -self.gravity, **self._kw)
         p.setPhysicsEngineParameter(
             contactBreakingThreshold=_CONTACT_DISTANCE,  # a global of the process, so set again for every client
             numSolverIterations=_SOLVER_ITERATIONS,
@@ -119,6 +125,12 @@ class BulletEngine:
 
     def __exit__(self, *_: object) -> None:
         self.close()
+
+    def reset(self) -> None:
+        """Remove everything from the world, so that it can be built anew."""
+        self._require_open()
+        self._p.resetSimulation(**self._kw)
+        self._begin()
 
     def close(self) -> None:
         """Free the world; may be called twice."""
@@ -283,7 +295,11 @@ class BulletEngine:
         if isinstance(shape, Compound):
             return self._compound(shape)
         if isinstance(shape, Hull):
-            return int(p.createCollisionShape(p.GEOM_MESH, vertices=shape.points.tolist(), **kw))
+            return int(
+                p.createCollisionShape(
+                    p.GEOM_MESH, vertices=_corners(np.asarray(shape.points, dtype=np.float64).tobytes()), **kw
+                )
+            )
         if isinstance(shape, Mesh):
             return int(
                 p.createCollisionShape(
@@ -335,3 +351,10 @@ class BulletEngine:
                 **self._kw,
             )
         )
+
+
+@lru_cache(maxsize=4096)
+def _corners(points: bytes) -> list[list[float]]:
+    """Rows of float64 coordinates as a list. PyBullet never frees a list of corners, so equal hulls share one."""
+    rows: list[list[float]] = np.frombuffer(points).reshape(-1, 3).tolist()
+    return rows

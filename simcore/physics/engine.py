@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
-from simcore.geometry.quaternion import Quaternion, Vector
+from simcore.geometry.rotation import Quaternion, Vector
 from simcore.physics.shapes import Shape
 from simcore.physics.surface import TerrainSurface
 from simcore.typing import FloatArray, IntArray
@@ -117,6 +117,10 @@ class Engine(Protocol):
 
     def overlapping(self, low: Sequence[float], high: Sequence[float]) -> list[int]:
         """Rows of the bodies whose bounding boxes overlap a box [m]."""
+        ...
+
+    def reset(self) -> None:
+        """Remove all bodies and statics; rows count from 0 again."""
         ...
 
     def close(self) -> None:

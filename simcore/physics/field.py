@@ -22,7 +22,7 @@ from simcore.physics.shapes import Box, Compound, Cylinder, HalfSpace, Hull, Mes
 from simcore.physics.surface import WALL, TerrainSurface
 from simcore.typing import FloatArray
 
-__all__ = ["FieldBoundary", "FieldElement", "FieldGeometry"]
+__all__ = ["FieldBoundary", "FieldElement", "FieldGeometry", "box_element"]
 
 MAX_EXTENT = 100.0
 """No field is longer than this [m]; a mesh that is has other units."""
@@ -99,6 +99,30 @@ class FieldElement:
             return np.stack([points.min(axis=0), points.max(axis=0)])
 
 
+def box_element(
+    name: str,
+    low: tuple[float, float, float],
+    high: tuple[float, float, float],
+    surface: TerrainSurface = WALL,
+) -> FieldElement:
+    """A box between two corners.
+
+    Args:
+        name: What patterns match.
+        low: Smallest corner, field frame [m].
+        high: Largest corner [m].
+        surface: Its material.
+
+    Raises:
+        ConfigError: The corners are not in order.
+    """
+    if not all(math.isfinite(a) and math.isfinite(b) and a < b for a, b in zip(low, high, strict=True)):
+        raise ConfigError(f"{name}: low must be below high on every axis, got {low} and {high} m")
+    size = (high[0] - low[0], high[1] - low[1], high[2] - low[2])
+    middle = np.array([0.5 * (a + b) for a, b in zip(low, high, strict=True)])
+    return FieldElement(name=name, shape=Box(size), position=middle, surface=surface)
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class FieldGeometry:
     """All static parts of a field, ready for an engine."""
@@ -124,7 +148,7 @@ class FieldGeometry:
     ) -> FieldGeometry:
         """Read an OBJ file in meters, z up, field frame, and turn each named group into shapes.
 
-        `simcore.physics.mesh.classify` says which shapes; a group that comes out as triangle meshes is logged.
+        `simcore.physics.mesh.classify` chooses the shapes; a group that comes out as triangle meshes is logged.
 
         Args:
             path: The OBJ file.
@@ -133,7 +157,7 @@ class FieldGeometry:
             default_surface: Of groups that no pattern matches.
             boundary: Walls to add around the field; None if the mesh has its own.
             plate_thickness: Of the plates made of open surfaces [m].
-            max_triangles: Above this a warning asks to simplify the mesh; far above it is an error.
+            max_triangles: Above this a warning is logged that suggests a simpler mesh; far above it is an error.
 
         Raises:
             FieldMeshError: The file is missing, broken or empty, or holds what cannot be a field in meters.

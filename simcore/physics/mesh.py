@@ -134,7 +134,7 @@ def _solid(mesh: Any) -> MeshPart | None:
 
 
 def _is_convex(mesh: Any) -> bool:
-    """Whether each face has all vertices on one side; asks nothing of the winding, which files often get wrong."""
+    """Whether each face has all vertices on one side; independent of the winding, which is often wrong in files."""
     is_face = _has_area(mesh)
     normals = mesh.face_normals[is_face]
     offsets = np.einsum("ij,ij->i", normals, mesh.triangles[is_face, 0])

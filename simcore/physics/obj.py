@@ -2,7 +2,7 @@
 
 Group names carry meaning here: they choose the surface of each part of a field. General mesh loaders lose them
 (trimesh 5.2 sorts faces by material and by corner count before it looks at `o` and `g`), so this reader keeps to the
-few statements that a collision mesh needs and says in which line it stumbled.
+few statements that a collision mesh needs and errors name the line.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """Collision shapes as plain records: what the field loader and the chassis hand to an engine.
 
-Every shape is given in its own frame; where it stands is the business of whoever adds it.
+Every shape is given in its own frame; its pose is given where it is added to a world.
 """
 
 from __future__ import annotations

@@ -33,7 +33,7 @@ class Substepping:
     max_move: float = 0.07
     """Farthest that a piece may move in one sub-step [m]."""
     robot_move: float = 0.05
-    """Farthest that a robot may move in one sub-step on the open carpet [m]. Ploughing through fuel at 3 m/s, bumpers
+    """Farthest that a robot may move in one sub-step on the open carpet [m]. Ploughing through balls at 3 m/s, bumpers
     overlap balls by at most 33 mm with 0.04 or 0.05 (tick 2.2 and 2.0 ms), 66 mm with 0.06, 26 mm with 0.016 (3.5 ms).
     """
     robot_ramp_move: float = 0.016

@@ -16,21 +16,21 @@ from typing import Protocol
 import numpy as np
 
 from simcore.errors import ConfigError, NonFiniteError, UnknownNameError, require_positive
-from simcore.geometry.quaternion import IDENTITY, Quaternion, Vector
+from simcore.geometry.rotation import IDENTITY, Quaternion, Vector
 from simcore.physics.engine import BodyDefinition, Engine, RayHits
 from simcore.physics.shapes import Box, HalfSpace, Shape, Sphere
 from simcore.physics.substeps import Substepping, Surroundings
 from simcore.physics.surface import CARPET, FRICTIONLESS, TerrainSurface
 from simcore.typing import BoolArray, FloatArray
-from simcore.units import GRAVITY
+from simcore.units import GRAVITY, plain_sum
 
-__all__ = ["Group", "PhysicsWorld", "StaticElement"]
+__all__ = ["CollisionGroup", "PhysicsWorld", "StaticElement"]
 
 _MOST_PARTS = 8  # of a robot's own body that a line of sight passes
 _FLOOR_THICKNESS = 1.0  # [m]; under robots: a plane gives one contact a tick and driven boxes sink into it
 
 
-class Group:
+class CollisionGroup:
     """Collision groups, one bit each."""
 
     STATIC = 1
@@ -38,8 +38,8 @@ class Group:
     BALL = 2
     """Pieces that are balls: they roll on a half space, which costs the least."""
     ROBOT = 4
-    ROAD = 8
-    """The frictionless twins that only robots touch."""
+    DRIVABLE = 8
+    """What robots drive over: the frictionless copies of floor and ramps that only robots touch."""
     BLOCK = 16
     """Other pieces: they slide on a thick box, where friction is exact (4 % low on a half space)."""
     PIECE = BALL | BLOCK
@@ -84,7 +84,7 @@ class PhysicsWorld:
         floor_size: Length and width of the floor [m].
         floor_center: Its middle, field frame [m].
         substepping: Limits on movement per sub-step.
-        gravity: Along -z [m/s^2]; None: the engine's, which is the standard one unless it was told otherwise.
+        gravity: Along -z [m/s^2]; None: the engine's, by default standard gravity.
     """
 
     def __init__(
@@ -108,24 +108,38 @@ class PhysicsWorld:
         self.engine = engine
         self.gravity = engine.gravity
         self.substepping = substepping or Substepping()
+        self._floor = floor
+        self._floor_size, self._floor_center = floor_size, floor_center
+        self._begin()
+
+    def _begin(self) -> None:
+        """The floor alone."""
         self._bodies: dict[int, _Body] = {}
         self._solid: set[int] = set()
         self._ramps: set[int] = set()
         self._robots: list[int] = []
         self._pieces: dict[int, int] = {}  # group by row
+        floor, floor_size, floor_center = self._floor, self._floor_size, self._floor_center
         if floor is not None:
             # Balls get a half space, 15-25 % of a step cheaper than a box under 150 awake ones; the others thick boxes.
             box = Box((floor_size[0], floor_size[1], _FLOOR_THICKNESS))
             center = (floor_center[0], floor_center[1], -_FLOOR_THICKNESS / 2)
-            self._add_part("floor", HalfSpace(), (0.0, 0.0, 0.0), IDENTITY, floor, Group.STATIC, Group.BALL)
-            self._add_part("floor", box, center, IDENTITY, floor, Group.STATIC, Group.BLOCK)
-            self._add_part("floor", box, center, IDENTITY, FRICTIONLESS, Group.ROAD, Group.ROBOT)
+            self._add_part(
+                "floor", HalfSpace(), (0.0, 0.0, 0.0), IDENTITY, floor, CollisionGroup.STATIC, CollisionGroup.BALL
+            )
+            self._add_part("floor", box, center, IDENTITY, floor, CollisionGroup.STATIC, CollisionGroup.BLOCK)
+            self._add_part("floor", box, center, IDENTITY, FRICTIONLESS, CollisionGroup.DRIVABLE, CollisionGroup.ROBOT)
 
     def __enter__(self) -> PhysicsWorld:
         return self
 
     def __exit__(self, *_: object) -> None:
         self.close()
+
+    def reset(self) -> None:
+        """Remove everything but the floor."""
+        self.engine.reset()
+        self._begin()
 
     def close(self) -> None:
         """Free the engine; may be called twice."""
@@ -152,10 +166,12 @@ class PhysicsWorld:
             drivable: Whether robots drive on it; then it has no friction for them.
         """
         at = _checked_pos(name, pos)
-        touchers = Group.PIECE if drivable else Group.PIECE | Group.ROBOT
-        row = self._add_part(name, shape, at, quat, surface, Group.STATIC, touchers)
+        touchers = CollisionGroup.PIECE if drivable else CollisionGroup.PIECE | CollisionGroup.ROBOT
+        row = self._add_part(name, shape, at, quat, surface, CollisionGroup.STATIC, touchers)
         if drivable:
-            self._ramps.add(self._add_part(name, shape, at, quat, FRICTIONLESS, Group.ROAD, Group.ROBOT))
+            self._ramps.add(
+                self._add_part(name, shape, at, quat, FRICTIONLESS, CollisionGroup.DRIVABLE, CollisionGroup.ROBOT)
+            )
         else:
             self._solid.add(row)
         return row
@@ -172,7 +188,9 @@ class PhysicsWorld:
     ) -> int:
         """One static body that some groups touch, and rays."""
         row = self.engine.add_body(
-            BodyDefinition(shape=shape, surface=surface, pos=pos, quat=quat, group=group, mask=Group.STATIC | touchers)
+            BodyDefinition(
+                shape=shape, surface=surface, pos=pos, quat=quat, group=group, mask=CollisionGroup.STATIC | touchers
+            )
         )
         self._bodies[row] = _Body(name, surface)
         return row
@@ -224,8 +242,8 @@ class PhysicsWorld:
                 inertia=inertia,
                 pos=_checked_pos(name, pos),
                 quat=quat,
-                group=Group.ROBOT,
-                mask=Group.STATIC | Group.PIECE | Group.ROBOT | Group.ROAD,
+                group=CollisionGroup.ROBOT,
+                mask=CollisionGroup.STATIC | CollisionGroup.PIECE | CollisionGroup.ROBOT | CollisionGroup.DRIVABLE,
             )
         )
         self._bodies[row] = _Body(name, surface)
@@ -237,7 +255,7 @@ class PhysicsWorld:
     ) -> int:
         """Add the body of a game piece, awake and touchable; returns its engine row."""
         require_positive(name, "mass", mass, "kg")
-        group = Group.BALL if isinstance(shape, Sphere) else Group.BLOCK
+        group = CollisionGroup.BALL if isinstance(shape, Sphere) else CollisionGroup.BLOCK
         row = self.engine.add_body(
             BodyDefinition(
                 shape=shape,
@@ -245,7 +263,7 @@ class PhysicsWorld:
                 mass=mass,
                 pos=_checked_pos(name, pos),
                 group=group,
-                mask=Group.STATIC | Group.PIECE | Group.ROBOT,
+                mask=CollisionGroup.STATIC | CollisionGroup.PIECE | CollisionGroup.ROBOT,
             )
         )
         self._bodies[row] = _Body(name, surface)
@@ -254,7 +272,7 @@ class PhysicsWorld:
 
     def set_piece_touchable(self, row: int, touchable: bool) -> None:
         """Put a piece into the world of contacts, or take it out of it."""
-        mask = Group.STATIC | Group.PIECE | Group.ROBOT if touchable else 0
+        mask = CollisionGroup.STATIC | CollisionGroup.PIECE | CollisionGroup.ROBOT if touchable else 0
         self.engine.set_collision(row, self._pieces[row] if touchable else 0, mask)
 
     def set_pose(self, row: int, pos: Sequence[float], quat: Quaternion = IDENTITY) -> None:
@@ -264,7 +282,7 @@ class PhysicsWorld:
             NonFiniteError: A NaN or an infinity; nothing is moved.
         """
         at = _checked_pos(self._bodies[row].name, pos)
-        norm = math.sqrt(sum(c * c for c in quat))
+        norm = math.sqrt(plain_sum(c * c for c in quat))
         if not math.isfinite(norm) or norm < 1e-9:
             raise NonFiniteError(f"{self._bodies[row].name}: attitude must be a finite quaternion, got {quat}")
         self.engine.set_pose(row, at, tuple(c / norm for c in quat))
@@ -294,12 +312,12 @@ class PhysicsWorld:
         return found
 
     def ground_rays(self, start: FloatArray, end: FloatArray) -> RayHits:
-        """First hits of segments (n, 3) [m] on what carries a robot: roads, statics and pieces left out."""
-        return self.engine.rays(start, end, Group.ROAD)
+        """First hits of segments (n, 3) [m] on what robots drive over; walls and pieces are left out."""
+        return self.engine.rays(start, end, CollisionGroup.DRIVABLE)
 
     def solid_rays(self, start: FloatArray, end: FloatArray, *, pieces: bool = False, robots: bool = False) -> RayHits:
         """First hits of segments (n, 3) [m] on the field, and if asked on robots and on the pieces of active chunks."""
-        mask = Group.STATIC | (Group.PIECE if pieces else 0) | (Group.ROBOT if robots else 0)
+        mask = CollisionGroup.STATIC | (CollisionGroup.PIECE if pieces else 0) | (CollisionGroup.ROBOT if robots else 0)
         return self.engine.rays(start, end, mask)
 
     def blocked(self, start: Vector, ends: Sequence[Sequence[float]], *, ignore: int = -1) -> list[bool]:
@@ -311,7 +329,7 @@ class PhysicsWorld:
             ignore: Row of a robot that is transparent: the one that carries the camera.
         """
         if len(self._robots) <= (ignore >= 0):  # its own body is the only one
-            return [row >= 0 for row in self.engine.first_hits(start, ends, Group.STATIC)]
+            return [row >= 0 for row in self.engine.first_hits(start, ends, CollisionGroup.STATIC)]
         blocked: BoolArray = np.zeros(len(ends), dtype=bool)
         left = np.arange(len(ends))
         there = np.array(ends).reshape(-1, 3)
@@ -335,7 +353,7 @@ class PhysicsWorld:
 
         Args:
             dt: Time to advance [s].
-            substeps: How many; None asks `substepping` with the speed of the fastest body.
+            substeps: How many; None: from `substepping` and the speed of the fastest body.
             before_substep: Called with h [s] before each sub-step, to drive robots and to push on flying pieces.
 
         Raises:

@@ -81,7 +81,7 @@ def air_factors(aerodynamics: Aerodynamics, *, radius: float, mass: float) -> Ai
     Raises:
         ConfigError: If radius or mass is not above zero.
 
-    >>> round(air_factors(Aerodynamics(), radius=0.075, mass=0.215).drag, 4)  # fuel of 2026
+    >>> round(air_factors(Aerodynamics(), radius=0.075, mass=0.215).drag, 4)
     0.0232
     """
     require_positive("air_factors", "radius", radius, "m")
@@ -95,7 +95,7 @@ def air_factors(aerodynamics: Aerodynamics, *, radius: float, mass: float) -> Ai
 
 
 def drag_factor(aerodynamics: Aerodynamics, *, radius: float, mass: float) -> float:
-    """K = rho Cd A / (2 m) of a ball: what its speed squared is multiplied with to give its deceleration [1/m]."""
+    """K = rho Cd A / (2 m) of a ball: deceleration over speed squared [1/m]."""
     return air_factors(aerodynamics, radius=radius, mass=mass).drag
 
 

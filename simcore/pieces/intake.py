@@ -1,22 +1,27 @@
-"""Where the robot takes pieces in: a box on the robot, tested on all pieces at once, and swept between ticks."""
+"""Intakes: a box on the robot, or on a part that moves, where pieces are taken in while a roller turns.
+
+The box is tested on all pieces at once, along the paths that they made relative to the robot since the last tick, so
+that nothing passes through it between two ticks.
+"""
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Literal, Protocol
 
 import numpy as np
 
-from simcore.errors import ConfigError, require_finite
-from simcore.geometry.quaternion import matrix
+from simcore.errors import ConfigError, require_finite, require_positive
+from simcore.geometry.linkage import Joint, MechanismMotion, part_pose, require_mechanisms
+from simcore.geometry.rotation import IDENTITY, Quaternion, Vector, matrix
 from simcore.geometry.zones import BoxZone
-from simcore.typing import BoolArray, BoolSupplier, FloatArray
+from simcore.typing import BoolArray, FloatArray
 
-__all__ = ["IntakeZone", "field_to_robot"]
+__all__ = ["Intake", "IntakeConfig", "IntakeZone", "StoppedMotion", "field_to_robot", "is_deployed"]
 
-
-def _always() -> bool:
-    return True
+_DEPLOYED = 0.8  # [-]; of the way to its stop at which a deployed intake works
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -40,8 +45,6 @@ class IntakeZone:
     """Below the floor plane, for a robot that pitches over a bump [m]."""
     z_max: float
     """[m]"""
-    active: BoolSupplier = _always
-    """Whether the intake is out and its roller turns; asked once by `captured`."""
 
     def __post_init__(self) -> None:
         for axis in "xyz":
@@ -51,13 +54,26 @@ class IntakeZone:
             if not low < high:
                 raise ConfigError(f"IntakeZone: {axis}_min must be below {axis}_max, got {low} and {high} m")
 
+    def moved_along(self, travel: Vector) -> IntakeZone:
+        """The box together with all places that it passes on a straight way [m]."""
+        (x, y, z) = travel
+        return replace(
+            self,
+            x_min=self.x_min + min(x, 0.0),
+            x_max=self.x_max + max(x, 0.0),
+            y_min=self.y_min + min(y, 0.0),
+            y_max=self.y_max + max(y, 0.0),
+            z_min=self.z_min + min(z, 0.0),
+            z_max=self.z_max + max(z, 0.0),
+        )
+
     @property
     def reach(self) -> float:
         """From the robot's origin to the farthest corner [m]."""
         return math.hypot(max(-self.x_min, self.x_max), max(-self.y_min, self.y_max), max(-self.z_min, self.z_max))
 
     def contains(self, pos_robot: FloatArray) -> BoolArray:
-        """Which positions are in the box, active or not; NaN is never in it.
+        """Which positions are in the box; NaN is never in it.
 
         Args:
             pos_robot: Centers, robot frame [m], shape (n, 3).
@@ -68,7 +84,7 @@ class IntakeZone:
         return self._box().contains(pos_robot)
 
     def captured(self, prev_robot: FloatArray, now_robot: FloatArray) -> BoolArray:
-        """Which pieces are in the box or went through it since the last tick; none while the intake is not active.
+        """Which pieces are in the box or went through it since the last tick.
 
         A path is the straight line in the robot frame, so it does not matter whether piece or robot moved.
 
@@ -79,8 +95,6 @@ class IntakeZone:
         Returns:
             Mask, shape (n,).
         """
-        if not self.active():
-            return np.zeros(len(now_robot), dtype=np.bool_)
         box = self._box()
         # Few pieces are near: a test of the boxes round all paths (18 us for 400) leaves those worth the exact one.
         near: BoolArray = np.all(
@@ -110,3 +124,130 @@ def field_to_robot(pos_field: FloatArray, robot_pos: FloatArray, robot_rotation:
         raise ConfigError(f"field_to_robot: want a unit quaternion xyzw, got {robot_rotation}")
     result: FloatArray = (pos_field - robot_pos) @ matrix((x, y, z, w))  # rows times R is R transposed times each
     return result
+
+
+class StoppedMotion(MechanismMotion, Protocol):
+    """A mechanism between two hard stops."""
+
+    @property
+    def stops(self) -> tuple[float, float]:
+        """Lower and upper hard stop [rad]."""
+        ...
+
+
+def is_deployed(mechanism: StoppedMotion, deployed_at: Literal["upper", "lower"]) -> bool:
+    """Whether a mechanism is near enough to the stop at which it is out."""
+    low, high = mechanism.stops
+    way = (mechanism.position - low) / (high - low)
+    return way > _DEPLOYED if deployed_at == "upper" else way < 1.0 - _DEPLOYED
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class IntakeConfig:
+    """Where pieces are taken in, and when."""
+
+    zone: IntakeZone
+    """In the robot frame; with `joints`, in the frame after the last of them."""
+    roller: str | None = None
+    """Mechanism that pulls pieces in; None: whatever is in the zone is taken."""
+    roller_speed: float = math.tau
+    """The roller takes pieces while it turns forward faster than this [rad/s]."""
+    deploy: str | None = None
+    """Mechanism that must be out; None for an intake that always is."""
+    deployed_at: Literal["upper", "lower"] = "upper"
+    """At which of its stops `deploy` is out."""
+    joints: tuple[Joint, ...] = ()
+    """What carries the zone; none for one that is fixed on the robot."""
+    stretch: Joint | None = None
+    """A sliding joint whose travel the zone covers from where it is retracted; None: the zone keeps its size."""
+    kinds: tuple[str, ...] = ()
+    """Kinds of pieces that it takes; none named: all."""
+
+    def __post_init__(self) -> None:
+        require_positive("IntakeConfig", "roller_speed", self.roller_speed, "rad/s")
+        if self.deployed_at not in ("upper", "lower"):
+            raise ConfigError(f"IntakeConfig: deployed_at must be 'upper' or 'lower', got {self.deployed_at!r}")
+        if self.stretch is not None and not self.stretch.slides:
+            raise ConfigError("IntakeConfig: stretch must be a joint that slides")
+
+    @property
+    def mechanism_names(self) -> tuple[str | None, ...]:
+        """All mechanisms that it names."""
+        stretch = None if self.stretch is None else self.stretch.mechanism
+        return (self.roller, self.deploy, stretch, *(joint.mechanism for joint in self.joints))
+
+
+class Intake:
+    """One intake of a robot.
+
+    Args:
+        config: Where and when.
+        mechanisms: Of the robot, by name.
+
+    Raises:
+        UnknownNameError: The config names a mechanism that the robot does not have.
+        ConfigError: `deploy` has no stops.
+    """
+
+    def __init__(self, config: IntakeConfig, mechanisms: Mapping[str, StoppedMotion]) -> None:
+        require_mechanisms("an intake", config.mechanism_names, mechanisms)
+        if config.deploy is not None and not all(map(math.isfinite, mechanisms[config.deploy].stops)):
+            raise ConfigError(f"IntakeConfig: deploy must have stops, like an arm or a rack; got {config.deploy!r}")
+        self.config = config
+        self._mechanisms = mechanisms
+        self._kept: tuple[float, IntakeZone] | None = None
+        self._part_before: tuple[Vector, Quaternion] | None = None
+
+    @property
+    def is_active(self) -> bool:
+        """Whether it is out and its roller pulls in."""
+        c = self.config
+        if c.roller is not None and not self._mechanisms[c.roller].velocity > c.roller_speed:
+            return False
+        return c.deploy is None or is_deployed(self._mechanisms[c.deploy], c.deployed_at)
+
+    @property
+    def zone(self) -> IntakeZone:
+        """With mechanisms where they are now, in the frame that carries it."""
+        stretch = self.config.stretch
+        if stretch is None:
+            return self.config.zone
+        travel = stretch.ratio * self._mechanisms[stretch.mechanism].position
+        if self._kept is None or self._kept[0] != travel:
+            x, y, z = stretch.axis
+            self._kept = travel, self.config.zone.moved_along((travel * x, travel * y, travel * z))
+        return self._kept[1]
+
+    @property
+    def reach(self) -> float:
+        """No place where pieces are taken in is farther from the robot's origin [m]."""
+        reach = self.zone.reach
+        if self.config.joints:
+            reach += math.hypot(*part_pose(self.config.joints, self._mechanisms)[0])
+        return reach
+
+    def captured(self, prev_robot: FloatArray, now_robot: FloatArray) -> BoolArray:
+        """Which pieces it takes: those that are in its zone or went through it since the last tick.
+
+        Call it once a tick, whether or not anything is near.
+
+        Args:
+            prev_robot: Centers a tick ago, in the robot frame of that time [m], shape (n, 3).
+            now_robot: Centers now, in the robot frame of now [m], shape (n, 3).
+
+        Returns:
+            Mask, shape (n,); all False while the intake is not active.
+        """
+        before = self._part_before
+        self._part_before = part = None if not self.config.joints else part_pose(self.config.joints, self._mechanisms)
+        if not len(now_robot) or not self.is_active:
+            return np.zeros(len(now_robot), dtype=np.bool_)
+        if part is not None:
+            prev_robot, now_robot = _into(prev_robot, before or part), _into(now_robot, part)
+        return self.zone.captured(prev_robot, now_robot)
+
+
+def _into(points: FloatArray, part: tuple[Vector, Quaternion]) -> FloatArray:
+    pos, quat = part
+    moved: FloatArray = points - np.array(pos)
+    return moved if quat is IDENTITY else moved @ matrix(quat)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from dataclasses import dataclass
 
 from simcore.errors import ConfigError, require_non_negative, require_positive
@@ -19,7 +20,7 @@ class GamePieceConfig:
     """One kind of game piece."""
 
     name: str
-    """As the manual and the telemetry keys say it, e.g. `Fuel`."""
+    """As the manual and the telemetry keys say it, e.g. `Ball`."""
     shape: Sphere | Cylinder | Box
     """Collision shape; a cylinder stands on its flat side, a box lies on its xy face."""
     mass: float
@@ -30,12 +31,16 @@ class GamePieceConfig:
     """Bounce factor; a pair has the product of both sides [-], 0 to 1."""
     rolling: float = 0.0
     """Rolling resistance lever arm of the piece itself [m]; what it rolls on adds its own."""
+    color: str = "#f2c511"
+    """Of its drawings, `#rrggbb`."""
     aerodynamics: Aerodynamics | None = None
     """Drag and spin lift; None for a piece that no air acts on."""
 
     def __post_init__(self) -> None:
         if not self.name or "/" in self.name:
             raise ConfigError(f"GamePieceConfig: name must be non-empty without '/', got {self.name!r}")
+        if not re.fullmatch(r"#[0-9a-fA-F]{6}", self.color):
+            raise ConfigError(f"{self.name}: color must be '#rrggbb', got {self.color!r}")
         require_positive(self.name, "mass", self.mass, "kg")
         require_non_negative(self.name, "rolling", self.rolling, "m")
         if self.air.lift > 0.0 and not isinstance(self.shape, Sphere):
@@ -83,6 +88,6 @@ class GamePieceConfig:
 
     @property
     def aero_speed(self) -> float:
-        """Speed above which drag exceeds 3 % of the weight [m/s]; slower pieces feel it only while in flight."""
+        """Speed above which drag exceeds 3 % of the weight [m/s]; slower pieces have drag only while in flight."""
         k = self.air.drag
         return math.sqrt(0.03 * GRAVITY / k) if k > 0.0 else math.inf

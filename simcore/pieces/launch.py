@@ -11,13 +11,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from simcore.errors import require_finite, require_non_negative, require_positive
-from simcore.geometry.quaternion import matrix
+from simcore.geometry.rotation import matrix
 from simcore.typing import FloatArray
 
 __all__ = [
     "LaunchParameters",
-    "backspin",
-    "exit_speed",
     "launch_direction",
     "launch_state",
     "muzzle_offset",
@@ -51,29 +49,10 @@ class LaunchParameters:
             require_finite("LaunchParameters", "barrels", offset, "m")
 
 
-def exit_speed(wheel_speed: float, wheel_radius: float, efficiency: float = 1.0) -> float:
-    """Speed of a piece that a wheel throws: rim speed times what grip, slip and squeeze leave of it.
-
-    A ball rolled between one wheel and a fixed hood gets half the rim speed at best (efficiency 0.5); between two
-    driven wheels all of it (1.0).
-
-    Args:
-        wheel_speed: [rad/s]
-        wheel_radius: [m]
-        efficiency: Exit speed over rim speed [-].
-    """
-    return wheel_speed * wheel_radius * efficiency
-
-
 def launch_direction(yaw: float, elevation: float) -> FloatArray:
     """Unit vector of a direction, shape (3,)."""
     level = math.cos(elevation)
     return np.array([level * math.cos(yaw), level * math.sin(yaw), math.sin(elevation)])
-
-
-def backspin(yaw: float, rate: float) -> FloatArray:
-    """Spin vector of a piece that flies towards `yaw` and turns backward at `rate` [rad/s], shape (3,)."""
-    return np.array([rate * math.sin(yaw), -rate * math.cos(yaw), 0.0])
 
 
 def muzzle_offset(launch: LaunchParameters, barrel: int = 0, turret_angle: float = 0.0) -> FloatArray:

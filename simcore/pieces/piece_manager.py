@@ -14,12 +14,12 @@ from collections.abc import Sequence
 import numpy as np
 
 from simcore.errors import CapacityError, ConfigError, NonFiniteError, UnknownNameError
+from simcore.geometry.rotation import IDENTITY, Quaternion
 from simcore.physics.world import PhysicsWorld
-from simcore.pieces.chunks import ChunkGrid
-from simcore.pieces.flying import FlightForces
+from simcore.pieces.flight_forces import FlightForces
 from simcore.pieces.kinds import GamePieceConfig
 from simcore.pieces.pool import PiecePool, PieceStatus
-from simcore.pieces.proximity import Mover, Proximity
+from simcore.pieces.wake_grid import ChunkGrid, Footprint, WakeSettings
 from simcore.typing import BoolArray, FloatArray, IntArray
 
 __all__ = ["GamePieceManager"]
@@ -41,7 +41,7 @@ class GamePieceManager:
         world: Where the bodies live.
         types: Each type with the most pieces of it that there can be.
         field_size: Length and width [m]; pieces beyond it by more than 0.5 m count as outside and are brought back.
-        proximity: When pieces wake and sleep.
+        wake: When pieces wake and sleep.
     """
 
     def __init__(
@@ -50,10 +50,10 @@ class GamePieceManager:
         types: Sequence[tuple[GamePieceConfig, int]],
         *,
         field_size: tuple[float, float],
-        proximity: Proximity | None = None,
+        wake: WakeSettings | None = None,
     ) -> None:
         self._world = world
-        self._p = proximity or Proximity()
+        self._p = wake or WakeSettings()
         self._field_size = field_size
         self._kinds = {config.name: kind for kind, (config, _) in enumerate(types)}
         self._pool = PiecePool(world, list(types))
@@ -69,12 +69,15 @@ class GamePieceManager:
         self._slow = np.zeros(n, dtype=np.int64)
         self._guarded = np.zeros(n, dtype=bool)  # within reach of a moving robot: may not sleep
         self._flight = FlightForces(world, self._pool)
+        self._quats = np.tile((1.0, 0.0, 0.0, 0.0), (n, 1))
         self._awake: IntArray = np.zeros(0, dtype=np.int64)
         self._awake_rows: list[int] = []
         self._awake_stale = True
         self._outer = np.array([(-0.5, -0.5, -0.5), (field_size[0] + 0.5, field_size[1] + 0.5, 30.0)])
         self._tick = 0
         self._audit_at = 0
+        self.total = 0
+        """How many pieces have come into the match."""
         self.recovered = 0
         """How many times a piece was brought back from outside the field."""
 
@@ -89,6 +92,7 @@ class GamePieceManager:
         """
         slots = self._pool.take(self._kind(name), count)
         self.state.status[slots] = _STAGED
+        self.total += len(slots)
         return slots
 
     def spawn(self, name: str, positions: FloatArray) -> IntArray:
@@ -102,8 +106,7 @@ class GamePieceManager:
         positions = np.asarray(positions, dtype=float).reshape(-1, 3)
         if not np.isfinite(positions).all():
             raise NonFiniteError(f"{name}: spawn positions must be finite [m]")
-        slots = self._pool.take(self._kind(name), len(positions))
-        self.state.status[slots] = _STAGED
+        slots = self.stage(name, len(positions))
         self.release(slots, positions)
         return slots
 
@@ -142,32 +145,46 @@ class GamePieceManager:
         self._awake_stale = True
 
     def launch(
-        self, holder: int, pos: Sequence[float], vel: Sequence[float], spin: Sequence[float] = (0.0, 0.0, 0.0)
+        self,
+        holder: int,
+        pos: Sequence[float],
+        vel: Sequence[float],
+        spin: Sequence[float] = (0.0, 0.0, 0.0),
+        *,
+        slot: int | None = None,
+        quat: Quaternion = IDENTITY,
+        flying: bool = True,
     ) -> int:
-        """Shoot one held piece; returns its slot.
+        """Let one held piece go with a velocity; returns its slot.
 
         Args:
-            holder: The robot that shoots.
+            holder: The robot that holds it.
             pos: Center of the piece at the muzzle, field frame [m].
             vel: Its velocity [m/s].
             spin: Its angular velocity [rad/s].
+            slot: Which piece; None: that of the lowest slot.
+            quat: Its attitude.
+            flying: Whether it is shot into the air; otherwise it is put down.
 
         Raises:
-            CapacityError: The robot holds none.
+            CapacityError: The robot holds none, or not this one.
             NonFiniteError: A value is not finite; the piece stays held.
         """
         held = self.held(holder)
         if len(held) == 0:
             raise CapacityError(f"robot {holder} has no piece to launch")
+        if slot is None:
+            slot = int(held[0])
+        elif slot not in held:
+            raise CapacityError(f"robot {holder} holds pieces {held.tolist()}, got {slot}")
         if not (len(pos) == len(vel) == len(spin) == 3 and all(map(math.isfinite, (*pos, *vel, *spin)))):
             raise NonFiniteError(
                 f"launch: position, velocity and spin must be three finite numbers each, got {pos}, {vel}, {spin}"
             )
-        slot = int(held[0])
-        self._pool.place(slot, (float(pos[0]), float(pos[1]), float(pos[2])), touchable=True)
+        self._pool.place(slot, (float(pos[0]), float(pos[1]), float(pos[2])), touchable=True, quat=quat)
         self._world.set_velocity(self._pool.rows[slot], vel, spin)
         self.state.vel[slot] = vel
-        self.state.status[slot] = _IN_FLIGHT
+        self.state.status[slot] = _IN_FLIGHT if flying else _AWAKE
         self.state.holder[slot] = -1
         self._slow[slot] = 0
         self._flight.start(slot)
@@ -225,7 +242,7 @@ class GamePieceManager:
         return self._awake
 
     @property
-    def within_sight(self) -> IntArray:
+    def in_active_chunks(self) -> IntArray:
         """Slots on the field in active chunks, awake or not: all that anything that moves could meet."""
         return np.nonzero(self.state.touchable)[0]
 
@@ -233,6 +250,11 @@ class GamePieceManager:
     def types(self) -> list[GamePieceConfig]:
         """The types, in the order of `PieceState.kind`."""
         return self._pool.types
+
+    @property
+    def radius(self) -> FloatArray:
+        """Bounding radius of each slot's piece [m], shape (n,)."""
+        return self._pool.radius
 
     def held(self, holder: int) -> IntArray:
         """Slots that a robot holds."""
@@ -258,39 +280,37 @@ class GamePieceManager:
             mask &= self.state.kind == self._kind(name)
         return int(mask.sum())
 
-    def quaternions(self, slots: IntArray) -> FloatArray:
-        """Attitudes x, y, z, w, shape (n, 4); balls look the same from every side, so theirs is not asked for."""
-        from simcore.physics.shapes import Sphere
-
-        quats = np.zeros((len(slots), 4))
-        quats[:, 3] = 1.0
-        for i, slot in enumerate(slots.tolist()):
-            if not isinstance(self._pool.types[self.state.kind[slot]].shape, Sphere):
-                quats[i] = self._world.engine.pose(self._pool.rows[slot])[1]
-        return quats
+    def attitudes(self, slots: IntArray) -> FloatArray:
+        """Attitudes w, x, y, z, shape (n, 4); of a piece that is off the field, the last it had there."""
+        status = self.state.status[slots]
+        pose, rows = self._world.engine.pose, self._pool.rows
+        for slot in slots[(status == _AWAKE) | (status == _IN_FLIGHT)].tolist():
+            x, y, z, w = pose(rows[slot])[1]
+            self._quats[slot] = w, x, y, z
+        return self._quats[slots]
 
     # --- one tick -----------------------------------------------------------------------------------------------
 
-    def wake_reachable(self, movers: Sequence[Mover], dt: float) -> float:
+    def wake_reachable(self, robots: Sequence[Footprint], dt: float) -> float:
         """Before the engine moves: wake what can be reached within dt; returns the fastest piece's speed [m/s]."""
         state, p, chunks = self.state, self._p, self._chunks
         awake = self.awake
         speed = np.sqrt(np.einsum("ij,ij->i", state.vel[awake], state.vel[awake]))
         fall = self._world.gravity * dt  # what gravity can add within the tick
         reach = (speed + fall) * dt + 2.0 * self._pool.radius[awake] + p.piece_margin
-        for mover in movers:
-            half_diagonal = math.hypot(mover.half_length, mover.half_width)
-            chunks.mark_box(mover.x, mover.y, half_diagonal + mover.speed * dt + 2.0 * p.margin + 0.5)
+        for robot in robots:
+            half_diagonal = math.hypot(robot.half_length, robot.half_width)
+            chunks.mark_box(robot.x, robot.y, half_diagonal + robot.speed * dt + 2.0 * p.margin + 0.5)
         if len(awake):
             chunks.mark(state.pos[awake], reach + _KNOCK_TICKS * dt * speed)
         self._apply_chunks(*chunks.update())
 
         self._guarded[:] = False
         asleep = np.nonzero(state.touchable & (state.status == _ASLEEP))[0]
-        moving = [m for m in movers if m.speed > 0.005]
+        moving = [robot for robot in robots if robot.speed > 0.005]
         near = np.concatenate((asleep, awake)) if moving else asleep
-        for mover in moving:
-            inside = near[self._in_reach(mover, near, dt)]
+        for robot in moving:
+            inside = near[self._in_reach(robot, near, dt)]
             self._guarded[inside] = True
         to_wake = self._guarded[asleep]
         fast = speed > p.waking_speed
@@ -352,14 +372,14 @@ class GamePieceManager:
             raise UnknownNameError("game piece type", name, self._kinds)
         return self._kinds[name]
 
-    def _in_reach(self, mover: Mover, slots: IntArray, dt: float) -> BoolArray:
-        """Which slots lie in the mover's box, widened by what both can move in a tick."""
-        dx = self.state.pos[slots, 0] - mover.x
-        dy = self.state.pos[slots, 1] - mover.y
-        c, s = math.cos(mover.yaw), math.sin(mover.yaw)
-        grow = self._pool.radius[slots] + mover.speed * dt + self._p.margin
-        inside: BoolArray = (np.abs(c * dx + s * dy) < mover.half_length + grow) & (
-            np.abs(c * dy - s * dx) < mover.half_width + grow
+    def _in_reach(self, robot: Footprint, slots: IntArray, dt: float) -> BoolArray:
+        """Which slots lie in the robot's bumper box, widened by what both can move in a tick."""
+        dx = self.state.pos[slots, 0] - robot.x
+        dy = self.state.pos[slots, 1] - robot.y
+        c, s = math.cos(robot.yaw), math.sin(robot.yaw)
+        grow = self._pool.radius[slots] + robot.speed * dt + self._p.margin
+        inside: BoolArray = (np.abs(c * dx + s * dy) < robot.half_length + grow) & (
+            np.abs(c * dy - s * dx) < robot.half_width + grow
         )
         return inside
 
@@ -395,7 +415,7 @@ class GamePieceManager:
         self._world.engine.wake(self._pool.rows[slot])
 
     def _wake_leaning(self, slot: int) -> None:
-        """Wake the sleepers around a piece that leaves its place on the field: it may have carried them."""
+        """Wake the sleepers around a piece that leaves its place on the field: they may have leaned on it."""
         state = self.state
         if state.status[slot] not in (_ASLEEP, _AWAKE, _IN_FLIGHT):
             return
@@ -407,6 +427,7 @@ class GamePieceManager:
                 self._wake(other)
 
     def _fall_asleep(self, slots: IntArray) -> None:
+        self.attitudes(slots)  # as it lies now; a sleeper's is not asked for again
         self.state.status[slots] = _ASLEEP
         self.state.vel[slots] = 0.0
         self._chunk[slots] = chunk = self._chunks.index(self.state.pos[slots])

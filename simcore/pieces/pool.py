@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from simcore.errors import CapacityError, ConfigError
-from simcore.geometry.quaternion import IDENTITY
+from simcore.geometry.rotation import IDENTITY, Quaternion
 from simcore.physics.world import PhysicsWorld
 from simcore.pieces.kinds import GamePieceConfig
 from simcore.typing import BoolArray, FloatArray, IntArray
@@ -115,10 +115,12 @@ class PiecePool:
             )
         return free[:count]
 
-    def place(self, slot: int, pos: tuple[float, float, float], *, touchable: bool) -> None:
+    def place(
+        self, slot: int, pos: tuple[float, float, float], *, touchable: bool, quat: Quaternion = IDENTITY
+    ) -> None:
         """Take a body out of parking and put it on the field, at rest and awake."""
         world, row = self._world, self.rows[slot]
-        world.set_pose(row, pos)
+        world.set_pose(row, pos, quat)
         self.state.pos[slot] = self.state.before[slot] = pos
         self.state.vel[slot] = 0.0
         self.set_touchable(slot, touchable)

@@ -1,119 +1,231 @@
-"""When pieces leave the robot: gate, cooldown, barrels, and a mean rate that ticks do not bend."""
+"""Shooters: wheels that throw pieces, with or without a hood that tilts the shot and a turret that turns it.
+
+How fast a piece leaves follows from the speed of the rims that it touches. Between a wheel and a fixed hood it rolls
+at half the rim's speed; between two driven wheels it takes the mean of both, and spins by their difference.
+"""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Protocol
 
-from simcore.errors import ConfigError, NonFiniteError, require_non_negative, require_positive
-from simcore.pieces.launch import LaunchParameters
-from simcore.typing import BoolSupplier, FloatSupplier
+import numpy as np
 
-__all__ = ["Launch", "ShooterSim"]
+from simcore.errors import ConfigError, require_finite, require_positive
+from simcore.geometry.linkage import MechanismMotion, require_mechanisms
+from simcore.geometry.rotation import Quaternion, Vector, from_yaw, multiply, rotate
+from simcore.pieces.launch import LaunchParameters, launch_state
+from simcore.pieces.shot_schedule import Launch, ShotSchedule
 
-_SAME_INSTANT = 1e-9  # an event this close to the end of a tick belongs to the next one [s]
+__all__ = ["LaunchedPiece", "Shooter", "ShooterConfig", "SpinningMotion"]
+
+
+class SpinningMotion(MechanismMotion, Protocol):
+    """A mechanism whose speed a shot changes."""
+
+    velocity: float
+    """[rad/s]"""
+
+    @property
+    def inertia(self) -> float:
+        """Seen at the wheel [kg m^2]."""
+        ...
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ShooterConfig:
+    """One shooter: what drives it, where pieces leave, and how often."""
+
+    wheels: tuple[str, ...]
+    """Mechanisms of the wheels: one (against a fixed hood), or two: the lower and the upper."""
+    wheel_radius: float
+    """Of the wheels [m]."""
+    exit_efficiency: float
+    """Speed of the piece over the mean speed of the wheels' rims [-]: 0.5 at most against a fixed hood, 1 at most
+    between two wheels."""
+    launch: LaunchParameters
+    """Where the muzzles are."""
+    elevation: float
+    """Of the shot over the robot's floor plane, with the hood at angle zero [rad]."""
+    hood: str | None = None
+    """Mechanism that tilts the shot; None for a fixed one."""
+    elevation_per_hood: float = -1.0
+    """Change of elevation per change of the hood's angle [-]."""
+    turret: str | None = None
+    """Mechanism that turns the shot about the vertical; None for a shooter that is fixed on the robot."""
+    turret_ratio: float = 1.0
+    """Turns of the shot per turn of the turret's mechanism [-]."""
+    gate: tuple[str, ...] = ()
+    """Mechanisms that must all turn forward for pieces to reach the wheels: feeders."""
+    gate_speed: float = 0.5 * math.tau
+    """How fast they must at least turn [rad/s]."""
+    min_wheel_speed: float = 5.0 * math.tau
+    """Slower wheels throw nothing [rad/s]; the mean of both if there are two."""
+    shot_rate: float = 8.0
+    """Shots a second, each with all barrels [1/s]."""
+    kinds: tuple[str, ...] = ()
+    """Kinds of pieces that it throws; none named: all."""
+
+    def __post_init__(self) -> None:
+        owner = "ShooterConfig"
+        for name in ("wheel_radius", "exit_efficiency", "shot_rate", "gate_speed"):
+            require_positive(owner, name, getattr(self, name))
+        for name in ("elevation", "elevation_per_hood", "turret_ratio", "min_wheel_speed"):
+            require_finite(owner, name, getattr(self, name))
+        if len(self.wheels) not in (1, 2):
+            raise ConfigError(f"{owner}: wheels must name one or two mechanisms, got {self.wheels}")
+
+    @property
+    def mechanism_names(self) -> tuple[str | None, ...]:
+        """All mechanisms that it names."""
+        return (*self.wheels, self.hood, self.turret, *self.gate)
+
+    def wheel_speed_for(self, exit_speed: float) -> float:
+        """Speed of all wheels that gives an exit speed [m/s]; [rad/s]."""
+        return exit_speed / (self.wheel_radius * self.exit_efficiency)
 
 
 @dataclass(frozen=True, slots=True)
-class Launch:
-    """One piece that leaves in this tick; `launch_state` turns it into a position and a velocity."""
+class LaunchedPiece:
+    """How a piece leaves a shooter, field frame."""
 
-    barrel: int
-    """Index into `LaunchParameters.barrels`."""
-    elevation: float
-    """Over the robot's floor plane [rad]."""
-    speed: float
-    """Relative to the muzzle [m/s]."""
-    turret_angle: float
-    """Counter-clockwise positive [rad]."""
-    delay: float
-    """From the start of the tick to the launch [s]."""
+    pos: Vector
+    """Center at the end of the tick [m]."""
+    vel: Vector
+    """[m/s]"""
+    spin: Vector
+    """Angular velocity [rad/s]."""
 
 
-class ShooterSim:
-    """Decides which pieces leave in a tick; knows neither the engine nor the pieces.
-
-    Shots come in events, `shot_rate` of them a second, and each event fires every barrel for which there is a piece.
-    The time left to the next event is carried over from tick to tick, so 8 events a second are 8000 in 1000 s though
-    0.125 s is no whole number of ticks. While the gate is closed, or the robot is empty, this time only runs down to
-    zero: the first shot then comes at once, and nothing that was missed is made up for.
+class Shooter:
+    """One shooter of a robot.
 
     Args:
-        launch: Place of the launcher and its barrels.
-        shot_rate: Events a second while the gate is open [1/s].
-        elevation: Of the launch, as the hood is now [rad].
-        speed: Exit speed, as the wheels turn now [m/s].
-        gate_open: Whether pieces are fed to the wheels.
-        turret_angle: None for a launcher fixed to the robot [rad].
-        min_speed: Below this a piece jams instead of leaving [m/s].
+        config: What it is.
+        mechanisms: Of the robot, by name.
+
+    Raises:
+        UnknownNameError: The config names a mechanism that the robot does not have.
     """
 
-    def __init__(
-        self,
-        launch: LaunchParameters,
-        *,
-        shot_rate: float,
-        elevation: FloatSupplier,
-        speed: FloatSupplier,
-        gate_open: BoolSupplier,
-        turret_angle: FloatSupplier | None = None,
-        min_speed: float = 0.5,
-    ) -> None:
-        require_positive("ShooterSim", "shot_rate", shot_rate, "1/s")
-        require_non_negative("ShooterSim", "min_speed", min_speed, "m/s")
-        self.launch = launch
-        self.shots = 0
-        """Pieces launched since the start."""
-        self._period = 1.0 / shot_rate
-        self._min_speed = min_speed
-        self._elevation = elevation
-        self._speed = speed
-        self._gate_open = gate_open
-        self._turret_angle = turret_angle
-        self._until_next = 0.0
+    def __init__(self, config: ShooterConfig, mechanisms: Mapping[str, SpinningMotion]) -> None:
+        require_mechanisms("a shooter", config.mechanism_names, mechanisms)
+        self.config = config
+        self._wheels = [mechanisms[name] for name in config.wheels]
+        self._gate = [mechanisms[name] for name in config.gate]
+        self._hood = None if config.hood is None else mechanisms[config.hood]
+        self._turret = None if config.turret is None else mechanisms[config.turret]
+        self._schedule = ShotSchedule(
+            config.launch,
+            shot_rate=config.shot_rate,
+            elevation=lambda: self.elevation,
+            speed=lambda: self.exit_speed,
+            gate_open=lambda: self.gate_open,
+            turret_angle=lambda: self.turret_angle,
+        )
 
     @property
-    def cooldown(self) -> float:
-        """Time until the next event may come [s]."""
-        return self._until_next
+    def elevation(self) -> float:
+        """Of the shot over the robot's floor plane, with the hood where it is now [rad]."""
+        hood = 0.0 if self._hood is None else self._hood.position
+        return self.config.elevation + self.config.elevation_per_hood * hood
 
-    def reset(self) -> None:
-        """Forget cooldown and count, as at the start of a match."""
-        self._until_next = 0.0
-        self.shots = 0
+    @property
+    def turret_angle(self) -> float:
+        """Turn of the shot against the robot, counter-clockwise [rad]."""
+        return 0.0 if self._turret is None else self.config.turret_ratio * self._turret.position
+
+    @property
+    def wheel_speed(self) -> float:
+        """Mean of the wheels [rad/s]."""
+        if len(self._wheels) == 1:
+            return self._wheels[0].velocity
+        return 0.5 * (self._wheels[0].velocity + self._wheels[1].velocity)
+
+    @property
+    def exit_speed(self) -> float:
+        """Of a piece relative to the muzzle, at the wheels' present speed [m/s]."""
+        return max(0.0, self.wheel_speed) * self.config.wheel_radius * self.config.exit_efficiency
+
+    @property
+    def gate_open(self) -> bool:
+        """Whether pieces reach wheels that turn."""
+        fed = all(part.velocity > self.config.gate_speed for part in self._gate)
+        return fed and self.wheel_speed > self.config.min_wheel_speed
 
     def update(self, dt: float, held: int) -> list[Launch]:
-        """Launches of the tick that begins now; the caller takes as many pieces out of the robot.
+        """Shots of a tick of dt [s] with so many pieces in the robot."""
+        return self._schedule.update(dt, held)
+
+    def launched(
+        self,
+        launch: Launch,
+        *,
+        dt: float,
+        gravity: float,
+        radius: float,
+        robot_pos: Vector,
+        robot_quat: Quaternion,
+        robot_vel: Vector,
+        robot_rate: Vector,
+    ) -> LaunchedPiece:
+        """Where a piece is at the end of the tick in which it was shot.
 
         Args:
+            launch: One of `update`.
             dt: Length of the tick [s].
-            held: Pieces in the robot; no more than these are launched.
-
-        Raises:
-            ConfigError: If `dt` is not above zero.
-            NonFiniteError: If the gate is open and a supplier gives no finite number.
+            gravity: Along -z [m/s^2].
+            radius: Of the piece [m].
+            robot_pos: Origin of the robot frame, field frame [m].
+            robot_quat: Robot to field.
+            robot_vel: Of the robot's origin, field frame [m/s].
+            robot_rate: Angular velocity, field axes [rad/s].
         """
-        if not 0.0 < dt < math.inf:
-            raise ConfigError(f"ShooterSim: dt must be finite and > 0 s, got {dt}")
-        launches: list[Launch] = []
-        if self._gate_open():
-            elevation = self._elevation()
-            speed = self._speed()
-            turret_angle = 0.0 if self._turret_angle is None else self._turret_angle()
-            if not (math.isfinite(elevation) and math.isfinite(speed) and math.isfinite(turret_angle)):
-                raise NonFiniteError(
-                    f"ShooterSim: want finite numbers, got elevation {elevation} rad, speed {speed} m/s,"
-                    f" turret {turret_angle} rad"
-                )
-            ready = held if speed >= self._min_speed else 0
-            while ready > 0 and self._until_next < dt - _SAME_INSTANT:
-                delay = max(0.0, self._until_next)
-                for barrel in range(min(len(self.launch.barrels), ready)):
-                    launches.append(Launch(barrel, elevation, speed, turret_angle, delay))
-                ready = max(0, ready - len(self.launch.barrels))
-                self._until_next += self._period
-        self._until_next -= dt
-        if self._until_next < -_SAME_INSTANT:  # no event was due, or none could be: ready, and no more than that
-            self._until_next = 0.0
-        self.shots += len(launches)
-        return launches
+        pos, velocity = launch_state(
+            self.config.launch,
+            elevation=launch.elevation,
+            speed=launch.speed,
+            robot_pos=np.array(robot_pos),
+            robot_rotation=np.array(robot_quat),
+            robot_velocity=np.array(robot_vel),
+            robot_spin=np.array(robot_rate),
+            barrel=launch.barrel,
+            turret_angle=launch.turret_angle,
+        )
+        flown = dt - launch.delay  # it left in the course of the tick
+        pos = pos + velocity * flown - (0.0, 0.0, 0.5 * gravity * flown * flown)
+        velocity = velocity - (0.0, 0.0, gravity * flown)
+        heading = self.config.launch.heading + launch.turret_angle
+        # backspin is about the axis to the right of the shot
+        axis = (0.0, -self._backspin(launch.speed, radius), 0.0)
+        spin = rotate(robot_quat if heading == 0.0 else multiply(robot_quat, from_yaw(heading)), axis)
+        px, py, pz = pos.tolist()
+        vx, vy, vz = velocity.tolist()
+        return LaunchedPiece((px, py, pz), (vx, vy, vz), spin)
+
+    def after_shot(self, mass: float, speed: float) -> None:
+        """Take a piece's momentum from the wheels.
+
+        The rims push with F for as long as it takes: the piece gains integral F dt = m v, and wheels that share the
+        push lose r m v between them.
+
+        Args:
+            mass: Of the piece [kg].
+            speed: At which it left [m/s].
+        """
+        impulse = mass * speed * self.config.wheel_radius / len(self._wheels)
+        for wheel in self._wheels:
+            wheel.velocity += -impulse / wheel.inertia
+
+    def _backspin(self, speed: float, radius: float) -> float:
+        """Rate at which a piece spins that leaves at a speed [rad/s].
+
+        Along a fixed hood it rolls: its rim there stands still. Between two wheels its lower and its upper rim move
+        with theirs.
+        """
+        if len(self._wheels) == 1:
+            return speed / radius
+        lower, upper = self._wheels
+        return 0.5 * (lower.velocity - upper.velocity) * self.config.wheel_radius * self.config.exit_efficiency / radius

@@ -18,6 +18,7 @@ from typing import TypeAlias
 from scipy.optimize import brentq, minimize_scalar
 
 from simcore.errors import ConfigError, NonFiniteError, SimcoreError
+from simcore.geometry.rotation import wrap_angle
 from simcore.typing import FloatArray
 from simcore.units import GRAVITY
 
@@ -223,7 +224,7 @@ class _Problem:
         along, across, up = forward - self.along, -self.across, forward * slope - self.up
         level = math.hypot(along, across)
         return Shot(
-            yaw=_wrap(self.bearing + math.atan2(across, along)),
+            yaw=wrap_angle(self.bearing + math.atan2(across, along)),
             elevation=math.atan2(up, level),
             speed=math.hypot(level, up),
             time_of_flight=time,
@@ -286,7 +287,3 @@ def _arrive(p: float, q: float, distance: float, k: float, g: float) -> tuple[fl
 
 def _length(slope: float) -> float:
     return math.sqrt(1.0 + slope * slope)
-
-
-def _wrap(angle: float) -> float:
-    return math.remainder(angle, math.tau)

@@ -35,7 +35,7 @@ class BatteryConfig:
     brownout_voltage: float = 6.75
     """The roboRIO cuts its outputs below this [V]. roboRIO 2 default, software settable; a roboRIO 1 has 6.3 V."""
     recovered_voltage: float = 7.5
-    """And gives them back above this [V]. Source: NI roboRIO user manual, table 2."""
+    """And restores them above this [V]. Source: NI roboRIO user manual, table 2."""
     brownout_enabled: bool = True
     """False: never cut the outputs (to study a motor, or to repeat a figure that ignores the roboRIO)."""
 

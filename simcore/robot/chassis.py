@@ -14,7 +14,7 @@ from typing import Protocol
 import numpy as np
 
 from simcore.errors import ConfigError, EngineError, NonFiniteError
-from simcore.geometry.quaternion import Quaternion, Vector, from_yaw, matrix, rotate, rotate_back, rpy, yaw_of
+from simcore.geometry.rotation import Quaternion, Vector, from_yaw, matrix, rotate, rotate_back, rpy, yaw_of
 from simcore.physics.substeps import Surroundings
 from simcore.physics.world import PhysicsWorld
 from simcore.robot.chassis_config import ChassisConfig
@@ -25,9 +25,7 @@ __all__ = ["ChassisSimulation", "Drivetrain"]
 _CONTACT_GAP = 0.004  # [m]; a wheel this close to the ground carries load
 _TIRE_LAG = 0.010  # [s]; treads and carpet give a little, so loads follow the chassis with a lag. Estimate, +-50 %
 _MOST_RESISTANCE = 1.5  # [g]; more than any tire can push against for longer than a hit
-_SEAT = (
-    -2e-5
-)  # [m]; wheels start this deep in the carpet: a gap of exactly 0 is no contact yet, and the first step falls
+_START_HEIGHT = -2e-5  # [m]; a gap of exactly 0 is no contact yet, and the first step would fall
 
 
 class Drivetrain(Protocol):
@@ -100,7 +98,7 @@ class ChassisSimulation:
             surface=config.surface,
             center_of_mass=(0.0, 0.0, config.center_of_mass_height),
             inertia=config.inertia,
-            pos=(pose[0], pose[1], _SEAT),
+            pos=(pose[0], pose[1], _START_HEIGHT),
             quat=from_yaw(pose[2]),
         )
         self._target: tuple[float, float, float] | None = None
@@ -117,7 +115,7 @@ class ChassisSimulation:
         self._vel_before: Vector = (0.0, 0.0, 0.0)
         self._h_before = 0.0
         self._vel_pushed: Sequence[float] = (0.0, 0.0, 0.0)
-        self._felt: Sequence[float] = (0.0, 0.0, 0.0)
+        self._acceleration: Sequence[float] = (0.0, 0.0, 0.0)
         self.pos: Vector = (0.0, 0.0, 0.0)
         """Point on the robot's underside where the carpet would be, field frame [m]."""
         self.quat: Quaternion = (0.0, 0.0, 0.0, 1.0)
@@ -131,7 +129,7 @@ class ChassisSimulation:
     # --- driving ------------------------------------------------------------------------------------------------
 
     def follow_velocity(self, vx: float, vy: float, omega: float) -> None:
-        """Follow a velocity, robot frame [m/s, m/s, rad/s], as fast as the tires allow; until told otherwise.
+        """Follow a velocity, robot frame [m/s, m/s, rad/s], as fast as the tires allow; until the next command.
 
         Raises:
             ConfigError: A drivetrain moves this robot.
@@ -147,7 +145,7 @@ class ChassisSimulation:
         self._target, self._force, self._torque = None, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
 
     def apply_forces(self, force: Vector, torque: Vector = (0.0, 0.0, 0.0)) -> None:
-        """Push at the center of mass, field frame [N, N m], until told otherwise.
+        """Push at the center of mass, field frame [N, N m], until the next command.
 
         Raises:
             NonFiniteError: A value is not finite; the last forces stay.
@@ -158,14 +156,14 @@ class ChassisSimulation:
     def set_pose(self, x: float, y: float, yaw: float) -> None:
         """Put the robot somewhere on the carpet, at rest [m, m, rad]."""
         self._require_finite("pose", (x, y, yaw))
-        self._world.set_pose(self.row, (x, y, _SEAT), from_yaw(yaw))
+        self._world.set_pose(self.row, (x, y, _START_HEIGHT), from_yaw(yaw))
         self._h_before = 0.0
         self.read()
 
     # --- one sub-step -------------------------------------------------------------------------------------------
 
     def before_substep(self, h: float) -> None:
-        """Ask the driver, and give the body the change of velocity for the next sub-step of h [s]."""
+        """Ask the driver for its change of velocity, and put it on the body for the next sub-step of h [s]."""
         self.read()
         if self._drivetrain is not None:
             dvx, dvy, domega = self._drive(h)
@@ -184,14 +182,14 @@ class ChassisSimulation:
         """
         self.pos, self.quat = self._engine.pose(self.row)
         self.vel, self.rate = self._engine.velocity(self.row)
-        if not math.isfinite(sum(self.pos, 0.0) + sum(self.vel, 0.0) + sum(self.rate, 0.0)):
+        if not all(map(math.isfinite, (*self.pos, *self.vel, *self.rate))):
             raise EngineError(f"{self.name}: the engine returned a pose or velocity that is not finite: {self.pos}")
 
     # --- questions ----------------------------------------------------------------------------------------------
 
     @property
     def pose(self) -> tuple[float, float, float]:
-        """Place and heading, field frame [m, m, rad]."""
+        """Position and heading, field frame [m, m, rad]."""
         return self.pos[0], self.pos[1], yaw_of(self.quat)
 
     @property
@@ -258,9 +256,11 @@ class ChassisSimulation:
         down = rotate_back(self.quat, (0.0, 0.0, -self._world.gravity))
         before = self._h_before
         if before > 0.0:
-            felt = [(now - then) / before for now, then in zip(self.vel, self._vel_before, strict=True)]
+            measured = [(now - then) / before for now, then in zip(self.vel, self._vel_before, strict=True)]
             share = -math.expm1(-before / _TIRE_LAG)
-            self._felt = [old + share * (new - old) for old, new in zip(self._felt, felt, strict=True)]
+            self._acceleration = [
+                old + share * (new - old) for old, new in zip(self._acceleration, measured, strict=True)
+            ]
             # What the world added to the tires' push in the last sub-step: a wall, a slope, another robot.
             world = [(now - then) / before for now, then in zip(self.vel, self._vel_pushed, strict=True)]
             ax, ay, _ = rotate_back(self.quat, world)
@@ -268,9 +268,11 @@ class ChassisSimulation:
             if size > most:  # a hit lasts for one sub-step only
                 ax, ay = ax * most / size, ay * most / size
         else:
-            self._felt = [0.0, 0.0, 0.0]
+            self._acceleration = [0.0, 0.0, 0.0]
             ax, ay = down[0], down[1]
-        self.normal_loads = self._drivetrain.wheel_loads(self.touching, down, rotate_back(self.quat, self._felt))
+        self.normal_loads = self._drivetrain.wheel_loads(
+            self.touching, down, rotate_back(self.quat, self._acceleration)
+        )
         self._vel_before = self.vel
         vx, vy, omega = self.ground_velocity
         return self._drivetrain.step(h, vx, vy, omega, self.normal_loads, ax, ay)
@@ -292,7 +294,7 @@ class ChassisSimulation:
         return dvx, dvy, max(-spin, min(spin, domega))
 
     def _push(self, dvx: float, dvy: float, domega: float, h: float) -> None:
-        """Give the body a change of velocity by forces on the carpet, in the robot's plane, and outside forces."""
+        """Change the velocity of the body by forces on the carpet, in the robot's plane, and outside forces."""
         c = self.config
         ix, iy, iz = c.inertia
         lever = c.mass * c.center_of_mass_height

@@ -7,9 +7,10 @@ from dataclasses import dataclass, replace
 from typing import Protocol
 
 from simcore.errors import ConfigError, require_finite, require_non_negative, require_positive
-from simcore.geometry.quaternion import Vector
+from simcore.geometry.rotation import Vector
 from simcore.physics.shapes import Box, Compound, Part, Sphere
 from simcore.physics.surface import RUBBER, TerrainSurface
+from simcore.units import plain_sum
 
 __all__ = ["BUMPER", "ChassisConfig", "DrivetrainConfig"]
 
@@ -163,4 +164,4 @@ class ChassisConfig:
     @property
     def traction_radius(self) -> float:
         """Mean distance of the wheels from the center [m]: the lever of their grip against spin."""
-        return sum(math.hypot(x, y) for x, y in self.wheel_positions) / len(self.wheel_positions)
+        return plain_sum(math.hypot(x, y) for x, y in self.wheel_positions) / len(self.wheel_positions)

@@ -1,6 +1,6 @@
 """Modules and treads that teams buy, so that a config can name them.
 
-Source: MapleSim 0.4 `COTS` table (facts section 1.7), which took ratios from the vendors' pages; tread coefficients are
+Source: MapleSim 0.4 `COTS` table, which took ratios from the vendors' pages; tread coefficients are
 its reading of Spectrum 3847's tests on carpet. Steer inertia, efficiency and losses are not in any catalogue: see the
 defaults of `SwerveModuleConfig`.
 """
@@ -10,7 +10,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from simcore.errors import ConfigError, UnknownNameError
-from simcore.robot.motor import MotorModel, motor
+from simcore.robot.dc_motor import MotorModel, motor
 from simcore.robot.swerve_config import SwerveModuleConfig
 from simcore.units import inches
 
@@ -77,7 +77,7 @@ def swerve_module(
     gearing: float,
     drive_motor: MotorModel | None = None,
     steer_motor: MotorModel | None = None,
-    tread: float = 1.2,
+    wheel_cof: float = 1.2,
     drive_stator_limit: float = float("inf"),
     drive_supply_limit: float = float("inf"),
 ) -> SwerveModuleConfig:
@@ -92,7 +92,7 @@ def swerve_module(
         gearing: One of the product's ratios, to 1 % (6.75 or L2's exact 6.746).
         drive_motor: Kraken X60 if not given.
         steer_motor: Kraken X60 if not given.
-        tread: Coefficient of friction.
+        wheel_cof: Coefficient of friction of the wheels on carpet; see `tread`.
         drive_stator_limit: [A].
         drive_supply_limit: [A].
 
@@ -113,7 +113,7 @@ def swerve_module(
         drive_gearing=gearing,
         steer_gearing=product.steer_gearing,
         wheel_radius=product.wheel_radius,
-        tread=tread,
+        wheel_cof=wheel_cof,
         drive_stator_limit=drive_stator_limit,
         drive_supply_limit=drive_supply_limit,
     )

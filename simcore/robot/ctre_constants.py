@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 
 from simcore.errors import ConfigError
-from simcore.robot.motor import MotorModel, motor
+from simcore.robot.dc_motor import MotorModel, motor
 from simcore.robot.swerve_config import SwerveConfig, SwerveModuleConfig, plate_inertia
 
 __all__ = ["swerve_config_from_ctre"]
@@ -30,13 +30,13 @@ def swerve_config_from_ctre(
     mass: float = 55.0,
     bumper: tuple[float, float] = (0.8, 0.8),
     height: float = 0.2,
-    tread: float = 1.2,
+    wheel_cof: float = 1.2,
     drive_motor: MotorModel | None = None,
     steer_motor: MotorModel | None = None,
 ) -> SwerveConfig:
     """A `SwerveConfig` from `SwerveModuleConstants`.
 
-    Taken over: places, gear ratios, coupling, wheel radius, motor kinds and current limits. Left out on
+    Taken over: positions, gear ratios, coupling, wheel radius, motor kinds and current limits. Left out on
     purpose: inertias and friction voltages, which the generator fills with placeholders (0.01 kg m^2, 0.2 V) and which
     stand for no robot. Mass and bumpers are nowhere in the constants.
 
@@ -45,7 +45,7 @@ def swerve_config_from_ctre(
         mass: Of the robot [kg].
         bumper: Length and width, for the yaw inertia [m].
         height: Of the center of mass [m].
-        tread: Coefficient of friction.
+        wheel_cof: Coefficient of friction of the wheels on carpet.
         drive_motor: When the constants' `TALON_FX_INTEGRATED` is not a Kraken X60 with FOC.
         steer_motor: The same for the azimuths.
 
@@ -53,7 +53,7 @@ def swerve_config_from_ctre(
         ConfigError: When an attribute is missing or makes no sense; it names the module.
     """
     return SwerveConfig(
-        modules=tuple(_module(k, c, tread, drive_motor, steer_motor) for k, c in enumerate(modules)),
+        modules=tuple(_module(k, c, wheel_cof, drive_motor, steer_motor) for k, c in enumerate(modules)),
         mass=mass,
         yaw_inertia=plate_inertia(mass, *bumper),
         center_of_mass=(0.0, 0.0, height),
@@ -61,7 +61,7 @@ def swerve_config_from_ctre(
 
 
 def _module(
-    k: int, constants: object, tread: float, drive_motor: MotorModel | None, steer_motor: MotorModel | None
+    k: int, constants: object, wheel_cof: float, drive_motor: MotorModel | None, steer_motor: MotorModel | None
 ) -> SwerveModuleConfig:
     owner = f"module {k}"
 
@@ -89,7 +89,7 @@ def _module(
         steer_gearing=number("steer_motor_gear_ratio"),
         coupling_ratio=number("coupling_gear_ratio"),
         wheel_radius=number("wheel_radius"),
-        tread=tread,
+        wheel_cof=wheel_cof,
         drive_stator_limit=stator,
         drive_supply_limit=supply,
         steer_stator_limit=steer_stator,

@@ -9,6 +9,7 @@ from typing import Protocol, runtime_checkable
 from wpimath.system.plant import DCMotor
 
 from simcore.errors import ConfigError, require_finite, require_non_negative, require_positive
+from simcore.robot.limited_motor import within
 
 __all__ = ["GearboxConfig", "SimMotor"]
 
@@ -81,6 +82,8 @@ class GearboxConfig:
     """Rotor turns per turn of the mechanism; above 1 the mechanism turns slower [-]."""
     stator_current_limit: float = math.inf
     """Of each motor, both ways [A]."""
+    supply_current_limit: float = math.inf
+    """Of each motor from the battery, drawing and feeding back [A]; kept with the speed at the start of a step."""
     friction_torque: float = 0.0
     """Coulomb friction at the mechanism, against the motion and before it starts [N m]."""
 
@@ -89,8 +92,9 @@ class GearboxConfig:
             raise ConfigError(f"GearboxConfig: motors must be 1 or more, got {self.motors}")
         require_positive("GearboxConfig", "gearing", self.gearing)
         require_non_negative("GearboxConfig", "friction_torque", self.friction_torque, "N m")
-        if not self.stator_current_limit > 0.0:
-            raise ConfigError(f"GearboxConfig: stator_current_limit must be > 0 A, got {self.stator_current_limit}")
+        for name in ("stator_current_limit", "supply_current_limit"):
+            if not getattr(self, name) > 0.0:
+                raise ConfigError(f"GearboxConfig: {name} must be > 0 A, got {getattr(self, name)}")
         for name in ("R", "Kt", "Kv"):
             require_positive("GearboxConfig", f"motor.{name}", getattr(self.motor, name))
 
@@ -116,8 +120,7 @@ class GearboxConfig:
     def stall_torque(self, volts: float) -> float:
         """Torque at rest, before friction and within the current limit [N m]."""
         require_finite("GearboxConfig.stall_torque", "volts", volts, "V")
-        limit = self.stator_current_limit
-        return self.torque_per_amp * max(-limit, min(limit, volts / self.resistance))
+        return self.torque_per_amp * within(volts / self.resistance, self.stator_current_limit)
 
     def holding_volts(self, torque: float) -> float:
         """Voltage that makes `torque` [N m] at rest [V]."""

@@ -42,7 +42,7 @@ class GyroConfig:
             require_non_negative(f"gyro {self.name}", name, getattr(self, name))
 
 
-# Drift and rate noise: MapleSim's COTS table (facts 1.7), read as what the names say. Scale and tilt errors are
+# Drift and rate noise: MapleSim's COTS table, read as what the names say. Scale and tilt errors are
 # estimates, +-50 %: vendors state no figure per unit.
 GYROS = {
     "ideal": GyroConfig(),
@@ -93,23 +93,21 @@ _DRAWN = 700  # normal numbers at once: a call costs 3 us, for 7 of them or for 
 class Gyro:
     """Follows the true attitude with its own errors; two gyros with equal generators read the same."""
 
-    def __init__(self, config: GyroConfig, rng: np.random.Generator, *, rate: float = 250.0) -> None:
+    def __init__(self, config: GyroConfig, rng: np.random.Generator) -> None:
         """Start level at yaw 0.
 
         Args:
             config: Errors.
             rng: Source of all randomness.
-            rate: Of the cached yaw samples [Hz].
         """
         self.config = config
         self._rng = rng
         self._noise: list[float] = []
-        self._period = 1.0 / rate
         self._scale = 1.0 + config.scale_error * float(rng.standard_normal())
         self.reset()
 
-    def reset(self, *, yaw: float = 0.0, true_yaw: float = 0.0, time: float = 0.0) -> None:
-        """Say which way is `yaw` [rad] while the robot truly stands at `true_yaw`; forgets cached samples."""
+    def reset(self, *, yaw: float = 0.0, true_yaw: float = 0.0) -> None:
+        """Say which way is `yaw` [rad] while the robot truly stands at `true_yaw`."""
         self.yaw = yaw
         """Reported, continuous over turns [rad]."""
         self.pitch = 0.0
@@ -120,10 +118,6 @@ class Gyro:
         """Reported rates about the robot's x, y, z axes [rad/s], shape (3,)."""
         self._true_yaw = true_yaw
         self._true_rate: float | None = None
-        self._time = time
-        self._taken = 0
-        self._start = time
-        self._samples: list[tuple[float, float]] = []
 
     def set_yaw(self, yaw: float) -> None:
         """What robot code's `set_yaw` does: the reading changes, the robot does not [rad]."""
@@ -142,7 +136,7 @@ class Gyro:
         Raises:
             NonFiniteError: When an argument is not finite; nothing has changed.
         """
-        if not math.isfinite(dt + yaw + pitch + roll + sum(rates)):
+        if not all(map(math.isfinite, (dt, yaw, pitch, roll, *rates))):
             raise NonFiniteError(f"gyro: need finite numbers, got dt={dt}, yaw={yaw}, pitch={pitch}, roll={roll}")
         c = self.config
         if len(self._noise) < 7:
@@ -150,7 +144,6 @@ class Gyro:
         noise = self._noise[-7:]
         del self._noise[-7:]
         turned = math.remainder(yaw - self._true_yaw, math.tau)
-        before = self.yaw
         self.yaw += turned * self._scale
         # Variances of independent steps add up, so sqrt(dt / 30) gives exactly the named size after 30 s.
         self.yaw += math.radians(c.drift_deg_per_30s) * math.sqrt(dt / 30.0) * noise[0]
@@ -167,21 +160,3 @@ class Gyro:
         self.rates = np.array(
             [r + math.hypot(c.rate_noise * r, floor) * n for r, n in zip(rates, noise[4:], strict=True)]
         )
-        self._cache(dt, before)
-
-    def _cache(self, dt: float, before: float) -> None:
-        end = self._time + dt
-        due = self._start + (self._taken + 1) * self._period
-        while due <= end + 1e-9:
-            share = (due - self._time) / dt if dt > 0.0 else 1.0
-            self._samples.append((due, before + (self.yaw - before) * min(1.0, share)))
-            self._taken += 1
-            due = self._start + (self._taken + 1) * self._period
-        if len(self._samples) > 500:
-            del self._samples[:-500]
-        self._time = end
-
-    def drain(self) -> tuple[FloatArray, FloatArray]:
-        """Times [s] and yaws [rad] sampled since the last call, on the encoders' grid; shapes (k,) and (k,)."""
-        rows, self._samples = self._samples, []
-        return np.array([t for t, _ in rows]), np.array([y for _, y in rows])

@@ -1,4 +1,4 @@
-"""The motor controllers of all modules: command modes, on-board loops, ramp, brake and coast."""
+"""What the motor controllers of swerve modules do between two commands: kinematics, on-board loops, neutral modes."""
 
 from __future__ import annotations
 
@@ -6,12 +6,73 @@ import enum
 import math
 from collections.abc import Sequence
 
-from simcore.robot.electrical import ShaftMotor
-from simcore.robot.module_targets import optimize
+from simcore.robot.limited_motor import LimitedMotor
 from simcore.robot.swerve_config import SwerveModuleConfig
 from simcore.robot.swerve_module import ModuleState
 
-__all__ = ["DriveMode", "ModuleController"]
+__all__ = ["DriveMode", "ModuleController", "desaturate", "module_targets", "optimize"]
+
+
+def optimize(speed: float, angle: float, present: float) -> tuple[float, float]:
+    """Reach a module state with less than a quarter turn: drive backwards where that is nearer.
+
+    Args:
+        speed: Wanted [m/s].
+        angle: Wanted steer angle [rad].
+        present: Steer angle now, any number of turns [rad].
+
+    Returns:
+        Signed speed [m/s], scaled by the cosine of the steer error so that a wheel on its way does not scrub
+        sideways, and the error to steer away [rad], within -pi/2..pi/2.
+    """
+    error = math.remainder(angle - present, math.tau)
+    if error > 0.5 * math.pi:
+        error -= math.pi
+        speed = -speed
+    elif error < -0.5 * math.pi:
+        error += math.pi
+        speed = -speed
+    return speed * math.cos(error), error
+
+
+def desaturate(speeds: list[float], limit: float) -> list[float]:
+    """Scale all speeds by one factor so that none exceeds the limit: the direction of travel stays."""
+    top = max(map(abs, speeds), default=0.0)
+    if top <= limit:
+        return speeds
+    return [s * (limit / top) for s in speeds]
+
+
+def module_targets(
+    positions: Sequence[tuple[float, float]],
+    vx: float,
+    vy: float,
+    omega: float,
+    limit: float,
+    present: Sequence[float],
+) -> tuple[list[float], list[float]]:
+    """Speed and direction of every module for a chassis velocity.
+
+    Args:
+        positions: Of the modules [m].
+        vx: Forward [m/s].
+        vy: To the left [m/s].
+        omega: Counter-clockwise [rad/s].
+        limit: Top speed of a module; faster wishes are scaled down together [m/s].
+        present: Angles that stay where a module has nothing to do [rad].
+
+    Returns:
+        Speeds [m/s] and steer angles [rad].
+    """
+    speeds: list[float] = []
+    angles: list[float] = []
+    for (x, y), held in zip(positions, present, strict=True):
+        wx = vx - omega * y
+        wy = vy + omega * x
+        speed = math.hypot(wx, wy)
+        speeds.append(speed)
+        angles.append(math.atan2(wy, wx) if speed > 1e-6 else held)
+    return desaturate(speeds, limit), angles
 
 
 class DriveMode(enum.Enum):
@@ -30,14 +91,14 @@ class ModuleController:
     def __init__(
         self,
         modules: Sequence[SwerveModuleConfig],
-        drive_motors: Sequence[ShaftMotor],
-        steer_motors: Sequence[ShaftMotor],
+        drive_motors: Sequence[LimitedMotor],
+        steer_motors: Sequence[LimitedMotor],
         loads: Sequence[float],
     ) -> None:
         """Start in neutral.
 
         Args:
-            modules: Gains, limits, ramp and neutral modes.
+            modules: Gains, limits and neutral modes.
             drive_motors: For the feed-forward.
             steer_motors: For the feed-forward.
             loads: Of the robot at rest, for rolling drag and scrub [N].
@@ -45,7 +106,6 @@ class ModuleController:
         self._modules = modules
         self._stator_limits = [m.drive_stator_limit for m in modules]
         self._coasting = any(not (m.drive_brake and m.steer_brake) for m in modules)
-        self._ramped = any(m.drive_ramp > 0.0 for m in modules)
         # Feed-forward against friction, rolling drag and scrub, as a team's kS would hold [V].
         self._gains = [
             (
@@ -57,16 +117,15 @@ class ModuleController:
                 / drive.torque_driving
                 * drive.resistance,
                 m.steer_kp,
-                (steer.friction + m.tread * m.scrub_radius * load) / steer.torque_driving * steer.resistance,
+                (steer.friction + m.wheel_cof * m.scrub_radius * load) / steer.torque_driving * steer.resistance,
             )
             for m, drive, steer, load in zip(modules, drive_motors, steer_motors, loads, strict=True)
         ]
         self.reset()
 
     def reset(self) -> None:
-        """Neutral, and ramps at zero."""
+        """Back to neutral."""
         n = len(self._modules)
-        self._ramp_volts = [0.0] * n
         self.command(DriveMode.NEUTRAL, [0.0] * n, [0.0] * n)
 
     def command(self, mode: DriveMode, drive: list[float], steer: list[float]) -> None:
@@ -94,7 +153,6 @@ class ModuleController:
         drive: list[float | None]
         steer: list[float | None]
         if neutral or mode is DriveMode.NEUTRAL:
-            self._ramp_volts = [0.0] * len(modules)
             drive = [0.0 if m.drive_brake else None for m in modules]
             return drive, [0.0 if m.steer_brake else None for m in modules], limits
         if mode is DriveMode.STATES:
@@ -131,13 +189,6 @@ class ModuleController:
         else:
             drive = list(self.drive)
             steer = list(self.steer)
-        if self._ramped and mode is not DriveMode.TORQUE_CURRENT:
-            for k, m in enumerate(modules):
-                wanted = drive[k]
-                if m.drive_ramp > 0.0 and wanted is not None:
-                    most = 12.0 / m.drive_ramp * h
-                    old = self._ramp_volts[k]
-                    drive[k] = self._ramp_volts[k] = old + min(most, max(-most, wanted - old))
         if self._coasting:
             for k, m in enumerate(modules):
                 if drive[k] == 0.0 and not m.drive_brake:

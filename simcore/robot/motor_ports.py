@@ -55,8 +55,8 @@ class SuppliedMotor:
 
     Args:
         volts: What the controller puts on the motor, positive as robot code has it [V].
-        write: Takes the rotor's place [rotations] and speed [rotations/s], for the controller's encoder; None: it has
-            none.
+        write: Takes the rotor's position [rotations] and speed [rotations/s], for the controller's encoder; None: it
+            has none.
         supply: Takes the battery's voltage [V]; None: it does not want to know.
         coasts: Whether zero volts open the circuit instead of braking.
 
@@ -177,7 +177,7 @@ class SwervePorts:
         self._kv = [(m.drive_motor.kv, m.steer_motor.kv) for m in drive.config.modules]
 
     def read(self, battery_voltage: float) -> None:
-        """Give the devices their supply [V] and the model their volts."""
+        """Hand the devices their supply [V] and the model their volts."""
         for port in self._drive_ports:
             port.set_supply(battery_voltage)
         for port in self._steer_ports:
@@ -196,7 +196,7 @@ class SwervePorts:
         return self._gears[k][2] * self._drive.state.steer_speed[k] * (1.0 / self._kv[k][1])
 
     def write(self, yaw: float, pitch: float, roll: float, rates: Sequence[float]) -> None:
-        """Give the sensors what the model did.
+        """Hand the sensors what the model did.
 
         Args:
             yaw: Of the gyro, continuous over turns; where it starts is where the device reads zero [rad].
@@ -232,7 +232,7 @@ class SwervePorts:
 
 
 class TankPorts:
-    """The same for a differential drive: one controller or more a side, the first of which is believed.
+    """The same for a differential drive: one controller or more a side, the first of which drives the model.
 
     Args:
         drive: The model; its owner steps it with the chassis.
@@ -258,27 +258,27 @@ class TankPorts:
             raise ConfigError(f"tank: want a motor controller or more a side, got {len(left)} and {len(right)}")
         self._drive = drive
         self._sides = (list(left), list(right))
-        self._believed = [ports[0] for ports in self._sides]
+        self._first = [ports[0] for ports in self._sides]
         self._encoders = encoders
         self._gyro = _GyroAtZero(gyro)
 
     def read(self, battery_voltage: float) -> None:
-        """Give the devices their supply [V] and the model their volts."""
+        """Hand the devices their supply [V] and the model their volts."""
         for ports in self._sides:
             for port in ports:
                 port.set_supply(battery_voltage)
-        left, right = _terminal_volts(self._believed, self._emf)
+        left, right = _terminal_volts(self._first, self._emf)
         self._drive.set_volts(left, right)
 
     def _emf(self, side: int) -> float:
         """Volts at which a motor of a side carries no current, as in an open circuit [V]."""
         c = self._drive.config
-        return float(self._drive.side_speeds[side]) / c.wheel_radius * c.gearing / c.motor.kv
+        return self._drive.side_speeds()[side] / c.wheel_radius * c.gearing / c.motor.kv
 
     def write(self, yaw: float, pitch: float, roll: float, rates: Sequence[float]) -> None:
-        """Give the sensors what the model did; see `SwervePorts.write`."""
+        """Hand the sensors what the model did; see `SwervePorts.write`."""
         c = self._drive.config
-        distances, speeds = self._drive.side_distances.tolist(), self._drive.side_speeds.tolist()
+        distances, speeds = self._drive.side_distances(), self._drive.side_speeds()
         for ports, encoder, distance, speed in zip(self._sides, self._encoders, distances, speeds, strict=True):
             angle, rate = distance / c.wheel_radius, speed / c.wheel_radius
             for port in ports:

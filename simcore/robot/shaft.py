@@ -14,6 +14,7 @@ from typing import TypeAlias
 
 from simcore.errors import ConfigError, NonFiniteError, require_finite, require_positive
 from simcore.robot.gearbox import GearboxConfig
+from simcore.robot.limited_motor import within, within_supply
 
 __all__ = ["ShaftSim"]
 
@@ -49,6 +50,7 @@ class ShaftSim:
         "_rate",
         "_resistance",
         "_simple",
+        "_supply_limit",
         "_upper",
         "current",
         "gearbox",
@@ -99,13 +101,15 @@ class ShaftSim:
         self._ke = gearbox.volts_per_speed
         self._resistance = gearbox.resistance
         self._limit = gearbox.stator_current_limit
+        self._supply_limit = gearbox.supply_current_limit
         self._limit_below = self._limit * (1.0 - _EDGE)
         self._limit_volts = self._limit * self._resistance
         self._friction = gearbox.friction_torque
         self._lower = lower_stop
         self._upper = upper_stop
         self._rate = self._kt * self._ke / (self._resistance * inertia)
-        self._simple = math.isinf(self._limit) and self._friction == 0.0 and math.isinf(upper_stop - lower_stop)
+        has_stops = math.isfinite(lower_stop) or math.isfinite(upper_stop)
+        self._simple = math.isinf(self._limit) and self._friction == 0.0 and not has_stops
 
     @property
     def stops(self) -> tuple[float, float]:
@@ -174,14 +178,17 @@ class ShaftSim:
             raise ConfigError(
                 f"{type(self).__name__}: battery_voltage must be finite and >= 0 V, got {battery_voltage}"
             )
-        volts = self.volts
-        if volts > battery_voltage:
-            volts = battery_voltage
-        elif volts < -battery_voltage:
-            volts = -battery_voltage
+        volts = within(self.volts, battery_voltage)
         if volts == 0.0 and self.velocity == 0.0 and self._load == 0.0:  # nothing to do, as for most of a match
             self.current = self.supply_current = 0.0
             return
+        if self._supply_limit != math.inf and not self._coasting:
+            emf = self._ke * self.velocity
+            # The stator limit first: where it keeps the supply limit as well, the pieces of the step keep it exactly.
+            asked = emf + within(volts - emf, self._limit_volts)
+            kept = within_supply(asked, emf, self._resistance, self._supply_limit * battery_voltage)
+            if kept != asked:
+                volts = kept
         if self._simple and not self._coasting:
             charge, energy = self._run_free(volts, dt)
         else:
@@ -223,7 +230,7 @@ class ShaftSim:
     def _stall_amps(self, volts: float) -> float:
         if self._coasting:
             return 0.0
-        return min(max(volts / self._resistance, -self._limit), self._limit)
+        return within(volts / self._resistance, self._limit)
 
     def _friction_now(self, volts: float) -> float | None:
         """Friction torque against the motion that is or is about to start; None if the shaft stays where it is."""

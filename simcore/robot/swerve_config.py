@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import logging
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
 from simcore.errors import ConfigError, require_finite, require_non_negative, require_positive
-from simcore.robot.motor import MotorModel, motor
+from simcore.robot.dc_motor import MotorModel, motor
 
 __all__ = ["SwerveConfig", "SwerveModuleConfig", "plate_inertia"]
 
@@ -20,7 +19,7 @@ _USUAL_MODULE = {
     "steer_gearing": (6.0, 50.0),
     "coupling_ratio": (-6.0, 6.0),
     "wheel_radius": (0.025, 0.082),
-    "tread": (0.6, 2.5),
+    "wheel_cof": (0.6, 2.5),
     "wheel_inertia": (1e-4, 5e-3),
     "steer_inertia": (5e-4, 0.06),
     "drive_friction_volts": (0.0, 0.5),
@@ -69,16 +68,16 @@ class SwerveModuleConfig:
 
     wheel_radius: float = 0.0508
     """[m]"""
-    tread: float = 1.2
-    """Coefficient of friction on carpet [-]."""
+    wheel_cof: float = 1.2
+    """Coefficient of friction of the wheel on carpet [-]."""
     wheel_inertia: float = 8.0e-4
     """Wheel and last gears about the axle [kg m^2]; a 4 in wheel of 0.6 kg. Estimate, +-50 %."""
     rolling_resistance: float = 0.01
     """Drag per load while the wheel rolls [-]; estimate for carpet, +-50 %."""
     slip_ratio: float = 0.01
-    """Slip per rolling speed at which the tire lets go [-]; estimate: thin, stiff tread, odometry drifts < 1 %."""
+    """Slip per rolling speed at which the tire begins to slide [-]; estimate for a thin, stiff tread."""
     slip_speed: float = 0.002
-    """Slip at which a standing tire lets go [m/s]. A robot parked on a 15 degree ramp creeps at a fifth of it."""
+    """Slip at which a standing tire begins to slide [m/s]; a robot parked on a 15 degree ramp creeps at 1/5 of it."""
     scrub_radius: float = 0.008
     """Mean radius of the contact patch that a turning azimuth rubs over the carpet [m]; estimate, +-50 %."""
 
@@ -104,8 +103,6 @@ class SwerveModuleConfig:
     drive_brake: bool = True
     """At zero command: True shorts the motor (brake), False opens the circuit (coast)."""
     steer_brake: bool = True
-    drive_ramp: float = 0.0
-    """Seconds from 0 to 12 V; 0 is no ramp [s]."""
 
     drive_kp: float = 1.0
     """Feedback of the on-board speed loop [V per m/s]; feed-forward comes from the motor."""
@@ -123,8 +120,8 @@ class SwerveModuleConfig:
         ):
             require_positive(owner, name, getattr(self, name))
         for name in (
-            *("tread", "rolling_resistance", "scrub_radius", "drive_friction_volts", "steer_friction_volts"),
-            *("drive_ramp", "drive_kp", "steer_kp"),
+            *("wheel_cof", "rolling_resistance", "scrub_radius", "drive_friction_volts", "steer_friction_volts"),
+            *("drive_kp", "steer_kp"),
         ):
             require_non_negative(owner, name, getattr(self, name))
         for name in ("drive_efficiency", "steer_efficiency"):
@@ -149,11 +146,6 @@ class SwerveModuleConfig:
     def azimuth_inertia(self) -> float:
         """Fork and geared rotor about the azimuth axis [kg m^2]."""
         return self.steer_inertia + self.steer_motor.rotor_inertia * self.steer_gearing**2
-
-    @property
-    def zero_torque_speed(self) -> float:
-        """Ground speed at which 12 V makes no torque [m/s]."""
-        return self.drive_motor.kv * 12.0 / self.drive_gearing * self.wheel_radius
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -203,27 +195,27 @@ class SwerveConfig:
     @property
     def wheel_cof(self) -> float:
         """Coefficient of friction of the wheel with the least grip [-]."""
-        return min(m.tread for m in self.modules)
+        return min(m.wheel_cof for m in self.modules)
 
     @staticmethod
     def square(
-        track: float, module: SwerveModuleConfig, *, mass: float = 55.0, bumper: float = 0.8, height: float = 0.2
+        trackwidth: float, module: SwerveModuleConfig, *, mass: float = 55.0, bumper: float = 0.8, height: float = 0.2
     ) -> SwerveConfig:
         """Four equal modules on a square, in CTRE's order: front left, front right, back left, back right.
 
         Args:
-            track: Distance between wheels [m].
-            module: The module to repeat; its place is replaced.
+            trackwidth: Distance between wheels [m].
+            module: The module to repeat; its position is replaced.
             mass: Of the robot [kg].
             bumper: Side of the square bumper, for the yaw inertia of a uniform plate [m].
             height: Of the center of mass above the floor [m].
         """
-        return SwerveConfig.rectangle(track, track, module, mass=mass, bumper=(bumper, bumper), height=height)
+        return SwerveConfig.rectangle(trackwidth, trackwidth, module, mass=mass, bumper=(bumper, bumper), height=height)
 
     @staticmethod
     def rectangle(
         wheelbase: float,
-        track: float,
+        trackwidth: float,
         module: SwerveModuleConfig,
         *,
         mass: float = 55.0,
@@ -234,35 +226,11 @@ class SwerveConfig:
         corners = (("front left", 1, 1), ("front right", 1, -1), ("back left", -1, 1), ("back right", -1, -1))
         return SwerveConfig(
             modules=tuple(
-                replace(module, name=name, x=sx * wheelbase / 2.0, y=sy * track / 2.0) for name, sx, sy in corners
+                replace(module, name=name, x=sx * wheelbase / 2.0, y=sy * trackwidth / 2.0) for name, sx, sy in corners
             ),
             mass=mass,
             yaw_inertia=plate_inertia(mass, *bumper),
             center_of_mass=(0.0, 0.0, height),
-        )
-
-    @staticmethod
-    def from_ctre(
-        modules: Sequence[object],
-        *,
-        mass: float = 55.0,
-        bumper: tuple[float, float] = (0.8, 0.8),
-        height: float = 0.2,
-        tread: float = 1.2,
-        drive_motor: MotorModel | None = None,
-        steer_motor: MotorModel | None = None,
-    ) -> SwerveConfig:
-        """From CTRE's `SwerveModuleConstants`; see `ctre.swerve_config_from_ctre`."""
-        from simcore.robot.ctre_constants import swerve_config_from_ctre
-
-        return swerve_config_from_ctre(
-            modules,
-            mass=mass,
-            bumper=bumper,
-            height=height,
-            tread=tread,
-            drive_motor=drive_motor,
-            steer_motor=steer_motor,
         )
 
     def module_name(self, index: int) -> str:

@@ -3,33 +3,26 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 
-from simcore.errors import ConfigError, NonFiniteError
+from simcore.errors import ConfigError
 from simcore.robot.battery import Battery
-from simcore.robot.capability import free_speed, launch_accel
-from simcore.robot.electrical import ShaftMotor, bus_voltage
-from simcore.robot.encoders import angles_after
-from simcore.robot.inner_steps import MAX_INNER_STEP
-from simcore.robot.module_control import DriveMode, ModuleController
-from simcore.robot.module_targets import module_targets
+from simcore.robot.drive_shaft import DriveShaft, WheelContact, launch_accel
+from simcore.robot.limited_motor import LimitedMotor
+from simcore.robot.module_control import DriveMode, ModuleController, module_targets
+from simcore.robot.motor_bus import MotorReadout
 from simcore.robot.swerve_config import SwerveConfig
-from simcore.robot.swerve_module import ModuleState, MotorReadout, SteerBank
-from simcore.robot.tire import WheelContact
-from simcore.robot.tire_solver import DriveShaft, TireSolver
-from simcore.robot.wheeled_drive import WheeledDrive
+from simcore.robot.swerve_module import ModuleState, SteerBank
+from simcore.robot.wheeled_drive import WheeledDrive, checked_number
 from simcore.typing import FloatArray
 
 __all__ = ["SwerveDrive"]
 
 
 class SwerveDrive(WheeledDrive[SwerveConfig]):
-    """One robot's drivetrain. It owns wheels, motors, battery and encoders, not the pose.
-
-    Each physics step of the owner is one call of `step`: it takes the velocity that the chassis really has (walls and
-    other robots have had their say) and returns the change that the tires make. Several drives share nothing.
+    """One robot's swerve drive; see `WheeledDrive` for the step and what it shares with other drives.
 
     Example:
         >>> from simcore.robot.swerve_config import SwerveConfig, SwerveModuleConfig
@@ -41,17 +34,15 @@ class SwerveDrive(WheeledDrive[SwerveConfig]):
     """
 
     def __init__(self, config: SwerveConfig, *, battery: Battery | None = None) -> None:
-        """Put wheels at rest, pointing forward.
+        """Wheels at rest, pointing forward.
 
         Args:
             config: The robot.
             battery: Its battery; None is a stiff 12 V supply. The drive steps it: nobody else must.
         """
         modules = config.modules
-        n = len(modules)
-        self._n = n
-        self._drive_motors = [
-            ShaftMotor.of(
+        motors = [
+            LimitedMotor.of(
                 m.drive_motor,
                 gearing=m.drive_gearing,
                 efficiency=m.drive_efficiency,
@@ -61,11 +52,11 @@ class SwerveDrive(WheeledDrive[SwerveConfig]):
             )
             for m in modules
         ]
-        solver = TireSolver(
-            mass=config.mass,
-            yaw_inertia=config.yaw_inertia,
+        super().__init__(
+            config,
+            battery=battery,
             wheels=[
-                WheelContact(x=x, y=y, tread=m.tread, rolling_resistance=m.rolling_resistance)
+                WheelContact(x=x, y=y, wheel_cof=m.wheel_cof, rolling_resistance=m.rolling_resistance)
                 for (x, y), m in zip(config.positions, modules, strict=True)
             ],
             shafts=[
@@ -77,23 +68,17 @@ class SwerveDrive(WheeledDrive[SwerveConfig]):
                     slip_speed=m.slip_speed,
                     wheels=(i,),
                 )
-                for i, (m, motor) in enumerate(zip(modules, self._drive_motors, strict=True))
+                for i, (m, motor) in enumerate(zip(modules, motors, strict=True))
             ],
         )
-        super().__init__(config, battery=battery, solver=solver, shafts=n)
+        self._n = len(modules)
         self._steer = SteerBank(modules)
-        self._drive_emf = [m.emf for m in self._drive_motors]
-        self._zeros = [0.0] * n
+        self._zeros = [0.0] * self._n
         # Azimuth coupling: [V s/rad] of back-EMF, and [kg m^2] of rotor that the azimuth turns as well.
         self._coupled_emf = [m.coupling_ratio / m.drive_motor.kv for m in modules]
         self._coupled_inertia = [m.drive_motor.rotor_inertia * m.drive_gearing * m.coupling_ratio for m in modules]
         self._coupled = any(m.coupling_ratio != 0.0 for m in modules)
-        self._controller = ModuleController(modules, self._drive_motors, self._steer.motors, self._static_loads)
-        self._free_speeds = [free_speed(s, solver.wheels, self._static_loads) for s in solver.shafts]
-        self._max_speed = min(self._free_speeds)
-        self.before_inner: Callable[[float, float], None] | None = None
-        """Called before each inner step with its length [s] and the yaw rate [rad/s]: motor controllers that think as
-        often as the drivetrain moves set their volts here."""
+        self._controller = ModuleController(modules, motors, self._steer.motors, self._static_loads)
         self.reset()
 
     # ---------------------------------------------------------------- commands
@@ -134,7 +119,7 @@ class SwerveDrive(WheeledDrive[SwerveConfig]):
             NonFiniteError: When a speed is NaN or infinite; nothing has changed.
         """
         for name, value in (("vx", vx), ("vy", vy), ("omega", omega)):
-            _number(f"chassis speed {name}", value)
+            checked_number(f"chassis speed {name}", value)
         positions = [(m.x, m.y) for m in self.config.modules]
         speeds, angles = module_targets(positions, vx, vy, omega, self.max_speed, self._present_angles())
         self._command(DriveMode.STATES, speeds, angles)
@@ -145,110 +130,98 @@ class SwerveDrive(WheeledDrive[SwerveConfig]):
 
     def _command(self, mode: DriveMode, drive: list[float], steer: list[float]) -> None:
         self._controller.command(mode, drive, steer)
-        self._bus_due = self.time
+        self._new_command()
 
-    def reset(self, *, angles: Sequence[float] | None = None) -> None:
-        """Everything as new: wheels at rest at `angles` [rad], encoders at zero, battery rested, time at zero."""
-        n = self._n
-        turned = [0.0] * n if angles is None else self._checked("steer angle", angles)
-        self.state = ModuleState.zeros(n)
-        self.state.steer_angle = turned
-        self.state.cos = [math.cos(a) for a in turned]
-        self.state.sin = [math.sin(a) for a in turned]
-        self._rest(self.state.wheel_speed)
-        self.drive_motors = MotorReadout([m.resistance for m in self._drive_motors])
-        """Of the drive motors in the last inner step."""
+    def reset(
+        self, *, angles: Sequence[float] | None = None, vx: float = 0.0, vy: float = 0.0, omega: float = 0.0
+    ) -> None:
+        """Everything as new: encoders at zero, battery rested, time at zero, wheels rolling with the chassis.
+
+        Args:
+            angles: Azimuths [rad]; None: along each wheel's way over ground, and forward where it stands.
+            vx: Velocity of the center of mass with which the wheels roll, forward [m/s]. The chassis has its own.
+            vy: To the left [m/s].
+            omega: Yaw rate [rad/s].
+
+        Raises:
+            NonFiniteError: When a number is not finite; nothing has changed.
+            ConfigError: When there is not one angle per module.
+        """
+        for name, value in (("vx", vx), ("vy", vy), ("omega", omega)):
+            checked_number(f"reset {name}", value)
+        ways = [(vx - omega * y, vy + omega * x) for x, y in self.config.positions]
+        if angles is None:
+            turned = [math.atan2(wy, wx) if math.hypot(wx, wy) > 1e-6 else 0.0 for wx, wy in ways]
+        else:
+            turned = self._checked("steer angle", angles)
+        cos, sin = [math.cos(a) for a in turned], [math.sin(a) for a in turned]
+        self._rest(
+            [  # 0.0 first: no wheel starts at minus zero
+                (0.0 + c * wx + s * wy) / m.wheel_radius
+                for (wx, wy), c, s, m in zip(ways, cos, sin, self.config.modules, strict=True)
+            ]
+        )
+        self.state = ModuleState(self.shaft_angles, self.shaft_speeds, turned, [0.0] * self._n, cos, sin)
         self.steer_motors = MotorReadout([m.resistance for m in self._steer.motors])
         """Of the steer motors in the last inner step."""
+        self._solver.cos, self._solver.sin = cos, sin
         self._steer_supply = 0.0
-        self._bus_due = 0.0
         self._controller.reset()
 
     # ---------------------------------------------------------------- the step
 
-    def _inner(
-        self, h: float, vx: float, vy: float, omega: float, loads: Sequence[float]
-    ) -> tuple[float, float, float]:
-        """One inner step: requests, battery, azimuths, tires and wheels, encoders."""
-        if self.before_inner is not None:
-            self.before_inner(h, omega)
-        state = self.state
-        solver = self._solver
-        battery = self.battery
-        bus = self._bus
-        neutral = battery.browned_out or not self.enabled
-        drive, steer, limits = self._controller.requests(h, state, bus, neutral)
-        coupled = self._coupled
-        if battery.config.resistance == 0.0:
-            bus = battery.open_voltage
-        elif self._bus_due <= self.time + 1e-9:
-            # Every 5 ms or at a new command: it costs a quarter of the tires' step.
-            self._bus_due = self.time + MAX_INNER_STEP
-            emfs = [e * w for e, w in zip(self._drive_emf, state.wheel_speed, strict=True)]
-            if coupled:
-                emfs = [e + k * w for e, k, w in zip(emfs, self._coupled_emf, state.steer_speed, strict=True)]
-            # Azimuths spin up within a step, so what they drew in the last steps says more than their voltage.
-            bus = bus_voltage(
-                bus,
-                battery.open_voltage,
-                battery.config.resistance,
-                self.other_current + self._steer_supply,
-                self._drive_motors,
-                drive,
-                limits,
-                emfs,
-            )
-        self._bus = bus
+    def _requests(self, h: float, bus: float, neutral: bool) -> tuple[Sequence[float | None], Sequence[float]]:
+        drive, self._steer_volts, limits = self._controller.requests(h, self.state, bus, neutral)
+        return drive, limits
 
-        before = state.steer_speed[:] if coupled else None
-        steer_supply = self._steer.step(h, state, steer, loads, solver.shaft_current, bus, self.steer_motors)
+    def _turn_azimuths(self, h: float, loads: Sequence[float], bus: float) -> float:
+        state, solver = self.state, self._solver
+        before = state.steer_speed[:] if self._coupled else None
+        supply = self._steer.step(h, state, self._steer_volts, loads, solver.shaft_current, bus, self.steer_motors)
+        self._steer_supply = 0.5 * (self._steer_supply + supply)
         if before is not None:
-            offset = [k * w for k, w in zip(self._coupled_emf, state.steer_speed, strict=True)]
-            torque = [
+            solver.emf_offset = [k * w for k, w in zip(self._coupled_emf, state.steer_speed, strict=True)]
+            solver.torque_offset = [
                 -j * (new - old) / h
                 for j, new, old in zip(self._coupled_inertia, state.steer_speed, before, strict=True)
             ]
-        else:
-            offset = torque = self._zeros
-        wheel_speed = state.wheel_speed[:]
-        result = solver.step(h, vx, vy, omega, loads, state.cos, state.sin, drive, offset, torque, limits, bus)
-        state.wheel_angle = angles_after(state.wheel_angle, wheel_speed, state.wheel_speed, h)
-        supply = self.drive_motors.book(solver.shaft_volts, solver.shaft_current, bus, h)
-        battery.step(h, self.other_current + supply + steer_supply)
-        self._steer_supply = 0.5 * (self._steer_supply + steer_supply)
-        self.time += h
-        if self.encoders.due <= self.time + 1e-9:
-            self.encoders.record(
-                self.time, h, state.wheel_angle, state.wheel_speed, state.steer_angle, state.steer_speed
-            )
-        return result
+        return supply
+
+    def _back_emf(self) -> list[float]:
+        emfs = super()._back_emf()
+        if self._coupled:
+            emfs = [e + k * w for e, k, w in zip(emfs, self._coupled_emf, self.state.steer_speed, strict=True)]
+        return emfs
+
+    def _background_current(self) -> float:
+        # Azimuths spin up within a step, so what they drew in the last steps says more than their voltage.
+        return self.other_current + self._steer_supply
 
     # ---------------------------------------------------------------- readings
+
+    def wheel_angles(self) -> list[float]:
+        """Azimuth of each module, counter-clockwise from forward, any number of turns [rad]."""
+        return self.state.steer_angle[:]
+
+    def motor_currents(self) -> dict[str, list[float]]:
+        """Stator currents in the last inner step, module by module: `drive` and `steer` [A]."""
+        return {"drive": self.drive_motors.current[:], "steer": self.steer_motors.current[:]}
+
+    @property
+    def gearing(self) -> dict[str, list[float]]:
+        """Rotor turns per turn of the wheel, `drive`, and of the azimuth, `steer`, module by module [-]."""
+        modules = self.config.modules
+        return {"drive": [m.drive_gearing for m in modules], "steer": [m.steer_gearing for m in modules]}
 
     @property
     def supply_current(self) -> float:
         """From the battery in the last inner step, drivetrain only [A]."""
-        return sum(self.drive_motors.supply, 0.0) + sum(self.steer_motors.supply, 0.0)
+        return super().supply_current + self.steer_motors.supply_total
 
     @property
     def electrical_energy(self) -> float:
         """Taken by all motors since the reset: the integral of V I [J]."""
-        return self.drive_motors.energy + self.steer_motors.energy
-
-    @property
-    def wheel_angles(self) -> FloatArray:
-        """[rad], any number of turns, shape (n,)."""
-        return np.array(self.state.wheel_angle)
-
-    @property
-    def wheel_distances(self) -> FloatArray:
-        """What the drive encoders make of it [m], shape (n,)."""
-        return np.array([a * m.wheel_radius for a, m in zip(self.state.wheel_angle, self.config.modules, strict=True)])
-
-    @property
-    def wheel_speeds(self) -> FloatArray:
-        """At the tread [m/s], shape (n,)."""
-        return np.array([w * m.wheel_radius for w, m in zip(self.state.wheel_speed, self.config.modules, strict=True)])
+        return super().electrical_energy + self.steer_motors.energy
 
     @property
     def steer_angles(self) -> FloatArray:
@@ -285,22 +258,10 @@ class SwerveDrive(WheeledDrive[SwerveConfig]):
     # ---------------------------------------------------------------- what it can do
 
     @property
-    def max_speed(self) -> float:
-        """Straight ahead at 12 V, where motor torque meets friction and rolling drag [m/s]."""
-        return self._max_speed
-
-    @property
     def max_omega(self) -> float:
         """On the spot at 12 V [rad/s]; the first module to reach its top speed decides."""
         arms = self._arms()
         return min((v / r for v, r in zip(self._free_speeds, arms, strict=True) if r > 1e-9), default=0.0)
-
-    @property
-    def max_accel(self) -> float:
-        """From rest on level ground at stiff 12 V: grip, motors and stator limits of every wheel counted [m/s^2]."""
-        solver = self._solver
-        ones = [1.0] * self._n
-        return launch_accel(solver.shafts, solver.wheels, self._static_loads, ones, self.config.mass)
 
     @property
     def max_angular_accel(self) -> float:
@@ -322,12 +283,6 @@ class SwerveDrive(WheeledDrive[SwerveConfig]):
         if len(values) != self._n:
             raise ConfigError(f"{what}: need one value for each of {self._n} modules, got {len(values)}")
         return [  # a module's name is made up for a message only: for all values it took 20 us of a tick
-            v if type(v) is float and math.isfinite(v) else _number(f"{what} of {self.config.module_name(k)}", v)
+            v if type(v) is float and math.isfinite(v) else checked_number(f"{what} of {self.config.module_name(k)}", v)
             for k, v in enumerate(values)
         ]
-
-
-def _number(what: str, value: object) -> float:
-    if not isinstance(value, (int, float, np.floating, np.integer)) or not math.isfinite(value):
-        raise NonFiniteError(f"{what} must be a finite number, got {value!r}")
-    return float(value)

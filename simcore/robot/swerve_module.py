@@ -4,61 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, field
-from operator import mul
+from dataclasses import dataclass
 
-from simcore.robot.electrical import ShaftMotor, solve_shaft, solve_supply
+from simcore.robot.limited_motor import LimitedMotor, solve_shaft, solve_supply, within
+from simcore.robot.motor_bus import MotorReadout
 from simcore.robot.swerve_config import SwerveModuleConfig
 
-__all__ = ["ModuleState", "MotorReadout", "SteerBank"]
-
-
-class MotorReadout:
-    """What the motors of one kind did in the last inner step, one entry per motor.
-
-    Sums are kept as they come and turned into what people ask for only when they ask: this runs every inner step.
-    """
-
-    __slots__ = ("_bus", "_charge2", "_resistance", "current", "energy", "volts")
-
-    def __init__(self, resistance: Sequence[float]) -> None:
-        """All at rest, nothing taken.
-
-        Args:
-            resistance: Of each motor [ohm].
-        """
-        n = len(resistance)
-        self._resistance = tuple(resistance)
-        self._bus = 0.0
-        self._charge2 = [0.0] * n
-        self.volts = [0.0] * n
-        """At the terminals [V]."""
-        self.current = [0.0] * n
-        """Stator current [A]."""
-        self.energy = 0.0
-        """Electrical energy that all of them took since the last reset: the integral of V I [J]."""
-
-    @property
-    def supply(self) -> list[float]:
-        """Current from the battery; negative feeds back [A]."""
-        if self._bus <= 0.0:
-            return [0.0] * len(self.volts)
-        return [v * i / self._bus for v, i in zip(self.volts, self.current, strict=True)]
-
-    @property
-    def heat(self) -> list[float]:
-        """Copper loss since the last reset [J]."""
-        return [r * q for r, q in zip(self._resistance, self._charge2, strict=True)]
-
-    def book(self, volts: list[float], current: list[float], bus: float, h: float) -> float:
-        """Take down one inner step and return the current from the battery [A]."""
-        self.volts = volts
-        self.current = current
-        self._bus = bus
-        power = sum(map(mul, volts, current))
-        self.energy += power * h
-        self._charge2 = [q + i * i * h for q, i in zip(self._charge2, current, strict=True)]
-        return power / bus if bus > 0.0 else 0.0
+__all__ = ["ModuleState", "SteerBank"]
 
 
 @dataclass(slots=True)
@@ -73,15 +25,10 @@ class ModuleState:
     """Of the azimuth, counter-clockwise from forward, any number of turns [rad]."""
     steer_speed: list[float]
     """[rad/s]"""
-    cos: list[float] = field(default_factory=list)
+    cos: list[float]
     """Of the steer angle."""
-    sin: list[float] = field(default_factory=list)
+    sin: list[float]
     """Of the steer angle."""
-
-    @staticmethod
-    def zeros(n: int) -> ModuleState:
-        """All wheels at rest, pointing forward."""
-        return ModuleState([0.0] * n, [0.0] * n, [0.0] * n, [0.0] * n, [1.0] * n, [0.0] * n)
 
 
 class SteerBank:
@@ -89,7 +36,7 @@ class SteerBank:
 
     def __init__(self, modules: Sequence[SwerveModuleConfig]) -> None:
         self.motors = [
-            ShaftMotor.of(
+            LimitedMotor.of(
                 m.steer_motor,
                 gearing=m.steer_gearing,
                 efficiency=m.steer_efficiency,
@@ -102,7 +49,7 @@ class SteerBank:
         self._rows = [
             (
                 *(motor, motor.emf, motor.conductance, motor.torque_driving, motor.torque_driven, motor.friction),
-                *(motor.stator_limit, motor.supply_limit, m.azimuth_inertia, m.tread * m.scrub_radius),
+                *(motor.stator_limit, motor.supply_limit, m.azimuth_inertia, m.wheel_cof * m.scrub_radius),
                 m.coupling_ratio * m.drive_motor.kt,
             )
             for motor, m in zip(self.motors, modules, strict=True)
@@ -148,10 +95,7 @@ class SteerBank:
                 continue
             i0 = i1 = 0.0
             if v is not None:
-                if v > bus:
-                    v = bus
-                elif v < -bus:
-                    v = -bus
+                v = within(v, bus)
                 i0 = v * conductance
                 i1 = emf * conductance
             holds = friction + scrub * loads[row]
@@ -176,4 +120,4 @@ class SteerBank:
                 state.sin[row] = math.sin(angle)
             terminal.append(emf * w + i * m.resistance)
             currents.append(i)
-        return readout.book(terminal, currents, bus, h)
+        return readout.accumulate(terminal, currents, bus, h)

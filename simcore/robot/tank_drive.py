@@ -6,19 +6,12 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
-import numpy as np
-
-from simcore.errors import ConfigError, NonFiniteError, require_finite, require_non_negative, require_positive
+from simcore.errors import ConfigError, require_finite, require_non_negative, require_positive
 from simcore.robot.battery import Battery
-from simcore.robot.capability import free_speed, launch_accel
-from simcore.robot.electrical import ShaftMotor, bus_voltage
-from simcore.robot.encoders import angles_after
-from simcore.robot.motor import MotorModel, motor
-from simcore.robot.swerve_module import MotorReadout
-from simcore.robot.tire import WheelContact
-from simcore.robot.tire_solver import DriveShaft, TireSolver
-from simcore.robot.wheeled_drive import WheeledDrive
-from simcore.typing import FloatArray
+from simcore.robot.dc_motor import MotorModel, motor
+from simcore.robot.drive_shaft import DriveShaft, WheelContact
+from simcore.robot.limited_motor import LimitedMotor
+from simcore.robot.wheeled_drive import WheeledDrive, checked_number
 
 __all__ = ["TankConfig", "TankDrive"]
 
@@ -29,7 +22,7 @@ class TankConfig:
 
     wheel_xs: tuple[float, ...] = (0.28, 0.0, -0.28)
     """Of the wheels of one side, forward of the robot center [m]."""
-    track: float = 0.56
+    trackwidth: float = 0.56
     """Between left and right wheels [m]."""
     motor: MotorModel = field(default_factory=lambda: motor("NEO"))
     motors_per_side: int = 2
@@ -37,8 +30,8 @@ class TankConfig:
     """Rotor turns per wheel turn [-]; kit-bot toughbox 10.71 or 8.45."""
     wheel_radius: float = 0.0762
     """[m]"""
-    tread: float = 1.0
-    """Coefficient of friction [-]."""
+    wheel_cof: float = 1.0
+    """Coefficient of friction of the wheels on carpet [-]."""
     wheel_inertia: float = 1.5e-3
     """Of one wheel with its sprocket [kg m^2]; estimate, +-50 %."""
     rolling_resistance: float = 0.015
@@ -74,11 +67,11 @@ class TankConfig:
         for x in (*self.wheel_xs, *self.center_of_mass):
             require_finite("tank", "wheel_xs and center_of_mass", x, "m")
         for name in (
-            *("track", "gearing", "wheel_radius", "wheel_inertia", "slip_ratio", "slip_speed", "efficiency"),
+            *("trackwidth", "gearing", "wheel_radius", "wheel_inertia", "slip_ratio", "slip_speed", "efficiency"),
             *("mass", "yaw_inertia"),
         ):
             require_positive("tank", name, getattr(self, name))
-        for name in ("tread", "rolling_resistance", "friction_volts", "kp"):
+        for name in ("wheel_cof", "rolling_resistance", "friction_volts", "kp"):
             require_non_negative("tank", name, getattr(self, name))
         if self.efficiency > 1.0:
             raise ConfigError(f"tank: efficiency must be within 0..1, got {self.efficiency}")
@@ -93,12 +86,7 @@ class TankConfig:
     @property
     def wheel_positions(self) -> tuple[tuple[float, float], ...]:
         """Centers of the wheels, robot frame, left side first [m]."""
-        return tuple((x, side * 0.5 * self.track) for side in (1.0, -1.0) for x in self.wheel_xs)
-
-    @property
-    def wheel_cof(self) -> float:
-        """Coefficient of friction [-]."""
-        return self.tread
+        return tuple((x, side * 0.5 * self.trackwidth) for side in (1.0, -1.0) for x in self.wheel_xs)
 
 
 class TankDrive(WheeledDrive[TankConfig]):
@@ -114,7 +102,7 @@ class TankDrive(WheeledDrive[TankConfig]):
     def __init__(self, config: TankConfig, *, battery: Battery | None = None) -> None:
         """Stand at rest; `battery` None is a stiff 12 V supply."""
         c = config
-        side = ShaftMotor.of(
+        side = LimitedMotor.of(
             c.motor,
             gearing=c.gearing,
             efficiency=c.efficiency,
@@ -124,39 +112,46 @@ class TankDrive(WheeledDrive[TankConfig]):
             count=c.motors_per_side,
         )
         n = len(c.wheel_xs)
-        inertia = n * c.wheel_inertia + c.motors_per_side * c.motor.rotor_inertia * c.gearing**2
-        self._motors = [side, side]
-        solver = TireSolver(
-            mass=c.mass,
-            yaw_inertia=c.yaw_inertia,
+        super().__init__(
+            config,
+            battery=battery,
             wheels=[
-                WheelContact(x=x, y=y, tread=c.tread, rolling_resistance=c.rolling_resistance) for x, y in c.positions
+                WheelContact(x=x, y=y, wheel_cof=c.wheel_cof, rolling_resistance=c.rolling_resistance)
+                for x, y in c.positions
             ],
             shafts=[
                 DriveShaft(
-                    inertia=inertia,
+                    inertia=n * c.wheel_inertia + c.motors_per_side * c.motor.rotor_inertia * c.gearing**2,
                     motor=side,
                     radius=c.wheel_radius,
                     slip_ratio=c.slip_ratio,
                     slip_speed=c.slip_speed,
-                    wheels=rows,
+                    wheels=wheels,
                 )
-                for rows in (tuple(range(n)), tuple(range(n, 2 * n)))
+                for wheels in (tuple(range(n)), tuple(range(n, 2 * n)))
             ],
         )
-        super().__init__(config, battery=battery, solver=solver, shafts=2)
-        self._volts = (0.0, 0.0)
+        self._volts: tuple[float, float] = (0.0, 0.0)
         self._targets: tuple[float, float] | None = None
-        self.reset()
 
-    def reset(self) -> None:
-        """Sides at rest, encoders at zero, battery rested, time at zero."""
-        self._angle = [0.0, 0.0]
-        self._speed = [0.0, 0.0]
-        self._rest(self._speed)
-        self.motors = MotorReadout([self.config.motor.resistance] * 2)
-        """Left and right, each entry one motor of that side, in the last inner step."""
+    def reset(self, *, vx: float = 0.0, vy: float = 0.0, omega: float = 0.0) -> None:
+        """Everything as new: encoders at zero, battery rested, time at zero, sides rolling with the chassis.
+
+        Args:
+            vx: Velocity of the center of mass with which the wheels roll, forward [m/s]. The chassis has its own.
+            vy: To the left; wheels cannot roll that way [m/s].
+            omega: Yaw rate [rad/s].
+
+        Raises:
+            NonFiniteError: When a number is not finite; nothing has changed.
+        """
+        for name, value in (("vx", vx), ("vy", vy), ("omega", omega)):
+            checked_number(f"reset {name}", value)
+        sides = (self.config.positions[0][1], self.config.positions[-1][1])
+        self._rest([(vx - omega * y) / self.config.wheel_radius for y in sides])
         self.stop()
+
+    # ---------------------------------------------------------------- commands
 
     def set_volts(self, left: float, right: float) -> None:
         """Raw voltage per side [V].
@@ -166,83 +161,66 @@ class TankDrive(WheeledDrive[TankConfig]):
         """
         self._volts = _pair("volts", left, right)
         self._targets = None
+        self._new_command()
 
     def set_speeds(self, left: float, right: float) -> None:
         """Closed loop on board: ground speed per side [m/s]; see `set_volts` for errors."""
         self._targets = _pair("speed", left, right)
+        self._new_command()
 
     def set_chassis_speeds(self, vx: float, omega: float) -> None:
         """Closed loop on board: forward speed [m/s] and yaw rate [rad/s], if the wheels did not scrub."""
         vx, omega = _pair("chassis speed", vx, omega)
-        half = 0.5 * self.config.track * omega
+        half = 0.5 * self.config.trackwidth * omega
         self.set_speeds(vx - half, vx + half)
 
     def stop(self) -> None:
         """Zero command: brake or coast."""
         self._volts = (0.0, 0.0)
         self._targets = None
+        self._new_command()
 
-    def _inner(
-        self, h: float, vx: float, vy: float, omega: float, loads: Sequence[float]
-    ) -> tuple[float, float, float]:
-        c, solver, battery = self.config, self._solver, self.battery
+    def _requests(self, h: float, bus: float, neutral: bool) -> tuple[Sequence[float | None], Sequence[float]]:
+        c = self.config
         request: list[float | None] = list(self._volts)
-        if not self.enabled or battery.browned_out:
+        if neutral:
             request = [0.0, 0.0]
         elif self._targets is not None:
             request = [
-                m.emf * v / c.wheel_radius + c.kp * (v - w * c.wheel_radius)
-                for m, v, w in zip(self._motors, self._targets, self._speed, strict=True)
+                emf * v / c.wheel_radius + c.kp * (v - w * c.wheel_radius)
+                for emf, v, w in zip(self._emf_per_speed, self._targets, self.shaft_speeds, strict=True)
             ]
         if not c.brake:
             request = [v if v != 0.0 else None for v in request]
-        limits = [c.stator_limit, c.stator_limit]
-        emfs = [m.emf * w for m, w in zip(self._motors, self._speed, strict=True)]
-        self._bus = bus_voltage(
-            *(self._bus, battery.open_voltage, battery.config.resistance, self.other_current),
-            *(self._motors, request, limits, emfs),
-        )
-        before = self._speed[:]
-        result = solver.step(
-            *(h, vx, vy, omega, loads, (1.0, 1.0), (0.0, 0.0), request, (0.0, 0.0), (0.0, 0.0), limits, self._bus)
-        )
-        self._angle = angles_after(self._angle, before, self._speed, h)
-        each = self.motors.book(solver.shaft_volts, solver.shaft_current, self._bus, h)
-        battery.step(h, self.other_current + each * c.motors_per_side)
-        self.time += h
-        if self.encoders.due <= self.time + 1e-9:
-            self.encoders.record(self.time, h, self._angle, self._speed, (0.0, 0.0), (0.0, 0.0))
-        return result
+        return request, self._stator_limits
+
+    # ---------------------------------------------------------------- readings
+
+    def wheel_angles(self) -> list[float]:
+        """Azimuth of each wheel: always forward [rad]."""
+        return [0.0] * self._wheels
+
+    def motor_currents(self) -> dict[str, list[float]]:
+        """Stator currents in the last inner step, motor by motor: `left` and `right` [A]."""
+        left, right = self.drive_motors.current
+        return {"left": [left] * self._motors_per_shaft, "right": [right] * self._motors_per_shaft}
 
     @property
-    def electrical_energy(self) -> float:
-        """Taken by all motors since the reset [J]."""
-        return self.motors.energy * self.config.motors_per_side
+    def gearing(self) -> dict[str, list[float]]:
+        """Rotor turns per wheel turn, motor by motor: `left` and `right` [-]."""
+        ratios = [self.config.gearing] * self._motors_per_shaft
+        return {"left": ratios, "right": ratios[:]}
 
-    @property
-    def side_distances(self) -> FloatArray:
-        """What left and right encoders make of it [m], shape (2,)."""
-        return np.array(self._angle) * self.config.wheel_radius
+    def side_distances(self) -> tuple[float, float]:
+        """How far left and right wheels have rolled since the reset [m]."""
+        left, right = self.shaft_angles
+        return left * self.config.wheel_radius, right * self.config.wheel_radius
 
-    @property
-    def side_speeds(self) -> FloatArray:
-        """At the tread, left and right [m/s], shape (2,)."""
-        return np.array(self._speed) * self.config.wheel_radius
-
-    @property
-    def max_speed(self) -> float:
-        """Straight ahead at 12 V [m/s]."""
-        return min(free_speed(s, self._solver.wheels, self._static_loads) for s in self._solver.shafts)
-
-    @property
-    def max_accel(self) -> float:
-        """From rest on level ground at stiff 12 V [m/s^2]."""
-        solver = self._solver
-        return launch_accel(solver.shafts, solver.wheels, self._static_loads, (1.0, 1.0), self.config.mass)
+    def side_speeds(self) -> tuple[float, float]:
+        """Speed of the treads against the robot, left and right [m/s]."""
+        left, right = self.shaft_speeds
+        return left * self.config.wheel_radius, right * self.config.wheel_radius
 
 
 def _pair(what: str, left: float, right: float) -> tuple[float, float]:
-    for side, value in (("left", left), ("right", right)):
-        if not isinstance(value, (int, float, np.floating, np.integer)) or not math.isfinite(value):
-            raise NonFiniteError(f"tank {what}, {side}, must be a finite number, got {value!r}")
-    return float(left), float(right)
+    return checked_number(f"tank {what}, left,", left), checked_number(f"tank {what}, right,", right)

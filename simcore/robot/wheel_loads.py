@@ -8,12 +8,10 @@ from functools import lru_cache
 from operator import mul
 from typing import Protocol
 
-import numpy as np
-
 from simcore.errors import NonFiniteError
-from simcore.typing import FloatArray
+from simcore.units import plain_sum
 
-__all__ = ["WheeledRobot", "load_shares", "normal_loads"]
+__all__ = ["WheeledRobot", "normal_loads"]
 
 
 class WheeledRobot(Protocol):
@@ -48,7 +46,7 @@ def normal_loads(
 ) -> list[float]:
     """Normal load of each wheel from gravity, acceleration and which wheels touch.
 
-    The ground has to give the chassis f = m (a - g). Its vertical part is shared so that the forces at the contact
+    The ground acts on the chassis with f = m (a - g). Its vertical part is shared so that the forces at the contact
     points make no moment about the center of mass (a rigid chassis that is not just tipping):
 
         sum N_i = f_z,   sum N_i x_i = -height f_x,   sum N_i y_i = -height f_y
@@ -58,7 +56,7 @@ def normal_loads(
     have to pull on the floor lifts instead.
 
     Args:
-        config: Places of the wheels, mass, center of mass.
+        config: Positions of the wheels, mass, center of mass.
         touching: Per wheel, whether it is on the ground.
         gravity_robot: Acceleration of gravity, robot axes [m/s^2], shape (3,); level ground: (0, 0, -9.80665).
         accel_robot: Of the center of mass, robot axes, as seen from the field [m/s^2], shape (3,).
@@ -69,11 +67,11 @@ def normal_loads(
     Raises:
         NonFiniteError: When an acceleration is NaN or infinite.
     """
-    if not math.isfinite(sum(gravity_robot, 0.0) + sum(accel_robot, 0.0)):
+    if not all(map(math.isfinite, (*gravity_robot, *accel_robot))):
         raise NonFiniteError(f"normal loads need finite numbers, got gravity={gravity_robot}, accel={accel_robot}")
     mass = config.mass
-    places = config.positions
-    loads = [0.0] * len(places)
+    positions = config.positions
+    loads = [0.0] * len(positions)
     force_z = mass * (accel_robot[2] - gravity_robot[2])
     rows = tuple(i for i, down in enumerate(touching) if down)
     if force_z <= 0.0 or not rows:
@@ -82,7 +80,7 @@ def normal_loads(
     want_x = height * (gravity_robot[0] - accel_robot[0])
     want_y = height * (gravity_robot[1] - accel_robot[1])
     while True:
-        share = [p * force_z + q * want_x + r * want_y for p, q, r in _shares(places, rows)]
+        share = [p * force_z + q * want_x + r * want_y for p, q, r in _shares(positions, rows)]
         lowest = min(share)
         if lowest >= -1e-12 * force_z:
             break
@@ -95,19 +93,21 @@ def normal_loads(
 
 
 @lru_cache(maxsize=256)  # a robot has few sets of touching wheels; 4.5 -> 2.9 us a call
-def _shares(places: tuple[tuple[float, float], ...], rows: tuple[int, ...]) -> tuple[tuple[float, float, float], ...]:
+def _shares(
+    positions: tuple[tuple[float, float], ...], rows: tuple[int, ...]
+) -> tuple[tuple[float, float, float], ...]:
     """What each wheel takes of the force and of both moments: N = p F + q want_x + r want_y; the p add up to 1."""
     n = len(rows)
-    xs = [places[i][0] for i in rows]
-    ys = [places[i][1] for i in rows]
-    mean_x = sum(xs) / n
-    mean_y = sum(ys) / n
+    xs = [positions[i][0] for i in rows]
+    ys = [positions[i][1] for i in rows]
+    mean_x = plain_sum(xs) / n
+    mean_y = plain_sum(ys) / n
     # About the mean of the contacts: there the sum decouples from the two moments.
     dx = [x - mean_x for x in xs]
     dy = [y - mean_y for y in ys]
-    xx = sum(map(mul, dx, dx))
-    yy = sum(map(mul, dy, dy))
-    xy = sum(map(mul, dx, dy))
+    xx = plain_sum(map(mul, dx, dx))
+    yy = plain_sum(map(mul, dy, dy))
+    xy = plain_sum(map(mul, dx, dy))
     det = xx * yy - xy * xy
     spread = xx + yy
     a = b = c = 0.0  # the inverse of ((xx, xy), (xy, yy)), as far as it exists
@@ -123,9 +123,3 @@ def _shares(places: tuple[tuple[float, float], ...], rows: tuple[int, ...]) -> t
         r = b * x + c * y
         result.append((1.0 / n - q * mean_x - r * mean_y, q, r))
     return tuple(result)
-
-
-def load_shares(config: WheeledRobot) -> FloatArray:
-    """Share of the weight on each wheel at rest on level ground, shape (n,); adds up to 1."""
-    loads = np.array(normal_loads(config, [True] * len(config.positions), (0.0, 0.0, -1.0)))
-    return loads / config.mass

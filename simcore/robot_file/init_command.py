@@ -13,10 +13,10 @@ from pathlib import Path
 from typing import Any
 
 from simcore.errors import ConfigError, OutputError
-from simcore.robot_file.reader import FILE_NAME
+from simcore.robot_file.robot_settings import FILE_NAME
 from simcore.robot_file.template import FoundMotor, template
 
-__all__ = ["add_arguments", "look_at_robot", "run"]
+__all__ = ["add_arguments", "find_motors", "run"]
 
 _LOOK_SECONDS = 20.0
 
@@ -47,7 +47,7 @@ def run(args: argparse.Namespace) -> int:
     if args.no_look:
         print("not looked at the robot program: fill in the mechanisms by hand")
     else:
-        motors, why_not = look_at_robot(folder)
+        motors, why_not = find_motors(folder)
         if why_not:
             print(f"could not look at the robot program ({why_not}): fill in the mechanisms by hand")
     try:
@@ -60,7 +60,7 @@ def run(args: argparse.Namespace) -> int:
     return 0
 
 
-def look_at_robot(folder: Path) -> tuple[list[FoundMotor] | None, str]:
+def find_motors(folder: Path) -> tuple[list[FoundMotor] | None, str]:
     """Build the robot in a process of its own and ask it for its motors.
 
     Returns:
@@ -74,7 +74,7 @@ def look_at_robot(folder: Path) -> tuple[list[FoundMotor] | None, str]:
         # In a folder of its own: devices keep their configurations in ./ctre_sim.
         with tempfile.TemporaryDirectory() as scratch:
             done = subprocess.run(
-                [sys.executable, "-m", "simcore.robotpy.look", str(folder.resolve() / "robot.py")],
+                [sys.executable, "-m", "simcore.robotpy.motor_survey", str(folder.resolve() / "robot.py")],
                 cwd=scratch,
                 env={**os.environ, "PYTHONPATH": os.pathsep.join(path)},
                 capture_output=True,

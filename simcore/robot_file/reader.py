@@ -3,27 +3,20 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 
 from wpimath.system.plant import DCMotor
 
 from simcore.errors import ConfigError
-from simcore.robot.arm import ArmConfig
-from simcore.robot.elevator import ElevatorConfig
-from simcore.robot.flywheel import FlywheelConfig
+from simcore.pieces.intake import IntakeConfig, IntakeZone
+from simcore.pieces.launch import LaunchParameters
+from simcore.pieces.shooter import ShooterConfig
+from simcore.robot.dc_motor import MOTOR_NAMES, motor
 from simcore.robot.gearbox import GearboxConfig
-from simcore.robot.motor import MOTOR_NAMES, motor
-from simcore.robot.rack import RackConfig
-from simcore.robot.roller import RollerConfig
-from simcore.robot_file.robot_settings import (
-    CONTROLLERS,
-    IntakeSettings,
-    MechanismConfig,
-    MechanismSettings,
-    RobotSettings,
-    ShooterSettings,
-)
+from simcore.robot.mechanisms import ArmConfig, ElevatorConfig, FlywheelConfig, RackConfig, RollerConfig
+from simcore.robot.robot_config import MechanismConfig
+from simcore.robot_file.robot_settings import CONTROLLERS, MechanismSettings, RobotSettings
 from simcore.robot_file.toml_tables import Table, read_tables
 from simcore.vision.camera import (
     LIMELIGHTS,
@@ -34,11 +27,9 @@ from simcore.vision.camera import (
     limelight_type,
 )
 
-__all__ = ["FILE_NAME", "gearbox_motor", "read_settings"]
+__all__ = ["gearbox_motor", "read_settings"]
 
-FILE_NAME = "simcore.toml"
-
-_KINDS = ("flywheel", "roller", "arm", "elevator", "rack")
+_KINDS = ("flywheel", "roller", "arm", "turret", "elevator", "rack")
 _CAMERA_MODES = ("tags", "pieces")
 _MAX_CAN_ID = 62
 
@@ -52,12 +43,15 @@ def read_settings(path: Path) -> RobotSettings:
     if not path.exists():
         return RobotSettings()
     file = read_tables(path)
+    game = file.text("game", None)
     robot = file.table("robot") or Table({}, f"{file.where} [robot]")
     start = file.table("start") or Table({}, f"{file.where} [start]")
     mechanisms = tuple(_mechanism(table) for table in file.tables("mechanism"))
     _require_own_names(file.where, "mechanism", (m.name for m in mechanisms))
     _require_own_devices(file.where, mechanisms)
-    intake, shooter = file.table("intake"), file.table("shooter")
+    by_name = {m.name: m for m in mechanisms}
+    intakes = tuple(_intake(table, by_name) for table in file.table_or_tables("intake"))
+    shooters = tuple(_shooter(table, by_name) for table in file.table_or_tables("shooter"))
     cameras = tuple(_camera(table) for table in file.tables("camera"))
     _require_own_names(file.where, "camera", (c.name for c in cameras))
     file.finish()
@@ -69,10 +63,11 @@ def read_settings(path: Path) -> RobotSettings:
             robot.number("bumper_width", above=0.2, unit="m"),
         )
     settings = RobotSettings(
+        game=game,
         mass=robot.number("mass", d.mass, above=0.0, unit="kg"),
         bumper=bumper,
         center_of_mass_height=robot.number("center_of_mass_height", d.center_of_mass_height, above=0.0, unit="m"),
-        tread=robot.number("tread", d.tread, above=0.0),
+        wheel_cof=robot.number("tread", d.wheel_cof, above=0.0),
         drive_motor=robot.choice("drive_motor", MOTOR_NAMES, None),
         steer_motor=robot.choice("steer_motor", MOTOR_NAMES, None),
         capacity=robot.whole("capacity", d.capacity, most=500),
@@ -83,15 +78,15 @@ def read_settings(path: Path) -> RobotSettings:
             math.radians(start.number("heading_deg", math.degrees(d.start[2]), unit="deg")),
         ),
         mechanisms=mechanisms,
-        intake=None if intake is None else _intake(intake, mechanisms),
-        shooter=None if shooter is None else _shooter(shooter, mechanisms),
+        intakes=intakes,
+        shooters=shooters,
         cameras=cameras,
     )
     for name in ("bumper_length", "bumper_width"):
         robot.number(name, None, above=0.2, unit="m")  # known, also where only one of them is missing
     robot.finish()
     start.finish()
-    if settings.preload > settings.capacity:
+    if settings.capacity is not None and settings.preload > settings.capacity:
         raise start.error(
             "preload", f"must be at most the robot's capacity, {settings.capacity}; got {settings.preload}"
         )
@@ -164,6 +159,15 @@ def _config(t: Table, kind: str, gearbox: GearboxConfig) -> MechanismConfig:
             max_angle=math.radians(high),
             start_angle=math.radians(t.number("start_deg", low, unit="deg")),
         )
+    if kind == "turret":
+        low, high = t.number("min_deg", unit="deg"), t.number("max_deg", unit="deg")
+        return ArmConfig(
+            gearbox=gearbox,
+            inertia=t.number("inertia", above=0.0, unit="kg m^2"),
+            min_angle=math.radians(low),
+            max_angle=math.radians(high),
+            start_angle=math.radians(t.number("start_deg", min(max(0.0, low), high), unit="deg")),
+        )
     if kind == "elevator":
         low = t.number("min_height", 0.0, unit="m")
         return ElevatorConfig(
@@ -183,47 +187,63 @@ def _config(t: Table, kind: str, gearbox: GearboxConfig) -> MechanismConfig:
     )
 
 
-def _intake(t: Table, mechanisms: tuple[MechanismSettings, ...]) -> IntakeSettings:
-    intake = IntakeSettings(
-        x=(t.number("x_min", unit="m"), t.number("x_max", unit="m")),
-        y=(t.number("y_min", unit="m"), t.number("y_max", unit="m")),
-        z_max=t.number("z_max", 0.2, above=0.0, unit="m"),
-        roller=_named(t, "roller", mechanisms),
-        deploy=_named(t, "deploy", mechanisms) if "deploy" in t else t.text("deploy", None),
-        out_at=t.choice("out_at", ("upper", "lower"), "upper"),
-    )
-    for axis, (low, high) in (("x", intake.x), ("y", intake.y)):
+def _intake(t: Table, mechanisms: Mapping[str, MechanismSettings]) -> IntakeConfig:
+    zone = {key: t.number(key, unit="m") for key in ("x_min", "x_max", "y_min", "y_max")}
+    for axis in "xy":
+        low, high = zone[f"{axis}_min"], zone[f"{axis}_max"]
         if not low < high:
             raise t.error(f"{axis}_min", f"must be below {axis}_max, got {low} and {high} m")
+    intake = IntakeConfig(
+        zone=IntakeZone(**zone, z_max=t.number("z_max", 0.2, above=0.0, unit="m")),
+        roller=_named(t, "roller", mechanisms),
+        deploy=_maybe_named(t, "deploy", mechanisms),
+        deployed_at=t.choice("out_at", ("upper", "lower"), "upper"),
+        kinds=t.texts("kinds"),
+    )
     if intake.deploy is None:
         if "out_at" in t:
             raise t.error("out_at", "needs a deploy = <mechanism> beside it")
-    elif isinstance(next(m for m in mechanisms if m.name == intake.deploy).config, (FlywheelConfig, RollerConfig)):
+    elif isinstance(mechanisms[intake.deploy].config, (FlywheelConfig, RollerConfig)):
         raise t.error("deploy", f"must be an arm, elevator or rack, which has stops; got {intake.deploy!r}")
     t.finish()
     return intake
 
 
-def _shooter(t: Table, mechanisms: tuple[MechanismSettings, ...]) -> ShooterSettings:
-    wheels = _named(t, "wheels", mechanisms)
-    if not isinstance(next(m for m in mechanisms if m.name == wheels).config, FlywheelConfig):
-        raise t.error("wheels", f"must be a mechanism of kind flywheel, got {wheels!r}")
-    shooter = ShooterSettings(
+def _shooter(t: Table, mechanisms: Mapping[str, MechanismSettings]) -> ShooterConfig:
+    wheels = _names(t, "wheels", mechanisms)
+    for name in wheels:
+        if not isinstance(mechanisms[name].config, FlywheelConfig):
+            raise t.error("wheels", f"must be a mechanism of kind flywheel, got {name!r}")
+    if len(wheels) > 2 or len(set(wheels)) < len(wheels):
+        raise t.error("wheels", f"must be one flywheel, or two: [lower, upper]; got {list(wheels)}")
+    hood, turret = _maybe_named(t, "hood", mechanisms), _maybe_named(t, "turret", mechanisms)
+    shooter = ShooterConfig(
         wheels=wheels,
-        feeder=_named(t, "feeder", mechanisms) if "feeder" in t else t.text("feeder", None),
-        hood=_named(t, "hood", mechanisms) if "hood" in t else t.text("hood", None),
-        wheel_radius=t.number("wheel_radius", 0.05, above=0.0, unit="m"),
-        exit_efficiency=t.number("exit_efficiency", 0.49, above=0.0),
-        height=t.number("height", above=0.0, unit="m"),
-        forward=t.number("forward", 0.0, unit="m"),
-        yaw=math.radians(t.number("yaw_deg", 0.0, unit="deg")),
-        barrels=t.numbers("barrels", (0.0,)),
-        rate=t.number("shots_per_second", 8.0, above=0.0, unit="1/s"),
+        gate=_names(t, "feeder", mechanisms) if "feeder" in t else t.texts("feeder"),
+        hood=hood,
         elevation=math.radians(t.number("elevation_deg", unit="deg")),
         elevation_per_hood=float(t.number("elevation_per_hood", -1.0)),
+        turret=turret,
+        turret_ratio=float(t.number("turret_ratio", 1.0)),
+        wheel_radius=t.number("wheel_radius", 0.05, above=0.0, unit="m"),
+        exit_efficiency=t.number("exit_efficiency", 0.49 if len(wheels) == 1 else 0.98, above=0.0),
+        launch=LaunchParameters(
+            height=t.number("height", above=0.0, unit="m"),
+            forward=t.number("forward", 0.0, unit="m"),
+            pivot_x=t.number("turret_x", 0.0, unit="m"),
+            pivot_y=t.number("turret_y", 0.0, unit="m"),
+            heading=math.radians(t.number("yaw_deg", 0.0, unit="deg")),
+            barrels=t.numbers("barrels", (0.0,)),
+        ),
+        shot_rate=t.number("shots_per_second", 8.0, above=0.0, unit="1/s"),
+        kinds=t.texts("kinds"),
     )
-    if "elevation_per_hood" in t and shooter.hood is None:
-        raise t.error("elevation_per_hood", "needs a hood = <mechanism> beside it")
+    for key, of, needs in (
+        ("elevation_per_hood", hood, "hood"), ("turret_ratio", turret, "turret"),
+        ("turret_x", turret, "turret"), ("turret_y", turret, "turret"),
+    ):  # fmt: skip
+        if key in t and of is None:
+            raise t.error(key, f"needs a {needs} = <mechanism> beside it")
     t.finish()
     return shooter
 
@@ -246,12 +266,26 @@ def _camera(t: Table) -> CameraConfig:
     return camera
 
 
-def _named(t: Table, key: str, mechanisms: tuple[MechanismSettings, ...]) -> str:
+def _named(t: Table, key: str, mechanisms: Mapping[str, MechanismSettings]) -> str:
     """The mechanism that a key names."""
-    known = [m.name for m in mechanisms]
-    if not known:
+    _require_some(t, key, mechanisms)
+    return str(t.choice(key, tuple(mechanisms)))
+
+
+def _maybe_named(t: Table, key: str, mechanisms: Mapping[str, MechanismSettings]) -> str | None:
+    """The mechanism that a key names, if it is there."""
+    return _named(t, key, mechanisms) if key in t else t.text(key, None)
+
+
+def _names(t: Table, key: str, mechanisms: Mapping[str, MechanismSettings]) -> tuple[str, ...]:
+    """The mechanism or mechanisms that a key names."""
+    _require_some(t, key, mechanisms)
+    return t.choices(key, tuple(mechanisms))
+
+
+def _require_some(t: Table, key: str, mechanisms: Mapping[str, MechanismSettings]) -> None:
+    if not mechanisms:
         raise t.error(key, "must name a mechanism, but there is no [[mechanism]] in the file")
-    return str(t.choice(key, known))
 
 
 def _require_own_names(where: str, what: str, names: Iterable[str]) -> None:

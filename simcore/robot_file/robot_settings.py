@@ -1,30 +1,32 @@
-"""What `simcore.toml` can say of a robot: small frozen records in SI units, each already checked by the reader."""
+"""What `simcore.toml` says, in SI units and checked by the reader, and the robot and the match that follow from it."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import TypeAlias
+from typing import TYPE_CHECKING
 
-from simcore.robot.arm import ArmConfig, ArmSim
-from simcore.robot.elevator import ElevatorConfig, ElevatorSim
-from simcore.robot.flywheel import FlywheelConfig, FlywheelSim
-from simcore.robot.rack import RackConfig, RackSim
-from simcore.robot.roller import RollerConfig, RollerSim
-from simcore.robot.shaft import ShaftSim
+from simcore.errors import ConfigError, UnknownNameError
+from simcore.match.game import Game, RobotEntry
+from simcore.match.match import Match
+from simcore.pieces.intake import IntakeConfig
+from simcore.pieces.shooter import ShooterConfig
+from simcore.pieces.storage import StorageConfig
+from simcore.robot.robot_config import MechanismConfig, RobotConfig
+from simcore.robot.swerve_config import SwerveConfig
+from simcore.robot.tank_drive import TankConfig
+from simcore.telemetry.snapshot import TelemetrySink
 from simcore.vision.camera import CameraConfig
 
-__all__ = [
-    "CONTROLLERS",
-    "IntakeSettings",
-    "MechanismSettings",
-    "RobotSettings",
-    "ShooterSettings",
-]
+if TYPE_CHECKING:
+    import ntcore
+
+__all__ = ["CONTROLLERS", "FILE_NAME", "MechanismSettings", "RobotSettings", "practice_match"]
+
+FILE_NAME = "simcore.toml"
 
 CONTROLLERS = ("TalonFX", "TalonFXS")
 """What can drive a mechanism of the file; others are connected in a physics.py."""
-
-MechanismConfig: TypeAlias = FlywheelConfig | RollerConfig | ArmConfig | ElevatorConfig | RackConfig
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -35,7 +37,7 @@ class MechanismSettings:
     config: MechanismConfig
     """Gears, masses and stops; its type is the kind."""
     motor: str
-    """One of `simcore.robot.motor.MOTOR_NAMES`."""
+    """One of `simcore.robot.dc_motor.MOTOR_NAMES`."""
     controller: str
     """One of `CONTROLLERS`."""
     leader: int
@@ -56,77 +58,21 @@ class MechanismSettings:
         """Ids of all its motor controllers, leader first."""
         return (self.leader, *self.followers)
 
-    def build(self) -> ShaftSim:
-        """The mechanism at its start."""
-        c = self.config
-        if isinstance(c, FlywheelConfig):
-            return FlywheelSim(c)
-        if isinstance(c, RollerConfig):
-            return RollerSim(c)
-        if isinstance(c, ArmConfig):
-            return ArmSim(c)
-        if isinstance(c, ElevatorConfig):
-            return ElevatorSim(c)
-        return RackSim(c)
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class IntakeSettings:
-    """Where pieces are taken in, and when. Lengths in the robot frame [m]."""
-
-    x: tuple[float, float]
-    y: tuple[float, float]
-    z_max: float
-    roller: str
-    """Mechanism that must turn forward."""
-    deploy: str | None = None
-    """Mechanism that must be out; None for an intake that always is."""
-    out_at: str = "upper"
-    """At which of its stops the deploy is out: `upper` or `lower`."""
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class ShooterSettings:
-    """Where pieces leave, how fast, and when."""
-
-    wheels: str
-    """Mechanism whose speed makes the shot."""
-    feeder: str | None = None
-    """Mechanism that must turn forward; None: spinning wheels are enough."""
-    hood: str | None = None
-    """Mechanism that tilts the shot; None for a fixed one."""
-    wheel_radius: float
-    """[m]"""
-    exit_efficiency: float
-    """Speed of the piece over speed of the rim [-]."""
-    height: float
-    """Of the muzzle over the floor [m]."""
-    forward: float
-    """Of the muzzle ahead of the robot's center [m]."""
-    yaw: float
-    """Direction of the shot, counter-clockwise from ahead [rad]."""
-    barrels: tuple[float, ...]
-    """Places across, to the left [m]."""
-    rate: float
-    """Shot events a second [1/s]."""
-    elevation: float
-    """Over the horizontal, with the hood at angle zero [rad]."""
-    elevation_per_hood: float
-    """How the hood's angle counts: 1 or -1 [-]."""
-
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RobotSettings:
     """All of the file; the defaults are what a robot without a file gets."""
 
+    game: str | None = None
+    """Name of the game to play; None: whichever is chosen elsewhere."""
     mass: float = 55.0
     """With bumpers and battery [kg]."""
     bumper: tuple[float, float] | None = None
     """Length and width over the bumpers [m]; None: 15 cm beyond the wheels' centers."""
     center_of_mass_height: float = 0.2
     """[m]"""
-    tread: float = 1.2
-    """Friction of the wheels on carpet [-]."""
+    wheel_cof: float = 1.2
+    """Coefficient of friction of the wheels on carpet [-]."""
     drive_motor: str | None = None
     """None: what the drivetrain's constants say."""
     steer_motor: str | None = None
@@ -134,14 +80,14 @@ class RobotSettings:
     """As a blue robot, field frame [m, m, rad]."""
     preload: int = 0
     """Pieces in the robot at the start."""
-    capacity: int = 50
-    """Pieces that it can hold."""
+    capacity: int | None = None
+    """Pieces that it can hold; None: as many as the game's own robot."""
     mechanisms: tuple[MechanismSettings, ...] = ()
-    intake: IntakeSettings | None = None
-    shooter: ShooterSettings | None = None
+    intakes: tuple[IntakeConfig, ...] = ()
+    shooters: tuple[ShooterConfig, ...] = ()
     cameras: tuple[CameraConfig, ...] = ()
 
-    def with_bumper_around(self, wheels: tuple[tuple[float, float], ...]) -> RobotSettings:
+    def with_bumper_around(self, wheels: Sequence[tuple[float, float]]) -> RobotSettings:
         """The same with bumpers, if it had none, 15 cm beyond the wheels' centers [m]."""
         if self.bumper is not None:
             return self
@@ -152,3 +98,67 @@ class RobotSettings:
     def mechanism(self, name: str) -> MechanismSettings:
         """One of the mechanisms; the reader has made sure that names exist."""
         return next(m for m in self.mechanisms if m.name == name)
+
+    def require_pieces(self, kinds: Sequence[str]) -> None:
+        """Make sure that intakes and shooters name only kinds of pieces that a game has.
+
+        Raises:
+            UnknownNameError: One does not; the text lists the kinds.
+        """
+        named = [kind for intake in self.intakes for kind in intake.kinds]
+        named += [kind for shooter in self.shooters for kind in shooter.kinds]
+        for kind in named:
+            if kind not in kinds:
+                raise UnknownNameError("kind of piece", kind, kinds)
+
+    def robot_config(
+        self, drivetrain: SwerveConfig | TankConfig, *, storage: StorageConfig | None = None
+    ) -> RobotConfig:
+        """The robot.
+
+        Args:
+            drivetrain: With the robot's mass; bumpers are 15 cm beyond its wheels if the file does not say.
+            storage: Room for pieces; the file's capacity replaces its own.
+        """
+        bumper = self.with_bumper_around(drivetrain.wheel_positions).bumper
+        assert bumper is not None
+        room = storage or StorageConfig()
+        return RobotConfig(
+            drivetrain=drivetrain,
+            bumper=bumper,
+            mechanisms={m.name: m.config for m in self.mechanisms},
+            intakes=self.intakes,
+            storage=room if self.capacity is None else replace(room, capacity=self.capacity),
+            shooters=self.shooters,
+            cameras=self.cameras,
+        )
+
+
+def practice_match(
+    game: Game,
+    settings: RobotSettings,
+    drivetrain: SwerveConfig | TankConfig,
+    *,
+    sinks: Sequence[TelemetrySink] = (),
+    network: ntcore.NetworkTableInstance | None = None,
+) -> Match:
+    """A match with one robot, in which every piece counts.
+
+    Args:
+        game: What is played.
+        settings: The robot's.
+        drivetrain: The robot's.
+        sinks: Who wants telemetry.
+        network: Where its cameras publish and listen.
+
+    Raises:
+        ConfigError: The robot cannot be, or does not fit the game.
+        UnknownNameError: It takes in or shoots a kind of piece that the game does not have.
+    """
+    settings.require_pieces([supply.kind.name for supply in game.pieces])
+    config = settings.robot_config(drivetrain, storage=game.robot().storage)
+    most = min(game.preload, config.storage.capacity)
+    if settings.preload > most:
+        raise ConfigError(f"{FILE_NAME} [start]: preload must be at most {most} in {game.name}, got {settings.preload}")
+    entry = RobotEntry(config=config, start=settings.start, preload=settings.preload)
+    return Match(game, robots=(entry,), practice=True, sinks=sinks, network=network)

@@ -25,6 +25,8 @@ _HEAD = """\
 # What `robotpy sim --simcore` cannot read from your robot program. Lengths in meters, angles in degrees, masses in kg.
 # x is forward, y to the left, z up; a robot's origin is on the floor under its center.
 
+# game = "name"                 # where several are installed; left out: the newest
+
 [robot]
 mass = 55.0                     # with bumpers and battery: weigh it
 # bumper_length = 0.80          # outside of the bumpers, along x; left out: 15 cm beyond the wheels' centers
@@ -33,9 +35,9 @@ center_of_mass_height = 0.20
 # tread = 1.2                   # friction of the wheels on carpet
 # drive_motor = "Kraken X60"    # left out: Kraken X60 with FOC
 # steer_motor = "Kraken X44"
-# capacity = 50                 # game pieces that it holds
+# capacity = 1                  # game pieces that it holds; left out: as many as the game's own robot
 
-[start]                         # as a blue robot; red starts at the same place turned by 180 degrees
+[start]                         # as a blue robot; red starts at the corresponding place
 x = 2.0
 y = 1.2
 heading_deg = 0.0
@@ -48,7 +50,7 @@ _NOTHING_FOUND = """\
 #
 # [[mechanism]]
 # name = "shooter"
-# kind = "flywheel"             # flywheel, roller, arm, elevator or rack
+# kind = "flywheel"             # flywheel, roller, arm, turret, elevator or rack
 # leader = 20                   # CAN id
 # followers = [21, 22]
 # opposed = [22]                # followers that are mounted face to face with the leader
@@ -69,12 +71,13 @@ _KINDS = """\
 #   flywheel  inertia [kg m^2]
 #   roller    (inertia, radius)
 #   arm       inertia, min_deg, max_deg, mass, center_of_mass (from the joint), start_deg; 0 is level, 90 upright
+#   turret    inertia, min_deg, max_deg, start_deg; about the vertical, counter-clockwise
 #   elevator  mass, drum_radius, max_height (min_height, start_height)
 #   rack      mass, pinion_radius, travel (start_extension)
 # and, if there is one: cancoder = <id> and cancoder_gearing = <its turns per turn of the mechanism>.
 # reversed = true if your code counts down while the mechanism goes up.
 
-# [intake]                      # fuel in this box is taken in while the roller turns forward
+# [[intake]]                    # pieces in this box are taken in while the roller turns forward; one table an intake
 # x_min = -0.60
 # x_max = -0.35
 # y_min = -0.30
@@ -82,20 +85,26 @@ _KINDS = """\
 # roller = "intake"             # a mechanism
 # deploy = "pivot"              # a mechanism that must be out; leave it out if there is none
 # out_at = "lower"              # at which of its stops it is out: upper or lower
+# kinds = ["Name"]              # kinds of pieces that it takes; left out: all
 
-# [shooter]
-# wheels = "shooter"            # a mechanism of kind flywheel
-# feeder = "feeder"             # a mechanism that must turn forward; leave it out if spinning wheels are enough
+# [[shooter]]                   # one table a shooter
+# wheels = "shooter"            # a mechanism of kind flywheel, or two with speeds of their own: ["lower", "upper"]
+# feeder = "feeder"             # what must turn forward, one name or a list; leave it out if spinning wheels are enough
 # hood = "hood"                 # a mechanism that tilts the shot; leave it out for a fixed one
 # elevation_deg = 65.0          # of the shot, with the hood at angle 0
 # elevation_per_hood = -1       # -1 if the shot gets flatter as the hood goes up
+# turret = "turret"             # a mechanism that turns the shot; leave it out if there is none
+# turret_ratio = 1.0            # turns of the shot per turn of that mechanism
+# turret_x = 0.0                # where the turret's axis is
+# turret_y = 0.0
 # height = 0.5                  # of the muzzle
-# forward = 0.15                # of the muzzle ahead of the robot's center
-# yaw_deg = 0.0                 # direction of the shot; 180 is to the back
+# forward = 0.15                # of the muzzle ahead of the robot's center, or of the turret's axis
+# yaw_deg = 0.0                 # direction of the shot, with the turret at 0; 180 is to the back
 # barrels = [0.0]               # places across, to the left
 # shots_per_second = 8.0
 # wheel_radius = 0.05
-# exit_efficiency = 0.49        # speed of the fuel over speed of the rim: one half against a fixed hood
+# exit_efficiency = 0.49        # speed of the piece over the rim's: one half against a fixed hood, one between wheels
+# kinds = ["Name"]              # kinds of pieces that it throws; left out: all
 
 # [[camera]]
 # name = "limelight"            # of its NetworkTables table

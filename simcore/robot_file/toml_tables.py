@@ -132,6 +132,24 @@ class Table:
             raise self.error(key, f"must be one of {', '.join(known)}, got {value!r}.{_nearest(value, known)}")
         return value
 
+    def texts(self, key: str) -> tuple[str, ...]:
+        """A text that is not empty, or a list of such; empty if it is not there."""
+        value = self._value(key, [], "")
+        texts = value if isinstance(value, list) else [value]
+        if not all(isinstance(v, str) and v.strip() for v in texts) or (key in self._data and not texts):
+            raise self.error(key, f"must be a text in quotes, or a list of such; got {value!r}")
+        return tuple(texts)
+
+    def choices(self, key: str, known: Sequence[str]) -> tuple[str, ...]:
+        """One or more of a closed set of names: a text, or a list of texts."""
+        texts = self.texts(key)
+        if key not in self._data:
+            raise self.error(key, f"is missing; it must be one or more of {', '.join(known)}")
+        for value in texts:
+            if value not in known:
+                raise self.error(key, f"must be one of {', '.join(known)}, got {value!r}.{_nearest(value, known)}")
+        return texts
+
     def table(self, key: str) -> Table | None:
         """A table in this one, or None."""
         value = self._value(key, None, "")
@@ -147,6 +165,14 @@ class Table:
         if not (isinstance(value, list) and all(isinstance(v, dict) for v in value)):
             raise self.error(key, f"must be tables, each under a line [[{key}]]; got {value!r}")
         return [Table(v, f"{self.where} [[{key}]] {v.get('name', number)!r}") for number, v in enumerate(value, 1)]
+
+    def table_or_tables(self, key: str) -> list[Table]:
+        """A single table `[key]`, or the tables of a list `[[key]]`; none if there is neither."""
+        value = self._data.get(key)
+        if isinstance(value, dict):
+            self._asked.append(key)
+            return [Table(value, f"{self.where} [{key}]")]
+        return self.tables(key)
 
     def finish(self) -> None:
         """Say that all keys have been asked for.

@@ -8,9 +8,10 @@ import os
 import platform
 import sys
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from importlib import metadata
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from rich import box
 from rich.console import Console
@@ -18,9 +19,12 @@ from rich.markup import escape
 from rich.table import Table
 
 from simcore.compiled import finder, store
-from simcore.robotpy.checks import machine, packages, physics, project
-from simcore.robotpy.checks.compiled import check_compiled
-from simcore.robotpy.checks.finding import Finding, Level
+from simcore.robotpy.checks import computer_checks, install_checks, project_checks
+from simcore.robotpy.checks.findings import Finding, Level
+
+if TYPE_CHECKING:
+    from simcore.match.game import Game
+    from simcore.match.match import Match
 
 __all__ = ["add_arguments", "examine", "print_findings", "read_settings", "run"]
 
@@ -51,24 +55,24 @@ def examine(folder: Path, *, with_physics: bool = True) -> Iterator[Finding]:
         for distribution in metadata.distributions()
     }
     version = sys.version_info[:3]
-    yield packages.check_python(version)
-    yield packages.check_wheels(platform.system(), platform.machine(), version, _glibc())
-    yield packages.check_engine(installed, _load_engine)
-    yield from packages.check_requirements(installed, _requirements())
-    yield packages.check_year(installed)
+    yield install_checks.check_python(version)
+    yield install_checks.check_wheels(platform.system(), platform.machine(), version, _glibc())
+    yield install_checks.check_engine(installed, _load_engine)
+    yield from install_checks.check_requirements(installed, _requirements())
+    yield install_checks.check_year(installed)
     yield _compiled()
-    yield machine.check_ports(machine.is_taken, machine.owner_of)
-    yield machine.check_screen(platform.system(), os.environ, installed)
-    yield project.check_writable(folder)
-    yield project.check_robot_file(folder)
-    yield project.check_physics_file(folder)
-    yield project.check_settings_file(folder, read_settings)
-    yield project.check_device_settings(folder, time.time())
-    yield project.check_stored_values(folder)
-    finding, build = physics.check_game(metadata.entry_points(group="simcore.sims"))
+    yield computer_checks.check_ports(computer_checks.is_taken, computer_checks.owner_of)
+    yield computer_checks.check_screen(platform.system(), os.environ, installed)
+    yield project_checks.check_writable(folder)
+    yield project_checks.check_robot_file(folder)
+    yield project_checks.check_physics_file(folder)
+    yield project_checks.check_settings_file(folder, read_settings)
+    yield project_checks.check_device_settings(folder, time.time())
+    yield project_checks.check_stored_values(folder)
+    finding, game = computer_checks.check_games(_games)
     yield finding
-    if build is not None and with_physics:
-        yield from physics.check_speed(build, time.perf_counter)
+    if game is not None and with_physics:
+        yield from computer_checks.check_speed(lambda: _match(game), time.perf_counter)
 
 
 def print_findings(findings: list[Finding], console: Console) -> None:
@@ -99,7 +103,7 @@ def _printable(text: str, console: Console) -> str:
 
 def _compiled() -> Finding:
     build = finder.installed()
-    return check_compiled(
+    return install_checks.check_compiled(
         is_off=store.is_off(os.environ),
         folder=build.folder if build else None,
         trouble=build.trouble if build else "",
@@ -126,10 +130,20 @@ def _requirements() -> list[str] | None:
         return None
 
 
+def _games() -> Mapping[str, Game]:
+    from simcore.match.registry import installed_games
+
+    return installed_games()
+
+
+def _match(game: Game) -> Match:
+    from simcore.match.match import Match
+
+    return Match(game)
+
+
 def read_settings(path: Path) -> object:
     """Read and check a simcore.toml."""
-    from simcore.robot_file.reader import (
-        read_settings as read,
-    )  # it needs numpy and wpimath, which may be what is missing
+    from simcore.robot_file import reader  # it needs numpy and wpimath, which may be what is missing
 
-    return read(path)
+    return reader.read_settings(path)

@@ -1,12 +1,12 @@
-"""`robotpy sim --simcore`: puts any robot with a Phoenix 6 swerve drivetrain on the field, with no line of code.
-
-The game comes from the entry points of group `simcore.games`, so that simcore knows none.
-"""
+"""`robotpy sim --simcore`: puts any robot with a Phoenix 6 swerve drivetrain on the field, with no line of code."""
 
 from __future__ import annotations
 
+import argparse
 import inspect
 import logging
+import socket
+import sys
 import types
 from pathlib import Path
 from typing import Any
@@ -14,55 +14,96 @@ from typing import Any
 from pyfrc.physics.core import PhysicsInterface
 
 from simcore.phoenix6.ownership import Ownership
-from simcore.robotpy.attached import AttachedPhysics
-from simcore.robotpy.physics import RobotPhysics
-from simcore.robotpy.taken_port import warn_of_taken_port
+from simcore.robotpy.attached_physics import AttachedPhysics
+from simcore.robotpy.robot_physics import RobotPhysics
 
-__all__ = ["AttachedPhysics", "loadExtension"]
+__all__ = ["attach_physics", "loadExtension", "warn_of_taken_port"]
 
 _log = logging.getLogger(__name__)
+
+NETWORKTABLES = 5810
+"""Port of the NT4 server."""
 
 
 def loadExtension() -> None:
     """What `robotpy sim` calls when the flag is given, after robot.py is imported and before the robot is built."""
     create = PhysicsInterface._create_and_attach
-    AttachedPhysics.ownership = Ownership()
     warn_of_taken_port()
 
-    def attach(cls: Any, robot_class: Any, robot_path: Path) -> tuple[Any, Any]:
-        AttachedPhysics.folder = Path(robot_path)
-        interface, robot_class = create(robot_class, robot_path)
-        if interface is not None:
-            _join(interface.module)
-            return interface, robot_class
-        ours = PhysicsInterface(types.SimpleNamespace(PhysicsEngine=AttachedPhysics))  # type: ignore[no-untyped-call]
-        return ours, _with_physics(robot_class, ours)
+    def create_and_attach(cls: Any, robot_class: Any, robot_path: Path) -> tuple[Any, Any]:
+        return attach_physics(*create(robot_class, robot_path), Path(robot_path))
 
-    PhysicsInterface._create_and_attach = classmethod(attach)  # type: ignore[assignment]
+    PhysicsInterface._create_and_attach = classmethod(create_and_attach)  # type: ignore[assignment]
+
+
+def attach_physics(interface: Any, robot_class: Any, folder: Path) -> tuple[Any, Any]:
+    """Put simcore under a robot program, before its robot is built.
+
+    Args:
+        interface: pyfrc's, of the team's own physics.py; None: there is none.
+        robot_class: Of the program.
+        folder: Where robot.py is.
+
+    Returns:
+        Interface and robot class to go on with.
+    """
+    AttachedPhysics.ownership = Ownership()
+    AttachedPhysics.folder = folder
+    if interface is not None:
+        _join(interface.module)
+        return interface, robot_class
+    ours = PhysicsInterface(types.SimpleNamespace(PhysicsEngine=AttachedPhysics))  # type: ignore[no-untyped-call]
+    return ours, _with_physics(robot_class, ours)
+
+
+def warn_of_taken_port(port: int = NETWORKTABLES) -> bool:
+    """Say it when another program holds NetworkTables' port: dashboards would go on to show that one.
+
+    Asked before the robot program starts its own server, which would fail with one line among many.
+
+    Args:
+        port: On this machine.
+
+    Returns:
+        Whether somebody listens there.
+    """
+    try:
+        socket.create_connection(("127.0.0.1", port), timeout=0.2).close()
+    except OSError:
+        return False
+    _log.warning(
+        "another program (a simulation that is still open?) holds port %d of NetworkTables: dashboards will show that "
+        "one, not this; close it and start again",
+        port,
+    )
+    return True
 
 
 def _join(module: Any) -> None:
     """Let a team's own PhysicsEngine run as before, and ours beside it."""
     theirs = module.PhysicsEngine
-    if issubclass(theirs, RobotPhysics):
+    if issubclass(theirs, RobotPhysics) or issubclass(theirs, _JoinedPhysics):
         return  # it already is ours, with more knowledge of the robot
-    takes_robot = len(_parameters(theirs)) == 2
+    takes_robot = len(inspect.signature(theirs).parameters) == 2
 
-    class PhysicsEngine:
+    class PhysicsEngine(_JoinedPhysics):
         def __init__(self, physics_controller: Any, robot: Any) -> None:
             self.theirs = theirs(physics_controller, robot) if takes_robot else theirs(physics_controller)
             self.ours = AttachedPhysics(physics_controller, robot)
-
-        def update_sim(self, now: float, tm_diff: float) -> None:
-            self.theirs.update_sim(now, tm_diff)
-            self.ours.update_sim(now, tm_diff)
 
     _log.info("the project's own physics.py runs beside simcore, which owns the drivetrain")
     module.PhysicsEngine = PhysicsEngine
 
 
-def _parameters(engine: Any) -> list[str]:
-    return list(inspect.signature(engine).parameters)
+class _JoinedPhysics:
+    """A team's own PhysicsEngine and ours, one after the other."""
+
+    theirs: Any
+    ours: AttachedPhysics
+
+    def update_sim(self, now: float, tm_diff: float) -> None:
+        self.theirs.update_sim(now, tm_diff)
+        self.ours.update_sim(now, tm_diff)
 
 
 def _with_physics(robot_class: Any, interface: Any) -> Any:
@@ -80,3 +121,36 @@ def _with_physics(robot_class: Any, interface: Any) -> Any:
     for name in ("__name__", "__module__", "__qualname__"):
         setattr(PhysicsRobot, name, getattr(robot_class, name))
     return PhysicsRobot
+
+
+# --- the flag --game ----------------------------------------------------------------------------------------------
+
+
+class _ChooseGame(argparse.Action):
+    """Keeps the name for when physics is built: `robotpy sim` hands extensions no options."""
+
+    def __call__(self, parser: Any, namespace: Any, values: Any, option_string: str | None = None) -> None:
+        AttachedPhysics.game_name = values
+
+
+def _add_game_flag() -> None:
+    """Add `--game NAME` beside `--simcore`.
+
+    pyfrc makes a flag without a value of each extension, and nothing more, while it loads them. So the parser is taken
+    from the caller that imports this module for that purpose.
+    """
+    frame: types.FrameType | None = sys._getframe()
+    while frame is not None:
+        parser = frame.f_locals.get("parser")
+        if type(frame.f_locals.get("self")).__name__ == "PyFrcSim" and isinstance(parser, argparse.ArgumentParser):
+            parser.add_argument(
+                "--game",
+                metavar="NAME",
+                action=_ChooseGame,
+                help="with --simcore: the game to play, where several are installed",
+            )
+            return
+        frame = frame.f_back
+
+
+_add_game_flag()

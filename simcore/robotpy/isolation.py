@@ -143,7 +143,7 @@ def _main() -> int:
     try:
         from pyfrc.test_support.pytest_plugin import PyFrcPlugin
 
-        from simcore.robotpy.project import load_robot_class
+        from simcore.robotpy.robot_program import load_robot_class
 
         robot_file = Path(task.robot_file)
         robot = PyFrcPlugin(load_robot_class(robot_file), robot_file, True, task.init_timeout)

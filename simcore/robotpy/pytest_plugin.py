@@ -79,7 +79,7 @@ def pytest_collect_file(file_path: Path, parent: pytest.Collector) -> None:
 @pytest.hookimpl(tryfirst=True)
 def pytest_runtest_protocol(item: pytest.Item) -> bool | None:
     """Under plain pytest: hand a robot test to a process of its own."""
-    if not _is_robot_test(item) or _has_pyfrc(item.config):
+    if not _is_robot_test(item) or _pyfrc(item.config) is not None:
         return None
     from simcore.errors import ConfigError
     from simcore.robotpy.isolation import run_isolated
@@ -127,14 +127,14 @@ def _is_robot_test(item: pytest.Item) -> bool:
     return any(name in names and name not in definitions for name in ("robot", "control"))
 
 
-def _has_pyfrc(config: pytest.Config) -> bool:
-    """Whether pyfrc runs this session: `robotpy test`, or our own child process."""
-    names = {type(plugin).__name__ for plugin in config.pluginmanager.get_plugins()}
-    return bool(names & {"PyFrcPlugin", "IsolatedTestsPlugin"})
+def _pyfrc(config: pytest.Config) -> Any:
+    """The plugin of pyfrc, if it runs this session: `robotpy test`, or our own child process."""
+    plugins = config.pluginmanager.get_plugins()
+    return next((p for p in plugins if type(p).__name__ in ("PyFrcPlugin", "IsolatedTestsPlugin")), None)
 
 
 def _robot_file(item: pytest.Item) -> Path:
-    from simcore.robotpy.project import find_robot_file
+    from simcore.robotpy.robot_program import find_robot_file
 
     return find_robot_file(item.path, named=item.config.getini("simcore_robot"), base=item.config.rootpath)
 
@@ -166,9 +166,13 @@ def _mode(config: pytest.Config) -> str:
 
 @pytest.hookimpl(wrapper=True)
 def pytest_fixture_setup(fixturedef: Any, request: pytest.FixtureRequest) -> Generator[None, Any, Any]:
-    """Put Phoenix 6 into simulated time before pyfrc builds the robot."""
-    if fixturedef.argname == "robot" and _has_pyfrc(request.config) and _mode(request.config) == "simulated":
-        _install()
+    """Before pyfrc builds the robot: Phoenix 6 into simulated time, and on the field what has a simcore.toml."""
+    if fixturedef.argname == "robot":
+        plugin = _pyfrc(request.config)
+        if plugin is not None and _mode(request.config) == "simulated":
+            _install()
+        if plugin is not None and hasattr(plugin, "_robot_class"):
+            _attach(plugin)
     return (yield)
 
 
@@ -179,6 +183,18 @@ def _install() -> None:
         from simcore.robotpy.simulated_phoenix import install_simulated_phoenix
 
         install_simulated_phoenix()
+
+
+def _attach(plugin: Any) -> None:
+    """As `robotpy sim --simcore` does, for a project that describes its robot in a simcore.toml."""
+    from simcore.robot_file.robot_settings import FILE_NAME
+
+    folder = plugin._robot_file.parent
+    if (folder / FILE_NAME).exists():
+        from simcore.robotpy.extension import attach_physics
+
+        plugin._physics, plugin._robot_class = attach_physics(plugin._physics, plugin._robot_class, folder)
+        plugin._physics.log_init_errors = False  # as pyfrc has it in tests
 
 
 # --- the fixture --------------------------------------------------------------------------------------------------
@@ -229,21 +245,20 @@ def pytest_runtest_makereport(item: pytest.Item, call: pytest.CallInfo[Any]) -> 
         _judge_lateness(item, report)
     test = getattr(item, "funcargs", {}).get("sim")
     recording = item.stash.get(_RECORDING, None)
-    if report.failed and test is not None and test.has_run and recording is not None:
-        from simcore.show.evidence import leave_evidence
+    if report.failed and recording is not None and test is not None and test.has_run:
+        from simcore.show.failed_run import save_failed_run
+        from simcore.show.scene import scene_of
 
-        scene = test.game.scene() if hasattr(test.game, "scene") else None
-        left = leave_evidence(
-            recording, item.stash[_OUTPUT], scene=scene, title=item.nodeid, note=f"failed at {test.summary()}"
-        )
+        scene, note = scene_of(test.match), f"failed at {test.summary()}"
+        left = save_failed_run(recording, item.stash[_OUTPUT], scene=scene, title=item.nodeid, note=note)
         report.sections.append(("simcore", f"{left}\nat its end: {test.summary()}"))
     return report
 
 
 def _judge_lateness(item: pytest.Item, report: Any) -> None:
-    if _mode(item.config) != "real" or "simcore.robotpy.physics" not in sys.modules:
+    if _mode(item.config) != "real" or "simcore.robotpy.robot_physics" not in sys.modules:
         return
-    from simcore.robotpy.physics import latest_physics
+    from simcore.robotpy.robot_physics import latest_physics
 
     physics = latest_physics()
     late = 0.0 if physics is None else physics.times.lateness_ms

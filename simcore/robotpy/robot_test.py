@@ -9,7 +9,7 @@ import time
 from collections.abc import Callable
 from contextlib import ExitStack
 from types import TracebackType
-from typing import Any, TextIO
+from typing import TYPE_CHECKING, Any, TextIO
 
 import hal
 from wpilib import Timer
@@ -17,15 +17,20 @@ from wpilib.simulation import DriverStationSim, stepTiming
 from wpimath.geometry import Pose2d
 
 from simcore.errors import ConfigError, SimcoreError
-from simcore.match.report import Score
+from simcore.match.match import Match
+from simcore.match.report import PieceCount, Score
 from simcore.robot.battery import Battery
-from simcore.robotpy.chooser import choose
-from simcore.robotpy.joystick import Joystick, XboxPad
-from simcore.robotpy.physics import RobotPhysics, latest_physics
+from simcore.robot.robot import Robot
+from simcore.robotpy.driver_controls import Joystick, XboxPad, choose_auto
+from simcore.robotpy.robot_physics import RobotPhysics, latest_physics
+from simcore.telemetry.snapshot import TelemetrySink
+from simcore.units import TICK
+
+if TYPE_CHECKING:
+    from pyfrc.test_support.controller import TestController
 
 __all__ = ["ConditionError", "RobotTest"]
 
-TICK = 0.02  # [s]
 _SETTLE = 0.5  # [s]; disabled before the first mode: the alliance becomes known, the dashboard is filled
 _STATIONS = {
     ("blue", 1): hal.AllianceStationID.kBlue1,
@@ -59,7 +64,9 @@ class RobotTest:
             assert sim.score.red >= 8
     """
 
-    def __init__(self, control: Any, robot: Any, *, hang: float = 30.0, complaints: TextIO | None = None) -> None:
+    def __init__(
+        self, control: TestController, robot: Any, *, hang: float = 30.0, complaints: TextIO | None = None
+    ) -> None:
         self.robot = robot
         """The robot object, to look at what it believes; a proxy."""
         self._control = control
@@ -70,7 +77,7 @@ class RobotTest:
         self._wall = 0.0
         self._ran = 0.0
         self._steps = 0
-        self._sinks: list[Any] = []
+        self._sinks: list[TelemetrySink] = []
         self._mode = "disabled"
         self._alliance = "blue"
         self.alliance("blue")
@@ -122,14 +129,16 @@ class RobotTest:
         physics = latest_physics()
         if physics is None:
             raise ConfigError(
-                "no physics: put a physics.py with a PhysicsEngine derived from simcore's RobotPhysics beside robot.py "
-                "(docs/connect.md), or test with pyfrc's own fixtures `robot` and `control`"
+                "no physics: beside robot.py put a simcore.toml (`simcore init` writes one), or a physics.py with a "
+                "PhysicsEngine derived from simcore's RobotPhysics (docs/connect.md), or test with pyfrc's own "
+                "fixtures `robot` and `control`"
             )
         self._physics = physics
         self._stack.callback(gc.unfreeze)  # the physics has frozen what was built
-        if hasattr(physics.game, "sinks"):
-            physics.game.sinks.extend(self._sinks)
+        physics.match.sinks.extend(self._sinks)
         self.run(_SETTLE)
+        if physics.times.ticks == 0:
+            raise SimcoreError(f"no tick of physics has run in {_SETTLE:g} s: the robot program does not call it")
 
     def autonomous(self, name: str | None = None, *, seconds: float = 15.0) -> None:
         """Run autonomous.
@@ -143,7 +152,7 @@ class RobotTest:
         """
         self.start()
         if name is not None:
-            choose(name)
+            choose_auto(name)
             if self._mode == "disabled":
                 self.run(2 * TICK)  # a chooser hears of it at the end of a loop
         self._enter("autonomous")
@@ -177,7 +186,7 @@ class RobotTest:
         """Go on until a condition holds; it is asked after each 20 ms.
 
         Args:
-            condition: E.g. `lambda: sim.fuel.held >= 8`.
+            condition: E.g. `lambda: sim.pieces.held >= 8`.
             timeout: Simulated time after which it is an error [s].
 
         Returns:
@@ -208,14 +217,24 @@ class RobotTest:
         return self._physics
 
     @property
-    def game(self) -> Any:
-        """The game, e.g. `RebuiltSim`."""
-        return self.physics.game
+    def match(self) -> Match:
+        """The match, with everything on the field."""
+        return self.physics.match
 
     @property
-    def plant(self) -> Any:
-        """The robot in the game, e.g. `RebuiltRobot`."""
-        return self.physics.plant
+    def robot_sim(self) -> Robot:
+        """The robot in the match."""
+        return self.physics.robot_sim
+
+    @property
+    def game(self) -> Match:
+        """The same as `match`."""
+        return self.match
+
+    @property
+    def plant(self) -> Robot:
+        """The same as `robot_sim`."""
+        return self.robot_sim
 
     @property
     def time(self) -> float:
@@ -225,47 +244,42 @@ class RobotTest:
     @property
     def pose(self) -> Pose2d:
         """Where the robot truly is."""
-        x, y, yaw = self.plant.chassis.pose
+        x, y, yaw = self.robot_sim.chassis.pose
         return Pose2d(x, y, yaw)
 
     @property
     def score(self) -> Score:
         """Points so far."""
-        totals = self.game.tracker.totals
-        return Score(red=totals["red"], blue=totals["blue"], total=totals["red"] + totals["blue"])
+        return self.match.score
 
     @property
-    def fuel(self) -> Any:
+    def pieces(self) -> PieceCount:
         """Where all pieces are: `held`, `scored`, `on_field`, `in_flight`."""
-        return self.game.fuel
+        return self.match.count
 
     @property
     def battery(self) -> Battery:
         """Voltage, its lowest so far, and the whole robot's current."""
-        return self.physics.plant.battery
+        return self.robot_sim.battery
 
     @property
     def currents(self) -> dict[str, list[float]]:
-        """In the motors of the drivetrain, `drive` and `steer`, module by module [A]."""
-        drive = self.plant.drive
-        return {
-            "drive": [float(a) for a in drive.drive_motors.current],
-            "steer": [float(a) for a in drive.steer_motors.current],
-        }
+        """In the motors of the drivetrain [A], by group: `drive` and `steer` of swerve, `left` and `right` of tank."""
+        return self.robot_sim.drive.motor_currents()
 
     @property
     def digest(self) -> str:
         """Of everything that moved since the start: equal if and only if two runs were the same to the last bit."""
-        return str(self.game.digest.hexdigest())
+        return self.match.digest.hexdigest()
 
     @property
     def realtime_factor(self) -> float:
         """How many times faster than real time the robot ran so far."""
         return self._ran / self._wall if self._wall > 0.0 else math.nan
 
-    # --- evidence -------------------------------------------------------------------------------------------------
+    # --- what a failed test leaves -----------------------------------------------------------------------------------
 
-    def add_sink(self, sink: Any) -> None:
+    def add_sink(self, sink: TelemetrySink) -> None:
         """Log telemetry there; before the robot starts."""
         self._sinks.append(sink)
 
@@ -276,7 +290,7 @@ class RobotTest:
 
     def summary(self) -> str:
         """One line: where robot and score stand."""
-        x, y, yaw = self.plant.chassis.pose
+        x, y, yaw = self.robot_sim.chassis.pose
         return (
             f"{self.time:.2f} s, {self._alliance}, {self._mode}, robot at ({x:.2f}, {y:.2f}) m, "
             f"{math.degrees(yaw):.0f} deg, score blue {self.score.blue} red {self.score.red}"

@@ -1,4 +1,4 @@
-"""Phoenix 6 in FPGA time: the stand-in for CTRE's libraries, fed and clocked by the robot program's own clock."""
+"""Phoenix 6 in FPGA time: the emulator of CTRE's libraries, enabled and stepped by the robot program's own clock."""
 
 from __future__ import annotations
 
@@ -8,9 +8,8 @@ from phoenix6.phoenix_native import Native
 from phoenix6.wpiutils.auto_feed_enable import AutoFeedEnable
 from wpilib import DriverStation, Timer
 
-from simcore import phoenix6_emulator as standin
-from simcore.phoenix6_emulator import StandIn
-from simcore.phoenix6_emulator.swerve.api import SwerveApi
+from simcore import phoenix6_emulator
+from simcore.phoenix6_emulator import Emulator
 
 __all__ = ["PhoenixTime", "install_simulated_phoenix", "phoenix_time"]
 
@@ -27,7 +26,7 @@ class PhoenixTime:
         world: The devices.
     """
 
-    def __init__(self, world: StandIn) -> None:
+    def __init__(self, world: Emulator) -> None:
         self.world = world
 
     def step(self, dt: float) -> None:
@@ -42,21 +41,13 @@ class PhoenixTime:
             self.step(behind)
 
 
-_swerve: dict[int, SwerveApi] = {}
-
-
 def install_simulated_phoenix() -> PhoenixTime:
     """Run Phoenix 6 in simulated time from here on, with no device yet; call before the robot object is built.
 
     Raises:
         SeamError: The installed phoenix6 does not fit; the text names a version that does.
     """
-    world = standin.install()
-    if id(world) not in _swerve:
-        swerve = _swerve[id(world)] = SwerveApi(world)
-        api: Any = world.api
-        api.add(swerve.functions())
-    _swerve[id(world)].reset()
+    world = phoenix6_emulator.install()
     native: Any = Native.instance()
     native.c_ctre_phoenix6_get_current_time_seconds = Timer.getFPGATimestamp
     native.c_ctre_phoenix6_get_system_time_seconds = Timer.getFPGATimestamp
@@ -67,7 +58,7 @@ def install_simulated_phoenix() -> PhoenixTime:
 
 def phoenix_time() -> PhoenixTime | None:
     """The clock of the simulated devices; None while Phoenix 6 is CTRE's own, on the wall clock."""
-    world = standin.installed()
+    world = phoenix6_emulator.installed()
     return None if world is None else PhoenixTime(world)
 
 

@@ -30,7 +30,7 @@ from wpilib.simulation import (
 
 from simcore.errors import ConfigError, UnknownNameError, require_positive
 
-__all__ = ["AbsoluteEncoderPort", "EncoderPort", "GyroPort", "PWMMotorPort", "SimDeviceGyroPort"]
+__all__ = ["AbsoluteEncoderPort", "EncoderPort", "PWMMotorPort", "SimDeviceGyroPort", "WPILibGyroPort"]
 
 
 class PWMMotorPort:
@@ -136,7 +136,7 @@ class AbsoluteEncoderPort:
         self._sim.set((self._zero + angle * self._per_rad) % self._range)
 
 
-class GyroPort:
+class WPILibGyroPort:
     """An `ADXRS450_Gyro` or `AnalogGyro`: clockwise positive in degrees, as these are; `reset()` works.
 
     Args:
@@ -152,7 +152,7 @@ class GyroPort:
         elif isinstance(gyro, AnalogGyro):
             self._sim = AnalogGyroSim(gyro)
         else:
-            raise ConfigError(f"GyroPort: want an ADXRS450_Gyro or AnalogGyro, got {type(gyro).__name__}")
+            raise ConfigError(f"WPILibGyroPort: want an ADXRS450_Gyro or AnalogGyro, got {type(gyro).__name__}")
         self._gyro = gyro
         self._shown = 0.0
         self._offset = 0.0

@@ -12,11 +12,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from simcore.errors import ConfigError, OutputError, require_positive
-from simcore.show import colors
-from simcore.show.frames import FramePainter
-from simcore.show.scene import Scene
-from simcore.telemetry.output import output_error, require_writable
+from simcore.show.frame_painter import FramePainter
+from simcore.show.scene import CARPET, HIT, INK, MISS, MUTED, Scene, rgb, tint
 from simcore.telemetry.recording import Recording
+from simcore.telemetry.sinks import output_error, require_writable
 
 if TYPE_CHECKING:
     from PIL.Image import Image
@@ -63,7 +62,7 @@ def animate(
     frames = (painter.draw(time) for time in frame_times(start, end, speed))
     try:
         if path.suffix.lower() == ".gif":
-            _write_gif(path, frames)
+            _write_gif(path, frames, _colors_of(recording, scene))
         else:
             _write_mp4(path, frames)
     except OSError as error:
@@ -100,16 +99,23 @@ def frame_times(start: float, end: float, speed: float = 1.0) -> list[float]:
     return [start, *(round(number * period, 6) for number in between), *([end] if end > start else [])]
 
 
-def _write_gif(path: Path, frames: Iterator[Image]) -> None:
+def _colors_of(recording: Recording, scene: Scene) -> list[str]:
+    """Those of the pieces on this field: on the floor and in the air, then of their edges."""
+    names = [*scene.pieces, *(name for name in recording.pieces_at(0.0) if name not in scene.pieces)]
+    looks = [scene.look(name) for name in names]
+    return [color for look in looks for color in (look.color, look.air_color)] + [look.edge_color for look in looks]
+
+
+def _write_gif(path: Path, frames: Iterator[Image], pieces: list[str]) -> None:
     """With one palette for all frames, looked up in a table: to quantize each would take five times as long."""
     from PIL import Image
 
     first = next(frames)
-    palette, table = _palette(first)
+    palette, table = _palette(first, pieces)
 
     def indexed(frame: Image.Image) -> Image.Image:
-        rgb = np.asarray(frame, dtype=np.uint16)
-        code = ((rgb[..., 0] >> 3) << 11) | ((rgb[..., 1] >> 2) << 5) | (rgb[..., 2] >> 3)
+        values = np.asarray(frame, dtype=np.uint16)
+        code = ((values[..., 0] >> 3) << 11) | ((values[..., 1] >> 2) << 5) | (values[..., 2] >> 3)
         picture = Image.fromarray(table[code])
         picture.putpalette(palette)
         return picture
@@ -125,27 +131,28 @@ def _write_gif(path: Path, frames: Iterator[Image]) -> None:
     )
 
 
-def _palette(picture: Image) -> tuple[list[int], np.ndarray[Any, np.dtype[np.uint8]]]:
+def _palette(picture: Image, pieces: list[str]) -> tuple[list[int], np.ndarray[Any, np.dtype[np.uint8]]]:
     """256 colors: those that we draw with, and their blends at edges; and the nearest of them for each 16-bit color."""
     from PIL import Image
 
-    names = (colors.CARPET, colors.INK, colors.MUTED, colors.FUEL, colors.FUEL_IN_AIR, colors.HIT, colors.MISS)
-    tints = (color for alliance in ("blue", "red", "") for color in colors.tint(alliance))
-    solid = [(255, 255, 255), *map(colors.rgb, (*names, *tints))]
+    edges = pieces[2 * len(pieces) // 3 :]
+    names = (CARPET, INK, MUTED, *pieces[: 2 * len(pieces) // 3], HIT, MISS)
+    tints = (color for alliance in ("blue", "red", "") for color in tint(alliance))
+    solid = [(255, 255, 255), *map(rgb, (*names, *tints))]
     blends = [
         tuple(round(a + part * (b - a)) for a, b in zip(one, other, strict=True))
-        for other in map(colors.rgb, (colors.CARPET, "#ffffff", colors.FUEL_EDGE))
+        for other in map(rgb, (CARPET, "#ffffff", *edges))
         for one in solid
         for part in (0.25, 0.5, 0.75)
     ]
     seen = picture.quantize(64, method=Image.Quantize.FASTOCTREE).getpalette() or []
     found = [tuple(seen[i : i + 3]) for i in range(0, len(seen), 3)]
-    table = np.array(list(dict.fromkeys((*solid, colors.rgb(colors.FUEL_EDGE), *found, *blends)))[:256], dtype=np.int32)
+    table = np.array(list(dict.fromkeys((*solid, *map(rgb, edges), *found, *blends)))[:256], dtype=np.int32)
     codes = np.arange(65536)
-    rgb = np.stack((((codes >> 11) << 3) + 4, ((codes >> 5) % 64 << 2) + 2, (codes % 32 << 3) + 4), axis=1)
+    values = np.stack((((codes >> 11) << 3) + 4, ((codes >> 5) % 64 << 2) + 2, (codes % 32 << 3) + 4), axis=1)
     distance = np.zeros((65536, len(table)), dtype=np.int32)
     for channel, weight in enumerate((3, 6, 1)):  # as the eye weighs red, green and blue
-        distance += weight * (rgb[:, channel, None] - table[None, :, channel]) ** 2
+        distance += weight * (values[:, channel, None] - table[None, :, channel]) ** 2
     return table.ravel().tolist(), distance.argmin(axis=1).astype(np.uint8)
 
 

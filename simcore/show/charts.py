@@ -5,15 +5,18 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from simcore.show.colors import HIT, INK, MISS, PATH, tint
-from simcore.show.scene import Scene
+from simcore.show.scene import GRID, HIT, INK, MISS, MUTED, PATH, Scene, tint
 from simcore.telemetry.recording import Recording
 from simcore.typing import FloatArray
 
-__all__ = ["Chart", "Curve", "bounds", "charts_of", "thinned"]
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+__all__ = ["Chart", "Curve", "bounds", "charts_of", "draw_chart", "thinned"]
 
 _EACH_ROBOT = (PATH, HIT, MISS, INK, tint("blue")[1], tint("red")[1])
 BROWNOUT = 6.75  # [V]; of a roboRIO 2
@@ -60,9 +63,9 @@ def charts_of(recording: Recording, scene: Scene) -> list[Chart]:
             yield name(number, one), _EACH_ROBOT[number % 6], f"{robot.prefix}/{key}", is_stepped
 
     currents = list(each("Debug/BatteryCurrent", "battery"))
-    if not several:
+    if len(robots) == 1:
         currents.append(("drivetrain", MISS, f"{scene.robots[0].prefix}/Debug/DrivetrainCurrent", False))
-    piece, by_robot = scene.piece_name, ", by robot" if several else ""
+    pieces, by_robot = scene.piece_names, ", by robot" if several else ""
     wanted: list[tuple[str, str, Iterable[tuple[str, str, str, bool]], float | None, str, bool]] = [
         (
             "Score",
@@ -82,9 +85,9 @@ def charts_of(recording: Recording, scene: Scene) -> list[Chart]:
             True,
         ),
         (
-            f"{piece.capitalize()} held{by_robot}",
+            f"{pieces.capitalize()} held{by_robot}",
             "",
-            each("Intake/HeldCount", "in the hopper", is_stepped=True),
+            each("Intake/HeldCount", "in the robot", is_stepped=True),
             None,
             "",
             True,
@@ -94,7 +97,7 @@ def charts_of(recording: Recording, scene: Scene) -> list[Chart]:
             "Work",
             "",
             [
-                (f"awake {piece}", PATH, "Sim/Performance/AwakePieces", True),
+                (f"awake {pieces}", PATH, "Sim/Performance/AwakePieces", True),
                 ("sub-steps", MISS, "Sim/Performance/SubSteps", True),
             ],
             None,
@@ -149,4 +152,55 @@ def thinned(curve: Curve, buckets: int = 400) -> Curve:
         times=curve.times[rows],
         values=curve.values[rows],
         is_stepped=curve.is_stepped,
+    )
+
+
+def draw_chart(axes: Axes, chart: Chart, *, is_last: bool) -> None:
+    """Draw curves and limit with matplotlib; only the last row of charts names the time axis."""
+    low, high = bounds(chart)
+    for curve in chart.curves:
+        style = "steps-post" if curve.is_stepped else "default"
+        thin = thinned(curve)
+        axes.plot(thin.times, thin.values, color=curve.color, linewidth=1.5, drawstyle=style, label=curve.label)
+    axes.set_ylim(low, high)
+    if chart.limit is not None and low <= chart.limit <= high:
+        axes.axhline(chart.limit, color=INK, linewidth=1.0, linestyle=(0, (4, 3)))
+        place = (1.0, chart.limit)
+        axes.text(
+            *place,
+            f"{chart.limit_label} {chart.limit:g} {chart.unit} ",
+            transform=axes.get_yaxis_transform(),
+            ha="right",
+            va="bottom",
+            fontsize=8.5,
+            color=MUTED,
+        )
+    axes.set_xlim(min(float(c.times[0]) for c in chart.curves), max(float(c.times[-1]) for c in chart.curves) + 1e-9)
+    axes.set_title(
+        f"{chart.title} [{chart.unit}]" if chart.unit else chart.title,
+        fontsize=10.5,
+        fontweight="bold",
+        color=INK,
+        loc="left",
+        pad=5,
+    )
+    axes.grid(True, color=GRID, linewidth=0.8)
+    axes.set_axisbelow(True)
+    axes.set_facecolor("#f7f8f9")
+    axes.tick_params(labelsize=9, colors=MUTED, length=3)
+    for spine in axes.spines.values():
+        spine.set_visible(False)
+    if is_last:
+        axes.set_xlabel("time [s]", fontsize=9, color=MUTED, labelpad=2)
+    # a fixed place: looking for the best one costs a tenth of a second
+    axes.legend(
+        loc="lower right",
+        bbox_to_anchor=(1.01, 0.97),
+        ncols=len(chart.curves),
+        frameon=False,
+        fontsize=9,
+        handlelength=1.2,
+        columnspacing=1.0,
+        labelcolor=INK,
+        borderaxespad=0.3,
     )

@@ -9,10 +9,11 @@ from typing import Any
 import numpy as np
 
 from simcore.errors import ModelError
+from simcore.show.scene import PieceLook, rgb
 from simcore.show.view_models import Model
 from simcore.typing import FloatArray, IntArray
 
-__all__ = ["box_glb", "linear_rgba", "painted_glb", "piece_mesh", "sphere_mesh"]
+__all__ = ["PieceMesh", "box_glb", "linear_rgba", "look_mesh", "painted_glb", "piece_mesh"]
 
 PieceMesh = tuple[FloatArray, IntArray, tuple[int, int, int]]
 """Vertices [m], triangles, color."""
@@ -67,12 +68,15 @@ def piece_mesh(model: Model) -> PieceMesh:
     return np.asarray(mesh.vertices), np.asarray(mesh.faces), color
 
 
-def sphere_mesh(radius: float, color: tuple[int, int, int]) -> PieceMesh:
-    """A ball [m]."""
+def look_mesh(look: PieceLook) -> PieceMesh:
+    """A ball or a box for a piece without a model."""
     import trimesh
 
-    ball = trimesh.creation.icosphere(subdivisions=1, radius=radius)
-    return np.asarray(ball.vertices), np.asarray(ball.faces), color
+    if look.size is None:
+        mesh = trimesh.creation.icosphere(subdivisions=1, radius=look.reach)
+    else:
+        mesh = trimesh.creation.box(look.size)
+    return np.asarray(mesh.vertices), np.asarray(mesh.faces), rgb(look.color)
 
 
 def box_glb(size: tuple[float, float, float], height: float, color: tuple[int, int, int]) -> bytes:

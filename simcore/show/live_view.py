@@ -63,7 +63,7 @@ class LiveView:
         return _ViewSink(self)
 
     def after_tick(self, simulated: float, *, should_stop: Callable[[], bool] = lambda: False) -> None:
-        """Wait until the next tick is due: the speed that the page asks for, or its pause."""
+        """Wait until the next tick is due, by the speed or the pause chosen on the page."""
         self.pacer.wait(simulated, should_stop=lambda: should_stop() or self.wants_restart)
 
     @property
@@ -72,7 +72,7 @@ class LiveView:
         return self._restart is not None
 
     def restart(self, seed: int) -> None:
-        """Ask for another run."""
+        """Request another run."""
         self.set_paused(False)
         self._restart = seed
 
@@ -82,7 +82,7 @@ class LiveView:
         self._pause.label = "go on" if paused else "pause"
 
     def next_seed(self, last: Snapshot, *, should_stop: Callable[[], bool] = lambda: False) -> int | None:
-        """Show how a run ended and wait for a restart; its seed, or None when `should_stop` says so first."""
+        """Show how a run ended and wait for a restart; its seed, or None when `should_stop` returns true first."""
         if not self.wants_restart:
             self.page.show(last)
             self._state.content = "the run is over"

@@ -6,34 +6,33 @@ import argparse
 import math
 import re
 import sys
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from dataclasses import replace
-from importlib import metadata
 from pathlib import Path
-from typing import Any
 
 from simcore.errors import LogError, OutputError
+from simcore.match.registry import find_game, installed_games
 from simcore.show.animation import animate, check_animation
-from simcore.show.evidence import empty_scene
+from simcore.show.failed_run import empty_scene, recorded_robots
 from simcore.show.flights import flights_of
 from simcore.show.page import write_page
-from simcore.show.scene import RobotLook, Scene
-from simcore.show.summary import draw_summary
+from simcore.show.picture import draw_summary
+from simcore.show.scene import Scene, bare_scene
 from simcore.telemetry.log_reader import TelemetryLog, read_log
-from simcore.telemetry.output import require_writable
 from simcore.telemetry.recording import Recording
+from simcore.telemetry.sinks import require_writable
 
 __all__ = ["add_arguments", "recording_of", "run", "scene_of_log"]
 
 _PERIOD = 0.02  # [s]
 _OURS = re.compile(r"^(Sim|Robot)/")
-_OTHERS = re.compile(r"^Sim/Robots/(\d+)/Robot/Pose3d$")
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Options of the command."""
     parser.add_argument("log", type=Path, metavar="FILE.wpilog", help="of simcore, DataLogManager or AdvantageKit")
     parser.add_argument("--page", type=Path, metavar="FILE.html", help="default: beside the log")
+    parser.add_argument("--game", metavar="NAME", help="whose field (default: the game that the log names)")
     parser.add_argument("--picture", type=Path, metavar="FILE.png", help="default: beside the log")
     parser.add_argument("--animation", type=Path, metavar="FILE.gif", help="a moving picture, too: GIF or MP4")
 
@@ -51,7 +50,7 @@ def run(args: argparse.Namespace) -> int:
         if path is not None:
             require_writable(kind, path)
     recording = recording_of(read_log(args.log))
-    scene = scene_of_log(recording, metadata.entry_points(group="simcore.scenes"))
+    scene = scene_of_log(recording, args.game)
     title = args.log.stem
     drawings: list[tuple[str, Path | None, Callable[..., None]]] = [
         ("page", args.page or args.log.with_suffix(".html"), write_page),
@@ -93,20 +92,25 @@ def recording_of(log: TelemetryLog) -> Recording:
     return recording
 
 
-def scene_of_log(recording: Recording, games: Iterable[Any]) -> Scene:
-    """The field of the installed game, and the robots that were recorded.
+def scene_of_log(recording: Recording, game: str | None = None) -> Scene:
+    """The field of the game that was played, and the robots that were recorded.
 
     Args:
         recording: The run.
-        games: Entry points of group `simcore.scenes`: functions that return a scene without robots.
+        game: Name of the game; None: the one that the log names, else the newest that is installed.
+
+    Raises:
+        UnknownNameError: No game of that name is installed.
     """
-    found = list(games)
-    scene = found[0].load()() if found else empty_scene(recording)
-    others = sorted(int(match[1]) for match in map(_OTHERS.match, recording.keys) if match)
-    robots = []
-    for prefix in ("Sim", *(f"Sim/Robots/{number}" for number in others)):
-        is_red = f"{prefix}/Robot/IsRed"
-        red = recording.has(is_red) and bool(recording.series(is_red)[1][-1])
-        robots.append(RobotLook(prefix=prefix, alliance="red" if red else "blue"))
+    known = installed_games()
+    name = game or recorded_game(recording) or next(iter(known), None)
+    scene = bare_scene(find_game(name)) if game or name in known else empty_scene(recording)
     flights = [flights_of(recording, key) for key in recording.keys if key.startswith("Sim/InFlight/")]
-    return replace(scene, robots=tuple(robots), shots=[shot for shots in flights for shot in shots])
+    return replace(scene, robots=recorded_robots(recording), shots=[shot for shots in flights for shot in shots])
+
+
+def recorded_game(recording: Recording) -> str | None:
+    """The name of the game that was played, if the run says so."""
+    if "Sim/Match/Game" not in recording.keys:
+        return None
+    return recording.strings("Sim/Match/Game")[1][-1]

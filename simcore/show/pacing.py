@@ -10,7 +10,7 @@ from simcore.errors import ConfigError
 
 __all__ = ["FrameRate", "Pacer"]
 
-_NAP = 0.02  # [s]; the longest sleep, so that pause, speed and Ctrl-C are felt at once
+_NAP = 0.02  # [s]; the longest sleep, so that pause, speed and Ctrl-C act at once
 _BEHIND = 0.25  # [s]; what is lost beyond this is not caught up with
 
 
@@ -49,7 +49,7 @@ class Pacer:
         self._anchor = None
 
     def wait(self, simulated: float, *, should_stop: Callable[[], bool] = lambda: False) -> None:
-        """Return when the simulated time [s] is due; at once after `should_stop` says so."""
+        """Return when the simulated time [s] is due; at once if `should_stop` returns true."""
         while not should_stop():
             if self.paused:
                 self._anchor = None

@@ -57,11 +57,23 @@
     const part = next.time > frame.time ? Math.min(1, Math.max(0, (time - frame.time) / (next.time - frame.time))) : 0;
     pen.lineWidth = 1.2;
     for (const place of piecesAt(i).keys()) {
-      const z = place % 16, y = Math.floor(place / 16) % 2048 - 500, x = Math.floor(place / 32768) - 500;
+      // see _piece_codes in page.py
+      const z = place % 16, y = Math.floor(place / 16) % 2048 - 500, x = Math.floor(place / 32768) % 65536 - 500;
+      const high = Math.floor(place / 2147483648), look = run.pieces[high % 16], larger = 1 + 0.06 * z;
       pen.beginPath();
-      pen.arc(x, run.width - y, run.radius * (1 + 0.06 * z), 0, 2 * Math.PI);
-      pen.fillStyle = z > 2 ? "#ffb300" : "#ffd923";
-      pen.strokeStyle = "#7d6400";
+      if (look.isRound) {
+        pen.arc(x, run.width - y, look.reach * larger, 0, 2 * Math.PI);
+      } else {
+        const outline = Math.floor(high / 16), unit = 2 * look.reach * larger / 63;
+        const length = Math.floor(outline / 4096) * unit, width = Math.floor(outline / 64) % 64 * unit;
+        pen.save();
+        pen.translate(x, run.width - y);
+        pen.rotate(-(outline % 64) * Math.PI / 64);
+        pen.rect(-length / 2, -width / 2, length, width);
+        pen.restore();
+      }
+      pen.fillStyle = z > 2 ? look.air : look.color;
+      pen.strokeStyle = look.edge;
       pen.fill();
       pen.stroke();
     }

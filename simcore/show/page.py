@@ -16,18 +16,17 @@ from typing import Any
 import numpy as np
 
 from simcore.show.charts import charts_of, thinned
-from simcore.show.colors import tint
-from simcore.show.page_parts import PLOT, field_svg, figure_html, key_html
-from simcore.show.scene import Scene
-from simcore.show.summary import planar
-from simcore.telemetry.output import output_error
+from simcore.show.page_svg import PLOT, field_svg, figure_html, key_html
+from simcore.show.scene import PieceLook, Scene, tint
 from simcore.telemetry.recording import Recording
+from simcore.telemetry.sinks import output_error
 from simcore.typing import FloatArray
 
 __all__ = ["write_page"]
 
 _HERE = Path(__file__).parent
 _MOST_FRAMES = 800
+_PIECES = "Sim/GamePieces/"
 
 
 def write_page(path: str | Path, recording: Recording, scene: Scene, *, title: str = "run", subtitle: str = "") -> None:
@@ -51,7 +50,16 @@ def write_page(path: str | Path, recording: Recording, scene: Scene, *, title: s
         "start": round(start, 3),
         "end": round(end, 3),
         "width": round(100.0 * scene.field_size[1]),
-        "radius": round(100.0 * scene.piece_radius, 1),
+        "pieces": [
+            {
+                "isRound": look.size is None,
+                "reach": round(100.0 * look.reach, 1),
+                "color": look.color,
+                "air": look.air_color,
+                "edge": look.edge_color,
+            }
+            for look in map(scene.look, _types(recording))
+        ],
         "robots": [
             {
                 "color": tint(robot.alliance)[1],
@@ -128,7 +136,7 @@ _PAGE = """<!DOCTYPE html>
 
 
 def _facts(recording: Recording, scene: Scene) -> list[tuple[str, str]]:
-    """The numbers that people ask for first."""
+    """Score, shots, distance, lowest voltage and duration."""
     facts: list[tuple[str, str]] = []
     for name, key in (("blue", "Sim/Score/Blue"), ("red", "Sim/Score/Red")):
         if recording.has(key):
@@ -139,9 +147,9 @@ def _facts(recording: Recording, scene: Scene) -> list[tuple[str, str]]:
         hits, shots = (recording.series(key)[1][-1] for key in ("Sim/Hits", "Sim/Shots"))
         facts.append(("shots hit", f"{hits:.0f} of {shots:.0f}"))
     if len(scene.intakes):
-        facts.append((f"{scene.piece_name} taken in", str(len(scene.intakes))))
+        facts.append((f"{scene.piece_names} taken in", str(len(scene.intakes))))
     whose = " by robot 0" if len(scene.robots) > 1 else ""
-    path = planar(recording, scene.robots[0].pose_key) if scene.robots else np.empty((0, 3))
+    path = recording.path(scene.robots[0].pose_key) if scene.robots else np.empty((0, 3))
     if len(path):
         facts.append((f"driven{whose}", f"{np.linalg.norm(np.diff(path[:, :2], axis=0), axis=1).sum():.1f} m"))
     volts = f"{scene.robots[0].prefix}/Debug/BatteryVoltage" if scene.robots else ""
@@ -166,13 +174,17 @@ def _frames(recording: Recording, scene: Scene) -> list[dict[str, Any]]:
     robots = []
     for robot in scene.robots:
         if recording.has(robot.pose_key):
-            robots.append((recording.poses(robot.pose_key)[0], planar(recording, robot.pose_key)))
+            robots.append((recording.poses(robot.pose_key)[0], recording.path(robot.pose_key)))
         else:
             robots.append((np.empty(0), np.empty((0, 3))))
+    types = _types(recording)
     before: Counter[int] = Counter()
     frames = []
     for time in marks.tolist():
-        now = Counter(_places(recording.places(time)))
+        pieces = recording.pieces_at(time)
+        now = Counter(
+            code for kind, name in enumerate(types) for code in _piece_codes(pieces[name], scene.look(name), kind)
+        )
         poses: list[list[float] | None] = []
         for at, rows in robots:
             row = int(np.searchsorted(at, time + 1e-9)) - 1
@@ -191,13 +203,29 @@ def _frames(recording: Recording, scene: Scene) -> list[dict[str, Any]]:
     return frames
 
 
-def _places(centers: FloatArray) -> list[int]:
-    """A whole number per piece: its place to the centimeter, its height to the decimeter; page.js takes them apart."""
-    centers = centers[np.isfinite(centers).all(axis=1)]
-    x = np.clip(np.rint(100.0 * centers[:, 0]) + 500, 0, 65535).astype(np.int64)
-    y = np.clip(np.rint(100.0 * centers[:, 1]) + 500, 0, 2047).astype(np.int64)
-    z = np.clip(10.0 * centers[:, 2], 0, 15).astype(np.int64)
-    return ((x * 2048 + y) * 16 + z).tolist()  # type: ignore[no-any-return]
+def _types(recording: Recording) -> list[str]:
+    """Types of pieces in the order of their numbers in the page."""
+    return [key.removeprefix(_PIECES) for key in recording.keys if key.startswith(_PIECES)]
+
+
+def _piece_codes(rows: FloatArray, look: PieceLook, kind: int) -> list[int]:
+    """A whole number below 2^53 for each piece; page.js takes it apart.
+
+    From the lowest bit: height in decimeters (4 bits), y and x in centimeters and 500 (11 and 16), number of the type
+    (4), and of a box its outline: heading in 64ths of half a turn, width and length in 63rds of twice the reach (6
+    bits each).
+    """
+    rows = rows[np.isfinite(rows).all(axis=1)]
+    x = np.clip(np.rint(100.0 * rows[:, 0]) + 500, 0, 65535).astype(np.int64)
+    y = np.clip(np.rint(100.0 * rows[:, 1]) + 500, 0, 2047).astype(np.int64)
+    z = np.clip(10.0 * rows[:, 2], 0, 15).astype(np.int64)
+    outline = np.zeros(len(rows), dtype=np.int64)
+    if look.size is not None:
+        length, width, heading = look.rectangles(rows).T
+        across, along = (np.rint(63.0 * size / (2.0 * look.reach)).astype(np.int64) for size in (width, length))
+        outline = (along * 64 + across) * 64 + np.rint(64.0 * heading / np.pi).astype(np.int64) % 64
+    codes: list[int] = ((((outline * 16 + kind % 16) * 65536 + x) * 2048 + y) * 16 + z).tolist()
+    return codes
 
 
 def _short(values: FloatArray, digits: int) -> list[float]:

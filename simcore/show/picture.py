@@ -1,26 +1,25 @@
-"""One picture of a run: the field from above, where the robot drove, what became of the fuel, and every shot."""
+"""The summary of a run as one picture: the field from above with paths, shots and pieces, and the curves under it."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from simcore.errors import ConfigError, OutputError, require_positive
-from simcore.show.charts import Chart
-from simcore.show.colors import CARPET, FUEL, FUEL_EDGE, GRID, HIT, INK, MISS, MUTED, rgb, tint
-from simcore.show.plot import draw_chart
-from simcore.show.scene import ShotTrace
-from simcore.telemetry.output import output_error, require_writable
+from simcore.show.charts import Chart, charts_of, draw_chart
+from simcore.show.scene import CARPET, GRID, HIT, INK, MISS, MUTED, PieceLook, RobotLook, Scene, rgb, tint
+from simcore.telemetry.recording import Recording
+from simcore.telemetry.sinks import output_error, require_writable
 from simcore.typing import FloatArray
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-__all__ = ["draw_match"]
+__all__ = ["draw_match", "draw_summary"]
 
 _GRID_ON_CARPET = "#c3c7cc"
 _PATH = ("#b59ae6", "#2a0e5e")  # first to last second
@@ -29,58 +28,70 @@ _LEFT = 0.72  # [in]; left edge of everything
 _CHARTS_IN_A_ROW, _CHART_ROW = 3, 2.5  # [-], [in]
 
 
-def draw_match(
-    path: str | Path,
-    *,
-    field_outlines: Sequence[tuple[str, FloatArray]],
-    field_size: tuple[float, float],
-    robot_path: FloatArray,
-    fuel_start: FloatArray,
-    fuel_end: FloatArray,
-    shots: Sequence[ShotTrace] = (),
-    intakes: FloatArray | None = None,
-    title: str = "",
-    subtitle: str = "",
-    bumpers: tuple[float, float] = (0.8, 0.8),
-    path_period: float = 0.02,
-    fuel_radius: float = 0.075,
-    others: Sequence[tuple[str, FloatArray]] = (),
-    charts: Sequence[Chart] = (),
-) -> None:
-    """Draw a run as a picture 1600 pixels wide, robot and fuel to scale; missing folders are made.
+def draw_summary(path: str | Path, recording: Recording, scene: Scene, *, title: str = "", subtitle: str = "") -> None:
+    """Draw what was recorded.
 
     Args:
-        path: A `.png`, `.svg` or `.pdf` file.
-        field_outlines: Name and corners of each field element from above [m], shape (n, 2). A name that begins with
-            `blue` or `red` is tinted so.
-        field_size: Length and width of the field [m].
-        robot_path: `x, y, yaw` of the robot at every `path_period` [m, m, rad], shape (n, 3).
-        fuel_start: Centers before the run [m], shape (n, 3).
-        fuel_end: Centers after it [m], shape (n, 3).
-        shots: Flights in the order they were shot.
-        intakes: Where fuel was taken in [m], shape (n, 3).
+        path: A `.png`, `.svg` or `.pdf` file; missing folders are made.
+        recording: The run.
+        scene: What it took place on.
         title: In large letters.
         subtitle: Under it, in small ones.
-        bumpers: Length and width over the bumpers [m].
-        path_period: Time between two rows of `robot_path` [s].
-        fuel_radius: As drawn [m].
-        others: Alliance and path of each further robot, as `robot_path`.
-        charts: Curves over time, three in a row under the field; each row adds 250 pixels to the 1000 of the rest.
 
     Raises:
         OutputError: The picture cannot be written there, or as that kind of file.
-        ConfigError: An array of another shape, or a size that is not > 0.
     """
-    for name, size in (("field_size", field_size), ("bumpers", bumpers)):
-        require_positive("draw_match", f"{name}[0]", size[0], "m")
-        require_positive("draw_match", f"{name}[1]", size[1], "m")
+    times = recording.times
+    draw_match(
+        path,
+        scene,
+        robot_paths=[recording.path(robot.pose_key) for robot in scene.robots],
+        pieces_before=recording.pieces_at(float(times[0]) if len(times) else 0.0),
+        pieces_after=recording.pieces_at(float(times[-1]) if len(times) else 0.0),
+        path_period=float(np.median(np.diff(times))) if len(times) > 1 else 0.02,
+        charts=charts_of(recording, scene),
+        title=title,
+        subtitle=subtitle,
+    )
+
+
+def draw_match(
+    path: str | Path,
+    scene: Scene,
+    *,
+    robot_paths: Sequence[FloatArray] = (),
+    pieces_before: Mapping[str, FloatArray] | None = None,
+    pieces_after: Mapping[str, FloatArray] | None = None,
+    path_period: float = 0.02,
+    charts: Sequence[Chart] = (),
+    title: str = "",
+    subtitle: str = "",
+) -> None:
+    """Draw a run as a picture 1600 pixels wide, robots and pieces to scale; missing folders are made.
+
+    Args:
+        path: A `.png`, `.svg` or `.pdf` file.
+        scene: Field, robots, looks of pieces, and shots.
+        robot_paths: `x, y, yaw` of each robot of the scene at every `path_period` [m, m, rad], shape (n, 3) each.
+        pieces_before: Pose rows of the pieces by type before the run, shape (n, 7) each.
+        pieces_after: The same after it.
+        path_period: Time between two rows of a path [s].
+        charts: Curves over time, three in a row under the field; each row adds 250 pixels to the 1000 of the rest.
+        title: In large letters.
+        subtitle: Under it, in small ones.
+
+    Raises:
+        OutputError: The picture cannot be written there, or as that kind of file.
+        ConfigError: An array of another shape, another number of paths than of robots, or a period that is not > 0.
+    """
     require_positive("draw_match", "path_period", path_period, "s")
-    require_positive("draw_match", "fuel_radius", fuel_radius, "m")
-    robot = _rows("robot_path", robot_path, 3)
-    before, after = _rows("fuel_start", fuel_start, 3), _rows("fuel_end", fuel_end, 3)
-    taken = _rows("intakes", np.empty((0, 3)) if intakes is None else intakes, 3)
-    flights = [(_rows(f"shots[{i}].points", shot.points, 3), shot.scored) for i, shot in enumerate(shots)]
-    outlines = [(name, _rows(name, corners, 2)) for name, corners in field_outlines]
+    if robot_paths and len(robot_paths) != len(scene.robots):
+        raise ConfigError(f"draw_match: {len(robot_paths)} robot_paths for {len(scene.robots)} robots of the scene")
+    paths = [_rows(f"robot_paths[{i}]", rows, 3) for i, rows in enumerate(robot_paths)]
+    before = {name: _rows(f"pieces_before[{name!r}]", rows, 7) for name, rows in (pieces_before or {}).items()}
+    after = {name: _rows(f"pieces_after[{name!r}]", rows, 7) for name, rows in (pieces_after or {}).items()}
+    flights = [(_rows(f"shots[{i}].points", shot.points, 3), shot.scored) for i, shot in enumerate(scene.shots)]
+    outlines = [(name, _rows(name, corners, 2)) for name, corners in scene.field_outlines]
     path = Path(path)
     kind = path.suffix.lower().lstrip(".")
     if kind not in _FORMATS:
@@ -102,7 +113,7 @@ def draw_match(
         """Axes by their place from the upper left corner of the picture [in]."""
         return figure.add_axes((left / 16.0, 1.0 - (top + up) / height, across / 16.0, up / height))
 
-    length, width = field_size
+    length, width = scene.field_size
     margin = 0.35
     shape = (width + 2 * margin) / (length + 2 * margin)
     across = min(13.3, 6.9 / shape)  # [in] for the field's length and a margin around it
@@ -115,11 +126,12 @@ def draw_match(
         for spine in axes.spines.values():
             spine.set_visible(False)
 
-    _draw_field(top, outlines, field_size, margin)
-    _draw_fuel(top, before, after, taken, fuel_radius)
-    seconds = _draw_robot(top, robot, bumpers, path_period)
-    for alliance, path_of_other in others:
-        _draw_other(top, alliance, path_of_other, bumpers)
+    _draw_field(top, outlines, scene.field_size, margin)
+    taken = _rows("intakes", scene.intakes, 3)
+    _draw_pieces(top, scene, before, after, taken)
+    seconds = _draw_robot(top, paths[0], scene.robots[0].bumpers, path_period) if paths else 0.0
+    for robot, rows_of_other in zip(scene.robots[1:], paths[1:], strict=False):
+        _draw_other(top, robot, rows_of_other)
     for points, scored in flights:
         _draw_flight(top, points[:, 0], points[:, 1], scored)
         _draw_flight(side, points[:, 0], points[:, 2], scored)
@@ -134,9 +146,7 @@ def draw_match(
     head: dict[str, Any] = {"va": "center", "parse_math": False}
     figure.text(left, 1.0 - 0.37 / height, title, fontsize=19, fontweight="bold", color=INK, **head)
     figure.text(left, 1.0 - 0.72 / height, subtitle, fontsize=11.5, color=MUTED, **head)
-    hits = sum(scored for _, scored in flights)
-    counts = {"before": len(before), "after": len(after), "taken": len(taken), "hits": hits}
-    _draw_legend(figure, counts, len(flights) - hits)
+    _draw_legend(figure, scene, before, after)
     if seconds > 0.0:
         _draw_time_bar(axes_at(14.29, 3.6, 0.18, 2.8), figure, seconds)
     try:
@@ -178,18 +188,30 @@ def _draw_field(axes: Axes, outlines: Sequence[tuple[str, FloatArray]], size: tu
         axes.plot([x, x], [0, width], color=tint(alliance)[1], linewidth=4, zorder=1.5)
 
 
-def _draw_fuel(axes: Axes, before: FloatArray, after: FloatArray, taken: FloatArray, radius: float) -> None:
-    from matplotlib.collections import EllipseCollection
-
-    looks = (
-        (before, {"facecolors": "none", "edgecolors": FUEL_EDGE, "linewidths": 0.7, "alpha": 0.6, "zorder": 2}),
-        (after, {"facecolors": FUEL, "edgecolors": FUEL_EDGE, "linewidths": 0.7, "zorder": 3}),
-    )
-    for centers, look in looks:
-        size = np.full(len(centers), 2.0 * radius)
-        places: dict[str, Any] = {"offsets": centers[:, :2], "offset_transform": axes.transData}
-        axes.add_collection(EllipseCollection(size, size, np.zeros(len(centers)), units="xy", **places, **look))
+def _draw_pieces(
+    axes: Axes,
+    scene: Scene,
+    before: Mapping[str, FloatArray],
+    after: Mapping[str, FloatArray],
+    taken: FloatArray,
+) -> None:
+    for pieces, is_filled in ((before, False), (after, True)):
+        for name, rows in pieces.items():
+            look = scene.look(name)
+            style = {"facecolors": look.color, "zorder": 3} if is_filled else {"facecolors": "none", "alpha": 0.6}
+            _add_outlines(axes, look, rows, {"edgecolors": look.edge_color, "linewidths": 0.7, "zorder": 2} | style)
     axes.scatter(taken[:, 0], taken[:, 1], marker="+", s=26, color=_PATH[1], linewidths=1.1, zorder=3.2)
+
+
+def _add_outlines(axes: Axes, look: PieceLook, rows: FloatArray, style: dict[str, Any]) -> None:
+    from matplotlib.collections import EllipseCollection, PolyCollection
+
+    if look.size is None:
+        size = np.full(len(rows), 2.0 * look.reach)
+        centers: dict[str, Any] = {"offsets": rows[:, :2], "offset_transform": axes.transData}
+        axes.add_collection(EllipseCollection(size, size, np.zeros(len(rows)), units="xy", **centers, **style))
+    else:
+        axes.add_collection(PolyCollection(list(look.corners(rows)), **style))
 
 
 def _draw_robot(axes: Axes, robot: FloatArray, bumpers: tuple[float, float], period: float) -> float:
@@ -259,22 +281,28 @@ def _draw_side(axes: Axes, flights: Sequence[tuple[FloatArray, bool]], length: f
         axes.text(0.5, 0.5, "no shots", transform=axes.transAxes, ha="center", va="center", color=MUTED)
 
 
-def _draw_legend(figure: Figure, counts: dict[str, int], misses: int) -> None:
+def _draw_legend(
+    figure: Figure, scene: Scene, before: Mapping[str, FloatArray], after: Mapping[str, FloatArray]
+) -> None:
     from matplotlib.lines import Line2D
 
-    ring: dict[str, Any] = {"marker": "o", "linestyle": "none", "markersize": 9, "markeredgecolor": FUEL_EDGE}
+    handles = []
+    for name in dict.fromkeys((*scene.pieces, *before, *after)):
+        look = scene.look(name)
+        mark: dict[str, Any] = {"marker": "o" if look.size is None else "s", "linestyle": "none", "markersize": 9}
+        for when, pieces, color in (("before", before, "none"), ("after", after, look.color)):
+            text = f"{name.lower()} {when} ({len(pieces.get(name, ()))})"
+            handles.append(Line2D([], [], **mark, markeredgecolor=look.edge_color, markerfacecolor=color, label=text))
     dot: dict[str, Any] = {"marker": "o", "markersize": 5, "linewidth": 1.6}
-    handles = [
-        Line2D([], [], **ring, markerfacecolor="none", label=f"fuel before ({counts['before']})"),
-        Line2D([], [], **ring, markerfacecolor=FUEL, label=f"fuel after ({counts['after']})"),
-        Line2D([], [], marker="+", linestyle="none", color=_PATH[1], label=f"taken in ({counts['taken']})"),
-        Line2D([], [], **dot, color=HIT, label=f"hit ({counts['hits']})"),
-        Line2D([], [], **dot, color=MISS, label=f"miss ({misses})"),
+    handles += [
+        Line2D([], [], marker="+", linestyle="none", color=_PATH[1], label=f"taken in ({len(scene.intakes)})"),
+        Line2D([], [], **dot, color=HIT, label=f"hit ({scene.hits})"),
+        Line2D([], [], **dot, color=MISS, label=f"miss ({len(scene.shots) - scene.hits})"),
         Line2D([], [], color=_PATH[1], linewidth=3, label="robot, front bold"),
     ]
-    look: dict[str, Any] = {"frameon": False, "fontsize": 10, "labelspacing": 0.9, "handlelength": 1.6}
+    text_look: dict[str, Any] = {"frameon": False, "fontsize": 10, "labelspacing": 0.9, "handlelength": 1.6}
     corner = (14.1 / 16.0, 1.0 - 1.0 / figure.get_figheight())
-    figure.legend(handles=handles, loc="upper left", bbox_to_anchor=corner, labelcolor=INK, **look)
+    figure.legend(handles=handles, loc="upper left", bbox_to_anchor=corner, labelcolor=INK, **text_look)
 
 
 def _draw_time_bar(axes: Axes, figure: Figure, seconds: float) -> None:
@@ -289,15 +317,15 @@ def _draw_time_bar(axes: Axes, figure: Figure, seconds: float) -> None:
         spine.set_visible(False)
 
 
-def _draw_other(axes: Axes, alliance: str, path: FloatArray, bumpers: tuple[float, float]) -> None:
+def _draw_other(axes: Axes, robot: RobotLook, path: FloatArray) -> None:
     """Path of a further robot, and where it ended."""
     from matplotlib.patches import Polygon
 
     if not len(path):
         return
-    color = tint(alliance)[1]
+    color = tint(robot.alliance)[1]
     axes.plot(path[:, 0], path[:, 1], color=color, linewidth=1.8, alpha=0.8, zorder=3.6)
-    outline = _outline(path[-1], bumpers)
+    outline = _outline(path[-1], robot.bumpers)
     axes.add_patch(
         Polygon(
             outline, facecolor=(*(part / 255 for part in rgb(color)), 0.3), edgecolor=color, linewidth=2.0, zorder=4.4

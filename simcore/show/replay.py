@@ -12,8 +12,7 @@ from simcore.show.pacing import FrameRate, Pacer
 from simcore.show.view_models import ViewModels
 from simcore.show.view_page import SPEEDS, ViewPage
 from simcore.telemetry.log_reader import TelemetryLog
-from simcore.telemetry.pose_struct import POSE_ARRAY_TYPE, POSE_TYPE
-from simcore.telemetry.snapshot import Snapshot
+from simcore.telemetry.snapshot import POSE_ARRAY_TYPE, POSE_TYPE, Snapshot
 from simcore.typing import FloatArray
 
 __all__ = ["Replay", "can_draw", "smooth_snapshot"]
@@ -131,7 +130,7 @@ class Replay:
         self.page.scene.forget()
 
     def run(self, *, should_stop: Callable[[], bool] = lambda: False, seconds: float = math.inf) -> None:
-        """Serve until `should_stop` says so, or for so many seconds of the wall clock."""
+        """Serve until `should_stop` returns true, or for so many seconds of the wall clock."""
         pacer = Pacer()
         frames = 0
         while not should_stop() and frames * _FRAME < seconds:

@@ -12,7 +12,7 @@ from typing import Any
 from simcore.errors import ModelError
 from simcore.show.view_models import read_config, transform
 
-__all__ = ["Finding", "check_folder"]
+__all__ = ["ModelFinding", "check_folder"]
 
 KINDS = ("Robot_", "Field3d_", "Field2d_", "Joystick_")
 SYSTEMS = ("wall-alliance", "wall-blue", "center-rotated", "center-red")
@@ -22,7 +22,7 @@ _TALL, _SMALL = 3.0, 0.02  # [m]; sizes that no robot has: units are wrong
 
 
 @dataclass(frozen=True, slots=True)
-class Finding:
+class ModelFinding:
     """One thing that is wrong."""
 
     place: str
@@ -36,7 +36,7 @@ class Finding:
         return f"{'ERROR' if self.is_error else 'warning'}: {self.place}: {self.text}"
 
 
-def check_folder(folder: Path, *, parts: int | None = None) -> list[Finding]:
+def check_folder(folder: Path, *, parts: int | None = None) -> list[ModelFinding]:
     """Check a model folder, or a folder of such folders.
 
     Args:
@@ -58,21 +58,21 @@ def check_folder(folder: Path, *, parts: int | None = None) -> list[Finding]:
             f"{str(folder)!r} holds no folder named Robot_..., Field3d_..., Field2d_... or Joystick_...; "
             "AdvantageScope looks at no other"
         )
-    findings: list[Finding] = []
+    findings: list[ModelFinding] = []
     names: dict[tuple[str, str], str] = {}
     for path in folders:
         kind = next(k for k in KINDS if path.name.startswith(k))
         try:
             config = read_config(path)
         except ModelError as error:
-            findings.append(Finding(path.name, str(error).removeprefix(f"{path.name}: ")))
+            findings.append(ModelFinding(path.name, str(error).removeprefix(f"{path.name}: ")))
             continue
         name = config.get("name")
         if not isinstance(name, str) or not name:
-            findings.append(Finding(path.name, f'config.json needs a "name", got {name!r}'))
+            findings.append(ModelFinding(path.name, f'config.json needs a "name", got {name!r}'))
         elif (kind, name) in names:
             other = names[kind, name]
-            findings.append(Finding(path.name, f"the name {name!r} is taken by {other}; each needs its own"))
+            findings.append(ModelFinding(path.name, f"the name {name!r} is taken by {other}; each needs its own"))
         else:
             names[kind, name] = path.name
         if kind == "Robot_":
@@ -82,23 +82,23 @@ def check_folder(folder: Path, *, parts: int | None = None) -> list[Finding]:
     return findings
 
 
-def _robot(folder: Path, config: Mapping[str, Any], parts: int | None) -> Iterator[Finding]:
+def _robot(folder: Path, config: Mapping[str, Any], parts: int | None) -> Iterator[ModelFinding]:
     yield from _transform(folder, config, "rotations", "position")
     components = config.get("components", [])
     if not _is_list(components):
-        yield Finding(folder.name, "components must be a list of objects, one for each moving part")
+        yield ModelFinding(folder.name, "components must be a list of objects, one for each moving part")
         components = []
     for component in components:
         yield from _transform(folder, component, "zeroedRotations", "zeroedPosition")
     cameras = config.get("cameras", [])
     if not _is_list(cameras):
-        yield Finding(folder.name, "cameras must be a list of objects")
+        yield ModelFinding(folder.name, "cameras must be a list of objects")
         cameras = []
     for i, camera in enumerate(cameras):
         if not camera.get("name"):
-            yield Finding(folder.name, f'camera {i} needs a "name", or the robot is not loaded')
+            yield ModelFinding(folder.name, f'camera {i} needs a "name", or the robot is not loaded')
     if parts is not None and parts != len(components):
-        yield Finding(
+        yield ModelFinding(
             folder.name,
             f"components lists {len(components)} parts, but {parts} poses are published in Sim/Robot/ComponentPoses; "
             "they go together one by one, in order",
@@ -107,60 +107,60 @@ def _robot(folder: Path, config: Mapping[str, Any], parts: int | None) -> Iterat
     body = folder / "model.glb"
     extent = _extent(body)
     if extent is not None and (max(extent) > _TALL or max(extent) < _SMALL):
-        yield Finding(
+        yield ModelFinding(
             f"{folder.name}/model.glb",
             f"is {max(extent):.3g} long; glTF is in meters. Was it exported in millimeters or inches?",
             is_error=False,
         )
 
 
-def _field(folder: Path, config: Mapping[str, Any]) -> Iterator[Finding]:
+def _field(folder: Path, config: Mapping[str, Any]) -> Iterator[ModelFinding]:
     if "isFTC" not in config:
-        yield Finding(folder.name, '"isFTC": false is missing; AdvantageScope 2026 skips the field without a word')
+        yield ModelFinding(folder.name, '"isFTC": false is missing; AdvantageScope skips the field without a word')
     system = config.get("coordinateSystem")
     if system not in SYSTEMS:
-        yield Finding(
+        yield ModelFinding(
             folder.name,
             f'"coordinateSystem" should be "wall-blue" (blue origin), got {system!r}; everything would be turned',
         )
     for key in ("widthInches", "heightInches"):
         value = config.get(key)
         if isinstance(value, bool) or not isinstance(value, (int, float)) or not 0.0 < value < 1e4:
-            yield Finding(folder.name, f'"{key}" must be a length in inches, got {value!r}')
+            yield ModelFinding(folder.name, f'"{key}" must be a length in inches, got {value!r}')
     yield from _transform(folder, config, "rotations", "position")
     pieces = config.get("gamePieces", [])
     if not _is_list(pieces):
-        yield Finding(folder.name, "gamePieces must be a list of objects")
+        yield ModelFinding(folder.name, "gamePieces must be a list of objects")
         pieces = []
     for i, piece in enumerate(pieces):
         if not piece.get("name"):
-            yield Finding(folder.name, f'game piece {i} needs a "name", e.g. "Fuel"')
+            yield ModelFinding(folder.name, f'game piece {i} needs a "name", as in Sim/GamePieces/<name>')
         yield from _transform(folder, piece, "rotations", "position")
     yield from _files(folder, len(pieces), "gamePieces")
 
 
-def _transform(folder: Path, config: Mapping[str, Any], rotations: str, position: str) -> Iterator[Finding]:
+def _transform(folder: Path, config: Mapping[str, Any], rotations: str, position: str) -> Iterator[ModelFinding]:
     try:
         transform(folder.name, config.get(rotations, []), config.get(position, [0, 0, 0]))
     except ModelError as error:
-        yield Finding(folder.name, str(error).removeprefix(f"{folder.name}: "))
+        yield ModelFinding(folder.name, str(error).removeprefix(f"{folder.name}: "))
 
 
-def _files(folder: Path, count: int, listed: str) -> Iterator[Finding]:
+def _files(folder: Path, count: int, listed: str) -> Iterator[ModelFinding]:
     wanted = ["model.glb", *(f"model_{i}.glb" for i in range(count))]
     for name in wanted:
         path = folder / name
         if not path.is_file():
             near = [p.name for p in folder.iterdir() if p.name.lower() == name.lower()]
             hint = f"; there is {near[0]!r}, but names are case-sensitive" if near else ""
-            yield Finding(f"{folder.name}/{name}", f"is missing{hint}")
+            yield ModelFinding(f"{folder.name}/{name}", f"is missing{hint}")
             continue
         trouble = _glb_trouble(path)
         if trouble:
-            yield Finding(f"{folder.name}/{name}", trouble)
+            yield ModelFinding(f"{folder.name}/{name}", trouble)
         elif path.stat().st_size > _LARGE:
             size = path.stat().st_size / 1e6
-            yield Finding(
+            yield ModelFinding(
                 f"{folder.name}/{name}",
                 f"is {size:.0f} MB; leave out screws and the inside, or it takes long to load",
                 is_error=False,
@@ -168,7 +168,7 @@ def _files(folder: Path, count: int, listed: str) -> Iterator[Finding]:
     for path in sorted(folder.glob("model_*.glb")):
         if path.name not in wanted:
             text = f"is not used: {listed} in config.json has {count} entries"
-            yield Finding(f"{folder.name}/{path.name}", text, is_error=False)
+            yield ModelFinding(f"{folder.name}/{path.name}", text, is_error=False)
 
 
 def _glb_trouble(path: Path) -> str:

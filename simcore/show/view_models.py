@@ -6,23 +6,22 @@ folder" has them. So one set of files serves both, and a new year's game costs t
 
 from __future__ import annotations
 
+import dataclasses
 import json
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
-from importlib.metadata import entry_points
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from simcore.errors import ConfigError, ModelError, UnknownNameError
+from simcore.errors import ModelError, UnknownNameError
+from simcore.match.registry import find_game, installed_games
+from simcore.show.scene import PieceLook
 from simcore.typing import FloatArray
 
 __all__ = ["FieldModels", "Model", "RobotModels", "ViewModels", "find_models", "load_models"]
-
-ENTRY_POINTS = "simcore.models"
-"""Games name a function here that returns their folder."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -63,6 +62,8 @@ class ViewModels:
 
     field: FieldModels | None = None
     robots: tuple[RobotModels, ...] = ()
+    pieces: Mapping[str, PieceLook] = dataclasses.field(default_factory=dict)
+    """Looks of pieces by type name, for types of which the field has no model."""
 
     def robot(self, name: str = "") -> RobotModels | None:
         """The robot of a name, or the first.
@@ -79,29 +80,23 @@ class ViewModels:
 
     def with_field(self, field: FieldModels | None) -> ViewModels:
         """The same robots on another field."""
-        return ViewModels(field=field, robots=self.robots)
+        return dataclasses.replace(self, field=field)
 
 
 def find_models(game: str = "") -> ViewModels:
     """The models of an installed game; nothing to draw but plain shapes if no game is installed.
 
     Args:
-        game: Its name; may be left out while only one is installed.
+        game: Its name; empty: the newest.
 
     Raises:
-        UnknownNameError: No game of that name brings models.
-        ConfigError: Several games are installed, and none was named.
+        UnknownNameError: No game of that name is installed.
         ModelError: Its folder cannot be used.
     """
-    found = {point.name: point for point in entry_points(group=ENTRY_POINTS)}
-    if game and game not in found:
-        raise UnknownNameError("game with models", game, found)
-    if not found:
+    if not game and not installed_games():
         return ViewModels()
-    if not game and len(found) > 1:
-        raise ConfigError(f"several games are installed, {sorted(found)}: say which with --game")
-    point = found[game or next(iter(found))]
-    return load_models(point.load()())
+    folder = find_game(game or None).models
+    return ViewModels() if folder is None else load_models(folder)
 
 
 def load_models(folder: str | Path) -> ViewModels:

@@ -5,32 +5,37 @@ The one module that starts viser, and only when a page is made: without the extr
 
 from __future__ import annotations
 
+import html
 import os
 import socket
 import sys
 import threading
 import webbrowser
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
 import rich
 
 from simcore.errors import ConfigError, OutputError
-from simcore.show.score_board import score_html
 from simcore.show.view_models import ViewModels
-from simcore.show.view_scene import Scene, robot_keys
+from simcore.show.view_scene import ViewScene, robot_keys
 from simcore.telemetry.snapshot import Snapshot
 
 if TYPE_CHECKING:
     import viser
 
-__all__ = ["SPEEDS", "ViewPage", "open_browser"]
+__all__ = ["SPEEDS", "ViewPage", "clock_text", "open_browser", "score_html"]
 
 SPEEDS = {"0.1x": 0.1, "0.25x": 0.25, "0.5x": 0.5, "1x": 1.0, "2x": 2.0, "5x": 5.0, "max": float("inf")}
 """Simulated seconds a second, by what the page calls them."""
 
+_BOX = "flex:1;padding:6px 0;color:#fff;text-align:center;border-radius:6px;font-size:26px;font-weight:700"
 _FIELD, _FOLLOW, _BEHIND = "whole field", "follow robot", "behind robot"
+
+
+_quiet_lock = threading.Lock()
+_quiet_count = 0
 
 
 class ViewPage:
@@ -91,7 +96,7 @@ class ViewPage:
         server = self.server
         server.gui.configure_theme(show_logo=False, show_share_button=False, brand_color=(30, 84, 183))
         server.gui.main_panel.dock_right()
-        self.scene = Scene(server, models, robot=robot)
+        self.scene = ViewScene(server, models, robot=robot)
         self._score = server.gui.add_html(score_html(Snapshot(time=0.0, tick=0), {}))
         x, y, _ = self.scene.center
         length = self.scene.size[0]
@@ -174,13 +179,9 @@ def _stop(server: viser.ViserServer) -> None:
             loop.join(15.0)  # its last word shall be unheard too
 
 
-_quiet_lock = threading.Lock()
-_quiet_count = 0
-
-
 @contextmanager
 def _quiet() -> Iterator[None]:
-    """Viser greets and says goodbye on stdout, through rich's own console; ours is for the report."""
+    """Keep viser's messages off stdout, which is for the report: it prints them through rich's console."""
     global _quiet_count
     console = rich.get_console()
     with _quiet_lock:
@@ -192,3 +193,50 @@ def _quiet() -> Iterator[None]:
         with _quiet_lock:
             _quiet_count -= 1
             console.quiet = _quiet_count > 0
+
+
+def clock_text(seconds: float) -> str:
+    """Minutes, seconds and tenths.
+
+    >>> clock_text(83.26)
+    '1:23.3'
+    """
+    tenths = max(0, round(10.0 * seconds))
+    return f"{tenths // 600}:{tenths // 10 % 60:02d}.{tenths % 10}"
+
+
+def score_html(snapshot: Snapshot, robots: Mapping[int, str]) -> str:
+    """The board for a snapshot.
+
+    Args:
+        snapshot: What is known; a missing number is left out.
+        robots: Number and key prefix of each robot.
+    """
+    score, doubles = snapshot.integers, snapshot.doubles
+    boxes = "".join(
+        f'<div style="{_BOX};background:{color}">{score.get(f"Sim/Score/{name}", 0)}</div>'
+        for name, color in (("Blue", "#1e54b7"), ("Red", "#c42828"))
+    )
+    clock = clock_text(doubles.get("Sim/Match/Time", snapshot.time))
+    left = doubles.get("Sim/Match/TimeLeft")
+    rest = "" if left is None else f'<span style="color:#667;font-size:14px"> {clock_text(left)} left</span>'
+    lines = []
+    pieces = {k.removeprefix("Sim/GamePieces/"): len(v) for k, v in snapshot.pose_arrays.items() if "/GamePieces/" in k}
+    lines += [f"{name.lower()} on the field <b>{count}</b>" for name, count in pieces.items()]
+    if "Sim/Shots" in score:
+        lines.append(f"shots <b>{score['Sim/Shots']}</b>, hits <b>{score.get('Sim/Hits', 0)}</b>")
+    for number, prefix in robots.items():
+        held = score.get(f"{prefix}/Intake/HeldCount")
+        volts = doubles.get(f"{prefix}/Debug/BatteryVoltage")
+        parts = [] if held is None else [f"holds <b>{held}</b>"]
+        parts += [] if volts is None else [f"battery <b>{volts:.1f} V</b>"]
+        if parts:
+            name = "robot" if len(robots) == 1 else f"robot {number}"
+            lines.append(f"{name}: {', '.join(parts)}")
+    body = "<br>".join(line if "<" in line else html.escape(line) for line in lines)
+    return (
+        '<div style="padding:6px 14px 2px;font-family:system-ui,sans-serif">'
+        f'<div style="display:flex;gap:6px">{boxes}</div>'
+        f'<div style="font-size:24px;font-variant-numeric:tabular-nums;margin:4px 0">{clock}{rest}</div>'
+        f'<div style="font-size:14px;line-height:1.5">{body}</div></div>'
+    )

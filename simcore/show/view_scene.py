@@ -1,7 +1,7 @@
 """Draws snapshots with viser: field, robots with their parts, pieces, trails, cameras.
 
-What there is to draw follows from the keys alone (docs/telemetry.md), so that any game's snapshots will do. See `page`
-for the server and the controls.
+What there is to draw follows from the keys alone (docs/telemetry.md), so that any game's snapshots will do. Server and
+controls are in `view_page`.
 """
 
 from __future__ import annotations
@@ -12,9 +12,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from simcore.geometry.quaternion import matrix
-from simcore.show.glb import box_glb, linear_rgba, painted_glb, piece_mesh, sphere_mesh
-from simcore.show.trails import Trails
+from simcore.geometry.rotation import matrix
+from simcore.show.flights import Trails
+from simcore.show.glb import PieceMesh, box_glb, linear_rgba, look_mesh, painted_glb, piece_mesh
+from simcore.show.scene import PLAIN_PIECE
 from simcore.show.view_models import Model, RobotModels, ViewModels
 from simcore.telemetry.snapshot import Snapshot
 from simcore.typing import FloatArray
@@ -22,13 +23,15 @@ from simcore.typing import FloatArray
 if TYPE_CHECKING:
     import viser
 
-__all__ = ["Scene", "robot_keys"]
+__all__ = ["ViewScene", "robot_keys"]
 
 _ROBOT = re.compile(r"^Sim/(Robots/(\d+)/)?Robot/Pose3d$")
 _CAMERA = re.compile(r"^Sim/Limelights/.+/(DirectionLine|SeenTags)$")
 _PIECES, _FLYING = "Sim/GamePieces/", "Sim/InFlight/"
 _BLUE, _RED = (30, 84, 183), (196, 40, 40)
 _TRAIL, _CAMERA_COLOR = (255, 120, 20), (20, 200, 140)
+_PLAIN_FIELD = (16.0, 8.0)  # [m]; without a model of a field
+_PLAIN_ROBOT = (0.8, 0.8, 0.25)  # [m]; without a model of a robot
 _FRUSTUM = 0.35  # [m] long, drawn as a sign of where a camera looks
 _NO_LINES = np.zeros((1, 2, 3), dtype=np.float32)  # viser takes no empty lines
 
@@ -43,7 +46,7 @@ def robot_keys(snapshot: Snapshot) -> dict[int, str]:
     return dict(sorted(found.items()))
 
 
-class Scene:
+class ViewScene:
     """The world on a viser server.
 
     Args:
@@ -56,7 +59,7 @@ class Scene:
         self._server = server
         self._models = models
         self._robot_models = models.robot(robot)
-        self.size = models.field.size if models.field else (16.54, 8.07)
+        self.size = models.field.size if models.field else _PLAIN_FIELD
         """Length and width of the field [m]."""
         self.follow: tuple[int, bool] | None = None
         """The robot that stays in the middle, and whether the view turns with it; None for the whole field."""
@@ -131,7 +134,9 @@ class Scene:
         node = self._pieces.get(name)
         if node is None:
             field = self._models.field
-            node = self._pieces[name] = _PieceNode(self._server, name, field.pieces.get(name) if field else None)
+            model = field.pieces.get(name) if field else None
+            mesh = piece_mesh(model) if model else look_mesh(self._models.pieces.get(name, PLAIN_PIECE))
+            node = self._pieces[name] = _PieceNode(self._server, name, mesh)
         node.draw(rows)
 
     def _draw_trails(self, snapshot: Snapshot) -> None:
@@ -219,7 +224,7 @@ class _RobotNode:
             self._body.remove()
         name = f"{self._path}/body"
         if self._models is None:
-            self._body = self._server.scene.add_glb(name, box_glb((0.8, 0.8, 0.25), 0.15, color))
+            self._body = self._server.scene.add_glb(name, box_glb(_PLAIN_ROBOT, 0.15, color))
         else:
             self._body = _add_glb(self._server, name, self._models.body, painted_glb(self._models.body.path, color))
 
@@ -227,9 +232,9 @@ class _RobotNode:
 class _PieceNode:
     """All pieces of one kind: one mesh, drawn once for each."""
 
-    def __init__(self, server: viser.ViserServer, name: str, model: Model | None) -> None:
+    def __init__(self, server: viser.ViserServer, name: str, mesh: PieceMesh) -> None:
         self._server, self._name = server, name
-        self._mesh = piece_mesh(model) if model else sphere_mesh(0.075, (255, 206, 20))
+        self._mesh = mesh
         self._node: Any = None
         self._rows: FloatArray | None = None
 

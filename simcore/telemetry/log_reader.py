@@ -1,7 +1,7 @@
 """Reads `.wpilog` files into columns: ours, those of WPILib's DataLogManager and those of AdvantageKit.
 
 A log that breaks off, because its program was killed or the disk was full, is read up to there. Payloads stay in the
-file's bytes until somebody asks for them, so opening a match takes a second and seeking in it microseconds.
+file's bytes until they are read, so opening a match takes a second and seeking in it microseconds.
 
 Source: https://github.com/wpilibsuite/allwpilib/blob/main/wpiutil/doc/datalog.adoc
 """
@@ -18,8 +18,7 @@ from typing import Any
 import numpy as np
 
 from simcore.errors import LogError, UnknownNameError
-from simcore.telemetry.pose_struct import POSE_ARRAY_TYPE, POSE_TYPE
-from simcore.telemetry.snapshot import Snapshot
+from simcore.telemetry.snapshot import POSE_ARRAY_TYPE, POSE_TYPE, Snapshot
 from simcore.typing import FloatArray, IntArray
 
 __all__ = ["LogColumn", "TelemetryLog", "read_log"]
@@ -152,7 +151,7 @@ class TelemetryLog:
         """Times [s] and values of a number.
 
         Raises:
-            UnknownNameError: Nobody logged it.
+            UnknownNameError: It was not logged.
             LogError: It is no number.
         """
         column = self.column(key)

@@ -10,17 +10,17 @@ from typing import Any
 import ntcore
 
 from simcore.errors import ConfigError, OutputError
-from simcore.telemetry.cadence import Cadence
-from simcore.telemetry.pose_struct import (
+from simcore.telemetry.sinks import Cadence
+from simcore.telemetry.snapshot import (
     POSE_ARRAY_TYPE,
     POSE_SCHEMAS,
     POSE_TYPE,
     SCHEMA_TYPE,
+    Snapshot,
     checked_integers,
     pose_array_bytes,
     pose_bytes,
 )
-from simcore.telemetry.snapshot import Snapshot
 
 __all__ = ["NetworkTablesSink", "start_local_server"]
 

@@ -11,13 +11,14 @@ import numpy as np
 import numpy.typing as npt
 
 from simcore.errors import UnknownNameError, require_positive
-from simcore.telemetry.cadence import Cadence
+from simcore.telemetry.sinks import Cadence
 from simcore.telemetry.snapshot import Snapshot
 from simcore.typing import FloatArray, IntArray
 
 __all__ = ["Recording"]
 
 _NAN = float("nan")
+_PIECES = "Sim/GamePieces/"
 _BULK = 64  # rows, as in a log
 _Rows: TypeAlias = "FloatArray | npt.NDArray[np.float32]"
 _Kind = Literal["double", "integer", "boolean"]
@@ -199,10 +200,19 @@ class Recording:
         texts = self._strings[key]
         return self.times[[text is not None for text in texts]], [text for text in texts if text is not None]
 
-    def places(self, time: float, prefix: str = "Sim/GamePieces/") -> FloatArray:
-        """Centers of all pieces of every type at that time [s], field frame [m], shape (n, 3)."""
-        found = [self.array_at(key, time)[:, :3] for key in self._arrays if key.startswith(prefix)]
-        return np.concatenate(found) if found else np.empty((0, 3))
+    def path(self, key: str) -> FloatArray:
+        """One pose seen from above: `x, y, yaw` [m, m, rad], shape (m, 3); no rows where nothing was recorded."""
+        if key not in self._poses:
+            return np.empty((0, 3))
+        _, rows = self.poses(key)
+        w, x, y, z = rows[:, 3], rows[:, 4], rows[:, 5], rows[:, 6]
+        yaw = np.arctan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
+        return np.column_stack((rows[:, 0], rows[:, 1], yaw))
+
+    def pieces_at(self, time: float) -> dict[str, FloatArray]:
+        """Pose rows of the pieces of each type at that time [s], field frame, shape (n, 7)."""
+        keys = (key for key in self._arrays if key.startswith(_PIECES))
+        return {key.removeprefix(_PIECES): self.array_at(key, time) for key in keys}
 
     def snapshots(self) -> Iterator[Snapshot]:
         """What was kept, tick by tick, for any other sink; numbers that are not a number are left out."""

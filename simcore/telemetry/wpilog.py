@@ -4,7 +4,7 @@ The format (version 1.0) is written here, in a page of code, because no writer o
 
 * `wpiutil.DataLogWriter` takes our timestamps and files, but hangs for good once about 0.5 MB was appended between
   two flushes (fixed later, allwpilib #9258), and stamps wall time where the simulated time is 0.
-* `wpilib.DataLogManager` is one per process, stamps wall time and refuses files that exist.
+* `wpilib.DataLogManager` is one per process, stamps wall time and does not overwrite files.
 
 Source: https://github.com/wpilibsuite/allwpilib/blob/main/wpiutil/doc/datalog.adoc; tests read every log back with
 WPILib's own `DataLogReader`.
@@ -20,18 +20,17 @@ from pathlib import Path
 from types import TracebackType
 
 from simcore.errors import ConfigError, OutputError
-from simcore.telemetry.cadence import Cadence
-from simcore.telemetry.output import output_error
-from simcore.telemetry.pose_struct import (
+from simcore.telemetry.sinks import Cadence, output_error
+from simcore.telemetry.snapshot import (
     POSE_ARRAY_TYPE,
     POSE_SCHEMAS,
     POSE_TYPE,
     SCHEMA_TYPE,
+    Snapshot,
     checked_integers,
     pose_array_bytes,
     pose_bytes,
 )
-from simcore.telemetry.snapshot import Snapshot
 
 __all__ = ["WpilogSink"]
 
@@ -109,7 +108,7 @@ class WpilogSink:
         """Log one snapshot at its simulated time.
 
         Raises:
-            OutputError: The log is closed, or the disk refuses (full, unplugged); the log is closed then.
+            OutputError: The log is closed, or the disk cannot be written (full, unplugged); the log is closed then.
             ConfigError: An array of the wrong shape, a key that had another type before, or a time below 0.
         """
         if self._file is None:
@@ -140,7 +139,7 @@ class WpilogSink:
         """Write what is left and close the file; may be called twice.
 
         Raises:
-            OutputError: The disk refuses the rest.
+            OutputError: The rest cannot be written.
         """
         if self._file is None:
             return

@@ -1,9 +1,9 @@
-"""Stand-ins for the seams of simcore, to use in tests."""
+"""Doubles for what simcore is handed, to use in tests."""
 
 from __future__ import annotations
 
 from simcore.errors import require_non_negative
-from simcore.telemetry.memory import MemorySink
+from simcore.telemetry.sinks import MemorySink
 
 __all__ = ["ManualClock", "MemorySink"]
 

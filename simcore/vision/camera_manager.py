@@ -1,22 +1,97 @@
-"""All cameras of a field: one call a tick."""
+"""All cameras of a field: one call a tick, their clock, and the lines that show what they see."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 import numpy as np
 
 from simcore.errors import ConfigError, UnknownNameError
-from simcore.geometry.quaternion import Quaternion, Vector
-from simcore.typing import BoolSupplier
+from simcore.geometry.rotation import Quaternion, Vector, rotate
+from simcore.typing import BoolSupplier, FloatArray
 from simcore.vision.camera import CameraConfig
-from simcore.vision.camera_scene import Scene
-from simcore.vision.frames import Frame
-from simcore.vision.history import PoseHistory
+from simcore.vision.camera_frame import Frame
+from simcore.vision.camera_scene import CameraScene
+from simcore.vision.heading import PoseHistory
 from simcore.vision.limelight import CameraPort, LimelightSim
-from simcore.vision.tags import TagLayout
+from simcore.vision.tag_layout import TagLayout
 
-__all__ = ["VisionSimManager"]
+__all__ = ["NetworkClock", "VisionSimManager", "direction_line", "sighting_lines"]
+
+
+_LENGTH = 1.0  # [m], of the line of a camera that aims at nothing
+
+
+class NetworkClock:
+    """Adds an offset: NetworkTables counts microseconds since some start of its own.
+
+    Without an offset (headless) published values carry simulated time, and what robot code sends counts as sent just
+    now, because its stamps are of the wall clock.
+
+    >>> clock = NetworkClock()
+    >>> clock.to_network(1.5), clock.to_simulated(123)
+    (1500000, None)
+    >>> clock.offset = 10.0
+    >>> clock.to_network(1.5), clock.to_simulated(11_500_000)
+    (11500000, 1.5)
+    """
+
+    __slots__ = ("offset",)
+
+    def __init__(self, offset: float | None = None) -> None:
+        self.offset = offset
+        """Time of NetworkTables minus simulated time [s]; None: headless. Set by what runs beside a real clock."""
+
+    def to_network(self, time: float) -> int:
+        """Stamp of a simulated time [s], in microseconds; at least 1, because 0 means now."""
+        return max(1, round(1e6 * (time + (self.offset or 0.0))))
+
+    def to_simulated(self, stamp: int) -> float | None:
+        """Simulated time [s] of a stamp [us]; None without an offset."""
+        return None if self.offset is None else 1e-6 * stamp - self.offset
+
+
+def direction_line(pos: Vector, quat: Quaternion, frame: Frame | None) -> FloatArray:
+    """From the lens to what the last frame aims at, or 1 m along its axis.
+
+    Args:
+        pos: Of the camera, field frame [m].
+        quat: Its attitude.
+        frame: Its last one; None: it has none yet.
+
+    Returns:
+        Two poses as rows of x, y, z, qw, qx, qy, qz, shape (2, 7).
+    """
+    ahead, left, up = _LENGTH, 0.0, 0.0
+    tag = frame.primary_tag if frame is not None else None
+    piece = frame.primary_piece if frame is not None else None
+    seen = tag or piece
+    if seen is not None:
+        reach = tag.camera_distance if tag is not None else piece.distance if piece is not None else _LENGTH
+        left, up = -math.tan(math.radians(seen.tx_deg)), math.tan(math.radians(seen.ty_deg))
+        scale = reach / math.sqrt(1.0 + left * left + up * up)
+        ahead, left, up = scale, scale * left, scale * up
+    dx, dy, dz = rotate(quat, (ahead, left, up))
+    return _poses(np.array([pos, (pos[0] + dx, pos[1] + dy, pos[2] + dz)]), quat)
+
+
+def sighting_lines(pos: Vector, quat: Quaternion, frame: Frame | None, layout: TagLayout) -> FloatArray:
+    """From the lens to each tag of the last frame and back, shape (2 n + 1, 7); empty without tags."""
+    ids = [tag.id for tag in frame.tags] if frame is not None else []
+    if not ids:
+        return np.zeros((0, 7))
+    points = np.repeat(np.array([pos]), 2 * len(ids) + 1, axis=0)
+    points[1::2] = layout.centers[np.searchsorted(layout.ids, ids)]
+    return _poses(points, quat)
+
+
+def _poses(points: FloatArray, quat: Quaternion) -> FloatArray:
+    rows = np.empty((len(points), 7))
+    rows[:, :3] = points
+    rows[:, 3:] = (quat[3], quat[0], quat[1], quat[2])
+    rows.setflags(write=False)
+    return rows
 
 
 class VisionSimManager:
@@ -76,7 +151,7 @@ class VisionSimManager:
         for camera in self.cameras.values():
             camera.listen(time)
 
-    def update(self, time: float, scene: Scene) -> list[Frame]:
+    def update(self, time: float, scene: CameraScene) -> list[Frame]:
         """One tick: note where the robots are, expose what is due, publish what is ready.
 
         Args:

@@ -1,4 +1,4 @@
-"""What a camera may find on the field besides tags, and what can stand in its way."""
+"""What stands on the field around a camera, and which game pieces the camera finds there."""
 
 from __future__ import annotations
 
@@ -8,13 +8,25 @@ from typing import Protocol
 
 import numpy as np
 
-from simcore.geometry.quaternion import Quaternion, Vector
-from simcore.typing import BoolArray, FloatArray
+from simcore.errors import ConfigError
+from simcore.geometry.rotation import Quaternion, Vector
+from simcore.typing import BoolArray, FloatArray, IntArray
+from simcore.vision.camera import LimelightType, PiecePipeline, crop_pixels
+from simcore.vision.camera_frame import PieceSighting
 
-__all__ = ["Scene", "SightLines", "hidden_by_spheres"]
+__all__ = ["MOST_DETECTIONS", "CameraScene", "SightLines", "find_pieces", "hidden_by_spheres"]
 
 _CARPET = 1.2  # radii; a ball whose center is higher does not lie on the carpet
 _NOTHING: FloatArray = np.zeros((0, 3))
+
+
+MOST_DETECTIONS = 32
+"""Entries of a raw array at most; farther pieces are left out."""
+_CANDIDATES = 40  # nearest pieces that are looked at closely
+_RIM: FloatArray = np.array([(0.0, 0.0), (0.7, 0.0), (-0.7, 0.0), (0.0, 0.7), (0.0, -0.7)])
+"""Where it is tested whether a piece is covered, right and down in radii: its middle and four places around it."""
+_NEARER: BoolArray = np.repeat(np.tri(_CANDIDATES, k=-1, dtype=bool), len(_RIM), axis=0)
+"""Which of some pieces, sorted by distance, can hide which point: (points of piece i, piece j) for j < i."""
 
 
 class SightLines(Protocol):
@@ -32,7 +44,7 @@ class SightLines(Protocol):
 
 
 @dataclass(slots=True)
-class Scene:
+class CameraScene:
     """The field at one moment."""
 
     robots: Mapping[int, tuple[Vector, Quaternion]] = field(default_factory=dict)
@@ -41,41 +53,68 @@ class Scene:
     """Centers of all pieces, field frame [m], shape (n, 3)."""
     is_there: BoolArray | None = None
     """Which of them are on the field, to be seen, shape (n,); None: all."""
-    piece_radius: float = 0.0
-    """Of each [m]."""
+    piece_radius: FloatArray | float = 0.0
+    """Of the sphere that stands for each piece [m], shape (n,), or one for all."""
+    class_names: Sequence[str] = ()
+    """What a detector calls each type of piece, by class id; empty: pieces have no class."""
+    class_ids: IntArray | None = None
+    """Row in `class_names` of each piece, shape (n,); None: all are of the first."""
     sight: SightLines | None = None
     """None: nothing but pieces is in the way."""
-    _high: FloatArray | None = field(default=None, repr=False)
+    _radii: FloatArray = field(init=False, repr=False)
+    _largest: float = field(init=False, repr=False)
+    _high: tuple[FloatArray, FloatArray] | None = field(default=None, init=False, repr=False)
 
-    def above(self, height: float) -> FloatArray:
-        """Pieces that may reach above a height [m]: of a field full of fuel on the carpet, seen from above, none."""
+    def __post_init__(self) -> None:
+        if np.ndim(self.piece_radius) and np.shape(self.piece_radius) != (len(self.pieces),):
+            raise ConfigError(
+                f"CameraScene: piece_radius needs shape ({len(self.pieces)},) or one number for all, "
+                f"got {np.shape(self.piece_radius)}"
+            )
+        self._radii = np.broadcast_to(np.asarray(self.piece_radius, dtype=np.float64), (len(self.pieces),))
+        self._largest = float(np.max(self.piece_radius, initial=0.0))
+
+    @property
+    def radii(self) -> FloatArray:
+        """Of each piece [m], shape (n,); read-only."""
+        return self._radii
+
+    def above(self, height: float) -> tuple[FloatArray, FloatArray]:
+        """Pieces that may reach above a height [m]: of many pieces on the carpet, seen from above, none.
+
+        Returns:
+            Their centers [m], shape (m, 3), and radii [m], shape (m,).
+        """
         if self._high is None:
-            is_high: BoolArray = self.pieces[:, 2] > _CARPET * self.piece_radius
+            is_high: BoolArray = self.pieces[:, 2] > _CARPET * self._radii
             if self.is_there is not None:
                 is_high &= self.is_there
-            self._high = self.pieces[is_high]
-        if height > (_CARPET + 1.0) * self.piece_radius:
+            self._high = self.pieces[is_high], self._radii[is_high]
+        if height > (_CARPET + 1.0) * self._largest:
             return self._high
-        return self.pieces if self.is_there is None else self.pieces[self.is_there]
+        if self.is_there is None:
+            return self.pieces, self._radii
+        return self.pieces[self.is_there], self._radii[self.is_there]
 
 
-def hidden_by_spheres(start: Vector, points: FloatArray, centers: FloatArray, radius: float) -> BoolArray | None:
+def hidden_by_spheres(start: Vector, points: FloatArray, centers: FloatArray, radii: FloatArray) -> BoolArray | None:
     """Which lines of sight pass through a ball.
 
     Args:
         start: The camera [m].
         points: What it looks at [m], shape (n, 3).
         centers: Of the balls [m], shape (m, 3).
-        radius: Of each [m].
+        radii: Of each [m], shape (m,).
 
     Returns:
         Shape (n,); None if there is no ball between their heights.
     """
-    # A ball that lies below all lines of sight hides nothing: that is nearly all fuel, and one comparison.
-    lowest = min(start[2], float(points[:, 2].min())) - radius
-    highest = max(start[2], float(points[:, 2].max())) + radius
+    # A ball that lies below all lines of sight hides nothing: those are most of them, and it is one comparison.
+    lowest = min(start[2], float(points[:, 2].min())) - radii
+    highest = max(start[2], float(points[:, 2].max())) + radii
     z = centers[:, 2]
-    near = centers[(z > lowest) & (z < highest)]
+    is_near: BoolArray = (z > lowest) & (z < highest)
+    near, radii = centers[is_near], radii[is_near]
     if not len(near):
         return None
     ray, ball = points - start, near - start
@@ -83,5 +122,97 @@ def hidden_by_spheres(start: Vector, points: FloatArray, centers: FloatArray, ra
     along = (ray @ ball.T) / length2[:, None]  # fraction of the line at which it is nearest to the ball
     at = np.clip(along, 0.0, 1.0)
     gap2 = np.einsum("ij,ij->i", ball, ball)[None, :] - (2.0 * along - at) * at * length2[:, None]
-    hidden: BoolArray = (gap2 < radius * radius).any(axis=1)
+    hidden: BoolArray = (gap2 < radii * radii).any(axis=1)
     return hidden
+
+
+def find_pieces(
+    scene: CameraScene,
+    robot: int,
+    pos: Vector,
+    rotation: FloatArray,
+    lens: LimelightType,
+    pipeline: PiecePipeline,
+    crop: tuple[float, float, float, float],
+    rng: np.random.Generator,
+) -> tuple[PieceSighting, ...]:
+    """Detections of one frame, the nearest first.
+
+    Args:
+        scene: Pieces, and what may cover them.
+        robot: The one that carries the camera.
+        pos: Of the camera, field frame [m].
+        rotation: From `optical_rotation`.
+        lens: The picture.
+        pipeline: Near and far plane, class.
+        crop: The part of the picture that is searched.
+        rng: For the noise of the boxes.
+    """
+    (fx, fy), (cx, cy) = lens.focal_length, lens.principal_point
+    ahead = scene.pieces @ rotation[2]  # depths first: most pieces are behind or too far
+    start = float(rotation[2] @ pos)
+    is_near: BoolArray = (ahead >= start + pipeline.near) & (ahead <= start + pipeline.far)
+    if scene.is_there is not None:
+        is_near &= scene.is_there
+    if scene.class_names and pipeline.piece_class:
+        is_near &= _is_of_class(scene, pipeline.piece_class)
+    slots = np.nonzero(is_near)[0]
+    p = (scene.pieces[slots] - pos) @ rotation.T
+    u, v = fx * p[:, 0] / p[:, 2] + cx, fy * p[:, 1] / p[:, 2] + cy
+    left, right, top, bottom = crop_pixels(crop, lens)
+    inside = (u >= left) & (u <= right) & (v >= top) & (v <= bottom)
+    slots, p = slots[inside], p[inside]
+    distance = np.sqrt(np.einsum("ij,ij->i", p, p))
+    order = np.argsort(distance, kind="stable")[:_CANDIDATES]
+    slots, p, distance = slots[order], p[order], distance[order]
+    if not len(slots):
+        return ()
+    radii = scene.radii[slots]
+    kept = np.nonzero(_visible_part(p, distance, radii) >= pipeline.min_visible)[0]
+    if scene.sight is not None and len(kept):  # rays cost most: only to what is left
+        near_side = p[kept] * (1.0 - radii[kept] / distance[kept])[:, None]
+        blocked = scene.sight.blocked(robot, pos, (near_side @ rotation + pos).tolist())
+        kept = kept[~np.array(blocked)]
+    kept = kept[:MOST_DETECTIONS]
+    p = p[kept]
+    middle = p[:, :2] / p[:, 2:] * (fx, fy) + (cx, cy)
+    half = radii[kept][:, None] / p[:, 2:] * (fx, fy)
+    noise = pipeline.box_noise * rng.standard_normal((2, len(kept), 2))
+    low, high = middle - half + noise[0], middle + half + noise[1]
+    tx = np.degrees(np.arctan((0.5 * (low[:, 0] + high[:, 0]) - cx) / fx)).tolist()
+    ty = np.degrees(np.arctan((cy - 0.5 * (low[:, 1] + high[:, 1])) / fy)).tolist()
+    size = high - low
+    area = (100.0 / (lens.width * lens.height) * np.abs(size[:, 0] * size[:, 1])).tolist()
+    spans = zip(low.tolist(), high.tolist(), strict=True)
+    boxes = [((u0, v0), (u1, v0), (u1, v1), (u0, v1)) for (u0, v0), (u1, v1) in spans]
+    rows = zip(boxes, tx, ty, area, distance[kept].tolist(), slots[kept].tolist(), strict=True)
+    names = scene.class_names or (pipeline.piece_class or "piece",)
+    ids = [0] * len(kept) if scene.class_ids is None else scene.class_ids[slots[kept]].tolist()
+    return tuple([PieceSighting(number, names[number], *row) for number, row in zip(ids, rows, strict=True)])
+
+
+def _is_of_class(scene: CameraScene, name: str) -> BoolArray:
+    """Which pieces are of a class, shape (n,)."""
+    ids = np.zeros(len(scene.pieces), dtype=np.int64) if scene.class_ids is None else scene.class_ids
+    is_of_it: BoolArray = np.array([known == name for known in scene.class_names])[ids]
+    return is_of_it
+
+
+def _visible_part(p: FloatArray, distance: FloatArray, radii: FloatArray) -> FloatArray:
+    """Which part of each piece other pieces leave uncovered [-], shape (n,); in the optical frame, nearest first."""
+    n = len(p)
+    x, y, z = (p / distance[:, None]).T
+    level = np.maximum(np.hypot(x, z), 1e-9)
+    zero = np.zeros(n)
+    across = np.array((z / level, zero, -x / level))  # level in the picture, square to the view
+    down = np.array((-x * y / level, level, -y * z / level))  # square to both
+    rim = _RIM[:, :1] * across.T[:, None, :] + _RIM[:, 1:] * down.T[:, None, :]
+    points = p[:, None, :] + radii[:, None, None] * rim
+    points = points.reshape(-1, 3)
+    # A ball hides a point if the line there passes it by less than its radius, and it is nearer.
+    along = points @ p.T
+    reach2 = np.einsum("ij,ij->i", points, points)
+    close = along * along > (distance * distance - radii * radii)[None, :] * reach2[:, None]
+    hidden: BoolArray = (close & (along > 0.0) & _NEARER[: len(points), :n]).any(axis=1)
+    part: FloatArray = 1.0 - hidden.reshape(n, -1).mean(axis=1)
+    return part

@@ -1,22 +1,136 @@
-"""The heading that MegaTag 2 uses: what the robot sends, what the camera's own IMU says, or both."""
+"""Where a robot was when a frame was exposed, and the heading that MegaTag 2 uses: sent by the robot or of an IMU."""
 
 from __future__ import annotations
 
 import math
+from bisect import bisect_right
 from collections.abc import Sequence
 
 import numpy as np
 
-from simcore.geometry.quaternion import Quaternion, rotate_back, rpy
+from simcore.errors import ConfigError, require_positive
+from simcore.geometry.rotation import Quaternion, Rows, Vector, rotate_back, rpy
 from simcore.typing import FloatArray
-from simcore.vision.frames import ImuReading
-from simcore.vision.history import ScalarHistory
-from simcore.vision.rows import Rows
+from simcore.vision.camera_frame import ImuReading
 
-__all__ = ["HeadingSource"]
+__all__ = ["HeadingSource", "PoseHistory", "ScalarHistory", "slerp"]
+
+_TELEPORT = 30.0  # [m/s]; faster than any robot: it was set to another place, and was nowhere in between
+
 
 _EXTERNAL, _SEED, _INTERNAL, _MT1_ASSIST, _EXTERNAL_ASSIST = range(5)
 _IMU_RATE = 1000.0  # [1/s]; the assisting filter runs at the IMU's rate
+
+
+class PoseHistory:
+    """Poses by time; between two of them the place moves straight and the attitude turns evenly.
+
+    >>> history = PoseHistory()
+    >>> history.add(0.0, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0))
+    >>> history.add(0.02, (0.04, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0))
+    >>> history.at(0.01)[0]
+    (0.02, 0.0, 0.0)
+    """
+
+    __slots__ = ("_poses", "_span", "_times")
+
+    def __init__(self, span: float = 2.0) -> None:
+        """Keep poses for `span` [s]."""
+        require_positive("PoseHistory", "span", span, "s")
+        self._span = span
+        self._times: list[float] = []
+        self._poses: list[tuple[Vector, Quaternion]] = []
+
+    def __len__(self) -> int:
+        return len(self._times)
+
+    def add(self, time: float, pos: Vector, quat: Quaternion) -> None:
+        """Note where the robot is now; a jump in space or backwards in time starts over."""
+        times = self._times
+        if times:
+            step = time - times[-1]
+            if step <= 0.0 or math.dist(pos, self._poses[-1][0]) > _TELEPORT * step:
+                times.clear()
+                self._poses.clear()
+        times.append(time)
+        self._poses.append((pos, quat))
+        if len(times) > 64 and times[32] < time - self._span:  # dropped in lots: cheaper than one each tick
+            del times[:32], self._poses[:32]
+
+    def at(self, time: float) -> tuple[Vector, Quaternion]:
+        """Pose at a time [s]; before the first and after the last one: that one.
+
+        Raises:
+            ConfigError: Nothing was added yet.
+        """
+        times = self._times
+        if not times:
+            raise ConfigError("PoseHistory: no pose was added yet")
+        k = bisect_right(times, time)
+        if k == 0:
+            return self._poses[0]
+        if k == len(times):
+            return self._poses[-1]
+        (p0, q0), (p1, q1) = self._poses[k - 1], self._poses[k]
+        s = (time - times[k - 1]) / (times[k] - times[k - 1])
+        place = (p0[0] + s * (p1[0] - p0[0]), p0[1] + s * (p1[1] - p0[1]), p0[2] + s * (p1[2] - p0[2]))
+        return place, slerp(q0, q1, s)
+
+
+class ScalarHistory:
+    """A reading by time, e.g. a heading; linear in between, so it must not wrap."""
+
+    __slots__ = ("_span", "_times", "_values")
+
+    def __init__(self, span: float = 2.0) -> None:
+        """Keep readings for `span` [s]."""
+        require_positive("ScalarHistory", "span", span, "s")
+        self._span = span
+        self._times: list[float] = []
+        self._values: list[float] = []
+
+    def __len__(self) -> int:
+        return len(self._times)
+
+    def add(self, time: float, value: float) -> None:
+        """Note a reading; one from before the last is dropped, one of the same time replaces it."""
+        times = self._times
+        if times and time <= times[-1]:
+            if time == times[-1]:
+                self._values[-1] = value
+            return
+        times.append(time)
+        self._values.append(value)
+        if len(times) > 64 and times[32] < time - self._span:
+            del times[:32], self._values[:32]
+
+    def at(self, time: float) -> float | None:
+        """Reading at a time [s], held before the first and after the last; None if there is none."""
+        times = self._times
+        if not times:
+            return None
+        k = bisect_right(times, time)
+        if k == 0:
+            return self._values[0]
+        if k == len(times):
+            return self._values[-1]
+        s = (time - times[k - 1]) / (times[k] - times[k - 1])
+        return self._values[k - 1] + s * (self._values[k] - self._values[k - 1])
+
+
+def slerp(a: Quaternion, b: Quaternion, s: float) -> Quaternion:
+    """The attitude a part `s` of the way from a to b, on the shorter way."""
+    dot = a[0] * b[0] + a[1] * b[1] + a[2] * b[2] + a[3] * b[3]
+    if dot < 0.0:
+        b, dot = (-b[0], -b[1], -b[2], -b[3]), -dot
+    if dot > 0.99995:  # under a degree: the chord is as good as the arc
+        u, v = 1.0 - s, s
+    else:
+        angle = math.acos(dot)
+        u, v = math.sin((1.0 - s) * angle), math.sin(s * angle)
+    x, y, z, w = u * a[0] + v * b[0], u * a[1] + v * b[1], u * a[2] + v * b[2], u * a[3] + v * b[3]
+    norm = math.sqrt(x * x + y * y + z * z + w * w)
+    return x / norm, y / norm, z / norm, w / norm
 
 
 class HeadingSource:
@@ -41,10 +155,10 @@ class HeadingSource:
         """0 to 4; without an IMU it is ignored."""
         self.assist = 0.001
         """Weight of the correction in each of the IMU's 1000 samples a second, in modes 3 and 4 [-]."""
-        self._told = ScalarHistory()
-        self._told_tilt = ScalarHistory(), ScalarHistory()  # pitch, roll
+        self._sent = ScalarHistory()
+        self._sent_tilt = ScalarHistory(), ScalarHistory()  # pitch, roll
         self._internal = ScalarHistory()
-        self._felt_tilt = ScalarHistory(), ScalarHistory()
+        self._true_tilt = ScalarHistory(), ScalarHistory()
         self._yaw = 0.0
         self._true: tuple[float, float, float] | None = None  # roll, pitch, yaw
         self._time = 0.0
@@ -54,15 +168,15 @@ class HeadingSource:
     def tell(self, time: float, orientation: Sequence[float]) -> None:
         """What the robot sent: yaw, yaw rate, pitch, pitch rate, roll, roll rate [deg, deg/s]."""
         yaw = math.radians(orientation[0])
-        last = self._told.at(math.inf)
+        last = self._sent.at(math.inf)
         if last is not None:
             yaw = last + math.remainder(yaw - last, math.tau)
-        self._told.add(time, yaw)
-        for tilt, angle in zip(self._told_tilt, (orientation[2], orientation[4]), strict=True):
+        self._sent.add(time, yaw)
+        for tilt, angle in zip(self._sent_tilt, (orientation[2], orientation[4]), strict=True):
             tilt.add(time, math.radians(angle))
 
     def move(self, time: float, quat: Quaternion) -> None:
-        """Let the IMU feel the robot's true attitude at a time [s]; called once a tick."""
+        """Update the IMU with the robot's true attitude at a time [s]; called once a tick."""
         if not self._has_imu:
             return
         roll, pitch, yaw = rpy(quat)
@@ -75,15 +189,15 @@ class HeadingSource:
                 math.remainder(pitch - self._true[1], math.tau) / dt,
                 turned / dt,
             )
-            told = self._told.at(time)
-            if told is not None and self.mode == _SEED:
-                self._yaw = told
-            elif told is not None and self.mode == _EXTERNAL_ASSIST:
-                self._draw_to(told, dt)
+            sent = self._sent.at(time)
+            if sent is not None and self.mode == _SEED:
+                self._yaw = sent
+            elif sent is not None and self.mode == _EXTERNAL_ASSIST:
+                self._draw_to(sent, dt)
         self._true, self._time = (roll, pitch, yaw), time
         self._gravity = rotate_back(quat, (0.0, 0.0, 1.0))
         self._internal.add(time, self._yaw)
-        for tilt, angle in zip(self._felt_tilt, (pitch, roll), strict=True):
+        for tilt, angle in zip(self._true_tilt, (pitch, roll), strict=True):
             tilt.add(time, angle)
 
     def after_megatag1(self, yaw_deg: float, since: float) -> None:
@@ -109,7 +223,7 @@ class HeadingSource:
         )
 
     def reading(self) -> ImuReading | None:
-        """What the IMU says now; None without one."""
+        """Reading of the IMU now; None without one."""
         if not self._has_imu or self._true is None:
             return None
         yaw, _, _ = self._at(self._time)
@@ -126,8 +240,8 @@ class HeadingSource:
     def _at(self, time: float) -> tuple[float, float, float]:
         """Yaw, pitch, roll [rad]. A robot that never sent a heading looks along x, as far as the camera knows."""
         is_internal = self._has_imu and self.mode >= _INTERNAL
-        yaw = self._internal if is_internal else self._told
-        pitch, roll = self._felt_tilt if is_internal else self._told_tilt
+        yaw = self._internal if is_internal else self._sent
+        pitch, roll = self._true_tilt if is_internal else self._sent_tilt
         return yaw.at(time) or 0.0, pitch.at(time) or 0.0, roll.at(time) or 0.0
 
     def _draw_to(self, yaw: float, dt: float) -> None:

@@ -11,22 +11,18 @@ from typing import Protocol
 
 import numpy as np
 
-from simcore.geometry.quaternion import Quaternion, Vector
+from simcore.geometry.rotation import Quaternion, Vector
 from simcore.typing import BoolSupplier
-from simcore.vision.camera import CameraConfig, TagPipeline
-from simcore.vision.camera_scene import Scene
-from simcore.vision.frames import Corners, Frame, PieceSighting, PoseEstimate, StdDevs, TagSighting
-from simcore.vision.heading import HeadingSource
-from simcore.vision.history import PoseHistory
+from simcore.vision.camera import CameraConfig, TagPipeline, camera_pose, optical_rows
+from simcore.vision.camera_frame import Corners, Frame, PieceSighting, PoseEstimate, StdDevs, TagSighting
+from simcore.vision.camera_scene import CameraScene, find_pieces
+from simcore.vision.heading import HeadingSource, PoseHistory
 from simcore.vision.limelight_settings import CameraSettings
-from simcore.vision.megatag import CameraPose, Mounting, TagPicture
-from simcore.vision.perfect import perfect_frame
-from simcore.vision.pieces import find_pieces
-from simcore.vision.projection import camera_pose, optical_rows
-from simcore.vision.tags import TagLayout
-from simcore.vision.visibility import Occlusion, TagFinder
+from simcore.vision.megatag import CameraPose, Mounting, TagPicture, perfect_frame
+from simcore.vision.tag_layout import TagLayout
+from simcore.vision.tag_visibility import Occlusion, TagFinder
 
-__all__ = ["CameraPort", "LimelightSim", "Request"]
+__all__ = ["CameraPort", "CameraRequest", "LimelightSim"]
 
 _log = logging.getLogger(__name__)
 
@@ -36,7 +32,7 @@ _LONGEST_GAP = 1.0  # [s]; after a longer one the missed frames are not made up 
 
 
 @dataclass(slots=True)
-class Request:
+class CameraRequest:
     """What robot code wrote on an input topic."""
 
     topic: str
@@ -49,12 +45,12 @@ class Request:
 class CameraPort(Protocol):
     """What a camera speaks to robot code through."""
 
-    def read(self) -> Sequence[Request]:
+    def read(self) -> Sequence[CameraRequest]:
         """Requests since the last call, oldest first."""
         ...
 
     def publish(self, frame: Frame) -> None:
-        """Send what a frame told."""
+        """Send a frame."""
         ...
 
     def close(self) -> None:
@@ -157,7 +153,7 @@ class LimelightSim:
             for request in port.read():
                 self.request(request, time)
 
-    def request(self, request: Request, time: float) -> None:
+    def request(self, request: CameraRequest, time: float) -> None:
         """Take one request at a time [s]; one that makes no sense changes nothing."""
         topic, values = request.topic, request.values
         if values is None:
@@ -176,7 +172,7 @@ class LimelightSim:
 
     # --- frames -------------------------------------------------------------------------------------------------
 
-    def update(self, time: float, history: PoseHistory, scene: Scene) -> list[Frame]:
+    def update(self, time: float, history: PoseHistory, scene: CameraScene) -> list[Frame]:
         """Expose the frames that are due by now, and publish those that are ready.
 
         Args:
@@ -221,7 +217,7 @@ class LimelightSim:
         for port in self.ports:
             port.close()
 
-    def _expose(self, time: float, history: PoseHistory, scene: Scene) -> _Exposure:
+    def _expose(self, time: float, history: PoseHistory, scene: CameraScene) -> _Exposure:
         """What is in the picture, with noise; where things are now is less than a tick from where they were."""
         robot_pose = history.at(time)
         exposure = _Exposure(self._number + 1, time, self.settings.pipeline, [], [], (), robot_pose)

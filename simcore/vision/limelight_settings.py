@@ -1,4 +1,4 @@
-"""What robot code may tell a camera, checked: a request that makes no sense changes nothing and says why."""
+"""Settings of a camera that robot code can change, checked: an invalid request changes nothing, with a reason."""
 
 from __future__ import annotations
 
@@ -6,13 +6,12 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
-from simcore.geometry.quaternion import Quaternion, Vector, from_rpy
-from simcore.vision.camera import CameraConfig, CameraMount
-from simcore.vision.visibility import FULL_CROP
+from simcore.geometry.rotation import Quaternion, Vector, from_rpy
+from simcore.vision.camera import FULL_CROP, CameraConfig, CameraMount
 
 __all__ = ["INPUTS", "CameraSettings", "limelight_mount"]
 
-_DOWNSCALES = (0.0, 1.0, 1.5, 2.0, 3.0, 4.0)  # of `fiducial_downscale_set`; 0 is what the pipeline says
+_DOWNSCALES = (0.0, 1.0, 1.5, 2.0, 3.0, 4.0)  # of `fiducial_downscale_set`; 0 is that of the pipeline
 
 Values = Sequence[float]
 
@@ -27,9 +26,9 @@ class CameraSettings:
     """Tag whose angles are published if it is seen; -1: the largest."""
     crop: tuple[float, float, float, float] = FULL_CROP
     id_filters: tuple[int, ...] | None = None
-    """Tags to use; None: what the pipeline says."""
+    """Tags to use; None: those of the pipeline."""
     downscale: float = 0.0
-    """0: what the pipeline says."""
+    """0: that of the pipeline."""
     throttle: int = 0
     """Frames that are skipped after each that is worked through."""
     imu_mode: int = 0

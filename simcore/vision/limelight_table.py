@@ -1,4 +1,4 @@
-"""A camera's table on NetworkTables: publishes each frame, and collects what robot code asks for."""
+"""A camera's table on NetworkTables: publishes each frame, and collects the requests of robot code."""
 
 from __future__ import annotations
 
@@ -8,12 +8,19 @@ from typing import Any
 import ntcore
 
 from simcore.vision.camera import CameraConfig
-from simcore.vision.frames import Frame
-from simcore.vision.limelight import Request
+from simcore.vision.camera_frame import Frame
+from simcore.vision.camera_manager import NetworkClock
+from simcore.vision.limelight import CameraRequest
 from simcore.vision.limelight_settings import INPUTS
-from simcore.vision.network_clock import NetworkClock
-from simcore.vision.wire import EVERY_FRAME, FRAME_TOPICS, TOPICS, Value, constant_values, frame_values
-from simcore.vision.wire_json import frame_json
+from simcore.vision.limelight_wire import (
+    EVERY_FRAME,
+    FRAME_TOPICS,
+    TOPICS,
+    Value,
+    constant_values,
+    frame_json,
+    frame_values,
+)
 
 __all__ = ["LimelightTable"]
 
@@ -64,7 +71,7 @@ class LimelightTable:
         self._setters: list[Callable[[Any, int], None]] = [self._publishers[name].set for name in FRAME_TOPICS]
         self._is_repeated = [name in EVERY_FRAME for name in FRAME_TOPICS]
 
-    def read(self) -> list[Request]:
+    def read(self) -> list[CameraRequest]:
         """Requests since the last call: headings in order, then settings in order; none once it is closed."""
         orientation = self._inputs.get(_ORIENTATION)
         if orientation is None:
@@ -75,8 +82,8 @@ class LimelightTable:
             requests.append(self._request(self._topics[event.listener], event.data.value))
         return requests
 
-    def _request(self, topic: str, value: Any) -> Request:
-        return Request(topic, _numbers(value), self._clock.to_simulated(value.time()))
+    def _request(self, topic: str, value: Any) -> CameraRequest:
+        return CameraRequest(topic, _numbers(value), self._clock.to_simulated(value.time()))
 
     def publish(self, frame: Frame) -> None:
         """Send a frame; all topics carry the time at which it left the camera."""
@@ -112,7 +119,7 @@ def _publish(instance: ntcore.NetworkTableInstance, topic: str, kind: str, optio
 
 
 def _numbers(value: Any) -> tuple[float, ...] | None:
-    """Numbers of a value, of whatever kind robot code took; None: it is none."""
+    """Numbers of a value of any type that robot code may write; None: it holds no numbers."""
     if value.isDoubleArray():  # nearly always: the heading
         return tuple(value.value())
     if value.isDouble() or value.isInteger() or value.isFloat():

@@ -1,4 +1,7 @@
-"""From the corners of tags to the robot's pose: MegaTag 1 (everything from the picture) and 2 (heading from a gyro)."""
+"""From the corners of tags to the robot's pose: MegaTag 1 (everything from the picture) and 2 (heading from a gyro).
+
+And the perfect camera: the robot's exact pose, for tests of what robot code does with a pose.
+"""
 
 from __future__ import annotations
 
@@ -8,17 +11,37 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from simcore.geometry.quaternion import Quaternion, Vector, matrix
+from simcore.geometry.rotation import (
+    Quaternion,
+    Rows,
+    Vector,
+    apply,
+    apply_back,
+    as_rows,
+    matrix,
+    rpy,
+    times,
+    times_back,
+    transposed,
+)
 from simcore.typing import FloatArray
-from simcore.vision.camera import LimelightType
-from simcore.vision.frames import Corners, PoseEstimate, StdDevs, TagSighting
+from simcore.units import plain_sum
+from simcore.vision.camera import (
+    OPTICAL,
+    CameraConfig,
+    LimelightType,
+    angles_deg,
+    camera_pose,
+    optical_rotation,
+    project,
+    quad_area,
+)
+from simcore.vision.camera_frame import Corners, PoseEstimate, StdDevs, TagSighting
+from simcore.vision.corner_fit import CameraSolution, refine_pose, solve_position, squared_error
 from simcore.vision.planar_pose import SquarePose, ambiguity, solve_square
-from simcore.vision.projection import OPTICAL
-from simcore.vision.refine import CameraSolution, refine_pose, solve_position, squared_error
-from simcore.vision.rows import Rows, apply, apply_back, as_rows, times, times_back, transposed
-from simcore.vision.tags import TagLayout
+from simcore.vision.tag_layout import TagLayout
 
-__all__ = ["CameraPose", "Mounting", "TagPicture"]
+__all__ = ["CameraPose", "Mounting", "TagPicture", "perfect_frame"]
 
 CameraPose = tuple[Vector, Rows]
 """Place of a camera in the field [m], and rotation from field to optical axes."""
@@ -27,6 +50,9 @@ _NEAR = 0.02
 """Root mean square distance of corners up to which a pose is a start for MegaTag 1 [-]: a heading off by 1 deg."""
 _FITS = 3.0
 """And what may be left in the end, in standard deviations of the noise (1.4 are expected); more is another minimum."""
+
+
+_TAGS = 4  # nearest ones that a perfect camera sees
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -118,7 +144,7 @@ class TagPicture:
         self._near: CameraPose | None = None
         self._largest = areas.index(max(areas))
         count = len(tags)
-        self._statistics = (layout.span(self._rows), distance / count, sum(areas) / count)
+        self._statistics = (layout.span(self._rows), distance / count, plain_sum(areas) / count)
 
     def megatag1(self, std: StdDevs | None = None, near: CameraPose | None = None) -> PoseEstimate | None:
         """Pose from the picture alone. One tag gives the better of its two poses, which may be the wrong one.
@@ -144,7 +170,7 @@ class TagPicture:
         return self._estimate(found.position, attitude, std or self._std_devs(found))
 
     def megatag2(self, attitude: Rows | FloatArray) -> PoseEstimate | None:
-        """Place from the picture, with the attitude that the robot (or the camera's IMU) says it has.
+        """Place from the picture, with the attitude from the robot or from the camera's IMU.
 
         Args:
             attitude: From robot to field axes, three rows. A wrong one gives a wrong place.
@@ -181,7 +207,7 @@ class TagPicture:
         return (x - dx, y - dy, z - dz), rotation
 
     def _std_devs(self, found: CameraSolution) -> StdDevs:
-        """How sure the robot's pose is: the corners' noise, carried through the linearised solution."""
+        """Standard deviations of the robot's pose: the corners' noise, propagated through the linearised solution."""
         # A turn w about the optical axes swings the robot's origin about the camera, by R^T (lever x w).
         lx, ly, lz = self._mounting.lever
         back = transposed(found.rotation)
@@ -205,3 +231,44 @@ class TagPicture:
             *self._statistics,
             std,
         )
+
+
+def perfect_frame(
+    layout: TagLayout, robot_pose: tuple[Vector, Quaternion], config: CameraConfig
+) -> tuple[tuple[TagSighting, ...], PoseEstimate, PoseEstimate]:
+    """Tags and both poses of a frame without any error.
+
+    Args:
+        layout: All tags; the four nearest ones count as seen, even behind the camera.
+        robot_pose: True pose, field frame.
+        config: The camera.
+    """
+    lens = config.type
+    pos, quat = camera_pose(*robot_pose, config.mount.position, config.mount.rotation)
+    rotation = optical_rotation(quat)
+    reach = np.linalg.norm(layout.centers - pos, axis=1)
+    tags = []
+    for row in np.argsort(reach, kind="stable")[:_TAGS].tolist():
+        corners, _ = project(layout.corners[row], pos, rotation, lens)
+        u, v = corners.mean(axis=0).tolist()
+        tx, ty = angles_deg(u, v, lens)
+        area = 100.0 / (lens.width * lens.height) * abs(float(quad_area(corners[None])[0]))
+        near, far = float(reach[row]), math.dist(layout.centers[row].tolist(), robot_pose[0])
+        (u0, v0), (u1, v1), (u2, v2), (u3, v3) = corners.tolist()
+        pixels = (u0, v0), (u1, v1), (u2, v2), (u3, v3)
+        tags.append(TagSighting(int(layout.ids[row]), pixels, tx, ty, area, near, far, 0.0, None))
+    roll, pitch, yaw = rpy(robot_pose[1])
+    chosen = layout.centers[np.argsort(reach, kind="stable")[:_TAGS]]
+    apart = np.linalg.norm(chosen[:, None, :] - chosen[None, :, :], axis=2)
+    estimate = PoseEstimate(
+        position=robot_pose[0],
+        roll_deg=math.degrees(roll),
+        pitch_deg=math.degrees(pitch),
+        yaw_deg=math.degrees(yaw),
+        tag_count=len(tags),
+        tag_span=float(apart.max(initial=0.0)),
+        average_distance=plain_sum([tag.camera_distance for tag in tags]) / max(1, len(tags)),
+        average_area=plain_sum([tag.area_percent for tag in tags]) / max(1, len(tags)),
+        std_devs=(0.0, 0.0, 0.0, 0.0, 0.0, 0.0),
+    )
+    return tuple(tags), estimate, estimate

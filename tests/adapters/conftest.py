@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import shutil
 import subprocess
 import sys
@@ -16,23 +17,32 @@ import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
 SCENARIOS = Path(__file__).parent / "scenarios"
+ROBOTS = Path(__file__).parent / "robots"
+PYPROJECT = ROOT / "pyproject.toml"
 EXAMPLE = ROOT / "examples" / "rebuilt_robot"
 
 Scenario = Callable[..., dict[str, Any]]
 
 
 @pytest.fixture(scope="session")
-def scenario(tmp_path_factory) -> Scenario:
+def scenario(tmp_path_factory, distribution) -> Scenario:
     """Runs a scenario by name and returns its report; skips where the machine is too busy for real time."""
     for module in ("phoenix6", "wpilib", "commands2", "pyfrc", "pybullet"):
         if find_spec(module) is None:
             pytest.skip(f"needs {module}: pip install simcore[phoenix6,robotpy]")
 
-    def run(name: str, *args: str, timeout: float = 90.0, **environment: str) -> dict[str, Any]:
+    def run(
+        name: str, *args: str, timeout: float = 90.0, path: tuple[Path, ...] = (), **environment: str
+    ) -> dict[str, Any]:
+        places = os.pathsep.join(map(str, (*path, distribution, ROOT, SCENARIOS)))
         done = subprocess.run(
             [sys.executable, str(SCENARIOS / f"{name}.py"), *args],
             cwd=tmp_path_factory.mktemp(name),
-            env={**os.environ, **environment, "PYTHONPATH": os.pathsep.join((str(ROOT), str(SCENARIOS)))},
+            env={
+                **os.environ,
+                **environment,
+                "PYTHONPATH": places,
+            },
             capture_output=True,
             text=True,
             timeout=timeout,
@@ -47,37 +57,65 @@ def scenario(tmp_path_factory) -> Scenario:
     return run
 
 
+@pytest.fixture(scope="session")
+def install() -> Callable[[Path, str, dict[str, str]], None]:
+    """Leaves in a folder for PYTHONPATH what pip leaves of a distribution: its name and its entry points by group."""
+
+    def install(folder: Path, name: str, entry_points: dict[str, str]) -> None:
+        info = folder / f"{name}-0.1.0.dist-info"
+        info.mkdir(parents=True)
+        (info / "METADATA").write_text(f"Metadata-Version: 2.1\nName: {name}\nVersion: 0.1.0\nSummary: {name}\n")
+        rows = "".join(f"[{group}]\n{lines}\n" for group, lines in entry_points.items())
+        (info / "entry_points.txt").write_text(rows)
+
+    return install
+
+
+@pytest.fixture(scope="session")
+def distribution(tmp_path_factory, install) -> Path:
+    """A folder for PYTHONPATH in which this checkout is installed: its entry points, and nothing else."""
+    folder = tmp_path_factory.mktemp("site")
+    declared = re.findall(r'\[project\.(scripts|entry-points\.\S+)\]\n((?:\w+ = "[^"]+"\n)+)', PYPROJECT.read_text())
+    groups = {kind.removeprefix("entry-points.").strip('"'): rows.replace('"', "") for kind, rows in declared}
+    install(folder, "simcore", groups)
+    return folder
+
+
 @pytest.fixture
-def project(tmp_path):
-    """A copy of the example with tests of our own; returns what writes them and runs pytest."""
+def project_of(tmp_path, distribution):
+    """Copies a robot project; returns what writes its tests and runs pytest, or another command, in the copy."""
     for module in ("phoenix6", "wpilib", "commands2", "pyfrc", "pybullet"):
         if find_spec(module) is None:
             pytest.skip(f"needs {module}: pip install simcore[phoenix6,robotpy]")
-    folder = tmp_path / "robot"
-    shutil.copytree(EXAMPLE, folder, ignore=shutil.ignore_patterns("__pycache__", "tests", "test_output"))
-    (folder / "tests").mkdir()
 
-    def run(text: str, *arguments: str, command: tuple[str, ...] = ("-m", "pytest", "-q"), **environment: str):
-        (folder / "tests" / "test_robot.py").write_text(text)
-        named = () if find_spec("simcore") and _is_installed() else ("-p", "simcore.robotpy.pytest_plugin")
-        if named and command[1] == "robotpy":
-            pytest.skip("needs an installed simcore: pip install -e .")
-        done = subprocess.run(
-            [sys.executable, *command, *named, *arguments],
-            cwd=folder,
-            env={**os.environ, "PYTHONPATH": str(ROOT), **environment},
-            capture_output=True,
-            text=True,
-            timeout=240,
-            check=False,
-        )
-        return done.returncode, done.stdout + done.stderr
+    def copy(source: Path) -> Callable[..., tuple[int, str]]:
+        folder = tmp_path / "robot"
+        shutil.copytree(source, folder, ignore=shutil.ignore_patterns("__pycache__", "tests", "test_output"))
+        (folder / "tests").mkdir()
+        if not (folder / "deploy").exists():
+            shutil.copy(ROBOTS / "shared" / "measures.py", folder)
 
-    run.folder = folder
-    return run
+        def run(text: str, *arguments: str, command: tuple[str, ...] = ("-m", "pytest", "-q"), **environment: str):
+            (folder / "tests" / "test_robot.py").write_text(text)
+            path = os.pathsep.join(map(str, (distribution, ROOT)))
+            done = subprocess.run(
+                [sys.executable, *command, *arguments],
+                cwd=folder,
+                env={**os.environ, "PYTHONPATH": path, **environment},
+                capture_output=True,
+                text=True,
+                timeout=240,
+                check=False,
+            )
+            return done.returncode, done.stdout + done.stderr
+
+        run.folder = folder
+        return run
+
+    return copy
 
 
-def _is_installed() -> bool:
-    from importlib.metadata import entry_points
-
-    return any(e.value == "simcore.robotpy.pytest_plugin" for e in entry_points(group="pytest11"))
+@pytest.fixture
+def project(project_of):
+    """The example, as `project_of` copies it."""
+    return project_of(EXAMPLE)

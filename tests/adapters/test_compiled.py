@@ -16,7 +16,7 @@ def test_auto(sim):
     sim.autonomous("depot", seconds=6)
     loaded = [n for n, m in list(sys.modules.items())
               if n.startswith("simcore.") and isinstance(getattr(m, "__loader__", None), ExtensionFileLoader)]
-    print("DIGEST", sim.digest, "COMPILED", len(loaded), "STANDIN", sum("standin" in n for n in loaded))
+    print("DIGEST", sim.digest, "COMPILED", len(loaded), "EMULATOR", sum("emulator" in n for n in loaded))
 """
 
 
@@ -25,7 +25,7 @@ def test_a_robot_test_is_the_same_to_the_last_bit(project, compiled_store):
     for where in ("0", compiled_store):
         code, output = project(AUTO, "-rP", SIMCORE_COMPILED=where)
         assert code == 0, output[-3000:]
-        told.append(re.search(r"DIGEST (\w+) COMPILED (\d+) STANDIN (\d+)", output).groups())
+        told.append(re.search(r"DIGEST (\w+) COMPILED (\d+) EMULATOR (\d+)", output).groups())
     (plain, none, _), (compiled, many, devices) = told
     assert int(none) == 0 and int(many) > 50 and int(devices) > 20
     assert compiled == plain

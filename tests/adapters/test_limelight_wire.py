@@ -12,15 +12,15 @@ import time
 import numpy as np
 import pytest
 
-from simcore.geometry.quaternion import from_yaw
+from simcore.geometry.rotation import from_yaw
 from simcore.vision.camera import CameraConfig, CameraMount, PiecePipeline, TagPipeline, limelight_type
-from simcore.vision.camera_scene import Scene
-from simcore.vision.history import PoseHistory
+from simcore.vision.camera_manager import NetworkClock
+from simcore.vision.camera_scene import CameraScene
+from simcore.vision.heading import PoseHistory
 from simcore.vision.limelight import LimelightSim
 from simcore.vision.limelight_settings import CameraSettings
-from simcore.vision.network_clock import NetworkClock
-from simcore.vision.tags import official_layout
-from simcore.vision.wire import TOPICS
+from simcore.vision.limelight_wire import TOPICS
+from simcore.vision.tag_layout import official_layout
 
 ntcore = pytest.importorskip("ntcore", reason="pyntcore is not installed")
 
@@ -61,10 +61,16 @@ while time.monotonic() < end:
     inst.flush()
     poses += [[v.value()[6], v.server_time()] for v in subs["botpose_orb_wpiblue"].readQueue() if v.isValid()]
     time.sleep(0.02)
-values = {}
-for name, sub in subs.items():
-    value = sub.get()
-    values[name] = value.value() if value.isValid() else None
+def read():
+    values = {name: sub.get() for name, sub in subs.items()}
+    return {name: value.value() if value.isValid() else None for name, value in values.items()}
+end = time.monotonic() + 5
+values = read()
+while time.monotonic() < end:                        # a frame comes topic by topic: wait until nothing changes
+    time.sleep(0.005)
+    before, values = values, read()
+    if before == values:
+        break
 types = {t.getName(): t.getTypeString() for t in inst.getTopics("/limelight-wire/")}
 pipeline.setDouble(1.0)                              # a helper writes numbers as doubles
 inst.flush()
@@ -97,7 +103,7 @@ def told():
             now = ntcore._now() * 1e-6 - start
             camera.listen(now)
             history.add(now, PLACE, from_yaw(YAW))
-            frames += camera.update(now, history, Scene())
+            frames += camera.update(now, history, CameraScene())
             time.sleep(0.02)
         if client.poll() is None:
             client.kill()
@@ -228,7 +234,7 @@ def look(camera, seconds, scene=None, start=0.0):
         t = start + 0.02 * k
         camera.listen(t)
         history.add(t, PLACE, from_yaw(YAW))
-        camera.update(t, history, scene or Scene())
+        camera.update(t, history, scene or CameraScene())
 
 
 def test_without_tags_there_are_zeros_and_frames_go_on(local):
@@ -258,12 +264,12 @@ def test_detections_on_the_wire(local):
     table = LimelightTable(local, config, LAYOUT.field_size, NetworkClock())
     camera = LimelightSim(config, LAYOUT, np.random.default_rng(0), ports=[table])
     pieces = np.array([(PLACE[0] + 2.0, PLACE[1], 0.075), (PLACE[0] + 1.2, PLACE[1] + 0.2, 0.075)])
-    look(camera, 0.5, Scene(pieces=pieces, piece_radius=0.075))
+    look(camera, 0.5, CameraScene(pieces=pieces, piece_radius=0.075, class_names=("ball",)))
     raw = np.array(local.getDoubleArrayTopic("/ll/rawdetections").subscribe([]).get()).reshape(-1, 12)
     assert len(raw) == 2
     assert raw[0, 3] > raw[1, 3]  # the nearest is first and larger
     assert local.getDoubleTopic("/ll/tx").subscribe(0.0).get() == pytest.approx(raw[0, 1])
-    assert local.getStringTopic("/ll/tdclass").subscribe("").get() == "fuel"
+    assert local.getStringTopic("/ll/tdclass").subscribe("").get() == "ball"
     assert local.getStringTopic("/ll/getpipetype").subscribe("").get() == "pipe_neuraldetector"
     camera.close()
 

@@ -14,8 +14,7 @@ import numpy as np
 import pytest
 
 from simcore.errors import ConfigError, OutputError
-from simcore.telemetry.pose_struct import POSE_SCHEMAS
-from simcore.telemetry.snapshot import Snapshot
+from simcore.telemetry.snapshot import POSE_SCHEMAS, Snapshot
 
 ntcore = pytest.importorskip("ntcore", reason="pyntcore is not installed")
 
@@ -156,22 +155,20 @@ def test_client_in_another_process_decodes_every_kind_of_key(instance: Any) -> N
 def test_client_in_another_process_decodes_every_key_of_a_game(instance: Any) -> None:
     """All that REBUILT publishes, two robots, in the middle of a shot: each value against what was published."""
     pytest.importorskip("wpimath.geometry", reason="the client decodes with robotpy-wpimath")
-    from games.rebuilt.sim import RebuiltConfig, RebuiltSim, RobotEntry
-    from simcore.telemetry.memory import MemorySink
+    from games.rebuilt import RebuiltSim
+    from simcore import RobotEntry
+    from simcore.telemetry.sinks import MemorySink
 
     memory = MemorySink()
 
     def shoot(robot: Any, time: float) -> None:
-        robot.shooter_wheels.set_volts(9.0)
-        robot.feeder.set_volts(6.0 if time > 1.0 else 0.0)
-        robot.hood.set_volts(1.0)
-        robot.deploy.set_volts(4.0)
-        robot.roller.set_volts(6.0)
-        robot.spindexer.set_volts(3.0)
+        volts = {"shooter": 9.0, "hood": 1.0, "intake_deploy": 4.0, "intake_roller": 6.0, "spindexer": 3.0}
+        for name, mechanism in robot.mechanisms.items():
+            mechanism.set_volts(volts.get(name, 6.0 if time > 1.0 else 0.0))
 
     entries = (RobotEntry(), RobotEntry(alliance="red"))
-    with RebuiltSim(RebuiltConfig(robots=entries), robot_code=[shoot], sinks=[memory]) as sim:
-        while not len(sim.flying):
+    with RebuiltSim(robots=entries, controllers=[shoot], sinks=[memory]) as sim:
+        while not len(sim.flow.flying):
             assert sim.time < 5.0
             sim.last_tick_ms = 1.5
             sim.tick()

@@ -15,16 +15,23 @@ from photonlibpy.estimation import TargetModel  # noqa: E402
 from photonlibpy.simulation import PhotonCameraSim, SimCameraProperties, VisionTargetSim  # noqa: E402
 from wpimath.geometry import Pose3d, Quaternion, Rotation2d, Rotation3d, Transform3d, Translation3d  # noqa: E402
 
-from simcore.geometry.quaternion import from_rpy, from_yaw  # noqa: E402
-from simcore.photonvision.port import PhotonCameraPort, camera_properties  # noqa: E402
-from simcore.vision.camera import CameraConfig, CameraMount, PiecePipeline, limelight_type  # noqa: E402
-from simcore.vision.camera_scene import Scene  # noqa: E402
-from simcore.vision.history import PoseHistory  # noqa: E402
+from simcore.geometry.rotation import from_rpy, from_yaw  # noqa: E402
+from simcore.photonvision import PhotonCameraPort, camera_properties  # noqa: E402
+from simcore.vision.camera import (  # noqa: E402  # noqa: E402
+    CameraConfig,
+    CameraMount,
+    PiecePipeline,
+    camera_pose,
+    limelight_type,
+    optical_rotation,
+    quad_area,
+)
+from simcore.vision.camera_manager import NetworkClock  # noqa: E402
+from simcore.vision.camera_scene import CameraScene  # noqa: E402
+from simcore.vision.heading import PoseHistory  # noqa: E402
 from simcore.vision.limelight import LimelightSim  # noqa: E402
-from simcore.vision.network_clock import NetworkClock  # noqa: E402
-from simcore.vision.projection import camera_pose, optical_rotation, quad_area  # noqa: E402
-from simcore.vision.tags import official_layout  # noqa: E402
-from simcore.vision.visibility import TagFinder  # noqa: E402
+from simcore.vision.tag_layout import official_layout  # noqa: E402
+from simcore.vision.tag_visibility import TagFinder  # noqa: E402
 
 LAYOUT = official_layout("2026-welded")
 CONFIG = CameraConfig(
@@ -107,7 +114,7 @@ def test_a_photon_camera_reads_our_frames():
     frames = []
     for k in range(8):
         history.add(0.02 * k, pos, quat)
-        frames += camera.update(0.02 * k, history, Scene())
+        frames += camera.update(0.02 * k, history, CameraScene())
     result = port.camera.getLatestResult()
     last = frames[-1]
     assert {t.getFiducialId() for t in result.getTargets()} == {tag.id for tag in last.tags} >= {25, 26}
@@ -127,7 +134,7 @@ def test_a_photon_camera_reads_our_frames():
 
 
 def test_pieces_are_object_detections():
-    from simcore.photonvision.port import pipeline_result
+    from simcore.photonvision import pipeline_result
 
     config = CameraConfig(
         name="photon-pieces",
@@ -137,7 +144,7 @@ def test_pieces_are_object_detections():
     )
     camera = LimelightSim(config, LAYOUT, np.random.default_rng(0))
     history = PoseHistory()
-    scene = Scene(pieces=np.array([(6.5, 5.0, 0.075), (6.8, 4.5, 0.075)]), piece_radius=0.075)
+    scene = CameraScene(pieces=np.array([(6.5, 5.0, 0.075), (6.8, 4.5, 0.075)]), piece_radius=0.075)
     frames = []
     for k in range(8):
         history.add(0.02 * k, (5.0, 5.0, 0.0), from_yaw(0.0))

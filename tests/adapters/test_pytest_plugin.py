@@ -97,7 +97,7 @@ def test_without_physics_or_robot_it_says_what_is_missing(project):
     test = "def test_it(sim):\n    sim.start()\n"
     (project.folder / "physics.py").unlink()
     code, said = project(test)
-    assert code == 1 and "put a physics.py with a PhysicsEngine" in said, said
+    assert code == 1 and "beside robot.py put a simcore.toml" in said, said
     (project.folder / "robot.py").unlink()
     code, said = project(test)
     assert code == 1 and "no robot.py in" in said, said

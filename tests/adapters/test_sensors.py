@@ -17,8 +17,7 @@ def test_a_pulse_width_encoder_reads_the_shafts_angle_whatever_its_direction_and
     assert read["pwm_velocity"] == pytest.approx([0.5, 0.5], abs=0.01)
 
 
-def test_a_switch_and_a_distance(read):
-    assert read["closed"] == [True, False]
+def test_a_distance(read):
     assert read["distance"] == pytest.approx(0.25, abs=0.002)
 
 

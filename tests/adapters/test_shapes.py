@@ -28,7 +28,10 @@ ROBOTS = Path(__file__).parent / "robots"
 def run(request, scenario):
     if request.param == "magic":
         pytest.importorskip("magicbot", reason="needs magicbot: pip install robotpy-wpilib-utilities")
-    return {**scenario("robot_sim", str(ROBOTS / request.param), "shape", "blue", "--simcore"), "robot": request.param}
+    return {
+        **scenario("robot_sim", str(ROBOTS / request.param), "shape", "blue", "--simcore", "--game", "rebuilt"),
+        "robot": request.param,
+    }
 
 
 def test_it_drives_where_it_is_told(run):

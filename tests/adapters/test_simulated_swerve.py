@@ -79,5 +79,5 @@ def test_two_processes_agree_to_the_last_bit(path, scenario):
 
 @pytest.mark.realtime
 def test_the_reference_is_still_what_the_real_one_answers(scenario, reference):
-    """Fails when another version of phoenix6 drives differently: then record anew and look at the stand-in."""
+    """Fails when another version of phoenix6 drives differently: then record anew and look at the emulator."""
     assert differences(scenario("swerve_requests", "real")["cases"], reference["cases"]) == {}

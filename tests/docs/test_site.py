@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import argparse
 import ast
 import builtins
 import importlib.util
@@ -14,10 +15,8 @@ from pathlib import Path
 
 import pytest
 
-import games.rebuilt.__main__ as rebuilt
-from games.rebuilt.sim import RebuiltConfig, RebuiltSim, RobotEntry
 from simcore import cli
-from simcore.telemetry.memory import MemorySink
+from simcore.show import play_command
 
 ROOT = Path(__file__).resolve().parents[2]
 DOCS = ROOT / "docs"
@@ -44,20 +43,24 @@ def commands(pattern: str) -> list[tuple[str, list[str]]]:
     return found
 
 
-def test_commands_of_the_game_are_understood():
-    parser = rebuilt._parser()
-    seen = commands(r"(?:python -m pip install [^&\n]*&& )?python -m games\.rebuilt")
+def test_commands_that_play_are_understood():
+    parser = argparse.ArgumentParser()
+    play_command.add_arguments(parser)
+    seen = [
+        (page, words[words.index("games.rebuilt") + 1 :])
+        for page, words in commands(r"(?:python -m pip install [^&\n]*&& )?python -m games\.rebuilt")
+    ]
+    seen += [(page, words[2:]) for page, words in commands("simcore play")]
     assert len(seen) > 8
-    for page, words in seen:
-        options = words[words.index("games.rebuilt") + 1 :]
+    for page, options in seen:
         try:
             parser.parse_args([word for word in options if word not in ("&&", "...")])
         except SystemExit:
-            pytest.fail(f"{page}: {' '.join(words)}")
+            pytest.fail(f"{page}: {' '.join(options)}")
 
 
 def test_subcommands_and_modules_exist():
-    for page, words in commands("simcore "):
+    for page, words in commands("simcore [a-z]"):
         assert words[1] in cli.COMMANDS, f"{page}: {' '.join(words)}"
     for page, words in commands("python -m "):
         if words[2] == "robotpy":  # the extra
@@ -68,27 +71,6 @@ def test_subcommands_and_modules_exist():
 def test_scripts_exist():
     for page, words in commands("python scripts/"):
         assert (ROOT / words[1]).is_file(), f"{page}: {' '.join(words)}"
-
-
-@pytest.fixture(scope="module")
-def published():
-    sink = MemorySink()
-    with RebuiltSim(RebuiltConfig(robots=(RobotEntry(), RobotEntry(alliance="red"))), sinks=[sink]) as sim:
-        sim.last_tick_ms = 1.0
-        sim.tick()
-    snapshot = sink.snapshots[-1]
-    kinds = (snapshot.poses, snapshot.pose_arrays, snapshot.doubles, snapshot.integers, snapshot.booleans)
-    return {key for kind in kinds for key in kind}
-
-
-def test_telemetry_keys_on_every_page_are_published(published):
-    wrong = []
-    for name, text in TEXT.items():
-        for key in re.findall(r"`(?:NT:/)?(Sim/[\w/]+\w)`", text):
-            is_group = any(other.startswith(f"{key}/") for other in published)
-            if key not in published and not is_group and "/Limelights/" not in key:
-                wrong.append(f"{name}: {key}")
-    assert wrong == []
 
 
 def test_errors_on_every_page_exist():

@@ -3,20 +3,26 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from games.rebuilt.robot import RebuiltRobotConfig
-from games.rebuilt.sim import RebuiltConfig, RebuiltSim, RobotEntry
+from games.rebuilt import RebuiltSim
+from games.rebuilt.robot import rebuilt_robot
 from games.rebuilt.staging import Staging
-from simcore.geometry.quaternion import from_yaw
-from simcore.vision.camera import CameraConfig, CameraMount, PiecePipeline, limelight_type
-from simcore.vision.projection import optical_rotation
-from simcore.vision.tags import official_layout
-from simcore.vision.visibility import TagFinder
+from simcore.geometry.rotation import from_yaw
+from simcore.match.game import RobotEntry
+from simcore.robot.robot_config import RobotConfig
+from simcore.vision.camera import CameraConfig, CameraMount, PiecePipeline, limelight_type, optical_rotation
+from simcore.vision.tag_layout import official_layout
+from simcore.vision.tag_visibility import TagFinder
 
 NO_FUEL = Staging(neutral=0, depot=0, chute=0, preload_per_robot=0, robots=3)
+
+
+def with_cameras(*cameras: CameraConfig) -> RobotConfig:
+    return replace(rebuilt_robot(), cameras=cameras)
 
 
 def at_lens(height: float, yaw_deg: float = 0.0, pitch_deg: float = 0.0, **more) -> CameraConfig:
@@ -27,18 +33,18 @@ def at_lens(height: float, yaw_deg: float = 0.0, pitch_deg: float = 0.0, **more)
 
 def seen(camera: CameraConfig, x: float, y: float, yaw_deg: float = 0.0, others=(), fuel=()) -> set[int]:
     """Tags that the camera's first frames show, the robot standing at a place of the field."""
-    robots = [RobotEntry(pose=(x, y, math.radians(yaw_deg)), preload=0, config=RebuiltRobotConfig(cameras=(camera,)))]
-    robots += [RobotEntry(pose=pose, preload=0) for pose in others]
+    robots = [RobotEntry(start=(x, y, math.radians(yaw_deg)), preload=0, config=with_cameras(camera))]
+    robots += [RobotEntry(start=pose, preload=0) for pose in others]
     staging = Staging(neutral=len(fuel), depot=0, chute=0, preload_per_robot=0, robots=3)
-    with RebuiltSim(RebuiltConfig(robots=tuple(robots), staging=staging)) as sim:
+    with RebuiltSim(robots=robots, staging=staging) as match:
         if len(fuel):
-            slots = sim.pieces.on_field()
-            sim.pieces.release(slots, np.array(fuel))
+            slots = match.pieces.on_field()
+            match.pieces.release(slots, np.array(fuel))
         for _ in range(4):
-            sim.tick()
+            match.tick()
             if len(fuel):  # keep it where it was put: what is asked is whether it covers the tag
-                sim.pieces.release(slots, np.array(fuel))
-        frame = sim.vision.camera("eye").last
+                match.pieces.release(slots, np.array(fuel))
+        frame = match.cameras.camera("eye").last
         assert frame is not None
         return {tag.id for tag in frame.tags}
 
@@ -50,7 +56,7 @@ def test_tags_on_the_near_face_are_seen_and_those_behind_the_hub_are_not():
     found = seen(camera, 2.5, 4.0345)
     assert {25, 26} <= found
     assert not {3, 4, 19, 20} & found
-    finder = TagFinder(official_layout(), camera.type)
+    finder = TagFinder(official_layout("2026-welded"), camera.type)
     rotation = optical_rotation(camera.mount.rotation)
     rows, _ = finder.find((2.5, 4.0345, 0.5), rotation, min_side=12.0, max_angle_deg=75.0)
     in_picture = {finder._layout.id_list[row] for row in rows}
@@ -80,7 +86,7 @@ def test_a_tag_counts_while_its_last_corner_is_inside_the_picture(inside_deg, ex
 def test_an_oblique_tag_is_read_less_far(angle_deg, distance, expected):
     """At 60 degrees its upper edge has half its length: 12 px at 736 x 0.1651 x cos 60 / 12 = 5.06 m, not at 10.1 m.
     Beyond 75 degrees it is not read at all."""
-    layout, lens = official_layout(), limelight_type("LL4")
+    layout, lens = official_layout("2026-welded"), limelight_type("LL4")
     row = layout.id_list.index(26)
     x, y, z = layout.center_list[row]
     angle = math.radians(angle_deg)
@@ -128,18 +134,18 @@ def piece_frame(fuel, camera=None, others=(), gate=None):
         mount=CameraMount(z=0.5, pitch_deg=20.0),
         pipelines=(PiecePipeline(near=0.3, far=3.0, box_noise=0.0),),
     )
-    robots = [RobotEntry(pose=(7.0, 2.0, 0.0), preload=0, config=RebuiltRobotConfig(cameras=(camera,)))]
-    robots += [RobotEntry(pose=pose, preload=0) for pose in others]
+    robots = [RobotEntry(start=(7.0, 2.0, 0.0), preload=0, config=with_cameras(camera))]
+    robots += [RobotEntry(start=pose, preload=0) for pose in others]
     staging = Staging(neutral=len(fuel), depot=0, chute=0, preload_per_robot=0, robots=3)
-    with RebuiltSim(RebuiltConfig(robots=tuple(robots), staging=staging)) as sim:
-        sim.vision.camera("eye").gate = gate
-        slots = sim.pieces.on_field()
-        sim.pieces.release(slots, np.array(fuel))
+    with RebuiltSim(robots=robots, staging=staging) as match:
+        match.cameras.camera("eye").gate = gate
+        slots = match.pieces.on_field()
+        match.pieces.release(slots, np.array(fuel))
         for _ in range(8):
-            sim.tick()
-        frame = sim.vision.camera("eye").last
+            match.tick()
+        frame = match.cameras.camera("eye").last
         assert frame is not None
-        return frame, [sim.pieces.on_field().tolist().index(s) for s in slots.tolist()]
+        return frame, [match.pieces.on_field().tolist().index(s) for s in slots.tolist()]
 
 
 def test_angles_and_area_of_a_fuel_are_those_of_the_pinhole():
@@ -189,9 +195,9 @@ def test_a_closed_gate_gives_empty_frames():
 
 def test_the_frustum_tilts_with_the_robot():
     """With the nose up by 10 degrees the same fuel is 10 degrees lower in the picture, but for the lens' lever."""
-    from simcore.geometry.quaternion import from_rpy
-    from simcore.vision.camera_scene import Scene
-    from simcore.vision.history import PoseHistory
+    from simcore.geometry.rotation import from_rpy
+    from simcore.vision.camera_scene import CameraScene
+    from simcore.vision.heading import PoseHistory
     from simcore.vision.limelight import LimelightSim
 
     config = CameraConfig(
@@ -202,12 +208,12 @@ def test_the_frustum_tilts_with_the_robot():
     )
     angles = []
     for pitch in (0.0, -10.0):
-        camera = LimelightSim(config, official_layout(), np.random.default_rng(0))
+        camera = LimelightSim(config, official_layout("2026-welded"), np.random.default_rng(0))
         history = PoseHistory()
         quat = from_rpy(0.0, math.radians(pitch), 0.0)
         for k in range(10):
             history.add(0.02 * k, (5.0, 5.0, 0.0), quat)
-            camera.update(0.02 * k, history, Scene(pieces=np.array([(6.5, 5.0, 0.075)]), piece_radius=0.075))
+            camera.update(0.02 * k, history, CameraScene(pieces=np.array([(6.5, 5.0, 0.075)]), piece_radius=0.075))
         assert camera.last is not None and camera.last.primary_piece is not None
         angles.append(camera.last.primary_piece.ty_deg)
     assert angles[1] < angles[0] - 8.0  # nose up: the piece sinks in the picture
@@ -218,12 +224,13 @@ def test_the_frustum_tilts_with_the_robot():
 
 def test_the_same_seed_gives_the_same_frames_and_cameras_change_nothing_else():
     def run(cameras):
-        config = RebuiltConfig(seed=5, robots=(RobotEntry(config=RebuiltRobotConfig(cameras=cameras)),))
-        with RebuiltSim(config) as sim:
+        with RebuiltSim(seed=5, robots=(RobotEntry(config=with_cameras(*cameras)),)) as match:
             for _ in range(40):
-                sim.tick()
-            corners = [tag.corners for camera in sim.vision.cameras.values() if camera.last for tag in camera.last.tags]
-            return sim.digest.hexdigest(), np.concatenate(corners).tobytes() if corners else b""
+                match.tick()
+            corners = [
+                tag.corners for camera in match.cameras.cameras.values() if camera.last for tag in camera.last.tags
+            ]
+            return match.digest.hexdigest(), np.concatenate(corners).tobytes() if corners else b""
 
     eye = at_lens(0.5, pitch_deg=-15.0)
     first, second, none = run((eye,)), run((eye,)), run(())
@@ -235,29 +242,29 @@ def test_the_same_seed_gives_the_same_frames_and_cameras_change_nothing_else():
 def test_two_cameras_of_one_name_end_the_build():
     from simcore.errors import ConfigError
 
-    robot = RebuiltRobotConfig(cameras=(at_lens(0.5), at_lens(0.6)))
+    robot = with_cameras(at_lens(0.5), at_lens(0.6))
     with pytest.raises(ConfigError, match="'eye' comes twice"):
-        RebuiltSim(RebuiltConfig(robots=(RobotEntry(config=robot),)))
+        RebuiltSim(robots=(RobotEntry(config=robot),))
 
 
 def test_an_unknown_layout_ends_the_build_and_names_the_known():
     from simcore.errors import UnknownNameError
 
-    robot = RebuiltRobotConfig(cameras=(at_lens(0.5),))
+    robot = with_cameras(at_lens(0.5))
     with pytest.raises(UnknownNameError, match="2026-welded"):
-        RebuiltSim(RebuiltConfig(robots=(RobotEntry(config=robot),), tags="2026-weldet"))
+        RebuiltSim(robots=(RobotEntry(config=robot),), tags="2026-weldet")
 
 
 def test_telemetry_draws_where_a_camera_looks_and_what_it_sees():
-    from simcore.telemetry.memory import MemorySink
+    from simcore.telemetry.sinks import MemorySink
 
     sink = MemorySink()
-    robot = RebuiltRobotConfig(cameras=(at_lens(0.5, pitch_deg=-15.0),))
-    with RebuiltSim(RebuiltConfig(robots=(RobotEntry(pose=(2.5, 4.0346, 0.0), config=robot),)), sinks=[sink]) as sim:
+    robot = with_cameras(at_lens(0.5, pitch_deg=-15.0))
+    with RebuiltSim(robots=(RobotEntry(start=(2.5, 4.0346, 0.0), config=robot),), sinks=[sink]) as match:
         for _ in range(5):
-            sim.tick()
-        seen_tags = sim.vision.camera("eye").last.tags
-        layout = sim.vision.layout
+            match.tick()
+        seen_tags = match.cameras.camera("eye").last.tags
+        layout = match.cameras.layout
     line = sink.snapshots[-1].pose_arrays["Sim/Limelights/eye/DirectionLine"]
     tags = sink.snapshots[-1].pose_arrays["Sim/Limelights/eye/SeenTags"]
     assert line.shape == (2, 7)

@@ -20,12 +20,12 @@ pytestmark = [pytest.mark.slow, pytest.mark.compiled]
 GAME = """
 import json, sys
 from importlib.machinery import ExtensionFileLoader
-from games.rebuilt.autos import find_auto
-from games.rebuilt.runner import play_auto
+from games.rebuilt import REBUILT
 from simcore.compiled import finder
+from simcore.match.runner import play_auto
 
-run = play_auto(find_auto(sys.argv[1]), seconds=float(sys.argv[2]), alliance=sys.argv[3], seed=7)
-run.sim.close()
+run = play_auto(REBUILT, sys.argv[1], seconds=float(sys.argv[2]), alliance=sys.argv[3], seed=7)
+run.match.close()
 build = finder.installed()
 compiled = [name for name, module in list(sys.modules.items())
             if name.startswith("simcore.") and isinstance(getattr(module, "__loader__", None), ExtensionFileLoader)]
@@ -68,7 +68,7 @@ def test_a_changed_source_is_plain_python(compiled_store, tmp_path):
         shutil.copytree(ROOT / top, tmp_path / top, ignore=shutil.ignore_patterns("__pycache__", "store"))
     same = play(compiled_store, "depot", "0.1", "blue", package=tmp_path)
     assert len(same["compiled"]) > 20
-    with (tmp_path / "simcore" / "drivetrain" / "tire.py").open("a") as source:
+    with (tmp_path / "simcore" / "robot" / "tire_solver.py").open("a") as source:
         source.write("\n# a comment\n")
     changed = play(compiled_store, "depot", "0.1", "blue", package=tmp_path)
     assert changed["compiled"] == [] and changed["digest"] == same["digest"]

@@ -13,15 +13,19 @@ import pytest
 from PIL import Image
 from scipy import ndimage
 
-from games.rebuilt.__main__ import main
-from games.rebuilt.autos import find_auto
-from games.rebuilt.runner import play_auto
-from simcore.show import colors
-from simcore.show.evidence import leave_evidence
-from simcore.show.frames import FramePainter, to_pixels
+from games.rebuilt import REBUILT
+from simcore import cli
+from simcore.match.runner import play_auto
+from simcore.show.failed_run import save_failed_run
+from simcore.show.frame_painter import FramePainter, to_pixels
+from simcore.show.scene import rgb, scene_of
 from simcore.telemetry.recording import Recording
 
 ROOT = Path(__file__).resolve().parents[2]
+
+
+def main(words: list[str]) -> int:
+    return cli.main(["play", "rebuilt", *words], program="python -m games.rebuilt")
 
 
 @pytest.fixture
@@ -43,10 +47,10 @@ def depot():
 
     def note(sim):
         if sim.ticks % 15 == 0:
-            truth[round(sim.time, 2)] = sim.piece_places()["Fuel"].copy()
+            truth[round(sim.time, 2)] = sim.piece_positions()["Fuel"].copy()
 
-    run = play_auto(find_auto("depot"), seconds=9.0, sinks=[recording], on_tick=note)
-    run.sim.close()
+    run = play_auto(REBUILT, "depot", seconds=9.0, sinks=[recording], on_tick=note)
+    run.match.close()
     return run, recording, truth
 
 
@@ -64,12 +68,12 @@ def test_log_picture_and_page_by_default_an_animation_on_demand(here, capsys):
 
 def test_frames_of_a_real_run_show_fuel_where_the_engine_had_it(depot):
     run, recording, truth = depot
-    scene = run.sim.scene()
+    scene = scene_of(run.match)
     painter = FramePainter(recording, scene)
     scale, left, top = to_pixels(scene)
     for time in (0.3, 4.2, 8.1):
         image = np.asarray(painter.draw(time), dtype=int)
-        labels, count = ndimage.label(np.abs(image - colors.rgb(colors.FUEL)).max(axis=2) < 12)
+        labels, count = ndimage.label(np.abs(image - rgb("#ffd923")).max(axis=2) < 12)
         middles = np.array(ndimage.center_of_mass(np.ones_like(labels), labels, range(1, count + 1)))
         seen = np.column_stack(((middles[:, 1] + 0.5 - left) / scale, (top - middles[:, 0] - 0.5) / scale))
         fuel = truth[time]
@@ -87,7 +91,7 @@ def test_the_recording_ends_where_the_run_ended(depot):
     _, rows = recording.poses("Sim/Robot/Pose3d")
     assert rows[:, :2] == pytest.approx(run.path[:, :2])
     assert recording.series("Sim/Score/Blue")[1][-1] == run.report.score.blue
-    scene = run.sim.scene()
+    scene = scene_of(run.match)
     assert (len(scene.shots), scene.hits) == (run.report.shots, run.report.hits)
     battery, drive = (recording.series(f"Sim/Debug/{key}Current")[1] for key in ("Battery", "Drivetrain"))
     assert battery.max() > 50.0 and (battery - drive).max() > 20.0, "mechanisms draw something too"
@@ -95,7 +99,7 @@ def test_the_recording_ends_where_the_run_ended(depot):
 
 def test_a_failed_test_leaves_evidence_of_a_closed_game(depot, tmp_path):
     run, recording, _ = depot
-    left = leave_evidence(recording, tmp_path, name="test_x", scene=run.sim.scene(), note="assert 8 >= 20")
+    left = save_failed_run(recording, tmp_path, name="test_x", scene=scene_of(run.match), note="assert 8 >= 20")
     assert left.problems == ()
     assert left.page is not None and left.page.stat().st_size < 1_000_000
 
@@ -136,12 +140,12 @@ def test_a_disk_that_fills_up_during_the_run_ends_the_log_and_not_the_run(here, 
 
 
 def test_an_animation_that_cannot_be_is_refused_before_the_run(here, capsys):
-    assert main(["--animation", "x.avi", "--seconds", "1600"]) == 2
+    assert main(["--animation", "x.avi", "--seconds", "1600"]) == 1
     assert "animations end in .gif" in capsys.readouterr().err
 
 
 def test_two_outputs_cannot_be_one_file(here, capsys):
-    assert main(["--page", "x.png", "--picture", "x.png"]) == 2
+    assert main(["--page", "x.png", "--picture", "x.png"]) == 1
     assert "picture and page cannot be one file" in capsys.readouterr().err
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import gc
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -12,10 +13,10 @@ from wpimath.estimator import SwerveDrive4PoseEstimator
 from wpimath.geometry import Pose2d, Rotation2d, Translation2d
 from wpimath.kinematics import SwerveDrive4Kinematics, SwerveModulePosition
 
-from games.rebuilt.autos import find_auto
-from games.rebuilt.robot import RebuiltRobotConfig
-from games.rebuilt.scripted import ScriptedRobot
-from games.rebuilt.sim import RebuiltConfig, RebuiltSim, RobotEntry
+from games.rebuilt import REBUILT
+from games.rebuilt.robot import rebuilt_robot
+from simcore.match.game import RobotEntry
+from simcore.match.match import Match
 from simcore.vision.camera import CameraConfig, CameraMount, limelight_type
 
 ntcore = pytest.importorskip("ntcore", reason="pyntcore is not installed")
@@ -59,14 +60,14 @@ class LocalizingRobot:
 
     def __call__(self, robot, time: float) -> None:
         state = robot.drive.state
-        radius = robot.config.chassis.wheel_radius
+        radius = robot.chassis.config.wheel_radius
         modules = tuple(
             SwerveModulePosition(wheel * radius, Rotation2d(steer))
             for wheel, steer in zip(state.wheel_angle, state.steer_angle, strict=True)
         )
         gyro = Rotation2d(robot.gyro.yaw)
         if self.estimator is None:
-            places = [Translation2d(x, y) for x, y in robot.config.swerve.positions]
+            places = [Translation2d(x, y) for x, y in robot.config.drivetrain.positions]
             x, y, yaw = robot.chassis.pose
             start = Pose2d(x + OFF[0], y + OFF[1], Rotation2d(yaw))
             self.estimator = SwerveDrive4PoseEstimator(
@@ -99,22 +100,14 @@ class LocalizingRobot:
 
 
 def play(auto_name: str, *, sends_heading: bool, cameras=CAMERAS, seconds: float = 20.0) -> LocalizingRobot:
-    auto = find_auto(auto_name)
+    auto = REBUILT.auto(auto_name)
     gc.collect()  # what other tests left of destroyed instances would close topics of this one, which gets their number
     instance = ntcore.NetworkTableInstance.create()
     instance.startLocal()
-    entry = RobotEntry(pose=auto.start, preload=auto.preload, config=RebuiltRobotConfig(cameras=cameras))
-    with RebuiltSim(RebuiltConfig(seed=3, robots=(entry,)), network=instance) as sim:
-        script = ScriptedRobot(
-            auto.script,
-            alliance="blue",
-            held=lambda number: len(sim.pieces.held(number)),
-            fuel_places=lambda: sim.pieces.state.pos[sim.pieces.on_field()],
-        )
-        code = LocalizingRobot(script, instance, sends_heading=sends_heading)
-        sim.set_robot_code(0, code)
-        for _ in range(round(seconds / 0.02)):
-            sim.tick()
+    entry = RobotEntry(start=auto.start, preload=auto.preload, config=replace(rebuilt_robot(), cameras=cameras))
+    with Match(REBUILT, seed=3, robots=(entry,), network=instance) as match:
+        code = LocalizingRobot(auto.controller(match, "blue"), instance, sends_heading=sends_heading)
+        match.play(seconds, controllers=[code])
     code.close()
     ntcore.NetworkTableInstance.destroy(instance)
     return code

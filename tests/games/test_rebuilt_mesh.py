@@ -11,6 +11,7 @@ from scipy.optimize import linprog
 from scipy.spatial import ConvexHull
 
 from games.rebuilt import dimensions as dim
+from games.rebuilt.field import FIELD
 from simcore.physics.field import FieldGeometry
 from simcore.physics.obj import read_obj
 from simcore.physics.shapes import Box, Hull
@@ -144,7 +145,7 @@ def test_funnel_rim_and_throat(field):
 @pytest.mark.parametrize("alliance", ["blue", "red"])
 def test_the_way_of_a_ball_is_free(field, alliance):
     """The square within the throat from above the hub down to the base, where the scoring zone is."""
-    cx, cy = dim.HUB_CENTER if alliance == "blue" else dim.to_red(*dim.HUB_CENTER)
+    cx, cy = dim.HUB_CENTER if alliance == "blue" else FIELD.symmetry.flip_point(*dim.HUB_CENTER)
     half = dim.HUB_THROAT_CIRCUMRADIUS / 2
     assert is_free(field, (cx - half, cy - half, 1.2), (cx + half, cy + half, 3.0))
     assert not is_free(field, (cx - half, cy - half, 1.1), (cx + half, cy + half, 3.0))
@@ -222,4 +223,4 @@ def test_tags_of_the_official_layout_agree():
     assert tag[22].y == pytest.approx(dim.TRENCH_LEFT_Y, abs=0.01)
     assert tag[31].y == pytest.approx(dim.TOWER_Y, abs=1e-4)
     assert tag[29].y == pytest.approx(dim.OUTPOST_Y, abs=1e-3)
-    assert dim.to_red(tag[26].x, tag[26].y) == pytest.approx((tag[10].x, tag[10].y), abs=1e-3)
+    assert FIELD.symmetry.flip_point(tag[26].x, tag[26].y) == pytest.approx((tag[10].x, tag[10].y), abs=1e-3)

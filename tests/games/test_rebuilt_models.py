@@ -11,17 +11,18 @@ import numpy as np
 import pytest
 import trimesh
 
+from games.rebuilt import RebuiltSim
 from games.rebuilt import dimensions as dim
-from games.rebuilt.components import COMPONENTS, component_poses
-from games.rebuilt.models import models_folder
-from games.rebuilt.sim import RebuiltSim
-from simcore.geometry.quaternion import rotate
+from games.rebuilt.field import models_folder
+from games.rebuilt.robot import rebuilt_robot
+from simcore.geometry.rotation import rotate
 from simcore.show.view_check import check_folder
 from simcore.show.view_models import load_models
-from simcore.telemetry.memory import MemorySink
+from simcore.telemetry.sinks import MemorySink
 
 ROOT = Path(__file__).resolve().parents[2]
 FOLDER = ROOT / "models" / "advantagescope"
+COMPONENTS = rebuilt_robot().components
 
 
 def script(name):
@@ -92,9 +93,10 @@ def test_each_part_is_drawn_about_its_own_origin():
     parts = load_models(FOLDER).robot().parts
     assert len(parts) == len(COMPONENTS) == 16
     for part, component in zip(parts, COMPONENTS, strict=True):
-        if component.axis and component.name != "hood":
+        turning = [joint.axis for joint in component.joints if not joint.slides]
+        if turning and component.name != "hood":
             middle = trimesh.load_scene(part.path).bounds.mean(axis=0)
-            across = [i for i in range(3) if "xyz"[i] != component.axis]
+            across = [i for i in range(3) if turning[0][i] == 0.0]
             assert np.abs(middle[across]).max() < 0.005, component.name
 
 
@@ -108,12 +110,12 @@ def test_the_hood_lets_fuel_go_in_the_direction_of_the_shot():
         robot = sim.robots[0]
         for volts in (3.0, -3.0):
             for _ in range(40):
-                robot.hood.set_volts(volts)
+                robot.mechanisms["hood"].set_volts(volts)
                 robot.step_mechanisms(0.02)
-            row = component_poses(robot)[[c.name for c in COMPONENTS].index("hood")]
+            row = robot.component_poses()[[c.name for c in COMPONENTS].index("hood")]
             w, x, y, z = row[3:]
             to_edge = np.array(rotate((x, y, z, w), (-math.cos(edge), 0.0, math.sin(edge))))
-            shot = np.array((math.cos(robot.elevation), 0.0, math.sin(robot.elevation)))
+            shot = np.array((math.cos(robot.shooters[0].elevation), 0.0, math.sin(robot.shooters[0].elevation)))
             assert to_edge @ shot == pytest.approx(0.0, abs=0.02)
             along = np.cross((0.0, 1.0, 0.0), to_edge)  # the wheels turn about +y: what they touch moves this way
             assert along @ shot == pytest.approx(1.0, abs=0.02)
@@ -124,15 +126,17 @@ def test_rollers_ride_on_the_intake_and_clear_the_bumper():
     with RebuiltSim() as sim:
         robot = sim.robots[0]
         for _ in range(60):
-            robot.deploy.set_volts(6.0)
+            robot.mechanisms["intake_deploy"].set_volts(6.0)
             robot.step_mechanisms(0.02)
-            rows = component_poses(robot)
+            rows = robot.component_poses()
             for name in ("intake roller, lower", "intake roller, upper"):
                 x, _, z = rows[names.index(name), :3]
                 if -0.427 < x < -0.31:
-                    assert z - 0.027 > robot.config.chassis.bumper_top, "through the bumper"
+                    assert z - 0.027 > robot.chassis.config.bumper_top, "through the bumper"
         roller = rows[names.index("intake roller, lower")]
-        assert roller[0] == pytest.approx(COMPONENTS[2].place[0] - robot.config.deploy.travel, abs=1e-3)
+        assert roller[0] == pytest.approx(
+            COMPONENTS[2].joints[-1].origin[0] - robot.config.mechanisms["intake_deploy"].travel, abs=1e-3
+        )
         assert 0.15 < roller[2] + 0.027 and roller[2] - 0.027 < 0.15, "it touches fuel that lies on the carpet"
 
 
@@ -155,7 +159,8 @@ def test_the_layout_shows_only_what_is_published_and_what_there_are_models_for()
         if "Limelights" not in source["logKey"]:  # those of robots with cameras
             assert source["logKey"].removeprefix("NT:/") in kinds[source["logType"]]
     (table,) = [tab["controller"] for tab in tabs if tab["type"] == 4]
-    assert all(any(key.removeprefix("NT:/") in kind for kind in kinds.values()) for key in table)
+    shown = [*kinds.values(), s.strings]
+    assert all(any(key.removeprefix("NT:/") in kind for kind in shown) for key in table)
     models = load_models(FOLDER)
     field = tabs[0]["controller"]
     assert field["game"] == f"FRC:{models.field.name}"

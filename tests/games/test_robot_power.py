@@ -2,64 +2,66 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
-from games.rebuilt.robot import RebuiltRobotConfig
-from games.rebuilt.sim import RebuiltConfig, RebuiltSim, RobotEntry
+from games.rebuilt import RebuiltSim
+from games.rebuilt.robot import rebuilt_robot
 from games.rebuilt.staging import Staging
 from simcore.errors import ConfigError
+from simcore.match.game import RobotEntry
 from simcore.robot.battery import BatteryConfig
 
 NO_FUEL = Staging(neutral=0, depot=0, chute=0, preload_per_robot=0, robots=1)
 
 
 def spin(robot, time):
-    robot.shooter_wheels.set_volts(12.0)
+    robot.mechanisms["shooter"].set_volts(12.0)
     robot.drive.set_volts([6.0] * 4, [0.0] * 4)
 
 
 @pytest.fixture
-def sim():
-    with RebuiltSim(RebuiltConfig(robots=(RobotEntry(preload=0),), staging=NO_FUEL), robot_code=[spin]) as sim:
-        yield sim
+def match():
+    with RebuiltSim(robots=(RobotEntry(preload=0),), staging=NO_FUEL, controllers=[spin]) as match:
+        yield match
 
 
-def test_a_disabled_robot_coasts_and_goes_on_when_enabled_again(sim):
-    robot = sim.robots[0]
+def test_a_disabled_robot_coasts_and_goes_on_when_enabled_again(match):
+    robot = match.robots[0]
     for _ in range(25):
-        sim.tick()
-    running = robot.shooter_wheels.velocity
+        match.tick()
+    running = robot.mechanisms["shooter"].velocity
     assert running > 50.0
     robot.drive.enabled = False
     for _ in range(10):
-        sim.tick()
-    assert robot.shooter_wheels.current == 0.0, "the circuit is open"
-    assert robot.shooter_wheels.velocity <= running
+        match.tick()
+    assert robot.mechanisms["shooter"].current == 0.0, "the circuit is open"
+    assert robot.mechanisms["shooter"].velocity <= running
     assert robot.drive.drive_motors.supply == pytest.approx([0.0] * 4, abs=1.0)
     robot.drive.enabled = True
     for _ in range(10):
-        sim.tick()
-    assert robot.shooter_wheels.velocity > running
+        match.tick()
+    assert robot.mechanisms["shooter"].velocity > running
 
 
 def test_a_browned_out_robot_runs_nothing():
     """A roboRIO that wants more than this battery ever has never gives its outputs free."""
-    weak = RebuiltRobotConfig(battery=BatteryConfig(brownout_voltage=13.0, recovered_voltage=13.5))
+    weak = replace(rebuilt_robot(), battery=BatteryConfig(brownout_voltage=13.0, recovered_voltage=13.5))
     entry = RobotEntry(preload=0, config=weak)
-    with RebuiltSim(RebuiltConfig(robots=(entry,), staging=NO_FUEL), robot_code=[spin]) as sim:
+    with RebuiltSim(robots=(entry,), staging=NO_FUEL, controllers=[spin]) as match:
         for _ in range(25):
-            sim.tick()
-        robot = sim.robots[0]
+            match.tick()
+        robot = match.robots[0]
         assert robot.battery.browned_out
-        assert robot.shooter_wheels.velocity == 0.0
-        assert robot.chassis.pose == pytest.approx(entry.pose, abs=1e-3)
+        assert robot.mechanisms["shooter"].velocity == 0.0
+        assert robot.chassis.pose == pytest.approx(match.start_pose(0), abs=1e-3)
 
 
-def test_a_velocity_to_follow_is_refused_where_a_drivetrain_drives(sim):
+def test_a_velocity_to_follow_is_refused_where_a_drivetrain_drives(match):
     with pytest.raises(ConfigError, match="its drivetrain moves it"):
-        sim.robots[0].chassis.follow_velocity(1.0, 0.0, 0.0)
+        match.robots[0].chassis.follow_velocity(1.0, 0.0, 0.0)
 
 
 def test_a_field_of_ones_own_needs_none_of_our_names(tmp_path: Path):
@@ -75,7 +77,27 @@ def test_a_field_of_ones_own_needs_none_of_our_names(tmp_path: Path):
 
     mesh = tmp_path / "field.obj"
     mesh.write_text("\n".join(group("post", 3.0, 1.0, 0) + group("my_bump_1", 6.0, 0.5, 8)) + "\n")
-    config = RebuiltConfig(robots=(RobotEntry(preload=0),), staging=NO_FUEL, field_mesh=mesh)
-    with RebuiltSim(config) as sim:
-        sim.tick()
-        assert [element.name for element in sim.field.elements] == ["post", "my_bump_1"]
+    with RebuiltSim(robots=(RobotEntry(preload=0),), staging=NO_FUEL, field_mesh=mesh) as match:
+        match.tick()
+        assert [element.name for element in match.field.elements] == ["post", "my_bump_1"]
+
+
+def test_mechanisms_load_the_battery_and_estimates_do_not(match):
+    """Wheels that spin up pull the battery down by current times resistance, in the same tick."""
+    from simcore.robot.gearbox import GearboxConfig
+    from simcore.robot.shaft import ShaftSim
+
+    robot = match.robots[0]
+    estimate = ShaftSim(GearboxConfig(motor=robot.mechanisms["shooter"].gearbox.motor, gearing=1.0), 0.01)
+    robot.add_estimated_mechanism(estimate)
+    estimate.set_volts(12.0)
+    match.set_controller(0, lambda robot, time: robot.mechanisms["shooter"].set_volts(8.0))
+    match.tick()
+    current = robot.mechanisms["shooter"].supply_current
+    assert current > 10.0 and estimate.velocity > 0.0
+    assert robot.mechanism_current == robot.drive.other_current == pytest.approx(current)
+    assert robot.battery.current == pytest.approx(current, abs=3.0)
+    robot.remove_estimated_mechanism(estimate)
+    speed = estimate.velocity
+    match.tick()
+    assert estimate.velocity == speed

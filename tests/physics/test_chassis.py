@@ -13,7 +13,7 @@ from simcore.physics.surface import POLYCARBONATE, WALL
 from simcore.physics.world import PhysicsWorld
 from simcore.pieces.kinds import GamePieceConfig
 from simcore.pieces.piece_manager import GamePieceManager
-from simcore.pieces.proximity import Mover
+from simcore.pieces.wake_grid import Footprint
 from simcore.robot.chassis import ChassisSimulation
 from simcore.robot.chassis_config import ChassisConfig
 from simcore.units import GRAVITY, inches
@@ -141,7 +141,7 @@ def test_it_pushes_fuel_and_stays_on_the_carpet():
         highest = most_awake = 0.0
         for _ in range(100):
             robot.follow_velocity(3.0, 0.0, 0.0)
-            pieces.wake_reachable([Mover(*robot.footprint)], DT)
+            pieces.wake_reachable([Footprint(*robot.footprint)], DT)
             advance(world, robot, before=pieces.before_substep)
             pieces.gather(DT)
             pieces.settle()

@@ -114,7 +114,7 @@ def test_odometry_knows_a_skid(limit, odometry_ok):
     r = robot(drive_stator_limit=limit)
     r.drive.set_volts([12.0] * 4, [0.0] * 4)
     r.run(0.5)
-    odometry = float(r.drive.wheel_distances[0])
+    odometry = float(r.drive.wheel_distances()[0])
     if odometry_ok:
         assert odometry == pytest.approx(r.x, rel=0.015)
     else:
@@ -126,5 +126,5 @@ def test_load_transfer_makes_the_front_wheels_spin_first():
     r = PlanarChassis(drive)
     drive.set_volts([12.0] * 4, [0.0] * 4)
     r.run(0.2)
-    assert drive.wheel_speeds[0] > 1.2 * r.vx
-    assert drive.wheel_speeds[2] == pytest.approx(r.vx, rel=0.03)
+    assert drive.wheel_speeds()[0] > 1.2 * r.vx
+    assert drive.wheel_speeds()[2] == pytest.approx(r.vx, rel=0.03)

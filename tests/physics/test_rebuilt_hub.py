@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from games.rebuilt import dimensions as dim
+from games.rebuilt.field import FIELD
 from simcore.physics.field import FieldGeometry
 from simcore.physics.shapes import Box, Hull
 
@@ -77,7 +78,7 @@ def step(client, ticks, visit):
 def test_fuel_over_the_opening_comes_through_the_throat(bullet, alliance):
     """30 balls in groups of 3, scored and removed as the game does; all are through within 4 s."""
     build(bullet, lambda name: name.startswith(f"{alliance}_hub"))
-    center = dim.HUB_CENTER if alliance == "blue" else dim.to_red(*dim.HUB_CENTER)
+    center = dim.HUB_CENTER if alliance == "blue" else FIELD.symmetry.flip_point(*dim.HUB_CENTER)
     rng = np.random.default_rng(2026)
     scored = 0
     for _ in range(10):

@@ -13,7 +13,7 @@ from simcore.physics.world import PhysicsWorld
 from simcore.pieces.kinds import GamePieceConfig
 from simcore.pieces.piece_manager import GamePieceManager
 from simcore.pieces.pool import PieceStatus
-from simcore.pieces.proximity import Mover
+from simcore.pieces.wake_grid import Footprint
 
 DT = 0.02
 RADIUS = 0.075
@@ -24,9 +24,9 @@ BORDER = 7.0
 
 
 def make(world: PhysicsWorld, count: int, **proximity) -> GamePieceManager:
-    from simcore.pieces.proximity import Proximity
+    from simcore.pieces.wake_grid import WakeSettings
 
-    return GamePieceManager(world, [(FUEL, count)], field_size=FIELD, proximity=Proximity(**proximity))
+    return GamePieceManager(world, [(FUEL, count)], field_size=FIELD, wake=WakeSettings(**proximity))
 
 
 def play(world, pieces, seconds, movers=(), each=lambda: None):
@@ -54,7 +54,7 @@ def test_a_ball_at_its_apex_falls_whether_a_robot_is_near_or_far(distance):
         pieces = make(world, 1)
         pieces.hold(pieces.stage("Fuel", 1), 0)
         slot = pieces.launch(0, (2.0, 4.0, 0.6), (0.0, 0.0, 4.0))
-        robot = Mover(2.0 + distance, 4.0, 0.0, 0.4, 0.4, 0.0)
+        robot = Footprint(2.0 + distance, 4.0, 0.0, 0.4, 0.4, 0.0)
         heights, statuses = [], []
         each = lambda: (heights.append(pieces.state.pos[slot, 2]), statuses.append(pieces.state.status[slot]))  # noqa: E731
         play(world, pieces, 1.6, [robot], each)
@@ -133,7 +133,7 @@ def test_a_ball_falls_when_the_ones_that_carried_it_are_taken(how, is_quiet):
     with PhysicsWorld() as world:
         pieces = make(world, 4)
         base, top = pyramid(pieces, world)
-        near = [] if is_quiet else [Mover(4.0, 4.0, 0.0, 0.4, 0.4, 0.0)]
+        near = [] if is_quiet else [Footprint(4.0, 4.0, 0.0, 0.4, 0.4, 0.0)]
         play(world, pieces, 3.0, near)
         assert pieces.count(PieceStatus.ASLEEP) == 4
         assert pieces.state.pos[top, 2] > 0.15, "it lies on the three"
@@ -244,7 +244,7 @@ def test_a_robot_at_full_speed_meets_every_sleeper_as_if_it_were_awake():
         deepest = 0.0
         for _ in range(60):
             robot.follow_velocity(4.0, 0.0, 0.0)
-            mover = Mover(*robot.footprint)
+            mover = Footprint(*robot.footprint)
             n = world.substepping.count(DT, pieces.wake_reachable([mover], DT), mover.speed)
             world.step(DT, substeps=n, before_substep=lambda h: (robot.before_substep(h), pieces.before_substep(h)))
             robot.read()

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from simcore.show.scene import RobotLook, Scene, ShotTrace
+from simcore.show.scene import PieceLook, RobotLook, Scene, ShotTrace
 from simcore.telemetry.recording import Recording
 from simcore.telemetry.snapshot import Snapshot
 
@@ -17,7 +17,8 @@ SCENE = Scene(
         ("blue_hub", np.array([[1.0, 1.0], [1.5, 1.0], [1.5, 1.5], [1.0, 1.5]])),
         ("box <1>", np.eye(3, 2)),
     ],
-    robots=(RobotLook(alliance="red"),),
+    robots=(RobotLook(alliance="red", bumpers=(0.8, 0.8)),),
+    pieces={"Fuel": PieceLook(radius=0.075, color="#ffd923", air_color="#ff9800", edge_color="#7d6400")},
     shots=(
         ShotTrace(points=np.array([[3.0, 1.0, 0.5], [3.5, 1.0, 1.0], [4.0, 1.0, 0.9]]), scored=True, time=0.4),
         ShotTrace(points=np.array([[3.0, 1.0, 0.5], [3.0, 3.0, 0.1]]), scored=False, time=0.6),

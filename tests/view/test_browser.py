@@ -13,15 +13,16 @@ import pytest
 
 pytest.importorskip("viser", reason="the extra 'view' is not installed")
 
-from games.rebuilt.models import models_folder
-from games.rebuilt.sim import RebuiltConfig, RebuiltSim, RobotEntry
-from simcore.geometry.quaternion import from_rpy, rotate
+from games.rebuilt import RebuiltSim
+from games.rebuilt.field import models_folder
+from simcore import RobotEntry
+from simcore.geometry.rotation import from_rpy, rotate
 from simcore.show.live_view import LiveView
 from simcore.show.replay import Replay
 from simcore.show.view_models import load_models
 from simcore.show.view_page import ViewPage
 from simcore.telemetry.log_reader import read_log
-from simcore.telemetry.memory import MemorySink
+from simcore.telemetry.sinks import MemorySink
 from simcore.telemetry.snapshot import Snapshot
 from simcore.telemetry.wpilog import WpilogSink
 
@@ -104,8 +105,8 @@ def settled(page: ViewPage, eye, target, good) -> tuple[np.ndarray, object]:
 def test_fuel_robots_and_field_are_where_the_state_says(browser) -> None:
     """From above: yellow at all 448 fuel, carpet between them, bumpers in their alliance's color at both robots."""
     memory = MemorySink()
-    entries = (RobotEntry(pose=(2.5, 5.9, 0.4)), RobotEntry(alliance="red"))
-    with RebuiltSim(RebuiltConfig(robots=entries), sinks=[memory]) as sim:
+    entries = (RobotEntry(start=(2.5, 5.9, 0.4)), RobotEntry(alliance="red"))
+    with RebuiltSim(robots=entries, sinks=[memory]) as sim:
         for _ in range(5):
             sim.tick()
     snapshot = memory.snapshots[-1]

@@ -12,8 +12,8 @@ from pathlib import Path
 
 import pytest
 
-from games.rebuilt.models import models_folder
-from games.rebuilt.sim import RebuiltSim
+from games.rebuilt import RebuiltSim
+from games.rebuilt.field import models_folder
 from simcore import cli
 from simcore.show.view_page import open_browser
 from simcore.telemetry.snapshot import Snapshot
@@ -89,7 +89,7 @@ def test_a_cut_log_and_a_foreign_one_are_shown_with_a_word(log, capsys, tmp_path
         (["run.wpilog", "--models", "none"], "no folder 'none'"),
         (["run.wpilog", *MODELS, "--robot", "Simcore Rebuild"], "Did you mean 'Simcore Rebuilt'"),
         (["run.wpilog", *MODELS, "--port", "70000"], "a port is 1 to 65535"),
-        (["run.wpilog", "--game", "rebilt"], "no game with models named 'rebilt'"),
+        (["run.wpilog", "--game", "rebilt"], "no game named 'rebilt'. Did you mean 'rebuilt'"),
     ],
 )
 def test_wrong_input_is_one_sentence(log, capsys, monkeypatch, arguments, words):

@@ -20,7 +20,7 @@ def test_the_auto_that_was_chosen_is_the_one_that_plays(sim):
     sim.start()
     before = sim.pose
     sim.autonomous("nothing", seconds=2)
-    assert sim.fuel.held == 8
+    assert sim.pieces.held == 8
     assert sim.pose.translation().distance(before.translation()) < 0.01
 
 
@@ -34,7 +34,7 @@ def test_a_driver_drives_takes_in_and_shoots(sim):
     sim.run(1.0)
     assert sim.pose.X() - start.X() > 0.7
     pad.y = True  # aim and shoot
-    sim.run_until(lambda: sim.fuel.held == 0, timeout=8.0)
+    sim.run_until(lambda: sim.pieces.held == 0, timeout=8.0)
 
 
 def test_odometry_follows_the_robot(sim):

@@ -20,10 +20,10 @@ def recorded():
 class Bench:
     """Motors on a bench: each may turn a flywheel; robot code ticks at 50 Hz, physics steps at 200 Hz."""
 
-    def __init__(self, standin):
+    def __init__(self, emulator):
         from phoenix6 import CANBus
 
-        self.standin = standin
+        self.emulator = emulator
         self.bus = CANBus("rio")
         self.plants = []
         self._devices = []
@@ -86,7 +86,7 @@ class Bench:
             unmanaged.feed_enable(0.1 if enabled else 0.0)
             if k % 4 == 0:
                 each_tick()
-            self.standin.step(0.005)
+            self.emulator.step(0.005)
             self._physics(0.005)
 
     def close(self):

@@ -1,4 +1,4 @@
-"""The adapters of `simcore.phoenix6` work on the stand-in unchanged: the scenarios of the real devices, in no time."""
+"""The adapters of `simcore.phoenix6` work on the emulator unchanged: the scenarios of the real devices, in no time."""
 
 from __future__ import annotations
 

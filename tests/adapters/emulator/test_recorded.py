@@ -1,4 +1,4 @@
-"""The stand-in against what CTRE's simulation did on the wall clock, recorded with the phoenix6 version in the file."""
+"""The emulator against what CTRE's simulation did on the wall clock, recorded with the phoenix6 version in the file."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ import pytest
 ROOT = Path(__file__).resolve().parents[3]
 DATA = ROOT / "tests" / "adapters" / "data" / "phoenix6_26.3.0.json"
 RECORDED = json.loads(DATA.read_text())
-spec = importlib.util.spec_from_file_location("compare_standin", ROOT / "scripts" / "compare_standin.py")
+spec = importlib.util.spec_from_file_location("compare_emulator", ROOT / "scripts" / "compare_emulator.py")
 compare = importlib.util.module_from_spec(spec)
 spec.loader.exec_module(compare)
 
@@ -57,7 +57,7 @@ def test_devices_keep_to_their_budget():
     best = math.inf
     for _ in range(3):
         done = subprocess.run(
-            [sys.executable, str(ROOT / "scripts" / "standin_figures.py")],
+            [sys.executable, str(ROOT / "scripts" / "emulator_figures.py")],
             env={**os.environ, "PYTHONPATH": str(ROOT)},
             capture_output=True,
             text=True,

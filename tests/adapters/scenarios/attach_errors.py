@@ -17,10 +17,10 @@ from phoenix6 import hardware, swerve, unmanaged
 import simcore.phoenix6.swerve as adapter
 from simcore.errors import SimcoreError
 from simcore.phoenix6 import require_phoenix6
-from simcore.phoenix6.devices import clashes
+from simcore.phoenix6.built_devices import clashes
 from simcore.phoenix6.ownership import Ownership
-from simcore.robotpy.attached import AttachedPhysics
-from simcore.robotpy.taken_port import warn_of_taken_port
+from simcore.robotpy.attached_physics import AttachedPhysics
+from simcore.robotpy.extension import warn_of_taken_port
 
 
 def message(call) -> str:
@@ -65,11 +65,10 @@ def main() -> None:
 
     file.write_text('[[mechanism]]\nname = "roller"\nkind = "roller"\nleader = 30\ngearing = 2.0\n')
     roller = hardware.TalonFX(31)
-    said["game"] = message(attach)  # no game is installed here
-    import simcore.robotpy.attached as attached
-    from games.rebuilt.practice import practice
+    import simcore.robotpy.attached_physics as attached
+    from games.rebuilt import REBUILT
 
-    attached._only_game = lambda: practice
+    attached.find_game, attached.installed_games = lambda name: REBUILT, lambda: {"rebuilt": REBUILT}
     said["unknown device"] = message(attach)
     file.write_text("[robot]\nmass = -1\n")
     said["file"] = message(attach)

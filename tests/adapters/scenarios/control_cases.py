@@ -2,7 +2,7 @@
 
     python control_cases.py real|simulated [name ...]
 
-`real` is CTRE's simulation on the wall clock, `simulated` the stand-in. Physics runs at 200 Hz and robot code at 50 Hz
+`real` is CTRE's simulation on the wall clock, `simulated` the emulator. Physics runs at 200 Hz and robot code at 50 Hz
 in both, and the plant is the same: a motor with a flywheel, exactly integrated over a step.
 """
 
@@ -168,11 +168,11 @@ def run(mode: str, cases: list[Case], seconds: float, first_id: int) -> dict[str
     from phoenix6 import CANBus, configs, controls, hardware, signals, unmanaged
 
     ALIGNED = signals.MotorAlignmentValue.ALIGNED
-    standin = None
+    emulator = None
     if mode == "simulated":
         from simcore.phoenix6_emulator import installed
 
-        standin = installed()
+        emulator = installed()
     bus = CANBus("rio")
     ids = {case.name: first_id + k for k, case in enumerate(cases)}
     LEADER = ids.get("VoltageOut", first_id)
@@ -220,8 +220,8 @@ def run(mode: str, cases: list[Case], seconds: float, first_id: int) -> dict[str
             active = requests if k * PHYSICS >= lead - 1e-9 else before
             for name, talon in talons.items():
                 talon.set_control(active[name])
-        if standin is not None:
-            standin.step(PHYSICS)
+        if emulator is not None:
+            emulator.step(PHYSICS)
         else:
             left = start + (k + 1) * PHYSICS - time.perf_counter()
             worst = max(worst, -left)

@@ -11,16 +11,16 @@ from dataclasses import replace
 from phoenix6 import configs, controls, hardware, signals
 from realtime import DT, Loop, enable, report, start
 
-from games.rebuilt.robot import RebuiltRobotConfig
-from simcore.phoenix6.motor import MotorType, TalonFXMotorSim
-from simcore.robot.arm import ArmSim
+from games.rebuilt.robot import MECHANISMS
+from simcore.phoenix6.talon_motor import MotorType, TalonFXMotorSim
+from simcore.robot.mechanisms import ArmSim
 
 STEP = 1.0 / 2048.0  # turn; a position request goes out cut to whole steps, downwards
 GOAL = 240 * STEP * math.tau  # 42.2 degrees
 KP = 50.0  # V per turn; soft, so that what gravity does can be seen
 
 
-HEAVY = replace(RebuiltRobotConfig().hood, mass=12.0, inertia=0.5)
+HEAVY = replace(MECHANISMS["hood"], mass=12.0, inertia=0.5)
 
 
 def hood(number: int, k_g: float) -> tuple[hardware.TalonFX, TalonFXMotorSim]:

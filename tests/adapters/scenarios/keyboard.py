@@ -23,7 +23,7 @@ from robotpy.main import main as robotpy_main
 from wpilib.simulation import DriverStationSim
 
 import simcore.phoenix6.swerve  # noqa: F401  - as a physics.py does, before the robot is built
-from simcore.robotpy.physics import RobotPhysics
+from simcore.robotpy.robot_physics import RobotPhysics
 
 running: list[RobotPhysics] = []
 
@@ -51,14 +51,14 @@ def xdotool(*words: str) -> str:
 
 def look() -> dict[str, float]:
     physics = running[-1]
-    plant, (x, y, yaw) = physics.plant, physics.plant.chassis.pose
+    robot, (x, y, yaw) = physics.robot_sim, physics.robot_sim.chassis.pose
     return {
         "x": x,
         "y": y,
         "yaw": yaw,
-        "hood_deg": math.degrees(plant.hood.position),
-        "intake": plant.deploy.extended_fraction,
-        "shots": len(physics.game.shots),
+        "hood_deg": math.degrees(robot.mechanisms["hood"].position),
+        "intake": robot.mechanisms["intake_deploy"].extended_fraction,
+        "shots": len(physics.match.flow.shots),
     }
 
 
@@ -86,7 +86,7 @@ def drive() -> None:
         xdotool("keyup", key)
         time.sleep(0.9)
         did[key] = {name: value - before[name] for name, value in look().items()}
-    print(json.dumps({"lateness_ms": 0.0, "did": did, "hits": running[-1].game.hits}), flush=True)
+    print(json.dumps({"lateness_ms": 0.0, "did": did, "hits": running[-1].match.flow.hits}), flush=True)
     os._exit(0)
 
 

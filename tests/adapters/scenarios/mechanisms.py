@@ -10,8 +10,8 @@ from realtime import DT, Loop, enable, report, start
 from wpilib.simulation import DCMotorSim, ElevatorSim, FlywheelSim, SingleJointedArmSim
 from wpimath.system.plant import DCMotor, LinearSystemId
 
-from simcore.phoenix6.motor import TalonFXMotorSim
-from simcore.robot import arm, elevator, flywheel, rack, roller
+from simcore.phoenix6.talon_motor import TalonFXMotorSim
+from simcore.robot import mechanisms
 from simcore.robot.gearbox import GearboxConfig
 
 CW = signals.InvertedValue.CLOCKWISE_POSITIVE
@@ -83,7 +83,7 @@ def pairs() -> dict[str, tuple[hardware.TalonFX, object, hardware.TalonFX, objec
     pair(
         "shooter",
         1,
-        flywheel.FlywheelSim(flywheel.FlywheelConfig(gearbox=box, inertia=0.008)),
+        mechanisms.FlywheelSim(mechanisms.FlywheelConfig(gearbox=box, inertia=0.008)),
         FlywheelSim(LinearSystemId.flywheelSystem(four, 0.008, 2 / 3), four),
         lambda s: 0.0,
         lambda s: s.getAngularVelocity(),
@@ -98,8 +98,8 @@ def pairs() -> dict[str, tuple[hardware.TalonFX, object, hardware.TalonFX, objec
     pair(
         "feeder",
         2,
-        roller.RollerSim(
-            roller.RollerConfig(gearbox=GearboxConfig(motor=KRAKEN, gearing=2.0), inertia=0.002, radius=0.025)
+        mechanisms.RollerSim(
+            mechanisms.RollerConfig(gearbox=GearboxConfig(motor=KRAKEN, gearing=2.0), inertia=0.002, radius=0.025)
         ),
         DCMotorSim(LinearSystemId.DCMotorSystem(KRAKEN, 0.002, 2.0), KRAKEN),
         lambda s: s.getAngularPosition(),
@@ -115,8 +115,8 @@ def pairs() -> dict[str, tuple[hardware.TalonFX, object, hardware.TalonFX, objec
     pair(
         "hood",
         3,
-        arm.ArmSim(
-            arm.ArmConfig(
+        mechanisms.ArmSim(
+            mechanisms.ArmConfig(
                 gearbox=GearboxConfig(motor=KRAKEN, gearing=90.0),
                 inertia=2.0,
                 mass=1.2,
@@ -139,8 +139,8 @@ def pairs() -> dict[str, tuple[hardware.TalonFX, object, hardware.TalonFX, objec
     pair(
         "elevator",
         4,
-        elevator.ElevatorSim(
-            elevator.ElevatorConfig(
+        mechanisms.ElevatorSim(
+            mechanisms.ElevatorConfig(
                 gearbox=GearboxConfig(motor=KRAKEN, gearing=10.0), carriage_mass=6.0, drum_radius=0.02, max_height=1.2
             )
         ),
@@ -159,8 +159,8 @@ def pairs() -> dict[str, tuple[hardware.TalonFX, object, hardware.TalonFX, objec
     pair(
         "rack",
         5,
-        rack.RackSim(
-            rack.RackConfig(
+        mechanisms.RackSim(
+            mechanisms.RackConfig(
                 gearbox=GearboxConfig(motor=KRAKEN, gearing=10.0), mass=4.0, pinion_radius=0.019, travel=0.28
             )
         ),
@@ -174,7 +174,7 @@ def pairs() -> dict[str, tuple[hardware.TalonFX, object, hardware.TalonFX, objec
         k_p=20.0,
         k_d=0.3,
     )
-    arm_config = arm.ArmConfig(
+    arm_config = mechanisms.ArmConfig(
         gearbox=GearboxConfig(motor=KRAKEN, gearing=90.0),
         inertia=2.0,
         mass=5.0,
@@ -185,7 +185,7 @@ def pairs() -> dict[str, tuple[hardware.TalonFX, object, hardware.TalonFX, objec
     pair(
         "arm",
         6,
-        arm.ArmSim(arm_config),
+        mechanisms.ArmSim(arm_config),
         SingleJointedArmSim(KRAKEN, 90.0, 2.0, 1.5 * 2.0 / (5.0 * 0.3), -1.0, 1.5, True, -1.0),
         lambda s: s.getAngle(),
         lambda s: s.getVelocity(),

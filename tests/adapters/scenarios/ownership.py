@@ -12,12 +12,11 @@ from types import SimpleNamespace
 import hal
 from phoenix6 import configs, controls, hardware, signals, unmanaged
 
-from simcore.phoenix6.devices import Device, built_devices
+from simcore.phoenix6.built_devices import BuiltDevice, built_devices, group_followers
 from simcore.phoenix6.fallback import guess_mechanism
-from simcore.phoenix6.followers import group_followers
 from simcore.phoenix6.ownership import Ownership, own_writer
 from simcore.robot_file.robot_settings import RobotSettings
-from simcore.robotpy.owners import Owners
+from simcore.robotpy.device_assignment import DeviceAssignment
 
 
 def reads(device: hardware.TalonFX, rotations: float) -> bool:
@@ -72,17 +71,17 @@ def main() -> None:
 
     steps: list[str] = []
     physics = SimpleNamespace(add_motor=lambda m: steps.append("add"), remove_motor=lambda m: steps.append("remove"))
-    plant = SimpleNamespace(add_mechanism=lambda m: None, remove_mechanism=lambda m: None)
-    owners = Owners(physics, plant, ownership, RobotSettings(), [("TalonFX", 1)])
+    robot = SimpleNamespace(add_estimated_mechanism=lambda m: None, remove_estimated_mechanism=lambda m: None)
+    assignment = DeviceAssignment(physics, robot, ownership, RobotSettings(), [("TalonFX", 1)])
     for _ in range(6):
-        owners.after_tick()
+        assignment.after_tick()
     said["taken"] = list(steps)
-    said["table"] = owners.table()
+    said["table"] = assignment.table()
     follower.sim_state.set_rotor_velocity(3.0)
-    owners.after_tick()
+    assignment.after_tick()
     said["given_back"] = steps[len(said["taken"]) :]
-    said["table_after"] = owners.table()
-    assert all(isinstance(d, Device) for d in devices)
+    said["table_after"] = assignment.table()
+    assert all(isinstance(d, BuiltDevice) for d in devices)
     print(json.dumps(said), flush=True)
     os._exit(0)
 

@@ -8,7 +8,6 @@ from __future__ import annotations
 import json
 import math
 import os
-import re
 import shutil
 import sys
 import time
@@ -24,10 +23,9 @@ from wpilib.simulation import DriverStationSim
 from wpimath.geometry import Pose2d, Rotation2d
 
 import simcore.phoenix6.swerve as swerve
-from simcore.robotpy.physics import RobotPhysics
+from simcore.robotpy.robot_physics import RobotPhysics
 
 A, B, X, Y, LEFT_BUMPER = 1, 2, 3, 4, 5
-ROOT = Path(__file__).resolve().parents[3]
 
 
 class Play:
@@ -54,21 +52,21 @@ class Play:
             self.finish(physics)
 
     def finish(self, physics: RobotPhysics) -> None:
-        sim = physics.game
+        match = physics.match
         times = physics.times
         gaps = np.diff(self.walls)
         real = (self.walls[-1] - self.begin) / (0.02 * (self.tick - 1))
-        fuel = sim.fuel
+        count = match.count
         print(
             json.dumps(
                 {
                     **self.results,
-                    "score": sim.tracker.totals,
-                    "shots": len(sim.shots),
-                    "hits": sim.hits,
-                    "taken_in": len(sim.intakes),
-                    "staged": fuel.staged,
-                    "counted": fuel.on_field + fuel.in_flight + fuel.held + fuel.scored + fuel.outside,
+                    "score": match.tracker.totals,
+                    "shots": len(match.flow.shots),
+                    "hits": match.flow.hits,
+                    "taken_in": len(match.flow.intakes),
+                    "staged": count.staged,
+                    "counted": count.on_field + count.in_flight + count.held + count.scored + count.off_field,
                     "lateness_ms": 1e3 * max(0.0, float(np.percentile(gaps, 99)) - 0.02),
                     "wall_per_sim": real,
                     "tick_median_ms": times.median_ms,
@@ -78,7 +76,7 @@ class Play:
                     "late_loops": times.late_loops,
                     "late_parts": times.late_parts,
                     "skipped_s": times.skipped,
-                    "min_volts": physics.plant.battery.min_voltage,
+                    "min_volts": physics.robot_sim.battery.min_voltage,
                 }
             ),
             flush=True,
@@ -93,10 +91,10 @@ class Play:
         if "AUTO" in os.environ:
             NetworkTableInstance.getDefault().getEntry("/SmartDashboard/Auto/selected").setString(os.environ["AUTO"])
         yield from self.wait(1.0)
-        path = [physics.plant.chassis.pose]
+        path = [physics.robot_sim.chassis.pose]
         self.enable(autonomous=True)
         for _ in range(1000):
-            path.append(physics.plant.chassis.pose)
+            path.append(physics.robot_sim.chassis.pose)
             yield
         track = np.array(path)
         odometry = physics.robot.container.drivetrain.get_state().pose
@@ -114,13 +112,13 @@ class Play:
         yield from self.wait(1.0)
         self.enable(autonomous=False)
         yield from self.wait(0.2)
-        feeder, plant, shots = physics.robot.container.feeder, physics.plant, physics.game.shots
+        feeder, plant, shots = physics.robot.container.feeder, physics.robot_sim, physics.match.flow.shots
         DriverStationSim.setJoystickButton(0, Y, True)
         DriverStationSim.notifyNewData()
         for _ in range(100):
             if shots:
                 break
-            self.results["wheels_rps"] = plant.shooter_wheels.velocity / math.tau  # just before the first shot
+            self.results["wheels_rps"] = plant.mechanisms["shooter"].velocity / math.tau  # just before the first shot
             yield
         self.results["goal_rps"] = physics.robot.container.shooter.goal_rps
         feed = feeder.set_turning
@@ -130,23 +128,23 @@ class Play:
         fired = len(shots)
         yield from self.wait(1.0)
         self.results["shots_while_jammed"] = len(shots) - fired
-        self.results["wheels_rps_while_jammed"] = plant.shooter_wheels.velocity / math.tau
+        self.results["wheels_rps_while_jammed"] = plant.mechanisms["shooter"].velocity / math.tau
         feeder.set_turning = feed
         yield from self.hold(Y, 2.0)
-        self.results["hits_of_preload"] = physics.game.hits
-        start = physics.plant.chassis.pose
+        self.results["hits_of_preload"] = physics.match.flow.hits
+        start = physics.robot_sim.chassis.pose
         self.axes(left_y=-0.5)  # W, half: away from the blue wall at 2 m/s
         yield from self.wait(0.6)
         self.axes()
         yield from self.wait(0.6)
-        self.results["ahead"] = physics.plant.chassis.pose[0] - start[0]
-        before = physics.plant.chassis.pose[2]
+        self.results["ahead"] = physics.robot_sim.chassis.pose[0] - start[0]
+        before = physics.robot_sim.chassis.pose[2]
         self.axes(right_x=-0.4)  # Q
         yield from self.wait(0.5)
         self.axes()
         yield from self.wait(0.4)
-        self.results["turned"] = math.remainder(physics.plant.chassis.pose[2] - before, math.tau)
-        hood = physics.plant.hood
+        self.results["turned"] = math.remainder(physics.robot_sim.chassis.pose[2] - before, math.tau)
+        hood = physics.robot_sim.mechanisms["hood"]
         angle = math.degrees(hood.position)
         yield from self.hold(X, 0.5)
         yield from self.wait(0.5)
@@ -154,7 +152,7 @@ class Play:
         yield from self.hold(B, 0.5)
         yield from self.hold(A, 0.1)
         yield from self.wait(0.6)
-        self.results["intake_active"] = physics.plant.intake_active
+        self.results["intake_active"] = physics.robot_sim.intakes[0].is_active
         # a driver sees the robot: stick by eye to the depot, in and out of it, and back
         for x, y, yaw, fastest, seconds in (
             (1.7, 5.96, 0.0, 0.5, 2.5),
@@ -164,13 +162,13 @@ class Play:
             (2.4, 5.2, -0.4, 0.5, 2.5),
         ):
             yield from self.stick_to(physics, x, y, yaw, fastest, seconds)
-        self.results["held"] = physics.game.fuel.held
+        self.results["held"] = physics.match.count.held
         yield from self.hold(A, 0.1)
         yield from self.hold(Y, 5.0)
 
     def stick_to(self, physics, x: float, y: float, yaw: float, fastest: float, seconds: float):
         for _ in range(round(seconds / 0.02)):
-            here_x, here_y, heading = physics.plant.chassis.pose
+            here_x, here_y, heading = physics.robot_sim.chassis.pose
             dx, dy, turn = x - here_x, y - here_y, math.remainder(yaw - heading, math.tau)
             way = math.hypot(dx, dy)
             if way < 0.05 and abs(turn) < 0.05:
@@ -187,24 +185,24 @@ class Play:
         self.axes(left_y=-0.5)
         yield from self.wait(1.0)
         drivetrain = swerve.only_drivetrain()
-        start, before = physics.plant.chassis.pose, drivetrain.get_state().pose
+        start, before = physics.robot_sim.chassis.pose, drivetrain.get_state().pose
         self.enable(autonomous=False)
         yield from self.wait(1.0)
         true, told = [], []
         for _ in range(50):
-            true.append(math.hypot(*physics.plant.chassis.ground_velocity[:2]))
+            true.append(math.hypot(*physics.robot_sim.chassis.ground_velocity[:2]))
             speeds = drivetrain.get_state().speeds
             told.append(math.hypot(speeds.vx, speeds.vy))
             yield
         DriverStationSim.setEnabled(False)
         DriverStationSim.notifyNewData()
         yield from self.wait(1.0)
-        end, after = physics.plant.chassis.pose, drivetrain.get_state().pose
+        end, after = physics.robot_sim.chassis.pose, drivetrain.get_state().pose
         self.results["true_way"] = math.dist(end[:2], start[:2])
         self.results["odometry_way"] = math.hypot(after.X() - before.X(), after.Y() - before.Y())
         self.results["true_speed"] = float(np.mean(true))
         self.results["told_speed"] = float(np.mean(told))
-        self.results["speed_at_end"] = physics.plant.chassis.speed
+        self.results["speed_at_end"] = physics.robot_sim.chassis.speed
         field = physics._view._field
         self.results["drawn_fuel"] = len(field.getObject("Fuel").getPoses())
         shown = field.getRobotPose()
@@ -221,7 +219,7 @@ class Play:
         self.enable(autonomous=False)
         yield from self.wait(0.2)
         tables = NetworkTableInstance.getDefault()
-        drivetrain, plant = physics.robot.container.drivetrain, physics.plant
+        drivetrain, plant = physics.robot.container.drivetrain, physics.robot_sim
         orientation = tables.getDoubleArrayTopic("/limelight-two/robot_orientation_set").subscribe([])
         x, y, yaw = plant.chassis.pose
         drivetrain.reset_pose(Pose2d(x + 0.5, y - 0.3, Rotation2d(yaw)))
@@ -261,8 +259,8 @@ class Play:
         self.enable(autonomous=False)
         off, drawn = 0, []
         for _ in range(100):
-            off += physics.plant.battery.browned_out
-            drawn.append(physics.plant.shooter_wheels.current)
+            off += physics.robot_sim.battery.browned_out
+            drawn.append(physics.robot_sim.mechanisms["shooter"].current)
             yield
         robot = physics.robot
         self.results["seen_volts"] = [volts for volts, _, _ in robot.seen]
@@ -271,7 +269,7 @@ class Play:
         self.results["ticks_off"] = off
         self.results["shooter_amps"] = drawn
         self.results["faults"] = RobotController.getFaultCount6V()
-        self.results["moved"] = math.dist(physics.plant.chassis.pose[:2], (0.45, 2.2))
+        self.results["moved"] = math.dist(physics.robot_sim.chassis.pose[:2], (0.45, 2.2))
         DriverStationSim.setEnabled(False)
         DriverStationSim.notifyNewData()
         yield from self.wait(0.5)
@@ -284,7 +282,7 @@ class Play:
         DriverStationSim.setJoystickButtonCount(0, 10)
         DriverStationSim.notifyNewData()
         yield from self.wait(0.4)
-        drivetrain, chassis = swerve.only_drivetrain(), physics.plant.chassis
+        drivetrain, chassis = swerve.only_drivetrain(), physics.robot_sim.chassis
         start, before = chassis.pose, drivetrain.get_state().pose
         self.enable(autonomous=False)
         told, true = [], []
@@ -308,7 +306,7 @@ class Play:
         self.results["yaw_error"] = abs(
             math.remainder(after.rotation().radians() - before.rotation().radians() - end[2] + start[2], math.tau)
         )
-        fuel = physics.game.piece_places()["Fuel"].copy()
+        fuel = physics.match.piece_positions()["Fuel"].copy()
         for _ in range(100):
             self.hold_heading(chassis, left_y=0.6)  # back, into the depot
             yield
@@ -316,7 +314,7 @@ class Play:
                 break
         self.axes()
         yield from self.wait(0.2)
-        now = physics.game.piece_places()["Fuel"]
+        now = physics.match.piece_positions()["Fuel"]
         gone = len(fuel) - len(now)
         self.results["x_in_depot"] = chassis.pose[0]
         self.results["pushed"] = gone + int((np.linalg.norm(now - fuel[: len(now)], axis=1) > 0.02).sum())
@@ -332,11 +330,11 @@ class Play:
             farthest = max(farthest, chassis.pose[1])
         self.results["gap_at_wall"] = 8.069 - chassis.config.bumper_width / 2 - farthest
         self.results["speed_at_wall"] = abs(chassis.vel[1])
-        if physics.settings.shooter is not None:
-            self.results["held_before_shots"] = physics.game.fuel.held
+        if physics.settings.shooters:
+            self.results["held_before_shots"] = physics.match.count.held
             yield from self.hold(A, 1.8)
         self.results["facts"] = physics.robot.facts() if hasattr(physics.robot, "facts") else {}
-        self.results["held"] = physics.game.fuel.held
+        self.results["held"] = physics.match.count.held
 
     # --- a driver's hands ---------------------------------------------------------------------------------------
 
@@ -376,15 +374,6 @@ def main() -> None:
     RobotPhysics.after_tick = lambda physics: play(physics)  # a plain instance would not be bound
     flags = sys.argv[4:]
     shutil.copy(Path(__file__).parents[1] / "robots" / "shared" / "measures.py", folder)  # for those without their own
-    if flags:  # an installed simcore, as `robotpy sim` sees it: entry points only
-        info = Path.cwd().parent / "site" / "simcore-0.dist-info"
-        info.mkdir(parents=True)
-        (info / "METADATA").write_text("Metadata-Version: 2.1\nName: simcore\nVersion: 0\nSummary: simcore\n")
-        declared = re.findall(
-            r'entry-points."([^"]+)"\]\n((?:\w+ = "[^"]+"\n)+)', (ROOT / "pyproject.toml").read_text()
-        )
-        (info / "entry_points.txt").write_text("".join(f"[{g}]\n{rows}" for g, rows in declared).replace('"', ""))
-        sys.path.insert(0, str(info.parent))
     sys.argv = ["robotpy", "sim", "--nogui", *flags]
     robotpy_main()
 

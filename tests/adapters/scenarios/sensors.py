@@ -8,11 +8,10 @@ from phoenix6 import configs, controls, hardware, signals
 from realtime import Loop, enable, report, start
 
 from simcore.errors import ConfigError
-from simcore.phoenix6.candi import CANdiEncoderSim, CANdiSwitchSim
-from simcore.phoenix6.canrange import CANrangeSim
-from simcore.phoenix6.motor import MotorType, TalonFXMotorSim
-from simcore.robot.arm import ArmConfig, ArmSim
+from simcore.phoenix6.sensor_ports import CANdiEncoderSim, CANrangeSim
+from simcore.phoenix6.talon_motor import MotorType, TalonFXMotorSim
 from simcore.robot.gearbox import GearboxConfig
+from simcore.robot.mechanisms import ArmConfig, ArmSim
 from simcore.robot_file.reader import gearbox_motor
 
 TURN = math.tau
@@ -34,7 +33,6 @@ def main() -> None:
     config.pwm1.absolute_sensor_offset = 0.15
     assert turned.configurator.apply(config, 0.2).is_ok()
     encoders = [CANdiEncoderSim(plain, 2), CANdiEncoderSim(turned, 1)]
-    switch = CANdiSwitchSim(plain, 1)
     eye = hardware.CANrange(3)
     ranger = CANrangeSim(eye)
 
@@ -61,7 +59,6 @@ def main() -> None:
         motor.update(0.005, 12.0)
         for encoder in encoders:
             encoder.write(0.3 * TURN, 0.5 * TURN)
-        switch.write(True)
         ranger.write(0.25)
 
     enable()
@@ -71,7 +68,6 @@ def main() -> None:
         loop,
         pwm=[plain.get_pwm2_position().value, turned.get_pwm1_position().value],
         pwm_velocity=[plain.get_pwm2_velocity().value, turned.get_pwm1_velocity().value],
-        closed=[bool(plain.get_s1_closed().value), bool(turned.get_s2_closed().value)],
         distance=eye.get_distance().value,
         arm=lift.get_position().value,
         true_arm=arm.position / TURN,

@@ -8,16 +8,15 @@ import math
 from phoenix6 import configs, controls, hardware, signals
 from realtime import DT, Loop, enable, report, start
 from wpilib import RobotController
+from wpilib.simulation import RoboRioSim
 from wpimath.system.plant import DCMotor
 
-from simcore.phoenix6.battery import RobotBattery
-from simcore.phoenix6.cancoder import CANcoderSim
-from simcore.phoenix6.motor import TalonFXMotorSim
-from simcore.phoenix6.pigeon import Pigeon2Sim
-from simcore.phoenix6.talon import TalonPort
+from simcore.phoenix6.sensor_ports import CANcoderSim, Pigeon2Sim
+from simcore.phoenix6.talon_motor import TalonFXMotorSim
+from simcore.phoenix6.talon_port import TalonPort
 from simcore.robot.battery import Battery
-from simcore.robot.flywheel import FlywheelConfig, FlywheelSim
 from simcore.robot.gearbox import GearboxConfig
+from simcore.robot.mechanisms import FlywheelConfig, FlywheelSim
 
 
 def main() -> None:
@@ -32,10 +31,11 @@ def main() -> None:
             FlywheelConfig(gearbox=GearboxConfig(motor=DCMotor.krakenX60FOC(1), gearing=2.0), inertia=0.002)
         )
         rows.append((device, TalonFXMotorSim(device, wheel, reversed=opposite), clockwise, opposite))
-    battery = RobotBattery(Battery(), [row[1].mechanism for row in rows])
+    battery = Battery()
 
     def step() -> None:
-        battery.update(DT)
+        battery.step(DT, sum(row[1].supply_current for row in rows))
+        RoboRioSim.setVInVoltage(battery.voltage)
         for _, adapter, *_ in rows:
             adapter.update(DT)
 

@@ -40,7 +40,7 @@ def main() -> None:
         time.sleep(0.01)
     hal.simulation.waitForProgramStart()
     physics = interface.engine
-    chassis = physics.plant.chassis
+    chassis = physics.robot_sim.chassis
 
     def run(seconds: float, goal=(0.0, 0.0, 0.0)) -> None:
         robot.goal = goal
@@ -78,14 +78,14 @@ def main() -> None:
         json.dumps(
             {
                 "messages": told,
-                "first_inactive": physics.game.scoring.first_inactive,
+                "first_inactive": physics.match.rules.first_inactive,
                 "true_way": math.dist(end[:2], start[:2]),
                 "odometry_way": after.translation().distance(before.translation()),
                 "turned": turned,
                 "believed_turn": believed,
                 "speed_disabled": speed_disabled,
-                "digest": physics.game.digest.hexdigest(),
-                "simulated": physics.game.time,
+                "digest": physics.match.digest.hexdigest(),
+                "simulated": physics.match.time,
                 "wall": time.perf_counter() - begin,
                 "lateness_ms": 0.0,
             }

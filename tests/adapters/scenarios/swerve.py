@@ -14,7 +14,7 @@ from wpimath.geometry import Pose2d, Rotation2d
 from wpimath.kinematics import ChassisSpeeds
 
 import simcore.phoenix6.swerve as adapter  # before the drivetrain is built, as a physics.py does
-from simcore.phoenix6.modules import SwerveDevicesSim, SwerveModuleDevices
+from simcore.phoenix6.swerve_devices import SwerveDevicesSim, SwerveModuleDevices
 from simcore.physics.shapes import Box
 from simcore.physics.surface import WALL
 from simcore.physics.world import PhysicsWorld

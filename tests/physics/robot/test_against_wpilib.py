@@ -8,10 +8,8 @@ import pytest
 from scipy.integrate import solve_ivp
 from wpimath.system.plant import DCMotor, LinearSystemId
 
-from simcore.robot.arm import ArmConfig, ArmSim
-from simcore.robot.elevator import ElevatorConfig, ElevatorSim
-from simcore.robot.flywheel import FlywheelConfig, FlywheelSim
 from simcore.robot.gearbox import GearboxConfig
+from simcore.robot.mechanisms import ArmConfig, ArmSim, ElevatorConfig, ElevatorSim, FlywheelConfig, FlywheelSim
 from simcore.robot.shaft import ShaftSim
 from simcore.units import GRAVITY
 

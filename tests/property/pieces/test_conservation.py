@@ -15,7 +15,7 @@ from simcore.physics.world import PhysicsWorld
 from simcore.pieces.kinds import GamePieceConfig
 from simcore.pieces.piece_manager import GamePieceManager
 from simcore.pieces.pool import PieceStatus
-from simcore.pieces.proximity import Mover
+from simcore.pieces.wake_grid import Footprint
 
 FUEL = GamePieceConfig(name="Fuel", shape=Sphere(0.075), mass=0.2)
 CAPACITY = 30
@@ -80,7 +80,7 @@ def apply(pieces: GamePieceManager, world: PhysicsWorld, what: tuple) -> int:
             pieces.push(slots, np.full((len(slots), 3), value))
         case ("tick", ticks, speed):
             for _ in range(ticks):
-                pieces.wake_reachable([Mover(8.0, 4.0, 0.3, 0.4, 0.4, speed)], DT)
+                pieces.wake_reachable([Footprint(8.0, 4.0, 0.3, 0.4, 0.4, speed)], DT)
                 world.step(DT, before_substep=pieces.before_substep)
                 pieces.gather(DT)
                 pieces.settle()

@@ -7,11 +7,10 @@ import math
 import numpy as np
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
+from scipy_flight import fly
 
 from simcore.pieces.aerodynamics import AirFactors
-from simcore.pieces.aim import aim_robot
-from simcore.pieces.flight import fly
-from simcore.pieces.launch import LaunchParameters, launch_direction, launch_state
+from simcore.pieces.launch import LaunchParameters, launch_direction
 from simcore.pieces.shot_solver import NoShotError, solve_shot
 
 FIELD = (16.541, 8.069)
@@ -58,41 +57,3 @@ def test_red_is_blue_turned_by_half_a_turn(muzzle, target, velocity, question):
     assert abs(math.remainder(red.yaw - blue.yaw - math.pi, math.tau)) < 1e-7
     for name in ("elevation", "speed", "time_of_flight", "entry_angle"):
         assert math.isclose(getattr(red, name), getattr(blue, name), abs_tol=1e-7)
-
-
-@settings(max_examples=60, deadline=None)
-@given(
-    places, speeds, st.floats(-3, 3), st.one_of(st.none(), st.floats(-3, 3)), st.floats(55, 78), st.floats(-3.1, 3.1)
-)
-def test_an_aimed_robot_hits_with_the_middle_of_its_barrels(place, velocity, yaw_rate, robot_yaw, degrees, heading):
-    """Robot or turret turned as `aim_robot` says, launched by `launch_state`: two barrels straddle the target."""
-    launch = LaunchParameters(height=0.55, forward=0.168, heading=heading)
-    target, elevation = np.array([4.63, 4.03, 1.83]), math.radians(degrees)
-    robot_pos = np.array([place[0], place[1], 0.0])
-    try:
-        shot = aim_robot(
-            launch,
-            target,
-            robot_pos=robot_pos,
-            robot_velocity=velocity,
-            yaw_rate=yaw_rate,
-            robot_yaw=robot_yaw,
-            elevation=elevation,
-            drag=0.0232,
-        )
-    except NoShotError:
-        assume(False)
-    assume(shot.entry_angle > 0.1)
-    yaw = shot.yaw - heading if robot_yaw is None else robot_yaw
-    pos, start = launch_state(
-        launch,
-        elevation=shot.elevation,
-        speed=shot.speed,
-        robot_pos=robot_pos,
-        robot_rotation=np.array([0.0, 0.0, math.sin(yaw / 2), math.cos(yaw / 2)]),
-        robot_velocity=np.array(velocity),
-        robot_spin=np.array([0.0, 0.0, yaw_rate]),
-        turret_angle=shot.yaw - yaw - heading,
-    )
-    flight = fly(pos, start, air=AirFactors(drag=0.0232), stop_height=1.83)
-    assert np.linalg.norm(flight.pos[-1] - target) < 0.005

@@ -13,7 +13,7 @@ from hypothesis import HealthCheck, assume, given, settings
 from hypothesis import strategies as st
 
 from simcore.robot.battery import Battery, BatteryConfig
-from simcore.robot.motor import MOTOR_NAMES, motor
+from simcore.robot.dc_motor import MOTOR_NAMES, motor
 from simcore.robot.planar_chassis import PlanarChassis
 from simcore.robot.swerve_config import SwerveConfig, SwerveModuleConfig
 from simcore.robot.swerve_drive import SwerveDrive
@@ -52,7 +52,7 @@ def modules(draw: st.DrawFn) -> SwerveModuleConfig:
         steer_gearing=draw(st.floats(7.0, 47.0)),
         coupling_ratio=draw(st.sampled_from([0.0, 3.57, -3.0])),
         wheel_radius=draw(st.floats(0.03, 0.08)),
-        tread=draw(st.floats(0.5, 2.5)),
+        wheel_cof=draw(st.floats(0.5, 2.5)),
         wheel_inertia=draw(log_floats(1e-7, 1e-2)),
         steer_inertia=draw(log_floats(1e-9, 1e-1)),
         rolling_resistance=draw(st.floats(0.0, 0.05)),
@@ -121,7 +121,7 @@ def drive_around(config: SwerveConfig, battery: BatteryConfig | None, seed: int,
 def test_tires_never_pull_more_than_their_grip(config, battery, seed, h):
     for drive, chassis in drive_around(config, battery, seed, h):
         force = drive.wheel_forces
-        grip = np.array([m.tread for m in config.modules]) * np.array(chassis.loads)
+        grip = np.array([m.wheel_cof for m in config.modules]) * np.array(chassis.loads)
         assert (np.linalg.norm(force, axis=1) <= grip * (1 + 1e-9)).all()
         assert np.linalg.norm(force.sum(axis=0)) <= grip.sum() * (1 + 1e-9)
 
@@ -193,7 +193,7 @@ def test_same_seed_is_bit_identical(config, battery, seed):
         h = hashlib.sha256()
         for drive, c in drive_around(config, battery, seed, 0.005):
             h.update(np.array([c.x, c.y, c.yaw, c.vx, c.vy, c.omega, drive.bus_voltage]).tobytes())
-            h.update(drive.wheel_angles.tobytes())
+            h.update(np.array(drive.shaft_angles).tobytes())
             h.update(drive.steer_angles.tobytes())
         return h.hexdigest()
 
@@ -251,7 +251,7 @@ def test_left_and_right_are_mirror_images(seed):
 @settings(max_examples=15)
 def test_halving_the_step_hardly_changes_t95(name, limit, tread):
     def t95(h: float) -> float:
-        module = SwerveModuleConfig(x=0, y=0, drive_motor=motor(name), drive_stator_limit=limit, tread=tread)
+        module = SwerveModuleConfig(x=0, y=0, drive_motor=motor(name), drive_stator_limit=limit, wheel_cof=tread)
         drive = SwerveDrive(SwerveConfig.square(0.5, module))
         chassis = PlanarChassis(drive)
         drive.set_volts([12.0] * 4, [0.0] * 4)
@@ -292,7 +292,7 @@ def test_at_rest_on_a_slope_the_wheels_carry_the_cosine(config, slope):
 @settings(max_examples=30)
 def test_tank_keeps_the_same_laws(left, right, wheels, tread, limit, h):
     xs = tuple(np.linspace(0.3, -0.3, wheels)) if wheels > 1 else (0.0,)
-    drive = TankDrive(TankConfig(wheel_xs=xs, tread=tread, stator_limit=limit), battery=Battery())
+    drive = TankDrive(TankConfig(wheel_xs=xs, wheel_cof=tread, stator_limit=limit), battery=Battery())
     chassis = PlanarChassis(drive)
     chassis.reset(vx=2.0, vy=-1.0, omega=1.0)
     for k in range(60):
@@ -300,7 +300,7 @@ def test_tank_keeps_the_same_laws(left, right, wheels, tread, limit, h):
         chassis.step(h)
         grip = tread * np.array(chassis.loads)
         assert (np.linalg.norm(drive.wheel_forces, axis=1) <= grip * (1 + 1e-9)).all()
-        assert max(map(abs, drive.motors.current)) <= limit * (1 + 1e-9)
+        assert max(map(abs, drive.drive_motors.current)) <= limit * (1 + 1e-9)
         assert math.isfinite(chassis.x + chassis.y + chassis.yaw)
 
 
@@ -313,7 +313,7 @@ def test_drives_share_nothing():
     b_before = b.step(0.005, 0.0, 0.0, 0.0)
     assert b_before == (0.0, 0.0, 0.0)
     assert b.battery.voltage > a.battery.voltage
-    assert not b.wheel_angles.any()
+    assert not any(b.shaft_angles)
     assert replace(config) == config
 
 
@@ -345,7 +345,7 @@ def test_a_wheel_that_slides_has_all_of_its_grip(kind, h):
             c, s = (1.0, 0.0) if kind == "tank" else (swerve.state.cos[g], swerve.state.sin[g])
             rim = shaft.radius * solver.shaft_speed[g]
             for k_wheel in shaft.wheels:
-                wheel, grip = solver.wheels[k_wheel], solver.wheels[k_wheel].tread * loads[k_wheel]
+                wheel, grip = solver.wheels[k_wheel], solver.wheels[k_wheel].wheel_cof * loads[k_wheel]
                 gx, gy = v[0] - v[2] * wheel.y, v[1] + v[2] * wheel.x
                 slip = math.hypot(rim - c * gx - s * gy, s * gx - c * gy)
                 if grip > 5.0 and slip > 3.0 * (abs(rim) * shaft.slip_ratio + shaft.slip_speed):

@@ -159,7 +159,7 @@ def run_python(code: str, place: Path, package_parent: Path = PACKAGE.parent) ->
 
 
 WHAT = (
-    "from simcore.robot import tire; from simcore.compiled import finder; b = finder.installed();"
+    "from simcore.robot import tire_solver as tire; from simcore.compiled import finder; b = finder.installed();"
     "print(type(tire.__loader__).__name__, b and b.folder, b and b.trouble[:40])"
 )
 

@@ -22,11 +22,11 @@ def made_up(package: Path) -> Path:
     (package / "robot").mkdir(parents=True)
     (package / "__init__.py").write_text('__version__ = "1"\n')
     (package / "robot" / "swerve_drive.py").write_text("x = 1\n")
-    (package / "robot" / "tire.py").write_text("y = 2\n")
+    (package / "robot" / "tire_solver.py").write_text("y = 2\n")
     return package
 
 
-TWO = ("simcore.robot.swerve_drive", "simcore.robot.tire")
+TWO = ("simcore.robot.swerve_drive", "simcore.robot.tire_solver")
 
 
 def built(place: Path, name: str) -> Path:
@@ -45,7 +45,7 @@ def test_a_tag_names_python_the_machine_and_the_sources(tmp_path):
     assert store.tag(str(package), TWO) == first
 
 
-@pytest.mark.parametrize("changed", ["robot/swerve_drive.py", "robot/tire.py", "__init__.py"])
+@pytest.mark.parametrize("changed", ["robot/swerve_drive.py", "robot/tire_solver.py", "__init__.py"])
 def test_any_change_of_a_compiled_source_or_the_version_gives_another_tag(tmp_path, changed):
     package = made_up(tmp_path / "simcore")
     first = store.tag(str(package), TWO)
@@ -57,7 +57,7 @@ def test_a_moved_line_between_two_files_gives_another_tag(tmp_path):
     package = made_up(tmp_path / "simcore")
     first = store.tag(str(package), TWO)
     (package / "robot" / "swerve_drive.py").write_text("")
-    (package / "robot" / "tire.py").write_text("x = 1\ny = 2\n")
+    (package / "robot" / "tire_solver.py").write_text("x = 1\ny = 2\n")
     assert store.tag(str(package), TWO) != first
 
 

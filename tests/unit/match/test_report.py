@@ -10,9 +10,10 @@ from rich.console import Console
 
 from simcore.errors import NonFiniteError
 from simcore.match.digest import TickTimes
-from simcore.match.report import FuelCount, RunReport, Score, Spread, print_report
+from simcore.match.report import PieceCount, RunReport, Score, Spread, print_report
 
 REPORT = RunReport(
+    game="rebuilt",
     auto="depot",
     alliance="blue",
     seed=7,
@@ -22,7 +23,9 @@ REPORT = RunReport(
     realtime_factor=8.547,
     ticks=1000,
     score=Score(red=0, blue=27, total=27),
-    fuel=FuelCount(staged=408, on_field=377, in_flight=1, held=3, scored=27, outside=0),
+    pieces=PieceCount(staged=408, on_field=377, in_flight=1, held=3, scored=27, off_field=0),
+    piece_name="fuel",
+    breakdown={"BlueHub": 27},
     shots=31,
     hits=27,
     distance_m=14.33,
@@ -46,12 +49,22 @@ def printed(report: RunReport, encoding: str) -> str:
 def test_json_has_the_fields_that_programs_read() -> None:
     got = json.loads(REPORT.to_json())
     assert list(got) == [
-        *("auto", "alliance", "seed", "sim_seconds", "startup_seconds", "wall_seconds", "realtime_factor", "ticks"),
-        *("score", "fuel", "shots", "hits"),
+        *(
+            "game",
+            "auto",
+            "alliance",
+            "seed",
+            "sim_seconds",
+            "startup_seconds",
+            "wall_seconds",
+            "realtime_factor",
+            "ticks",
+        ),
+        *("score", "pieces", "piece_name", "breakdown", "shots", "hits"),
         *("distance_m", "tick_ms", "substeps", "awake", "min_battery_v", "digest", "outputs"),
     ]
     assert got["score"] == {"red": 0, "blue": 27, "total": 27}
-    assert list(got["fuel"]) == ["staged", "on_field", "in_flight", "held", "scored", "outside"]
+    assert list(got["pieces"]) == ["staged", "on_field", "in_flight", "held", "scored", "off_field"]
     assert got["tick_ms"] == {"median": 1.83, "p95": 3.2, "p99": 4.1, "max": 9.77}
     assert got["substeps"] == {"mean": 4.2, "max": 11}
     assert "\n" not in REPORT.to_json()
@@ -77,7 +90,7 @@ def test_report_fits_80_columns_in_any_terminal(encoding: str) -> None:
         assert part in text
 
 
-def test_lost_fuel_is_said() -> None:
+def test_lost_pieces_are_said() -> None:
     assert "accounted for" not in printed(REPORT, "utf-8")
-    lost = replace(REPORT, fuel=replace(REPORT.fuel, on_field=376))
-    assert "407 of 408 fuel accounted for" in printed(lost, "utf-8")
+    lost = replace(REPORT, pieces=replace(REPORT.pieces, on_field=376))
+    assert "407 of 408 pieces accounted for" in printed(lost, "utf-8")

@@ -47,14 +47,14 @@ def test_where_zones_overlap_a_piece_counts_once_in_the_first():
 def test_worth_is_asked_per_piece_and_a_worthless_piece_is_still_counted():
     asked = []
 
-    def worth(zone, time):
-        asked.append((zone.name, time))
-        return 0 if time > 1.0 else 2
+    def worth(zone):
+        asked.append(zone.name)
+        return 2 if len(asked) < 3 else 0
 
     tracker = ScoringTracker([BLUE], worth=worth)
     fall(tracker, 0.5, 0.5, 0.6)
     fall(tracker, 1.5, 0.5)
-    assert asked == [("BlueHub", 0.5), ("BlueHub", 0.5), ("BlueHub", 1.5)]
+    assert asked == ["BlueHub"] * 3
     assert tracker.totals["blue"] == 4 and tracker.pieces["BlueHub"] == 3
     assert [e.points for e in tracker.events] == [2, 2, 0]
 
@@ -76,3 +76,20 @@ def test_no_pieces_no_events():
 def test_two_zones_of_one_name_are_refused():
     with pytest.raises(ConfigError, match="names must differ"):
         ScoringTracker([BLUE, BLUE])
+
+
+def test_a_zone_takes_only_its_kinds_of_pieces():
+    crates = ScoringZone(name="Dock", alliance="blue", zone=BLUE.zone, kinds=("Crate",))
+    tracker = ScoringTracker([crates], kinds=["Ball"] * 11 + ["Crate"])
+    assert [event.slot for event in fall(tracker, 0.0, 0.5, 0.6)] == [11]
+    with pytest.raises(ConfigError, match="no piece of kind"):
+        ScoringTracker([crates], kinds=["Ball"])
+
+
+def test_points_that_no_piece_brings_are_added_and_a_reset_forgets_everything():
+    tracker = ScoringTracker([BLUE])
+    fall(tracker, 0.0, 0.5)
+    tracker.add("red", 10)
+    assert tracker.totals == {"blue": 1, "red": 10}
+    tracker.reset()
+    assert tracker.totals == {"blue": 0, "red": 0} and tracker.events == [] and tracker.pieces == {"BlueHub": 0}

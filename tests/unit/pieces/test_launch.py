@@ -10,8 +10,6 @@ import pytest
 from simcore.errors import ConfigError
 from simcore.pieces.launch import (
     LaunchParameters,
-    backspin,
-    exit_speed,
     launch_direction,
     launch_state,
     muzzle_offset,
@@ -84,17 +82,6 @@ def test_a_launcher_at_the_back_shoots_backward():
 def test_turret_turns_about_its_pivot():
     turret = LaunchParameters(height=0.5, forward=0.1, pivot_x=-0.2, pivot_y=0.05)
     assert muzzle_offset(turret, turret_angle=math.pi / 2) == pytest.approx([-0.2, 0.15, 0.5])
-
-
-def test_backspin_pushes_up_along_omega_cross_v():
-    for yaw in (0.0, 1.0, -2.5):
-        lift = np.cross(backspin(yaw, 10.0), launch_direction(yaw, 0.0))
-        assert lift == pytest.approx([0.0, 0.0, 10.0])
-
-
-def test_exit_speed_of_the_reference_robot():
-    """Flywheel rotor at 40 rps through 24:36, wheel of 0.05 m, 0.49 of the rim speed."""
-    assert exit_speed(math.tau * 40 / (24 / 36), 0.05, 0.49) == pytest.approx(9.236, abs=0.001)
 
 
 @pytest.mark.parametrize("change", [{"height": -0.1}, {"forward": math.nan}, {"barrels": ()}, {"barrels": (math.inf,)}])

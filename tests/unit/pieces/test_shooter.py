@@ -1,120 +1,109 @@
-"""When the shooter fires: exact mean rate, first shot at once, no bursts, never more than is held."""
+"""Speed, spin and direction of what a shooter throws, from the wheels, the hood and the turret."""
 
 from __future__ import annotations
 
 import math
 from types import SimpleNamespace
 
+import numpy as np
 import pytest
 
-from simcore.errors import ConfigError, NonFiniteError
+from simcore.errors import ConfigError, UnknownNameError
 from simcore.pieces.launch import LaunchParameters
-from simcore.pieces.shooter import Launch, ShooterSim
+from simcore.pieces.shooter import Shooter, ShooterConfig
 
-DUAL = LaunchParameters(height=0.55, forward=0.168, barrels=(0.08, -0.08))
-SINGLE = LaunchParameters(height=0.55)
-
-
-def shooter(launch=SINGLE, rate=8.0):
-    inputs = SimpleNamespace(elevation=1.1, speed=9.0, open=True, turret=0.0)
-    sim = ShooterSim(
-        launch,
-        shot_rate=rate,
-        elevation=lambda: inputs.elevation,
-        speed=lambda: inputs.speed,
-        gate_open=lambda: inputs.open,
-        turret_angle=lambda: inputs.turret,
-    )
-    return sim, inputs
+STILL = dict(robot_pos=(1.0, 2.0, 0.0), robot_quat=(0.0, 0.0, 0.0, 1.0), robot_vel=(0, 0, 0), robot_rate=(0, 0, 0))
+GRAVITY, RADIUS = 9.81, 0.075
 
 
-@pytest.mark.parametrize("rate", [1.0, 3.0, 8.0, 7.77, 49.9, 60.0, 130.0])
-def test_the_mean_rate_is_exact_over_1000_seconds(rate):
-    sim, _ = shooter(rate=rate)
-    shots = sum(len(sim.update(0.02, held=1000)) for _ in range(50_000))
-    assert shots == math.ceil(round(1000.0 * rate, 6))
+def part(velocity=0.0, position=0.0, inertia=0.01):
+    return SimpleNamespace(velocity=velocity, position=position, inertia=inertia, stops=(0.0, 1.0))
 
 
-def test_shots_are_a_period_apart_inside_the_ticks_too():
-    sim, _ = shooter(rate=8.0)
-    times = [tick * 0.02 + launch.delay for tick in range(500) for launch in sim.update(0.02, held=9)]
-    assert times == pytest.approx([0.125 * n for n in range(len(times))], abs=1e-9)
-    assert len(times) == 80
+def shooter(**change):
+    config = dict(
+        wheels=("lower", "upper"), wheel_radius=0.05, exit_efficiency=0.9, elevation=1.0, shot_rate=8.0,
+        launch=LaunchParameters(height=0.5, forward=0.2),
+    )  # fmt: skip
+    parts = {name: part() for name in ("lower", "upper", "hood", "turret", "feeder")}
+    return Shooter(ShooterConfig(**{**config, **change}), parts), parts
 
 
-def test_dual_barrels_fire_together():
-    sim, _ = shooter(DUAL)
-    assert sim.update(0.02, held=30) == [Launch(0, 1.1, 9.0, 0.0, 0.0), Launch(1, 1.1, 9.0, 0.0, 0.0)]
-    assert sim.update(0.02, held=28) == []
+def shot(made, dt=0.02):
+    (launch,) = made.update(dt, 1)
+    return made.launched(launch, dt=dt, gravity=GRAVITY, radius=RADIUS, **STILL)
 
 
-def test_no_more_leave_than_are_held():
-    sim, _ = shooter(DUAL, rate=200.0)  # four events a tick
-    assert len(sim.update(0.02, held=5)) == 5
-    assert sim.update(0.02, held=0) == []
-    assert sim.update(0.02, held=-1) == []
-    assert sim.shots == 5
+def test_two_wheels_throw_with_their_mean_and_spin_by_their_difference():
+    """The lower rim faster: the underside is carried along more, which is backspin, about the axis to the right."""
+    made, parts = shooter()
+    parts["lower"].velocity, parts["upper"].velocity = 300.0, 200.0
+    assert made.wheel_speed == 250.0
+    assert made.exit_speed == pytest.approx(250.0 * 0.05 * 0.9)
+    assert shot(made).spin == pytest.approx((0.0, -0.5 * 100.0 * 0.05 * 0.9 / RADIUS, 0.0))
+    assert made.config.wheel_speed_for(made.exit_speed) == pytest.approx(250.0)
 
 
-def test_first_shot_comes_at_once_after_the_gate_was_closed():
-    sim, inputs = shooter()
-    inputs.open = False
-    for _ in range(500):
-        assert sim.update(0.02, held=10) == []
-    inputs.open = True
-    assert len(sim.update(0.02, held=10)) == 1
-    assert sum(len(sim.update(0.02, held=10)) for _ in range(5)) == 0  # nothing saved up
+def test_a_piece_rolls_along_a_fixed_hood():
+    made, parts = shooter(wheels=("lower",), exit_efficiency=0.5)
+    parts["lower"].velocity = 300.0
+    assert made.exit_speed == pytest.approx(7.5)
+    assert shot(made).spin == pytest.approx((0.0, -7.5 / RADIUS, 0.0))
 
 
-def test_a_gate_that_flickers_does_not_shoot_faster():
-    sim, inputs = shooter()
-    shots = 0
-    for tick in range(5000):
-        inputs.open = tick % 2 == 0
-        shots += len(sim.update(0.02, held=10))
-    assert shots <= 800
+def test_the_turret_turns_muzzle_velocity_and_spin():
+    """A mechanism of 10 rad with a ratio of pi / 20: a quarter turn to the left."""
+    made, parts = shooter(turret="turret", turret_ratio=math.pi / 20)
+    parts["lower"].velocity, parts["upper"].velocity = 300.0, 200.0
+    parts["turret"].position = 10.0
+    piece, v = shot(made), made.exit_speed
+    assert made.turret_angle == pytest.approx(math.pi / 2)
+    fall = 0.5 * GRAVITY * 0.02**2
+    assert piece.vel == pytest.approx((0.0, v * math.cos(1.0), v * math.sin(1.0) - GRAVITY * 0.02))
+    assert piece.pos == pytest.approx((1.0, 2.2 + v * math.cos(1.0) * 0.02, 0.5 + v * math.sin(1.0) * 0.02 - fall))
+    assert piece.spin[0] > 0.0 and piece.spin[1:] == pytest.approx((0.0, 0.0), abs=1e-9)
 
 
-def test_an_empty_robot_saves_no_shots_up():
-    sim, _ = shooter()
-    for _ in range(500):
-        sim.update(0.02, held=0)
-    assert [len(sim.update(0.02, held=10)) for _ in range(7)] == [1, 0, 0, 0, 0, 0, 1]
+def test_a_shot_in_the_course_of_a_tick_flies_for_the_rest_of_it():
+    """The second shot of a rate of 80 leaves 12.5 ms into the tick, and flies for 7.5 ms of it."""
+    made, parts = shooter(shot_rate=80.0)
+    parts["lower"].velocity = parts["upper"].velocity = 300.0
+    first, second = made.update(0.02, 2)
+    assert (first.delay, second.delay) == (0.0, pytest.approx(0.0125))
+    flown = 0.0075
+    piece = made.launched(second, dt=0.02, gravity=GRAVITY, radius=RADIUS, **STILL)
+    up = made.exit_speed * math.sin(1.0)
+    assert piece.pos[2] == pytest.approx(0.5 + up * flown - 0.5 * GRAVITY * flown**2)
+    assert piece.vel[2] == pytest.approx(up - GRAVITY * flown)
 
 
-def test_wheels_that_stand_still_keep_the_piece():
-    sim, inputs = shooter()
-    inputs.speed = 0.0
-    assert sim.update(0.02, held=10) == []
-    inputs.speed = 8.0
-    assert [launch.speed for launch in sim.update(0.02, held=10)] == [8.0]
+def test_the_hood_tilts_and_the_gate_holds_back():
+    made, parts = shooter(hood="hood", elevation_per_hood=-2.0, gate=("feeder",), gate_speed=3.0)
+    parts["hood"].position = 0.1
+    assert made.elevation == pytest.approx(0.8)
+    parts["lower"].velocity = parts["upper"].velocity = 300.0
+    assert not made.gate_open and made.update(0.02, 1) == []
+    parts["feeder"].velocity = 4.0
+    assert made.gate_open
+    parts["lower"].velocity = parts["upper"].velocity = 20.0
+    assert not made.gate_open, "slow wheels throw nothing"
 
 
-@pytest.mark.parametrize("name", ["elevation", "speed", "turret"])
-def test_a_supplier_that_gives_nan_is_named_when_it_matters(name):
-    sim, inputs = shooter()
-    setattr(inputs, name, math.nan)
-    with pytest.raises(NonFiniteError, match="nan"):
-        sim.update(0.02, held=1)
-    inputs.open = False
-    assert sim.update(0.02, held=1) == []
+@pytest.mark.parametrize("wheels", [("lower",), ("lower", "upper")])
+def test_wheels_lose_the_momentum_that_the_piece_gains(wheels):
+    made, parts = shooter(wheels=wheels)
+    for name in wheels:
+        parts[name].velocity = 300.0
+    made.after_shot(0.2, 9.0)
+    lost = sum((300.0 - parts[name].velocity) * parts[name].inertia for name in wheels)
+    assert lost == pytest.approx(0.2 * 9.0 * 0.05)
 
 
-@pytest.mark.parametrize("dt", [0.0, -0.02, math.nan])
-def test_a_tick_must_have_a_length(dt):
-    with pytest.raises(ConfigError, match="dt"):
-        shooter()[0].update(dt, held=1)
-
-
-@pytest.mark.parametrize("rate", [0.0, -8.0, math.nan])
-def test_the_rate_must_be_positive(rate):
+def test_shooters_that_cannot_be_are_refused():
+    with pytest.raises(ConfigError, match="one or two mechanisms"):
+        shooter(wheels=())
     with pytest.raises(ConfigError, match="shot_rate"):
-        shooter(rate=rate)
-
-
-def test_reset_starts_a_new_match():
-    sim, _ = shooter()
-    sim.update(0.02, held=1)
-    assert sim.cooldown == pytest.approx(0.105)
-    sim.reset()
-    assert (sim.shots, sim.cooldown) == (0, 0.0)
+        shooter(shot_rate=0.0)
+    with pytest.raises(UnknownNameError, match="for a shooter"):
+        shooter(hood="hod")
+    assert np.isfinite(shooter()[0].exit_speed)

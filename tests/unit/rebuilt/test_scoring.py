@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
 from games.rebuilt.field import scoring_zones
-from games.rebuilt.scoring import MATCH, RebuiltScoring
+from games.rebuilt.scoring import MATCH, RebuiltRules
+from simcore.match.game import RobotEntry
 
 ZONE = {zone.alliance: zone for zone in scoring_zones()}
 OTHER = {"blue": "red", "red": "blue"}
@@ -14,10 +17,26 @@ SHIFTS = [(33.0 + 25.0 * i, 58.0 + 25.0 * i) for i in range(4)]
 """Simulated time of shifts 1-4 [s]: 20 auto + 3 pause + 10 transition, then 25 s each."""
 
 
-def game(winner: str | None = "blue", seed: int = 0) -> RebuiltScoring:
-    rules = RebuiltScoring(np.random.default_rng(seed))
+class Rules(RebuiltRules):
+    """Of a match of which only the clock runs."""
+
+    def __init__(self, seed: int = 0, own: str = "blue") -> None:
+        timer = SimpleNamespace(time=0.0)
+        entry = RobotEntry(alliance=own)  # type: ignore[arg-type]
+        super().__init__(
+            SimpleNamespace(entries=(entry,), rules_rng=np.random.default_rng(seed), timer=timer, practice=False)  # type: ignore[arg-type]
+        )
+
+    def fuel(self, alliance: str, time: float) -> int:
+        """What a fuel of an alliance is worth at a time."""
+        self.match.timer.time = time
+        return self.worth(ZONE[alliance])
+
+
+def game(winner: str | None = "blue", seed: int = 0) -> Rules:
+    rules = Rules(seed)
     if winner:
-        rules.worth(ZONE[winner], 5.0)
+        rules.fuel(winner, 5.0)
     return rules
 
 
@@ -46,12 +65,12 @@ def test_both_hubs_count_in_auto_transition_and_end_game(alliance, time):
 
 @pytest.mark.parametrize(("time", "points"), [(33.0, 1), (35.98, 1), (36.0, 0), (57.98, 0), (58.0, 1)])
 def test_fuel_counts_for_three_seconds_after_the_hub_went_inactive_and_again_when_it_is_active(time, points):
-    assert game("blue").worth(ZONE["blue"], time) == points
+    assert game("blue").fuel("blue", time) == points
 
 
 @pytest.mark.parametrize(("time", "points"), [(162.98, 1), (163.0, 1), (165.98, 1), (166.0, 0), (1000.0, 0)])
 def test_fuel_counts_for_three_seconds_after_the_end(time, points):
-    assert game().worth(ZONE["red"], time) == points
+    assert game().fuel("red", time) == points
 
 
 def test_a_tie_is_decided_by_chance_once_and_by_both_in_turn():
@@ -59,16 +78,40 @@ def test_a_tie_is_decided_by_chance_once_and_by_both_in_turn():
     assert coins == {"blue", "red"}
     rules = game(None, 3)
     first = rules.first_inactive
-    rules.worth(ZONE["blue"], 5.0)
-    rules.worth(ZONE["red"], 6.0)
+    rules.fuel("blue", 5.0)
+    rules.fuel("red", 6.0)
     assert rules.first_inactive == first, "one to one is a tie again"
 
 
 def test_auto_fuel_that_lands_in_the_pause_still_decides_and_teleop_fuel_does_not():
     rules = game("red")
-    rules.worth(ZONE["blue"], 20.5)
-    rules.worth(ZONE["blue"], 22.98)
+    rules.fuel("blue", 20.5)
+    rules.fuel("blue", 22.98)
     assert rules.first_inactive == "blue"
     for _ in range(10):
-        rules.worth(ZONE["red"], 25.0)
+        rules.fuel("red", 25.0)
     assert rules.first_inactive == "blue"
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_the_coin_of_a_red_match_is_that_of_the_blue_one_flipped(seed):
+    assert {Rules(seed, "blue").first_inactive, Rules(seed, "red").first_inactive} == {"blue", "red"}
+
+
+def test_game_data_comes_with_teleop_and_an_auto_begins_without_fuel():
+    rules = game("red")
+    for time, data in ((5.0, ""), (22.98, ""), (23.0, "R"), (160.0, "R")):
+        rules.match.timer.time = time
+        assert rules.game_data() == data
+    assert rules.breakdown() == {"BlueAutoFuel": 0, "RedAutoFuel": 1}
+    rules.start_mode("teleop")
+    assert rules.breakdown()["RedAutoFuel"] == 1
+    rules.start_mode("auto")
+    assert rules.breakdown() == {"BlueAutoFuel": 0, "RedAutoFuel": 0}
+
+
+def test_in_practice_both_hubs_count_all_the_time():
+    rules = game("blue")
+    assert not rules.is_active("blue", 50.0)
+    rules.match.practice = True
+    assert all(rules.is_active(alliance, time) for alliance in ZONE for time in (10.0, 50.0, 75.0, 200.0))

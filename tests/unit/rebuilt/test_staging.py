@@ -15,17 +15,15 @@ from games.rebuilt.dimensions import (
     DEPOT_WIDTH,
     DEPOT_Y,
     FIELD_CENTER,
-    FIELD_LENGTH,
     FIELD_WIDTH,
 )
+from games.rebuilt.field import FIELD
 from games.rebuilt.fuel import FUEL
 from games.rebuilt.staging import Staging, depot_places, neutral_places
 from simcore.errors import ConfigError
-from simcore.geometry.symmetry import turn_half
 from simcore.units import inches
 
 RADIUS = FUEL.bounding_radius
-SIZE = (FIELD_LENGTH, FIELD_WIDTH)
 
 
 def rng(seed: int = 0) -> np.random.Generator:
@@ -68,7 +66,7 @@ def test_no_two_fuel_overlap_and_all_lie_on_the_carpet(seed):
 def test_a_depots_fuel_lies_between_its_barriers_and_the_wall(alliance):
     places = depot_places(alliance, 24, rng())
     if alliance == "red":
-        places = turn_half(places, SIZE)
+        places = FIELD.symmetry.flip_points(places)
     x, y = places[:, 0], places[:, 1]
     assert len(places) == 24
     assert x.min() > RADIUS

@@ -11,7 +11,7 @@ from simcore.robot.tank_drive import TankConfig
 
 
 def test_the_chassis_of_a_swerve_stands_on_its_modules():
-    module = SwerveModuleConfig(x=0.0, y=0.0, wheel_radius=0.05, tread=1.4)
+    module = SwerveModuleConfig(x=0.0, y=0.0, wheel_radius=0.05, wheel_cof=1.4)
     swerve = SwerveConfig.rectangle(0.6, 0.5, module, mass=60.0, height=0.25)
 
     chassis = ChassisConfig.around(swerve, bumper=(0.9, 0.8))
@@ -23,7 +23,7 @@ def test_the_chassis_of_a_swerve_stands_on_its_modules():
 
 
 def test_the_chassis_of_a_tank_stands_on_its_wheels_left_side_first():
-    tank = TankConfig(wheel_xs=(0.3, -0.3), track=0.6, center_of_mass=(0.05, 0.01, 0.15), mass=45.0, tread=0.9)
+    tank = TankConfig(wheel_xs=(0.3, -0.3), trackwidth=0.6, center_of_mass=(0.05, 0.01, 0.15), mass=45.0, wheel_cof=0.9)
 
     chassis = ChassisConfig.around(tank, bumper=(0.9, 0.8))
 
@@ -34,4 +34,4 @@ def test_the_chassis_of_a_tank_stands_on_its_wheels_left_side_first():
 
 def test_wheels_outside_of_the_bumpers_are_refused():
     with pytest.raises(ConfigError, match="outside of the bumpers"):
-        ChassisConfig.around(TankConfig(track=0.9), bumper=(0.9, 0.8))
+        ChassisConfig.around(TankConfig(trackwidth=0.9), bumper=(0.9, 0.8))

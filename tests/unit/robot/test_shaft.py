@@ -173,6 +173,20 @@ def test_hard_stop_holds_the_shaft_and_stalls_the_motors():
     assert (sim.position, sim.velocity) == (-1.0, 0.0)
 
 
+def test_a_weight_without_friction_or_limit_rests_on_its_only_stop():
+    """An elevator of which only the lower stop is known sank below it, and was thrown out by it when it came back."""
+    lift = ShaftSim(gearbox(), 0.01, lower_stop=0.0)
+    lift.set_load(-2.0)
+    lift.set_volts(0.0)
+    run(lift, 1.0, 0.005)
+    assert lift.position == 0.0 and lift.velocity == 0.0
+    lift.set_volts(6.0)
+    run(lift, 0.2, 0.005)
+    lift.coast()
+    run(lift, 3.0, 0.005)
+    assert lift.position == 0.0 and lift.velocity == 0.0
+
+
 def test_an_impulse_into_a_stop_does_not_hold_a_shaft_that_is_driven_away():
     sim = ShaftSim(gearbox(), 0.05, upper_stop=2.0, position=2.0)
     sim.velocity = 5.0
@@ -250,3 +264,24 @@ def test_inertia_must_be_positive(inertia):
 def test_start_must_be_between_the_stops():
     with pytest.raises(ConfigError, match="stop"):
         ShaftSim(gearbox(), 1.0, lower_stop=0.0, upper_stop=1.0, position=2.0)
+
+
+def test_a_supply_limit_holds_what_is_drawn_and_what_is_fed_back():
+    from dataclasses import replace
+
+    from wpimath.system.plant import DCMotor
+
+    box = GearboxConfig(motor=DCMotor.krakenX60(1), gearing=10.0, supply_current_limit=20.0)
+    free = ShaftSim(replace(box, supply_current_limit=math.inf), 0.05)
+    limited = ShaftSim(box, 0.05)
+    for shaft in (free, limited):
+        shaft.set_volts(12.0)
+        shaft.step(0.005, 12.0)
+    assert free.supply_current > 100.0
+    assert 0.0 < limited.supply_current <= 20.0 * (1 + 1e-9)
+    for shaft in (free, limited):
+        shaft.reset(velocity=60.0)
+        shaft.set_volts(5.0)
+        shaft.step(0.001, 12.0)
+    assert free.supply_current < -30.0
+    assert -20.0 * (1 + 1e-9) <= limited.supply_current < -10.0

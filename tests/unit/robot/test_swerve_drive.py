@@ -110,16 +110,6 @@ def test_brake_shorts_and_coast_opens():
     assert ends[0] < 1.5 < 2.8 < ends[1]
 
 
-def test_ramp_takes_its_time():
-    drive = drive_of(drive_ramp=0.5)
-    drive.set_volts([12.0] * 4, [0.0] * 4)
-    robot = PlanarChassis(drive)
-    robot.run(0.25)
-    assert drive.drive_motors.volts[0] == pytest.approx(6.0, rel=0.01)
-    robot.run(0.5)
-    assert drive.drive_motors.volts[0] == pytest.approx(12.0)
-
-
 def test_brownout_takes_the_outputs_and_gives_them_back():
     drive = drive_of(Battery(BatteryConfig(resistance=0.02)))
     drive.set_volts([12.0] * 4, [0.0] * 4)
@@ -197,7 +187,7 @@ def test_reset_is_as_new():
     drive.set_chassis_speeds(2.0, 1.0, 1.0)
     first = [drive.step(0.02, 0.0, 0.0, 0.0) for _ in range(10)]
     drive.reset()
-    assert not drive.wheel_angles.any()
+    assert not any(drive.shaft_angles)
     drive.set_chassis_speeds(2.0, 1.0, 1.0)
     assert [drive.step(0.02, 0.0, 0.0, 0.0) for _ in range(10)] == first
 
@@ -207,7 +197,7 @@ def test_wheels_in_the_air_spin_up_and_push_nothing():
     drive.set_volts([12.0] * 4, [0.0] * 4)
     for _ in range(40):
         assert drive.step(0.005, 0.0, 0.0, 0.0, [0.0] * 4) == (0.0, 0.0, 0.0)
-    assert drive.wheel_speeds == pytest.approx([drive.max_speed] * 4, rel=0.02)
+    assert drive.wheel_speeds() == pytest.approx([drive.max_speed] * 4, rel=0.02)
     assert not drive.wheel_forces.any()
 
 
@@ -243,9 +233,9 @@ def test_coupled_azimuth_turns_the_rotor_not_the_wheel():
     turned = drive.steer_angles[0]
     assert turned > 0.5
     rotor = drive.drive_rotor_angles[0]
-    assert rotor == pytest.approx(6.75 * drive.wheel_angles[0] + 3.57 * turned)
+    assert rotor == pytest.approx(6.75 * drive.shaft_angles[0] + 3.57 * turned)
     # A shorted drive motor resists: it drags the wheels backwards a little rather than let its rotor spin.
-    assert drive.wheel_angles[0] < 0.0
+    assert drive.shaft_angles[0] < 0.0
 
 
 def test_steer_cannot_diverge_at_any_inertia_or_step():
@@ -290,7 +280,7 @@ class TestTank:
         assert robot.omega > 1.0
         assert robot.speed < 0.05
         # The wheels turn faster than the robot does: they scrub.
-        assert drive.side_speeds[1] >= robot.omega * 0.28 * 0.95
+        assert drive.side_speeds()[1] >= robot.omega * 0.28 * 0.95
 
     def test_goes_straight_at_its_speed(self):
         drive = TankDrive(TankConfig())
@@ -315,3 +305,48 @@ class TestTank:
             drive.set_volts(1.0, bad)
         with pytest.raises(ConfigError, match="motors_per_side"):
             TankConfig(motors_per_side=0)
+
+
+def test_a_drive_can_start_with_rolling_wheels():
+    """Wheels along each module's way and at its speed: nothing slips, so the tires change next to nothing."""
+    drive = drive_of()
+    drive.reset(vx=2.0, vy=-1.0, omega=1.5)
+
+    ways = [(2.0 - 1.5 * y, -1.0 + 1.5 * x) for x, y in drive.config.positions]
+    assert drive.wheel_speeds() == pytest.approx([math.hypot(*way) for way in ways])
+    assert drive.wheel_angles() == pytest.approx([math.atan2(wy, wx) for wx, wy in ways])
+    drive.set_module_states(drive.wheel_speeds(), drive.wheel_angles())
+    assert max(map(abs, drive.step(0.001, 2.0, -1.0, 1.5))) < 0.01
+
+
+def test_a_rolling_start_along_given_azimuths_has_the_speed_along_them():
+    drive = drive_of()
+    drive.reset(angles=[math.pi / 3] * 4, vx=2.0)
+    assert drive.wheel_speeds() == pytest.approx([1.0] * 4)
+    with pytest.raises(NonFiniteError, match="vy"):
+        drive.reset(vy=math.nan)
+
+
+def test_a_tank_can_start_with_rolling_sides():
+    drive = TankDrive(TankConfig(trackwidth=0.6))
+    drive.reset(vx=1.0, omega=2.0)
+    assert drive.side_speeds() == pytest.approx((0.4, 1.6))
+    assert drive.wheel_speeds() == pytest.approx([0.4] * 3 + [1.6] * 3)
+    assert drive.wheel_distances() == [0.0] * 6
+
+
+def test_readings_are_the_same_for_swerve_and_tank():
+    swerve, tank = drive_of(), TankDrive(TankConfig())
+    swerve.set_volts([6.0] * 4, [0.0] * 4)
+    tank.set_volts(6.0, 3.0)
+    called = []
+    for drive in (swerve, tank):
+        drive.before_inner = lambda h, omega: called.append((h, omega))
+        drive.step(0.01, 0.0, 0.0, 0.5)
+        assert len(drive.wheel_distances()) == len(drive.wheel_angles()) == len(drive.config.positions)
+        assert {k: len(v) for k, v in drive.motor_currents().items()} == {k: len(v) for k, v in drive.gearing.items()}
+    assert [h for h, _ in called] == [0.005] * 4
+    assert set(swerve.motor_currents()) == {"drive", "steer"}
+    left, right = tank.motor_currents().values()
+    assert left[0] == left[1] > right[0] > 0.0
+    assert tank.supply_current == pytest.approx(tank.battery.current)

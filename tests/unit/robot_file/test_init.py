@@ -47,6 +47,7 @@ def test_every_key_in_the_comments_is_one_that_is_read(tmp_path):
                 ("feeder", "roller", ""),
                 ("pivot", "arm", "inertia = 0.1\nmin_deg = 0\nmax_deg = 90"),
                 ("hood", "arm", "inertia = 0.1\nmin_deg = 0\nmax_deg = 40"),
+                ("turret", "turret", "inertia = 0.1\nmin_deg = -90\nmax_deg = 90"),
             )
         )
     )
@@ -57,8 +58,10 @@ def test_every_key_in_the_comments_is_one_that_is_read(tmp_path):
     robot = read_settings(path)
     assert robot.bumper == (0.8, 0.8) and robot.drive_motor == "Kraken X60"
     assert robot.mechanism("shooter").followers == (21, 22)
-    assert robot.intake is not None and robot.intake.deploy == "pivot"
-    assert robot.shooter is not None and robot.shooter.hood == "hood"
+    assert robot.game == "name" and robot.capacity == 1
+    (intake,), (shooter,) = robot.intakes, robot.shooters
+    assert intake.deploy == "pivot" and intake.kinds == ("Name",)
+    assert shooter.hood == "hood" and shooter.turret == "turret" and shooter.gate == ("feeder",)
     assert robot.cameras[0].name == "limelight"
 
 

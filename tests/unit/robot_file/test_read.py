@@ -6,10 +6,11 @@ import math
 
 import pytest
 
-from simcore.errors import ConfigError
-from simcore.robot.arm import ArmSim
-from simcore.robot.flywheel import FlywheelConfig
-from simcore.robot.rack import RackSim
+from simcore.errors import ConfigError, UnknownNameError
+from simcore.pieces.storage import StorageConfig
+from simcore.robot.mechanisms import ArmSim, FlywheelConfig, RackSim
+from simcore.robot.robot_config import build_mechanism
+from simcore.robot.swerve_config import SwerveConfig, SwerveModuleConfig
 from simcore.robot_file.reader import read_settings
 from simcore.robot_file.robot_settings import RobotSettings
 
@@ -89,11 +90,13 @@ def test_a_whole_robot(read):
     assert wheels.devices == (20, 21, 22) and wheels.opposed == (22,)
     assert isinstance(wheels.config, FlywheelConfig)
     assert wheels.config.gearbox.motors == 3 and wheels.config.inertia == 0.004
-    pivot = robot.mechanism("pivot").build()
+    pivot = build_mechanism(robot.mechanism("pivot").config)
     assert isinstance(pivot, ArmSim) and pivot.position == pytest.approx(math.pi / 2)
-    assert robot.intake is not None and robot.intake.out_at == "lower"
-    assert robot.shooter is not None and robot.shooter.barrels == (0.1, -0.1)
-    assert robot.shooter.elevation == pytest.approx(math.pi / 3)
+    (intake,), (shooter,) = robot.intakes, robot.shooters
+    assert intake.deployed_at == "lower" and (intake.zone.x_min, intake.zone.z_max) == (-0.6, 0.2)
+    assert shooter.wheels == ("wheels",) and shooter.gate == ("roller",)
+    assert shooter.launch.barrels == (0.1, -0.1)
+    assert shooter.elevation == pytest.approx(math.pi / 3)
     (camera,) = robot.cameras
     assert camera.name == "limelight" and camera.type.name == "LL4" and camera.pipelines[0].kind == "tags"
     assert (camera.mount.x, camera.mount.z, camera.mount.pitch_deg) == (0.3, 0.4, -20.0)
@@ -105,9 +108,73 @@ def test_an_elevator_and_a_rack(read):
         'max_height = 1.2\n[[mechanism]]\nname = "slide"\nkind = "rack"\nleader = 2\ncontroller = "TalonFXS"\n'
         'motor = "Minion"\ngearing = 10\nmass = 4\npinion_radius = 0.019\ntravel = 0.28\n'
     )
-    assert robot.mechanism("lift").build().stops == pytest.approx((0.0, 60.0))
-    slide = robot.mechanism("slide").build()
+    assert build_mechanism(robot.mechanism("lift").config).stops == pytest.approx((0.0, 60.0))
+    slide = build_mechanism(robot.mechanism("slide").config)
     assert isinstance(slide, RackSim) and slide.stops[1] * 0.019 == pytest.approx(0.28)
+
+
+SHOOTER = """
+[[shooter]]
+height = 0.5
+elevation_deg = 60
+"""
+TURRET = """
+[[mechanism]]
+name = "turret"
+kind = "turret"
+leader = 40
+gearing = 20.0
+inertia = 0.1
+min_deg = -180
+max_deg = 180
+"""
+
+
+def test_several_intakes_and_shooters(read):
+    robot = read(
+        'game = "rebuilt"\n'
+        + WHEELS
+        + WHEELS.replace('"wheels"', '"upper"').replace("20", "50").replace("21, 22", "51, 52").replace("[22]", "[52]")
+        + ROLLER
+        + TURRET
+        + INTAKE.replace("[intake]", "[[intake]]")
+        + INTAKE.replace("[intake]", "[[intake]]").replace("-0.6", "0.4").replace("-0.4", "0.6")
+        + 'kinds = ["Cube", "Cone"]\n'
+        + SHOOTER
+        + 'wheels = ["wheels", "upper"]\nfeeder = ["roller"]\nturret = "turret"\nturret_ratio = 0.5\nturret_x = -0.1\n'
+        + SHOOTER
+        + 'wheels = "wheels"\nkinds = "Cube"\n'
+    )
+    assert robot.game == "rebuilt"
+    back, front = robot.intakes
+    assert (back.zone.x_min, front.zone.x_min) == (-0.6, 0.4)
+    assert back.kinds == () and front.kinds == ("Cube", "Cone")
+    two, one = robot.shooters
+    assert two.wheels == ("wheels", "upper") and two.gate == ("roller",)
+    assert (two.turret, two.turret_ratio, two.launch.pivot_x) == ("turret", 0.5, -0.1)
+    assert one.wheels == ("wheels",) and one.gate == () and one.turret is None and one.kinds == ("Cube",)
+    assert two.exit_efficiency == 2.0 * one.exit_efficiency
+    turret = build_mechanism(robot.mechanism("turret").config)
+    assert isinstance(turret, ArmSim) and turret.position == 0.0 and turret.holding_volts == 0.0
+    with pytest.raises(UnknownNameError, match=r"no kind of piece named 'Cube'\. Did you mean 'Cone'"):
+        robot.require_pieces(["Cone"])
+
+
+def test_the_robot_that_the_file_describes_is_of_the_same_class_as_every_other(read):
+    robot = read(WHEELS + ROLLER + INTAKE + "[robot]\ncapacity = 7\n" + SHOOTER + 'wheels = "wheels"\n')
+    built = robot.robot_config(
+        SwerveConfig.square(0.5, SwerveModuleConfig(x=0.0, y=0.0)), storage=StorageConfig(capacity=3, order="lifo")
+    )
+    assert list(built.mechanisms) == ["wheels", "roller"]
+    assert built.bumper == pytest.approx((0.8, 0.8))
+    assert (built.storage.capacity, built.storage.order) == (7, "lifo")
+    assert built.intakes == robot.intakes and built.shooters == robot.shooters
+    assert (
+        read("")
+        .robot_config(SwerveConfig.square(0.5, SwerveModuleConfig(x=0.0, y=0.0)), storage=StorageConfig(capacity=3))
+        .storage.capacity
+        == 3
+    )
 
 
 @pytest.mark.parametrize(
@@ -122,13 +189,19 @@ def test_an_elevator_and_a_rack(read):
         ("[robot]\nbumper_length = 0.8", "[robot]: bumper_width is missing; it must be a number above 0.2 m"),
         ("[robot]\ndrive_motor = 'Kraken X6O'", "drive_motor must be one of"),
         ("[robot]\ndrive_motor = 'Kraken X6O'", "got 'Kraken X6O'. Did you mean 'Kraken X60'?"),
-        ("[start]\npreload = 60", "[start]: preload must be at most the robot's capacity, 50; got 60"),
+        (
+            "[robot]\ncapacity = 50\n[start]\npreload = 60",
+            "[start]: preload must be at most the robot's capacity, 50; got 60",
+        ),
         ("robot = 3", "simcore.toml: robot must be a table, written [robot] on a line of its own; got 3"),
         ("[robot\nmass = 1", "simcore.toml: is no valid TOML: "),
         ("[mechanism]\nname = 'a'", "mechanism must be tables, each under a line [[mechanism]]"),
         (WHEELS + "intertia = 1", "[[mechanism]] 'wheels': no key 'intertia'. Did you mean 'inertia'?"),
         (WHEELS.replace("inertia = 0.004", ""), "[[mechanism]] 'wheels': inertia is missing"),
-        (WHEELS.replace("flywheel", "flywhel"), "kind must be one of flywheel, roller, arm, elevator, rack, got"),
+        (
+            WHEELS.replace("flywheel", "flywhel"),
+            "kind must be one of flywheel, roller, arm, turret, elevator, rack, got",
+        ),
         (WHEELS.replace("[22]", "[23]"), "opposed must name followers, which are [21, 22]; got 23"),
         (WHEELS.replace("leader = 20", "leader = 63"), "leader must be a whole number from 0 to 62, got 63"),
         (WHEELS.replace("leader = 20", "leader = 20.0"), "leader must be a whole number from 0 to 62, got 20.0"),
@@ -146,6 +219,22 @@ def test_an_elevator_and_a_rack(read):
             ROLLER + '[shooter]\nwheels = "roller"\nheight = 0.5\nelevation_deg = 60',
             "[shooter]: wheels must be a mechanism of kind flywheel, got 'roller'",
         ),
+        (
+            WHEELS + SHOOTER + 'wheels = ["wheels", "whels"]',
+            "[[shooter]] 1: wheels must be one of wheels, got 'whels'. Did you mean 'wheels'?",
+        ),
+        (WHEELS + SHOOTER + 'wheels = ["wheels", "wheels"]', "must be one flywheel, or two: [lower, upper]; got ["),
+        (WHEELS + SHOOTER + "wheels = 3", "wheels must be a text in quotes, or a list of such; got 3"),
+        (WHEELS + SHOOTER, "[[shooter]] 1: wheels is missing; it must be one or more of wheels"),
+        (WHEELS + SHOOTER + 'wheels = "wheels"\nfeeder = []', "feeder must be a text in quotes, or a list of such"),
+        (WHEELS + SHOOTER + 'wheels = "wheels"\nturret = "turet"', "turret must be one of wheels, got 'turet'"),
+        (
+            WHEELS + SHOOTER + 'wheels = "wheels"\nturret_ratio = 2',
+            "turret_ratio needs a turret = <mechanism> beside it",
+        ),
+        (ROLLER + INTAKE + "kinds = 1", "[intake]: kinds must be a text in quotes, or a list of such; got 1"),
+        ("intake = 1", "simcore.toml: intake must be tables, each under a line [[intake]]; got 1"),
+        ("[robot]\ngame = 'x'", "[robot]: no key 'game'"),
         (
             WHEELS + '[shooter]\nwheels = "wheels"\nheight = 0.5\nelevation_deg = 60\nbarrels = []',
             "barrels must be a list of numbers, e.g. [0.08, -0.08], got []",

@@ -16,9 +16,8 @@ from rich.console import Console
 
 from simcore.errors import ConfigError
 from simcore.robotpy import doctor
-from simcore.robotpy.checks import machine, packages, physics, project
-from simcore.robotpy.checks.compiled import check_compiled
-from simcore.robotpy.checks.finding import Level, fail, ok, warn
+from simcore.robotpy.checks import computer_checks, install_checks, project_checks
+from simcore.robotpy.checks.findings import Level, fail, ok, warn
 
 OK, WARN, FAIL = Level.OK, Level.WARN, Level.FAIL
 NEW = (2, 36)
@@ -37,7 +36,7 @@ NEW = (2, 36)
     ],
 )
 def test_python(version, level, advice):
-    found = packages.check_python(version)
+    found = install_checks.check_python(version)
     assert found.level is level and advice in found.advice and bool(found.advice) == (level is not OK)
 
 
@@ -58,7 +57,7 @@ def test_python(version, level, advice):
     ],
 )
 def test_wheels(system, machine_name, version, glibc, level, advice):
-    found = packages.check_wheels(system, machine_name, version, glibc)
+    found = install_checks.check_wheels(system, machine_name, version, glibc)
     assert found.level is level and advice in found.advice
 
 
@@ -77,7 +76,7 @@ def broken() -> None:
     ],
 )
 def test_engine(installed, load, level, words):
-    found = packages.check_engine(installed, load)
+    found = install_checks.check_engine(installed, load)
     assert found.level is level and words in found.text and bool(found.advice) == (level is FAIL)
 
 
@@ -94,7 +93,7 @@ WHOLE = {"numpy": "2.4.6", "phoenix6": "26.3.0", "wpilib": "2026.2.2", "pyfrc": 
 
 
 def of_requirements(installed, python="3.12"):
-    findings = packages.check_requirements(installed, REQUIRES, {"python_version": python})
+    findings = install_checks.check_requirements(installed, REQUIRES, {"python_version": python})
     return {finding.check: finding for finding in findings}
 
 
@@ -122,7 +121,7 @@ def test_requirements_that_are_missing_old_or_not_wanted():
 
 
 def test_simcore_that_is_not_installed():
-    (found,) = packages.check_requirements(WHOLE, None)
+    (found,) = install_checks.check_requirements(WHOLE, None)
     assert found.level is WARN and "pip install -e ." in found.advice
 
 
@@ -136,7 +135,7 @@ def test_simcore_that_is_not_installed():
     ],
 )
 def test_year(installed, level, words):
-    found = packages.check_year(installed)
+    found = install_checks.check_year(installed)
     assert found.level is level and words in found.text
 
 
@@ -144,12 +143,12 @@ def test_year(installed, level, words):
 
 
 def test_ports_free_taken_and_by_whom():
-    assert machine.check_ports(lambda port: False, str).level is OK
-    found = machine.check_ports(lambda port: port == 5810, lambda port: "process 77: robotpy sim")
+    assert computer_checks.check_ports(lambda port: False, str).level is OK
+    found = computer_checks.check_ports(lambda port: port == 5810, lambda port: "process 77: robotpy sim")
     assert found.level is WARN
     assert "5810 (NetworkTables 4" in found.text and "process 77: robotpy sim" in found.text
     assert "lsof" not in found.advice and "netstat" not in found.advice
-    unknown = machine.check_ports(lambda port: True, lambda port: "")
+    unknown = computer_checks.check_ports(lambda port: True, lambda port: "")
     assert "1735" in unknown.text and ("lsof -i :5810" in unknown.advice or "netstat" in unknown.advice)
 
 
@@ -158,15 +157,15 @@ def test_a_port_that_we_hold_is_seen_as_ours():
         server.bind(("127.0.0.1", 0))
         server.listen()
         port = server.getsockname()[1]
-        assert machine.is_taken(port)
+        assert computer_checks.is_taken(port)
         if sys.platform == "linux":
-            assert machine.owner_of(port).startswith(f"process {os.getpid()}: ")
-    assert not machine.is_taken(port)
-    assert machine.owner_of(port) == ""
+            assert computer_checks.owner_of(port).startswith(f"process {os.getpid()}: ")
+    assert not computer_checks.is_taken(port)
+    assert computer_checks.owner_of(port) == ""
 
 
 def test_owner_is_unknown_where_there_is_no_proc(tmp_path):
-    assert machine.owner_of(5810, tmp_path) == ""
+    assert computer_checks.owner_of(5810, tmp_path) == ""
 
 
 @pytest.mark.parametrize(
@@ -180,7 +179,7 @@ def test_owner_is_unknown_where_there_is_no_proc(tmp_path):
     ],
 )
 def test_screen(system, environment, installed, level, words):
-    found = machine.check_screen(system, environment, installed)
+    found = computer_checks.check_screen(system, environment, installed)
     assert found.level is level and words in found.text and ("--nogui" in found.advice) == (level is WARN)
 
 
@@ -188,9 +187,9 @@ def test_screen(system, environment, installed, level, words):
 
 
 def test_robot_file(tmp_path):
-    assert project.check_robot_file(tmp_path).level is WARN
+    assert project_checks.check_robot_file(tmp_path).level is WARN
     (tmp_path / "robot.py").write_text("")
-    assert project.check_robot_file(tmp_path).level is OK
+    assert project_checks.check_robot_file(tmp_path).level is OK
 
 
 @pytest.mark.parametrize(
@@ -208,7 +207,7 @@ def test_robot_file(tmp_path):
 def test_physics_file(tmp_path, content, level, words):
     if content is not None:
         (tmp_path / "physics.py").write_bytes(content)
-    found = project.check_physics_file(tmp_path)
+    found = project_checks.check_physics_file(tmp_path)
     assert found.level is level and words in found.text
 
 
@@ -219,20 +218,20 @@ def test_settings_file(tmp_path):
     def unreadable(path):
         raise PermissionError(13, "Permission denied")
 
-    assert project.check_settings_file(tmp_path, refuse).level is OK, "there is none"
+    assert project_checks.check_settings_file(tmp_path, refuse).level is OK, "there is none"
     (tmp_path / "simcore.toml").write_text("[robot]\nmass = -1\n")
-    assert project.check_settings_file(tmp_path, lambda path: path.read_text()).level is OK
-    assert project.check_settings_file(tmp_path, refuse).text == "simcore.toml [robot]: mass must be > 0, got -1"
-    assert project.check_settings_file(tmp_path, unreadable).text == "cannot be read: Permission denied"
+    assert project_checks.check_settings_file(tmp_path, lambda path: path.read_text()).level is OK
+    assert project_checks.check_settings_file(tmp_path, refuse).text == "simcore.toml [robot]: mass must be > 0, got -1"
+    assert project_checks.check_settings_file(tmp_path, unreadable).text == "cannot be read: Permission denied"
 
 
 def test_a_settings_file_that_is_no_toml_is_found_by_the_real_reader(tmp_path):
     (tmp_path / "simcore.toml").write_text("[robot\n")
-    assert project.check_settings_file(tmp_path, doctor.read_settings).level is FAIL
+    assert project_checks.check_settings_file(tmp_path, doctor.read_settings).level is FAIL
 
 
 def test_device_settings_of_phoenix(tmp_path):
-    assert project.check_device_settings(tmp_path, 0.0).level is OK
+    assert project_checks.check_device_settings(tmp_path, 0.0).level is OK
     folder = tmp_path / "ctre_sim"
     folder.mkdir()
     for name in (
@@ -244,12 +243,12 @@ def test_device_settings_of_phoenix(tmp_path):
         path = folder / f"{name}.dat"
         path.write_bytes(b"")
         os.utime(path, (1e9, 1e9))
-    fresh = project.check_device_settings(tmp_path, 1e9 + 600.0)
+    fresh = project_checks.check_device_settings(tmp_path, 1e9 + 600.0)
     assert fresh.level is OK
     assert fresh.text == "settings of 4 devices, 10 minutes old: Talon FX 2 11, Talon FXS 37, odd"
-    old = project.check_device_settings(tmp_path, 1e9 + 3 * 86400.0)
+    old = project_checks.check_device_settings(tmp_path, 1e9 + 3 * 86400.0)
     assert old.level is WARN and "3 days old" in old.text and "delete the folder" in old.advice
-    assert "13 hours old" in project.check_device_settings(tmp_path, 1e9 + 13 * 3600.0).text
+    assert "13 hours old" in project_checks.check_device_settings(tmp_path, 1e9 + 13 * 3600.0).text
 
 
 @pytest.mark.parametrize(
@@ -265,34 +264,30 @@ def test_device_settings_of_phoenix(tmp_path):
 def test_stored_values(tmp_path, content, level, words):
     if content is not None:
         (tmp_path / "networktables.json").write_text(content)
-    found = project.check_stored_values(tmp_path)
+    found = project_checks.check_stored_values(tmp_path)
     assert found.level is level and words in found.text
 
 
 def test_writable(tmp_path):
-    assert project.check_writable(tmp_path).level is OK
+    assert project_checks.check_writable(tmp_path).level is OK
     (tmp_path / "file").write_text("")
-    found = project.check_writable(tmp_path / "file")
+    found = project_checks.check_writable(tmp_path / "file")
     assert found.level is WARN and "cannot write to" in found.text
 
 
 # --- the game -------------------------------------------------------------------------------------------------------
 
 
-class Entry:
-    def __init__(self, load):
-        self.name, self.load = "rebuilt", load
-
-
 def test_game():
-    assert physics.check_game([])[0].level is FAIL
-    assert physics.check_game([Entry(broken)])[0].text == "rebuilt does not load: DLL load failed"
-    found, build = physics.check_game([Entry(lambda: dict)])
-    assert found.level is OK and build is dict
+    assert computer_checks.check_games(dict)[0].level is FAIL
+    assert computer_checks.check_games(broken)[0].text == "a game does not load: DLL load failed"
+    new, old = (SimpleNamespace(name=name, year=year) for name, year in (("newer", 2026), ("older", 2025)))
+    found, game = computer_checks.check_games(lambda: {"newer": new, "older": old})
+    assert found.level is OK and found.text == "newer (2026), older (2025)" and game is new
 
 
 class Match:
-    """A game whose ticks take as long as it is told, on a clock of its own."""
+    """A match whose ticks take as long as it is told, on a clock of its own."""
 
     def __init__(self, milliseconds, step=0.02):
         self.now, self.took, self.x, self.step, self.closed = 0.0, milliseconds / 1e3, 0.0, step, False
@@ -306,7 +301,7 @@ class Match:
         self.now += self.took
         self.x += self.step
 
-    def piece_places(self):
+    def piece_positions(self):
         return {"Fuel": [0] * 448}
 
     def close(self):
@@ -325,7 +320,7 @@ class Match:
 )
 def test_speed(milliseconds, step, level, words):
     match = Match(milliseconds, step)
-    field, found = physics.check_speed(lambda: match, lambda: match.now)
+    field, found = computer_checks.check_speed(lambda: match, lambda: match.now)
     assert field.text == "mesh and 448 pieces are there"
     assert found.level is level and words in found.text
     assert match.closed
@@ -335,7 +330,7 @@ def test_a_game_that_cannot_be_built():
     def build():
         raise FileNotFoundError("field_collision.obj")
 
-    (found,) = physics.check_speed(build, float)
+    (found,) = computer_checks.check_speed(build, float)
     assert found.level is FAIL and "field_collision.obj" in found.text
 
 
@@ -404,5 +399,5 @@ def test_nothing_of_a_vendor_is_loaded_by_looking(tmp_path):
     ],
 )
 def test_compiled(state, level, words):
-    found = check_compiled(**{"is_off": False, "folder": None, "trouble": "", "old": 0, **state})
+    found = install_checks.check_compiled(**{"is_off": False, "folder": None, "trouble": "", "old": 0, **state})
     assert found.level is level and words in found.text and bool(found.advice) == (level is WARN)

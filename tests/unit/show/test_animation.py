@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import subprocess
+from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -14,16 +15,19 @@ from PIL import Image
 from scipy import ndimage
 
 from simcore.errors import ConfigError, OutputError
-from simcore.show import animation, colors
+from simcore.show import animation
 from simcore.show.animation import animate, frame_times
-from simcore.show.frames import FramePainter, to_pixels
+from simcore.show.frame_painter import FramePainter, to_pixels
+from simcore.show.scene import HIT, MISS, PieceLook, rgb, tint
 from simcore.telemetry.recording import Recording
+from simcore.telemetry.snapshot import Snapshot
 
+LOOK = SCENE.pieces["Fuel"]
 Pixels = np.ndarray[Any, np.dtype[Any]]
 
 
 def is_color(frame: Image.Image, color: str, tolerance: int = 12) -> Pixels:
-    return np.abs(np.asarray(frame.convert("RGB"), dtype=int) - colors.rgb(color)).max(axis=2) <= tolerance
+    return np.abs(np.asarray(frame.convert("RGB"), dtype=int) - rgb(color)).max(axis=2) <= tolerance
 
 
 def blobs(mask: Pixels) -> Pixels:
@@ -46,14 +50,42 @@ def test_pieces_are_where_the_state_says(time: float) -> None:
     pixel = 1.0 / to_pixels(SCENE)[0]
     truth = places(time)
     on_floor = truth[:, 2] < 0.3
-    assert_same_places(blobs(is_color(frame, colors.FUEL)), truth[on_floor, :2], pixel)
-    flying = blobs(ndimage.binary_opening(is_color(frame, colors.FUEL_IN_AIR)))
+    assert_same_places(blobs(is_color(frame, LOOK.color)), truth[on_floor, :2], pixel)
+    flying = blobs(ndimage.binary_opening(is_color(frame, LOOK.air_color)))
     assert_same_places(flying, truth[~on_floor, :2], 1.5 * pixel)
+
+
+def test_boxes_are_drawn_turned_and_in_their_own_color() -> None:
+    """Two kinds in one frame: balls as before, and crates of 0.6 x 0.2 m, one turned by 30 degrees, one on its side."""
+    crate = PieceLook(size=(0.6, 0.2, 0.2), color="#11aaee")
+    rows = np.zeros((2, 7))
+    rows[:, :3] = (2.0, 1.0, 0.1), (6.0, 3.5, 0.3)
+    rows[0, 3], rows[0, 6] = np.cos(np.pi / 12), np.sin(np.pi / 12)
+    rows[1, 3], rows[1, 5] = np.cos(np.pi / 4), np.sin(np.pi / 4)  # its long edge is up
+    recording = Recording()
+    balls = np.array([[4.0, 1.0, 0.075, 1.0, 0.0, 0.0, 0.0]])
+    arrays = {"Sim/GamePieces/Fuel": balls, "Sim/GamePieces/Crate": rows}
+    recording.write(Snapshot(time=0.02, tick=0, pose_arrays=arrays))
+    scene = replace(SCENE, pieces={**SCENE.pieces, "Crate": crate}, field_outlines=())
+    frame = FramePainter(recording, scene).draw(0.02)
+    scale, left, top = to_pixels(scene)
+    assert_same_places(blobs(is_color(frame, LOOK.color)), balls[:, :2], 1.0 / scale)
+    seen = is_color(frame, crate.color)
+    assert_same_places(blobs(seen), rows[:, :2], 1.5 / scale)
+    y, x = np.nonzero(seen)
+    points = np.column_stack(((x + 0.5 - left) / scale, (top - y - 0.5) / scale))
+    flat = points[points[:, 0] < 4.0] - rows[0, :2]
+    spread = np.linalg.eigh(np.cov(flat.T))
+    assert np.sqrt(12.0 * spread.eigenvalues) == pytest.approx([0.2, 0.6], abs=2.5 / scale), "of a uniform rectangle"
+    long = spread.eigenvectors[:, 1]
+    assert abs(long @ (np.cos(np.pi / 6), np.sin(np.pi / 6))) == pytest.approx(1.0, abs=0.003)
+    upright = points[points[:, 0] > 4.0]
+    assert np.ptp(upright, axis=0) == pytest.approx([0.2, 0.2], abs=3.0 / scale)
 
 
 def test_the_robot_is_where_the_state_says_and_looks_ahead() -> None:
     frame = FramePainter(recorded(), SCENE).draw(1.0)
-    mask = is_color(frame, colors.tint("red")[1])
+    mask = is_color(frame, tint("red")[1])
     mask[:44] = False  # the header shows the same red
     middle = blobs(ndimage.binary_fill_holes(mask))
     x, y = pose(1.0)[:2]
@@ -70,9 +102,9 @@ def test_score_clock_and_flights_are_drawn() -> None:
     painter = FramePainter(recorded(), SCENE, title="a title that is far too long for the place that it has " * 3)
     before, during, after = (painter.draw(time) for time in (0.3, 0.43, 0.65))
     assert np.any(np.asarray(before)[:44, 800:] != np.asarray(after)[:44, 800:]), "the clock"
-    assert is_color(before, colors.tint("blue")[1])[:44].sum() > 500 and not is_color(before, colors.HIT).any()
-    assert is_color(during, colors.HIT, 40).sum() > 20
-    assert is_color(after, colors.MISS, 40).sum() > 20
+    assert is_color(before, tint("blue")[1])[:44].sum() > 500 and not is_color(before, HIT).any()
+    assert is_color(during, HIT, 40).sum() > 20
+    assert is_color(after, MISS, 40).sum() > 20
 
 
 def test_a_gif_has_the_same_pieces_in_every_frame(tmp_path: Path) -> None:
@@ -85,7 +117,7 @@ def test_a_gif_has_the_same_pieces_in_every_frame(tmp_path: Path) -> None:
         for number in (0, 7, 16, gif.n_frames - 1):
             gif.seek(number)
             truth = places(times[number])
-            assert_same_places(blobs(is_color(gif, colors.FUEL)), truth[1:, :2], pixel)
+            assert_same_places(blobs(is_color(gif, LOOK.color)), truth[1:, :2], pixel)
 
 
 def test_a_long_run_is_shown_faster_and_says_so() -> None:

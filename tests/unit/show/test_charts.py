@@ -18,13 +18,15 @@ def test_what_was_not_published_is_left_out() -> None:
     assert charts == {
         "Score": ["blue", "red"],
         "Battery": ["at its terminals"],
-        "Fuel held": ["in the hopper"],
+        "Fuel held": ["in the robot"],
         "Current": ["battery"],
     }
 
 
 def test_several_robots_are_told_apart_by_number() -> None:
-    scene = replace(SCENE, robots=(RobotLook(), RobotLook(prefix="Sim/Robots/1", alliance="red")))
+    scene = replace(
+        SCENE, robots=(SCENE.robots[0], RobotLook(prefix="Sim/Robots/1", alliance="red", bumpers=(0.7, 0.9)))
+    )
     battery = next(chart for chart in charts_of(recorded(), scene) if chart.title == "Battery, by robot")
     assert [curve.label for curve in battery.curves] == ["0"], "the second published none"
 

@@ -8,6 +8,7 @@ import re
 import shutil
 import subprocess
 from collections import Counter
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +18,7 @@ from made_up_run import SCENE, places, pose, recorded
 
 from simcore.errors import OutputError
 from simcore.show.page import write_page
+from simcore.show.scene import PieceLook
 from simcore.telemetry.recording import Recording
 from simcore.telemetry.snapshot import Snapshot
 
@@ -59,6 +61,34 @@ def test_frames_say_where_pieces_and_robot_were(tmp_path: Path) -> None:
         x, y, yaw = frame["robots"][0]
         assert (x / 100, y / 100, yaw) == pytest.approx((*pose(frame["time"])[:2], 0.8 * frame["time"]), abs=2e-3)
     assert sum(len(frame["come"]) for frame in run["frames"][1:]) < 11 * len(run["frames"]), "only what moved"
+
+
+def test_several_types_of_pieces_have_numbers_looks_and_outlines(tmp_path: Path) -> None:
+    crate = PieceLook(size=(0.6, 0.2, 0.3), color="#11aaee", air_color="#0000aa", edge_color="#222222")
+    rows = np.zeros((2, 7))
+    rows[:, :3] = (2.0, 1.0, 0.15), (6.0, 3.5, 1.25)
+    rows[:, 3], rows[:, 6] = (1.0, np.cos(np.pi / 8)), (0.0, np.sin(np.pi / 8))
+    recording = Recording()
+    balls = np.array([[4.0, 1.0, 0.075, 1.0, 0.0, 0.0, 0.0]])
+    arrays = {"Sim/GamePieces/Fuel": balls, "Sim/GamePieces/Crate": rows}
+    recording.write(Snapshot(time=0.02, tick=0, pose_arrays=arrays))
+    path = tmp_path / "run.html"
+    write_page(path, recording, replace(SCENE, pieces={**SCENE.pieces, "Crate": crate}, shots=()))
+    text = path.read_text(encoding="utf-8")
+    run = data(text)
+    assert [(look["isRound"], look["reach"], look["color"]) for look in run["pieces"]] == [
+        (True, 7.5, "#ffd923"),
+        (False, 35.0, "#11aaee"),
+    ]
+    ball, flat, turned = run["frames"][0]["come"]
+    assert ball < 2**31 and max(flat, turned) < 2**53
+    assert [code // 2**31 % 16 for code in (ball, flat, turned)] == [0, 1, 1]
+    for code, heading in ((flat, 0.0), (turned, np.pi / 4)):
+        outline = code // 2**35
+        assert outline % 64 * np.pi / 64 == pytest.approx(heading, abs=0.025)
+        assert (outline // 4096 * 70 / 63, outline // 64 % 64 * 70 / 63) == pytest.approx((60, 20), abs=0.6)
+    assert turned % 16 == 12, "decimeters high"
+    assert "<polygon" in text and "crate (darker and larger: in the air)" in text
 
 
 def test_facts_shots_and_charts_are_there_without_a_script(tmp_path: Path) -> None:

@@ -7,12 +7,11 @@ import math
 import numpy as np
 import pytest
 
-from simcore.geometry.quaternion import from_rpy, matrix
-from simcore.vision.camera import CameraMount, limelight_type
+from simcore.geometry.rotation import from_rpy, matrix
+from simcore.vision.camera import CameraMount, camera_pose, limelight_type, optical_rotation
 from simcore.vision.megatag import Mounting, TagPicture
-from simcore.vision.projection import camera_pose, optical_rotation
-from simcore.vision.tags import official_layout
-from simcore.vision.visibility import TagFinder
+from simcore.vision.tag_layout import official_layout
+from simcore.vision.tag_visibility import TagFinder
 
 cv2 = pytest.importorskip("cv2", reason="needs OpenCV: pip install opencv-python-headless")
 

@@ -8,15 +8,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from simcore.geometry.quaternion import from_yaw
+from simcore.errors import ConfigError
+from simcore.geometry.rotation import from_yaw
 from simcore.vision.camera import CameraConfig, CameraMount, PiecePipeline, TagPipeline, limelight_type
-from simcore.vision.camera_scene import Scene
-from simcore.vision.heading import HeadingSource
-from simcore.vision.history import PoseHistory
-from simcore.vision.limelight import LimelightSim, Request
-from simcore.vision.tags import official_layout
+from simcore.vision.camera_scene import CameraScene
+from simcore.vision.heading import HeadingSource, PoseHistory
+from simcore.vision.limelight import CameraRequest, LimelightSim
+from simcore.vision.tag_layout import official_layout
 
-LAYOUT = official_layout()
+LAYOUT = official_layout("2026-welded")
 LL3, LL4 = limelight_type("LL3"), limelight_type("LL4")
 MOUNT = CameraMount(z=0.5, pitch_deg=-15.0)
 PLACE = (2.3, 4.2, 0.0)
@@ -32,12 +32,12 @@ def drive(config, seconds=1.0, *, speed=0.0, spin=0.0, each=None, seed=0, yaw=0.
         if each is not None:
             each(camera, t, yaw + spin * t)
         history.add(t, (PLACE[0] + speed * t, PLACE[1], 0.0), from_yaw(yaw + spin * t))
-        frames += camera.update(t, history, Scene())
+        frames += camera.update(t, history, CameraScene())
     return camera, frames
 
 
 def orient(camera, t, yaw):
-    camera.request(Request("robot_orientation_set", (math.degrees(yaw), 0.0, 0.0, 0.0, 0.0, 0.0), t), t)
+    camera.request(CameraRequest("robot_orientation_set", (math.degrees(yaw), 0.0, 0.0, 0.0, 0.0, 0.0), t), t)
 
 
 @pytest.mark.parametrize(
@@ -79,7 +79,7 @@ def test_without_a_heading_megatag_2_thinks_the_robot_looks_along_x():
 
 def test_throttle_skips_frames():
     def throttle(camera, t, yaw):
-        camera.request(Request("throttle_set", (4.0,)), t)
+        camera.request(CameraRequest("throttle_set", (4.0,)), t)
 
     _, frames = drive(CameraConfig(type=LL3, mount=MOUNT), 4.0, each=throttle)
     assert len(frames) / 4.0 == pytest.approx(30 / 5, rel=0.1)
@@ -88,7 +88,7 @@ def test_throttle_skips_frames():
 @pytest.mark.parametrize("topic", ["fiducial_id_filters_set", "priorityid"])
 def test_filters_choose_tags_and_priority_only_whose_angles_are_told(topic):
     def ask(camera, t, yaw):
-        camera.request(Request(topic, (25.0,)), t)
+        camera.request(CameraRequest(topic, (25.0,)), t)
 
     _, frames = drive(CameraConfig(mount=MOUNT), 0.3, each=ask)
     last = frames[-1]
@@ -98,10 +98,10 @@ def test_filters_choose_tags_and_priority_only_whose_angles_are_told(topic):
 
 def test_a_crop_window_and_downscaling_lose_tags():
     def crop(camera, t, yaw):
-        camera.request(Request("crop", (-1.0, 0.0, -1.0, 1.0)), t)
+        camera.request(CameraRequest("crop", (-1.0, 0.0, -1.0, 1.0)), t)
 
     def downscale(camera, t, yaw):
-        camera.request(Request("fiducial_downscale_set", (5.0,)), t)
+        camera.request(CameraRequest("fiducial_downscale_set", (5.0,)), t)
 
     _, plain = drive(CameraConfig(mount=MOUNT), 0.3)
     _, left = drive(CameraConfig(mount=MOUNT), 0.3, each=crop)
@@ -115,7 +115,7 @@ def test_a_camera_that_was_told_a_wrong_place_gives_a_wrong_pose():
     """0.2 m ahead of where it is: the robot seems 0.2 m farther back."""
 
     def tell(camera, t, yaw):
-        camera.request(Request("camerapose_robotspace_set", (0.2, 0.0, 0.5, 0.0, 15.0, 0.0)), t)
+        camera.request(CameraRequest("camerapose_robotspace_set", (0.2, 0.0, 0.5, 0.0, 15.0, 0.0)), t)
 
     config = CameraConfig(mount=MOUNT, type=replace(LL4, corner_noise=0.0))
     _, frames = drive(config, 0.3, each=tell)
@@ -129,14 +129,54 @@ def test_pipelines_switch_between_tags_and_pieces():
     camera = LimelightSim(config, LAYOUT, np.random.default_rng(0))
     history = PoseHistory()
     kinds = []
-    scene = Scene(pieces=np.array([(3.5, 4.2, 0.5)]), piece_radius=0.075)
+    scene = CameraScene(pieces=np.array([(3.5, 4.2, 0.5)]), piece_radius=0.075)
     for k in range(30):
         if k == 15:
-            camera.request(Request("pipeline", (1.0,)), 0.02 * k)
+            camera.request(CameraRequest("pipeline", (1.0,)), 0.02 * k)
         history.add(0.02 * k, PLACE, from_yaw(0.0))
         kinds += [(f.pipeline, f.pipeline_kind, len(f.pieces)) for f in camera.update(0.02 * k, history, scene)]
     assert kinds[0] == (0, "tags", 0)
     assert kinds[-1] == (1, "pieces", 1)
+
+
+def test_pieces_of_several_types_have_their_own_size_and_class():
+    """A ball of 0.2 m beside one of 0.1 m at the same distance: twice as wide, class id and name of its own."""
+
+    def look(**options):
+        config = CameraConfig(
+            mount=CameraMount(z=0.5), pipelines=(PiecePipeline(far=5.0, box_noise=0.0, **options),), frame_rate=50.0
+        )
+        camera, history = LimelightSim(config, LAYOUT, np.random.default_rng(0)), PoseHistory()
+        centers = np.array([(PLACE[0] + 2.0, PLACE[1] + y, 0.5) for y in (0.5, -0.5)])
+        scene = CameraScene(
+            pieces=centers,
+            piece_radius=np.array([0.1, 0.2]),
+            class_names=("coral", "algae"),
+            class_ids=np.array([0, 1]),
+        )
+        for k in range(10):
+            history.add(0.02 * k, PLACE, from_yaw(0.0))
+            camera.update(0.02 * k, history, scene)
+        return {(p.class_id, p.class_name): np.ptp(p.corners[:, 0]) for p in camera.last.pieces}
+
+    seen = look()
+    assert set(seen) == {(0, "coral"), (1, "algae")}
+    assert seen[1, "algae"] == pytest.approx(2.0 * seen[0, "coral"], rel=1e-6)
+    assert set(look(piece_class="algae")) == {(1, "algae")}
+    assert look(piece_class="cone") == {}
+
+
+def test_a_radius_for_each_piece_or_one_for_all():
+    with pytest.raises(ConfigError, match=r"shape \(2,\) or one number"):
+        CameraScene(pieces=np.zeros((2, 3)), piece_radius=np.zeros(3))
+    small, large = CameraScene(pieces=np.zeros((2, 3)), piece_radius=0.1), CameraScene(pieces=np.zeros((0, 3)))
+    assert small.radii.tolist() == [0.1, 0.1] and large.radii.shape == (0,)
+    mixed = CameraScene(
+        pieces=np.array([(0, 0, 0.1), (1, 0, 0.1), (2, 0, 0.5)]), piece_radius=np.array([0.1, 0.05, 0.4])
+    )
+    centers, radii = mixed.above(3.0)
+    assert centers[:, 0].tolist() == [1.0, 2.0] and radii.tolist() == [0.05, 0.4]
+    assert len(mixed.above(0.3)[0]) == 3
 
 
 def test_the_perfect_camera_gives_the_exact_pose_wherever_it_looks():

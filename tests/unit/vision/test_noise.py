@@ -7,12 +7,11 @@ import math
 import numpy as np
 import pytest
 
-from simcore.geometry.quaternion import from_yaw, matrix
-from simcore.vision.camera import CameraMount, limelight_type
+from simcore.geometry.rotation import from_yaw, matrix
+from simcore.vision.camera import CameraMount, camera_pose, limelight_type, optical_rotation
 from simcore.vision.megatag import Mounting, TagPicture
-from simcore.vision.projection import camera_pose, optical_rotation
-from simcore.vision.tags import TagLayout
-from simcore.vision.visibility import TagFinder
+from simcore.vision.tag_layout import TagLayout
+from simcore.vision.tag_visibility import TagFinder
 
 LENS = limelight_type("LL4")
 MOUNT = CameraMount(x=0.1, z=0.6, pitch_deg=-5.0)

@@ -8,11 +8,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from simcore.geometry.quaternion import rotate
+from simcore.geometry.rotation import rotate
 from simcore.vision.camera import CameraConfig, CameraMount, TagPipeline
-from simcore.vision.limelight import LimelightSim, Request
+from simcore.vision.limelight import CameraRequest, LimelightSim
 from simcore.vision.limelight_settings import INPUTS, CameraSettings
-from simcore.vision.tags import official_layout
+from simcore.vision.tag_layout import official_layout
 
 CONFIG = CameraConfig(
     mount=CameraMount(x=0.3, y=0.2, z=0.5, pitch_deg=-20.0, yaw_deg=30.0), pipelines=(TagPipeline(),) * 3
@@ -95,9 +95,9 @@ def test_a_camera_starts_by_believing_where_it_is():
     [*BAD, ("robot_orientation_set", (1.0,)), ("robot_orientation_set", (math.nan,) * 6), ("crop", None)],
 )
 def test_a_bad_request_is_logged_once(topic, values, caplog):
-    camera = LimelightSim(CONFIG, official_layout(), np.random.default_rng(0))
+    camera = LimelightSim(CONFIG, official_layout("2026-welded"), np.random.default_rng(0))
     for k in range(5):
-        camera.request(Request(topic, values), 0.02 * k)
+        camera.request(CameraRequest(topic, values), 0.02 * k)
     assert camera.bad_requests == 5
     assert len(caplog.records) == 1
     assert topic in caplog.text and "limelight" in caplog.text

@@ -1,11 +1,8 @@
 import logging
 
-from games.rebuilt.robot import RebuiltRobotConfig
-from games.rebuilt.sim import RebuiltConfig, RebuiltSim, RobotEntry
-from simcore.phoenix6.swerve import SwerveDrivetrainSim, swerve_config
+from games.rebuilt import REBUILT
+from simcore import Match, RobotConfig, RobotEntry, RobotPhysics, SwerveDrivetrainSim, part_of, swerve_config
 from simcore.robot.chassis_config import ChassisConfig
-from simcore.robotpy.find import part_of
-from simcore.robotpy.physics import RobotPhysics
 
 logging.basicConfig()
 
@@ -20,10 +17,9 @@ class PhysicsEngine(RobotPhysics):
             wheel_radius=config.modules[0].wheel_radius,
             wheel_positions=tuple((m.x, m.y) for m in config.modules),
         )
-        robot_config = RebuiltRobotConfig(chassis=body, drivetrain=config)
+        build = RobotConfig(chassis=body, drivetrain=config)
         # along the middle of the neutral zone's near edge, nothing in the way for 5 m
-        game = RebuiltSim(RebuiltConfig(robots=(RobotEntry(config=robot_config, pose=(2.0, 1.0, 1.5708)),)))
-        plant = game.robots[0]
+        match = Match(REBUILT, robots=[RobotEntry(config=build, start=(2.0, 1.0, 1.5708), preload=0)])
         self.field = physics_controller.field
-        devices = SwerveDrivetrainSim(drivetrain, plant.drive)
-        super().__init__(physics_controller, robot, game=game, plant=plant, drivetrain=devices)
+        devices = SwerveDrivetrainSim(drivetrain, match.robots[0].drive)
+        super().__init__(physics_controller, robot, match=match, drivetrain=devices)

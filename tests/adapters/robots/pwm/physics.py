@@ -1,13 +1,11 @@
 from robot import PLACES, PULSES, WHEEL_RADIUS, ZEROS
 
-from games.rebuilt.robot import RebuiltRobotConfig
-from games.rebuilt.sim import RebuiltConfig, RebuiltSim, RobotEntry
+from games.rebuilt import REBUILT
+from simcore import Match, RobotConfig, RobotEntry, RobotPhysics, SwerveConfig, SwerveModuleConfig
 from simcore.robot.chassis_config import ChassisConfig
-from simcore.robot.motor import motor
+from simcore.robot.dc_motor import motor
 from simcore.robot.motor_ports import SwervePorts
-from simcore.robot.swerve_config import SwerveConfig, SwerveModuleConfig
-from simcore.robotpy.physics import RobotPhysics
-from simcore.robotpy.wpilib_ports import AbsoluteEncoderPort, EncoderPort, GyroPort, PWMMotorPort
+from simcore.robotpy.wpilib_ports import AbsoluteEncoderPort, EncoderPort, PWMMotorPort, WPILibGyroPort
 
 NEO = motor("NEO")
 
@@ -20,18 +18,17 @@ class PhysicsEngine(RobotPhysics):
             )
             for x, y in PLACES
         )
-        build = RebuiltRobotConfig(
+        build = RobotConfig(
             chassis=ChassisConfig(wheel_positions=PLACES, wheel_radius=WHEEL_RADIUS),
             drivetrain=SwerveConfig(modules=modules),
         )
-        game = RebuiltSim(RebuiltConfig(robots=(RobotEntry(config=build, pose=(2.0, 1.2, 0.0)),)))
-        plant = game.robots[0]
+        match = Match(REBUILT, robots=[RobotEntry(config=build, start=(2.0, 1.2, 0.0), preload=0)])
         devices = SwervePorts(
-            plant.drive,
+            match.robots[0].drive,
             [PWMMotorPort(m.drive) for m in robot.modules],
             [PWMMotorPort(m.steer) for m in robot.modules],
             steer_encoders=[AbsoluteEncoderPort(m.azimuth, zero=z) for m, z in zip(robot.modules, ZEROS, strict=True)],
             wheel_encoders=[EncoderPort(m.wheel, pulses_per_turn=PULSES) for m in robot.modules],
-            gyro=GyroPort(robot.gyro),
+            gyro=WPILibGyroPort(robot.gyro),
         )
-        super().__init__(physics_controller, robot, game=game, plant=plant, drivetrain=devices, pace_tests=False)
+        super().__init__(physics_controller, robot, match=match, drivetrain=devices, pace_tests=False)

@@ -1,25 +1,22 @@
 from robot import PULSES, WHEEL_RADIUS
 from wpilib import DriverStation
 
-from games.rebuilt.sim import RebuiltConfig, RebuiltSim, RobotEntry
-from games.rebuilt.tank import RebuiltTankConfig
+from games.rebuilt import REBUILT
+from simcore import Match, RobotConfig, RobotEntry, RobotPhysics, TankConfig
 from simcore.robot.motor_ports import SuppliedMotor, TankPorts
-from simcore.robot.tank_drive import TankConfig
-from simcore.robotpy.physics import RobotPhysics
-from simcore.robotpy.wpilib_ports import EncoderPort, GyroPort, PWMMotorPort
+from simcore.robotpy.wpilib_ports import EncoderPort, PWMMotorPort, WPILibGyroPort
 
 
 class PhysicsEngine(RobotPhysics):
     def __init__(self, physics_controller, robot):
-        build = RebuiltTankConfig(tank=TankConfig(wheel_radius=WHEEL_RADIUS))
-        game = RebuiltSim(RebuiltConfig(robots=(RobotEntry(config=build, pose=(2.0, 1.2, 1.5708)),)))
-        plant = game.robots[0]
+        build = RobotConfig(drivetrain=TankConfig(wheel_radius=WHEEL_RADIUS), bumper=(0.9, 0.8))
+        match = Match(REBUILT, robots=[RobotEntry(config=build, start=(2.0, 1.2, 1.5708), preload=0)])
         right = robot.right
         devices = TankPorts(
-            plant.drive,
+            match.robots[0].drive,
             [PWMMotorPort(robot.left)],
             [SuppliedMotor(lambda: right.getVoltage() if DriverStation.isEnabled() else 0.0)],  # any maker's
             encoders=tuple(EncoderPort(e, pulses_per_turn=PULSES) for e in robot.encoders),
-            gyro=GyroPort(robot.gyro),
+            gyro=WPILibGyroPort(robot.gyro),
         )
-        super().__init__(physics_controller, robot, game=game, plant=plant, drivetrain=devices, pace_tests=False)
+        super().__init__(physics_controller, robot, match=match, drivetrain=devices, pace_tests=False)

@@ -1,0 +1,61 @@
+"""REBUILT, the game of 2026, and a match of it with its defaults."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any
+
+from games.rebuilt.autos import AUTOS
+from games.rebuilt.field import FIELD, models_folder, scoring_zones
+from games.rebuilt.fuel import FUEL
+from games.rebuilt.robot import rebuilt_robot
+from games.rebuilt.scoring import HUB_EXITS, MATCH, RebuiltRules
+from games.rebuilt.staging import Staging
+from simcore.match.game import Game, GameOption, PieceSupply, RobotEntry
+from simcore.match.match import Match
+
+__all__ = ["REBUILT", "RebuiltSim"]
+
+_STAGING = Staging()
+
+REBUILT = Game(
+    name="rebuilt",
+    year=2026,
+    field=FIELD,
+    pieces=(PieceSupply(FUEL, _STAGING.total),),
+    clock=MATCH,
+    staging=_STAGING,
+    zones=scoring_zones(),
+    rules=RebuiltRules,
+    robot=rebuilt_robot,
+    starts=((2.5, 5.9, 0.0), (2.5, 2.2, 0.0), (2.5, 4.03, 0.0)),
+    preload=_STAGING.preload_per_robot,
+    robots=_STAGING.robots,
+    autos=AUTOS,
+    options=(GameOption(name=HUB_EXITS, help="scored fuel comes out of the hub's exits"),),
+    models=models_folder(),
+)
+"""The whole game."""
+
+
+class RebuiltSim(Match):
+    """A match of REBUILT.
+
+    Args:
+        staging: How much fuel lies where; None: the manual's 504.
+        robots: Who plays; none: one blue robot of the game's own kind.
+        settings: Further arguments of `Match`.
+    """
+
+    def __init__(self, *, staging: Staging | None = None, robots: Sequence[RobotEntry] = (), **settings: Any) -> None:
+        game = REBUILT
+        if staging is not None:
+            game = replace(
+                REBUILT,
+                staging=staging,
+                pieces=(PieceSupply(FUEL, staging.total),),
+                preload=staging.preload_per_robot,
+                robots=staging.robots,
+            )
+        super().__init__(game, robots=robots, **settings)

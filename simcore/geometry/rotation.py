@@ -1,0 +1,170 @@
+"""Rotations: unit quaternions in the order x, y, z, w (Bullet's and scipy's), and 3 x 3 matrices as rows.
+
+Tuples of plain floats are for the few bodies that are turned one by one: for single ones they take half the time of
+arrays. The array functions are for many points at once.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from simcore.typing import FloatArray
+
+__all__ = [
+    "IDENTITY",
+    "Quaternion",
+    "Rows",
+    "Vector",
+    "apply",
+    "apply_back",
+    "as_rows",
+    "from_rpy",
+    "from_yaw",
+    "matrix",
+    "multiply",
+    "rotate",
+    "rotate_back",
+    "rpy",
+    "times",
+    "times_back",
+    "transposed",
+    "wrap_angle",
+    "yaw_of",
+]
+
+Quaternion = tuple[float, float, float, float]
+Vector = tuple[float, float, float]
+
+IDENTITY: Quaternion = (0.0, 0.0, 0.0, 1.0)
+
+
+Rows = tuple[Vector, Vector, Vector]
+
+
+def from_rpy(roll: float, pitch: float, yaw: float) -> Quaternion:
+    """Rotation by roll about x, then pitch about y, then yaw about z, all in fixed axes [rad] (WPILib's Rotation3d)."""
+    cr, sr = math.cos(roll / 2), math.sin(roll / 2)
+    cp, sp = math.cos(pitch / 2), math.sin(pitch / 2)
+    cy, sy = math.cos(yaw / 2), math.sin(yaw / 2)
+    return (
+        sr * cp * cy - cr * sp * sy,
+        cr * sp * cy + sr * cp * sy,
+        cr * cp * sy - sr * sp * cy,
+        cr * cp * cy + sr * sp * sy,
+    )
+
+
+def from_yaw(yaw: float) -> Quaternion:
+    """Rotation about z, counter-clockwise from above [rad]."""
+    return (0.0, 0.0, math.sin(yaw / 2), math.cos(yaw / 2))
+
+
+def rpy(q: Sequence[float]) -> Vector:
+    """Roll, pitch and yaw [rad] of a rotation; the inverse of `from_rpy`, pitch within +-pi/2."""
+    x, y, z, w = q
+    sin_pitch = max(-1.0, min(1.0, 2.0 * (w * y - z * x)))
+    return (
+        math.atan2(2.0 * (w * x + y * z), 1.0 - 2.0 * (x * x + y * y)),
+        math.asin(sin_pitch),
+        math.atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z)),
+    )
+
+
+def wrap_angle(angle: float) -> float:
+    """The same angle in [-pi, pi] [rad]."""
+    return math.remainder(angle, math.tau)
+
+
+def yaw_of(q: Sequence[float]) -> float:
+    """Heading of the rotated x axis in the ground plane [rad]."""
+    x, y, z, w = q
+    return math.atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
+
+
+def multiply(a: Sequence[float], b: Sequence[float]) -> Quaternion:
+    """The rotation b followed by the rotation a."""
+    ax, ay, az, aw = a
+    bx, by, bz, bw = b
+    return (
+        aw * bx + ax * bw + ay * bz - az * by,
+        aw * by - ax * bz + ay * bw + az * bx,
+        aw * bz + ax * by - ay * bx + az * bw,
+        aw * bw - ax * bx - ay * by - az * bz,
+    )
+
+
+def rotate(q: Sequence[float], v: Sequence[float]) -> Vector:
+    """Vector in the axes that `q` rotates to, given in the rotated frame: robot axes to field axes."""
+    qx, qy, qz, qw = q
+    vx, vy, vz = v
+    tx, ty, tz = 2.0 * (qy * vz - qz * vy), 2.0 * (qz * vx - qx * vz), 2.0 * (qx * vy - qy * vx)
+    return (
+        vx + qw * tx + qy * tz - qz * ty,
+        vy + qw * ty + qz * tx - qx * tz,
+        vz + qw * tz + qx * ty - qy * tx,
+    )
+
+
+def rotate_back(q: Sequence[float], v: Sequence[float]) -> Vector:
+    """The inverse of `rotate`: field axes to robot axes."""
+    qx, qy, qz, qw = q
+    return rotate((-qx, -qy, -qz, qw), v)
+
+
+def matrix(q: Sequence[float] | FloatArray) -> FloatArray:
+    """Rotation matrix R, shape (3, 3): `p_field = R @ p_robot`, and `points_robot @ R.T` for rows."""
+    x, y, z, w = q
+    return np.array(
+        [
+            [1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y - w * z), 2.0 * (x * z + w * y)],
+            [2.0 * (x * y + w * z), 1.0 - 2.0 * (x * x + z * z), 2.0 * (y * z - w * x)],
+            [2.0 * (x * z - w * y), 2.0 * (y * z + w * x), 1.0 - 2.0 * (x * x + y * y)],
+        ]
+    )
+
+
+def as_rows(a: Rows | FloatArray) -> Rows:
+    """An array of shape (3, 3) as rows; rows stay what they are."""
+    if isinstance(a, tuple):
+        return a
+    (a00, a01, a02), (a10, a11, a12), (a20, a21, a22) = a.tolist()
+    return (a00, a01, a02), (a10, a11, a12), (a20, a21, a22)
+
+
+def transposed(a: Rows) -> Rows:
+    """The transpose a^T."""
+    (a00, a01, a02), (a10, a11, a12), (a20, a21, a22) = a
+    return (a00, a10, a20), (a01, a11, a21), (a02, a12, a22)
+
+
+def apply(a: Rows, v: Vector) -> Vector:
+    """Its product a v with a vector."""
+    (a00, a01, a02), (a10, a11, a12), (a20, a21, a22) = a
+    x, y, z = v
+    return a00 * x + a01 * y + a02 * z, a10 * x + a11 * y + a12 * z, a20 * x + a21 * y + a22 * z
+
+
+def apply_back(a: Rows, v: Vector) -> Vector:
+    """The product a^T v: for a rotation, its inverse."""
+    (a00, a01, a02), (a10, a11, a12), (a20, a21, a22) = a
+    x, y, z = v
+    return a00 * x + a10 * y + a20 * z, a01 * x + a11 * y + a21 * z, a02 * x + a12 * y + a22 * z
+
+
+def times(a: Rows, b: Rows) -> Rows:
+    """Their product a b."""
+    (a00, a01, a02), (a10, a11, a12), (a20, a21, a22) = a
+    (b00, b01, b02), (b10, b11, b12), (b20, b21, b22) = b
+    return (
+        (a00 * b00 + a01 * b10 + a02 * b20, a00 * b01 + a01 * b11 + a02 * b21, a00 * b02 + a01 * b12 + a02 * b22),
+        (a10 * b00 + a11 * b10 + a12 * b20, a10 * b01 + a11 * b11 + a12 * b21, a10 * b02 + a11 * b12 + a12 * b22),
+        (a20 * b00 + a21 * b10 + a22 * b20, a20 * b01 + a21 * b11 + a22 * b21, a20 * b02 + a21 * b12 + a22 * b22),
+    )
+
+
+def times_back(a: Rows, b: Rows) -> Rows:
+    """Their product a^T b."""
+    return times(transposed(a), b)

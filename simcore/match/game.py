@@ -1,0 +1,374 @@
+"""What a year's game is: a frozen description that `Match` plays. A game fills hooks; it has no loop of its own."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from fnmatch import fnmatchcase
+from pathlib import Path
+from typing import Protocol, TypeAlias
+
+import numpy as np
+
+from simcore.errors import ConfigError, UnknownNameError
+from simcore.geometry.symmetry import FieldSymmetry, Pose
+from simcore.match.camera_rig import CameraRig
+from simcore.match.clock import MatchClock, MatchTimer, Phase
+from simcore.match.piece_flow import PieceFlow
+from simcore.match.report import PieceCount, Score
+from simcore.match.scoring import Alliance, ScoreEvent, ScoringTracker, ScoringZone
+from simcore.physics.field import FieldElement, FieldGeometry
+from simcore.physics.obj import read_obj
+from simcore.physics.shapes import Box, Cylinder, Sphere
+from simcore.physics.surface import TerrainSurface
+from simcore.pieces.kinds import GamePieceConfig
+from simcore.pieces.piece_manager import GamePieceManager
+from simcore.robot.climber import Rung
+from simcore.robot.robot import Controller, Robot
+from simcore.robot.robot_config import RobotConfig
+from simcore.typing import FloatArray
+
+__all__ = [
+    "Auto",
+    "FieldDefinition",
+    "Game",
+    "GameOption",
+    "MatchState",
+    "PieceSupply",
+    "RobotEntry",
+    "Rules",
+    "StagedPieces",
+    "for_both_alliances",
+]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FieldDefinition:
+    """The static field: a mesh or a table of elements, its materials, and how blue becomes red."""
+
+    size: tuple[float, float]
+    """Length and width [m]."""
+    symmetry: FieldSymmetry
+    mesh: Path | None = None
+    """An OBJ file; None: `elements` are the field."""
+    elements: tuple[FieldElement, ...] = ()
+    """The field, where there is no mesh."""
+    materials: Mapping[str, TerrainSurface] = dataclasses.field(default_factory=dict)
+    """Surface by name pattern (`*`, `?`) of elements of the mesh; the last match wins."""
+    drivable: tuple[str, ...] = ()
+    """Name patterns of what robots drive over."""
+    tags: str | Path = ""
+    """AprilTag layout: a name (`simcore.vision.tag_layout`) or a file in WPILib's JSON; read if a robot has cameras."""
+    rungs: tuple[Rung, ...] = ()
+    """What climbers can hang on."""
+
+    def __post_init__(self) -> None:
+        if self.symmetry.size != self.size:
+            raise ConfigError(f"FieldDefinition: symmetry is of a field of {self.symmetry.size} m, got {self.size} m")
+        if (self.mesh is None) == (not self.elements):
+            raise ConfigError("FieldDefinition: give either a mesh or elements")
+
+    def load(self, mesh: Path | None = None) -> FieldGeometry:
+        """The field as shapes with surfaces.
+
+        Args:
+            mesh: Another OBJ file than the game's. Groups that are named as in the game's own get its materials,
+                others the material of `*`.
+
+        Raises:
+            FieldMeshError: It is missing or broken.
+        """
+        path = mesh or self.mesh
+        if path is None:
+            return FieldGeometry(self.elements)
+        materials = self.materials
+        if mesh is not None:
+            names = [group.name for group in read_obj(mesh)]
+            materials = {p: s for p, s in materials.items() if any(fnmatchcase(name, p) for name in names)}
+        return FieldGeometry.load(path, surfaces=materials)
+
+    def drivable_in(self, geometry: FieldGeometry) -> list[str]:
+        """Those of the `drivable` patterns that name something in a field."""
+        names = [element.name for element in geometry.elements]
+        return [pattern for pattern in self.drivable if any(fnmatchcase(name, pattern) for name in names)]
+
+
+def for_both_alliances(elements: Iterable[FieldElement], symmetry: FieldSymmetry) -> tuple[FieldElement, ...]:
+    """Elements of the blue half as `blue_...`, and where the symmetry puts them as `red_...`.
+
+    Args:
+        elements: Boxes along the axes, upright cylinders or balls; they look the same flipped.
+        symmetry: Of the field.
+
+    Raises:
+        ConfigError: A shape that would have to be turned.
+    """
+    both = []
+    for element in elements:
+        if not isinstance(element.shape, Box | Cylinder | Sphere):
+            kind = type(element.shape).__name__
+            raise ConfigError(f"{element.name}: boxes, cylinders and balls can be put on both sides, got a {kind}")
+        flipped = symmetry.flip_points(element.position[None])[0]
+        both.append(dataclasses.replace(element, name=f"blue_{element.name}"))
+        both.append(dataclasses.replace(element, name=f"red_{element.name}", position=flipped))
+    return tuple(both)
+
+
+@dataclass(frozen=True, slots=True)
+class PieceSupply:
+    """A kind of piece, and how many of it there are."""
+
+    kind: GamePieceConfig
+    count: int
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.count, int) or self.count < 0:
+            raise ConfigError(f"PieceSupply of {self.kind.name}: count must be a whole number >= 0, got {self.count!r}")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class StagedPieces:
+    """Some pieces at the start of a match."""
+
+    kind: str
+    """Name of their kind."""
+    positions: FloatArray = dataclasses.field(default_factory=lambda: np.zeros((0, 3)))
+    """Centers of those on the field, as the blue alliance sees it, field frame [m], shape (n, 3)."""
+    off_field: int = 0
+    """How many wait off the field, e.g. with a human player."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RobotEntry:
+    """One robot of a match."""
+
+    alliance: Alliance = "blue"
+    start: Pose | None = None
+    """Start as a blue robot, field frame [m, m, rad]; a red one starts at the corresponding place. None: the game's
+    own start for the robot's place in the list."""
+    preload: int | None = None
+    """Pieces of the game's first kind in it; None: as many as the game allows."""
+    config: RobotConfig | None = None
+    """None: the game's own robot."""
+
+    def __post_init__(self) -> None:
+        if self.alliance not in ("blue", "red"):
+            raise ConfigError(f"RobotEntry: alliance must be 'blue' or 'red', got {self.alliance!r}")
+        if self.start is not None and not (len(self.start) == 3 and all(map(math.isfinite, self.start))):
+            raise ConfigError(f"RobotEntry: start must be three finite numbers (m, m, rad), got {self.start}")
+        if self.preload is not None and not (isinstance(self.preload, int) and self.preload >= 0):
+            raise ConfigError(f"RobotEntry: preload must be a whole number >= 0, got {self.preload!r}")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class GameOption:
+    """Something of a game that can be switched on, in `Match(options=...)` and on the command line."""
+
+    name: str
+    help: str
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Auto:
+    """A robot that plays by itself: what it does, and where it starts."""
+
+    name: str
+    summary: str
+    controller: Callable[[MatchState, Alliance], Controller]
+    """Makes what commands the robot, of a match and its alliance."""
+    start: Pose
+    """As a blue robot, field frame [m, m, rad]."""
+    preload: int | None = None
+    """As in `RobotEntry`."""
+
+
+class MatchState(Protocol):
+    """What rules and telemetry see of a match: all of its state."""
+
+    game: Game
+    entries: tuple[RobotEntry, ...]
+    options: frozenset[str]
+    """Names of the game's options that are on."""
+    practice: bool
+    """Every piece counts, whatever the clock says."""
+    time: float
+    """Simulated time since the start [s]."""
+    ticks: int
+    """Ticks since the start."""
+    substeps: int
+    """Of the last tick."""
+    last_tick_ms: float | None
+    """Wall time of the last tick [ms], if somebody measures it."""
+    timer: MatchTimer
+    """The time of the match."""
+    pieces: GamePieceManager
+    robots: list[Robot]
+    alliances: list[Alliance]
+    """Of each robot, as last set."""
+    tracker: ScoringTracker
+    flow: PieceFlow
+    """Pieces into robots and out of them."""
+    rules: Rules
+    rules_rng: np.random.Generator
+    """For what the rules leave to chance."""
+    cameras: CameraRig
+
+    @property
+    def score(self) -> Score:
+        """Points so far."""
+        ...
+
+    @property
+    def count(self) -> PieceCount:
+        """Where all pieces are."""
+        ...
+
+
+class Rules:
+    """What a game does in a match, hook by hook; the defaults do nothing. One object serves one match.
+
+    Hooks act on the match by its public parts: `match.pieces`, `match.tracker`, `match.timer`, `match.robots`.
+
+    Args:
+        match: Which is played. It is complete but for the pieces, which are staged when `start` is called.
+    """
+
+    def __init__(self, match: MatchState) -> None:
+        self.match = match
+
+    def start(self) -> None:
+        """The match begins: pieces are staged, robots stand where they start."""
+
+    def start_mode(self, mode: str) -> None:
+        """A driver station has just enabled `auto` or `teleop`."""
+
+    def before_tick(self) -> None:
+        """After robot code has commanded, before anything moves."""
+
+    def worth(self, zone: ScoringZone) -> int:
+        """Points of a piece that scores in a zone now."""
+        return zone.points
+
+    def scored(self, event: ScoreEvent) -> None:
+        """A piece has scored, and is off the field."""
+
+    def after_tick(self) -> None:
+        """Everything has moved and scored; telemetry comes next."""
+
+    def end(self) -> None:
+        """The last phase is over; called once."""
+
+    def game_data(self) -> str:
+        """The game-specific message that robots receive now; empty for none."""
+        return ""
+
+    def breakdown(self) -> Mapping[str, int]:
+        """Counts that the score is made of, by name; beside the pieces of each zone."""
+        return {}
+
+    def telemetry(self) -> Mapping[str, float | int | bool | str]:
+        """What the game adds to telemetry, by key."""
+        return {}
+
+
+Staging: TypeAlias = Callable[[np.random.Generator, Sequence[RobotEntry]], Sequence[StagedPieces]]
+"""Where the pieces are at the start, seen from blue, with these robots on the field. Preloads are not part of it."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Game:
+    """A year's game. Make variants with `dataclasses.replace`."""
+
+    name: str
+    """As `--game` and telemetry say it: letters, digits and `_`."""
+    year: int
+    title: str = ""
+    """As people read it; empty: the name in capitals."""
+    field: FieldDefinition
+    pieces: tuple[PieceSupply, ...]
+    clock: MatchClock
+    staging: Staging
+    zones: tuple[ScoringZone, ...] = ()
+    rules: Callable[[MatchState], Rules] = Rules
+    robot: Callable[[], RobotConfig]
+    """Its default robot."""
+    starts: tuple[Pose, ...]
+    """Where the robots of an alliance start, as blue ones [m, m, rad]."""
+    preload: int = 0
+    """Most pieces that a robot may hold at the start."""
+    robots: int = 6
+    """Most robots of a match."""
+    autos: Mapping[str, Auto] = dataclasses.field(default_factory=dict)
+    """By name; the first is the one that is played if none is named."""
+    options: tuple[GameOption, ...] = ()
+    models: Path | None = None
+    """Folder of models for AdvantageScope and the browser view."""
+
+    def __post_init__(self) -> None:
+        if not self.name.replace("_", "").isalnum():
+            raise ConfigError(f"Game: name must be of letters, digits and '_', got {self.name!r}")
+        names = [supply.kind.name for supply in self.pieces]
+        if len(set(names)) < len(names):
+            raise ConfigError(f"Game {self.name}: kinds of pieces must differ, got {names}")
+        if not self.starts:
+            raise ConfigError(f"Game {self.name}: give at least one start")
+
+    @property
+    def heading(self) -> str:
+        """Its title."""
+        return self.title or self.name.upper()
+
+    def auto(self, name: str | None = None) -> Auto:
+        """The auto of a name; None: the first.
+
+        Raises:
+            UnknownNameError: There is none; the error carries the nearest names.
+            ConfigError: The game has no auto at all.
+        """
+        if name is None:
+            if not self.autos:
+                raise ConfigError(f"game {self.name} has no auto")
+            return next(iter(self.autos.values()))
+        if name not in self.autos:
+            raise UnknownNameError("auto", name, self.autos)
+        return self.autos[name]
+
+    @classmethod
+    def bare(
+        cls,
+        *,
+        size: tuple[float, float] = (16.0, 8.0),
+        elements: Sequence[FieldElement] = (),
+        pieces: Sequence[PieceSupply] = (),
+        robot: Callable[[], RobotConfig],
+        zones: Sequence[ScoringZone] = (),
+    ) -> Game:
+        """No year's game: a carpet with a wall around it, for experiments and tests.
+
+        Args:
+            size: Length and width [m].
+            elements: What stands on it, beside the wall.
+            pieces: Kinds of pieces; none lies anywhere until `match.pieces.spawn` puts it there.
+            robot: The default robot.
+            zones: Where pieces score.
+        """
+        from simcore.physics.field import FieldBoundary
+
+        wall = FieldBoundary(length=size[0], width=size[1], side_height=0.5, end_height=2.0)
+        return cls(
+            name="bare",
+            year=0,
+            field=FieldDefinition(
+                size=size,
+                symmetry=FieldSymmetry("rotate", size),
+                elements=(*wall.elements(), *elements),
+            ),
+            pieces=tuple(pieces),
+            clock=MatchClock([Phase("auto", 15.0, "auto"), Phase("teleop", 1e6)]),
+            staging=lambda rng, entries: (),
+            zones=tuple(zones),
+            robot=robot,
+            starts=((0.25 * size[0], 0.5 * size[1], 0.0),),
+        )

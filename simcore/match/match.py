@@ -1,0 +1,503 @@
+"""A match: any game, any robots, and the one tick that moves them.
+
+The tick is three lists that can be read aloud (`before`, `part`, `after`). Scripted robots run the middle once a
+tick; robot code whose motor controllers want to be asked more often runs it several times. There is no other order.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from contextlib import ExitStack
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from simcore.errors import ConfigError
+from simcore.geometry.symmetry import Pose
+from simcore.match.camera_rig import CameraRig, tag_layout
+from simcore.match.clock import MatchTimer, Mode
+from simcore.match.digest import TrajectoryDigest
+from simcore.match.game import Game, PieceSupply, RobotEntry, Rules
+from simcore.match.piece_flow import PieceFlow
+from simcore.match.publish import build_snapshot
+from simcore.match.report import PieceCount, Score
+from simcore.match.scoring import Alliance, ScoringTracker, ScoringZone
+from simcore.match.starts import require_free_starts, require_playable, start_pose
+from simcore.physics.engine import Engine
+from simcore.physics.field import FieldElement
+from simcore.physics.substeps import Substepping, Surroundings
+from simcore.physics.world import PhysicsWorld
+from simcore.pieces.piece_manager import GamePieceManager
+from simcore.pieces.pool import PieceStatus
+from simcore.pieces.wake_grid import Footprint, WakeSettings
+from simcore.robot.robot import Controller, Robot
+from simcore.robot.robot_config import RobotConfig
+from simcore.robot.swerve_config import SwerveConfig, SwerveModuleConfig
+from simcore.telemetry.snapshot import Snapshot, TelemetrySink
+from simcore.typing import FloatArray
+from simcore.units import TICK
+from simcore.vision.tag_layout import TagLayout
+
+if TYPE_CHECKING:
+    import ntcore
+
+__all__ = ["Match"]
+
+
+class Match:
+    """A match of a game. Use as a context manager, or call `close`.
+
+    Args:
+        game: What is played.
+        robots: Who plays; none: one blue robot of the game's own kind.
+        seed: Of everything that is left to chance, a whole number >= 0.
+        controllers: What commands each robot, in their order; None: it stands.
+        options: Names of the game's options that are on.
+        practice: Every piece counts, whatever the match clock says.
+        sinks: Who wants telemetry.
+        engine: The physics engine; None makes one. It is closed with the match.
+        network: NetworkTables on which cameras publish and listen; None: their frames are read from `cameras` only.
+        field_mesh: An OBJ of the field in place of the game's own.
+        tags: An AprilTag layout in place of the game's own: a name, or a file in WPILib's JSON.
+        substepping: Limits on movement per sub-step.
+        wake: When pieces wake and sleep.
+
+    Raises:
+        ConfigError: Robots, seed or options that cannot be.
+        FieldMeshError: The field's mesh is missing or broken.
+
+    Example:
+        >>> from simcore.match.registry import find_game
+        >>> with Match(find_game(), seed=3) as match:
+        ...     match.play(0.1)
+        ...     match.score.total, match.count.is_conserved
+        (0, True)
+    """
+
+    time: float
+    """Simulated time since the start [s]."""
+    ticks: int
+    """Ticks since the start."""
+    substeps: int
+    """Of the last tick."""
+    seed: int
+    """Of everything that is left to chance."""
+    timer: MatchTimer
+    """The time of the match, for scores and rules."""
+    pieces: GamePieceManager
+    robots: list[Robot]
+    alliances: list[Alliance]
+    """Of each robot, as last set."""
+    tracker: ScoringTracker
+    rules: Rules
+    rules_rng: np.random.Generator
+    """For what the rules leave to chance."""
+    cameras: CameraRig
+    digest: TrajectoryDigest
+    """Of the state of every tick so far."""
+    _has_ended: bool
+    flow: PieceFlow
+    """Pieces into robots and out of them, and the record of it."""
+
+    def __init__(
+        self,
+        game: Game,
+        *,
+        robots: Sequence[RobotEntry] = (),
+        seed: int = 0,
+        controllers: Sequence[Controller | None] = (),
+        options: Iterable[str] = (),
+        practice: bool = False,
+        sinks: Sequence[TelemetrySink] = (),
+        engine: Engine | None = None,
+        network: ntcore.NetworkTableInstance | None = None,
+        field_mesh: Path | None = None,
+        tags: str | Path | None = None,
+        substepping: Substepping | None = None,
+        wake: WakeSettings | None = None,
+    ) -> None:
+        self.game = game
+        self.entries = tuple(robots) or (RobotEntry(),)
+        self.options = frozenset(options)
+        self.practice = practice
+        require_playable(game, self.entries, options=self.options, controllers=len(controllers), seed=seed)
+        self._network = network
+        self._tags = tags or game.field.tags
+        self._wake_settings = wake
+        self._controllers = list(controllers) + [None] * (len(self.entries) - len(controllers))
+        self.sinks = list(sinks)
+        self.last_tick_ms: float | None = None
+        """Wall time of the last tick [ms], for telemetry, if whoever runs the match measures it."""
+        self.field = game.field.load(field_mesh)  # before the engine starts: a broken mesh ends the build
+        length, width = game.field.size
+        self.world = PhysicsWorld(
+            engine=engine,
+            floor_size=(length + 8.0, width + 8.0),
+            floor_center=(length / 2, width / 2),
+            substepping=substepping,
+        )
+        self.before: tuple[Callable[[], None], ...] = (self._read, self._wake, self._take_in)
+        """What comes before motion: robot code looks and commands; sleeping pieces wake; intakes take pieces in."""
+        self.part: tuple[Callable[[float], None], ...] = (self._command, self._step_mechanisms, self._move, self._sense)
+        """Motion, once a tick or in several parts: devices; mechanisms and their currents; sub-steps; sensors."""
+        self.after: tuple[Callable[[], None], ...] = (
+            self._gather,
+            self._see,
+            self._settle,
+            self._score,
+            self._let_go,
+            self._publish,
+        )
+        """What comes after motion: where pieces are; cameras; sleep; score and rules; shots and placing; telemetry."""
+        try:
+            self._begin(seed)
+        except BaseException:
+            self.world.close()
+            raise
+
+    @classmethod
+    def bare(
+        cls,
+        robot: RobotConfig | None = None,
+        *,
+        start: Pose = (2.0, 2.0, 0.0),
+        size: tuple[float, float] = (16.0, 8.0),
+        elements: Sequence[FieldElement] = (),
+        pieces: Sequence[PieceSupply] = (),
+        zones: Sequence[ScoringZone] = (),
+        **settings: Any,
+    ) -> Match:
+        """A match of no game: a carpet with a wall around it, for experiments and tests.
+
+        Args:
+            robot: Its robot; None: 55 kg on four swerve modules, without mechanisms.
+            start: Where it stands [m, m, rad].
+            size: Length and width of the field [m].
+            elements: What stands on it, beside the wall.
+            pieces: Kinds of pieces; none lies anywhere until `match.pieces.spawn` puts it there.
+            zones: Where pieces score.
+            settings: Further arguments of `Match`.
+
+        Example:
+            >>> with Match.bare() as match:
+            ...     match.robots[0].drive.set_volts([6.0] * 4, [0.0] * 4)
+            ...     match.play(1.0)
+            ...     match.robots[0].chassis.pose[0] > 2.5
+            True
+        """
+        module = SwerveModuleConfig(
+            x=0.0,
+            y=0.0,
+            drive_stator_limit=60.0,
+            drive_supply_limit=40.0,
+            steer_stator_limit=40.0,
+            steer_supply_limit=20.0,
+        )
+        config = robot or RobotConfig(drivetrain=SwerveConfig.square(0.53, module))
+        game = Game.bare(size=size, elements=elements, pieces=pieces, zones=zones, robot=lambda: config)
+        return cls(game, robots=(RobotEntry(start=start),), **settings)
+
+    def __enter__(self) -> Match:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """Close sinks and engine, each even if another fails; may be called twice."""
+        with ExitStack() as stack:
+            stack.callback(self.world.close)
+            stack.callback(self.cameras.close)
+            for sink in self.sinks:
+                stack.callback(sink.close)
+
+    # --- the tick -------------------------------------------------------------------------------------------------
+
+    def tick(self, parts: int = 1) -> None:
+        """Advance by 20 ms, with the middle of the tick cut into equal parts."""
+        self.begin_tick()
+        for _ in range(parts):
+            self.run_part(TICK / parts)
+        self.end_tick()
+
+    def begin_tick(self) -> None:
+        """The first list of a tick; `run_part` follows until 20 ms are full, then `end_tick`."""
+        for phase in self.before:
+            phase()
+
+    def run_part(self, h: float) -> None:
+        """A part of the tick, h [s]."""
+        for phase in self.part:
+            phase(h)
+
+    def end_tick(self) -> None:
+        """The last list of a tick."""
+        for phase in self.after:
+            phase()
+
+    def play(self, seconds: float, *, controllers: Sequence[Controller | None] | None = None) -> None:
+        """Advance by a time [s].
+
+        Args:
+            seconds: Simulated; rounded to whole ticks.
+            controllers: What commands each robot from now on; None leaves them.
+        """
+        for number, controller in enumerate(controllers or ()):
+            self.set_controller(number, controller)
+        for _ in range(round(seconds / TICK)):
+            self.tick()
+
+    # --- before ---------------------------------------------------------------------------------------------------
+
+    def _read(self) -> None:
+        for robot, controller in zip(self.robots, self._controllers, strict=True):
+            if controller is not None:
+                controller(robot, self.time)
+        self.cameras.listen(self.time)
+        self.rules.before_tick()
+
+    def _wake(self) -> None:
+        """Sleepers that can be reached within the tick wake."""
+        movers = [Footprint(*robot.chassis.footprint) for robot in self.robots]
+        self._piece_speed = self.pieces.wake_reachable(movers, TICK)
+
+    def _take_in(self) -> None:
+        """Before the step, so that a fresh shot is not taken in again."""
+        self.flow.take_in(self._piece_speed)
+        self.substeps = 0
+        self._near = max((robot.chassis.surroundings(TICK) for robot in self.robots), default=Surroundings.OPEN)
+
+    # --- one part -------------------------------------------------------------------------------------------------
+
+    def _command(self, h: float) -> None:
+        """Devices of robot code see the battery and give their volts."""
+        for robot in self.robots:
+            if robot.devices is not None:
+                robot.devices.read()
+
+    def _step_mechanisms(self, h: float) -> None:
+        """Mechanisms move, and load the battery that the drivetrain is about to use, with the mean of this part."""
+        for robot in self.robots:
+            if robot.devices is None or not robot.devices.at_inner_steps:
+                robot.step_mechanisms(h)
+            robot.drive.other_current = robot.mechanism_current
+
+    def _move(self, h: float) -> None:
+        """Tires push robots, air pushes pieces, the engine does the rest."""
+        speed = max((robot.chassis.speed for robot in self.robots), default=0.0)
+        substeps = self.world.substepping.count(h, self._piece_speed, speed, self._near)
+        self.world.step(h, substeps=substeps, before_substep=self._before_substep)
+        self.substeps += substeps
+
+    def _before_substep(self, h: float) -> None:
+        for robot in self.robots:
+            robot.before_substep(h)
+        self.pieces.before_substep(h)
+
+    def _sense(self, h: float) -> None:
+        """Gyros and odometry follow; encoders did in the sub-steps."""
+        for robot in self.robots:
+            robot.chassis.read()
+            robot.sense(h)
+            if robot.devices is not None:
+                robot.devices.write(h)
+
+    # --- after ----------------------------------------------------------------------------------------------------
+
+    def _gather(self) -> None:
+        """Poses and velocities out of the engine, once; pieces outside the field come back."""
+        self.ticks += 1
+        self.time = self.ticks * TICK
+        self.timer.advance(TICK)
+        self.pieces.gather(TICK)
+        self.flow.follow()
+
+    def _see(self) -> None:
+        """Cameras expose the frames that are due and publish those that are ready."""
+        self.cameras.look(self.time)
+
+    def _settle(self) -> None:
+        """Pieces that have been slow for a while sleep."""
+        self.pieces.settle()
+
+    def _score(self) -> None:
+        """Pieces that went through a zone score, and the game's rules act."""
+        state, slots = self.pieces.state, self.pieces.awake
+        events = self.tracker.update(self.time, slots, state.before[slots], state.pos[slots])
+        if events:
+            for event in events:
+                self.flow.note_scored(event.slot)
+            self.pieces.score(np.array([event.slot for event in events]))
+            for event in events:
+                self.rules.scored(event)
+        if self.timer.is_over and not self._has_ended:
+            self._has_ended = True
+            self.rules.end()
+        self.rules.after_tick()
+
+    def _let_go(self) -> None:
+        """Pieces leave shooters and placers."""
+        self.flow.let_go(self.time)
+
+    def _publish(self) -> None:
+        """One snapshot for the sinks that are due, and the digest of the state."""
+        state = self.pieces.state
+        awake = self.pieces.awake
+        for robot in self.robots:
+            self.digest.update(np.array((*robot.chassis.pos, *robot.chassis.quat, *robot.chassis.vel)))
+        self.digest.update(state.pos[awake], state.status.astype(np.int64))
+        due = [sink for sink in self.sinks if sink.due(self.time)]
+        if due:
+            snapshot = self.snapshot()
+            for sink in due:
+                sink.write(snapshot)
+
+    # --- what robot code and drive team do ------------------------------------------------------------------------
+
+    def set_controller(self, number: int, controller: Controller | None) -> None:
+        """Choose what commands a robot from the next tick on."""
+        if not 0 <= number < len(self.robots):
+            raise ConfigError(f"there are robots 0 to {len(self.robots) - 1}, got {number}")
+        self._controllers[number] = controller
+
+    def set_alliance(self, number: int, alliance: Alliance) -> None:
+        """Put a robot, at rest, where it starts as one of an alliance; its gyro keeps its reading."""
+        self.alliances[number] = alliance
+        self.robots[number].carry_to(self.start_pose(number))
+
+    def start_mode(self, mode: Mode) -> None:
+        """Let the match clock follow a driver station that has just enabled `auto` or `teleop`; an auto starts at 0."""
+        self.timer.start(mode)
+        if mode == "auto":
+            self.tracker.reset()
+            self.flow.clear()
+            self._has_ended = False
+        self.rules.start_mode(mode)
+
+    def set_network_time(self, now: float) -> None:
+        """Tell cameras what NetworkTables' clock shows at the end of the present tick [s], so that stamps agree."""
+        self.cameras.clock.offset = now - (self.ticks + 1) * TICK
+
+    def reset(self, seed: int | None = None) -> None:
+        """Begin the match anew in the same engine; robots, pieces and rules are new objects.
+
+        Args:
+            seed: Of the new run; None: the same one.
+        """
+        if seed is not None:
+            require_playable(self.game, self.entries, options=(), controllers=0, seed=seed)
+        self.cameras.close()
+        self.world.reset()
+        self._begin(self.seed if seed is None else seed)
+
+    # --- questions ------------------------------------------------------------------------------------------------
+
+    @property
+    def score(self) -> Score:
+        """Points so far."""
+        red, blue = self.tracker.totals["red"], self.tracker.totals["blue"]
+        return Score(red=red, blue=blue, total=red + blue)
+
+    @property
+    def count(self) -> PieceCount:
+        """Where all pieces are."""
+        count = self.pieces.count
+        return PieceCount(
+            staged=self.pieces.total,
+            on_field=count(PieceStatus.ASLEEP) + count(PieceStatus.AWAKE),
+            in_flight=count(PieceStatus.IN_FLIGHT),
+            held=count(PieceStatus.HELD),
+            scored=count(PieceStatus.SCORED),
+            off_field=count(PieceStatus.STAGED),
+        )
+
+    def piece_positions(self) -> dict[str, FloatArray]:
+        """Where the pieces on the field and in the air are, by kind, field frame [m], shape (n, 3)."""
+        return {
+            supply.kind.name: self.pieces.state.pos[self.pieces.on_field(supply.kind.name)]
+            for supply in self.game.pieces
+        }
+
+    def start_pose(self, number: int) -> tuple[float, float, float]:
+        """Where a robot starts as one of its present alliance, field frame [m, m, rad]."""
+        return start_pose(self.game, self.entries, self.alliances, number)
+
+    def snapshot(self) -> Snapshot:
+        """Everything that telemetry shows of the last tick."""
+        return build_snapshot(self)
+
+    # --- building -------------------------------------------------------------------------------------------------
+
+    def _begin(self, seed: int) -> None:
+        """Build everything that a run changes, in an empty world."""
+        game = self.game
+        self.seed = seed
+        rng = np.random.default_rng(seed)
+        self.rules_rng, robot_rng, staging_rng, camera_rng = rng.spawn(4)
+        self.time = 0.0
+        self.ticks = 0
+        self.substeps = 0
+        self.timer = MatchTimer(game.clock)
+        self.digest = TrajectoryDigest()
+        self._piece_speed = 0.0
+        self._near = Surroundings.OPEN
+        self._has_ended = False
+        self.alliances = [entry.alliance for entry in self.entries]
+        self.world.add_field(self.field.elements, drivable=game.field.drivable_in(self.field))
+        self.pieces = GamePieceManager(
+            self.world,
+            [(supply.kind, supply.count) for supply in game.pieces],
+            field_size=game.field.size,
+            wake=self._wake_settings,
+        )
+        self._stage(staging_rng)
+        self.robots = []
+        own_rngs = robot_rng.spawn(len(self.entries))  # one robot's noise does not depend on how many there are
+        for number, (entry, own_rng) in enumerate(zip(self.entries, own_rngs, strict=True)):
+            config = entry.config or game.robot()
+            pose = self.start_pose(number)
+            robot = Robot(self.world, config, number=number, pose=pose, rng=own_rng, rungs=game.field.rungs)
+            self.robots.append(robot)
+            self._preload(robot, entry)
+        require_free_starts(self.world, self.robots, game.field.size)
+        self.flow = PieceFlow(self.world, self.pieces, self.robots)
+        kinds = [game.pieces[kind].kind.name for kind in self.pieces.state.kind.tolist()]
+        self.tracker = ScoringTracker(game.zones, worth=self._worth, kinds=kinds)
+        self.cameras = CameraRig(self.world, self.pieces, self.robots, self._layout(), camera_rng, self._network)
+        self.rules = game.rules(self)
+        self.rules.start()
+
+    def _stage(self, rng: np.random.Generator) -> None:
+        """Put pieces where they start, as the first robot's alliance sees the field.
+
+        So a red match is a blue one under the field's symmetry.
+        """
+        is_flipped = self.entries[0].alliance == "red"
+        for some in self.game.staging(rng, self.entries):
+            positions = np.asarray(some.positions, dtype=np.float64).reshape(-1, 3)
+            if is_flipped:
+                positions = self.game.field.symmetry.flip_points(positions)
+            if len(positions):
+                self.pieces.spawn(some.kind, positions)
+            self.pieces.stage(some.kind, some.off_field)
+
+    def _preload(self, robot: Robot, entry: RobotEntry) -> None:
+        count = entry.preload
+        if count is None:
+            count = min(self.game.preload, robot.storage.room)
+        if count:
+            if count > robot.storage.room:
+                raise ConfigError(f"robot {robot.number} holds {robot.storage.room} pieces, got a preload of {count}")
+            slots = self.pieces.stage(self.game.pieces[0].kind.name, count)
+            self.pieces.hold(slots, robot.number)
+            robot.storage.add(slots.tolist())
+
+    def _layout(self) -> TagLayout:
+        """The tags; without cameras nobody needs them."""
+        if any(robot.config.cameras for robot in self.robots):
+            return tag_layout(self._tags)
+        return TagLayout.of([], field_size=self.game.field.size)
+
+    def _worth(self, zone: ScoringZone) -> int:
+        return self.rules.worth(zone)

@@ -1,0 +1,188 @@
+"""Pieces on their way into robots and out of them: intakes and storages, shooters and placers, and what was shot."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from simcore.physics.world import PhysicsWorld
+from simcore.pieces.intake import field_to_robot
+from simcore.pieces.piece_manager import GamePieceManager
+from simcore.pieces.placer import Placer
+from simcore.pieces.pool import PieceStatus
+from simcore.pieces.shooter import Shooter
+from simcore.pieces.shot_schedule import Launch
+from simcore.robot.robot import Robot
+from simcore.typing import BoolArray, IntArray
+from simcore.units import TICK
+
+__all__ = ["PieceFlow", "ShotRecord"]
+
+_FOLLOWED = 100  # ticks for which a shot is followed at least
+
+
+@dataclass(slots=True)
+class ShotRecord:
+    """One shot piece, from the muzzle until it scored, or for 2 s and until it touched something."""
+
+    time: float
+    slot: int
+    robot: int
+    points: list[tuple[float, float, float]]
+    """Its flight, a point a tick [m]."""
+    scored: bool = False
+
+
+class PieceFlow:
+    """Moves pieces between the field and the robots, and remembers where they went.
+
+    Args:
+        world: Where the pieces live.
+        pieces: All of them.
+        robots: All of them.
+    """
+
+    def __init__(self, world: PhysicsWorld, pieces: GamePieceManager, robots: Sequence[Robot]) -> None:
+        self._world = world
+        self._pieces = pieces
+        self._robots = robots
+        self.clear()
+
+    def clear(self) -> None:
+        """Forget all shots and intakes, as a match begins."""
+        self.shots: list[ShotRecord] = []
+        """In order."""
+        self.intakes: list[list[float]] = []
+        """Where each piece was taken in, field frame [m]."""
+        self._followed: dict[int, ShotRecord] = {}
+
+    # --- in -------------------------------------------------------------------------------------------------------
+
+    def take_in(self, piece_speed: float) -> None:
+        """Let intakes and placers take what they reach.
+
+        Args:
+            piece_speed: Of the fastest piece [m/s].
+        """
+        for robot in self._robots:
+            if robot.intakes or robot.placers:
+                # as far as robot and piece came since the last tick
+                self._take_into(robot, robot.moved + piece_speed * TICK)
+            robot.end_intake()
+
+    def _take_into(self, robot: Robot, moved: float) -> None:
+        state = self._pieces.state
+        reach = moved + max([intake.reach for intake in robot.intakes] + [placer.reach for placer in robot.placers])
+        slots = self._pieces.in_active_chunks  # sleepers too: a roller does not ask
+        away = state.pos[slots] - robot.chassis.pos
+        near = np.einsum("ij,ij->i", away, away) < reach * reach
+        slots = slots[near & (state.status[slots] != PieceStatus.IN_FLIGHT)]
+        pos, quat = robot.pose_before
+        now = field_to_robot(state.pos[slots], np.array(robot.chassis.pos), np.array(robot.chassis.quat))
+        before = field_to_robot(state.before[slots], np.array(pos), np.array(quat))
+        free: BoolArray = np.ones(len(slots), dtype=np.bool_)
+        for intake in robot.intakes:
+            taken = intake.captured(before, now) & free & self._is_kind(slots, intake.config.kinds)
+            chosen = np.nonzero(taken)[0][: max(0, robot.storage.room)]
+            free[chosen] = False
+            self._hold(robot, slots[chosen])
+            robot.storage.add(slots[chosen].tolist())
+        for placer in robot.placers:
+            if placer.takes:
+                at = np.nonzero(placer.captured(now) & free & self._is_kind(slots, placer.config.kinds))[0]
+                if len(at):
+                    free[at[0]] = False
+                    self._hold(robot, slots[at[:1]])
+                    placer.piece = int(slots[at[0]])
+                elif placer.config.from_storage and robot.storage.pieces:
+                    placer.piece = robot.storage.take()
+
+    def _hold(self, robot: Robot, slots: IntArray) -> None:
+        if len(slots):
+            self.intakes += self._pieces.state.pos[slots].tolist()
+            self._pieces.hold(slots, robot.number)
+
+    def _is_kind(self, slots: IntArray, kinds: Sequence[str]) -> BoolArray:
+        if not kinds:
+            return np.ones(len(slots), dtype=np.bool_)
+        wanted = [number for number, kind in enumerate(self._pieces.types) if kind.name in kinds]
+        return np.isin(self._pieces.state.kind[slots], wanted)
+
+    # --- out ------------------------------------------------------------------------------------------------------
+
+    def let_go(self, time: float) -> None:
+        """Let pieces leave the muzzles of shooters whose gate is open, and placers that turn out, at a time [s]."""
+        for robot in self._robots:
+            for shooter in robot.shooters:
+                for launch in shooter.update(TICK, self._ready(robot, shooter.config.kinds)):
+                    self._shoot(robot, shooter, launch, time)
+            for placer in robot.placers:
+                if placer.releases:
+                    self._put_down(robot, placer)
+
+    def _ready(self, robot: Robot, kinds: Sequence[str]) -> int:
+        """How many pieces of some kinds come next out of a storage, before another kind is in the way."""
+        pieces = robot.storage.pieces
+        if not kinds:
+            return len(pieces)
+        count = 0
+        for slot in pieces if robot.config.storage.order == "fifo" else pieces[::-1]:
+            if self._pieces.types[self._pieces.state.kind[slot]].name not in kinds:
+                break
+            count += 1
+        return count
+
+    def _shoot(self, robot: Robot, shooter: Shooter, launch: Launch, time: float) -> None:
+        slot = robot.storage.take()
+        kind = self._pieces.types[self._pieces.state.kind[slot]]
+        piece = shooter.launched(
+            launch,
+            dt=TICK,
+            gravity=self._world.gravity,
+            radius=kind.bounding_radius,
+            robot_pos=robot.chassis.pos,
+            robot_quat=robot.chassis.quat,
+            robot_vel=robot.chassis.origin_velocity,
+            robot_rate=robot.chassis.rate,
+        )
+        self._pieces.launch(robot.number, piece.pos, piece.vel, piece.spin, slot=slot)
+        shooter.after_shot(kind.mass, launch.speed)
+        shot = ShotRecord(time, slot, robot.number, [piece.pos])
+        self.shots.append(shot)
+        self._followed[slot] = shot
+
+    def _put_down(self, robot: Robot, placer: Placer) -> None:
+        part = robot.part_in_field(placer.held_state())
+        self._pieces.launch(
+            robot.number, part.pos, part.vel, part.rate, slot=placer.let_go(), quat=part.quat, flying=False
+        )
+
+    # --- records --------------------------------------------------------------------------------------------------
+
+    def follow(self) -> None:
+        """Note where the shots are, after a tick."""
+        state = self._pieces.state
+        for slot, shot in list(self._followed.items()):
+            x, y, z = state.pos[slot].tolist()
+            shot.points.append((x, y, z))
+            if state.status[slot] != PieceStatus.IN_FLIGHT and len(shot.points) > _FOLLOWED:
+                del self._followed[slot]
+
+    def note_scored(self, slot: int) -> None:
+        """A piece has scored: if it was shot, its shot hit."""
+        shot = self._followed.pop(slot, None)
+        if shot is not None:
+            shot.scored = True
+
+    @property
+    def hits(self) -> int:
+        """Shots that scored."""
+        return len([shot for shot in self.shots if shot.scored])
+
+    @property
+    def flying(self) -> IntArray:
+        """Slots of the shots that have not touched anything yet, oldest first."""
+        status = self._pieces.state.status
+        return np.array([slot for slot in self._followed if status[slot] == PieceStatus.IN_FLIGHT], dtype=np.int64)

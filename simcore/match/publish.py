@@ -1,0 +1,174 @@
+"""What a tick looks like from outside: telemetry keys (docs/telemetry.md) from what match and robots have."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from simcore.geometry.rotation import multiply, rotate
+from simcore.match.scoring import Alliance
+from simcore.robot.ground_clearance import ground_clearance
+from simcore.robot.mechanisms import ArmSim, ElevatorSim, RackSim
+from simcore.robot.robot import Robot
+from simcore.robot.robot_config import telemetry_name
+from simcore.telemetry.snapshot import Snapshot, robot_prefix
+from simcore.typing import FloatArray, IntArray
+
+if TYPE_CHECKING:
+    from simcore.match.game import MatchState
+
+__all__ = ["build_snapshot"]
+
+
+@dataclass(slots=True)
+class _Rows:
+    """What a snapshot is made of."""
+
+    poses: dict[str, FloatArray] = field(default_factory=dict)
+    pose_arrays: dict[str, FloatArray] = field(default_factory=dict)
+    doubles: dict[str, float] = field(default_factory=dict)
+    integers: dict[str, int] = field(default_factory=dict)
+    booleans: dict[str, bool] = field(default_factory=dict)
+    integer_arrays: dict[str, IntArray] = field(default_factory=dict)
+    strings: dict[str, str] = field(default_factory=dict)
+
+    def add(self, key: str, value: float | int | bool | str) -> None:
+        """Sort a value in by its type."""
+        if isinstance(value, bool):
+            self.booleans[key] = value
+        elif isinstance(value, int):
+            self.integers[key] = value
+        elif isinstance(value, float):
+            self.doubles[key] = value
+        else:
+            self.strings[key] = value
+
+
+def build_snapshot(match: MatchState) -> Snapshot:
+    """The snapshot of the last tick. Keys without a number are of the first robot; others carry theirs."""
+    rows = _Rows()
+    _add_pieces(rows, match)
+    _add_match(rows, match)
+    rows.pose_arrays |= match.cameras.lines(match.robots)
+    for robot in match.robots:
+        _add_robot(rows, robot, match.alliances[robot.number])
+    for key, value in match.rules.telemetry().items():
+        rows.add(key, value)
+    return Snapshot(
+        time=match.time,
+        tick=match.ticks - 1,
+        poses=rows.poses,
+        pose_arrays=rows.pose_arrays,
+        doubles=rows.doubles,
+        integers=rows.integers,
+        booleans=rows.booleans,
+        integer_arrays=rows.integer_arrays,
+        strings=rows.strings,
+    )
+
+
+def _add_pieces(rows: _Rows, match: MatchState) -> None:
+    pieces = match.pieces
+    flying = match.flow.flying
+    held = [(slot, robot) for robot in match.robots for slot in robot.held]
+    for number, supply in enumerate(match.game.pieces):
+        name = supply.kind.name
+        slots = pieces.on_field(name)
+        rows.pose_arrays[f"Sim/GamePieces/{name}"] = _frozen(pieces.state.pos[slots], pieces.attitudes(slots))
+        rows.integer_arrays[f"Sim/PieceIds/{name}"] = _frozen_ids(slots)
+        mine = flying[pieces.state.kind[flying] == number]
+        rows.pose_arrays[f"Sim/InFlight/{name}"] = _frozen(pieces.state.pos[mine], pieces.attitudes(mine))
+        inside = [(slot, robot) for slot, robot in held if pieces.state.kind[slot] == number]
+        poses = np.array([_held_pose(slot, robot, supply.kind.bounding_radius) for slot, robot in inside])
+        poses = poses.reshape(-1, 7)
+        poses.setflags(write=False)
+        rows.pose_arrays[f"Sim/Held/{name}"] = poses
+        rows.integer_arrays[f"Sim/HeldIds/{name}"] = _frozen_ids(np.array([slot for slot, _ in inside], dtype=np.int64))
+
+
+def _held_pose(slot: int, robot: Robot, radius: float) -> tuple[float, ...]:
+    pos, quat = robot.held_pose(slot, radius)
+    c = robot.chassis
+    dx, dy, dz = rotate(c.quat, pos)
+    x, y, z, w = multiply(c.quat, quat)
+    return c.pos[0] + dx, c.pos[1] + dy, c.pos[2] + dz, w, x, y, z
+
+
+def _frozen(positions: FloatArray, attitudes: FloatArray) -> FloatArray:
+    rows = np.empty((len(positions), 7))
+    rows[:, :3] = positions
+    rows[:, 3:] = attitudes
+    rows.setflags(write=False)
+    return rows
+
+
+def _frozen_ids(slots: IntArray) -> IntArray:
+    ids = np.array(slots, dtype=np.int64)
+    ids.setflags(write=False)
+    return ids
+
+
+def _add_match(rows: _Rows, match: MatchState) -> None:
+    timer, score = match.timer, match.score
+    rows.doubles |= {"Sim/Match/Time": timer.time, "Sim/Match/TimeLeft": timer.remaining}
+    rows.strings["Sim/Match/Game"] = match.game.name
+    rows.strings["Sim/Match/Period"] = timer.phase.name
+    rows.booleans["Sim/Match/Enabled"] = timer.is_enabled
+    rows.integers |= {
+        "Sim/Score/Total": score.total,
+        "Sim/Score/Red": score.red,
+        "Sim/Score/Blue": score.blue,
+        "Sim/Performance/SubSteps": match.substeps,
+        "Sim/Performance/AwakePieces": len(match.pieces.awake),
+        "Sim/Shots": len(match.flow.shots),
+        "Sim/Hits": match.flow.hits,
+    }
+    for name, count in (*match.tracker.pieces.items(), *match.rules.breakdown().items()):
+        rows.integers[f"Sim/Score/{name}"] = count
+    if match.last_tick_ms is not None:
+        rows.doubles["Sim/Performance/TickMs"] = match.last_tick_ms
+        rows.doubles["Sim/Performance/RealTimeFactor"] = 20.0 / max(match.last_tick_ms, 1e-6)
+
+
+def _add_robot(rows: _Rows, robot: Robot, alliance: Alliance) -> None:
+    prefix = robot_prefix(robot.number)
+    x, y, z, w = robot.chassis.quat
+    rows.poses[f"{prefix}/Robot/Pose3d"] = np.array((*robot.chassis.pos, w, x, y, z))
+    rows.pose_arrays[f"{prefix}/Robot/ComponentPoses"] = robot.component_poses()
+    held = len(robot.held)
+    ground = ground_clearance(*robot.chassis.wheel_ground())
+    rows.doubles[f"{prefix}/Robot/GroundClearance"] = ground.height
+    rows.booleans[f"{prefix}/Robot/IsAirborne"] = ground.is_airborne
+    rows.booleans[f"{prefix}/Robot/IsRed"] = alliance == "red"
+    rows.integers[f"{prefix}/Intake/HeldCount"] = held
+    rows.integers[f"{prefix}/Debug/HeldCount"] = held
+    debug = f"{prefix}/Debug/"
+    rows.doubles[f"{debug}BatteryVoltage"] = robot.battery.voltage
+    rows.doubles[f"{debug}BatteryCurrent"] = robot.battery.current
+    rows.doubles[f"{debug}DrivetrainCurrent"] = robot.battery.current - robot.drive.other_current
+    for name, mechanism in robot.mechanisms.items():
+        key = debug + telemetry_name(name)
+        rows.doubles[f"{key}VelocityRPS"] = mechanism.velocity / math.tau
+        rows.doubles[f"{key}PositionRot"] = mechanism.position / math.tau
+        rows.doubles[f"{key}VoltageIn"] = mechanism.volts
+        rows.doubles[f"{key}CurrentA"] = mechanism.supply_current
+        if isinstance(mechanism, ArmSim):
+            rows.doubles[f"{key}AngleDeg"] = math.degrees(mechanism.position)
+        elif isinstance(mechanism, RackSim):
+            rows.doubles[f"{key}ExtendedPct"] = 100.0 * mechanism.extended_fraction
+        elif isinstance(mechanism, ElevatorSim):
+            rows.doubles[f"{key}HeightM"] = mechanism.height
+    for number, intake in enumerate(robot.intakes):
+        rows.booleans[f"{debug}{_numbered('IntakeZoneActive', number)}"] = intake.is_active
+    for number, shooter in enumerate(robot.shooters):
+        rows.booleans[f"{debug}{_numbered('ShootingGateOpen', number)}"] = shooter.gate_open
+    for number, climber in enumerate(robot.climbers):
+        rows.booleans[f"{debug}{_numbered('IsHanging', number)}"] = climber.rung is not None
+
+
+def _numbered(name: str, number: int) -> str:
+    """The first of its kind has no number."""
+    return name if number == 0 else f"{name}{number + 1}"

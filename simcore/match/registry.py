@@ -1,0 +1,54 @@
+"""The games that are installed: entry points of the group `simcore.games`, each a `Game`."""
+
+from __future__ import annotations
+
+import logging
+from importlib.metadata import entry_points
+
+from simcore.errors import ConfigError, UnknownNameError
+from simcore.match.game import Game
+
+__all__ = ["GROUP", "find_game", "installed_games"]
+
+GROUP = "simcore.games"
+"""Of the entry points; the name of each is the game's."""
+
+_log = logging.getLogger(__name__)
+
+
+def installed_games() -> dict[str, Game]:
+    """All games by name, the newest year first.
+
+    Raises:
+        ConfigError: An entry point is not a game.
+    """
+    games: dict[str, Game] = {}
+    for point in entry_points(group=GROUP):
+        game = point.load()
+        if not isinstance(game, Game):
+            raise ConfigError(f"entry point {point.name!r} of {GROUP} must be a Game, got {point.value}")
+        if game.name != point.name:
+            raise ConfigError(f"entry point {point.name!r} of {GROUP} is the game {game.name!r}: name it so")
+        games[game.name] = game
+    return dict(sorted(games.items(), key=lambda item: (-item[1].year, item[0])))
+
+
+def find_game(name: str | None = None) -> Game:
+    """The game of a name; None: the newest, and the log says so if there are several.
+
+    Raises:
+        UnknownNameError: No game of that name is installed; the error carries the nearest names.
+        ConfigError: No game is installed at all.
+    """
+    games = installed_games()
+    if not games:
+        raise ConfigError(f"no game is installed (entry points {GROUP}); `pip install .` of simcore brings one")
+    if name is None:
+        newest = next(iter(games.values()))
+        if len(games) > 1:
+            others = ", ".join(other for other in games if other != newest.name)
+            _log.info("game %s (%d), the newest; also installed: %s", newest.name, newest.year, others)
+        return newest
+    if name not in games:
+        raise UnknownNameError("game", name, games)
+    return games[name]

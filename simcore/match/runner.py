@@ -1,0 +1,162 @@
+"""Plays an auto headless, as fast as the machine can, and reports what came of it.
+
+The wall clock is read here, for the figures of the report; no time of it reaches the simulation.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from time import perf_counter
+from typing import Any
+
+import numpy as np
+
+from simcore.errors import ConfigError
+from simcore.match.digest import TickTimer
+from simcore.match.game import Auto, Game, RobotEntry
+from simcore.match.match import Match
+from simcore.match.report import RunReport, Spread
+from simcore.match.scoring import Alliance
+from simcore.robot.robot_config import RobotConfig
+from simcore.telemetry.snapshot import TelemetrySink
+from simcore.typing import FloatArray
+from simcore.units import TICK
+
+__all__ = ["AutoRun", "play_auto"]
+
+
+@dataclass(slots=True)
+class AutoRun:
+    """One played auto: the report, and the match at its end for pictures and questions. Close `match` after use."""
+
+    report: RunReport
+    match: Match
+    path: FloatArray
+    """Of the robot, a row a tick: x, y, yaw [m, m, rad]."""
+    pieces_at_start: FloatArray
+    """Places of all pieces on the field [m], shape (n, 3)."""
+    was_interrupted: bool
+
+
+def play_auto(
+    game: Game,
+    auto: Auto | str | None = None,
+    *,
+    alliance: Alliance = "blue",
+    seconds: float | None = None,
+    seed: int = 0,
+    robot: RobotConfig | None = None,
+    options: Iterable[str] = (),
+    field_mesh: Path | None = None,
+    sinks: Sequence[TelemetrySink] = (),
+    on_tick: Callable[[Match], None] | None = None,
+    should_stop: Callable[[], bool] = lambda: False,
+    **settings: Any,
+) -> AutoRun:
+    """Play an auto.
+
+    Args:
+        game: Of which.
+        auto: What the robot does, or its name; None: the game's first.
+        alliance: Whose robot; a red one does the same under the field's symmetry.
+        seconds: How long, simulated [s]; None: as long as the game's auto.
+        seed: Of everything left to chance.
+        robot: In place of the game's own.
+        options: Of the game that are on.
+        field_mesh: An OBJ of the field in place of the game's own.
+        sinks: Who wants telemetry.
+        on_tick: Called after each tick, e.g. for a progress bar.
+        should_stop: Asked before each tick; True ends the run early, with everything up to there.
+        settings: Further arguments of `Match`.
+
+    Returns:
+        The run.
+
+    Raises:
+        ConfigError: `seconds` is not a positive finite number, or the match cannot be.
+        UnknownNameError: No auto of that name.
+    """
+    chosen = auto if isinstance(auto, Auto) else game.auto(auto)
+    length = seconds if seconds is not None else auto_seconds(game)
+    if not (math.isfinite(length) and length > 0.0):
+        raise ConfigError(f"seconds must be finite and > 0, got {seconds}")
+    entry = RobotEntry(alliance=alliance, start=chosen.start, preload=chosen.preload, config=robot)
+    start = perf_counter()
+    try:
+        match = Match(game, robots=(entry,), seed=seed, options=options, field_mesh=field_mesh, sinks=sinks, **settings)
+    except BaseException:
+        for sink in sinks:
+            sink.close()
+        raise
+    try:
+        match.set_controller(0, chosen.controller(match, alliance))
+        return _play(match, chosen, length, start, on_tick, should_stop)
+    except BaseException:  # a script's own error passes through, with the log up to it on the disk
+        match.close()
+        raise
+
+
+def auto_seconds(game: Game) -> float:
+    """How long a game's autonomous period is [s]."""
+    for phase in game.clock.phases:
+        if phase.mode == "auto":
+            return phase.duration
+    return game.clock.duration
+
+
+def _play(
+    match: Match,
+    auto: Auto,
+    seconds: float,
+    wall_start: float,
+    on_tick: Callable[[Match], None] | None,
+    should_stop: Callable[[], bool],
+) -> AutoRun:
+    pieces_at_start = match.pieces.state.pos[match.pieces.on_field()].copy()
+    timer = TickTimer()
+    path, substeps, awake = [], [], []
+    interrupted = False
+    run_start = perf_counter()
+    for _ in range(max(1, round(seconds / TICK))):
+        if should_stop():
+            interrupted = True
+            break
+        start = perf_counter()
+        match.tick()
+        elapsed = perf_counter() - start
+        match.last_tick_ms = 1e3 * elapsed
+        timer.add(elapsed)
+        path.append(match.robots[0].chassis.pose)
+        substeps.append(match.substeps)
+        awake.append(len(match.pieces.awake))
+        if on_tick is not None:
+            on_tick(match)
+    wall = perf_counter() - run_start
+    track = np.array(path).reshape(-1, 3)
+    report = RunReport(
+        game=match.game.name,
+        auto=auto.name,
+        alliance=match.alliances[0],
+        seed=match.seed,
+        sim_seconds=match.time,
+        startup_seconds=run_start - wall_start,
+        wall_seconds=wall,
+        realtime_factor=match.time / max(wall, 1e-9),
+        ticks=match.ticks,
+        score=match.score,
+        pieces=match.count,
+        piece_name=" and ".join(supply.kind.name.lower() for supply in match.game.pieces) or "pieces",
+        breakdown={**match.tracker.pieces, **match.rules.breakdown()},
+        shots=len(match.flow.shots),
+        hits=match.flow.hits,
+        distance_m=float(np.linalg.norm(np.diff(track[:, :2], axis=0), axis=1).sum()),
+        tick_ms=timer.times(),
+        substeps=Spread(mean=float(np.mean(substeps or [0])), max=max(substeps, default=0)),
+        awake=Spread(mean=float(np.mean(awake or [0])), max=max(awake, default=0)),
+        min_battery_v=match.robots[0].battery.min_voltage,
+        digest=match.digest.hexdigest(),
+    )
+    return AutoRun(report, match, track, pieces_at_start, interrupted)

@@ -1,0 +1,368 @@
+"""A robot that plays a script: it drives by chassis speeds, aims by solving the shot, and commands volts.
+
+Scripts are generators that yield once a tick. They think as a blue robot; for a red one, places are flipped under the
+field's symmetry on the way in and out.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Generator, Iterable, Mapping
+from dataclasses import dataclass, field
+from itertools import pairwise
+from typing import TYPE_CHECKING, TypeAlias
+
+import numpy as np
+
+from simcore.errors import ConfigError, require_finite, require_positive
+from simcore.geometry.rotation import wrap_angle
+from simcore.geometry.symmetry import Pose
+from simcore.match.scoring import Alliance
+from simcore.pieces.shot_solver import NoShotError, Shot, solve_shot
+from simcore.robot.mechanism_control import PositionController, VelocityController
+from simcore.robot.mechanisms import ArmSim, ElevatorSim
+from simcore.robot.robot import Robot
+from simcore.robot.swerve_drive import SwerveDrive
+from simcore.typing import FloatArray
+from simcore.units import TICK, degrees
+
+if TYPE_CHECKING:
+    from simcore.match.game import MatchState
+
+__all__ = ["Script", "ScriptSettings", "ScriptedRobot", "Steps"]
+
+Steps: TypeAlias = Generator[None, None, None]
+"""Yields once a tick."""
+Script: TypeAlias = "Callable[[ScriptedRobot], Steps]"
+"""What to do, from the first tick to the last."""
+
+_LYING = 0.3  # [m]; pieces whose center is higher are in the air or on something
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ScriptSettings:
+    """How scripts handle a robot."""
+
+    acceleration: float = 6.0
+    """Along the ground [m/s^2]; half of what tires can give, so that wheels do not skid."""
+    shot_elevation: float = degrees(60.0)
+    """Of shots over the horizontal, where a hood can choose [rad]."""
+    feed_volts: Mapping[str, float] = field(default_factory=dict)
+    """Mechanisms that run while pieces are fed to the shooter, with their voltage [V]."""
+    roller_volts: float = 9.0
+    """At the intake's roller while it is out [V]."""
+    intake_x: float = -0.6
+    """Where the intake takes pieces, ahead of the robot's center [m]."""
+
+    def __post_init__(self) -> None:
+        require_positive("ScriptSettings", "acceleration", self.acceleration, "m/s^2")
+        for name in ("shot_elevation", "roller_volts", "intake_x"):
+            require_finite("ScriptSettings", name, getattr(self, name))
+
+
+class ScriptedRobot:
+    """A controller that follows a script; for robots with swerve.
+
+    Args:
+        script: What to do.
+        match: In which it plays.
+        alliance: Whose robot it is.
+        settings: How it handles the robot.
+    """
+
+    def __init__(
+        self, script: Script, match: MatchState, alliance: Alliance, settings: ScriptSettings | None = None
+    ) -> None:
+        self._script = script
+        self._match = match
+        self._alliance: Alliance = alliance
+        self._symmetry = match.game.field.symmetry
+        self.settings = settings or ScriptSettings()
+        self._steps: Steps
+        self._velocity = (0.0, 0.0, 0.0)  # commanded, blue field frame
+        self._wheel_goal = 0.0
+        self._feed = False
+        self._intake = False
+        self._positions: dict[str, float] = {}
+        self._volts: dict[str, float] = {}
+        self._position_loop = PositionController(kp=25.0)
+        self._deploy_loop = PositionController(kp=3.0, kd=0.05)
+        self._wheel_loops: dict[str, VelocityController] = {}
+        self._robot: Robot | None = None
+        self.is_done = False
+        """Whether the script has ended."""
+
+    def __call__(self, robot: Robot, time: float) -> None:
+        """One tick of robot code. The script begins with its first robot, and anew after `Match.reset`."""
+        if self._robot is not robot:
+            self._begin(robot)
+        self.is_done = next(self._steps, _END) is _END
+        if self.is_done:
+            self.stop()
+        self._drive()
+        self._command_mechanisms()
+
+    def _begin(self, robot: Robot) -> None:
+        if not isinstance(robot.drive, SwerveDrive):
+            kind = type(robot.drive).__name__
+            raise ConfigError(f"robot {robot.number}: a scripted robot needs swerve, got {kind}")
+        self._robot = robot
+        self._velocity = (0.0, 0.0, 0.0)
+        self._wheel_goal = 0.0
+        self._feed = self._intake = False
+        self._positions.clear()
+        self._volts.clear()
+        if robot.shooters:
+            for name in robot.shooters[0].config.wheels:
+                gearbox = robot.mechanisms[name].gearbox
+                self._wheel_loops[name] = VelocityController.for_gearbox(gearbox, kp=0.08)
+        self._steps = self._script(self)
+
+    # --- what a script sees -------------------------------------------------------------------------------------
+
+    @property
+    def robot(self) -> Robot:
+        """The robot that the script plays."""
+        assert self._robot is not None, "a script runs inside a tick"
+        return self._robot
+
+    @property
+    def pose(self) -> Pose:
+        """Where the robot is, as a blue one [m, m, rad]."""
+        pose = self.robot.chassis.pose
+        return pose if self._alliance == "blue" else self._symmetry.flip_pose(*pose)
+
+    @property
+    def held(self) -> int:
+        """How many pieces the robot holds."""
+        return len(self.robot.held)
+
+    def piece_positions(self, kind: str | None = None) -> FloatArray:
+        """Where pieces are on the field, of one kind or all, blue field frame [m], shape (n, 3)."""
+        pieces = self._match.pieces
+        positions = pieces.state.pos[pieces.on_field(kind)]
+        return positions if self._alliance == "blue" else self._symmetry.flip_points(positions)
+
+    # --- what a script does -------------------------------------------------------------------------------------
+
+    def stop(self) -> None:
+        """Stand still."""
+        self._velocity = (0.0, 0.0, 0.0)
+
+    def intake(self, on: bool) -> None:
+        """Put the intake out and turn its roller, or pull it in."""
+        self._intake = on
+
+    def set_position(self, mechanism: str, position: float) -> None:
+        """Bring a mechanism to a position [rad] and hold it there from now on."""
+        self._volts.pop(mechanism, None)
+        self._positions[mechanism] = position
+
+    def set_volts(self, mechanism: str, volts: float) -> None:
+        """Put a voltage on a mechanism from now on [V]."""
+        self._positions.pop(mechanism, None)
+        self._volts[mechanism] = volts
+
+    def wait(self, seconds: float) -> Steps:
+        """Go on doing the same."""
+        for _ in range(round(seconds / TICK)):
+            yield
+
+    def drive_to(
+        self, x: float, y: float, yaw: float, *, speed: float = 3.0, tolerance: float = 0.06, timeout: float = 6.0
+    ) -> Steps:
+        """Drive straight to a pose and stop there [m, m, rad]; gives up after `timeout` [s]."""
+        yield from self.drive_through([(x, y)], yaw, speed=speed, tolerance=tolerance, timeout=timeout)
+
+    def drive_through(
+        self,
+        points: Iterable[tuple[float, float]],
+        yaw: float,
+        *,
+        speed: float = 3.0,
+        tolerance: float = 0.06,
+        corner: float = 0.35,
+        timeout: float = 10.0,
+    ) -> Steps:
+        """Drive along straight lines through points and stop at the last one.
+
+        Args:
+            points: Corners of the path, blue field frame [m].
+            yaw: Heading to hold [rad].
+            speed: Cruising speed [m/s].
+            tolerance: How near to the last point counts as there [m].
+            corner: From how near a corner the next one is aimed at [m].
+            timeout: Gives up after this long [s].
+        """
+        way = list(points)
+        for _ in range(round(timeout / TICK)):
+            x, y, heading = self.pose
+            while len(way) > 1 and math.hypot(way[0][0] - x, way[0][1] - y) < corner:
+                way.pop(0)
+            dx, dy = way[0][0] - x, way[0][1] - y
+            ahead = math.hypot(dx, dy)
+            left = ahead
+            for a, b in pairwise(way):
+                left += math.dist(a, b)
+            turn = wrap_angle(yaw - heading)
+            if len(way) == 1 and ahead < tolerance and abs(turn) < degrees(3.0):
+                break
+            want = min(speed, self._braking_speed(left - 0.5 * tolerance))
+            self._accelerate_to(want * dx / max(ahead, 1e-9), want * dy / max(ahead, 1e-9), turn)
+            yield
+        self.stop()
+        yield
+
+    def collect_in(
+        self,
+        low: tuple[float, float],
+        high: tuple[float, float],
+        *,
+        aside: float,
+        timeout: float,
+        speed: float = 1.2,
+        kind: str | None = None,
+        yaw: float = 0.0,
+    ) -> Steps:
+        """Take in the pieces of a region, the nearest first.
+
+        It ends when nothing is left there, or no room in the robot.
+
+        Args:
+            low: Smallest corner of the region, blue field frame [m].
+            high: Largest corner [m].
+            aside: How far the robot may leave the region's middle line along y [m].
+            timeout: Gives up after this long [s].
+            speed: Of the approach [m/s].
+            kind: Of pieces; None: any.
+            yaw: Heading to hold, 0 or pi [rad].
+        """
+        back = -self.settings.intake_x * math.cos(yaw)
+        middle = 0.5 * (low[1] + high[1])
+        reach = aside + self.robot.intakes[0].zone.y_max - 0.02
+        low, high = (low[0], max(low[1], middle - reach)), (high[0], min(high[1], middle + reach))
+        for _ in range(round(timeout / TICK)):
+            places = self.piece_positions(kind)
+            inside = ((places[:, :2] > low) & (places[:, :2] < high)).all(axis=1)
+            near = places[inside & (places[:, 2] < _LYING)]
+            if not len(near) or self.robot.storage.room == 0:
+                break
+            here_x, here_y, heading = self.pose
+            away = np.hypot(near[:, 0] + back - here_x, near[:, 1] - here_y)
+            goal_x, goal_y, _ = near[int(np.argmin(away))]
+            goal_y = min(max(goal_y, middle - aside), middle + aside)
+            dx, dy = goal_x + back - here_x, goal_y - here_y
+            ahead = math.hypot(dx, dy)
+            pace = min(speed, self._braking_speed(ahead)) / max(ahead, 1e-9)
+            self._accelerate_to(pace * dx, pace * dy, wrap_angle(yaw - heading))
+            yield
+        self.stop()
+        yield
+
+    def shoot_until_empty(self, target: tuple[float, float, float], *, timeout: float = 5.0) -> Steps:
+        """Aim at a place, blue field frame [m], and shoot everything; gives up after `timeout` [s]."""
+        patience = round(timeout / TICK)
+        while self.robot.storage.pieces and patience:
+            patience -= 1
+            try:
+                shot = self._solve(target)
+            except NoShotError:
+                self._feed = False
+                yield
+                continue
+            self._wheel_goal = self.robot.shooters[0].config.wheel_speed_for(shot.speed)
+            turn = wrap_angle(shot.yaw - self.pose[2])
+            self._accelerate_to(0.0, 0.0, turn)
+            self._feed = self._is_ready(turn)
+            yield
+        self._feed = False
+        yield
+
+    def spin_up(self, target: tuple[float, float, float]) -> None:
+        """Bring the shooter wheels to the speed for a shot from here at a place [m], if there is one."""
+        try:
+            self._wheel_goal = self.robot.shooters[0].config.wheel_speed_for(self._solve(target).speed)
+        except NoShotError:
+            return
+
+    # --- inside -------------------------------------------------------------------------------------------------
+
+    def _solve(self, target: tuple[float, float, float]) -> Shot:
+        x, y, yaw = self.pose
+        shooter = self.robot.shooters[0].config
+        launch = shooter.launch
+        muzzle = (x + launch.forward * math.cos(yaw), y + launch.forward * math.sin(yaw), launch.height)
+        drag = self._match.game.pieces[0].kind.air.drag
+        return solve_shot(muzzle, target, drag=drag, elevation=self._elevation_goal)
+
+    @property
+    def _elevation_goal(self) -> float:
+        shooter = self.robot.shooters[0].config
+        return shooter.elevation if shooter.hood is None else self.settings.shot_elevation
+
+    @property
+    def _hood_goal(self) -> float:
+        shooter = self.robot.shooters[0].config
+        return (self._elevation_goal - shooter.elevation) / shooter.elevation_per_hood
+
+    def _is_ready(self, turn: float) -> bool:
+        shooter = self.robot.shooters[0]
+        hood = shooter.config.hood
+        aimed = hood is None or abs(self.robot.mechanisms[hood].position - self._hood_goal) < degrees(1.5)
+        slow = math.hypot(*self.robot.chassis.vel) < 0.15
+        return abs(turn) < degrees(2.0) and aimed and slow and abs(shooter.wheel_speed / self._wheel_goal - 1.0) < 0.025
+
+    def _braking_speed(self, distance: float) -> float:
+        """The speed from which half of the acceleration stops the robot within a distance [m]; [m/s]."""
+        return math.sqrt(2.0 * 0.5 * self.settings.acceleration * max(0.0, distance))
+
+    def _accelerate_to(self, vx: float, vy: float, turn: float) -> None:
+        """Move the commanded velocity (blue field frame) toward a goal; turn toward a heading error [rad]."""
+        ox, oy, _ = self._velocity
+        dx, dy = vx - ox, vy - oy
+        size, limit = math.hypot(dx, dy), self.settings.acceleration * TICK
+        if size > limit:
+            dx, dy = dx * limit / size, dy * limit / size
+        self._velocity = (ox + dx, oy + dy, max(-6.0, min(6.0, 7.0 * turn)))
+
+    def _drive(self) -> None:
+        vx, vy, omega = self._velocity
+        yaw = self.pose[2]
+        c, s = math.cos(yaw), math.sin(yaw)
+        ahead, left = c * vx + s * vy, c * vy - s * vx
+        if self._alliance == "red" and not self._symmetry.keeps_hands:
+            left, omega = -left, -omega
+        drive = self.robot.drive
+        assert isinstance(drive, SwerveDrive)
+        drive.set_chassis_speeds(ahead, left, omega)
+
+    def _command_mechanisms(self) -> None:
+        robot, s = self.robot, self.settings
+        for name, loop in self._wheel_loops.items():
+            robot.mechanisms[name].set_volts(loop.volts(self._wheel_goal, robot.mechanisms[name].velocity))
+        hood_name = robot.shooters[0].config.hood if robot.shooters else None
+        if hood_name is not None:
+            self._hold(hood_name, self._hood_goal)
+        for name, goal in self._positions.items():
+            self._hold(name, goal)
+        for name, volts in self._volts.items():
+            robot.mechanisms[name].set_volts(volts)
+        for name, volts in s.feed_volts.items():
+            robot.mechanisms[name].set_volts(volts if self._feed else 0.0)
+        for intake in robot.config.intakes[:1]:
+            if intake.deploy is not None:
+                deploy = robot.mechanisms[intake.deploy]
+                low, high = deploy.stops if intake.deployed_at == "upper" else deploy.stops[::-1]
+                goal = high if self._intake else low
+                deploy.set_volts(self._deploy_loop.volts(goal, deploy.position, deploy.velocity))
+            if intake.roller is not None:
+                robot.mechanisms[intake.roller].set_volts(s.roller_volts if self._intake else 0.0)
+
+    def _hold(self, name: str, goal: float) -> None:
+        mechanism = self.robot.mechanisms[name]
+        weight = mechanism.holding_volts if isinstance(mechanism, (ArmSim, ElevatorSim)) else 0.0
+        position, velocity = mechanism.position, mechanism.velocity
+        mechanism.set_volts(self._position_loop.volts(goal, position, velocity, feedforward=weight))
+
+
+_END = object()

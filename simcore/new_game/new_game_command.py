@@ -1,0 +1,108 @@
+"""`simcore new-game NAME`: write a package for a new game. It plays, and its tests pass, before a line is changed."""
+
+from __future__ import annotations
+
+import argparse
+import keyword
+import re
+from datetime import date
+from importlib import resources
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from simcore.errors import ConfigError, OutputError
+
+if TYPE_CHECKING:
+    from importlib.resources.abc import Traversable
+
+__all__ = ["add_arguments", "run", "write_game"]
+
+_NAME = re.compile(r"[a-z][a-z0-9_]{1,30}")
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Options of the command."""
+    parser.add_argument("name", metavar="NAME", help="of the game: lower-case letters, digits and _, e.g. discs")
+    parser.add_argument("--year", type=int, help="of the game (default: the next season's)")
+    parser.add_argument("--folder", type=Path, metavar="FOLDER", help="where to write it (default: ./NAME)")
+
+
+def run(args: argparse.Namespace) -> int:
+    """Write the package; returns 0.
+
+    Raises:
+        ConfigError: The name or the year cannot be.
+        OutputError: There is something at that place, or it cannot be written.
+    """
+    year = args.year or _next_season(date.today())
+    folder = args.folder or Path(args.name)
+    written = write_game(args.name, year=year, folder=folder)
+    for path in written:
+        print(path)
+    print(
+        f"\nPlay it, test it:\n\n    cd {folder}\n    python -m pip install -e .\n    simcore play {args.name}\n"
+        f"    python -m pytest\n\nREADME.md there says what to change, in which order."
+    )
+    return 0
+
+
+def _next_season(today: date) -> int:
+    """A season's game is shown in January; who begins in autumn means the next one."""
+    return today.year + (today.month > 6)
+
+
+def write_game(name: str, *, year: int, folder: Path) -> list[Path]:
+    """Write the package of a game.
+
+    Args:
+        name: Of the game and of its package.
+        year: Of the season.
+        folder: New, or empty.
+
+    Returns:
+        The files, in the order of reading.
+
+    Raises:
+        ConfigError: The name or the year cannot be.
+        OutputError: There is something at that place, or it cannot be written.
+    """
+    if not _NAME.fullmatch(name) or keyword.iskeyword(name) or name in ("simcore", "games", "tests"):
+        raise ConfigError(
+            f"a game's name is 2 to 31 lower-case letters, digits and '_', begins with a letter and is no word of "
+            f"Python, e.g. 'discs'; got {name!r}"
+        )
+    if not 1992 <= year <= 2100:
+        raise ConfigError(f"year must be 1992 to 2100, got {year}")
+    if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
+        raise OutputError(f"{str(folder)!r} is there already and not empty; name another --folder")
+    values = {"name": name, "NAME": name.upper(), "Name": _title(name), "year": str(year)}
+    written = []
+    try:
+        for source, target in _files(name):
+            text = source.read_text(encoding="utf-8")
+            for key, value in values.items():
+                text = text.replace(f"@{key}@", value)
+            path = folder / target
+            path.parent.mkdir(parents=True, exist_ok=True)
+            path.write_text(text, encoding="utf-8", newline="\n")
+            written.append(path)
+    except OSError as error:
+        raise OutputError(f"cannot write to {str(folder)!r}: {error.strerror or error}") from error
+    return written
+
+
+def _title(name: str) -> str:
+    return "".join(word.capitalize() for word in name.split("_"))
+
+
+def _files(name: str) -> list[tuple[Traversable, str]]:
+    """Templates, and where they go."""
+    template = resources.files("simcore.new_game") / "template"
+    package = ("dimensions", "field", "pieces", "staging", "rules", "robot", "autos", "game")
+    return [
+        (template / "README.md.txt", "README.md"),
+        (template / "pyproject.toml.txt", "pyproject.toml"),
+        (template / "init.py.txt", f"{name}/__init__.py"),
+        *((template / f"{module}.py.txt", f"{name}/{module}.py") for module in package),
+        (template / "test_game.py.txt", f"tests/test_{name}.py"),
+    ]

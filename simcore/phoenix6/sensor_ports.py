@@ -1,0 +1,184 @@
+"""Write the simulated state of CTRE's sensors: CANcoder, CANdi, CANrange, Pigeon 2."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Any
+
+from phoenix6.configs import CANdiConfiguration, MagnetSensorConfigs
+from phoenix6.hardware import CANcoder, CANdi, CANrange, Pigeon2
+from phoenix6.signals import SensorDirectionValue
+from phoenix6.sim import ChassisReference
+
+from simcore.errors import ConfigError, require_non_negative
+from simcore.phoenix6.ownership import own_writer
+from simcore.phoenix6.sim_states import sim_state_of
+
+__all__ = ["CANcoderSim", "CANdiEncoderSim", "CANrangeSim", "Pigeon2Sim"]
+
+_PATIENCE = 1.0  # [s]; a device answers in 50 ms, but not on a computer that is busy starting
+
+
+class _SensorPort:
+    """The simulated state of a sensor.
+
+    Args:
+        state: As `sim_state` of the device.
+    """
+
+    def __init__(self, state: Any) -> None:
+        self._state = state
+
+    def set_supply(self, volts: float) -> None:
+        """Voltage at its terminals [V]."""
+        self._state.set_supply_voltage(min(max(volts, 4.0), 16.0))
+
+
+class CANcoderSim(_SensorPort):
+    """A CANcoder on a shaft: robot code reads the shaft's angle, whatever direction and offset it has configured.
+
+    Args:
+        encoder: The device of the robot code.
+        inverted: Whether it is configured `CLOCKWISE_POSITIVE`; None asks the device (50 ms, once).
+        magnet_offset: As configured [rotations]; None asks the device.
+
+    Raises:
+        ConfigError: The device does not answer.
+    """
+
+    def __init__(self, encoder: CANcoder, *, inverted: bool | None = None, magnet_offset: float | None = None) -> None:
+        if inverted is None or magnet_offset is None:
+            sensor = MagnetSensorConfigs()  # type: ignore[no-untyped-call]
+            status = encoder.configurator.refresh(sensor, _PATIENCE)
+            if not status.is_ok():
+                raise ConfigError(f"CANcoder {encoder.device_id}: could not read its configuration ({status.name})")
+            if inverted is None:
+                inverted = sensor.sensor_direction == SensorDirectionValue.CLOCKWISE_POSITIVE
+            if magnet_offset is None:
+                magnet_offset = sensor.magnet_offset
+        super().__init__(sim_state_of(encoder))
+        self._set_position = own_writer(self._state, "set_raw_position")
+        self._set_velocity = own_writer(self._state, "set_velocity")
+        self._state.orientation = (
+            ChassisReference.CLOCKWISE_POSITIVE if inverted else ChassisReference.COUNTER_CLOCKWISE_POSITIVE
+        )
+        # The device adds its magnet offset to the raw angle; the simulated state subtracts it again.
+        self._state.sensor_offset = magnet_offset
+
+    def write(self, angle: float, rate: float) -> None:
+        """Set the angle of the shaft [rad] and its rate [rad/s]."""
+        self._set_position(angle / math.tau)
+        self._set_velocity(rate / math.tau)
+
+
+class CANdiEncoderSim(_SensorPort):
+    """An absolute encoder with a pulse-width output on pin S1 or S2: robot code reads the shaft's angle.
+
+    Args:
+        candi: The device of the robot code.
+        pin: 1 or 2.
+        inverted: Whether the pin's sensor is configured `CLOCKWISE_POSITIVE`; None asks the device (50 ms, once).
+        offset: Absolute sensor offset as configured [rotations]; None asks the device.
+
+    Raises:
+        ConfigError: There is no such pin, or the device does not answer.
+    """
+
+    def __init__(self, candi: CANdi, pin: int, *, inverted: bool | None = None, offset: float | None = None) -> None:
+        if pin not in (1, 2):
+            raise ConfigError(f"CANdi {candi.device_id}: pin must be 1 or 2, got {pin!r}")
+        if inverted is None or offset is None:
+            config = CANdiConfiguration()  # type: ignore[no-untyped-call]
+            status = candi.configurator.refresh(config)
+            if not status.is_ok():
+                raise ConfigError(f"CANdi {candi.device_id}: could not read its configuration ({status.name})")
+            sensor = config.pwm1 if pin == 1 else config.pwm2
+            if inverted is None:
+                inverted = bool(sensor.sensor_direction)  # of a CANdi it is a flag
+            if offset is None:
+                offset = sensor.absolute_sensor_offset
+        state = candi.sim_state
+        super().__init__(state)
+        turn = ChassisReference.CLOCKWISE_POSITIVE if inverted else ChassisReference.COUNTER_CLOCKWISE_POSITIVE
+        # The simulated device turns the position by its configured direction, but not the velocity (measured, 26.3).
+        self._rate_sign = -1.0 if inverted else 1.0
+        setattr(state, f"pwm{pin}_orientation", turn)
+        setattr(state, f"pwm{pin}_sensor_offset", offset)
+        getattr(state, f"set_pwm{pin}_connected")(True)
+        self._set_position = own_writer(state, f"set_pwm{pin}_position")
+        self._set_velocity = own_writer(state, f"set_pwm{pin}_velocity")
+
+    def write(self, angle: float, rate: float) -> None:
+        """Set the angle of the shaft [rad] and its rate [rad/s]."""
+        self._set_position(angle / math.tau)
+        self._set_velocity(self._rate_sign * rate / math.tau)
+
+
+class CANrangeSim(_SensorPort):
+    """A CANrange: the distance to a piece in a hopper, or to the carriage above it.
+
+    The device simulates the distance and what its proximity threshold makes of it; signal strength and ambient light
+    it does not (26.3).
+
+    Args:
+        canrange: The device of the robot code.
+    """
+
+    def __init__(self, canrange: CANrange) -> None:
+        super().__init__(canrange.sim_state)
+
+    def write(self, distance: float) -> None:
+        """Set the distance to what is in front of it [m].
+
+        Raises:
+            ConfigError: Below zero, or not finite.
+        """
+        require_non_negative("CANrangeSim", "distance", distance, "m")
+        self._state.set_distance(distance)
+
+
+_MAX_DPS = 2047.0  # the simulated rate wraps at +-2048
+_MAX_TURN_DEG = 170.0  # the device takes the short way round: a step of half a turn could go either way
+
+
+class Pigeon2Sim(_SensorPort):
+    """A Pigeon 2 on the robot.
+
+    Like the real one it starts at zero whatever the robot's heading; `set_yaw` and the swerve drivetrain's resets act
+    in the device and do not change what is written here. Not simulated by the device itself (26.3): quaternion,
+    `getRotation3d()`, gravity vector, accelerometer, mount pose.
+
+    Args:
+        pigeon: The device of the robot code.
+    """
+
+    def __init__(self, pigeon: Pigeon2) -> None:
+        state = sim_state_of(pigeon)
+        super().__init__(state)
+        self._set_yaw = own_writer(state, "set_raw_yaw")
+        self._set_pitch = own_writer(state, "set_pitch")
+        self._set_roll = own_writer(state, "set_roll")
+        self._set_rates = [own_writer(state, f"set_angular_velocity_{axis}") for axis in "xyz"]
+        self._yaw_deg = 0.0
+        self._set_yaw(0.0)
+
+    def write(self, yaw: float, pitch: float, roll: float, rates: Sequence[float]) -> None:
+        """Set what it measures.
+
+        Args:
+            yaw: Since switched on, continuous over turns [rad].
+            pitch: Nose down positive, as in WPILib [rad].
+            roll: [rad]
+            rates: About the robot's x, y, z [rad/s], shape (3,).
+        """
+        goal = math.degrees(yaw)
+        while abs(goal - self._yaw_deg) > _MAX_TURN_DEG:
+            self._yaw_deg += math.copysign(_MAX_TURN_DEG, goal - self._yaw_deg)
+            self._set_yaw(self._yaw_deg)
+        self._yaw_deg = goal
+        self._set_yaw(goal)
+        self._set_pitch(math.degrees(pitch))
+        self._set_roll(math.degrees(roll))
+        for set_rate, rate in zip(self._set_rates, rates, strict=True):
+            set_rate(min(max(math.degrees(rate), -_MAX_DPS), _MAX_DPS))

@@ -1,0 +1,249 @@
+"""What all emulated devices share: a configuration, a periodic status frame, fault flags, and inputs from physics."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Set
+from typing import Any, ClassVar, TypeAlias
+
+from phoenix6.spns.spn_value import SpnValue
+
+from simcore.phoenix6_emulator.config_text import Setting
+from simcore.phoenix6_emulator.control_requests import RequestKind
+from simcore.phoenix6_emulator.device_clock import SimulatedClock
+
+__all__ = ["COMPLIANCY", "DEFAULT_HZ", "FAULTS", "VERSION", "Devices", "EmulatedDevice", "FaultFlags", "period_of"]
+
+_CLEAR_ALL = SpnValue.SPN_CLEAR_STICKY_FAULTS.value
+"""The setting that clears every sticky fault."""
+FAULTS: dict[str, int] = {
+    name.removeprefix("FAULT_"): member.value
+    for name, member in SpnValue.__members__.items()
+    if name.startswith("FAULT_")
+}
+"""Number of each fault, by its name in `SpnValue` without `FAULT_`."""
+_MEMBERS = SpnValue.__members__
+_STICKY = {_MEMBERS[f"STICKY_FAULT_{name}"].value: spn for name, spn in FAULTS.items()}
+_CLEAR = {
+    _MEMBERS[f"CLEAR_STICKY_FAULT_{name}"].value: spn
+    for name, spn in FAULTS.items()
+    if f"CLEAR_STICKY_FAULT_{name}" in _MEMBERS
+}
+
+
+class FaultFlags:
+    """The faults of one device."""
+
+    __slots__ = ("_active", "_sticky")
+
+    def __init__(self) -> None:
+        self._active: Set[int] = frozenset()
+        self._sticky: set[int] = set()
+
+    def show(self, active: Set[int]) -> None:
+        """These faults are active now; they become sticky."""
+        self._active = active
+        if active:
+            self._sticky |= active
+
+    def clear(self, setting: int) -> bool:
+        """Clear what this setting clears; False when it is another kind of setting."""
+        if setting == _CLEAR_ALL:
+            self._sticky.clear()
+            return True
+        fault = _CLEAR.get(setting)
+        if fault is None:
+            return False
+        self._sticky.discard(fault)
+        return True
+
+    def read(self, spn: int) -> float | None:
+        """1 or 0 for a fault or a sticky fault, None for any other signal."""
+        if spn in _STICKY:
+            return float(_STICKY[spn] in self._sticky)
+        if spn in _ALL:
+            return float(spn in self._active)
+        if spn == SpnValue.ALL_FAULTS.value:
+            return float(len(self._active))
+        if spn == SpnValue.ALL_STICKY_FAULTS.value:
+            return float(len(self._sticky))
+        return None
+
+
+_ALL = frozenset(FAULTS.values())
+
+
+COMPLIANCY = 19
+"""Level of the interface between library and firmware, in 26.x."""
+VERSION = (26, 3, 0, 0)
+"""Firmware that the devices say they run."""
+_CONSTANTS = {
+    SpnValue.COMPLIANCY_VERSION.value: COMPLIANCY,
+    SpnValue.VERSION_MAJOR.value: VERSION[0],
+    SpnValue.VERSION_MINOR.value: VERSION[1],
+    SpnValue.VERSION_BUGFIX.value: VERSION[2],
+    SpnValue.VERSION_BUILD.value: VERSION[3],
+    SpnValue.VERSION_FULL.value: int.from_bytes(bytes(VERSION), "big"),
+    SpnValue.VERSION_IS_PRO_LICENSED.value: 1,
+}
+_RESET_FLAGS = SpnValue.STARTUP_RESET_FLAGS.value
+
+DEFAULT_HZ = 100.0
+"""Rate of every device's status frame unless robot code sets another; every simulated bus is CAN FD [Hz]."""
+
+
+def period_of(hz: float) -> int:
+    """Period of a device for a rate: whole milliseconds, at most 250 [ms]; 0 for never."""
+    return 0 if hz <= 0.0 else min(max(int(1000.0 / hz), 1), 250)
+
+
+class EmulatedDevice:
+    """One emulated device; robot code reads its last status frame.
+
+    Args:
+        device_id: CAN id.
+        clock: Simulated time.
+        defaults: Its factory configuration, by number.
+    """
+
+    __slots__ = (
+        *("bus", "clock", "config", "defaults", "device_id", "due_ns", "fault_flags", "frame", "frame_ns"),
+        *("_asked", "period_ms", "supply"),
+    )
+    model: ClassVar[str] = ""
+    """As the library names it, "talon fx"."""
+    type_number: ClassVar[int] = -1
+    """`phoenix6.sim.device_type.DeviceType`."""
+    signals: ClassVar[Mapping[int, Callable[[Any], float]]] = {}
+    """What each signal reads from a frame, by its number."""
+
+    def __init__(self, device_id: int, clock: SimulatedClock, defaults: Mapping[int, Setting]) -> None:
+        self.device_id = device_id
+        self.bus: str | None = None
+        """Name of the bus on which robot code built it first."""
+        self.clock = clock
+        self.defaults = dict(defaults)
+        self.config = dict(defaults)
+        self.supply = 12.0
+        self.period_ms = 0
+        self.fault_flags = FaultFlags()
+        self._asked: dict[int, float] = {}
+        self.frame: Any = None
+        self.frame_ns = clock.ns
+        self.due_ns = 0
+        self.set_rate(DEFAULT_HZ)
+
+    def __repr__(self) -> str:
+        return f"{self.model} {self.device_id}"
+
+    # ---- configuration
+
+    def configure(self, settings: Mapping[int, Setting], *, reset_others: bool = False) -> None:
+        """Apply settings; with `reset_others` what is not named goes back to the factory default."""
+        known = {spn: value for spn, value in settings.items() if spn in self.defaults}
+        for spn, value in settings.items():
+            if spn not in self.defaults and not self.fault_flags.clear(spn):
+                self.command(spn, float(value))
+        if not known and not reset_others:
+            return
+        if reset_others:
+            self.config = dict(self.defaults)
+        self.config.update(known)
+        self.configured()
+
+    def configured(self) -> None:
+        """Called after the configuration has changed."""
+
+    def command(self, spn: int, value: float) -> None:
+        """Carry out a setting that is a command and is not kept, such as a new position.
+
+        Raises:
+            NotImplementedError: It is not modelled.
+        """
+        raise NotImplementedError(f"{self!r}: setting {spn} (value {value}) is not modelled in simulated time")
+
+    # ---- requests
+
+    def receive(self, kind: RequestKind, args: tuple[Any, ...]) -> None:
+        """A control request of robot code.
+
+        Raises:
+            NotImplementedError: The device does not know it.
+        """
+        raise NotImplementedError(f"{self!r}: control request {kind.name} is not modelled in simulated time")
+
+    # ---- physics
+
+    def set_input(self, name: str, value: float) -> None:
+        """Set a quantity that physics writes through `sim_state`.
+
+        Raises:
+            NotImplementedError: This input is not modelled.
+        """
+        raise NotImplementedError(f"{self!r}: sim_state input {name!r} is not modelled in simulated time")
+
+    def get_value(self, name: str) -> float | None:
+        """What `sim_state` reads; None where a device has no such value."""
+        return None
+
+    # ---- status
+
+    def sample(self) -> Any:
+        """A new frame with the state of this moment."""
+        raise NotImplementedError
+
+    def send_frame(self) -> None:
+        """Send a status frame: robot code reads the present state from now on."""
+        self.frame = self.sample()
+        self.frame_ns = self.clock.ns
+
+    def units_of(self, spn: int) -> int:
+        """Number of the signal whose units this one has in the last frame."""
+        return spn
+
+    def read(self, spn: int) -> tuple[float, float, int] | None:
+        """Value of a signal, the time it is from [s] and whose units it has; None for a signal that is not modelled."""
+        signal = self.signals.get(spn)
+        if signal is not None:
+            return signal(self.frame), self.frame_ns * 1e-9, self.units_of(spn)
+        if spn in _CONSTANTS:
+            return _CONSTANTS[spn], self.clock.now, spn
+        if spn == _RESET_FLAGS:
+            return 0.0, 0.0, spn  # a device that has not reset since it was switched on never sends them
+        fault = self.fault_flags.read(spn)
+        return None if fault is None else (fault, self.frame_ns * 1e-9, spn)
+
+    def set_rate(self, hz: float) -> None:
+        """Rate of the status frame [Hz]; 0 turns it off."""
+        self.period_ms = period_of(hz)
+        self.clock.next_frame_ns = 0
+        period = self.period_ms * 1_000_000
+        if period:
+            # Frames of one rate leave together, half a period after its multiples: what robot code reads at a
+            # multiple of the period is half a period old, as it is on average on the wall clock.
+            self.due_ns = (self.clock.ns - period // 2) // period * period + period // 2 + period
+
+    def ask_rate(self, spn: int, hz: float) -> None:
+        """Set the rate of one signal; the status frame has the fastest rate of all signals."""
+        if spn not in self.signals:
+            return  # versions, faults and constants have frames of their own, whose rate shows nowhere
+        self._asked[spn] = hz
+        self.set_rate(max(self._asked.values()))
+
+    def optimize_rate(self, hz: float) -> None:
+        """Set the rate where robot code has set none."""
+        if not self._asked:
+            self.set_rate(hz)
+
+    def reset_rate(self) -> None:
+        """Return to the default rate."""
+        self._asked.clear()
+        self.set_rate(DEFAULT_HZ)
+
+    @property
+    def rate(self) -> float:
+        """Rate in use [Hz]."""
+        return 1000.0 / self.period_ms if self.period_ms else 0.0
+
+
+Devices: TypeAlias = Mapping[tuple[int, int], EmulatedDevice]
+"""Devices by (`DeviceType` number, CAN id)."""

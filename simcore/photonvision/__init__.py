@@ -1,1 +1,0 @@
-"""Adapter to PhotonVision: simcore's cameras as photonlib's `PhotonCamera` reads them."""

@@ -1,0 +1,111 @@
+"""Placers: a claw or a pair of rollers at the end of arms and elevators, which holds one piece and lets it go.
+
+A piece in a placer moves with it. It is let go where it is, with the velocity that it has there; what becomes of it is
+the engine's business.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from simcore.errors import ConfigError, require_positive
+from simcore.geometry.linkage import Joint, PartState, part_pose, part_state, require_mechanisms
+from simcore.geometry.rotation import IDENTITY, Quaternion, Vector, matrix, multiply
+from simcore.pieces.intake import IntakeZone, StoppedMotion
+from simcore.typing import BoolArray, FloatArray
+
+__all__ = ["Placer", "PlacerConfig"]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PlacerConfig:
+    """A holder for one piece that mechanisms move about."""
+
+    joints: tuple[Joint, ...]
+    """From the robot to the holder."""
+    offset: Vector = (0.0, 0.0, 0.0)
+    """Center of the held piece in the frame after the last joint [m]."""
+    attitude: Quaternion = IDENTITY
+    """Of the held piece in that frame, x, y, z, w."""
+    roller: str
+    """Mechanism that takes and lets go: rollers, or the jaw of a claw."""
+    take_speed: float = math.tau
+    """It takes a piece while it turns forward faster than this [rad/s]."""
+    release_speed: float = math.tau
+    """It lets go while it turns backward faster than this [rad/s]."""
+    zone: IntakeZone
+    """Where a piece is taken, around the place of the held one, in the frame after the last joint."""
+    from_storage: bool = False
+    """Whether it also takes pieces that the robot's storage hands on."""
+    kinds: tuple[str, ...] = ()
+    """Kinds of pieces that it takes; none named: all."""
+
+    def __post_init__(self) -> None:
+        require_positive("PlacerConfig", "take_speed", self.take_speed, "rad/s")
+        require_positive("PlacerConfig", "release_speed", self.release_speed, "rad/s")
+        norm = math.hypot(*self.attitude)
+        if not math.isclose(norm, 1.0, abs_tol=1e-6):
+            raise ConfigError(f"PlacerConfig: attitude must be a unit quaternion x, y, z, w, got {self.attitude}")
+
+    @property
+    def mechanism_names(self) -> tuple[str, ...]:
+        """All mechanisms that it names."""
+        return (self.roller, *(joint.mechanism for joint in self.joints))
+
+
+class Placer:
+    """One placer of a robot.
+
+    Args:
+        config: What holds, and where.
+        mechanisms: Of the robot, by name.
+
+    Raises:
+        UnknownNameError: The config names a mechanism that the robot does not have.
+    """
+
+    def __init__(self, config: PlacerConfig, mechanisms: Mapping[str, StoppedMotion]) -> None:
+        require_mechanisms("a placer", config.mechanism_names, mechanisms)
+        self.config = config
+        self._mechanisms = mechanisms
+        self.piece: int | None = None
+        """Slot of the piece that it holds."""
+
+    @property
+    def takes(self) -> bool:
+        """Whether it is empty and its roller pulls in."""
+        return self.piece is None and self._mechanisms[self.config.roller].velocity > self.config.take_speed
+
+    @property
+    def releases(self) -> bool:
+        """Whether it holds a piece and its roller turns it out."""
+        return self.piece is not None and self._mechanisms[self.config.roller].velocity < -self.config.release_speed
+
+    def let_go(self) -> int:
+        """Forget the piece that it holds; returns its slot."""
+        assert self.piece is not None
+        slot, self.piece = self.piece, None
+        return slot
+
+    @property
+    def reach(self) -> float:
+        """No place where a piece is taken is farther from the robot's origin [m]."""
+        return self.config.zone.reach + math.hypot(*part_pose(self.config.joints, self._mechanisms)[0])
+
+    def captured(self, pos_robot: FloatArray) -> BoolArray:
+        """Which pieces are where it takes them, whether it takes now or not.
+
+        Args:
+            pos_robot: Centers, robot frame [m], shape (n, 3).
+        """
+        pos, quat = part_pose(self.config.joints, self._mechanisms)
+        return self.config.zone.contains((pos_robot - np.array(pos)) @ matrix(quat))
+
+    def held_state(self) -> PartState:
+        """Pose and motion of the held piece, robot frame, relative to the robot."""
+        state = part_state(self.config.joints, self._mechanisms, self.config.offset)
+        return state._replace(quat=multiply(state.quat, self.config.attitude))

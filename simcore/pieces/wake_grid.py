@@ -1,0 +1,137 @@
+"""When pieces wake and sleep, and the field cut into chunks: pieces in quiet chunks cost nothing.
+
+A chunk is active while anything that moves could reach it within the tick, and for a while after (hysteresis). Because
+reach is computed before the tick from speed, size and a margin, across chunk borders too, nothing can meet a piece
+that is not there.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from simcore.errors import ConfigError, require_positive
+from simcore.typing import BoolArray, FloatArray, IntArray
+
+__all__ = ["ChunkGrid", "Footprint", "WakeSettings"]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class WakeSettings:
+    """When pieces wake and sleep."""
+
+    chunk_size: float = 2.0
+    """Edge of a chunk [m]."""
+    chunk_linger: int = 25
+    """Ticks that a chunk stays visible to the engine after the last mover left its reach."""
+    margin: float = 0.05
+    """Added to the reach of a robot [m]."""
+    piece_margin: float = 0.01
+    """Added to the reach of a moving piece [m]."""
+    waking_speed: float = 0.05
+    """A piece slower than this does not wake those near it [m/s]; by touch it still does, in the engine."""
+    slow_speed: float = 0.03
+    """Below this a piece counts as slow [m/s]: gravity alone gives 0.2 m/s in a tick, so nothing in the air does."""
+    slow_ticks: int = 15
+    """Ticks in a row that a piece must be slow before it sleeps; by then the engine has repaired overlaps, too."""
+
+    def __post_init__(self) -> None:
+        for name in ("chunk_size", "margin", "piece_margin", "slow_speed", "waking_speed"):
+            require_positive("WakeSettings", name, getattr(self, name))
+        if not (isinstance(self.chunk_linger, int) and self.chunk_linger >= 0):
+            raise ConfigError(f"WakeSettings: chunk_linger must be a whole number >= 0, got {self.chunk_linger!r}")
+        if self.slow_ticks < 5:
+            raise ConfigError(
+                f"WakeSettings: slow_ticks must be at least 5 (else apexes freeze), got {self.slow_ticks}"
+            )
+
+
+@dataclass(frozen=True, slots=True)
+class Footprint:
+    """A robot as the pieces see it."""
+
+    x: float
+    y: float
+    yaw: float
+    half_length: float
+    """Half of the bumper box along its heading [m]."""
+    half_width: float
+    speed: float
+    """Fastest point of the box [m/s], so including spin."""
+
+
+class ChunkGrid:
+    """Which chunks are active. Places beyond the grid belong to its border chunks.
+
+    Args:
+        low: Smallest corner of the grid [m].
+        high: Largest corner [m].
+        size: Edge of a chunk [m].
+        linger: Ticks that a chunk stays active after the last mark.
+    """
+
+    def __init__(
+        self, low: tuple[float, float], high: tuple[float, float], *, size: float = 2.0, linger: int = 25
+    ) -> None:
+        require_positive("ChunkGrid", "size", size, "m")
+        self.size = size
+        self._low = low
+        self._nx = max(1, math.ceil((high[0] - low[0]) / size))
+        self._ny = max(1, math.ceil((high[1] - low[1]) / size))
+        self._linger = linger
+        self._idle = np.full(self._nx * self._ny, linger + 1, dtype=np.int64)  # ticks since the last mark
+        self._marked = np.zeros(self._nx * self._ny, dtype=bool)
+        self.active = np.zeros(self._nx * self._ny, dtype=bool)
+        """Active chunks by index, shape (n,)."""
+
+    def index(self, pos: FloatArray) -> IntArray:
+        """Chunk of each place (n, 2 or 3) [m], shape (n,)."""
+        index: IntArray = _cells(pos[:, 0] - self._low[0], self.size, self._nx) * self._ny + _cells(
+            pos[:, 1] - self._low[1], self.size, self._ny
+        )
+        return index
+
+    def mark_box(self, x: float, y: float, reach: float) -> None:
+        """Mark every chunk that the square of half width `reach` around a place touches [m]."""
+        ax, bx = self._column(x - reach), self._column(x + reach)
+        ay, by = self._line(y - reach), self._line(y + reach)
+        self._marked.reshape(self._nx, self._ny)[ax : bx + 1, ay : by + 1] = True
+
+    def mark(self, pos: FloatArray, reach: FloatArray) -> None:
+        """Mark the chunks around many places (n, 2 or 3), each with its reach (n,) [m]."""
+        if len(reach) and reach.max() > self.size / 2:
+            far = reach > self.size / 2
+            for x, y, r in zip(pos[far, 0].tolist(), pos[far, 1].tolist(), reach[far].tolist(), strict=True):
+                self.mark_box(x, y, r)
+            pos, reach = pos[~far], reach[~far]
+        # A square no wider than a chunk touches only the chunks of its corners.
+        x, y = pos[:, 0] - self._low[0], pos[:, 1] - self._low[1]
+        left = _cells(x - reach, self.size, self._nx) * self._ny
+        right = _cells(x + reach, self.size, self._nx) * self._ny
+        below, above = _cells(y - reach, self.size, self._ny), _cells(y + reach, self.size, self._ny)
+        for column in (left, right):
+            self._marked[column + below] = True
+            self._marked[column + above] = True
+
+    def update(self) -> tuple[BoolArray, BoolArray]:
+        """Close the marking of a tick: chunks that became active, and chunks that fell quiet, shape (n,) each."""
+        self._idle += 1
+        self._idle[self._marked] = 0
+        self._marked[:] = False
+        now = self._idle <= self._linger
+        woken, quiet = now & ~self.active, self.active & ~now
+        self.active = now
+        return woken, quiet
+
+    def _column(self, x: float) -> int:
+        return min(self._nx - 1, max(0, int((x - self._low[0]) / self.size)))
+
+    def _line(self, y: float) -> int:
+        return min(self._ny - 1, max(0, int((y - self._low[1]) / self.size)))
+
+
+def _cells(offset: FloatArray, size: float, count: int) -> IntArray:
+    """Number of the cell of each offset, those beyond the grid in its border cells."""
+    return np.minimum(np.maximum(offset, 0.0) * (1.0 / size), count - 1).astype(np.int64)

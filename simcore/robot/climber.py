@@ -1,0 +1,159 @@
+"""Climbers: a hook that a mechanism moves, and the rungs of the field that it can hang on.
+
+A hook that comes down on a rung catches it. From then on the rung pushes the hook back as a stiff spring does, never
+down; the push lifts the robot, and loads the mechanism through its gear. It lets go when the hook rises off the rung.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+from simcore.errors import ConfigError, require_finite, require_positive
+from simcore.geometry.linkage import Joint, part_state, require_mechanisms
+from simcore.geometry.rotation import Vector, rotate, rotate_back
+from simcore.robot.chassis import ChassisSimulation
+from simcore.robot.shaft import ShaftSim
+
+__all__ = ["Climber", "ClimberConfig", "Rung"]
+
+_STIFFNESS = 60_000.0  # [N/m]; estimate, +-50 %: a hook arm of aluminium gives about 1 cm under a robot's weight
+_DAMPING = 2_500.0  # [N s/m]; estimate: the robot comes to rest within some tenths of a second
+_GRIP = 0.3  # [-]; friction of a hook along a rung, steel on aluminium
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Rung:
+    """A straight bar of the field."""
+
+    name: str
+    start: Vector
+    """One end, field frame [m]."""
+    end: Vector
+    """The other end [m]."""
+
+    def __post_init__(self) -> None:
+        for value in (*self.start, *self.end):
+            require_finite(f"Rung {self.name!r}", "ends", value, "m")
+        if math.dist(self.start, self.end) < 1e-3:
+            raise ConfigError(f"Rung {self.name!r}: its ends must differ, got {self.start} and {self.end}")
+
+    def nearest(self, point: Vector) -> Vector:
+        """The place on the bar that is nearest to a point [m]."""
+        way = [b - a for a, b in zip(self.start, self.end, strict=True)]
+        along = math.fsum((p - a) * w for p, a, w in zip(point, self.start, way, strict=True))
+        share = min(1.0, max(0.0, along / math.fsum(w * w for w in way)))
+        (x, y, z), (wx, wy, wz) = self.start, way
+        return x + share * wx, y + share * wy, z + share * wz
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ClimberConfig:
+    """A hook and what moves it."""
+
+    joints: tuple[Joint, ...]
+    """From the robot to the hook; the last of them is the one that lifts."""
+    offset: Vector = (0.0, 0.0, 0.0)
+    """Of the hook's inside in the frame after the last joint [m]."""
+    reach: float = 0.04
+    """How far from the hook's inside a rung may be when it is caught [m]: half of the hook's mouth."""
+
+    def __post_init__(self) -> None:
+        require_positive("ClimberConfig", "reach", self.reach, "m")
+        if not self.joints:
+            raise ConfigError("ClimberConfig: a climber needs at least one joint")
+
+    @property
+    def mechanism_names(self) -> tuple[str, ...]:
+        """All mechanisms that it names."""
+        return tuple(joint.mechanism for joint in self.joints)
+
+
+class Climber:
+    """One climber of a robot.
+
+    Args:
+        config: Hook and mechanism.
+        mechanisms: Of the robot, by name.
+        chassis: Of the robot.
+        rungs: What it can hang on.
+    """
+
+    def __init__(
+        self,
+        config: ClimberConfig,
+        mechanisms: Mapping[str, ShaftSim],
+        chassis: ChassisSimulation,
+        rungs: Sequence[Rung],
+    ) -> None:
+        require_mechanisms("a climber", config.mechanism_names, mechanisms)
+        self.config = config
+        self._mechanisms = mechanisms
+        self._chassis = chassis
+        self._rungs = tuple(rungs)
+        self.rung: Rung | None = None
+        """What it hangs on."""
+
+    def push(self) -> tuple[Vector, Vector]:
+        """Load the mechanism, and say how the rung pushes the robot in the next sub-step.
+
+        Returns:
+            Force [N] and torque about the center of mass [N m], field frame.
+        """
+        c = self._chassis
+        state = part_state(self.config.joints, self._mechanisms, self.config.offset)
+        lever = rotate(c.quat, (state.pos[0], state.pos[1], state.pos[2] - c.config.center_of_mass_height))
+        hook = tuple(p + a for p, a in zip(c.pos, rotate(c.quat, state.pos), strict=True))
+        (lx, ly, lz), (wx, wy, wz) = lever, c.rate
+        relative = rotate(c.quat, state.vel)
+        vel = (
+            c.vel[0] + wy * lz - wz * ly + relative[0],
+            c.vel[1] + wz * lx - wx * lz + relative[1],
+            c.vel[2] + wx * ly - wy * lx + relative[2],
+        )
+        force = self._force((hook[0], hook[1], hook[2]), vel)
+        self._load(rotate_back(c.quat, force), state.pos)
+        fx, fy, fz = force
+        return force, (ly * fz - lz * fy, lz * fx - lx * fz, lx * fy - ly * fx)
+
+    def _force(self, hook: Vector, vel: Vector) -> Vector:
+        if self.rung is None:
+            for rung in self._rungs:
+                near = rung.nearest(hook)
+                above = hook[2] - near[2]
+                if math.dist(near, hook) < self.config.reach and above > 0.0 > vel[2]:
+                    self.rung = rung
+        if self.rung is None:
+            return (0.0, 0.0, 0.0)
+        near = self.rung.nearest(hook)
+        dx, dy, dz = (n - p for n, p in zip(near, hook, strict=True))
+        if -dz > self.config.reach or math.hypot(dx, dy) > 3.0 * self.config.reach:
+            self.rung = None
+            return (0.0, 0.0, 0.0)
+        up = _STIFFNESS * dz - _DAMPING * vel[2]
+        if dz <= 0.0 or up <= 0.0:
+            return (0.0, 0.0, 0.0)
+        fx, fy = _STIFFNESS * dx - _DAMPING * vel[0], _STIFFNESS * dy - _DAMPING * vel[1]
+        size = math.hypot(fx, fy)
+        if size > up:  # a hook that is pulled aside with more than its load slips over the rung
+            fx, fy = fx * up / size, fy * up / size
+        length = math.dist(self.rung.start, self.rung.end)
+        ax = (self.rung.end[0] - self.rung.start[0]) / length
+        ay = (self.rung.end[1] - self.rung.start[1]) / length
+        slide = fx * ax + fy * ay
+        kept = max(-_GRIP * up, min(_GRIP * up, slide))
+        return fx + (kept - slide) * ax, fy + (kept - slide) * ay, up
+
+    def _load(self, force: Vector, hook: Vector) -> None:
+        """The torque that a force on the hook, robot frame [N], puts on the mechanism of the last joint [N m]."""
+        joint = self.config.joints[-1]
+        frame = part_state(self.config.joints[:-1], self._mechanisms, joint.origin)
+        ax, ay, az = rotate(frame.quat, joint.axis)
+        fx, fy, fz = force
+        if joint.slides:
+            effort = fx * ax + fy * ay + fz * az
+        else:
+            rx, ry, rz = (h - p for h, p in zip(hook, frame.pos, strict=True))
+            effort = ax * (ry * fz - rz * fy) + ay * (rz * fx - rx * fz) + az * (rx * fy - ry * fx)
+        self._mechanisms[joint.mechanism].set_load(effort * joint.ratio)

@@ -1,0 +1,241 @@
+"""A robot in the world: body, drivetrain, battery, sensors, mechanisms, and what it does with pieces."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from typing import Protocol, TypeAlias
+
+import numpy as np
+
+from simcore.geometry.linkage import PartState, part_pose
+from simcore.geometry.rotation import Quaternion, Vector, multiply, rotate
+from simcore.physics.world import PhysicsWorld
+from simcore.pieces.intake import Intake
+from simcore.pieces.placer import Placer
+from simcore.pieces.shooter import Shooter
+from simcore.pieces.storage import Storage
+from simcore.robot.battery import Battery
+from simcore.robot.chassis import ChassisSimulation
+from simcore.robot.climber import Climber, Rung
+from simcore.robot.gyro import Gyro
+from simcore.robot.odometry import SwerveOdometry
+from simcore.robot.robot_config import RobotConfig, build_mechanism
+from simcore.robot.shaft import ShaftSim
+from simcore.robot.swerve_config import SwerveConfig
+from simcore.robot.swerve_drive import SwerveDrive
+from simcore.robot.tank_drive import TankDrive
+from simcore.typing import FloatArray
+
+__all__ = ["Controller", "Robot", "RobotDevices"]
+
+
+class RobotDevices(Protocol):
+    """Motor controllers and sensors of robot code that drives a robot."""
+
+    at_inner_steps: bool
+    """Whether they are asked before every inner step of the drivetrain, and step the mechanisms there; otherwise once
+    a part of a tick, and the robot steps its mechanisms itself."""
+
+    def read(self) -> None:
+        """Before a part of a tick: supply voltage to the controllers, their answer to drivetrain and mechanisms."""
+        ...
+
+    def inner_step(self, h: float, omega: float) -> None:
+        """Before an inner step of h [s] at a yaw rate of omega [rad/s], if `at_inner_steps`."""
+        ...
+
+    def write(self, h: float) -> None:
+        """After a part of a tick of h [s]: what the sensors show."""
+        ...
+
+
+class Robot:
+    """One robot; several in one world share nothing but the world.
+
+    Args:
+        world: Where it stands.
+        config: What it is built of.
+        number: Its place in the list of robots; also the holder of its pieces.
+        pose: Start, field frame [m, m, rad].
+        rng: For the noise of its sensors.
+        rungs: What its climbers can hang on.
+    """
+
+    def __init__(
+        self,
+        world: PhysicsWorld,
+        config: RobotConfig,
+        *,
+        number: int = 0,
+        pose: tuple[float, float, float] = (0.0, 0.0, 0.0),
+        rng: np.random.Generator,
+        rungs: Sequence[Rung] = (),
+    ) -> None:
+        self.config = config
+        self.number = number
+        self.battery = Battery(config.battery)
+        drivetrain = config.drivetrain
+        self.drive: SwerveDrive | TankDrive
+        if isinstance(drivetrain, SwerveConfig):
+            self.drive = SwerveDrive(drivetrain, battery=self.battery)
+        else:
+            self.drive = TankDrive(drivetrain, battery=self.battery)
+        self.chassis = ChassisSimulation(world, config.body, pose=pose, drivetrain=self.drive, name=f"robot {number}")
+        self.gyro = Gyro(config.gyro, rng)
+        self.odometry = SwerveOdometry(drivetrain.positions)
+        self.mechanisms: dict[str, ShaftSim] = {name: build_mechanism(c) for name, c in config.mechanisms.items()}
+        """By name, in the order in which they are stepped."""
+        self.intakes = [Intake(c, self.mechanisms) for c in config.intakes]
+        self.storage = Storage(config.storage)
+        self.shooters = [Shooter(c, self.mechanisms) for c in config.shooters]
+        self.placers = [Placer(c, self.mechanisms) for c in config.placers]
+        self.climbers = [Climber(c, self.mechanisms, self.chassis, rungs) for c in config.climbers]
+        self.devices: RobotDevices | None = None
+        self._estimated: list[ShaftSim] = []
+        self._pose_before: tuple[Vector, Quaternion] = (self.chassis.pos, self.chassis.quat)
+        self.reset(pose)
+
+    # --- sensors and drivetrain ---------------------------------------------------------------------------------
+
+    def reset(self, pose: tuple[float, float, float]) -> None:
+        """Put the robot somewhere at rest; truth, gyro and odometry agree again [m, m, rad].
+
+        Robot code that only wants to believe something else calls `odometry.reset`; the robot then stays where it is.
+
+        Raises:
+            NonFiniteError: The pose is not finite; nothing has changed.
+        """
+        self.chassis.set_pose(*pose)
+        self.drive.reset()
+        self.gyro.reset(yaw=pose[2], true_yaw=pose[2])
+        self.odometry.reset(pose, gyro_yaw=pose[2])
+        self._pose_before = (self.chassis.pos, self.chassis.quat)
+
+    def carry_to(self, pose: tuple[float, float, float]) -> None:
+        """Put the robot somewhere at rest while its gyro keeps its reading, as when a team carries it.
+
+        Args:
+            pose: Where, field frame [m, m, rad].
+        """
+        self.chassis.set_pose(*pose)
+        self.gyro.reset(yaw=self.gyro.yaw, true_yaw=pose[2])
+        self.odometry.reset(pose, gyro_yaw=self.gyro.yaw)
+        self._pose_before = (self.chassis.pos, self.chassis.quat)
+
+    def sense(self, dt: float) -> None:
+        """Let gyro and odometry follow what happened in the last dt [s]."""
+        roll, pitch, yaw = self.chassis.roll_pitch_yaw
+        self.gyro.step(dt, yaw, pitch, roll, self.chassis.robot_rate)
+        self.odometry.update(self.drive.wheel_distances(), self.drive.wheel_angles(), self.gyro.yaw)
+
+    def connect(self, devices: RobotDevices) -> None:
+        """Let robot code's devices drive this robot from the next part of a tick on."""
+        self.devices = devices
+        self.drive.before_inner = devices.inner_step if devices.at_inner_steps else None
+
+    def before_substep(self, h: float) -> None:
+        """Drive the chassis, and let climbers carry it, for the next sub-step of h [s]."""
+        if self.climbers:
+            self.chassis.read()  # a stiff hook must not push against where the robot was a sub-step ago
+            force, torque = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
+            for climber in self.climbers:
+                (fx, fy, fz), (tx, ty, tz) = climber.push()
+                force = (force[0] + fx, force[1] + fy, force[2] + fz)
+                torque = (torque[0] + tx, torque[1] + ty, torque[2] + tz)
+            self.chassis.apply_forces(force, torque)
+        self.chassis.before_substep(h)
+
+    # --- mechanisms -----------------------------------------------------------------------------------------------
+
+    @property
+    def mechanism_current(self) -> float:
+        """What the mechanisms take from the battery [A]."""
+        total = 0.0
+        for mechanism in self.mechanisms.values():
+            total += mechanism.supply_current
+        return total
+
+    def step_mechanisms(self, dt: float) -> None:
+        """Advance all mechanisms by dt [s] at the battery's voltage; disabled or browned out, they coast."""
+        volts = self.battery.voltage
+        is_off = self.battery.browned_out or not self.drive.enabled
+        for mechanism in self.mechanisms.values():
+            if is_off:
+                mechanism.coast()  # until robot code commands volts again, in its next tick
+            mechanism.step(dt, volts)
+        for mechanism in self._estimated:
+            mechanism.step(dt, volts)
+
+    def add_estimated_mechanism(self, mechanism: ShaftSim) -> None:
+        """Step one more with the others. Its figures are estimates, so it takes no current from the battery."""
+        self._estimated.append(mechanism)
+
+    def remove_estimated_mechanism(self, mechanism: ShaftSim) -> None:
+        """Step a mechanism no more that `add_estimated_mechanism` added."""
+        self._estimated.remove(mechanism)
+
+    # --- pieces ---------------------------------------------------------------------------------------------------
+
+    @property
+    def held(self) -> list[int]:
+        """Slots of the pieces in it: those of the storage in the order in which they came, then those of placers."""
+        return self.storage.pieces + [placer.piece for placer in self.placers if placer.piece is not None]
+
+    def held_pose(self, slot: int, radius: float) -> tuple[Vector, Quaternion]:
+        """Where a piece that it holds is, robot frame [m].
+
+        Args:
+            slot: Of the piece.
+            radius: Bounding radius of the piece [m].
+        """
+        for placer in self.placers:
+            if placer.piece == slot:
+                state = placer.held_state()
+                return state.pos, state.quat
+        return self.config.storage.position(self.storage.pieces.index(slot), radius), (0.0, 0.0, 0.0, 1.0)
+
+    def end_intake(self) -> None:
+        """Note where the robot is, for the next tick's sweep of its intakes."""
+        self._pose_before = (self.chassis.pos, self.chassis.quat)
+
+    @property
+    def pose_before(self) -> tuple[Vector, Quaternion]:
+        """Pose of the robot a tick ago, field frame."""
+        return self._pose_before
+
+    @property
+    def moved(self) -> float:
+        """How far the origin moved since a tick ago [m]."""
+        (x, y, z), (ox, oy, oz) = self.chassis.pos, self._pose_before[0]
+        return math.hypot(x - ox, y - oy, z - oz)
+
+    def part_in_field(self, part: PartState) -> PartState:
+        """Pose and motion of a part in the field frame, from those in the robot frame."""
+        c = self.chassis
+        lever = rotate(c.quat, part.pos)
+        (lx, ly, lz), (wx, wy, wz) = lever, c.rate
+        vx, vy, vz = rotate(c.quat, part.vel)
+        ox, oy, oz = c.origin_velocity
+        px, py, pz = rotate(c.quat, part.rate)
+        return PartState(
+            (c.pos[0] + lx, c.pos[1] + ly, c.pos[2] + lz),
+            multiply(c.quat, part.quat),
+            (ox + wy * lz - wz * ly + vx, oy + wz * lx - wx * lz + vy, oz + wx * ly - wy * lx + vz),
+            (wx + px, wy + py, wz + pz),
+        )
+
+    # --- questions ------------------------------------------------------------------------------------------------
+
+    def component_poses(self) -> FloatArray:
+        """Pose rows `x, y, z, qw, qx, qy, qz` of its components in the robot frame, shape (n, 7)."""
+        rows = np.empty((len(self.config.components), 7))
+        for number, component in enumerate(self.config.components):
+            pos, (x, y, z, w) = part_pose(component.joints, self.mechanisms, component.offset)
+            rows[number] = (*pos, w, x, y, z)
+        rows.setflags(write=False)
+        return rows
+
+
+Controller: TypeAlias = Callable[[Robot, float], None]
+"""Commands a robot: called once a tick with the robot and the simulated time [s]; sets volts."""

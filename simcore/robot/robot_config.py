@@ -1,0 +1,140 @@
+"""What a robot is built of: a body on a drivetrain, mechanisms by name, and what they do with pieces."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import TypeAlias
+
+from simcore.errors import ConfigError
+from simcore.geometry.linkage import Joint, require_mechanisms
+from simcore.geometry.rotation import Vector
+from simcore.pieces.intake import IntakeConfig
+from simcore.pieces.placer import PlacerConfig
+from simcore.pieces.shooter import ShooterConfig
+from simcore.pieces.storage import StorageConfig
+from simcore.robot.battery import BatteryConfig
+from simcore.robot.chassis_config import ChassisConfig
+from simcore.robot.climber import ClimberConfig
+from simcore.robot.gyro import GyroConfig, gyro_config
+from simcore.robot.mechanisms import (
+    ArmConfig,
+    ArmSim,
+    ElevatorConfig,
+    ElevatorSim,
+    FlywheelConfig,
+    FlywheelSim,
+    RackConfig,
+    RackSim,
+    RollerConfig,
+    RollerSim,
+)
+from simcore.robot.shaft import ShaftSim
+from simcore.robot.swerve_config import SwerveConfig
+from simcore.robot.tank_drive import TankConfig
+from simcore.vision.camera import CameraConfig
+
+__all__ = ["ComponentConfig", "MechanismConfig", "RobotConfig", "build_mechanism", "telemetry_name"]
+
+MechanismConfig: TypeAlias = FlywheelConfig | RollerConfig | ArmConfig | ElevatorConfig | RackConfig
+
+
+def build_mechanism(config: MechanismConfig) -> ShaftSim:
+    """The mechanism of a config, at its start."""
+    if isinstance(config, FlywheelConfig):
+        return FlywheelSim(config)
+    if isinstance(config, RollerConfig):
+        return RollerSim(config)
+    if isinstance(config, ArmConfig):
+        return ArmSim(config)
+    if isinstance(config, ElevatorConfig):
+        return ElevatorSim(config)
+    return RackSim(config)
+
+
+def telemetry_name(mechanism: str) -> str:
+    """The name of a mechanism as telemetry keys spell it.
+
+    >>> telemetry_name("intake_deploy"), telemetry_name("left hood")
+    ('IntakeDeploy', 'LeftHood')
+    """
+    return "".join(word[:1].upper() + word[1:] for word in re.split(r"[^0-9A-Za-z]+", mechanism))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ComponentConfig:
+    """A part of the robot that has a model of its own for AdvantageScope."""
+
+    name: str
+    offset: Vector = (0.0, 0.0, 0.0)
+    """Of the part's origin in the frame after the last joint [m]."""
+    joints: tuple[Joint, ...] = ()
+    """What moves it, from the robot outward."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RobotConfig:
+    """One robot. Make variants with `dataclasses.replace`.
+
+    Raises:
+        ConfigError: Parts that do not fit each other.
+        UnknownNameError: An intake, shooter, placer, climber or component names a mechanism that is not there.
+    """
+
+    drivetrain: SwerveConfig | TankConfig
+    """Motors, wheels and tires; its mass is that of the whole robot."""
+    bumper: tuple[float, float] = (0.8, 0.8)
+    """Length and width over the bumpers [m]."""
+    chassis: ChassisConfig | None = None
+    """The body, where the one that follows from drivetrain and bumpers will not do."""
+    battery: BatteryConfig = field(default_factory=BatteryConfig)
+    gyro: GyroConfig = field(default_factory=lambda: gyro_config("pigeon2"))
+    mechanisms: Mapping[str, MechanismConfig] = field(default_factory=dict)
+    """By name, in the order in which they are stepped and published."""
+    intakes: tuple[IntakeConfig, ...] = ()
+    storage: StorageConfig = field(default_factory=StorageConfig)
+    shooters: tuple[ShooterConfig, ...] = ()
+    placers: tuple[PlacerConfig, ...] = ()
+    climbers: tuple[ClimberConfig, ...] = ()
+    cameras: tuple[CameraConfig, ...] = ()
+    """Limelights; each name only once in a match."""
+    components: tuple[ComponentConfig, ...] = ()
+    """Parts with models of their own, in the order of the model files."""
+
+    def __post_init__(self) -> None:
+        body = self.body
+        d = self.drivetrain
+        if len(d.positions) != len(body.wheel_positions):
+            raise ConfigError(
+                f"RobotConfig: drivetrain has {len(d.positions)} wheels, but the chassis {len(body.wheel_positions)}"
+            )
+        if abs(d.mass - body.mass) > 1e-9 * d.mass:
+            raise ConfigError(
+                f"RobotConfig: mass of drivetrain and chassis must agree, got {d.mass} and {body.mass} kg"
+            )
+        keys: dict[str, str] = {}
+        for name in self.mechanisms:
+            key = telemetry_name(name)
+            if not key:
+                raise ConfigError(f"RobotConfig: a mechanism's name needs a letter or digit, got {name!r}")
+            if keys.setdefault(key, name) != name:
+                raise ConfigError(f"RobotConfig: mechanisms {keys[key]!r} and {name!r} are both {key!r} in telemetry")
+        for shooter in self.shooters:
+            require_mechanisms("a shooter", shooter.mechanism_names, self.mechanisms)
+            for wheel in shooter.wheels:
+                if not isinstance(self.mechanisms[wheel], FlywheelConfig):
+                    raise ConfigError(f"RobotConfig: the wheels of a shooter must be flywheels, but {wheel!r} is none")
+        for owner, parts in (
+            ("an intake", self.intakes), ("a placer", self.placers), ("a climber", self.climbers)
+        ):  # fmt: skip
+            for part in parts:
+                require_mechanisms(owner, part.mechanism_names, self.mechanisms)
+        for component in self.components:
+            names = (joint.mechanism for joint in component.joints)
+            require_mechanisms(f"component {component.name!r}", names, self.mechanisms)
+
+    @property
+    def body(self) -> ChassisConfig:
+        """The body: as given, or as it follows from drivetrain and bumpers."""
+        return self.chassis or ChassisConfig.around(self.drivetrain, bumper=self.bumper)

@@ -1,0 +1,210 @@
+"""Python, what is installed in it, and whether simcore's hot modules run as native code."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping
+
+from packaging.markers import default_environment
+from packaging.requirements import Requirement
+from packaging.version import Version
+
+from simcore.robotpy.checks.findings import Finding, fail, ok, warn
+
+__all__ = ["check_compiled", "check_engine", "check_python", "check_requirements", "check_wheels", "check_year"]
+
+OLDEST, NEWEST = (3, 10), (3, 13)
+_COMPILE = "`python -m simcore compile`"
+ENGINES = ("pybullet", "pybullet-arm64")
+"""The same module from two projects: upstream, and the fork that has wheels."""
+EXTRAS = {"phoenix6": "your robot's devices", "robotpy": "`robotpy sim` and `robotpy test`"}
+
+
+def check_python(version: tuple[int, int, int]) -> Finding:
+    """Whether simcore runs on this Python."""
+    shown = ".".join(map(str, version))
+    wanted = f"{NEWEST[0]}.{NEWEST[1]}"
+    if version[:2] < OLDEST:
+        return fail("Python", shown, f"install Python {wanted} and make a new environment with it")
+    if version[:2] > NEWEST:
+        return fail(
+            "Python",
+            f"{shown}: RobotPy runs on it, the physics engine has no wheel for it",
+            f"install Python {wanted} beside it; `py -{wanted} -m venv .venv` on Windows, "
+            f"`python{wanted} -m venv .venv` elsewhere, then install again in there",
+        )
+    return ok("Python", shown)
+
+
+def check_wheels(system: str, machine: str, version: tuple[int, int, int], glibc: tuple[int, int] | None) -> Finding:
+    """Whether a wheel of the physics engine exists for this computer.
+
+    Args:
+        system: As `platform.system()` says.
+        machine: As `platform.machine()` says.
+        version: Of Python.
+        glibc: Of Linux; None: another system, or another C library.
+    """
+    machine = {"amd64": "x86_64", "aarch64": "arm64"}.get(machine.lower(), machine.lower())
+    where = f"{system} {machine}"
+    minor = version[:2]
+    in_range = OLDEST <= minor <= NEWEST
+    if system == "Windows":
+        has_wheel = machine == "x86_64" and in_range
+    elif system == "Darwin":
+        has_wheel = in_range if machine == "arm64" else machine == "x86_64" and minor in ((3, 11), (3, 12))
+    else:
+        has_wheel = system == "Linux" and machine == "x86_64" and in_range
+    if has_wheel and system == "Linux" and (glibc is None or glibc < (2, 28)):
+        return warn(
+            "platform",
+            f"{where}, {'no glibc' if glibc is None else f'glibc {glibc[0]}.{glibc[1]}'}",
+            "wheels of the engine need glibc 2.28 (Debian 10, Ubuntu 18.10, or newer); else pip compiles it",
+        )
+    if has_wheel:
+        return ok("platform", where)
+    if system == "Darwin" and machine == "x86_64" and in_range:
+        return warn("platform", where, "on an Intel Mac use Python 3.11 or 3.12: others have no wheel of the engine")
+    return warn(
+        "platform",
+        f"{where}: no wheel of the physics engine",
+        "`python -m pip install pybullet` compiles it in 5 minutes and needs a C++ compiler",
+    )
+
+
+def check_engine(installed: Mapping[str, str], load: Callable[[], object]) -> Finding:
+    """Whether there is exactly one PyBullet, and it loads.
+
+    Args:
+        installed: Version by name of everything installed.
+        load: Imports it.
+    """
+    found = {name: installed[name] for name in ENGINES if name in installed}
+    shown = " and ".join(f"{name} {version}" for name, version in found.items())
+    if len(found) == 2:
+        return fail(
+            "engine",
+            f"{shown}: the same files twice",
+            "`python -m pip uninstall -y pybullet pybullet-arm64`, then `python -m pip install pybullet-arm64`",
+        )
+    if not found:
+        return fail(
+            "engine", "PyBullet is not installed", "`python -m pip install pybullet-arm64` (on Intel and AMD, too)"
+        )
+    try:
+        load()
+    except Exception as error:
+        reinstall = f"`python -m pip install --force-reinstall --no-deps {next(iter(found))}`"
+        return fail("engine", f"{shown} does not load: {error}", reinstall)
+    return ok("engine", shown)
+
+
+def check_requirements(
+    installed: Mapping[str, str], requires: Iterable[str] | None, environment: Mapping[str, str] | None = None
+) -> list[Finding]:
+    """Whether everything that simcore asks for is there, in a version that it knows.
+
+    Args:
+        installed: Version by name of everything installed.
+        requires: Of simcore, as its metadata says; None: simcore itself is not installed.
+        environment: What markers are compared with; None: this Python.
+    """
+    if requires is None:
+        return [
+            warn(
+                "simcore",
+                "runs from a folder and is not installed: `robotpy sim --simcore` and other programs do not find it",
+                "in its folder: `python -m pip install -e .`",
+            )
+        ]
+    findings = [ok("simcore", installed.get("simcore", ""))]
+    around = {**{key: str(value) for key, value in default_environment().items()}, **(environment or {})}
+    wanted = [Requirement(text) for text in requires]
+    for extra in ("", *EXTRAS):
+        wrong: list[tuple[str, bool]] = []
+        good: list[str] = []
+        for requirement in wanted:
+            if requirement.name.lower() in ENGINES or not _is_of(requirement, extra, around):
+                continue
+            version = installed.get(requirement.name.lower())
+            if version is None:
+                wrong.append((f"{requirement.name} is missing", True))
+            elif not requirement.specifier.contains(version, prereleases=True):
+                wrong.append((f"{requirement.name} {version} is not {requirement.specifier}", False))
+            else:
+                good.append(f"{requirement.name} {version}")
+        findings.append(_of_extra(extra, wrong, good))
+    return findings
+
+
+def _is_of(requirement: Requirement, extra: str, environment: Mapping[str, str]) -> bool:
+    """Whether a requirement belongs to an extra (empty: to simcore itself) on this computer."""
+    marker = requirement.marker
+    if marker is None:
+        return not extra
+    is_base = marker.evaluate({**environment, "extra": ""})
+    return not is_base and marker.evaluate({**environment, "extra": extra}) if extra else is_base
+
+
+def _of_extra(extra: str, wrong: list[tuple[str, bool]], good: list[str]) -> Finding:
+    check = f"extra [{extra}]" if extra else "packages"
+    if not wrong:
+        return ok(check, ", ".join(good))
+    said = "; ".join(text for text, _ in wrong)
+    wanted = f"simcore[{extra}]" if extra else "simcore"
+    if extra and not good and all(is_missing for _, is_missing in wrong):
+        return warn(check, f"not installed ({EXTRAS[extra]})", f'`python -m pip install "{wanted}"`, if you want those')
+    advice = f'`python -m pip install --upgrade "{wanted}"`; -e . in a checkout'
+    return fail(check, said, advice)
+
+
+def check_year(installed: Mapping[str, str]) -> Finding:
+    """Whether the libraries of WPILib are of one release: they share binaries."""
+    names = [
+        name
+        for name in installed
+        if name in ("wpilib", "pyntcore")
+        or name.startswith(("robotpy-hal", "robotpy-native-"))
+        or name in {f"robotpy-{part}" for part in ("wpimath", "wpinet", "wpiutil", "apriltag", "cscore", "commands-v2")}
+    ]
+    ours = {name: Version(installed[name]) for name in sorted(names)}
+    ours = {name: version for name, version in ours.items() if version.major > 2000}
+    releases = {(version.major, version.minor) for version in ours.values()}
+    if not ours:
+        return fail("WPILib", "nothing of WPILib is installed", "`python -m pip install simcore`")
+    newest = max(releases)
+    behind = [f"{name} {version}" for name, version in ours.items() if (version.major, version.minor) != newest]
+    if behind:
+        years = {year for year, _ in releases}
+        level = fail if len(years) > 1 else warn
+        return level(
+            "WPILib",
+            f"two releases: {', '.join(behind)} beside {newest[0]}.{newest[1]}",
+            f"`python -m pip install --upgrade {' '.join(text.split()[0] for text in behind)}`",
+        )
+    return ok("WPILib", f"{newest[0]}.{newest[1]} ({len(ours)} packages)")
+
+
+def check_compiled(*, is_off: bool, folder: str | None, trouble: str, old: int) -> Finding:
+    """What `simcore compile` made, and whether it is in use.
+
+    Args:
+        is_off: The environment asks for plain Python.
+        folder: Of the build in use, or None.
+        trouble: Why a build that fits is not in use; empty if there is none.
+        old: Builds of this Python from other sources.
+    """
+    if is_off:
+        return ok("compiled", "plain Python: SIMCORE_COMPILED=0 switches compiled parts off")
+    if folder is not None:
+        return ok("compiled", f"in use: {folder}")
+    if trouble:
+        return warn(
+            "compiled",
+            f"plain Python: the compiled parts do not load: {trouble}",
+            "`python -m simcore compile --remove`, then `python -m simcore compile`",
+        )
+    if old:
+        return warn(
+            "compiled", "plain Python: the compiled parts are of another version of simcore", f"{_COMPILE} again"
+        )
+    return ok("compiled", f"plain Python; {_COMPILE} makes robot tests a quarter faster")

@@ -1,0 +1,154 @@
+"""What a field and a roboRIO give a robot program besides its devices: modes, match time, game data, battery, a map."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+
+from wpilib import DriverStation, Field2d
+from wpilib.simulation import DriverStationSim, RoboRioSim
+from wpimath.geometry import Pose2d, Rotation2d
+
+from simcore.match.clock import Mode
+from simcore.match.match import Match
+from simcore.robot.battery import Battery
+from simcore.typing import FloatArray
+from simcore.units import plain_sum
+
+__all__ = ["DriverStationLink", "FieldView", "RoboRioPower"]
+
+
+class DriverStationLink:
+    """Ties a match to the driver station, as the field's management system does on a real field.
+
+    The match hears which mode is enabled, and of the alliance; robot code gets match time and game data. With an FMS
+    attached, somebody else gives robot code its match time and game data.
+
+    Args:
+        match: Its clock follows the driver station from now on.
+        number: Of the robot that the driver station belongs to.
+    """
+
+    def __init__(self, match: Match, number: int) -> None:
+        self._match = match
+        self._number = number
+        self._mode: Mode = "disabled"
+        self._shown = -1.0
+        self._message = ""
+        self._color: DriverStation.Alliance | None = None
+        self._was_enabled = False
+        match.timer.follow_driver_station()
+
+    def update(self) -> None:
+        """Once a tick, at its end."""
+        self._follow_alliance()
+        is_enabled = DriverStation.isEnabled()
+        self._match.timer.set_enabled(is_enabled)
+        mode: Mode = "disabled"
+        if is_enabled:
+            mode = "auto" if DriverStation.isAutonomous() else "teleop"
+        if mode != self._mode:
+            self._mode = mode
+            if mode != "disabled":
+                self._match.start_mode(mode)
+        if not DriverStation.isFMSAttached():
+            self._show_time()
+            self._send(self._match.rules.game_data())
+
+    def _follow_alliance(self) -> None:
+        """Until the first enable the drive team carries the robot to where the chosen alliance starts."""
+        if self._was_enabled:
+            return
+        self._was_enabled = DriverStation.isEnabled()  # the alliance may become known in the very packet that enables
+        color = DriverStation.getAlliance()
+        if color is not None and color != self._color:
+            self._color = color
+            self._match.set_alliance(self._number, "red" if color == DriverStation.Alliance.kRed else "blue")
+
+    def _show_time(self) -> None:
+        """Time left in the present mode, in whole seconds as on a field; -1 while disabled."""
+        left = -1.0
+        if self._mode != "disabled":
+            timer = self._match.timer
+            length = plain_sum(phase.duration for phase in timer.clock.phases if phase.mode == self._mode)
+            elapsed = timer.time - timer.clock.start_of_mode(self._mode)
+            left = max(0.0, length - math.floor(elapsed + 1e-9))
+        if left != self._shown:
+            self._shown = left
+            DriverStationSim.setMatchTime(left)
+            DriverStationSim.notifyNewData()  # without it robot code goes on to read the old one
+
+    def _send(self, message: str) -> None:
+        """Give robot code the field's game data; what somebody has typed into the driver station stays."""
+        if message == self._message:
+            return
+        if DriverStation.getGameSpecificMessage() == self._message:
+            DriverStationSim.setGameSpecificMessage(message)
+            DriverStationSim.notifyNewData()
+        self._message = message
+
+
+class RoboRioPower:
+    """Shows a battery to robot code.
+
+    In a brown-out a roboRIO switches its 6 V, 5 V and 3.3 V user rails off besides its outputs, and counts a fault of
+    each: `RobotController.getEnabled6V()`, `getFaultCount6V()`. The counts keep what a loop of 20 ms has missed.
+    `RobotController.isBrownedOut()` cannot be had: it is a constant False in the simulated HAL (2026.2).
+
+    Source: WPILib documentation, "roboRIO Brownout and Understanding Current Draw", stage 2.
+
+    Args:
+        battery: Stepped by its owner.
+    """
+
+    def __init__(self, battery: Battery) -> None:
+        self._battery = battery
+        self._is_low = False
+        self._faults = 0
+        self.show_voltage()
+
+    def show_voltage(self) -> None:
+        """Write the input voltage; once a robot loop is enough."""
+        RoboRioSim.setVInVoltage(self._battery.voltage)
+
+    def show_rails(self) -> None:
+        """Switch the rails where a brown-out has begun or ended; costs nothing in between."""
+        is_low = self._battery.browned_out
+        if is_low == self._is_low:
+            return
+        self._is_low = is_low
+        self._faults += is_low
+        for active, count in (
+            (RoboRioSim.setUserActive6V, RoboRioSim.setUserFaults6V),
+            (RoboRioSim.setUserActive5V, RoboRioSim.setUserFaults5V),
+            (RoboRioSim.setUserActive3V3, RoboRioSim.setUserFaults3V3),
+        ):
+            active(not is_low)
+            count(self._faults)
+
+
+class FieldView:
+    """The map of the simulation GUI: the robot where it truly is, and the pieces of every kind.
+
+    Pieces are drawn five times a second: a dashboard does not need more.
+
+    Args:
+        field: Where to draw.
+        every: Ticks between two drawings of the pieces.
+    """
+
+    def __init__(self, field: Field2d, *, every: int = 10) -> None:
+        self._field = field
+        self._every = every
+        self._ticks = 0
+        self._level = Rotation2d()
+
+    def update(self, pose: tuple[float, float, float], pieces: Mapping[str, FloatArray]) -> None:
+        """After a tick: the true pose [m, m, rad] and all pieces [m], shape (n, 3) per kind."""
+        x, y, yaw = pose
+        self._field.setRobotPose(Pose2d(x, y, Rotation2d(yaw)))
+        if self._ticks % self._every == 0:
+            for name, positions in pieces.items():
+                poses = [Pose2d(px, py, self._level) for px, py, _ in positions.tolist()]
+                self._field.getObject(name).setPoses(poses)
+        self._ticks += 1

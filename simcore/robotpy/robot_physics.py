@@ -1,0 +1,273 @@
+"""The hook between `robotpy sim` (or `robotpy test`) and a match."""
+
+from __future__ import annotations
+
+import atexit
+import gc
+import logging
+import sys
+import time
+import weakref
+from collections import deque
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from hal.simulation import isTimingPaused
+from wpilib import IterativeRobotBase, TimedRobot, Timer
+
+from simcore.errors import ConfigError
+from simcore.match.match import Match
+from simcore.robotpy.connected_devices import ConnectedDevices, DrivetrainDevices, MotorDevices
+from simcore.robotpy.magicbot_waits import run_in_waits
+from simcore.robotpy.robot_inputs import DriverStationLink, FieldView, RoboRioPower
+from simcore.units import TICK
+
+if TYPE_CHECKING:
+    from simcore.robotpy.simulated_phoenix import PhoenixTime
+
+__all__ = ["PhysicsTimes", "RobotPhysics", "latest_physics"]
+
+_log = logging.getLogger(__name__)
+
+_MOST_OWED = 20  # parts; a stall longer than this is skipped, not caught up with
+_HISTORY = 6000  # ticks; two minutes
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PhysicsTimes:
+    """What the physics cost, and whether it kept up."""
+
+    ticks: int
+    median_ms: float
+    """Work per 20 ms tick, wall time [ms]."""
+    p99_ms: float
+    max_ms: float
+    late_parts: int
+    """Parts of a tick that came late enough to be made up for in one go."""
+    skipped: float
+    """Time that was given up because the robot program stood still for too long [s]."""
+    late_loops: int
+    """Robot loops that came half a period late, whoever's fault it was."""
+    lateness_ms: float
+    """How late parts came where a test keeps to the wall clock, 99th percentile [ms]: how old rotors were."""
+
+
+class RobotPhysics:
+    """Runs a match under a robot program: base class for the `PhysicsEngine` in a team's physics.py.
+
+    Everything happens on the robot's thread, in parts of 5 ms: volts are read from the devices, the match moves,
+    sensors are written. A TimedRobot of any period gets the parts through `addPeriodic`, a MagicRobot while it waits
+    for its next loop, others get those that are due at once from `update_sim`.
+
+    pyfrc replaces the robot's own `_simulationInit` and `_simulationPeriodic`; a warning says so if there are any.
+    `simulationPeriodic` of subsystems goes on to work.
+
+    Args:
+        physics_controller: From pyfrc.
+        robot: The robot object.
+        match: With the robot on its field; it is closed when the program ends.
+        number: Which robot of the match this program drives.
+        drivetrain: Devices of its drivetrain, e.g. `SwerveDrivetrainSim`; None if it has none.
+        motors: Devices of its mechanisms, e.g. `TalonFXMotorSim`.
+        parts: In how many parts a tick is cut; None: 4 of 5 ms, or in simulated time 1 for a robot with a loop of
+            20 ms, whose controllers are then asked in the middle of it.
+        pace_tests: In tests that use CTRE's own simulation (`--phoenix=real`) time jumps, but Phoenix 6 lives on the
+            wall clock: keep to it, so that its loops see what they see on the robot. False runs as fast as it can.
+            In simulated time, which is the default in tests, nothing waits for a clock.
+
+    Raises:
+        ConfigError: A device is not one, `parts` is not a whole number from 1 to 20, or the match has no such robot.
+    """
+
+    def __init__(
+        self,
+        physics_controller: Any,
+        robot: Any,
+        *,
+        match: Match,
+        number: int = 0,
+        drivetrain: DrivetrainDevices | None = None,
+        motors: Sequence[MotorDevices] = (),
+        parts: int | None = None,
+        pace_tests: bool = True,
+    ) -> None:
+        if number not in range(len(match.robots)):
+            raise ConfigError(f"RobotPhysics: the match has robots 0 to {len(match.robots) - 1}, got number={number!r}")
+        if not (parts is None or (isinstance(parts, int) and 1 <= parts <= 20)):
+            raise ConfigError(f"RobotPhysics: parts must be a whole number from 1 to 20, got {parts!r}")
+        self.robot = robot
+        """The robot object of the program."""
+        self.match = match
+        self.robot_sim = match.robots[number]
+        """The robot of the match that it drives."""
+        self._phoenix = _phoenix_time()
+        self._period = float(robot.getPeriod()) if isinstance(robot, IterativeRobotBase) else TICK
+        can_wait = self._phoenix is not None and drivetrain is not None and self._period >= TICK
+        at_inner_steps = parts is None and can_wait
+        self._devices = ConnectedDevices(
+            self.robot_sim, drivetrain, motors, clock=self._phoenix, at_inner_steps=at_inner_steps
+        )
+        self.robot_sim.connect(self._devices)
+        if self.replaces_hooks:
+            _warn_of_replaced_hooks(robot)
+        self._parts = parts or (1 if at_inner_steps else 4)
+        self._h = TICK / self._parts
+        self._part = 0
+        self._pace_tests = pace_tests and self._phoenix is None
+        self._late: deque[float] = deque(maxlen=4 * _HISTORY)
+        # In simulated time nobody looks on, and drawing a field of pieces takes half a millisecond.
+        self._view = FieldView(physics_controller.field, every=10 if self._phoenix is None else 50)
+        self._driver_station = DriverStationLink(match, number)
+        self._power = RoboRioPower(self.robot_sim.battery)
+        self._start: float | None = None
+        self._done = 0
+        self._last_wall = 0.0
+        self._work = 0.0
+        self._work_ms: deque[float] = deque(maxlen=_HISTORY)
+        self._ticks = self._late_parts = self._late_loops = 0
+        self._skipped = 0.0
+        global _latest
+        _latest = weakref.ref(self)
+        self._comes_in_time = isinstance(robot, TimedRobot)
+        if isinstance(robot, TimedRobot):
+            robot.addPeriodic(self.do_due, self._h, self._h / 2.0)  # never at the same instant as the robot's loop
+        else:
+            self._comes_in_time = run_in_waits(robot, self)
+            if not self._comes_in_time:
+                _log.warning("%s has no addPeriodic: physics runs in bursts, once a loop", type(robot).__name__)
+        atexit.register(match.close)
+
+    replaces_hooks = True
+    """Whether pyfrc runs this in place of the robot's own hooks, as it does with a physics.py."""
+
+    def after_tick(self) -> None:
+        """Called after each tick of 20 ms; for subclasses, e.g. to log or to feed cameras."""
+
+    def update_sim(self, now: float, tm_diff: float) -> None:
+        """Pyfrc's hook, once a robot loop (but never within 10 ms)."""
+        if tm_diff > 1.5 * max(self._period, 0.010) + 0.010 * (self._period < 0.020):
+            self._late_loops += 1
+        if not self._comes_in_time:
+            self.do_due()
+
+    def add_motor(self, motor: MotorDevices) -> None:
+        """Connect one more motor, from the next part on."""
+        self._devices.motors.append(motor)
+
+    def remove_motor(self, motor: MotorDevices) -> None:
+        """Disconnect a motor; its device keeps what was written last."""
+        self._devices.motors.remove(motor)
+
+    @property
+    def times(self) -> PhysicsTimes:
+        """What the last two minutes cost."""
+        work = np.array(self._work_ms) if self._work_ms else np.zeros(1)
+        return PhysicsTimes(
+            ticks=self._ticks,
+            median_ms=float(np.median(work)),
+            p99_ms=float(np.percentile(work, 99)),
+            max_ms=float(work.max()),
+            late_parts=self._late_parts,
+            skipped=self._skipped,
+            late_loops=self._late_loops,
+            lateness_ms=1e3 * float(np.percentile(self._late, 99)) if self._late else 0.0,
+        )
+
+    @property
+    def next_due(self) -> float:
+        """When the next part is due, FPGA time [s]; the first comes half a part after it is asked for.
+
+        So a loop and a part, whose periods are multiples, never meet at one instant.
+        """
+        if self._start is None:
+            return float(Timer.getFPGATimestamp()) + 0.5 * self._h
+        return self._start + (self._done + 1) * self._h
+
+    def do_due(self) -> None:
+        """Do all parts that are due by now."""
+        now = Timer.getFPGATimestamp()
+        if self._start is None:
+            self._start = now - self._h
+            gc.collect()
+            gc.freeze()  # field, pieces and robot stay: the collector need not see them in every run (5 % of a tick)
+            if self._phoenix is not None:
+                # A tick makes thousands of small objects, nearly all gone by its end: looking for cycles after every
+                # 700 took 5 to 8 % of a test's time. On the wall clock shorter pauses matter more.
+                gc.set_threshold(20_000, *gc.get_threshold()[1:])
+                self._phoenix.catch_up(self._start)
+        owed = int((now - self._start) / self._h + 0.5) - self._done
+        if owed > _MOST_OWED:
+            self._skipped += (owed - _MOST_OWED) * self._h
+            self._done += owed - _MOST_OWED
+            _log.warning("physics skips %.2f s: the robot program stood still", (owed - _MOST_OWED) * self._h)
+            owed = _MOST_OWED
+        self._late_parts += max(0, owed - 1)
+        for _ in range(owed):
+            if self._pace_tests and isTimingPaused():
+                self._keep_to_the_wall_clock()
+            begin = time.perf_counter()
+            self._do_part()
+            self._work += time.perf_counter() - begin
+            self._done += 1
+            if self._part == self._parts:
+                self._end_tick()
+
+    def _do_part(self) -> None:
+        if self._part == 0:
+            self._power.show_voltage()
+            self.match.begin_tick()
+        self._part += 1
+        self.match.run_part(self._h)
+        self._power.show_rails()
+
+    def _end_tick(self) -> None:
+        begin = time.perf_counter()
+        self._part = 0
+        assert self._start is not None
+        # when it was due, not when the thread came to it
+        self.match.set_network_time(self._start + self._done * self._h)
+        self.match.end_tick()
+        self._driver_station.update()
+        self._view.update(self.robot_sim.chassis.pose, self.match.piece_positions())
+        self.after_tick()
+        self._ticks += 1
+        self._work_ms.append(1e3 * (self._work + time.perf_counter() - begin))
+        self.match.last_tick_ms = self._work_ms[-1]
+        self._work = 0.0
+
+    def _keep_to_the_wall_clock(self) -> None:
+        rest = self._last_wall + self._h - time.perf_counter()
+        if rest > 0.0:
+            time.sleep(rest)
+        if self._last_wall:
+            self._late.append(max(0.0, time.perf_counter() - self._last_wall - self._h))
+        self._last_wall = max(self._last_wall + self._h, time.perf_counter() - self._h)
+
+
+_latest: weakref.ref[RobotPhysics] | None = None
+
+
+def latest_physics() -> RobotPhysics | None:
+    """The physics that was built last in this process, if it still lives; for test fixtures."""
+    return None if _latest is None else _latest()
+
+
+def _phoenix_time() -> PhoenixTime | None:
+    """The clock of simulated Phoenix 6 devices, if somebody has installed them; never loads phoenix6 itself."""
+    module = sys.modules.get("simcore.robotpy.simulated_phoenix")
+    return None if module is None else module.phoenix_time()  # type: ignore[no-any-return]
+
+
+def _warn_of_replaced_hooks(robot: Any) -> None:
+    for owner in type(robot).__mro__:
+        for name in ("_simulationInit", "_simulationPeriodic"):
+            # pyfrc's own are in a class that it gives the robot's name, which in tests is derived from once more
+            maker = getattr(vars(owner).get(name), "__module__", None) or ""
+            if maker.split(".")[0] not in ("", "wpilib", "pyfrc", "magicbot", "commands2", "builtins"):
+                _log.warning(
+                    "%s.%s is not called while there is a physics.py; do it in the PhysicsEngine's after_tick",
+                    owner.__name__,
+                    name,
+                )

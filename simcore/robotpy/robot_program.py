@@ -1,0 +1,94 @@
+"""A robot program from outside: where its robot.py is, its robot class, and the parts of its robot object."""
+
+from __future__ import annotations
+
+import importlib.util
+import inspect
+import sys
+from pathlib import Path
+from typing import Any
+
+from simcore.errors import ConfigError, UnknownNameError
+
+__all__ = ["find_robot_file", "load_robot_class", "part_of"]
+
+
+def find_robot_file(start: Path, *, named: str | Path | None = None, base: Path | None = None) -> Path:
+    """The robot.py of the project that a test belongs to.
+
+    Args:
+        start: The test file, or a folder; the nearest robot.py above it counts.
+        named: A file, or the folder of one, that counts instead.
+        base: What a relative `named` is relative to.
+
+    Raises:
+        ConfigError: There is none.
+    """
+    if named:
+        path = Path(named) if base is None else base / named
+        path = path / "robot.py" if path.is_dir() else path
+        if not path.is_file():
+            raise ConfigError(f"simcore_robot names {str(path)!r}, and there is no such file")
+        return path.resolve()
+    folder = start if start.is_dir() else start.parent
+    for place in (folder, *folder.parents):
+        if (place / "robot.py").is_file():
+            return (place / "robot.py").resolve()
+    raise ConfigError(
+        f"no robot.py in {folder} or any folder above; put tests/ beside robot.py, or name it in pytest.ini: "
+        "simcore_robot = path/to/robot.py"
+    )
+
+
+def load_robot_class(robot_file: Path) -> Any:
+    """Import a robot.py as the RobotPy command line does, and return its robot class.
+
+    Raises:
+        ConfigError: Not exactly one class in it is a robot. Errors of the robot code itself pass through.
+    """
+    import robotpy.main
+    import wpilib
+
+    robotpy.main.robot_py_path = robot_file  # what wpilib.getDeployDirectory goes by
+    folder = str(robot_file.parent)
+    if folder not in sys.path:
+        sys.path.insert(0, folder)
+    name = robot_file.stem
+    spec = importlib.util.spec_from_file_location(name, robot_file)
+    assert spec is not None and spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    sys.modules[name] = module
+    spec.loader.exec_module(module)
+    found = [
+        value
+        for value in vars(module).values()
+        if inspect.isclass(value) and issubclass(value, wpilib.RobotBase) and value.__module__ == name
+    ]
+    if len(found) != 1:
+        raise ConfigError(
+            f"{robot_file}: want one class derived from wpilib.RobotBase, got {[c.__name__ for c in found]}"
+        )
+    return found[0]
+
+
+def part_of(robot: object, path: str) -> Any:
+    """The attribute at a dotted path, e.g. `part_of(robot, "container.drivetrain")`.
+
+    Raises:
+        UnknownNameError: A step of the path is not there; it names the nearest attributes.
+
+    >>> part_of("frc", "upper").__name__
+    'upper'
+    >>> part_of("frc", "uper")
+    Traceback (most recent call last):
+    simcore.errors.UnknownNameError: no attribute of str named 'uper'. Did you mean 'upper' ...
+    """
+    found: Any = robot
+    walked = type(robot).__name__
+    for name in path.split("."):
+        if not hasattr(found, name):
+            known = [n for n in (*vars(type(found)), *getattr(found, "__dict__", ())) if not n.startswith("_")]
+            raise UnknownNameError(f"attribute of {walked}", name, known)
+        found = getattr(found, name)
+        walked += f".{name}"
+    return found

@@ -1,0 +1,229 @@
+"""`simcore play [GAME]`: play an auto and see what comes of it."""
+
+from __future__ import annotations
+
+import argparse
+import math
+import os
+import signal
+import sys
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from pathlib import Path
+
+from rich.console import Console
+from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
+
+from simcore.errors import SimcoreError
+from simcore.match.game import Auto, Game
+from simcore.match.match import Match
+from simcore.match.registry import find_game, installed_games
+from simcore.match.report import print_report
+from simcore.match.runner import AutoRun, auto_seconds, play_auto
+from simcore.show.run_outputs import RunOutputs
+from simcore.show.watch import Watch, add_options
+from simcore.telemetry.snapshot import TelemetrySink
+from simcore.units import TICK
+
+__all__ = ["InterruptFlag", "add_arguments", "run"]
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Options of the command; a game's own options are flags, too."""
+    parser.add_argument("game", nargs="?", metavar="GAME", help="which game (default: the newest that is installed)")
+    parser.add_argument("--auto", metavar="NAME", help="which auto (see --list; default: the game's first)")
+    parser.add_argument("--list", action="store_true", help="list the games and their autos, and stop")
+    parser.add_argument("--alliance", choices=("blue", "red"), default="blue", help="whose robot (default: blue)")
+    parser.add_argument("--seed", type=_whole, default=0, metavar="N", help="seed of everything left to chance")
+    parser.add_argument("--seconds", type=_positive, metavar="S", help="simulated time (default: as long as auto is)")
+    parser.add_argument("--field", type=Path, metavar="FILE.obj", help="another field mesh than the game's own")
+    parser.add_argument("--log", type=Path, metavar="FILE.wpilog", help="default: out/NAME.wpilog")
+    parser.add_argument("--picture", type=Path, metavar="FILE.png", help="default: out/NAME.png")
+    parser.add_argument(
+        "--page", type=Path, metavar="FILE.html", help="a page that plays the run; default: out/NAME.html"
+    )
+    parser.add_argument(
+        "--animation",
+        type=Path,
+        nargs="?",
+        const=True,
+        default=False,
+        metavar="FILE.gif",
+        help="a moving picture too, GIF or (with ffmpeg) MP4; default: out/NAME.gif",
+    )
+    parser.add_argument("--json", action="store_true", help="print one JSON object instead of tables")
+    add_options(parser)
+    for name, sentence in _game_options().items():
+        parser.add_argument("--" + name.replace("_", "-"), action="store_true", help=sentence)
+
+
+def _game_options() -> dict[str, str]:
+    """The options of all installed games, with what they do."""
+    found: dict[str, str] = {}
+    for game in installed_games().values():
+        for option in game.options:
+            found.setdefault(option.name, f"{game.name}: {option.help}")
+    return found
+
+
+def run(options: argparse.Namespace) -> int:
+    """Play; returns the exit status: 0 played, 130 interrupted.
+
+    Raises:
+        SimcoreError: What was asked for cannot be.
+    """
+    try:
+        status = _list(options.game) if options.list else _play(options)
+        sys.stdout.flush()
+    except BrokenPipeError:  # whoever read our output has gone, e.g. `| head -1`: nothing is wrong
+        with open(os.devnull, "w") as nowhere:
+            os.dup2(nowhere.fileno(), sys.stdout.fileno())  # else the interpreter complains at its end
+        return 0
+    except SimcoreError:
+        raise
+    except OSError as error:
+        print(f"OutputError: cannot print: {error.strerror or error}", file=sys.stderr)
+        return 2
+    return status
+
+
+def _list(name: str | None) -> int:
+    for game in installed_games().values() if name is None else [find_game(name)]:
+        print(f"{game.heading} ({game.year}), `{game.name}`")
+        for auto in game.autos.values():
+            print(f"    {auto.name:10} {auto.summary}")
+    return 0
+
+
+def _play(options: argparse.Namespace) -> int:
+    game = find_game(options.game)
+    auto = game.auto(options.auto)
+    outputs = _outputs(options, game, auto)
+    if options.field is not None:
+        game.field.load(options.field)  # a broken mesh must not cost the last run's log
+    sinks = outputs.sinks()  # a log that cannot be written ends it here, before anything is served
+    watch = Watch(options, game)
+    seed: int | None = options.seed
+    try:
+        with InterruptFlag() as interrupted:
+            while seed is not None:
+                played = _run(options, game, auto, seed, [*sinks, *watch.sinks()], watch, interrupted)
+                final = played.match.snapshot()
+                played.match.close()  # the log is whole from here on
+                if not watch.wants_restart:
+                    _report(options, played, outputs)
+                seed = None if interrupted() else watch.next_seed(final, interrupted)
+                if seed is not None:
+                    outputs = _outputs(options, game, auto)
+                    sinks = outputs.sinks()
+    finally:
+        watch.close()
+    return 130 if played.was_interrupted else 0
+
+
+def _outputs(options: argparse.Namespace, game: Game, auto: Auto) -> RunOutputs:
+    return RunOutputs.plan(
+        Path("out"),
+        auto.name,
+        log=options.log,
+        picture=options.picture,
+        page=options.page,
+        animation=options.animation,
+        seconds=options.seconds or auto_seconds(game),
+        say=lambda sentence: print(f"simcore: {sentence}", file=sys.stderr),
+    )
+
+
+def _report(options: argparse.Namespace, played: AutoRun, outputs: RunOutputs) -> None:
+    report = replace(played.report, outputs=outputs.write(played))
+    if options.json:
+        print(report.to_json())
+    else:
+        print_report(report, Console())
+        if played.was_interrupted:
+            print(f"interrupted after {report.sim_seconds:.2f} s; log, picture and page are of that part")
+    sys.stdout.flush()
+
+
+def _run(
+    options: argparse.Namespace,
+    game: Game,
+    auto: Auto,
+    seed: int,
+    sinks: Sequence[TelemetrySink],
+    watch: Watch,
+    interrupted: Callable[[], bool],
+) -> AutoRun:
+    """Play with a progress bar on stderr, so that stdout stays clean."""
+    progress = Progress(
+        TextColumn("{task.description}"),
+        BarColumn(),
+        TextColumn("{task.fields[score]} points"),
+        TimeRemainingColumn(),
+        console=Console(stderr=True),
+        transient=True,
+        disable=options.json or not sys.stderr.isatty(),
+    )
+    ticks = max(1, round((options.seconds or auto_seconds(game)) / TICK))
+    with progress:
+        task = progress.add_task(f"auto {auto.name!r}", total=ticks, score=0)
+
+        def show(match: Match) -> None:
+            if match.ticks % 10 == 0:
+                progress.update(task, completed=match.ticks, score=match.score.total)
+            watch.after_tick(match, interrupted)
+
+        return play_auto(
+            game,
+            auto,
+            alliance=options.alliance,
+            seconds=options.seconds,
+            seed=seed,
+            options=[name for name in _game_options() if getattr(options, name)],
+            field_mesh=options.field,
+            sinks=sinks,
+            on_tick=show,
+            should_stop=lambda: interrupted() or watch.wants_restart,
+        )
+
+
+class InterruptFlag:
+    """Ctrl-C ends the run between two ticks, so that nothing is half done; a second one ends the program at once."""
+
+    def __init__(self) -> None:
+        self._is_set = False
+
+    def __call__(self) -> bool:
+        """Whether Ctrl-C was pressed."""
+        return self._is_set
+
+    def __enter__(self) -> InterruptFlag:
+        self._before = signal.signal(signal.SIGINT, self._on_interrupt)
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        signal.signal(signal.SIGINT, self._before)
+
+    def _on_interrupt(self, number: int, frame: object) -> None:
+        self._is_set = True
+        signal.signal(signal.SIGINT, signal.default_int_handler)
+
+
+def _positive(text: str) -> float:
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
+    if not (math.isfinite(value) and value > 0.0):
+        raise argparse.ArgumentTypeError(f"must be a finite number > 0, got {text!r}")
+    return value
+
+
+def _whole(text: str) -> int:
+    try:
+        value = int(text)
+    except ValueError:
+        value = -1
+    if value < 0:
+        raise argparse.ArgumentTypeError(f"must be a whole number >= 0, got {text!r}")
+    return value

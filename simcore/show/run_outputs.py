@@ -1,0 +1,163 @@
+"""The files that a run leaves: where they go, and what happens when they cannot."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from simcore.errors import ConfigError, OutputError
+from simcore.match.report import RunReport
+from simcore.match.runner import AutoRun
+from simcore.show.animation import animate, check_animation
+from simcore.show.page import write_page
+from simcore.show.picture import draw_summary
+from simcore.show.scene import scene_of
+from simcore.telemetry.recording import Recording
+from simcore.telemetry.sinks import GuardedSink, discard_empty, require_writable
+from simcore.telemetry.snapshot import TelemetrySink
+from simcore.telemetry.wpilog import WpilogSink
+
+__all__ = ["RunOutputs"]
+
+_BULK_FRAMES = 4000  # of pieces kept in memory: 21 MB; a longer run keeps them less often
+
+
+@dataclass(slots=True, kw_only=True)
+class RunOutputs:
+    """Log, picture, page and animation of one run.
+
+    A file that was asked for by name must be possible, or the run does not start. Of those that nobody asked for, and
+    when a disk fails later, one sentence is said and the run goes on.
+    """
+
+    log: Path | None
+    picture: Path | None
+    page: Path | None
+    animation: Path | None
+    say: Callable[[str], None]
+    """Told what is missing, in one sentence."""
+    seconds: float
+    """How long the run is meant to be, simulated [s]."""
+    recording: Recording = field(init=False)
+    _guard: GuardedSink | None = field(init=False, default=None)
+
+    def __post_init__(self) -> None:
+        self.recording = Recording(bulk_period=max(0.04, self.seconds / _BULK_FRAMES), seconds=self.seconds)
+
+    @classmethod
+    def plan(
+        cls,
+        folder: Path,
+        name: str,
+        *,
+        log: Path | None,
+        picture: Path | None,
+        page: Path | None,
+        animation: Path | bool,
+        seconds: float,
+        say: Callable[[str], None],
+    ) -> RunOutputs:
+        """Decide where everything goes, before the first tick.
+
+        Args:
+            folder: Where files go that were not asked for by name; page and animation go beside the picture.
+            name: Of those, without suffix.
+            log: As asked for, or None.
+            picture: The same.
+            page: The same.
+            animation: The same; True for one of the usual name, False for none.
+            seconds: How long the run is meant to be, simulated [s].
+            say: Told what goes missing.
+
+        Raises:
+            OutputError: A file that was asked for cannot be written.
+            ConfigError: Two of them are the same file.
+        """
+        asked = {"log": log, "picture": picture, "page": page}
+        beside = picture or folder / f"{name}.png"
+        usual = {"log": folder / f"{name}.wpilog", "picture": beside, "page": beside.with_suffix(".html")}
+        where: dict[str, Path | None] = {kind: asked[kind] or usual[kind] for kind in usual}
+        _refuse_doubles({**where, "animation": animation if isinstance(animation, Path) else None})
+        for kind, path in asked.items():
+            if path is not None:
+                require_writable(kind, path)
+        missing, reason = [], ""
+        for kind, path in usual.items():
+            if asked[kind] is None:
+                try:
+                    require_writable(kind, path)
+                except OutputError as error:
+                    where[kind] = None
+                    missing.append(kind)
+                    reason = str(error.__cause__ or error)
+        if missing:
+            say(f"cannot write to {str(folder)!r} ({reason}): the run goes on without {_listed(missing)}")
+        moving = beside.with_suffix(".gif") if animation is True else animation or None
+        if moving is not None:
+            check_animation(moving)
+        return cls(**where, animation=moving, seconds=seconds, say=say)
+
+    def sinks(self) -> list[TelemetrySink]:
+        """Who listens during the run. Creates the log."""
+        sinks: list[TelemetrySink] = [self.recording]
+        if self.log is not None:
+            self._guard = GuardedSink(WpilogSink(self.log), lambda why: self.say(f"{why}. The run goes on"))
+            sinks.append(self._guard)
+        return sinks
+
+    def write(self, run: AutoRun) -> dict[str, str]:
+        """Draw everything, after the run; returns what was written, by kind."""
+        written: dict[str, str] = {}
+        if self.log is not None and self._guard is not None and not self._guard.failure:
+            written["log"] = str(self.log)
+        scene, title = scene_of(run.match), _title(run)
+        drawings: tuple[tuple[str, Path | None, Callable[[Path], None]], ...] = (
+            ("picture", self.picture, lambda p: draw_summary(
+                p, self.recording, scene, title=title, subtitle=_result(run.report)
+            )),
+            ("page", self.page, lambda p: write_page(
+                p, self.recording, scene, title=title, subtitle=_speed(run.report)
+            )),
+            ("animation", self.animation, lambda p: animate(p, self.recording, scene, title=title)),
+        )  # fmt: skip
+        for kind, path, draw in drawings:
+            if path is None:
+                continue
+            try:
+                draw(path)
+                written[kind] = str(path)
+            except OutputError as error:
+                discard_empty(path)
+                self.say(str(error))
+        return written
+
+
+def _refuse_doubles(files: dict[str, Path | None]) -> None:
+    seen: dict[Path, str] = {}
+    for kind, path in files.items():
+        if path is None:
+            continue
+        other = seen.setdefault(path.resolve(), kind)
+        if other != kind:
+            raise ConfigError(f"{other} and {kind} cannot be one file, got {str(path)!r} for both")
+
+
+def _listed(names: list[str]) -> str:
+    return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} and {names[-1]}"
+
+
+def _title(run: AutoRun) -> str:
+    report = run.report
+    return f"{run.match.game.heading}, auto '{report.auto}', {report.alliance}, seed {report.seed}"
+
+
+def _result(report: RunReport) -> str:
+    return (
+        f"{report.score.total} points, {report.hits} of {report.shots} shots hit, "
+        f"{report.distance_m:.1f} m driven, {report.sim_seconds:g} s"
+    )
+
+
+def _speed(report: RunReport) -> str:
+    return f"{report.realtime_factor:.1f} x real time, tick p99 {report.tick_ms.p99:.1f} ms"

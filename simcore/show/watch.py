@@ -1,0 +1,132 @@
+"""Watching a run: the browser view and NetworkTables, each optional, each at the wall clock's pace.
+
+What cannot be had, for a taken port or a missing extra, is said in one sentence, and the run goes on without it.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Callable
+from typing import Any
+
+from simcore.errors import SimcoreError
+from simcore.match.game import Game
+from simcore.match.match import Match
+from simcore.show.live_view import LiveView
+from simcore.show.pacing import Pacer
+from simcore.show.view_models import ViewModels, load_models
+from simcore.show.view_page import open_browser
+from simcore.telemetry.snapshot import Snapshot, TelemetrySink
+
+__all__ = ["Watch", "add_options"]
+
+
+def add_options(parser: argparse.ArgumentParser) -> None:
+    """The options of `simcore play` that are about watching."""
+    group = parser.add_argument_group("watching, in real time")
+    group.add_argument("--view", action="store_true", help="show the run in a browser (extra: view)")
+    group.add_argument("--live", action="store_true", help="publish over NetworkTables, e.g. for AdvantageScope")
+    group.add_argument("--host", default="127.0.0.1", help="where the view listens (default: this computer only)")
+    group.add_argument("--port", type=int, default=0, help="of the view (default: a free one)")
+    group.add_argument("--nt-port", type=int, default=5810, help="of --live (default: 5810, as AdvantageScope expects)")
+    group.add_argument("--no-browser", action="store_true", help="do not open a browser")
+    group.add_argument("--models", metavar="FOLDER", help="your own Robot_... and Field3d_... folders for --view")
+
+
+class Watch:
+    """Who looks on, if anybody.
+
+    Args:
+        options: Parsed from what `add_options` added; also `seed`.
+        game: Whose models are shown.
+    """
+
+    def __init__(self, options: argparse.Namespace, game: Game) -> None:
+        self._view: LiveView | None = None
+        self._tables: Any = None
+        self._pacer = Pacer() if options.view or options.live else None
+        if options.live:
+            self._tables = _attempt(lambda: _serve(options.nt_port))
+        if options.view:
+            self._view = _attempt(lambda: _open(options, game))
+        if self._view is not None:
+            url = self._view.url
+            _say(f"the view is at {url}" if options.no_browser else open_browser(url))
+        if self._view is None and self._tables is None:
+            self._pacer = None  # nobody looks on: as fast as it goes
+
+    @property
+    def is_open(self) -> bool:
+        """Whether there is a page, which stays after the run."""
+        return self._view is not None
+
+    @property
+    def wants_restart(self) -> bool:
+        """Whether the page asks for another run, now."""
+        return self._view is not None and self._view.wants_restart
+
+    def sinks(self) -> list[TelemetrySink]:
+        """Of one run."""
+        sinks: list[TelemetrySink] = []
+        if self._view is not None:
+            sinks.append(self._view.sink())
+        if self._tables is not None:
+            from simcore.telemetry.networktables_sink import NetworkTablesSink
+
+            sinks.append(NetworkTablesSink(self._tables))
+        return sinks
+
+    def after_tick(self, match: Match, should_stop: Callable[[], bool]) -> None:
+        """Wait until the next tick is due."""
+        if self._view is not None:
+            self._view.after_tick(match.time, should_stop=should_stop)
+        elif self._pacer is not None:
+            self._pacer.wait(match.time, should_stop=should_stop)
+
+    def next_seed(self, final: Snapshot, should_stop: Callable[[], bool]) -> int | None:
+        """After a run that ended like this: the seed of the next one, or None for no other."""
+        if self._view is None:
+            return None
+        if not self.wants_restart:
+            _say("the run is over; the page stays. Ctrl-C ends it")
+        return self._view.next_seed(final, should_stop=should_stop)
+
+    def close(self) -> None:
+        """Stop serving; may be called twice."""
+        if self._view is not None:
+            self._view.close()
+        if self._tables is not None:
+            self._tables.stopServer()
+
+
+def _open(options: argparse.Namespace, game: Game) -> LiveView:
+    own = ViewModels() if game.models is None else load_models(game.models)
+    models = own if options.models is None else load_models(options.models)
+    if models.field is None:  # a team's folder may hold its robot alone
+        models = models.with_field(own.field)
+    return LiveView(models, host=options.host, port=options.port, title=game.heading, seed=options.seed)
+
+
+def _serve(port: int) -> Any:
+    import ntcore
+
+    from simcore.telemetry.networktables_sink import start_local_server
+
+    instance = ntcore.NetworkTableInstance.create()
+    start_local_server(instance, port=port)
+    _say(f"live on NetworkTables 4, 127.0.0.1:{port}")
+    return instance
+
+
+def _attempt(make: Callable[[], Any]) -> Any:
+    try:
+        return make()
+    except SimcoreError as error:
+        _say(f"{type(error).__name__}: {error}; the run goes on without it")
+        return None
+
+
+def _say(text: str) -> None:
+    """To stderr: stdout is the report's."""
+    print(text, file=sys.stderr, flush=True)

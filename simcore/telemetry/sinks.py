@@ -1,0 +1,190 @@
+"""Snapshots kept in memory, and what sinks share: a rate, a guard against full disks, checks of files."""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from collections.abc import Callable
+from pathlib import Path
+
+from simcore.errors import ConfigError, OutputError, UnknownNameError, require_positive
+from simcore.telemetry.snapshot import Snapshot, TelemetrySink
+
+__all__ = ["Cadence", "GuardedSink", "MemorySink", "discard_empty", "output_error", "require_writable"]
+
+
+class MemorySink:
+    """Keeps snapshots, the newest last; still readable after `close`.
+
+    >>> sink = MemorySink(capacity=2)
+    >>> for tick in range(3):
+    ...     sink.write(Snapshot(time=0.02 * (tick + 1), tick=tick, doubles={"height": float(tick)}))
+    >>> sink.series("height")
+    ([0.04, 0.06], [1.0, 2.0])
+    """
+
+    def __init__(self, *, period: float | None = None, capacity: int | None = None) -> None:
+        """Choose how much is kept.
+
+        Args:
+            period: Simulated time between two snapshots [s]; None takes every tick.
+            capacity: The newest so many are kept; None keeps all (504 pieces at 50 Hz are 1.4 MB a second).
+
+        Raises:
+            ConfigError: A period that is not finite and > 0, or a capacity below 1.
+        """
+        if capacity is not None and capacity < 1:
+            raise ConfigError(f"MemorySink: capacity must be at least 1 or None, got {capacity}")
+        self.snapshots: deque[Snapshot] = deque(maxlen=capacity)
+        self.closed = False
+        self._cadence = None if period is None else Cadence(period)
+
+    def due(self, time: float) -> bool:
+        """Whether a snapshot of this simulated time [s] is wanted; never after `close`."""
+        return not self.closed and (self._cadence is None or self._cadence.due(time))
+
+    def write(self, snapshot: Snapshot) -> None:
+        """Keep one snapshot."""
+        if self._cadence is not None:
+            self._cadence.take(snapshot.time)
+        self.snapshots.append(snapshot)
+
+    def close(self) -> None:
+        """Take no more; what was kept stays."""
+        self.closed = True
+
+    def series(self, key: str) -> tuple[list[float], list[float]]:
+        """Times [s] and values of one number or boolean, as far as it was published.
+
+        Raises:
+            UnknownNameError: No kept snapshot has a number of that key.
+        """
+        times: list[float] = []
+        values: list[float] = []
+        known: set[str] = set()
+        for snapshot in self.snapshots:
+            for kind in (snapshot.doubles, snapshot.integers, snapshot.booleans):
+                known.update(kind)
+                if key in kind:
+                    times.append(snapshot.time)
+                    values.append(float(kind[key]))
+        if not times:
+            raise UnknownNameError("telemetry number", key, known)
+        return times, values
+
+
+class Cadence:
+    """Due once in every slot of `period` simulated seconds, without drift when ticks and slots do not divide.
+
+    A jump of time, also backwards after a restart, is a new slot.
+
+    >>> cadence = Cadence(0.05)
+    >>> [t for t in (0.02, 0.04, 0.06, 0.08, 0.10, 0.12) if cadence.take(t)]
+    [0.02, 0.06, 0.1]
+    """
+
+    __slots__ = ("_last", "period")
+
+    def __init__(self, period: float) -> None:
+        """Set the time between two snapshots [s]."""
+        require_positive("telemetry sink", "period", period, "s")
+        self.period = period
+        self._last: int | None = None
+
+    def due(self, time: float) -> bool:
+        """Whether this simulated time [s] lies in a slot that was not taken yet."""
+        return self._slot(time) != self._last
+
+    def take(self, time: float) -> bool:
+        """Mark the slot of this time [s] as taken; whether it was still free."""
+        slot = self._slot(time)
+        free = slot != self._last
+        self._last = slot
+        return free
+
+    def _slot(self, time: float) -> int:
+        # 0.06 / 0.02 is 2.9999999999999996: without the margin a tick at a slot's edge would count for the one before
+        return math.floor(time / self.period + 1e-6)
+
+
+class GuardedSink:
+    """Passes snapshots to another sink until that fails, e.g. on a full disk; then reports it once and stops.
+
+    Errors in the program (a key of two types) still raise: only an `OutputError` of the sink is caught.
+
+    Args:
+        sink: The one that may fail.
+        on_failure: Called with what went wrong, in one sentence.
+    """
+
+    def __init__(self, sink: TelemetrySink, on_failure: Callable[[str], None]) -> None:
+        self.sink = sink
+        self.failure = ""
+        """What went wrong; empty while nothing has."""
+        self._on_failure = on_failure
+
+    def due(self, time: float) -> bool:
+        """Whether the sink wants the snapshot of this simulated time [s]; never after it failed."""
+        return not self.failure and self.sink.due(time)
+
+    def write(self, snapshot: Snapshot) -> None:
+        """Hand over one snapshot."""
+        try:
+            self.sink.write(snapshot)
+        except OutputError as error:
+            self._fail(error)
+
+    def close(self) -> None:
+        """Close the sink; may be called twice."""
+        try:
+            self.sink.close()
+        except OutputError as error:
+            self._fail(error)
+
+    def _fail(self, error: OutputError) -> None:
+        if not self.failure:
+            self.failure = str(error)
+            self._on_failure(self.failure)
+
+
+def output_error(kind: str, path: Path, error: OSError) -> OutputError:
+    """What to raise when `path`, a log or a picture, cannot be written."""
+    example = Path("out") / ("run.wpilog" if kind == "log" else "run.png")
+    return OutputError(
+        f"cannot write the {kind} {str(path)!r}: {error.strerror or error}. "
+        f"Give a file in a folder that you may write to, for example {str(example)!r}"
+    )
+
+
+def require_writable(kind: str, path: str | Path) -> Path:
+    """Make sure that a file can be written later, so that a run does not fail at its end.
+
+    Missing folders are made; an existing file keeps its content, a missing one is not left behind.
+
+    Args:
+        kind: What it is, for the error: `log`, `picture`.
+        path: The file.
+
+    Raises:
+        OutputError: It cannot be written.
+    """
+    path = Path(path)
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        existed = path.exists()
+        with path.open("ab"):
+            pass
+        if not existed:
+            path.unlink()
+    except OSError as error:
+        raise output_error(kind, path, error) from error
+    return path
+
+
+def discard_empty(path: Path) -> None:
+    """Delete the empty file that a full disk leaves. Other files and devices stay."""
+    try:
+        if path.is_file() and path.stat().st_size == 0:
+            path.unlink()
+    except OSError:
+        pass  # then it stays: what matters was said already

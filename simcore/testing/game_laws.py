@@ -1,0 +1,74 @@
+"""Laws that every game keeps, as functions that a game's tests call: each plays and raises AssertionError if broken."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from simcore.match.game import Game
+from simcore.match.match import Match
+from simcore.match.runner import AutoRun, play_auto
+from simcore.match.scoring import Alliance
+
+__all__ = ["check_conserved", "check_mirrored", "check_on_the_floor", "check_repeatable"]
+
+_NEAR = 0.02  # [m]; how far mirrored paths may part: sums round differently, and contacts make more of it
+_SUNK = 0.03  # [m]; how deep a piece may dip into the carpet when it lands
+
+
+def _play(game: Game, auto: str, *, seconds: float | None, alliance: Alliance = "blue", seed: int = 0) -> AutoRun:
+    return play_auto(game, auto, alliance=alliance, seed=seed, seconds=seconds)
+
+
+def check_conserved(game: Game, auto: str, *, seconds: float | None = None) -> None:
+    """Pieces are neither lost nor made: after every tick all of them are somewhere."""
+
+    def look(match: Match) -> None:
+        count = match.count
+        assert count.is_conserved, f"{game.name}, tick {match.ticks}: {count}"
+        held = len([slot for robot in match.robots for slot in robot.held])
+        assert held == count.held, f"{game.name}, tick {match.ticks}: robots hold {held} pieces, {count.held} are held"
+
+    play_auto(game, auto, seconds=seconds, on_tick=look).match.close()
+
+
+def check_repeatable(game: Game, auto: str, *, seconds: float | None = None) -> None:
+    """The same seed gives the same match to the last bit, also after a reset."""
+    digests = []
+    for _ in range(2):
+        run = _play(game, auto, seconds=seconds)
+        run.match.close()
+        digests.append(run.report.digest)
+    assert digests[0] == digests[1], f"{game.name}, auto {auto}: two runs of one seed differ"
+
+
+def check_mirrored(game: Game, auto: str, *, seconds: float | None = None) -> None:
+    """Red is blue under the game's symmetry: the same path, the same score."""
+    blue = _play(game, auto, seconds=seconds, alliance="blue")
+    red = _play(game, auto, seconds=seconds, alliance="red")
+    blue.match.close()
+    red.match.close()
+    flipped = game.field.symmetry.flip_points(red.path[:, :2])
+    apart = float(np.abs(flipped - blue.path[:, :2]).max())
+    assert apart < _NEAR, f"{game.name}, auto {auto}: red's path is {apart:.3f} m from blue's"
+    assert blue.report.score.blue == red.report.score.red, (
+        f"{game.name}, auto {auto}: blue scores {blue.report.score.blue}, red {red.report.score.red}"
+    )
+
+
+def check_on_the_floor(game: Game, auto: str, *, seconds: float | None = None) -> None:
+    """Nothing is under the carpet or outside of the field, at any tick."""
+    length, width = game.field.size
+
+    def look(match: Match) -> None:
+        for number, supply in enumerate(game.pieces):
+            slots = match.pieces.on_field(supply.kind.name)
+            pos = match.pieces.state.pos[slots]
+            if not len(pos):
+                continue
+            low = float(pos[:, 2].min()) - supply.kind.rest_height
+            assert low > -_SUNK, f"{game.name}, tick {match.ticks}: a {supply.kind.name} is {-low:.3f} m too low"
+            inside = (pos[:, 0] > 0.0) & (pos[:, 0] < length) & (pos[:, 1] > 0.0) & (pos[:, 1] < width)
+            high = pos[:, 2] > 1.0  # what is shot over the wall comes back by hand
+            assert (inside | high).all(), f"{game.name}, tick {match.ticks}: {supply.kind.name} outside, kind {number}"
+
+    play_auto(game, auto, seconds=seconds, on_tick=look).match.close()

@@ -1,0 +1,152 @@
+"""Results of one frame: tags, pieces, and the robot poses that follow from them. Plain records for any protocol.
+
+Treat them as read-only; they are not frozen, because frozen ones take three times as long to make.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from simcore.geometry.rotation import Rows, Vector
+from simcore.typing import FloatArray
+from simcore.vision.planar_pose import SquarePose
+
+__all__ = ["Corners", "Frame", "ImuReading", "PieceSighting", "PoseEstimate", "StdDevs", "TagSighting"]
+
+Pixel = tuple[float, float]
+Corners = tuple[Pixel, Pixel, Pixel, Pixel]
+"""Pixels (u to the right, v down) of a tag's lower left, lower right, upper right and upper left corner as one faces
+it, or of a box's upper left, upper right, lower right and lower left one."""
+
+StdDevs = tuple[float, float, float, float, float, float]
+"""Of x, y, z [m], roll, pitch, yaw [deg]."""
+
+
+@dataclass(slots=True, eq=False)
+class TagSighting:
+    """One tag in a picture."""
+
+    id: int
+    pixels: Corners
+    """Of its corners as one faces it: lower left, lower right, upper right, upper left."""
+    tx_deg: float
+    """Of its middle from the principal point; right is positive."""
+    ty_deg: float
+    """Up is positive."""
+    area_percent: float
+    """Of the picture."""
+    camera_distance: float
+    """From the lens to its middle, as measured [m]."""
+    robot_distance: float
+    """From the robot's center on the carpet to its middle, as measured [m]."""
+    ambiguity: float
+    """0 to 1: how little the better of the two single-tag poses is better."""
+    poses: tuple[SquarePose, SquarePose] | None
+    """Both poses that explain the corners, the better one first."""
+
+    @property
+    def corners(self) -> FloatArray:
+        """`pixels` as an array, shape (4, 2)."""
+        return np.array(self.pixels)
+
+
+@dataclass(slots=True, eq=False)
+class PieceSighting:
+    """One game piece in a picture."""
+
+    class_id: int
+    class_name: str
+    pixels: Corners
+    """Of its box: upper left, upper right, lower right, lower left."""
+    tx_deg: float
+    ty_deg: float
+    area_percent: float
+    distance: float
+    """From the lens to its center, truly [m]: what 'nearest' means; a Limelight does not publish it."""
+    slot: int
+    """Row of the piece in the arrays that the camera was given."""
+
+    @property
+    def corners(self) -> FloatArray:
+        """`pixels` as an array, shape (4, 2)."""
+        return np.array(self.pixels)
+
+
+@dataclass(slots=True)
+class PoseEstimate:
+    """Where tags say that the robot was, field frame."""
+
+    position: Vector
+    """[m]."""
+    roll_deg: float
+    pitch_deg: float
+    yaw_deg: float
+    tag_count: int
+    tag_span: float
+    """Largest distance between two of the tags [m]."""
+    average_distance: float
+    """From the camera [m]."""
+    average_area: float
+    """Of the picture [%]."""
+    std_devs: StdDevs
+    """Of x, y, z [m], roll, pitch, yaw [deg], from the corners' noise."""
+
+
+@dataclass(frozen=True, slots=True)
+class ImuReading:
+    """Readings of the camera's own IMU."""
+
+    robot_yaw_deg: float
+    """The heading that MegaTag 2 uses."""
+    roll_deg: float
+    pitch_deg: float
+    internal_yaw_deg: float
+    rates_dps: Vector
+    """Of roll, pitch and yaw [deg/s]."""
+    acceleration_g: Vector
+    """Gravity in robot axes [g]; the robot's own acceleration is left out."""
+
+
+@dataclass(slots=True, kw_only=True, eq=False)
+class Frame:
+    """Everything that was found in one frame."""
+
+    number: int
+    """Counts up by one; the heartbeat."""
+    time: float
+    """When it was exposed, simulated [s]."""
+    published: float
+    """When it left the camera [s]."""
+    capture_latency: float
+    pipeline_latency: float
+    pipeline: int
+    pipeline_kind: str
+    """`tags` or `pieces`."""
+    json: bool
+    tags: tuple[TagSighting, ...] = ()
+    pieces: tuple[PieceSighting, ...] = ()
+    megatag1: PoseEstimate | None = None
+    megatag2: PoseEstimate | None = None
+    primary_tag: TagSighting | None = None
+    """Whose angles are published: the wanted one, else the largest."""
+    primary_piece: PieceSighting | None = None
+    """The nearest."""
+    mount: tuple[float, float, float, float, float, float]
+    """Where the camera believes to sit: ahead, right, up [m], roll, pitch (up positive), yaw [deg]."""
+    mount_position: Vector
+    """The same in the robot frame [m]."""
+    mount_axes: Rows
+    """And its rotation from optical to robot axes, 3 rows."""
+    imu: ImuReading | None = None
+
+    @property
+    def latency(self) -> float:
+        """Of both stages together [s]."""
+        return self.capture_latency + self.pipeline_latency
+
+    @property
+    def has_target(self) -> bool:
+        """Whether there is something to aim at."""
+        return self.primary_tag is not None or self.primary_piece is not None

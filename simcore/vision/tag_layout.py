@@ -1,0 +1,167 @@
+"""Where the AprilTags are: the official layouts, or any layout in WPILib's JSON."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from simcore.errors import ConfigError, UnknownNameError
+from simcore.geometry.rotation import Quaternion, Vector, matrix
+from simcore.typing import FloatArray, IntArray
+from simcore.units import inches, plain_sum
+
+__all__ = ["OFFICIAL_LAYOUTS", "TAG_SIZE", "TagLayout", "load_layout", "official_layout"]
+
+TAG_SIZE = inches(6.5)
+"""Edge of the black square of an FRC AprilTag, family 36h11 [m]. 2026 manual, section 5."""
+
+OFFICIAL_LAYOUTS = {
+    "2026-welded": "k2026RebuiltWelded",
+    "2026-andymark": "k2026RebuiltAndyMark",
+    "2025-welded": "k2025ReefscapeWelded",
+    "2025-andymark": "k2025ReefscapeAndyMark",
+}
+"""Our names of the layouts that come with robotpy-apriltag."""
+
+
+@dataclass(frozen=True, eq=False)
+class TagLayout:
+    """All tags of a field, a row a tag; made by `of`. A tag's x axis points out of its face, z up."""
+
+    ids: IntArray
+    """Shape (n,)."""
+    centers: FloatArray
+    """Field frame [m], shape (n, 3)."""
+    rotations: FloatArray
+    """From tag to field axes, shape (n, 3, 3)."""
+    corners: FloatArray
+    """Field frame [m], shape (n, 4, 3): lower left, lower right, upper right, upper left, as one faces the tag."""
+    field_size: tuple[float, float]
+    size: float
+    normals: FloatArray
+    """Out of each tag's face, shape (n, 3)."""
+    square_axes: FloatArray
+    """From field axes to a square's (x right as one faces it, y up, z out of its face), shape (n, 3, 3)."""
+    apart: list[list[float]]
+    """Distances between tags [m]; lists, as the next, because single numbers are asked for."""
+    center_list: list[list[float]]
+    """The same as `centers`."""
+    id_list: list[int]
+    """The same as `ids`."""
+    normal_list: list[list[float]]
+    """The same as `normals`."""
+    corner_list: list[list[list[float]]]
+    """The same as `corners`."""
+    squares: list[tuple[Vector, Vector, Vector]]
+    """Middle of each tag, and from there to its upper right and lower right corner, field axes [m]; the other two are
+    opposite."""
+
+    @classmethod
+    def of(
+        cls, tags: Iterable[tuple[int, Vector, Quaternion]], *, field_size: tuple[float, float], size: float = TAG_SIZE
+    ) -> TagLayout:
+        """Build a layout.
+
+        Args:
+            tags: Id, center in the field frame [m] and attitude of each.
+            field_size: Length and width [m].
+            size: Edge of the black square [m].
+
+        Raises:
+            ConfigError: An id comes twice, or a number is not finite.
+        """
+        rows = sorted(tags)
+        ids = [number for number, _, _ in rows]
+        if len(set(ids)) != len(ids):
+            raise ConfigError(f"tag layout: ids must differ, got {ids}")
+        if not all(math.isfinite(c) for _, pos, quat in rows for c in (*pos, *quat)) or not size > 0.0:
+            raise ConfigError("tag layout: places, attitudes and size must be finite numbers")
+        centers = np.array([pos for _, pos, _ in rows]).reshape(-1, 3)
+        rotations = np.array([matrix(quat) for _, _, quat in rows]).reshape(-1, 3, 3)
+        h = size / 2.0
+        square = np.array([(0.0, -h, -h), (0.0, h, -h), (0.0, h, h), (0.0, -h, h)])
+        corners = centers[:, None, :] + np.einsum("nij,kj->nki", rotations, square)
+        normals = np.ascontiguousarray(rotations[:, :, 0])
+        square_axes = np.ascontiguousarray(rotations[:, :, (1, 2, 0)].transpose(0, 2, 1))
+        apart = np.linalg.norm(centers[:, None, :] - centers[None, :, :], axis=2).tolist()
+        arrays = (np.array(ids, dtype=np.int64), centers, rotations, corners, normals, square_axes)
+        for array in arrays:
+            array.setflags(write=False)
+        reach = (corners[:, (2, 1)] - centers[:, None, :]).tolist()
+        squares = [(_vector(m), _vector(e), _vector(f)) for m, (e, f) in zip(centers.tolist(), reach, strict=True)]
+        return cls(
+            *arrays[:4],
+            field_size,
+            size,
+            *arrays[4:],
+            apart,
+            centers.tolist(),
+            ids,
+            normals.tolist(),
+            corners.tolist(),
+            squares,
+        )
+
+    def span(self, rows: Sequence[int]) -> float:
+        """Largest distance between two of some tags [m]."""
+        most = 0.0
+        for k, row in enumerate(rows):
+            apart = self.apart[row]
+            for other in rows[:k]:
+                most = max(most, apart[other])
+        return most
+
+
+def _vector(v: Sequence[float]) -> Vector:
+    x, y, z = v
+    return x, y, z
+
+
+def official_layout(name: str) -> TagLayout:
+    """A layout that comes with robotpy-apriltag, by our name or WPILib's (`k2026RebuiltWelded`).
+
+    Raises:
+        UnknownNameError: With the nearest names.
+    """
+    from robotpy_apriltag import AprilTagField, AprilTagFieldLayout  # only here: 30 ms that few programs need
+
+    theirs = OFFICIAL_LAYOUTS.get(name, name)
+    known = {key: value for key, value in vars(AprilTagField).items() if key.startswith("k")}
+    if theirs not in known:
+        raise UnknownNameError("tag layout", name, [*OFFICIAL_LAYOUTS, *known])
+    field = AprilTagFieldLayout.loadField(known[theirs])
+    tags = []
+    for tag in field.getTags():
+        q = tag.pose.rotation().getQuaternion()
+        place = (tag.pose.X(), tag.pose.Y(), tag.pose.Z())
+        tags.append((int(tag.ID), place, (q.X(), q.Y(), q.Z(), q.W())))
+    return TagLayout.of(tags, field_size=(field.getFieldLength(), field.getFieldWidth()))
+
+
+def load_layout(path: Path, *, size: float = TAG_SIZE) -> TagLayout:
+    """A layout from a file in WPILib's JSON format.
+
+    Raises:
+        ConfigError: It is missing or broken; the message names the file.
+    """
+    try:
+        data = json.loads(path.read_text(encoding="utf-8"))
+        tags = []
+        for tag in data["tags"]:
+            p, q = tag["pose"]["translation"], tag["pose"]["rotation"]["quaternion"]
+            place = (float(p["x"]), float(p["y"]), float(p["z"]))
+            norm = math.sqrt(plain_sum([float(q[k]) ** 2 for k in "XYZW"]))
+            turn = tuple(float(q[k]) / norm for k in "XYZW")
+            tags.append((int(tag["ID"]), place, (turn[0], turn[1], turn[2], turn[3])))
+        field_size = (float(data["field"]["length"]), float(data["field"]["width"]))
+    except (OSError, ValueError, KeyError, TypeError, ZeroDivisionError) as error:
+        raise ConfigError(
+            f"{path}: not a tag layout in WPILib's JSON ('tags' with ID and pose, 'field' with length and width): "
+            f"{type(error).__name__}: {error}"
+        ) from error
+    return TagLayout.of(tags, field_size=field_size, size=size)

@@ -1,0 +1,124 @@
+"""Robots of other kinds than the default one, in simulated time: one that only simcore.toml describes, and a tank."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+pytestmark = pytest.mark.slow
+
+ROBOTS = Path(__file__).parent / "robots"
+
+TURRETED = """
+import math
+
+A, B, X = 1, 2, 3
+
+
+def drive(sim, stick, seconds, ahead=0.0, turn=0.0, heading=0.0):
+    for _ in range(round(seconds / 0.1)):
+        off = math.remainder(heading - sim.pose.rotation().radians(), math.tau)
+        stick.axis(1, -ahead / 3.0)
+        stick.axis(4, -min(max(3.0 * off, -2.5), 2.5) / 3.0)
+        sim.run(0.1)
+    stick.center()
+    sim.run(0.3)
+
+
+def test_two_intakes_a_turret_and_two_wheels(sim):
+    stick = sim.joystick(0)
+    sim.teleop()
+    assert sim.pieces.held == 6
+    stick.press(B)
+    drive(sim, stick, 1.5, ahead=-1.0)  # its back into the depot
+    by_the_back = sim.pieces.held - 6
+    assert by_the_back >= 3
+    drive(sim, stick, 1.5, ahead=1.0)
+    drive(sim, stick, 2.0, heading=math.pi)
+    stick.press(A)
+    drive(sim, stick, 1.6, ahead=1.0, heading=math.pi)  # its front
+    by_the_front = sim.pieces.held - 6 - by_the_back
+    assert by_the_front >= 1
+    stick.press(B)
+    drive(sim, stick, 1.5, ahead=-1.0, heading=math.pi)
+    stick.press(X)
+    sim.run_until(lambda: sim.pieces.held == 0, timeout=8.0)
+    sim.run(1.5)
+    shooter, = sim.robot_sim.shooters
+    print("HELD", by_the_back, by_the_front, "SCORE", sim.score, "DIGEST", sim.digest)
+    assert sim.score.blue >= 0.8 * len(sim.match.flow.shots) and len(sim.match.flow.shots) >= 10
+    assert sim.score.red == 0
+
+
+def test_its_log_is_its_own(sim):
+    sim.start()
+    snapshot = sim.match.snapshot()
+    debug = {key.split("/")[-1] for kind in (snapshot.doubles, snapshot.booleans) for key in kind if "/Debug/" in key}
+    own = ("LowerWheel", "UpperWheel", "Turret", "Feeder", "Kicker", "FrontRoller", "BackRoller")
+    assert {f"{name}VelocityRPS" for name in own} == {key for key in debug if key.endswith("VelocityRPS")}
+    assert {"IntakeZoneActive", "IntakeZoneActive2", "ShootingGateOpen", "TurretAngleDeg"} <= debug
+    assert not [key for key in debug if key.startswith(("Hood", "Spindexer", "Shooter", "IntakeDeploy"))]
+    assert len(snapshot.pose_arrays["Sim/Robot/ComponentPoses"]) == 0
+"""
+
+TANK = """
+from pyfrc.tests import test_practice
+
+
+def test_it_drives_and_its_currents_are_known(sim):
+    sim.alliance("blue")
+    sim.start()
+    assert {side: len(amps) for side, amps in sim.currents.items()} == {"left": 2, "right": 2}
+    start = sim.pose
+    sim.robot.goal = (2.0, 0.0, 0.0)
+    sim.teleop(seconds=0.3)
+    assert min(sum(amps) for amps in sim.currents.values()) > 5.0
+    sim.run(1.2)
+    assert sim.pose.translation().distance(start.translation()) > 1.0
+    assert sim.pieces.held == 0 and sim.battery.min_voltage < 12.5
+    assert sim.match is sim.game and sim.robot_sim is sim.plant
+    print("DIGEST", sim.digest)
+
+
+def test_again(sim):
+    test_it_drives_and_its_currents_are_known(sim)
+"""
+
+
+def test_a_robot_of_simcore_toml_alone_takes_in_by_both_intakes_and_scores_with_its_turret(project_of):
+    run = project_of(ROBOTS / "turreted")
+    code, said = run(TURRETED, "-rP")
+    assert code == 0 and "2 passed" in said, said
+
+
+GENERATED = """
+import pytest
+
+
+def test_guessed_mechanisms_reach_their_setpoints(sim):
+    sim.teleop(seconds=2.0)
+    facts = sim.robot.facts()
+    assert facts["shooter_rps"] == pytest.approx(60.0, rel=0.03)
+    assert [abs(rps) for rps in facts["follower_rps"]] == pytest.approx([45.0, 45.0], rel=0.03)
+    assert facts["elevator"] == pytest.approx(3.0, abs=0.01)
+    assert facts["arm"] == pytest.approx(0.2, abs=0.01)
+    assert facts["turret"] == pytest.approx(0.4, abs=0.01)
+    assert facts["encoder"] == pytest.approx(facts["turret"], abs=0.01)
+    assert facts["roller_rps"] == pytest.approx(10.0, rel=0.1)
+"""
+
+
+def test_motors_that_nobody_describes_turn_guessed_mechanisms_in_simulated_time_too(project_of):
+    run = project_of(ROBOTS / "generated")
+    (run.folder / "simcore.toml").write_text('game = "rebuilt"\n')
+    code, said = run(GENERATED, "-rP")
+    assert code == 0, said
+
+
+def test_a_tank_robot_passes_the_generic_robot_tests(project_of):
+    run = project_of(ROBOTS / "tank")
+    code, said = run(TANK, "-rP")
+    assert code == 0, said
+    digests = [line.split()[1] for line in said.splitlines() if line.startswith("DIGEST")]
+    assert len(digests) == 2 and digests[0] == digests[1]

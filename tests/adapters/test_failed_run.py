@@ -1,0 +1,72 @@
+"""A test that fails under `robotpy test` leaves its run, with what a running game has there."""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+import shutil
+import subprocess
+import sys
+from importlib.util import find_spec
+from pathlib import Path
+
+import pytest
+
+pytestmark = [pytest.mark.slow, pytest.mark.realtime]
+
+ROOT = Path(__file__).resolve().parents[2]
+PLAIN = Path(__file__).parent / "robots" / "plain"
+
+TEST = """
+from simcore.robotpy.robot_physics import RobotPhysics
+from simcore.show.failed_run import save_failed_run
+from simcore.show.scene import scene_of
+from simcore.telemetry.recording import Recording
+
+
+def test_drives_ten_meters(control, robot, monkeypatch):
+    recording, engines = Recording(), []
+    start = RobotPhysics.__init__
+
+    def with_recording(self, *args, **options):
+        start(self, *args, **options)
+        self.match.sinks.append(recording)
+        engines.append(self)
+
+    monkeypatch.setattr(RobotPhysics, "__init__", with_recording)
+    with control.run_robot():
+        control.step_timing(seconds=1.5, autonomous=False, enabled=True)
+    left = save_failed_run(
+        recording, "evidence", name="test_drives[ten]", scene=scene_of(engines[0].match), note="driven >= 10"
+    )
+    print("LEFT", left, left.problems)
+    assert recording.poses("Sim/Robot/Pose3d")[1][-1, 1] > 10.0, "no robot does that in 1.5 s"
+"""
+
+
+def test_what_is_left_of_a_failed_robotpy_test(tmp_path):
+    for module in ("phoenix6", "pyfrc", "robotpy_cli" if find_spec("robotpy_cli") else "robotpy"):
+        if find_spec(module) is None:
+            pytest.skip(f"needs {module}: pip install simcore[phoenix6,robotpy]")
+    project = tmp_path / "project"
+    shutil.copytree(PLAIN, project)
+    (project / "tests").mkdir()
+    (project / "tests" / "drive_test.py").write_text(TEST)
+    run = subprocess.run(
+        [sys.executable, "-m", "robotpy", "test", "--", "-s"],
+        cwd=project,
+        env={**os.environ, "PYTHONPATH": str(ROOT)},
+        capture_output=True,
+        text=True,
+        timeout=90,
+    )
+    said = run.stdout + run.stderr
+    assert run.returncode != 0 and "no robot does that" in said, said[-3000:]
+    files = {path.suffix: path for path in project.rglob("test_drives_ten.*")}
+    assert set(files) == {".html", ".png", ".wpilog"}, said[-3000:]
+    page = files[".html"].read_text(encoding="utf-8")
+    assert "driven &gt;= 10" in page and "Tick time" in page, "the wall time of ticks is known there too"
+    run_in_page = json.loads(page.partition('id="run">')[2].partition("</script>")[0])
+    (x, y, _), (to_x, to_y, _) = (run_in_page["frames"][row]["robots"][0] for row in (0, -1))
+    assert math.hypot(to_x - x, to_y - y) > 50.0, "half a meter [cm]"

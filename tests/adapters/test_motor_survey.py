@@ -1,0 +1,48 @@
+"""`simcore init` starts the robot program for a moment and finds its motors."""
+
+from __future__ import annotations
+
+import shutil
+from importlib.util import find_spec
+from pathlib import Path
+
+import pytest
+
+from simcore.robot_file.init_command import find_motors
+from simcore.robot_file.template import FoundMotor
+
+pytestmark = pytest.mark.skipif(
+    any(find_spec(m) is None for m in ("phoenix6", "wpilib", "commands2")), reason="needs simcore[phoenix6,robotpy]"
+)
+
+ROBOTS = Path(__file__).parent / "robots"
+
+
+@pytest.fixture
+def project(tmp_path):
+    shutil.copy(ROBOTS / "generated" / "robot.py", tmp_path)
+    shutil.copy(ROBOTS / "shared" / "measures.py", tmp_path)
+    return tmp_path
+
+
+def test_groups_of_motors_and_their_gears_are_found_and_the_drivetrain_left_out(project):
+    motors, why_not = find_motors(project)
+    assert why_not == ""
+    assert motors == [
+        FoundMotor(controller="TalonFX", leader=31, followers=(32, 33), opposed=(33,), gearing=0.75),
+        FoundMotor(controller="TalonFX", leader=34, gearing=9.0, has_gravity=True),
+        FoundMotor(controller="TalonFX", leader=35, gearing=45.0, has_gravity=True),
+        FoundMotor(controller="TalonFX", leader=36, gearing=25.0),
+        FoundMotor(controller="TalonFXS", leader=37, gearing=3.0),
+    ]
+    assert sorted(p.name for p in project.iterdir() if p.name != "__pycache__") == ["measures.py", "robot.py"]
+
+
+def test_a_program_that_cannot_start_says_why(project):
+    (project / "robot.py").write_text("import wpilib\nraise OSError('no gamepad')\n")
+    assert find_motors(project) == (None, "OSError: no gamepad")
+    (project / "robot.py").write_text("import wpilib\n")
+    assert find_motors(project) == (
+        None,
+        f"ConfigError: {project}/robot.py: want one class derived from wpilib.RobotBase, got []",
+    )

@@ -1,0 +1,60 @@
+"""Two installed games under `robotpy sim --simcore`: flag, file or the newer year chooses, and the log says which."""
+
+from __future__ import annotations
+
+import shutil
+from pathlib import Path
+
+import pytest
+
+pytestmark = pytest.mark.slow
+
+TURRETED = Path(__file__).parent / "robots" / "turreted"
+LATER = """
+from dataclasses import replace
+
+from games.rebuilt import REBUILT
+
+GAME = replace(REBUILT, name="later", year=2999)
+"""
+
+
+@pytest.fixture(scope="module")
+def second_game(tmp_path_factory, install):
+    """A folder in which a distribution with a game of a far year is installed: whatever else is here is older."""
+    folder = tmp_path_factory.mktemp("second")
+    (folder / "later_game.py").write_text(LATER)
+    install(folder, "later-game", {"simcore.games": "later = later_game:GAME"})
+    return folder
+
+
+@pytest.fixture
+def robot(tmp_path):
+    """A copy of a robot whose file names no game."""
+    folder = tmp_path / "turreted"
+    shutil.copytree(TURRETED, folder)
+    text = (folder / "simcore.toml").read_text()
+    (folder / "simcore.toml").write_text(text.replace('game = "rebuilt"\n', ""))
+    return folder
+
+
+def line_of(run) -> str:
+    return next(line for line in run["output"].splitlines() if "also installed" in line)
+
+
+def test_the_newest_is_played_if_nothing_is_said(scenario, robot, second_game):
+    run = scenario("which_game", str(robot), "--simcore", path=(second_game,))
+    assert run["game"] == "later"
+    assert "game later (2999), the newest; also installed: " in line_of(run) and "rebuilt" in line_of(run)
+
+
+def test_the_file_chooses(scenario, second_game):
+    run = scenario("which_game", str(TURRETED), "--simcore", path=(second_game,))
+    assert run["game"] == "rebuilt"
+    assert "game rebuilt (2026), as simcore.toml says; also installed: later" in line_of(run)
+
+
+def test_the_flag_is_stronger_than_the_file(scenario, second_game):
+    run = scenario("which_game", str(TURRETED), "--simcore", "--game", "later", path=(second_game,))
+    assert run["game"] == "later"
+    assert "game later (2999), as --game says; also installed: " in line_of(run)

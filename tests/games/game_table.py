@@ -1,0 +1,62 @@
+"""The games on which the laws of every game are tried."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from crates import CRATES
+
+from games.rebuilt import REBUILT
+from simcore.match.game import Auto, Game
+from simcore.match.match import Match
+from simcore.match.runner import AutoRun, play_auto
+from simcore.pieces.pool import PieceStatus
+
+GAMES: dict[str, Game] = {"rebuilt": REBUILT, "crates": CRATES}
+AUTOS = [(name, auto) for name, game in GAMES.items() for auto in game.autos]
+
+
+@dataclass
+class Played:
+    """A run with what was seen at each tick."""
+
+    run: AutoRun
+    auto: Auto
+    lost: list[int] = field(default_factory=list)
+    """Ticks at which the pieces did not add up."""
+    sunk: float = 1.0
+    """Least height of a center over that of a piece that lies flat [m]."""
+    poses: list[tuple[float, ...]] = field(default_factory=list)
+    """Of the robot: position and quaternion."""
+    roll_pitch: list[tuple[float, float]] = field(default_factory=list)
+    held: list[int] = field(default_factory=list)
+    touched: int = 0
+    """Tick at which a piece first woke or was taken."""
+    ghosts: float = 0.0
+    """Farthest that a sleeper's body was from where the sleeper is said to lie, at the end [m]."""
+
+
+def play(game: str, auto: str, alliance: str = "blue", seed: int = 0, **settings) -> Played:
+    """Play an auto and look at it at every tick."""
+    seen = Played(run=None, auto=GAMES[game].auto(auto))  # type: ignore[arg-type]
+
+    def look(match: Match) -> None:
+        if not match.count.is_conserved:
+            seen.lost.append(match.ticks)
+        slots = match.pieces.on_field()
+        rest = np.array([kind.rest_height for kind in match.pieces.types])[match.pieces.state.kind[slots]]
+        seen.sunk = min(seen.sunk, float((match.pieces.state.pos[slots, 2] - rest).min()))
+        chassis = match.robots[0].chassis
+        seen.poses.append((*chassis.pos, *chassis.quat))
+        seen.roll_pitch.append(chassis.roll_pitch_yaw[:2])
+        seen.held.append(match.count.held)
+        if not seen.touched and (len(match.pieces.awake) > len(match.flow.flying) or match.flow.intakes):
+            seen.touched = match.ticks
+
+    seen.run = play_auto(GAMES[game], auto, alliance=alliance, seed=seed, on_tick=look, **settings)
+    match = seen.run.match
+    asleep = np.nonzero(match.pieces.state.status == PieceStatus.ASLEEP)[0]
+    bodies = match.world.engine.centers(match.pieces._pool.rows_of(asleep))
+    seen.ghosts = float(np.abs(bodies - match.pieces.state.pos[asleep]).max())
+    return seen

@@ -1,0 +1,165 @@
+"""The same seed is the same match: in another process, after other matches, after a reset; a second auto is at zero."""
+
+from __future__ import annotations
+
+import gc
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from game_table import GAMES
+
+from simcore.match.game import Game, RobotEntry
+from simcore.match.match import Match
+from simcore.match.runner import play_auto
+from simcore.telemetry.sinks import MemorySink
+from simcore.telemetry.wpilog import WpilogSink
+
+HERE = Path(__file__).resolve().parent
+SECONDS = 3.0
+
+CODE = """
+import sys
+from game_table import GAMES
+from simcore.match.runner import play_auto
+run = play_auto(GAMES[sys.argv[1]], seconds=float(sys.argv[2]), seed=int(sys.argv[3]))
+print(run.report.digest)
+"""
+
+
+def digest(game: Game, seed: int, **settings) -> str:
+    run = play_auto(game, seconds=SECONDS, seed=seed, **settings)
+    run.match.close()
+    return run.report.digest
+
+
+def test_the_same_seed_is_the_same_match_in_another_process_and_after_other_matches(game):
+    digest(game, 8)
+    digest(GAMES["crates"], 2)
+    mine = digest(game, 3)
+    path = os.pathsep.join((str(HERE.parents[1]), str(HERE)))
+    other = subprocess.run(
+        [sys.executable, "-c", CODE, game.name, str(SECONDS), "3"],
+        env={**os.environ, "PYTHONPATH": path}, capture_output=True, text=True, timeout=120,
+    )  # fmt: skip
+    assert other.returncode == 0, other.stderr
+    assert other.stdout.strip() == mine
+    assert digest(game, 4) != mine
+
+
+def test_sinks_do_not_change_the_match(game, tmp_path):
+    digests = {digest(game, 0, sinks=sinks) for sinks in ([], [MemorySink()], [WpilogSink(tmp_path / "run.wpilog")])}
+    assert len(digests) == 1
+
+
+def test_a_piece_that_changes_its_status_only_changes_the_digest(game):
+    """Status is part of the state: a piece in the robot is not one with the human player."""
+    digests = []
+    for kept in (False, True):
+        with Match(game, seed=1) as match:
+            (slot,) = match.robots[0].held[:1]
+            if not kept:
+                match.robots[0].storage.discard(slot)
+                match.pieces.state.status[slot] = 1  # staged
+            match.tick()
+            digests.append(match.digest.hexdigest())
+    assert digests[0] != digests[1]
+
+
+def with_auto(game: Game, **settings) -> Match:
+    auto = game.auto()
+    match = Match(game, robots=(RobotEntry(start=auto.start, preload=auto.preload),), **settings)
+    match.set_controller(0, auto.controller(match, "blue"))
+    return match
+
+
+def replay(match: Match, times: int, seconds: float) -> tuple[set[str], int]:
+    """Play and reset so often; the digests, and how many more objects there are at the end than after a fifth."""
+    digests, start = set(), 0
+    for number in range(times):
+        match.reset()
+        match.play(seconds)
+        digests.add(match.digest.hexdigest())
+        assert match.count.is_conserved
+        if number == times // 5:
+            gc.collect()
+            start = len(gc.get_objects())
+    gc.collect()
+    return digests, len(gc.get_objects()) - start
+
+
+def test_a_match_that_is_reset_is_the_same_match(game):
+    with with_auto(game, seed=5) as match:
+        match.play(0.2)
+        first = match.digest.hexdigest()
+        digests, more = replay(match, 20, 0.2)
+        assert digests == {first}
+        assert more < 200, "nothing of a run stays"
+        places = match.pieces.state.pos.copy()
+        match.reset(seed=6)
+        assert match.seed == 6 and not np.array_equal(match.pieces.state.pos, places)
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(not Path("/proc/self/statm").exists(), reason="reads Linux' figures of memory")
+def test_resets_take_no_memory(game, whole):
+    """The engine's memory too, which Python does not see: 60 resets, 300 with `--whole`."""
+
+    def resident() -> int:
+        return int(Path("/proc/self/statm").read_text().split()[1]) * os.sysconf("SC_PAGESIZE")
+
+    with with_auto(game, seed=5) as match:
+        replay(match, 60 if whole else 20, 0.1)
+        before = resident()
+        digests, more = replay(match, 240 if whole else 40, 0.1)
+        assert len(digests) == 1 and more < 200
+        assert resident() - before < 8e6
+
+
+def test_a_second_auto_begins_at_zero(game):
+    """As in `robotpy sim`, where a driver enables auto again; what lies on the field stays where it is."""
+    with with_auto(game) as match:
+        match.start_mode("auto")
+        match.play(5.0)
+        assert match.flow.shots or match.flow.intakes
+        match.start_mode("teleop")
+        assert match.timer.time == game.clock.start_of_mode("teleop")
+        match.play(0.2)
+        match.start_mode("auto")
+        assert (match.score.total, match.flow.shots, match.flow.intakes, match.flow.hits) == (0, [], [], 0)
+        assert match.timer.time == 0.0 and match.timer.phase.name == "auto"
+        assert not any(match.rules.breakdown().values()) and not any(match.tracker.pieces.values())
+        assert match.tracker.events == []
+        match.play(0.1)
+        assert match.timer.time == pytest.approx(0.1)
+        assert match.count.is_conserved
+
+
+def test_a_driver_station_runs_the_clock(game):
+    """The clock stands before the first enable and while disabled, and goes on through the pauses of the match."""
+    with Match(game, robots=(RobotEntry(preload=0),)) as match:
+        match.timer.follow_driver_station()
+        match.play(0.5)
+        assert match.timer.time == 0.0 and not match.timer.is_enabled
+        match.timer.set_enabled(True)
+        match.start_mode("auto")
+        match.play(0.5)
+        assert match.timer.time == pytest.approx(0.5) and match.timer.is_enabled
+        match.timer.set_enabled(False)
+        match.play(0.5)
+        assert match.timer.time == pytest.approx(0.5)
+        match.start_mode("teleop")
+        assert match.timer.time == game.clock.start_of_mode("teleop")
+
+
+def test_the_end_comes_once(game):
+    ends = []
+    with Match(game, robots=(RobotEntry(preload=0),)) as match:
+        match.rules.end = lambda: ends.append(match.timer.time)  # type: ignore[method-assign]
+        match.timer._start = game.clock.duration - 0.1
+        match.play(0.3)
+        assert ends == [pytest.approx(game.clock.duration)]
+        assert not match.timer.is_enabled and match.timer.remaining == 0.0

@@ -1,0 +1,126 @@
+"""Telemetry of every game: what a log holds is what the match had."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from wpimath.geometry import Pose3d
+from wpiutil import wpistruct
+from wpiutil.log import DataLogReader
+
+from simcore.match.match import Match
+from simcore.match.runner import play_auto
+from simcore.telemetry.log_reader import read_log
+from simcore.telemetry.sinks import MemorySink
+from simcore.telemetry.wpilog import WpilogSink
+
+
+def test_a_log_read_back_shows_the_match(game, tmp_path):
+    """Poses, ids, held pieces and the clock, at every tick."""
+    truth = []
+
+    def look(match: Match) -> None:
+        state = match.pieces.state
+        kinds = {}
+        for kind in match.pieces.types:
+            slots = match.pieces.on_field(kind.name)
+            held = [slot for slot in match.robots[0].held if match.pieces.types[state.kind[slot]] is kind]
+            kinds[kind.name] = (slots.tolist(), state.pos[slots].copy(), held)
+        robot = match.robots[0]
+        truth.append((robot.chassis.pos, kinds, match.timer.time, robot.battery.voltage, match.score.total))
+
+    path = tmp_path / "run.wpilog"
+    run = play_auto(game, seconds=6.0, seed=1, sinks=[WpilogSink(path, bulk_period=0.02)], on_tick=look)
+    chassis = run.match.robots[0].chassis.config
+    placers = len(run.match.robots[0].placers)
+    run.match.close()
+    log = read_log(path)
+    held_at_all = 0
+    for tick, (pos, kinds, time, volts, total) in enumerate(truth):
+        shown = log.snapshot_at(0.02 * (tick + 1) + 1e-4)
+        assert shown.poses["Sim/Robot/Pose3d"][:3] == pytest.approx(pos)
+        assert shown.doubles["Sim/Match/Time"] == pytest.approx(time)
+        assert shown.doubles["Sim/Debug/BatteryVoltage"] == pytest.approx(volts)
+        assert shown.integers["Sim/Score/Total"] == total
+        for name, (slots, places, held) in kinds.items():
+            assert shown.integer_arrays[f"Sim/PieceIds/{name}"].tolist() == slots
+            assert shown.pose_arrays[f"Sim/GamePieces/{name}"][:, :3] == pytest.approx(places)
+            assert shown.integer_arrays[f"Sim/HeldIds/{name}"].tolist() == held
+            inside = shown.pose_arrays[f"Sim/Held/{name}"][:, :3] - np.array(pos)
+            assert len(inside) == len(held)
+            held_at_all += len(held)
+            reach = np.hypot(chassis.bumper_length, chassis.bumper_width) / 2 + (0.5 if placers else 0.0)
+            assert (np.hypot(inside[:, 0], inside[:, 1]) < reach).all(), "inside of the bumpers, or in the claw"
+    assert held_at_all > 0
+
+
+def test_held_pieces_are_shown_inside_of_the_bumpers_and_apart(game):
+    with Match(game) as match:
+        match.play(0.1)
+        held = match.snapshot().pose_arrays[f"Sim/Held/{game.pieces[0].kind.name}"][:, :3]
+        assert len(held) == game.preload
+        x, y, yaw = match.robots[0].chassis.pose
+        away = held[:, :2] - (x, y)
+        c, s = np.cos(yaw), np.sin(yaw)
+        local = np.abs(away @ np.array([[c, -s], [s, c]]))
+        config, radius = match.robots[0].chassis.config, game.pieces[0].kind.bounding_radius
+        assert (local + radius <= (config.bumper_length / 2 + 1e-6, config.bumper_width / 2 + 1e-6)).all()
+        apart = np.linalg.norm(held[:, None] - held[None], axis=2) + 10.0 * np.eye(len(held))
+        assert apart.min() >= 2.0 * radius - 1e-6
+
+
+def test_the_keys_of_the_clock_agree_with_each_other(game):
+    """Through the end of auto, the pause and into teleop."""
+    sink = MemorySink()
+    auto = game.clock.duration if not game.clock.phases else game.clock.phases[0].duration
+    with Match(game, sinks=[sink]) as match:
+        match.timer._start = auto - 0.2
+        pause = game.clock.phases[1]
+        match.play(0.4)
+        match.timer._start = auto + pause.duration - 0.2 - match.timer._ticks * 0.02
+        match.play(0.4)
+    seen = set()
+    for s in sink.snapshots:
+        time, period = s.doubles["Sim/Match/Time"], s.strings["Sim/Match/Period"]
+        assert s.doubles["Sim/Match/TimeLeft"] == pytest.approx(game.clock.duration - time)
+        assert game.clock.phase(time).name == period
+        assert s.booleans["Sim/Match/Enabled"] == (game.clock.phase(time).mode != "disabled")
+        seen.add(period)
+    assert seen == {phase.name for phase in game.clock.phases[:3]}
+
+
+def test_one_key_has_one_kind_and_all_values_are_plain(game):
+    with Match(game) as match:
+        match.last_tick_ms = 1.0
+        match.play(0.1)
+        s = match.snapshot()
+    names = [*s.doubles, *s.integers, *s.booleans, *s.strings, *s.poses, *s.pose_arrays, *s.integer_arrays]
+    assert len(set(names)) == len(names)
+    for values, kind in ((s.doubles, float), (s.integers, int), (s.booleans, bool), (s.strings, str)):
+        assert all(type(value) is kind for value in values.values())
+    for rows in (*s.poses.values(), *s.pose_arrays.values()):
+        assert np.linalg.norm(rows.reshape(-1, 7)[:, 3:], axis=1) == pytest.approx(1.0)
+        assert not rows.flags.writeable or rows.ndim == 1
+    for row in match.rules.telemetry():
+        assert row in names
+    wanted = {f"Sim/Score/{name}" for name in (*match.tracker.pieces, *match.rules.breakdown(), "Total", "Red", "Blue")}
+    assert wanted <= set(s.integers)
+
+
+def test_wpilib_reads_the_same_log(game, tmp_path):
+    path = tmp_path / "run.wpilog"
+    poses = []
+    run = play_auto(
+        game, seconds=1.0, sinks=[WpilogSink(path)], on_tick=lambda m: poses.append(m.robots[0].chassis.pos)
+    )
+    run.match.close()
+    names, logged = {}, []
+    for record in DataLogReader(str(path)):
+        if record.isStart():
+            start = record.getStartData()
+            names[start.entry] = start.name
+        elif not record.isControl() and names[record.getEntry()] == "NT:/Sim/Robot/Pose3d":
+            logged.append((record.getTimestamp(), wpistruct.unpack(Pose3d, record.getRaw())))
+    assert [stamp for stamp, _ in logged] == [20_000 * (i + 1) for i in range(50)]
+    for (_, got), pos in zip(logged, poses, strict=True):
+        assert (got.x, got.y, got.z) == pytest.approx(pos)

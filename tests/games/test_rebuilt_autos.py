@@ -1,0 +1,86 @@
+"""The scripted autos on the real field: what they score, and what no robot and no fuel may do meanwhile."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from games.rebuilt.dimensions import (
+    BUMP_DEPTH,
+    BUMP_HEIGHT,
+    BUMP_WIDTH,
+    FIELD_WIDTH,
+    HUB_CENTER,
+    TRENCH_ARM_DEPTH,
+    TRENCH_CLEAR_HEIGHT,
+    TRENCH_CLEAR_WIDTH,
+)
+from simcore.pieces.pool import PieceStatus
+
+AUTOS = ["depot", "neutral", "tour"]
+
+
+@pytest.fixture(params=AUTOS)
+def run(request, played):
+    return played["rebuilt", request.param, "blue"]
+
+
+def test_the_depot_auto_scores_at_least_twenty_of_its_thirty_two(played):
+    report = played["rebuilt", "depot", "blue"].run.report
+    assert 20 <= report.score.blue <= 32
+    assert report.pieces.staged == 504
+    assert report.score.red == 0
+    assert report.hits == report.pieces.scored == report.score.blue <= report.shots
+    assert report.sim_seconds == 20.0 and report.ticks == 1000
+
+
+def test_the_neutral_auto_comes_back_with_more_than_it_took_along(played):
+    one = played["rebuilt", "neutral", "blue"]
+    x = [pose[0] for pose in one.poses]
+    assert max(x) > HUB_CENTER[0] + 2.0, "it was in the neutral zone"
+    assert x[-1] < HUB_CENTER[0] - 1.0, "and is back"
+    assert one.run.report.score.blue > 20, "8 of its own and more"
+
+
+def test_the_robot_stays_on_the_floor_and_upright(run):
+    roll, pitch = np.array(run.roll_pitch).T
+    z = np.array(run.poses)[:, 2]
+    assert z.min() > -0.01, "it does not sink"
+    assert z.max() < BUMP_HEIGHT + 0.05, "it does not fly or climb"
+    assert math.degrees(max(np.abs(roll).max(), np.abs(pitch).max())) < 30.0
+    if run.run.report.auto == "depot":
+        assert z.max() < 0.04, "only over the depot's barrier"
+
+
+def test_the_tour_climbs_the_bump_and_comes_down(played):
+    one = played["rebuilt", "tour", "blue"]
+    poses = np.array(one.poses)
+    on_bump = (np.abs(poses[:, 0] - HUB_CENTER[0]) < BUMP_DEPTH / 2) & (
+        np.abs(poses[:, 1] - FIELD_WIDTH / 2) < 0.6 + BUMP_WIDTH
+    )
+    assert poses[on_bump, 2].max() > 0.6 * BUMP_HEIGHT, "it really rises"
+    assert abs(poses[-1, 2]) < 0.005, "and stands on the carpet at the end"
+
+
+def test_the_tour_passes_under_the_arm_of_the_trench(played):
+    one = played["rebuilt", "tour", "blue"]
+    poses = np.array(one.poses)
+    config = one.run.match.robots[0].chassis.config
+    assert config.height < TRENCH_CLEAR_HEIGHT
+    in_lane = poses[:, 1] > FIELD_WIDTH - TRENCH_CLEAR_WIDTH + config.bumper_width / 2
+    under = in_lane & (np.abs(poses[:, 0] - HUB_CENTER[0]) < TRENCH_ARM_DEPTH)
+    assert under.any(), "it is under the arm"
+    assert (poses[under, 2] + config.height < TRENCH_CLEAR_HEIGHT).all()
+    before, after = poses[: int(np.argmax(under))], poses[len(poses) - int(np.argmax(under[::-1])) :]
+    assert before[-1, 0] > HUB_CENTER[0] > after[0, 0], "from the neutral side to its own"
+
+
+def test_what_nobody_touched_still_lies_where_it_was_staged(played):
+    run = played["rebuilt", "tour", "blue"].run
+    state = run.match.pieces.state
+    on_field = run.match.pieces.on_field()
+    assert (state.status[on_field] == PieceStatus.ASLEEP).all()
+    moved = np.linalg.norm(state.pos[on_field] - run.pieces_at_start, axis=1)
+    assert (moved < 1e-9).sum() > 350

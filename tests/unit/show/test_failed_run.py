@@ -1,0 +1,88 @@
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from made_up_run import SCENE, recorded, snapshot
+from wpiutil.log import DataLogReader
+
+from simcore.show import failed_run
+from simcore.show.failed_run import safe_name, save_failed_run, write_log
+from simcore.telemetry.recording import Recording
+from simcore.telemetry.wpilog import WpilogSink
+
+
+def test_log_picture_and_page_are_left_and_named(tmp_path: Path) -> None:
+    left = save_failed_run(recorded(), tmp_path / "new", name="test_auto[red/3]", scene=SCENE, note="assert 3 >= 20")
+    assert left.problems == ()
+    assert {left.log, left.picture, left.page} == set((tmp_path / "new").iterdir())
+    assert all(path is not None and path.stem == "test_auto_red_3" and str(path) in str(left) for path in
+               (left.log, left.picture, left.page))  # fmt: skip
+    assert left.page is not None and "assert 3 &gt;= 20" in left.page.read_text(encoding="utf-8")
+    assert left.picture is not None and left.picture.read_bytes().startswith(b"\x89PNG")
+    assert DataLogReader(str(left.log)).isValid()
+
+
+def test_the_log_is_the_one_that_the_run_would_have_written(tmp_path: Path) -> None:
+    with WpilogSink(tmp_path / "live.wpilog", bulk_period=0.04) as sink:
+        for tick in range(100):
+            sink.write(snapshot(tick))
+    write_log(recorded(100), tmp_path / "after.wpilog")
+    assert _records(tmp_path / "after.wpilog") == _records(tmp_path / "live.wpilog")
+
+
+def _records(path: Path) -> list[tuple[object, ...]]:
+    names: dict[int, str] = {}
+    found: list[tuple[object, ...]] = []
+    for record in DataLogReader(str(path)):
+        if record.isStart():
+            start = record.getStartData()
+            names[start.entry] = start.name
+            found.append((start.name, start.type))
+        elif not record.isControl():
+            raw = record.getRaw()
+            name = names[record.getEntry()]
+            if name.endswith("Fuel"):  # kept in single precision
+                raw = np.frombuffer(raw).round(5).tobytes()
+            found.append((name, record.getTimestamp(), bytes(raw)))
+    assert len(found) > 300
+    return sorted(found, key=repr)
+
+
+def test_a_game_that_shows_no_scene_gets_a_bare_field(tmp_path: Path) -> None:
+    left = save_failed_run(recorded(), tmp_path, name="bare")
+    assert left.problems == () and left.page is not None and left.picture is not None
+
+
+def test_an_end_before_the_first_tick_is_said(tmp_path: Path) -> None:
+    left = save_failed_run(Recording(), tmp_path / "new", scene=SCENE)
+    assert "no tick was recorded" in str(left)
+    assert not (tmp_path / "new").exists()
+
+
+def test_a_folder_that_cannot_be_written_is_said_and_raises_nothing(tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("")
+    left = save_failed_run(recorded(3), tmp_path / "file", scene=SCENE)
+    assert (left.log, left.picture, left.page) == (None, None, None)
+    assert len(left.problems) == 3 and str(left).startswith("nothing of the run could be kept; no log: ")
+
+
+def test_one_failure_costs_only_its_own_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def fail(path: Path, *_: object, **__: object) -> None:
+        path.touch()  # what a full disk leaves
+        raise RuntimeError("no fonts")
+
+    monkeypatch.setattr(failed_run, "draw_summary", fail)
+    left = save_failed_run(recorded(3), tmp_path, name="x", scene=SCENE)
+    assert left.picture is None and left.page is not None and left.log is not None
+    assert left.problems == ("no picture: no fonts",)
+    assert not (tmp_path / "x.png").exists()
+
+
+@pytest.mark.parametrize(
+    ("name", "safe"),
+    [("a/b\\c:d*", "a_b_c_d"), ("", "run"), ("CON", "_CON"), ("lpt1.txt", "_lpt1.txt"), ("x" * 300, "x" * 100)],
+)
+def test_names_that_every_file_system_takes(name: str, safe: str) -> None:
+    assert safe_name(name) == safe

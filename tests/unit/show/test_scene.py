@@ -1,0 +1,67 @@
+"""Outlines of pieces from above."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from simcore.errors import ConfigError
+from simcore.show.scene import PLAIN_PIECE, PieceLook, RobotLook, Scene
+
+
+def rows(*rotations: Rotation) -> np.ndarray:
+    """Poses at (1, 2, 0.5) with these rotations, shape (n, 7)."""
+    return np.array([(1.0, 2.0, 0.5, *rotation.as_quat(scalar_first=True)) for rotation in rotations])
+
+
+def test_a_box_is_seen_from_above_as_it_lies() -> None:
+    look = PieceLook(size=(0.3, 0.12, 0.1), color="#ffffff")
+    seen = look.rectangles(
+        rows(
+            Rotation.identity(),
+            Rotation.from_euler("z", 130, degrees=True),
+            Rotation.from_euler("x", 90, degrees=True),
+            Rotation.from_euler("y", 90, degrees=True),
+            Rotation.from_euler("y", 30, degrees=True),
+        )
+    )
+    tilted = 0.3 * math.cos(math.radians(30)) + 0.1 * math.sin(math.radians(30))
+    assert seen[:, :2] == pytest.approx(np.array([(0.3, 0.12), (0.3, 0.12), (0.3, 0.1), (0.12, 0.1), (tilted, 0.12)]))
+    assert seen[:, 2] == pytest.approx([0.0, math.radians(-50), 0.0, math.pi / 2, 0.0])
+
+
+def test_corners_hold_every_corner_of_the_box() -> None:
+    look = PieceLook(size=(0.3, 0.12, 0.1), color="#ffffff")
+    rotations = Rotation.random(50, random_state=3)
+    signs = np.stack(np.meshgrid([-0.5, 0.5], [-0.5, 0.5], [-0.5, 0.5])).reshape(3, -1).T
+    for rotation, outline in zip(rotations, look.corners(rows(*rotations)), strict=True):
+        box = rotation.apply(signs * (0.3, 0.12, 0.1))[:, :2] + (1.0, 2.0)
+        side = np.roll(outline, -1, axis=0) - outline
+        out = np.column_stack((-side[:, 1], side[:, 0]))
+        assert ((box[:, None] - outline) * out).sum(axis=2).max() < 1e-9, "outside of the outline"
+        assert np.linalg.norm(outline - (1.0, 2.0), axis=1).max() < look.reach + 0.05
+
+
+def test_a_disk_and_derived_colors() -> None:
+    look = PieceLook(radius=0.1, color="#804020")
+    assert look.rectangles(rows(Rotation.identity())).tolist() == [[0.2, 0.2, 0.0]]
+    assert (look.air_color, look.edge_color) == ("#603018", "#402010")
+
+
+def test_names_and_unknown_types() -> None:
+    scene = Scene(field_size=(2.0, 1.0), pieces={"Ball": PieceLook(radius=0.1, color="#804020")})
+    assert scene.piece_names == "ball" and Scene(field_size=(2.0, 1.0)).piece_names == "pieces"
+    assert scene.look("Crate") is PLAIN_PIECE
+
+
+def test_bad_looks() -> None:
+    for options in ({}, {"radius": 0.1, "size": (0.1, 0.1, 0.1)}):
+        with pytest.raises(ConfigError, match="radius or size"):
+            PieceLook(color="#ffffff", **options)
+    with pytest.raises(ConfigError, match="> 0"):
+        PieceLook(color="#ffffff", size=(0.1, 0.0, 0.1))
+    with pytest.raises(ConfigError, match="bumpers"):
+        RobotLook(bumpers=(0.8, 0.0))

@@ -1,0 +1,33 @@
+"""The board of the page."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from simcore.show.view_page import clock_text, score_html
+from simcore.telemetry.snapshot import Snapshot
+
+
+def test_clock() -> None:
+    assert [clock_text(t) for t in (0.0, 9.96, 59.94, 59.96, 160.0, -1.0)] == [
+        "0:00.0", "0:10.0", "0:59.9", "1:00.0", "2:40.0", "0:00.0",
+    ]  # fmt: skip
+
+
+def test_board_says_score_clock_pieces_and_robots() -> None:
+    snapshot = Snapshot(
+        time=12.3,
+        tick=614,
+        pose_arrays={"Sim/GamePieces/Fuel": np.zeros((448, 7))},
+        doubles={"Sim/Match/TimeLeft": 147.7, "Sim/Debug/BatteryVoltage": 11.27},
+        integers={"Sim/Score/Blue": 24, "Sim/Score/Red": 3, "Sim/Shots": 9, "Sim/Hits": 8, "Sim/Intake/HeldCount": 5},
+    )
+    board = score_html(snapshot, {0: "Sim", 1: "Sim/Robots/1"})
+    for text in (">24<", ">3<", "0:12.3", "2:27.7 left", "fuel on the field <b>448</b>", "hits <b>8</b>",
+                 "robot 0: holds <b>5</b>, battery <b>11.3 V</b>"):  # fmt: skip
+        assert text in board
+    assert "robot 1" not in board, "nothing is known of it"
+
+
+def test_an_empty_snapshot_has_a_board_too() -> None:
+    assert "0:00.0" in score_html(Snapshot(time=0.0, tick=0), {})

@@ -1,0 +1,108 @@
+"""Sinks in memory, their rate, and a guard against full disks."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from simcore.errors import ConfigError, UnknownNameError
+from simcore.telemetry.sinks import Cadence, GuardedSink
+from simcore.telemetry.snapshot import Snapshot, TelemetrySink
+from simcore.telemetry.wpilog import WpilogSink
+from simcore.testing.doubles import ManualClock, MemorySink
+
+
+def test_keeps_all_in_order(snapshots: list[Snapshot]) -> None:
+    sink = MemorySink()
+    as_protocol: TelemetrySink = sink
+    for snapshot in snapshots:
+        assert as_protocol.due(snapshot.time)
+        as_protocol.write(snapshot)
+    assert list(sink.snapshots) == snapshots
+
+
+def test_period_and_capacity(snapshots: list[Snapshot]) -> None:
+    sink = MemorySink(period=0.04, capacity=3)
+    for snapshot in snapshots:
+        if sink.due(snapshot.time):
+            sink.write(snapshot)
+    assert [round(s.time, 6) for s in sink.snapshots] == [0.32, 0.36, 0.4]
+
+
+def test_series_and_close(snapshots: list[Snapshot]) -> None:
+    sink = MemorySink()
+    for snapshot in snapshots[:2]:
+        sink.write(snapshot)
+    sink.close()
+    sink.close()
+    assert not sink.due(9.0)
+    assert sink.series("Sim/Robot/GroundClearance") == ([0.02, 0.04], [0.0, 0.01])
+    with pytest.raises(UnknownNameError, match="Did you mean 'Sim/Score/Total'"):
+        sink.series("Sim/Score/Totl")
+
+
+def test_bad_capacity() -> None:
+    with pytest.raises(ConfigError, match="at least 1"):
+        MemorySink(capacity=0)
+
+
+def test_clock_does_not_run_backwards() -> None:
+    clock = ManualClock(1.0)
+    with pytest.raises(ConfigError, match="seconds"):
+        clock.advance(-0.1)
+    assert clock() == 1.0
+
+
+@given(period=st.integers(1, 50), ticks=st.integers(1, 2000))
+def test_every_slot_is_taken_once(period: int, ticks: int) -> None:
+    """A period of k ticks gives one snapshot per k ticks, plus the one of the slot that was begun."""
+    cadence = Cadence(period * 0.02)
+    taken = sum(cadence.take(0.02 * tick) for tick in range(ticks))
+    assert taken == (ticks - 1) // period + 1
+
+
+def test_restart_is_due_again() -> None:
+    cadence = Cadence(0.02)
+    cadence.take(5.0)
+    assert not cadence.due(5.0)
+    assert cadence.due(0.02)
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="no /dev/full, the disk that is always full, on this system")
+def test_a_full_disk_is_said_once_and_ends_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
+    said: list[str] = []
+    monkeypatch.setattr("simcore.telemetry.wpilog.WpilogSink._flush", _flush_later(WpilogSink._flush))
+    sink = GuardedSink(WpilogSink("/dev/full"), said.append)
+    written = 0
+    for tick in range(200):
+        time = 0.02 * (tick + 1)
+        if sink.due(time):
+            sink.write(Snapshot(time=time, tick=tick, doubles={"a": time}))
+            written += 1
+    sink.close()
+    assert len(said) == 1 and "No space left on device" in said[0] and "/dev/full" in said[0]
+    assert sink.failure == said[0]
+    assert written < 60, "not asked again"
+
+
+def _flush_later(flush):  # type: ignore[no-untyped-def]
+    """The header, written at once, would already fail to create the log: here the disk fills up later."""
+
+    def wrapped(self, micros):  # type: ignore[no-untyped-def]
+        if micros:
+            flush(self, micros)
+
+    return wrapped
+
+
+def test_our_own_mistakes_still_raise(tmp_path: Path) -> None:
+    sink = GuardedSink(WpilogSink(tmp_path / "x.wpilog"), sys.exit)
+    sink.write(Snapshot(time=0.02, tick=0, doubles={"a": 1.0}))
+    with pytest.raises(ConfigError, match="one key has one type"):
+        sink.write(Snapshot(time=0.04, tick=1, booleans={"a": True}))
+    sink.close()
+    sink.close()

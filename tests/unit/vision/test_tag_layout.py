@@ -1,0 +1,106 @@
+"""Layouts: the official ones, files, and what is wrong with a broken one."""
+
+from __future__ import annotations
+
+import json
+import math
+
+import numpy as np
+import pytest
+
+from simcore.errors import ConfigError, UnknownNameError
+from simcore.geometry.rotation import from_yaw
+from simcore.vision.camera import CameraConfig, LimelightType, PiecePipeline, TagPipeline, limelight_type
+from simcore.vision.tag_layout import TAG_SIZE, TagLayout, load_layout, official_layout
+
+
+def test_the_official_layouts_of_2026():
+    welded, andymark = official_layout("2026-welded"), official_layout("2026-andymark")
+    assert len(welded.ids) == len(andymark.ids) == 32
+    assert welded.field_size == pytest.approx((16.541, 8.069), abs=1e-3)
+    assert andymark.field_size == pytest.approx((16.518, 8.043), abs=1e-3)
+    assert official_layout("k2026RebuiltWelded").ids.tolist() == list(range(1, 33))
+
+
+def test_corners_go_around_as_one_faces_the_tag():
+    """Tag 26 faces the blue wall: who faces it looks along +x, so its left is +y."""
+    layout = official_layout("2026-welded")
+    row = layout.id_list.index(26)
+    low_left, low_right, up_right, up_left = layout.corners[row] - layout.centers[row]
+    h = TAG_SIZE / 2.0
+    assert low_left == pytest.approx((0.0, h, -h), abs=1e-9)
+    assert low_right == pytest.approx((0.0, -h, -h), abs=1e-9)
+    assert up_right == pytest.approx((0.0, -h, h), abs=1e-9)
+    assert up_left == pytest.approx((0.0, h, h), abs=1e-9)
+    assert layout.normals[row] == pytest.approx((-1.0, 0.0, 0.0), abs=1e-9)
+
+
+def test_an_unknown_name_says_which_there_are():
+    with pytest.raises(UnknownNameError, match="Did you mean '2026-welded'"):
+        official_layout("2026-weld")
+
+
+def test_a_file_in_wpilibs_format(tmp_path):
+    file = tmp_path / "practice.json"
+    turn = {"W": math.cos(0.5), "X": 0.0, "Y": 0.0, "Z": math.sin(0.5)}
+    tag = {"ID": 7, "pose": {"translation": {"x": 1.0, "y": 2.0, "z": 0.5}, "rotation": {"quaternion": turn}}}
+    file.write_text(json.dumps({"tags": [tag], "field": {"length": 10.0, "width": 5.0}}))
+    layout = load_layout(file)
+    assert layout.ids.tolist() == [7] and layout.field_size == (10.0, 5.0)
+    assert layout.normals[0] == pytest.approx((math.cos(1.0), math.sin(1.0), 0.0))
+
+
+@pytest.mark.parametrize("text", ["", "{}", '{"tags": [{"ID": 1}], "field": {"length": 1, "width": 1}}'])
+def test_a_broken_file_is_named(tmp_path, text):
+    file = tmp_path / "broken.json"
+    file.write_text(text)
+    with pytest.raises(ConfigError, match=r"broken\.json: not a tag layout"):
+        load_layout(file)
+    with pytest.raises(ConfigError, match="not a tag layout"):
+        load_layout(tmp_path / "missing.json")
+
+
+def test_one_id_twice_is_refused():
+    tags = [(1, (0.0, 0.0, 0.0), from_yaw(0.0)), (1, (1.0, 0.0, 0.0), from_yaw(0.0))]
+    with pytest.raises(ConfigError, match="ids must differ"):
+        TagLayout.of(tags, field_size=(1.0, 1.0))
+    assert len(TagLayout.of([], field_size=(1.0, 1.0)).ids) == 0
+
+
+@pytest.mark.parametrize(
+    ("make", "message"),
+    [
+        (lambda: limelight_type("LL5"), "no Limelight type named 'LL5'"),
+        (lambda: CameraConfig(name=""), "name without '/'"),
+        (lambda: CameraConfig(name="a/b"), "name without '/'"),
+        (lambda: CameraConfig(frame_rate=0.0), "frame_rate must be finite and > 0"),
+        (lambda: CameraConfig(pipelines=()), "1 to 10 pipelines"),
+        (lambda: TagPipeline(downscale=0.5), "downscale must be from 1 to 8"),
+        (lambda: TagPipeline(max_angle_deg=90.0), "max_angle_deg"),
+        (lambda: PiecePipeline(near=1.0, far=0.5), "far must be beyond near"),
+        (lambda: PiecePipeline(min_visible=2.0), "min_visible"),
+    ],
+)
+def test_settings_that_cannot_work_are_refused(make, message):
+    with pytest.raises((ConfigError, UnknownNameError)) as error:
+        make()
+    assert message in str(error.value)
+
+
+def test_a_lens_of_180_degrees_is_refused():
+    with pytest.raises(ConfigError, match="between 0 and 180"):
+        LimelightType(
+            name="flat",
+            width=640,
+            height=480,
+            horizontal_fov_deg=180.0,
+            vertical_fov_deg=50.0,
+            frame_rate=30.0,
+            capture_latency=0.0,
+            pipeline_latency=0.0,
+        )
+
+
+def test_layouts_are_read_only():
+    with pytest.raises(ValueError, match="read-only"):
+        official_layout("2026-welded").centers[0] = np.zeros(3)
