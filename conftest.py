@@ -15,6 +15,7 @@ if find_spec("pyfrc") is None or find_spec("phoenix6") is None:
 
 
 def pytest_addoption(parser):
+    """The flag of tests that are sampled otherwise."""
     parser.addoption("--whole", action="store_true", help="run long tests in full, which are sampled otherwise")
 
 
