@@ -67,9 +67,14 @@ class PieceFlow:
             piece_speed: Of the fastest piece [m/s].
         """
         for robot in self._robots:
-            if robot.intakes or robot.placers:
+            if any(placer.takes for placer in robot.placers) or (
+                robot.storage.room > 0 and any(intake.is_active for intake in robot.intakes)
+            ):
                 # as far as robot and piece came since the last tick
                 self._take_into(robot, robot.moved + piece_speed * TICK)
+            else:
+                for intake in robot.intakes:
+                    intake.pass_tick()
             robot.end_intake()
 
     def _take_into(self, robot: Robot, moved: float) -> None:

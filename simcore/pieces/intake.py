@@ -83,6 +83,11 @@ class IntakeZone:
         """
         return self._box().contains(pos_robot)
 
+    def pass_tick(self) -> None:
+        """Note where the zone is, in a tick in which nothing can be taken in."""
+        if self.config.joints:
+            self._part_before = part_pose(self.config.joints, self._mechanisms)
+
     def captured(self, prev_robot: FloatArray, now_robot: FloatArray) -> BoolArray:
         """Which pieces are in the box or went through it since the last tick.
 
@@ -226,10 +231,15 @@ class Intake:
             reach += math.hypot(*part_pose(self.config.joints, self._mechanisms)[0])
         return reach
 
+    def pass_tick(self) -> None:
+        """Note where the zone is, in a tick in which nothing can be taken in."""
+        if self.config.joints:
+            self._part_before = part_pose(self.config.joints, self._mechanisms)
+
     def captured(self, prev_robot: FloatArray, now_robot: FloatArray) -> BoolArray:
         """Which pieces it takes: those that are in its zone or went through it since the last tick.
 
-        Call it once a tick, whether or not anything is near.
+        Call it or `pass_tick` once a tick.
 
         Args:
             prev_robot: Centers a tick ago, in the robot frame of that time [m], shape (n, 3).
