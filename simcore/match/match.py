@@ -379,15 +379,22 @@ class Match:
         """Tell cameras what NetworkTables' clock shows at the end of the present tick [s], so that stamps agree."""
         self.cameras.clock.offset = now - (self.ticks + 1) * TICK
 
-    def reset(self, seed: int | None = None) -> None:
+    def reset(self, seed: int | None = None, *, sinks: Sequence[TelemetrySink] = ()) -> None:
         """Begin the match anew in the same engine; robots, pieces and rules are new objects.
+
+        The sinks of the run that ends are closed, so that its log is whole.
 
         Args:
             seed: Of the new run; None: the same one.
+            sinks: Who wants telemetry of the new run.
         """
         if seed is not None:
             require_playable(self.game, self.entries, options=(), controllers=0, seed=seed)
-        self.cameras.close()
+        with ExitStack() as stack:
+            stack.callback(self.cameras.close)
+            for sink in self.sinks:
+                stack.callback(sink.close)
+        self.sinks = list(sinks)
         self.world.reset()
         self._begin(self.seed if seed is None else seed)
 

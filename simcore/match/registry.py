@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+from collections.abc import Callable
 from importlib.metadata import entry_points
 
 from simcore.errors import ConfigError, UnknownNameError
@@ -33,8 +34,12 @@ def installed_games() -> dict[str, Game]:
     return dict(sorted(games.items(), key=lambda item: (-item[1].year, item[0])))
 
 
-def find_game(name: str | None = None) -> Game:
-    """The game of a name; None: the newest, and the log says so if there are several.
+def find_game(name: str | None = None, *, say: Callable[[str], object] | None = None) -> Game:
+    """The game of a name; None: the newest, which is said if there are several.
+
+    Args:
+        name: Of the game.
+        say: Told which game was taken, if it was not named; None: the log.
 
     Raises:
         UnknownNameError: No game of that name is installed; the error carries the nearest names.
@@ -47,7 +52,7 @@ def find_game(name: str | None = None) -> Game:
         newest = next(iter(games.values()))
         if len(games) > 1:
             others = ", ".join(other for other in games if other != newest.name)
-            _log.info("game %s (%d), the newest; also installed: %s", newest.name, newest.year, others)
+            (say or _log.info)(f"game {newest.name} ({newest.year}), the newest; also installed: {others}")
         return newest
     if name not in games:
         raise UnknownNameError("game", name, games)

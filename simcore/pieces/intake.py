@@ -83,11 +83,6 @@ class IntakeZone:
         """
         return self._box().contains(pos_robot)
 
-    def pass_tick(self) -> None:
-        """Note where the zone is, in a tick in which nothing can be taken in."""
-        if self.config.joints:
-            self._part_before = part_pose(self.config.joints, self._mechanisms)
-
     def captured(self, prev_robot: FloatArray, now_robot: FloatArray) -> BoolArray:
         """Which pieces are in the box or went through it since the last tick.
 

@@ -43,6 +43,7 @@ def run(args: argparse.Namespace) -> int:
     Raises:
         LogError: The log cannot be read, or there is no run in it.
         OutputError: A file that was asked for by name cannot be written.
+        UnknownNameError: No game of that name is installed.
     """
     if args.animation is not None:
         check_animation(args.animation)
@@ -50,7 +51,9 @@ def run(args: argparse.Namespace) -> int:
         if path is not None:
             require_writable(kind, path)
     recording = recording_of(read_log(args.log))
-    scene = scene_of_log(recording, args.game)
+    name = find_game(args.game).name if args.game else recorded_game(recording) or next(iter(installed_games()), None)
+    scene = scene_of_log(recording, name)
+    print(f"{'game':9}  {name or 'none'}")
     title = args.log.stem
     drawings: list[tuple[str, Path | None, Callable[..., None]]] = [
         ("page", args.page or args.log.with_suffix(".html"), write_page),
@@ -97,14 +100,10 @@ def scene_of_log(recording: Recording, game: str | None = None) -> Scene:
 
     Args:
         recording: The run.
-        game: Name of the game; None: the one that the log names, else the newest that is installed.
-
-    Raises:
-        UnknownNameError: No game of that name is installed.
+        game: Name of the game; None: the one that the log names. The field of one that is not installed is bare.
     """
-    known = installed_games()
-    name = game or recorded_game(recording) or next(iter(known), None)
-    scene = bare_scene(find_game(name)) if game or name in known else empty_scene(recording)
+    known, name = installed_games(), game or recorded_game(recording)
+    scene = bare_scene(known[name]) if name in known else empty_scene(recording)
     flights = [flights_of(recording, key) for key in recording.keys if key.startswith("Sim/InFlight/")]
     return replace(scene, robots=recorded_robots(recording), shots=[shot for shots in flights for shot in shots])
 

@@ -96,7 +96,7 @@ def _list(name: str | None) -> int:
 
 
 def _play(options: argparse.Namespace) -> int:
-    game = find_game(options.game)
+    game = find_game(options.game, say=lambda which: print(f"simcore: {which}", file=sys.stderr))
     auto = game.auto(options.auto)
     outputs = _outputs(options, game, auto)
     if options.field is not None:

@@ -7,10 +7,11 @@ import contextlib
 import math
 from pathlib import Path
 
+from simcore.match.registry import installed_games
 from simcore.show.replay import Replay, can_draw
 from simcore.show.view_models import find_models, load_models
 from simcore.show.view_page import open_browser
-from simcore.telemetry.log_reader import read_log
+from simcore.telemetry.log_reader import TelemetryLog, read_log
 
 __all__ = ["add_arguments", "run"]
 
@@ -22,7 +23,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("--models", type=Path, metavar="FOLDER", help="folder with Field3d_... and Robot_... folders")
     parser.add_argument("--robot", default="", metavar="NAME", help="which robot model (default: the first)")
-    parser.add_argument("--game", default="", metavar="NAME", help="whose models, if several games are installed")
+    parser.add_argument("--game", default="", metavar="NAME", help="whose models (default: as the log says)")
     parser.add_argument("--host", default="127.0.0.1", help="where to listen (default: this computer only)")
     parser.add_argument("--port", type=int, default=0, help="default: a free one")
     parser.add_argument("--no-browser", action="store_true", help="do not open a browser")
@@ -51,7 +52,9 @@ def _show(options: argparse.Namespace) -> int:
             "it holds no Sim/Robot/Pose3d and no Sim/GamePieces: only the field is shown. "
             "Publish these keys (docs/telemetry.md), or open it in AdvantageScope"
         )
-    models = load_models(options.models) if options.models else find_models(options.game)
+    models = (
+        load_models(options.models) if options.models else find_models(options.game or _played_game(log), say=print)
+    )
     replay = Replay(log, models, host=options.host, port=options.port, robot=options.robot)
     try:
         print(f"the replay is at {replay.url}" if options.no_browser else open_browser(replay.url))
@@ -60,3 +63,10 @@ def _show(options: argparse.Namespace) -> int:
     finally:
         replay.close()
     return 0
+
+
+def _played_game(log: TelemetryLog) -> str:
+    """The game that a log names, if it is installed; else empty."""
+    column = log.columns.get("Sim/Match/Game")
+    name = column.text(len(column) - 1) if column is not None and len(column) else ""
+    return name if name in installed_games() else ""

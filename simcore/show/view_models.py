@@ -9,7 +9,7 @@ from __future__ import annotations
 import dataclasses
 import json
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -83,11 +83,12 @@ class ViewModels:
         return dataclasses.replace(self, field=field)
 
 
-def find_models(game: str = "") -> ViewModels:
+def find_models(game: str = "", *, say: Callable[[str], object] | None = None) -> ViewModels:
     """The models of an installed game; nothing to draw but plain shapes if no game is installed.
 
     Args:
         game: Its name; empty: the newest.
+        say: Told which game was taken, if it was not named; None: the log.
 
     Raises:
         UnknownNameError: No game of that name is installed.
@@ -95,7 +96,7 @@ def find_models(game: str = "") -> ViewModels:
     """
     if not game and not installed_games():
         return ViewModels()
-    folder = find_game(game or None).models
+    folder = find_game(game or None, say=say).models
     return ViewModels() if folder is None else load_models(folder)
 
 

@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
+import importlib.util
+import os
 import shutil
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -58,3 +62,24 @@ def test_the_flag_is_stronger_than_the_file(scenario, second_game):
     run = scenario("which_game", str(TURRETED), "--simcore", "--game", "later", path=(second_game,))
     assert run["game"] == "later"
     assert "game later (2999), as --game says; also installed: " in line_of(run)
+
+
+def test_every_command_works_and_says_which_game_it_took(second_game, tmp_path):
+    path = os.pathsep.join([str(second_game), os.environ.get("PYTHONPATH", "")])
+
+    def said(*words: str) -> str:
+        run = subprocess.run(
+            [sys.executable, "-m", "simcore", *words],
+            cwd=tmp_path, env={**os.environ, "PYTHONPATH": path}, capture_output=True, text=True, timeout=120,
+        )  # fmt: skip
+        assert "Traceback" not in run.stderr, run.stderr
+        return run.stdout + run.stderr
+
+    assert "game later (2999), the newest; also installed: rebuilt" in said("play", "--seconds", "0.2")
+    assert "also installed" not in said("play", "rebuilt", "--seconds", "0.2", "--log", "old.wpilog")
+    assert "game       rebuilt" in said("page", "old.wpilog"), "a log names its game"
+    assert "game       later" in said("page", "old.wpilog", "--game", "later")
+    assert "no game named 'latter'. Did you mean 'later'" in said("page", "old.wpilog", "--game", "latter")
+    assert "later (2999), the newest" in said("doctor")
+    if importlib.util.find_spec("viser") is not None:
+        assert "Ctrl-C ends it" in said("view", "old.wpilog", "--no-browser", "--seconds", "0.1")

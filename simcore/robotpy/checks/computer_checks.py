@@ -126,7 +126,9 @@ def check_games(find: Callable[[], Mapping[str, Game]]) -> tuple[Finding, Game |
     if not games:
         advice = "in the folder of simcore: `python -m pip install -e .`, or install again"
         return fail("game", "no game is installed", advice), None
-    return ok("game", ", ".join(f"{game.name} ({game.year})" for game in games.values())), next(iter(games.values()))
+    newest, *others = (f"{game.name} ({game.year})" for game in games.values())
+    also = f", the newest, is played if none is named; also installed: {', '.join(others)}" if others else ""
+    return ok("game", newest + also), next(iter(games.values()))
 
 
 def check_speed(build: Callable[[], Match], clock: Callable[[], float]) -> list[Finding]:
