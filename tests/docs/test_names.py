@@ -53,9 +53,12 @@ def resolve(dotted: str) -> bool:
                 return True  # it needs an extra that is not installed
             continue
         for word in words[count:]:
-            if not hasattr(found, word):
+            try:
+                found = getattr(found, word)
+            except AttributeError:
                 return False
-            found = getattr(found, word)
+            except ImportError:
+                return True  # the same, of a name that is loaded when it is asked for
         return True
     return False
 
