@@ -52,6 +52,8 @@ def resolve(dotted: str) -> bool:
             if error.name is None or not (name == error.name or name.startswith(f"{error.name}.")):
                 return True  # it needs an extra that is not installed
             continue
+        except ImportError:
+            return True  # the same, said by simcore itself
         for word in words[count:]:
             try:
                 found = getattr(found, word)
