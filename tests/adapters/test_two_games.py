@@ -83,3 +83,16 @@ def test_every_command_works_and_says_which_game_it_took(second_game, tmp_path):
     assert "later (2999), the newest" in said("doctor")
     if importlib.util.find_spec("viser") is not None:
         assert "Ctrl-C ends it" in said("view", "old.wpilog", "--no-browser", "--seconds", "0.1")
+
+
+def test_a_robot_stands_on_the_field_of_another_game(scenario, robot, tmp_path_factory, install):
+    """The mirrored field of crates and balls, 12 x 6 m: nothing of REBUILT is needed."""
+    folder = tmp_path_factory.mktemp("crates")
+    shutil.copy(Path(__file__).parents[1] / "games" / "crates.py", folder)
+    install(folder, "crates-game", {"simcore.games": "crates = crates:CRATES"})
+    text = (robot / "simcore.toml").read_text()
+    text = text.replace("x = 1.6\ny = 5.96\npreload = 6", "x = 4.0\ny = 3.0").replace('"Fuel"', '"Ball"')
+    (robot / "simcore.toml").write_text(text)
+    run = scenario("which_game", str(robot), "--simcore", "--game", "crates", path=(folder,))
+    assert run["game"] == "crates"
+    assert "game crates (1), as --game says" in line_of(run)

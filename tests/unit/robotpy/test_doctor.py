@@ -283,7 +283,12 @@ def test_game():
     assert computer_checks.check_games(broken)[0].text == "a game does not load: DLL load failed"
     new, old = (SimpleNamespace(name=name, year=year) for name, year in (("newer", 2026), ("older", 2025)))
     found, game = computer_checks.check_games(lambda: {"newer": new, "older": old})
-    assert found.level is OK and found.text.startswith("newer (2026), the newest") and "older (2025)" in found.text and game is new
+    assert (
+        found.level is OK
+        and found.text.startswith("newer (2026), the newest")
+        and "older (2025)" in found.text
+        and game is new
+    )
 
 
 class Match:
