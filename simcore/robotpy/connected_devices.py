@@ -9,7 +9,7 @@ tick became 3.7.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Protocol, runtime_checkable
+from typing import Protocol
 
 from simcore.errors import ConfigError
 from simcore.robot.robot import Robot
@@ -17,7 +17,6 @@ from simcore.robot.robot import Robot
 __all__ = ["ConnectedDevices", "DeviceClock", "DrivetrainDevices", "MotorDevices"]
 
 
-@runtime_checkable
 class DrivetrainDevices(Protocol):
     """The devices of a drivetrain: `SwerveDrivetrainSim`, `SwervePorts`, `TankPorts`."""
 
@@ -30,7 +29,6 @@ class DrivetrainDevices(Protocol):
         ...
 
 
-@runtime_checkable
 class MotorDevices(Protocol):
     """The devices of a mechanism: `TalonFXMotorSim`."""
 
@@ -74,12 +72,9 @@ class ConnectedDevices:
         clock: DeviceClock | None = None,
         at_inner_steps: bool = False,
     ) -> None:
-        for kind, devices in ((MotorDevices, motors), (DrivetrainDevices, () if drivetrain is None else (drivetrain,))):
-            for device in devices:
-                if not isinstance(device, kind):
-                    raise ConfigError(
-                        f"RobotPhysics: {device!r} has no read and write; wrap it, e.g. in TalonFXMotorSim"
-                    )
+        for device in (*motors, *(() if drivetrain is None else (drivetrain,))):
+            if not (callable(getattr(device, "read", None)) and callable(getattr(device, "write", None))):
+                raise ConfigError(f"RobotPhysics: {device!r} has no read and write; wrap it, e.g. in TalonFXMotorSim")
         self.at_inner_steps = at_inner_steps
         self.motors = list(motors)
         """Devices of the mechanisms; more may be connected at any time."""

@@ -31,7 +31,8 @@ def loadExtension() -> None:
     warn_of_taken_port()
 
     def create_and_attach(cls: Any, robot_class: Any, robot_path: Path) -> tuple[Any, Any]:
-        return attach_physics(*create(robot_class, robot_path), Path(robot_path))
+        interface, program = create(robot_class, robot_path)
+        return attach_physics(interface, program, Path(robot_path))
 
     PhysicsInterface._create_and_attach = classmethod(create_and_attach)  # type: ignore[assignment]
 
