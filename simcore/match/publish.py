@@ -16,6 +16,7 @@ from simcore.robot.robot import Robot
 from simcore.robot.robot_config import telemetry_name
 from simcore.telemetry.snapshot import Snapshot, robot_prefix
 from simcore.typing import FloatArray, IntArray
+from simcore.units import TICK
 
 if TYPE_CHECKING:
     from simcore.match.game import MatchState
@@ -77,10 +78,13 @@ def _add_pieces(rows: _Rows, match: MatchState) -> None:
     for number, supply in enumerate(match.game.pieces):
         name = supply.kind.name
         slots = pieces.on_field(name)
-        rows.pose_arrays[f"Sim/GamePieces/{name}"] = _frozen(pieces.state.pos[slots], pieces.attitudes(slots))
+        here = _frozen(pieces.state.pos[slots], pieces.attitudes(slots))
+        rows.pose_arrays[f"Sim/GamePieces/{name}"] = here
         rows.integer_arrays[f"Sim/PieceIds/{name}"] = _frozen_ids(slots)
         mine = flying[pieces.state.kind[flying] == number]
-        rows.pose_arrays[f"Sim/InFlight/{name}"] = _frozen(pieces.state.pos[mine], pieces.attitudes(mine))
+        in_flight = here[np.searchsorted(slots, mine)]  # a piece in flight is one of those here, which are in order
+        in_flight.setflags(write=False)
+        rows.pose_arrays[f"Sim/InFlight/{name}"] = in_flight
         inside = [(slot, robot) for slot, robot in held if pieces.state.kind[slot] == number]
         poses = np.array([_held_pose(slot, robot, supply.kind.bounding_radius) for slot, robot in inside])
         poses = poses.reshape(-1, 7)
@@ -130,7 +134,7 @@ def _add_match(rows: _Rows, match: MatchState) -> None:
         rows.integers[f"Sim/Score/{name}"] = count
     if match.last_tick_ms is not None:
         rows.doubles["Sim/Performance/TickMs"] = match.last_tick_ms
-        rows.doubles["Sim/Performance/RealTimeFactor"] = 20.0 / max(match.last_tick_ms, 1e-6)
+        rows.doubles["Sim/Performance/RealTimeFactor"] = 1e3 * TICK / max(match.last_tick_ms, 1e-6)
 
 
 def _add_robot(rows: _Rows, robot: Robot, alliance: Alliance) -> None:

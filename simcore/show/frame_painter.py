@@ -15,6 +15,7 @@ from simcore.errors import OutputError
 from simcore.show.scene import CARPET, HIT, INK, MISS, MUTED, PieceLook, RobotLook, Scene, tint
 from simcore.telemetry.recording import Recording
 from simcore.typing import FloatArray
+from simcore.units import TICK
 
 if TYPE_CHECKING:
     from PIL.Image import Image
@@ -24,7 +25,6 @@ __all__ = ["FramePainter", "to_pixels"]
 _HEADER = 44  # [px]
 _MARGIN = 0.35  # [m] around the field
 _TRAIL = 0.4  # [s] of a shot's flight behind it
-_TICK = 0.02  # [s] between two points of a flight
 _IN_AIR = 0.35  # [m]; a piece whose center is higher is drawn larger and darker
 _LARGER = 1.35  # times its radius, a piece in the air
 _BUMPER = 0.075  # [m] wide, as drawn
@@ -172,10 +172,10 @@ class FramePainter:
     def _draw_trails(self, pen: Any, time: float) -> None:
         """The last moments of each flight, and a ring where it scored."""
         for shot in self._scene.shots:
-            since, lasts = time - shot.time, _TICK * len(shot.points)
+            since, lasts = time - shot.time, TICK * len(shot.points)
             if not 0.0 <= since <= lasts + _TRAIL:
                 continue
-            first, last = max(0, int((since - _TRAIL) / _TICK)), int(since / _TICK + 1e-6)
+            first, last = max(0, int((since - _TRAIL) / TICK)), int(since / TICK + 1e-6)
             trail = [self._pixel(point) for point in shot.points[first : last + 1].tolist()]
             if len(trail) > 1:
                 pen.line(trail, fill=HIT if shot.scored else MISS, width=2)

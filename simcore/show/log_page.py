@@ -21,10 +21,10 @@ from simcore.show.scene import Scene, bare_scene
 from simcore.telemetry.log_reader import TelemetryLog, read_log
 from simcore.telemetry.recording import Recording
 from simcore.telemetry.sinks import require_writable
+from simcore.units import TICK
 
 __all__ = ["add_arguments", "recording_of", "run", "scene_of_log"]
 
-_PERIOD = 0.02  # [s]
 _OURS = re.compile(r"^(Sim|Robot)/")
 
 
@@ -86,12 +86,12 @@ def recording_of(log: TelemetryLog) -> Recording:
         )
     ours = replace(log, columns=columns, _latest={})
     start, end = ours.span
-    first = math.ceil(start / _PERIOD - 1e-6)
-    last = max(first, math.floor(end / _PERIOD + 1e-6))
+    first = math.ceil(start / TICK - 1e-6)
+    last = max(first, math.floor(end / TICK + 1e-6))
     recording = Recording(seconds=max(1.0, end - start), bulk_period=max(0.04, (end - start) / 4000))
     for tick in range(first, last + 1):
-        snapshot = ours.snapshot_at(tick * _PERIOD + 1e-6)  # a microsecond is what a log's times are rounded to
-        recording.write(replace(snapshot, time=tick * _PERIOD, tick=tick - first))
+        snapshot = ours.snapshot_at(tick * TICK + 1e-6)  # a microsecond is what a log's times are rounded to
+        recording.write(replace(snapshot, time=tick * TICK, tick=tick - first))
     return recording
 
 
