@@ -96,6 +96,25 @@ class Engine(Protocol):
         """Freeze a body until it is touched by a moving one or woken; its velocity becomes zero."""
         ...
 
+    def set_sustained(self, row: int, sustained: bool) -> None:
+        """Choose the law of a body's contacts.
+
+        Args:
+            row: A body whose surface has a stiffness; others have impacts only.
+            sustained: Whether it is held between others for longer than an impact: then contacts are springs of its
+                stiffness and do not bounce. Otherwise the pair's restitution acts. An engine that does both in one
+                law ignores it.
+        """
+        ...
+
+    def set_careful(self, careful: bool) -> None:
+        """Whether the coming steps hold pressed pieces or heaps; an engine whose solver converges anyway ignores it."""
+        ...
+
+    def overlap(self, row: int) -> float:
+        """How deep the body is in others, at its deepest contact in the last step [m]; 0 for none."""
+        ...
+
     def set_collision(self, row: int, group: int, mask: int) -> None:
         """Change with what a body collides; 0, 0 takes it out of the world."""
         ...

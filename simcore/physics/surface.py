@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from simcore.errors import ConfigError, require_non_negative
+from simcore.errors import ConfigError, require_non_negative, require_positive
 
 __all__ = ["CARPET", "FRICTIONLESS", "POLYCARBONATE", "PRESETS", "RUBBER", "WALL", "TerrainSurface"]
 
@@ -26,7 +26,12 @@ class TerrainSurface:
     rolling: float = 0.0
     """Rolling resistance lever arm [m]: a ball of radius r, friction f decelerates by rolling * f * g / (1.4 r)."""
 
+    stiffness: float | None = None
+    """Of a contact that is held, force over depth [N/m]; None: rigid. A pair gives way by the sum of both depths."""
+
     def __post_init__(self) -> None:
+        if self.stiffness is not None:
+            require_positive(self.name, "stiffness", self.stiffness, "N/m")
         require_non_negative(self.name, "friction", self.friction)
         require_non_negative(self.name, "rolling", self.rolling, "m")
         if not 0.0 <= self.restitution <= 1.0:

@@ -27,6 +27,7 @@ from simcore.units import GRAVITY, plain_sum
 __all__ = ["CollisionGroup", "PhysicsWorld", "StaticElement"]
 
 _MOST_PARTS = 8  # of a robot's own body that a line of sight passes
+_CELL = 0.1  # [m], of what is remembered about the nearness of solids
 _FLOOR_THICKNESS = 1.0  # [m]; under robots: a plane gives one contact a tick and driven boxes sink into it
 
 
@@ -108,6 +109,8 @@ class PhysicsWorld:
         self.engine = engine
         self.gravity = engine.gravity
         self.substepping = substepping or Substepping()
+        self.longest_step = math.inf
+        """Longest sub-step that the pieces allow in this tick [s]: `step` takes more of them if need be."""
         self._floor = floor
         self._floor_size, self._floor_center = floor_size, floor_center
         self._begin()
@@ -119,6 +122,8 @@ class PhysicsWorld:
         self._ramps: set[int] = set()
         self._robots: list[int] = []
         self._pieces: dict[int, int] = {}  # group by row
+        self._solid_cells: dict[tuple[int, int, int, int], bool] = {}
+        self.longest_step = math.inf
         floor, floor_size, floor_center = self._floor, self._floor_size, self._floor_center
         if floor is not None:
             # Balls get a half space, 15-25 % of a step cheaper than a box under 150 awake ones; the others thick boxes.
@@ -174,6 +179,7 @@ class PhysicsWorld:
             )
         else:
             self._solid.add(row)
+        self._solid_cells.clear()
         return row
 
     def _add_part(
@@ -311,6 +317,22 @@ class PhysicsWorld:
                 found = Surroundings.RAMP
         return found
 
+    def near_solid(self, pos: Sequence[float], reach: float) -> bool:
+        """Whether a wall or another solid element can be within `reach` of a place [m].
+
+        By bounding boxes, in cells of 0.1 m that are looked at once: it may say yes a little too often, never no.
+        """
+        x, y, z = pos
+        span = math.ceil(reach / _CELL)
+        cell = (math.floor(x / _CELL), math.floor(y / _CELL), math.floor(z / _CELL), span)
+        found = self._solid_cells.get(cell)
+        if found is None:
+            low = [(index - span) * _CELL for index in cell[:3]]
+            high = [(index + 1 + span) * _CELL for index in cell[:3]]
+            found = any(row in self._solid for row in self.engine.overlapping(low, high))
+            self._solid_cells[cell] = found
+        return found
+
     def ground_rays(self, start: FloatArray, end: FloatArray) -> RayHits:
         """First hits of segments (n, 3) [m] on what robots drive over; walls and pieces are left out."""
         return self.engine.rays(start, end, CollisionGroup.DRIVABLE)
@@ -353,7 +375,8 @@ class PhysicsWorld:
 
         Args:
             dt: Time to advance [s].
-            substeps: How many; None: from `substepping` and the speed of the fastest body.
+            substeps: How many at least; None: from `substepping` and the speed of the fastest body. `longest_step` may
+                ask for more.
             before_substep: Called with h [s] before each sub-step, to drive robots and to push on flying pieces.
 
         Raises:
@@ -364,6 +387,7 @@ class PhysicsWorld:
         n = self._count_substeps(dt) if substeps is None else substeps
         if n < 1:
             raise ConfigError(f"PhysicsWorld: substeps must be at least 1, got {n}")
+        n = max(n, math.ceil(dt / self.longest_step - 1e-9))
         h = dt / n
         step = self.engine.step
         if before_substep is None:

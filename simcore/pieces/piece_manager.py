@@ -18,6 +18,7 @@ from simcore.geometry.rotation import IDENTITY, Quaternion
 from simcore.physics.world import PhysicsWorld
 from simcore.pieces.flight_forces import FlightForces
 from simcore.pieces.kinds import GamePieceConfig
+from simcore.pieces.pressing import Pressing
 from simcore.pieces.pool import PiecePool, PieceStatus
 from simcore.pieces.wake_grid import ChunkGrid, Footprint, WakeSettings
 from simcore.typing import BoolArray, FloatArray, IntArray
@@ -26,6 +27,8 @@ __all__ = ["GamePieceManager"]
 
 _AUDIT_PERIOD = 6  # ticks
 _AUDIT_SIZE = 30  # sleepers looked at in each audit: all 408 within 2 s, at 20-35 us a tick
+_STIRRED = 6e-4  # [m]; a sleeper that the engine moved farther in a tick is awake: 30 mm/s
+_DEEP = 0.005  # [m]; a piece that is this deep in something does not sleep
 _KNOCK_TICKS = 3.0  # how much farther the field is shown to the engine: a row of balls passes a knock on within a tick
 _FREE, _STAGED, _ASLEEP, _AWAKE, _HELD, _IN_FLIGHT, _SCORED = (int(status) for status in PieceStatus)
 _ON_FIELD = (_ASLEEP, _AWAKE, _IN_FLIGHT)
@@ -69,6 +72,7 @@ class GamePieceManager:
         self._slow = np.zeros(n, dtype=np.int64)
         self._guarded = np.zeros(n, dtype=bool)  # within reach of a moving robot: may not sleep
         self._flight = FlightForces(world, self._pool)
+        self._pressing = Pressing(world, self._pool)
         self._quats = np.tile((1.0, 0.0, 0.0, 0.0), (n, 1))
         self._awake: IntArray = np.zeros(0, dtype=np.int64)
         self._awake_rows: list[int] = []
@@ -118,6 +122,7 @@ class GamePieceManager:
             NonFiniteError: A place is not finite. Either way nothing has changed.
         """
         self._require("release", slots, _ALL, positions)
+        self._pressing.release(slots)
         for slot, pos in zip(slots.tolist(), positions.tolist(), strict=True):
             config = self._pool.types[self.state.kind[slot]]
             standing = abs(pos[2] - config.rest_height) < 0.002
@@ -137,6 +142,7 @@ class GamePieceManager:
             ConfigError: A slot holds no piece; nothing has changed.
         """
         self._require("hold", slots, _ALL)
+        self._pressing.release(slots)
         for slot in slots.tolist():
             self._wake_leaning(slot)
             self._pool.park(slot)
@@ -198,6 +204,7 @@ class GamePieceManager:
             ConfigError: A piece is not on the field; nothing has changed.
         """
         self._require("score", slots, _ON_FIELD)
+        self._pressing.release(slots)
         for slot in slots.tolist():
             self._wake_leaning(slot)
             self._pool.park(slot)
@@ -318,6 +325,11 @@ class GamePieceManager:
             to_wake |= self._reached(awake[fast], reach[fast], asleep)
         for slot in asleep[to_wake].tolist():
             self._wake(slot)
+        if self._awake_stale:
+            now = self.awake
+            self._pressing.begin_tick(now, np.sqrt(np.einsum("ij,ij->i", state.vel[now], state.vel[now])), robots, dt)
+        else:
+            self._pressing.begin_tick(awake, speed, robots, dt)
         self._flight.begin_tick(awake, speed)  # those that woke just now stand still
         return float(speed.max()) + fall if len(speed) else 0.0
 
@@ -339,8 +351,7 @@ class GamePieceManager:
                 state.status[awake[touched]] = _AWAKE
             self._recover(awake, now)
         self._tick += 1
-        if self._tick % _AUDIT_PERIOD == 0:
-            self._audit()
+        self._read_sleepers()
 
     def settle(self) -> None:
         """Put to sleep what has been slow for long enough; looks at every second tick, which costs half."""
@@ -353,7 +364,7 @@ class GamePieceManager:
         self._slow[awake] = np.where(slow, self._slow[awake] + 2, 0)
         ready = awake[(self._slow[awake] >= p.slow_ticks) & ~self._guarded[awake]]
         if len(ready):
-            self._fall_asleep(ready)
+            self._fall_asleep(ready[[not self._is_deep(slot) for slot in ready.tolist()]])
 
     # --- inside -------------------------------------------------------------------------------------------------
 
@@ -402,7 +413,7 @@ class GamePieceManager:
         for slot in asleep[woken[chunk]].tolist():
             self._pool.set_touchable(slot, True)
         hide = asleep[quiet[chunk]]
-        for slot in hide[self._still_asleep(hide)].tolist():  # one that the engine woke would fall through the floor
+        for slot in self._follow_sleepers(hide)[0].tolist():  # one that the engine woke would fall through the floor
             self._world.engine.sleep(self._pool.rows[slot])
             self._pool.set_touchable(slot, False)
 
@@ -426,6 +437,10 @@ class GamePieceManager:
             if other != slot:
                 self._wake(other)
 
+    def _is_deep(self, slot: int) -> bool:
+        """Whether a piece is squeezed: the engine would push it out as soon as it wakes."""
+        return self._world.engine.overlap(self._pool.rows[slot]) > _DEEP
+
     def _fall_asleep(self, slots: IntArray) -> None:
         self.attitudes(slots)  # as it lies now; a sleeper's is not asked for again
         self.state.status[slots] = _ASLEEP
@@ -436,27 +451,30 @@ class GamePieceManager:
             self._pool.set_touchable(slot, shown)
         self._awake_stale = True
 
-    def _audit(self) -> None:
-        """Look at a few sleepers in turn: one that the engine woke by touch, unseen by us, joins the awake.
+    def _read_sleepers(self) -> None:
+        """Follow the sleepers that the engine woke by touch: those that move join the awake.
 
-        One that it woke but that did not move is put back to sleep: awake bodies cost time.
+        Those that hardly move stay asleep, and are stopped now and then, all at once: one awake body keeps all that it
+        touches awake in the engine, and awake bodies cost time.
         """
         asleep = np.nonzero(self.state.touchable & (self.state.status == _ASLEEP))[0]
-        if not len(asleep):
-            return
-        some = asleep[(np.arange(min(_AUDIT_SIZE, len(asleep))) + self._audit_at) % len(asleep)]
-        self._audit_at += _AUDIT_SIZE
-        for slot in some[self._still_asleep(some)].tolist():
-            self._world.engine.sleep(self._pool.rows[slot])
+        still, stirred = self._follow_sleepers(asleep)
+        if self._tick % _AUDIT_PERIOD == 0:
+            stirred[(np.arange(min(_AUDIT_SIZE, len(still))) + self._audit_at) % max(1, len(still))] = True
+            self._audit_at += _AUDIT_SIZE
+            for slot in still[stirred].tolist():
+                self._world.engine.sleep(self._pool.rows[slot])
 
-    def _still_asleep(self, slots: IntArray) -> BoolArray:
-        """Which sleepers have not moved, shape (n,); those that have join the awake."""
+    def _follow_sleepers(self, slots: IntArray) -> tuple[IntArray, BoolArray]:
+        """Read where sleepers are: which stay asleep, and which of those the engine has moved a little."""
         now = self._world.engine.centers(self._pool.rows_of(slots))
-        moved: BoolArray = np.abs(now - self.state.pos[slots]).max(axis=1, initial=0.0) > 1e-3
-        for slot, pos in zip(slots[moved].tolist(), now[moved], strict=True):
-            self.state.pos[slot] = pos
+        moved: FloatArray = np.abs(now - self.state.pos[slots]).max(axis=1, initial=0.0)
+        self.state.pos[slots] = now
+        self._pressing.stirred = slots[moved > 0.0]
+        woken = moved > _STIRRED
+        for slot in slots[woken].tolist():
             self._wake(slot)
-        return ~moved
+        return slots[~woken], moved[~woken] > 0.0
 
     def _recover(self, awake: IntArray, pos: FloatArray) -> None:
         """Bring back what left the field, or what is no number any more: dropped inside the nearest guardrail."""

@@ -1,0 +1,158 @@
+"""Which pieces are pressed or heaped, so that their contacts carry load as springs, and how fine the steps must be.
+
+A piece that flies, rolls or is hit has impacts, with the restitution of the pair. One that is held between a robot and
+the field, or lies still, has sustained contacts: springs of its kind's stiffness (see `Engine.set_sustained`).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from simcore.physics.world import PhysicsWorld
+from simcore.pieces.pool import PiecePool, PieceStatus
+from simcore.pieces.wake_grid import Footprint
+from simcore.typing import BoolArray, FloatArray, IntArray
+
+__all__ = ["Pressing"]
+
+_CALM_SPEED = 0.5  # [m/s]; below this an impact is too weak for its restitution to matter: it rises by 13 mm e^2
+_TOUCH = 0.005  # [m]; pieces and bumpers this near count as touching
+_PIN_STEP = 0.0025  # [s]; with 5 ms the center of a ball hit at 4.5 m/s comes to the face, with 2.5 ms it stays 13 mm off
+_HEAP_STEP = 0.005  # [s]; 100 balls, 7 deep: overlaps of 4 mm at 10 ms, 1.4 mm at 5 ms
+_HEAP_SIZE = 3  # pieces that lie on others
+_CHAIN = 1.5  # [m], from a robot's bumpers to the farthest piece that it can press against something
+_LOW = 1.0  # [m]; pieces above this are over the robots
+
+
+class Pressing:
+    """Chooses the contact law of each awake piece and the longest step of the tick.
+
+    Args:
+        world: Where the bodies live.
+        pool: The pieces.
+    """
+
+    def __init__(self, world: PhysicsWorld, pool: PiecePool) -> None:
+        self._world = world
+        self._pool = pool
+        self._is_sustained = np.zeros(len(pool.rows), dtype=bool)
+        self.stirred: IntArray = np.zeros(0, dtype=np.int64)
+        """Sleepers that the engine moved in the last tick."""
+        rest_heights = np.array([kind.rest_height for kind in pool.types])
+        self._raised = (rest_heights + 0.5 * np.array([kind.bounding_radius for kind in pool.types]))[pool.state.kind]
+
+    def begin_tick(self, awake: IntArray, speed: FloatArray, robots: Sequence[Footprint], dt: float) -> None:
+        """Choose for a tick.
+
+        Args:
+            awake: Slots that the engine moves, shape (n,).
+            speed: Of each [m/s], shape (n,).
+            robots: Where robots are.
+            dt: Length of the tick [s].
+        """
+        state = self._pool.state
+        calm = awake[(speed < _CALM_SPEED) & (state.status[awake] != PieceStatus.IN_FLIGHT)]
+        lying = np.concatenate((calm, self.stirred))
+        upper = lying[state.pos[lying, 2] > self._raised[lying]]
+        heaped = len(upper) > 0 and self._is_heap(upper)
+        sustained = np.zeros(len(awake), dtype=bool)
+        if heaped:
+            sustained[np.isin(awake, self._heap(calm, upper))] = True
+        is_pinned = False
+        if robots and len(awake):
+            pinned, hit = self._near_robots(awake, speed, robots, dt)
+            sustained &= ~hit
+            sustained |= pinned
+            is_pinned = bool(pinned.any())
+        changed = sustained != self._is_sustained[awake]
+        if changed.any():
+            self._set(awake[changed], sustained[changed])
+        self._world.engine.set_careful(is_pinned or heaped)
+        self._world.longest_step = _PIN_STEP if is_pinned else _HEAP_STEP if heaped else math.inf
+
+    def release(self, slots: IntArray) -> None:
+        """Give pieces back their impacts: they fall asleep or leave the field, and may be hit while nobody looks."""
+        held = slots[self._is_sustained[slots]]
+        self._set(held, np.zeros(len(held), dtype=bool))
+
+    # --- inside -------------------------------------------------------------------------------------------------
+
+    def _set(self, slots: IntArray, sustained: BoolArray) -> None:
+        engine, rows = self._world.engine, self._pool.rows
+        for slot, one in zip(slots.tolist(), sustained.tolist(), strict=True):
+            engine.set_sustained(rows[slot], one)
+        self._is_sustained[slots] = sustained
+
+    def _is_heap(self, upper: IntArray) -> bool:
+        """Whether enough pieces lie on others, those asleep counted, too."""
+        if len(upper) >= _HEAP_SIZE:
+            return True
+        state = self._pool.state
+        high = state.touchable & (state.pos[:, 2] > self._raised) & (state.status == PieceStatus.ASLEEP)
+        return len(upper) + np.count_nonzero(high) >= _HEAP_SIZE
+
+    def _heap(self, calm: IntArray, upper: IntArray) -> IntArray:
+        """Those of the calm pieces that lie on others, or carry them."""
+        pos, radius = self._pool.state.pos, self._pool.radius
+        reach = radius[calm] + radius[upper].max() + _TOUCH
+        away, _ = cKDTree(pos[upper]).query(pos[calm], distance_upper_bound=float(reach.max(initial=0.0)))
+        near: IntArray = calm[away < reach]
+        return near
+
+    def _near_robots(
+        self, awake: IntArray, speed: FloatArray, robots: Sequence[Footprint], dt: float
+    ) -> tuple[BoolArray, BoolArray]:
+        """Which awake pieces are pinned, and which a moving robot can hit within the tick, shape (n,) each."""
+        state, radius = self._pool.state, self._pool.radius
+        pinned, hit = np.zeros(len(awake), dtype=bool), np.zeros(len(awake), dtype=bool)
+        pos = state.pos[awake]
+        low = pos[:, 2] < _LOW
+        gaps = [_gap(robot, pos) - radius[awake] for robot in robots]
+        for robot, gap in zip(robots, gaps, strict=True):
+            reach = _TOUCH + (robot.speed + speed) * dt
+            near = low & (gap < reach)
+            if robot.speed > _CALM_SPEED:
+                hit |= near
+            if not near.any():
+                continue
+            some = np.nonzero(low & (gap < _CHAIN))[0]
+            chain = some[self._chain(pos[some], radius[awake[some]], near[some])]
+            if self._is_held(awake[chain], pos[chain], (robot.speed + speed[chain]) * dt) or any(
+                (other_gap[chain] < _TOUCH + (other.speed + speed[chain]) * dt).any()
+                for other, other_gap in zip(robots, gaps, strict=True)
+                if other is not robot
+            ):
+                pinned[chain] = True
+        return pinned, hit
+
+    @staticmethod
+    def _chain(pos: FloatArray, radius: FloatArray, first: BoolArray) -> BoolArray:
+        """Which of some pieces touch one of the first, or one that does, and so on, shape (n,)."""
+        away = pos[:, None, :] - pos[None, :, :]
+        reach = radius[:, None] + radius[None, :] + _TOUCH
+        touching = np.einsum("ijk,ijk->ij", away, away) < reach * reach
+        found, count = first, -1
+        while count != (count := int(np.count_nonzero(found))):
+            found = touching[found].any(axis=0)
+        return found
+
+    def _is_held(self, slots: IntArray, pos: FloatArray, move: FloatArray) -> bool:
+        """Whether one of some pieces can touch something solid within the tick."""
+        near_solid = self._world.near_solid
+        reach = self._pool.radius[slots] + move + _TOUCH
+        return any(near_solid(place, r) for place, r in zip(pos.tolist(), reach.tolist(), strict=True))
+
+
+def _gap(robot: Footprint, pos: FloatArray) -> FloatArray:
+    """Flat distance of places from the outside of the bumpers [m], negative within, shape (n,)."""
+    dx, dy = pos[:, 0] - robot.x, pos[:, 1] - robot.y
+    c, s = math.cos(robot.yaw), math.sin(robot.yaw)
+    ahead = np.abs(c * dx + s * dy) - robot.half_length
+    aside = np.abs(c * dy - s * dx) - robot.half_width
+    outside = np.hypot(np.maximum(ahead, 0.0), np.maximum(aside, 0.0))
+    gap: FloatArray = outside + np.minimum(np.maximum(ahead, aside), 0.0)
+    return gap
