@@ -287,8 +287,7 @@ class Match:
         """Tires push robots, air pushes pieces, the engine does the rest."""
         speed = max((robot.chassis.speed for robot in self.robots), default=0.0)
         substeps = self.world.substepping.count(h, self._piece_speed, speed, self._near)
-        self.world.step(h, substeps=substeps, before_substep=self._before_substep)
-        self.substeps += substeps
+        self.substeps += self.world.step(h, substeps=substeps, before_substep=self._before_substep)
 
     def _before_substep(self, h: float) -> None:
         for robot in self.robots:
@@ -365,6 +364,7 @@ class Match:
         """Put a robot, at rest, where it starts as one of an alliance; its gyro keeps its reading."""
         self.alliances[number] = alliance
         self.robots[number].carry_to(self.start_pose(number))
+        self.pieces.make_room(Footprint(*self.robots[number].chassis.footprint))
 
     def start_mode(self, mode: Mode) -> None:
         """Let the match clock follow a driver station that has just enabled `auto` or `teleop`; an auto starts at 0."""
@@ -468,6 +468,8 @@ class Match:
             self.robots.append(robot)
             self._preload(robot, entry)
         require_free_starts(self.world, self.robots, game.field.size)
+        for robot in self.robots:
+            self.pieces.make_room(Footprint(*robot.chassis.footprint))
         self.flow = PieceFlow(self.world, self.pieces, self.robots)
         kinds = [game.pieces[kind].kind.name for kind in self.pieces.state.kind.tolist()]
         self.tracker = ScoringTracker(game.zones, worth=self._worth, kinds=kinds)

@@ -281,6 +281,15 @@ class PhysicsWorld:
         mask = CollisionGroup.STATIC | CollisionGroup.PIECE | CollisionGroup.ROBOT if touchable else 0
         self.engine.set_collision(row, self._pieces[row] if touchable else 0, mask)
 
+    @property
+    def floor(self) -> TerrainSurface | None:
+        """Material of the floor at z = 0, None where there is none."""
+        return self._floor
+
+    def surface(self, row: int) -> TerrainSurface:
+        """Material of a body."""
+        return self._bodies[row].surface
+
     def set_pose(self, row: int, pos: Sequence[float], quat: Quaternion = IDENTITY) -> None:
         """Put a body somewhere, at rest and awake.
 
@@ -332,6 +341,10 @@ class PhysicsWorld:
             found = any(row in self._solid for row in self.engine.overlapping(low, high))
             self._solid_cells[cell] = found
         return found
+
+    def is_free(self, low: Sequence[float], high: Sequence[float]) -> bool:
+        """Whether no bounding box of the field, the floor left out, reaches into this box [m]."""
+        return not any(row in self._solid or row in self._ramps for row in self.engine.overlapping(low, high))
 
     def ground_rays(self, start: FloatArray, end: FloatArray) -> RayHits:
         """First hits of segments (n, 3) [m] on what robots drive over; walls and pieces are left out."""

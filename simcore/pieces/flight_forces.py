@@ -6,11 +6,13 @@ import numpy as np
 
 from simcore.physics.world import PhysicsWorld
 from simcore.pieces.aerodynamics import drag_acceleration, lift_acceleration
+from simcore.pieces.impacts import Impacts
 from simcore.pieces.pool import PiecePool, PieceStatus
 from simcore.typing import BoolArray, FloatArray, IntArray
 
 __all__ = ["FlightForces"]
 
+_FALL_ERROR = 0.2  # share of gravity that drag and lift may be
 _IN_FLIGHT = int(PieceStatus.IN_FLIGHT)
 
 
@@ -23,9 +25,10 @@ class FlightForces:
     differential equation to second order at any h, and do not change when another ball forces more sub-steps.
     """
 
-    def __init__(self, world: PhysicsWorld, pool: PiecePool) -> None:
+    def __init__(self, world: PhysicsWorld, pool: PiecePool, impacts: Impacts) -> None:
         self._world = world
         self._pool = pool
+        self._impacts = impacts
         n = len(pool.rows)
         kinds = pool.state.kind
         self._mass = np.array([c.mass for c in pool.types])[kinds]
@@ -35,13 +38,21 @@ class FlightForces:
         self._aero_speed = np.array([c.aero_speed for c in pool.types])[kinds]
         self._h_before = np.full(n, np.nan)
         self._is_flying = np.zeros(n, dtype=bool)
+        self._is_falling = np.zeros(n, dtype=bool)
         self._slots: IntArray = np.zeros(0, dtype=np.int64)
         self._rows: list[int] = []
         self._gravity = np.array([0.0, 0.0, -world.gravity])
 
     def start(self, slot: int) -> None:
-        """A piece is launched: its velocity is exact now, not the mean of a step."""
+        """A piece is in the air: its velocity is exact now, not the mean of a step."""
         self._h_before[slot] = 0.0
+        self._is_falling[slot] = True
+        self._impacts.forget(slot)
+
+    def forget(self, slot: int) -> None:
+        """A piece was put somewhere, at rest."""
+        self._is_falling[slot] = False
+        self._impacts.forget(slot)
 
     def begin_tick(self, awake: IntArray, speed: FloatArray) -> None:
         """Choose the pieces that fly in this tick: the launched ones, and all that are fast.
@@ -50,7 +61,8 @@ class FlightForces:
             awake: Slots that the engine moves, shape (n,).
             speed: Of each [m/s], shape (n,).
         """
-        flying = awake[(speed > self._aero_speed[awake]) | (self._pool.state.status[awake] == _IN_FLIGHT)]
+        is_flying = (speed > self._aero_speed[awake]) | (self._pool.state.status[awake] == _IN_FLIGHT)
+        flying = awake[is_flying | self._is_falling[awake]]
         if len(flying) != len(self._slots) or (flying != self._slots).any():
             joined = flying[~self._is_flying[flying]]
             self._h_before[joined[self._h_before[joined] != 0.0]] = np.nan  # all but the ones launched just now
@@ -60,8 +72,9 @@ class FlightForces:
 
     def push(self, h: float) -> None:
         """Apply the forces of the next sub-step of h [s]."""
+        self._impacts.finish()
         slots = self._slots
-        if not len(slots):
+        if not (len(slots) or self._impacts.is_due):
             return
         twist = self._world.engine.velocities(self._rows)
         h_before = self._h_before[slots]
@@ -71,9 +84,25 @@ class FlightForces:
         for kind in self._lifting:
             mine = self._pool.state.kind[slots] == kind
             air[mine] += lift_acceleration(middle[mine], twist[mine, 3:], self._air[kind])
+        taken = self._impacts.play(h, slots, middle, twist[:, 3:])
         acceleration = air + (air + self._gravity) * ((h_before - h) / (2.0 * h))
-        self._world.engine.apply_forces(self._rows, self._mass[slots][:, None] * acceleration)
+        if taken.any():
+            self._h_before[slots[taken]] = 0.0
+            slots, acceleration = slots[~taken], acceleration[~taken]
+        self._world.engine.apply_forces(self._pool.rows_of(slots), self._mass[slots][:, None] * acceleration)
         self._h_before[slots] = h
+
+    def note_falls(self, awake: IntArray, change: FloatArray, dt: float) -> None:
+        """Which pieces fall freely: gravity and nothing else changed their mean velocity from tick to tick.
+
+        Args:
+            awake: Slots that the engine moves, shape (n,).
+            change: Of the mean velocity, tick to tick, vertical [m/s], shape (n,).
+            dt: Length of a tick [s].
+        """
+        falling = np.abs(change + self._world.gravity * dt) < _FALL_ERROR * self._world.gravity * dt
+        self._is_falling[awake] = falling | self._impacts.bounced[awake]
+        self._impacts.bounced[awake] = False
 
     def has_touched(self, awake: IntArray, vel: FloatArray, dt: float) -> BoolArray:
         """Which launched pieces changed their velocity by more than gravity and air can: they hit something."""

@@ -17,6 +17,8 @@ from simcore.errors import CapacityError, ConfigError, NonFiniteError, UnknownNa
 from simcore.geometry.rotation import IDENTITY, Quaternion
 from simcore.physics.world import PhysicsWorld
 from simcore.pieces.flight_forces import FlightForces
+from simcore.pieces.free_places import free_place
+from simcore.pieces.impacts import Impacts
 from simcore.pieces.kinds import GamePieceConfig
 from simcore.pieces.pressing import Pressing
 from simcore.pieces.pool import PiecePool, PieceStatus
@@ -29,6 +31,7 @@ _AUDIT_PERIOD = 6  # ticks
 _AUDIT_SIZE = 30  # sleepers looked at in each audit: all 408 within 2 s, at 20-35 us a tick
 _STIRRED = 6e-4  # [m]; a sleeper that the engine moved farther in a tick is awake: 30 mm/s
 _DEEP = 0.005  # [m]; a piece that is this deep in something does not sleep
+_ROBOT_HEIGHT = 0.6  # [m]; pieces above it fly over a robot
 _KNOCK_TICKS = 3.0  # how much farther the field is shown to the engine: a row of balls passes a knock on within a tick
 _FREE, _STAGED, _ASLEEP, _AWAKE, _HELD, _IN_FLIGHT, _SCORED = (int(status) for status in PieceStatus)
 _ON_FIELD = (_ASLEEP, _AWAKE, _IN_FLIGHT)
@@ -43,7 +46,7 @@ class GamePieceManager:
     Args:
         world: Where the bodies live.
         types: Each type with the most pieces of it that there can be.
-        field_size: Length and width [m]; pieces beyond it by more than 0.5 m count as outside and are brought back.
+        field_size: Length and width [m]; pieces that come to rest beyond it, or fly out by more than 0.5 m, are brought back.
         wake: When pieces wake and sleep.
     """
 
@@ -71,13 +74,15 @@ class GamePieceManager:
         self._chunk = np.zeros(n, dtype=np.int64)
         self._slow = np.zeros(n, dtype=np.int64)
         self._guarded = np.zeros(n, dtype=bool)  # within reach of a moving robot: may not sleep
-        self._flight = FlightForces(world, self._pool)
+        self._impacts = Impacts(world, self._pool, self._wake)
+        self._flight = FlightForces(world, self._pool, self._impacts)
         self._pressing = Pressing(world, self._pool)
         self._quats = np.tile((1.0, 0.0, 0.0, 0.0), (n, 1))
         self._awake: IntArray = np.zeros(0, dtype=np.int64)
         self._awake_rows: list[int] = []
         self._awake_stale = True
         self._outer = np.array([(-0.5, -0.5, -0.5), (field_size[0] + 0.5, field_size[1] + 0.5, 30.0)])
+        self._robots: list[Footprint] = []
         self._tick = 0
         self._audit_at = 0
         self.total = 0
@@ -131,8 +136,11 @@ class GamePieceManager:
             self.state.status[slot] = _AWAKE
             self.state.holder[slot] = -1
             self._slow[slot] = 0
+            self._flight.forget(slot)
             if standing:
                 self._fall_asleep(np.array([slot]))
+            else:
+                self._flight.start(slot)
         self._awake_stale = True
 
     def hold(self, slots: IntArray, holder: int) -> None:
@@ -145,6 +153,7 @@ class GamePieceManager:
         self._pressing.release(slots)
         for slot in slots.tolist():
             self._wake_leaning(slot)
+            self._flight.forget(slot)
             self._pool.park(slot)
             self.state.status[slot] = _HELD
             self.state.holder[slot] = holder
@@ -207,6 +216,7 @@ class GamePieceManager:
         self._pressing.release(slots)
         for slot in slots.tolist():
             self._wake_leaning(slot)
+            self._flight.forget(slot)
             self._pool.park(slot)
             self.state.status[slot] = _SCORED
         self._awake_stale = True
@@ -231,6 +241,15 @@ class GamePieceManager:
             if flying:
                 self.state.status[slot] = _IN_FLIGHT
             self._flight.start(slot)
+
+    def make_room(self, robot: Footprint) -> None:
+        """Move the pieces that stand where a robot has just been put, to the nearest free places beside it."""
+        here = self.on_field()
+        inside = (robot.gap(self.state.pos[here]) < self._pool.radius[here]) & (self.state.pos[here, 2] < _ROBOT_HEIGHT)
+        self._robots = [*self._robots, robot]
+        for slot in here[inside].tolist():
+            x, y, _ = self.state.pos[slot].tolist()
+            self._move_to_free_place(slot, (x, y))
 
     def mark_active(self, x: float, y: float, reach: float) -> None:
         """Show the chunks around a place to the engine in the coming tick, whatever moves there [m]."""
@@ -301,6 +320,7 @@ class GamePieceManager:
     def wake_reachable(self, robots: Sequence[Footprint], dt: float) -> float:
         """Before the engine moves: wake what can be reached within dt; returns the fastest piece's speed [m/s]."""
         state, p, chunks = self.state, self._p, self._chunks
+        self._robots = list(robots)
         awake = self.awake
         speed = np.sqrt(np.einsum("ij,ij->i", state.vel[awake], state.vel[awake]))
         fall = self._world.gravity * dt  # what gravity can add within the tick
@@ -331,6 +351,7 @@ class GamePieceManager:
         else:
             self._pressing.begin_tick(awake, speed, robots, dt)
         self._flight.begin_tick(awake, speed)  # those that woke just now stand still
+        self._impacts.begin_tick(awake, speed, self._guarded, dt)
         return float(speed.max()) + fall if len(speed) else 0.0
 
     def before_substep(self, h: float) -> None:
@@ -346,6 +367,7 @@ class GamePieceManager:
             before = state.before[awake] = state.pos[awake]
             vel = (now - before) / dt
             touched = self._flight.has_touched(awake, vel, dt)
+            self._flight.note_falls(awake, vel[:, 2] - state.vel[awake, 2], dt)
             state.pos[awake], state.vel[awake] = now, vel
             if touched.any():
                 state.status[awake[touched]] = _AWAKE
@@ -364,6 +386,11 @@ class GamePieceManager:
         self._slow[awake] = np.where(slow, self._slow[awake] + 2, 0)
         ready = awake[(self._slow[awake] >= p.slow_ticks) & ~self._guarded[awake]]
         if len(ready):
+            x, y = state.pos[ready, 0], state.pos[ready, 1]
+            out = (x < 0.0) | (x > self._field_size[0]) | (y < 0.0) | (y > self._field_size[1])
+            if out.any():  # behind a wall, or on top of it
+                self._put_back(ready[out])
+                ready = ready[~out]
             self._fall_asleep(ready[[not self._is_deep(slot) for slot in ready.tolist()]])
 
     # --- inside -------------------------------------------------------------------------------------------------
@@ -477,17 +504,26 @@ class GamePieceManager:
         return slots[~woken], moved[~woken] > 0.0
 
     def _recover(self, awake: IntArray, pos: FloatArray) -> None:
-        """Bring back what left the field, or what is no number any more: dropped inside the nearest guardrail."""
+        """Bring back what is far out of the field, or what is no number any more."""
         within = (pos > self._outer[0]) & (pos < self._outer[1])  # False for NaN
-        if within.all():
-            return
-        length, width = self._field_size
-        inside = within.all(axis=1)
-        for slot in awake[~inside].tolist():
+        if not within.all():
+            self._put_back(awake[~within.all(axis=1)])
+
+    def _put_back(self, slots: IntArray) -> None:
+        """Put pieces on the carpet inside the field, nearest to where each left it, at rest."""
+        for slot in slots.tolist():
             x, y, _ = (0.0 if math.isnan(c) else c for c in self.state.pos[slot].tolist())
-            x = min(max(x, 0.35 * length), 0.65 * length)
-            y = 0.4 if y < width / 2 else width - 0.4
-            self._pool.place(slot, (x, y, 0.6), touchable=True)
-            self.state.status[slot] = _AWAKE
-            self._slow[slot] = 0
+            self._move_to_free_place(slot, (x, y))
             self.recovered += 1
+
+    def _move_to_free_place(self, slot: int, near: tuple[float, float]) -> None:
+        others = self.on_field()
+        place = free_place(
+            self._world,
+            self._pool.types[self.state.kind[slot]],
+            near,
+            self.state.pos[others[others != slot]],
+            robots=self._robots,
+            field_size=self._field_size,
+        )
+        self.release(np.array([slot]), np.array([place]))

@@ -111,7 +111,7 @@ class Pressing:
         pinned, hit = np.zeros(len(awake), dtype=bool), np.zeros(len(awake), dtype=bool)
         pos = state.pos[awake]
         low = pos[:, 2] < _LOW
-        gaps = [_gap(robot, pos) - radius[awake] for robot in robots]
+        gaps = [robot.gap(pos) - radius[awake] for robot in robots]
         for robot, gap in zip(robots, gaps, strict=True):
             reach = _TOUCH + (robot.speed + speed) * dt
             near = low & (gap < reach)
@@ -145,14 +145,3 @@ class Pressing:
         near_solid = self._world.near_solid
         reach = self._pool.radius[slots] + move + _TOUCH
         return any(near_solid(place, r) for place, r in zip(pos.tolist(), reach.tolist(), strict=True))
-
-
-def _gap(robot: Footprint, pos: FloatArray) -> FloatArray:
-    """Flat distance of places from the outside of the bumpers [m], negative within, shape (n,)."""
-    dx, dy = pos[:, 0] - robot.x, pos[:, 1] - robot.y
-    c, s = math.cos(robot.yaw), math.sin(robot.yaw)
-    ahead = np.abs(c * dx + s * dy) - robot.half_length
-    aside = np.abs(c * dy - s * dx) - robot.half_width
-    outside = np.hypot(np.maximum(ahead, 0.0), np.maximum(aside, 0.0))
-    gap: FloatArray = outside + np.minimum(np.maximum(ahead, aside), 0.0)
-    return gap

@@ -61,6 +61,16 @@ class Footprint:
     speed: float
     """Fastest point of the box [m/s], so including spin."""
 
+    def gap(self, pos: FloatArray) -> FloatArray:
+        """Flat distance of places (n, 2 or 3) from the outside of the box [m], negative within, shape (n,)."""
+        dx, dy = pos[:, 0] - self.x, pos[:, 1] - self.y
+        c, s = math.cos(self.yaw), math.sin(self.yaw)
+        ahead = np.abs(c * dx + s * dy) - self.half_length
+        aside = np.abs(c * dy - s * dx) - self.half_width
+        outside = np.hypot(np.maximum(ahead, 0.0), np.maximum(aside, 0.0))
+        gap: FloatArray = outside + np.minimum(np.maximum(ahead, aside), 0.0)
+        return gap
+
 
 class ChunkGrid:
     """Which chunks are active. Places beyond the grid belong to its border chunks.

@@ -1,0 +1,350 @@
+"""Impacts of fast balls at their own instant, whatever the length of a sub-step.
+
+The engine finds a contact at the start of the sub-step after it, when a fast ball is already deep in a wall or in
+another ball: speeds come out right, but the ball starts again from there, so that the height of a bounce depends on
+the phase of the hit (-37 to -2 % from 2 m). So the paths of fast balls are followed ahead of each sub-step, with the
+time of each impact and the velocities after it (`impact_law`). Such a ball moves through the sub-step by the straight
+line to where it is at its end, and then gets the velocity that it has there; pushes from elsewhere add to it.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+import numpy as np
+
+from simcore.geometry.rotation import Vector
+from simcore.physics.shapes import Sphere
+from simcore.physics.surface import TerrainSurface
+from simcore.physics.world import PhysicsWorld
+from simcore.pieces.impact_law import hit_ball, hit_surface
+from simcore.pieces.pool import PiecePool
+from simcore.typing import BoolArray, FloatArray, IntArray
+
+__all__ = ["Impacts"]
+
+_LEAST_APPROACH = 0.1  # [m/s]; slower ones are left to the engine: a bounce of 0.5 mm
+_LEAST_MOVE = 0.015  # [m] in a sub-step; slower balls overlap others by less than that, which the engine resolves
+_STEEPEST = 3.0  # distance along the path over distance to the surface: 71 degrees from the normal, and the engine's
+_SKIN = 0.003  # [m]; the surface under the touching point may be this far off the one that the center would meet
+_TOUCH = 0.005  # [m]; a row of balls this near passes a knock on within a sub-step
+_MOST_SURFACES = 4  # impacts of one ball on surfaces in a sub-step
+_MOST_EVENTS = 300  # impacts of balls on each other in a sub-step: a row of inelastic balls has no end of them
+
+
+class _Path:
+    """One ball in a sub-step: straight lines between impacts."""
+
+    __slots__ = ("is_falling", "pos", "slot", "spin", "start", "time", "touched", "vel")
+
+    def __init__(self, slot: int, pos: list[float], vel: list[float], spin: list[float], is_falling: bool) -> None:
+        self.slot = slot
+        self.start = (pos[0], pos[1], pos[2])
+        self.pos: Vector = self.start
+        self.vel: Vector = (vel[0], vel[1], vel[2])
+        self.spin: Vector = (spin[0], spin[1], spin[2])
+        self.time = 0.0
+        self.is_falling = is_falling
+        self.touched = False
+
+    def at(self, time: float) -> Vector:
+        """Where it is at a time of the sub-step."""
+        t, (x, y, z), (vx, vy, vz) = time - self.time, self.pos, self.vel
+        return x + vx * t, y + vy * t, z + vz * t
+
+    def turn(self, time: float, pos: Vector, vel: Vector, spin: Vector) -> None:
+        """Go on from an impact."""
+        self.time, self.pos, self.vel, self.spin, self.touched = time, pos, vel, spin, True
+
+
+class Impacts:
+    """Finds and plays the impacts of fast balls on surfaces and on each other.
+
+    Args:
+        world: Where the bodies live.
+        pool: The pieces.
+        wake: Lets a sleeping piece move: called with its slot.
+    """
+
+    def __init__(self, world: PhysicsWorld, pool: PiecePool, wake: Callable[[int], None]) -> None:
+        self._world = world
+        self._pool = pool
+        self._wake = wake
+        kinds = pool.state.kind
+        self._is_ball = np.array([isinstance(kind.shape, Sphere) for kind in pool.types])[kinds]
+        self._surfaces = [kind.surface for kind in pool.types]
+        self._near: IntArray = np.zeros(0, dtype=np.int64)
+        self._pending: dict[int, tuple[Vector, Vector]] = {}
+        self.bounced = np.zeros(len(pool.rows), dtype=bool)
+        """Which slots have had an impact since this was last cleared, shape (slots,)."""
+
+    # --- once a tick ------------------------------------------------------------------------------------------------
+
+    def begin_tick(self, awake: IntArray, speed: FloatArray, busy: BoolArray, dt: float) -> None:
+        """Find the balls that may hit each other fast within a tick.
+
+        Args:
+            awake: Slots that the engine moves, shape (n,).
+            speed: Of each [m/s], shape (n,).
+            busy: Which slots are within reach of a robot: those the engine plays with it, shape (slots,).
+            dt: Length of the tick [s].
+        """
+        state, radius = self._pool.state, self._pool.radius
+        fast = awake[(speed * dt > _LEAST_MOVE) & self._is_ball[awake] & ~busy[awake]]
+        self._near = self._near[:0]
+        if not len(fast):
+            return
+        others = np.nonzero(state.touchable & self._is_ball & ~busy)[0]
+        pos, way = state.pos[fast], (state.vel[fast] * dt)
+        away = state.pos[others][None, :, :] - pos[:, None, :]
+        length = np.einsum("ij,ij->i", way, way)
+        along = np.clip(np.einsum("ijk,ik->ij", away, way) / length[:, None], 0.0, 1.0)
+        aside = away - along[:, :, None] * way[:, None, :]
+        fall = self._world.gravity * dt * dt
+        moves = np.zeros(len(self._is_ball))
+        moves[awake] = speed * dt
+        reach = radius[fast][:, None] + (radius[others] + moves[others])[None, :] + _TOUCH + fall
+        meets = (np.einsum("ijk,ijk->ij", aside, aside) < reach * reach) & (fast[:, None] != others[None, :])
+        met = meets.any(axis=0)
+        if met.any():
+            self._near = np.union1d(fast[meets.any(axis=1)], self._chain(others, others[met]))
+
+    def _chain(self, slots: IntArray, first: IntArray) -> IntArray:
+        """Those of some pieces that touch one of the first, or one that does, and so on."""
+        pos, radius = self._pool.state.pos, self._pool.radius
+        found, front, left = first, first, np.setdiff1d(slots, first)
+        while len(front) and len(left):
+            away = pos[left][:, None, :] - pos[front][None, :, :]
+            reach = radius[left][:, None] + radius[front][None, :] + _TOUCH
+            next_to = (np.einsum("ijk,ijk->ij", away, away) < reach * reach).any(axis=1)
+            front, left = left[next_to], left[~next_to]
+            found = np.concatenate((found, front))
+        return found
+
+    @property
+    def is_due(self) -> bool:
+        """Whether balls may hit each other in this tick."""
+        return len(self._near) > 0
+
+    # --- once a sub-step --------------------------------------------------------------------------------------------
+
+    def finish(self) -> None:
+        """Give the balls of the last sub-step the velocities that they have after their impacts."""
+        if not self._pending:
+            return
+        engine, rows = self._world.engine, self._pool.rows
+        for slot, (change, spin) in self._pending.items():
+            row = rows[slot]
+            vel, _ = engine.velocity(row)
+            engine.set_velocity(row, (vel[0] + change[0], vel[1] + change[1], vel[2] + change[2]), spin)
+        self._pending.clear()
+
+    def forget(self, slot: int) -> None:
+        """A ball was put elsewhere or given a velocity: what it was about to have is of no use."""
+        self._pending.pop(slot, None)
+
+    def play(self, h: float, slots: IntArray, middle: FloatArray, spin: FloatArray) -> BoolArray:
+        """Play the impacts of the sub-step to come; those who have one are on their way already.
+
+        Args:
+            h: Length of the sub-step [s].
+            slots: Balls in free flight.
+            middle: Velocity of each in the middle of the sub-step, if nothing is met [m/s], shape (n, 3).
+            spin: Angular velocity of each [rad/s], shape (n, 3).
+
+        Returns:
+            Which of `slots` are on their way: nothing else may push them in this sub-step, shape (n,).
+        """
+        taken = np.zeros(len(slots), dtype=bool)
+        balls = self._is_ball[slots]
+        near = self._near
+        if not (len(near) or balls.any()):
+            return taken
+        engine, rows_of = self._world.engine, self._pool.rows_of
+        flying = {}
+        centers = engine.centers(rows_of(slots))
+        for number in np.nonzero(balls)[0].tolist():
+            slot = int(slots[number])
+            flying[slot] = _Path(slot, centers[number].tolist(), middle[number].tolist(), spin[number].tolist(), True)
+        if len(near):
+            self._play_balls(h, flying, near)
+        self._play_surfaces(h, [path for path in flying.values() if path.is_falling])
+        for path in flying.values():
+            if path.touched:
+                self._send(path, h)
+        if any(path.touched for path in flying.values()):
+            taken = np.array([slot in flying and flying[slot].touched for slot in slots.tolist()])
+        return taken
+
+    def _send(self, path: _Path, h: float) -> None:
+        """Let a ball reach the end of its path within the sub-step, and remember how it goes on."""
+        engine, row = self._world.engine, self._pool.rows[path.slot]
+        gravity = self._world.gravity if path.is_falling else 0.0
+        self._wake(path.slot)
+        self.bounced[path.slot] = True
+        end = path.at(h)
+        line = [(b - a) / h for a, b in zip(path.start, end, strict=True)]
+        engine.set_velocity(row, (line[0], line[1], line[2] + gravity * h), path.spin)
+        vx, vy, vz = path.vel
+        after = vz - 0.5 * gravity * (h - path.time)
+        self._pending[path.slot] = (vx - line[0], vy - line[1], after - line[2]), path.spin
+
+    # --- balls on balls ---------------------------------------------------------------------------------------------
+
+    def _play_balls(self, h: float, flying: dict[int, _Path], near: IntArray) -> None:
+        """Impacts of balls on each other, in the order of their instants."""
+        engine, pool = self._world.engine, self._pool
+        rows = pool.rows_of(near)
+        centers, twists = engine.centers(rows).tolist(), engine.velocities(rows).tolist()
+        paths = []
+        for slot, pos, twist in zip(near.tolist(), centers, twists, strict=True):
+            path = flying.get(slot)
+            if path is None:
+                path = flying[slot] = _Path(slot, pos, twist[:3], twist[3:], False)
+            paths.append(path)
+        radius = pool.radius[near]
+        contact = (radius[:, None] + radius[None, :]) ** 2
+        pos = np.array([path.pos for path in paths])
+        vel = np.array([path.vel for path in paths])
+        moves = np.sqrt(np.einsum("ij,ij->i", vel, vel)) * h
+        if moves.max() < _LEAST_MOVE:
+            return
+        now = 0.0
+        times = np.full((len(paths), len(paths)), np.inf)
+        changed = np.arange(len(paths))
+        for _ in range(_MOST_EVENTS):
+            times[changed, :] = _meeting_times(pos, vel, contact, changed)
+            times[:, changed] = times[changed, :].T
+            first = int(np.argmin(times))
+            i, j = divmod(first, len(paths))
+            wait = times[i, j]
+            if now + wait > h:
+                return
+            now += wait
+            pos += vel * wait
+            times -= wait
+            self._hit(paths[i], paths[j], now, pos[i].tolist(), pos[j].tolist())
+            vel[i], vel[j] = paths[i].vel, paths[j].vel
+            changed = np.array([i, j])
+
+    def _hit(self, a: _Path, b: _Path, time: float, pos_a: list[float], pos_b: list[float]) -> None:
+        pool = self._pool
+        away = [p - q for p, q in zip(pos_a, pos_b, strict=True)]
+        distance = math.hypot(*away)
+        kinds = pool.state.kind[a.slot], pool.state.kind[b.slot]
+        sa, sb = self._surfaces[kinds[0]], self._surfaces[kinds[1]]
+        (va, vb), (wa, wb) = hit_ball(
+            (a.vel, b.vel),
+            (a.spin, b.spin),
+            (away[0] / distance, away[1] / distance, away[2] / distance),
+            radii=(float(pool.radius[a.slot]), float(pool.radius[b.slot])),
+            masses=(pool.types[kinds[0]].mass, pool.types[kinds[1]].mass),
+            restitution=sa.restitution * sb.restitution,
+            friction=sa.friction * sb.friction,
+        )
+        for path, pos, vel, spin in ((a, pos_a, va, wa), (b, pos_b, vb, wb)):
+            if not path.is_falling and vel[2] < 0.0:  # something carries it
+                vel = (vel[0], vel[1], 0.0)
+            path.turn(time, (pos[0], pos[1], pos[2]), vel, spin)
+
+    # --- balls on surfaces ------------------------------------------------------------------------------------------
+
+    def _play_surfaces(self, h: float, paths: list[_Path]) -> None:
+        """Impacts on the floor and on statics, each ball for itself."""
+        for _ in range(_MOST_SURFACES):
+            if not paths:
+                return
+            found = self._first_surfaces(h, paths)
+            again = []
+            for path, hit in zip(paths, found, strict=True):
+                if hit is None:
+                    continue
+                time, normal, surface = hit
+                own = self._surfaces[self._pool.state.kind[path.slot]]
+                late = 0.5 * self._world.gravity * (path.time + h - 2.0 * time)  # from the mean of the rest to now
+                vx, vy, vz = path.vel
+                vel, spin = hit_surface(
+                    (vx, vy, vz + late),
+                    path.spin,
+                    normal,
+                    radius=float(self._pool.radius[path.slot]),
+                    restitution=own.restitution * surface.restitution,
+                    friction=own.friction * surface.friction,
+                )
+                rest = 0.5 * self._world.gravity * (h - time)
+                path.turn(time, path.at(time), (vel[0], vel[1], vel[2] - rest), spin)
+                again.append(path)
+            paths = again
+
+    def _first_surfaces(self, h: float, paths: list[_Path]) -> list[tuple[float, Vector, TerrainSurface] | None]:
+        """When each path meets the first surface, with its normal and material; None where it meets none in time."""
+        radius = self._pool.radius
+        found: list[tuple[float, Vector, TerrainSurface] | None] = [self._floor(path, h) for path in paths]
+        pos = np.array([path.pos for path in paths])
+        vel = np.array([path.vel for path in paths])
+        speed = np.maximum(np.sqrt(np.einsum("ij,ij->i", vel, vel)), 1e-9)
+        ahead = vel / speed[:, None]
+        left = speed * (h - np.array([path.time for path in paths]))
+        size = radius[[path.slot for path in paths]]
+        hits = self._world.solid_rays(pos, pos + ahead * (left + _STEEPEST * size)[:, None])
+        if not (hits.row >= 0).any():
+            return found
+        incidence = -np.einsum("ij,ij->i", ahead, hits.normal)
+        steep = (hits.row >= 0) & (incidence > 1.0 / _STEEPEST)
+        distance = hits.fraction * (left + _STEEPEST * size) - size / np.maximum(incidence, 1.0 / _STEEPEST)
+        due = steep & (distance < left) & (distance > -_SKIN) & (incidence * speed > _LEAST_APPROACH)
+        for number in np.nonzero(due)[0].tolist():
+            path = paths[number]
+            time = path.time + max(0.0, float(distance[number])) / float(speed[number])
+            earlier = found[number]
+            if earlier is not None and earlier[0] <= time:
+                continue
+            normal = hits.normal[number]
+            if self._is_touching(np.array(path.at(time)), normal, float(size[number])):
+                nx, ny, nz = normal.tolist()
+                found[number] = time, (nx, ny, nz), self._world.surface(int(hits.row[number]))
+        return found
+
+    def _is_touching(self, center: FloatArray, normal: FloatArray, radius: float) -> bool:
+        """Whether the surface that the center would have met is also under the touching point."""
+        hit = self._world.solid_rays(center[None], (center - normal * (radius + _SKIN))[None])
+        if hit.row[0] < 0:
+            return False
+        depth = float(hit.fraction[0]) * (radius + _SKIN)
+        return depth > radius - _SKIN and float(hit.normal[0] @ normal) > 0.99
+
+    def _floor(self, path: _Path, h: float) -> tuple[float, Vector, TerrainSurface] | None:
+        """When a path meets the floor at z = 0."""
+        surface = self._world.floor
+        fall = -path.vel[2]
+        if surface is None or fall < _LEAST_APPROACH:
+            return None
+        height = path.pos[2] - float(self._pool.radius[path.slot])
+        time = path.time + max(0.0, height) / fall
+        if height < -_SKIN or time > h:
+            return None
+        return time, (0.0, 0.0, 1.0), surface
+
+
+def _meeting_times(pos: FloatArray, vel: FloatArray, contact: FloatArray, some: IntArray) -> FloatArray:
+    """When some balls touch each of all [s], inf for never or too gently, shape (some, n).
+
+    Args:
+        pos: Centers, shape (n, 3).
+        vel: Velocities, shape (n, 3).
+        contact: Square of the sums of radii, shape (n, n).
+        some: Rows.
+    """
+    away = pos[None, :, :] - pos[some][:, None, :]
+    closing = vel[None, :, :] - vel[some][:, None, :]
+    along = np.einsum("ijk,ijk->ij", away, closing)
+    speed2 = np.einsum("ijk,ijk->ij", closing, closing)
+    gap = np.einsum("ijk,ijk->ij", away, away) - contact[some]
+    root = along * along - speed2 * gap
+    meet = (along < 0.0) & (root > 0.0)
+    meet &= along * along > _LEAST_APPROACH**2 * contact[some]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        time = np.where(meet, np.maximum(gap, 0.0) / (-along + np.sqrt(np.maximum(root, 0.0))), np.inf)
+    times: FloatArray = np.where(meet, time, np.inf)
+    return times
