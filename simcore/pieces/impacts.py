@@ -25,12 +25,13 @@ from simcore.typing import BoolArray, FloatArray, IntArray
 __all__ = ["Impacts"]
 
 _LEAST_APPROACH = 0.1  # [m/s]; slower ones are left to the engine: a bounce of 0.5 mm
-_LEAST_MOVE = 0.015  # [m] in a sub-step; slower balls overlap others by less than that, which the engine resolves
+_LEAST_MOVE = 0.015  # [m] in a tick; balls that are all slower are left to the engine
 _STEEPEST = 3.0  # distance along the path over distance to the surface: 71 degrees from the normal, and the engine's
 _SKIN = 0.003  # [m]; the surface under the touching point may be this far off the one that the center would meet
 _TOUCH = 0.005  # [m]; a row of balls this near passes a knock on within a sub-step
 _MOST_SURFACES = 4  # impacts of one ball on surfaces in a sub-step
-_MOST_EVENTS = 300  # impacts of balls on each other in a sub-step: a row of inelastic balls has no end of them
+_GENTLE = 0.02  # share of the fastest speed; a row of inelastic balls has no end of gentler impacts on each other
+_MOST_EVENTS = 2000  # impacts of balls on each other in a sub-step
 
 
 class _Path:
@@ -207,14 +208,12 @@ class Impacts:
         contact = (radius[:, None] + radius[None, :]) ** 2
         pos = np.array([path.pos for path in paths])
         vel = np.array([path.vel for path in paths])
-        moves = np.sqrt(np.einsum("ij,ij->i", vel, vel)) * h
-        if moves.max() < _LEAST_MOVE:
-            return
+        least = max(_LEAST_APPROACH, _GENTLE * math.sqrt(float(np.einsum("ij,ij->i", vel, vel).max())))
         now = 0.0
         times = np.full((len(paths), len(paths)), np.inf)
         changed = np.arange(len(paths))
         for _ in range(_MOST_EVENTS):
-            times[changed, :] = _meeting_times(pos, vel, contact, changed)
+            times[changed, :] = _meeting_times(pos, vel, contact, changed, least)
             times[:, changed] = times[changed, :].T
             first = int(np.argmin(times))
             i, j = divmod(first, len(paths))
@@ -327,7 +326,7 @@ class Impacts:
         return time, (0.0, 0.0, 1.0), surface
 
 
-def _meeting_times(pos: FloatArray, vel: FloatArray, contact: FloatArray, some: IntArray) -> FloatArray:
+def _meeting_times(pos: FloatArray, vel: FloatArray, contact: FloatArray, some: IntArray, least: float) -> FloatArray:
     """When some balls touch each of all [s], inf for never or too gently, shape (some, n).
 
     Args:
@@ -335,6 +334,7 @@ def _meeting_times(pos: FloatArray, vel: FloatArray, contact: FloatArray, some: 
         vel: Velocities, shape (n, 3).
         contact: Square of the sums of radii, shape (n, n).
         some: Rows.
+        least: Approach that counts as an impact [m/s].
     """
     away = pos[None, :, :] - pos[some][:, None, :]
     closing = vel[None, :, :] - vel[some][:, None, :]
@@ -343,7 +343,7 @@ def _meeting_times(pos: FloatArray, vel: FloatArray, contact: FloatArray, some: 
     gap = np.einsum("ijk,ijk->ij", away, away) - contact[some]
     root = along * along - speed2 * gap
     meet = (along < 0.0) & (root > 0.0)
-    meet &= along * along > _LEAST_APPROACH**2 * contact[some]
+    meet &= along * along > least**2 * contact[some]
     with np.errstate(divide="ignore", invalid="ignore"):
         time = np.where(meet, np.maximum(gap, 0.0) / (-along + np.sqrt(np.maximum(root, 0.0))), np.inf)
     times: FloatArray = np.where(meet, time, np.inf)

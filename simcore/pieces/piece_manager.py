@@ -29,7 +29,8 @@ __all__ = ["GamePieceManager"]
 
 _AUDIT_PERIOD = 6  # ticks
 _AUDIT_SIZE = 30  # sleepers looked at in each audit: all 408 within 2 s, at 20-35 us a tick
-_STIRRED = 6e-4  # [m]; a sleeper that the engine moved farther in a tick is awake: 30 mm/s
+_STIRRED = 1e-4  # [m]; a sleeper that the engine moved farther in a tick is awake: 5 mm/s
+_CREEP = 6e-4  # [m]; the same in a heap, which gives way a little as long as one of its pieces moves
 _DEEP = 0.005  # [m]; a piece that is this deep in something does not sleep
 _ROBOT_HEIGHT = 0.6  # [m]; pieces above it fly over a robot
 _KNOCK_TICKS = 3.0  # how much farther the field is shown to the engine: a row of balls passes a knock on within a tick
@@ -240,7 +241,9 @@ class GamePieceManager:
             self.state.vel[slot] = velocity
             if flying:
                 self.state.status[slot] = _IN_FLIGHT
-            self._flight.start(slot)
+                self._flight.start(slot)
+            else:
+                self._impacts.forget(slot)
 
     def make_room(self, robot: Footprint) -> None:
         """Move the pieces that stand where a robot has just been put, to the nearest free places beside it."""
@@ -498,7 +501,7 @@ class GamePieceManager:
         moved: FloatArray = np.abs(now - self.state.pos[slots]).max(axis=1, initial=0.0)
         self.state.pos[slots] = now
         self._pressing.stirred = slots[moved > 0.0]
-        woken = moved > _STIRRED
+        woken = moved > np.where(self._pressing.is_sustained[slots], _CREEP, _STIRRED)
         for slot in slots[woken].tolist():
             self._wake(slot)
         return slots[~woken], moved[~woken] > 0.0

@@ -39,7 +39,8 @@ class Pressing:
     def __init__(self, world: PhysicsWorld, pool: PiecePool) -> None:
         self._world = world
         self._pool = pool
-        self._is_sustained = np.zeros(len(pool.rows), dtype=bool)
+        self.is_sustained = np.zeros(len(pool.rows), dtype=bool)
+        """Which slots have sustained contacts, shape (slots,)."""
         self.stirred: IntArray = np.zeros(0, dtype=np.int64)
         """Sleepers that the engine moved in the last tick."""
         rest_heights = np.array([kind.rest_height for kind in pool.types])
@@ -68,7 +69,7 @@ class Pressing:
             sustained &= ~hit
             sustained |= pinned
             is_pinned = bool(pinned.any())
-        changed = sustained != self._is_sustained[awake]
+        changed = sustained != self.is_sustained[awake]
         if changed.any():
             self._set(awake[changed], sustained[changed])
         self._world.engine.set_careful(is_pinned or heaped)
@@ -76,7 +77,7 @@ class Pressing:
 
     def release(self, slots: IntArray) -> None:
         """Give pieces back their impacts: they fall asleep or leave the field, and may be hit while nobody looks."""
-        held = slots[self._is_sustained[slots]]
+        held = slots[self.is_sustained[slots]]
         self._set(held, np.zeros(len(held), dtype=bool))
 
     # --- inside -------------------------------------------------------------------------------------------------
@@ -85,7 +86,7 @@ class Pressing:
         engine, rows = self._world.engine, self._pool.rows
         for slot, one in zip(slots.tolist(), sustained.tolist(), strict=True):
             engine.set_sustained(rows[slot], one)
-        self._is_sustained[slots] = sustained
+        self.is_sustained[slots] = sustained
 
     def _is_heap(self, upper: IntArray) -> bool:
         """Whether enough pieces lie on others, those asleep counted, too."""
@@ -93,7 +94,7 @@ class Pressing:
             return True
         state = self._pool.state
         high = state.touchable & (state.pos[:, 2] > self._raised) & (state.status == PieceStatus.ASLEEP)
-        return len(upper) + np.count_nonzero(high) >= _HEAP_SIZE
+        return len(upper) + int(np.count_nonzero(high)) >= _HEAP_SIZE
 
     def _heap(self, calm: IntArray, upper: IntArray) -> IntArray:
         """Those of the calm pieces that lie on others, or carry them."""
@@ -137,7 +138,7 @@ class Pressing:
         touching = np.einsum("ijk,ijk->ij", away, away) < reach * reach
         found, count = first, -1
         while count != (count := int(np.count_nonzero(found))):
-            found = touching[found].any(axis=0)
+            found = np.logical_or.reduce(touching[found], axis=0)
         return found
 
     def _is_held(self, slots: IntArray, pos: FloatArray, move: FloatArray) -> bool:
