@@ -13,6 +13,7 @@ from simcore.typing import BoolArray, FloatArray, IntArray
 __all__ = ["FlightForces"]
 
 _FALL_ERROR = 0.2  # share of gravity that drag and lift may be
+_HOP_SPEED = 0.3  # [m/s], upward: slower hops are below 5 mm and left to the engine
 _IN_FLIGHT = int(PieceStatus.IN_FLIGHT)
 
 
@@ -92,16 +93,19 @@ class FlightForces:
         self._world.engine.apply_forces(self._pool.rows_of(slots), self._mass[slots][:, None] * acceleration)
         self._h_before[slots] = h
 
-    def note_falls(self, awake: IntArray, change: FloatArray, dt: float) -> None:
+    def note_falls(self, awake: IntArray, speed: FloatArray, before: FloatArray, dt: float) -> None:
         """Which pieces fall freely: gravity and nothing else changed their mean velocity from tick to tick.
 
         Args:
             awake: Slots that the engine moves, shape (n,).
-            change: Of the mean velocity, tick to tick, vertical [m/s], shape (n,).
+            speed: Mean vertical velocity of each in this tick [m/s], shape (n,).
+            before: The same in the tick before.
             dt: Length of a tick [s].
         """
-        falling = np.abs(change + self._world.gravity * dt) < _FALL_ERROR * self._world.gravity * dt
-        self._is_falling[awake] = falling | self._impacts.bounced[awake]
+        fall = self._world.gravity * dt
+        is_free = np.abs(speed - before + fall) < _FALL_ERROR * fall
+        is_free &= self._is_falling[awake] | (np.abs(speed) > _HOP_SPEED)
+        self._is_falling[awake] = is_free | self._impacts.bounced[awake]
         self._impacts.bounced[awake] = False
 
     def has_touched(self, awake: IntArray, vel: FloatArray, dt: float) -> BoolArray:

@@ -25,7 +25,8 @@ from simcore.typing import BoolArray, FloatArray, IntArray
 __all__ = ["Impacts"]
 
 _LEAST_APPROACH = 0.1  # [m/s]; slower ones are left to the engine: a bounce of 0.5 mm
-_LEAST_MOVE = 0.015  # [m] in a tick; balls that are all slower are left to the engine
+_LEAST_BOUNCE = 0.3  # [m/s]; slower ones rise by less than 5 mm, and the engine goes on with them
+_FAST = 4.0  # [m/s]; balls that are all slower are left to the engine: they overlap by at most 70 mm in a sub-step
 _STEEPEST = 3.0  # distance along the path over distance to the surface: 71 degrees from the normal, and the engine's
 _SKIN = 0.003  # [m]; the surface under the touching point may be this far off the one that the center would meet
 _TOUCH = 0.005  # [m]; a row of balls this near passes a knock on within a sub-step
@@ -37,7 +38,7 @@ _MOST_EVENTS = 2000  # impacts of balls on each other in a sub-step
 class _Path:
     """One ball in a sub-step: straight lines between impacts."""
 
-    __slots__ = ("is_falling", "pos", "slot", "spin", "start", "time", "touched", "vel")
+    __slots__ = ("bounced", "is_falling", "pos", "rests", "slot", "spin", "start", "time", "touched", "vel")
 
     def __init__(self, slot: int, pos: list[float], vel: list[float], spin: list[float], is_falling: bool) -> None:
         self.slot = slot
@@ -48,6 +49,8 @@ class _Path:
         self.time = 0.0
         self.is_falling = is_falling
         self.touched = False
+        self.rests = False
+        self.bounced = True
 
     def at(self, time: float) -> Vector:
         """Where it is at a time of the sub-step."""
@@ -92,7 +95,7 @@ class Impacts:
             dt: Length of the tick [s].
         """
         state, radius = self._pool.state, self._pool.radius
-        fast = awake[(speed * dt > _LEAST_MOVE) & self._is_ball[awake] & ~busy[awake]]
+        fast = awake[(speed > _FAST) & self._is_ball[awake] & ~busy[awake]]
         self._near = self._near[:0]
         if not len(fast):
             return
@@ -183,12 +186,12 @@ class Impacts:
         engine, row = self._world.engine, self._pool.rows[path.slot]
         gravity = self._world.gravity if path.is_falling else 0.0
         self._wake(path.slot)
-        self.bounced[path.slot] = True
+        self.bounced[path.slot] = path.bounced
         end = path.at(h)
         line = [(b - a) / h for a, b in zip(path.start, end, strict=True)]
         engine.set_velocity(row, (line[0], line[1], line[2] + gravity * h), path.spin)
         vx, vy, vz = path.vel
-        after = vz - 0.5 * gravity * (h - path.time)
+        after = vz if path.rests else vz - 0.5 * gravity * (h - path.time)
         self._pending[path.slot] = (vx - line[0], vy - line[1], after - line[2]), path.spin
 
     # --- balls on balls ---------------------------------------------------------------------------------------------
@@ -271,9 +274,13 @@ class Impacts:
                     restitution=own.restitution * surface.restitution,
                     friction=own.friction * surface.friction,
                 )
-                rest = 0.5 * self._world.gravity * (h - time)
+                away = vel[0] * normal[0] + vel[1] * normal[1] + vel[2] * normal[2]
+                path.rests = away < _LEAST_APPROACH
+                path.bounced = away > _LEAST_BOUNCE
+                rest = 0.0 if path.rests else 0.5 * self._world.gravity * (h - time)
                 path.turn(time, path.at(time), (vel[0], vel[1], vel[2] - rest), spin)
-                again.append(path)
+                if not path.rests:
+                    again.append(path)
             paths = again
 
     def _first_surfaces(self, h: float, paths: list[_Path]) -> list[tuple[float, Vector, TerrainSurface] | None]:

@@ -370,7 +370,7 @@ class GamePieceManager:
             before = state.before[awake] = state.pos[awake]
             vel = (now - before) / dt
             touched = self._flight.has_touched(awake, vel, dt)
-            self._flight.note_falls(awake, vel[:, 2] - state.vel[awake, 2], dt)
+            self._flight.note_falls(awake, vel[:, 2], state.vel[awake, 2], dt)
             state.pos[awake], state.vel[awake] = now, vel
             if touched.any():
                 state.status[awake[touched]] = _AWAKE

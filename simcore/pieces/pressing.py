@@ -23,6 +23,7 @@ _CALM_SPEED = 0.5  # [m/s]; below this an impact is too weak for its restitution
 _TOUCH = 0.005  # [m]; pieces and bumpers this near count as touching
 _PIN_STEP = 0.0025  # [s]; with 5 ms the center of a ball hit at 4.5 m/s comes to the face, with 2.5 ms it stays 13 mm off
 _HEAP_STEP = 0.005  # [s]; 100 balls, 7 deep: overlaps of 4 mm at 10 ms, 1.4 mm at 5 ms
+_PILE_STEP = 0.01  # [s], for a second layer alone
 _HEAP_SIZE = 3  # pieces that lie on others
 _CHAIN = 1.5  # [m], from a robot's bumpers to the farthest piece that it can press against something
 _LOW = 1.0  # [m]; pieces above this are over the robots
@@ -44,7 +45,9 @@ class Pressing:
         self.stirred: IntArray = np.zeros(0, dtype=np.int64)
         """Sleepers that the engine moved in the last tick."""
         rest_heights = np.array([kind.rest_height for kind in pool.types])
-        self._raised = (rest_heights + 0.5 * np.array([kind.bounding_radius for kind in pool.types]))[pool.state.kind]
+        radii = np.array([kind.bounding_radius for kind in pool.types])
+        self._raised = (rest_heights + 0.5 * radii)[pool.state.kind]
+        self._high = (rest_heights + 3.0 * radii)[pool.state.kind]
 
     def begin_tick(self, awake: IntArray, speed: FloatArray, robots: Sequence[Footprint], dt: float) -> None:
         """Choose for a tick.
@@ -73,7 +76,13 @@ class Pressing:
         if changed.any():
             self._set(awake[changed], sustained[changed])
         self._world.engine.set_careful(is_pinned or heaped)
-        self._world.longest_step = _PIN_STEP if is_pinned else _HEAP_STEP if heaped else math.inf
+        if is_pinned:
+            self._world.longest_step = _PIN_STEP
+        elif heaped:
+            deep = bool((state.pos[upper, 2] > self._high[upper]).any())
+            self._world.longest_step = _HEAP_STEP if deep else _PILE_STEP
+        else:
+            self._world.longest_step = math.inf
 
     def release(self, slots: IntArray) -> None:
         """Give pieces back their impacts: they fall asleep or leave the field, and may be hit while nobody looks."""
