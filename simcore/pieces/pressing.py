@@ -25,7 +25,8 @@ _PIN_STEP = 0.0025  # [s]; with 5 ms the center of a ball hit at 4.5 m/s comes t
 _HEAP_STEP = 0.005  # [s]; 100 balls, 7 deep: overlaps of 4 mm at 10 ms, 1.4 mm at 5 ms
 _PILE_STEP = 0.01  # [s], for a second layer alone
 _HEAP_SIZE = 3  # pieces that lie on others
-_CHAIN = 1.5  # [m], from a robot's bumpers to the farthest piece that it can press against something
+_ROBOT_MIDDLE = 0.15  # [m], above the carpet
+_CHAIN = 1.0  # [m], from a robot's bumpers to the farthest piece that it can press against something
 _LOW = 1.0  # [m]; pieces above this are over the robots
 
 
@@ -127,7 +128,7 @@ class Pressing:
             near = low & (gap < reach)
             if robot.speed > _CALM_SPEED:
                 hit |= near
-            if not near.any():
+            if not near.any() or not self._is_anything_near(robot, robots):
                 continue
             some = np.nonzero(low & (gap < _CHAIN))[0]
             chain = some[self._chain(pos[some], radius[awake[some]], near[some])]
@@ -149,6 +150,16 @@ class Pressing:
         while count != (count := int(np.count_nonzero(found))):
             found = np.logical_or.reduce(touching[found], axis=0)
         return found
+
+    def _is_anything_near(self, robot: Footprint, robots: Sequence[Footprint]) -> bool:
+        """Whether the field or another robot is near enough to press pieces against it."""
+        reach = math.hypot(robot.half_length, robot.half_width) + _CHAIN
+        if len(robots) > 1:
+            for other in robots:
+                far = reach + math.hypot(other.half_length, other.half_width)
+                if other is not robot and math.hypot(other.x - robot.x, other.y - robot.y) < far:
+                    return True
+        return self._world.near_solid((robot.x, robot.y, _ROBOT_MIDDLE), reach)
 
     def _is_held(self, slots: IntArray, pos: FloatArray, move: FloatArray) -> bool:
         """Whether one of some pieces can touch something solid within the tick."""
