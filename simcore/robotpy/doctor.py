@@ -56,8 +56,9 @@ def examine(folder: Path, *, with_physics: bool = True) -> Iterator[Finding]:
     }
     version = sys.version_info[:3]
     yield install_checks.check_python(version)
-    yield install_checks.check_wheels(platform.system(), platform.machine(), version, _glibc())
-    yield install_checks.check_engine(installed, _load_engine)
+    system, machine = platform.system(), platform.machine()
+    yield install_checks.check_wheels(system, machine, version, _glibc())
+    yield install_checks.check_engine(installed, _load_engine, install_checks.engine_of(system, machine, version[:2]))
     yield from install_checks.check_requirements(installed, _requirements())
     yield install_checks.check_year(installed)
     yield _compiled()
@@ -118,9 +119,9 @@ def _glibc() -> tuple[int, int] | None:
 
 
 def _load_engine() -> None:
-    from simcore.physics.bullet import BulletEngine
+    from simcore.physics.world import PhysicsWorld
 
-    BulletEngine().close()
+    PhysicsWorld().close()
 
 
 def _requirements() -> list[str] | None:

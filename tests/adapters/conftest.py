@@ -24,12 +24,17 @@ EXAMPLE = ROOT / "examples" / "rebuilt_robot"
 Scenario = Callable[..., dict[str, Any]]
 
 
+def require_vendors() -> None:
+    """Skip where a library that robot code needs is not installed."""
+    for module in ("phoenix6", "wpilib", "commands2", "pyfrc"):
+        if find_spec(module) is None:
+            pytest.skip(f"needs {module}: pip install simcore[phoenix6,robotpy]")
+
+
 @pytest.fixture(scope="session")
 def scenario(tmp_path_factory, distribution) -> Scenario:
     """Runs a scenario by name and returns its report; skips where the machine is too busy for real time."""
-    for module in ("phoenix6", "wpilib", "commands2", "pyfrc", "pybullet"):
-        if find_spec(module) is None:
-            pytest.skip(f"needs {module}: pip install simcore[phoenix6,robotpy]")
+    require_vendors()
 
     def run(
         name: str, *args: str, timeout: float = 90.0, path: tuple[Path, ...] = (), **environment: str
@@ -84,9 +89,7 @@ def distribution(tmp_path_factory, install) -> Path:
 @pytest.fixture
 def project_of(tmp_path, distribution):
     """Copies a robot project; returns what writes its tests and runs pytest, or another command, in the copy."""
-    for module in ("phoenix6", "wpilib", "commands2", "pyfrc", "pybullet"):
-        if find_spec(module) is None:
-            pytest.skip(f"needs {module}: pip install simcore[phoenix6,robotpy]")
+    require_vendors()
 
     def copy(source: Path) -> Callable[..., tuple[int, str]]:
         folder = tmp_path / "robot"

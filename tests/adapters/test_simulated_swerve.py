@@ -8,6 +8,8 @@ from pathlib import Path
 
 import pytest
 
+pytestmark = pytest.mark.slow
+
 REFERENCE = Path(__file__).parent / "swerve_reference.json"
 """What Phoenix 6 26.3.0 answered on the wall clock: `scenarios/swerve_requests.py real`, `swerve_path.py real`."""
 

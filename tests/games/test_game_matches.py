@@ -26,8 +26,11 @@ def walls(match: Match) -> Iterator[tuple[str, np.ndarray, np.ndarray]]:
 # --- pieces ---------------------------------------------------------------------------------------------------------
 
 
-def test_pieces_are_conserved_with_every_option_on_and_through_resets(game):
-    """As many robots as there are starts, all playing an auto, with everything that brings pieces back."""
+def test_pieces_are_conserved_with_every_option_on_and_through_resets(game, whole):
+    """As many robots as there are starts, all playing an auto, with everything that brings pieces back.
+
+    The second match, after the reset, is a short one unless `--whole`.
+    """
     autos = list(game.autos.values())
     places = game.starts[: min(len(game.starts), game.robots // 2)]
     entries = [RobotEntry(alliance=a, start=start) for a in ("blue", "red") for start in places]
@@ -35,11 +38,11 @@ def test_pieces_are_conserved_with_every_option_on_and_through_resets(game):
     with Match(game, robots=entries, seed=1, options=options) as match:
         for number, entry in enumerate(entries):
             match.set_controller(number, autos[number % len(autos)].controller(match, entry.alliance))
-        for _ in range(2):
+        for ticks in (300, 300 if whole else 80):
             total = match.count.staged
             assert total == sum(supply.count for supply in game.pieces)
-            for tick in range(300):
-                if tick == 200:
+            for tick in range(ticks):
+                if tick == ticks * 2 // 3:
                     match.start_mode("teleop")
                 match.tick()
                 count = match.count

@@ -37,7 +37,7 @@ def digest(game: Game, seed: int, **settings) -> str:
 
 
 def test_the_same_seed_is_the_same_match_in_another_process_and_after_other_matches(game):
-    digest(game, 8)
+    before = digest(game, 8)
     digest(GAMES["crates"], 2)
     mine = digest(game, 3)
     path = os.pathsep.join((str(HERE.parents[1]), str(HERE)))
@@ -47,12 +47,12 @@ def test_the_same_seed_is_the_same_match_in_another_process_and_after_other_matc
     )  # fmt: skip
     assert other.returncode == 0, other.stderr
     assert other.stdout.strip() == mine
-    assert digest(game, 4) != mine
+    assert before != mine
 
 
 def test_sinks_do_not_change_the_match(game, tmp_path):
-    digests = {digest(game, 0, sinks=sinks) for sinks in ([], [MemorySink()], [WpilogSink(tmp_path / "run.wpilog")])}
-    assert len(digests) == 1
+    sinks = [MemorySink(), WpilogSink(tmp_path / "run.wpilog")]
+    assert digest(game, 0, sinks=sinks) == digest(game, 0)
 
 
 def test_a_piece_that_changes_its_status_only_changes_the_digest(game):
@@ -95,7 +95,7 @@ def test_a_match_that_is_reset_is_the_same_match(game):
     with with_auto(game, seed=5) as match:
         match.play(0.2)
         first = match.digest.hexdigest()
-        digests, more = replay(match, 20, 0.2)
+        digests, more = replay(match, 6, 0.2)
         assert digests == {first}
         assert more < 200, "nothing of a run stays"
         places = match.pieces.state.pos.copy()
@@ -106,15 +106,15 @@ def test_a_match_that_is_reset_is_the_same_match(game):
 @pytest.mark.slow
 @pytest.mark.skipif(not Path("/proc/self/statm").exists(), reason="reads Linux' figures of memory")
 def test_resets_take_no_memory(game, whole):
-    """The engine's memory too, which Python does not see: 60 resets, 300 with `--whole`."""
+    """The engine's memory too, which Python does not see: 36 resets, 300 with `--whole`."""
 
     def resident() -> int:
         return int(Path("/proc/self/statm").read_text().split()[1]) * os.sysconf("SC_PAGESIZE")
 
     with with_auto(game, seed=5) as match:
-        replay(match, 60 if whole else 20, 0.1)
+        replay(match, 60 if whole else 12, 0.1)
         before = resident()
-        digests, more = replay(match, 240 if whole else 40, 0.1)
+        digests, more = replay(match, 240 if whole else 24, 0.1)
         assert len(digests) == 1 and more < 200
         assert resident() - before < 8e6
 

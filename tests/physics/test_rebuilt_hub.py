@@ -11,7 +11,7 @@ from games.rebuilt.field import FIELD
 from simcore.physics.field import FieldGeometry
 from simcore.physics.shapes import Box, Hull
 
-pybullet = pytest.importorskip("pybullet")
+pybullet = pytest.importorskip("pybullet", reason="needs PyBullet, of which Python 3.14 has no wheel: steps it by hand")
 
 MODEL = Path(__file__).resolve().parents[2] / "models" / "rebuilt" / "field_collision.obj"
 RADIUS, MASS = 0.075, 0.215

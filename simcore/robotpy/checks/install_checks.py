@@ -10,33 +10,61 @@ from packaging.version import Version
 
 from simcore.robotpy.checks.findings import Finding, fail, ok, warn
 
-__all__ = ["check_compiled", "check_engine", "check_python", "check_requirements", "check_wheels", "check_year"]
+__all__ = [
+    "check_compiled",
+    "check_engine",
+    "check_python",
+    "check_requirements",
+    "check_wheels",
+    "check_year",
+    "engine_of",
+]
 
-OLDEST, NEWEST = (3, 10), (3, 13)
+OLDEST, NEWEST = (3, 10), (3, 14)
+_ADVISED = "3.13"  # the newest for which both engines have wheels
 _COMPILE = "`python -m simcore compile`"
-ENGINES = ("pybullet", "pybullet-arm64")
+PYBULLET = ("pybullet", "pybullet-arm64")
 """The same module from two projects: upstream, and the fork that has wheels."""
+ENGINES = (*PYBULLET, "mujoco", "mujoco-core")
+"""Distributions of which one must be there. From 4 on, mujoco is a viewer around mujoco-core; before, it is whole."""
 EXTRAS = {"phoenix6": "your robot's devices", "robotpy": "`robotpy sim` and `robotpy test`"}
 
 
 def check_python(version: tuple[int, int, int]) -> Finding:
     """Whether simcore runs on this Python."""
     shown = ".".join(map(str, version))
-    wanted = f"{NEWEST[0]}.{NEWEST[1]}"
     if version[:2] < OLDEST:
-        return fail("Python", shown, f"install Python {wanted} and make a new environment with it")
+        return fail("Python", shown, f"install Python {_ADVISED} and make a new environment with it")
     if version[:2] > NEWEST:
         return fail(
             "Python",
-            f"{shown}: RobotPy runs on it, the physics engine has no wheel for it",
-            f"install Python {wanted} beside it; `py -{wanted} -m venv .venv` on Windows, "
-            f"`python{wanted} -m venv .venv` elsewhere, then install again in there",
+            f"{shown}: newer than what simcore is tested with",
+            f"install Python {_ADVISED} beside it; `py -{_ADVISED} -m venv .venv` on Windows, "
+            f"`python{_ADVISED} -m venv .venv` elsewhere, then install again in there",
         )
     return ok("Python", shown)
 
 
+def engine_of(system: str, machine: str, version: tuple[int, int]) -> str:
+    """Name of the physics engine that installing simcore brings on a computer; empty if none has a wheel.
+
+    Args:
+        system: As `platform.system()` says.
+        machine: As `platform.machine()` says.
+        version: Of Python.
+    """
+    where = (system, {"amd64": "x86_64", "aarch64": "arm64"}.get(machine.lower(), machine.lower()))
+    if not OLDEST <= version <= NEWEST:
+        return ""
+    if where == ("Darwin", "x86_64"):
+        return "PyBullet" if version in ((3, 11), (3, 12)) else "MuJoCo"
+    if where in (("Windows", "x86_64"), ("Linux", "x86_64"), ("Darwin", "arm64")):
+        return "PyBullet" if version <= (3, 13) else "MuJoCo"
+    return "MuJoCo" if where == ("Linux", "arm64") else ""
+
+
 def check_wheels(system: str, machine: str, version: tuple[int, int, int], glibc: tuple[int, int] | None) -> Finding:
-    """Whether a wheel of the physics engine exists for this computer.
+    """Whether a wheel of a physics engine exists for this computer.
 
     Args:
         system: As `platform.system()` says.
@@ -44,56 +72,53 @@ def check_wheels(system: str, machine: str, version: tuple[int, int, int], glibc
         version: Of Python.
         glibc: Of Linux; None: another system, or another C library.
     """
-    machine = {"amd64": "x86_64", "aarch64": "arm64"}.get(machine.lower(), machine.lower())
     where = f"{system} {machine}"
-    minor = version[:2]
-    in_range = OLDEST <= minor <= NEWEST
-    if system == "Windows":
-        has_wheel = machine == "x86_64" and in_range
-    elif system == "Darwin":
-        has_wheel = in_range if machine == "arm64" else machine == "x86_64" and minor in ((3, 11), (3, 12))
-    else:
-        has_wheel = system == "Linux" and machine == "x86_64" and in_range
-    if has_wheel and system == "Linux" and (glibc is None or glibc < (2, 28)):
+    engine = engine_of(system, machine, version[:2])
+    if engine and system == "Linux" and (glibc is None or glibc < (2, 28)):
         return warn(
             "platform",
             f"{where}, {'no glibc' if glibc is None else f'glibc {glibc[0]}.{glibc[1]}'}",
             "wheels of the engine need glibc 2.28 (Debian 10, Ubuntu 18.10, or newer); else pip compiles it",
         )
-    if has_wheel:
-        return ok("platform", where)
-    if system == "Darwin" and machine == "x86_64" and in_range:
-        return warn("platform", where, "on an Intel Mac use Python 3.11 or 3.12: others have no wheel of the engine")
+    if engine:
+        return ok("platform", f"{where}; {engine} has a wheel")
     return warn(
         "platform",
-        f"{where}: no wheel of the physics engine",
+        f"{where}: no wheel of a physics engine",
         "`python -m pip install pybullet` compiles it in 5 minutes and needs a C++ compiler",
     )
 
 
-def check_engine(installed: Mapping[str, str], load: Callable[[], object]) -> Finding:
-    """Whether there is exactly one PyBullet, and it loads.
+def check_engine(installed: Mapping[str, str], load: Callable[[], object], wanted: str) -> Finding:
+    """Whether a physics engine is installed, none of them twice, and it loads.
 
     Args:
         installed: Version by name of everything installed.
-        load: Imports it.
+        load: Makes and closes the default engine.
+        wanted: What `engine_of` says of this computer.
     """
     found = {name: installed[name] for name in ENGINES if name in installed}
-    shown = " and ".join(f"{name} {version}" for name, version in found.items())
-    if len(found) == 2:
+    shown = ", ".join(f"{name} {version}" for name, version in found.items())
+    if all(name in found for name in PYBULLET):
         return fail(
             "engine",
             f"{shown}: the same files twice",
             "`python -m pip uninstall -y pybullet pybullet-arm64`, then `python -m pip install pybullet-arm64`",
         )
-    if not found:
+    if "mujoco-core" in found and "mujoco" in found and Version(found["mujoco"]).major < 4:
         return fail(
-            "engine", "PyBullet is not installed", "`python -m pip install pybullet-arm64` (on Intel and AMD, too)"
+            "engine",
+            f"{shown}: the same files twice",
+            "`python -m pip uninstall -y mujoco mujoco-core`, then `python -m pip install mujoco-core`",
         )
+    if not found:
+        name = "mujoco" if wanted == "MuJoCo" else "pybullet-arm64"
+        also = "" if wanted == "MuJoCo" else " (on Intel and AMD, too)"
+        return fail("engine", "no physics engine is installed", f"`python -m pip install {name}`{also}")
     try:
         load()
     except Exception as error:
-        reinstall = f"`python -m pip install --force-reinstall --no-deps {next(iter(found))}`"
+        reinstall = f"`python -m pip install --force-reinstall --no-deps {' '.join(found)}`"
         return fail("engine", f"{shown} does not load: {error}", reinstall)
     return ok("engine", shown)
 

@@ -9,7 +9,6 @@ import pytest
 
 from games.rebuilt.fuel import FUEL
 from simcore.errors import ConfigError, NonFiniteError
-from simcore.physics.bullet import BulletEngine
 from simcore.physics.world import PhysicsWorld
 from simcore.pieces.piece_manager import GamePieceManager
 from simcore.pieces.pool import PieceStatus
@@ -59,8 +58,7 @@ def test_proximity_settings_that_cannot_work_are_refused(setting):
 
 
 def test_a_world_has_the_gravity_of_its_engine():
-    with PhysicsWorld(engine=BulletEngine(gravity=1.6)) as world:
-        assert world.gravity == 1.6
-    engine = BulletEngine()
-    with engine, pytest.raises(ConfigError, match="gravity"):
-        PhysicsWorld(engine=engine, gravity=1.6)
+    with PhysicsWorld(gravity=1.6) as world:
+        assert world.gravity == PhysicsWorld(engine=world.engine).gravity == 1.6
+        with pytest.raises(ConfigError, match="gravity"):
+            PhysicsWorld(engine=world.engine, gravity=9.8)

@@ -12,6 +12,7 @@ from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
+from packaging.requirements import Requirement
 from rich.console import Console
 
 from simcore.errors import ConfigError
@@ -19,6 +20,12 @@ from simcore.robotpy import doctor
 from simcore.robotpy.checks import computer_checks, install_checks, project_checks
 from simcore.robotpy.checks.findings import Level, fail, ok, warn
 
+if sys.version_info >= (3, 11):
+    import tomllib as tomli
+else:
+    import tomli
+
+ROOT = Path(__file__).resolve().parents[3]
 OK, WARN, FAIL = Level.OK, Level.WARN, Level.FAIL
 NEW = (2, 36)
 
@@ -31,8 +38,8 @@ NEW = (2, 36)
     [
         ((3, 9, 18), FAIL, "install Python 3.13"),
         ((3, 10, 0), OK, ""),
-        ((3, 13, 5), OK, ""),
-        ((3, 14, 0), FAIL, "py -3.13 -m venv"),
+        ((3, 14, 8), OK, ""),
+        ((3, 15, 0), FAIL, "py -3.13 -m venv"),
     ],
 )
 def test_python(version, level, advice):
@@ -47,18 +54,50 @@ def test_python(version, level, advice):
         ("Windows", "AMD64", (3, 13, 0), None, OK, ""),
         ("Darwin", "arm64", (3, 10, 1), None, OK, ""),
         ("Darwin", "x86_64", (3, 12, 1), None, OK, ""),
-        ("Darwin", "x86_64", (3, 13, 1), None, WARN, "3.11 or 3.12"),
-        ("Linux", "aarch64", (3, 12, 1), NEW, WARN, "compiles it"),
+        ("Darwin", "x86_64", (3, 13, 1), None, OK, ""),
+        ("Linux", "aarch64", (3, 12, 1), NEW, OK, ""),
         ("Windows", "ARM64", (3, 12, 1), None, WARN, "compiles it"),
         ("Windows", "x86", (3, 12, 1), None, WARN, "compiles it"),
         ("Linux", "x86_64", (3, 12, 1), (2, 27), WARN, "glibc 2.28"),
         ("Linux", "x86_64", (3, 12, 1), None, WARN, "glibc 2.28"),
-        ("Linux", "x86_64", (3, 14, 0), NEW, WARN, "compiles it"),
+        ("Linux", "x86_64", (3, 14, 0), NEW, OK, ""),
+        ("Linux", "x86_64", (3, 15, 0), NEW, WARN, "compiles it"),
     ],
 )
 def test_wheels(system, machine_name, version, glibc, level, advice):
     found = install_checks.check_wheels(system, machine_name, version, glibc)
     assert found.level is level and advice in found.advice
+
+
+@pytest.mark.parametrize("minor", range(10, 15))
+@pytest.mark.parametrize(
+    ("system", "machine_name"),
+    [
+        ("Windows", "AMD64"),
+        ("Windows", "ARM64"),
+        ("Linux", "x86_64"),
+        ("Linux", "aarch64"),
+        ("Linux", "armv7l"),
+        ("Darwin", "arm64"),
+        ("Darwin", "x86_64"),
+    ],
+)
+def test_every_platform_gets_one_engine_of_which_there_is_a_wheel(system, machine_name, minor):
+    """By the markers of pyproject.toml: one engine to begin with, and both with the extra, unless one has no wheel."""
+    project = tomli.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    around = {"platform_system": system, "platform_machine": machine_name, "python_version": f"3.{minor}"}
+
+    def of(lines):
+        wanted = [Requirement(line) for line in lines]
+        return [
+            r.name for r in wanted if r.name in install_checks.ENGINES and (not r.marker or r.marker.evaluate(around))
+        ]
+
+    names = {"PyBullet": ["pybullet-arm64"], "": []}
+    mujoco = ["mujoco" if minor == 10 or (system, machine_name) == ("Darwin", "x86_64") else "mujoco-core"]
+    engine = install_checks.engine_of(system, machine_name, (3, minor))
+    assert of(project["dependencies"]) == names.get(engine, mujoco)
+    assert of(project["optional-dependencies"]["mujoco"]) == (mujoco if engine else [])
 
 
 def broken() -> None:
@@ -70,20 +109,30 @@ def broken() -> None:
     [
         ({"pybullet-arm64": "3.2.8"}, int, OK, "pybullet-arm64 3.2.8"),
         ({"pybullet": "3.2.7"}, int, OK, "pybullet 3.2.7"),
-        ({}, int, FAIL, "not installed"),
+        ({"mujoco-core": "4.0.1"}, int, OK, "mujoco-core 4.0.1"),
+        ({"pybullet-arm64": "3.2.8", "mujoco": "3.17.0"}, int, OK, "pybullet-arm64 3.2.8, mujoco 3.17.0"),
+        ({"mujoco": "4.0.0", "mujoco-core": "4.0.0"}, int, OK, "mujoco-core 4.0.0"),
+        ({"mujoco": "3.17.0", "mujoco-core": "4.0.0"}, int, FAIL, "the same files twice"),
+        ({}, int, FAIL, "no physics engine is installed"),
         ({"pybullet": "3.2.7", "pybullet-arm64": "3.2.8"}, int, FAIL, "the same files twice"),
         ({"pybullet-arm64": "3.2.8"}, broken, FAIL, "does not load: DLL load failed"),
     ],
 )
 def test_engine(installed, load, level, words):
-    found = install_checks.check_engine(installed, load)
+    found = install_checks.check_engine(installed, load, "PyBullet")
     assert found.level is level and words in found.text and bool(found.advice) == (level is FAIL)
+
+
+def test_a_missing_engine_is_the_one_that_has_a_wheel_here():
+    for wanted, package in (("PyBullet", "pybullet-arm64"), ("MuJoCo", "mujoco")):
+        assert f"pip install {package}`" in install_checks.check_engine({}, int, wanted).advice
 
 
 REQUIRES = [
     "numpy>=1.26",
     "tomli>=2; python_version < '3.11'",
     "pybullet-arm64>=3.2.8",
+    "mujoco-core>=4.0; extra == 'mujoco'",
     "phoenix6<27,>=26.1; extra == 'phoenix6'",
     "wpilib<2027,>=2026.2; extra == 'phoenix6'",
     "pyfrc<2027,>=2026.0; extra == 'robotpy'",
@@ -384,7 +433,7 @@ def test_nothing_of_a_vendor_is_loaded_by_looking(tmp_path):
 
     code = (
         "import sys, simcore.robotpy.doctor\n"
-        "assert not {'wpilib', 'hal', 'phoenix6', 'pyfrc', 'pybullet'} & set(sys.modules)"
+        "assert not {'wpilib', 'hal', 'phoenix6', 'pyfrc', 'pybullet', 'mujoco'} & set(sys.modules)"
     )
     root = str(Path(__file__).resolve().parents[3])
     subprocess.run([sys.executable, "-c", code], check=True, timeout=60, env={**os.environ, "PYTHONPATH": root})
