@@ -26,7 +26,7 @@ from typing import TypeAlias
 
 from simcore.errors import ConfigError
 from simcore.robot.drive_shaft import DriveShaft, WheelContact
-from simcore.robot.limited_motor import LOCKED, MotorConstants, solve_shaft, solve_supply, torque_line
+from simcore.robot.limited_motor import LOCKED, MotorConstants, end_weight, solve_shaft, solve_supply, torque_line, within
 
 __all__ = ["TireSolver"]
 
@@ -45,6 +45,7 @@ _Row: TypeAlias = tuple[
     float,  # radius
     float,  # s0: slip at which the tires begin to slide
     float,  # drag: rolling drag over speed
+    float,  # most_drag: rolling drag of each of its wheels
     float,  # before: shaft speed before the step
     float,  # offset: back-EMF from elsewhere
     MotorConstants,
@@ -80,11 +81,17 @@ class TireSolver:
         """Of the steer angle, per shaft."""
         self.emf_offset: Sequence[float] = [0.0] * len(self.shafts)
         """Back-EMF from elsewhere, per shaft (azimuth coupling) [V]."""
+        self.mid_cos: Sequence[float] = self.cos
+        """Of the steer angle in the middle of the step, per shaft."""
+        self.mid_sin: Sequence[float] = self.sin
+        """Of the steer angle in the middle of the step, per shaft."""
         self.torque_offset: Sequence[float] = [0.0] * len(self.shafts)
         """Torque on the shaft from elsewhere [N m]."""
         for s in self.shafts:
             if len({self.wheels[k].y for k in s.wheels}) > 1:
                 raise ConfigError("a drive shaft's wheels must stand one behind the other, at the same y")
+        self._weighted = 0.0  # 1 / h that the weights are of
+        self._end_weights: list[float] = []
         # Attribute reads, twenty a wheel and step, cost as much as the arithmetic: everything in tuples. With forces
         # finished in the same pass unless a tire slides, four wheels took 23 us and take 13 us a step.
         self._plan = [
@@ -123,6 +130,7 @@ class TireSolver:
         self.force_y = [0.0] * n
         self.slip = [0.0] * n
         """|slip| that makes the tire force of the last step [m/s]."""
+        self._half_turn = (1.0, 0.0)  # cosine and sine of half of the chassis' turn in this step
         self._stiffness: list[float] = []  # per shaft, of this round: radius times the sum of c
         self._forces: list[tuple[float, float]] = []  # per contact, of this round: along and across the wheel [N]
         self._sums = (0.0, 0.0, 0.0)  # of the wheels' forces [N, N, N m]
@@ -137,20 +145,24 @@ class TireSolver:
         volts: Sequence[float | None],
         limits: Sequence[float],
         bus_voltage: float,
+        half_turn: tuple[float, float] = (1.0, 0.0),
     ) -> tuple[float, float, float]:
-        """Advance by `h` and return the chassis velocity after it, robot axes.
+        """Advance by `h` and return the change of the chassis velocity, robot axes in the MIDDLE of the step.
 
         Args:
             h: Time step [s].
-            vx: Velocity of the center of mass, forward, with the outside forces of this step already added [m/s].
+            vx: Velocity of the center of mass before the step, with the outside forces of the step already added, in
+                robot axes at the END of the step, forward [m/s].
             vy: To the left [m/s].
             omega: Yaw rate [rad/s].
             loads: Normal load per wheel [N].
             volts: Wanted voltage per shaft [V]; None is an open circuit.
             limits: Stator limit in force, per shaft [A].
             bus_voltage: Of the battery, which no motor can exceed [V].
+            half_turn: Cosine and sine of half of the angle by which the chassis turns in the step.
         """
         rh = 1.0 / h
+        self._half_turn = half_turn
         m_h = self.mass * rh
         j_h = self.yaw_inertia * rh
         before = (m_h, j_h, vx, vy, omega)
@@ -169,10 +181,10 @@ class TireSolver:
             if settled:
                 break
         if sliding:
-            self._limit_forces(rows, after, limits, new_speed)
+            self._limit_forces(rows, before, after, limits, new_speed)
         self.shaft_speed[:] = new_speed
         sum_x, sum_y, sum_n = self._sums
-        return vx + sum_x / m_h, vy + sum_y / m_h, omega + sum_n / j_h
+        return sum_x / m_h, sum_y / m_h, sum_n / j_h
 
     def _prepare(
         self,
@@ -202,10 +214,21 @@ class TireSolver:
         speed, slips, cos, sin = self.shaft_speed, self.slip, self.cos, self.sin
         emf_offset, torque_offset = self.emf_offset, self.torque_offset
         rows: list[_Row] = []
-        for g, inertia, radius, ratio, floor, conductance, supply, constants, wheels in self._plan:
+        if rh != self._weighted:
+            self._weighted = rh
+            self._end_weights = [
+                end_weight(1.0 / rh, s.motor.torque_driven * s.motor.emf * s.motor.conductance / s.inertia)
+                for s in self.shafts
+            ]
+        weights = self._end_weights
+        for g, inertia, radius, ratio, floor, conductance, supply, motor, wheels in self._plan:
             w = speed[g]
             power = supply * bus_voltage
-            offset = emf_offset[g]
+            # Back-EMF of the mean speed, from that at the end of the step.
+            emf, resistance, driving, driven, friction = motor
+            emf_end = emf * weights[g]
+            offset = emf_offset[g] + (emf - emf_end) * w
+            constants = (emf_end, resistance, driving, driven, friction)
             i0, i1, t0, t1 = torque_line(volts[g], bus_voltage, offset, w, limits[g], power, conductance, constants)
             lines.append((t0, t1))
             rolling = w * radius
@@ -215,12 +238,12 @@ class TireSolver:
             drag = 0.0
             contacts = []
             arm = 0.0
-            for k, x, y, r2, wheel_cof, resistance in wheels:
+            for k, x, y, r2, wheel_cof, rolling_resistance in wheels:
                 load = loads[k]
                 grip = wheel_cof * load
                 if grip <= 0.0:
                     continue
-                drag += resistance * load
+                drag += rolling_resistance * load
                 if slips[k] < s0:
                     slips[k] = s0
                 arm = x * s_ - y * c_
@@ -229,10 +252,11 @@ class TireSolver:
             v_l = c_ * vx + s_ * vy + arm * omega
             if v_l < 0.0:
                 v_l = -v_l
+            most_drag = drag / len(contacts) if contacts else 0.0
             drag /= v_l if v_l > floor else floor
             j = inertia * rh
             push = j * w + torque_offset[g]
-            rows.append((g, j, push, i0, i1, power, c_, s_, arm, radius, s0, drag, w, offset, constants, contacts))
+            rows.append((g, j, push, i0, i1, power, c_, s_, arm, radius, s0, drag, most_drag, w, offset, constants, contacts))
         return rows
 
     def _move_chassis(
@@ -260,7 +284,7 @@ class TireSolver:
         b2 = m_h * vy
         b3 = j_h * omega
         stiffness = self._stiffness = []
-        for g, j, push, _, _, _, c_, s_, arm, radius, _, drag, _, _, _, contacts in rows:
+        for g, j, push, _, _, _, c_, s_, arm, radius, _, drag, _, _, _, _, contacts in rows:
             t0, t1 = lines[g]
             rc = 0.0
             for k, x, y, r2, grip in contacts:
@@ -326,11 +350,12 @@ class TireSolver:
         slips, stiffness = self.slip, self._stiffness
         current, volts = self.shaft_current, self.shaft_volts
         force_x, force_y = self.force_x, self.force_y
+        mid_cos, mid_sin = self.mid_cos, self.mid_sin
         forces = self._forces = []
         settled = True
         sliding = False
         sum_x = sum_y = sum_n = 0.0
-        for g, j, push, i0, i1, power, c_, s_, arm, radius, s0, drag, before, offset, constants, contacts in rows:
+        for g, j, push, i0, i1, power, c_, s_, arm, radius, s0, drag, most_drag, before, offset, constants, contacts in rows:
             v_l = c_ * ux + s_ * uy + arm * uw
             rc = stiffness[g]
             emf, resistance, driving, driven, friction = constants
@@ -352,8 +377,10 @@ class TireSolver:
             current[g] = i
             volts[g] = v
             s_l = radius * w - v_l
+            c_mid = mid_cos[g]
+            s_mid = mid_sin[g]
             if drag > 0.0:
-                drag *= v_l / len(contacts)
+                drag = within(drag * v_l / len(contacts), most_drag)
             excess_along = 0.0
             slides = None
             for k, x, y, _, grip in contacts:
@@ -377,8 +404,8 @@ class TireSolver:
                     f_l -= drag
                     if f_l * f_l + across > circle:
                         sliding = True
-                force_x[k] = f_x = c_ * f_l - s_ * f_t
-                force_y[k] = f_y = s_ * f_l + c_ * f_t
+                force_x[k] = f_x = c_mid * f_l - s_mid * f_t
+                force_y[k] = f_y = s_mid * f_l + c_mid * f_t
                 sum_x += f_x
                 sum_y += f_y
                 sum_n += x * f_y - y * f_x
@@ -402,31 +429,55 @@ class TireSolver:
         return settled, sliding
 
     def _limit_forces(
-        self, rows: list[_Row], after: tuple[float, float, float], limits: Sequence[float], new_speed: list[float]
+        self,
+        rows: list[_Row],
+        start: tuple[float, float, float, float, float],
+        after: tuple[float, float, float],
+        limits: Sequence[float],
+        new_speed: list[float],
     ) -> None:
         """Put every force on its friction circle, exactly; the shafts then follow these same forces.
 
+        A tire that slides all through the step pulls along its slip in the middle of the step; one that starts or
+        stops to slide in it, along the slip at the end, as those that stick do.
+
         Args:
             rows: Of `_prepare`.
+            start: m/h, J/h and the velocity before the step.
             after: Chassis velocity of the last round.
             limits: See `step`.
             new_speed: Of the shafts; written [rad/s].
         """
         ux, uy, uw = after
+        _, _, vx, vy, omega = start
+        cos_half, sin_half = self._half_turn
+        ex, ey = 0.5 * (vx + ux), 0.5 * (vy + uy)
+        mx, my, mw = cos_half * ex - sin_half * ey, sin_half * ex + cos_half * ey, 0.5 * (omega + uw)
         slips, forces = self.slip, self._forces
         force_x, force_y = self.force_x, self.force_y
+        mid_cos, mid_sin = self.mid_cos, self.mid_sin
         sum_x = sum_y = sum_n = 0.0
         at = 0
-        for g, j, push, i0, i1, power, c_, s_, arm, radius, s0, drag, before, offset, constants, contacts in rows:
+        for g, j, push, i0, i1, power, c_, s_, arm, radius, s0, drag, most_drag, before, offset, constants, contacts in rows:
             moved = False
+            c_mid = mid_cos[g]
+            s_mid = mid_sin[g]
+            rolling = 0.5 * radius * (before + new_speed[g])
             if drag > 0.0:
-                drag *= (c_ * ux + s_ * uy + arm * uw) / len(contacts)
+                drag = within(drag * (c_ * ux + s_ * uy + arm * uw) / len(contacts), most_drag)
             for k, x, y, _, grip in contacts:
                 f_l, f_t = forces[at]
                 at += 1
                 size = math.sqrt(f_l * f_l + f_t * f_t)
                 # A sliding tire has all of its grip; within the tolerance of the rounds that may be a bit more.
                 if size > grip or (slips[k] > s0 and size > 0.85 * grip):
+                    slip_l = rolling - c_mid * (mx - mw * y) - s_mid * (my + mw * x)
+                    slip_t = s_mid * (mx - mw * y) - c_mid * (my + mw * x)
+                    change_l = slips[k] / grip * f_l - slip_l
+                    change_t = slips[k] / grip * f_t - slip_t
+                    middle = slip_l * slip_l + slip_t * slip_t
+                    if False and middle > 4.0 * (change_l * change_l + change_t * change_t):
+                        f_l, f_t, size = slip_l, slip_t, math.sqrt(middle)
                     f_l *= grip / size
                     f_t *= grip / size
                     moved = True
@@ -438,8 +489,8 @@ class TireSolver:
                     if total > grip:
                         f_l *= grip / total
                         f_t *= grip / total
-                force_x[k] = f_x = c_ * f_l - s_ * f_t
-                force_y[k] = f_y = s_ * f_l + c_ * f_t
+                force_x[k] = f_x = c_mid * f_l - s_mid * f_t
+                force_y[k] = f_y = s_mid * f_l + c_mid * f_t
                 sum_x += f_x
                 sum_y += f_y
                 sum_n += x * f_y - y * f_x
