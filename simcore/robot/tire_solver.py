@@ -26,7 +26,15 @@ from typing import TypeAlias
 
 from simcore.errors import ConfigError
 from simcore.robot.drive_shaft import DriveShaft, WheelContact
-from simcore.robot.limited_motor import LOCKED, MotorConstants, end_weight, solve_shaft, solve_supply, torque_line, within
+from simcore.robot.limited_motor import (
+    LOCKED,
+    MotorConstants,
+    end_weight,
+    solve_shaft,
+    solve_supply,
+    torque_line,
+    within,
+)
 
 __all__ = ["TireSolver"]
 
@@ -130,6 +138,7 @@ class TireSolver:
         self.force_y = [0.0] * n
         self.slip = [0.0] * n
         """|slip| that makes the tire force of the last step [m/s]."""
+        self._is_slow = False  # whether some wheel rolls so slowly that its rolling drag is not yet a constant force
         self._half_turn = (1.0, 0.0)  # cosine and sine of half of the chassis' turn in this step
         self._stiffness: list[float] = []  # per shaft, of this round: radius times the sum of c
         self._forces: list[tuple[float, float]] = []  # per contact, of this round: along and across the wheel [N]
@@ -177,6 +186,11 @@ class TireSolver:
         sliding = False
         for count in range(_ROUNDS):
             after = self._move_chassis(rows, lines, before)
+            if self._is_slow:
+                for _ in range(_ROUNDS):
+                    if not _rescale_drag(rows, after, self.shafts):
+                        break
+                    after = self._move_chassis(rows, lines, before)
             settled, sliding = self._move_shafts(rows, lines, after, limits, new_speed, self._share / m_h, count)
             if settled:
                 break
@@ -221,6 +235,7 @@ class TireSolver:
                 for s in self.shafts
             ]
         weights = self._end_weights
+        self._is_slow = False
         for g, inertia, radius, ratio, floor, conductance, supply, motor, wheels in self._plan:
             w = speed[g]
             power = supply * bus_voltage
@@ -253,10 +268,14 @@ class TireSolver:
             if v_l < 0.0:
                 v_l = -v_l
             most_drag = drag / len(contacts) if contacts else 0.0
+            if v_l < 100.0 * floor:
+                self._is_slow = True
             drag /= v_l if v_l > floor else floor
             j = inertia * rh
             push = j * w + torque_offset[g]
-            rows.append((g, j, push, i0, i1, power, c_, s_, arm, radius, s0, drag, most_drag, w, offset, constants, contacts))
+            rows.append(
+                (g, j, push, i0, i1, power, c_, s_, arm, radius, s0, drag, most_drag, w, offset, constants, contacts)
+            )
         return rows
 
     def _move_chassis(
@@ -355,7 +374,25 @@ class TireSolver:
         settled = True
         sliding = False
         sum_x = sum_y = sum_n = 0.0
-        for g, j, push, i0, i1, power, c_, s_, arm, radius, s0, drag, most_drag, before, offset, constants, contacts in rows:
+        for (
+            g,
+            j,
+            push,
+            i0,
+            i1,
+            power,
+            c_,
+            s_,
+            arm,
+            radius,
+            s0,
+            drag,
+            most_drag,
+            before,
+            offset,
+            constants,
+            contacts,
+        ) in rows:
             v_l = c_ * ux + s_ * uy + arm * uw
             rc = stiffness[g]
             emf, resistance, driving, driven, friction = constants
@@ -458,7 +495,25 @@ class TireSolver:
         mid_cos, mid_sin = self.mid_cos, self.mid_sin
         sum_x = sum_y = sum_n = 0.0
         at = 0
-        for g, j, push, i0, i1, power, c_, s_, arm, radius, s0, drag, most_drag, before, offset, constants, contacts in rows:
+        for (
+            g,
+            j,
+            push,
+            i0,
+            i1,
+            power,
+            c_,
+            s_,
+            arm,
+            radius,
+            s0,
+            drag,
+            most_drag,
+            before,
+            offset,
+            constants,
+            contacts,
+        ) in rows:
             moved = False
             c_mid = mid_cos[g]
             s_mid = mid_sin[g]
@@ -505,3 +560,45 @@ class TireSolver:
                 self.shaft_current[g] = i
                 self.shaft_volts[g] = v
         self._sums = (sum_x, sum_y, sum_n)
+
+
+def _rescale_drag(rows: list[_Row], after: tuple[float, float, float], shafts: Sequence[DriveShaft]) -> bool:
+    """Keep rolling drag near its constant force for wheels that have started to roll in this step.
+
+    Args:
+        rows: Of `_prepare`; changed.
+        after: Chassis velocity of this round.
+        shafts: All drive shafts.
+
+    Returns:
+        Whether something has changed.
+    """
+    ux, uy, uw = after
+    has_changed = False
+    for at, row in enumerate(rows):
+        g, j, push, i0, i1, power, c_, s_, arm, radius, s0, drag, most_drag, w, offset, constants, contacts = row
+        v_l = abs(c_ * ux + s_ * uy + arm * uw)
+        most = most_drag * len(contacts)
+        if drag * v_l > 1.05 * most or (drag * v_l < 0.95 * most and v_l > shafts[g].slip_speed):
+            drag = most / v_l
+            rows[at] = (
+                g,
+                j,
+                push,
+                i0,
+                i1,
+                power,
+                c_,
+                s_,
+                arm,
+                radius,
+                s0,
+                drag,
+                most_drag,
+                w,
+                offset,
+                constants,
+                contacts,
+            )
+            has_changed = True
+    return has_changed
