@@ -135,7 +135,7 @@ class ChassisSimulation:
         self._is_pushed = False  # whether the body moves with a mean velocity, and the rest is still to be added
         self._given: tuple[Vector, Vector] = (_ZERO, _ZERO)  # to the engine, linear and angular
         self._rest: tuple[Vector, Vector] = (_ZERO, _ZERO)  # to be added after the sub-step
-        self._outside: tuple[Vector, Vector] = (_ZERO, _ZERO)  # part of the last rest that `apply_forces` made
+        self._outside = _ZERO  # part of the last rest that `apply_forces` made: along x and y, and about yaw
         self._pulled: tuple[Vector, Vector] = (_ZERO, _ZERO)  # acceleration by the world in the last sub-step
         self.pos: Vector = (0.0, 0.0, 0.0)
         """Point on the robot's underside where the carpet would be, field frame [m]."""
@@ -180,6 +180,7 @@ class ChassisSimulation:
         self._world.set_pose(self.row, (x, y, _START_HEIGHT), from_yaw(yaw))
         self._h_before = 0.0
         self._is_pushed = False
+        self._outside = _ZERO
         if self._transfer is not None:
             self._transfer.reset()
         self.read()
@@ -402,20 +403,20 @@ class ChassisSimulation:
         turn_later = rotate(self.quat, (0.0, 0.0, change[2] - mean[2] + alpha))
         linear = [v + d for v, d in zip(self.vel, now, strict=True)]
         angular = [w + d for w, d in zip(self.rate, turn, strict=True)]
-        force, torque = self._outside
-        if self._force != _ZERO or self._torque != _ZERO or force != _ZERO or torque != _ZERO:
-            # Verlet: one kick by the present force, half a sub-step before and behind it.
+        if self._force != _ZERO or self._torque != _ZERO or self._outside != _ZERO:
+            # Verlet: one kick by the present force, for half of the sub-step before and half of the one to come. Up and
+            # down, and in roll and pitch, the carpet or gravity acts against it, whole and at once: so does the force.
             tx, ty, tz = rotate_back(self.quat, self._torque)
-            pushed = tuple(f / c.mass for f in self._force)
-            spun = rotate(self.quat, (tx / ix, ty / iy, tz / iz))
+            ax, ay, az = (f / c.mass for f in self._force)
             kick = half + 0.5 * self._h_before
-            linear = [v - old + kick * a for v, old, a in zip(linear, force, pushed, strict=True)]
-            angular = [w - old + kick * a for w, old, a in zip(angular, torque, spun, strict=True)]
-            force = (half * pushed[0], half * pushed[1], half * pushed[2])
-            torque = (half * spun[0], half * spun[1], half * spun[2])
-            self._outside = (force, torque)
-            later = (later[0] + force[0], later[1] + force[1], later[2] + force[2])
-            turn_later = (turn_later[0] + torque[0], turn_later[1] + torque[1], turn_later[2] + torque[2])
+            ox, oy, oz = self._outside
+            linear = [linear[0] - ox + kick * ax, linear[1] - oy + kick * ay, linear[2] + h * az]
+            spin = rotate(self.quat, (tx * h / ix, ty * h / iy, kick * tz / iz - oz))
+            angular = [w + d for w, d in zip(angular, spin, strict=True)]
+            ox, oy, oz = self._outside = (half * ax, half * ay, half * tz / iz)
+            later = (later[0] + ox, later[1] + oy, later[2])
+            spin = rotate(self.quat, (0.0, 0.0, oz))
+            turn_later = (turn_later[0] + spin[0], turn_later[1] + spin[1], turn_later[2] + spin[2])
         self._engine.set_velocity(self.row, linear, angular)
         self._given = ((linear[0], linear[1], linear[2]), (angular[0], angular[1], angular[2]))
         self._rest = (later, turn_later)
