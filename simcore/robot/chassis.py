@@ -324,8 +324,9 @@ class ChassisSimulation:
         """Toward the target by no more than mu g h, and about the yaw axis by what the same grip can turn.
 
         The wheels that touch carry the whole weight between them, so grip is there in full until the last one lifts.
-        What the world does is made up for within that grip, so that a robot stands on a slope and keeps its heading
-        along a wall. A target that is reached before the end of the sub-step is held from then on.
+        What gravity does along a slope is made up for within that grip, so that a robot stands on it. What a wall does
+        is not: pushed against a push that is as stiff as a wall's, a robot rattles. A target that is reached before the
+        end of the sub-step is held from then on.
 
         Returns:
             As `_drive`.
@@ -334,7 +335,7 @@ class ChassisSimulation:
         self._find_ground()
         if not any(self.touching):
             return _ZERO, _ZERO, _ZERO
-        ax, ay, alpha = pull = self._expected_pull(rotate_back(self.quat, (0.0, 0.0, -self._world.gravity)))
+        ax, ay, _ = rotate_back(self.quat, (0.0, 0.0, -self._world.gravity))
         grip = self.config.friction * self._world.gravity
         vx, vy, omega = self.ground_velocity
         gap_x, gap_y, gap_turn = self._target[0] - vx, self._target[1] - vy, self._target[2] - omega
@@ -347,16 +348,10 @@ class ChassisSimulation:
             late = min(1.0, math.hypot(gap_x, gap_y) / spare) if spare > 0.0 else 1.0
             mean_x = gap_x * (1.0 - 0.5 * late) - 0.5 * ax * h
             mean_y = gap_y * (1.0 - 0.5 * late) - 0.5 * ay * h
-        spin = self._most_spin(self.config.friction)
-        domega = gap_turn - alpha * h
-        if abs(domega) > spin * h:
-            domega = math.copysign(spin * h, domega)
-            mean_turn = 0.5 * domega
-        else:
-            spare = (spin - abs(alpha)) * h
-            late = min(1.0, abs(gap_turn) / spare) if spare > 0.0 else 1.0
-            mean_turn = gap_turn * (1.0 - 0.5 * late) - 0.5 * alpha * h
-        return (dvx, dvy, domega), (mean_x, mean_y, mean_turn), pull
+        spin = self._most_spin(self.config.friction) * h
+        domega = max(-spin, min(spin, gap_turn))
+        mean_turn = domega * (1.0 - 0.5 * abs(domega) / spin) if spin > 0.0 else 0.0
+        return (dvx, dvy, domega), (mean_x, mean_y, mean_turn), (ax, ay, 0.0)
 
     def _expected_pull(self, down: Vector) -> Vector:
         """What the world will add in the next sub-step, if it does as in the last one: a slope, a wall that holds.

@@ -138,6 +138,8 @@ class TireSolver:
         self.force_y = [0.0] * n
         self.slip = [0.0] * n
         """|slip| that makes the tire force of the last step [m/s]."""
+        self.is_sliding = False
+        """Whether some tire slid in the last step."""
         self._is_slow = False  # whether some wheel rolls so slowly that its rolling drag is not yet a constant force
         self._half_turn = (1.0, 0.0)  # cosine and sine of half of the chassis' turn in this step
         self._stiffness: list[float] = []  # per shaft, of this round: radius times the sum of c
@@ -194,6 +196,7 @@ class TireSolver:
             settled, sliding = self._move_shafts(rows, lines, after, limits, new_speed, self._share / m_h, count)
             if settled:
                 break
+        self.is_sliding = sliding
         if sliding:
             self._limit_forces(rows, before, after, limits, new_speed)
         self.shaft_speed[:] = new_speed

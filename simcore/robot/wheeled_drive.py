@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
+from operator import mul
 from typing import Generic, TypeVar
 
 import numpy as np
@@ -23,9 +24,13 @@ __all__ = ["MAX_INNER_STEP", "WheeledDrive", "checked_number"]
 MAX_INNER_STEP = 0.005
 """Longest step of motors and tires [s]; a longer step of the owner is cut into equal parts.
 
-With 5 ms all of `scripts/drivetrain_figures.py` is within tolerance, as with 4 and 1; a tick of a robot in the open
-takes four inner steps, with 4 ms it took 5.2 on average.
+With 5 ms all of `scripts/drivetrain_figures.py` is within tolerance, as with 4 and 1, and a robot whose tires hold ends
+5 s of rough commands within some millimeters of where it ends with 0.16 ms.
 """
+
+SLIDING_INNER_STEP = 0.00125
+"""The same while a tire slides [s]: its force follows the slip within milliseconds. With 5 ms, 5 s of rough commands end
+up to 50 mm and 5 degrees away, with 2.5 ms 30 mm and 2 degrees, with 1.25 ms 15 mm and 0.6 degrees."""
 
 ConfigT = TypeVar("ConfigT", bound=WheeledRobot)
 
@@ -92,6 +97,7 @@ class WheeledDrive(ABC, Generic[ConfigT]):
         self._wheel_radii = [shafts[g].radius for g in self._shaft_of_wheel]
         self._forces: list[tuple[list[float], list[float]]] = []
         self._loads: list[Sequence[float]] = []
+        self._shares: list[float] = []
         self._rest([0.0] * len(shafts))
 
     def _rest(self, shaft_speeds: list[float]) -> None:
@@ -104,7 +110,7 @@ class WheeledDrive(ABC, Generic[ConfigT]):
         self.drive_motors = MotorReadout([motor.resistance for motor in self._motors])
         """One motor of each drive shaft in the last inner step."""
         self._solver.rest(shaft_speeds)
-        self._forces, self._loads = [], []
+        self._forces, self._loads, self._shares = [], [], []
         self._spin_up = 0.0  # angular acceleration in the last inner step [rad/s^2]
         self.mean_change = (0.0, 0.0, 0.0)
         """Mean over the last `step` of what the tires had changed until then [m/s, m/s, rad/s].
@@ -165,22 +171,29 @@ class WheeledDrive(ABC, Generic[ConfigT]):
             )
         # A numpy number from the owner would turn all arithmetic below into numpy calls, ten times slower.
         vx, vy, omega, loads = float(vx), float(vy), float(omega), [float(load) for load in fixed]
-        parts = math.ceil(h / MAX_INNER_STEP - 1e-9)
-        dt = h / parts
+        longest = h / math.ceil(h / MAX_INNER_STEP - 1e-9)
+        shortest = longest / math.ceil(longest / SLIDING_INNER_STEP - 1e-9)
         dx = dy = spun = turned = 0.0
         mean_x = mean_y = mean_spin = 0.0
         forces: list[tuple[list[float], list[float]]] = []
         all_loads: list[Sequence[float]] = []
+        shares: list[float] = []
         # A robot that spins at 12 rad/s turns by 3.4 degrees in 5 ms. Tires that hold leave no slip in the axes at the
         # end of an inner step, and their forces act in those of its middle: so a circle is closed to second order.
-        for part in range(parts):
+        gone, to_go = 0.0, 0
+        while gone < h * (1.0 - 1e-9):
+            if to_go == 0:
+                dt = shortest if self._solver.is_sliding else longest
+                to_go = round(longest / dt)
+            to_go -= 1
+            gone += dt
             half = 0.5 * (omega + 0.5 * self._spin_up * dt) * dt
             c_half = math.cos(half)
             s_half = math.sin(half)
             c = math.cos(turned + 2.0 * half)
             s = math.sin(turned + 2.0 * half)
-            wx = vx + dx + ax * dt * (part + 1)
-            wy = vy + dy + ay * dt * (part + 1)
+            wx = vx + dx + ax * gone
+            wy = vy + dy + ay * gone
             if transfer is not None:
                 loads = transfer.loads(dt)
             jx, jy, jn = self._inner(
@@ -193,9 +206,9 @@ class WheeledDrive(ABC, Generic[ConfigT]):
                 transfer.follow(dt, jx / dt, jy / dt, turn)
             kick_x = c_mid * jx - s_mid * jy
             kick_y = s_mid * jx + c_mid * jy
-            mean_x += dx + 0.5 * kick_x
-            mean_y += dy + 0.5 * kick_y
-            mean_spin += spun + 0.5 * jn
+            mean_x += (dx + 0.5 * kick_x) * dt
+            mean_y += (dy + 0.5 * kick_y) * dt
+            mean_spin += (spun + 0.5 * jn) * dt
             dx += kick_x
             dy += kick_y
             spun += jn
@@ -204,8 +217,9 @@ class WheeledDrive(ABC, Generic[ConfigT]):
             self._spin_up = alpha + jn / dt
             forces.append((self._solver.force_x, self._solver.force_y))
             all_loads.append(loads)
-        self._forces, self._loads = forces, all_loads
-        self.mean_change = (mean_x / parts, mean_y / parts, mean_spin / parts)
+            shares.append(dt / h)
+        self._forces, self._loads, self._shares = forces, all_loads, shares
+        self.mean_change = (mean_x / h, mean_y / h, mean_spin / h)
         return dx, dy, spun
 
     def _inner(
@@ -318,14 +332,14 @@ class WheeledDrive(ABC, Generic[ConfigT]):
         """Load of each wheel, averaged over the last `step` [N]."""
         if not self._loads:
             return self._static_loads[:]
-        return [plain_sum(loads) / len(self._loads) for loads in zip(*self._loads, strict=True)]
+        return [plain_sum(map(mul, loads, self._shares)) for loads in zip(*self._loads, strict=True)]
 
     @property
     def wheel_forces(self) -> FloatArray:
         """Ground on wheels, robot axes, averaged over the last `step` [N], shape (n, 2)."""
         if not self._forces:
             return np.zeros((self._wheels, 2))
-        mean: FloatArray = np.mean(np.array(self._forces), axis=0).T
+        mean: FloatArray = np.tensordot(self._shares, np.array(self._forces), axes=1).T
         return mean
 
     @property
