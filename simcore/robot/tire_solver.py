@@ -65,6 +65,8 @@ _ROUNDS, _FULL_ROUNDS = 6, 2
 """Rounds of a step, and how many of them take a new slip as it is. Later ones take the mean with the last, because two
 rounds have swung from one side of the answer to the other. Of 10 000 sliding wheels in random steps of 5 ms, 10 are
 left with less than 80 % of their grip; with four full rounds it was 100, and on shafts with three wheels 600."""
+_SLIDE = 0.05
+"""Slip of a tire that slides for good [m/s]."""
 _TOLERANCE = 0.1
 """Relative change of a saturated wheel's slip that ends the rounds; its force is put on the circle anyway."""
 
@@ -139,7 +141,7 @@ class TireSolver:
         self.slip = [0.0] * n
         """|slip| that makes the tire force of the last step [m/s]."""
         self.is_sliding = False
-        """Whether some tire slid in the last step."""
+        """Whether some tire slid in the last step, faster than it does in rolling under load."""
         self._is_slow = False  # whether some wheel rolls so slowly that its rolling drag is not yet a constant force
         self._half_turn = (1.0, 0.0)  # cosine and sine of half of the chassis' turn in this step
         self._stiffness: list[float] = []  # per shaft, of this round: radius times the sum of c
@@ -196,7 +198,7 @@ class TireSolver:
             settled, sliding = self._move_shafts(rows, lines, after, limits, new_speed, self._share / m_h, count)
             if settled:
                 break
-        self.is_sliding = sliding
+        self.is_sliding = sliding and max(self.slip) > _SLIDE
         if sliding:
             self._limit_forces(rows, before, after, limits, new_speed)
         self.shaft_speed[:] = new_speed
