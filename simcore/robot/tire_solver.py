@@ -5,12 +5,16 @@ along (l) and across (t) the wheel and its contact velocity v_l = a_l u, v_t = a
 
     slip          s = (r w - v_l, -v_t)
     tire force    F = c s,         c = mu N / max(|s|, s0)        Coulomb, made linear within the tiny slip s0
-    shaft         J (w - w_old) / h = T(w) - r sum F_l            T: motor, limits, gears, friction (limited_motor.py)
+    shaft         J (w - w_old) / h = T(mean w) - r sum F_l       T: motor, limits, gears, friction (limited_motor.py)
     chassis       M (u - u_old) / h = sum A^T (F + rolling drag)
 
-This is backward Euler, so it is stable for any h, J and s0. For a given c the shafts are linear in u and are
-eliminated by hand; a symmetric 3 x 3 system is left. c is then corrected with the slip that came out (Picard, with the
-wheel's own compliance B to speed it up: the force only has to fall to mu N, so the slip grows by B (|F| - mu N)).
+Slip is that at the end of the step, seen in the robot's axes of the end (backward Euler), so it is stable for any h, J
+and s0, and tires that hold leave no slip. Forces act in the axes of the middle of the step, and the motor sees the mean
+speed of its shaft (`end_weight`): where tires hold, the step is of second order.
+
+For a given c the shafts are linear in u and are eliminated by hand; a symmetric 3 x 3 system is left. c is then
+corrected with the slip that came out (Picard, with the wheel's own compliance B to speed it up: the force only has to
+fall to mu N, so the slip grows by B (|F| - mu N)).
 It starts from the last step's slip; mostly one round is enough (mean 1.0 to 1.4 measured), four are allowed. At last
 every force is put on its friction circle, and chassis and shafts are moved by these same forces: no force without its
 reaction, no wheel beyond mu N.
@@ -143,7 +147,6 @@ class TireSolver:
         self.is_sliding = False
         """Whether some tire slid in the last step, faster than it does in rolling under load."""
         self._is_slow = False  # whether some wheel rolls so slowly that its rolling drag is not yet a constant force
-        self._half_turn = (1.0, 0.0)  # cosine and sine of half of the chassis' turn in this step
         self._stiffness: list[float] = []  # per shaft, of this round: radius times the sum of c
         self._forces: list[tuple[float, float]] = []  # per contact, of this round: along and across the wheel [N]
         self._sums = (0.0, 0.0, 0.0)  # of the wheels' forces [N, N, N m]
@@ -158,7 +161,6 @@ class TireSolver:
         volts: Sequence[float | None],
         limits: Sequence[float],
         bus_voltage: float,
-        half_turn: tuple[float, float] = (1.0, 0.0),
     ) -> tuple[float, float, float]:
         """Advance by `h` and return the change of the chassis velocity, robot axes in the MIDDLE of the step.
 
@@ -172,10 +174,8 @@ class TireSolver:
             volts: Wanted voltage per shaft [V]; None is an open circuit.
             limits: Stator limit in force, per shaft [A].
             bus_voltage: Of the battery, which no motor can exceed [V].
-            half_turn: Cosine and sine of half of the angle by which the chassis turns in the step.
         """
         rh = 1.0 / h
-        self._half_turn = half_turn
         m_h = self.mass * rh
         j_h = self.yaw_inertia * rh
         before = (m_h, j_h, vx, vy, omega)
@@ -200,7 +200,7 @@ class TireSolver:
                 break
         self.is_sliding = sliding and max(self.slip) > _SLIDE
         if sliding:
-            self._limit_forces(rows, before, after, limits, new_speed)
+            self._limit_forces(rows, after, limits, new_speed)
         self.shaft_speed[:] = new_speed
         sum_x, sum_y, sum_n = self._sums
         return sum_x / m_h, sum_y / m_h, sum_n / j_h
@@ -473,28 +473,19 @@ class TireSolver:
     def _limit_forces(
         self,
         rows: list[_Row],
-        start: tuple[float, float, float, float, float],
         after: tuple[float, float, float],
         limits: Sequence[float],
         new_speed: list[float],
     ) -> None:
         """Put every force on its friction circle, exactly; the shafts then follow these same forces.
 
-        A tire that slides all through the step pulls along its slip in the middle of the step; one that starts or
-        stops to slide in it, along the slip at the end, as those that stick do.
-
         Args:
             rows: Of `_prepare`.
-            start: m/h, J/h and the velocity before the step.
             after: Chassis velocity of the last round.
             limits: See `step`.
             new_speed: Of the shafts; written [rad/s].
         """
         ux, uy, uw = after
-        _, _, vx, vy, omega = start
-        cos_half, sin_half = self._half_turn
-        ex, ey = 0.5 * (vx + ux), 0.5 * (vy + uy)
-        mx, my, mw = cos_half * ex - sin_half * ey, sin_half * ex + cos_half * ey, 0.5 * (omega + uw)
         slips, forces = self.slip, self._forces
         force_x, force_y = self.force_x, self.force_y
         mid_cos, mid_sin = self.mid_cos, self.mid_sin
@@ -522,7 +513,6 @@ class TireSolver:
             moved = False
             c_mid = mid_cos[g]
             s_mid = mid_sin[g]
-            rolling = 0.5 * radius * (before + new_speed[g])
             if drag > 0.0:
                 drag = within(drag * (c_ * ux + s_ * uy + arm * uw) / len(contacts), most_drag)
             for k, x, y, _, grip in contacts:
@@ -531,13 +521,6 @@ class TireSolver:
                 size = math.sqrt(f_l * f_l + f_t * f_t)
                 # A sliding tire has all of its grip; within the tolerance of the rounds that may be a bit more.
                 if size > grip or (slips[k] > s0 and size > 0.85 * grip):
-                    slip_l = rolling - c_mid * (mx - mw * y) - s_mid * (my + mw * x)
-                    slip_t = s_mid * (mx - mw * y) - c_mid * (my + mw * x)
-                    change_l = slips[k] / grip * f_l - slip_l
-                    change_t = slips[k] / grip * f_t - slip_t
-                    middle = slip_l * slip_l + slip_t * slip_t
-                    if False and middle > 4.0 * (change_l * change_l + change_t * change_t):
-                        f_l, f_t, size = slip_l, slip_t, math.sqrt(middle)
                     f_l *= grip / size
                     f_t *= grip / size
                     moved = True

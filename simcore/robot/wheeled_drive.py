@@ -199,9 +199,7 @@ class WheeledDrive(ABC, Generic[ConfigT]):
             wy = vy + dy + ay * gone
             if transfer is not None:
                 loads = transfer.loads(dt)
-            jx, jy, jn = self._inner(
-                *(dt, c * wx + s * wy, c * wy - s * wx, omega, alpha * dt, loads, (c_half, s_half)),
-            )
+            jx, jy, jn = self._inner(dt, c * wx + s * wy, c * wy - s * wx, omega, alpha * dt, loads)
             c_mid = c * c_half + s * s_half
             s_mid = s * c_half - c * s_half
             turn = (omega + 0.5 * (alpha * dt + jn)) * dt
@@ -233,7 +231,6 @@ class WheeledDrive(ABC, Generic[ConfigT]):
         omega: float,
         outside_spin: float,
         loads: Sequence[float],
-        half_turn: tuple[float, float],
     ) -> tuple[float, float, float]:
         """One inner step of `h` [s]: requests, battery, azimuths, tires and wheels; the change of velocity.
 
@@ -244,7 +241,6 @@ class WheeledDrive(ABC, Generic[ConfigT]):
             omega: Yaw rate before the step [rad/s].
             outside_spin: What the owner will add to it in the step [rad/s].
             loads: Of the wheels [N].
-            half_turn: See `TireSolver.step`.
         """
         if self.before_inner is not None:
             self.before_inner(h, omega)
@@ -254,7 +250,7 @@ class WheeledDrive(ABC, Generic[ConfigT]):
         azimuth_supply = self._turn_azimuths(h, loads, bus)
         speeds = self.shaft_speeds
         before = speeds[:]
-        result = solver.step(h, vx, vy, omega + outside_spin, loads, volts, limits, bus, half_turn)
+        result = solver.step(h, vx, vy, omega + outside_spin, loads, volts, limits, bus)
         angles = self.shaft_angles
         half = 0.5 * h
         for g, after in enumerate(speeds):  # with the mean speed, as the robot itself moves

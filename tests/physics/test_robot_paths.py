@@ -1,4 +1,4 @@
-"""A robot's path is its own: it does not depend on how many sub-steps somebody else needs, nor on a slope it stands on."""
+"""A robot's path is its own: it depends neither on how many sub-steps somebody else needs, nor on a slope or a wall."""
 
 from __future__ import annotations
 
@@ -143,7 +143,7 @@ def test_a_path_does_not_depend_on_sub_steps(name):
 
 @pytest.mark.parametrize("substeps", [1, 2, 3, 16])
 def test_a_constant_force_moves_a_robot_by_half_a_t2(substeps):
-    """x = F t^2 / 2m, yaw = M t^2 / 2I at any number of sub-steps; the carpet's friction is the tires', and it has none.
+    """x = F t^2 / 2m, yaw = M t^2 / 2I at any number of sub-steps; it has no tires.
 
     The body is moved by the mean velocity of each sub-step, so a constant force leaves no error but the engine's
     rounding and the tilt of a robot that lands by 0.02 mm at the start.
