@@ -3,6 +3,18 @@
 Each sub-step the driver (a velocity to follow, forces, or a drivetrain model) asks for a change of velocity, no larger
 than tires can give; the engine adds gravity, contacts and hits; what really came of it is what the driver sees next.
 Poses are never forced.
+
+The engine moves a body by x += h v with the v that it has after contacts (semi-implicit Euler). Were v the velocity at
+the end of the sub-step, a robot that accelerates with a would be a h / 2 per second ahead, and its path would depend on
+who else needs how many sub-steps. So the body moves with the mean velocity of the sub-step, as in a leapfrog scheme:
+
+    given to the engine        v + mean(dv) - w h / 2           dv(t): what the driver changes within the sub-step
+    what comes back            v + mean(dv) + w' h - w h / 2    w': what the world does, all of it at once
+    true velocity afterwards   v + dv(h) + w' h                 the rest, dv(h) - mean(dv) + w h / 2, is added
+
+w is what the world did in the last sub-step; where it does the same again (w' = w: a slope, a wall that holds) the body
+moves by exactly the integral of its velocity. The last line holds for any w': no impulse is lost or counted twice, and
+where a wall takes all the velocity, mean(dv) = -w h / 2 leaves no rest. Yaw is moved in the same way.
 """
 
 from __future__ import annotations
@@ -18,27 +30,33 @@ from simcore.geometry.rotation import Quaternion, Vector, from_yaw, matrix, rota
 from simcore.physics.substeps import Surroundings
 from simcore.physics.world import PhysicsWorld
 from simcore.robot.chassis_config import ChassisConfig
+from simcore.robot.wheel_loads import LoadTransfer, WheeledRobot
 from simcore.typing import FloatArray
 
 __all__ = ["ChassisSimulation", "Drivetrain"]
 
 _CONTACT_GAP = 0.004  # [m]; a wheel this close to the ground carries load
-_TIRE_LAG = 0.010  # [s]; treads and carpet give a little, so loads follow the chassis with a lag. Estimate, +-50 %
 _MOST_RESISTANCE = 1.5  # [g]; more than any tire can push against for longer than a hit
+_ZERO: Vector = (0.0, 0.0, 0.0)
 _START_HEIGHT = -2e-5  # [m]; a gap of exactly 0 is no contact yet, and the first step would fall
 
 
 class Drivetrain(Protocol):
     """What moves a chassis: tire forces from motors, seen from the robot frame."""
 
-    def wheel_loads(self, touching: Sequence[bool], gravity: Vector, acceleration: Vector) -> list[float]:
-        """Load of each wheel [N].
+    @property
+    def robot(self) -> WheeledRobot:
+        """Mass, center of mass and where the wheels are."""
+        ...
 
-        Args:
-            touching: Which wheels are on the ground.
-            gravity: In robot axes [m/s^2].
-            acceleration: Of the center of mass over the last sub-step, robot axes [m/s^2].
-        """
+    @property
+    def normal_loads(self) -> list[float]:
+        """Load of each wheel, averaged over the last `step` [N]."""
+        ...
+
+    @property
+    def mean_change(self) -> tuple[float, float, float]:
+        """Mean over the last `step` of what the tires had changed until then [m/s, m/s, rad/s]."""
         ...
 
     def step(
@@ -47,9 +65,10 @@ class Drivetrain(Protocol):
         vx: float,
         vy: float,
         omega: float,
-        normal_loads: Sequence[float],
+        normal_loads: LoadTransfer,
         ax: float,
         ay: float,
+        alpha: float,
     ) -> tuple[float, float, float]:
         """Advance wheels and motors by h [s]; returns the change of velocity by tire forces [m/s, m/s, rad/s].
 
@@ -58,9 +77,10 @@ class Drivetrain(Protocol):
             vx: Velocity over ground of the point on the carpet under the center of mass, forward [m/s].
             vy: The same, to the left [m/s].
             omega: Yaw rate [rad/s].
-            normal_loads: Load of each wheel [N], 0 in the air.
+            normal_loads: Load of each wheel, which follows what the tires do within the step.
             ax: Acceleration that the world will add by itself (a slope, a wall that pushes back), forward [m/s^2].
             ay: The same, to the left [m/s^2].
+            alpha: The same for the yaw rate [rad/s^2].
         """
         ...
 
@@ -110,12 +130,13 @@ class ChassisSimulation:
         self._all_touching = [True] * len(config.wheel_positions)
         self.touching = list(self._all_touching)
         """Which wheels are on the ground."""
-        self.normal_loads = [0.0] * len(config.wheel_positions)
-        """Load of each wheel in the last sub-step [N]."""
-        self._vel_before: Vector = (0.0, 0.0, 0.0)
-        self._h_before = 0.0
-        self._vel_pushed: Sequence[float] = (0.0, 0.0, 0.0)
-        self._acceleration: Sequence[float] = (0.0, 0.0, 0.0)
+        self._transfer = None if drivetrain is None else LoadTransfer(drivetrain.robot)
+        self._h_before = 0.0  # of the last sub-step [s]; 0 after a start
+        self._is_pushed = False  # whether the body moves with a mean velocity, and the rest is still to be added
+        self._given: tuple[Vector, Vector] = (_ZERO, _ZERO)  # to the engine, linear and angular
+        self._rest: tuple[Vector, Vector] = (_ZERO, _ZERO)  # to be added after the sub-step
+        self._outside = _ZERO  # part of the last rest that `apply_forces` made: along x and y, and about yaw
+        self._pulled: tuple[Vector, Vector] = (_ZERO, _ZERO)  # acceleration by the world in the last sub-step
         self.pos: Vector = (0.0, 0.0, 0.0)
         """Point on the robot's underside where the carpet would be, field frame [m]."""
         self.quat: Quaternion = (0.0, 0.0, 0.0, 1.0)
@@ -158,21 +179,24 @@ class ChassisSimulation:
         self._require_finite("pose", (x, y, yaw))
         self._world.set_pose(self.row, (x, y, _START_HEIGHT), from_yaw(yaw))
         self._h_before = 0.0
+        self._is_pushed = False
+        self._outside = _ZERO
+        if self._transfer is not None:
+            self._transfer.reset()
         self.read()
 
     # --- one sub-step -------------------------------------------------------------------------------------------
 
     def before_substep(self, h: float) -> None:
         """Ask the driver for its change of velocity, and put it on the body for the next sub-step of h [s]."""
-        self.read()
+        self._take_in()
         if self._drivetrain is not None:
-            dvx, dvy, domega = self._drive(h)
+            change, mean, pull = self._drive(h)
         elif self._target is not None:
-            dvx, dvy, domega = self._follow(h)
+            change, mean, pull = self._follow(h)
         else:
-            dvx = dvy = domega = 0.0
-        self._push(dvx, dvy, domega, h)
-        self._h_before = h
+            change = mean = pull = _ZERO
+        self._push(h, change, mean, pull)
 
     def read(self) -> None:
         """Take pose and velocity from the engine.
@@ -180,12 +204,38 @@ class ChassisSimulation:
         Raises:
             EngineError: The engine lost the body (a value is not finite).
         """
+        if self._take_in():
+            self._engine.set_velocity(self.row, self.vel, self.rate)
+
+    def _take_in(self) -> bool:
+        """What `read` does, without telling the engine; whether the velocity is another than the engine's."""
         self.pos, self.quat = self._engine.pose(self.row)
-        self.vel, self.rate = self._engine.velocity(self.row)
-        if not all(map(math.isfinite, (*self.pos, *self.vel, *self.rate))):
+        vel, rate = self._engine.velocity(self.row)
+        if not all(map(math.isfinite, (*self.pos, *vel, *rate))):
             raise EngineError(f"{self.name}: the engine returned a pose or velocity that is not finite: {self.pos}")
+        if not self._is_pushed:
+            self.vel, self.rate = vel, rate
+            return False
+        self._is_pushed = False
+        h = self._h_before
+        (gx, gy, gz), (px, py, pz) = self._given
+        (rx, ry, rz), (qx, qy, qz) = self._rest
+        vx, vy, vz = vel
+        wx, wy, wz = rate
+        self._pulled = (
+            ((vx - gx) / h, (vy - gy) / h, (vz - gz) / h),
+            ((wx - px) / h, (wy - py) / h, (wz - pz) / h),
+        )
+        self.vel = (vx + rx, vy + ry, vz + rz)
+        self.rate = (wx + qx, wy + qy, wz + qz)
+        return True
 
     # --- questions ----------------------------------------------------------------------------------------------
+
+    @property
+    def normal_loads(self) -> list[float]:
+        """Load of each wheel in the last sub-step [N]; zeros without a drivetrain."""
+        return [0.0] * len(self.touching) if self._drivetrain is None else self._drivetrain.normal_loads
 
     @property
     def pose(self) -> tuple[float, float, float]:
@@ -250,65 +300,123 @@ class ChassisSimulation:
 
     # --- inside -------------------------------------------------------------------------------------------------
 
-    def _drive(self, h: float) -> Vector:
-        assert self._drivetrain is not None
+    def _drive(self, h: float) -> tuple[Vector, Vector, Vector]:
+        """Change of velocity by the drivetrain, its mean over the sub-step, and what the world is expected to do.
+
+        Each [m/s, m/s, rad/s] or [m/s^2, m/s^2, rad/s^2], in the robot's plane.
+        """
+        assert self._drivetrain is not None and self._transfer is not None
         self._find_ground()
         down = rotate_back(self.quat, (0.0, 0.0, -self._world.gravity))
-        before = self._h_before
-        if before > 0.0:
-            measured = [(now - then) / before for now, then in zip(self.vel, self._vel_before, strict=True)]
-            share = -math.expm1(-before / _TIRE_LAG)
-            self._acceleration = [
-                old + share * (new - old) for old, new in zip(self._acceleration, measured, strict=True)
-            ]
-            # What the world added to the tires' push in the last sub-step: a wall, a slope, another robot.
-            world = [(now - then) / before for now, then in zip(self.vel, self._vel_pushed, strict=True)]
-            ax, ay, _ = rotate_back(self.quat, world)
-            size, most = math.hypot(ax, ay), _MOST_RESISTANCE * self._world.gravity
-            if size > most:  # a hit lasts for one sub-step only
-                ax, ay = ax * most / size, ay * most / size
-        else:
-            self._acceleration = [0.0, 0.0, 0.0]
-            ax, ay = down[0], down[1]
-        self.normal_loads = self._drivetrain.wheel_loads(
-            self.touching, down, rotate_back(self.quat, self._acceleration)
-        )
-        self._vel_before = self.vel
+        pull = self._expected_pull(down)
+        felt = rotate_back(self.quat, self._pulled[0]) if self._h_before > 0.0 else _ZERO
+        scale = 1.0 / self.config.mass
+        fx, fy, fz = (f * scale for f in rotate_back(self.quat, self._force))
+        turn = rotate_back(self.quat, self._torque)[2] / self.config.inertia[2]
+        self._transfer.stand(self.touching, down, (felt[0] + fx, felt[1] + fy, felt[2] + fz))
         vx, vy, omega = self.ground_velocity
-        return self._drivetrain.step(h, vx, vy, omega, self.normal_loads, ax, ay)
+        change = self._drivetrain.step(
+            *(h, vx, vy, omega, self._transfer, pull[0] + fx, pull[1] + fy, pull[2] + turn),
+        )
+        return change, self._drivetrain.mean_change, pull
 
-    def _follow(self, h: float) -> Vector:
+    def _follow(self, h: float) -> tuple[Vector, Vector, Vector]:
         """Toward the target by no more than mu g h, and about the yaw axis by what the same grip can turn.
 
         The wheels that touch carry the whole weight between them, so grip is there in full until the last one lifts.
+        What gravity does along a slope is made up for within that grip, so that a robot stands on it. What a wall does
+        is not: pushed against a push that is as stiff as a wall's, a robot rattles. A target that is reached before the
+        end of the sub-step is held from then on.
+
+        Returns:
+            As `_drive`.
         """
         assert self._target is not None
         self._find_ground()
-        grip = self.config.friction * self._world.gravity * h if any(self.touching) else 0.0
+        if not any(self.touching):
+            return _ZERO, _ZERO, _ZERO
+        ax, ay, _ = rotate_back(self.quat, (0.0, 0.0, -self._world.gravity))
+        grip = self.config.friction * self._world.gravity
         vx, vy, omega = self.ground_velocity
-        dvx, dvy, domega = self._target[0] - vx, self._target[1] - vy, self._target[2] - omega
-        size = math.hypot(dvx, dvy)
-        if size > grip:
-            dvx, dvy = dvx * grip / size, dvy * grip / size
-        spin = grip * self.config.mass * self.config.traction_radius / self.config.inertia[2]
-        return dvx, dvy, max(-spin, min(spin, domega))
+        gap_x, gap_y, gap_turn = self._target[0] - vx, self._target[1] - vy, self._target[2] - omega
+        dvx, dvy = gap_x - ax * h, gap_y - ay * h
+        size, spare = math.hypot(dvx, dvy), (grip - math.hypot(ax, ay)) * h
+        if size > grip * h:
+            dvx, dvy = dvx * grip * h / size, dvy * grip * h / size
+            mean_x, mean_y = 0.5 * dvx, 0.5 * dvy
+        else:
+            late = min(1.0, math.hypot(gap_x, gap_y) / spare) if spare > 0.0 else 1.0
+            mean_x = gap_x * (1.0 - 0.5 * late) - 0.5 * ax * h
+            mean_y = gap_y * (1.0 - 0.5 * late) - 0.5 * ay * h
+        spin = self._most_spin(self.config.friction) * h
+        domega = max(-spin, min(spin, gap_turn))
+        mean_turn = domega * (1.0 - 0.5 * abs(domega) / spin) if spin > 0.0 else 0.0
+        return (dvx, dvy, domega), (mean_x, mean_y, mean_turn), (ax, ay, 0.0)
 
-    def _push(self, dvx: float, dvy: float, domega: float, h: float) -> None:
-        """Change the velocity of the body by forces on the carpet, in the robot's plane, and outside forces."""
+    def _expected_pull(self, down: Vector) -> Vector:
+        """What the world will add in the next sub-step, if it does as in the last one: a slope, a wall that holds.
+
+        Args:
+            down: Gravity, robot axes [m/s^2].
+
+        Returns:
+            Acceleration in the robot's plane [m/s^2, m/s^2, rad/s^2].
+        """
+        if self._h_before == 0.0:
+            return down[0], down[1], 0.0
+        ax, ay, _ = rotate_back(self.quat, self._pulled[0])
+        alpha = rotate_back(self.quat, self._pulled[1])[2]
+        size, most = math.hypot(ax, ay), _MOST_RESISTANCE * self._world.gravity
+        if size > most:  # a hit lasts for one sub-step only
+            ax, ay = ax * most / size, ay * most / size
+        spin = self._most_spin(_MOST_RESISTANCE)
+        return ax, ay, max(-spin, min(spin, alpha))
+
+    def _most_spin(self, friction: float) -> float:
+        """Angular acceleration of a robot whose wheels all pull across their radius with this grip [rad/s^2]."""
+        c = self.config
+        return friction * self._world.gravity * c.mass * c.traction_radius / c.inertia[2]
+
+    def _push(self, h: float, change: Vector, mean: Vector, pull: Vector) -> None:
+        """Give the body its mean velocity in the sub-step by forces on the carpet, in the robot's plane, and by others.
+
+        Args:
+            h: Sub-step [s].
+            change: Of the velocity by the driver [m/s, m/s, rad/s].
+            mean: Of that change over the sub-step [m/s, m/s, rad/s].
+            pull: What the world is expected to do [m/s^2, m/s^2, rad/s^2].
+        """
         c = self.config
         ix, iy, iz = c.inertia
         lever = c.mass * c.center_of_mass_height
-        change = rotate(self.quat, (dvx, dvy, 0.0))
-        turn = rotate(self.quat, (lever * dvy / ix, -lever * dvx / iy, domega))  # grip acts below the center of mass
-        scale = h / c.mass
-        linear = [v + d + f * scale for v, d, f in zip(self.vel, change, self._force, strict=True)]
+        half = 0.5 * h
+        ax, ay, alpha = (p * half for p in pull)
+        now = rotate(self.quat, (mean[0] - ax, mean[1] - ay, 0.0))
+        later = rotate(self.quat, (change[0] - mean[0] + ax, change[1] - mean[1] + ay, 0.0))
+        # Grip acts below the center of mass.
+        turn = rotate(self.quat, (lever * change[1] / ix, -lever * change[0] / iy, mean[2] - alpha))
+        turn_later = rotate(self.quat, (0.0, 0.0, change[2] - mean[2] + alpha))
+        linear = [v + d for v, d in zip(self.vel, now, strict=True)]
         angular = [w + d for w, d in zip(self.rate, turn, strict=True)]
-        if self._torque != (0.0, 0.0, 0.0):
+        if self._force != _ZERO or self._torque != _ZERO or self._outside != _ZERO:
+            # Verlet: one kick by the present force, for half of the sub-step before and half of the one to come. Up and
+            # down, and in roll and pitch, the carpet or gravity acts against it, whole and at once: so does the force.
             tx, ty, tz = rotate_back(self.quat, self._torque)
-            kick = rotate(self.quat, (tx * h / ix, ty * h / iy, tz * h / iz))
-            angular = [w + k for w, k in zip(angular, kick, strict=True)]
+            ax, ay, az = (f / c.mass for f in self._force)
+            kick = half + 0.5 * self._h_before
+            ox, oy, oz = self._outside
+            linear = [linear[0] - ox + kick * ax, linear[1] - oy + kick * ay, linear[2] + h * az]
+            spin = rotate(self.quat, (tx * h / ix, ty * h / iy, kick * tz / iz - oz))
+            angular = [w + d for w, d in zip(angular, spin, strict=True)]
+            ox, oy, oz = self._outside = (half * ax, half * ay, half * tz / iz)
+            later = (later[0] + ox, later[1] + oy, later[2])
+            spin = rotate(self.quat, (0.0, 0.0, oz))
+            turn_later = (turn_later[0] + spin[0], turn_later[1] + spin[1], turn_later[2] + spin[2])
         self._engine.set_velocity(self.row, linear, angular)
-        self._vel_pushed = linear
+        self._given = ((linear[0], linear[1], linear[2]), (angular[0], angular[1], angular[2]))
+        self._rest = (later, turn_later)
+        self._h_before = h
+        self._is_pushed = True
 
     def _find_ground(self) -> None:
         """Which wheels touch: all of them on the flat carpet (no rays needed), else by a short ray down each wheel."""

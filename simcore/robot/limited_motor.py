@@ -25,6 +25,7 @@ __all__ = [
     "LOCKED",
     "LimitedMotor",
     "MotorConstants",
+    "end_weight",
     "limited_volts",
     "solve_shaft",
     "solve_supply",
@@ -88,6 +89,22 @@ class LimitedMotor:
             supply_limit=supply_limit,
             count=count,
         )
+
+
+def end_weight(h: float, rate: float) -> float:
+    """Share of the end of a step in the mean that makes the step of w' = -rate w exact (exponential fitting).
+
+    A slow shaft (rate h << 1) gets 1/2, the trapezoidal rule of second order; a fast one tends to 1, backward Euler,
+    which does not ring.
+
+    Args:
+        h: Time step [s].
+        rate: At which back-EMF slows the free shaft down [1/s].
+    """
+    z = h * rate
+    if z < 1e-3:
+        return 0.5 + z / 12.0
+    return -1.0 / math.expm1(-z) - 1.0 / z
 
 
 def within(value: float, limit: float) -> float:

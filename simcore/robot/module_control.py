@@ -126,6 +126,8 @@ class ModuleController:
     def reset(self) -> None:
         """Back to neutral."""
         n = len(self._modules)
+        self._before = [0.0] * n  # wheel speeds at the start of the last inner step [rad/s]
+        self._h_before = 1.0
         self.command(DriveMode.NEUTRAL, [0.0] * n, [0.0] * n)
 
     def command(self, mode: DriveMode, drive: list[float], steer: list[float]) -> None:
@@ -135,7 +137,7 @@ class ModuleController:
     def requests(
         self, h: float, state: ModuleState, bus: float, neutral: bool
     ) -> tuple[list[float | None], list[float | None], list[float]]:
-        """Voltages for one inner step.
+        """Voltages for one inner step, of on-board loops as they are in its middle if speeds go on as they did.
 
         Args:
             h: Time step [s].
@@ -155,20 +157,24 @@ class ModuleController:
         if neutral or mode is DriveMode.NEUTRAL:
             drive = [0.0 if m.drive_brake else None for m in modules]
             return drive, [0.0 if m.steer_brake else None for m in modules], limits
+        before, ahead = self._before, 0.5 * h / self._h_before
+        self._before, self._h_before = state.wheel_speed[:], h
         if mode is DriveMode.STATES:
             drive = []
             steer = []
-            for speed, angle, present, w, moving, gains in zip(
+            for speed, angle, present, w, old, moving, gains in zip(
                 self.drive,
                 self.steer,
                 state.steer_angle,
                 state.wheel_speed,
+                before,
                 state.steer_speed,
                 self._gains,
                 strict=True,
             ):
                 radius, emf, coupled_emf, drive_kp, drive_ks, steer_kp, steer_ks = gains
-                speed, error = optimize(speed, angle, present)
+                speed, error = optimize(speed, angle, present + 0.5 * h * moving)
+                w += ahead * (w - old)
                 lift = 20.0 * speed
                 ease = 100.0 * error
                 drive.append(

@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 from typing import Protocol
 
 from simcore.errors import require_finite, require_positive
-from simcore.robot.wheel_loads import WheeledRobot, normal_loads
+from simcore.robot.wheel_loads import LoadTransfer, WheeledRobot
 from simcore.units import GRAVITY
 
 __all__ = ["PlanarChassis", "PlanarDrive"]
@@ -27,11 +27,22 @@ class PlanarDrive(Protocol):
         vx: float,
         vy: float,
         omega: float,
-        normal_loads: Sequence[float] | None = None,
+        normal_loads: Sequence[float] | LoadTransfer | None = None,
         ax: float = 0.0,
         ay: float = 0.0,
+        alpha: float = 0.0,
     ) -> tuple[float, float, float]:
         """See `SwerveDrive.step`."""
+        ...
+
+    @property
+    def mean_change(self) -> tuple[float, float, float]:
+        """See `SwerveDrive.mean_change`."""
+        ...
+
+    @property
+    def normal_loads(self) -> list[float]:
+        """Load of each wheel in the last step [N]."""
         ...
 
 
@@ -59,6 +70,7 @@ class PlanarChassis:
         require_finite("planar chassis", "slope", slope, "rad")
         self.drive = drive
         self.slope = slope
+        self._transfer = LoadTransfer(drive.robot)
         self.reset()
 
     def reset(
@@ -74,6 +86,7 @@ class PlanarChassis:
         self.time = 0.0
         self.loads: list[float] = []
         """Normal loads in the last step [N]."""
+        self._transfer.reset()
 
     def step(self, h: float, *, force: tuple[float, float, float] = (0.0, 0.0, 0.0)) -> None:
         """Advance by `h` [s] with an outside force (x, y [N], torque [N m], field axes) on the center of mass."""
@@ -82,23 +95,22 @@ class PlanarChassis:
         g_along = -GRAVITY * math.sin(self.slope)
         ex = g_along + force[0] / config.mass
         ey = force[1] / config.mass
-        self.loads = normal_loads(
-            config,
-            [True] * len(config.positions),
-            (c * g_along, -s * g_along, -GRAVITY * math.cos(self.slope)),
-            (c * self.ax + s * self.ay, c * self.ay - s * self.ax, 0.0),
-        )
+        touching = [True] * len(config.positions)
+        gravity = (c * g_along, -s * g_along, -GRAVITY * math.cos(self.slope))
+        outside = (c * ex + s * ey, c * ey - s * ex)
+        spin_up = force[2] / config.yaw_inertia
+        self._transfer.stand(touching, gravity, (*outside, 0.0))
         dx, dy, dw = self.drive.step(
-            *(h, c * self.vx + s * self.vy, c * self.vy - s * self.vx, self.omega, self.loads),
-            *(c * ex + s * ey, c * ey - s * ex),
+            *(h, c * self.vx + s * self.vy, c * self.vy - s * self.vx, self.omega, self._transfer, *outside, spin_up),
         )
+        self.loads = self.drive.normal_loads
         self.ax = (c * dx - s * dy) / h + ex
         self.ay = (s * dx + c * dy) / h + ey
-        spin = dw + force[2] / config.yaw_inertia * h
-        # With the mean velocity of the step, a constant acceleration moves the robot exactly as it should.
-        self.x += (self.vx + 0.5 * self.ax * h) * h
-        self.y += (self.vy + 0.5 * self.ay * h) * h
-        self.yaw += (self.omega + 0.5 * spin) * h
+        spin = dw + spin_up * h
+        mx, my, mw = self.drive.mean_change
+        self.x += (self.vx + c * mx - s * my + 0.5 * ex * h) * h
+        self.y += (self.vy + s * mx + c * my + 0.5 * ey * h) * h
+        self.yaw += (self.omega + mw + 0.5 * spin_up * h) * h
         self.vx += self.ax * h
         self.vy += self.ay * h
         self.omega += spin

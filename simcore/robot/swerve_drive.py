@@ -161,10 +161,11 @@ class SwerveDrive(WheeledDrive[SwerveConfig]):
                 for (wx, wy), c, s, m in zip(ways, cos, sin, self.config.modules, strict=True)
             ]
         )
-        self.state = ModuleState(self.shaft_angles, self.shaft_speeds, turned, [0.0] * self._n, cos, sin)
+        self.state = ModuleState(self.shaft_angles, self.shaft_speeds, turned, [0.0] * self._n, cos, sin, cos, sin)
         self.steer_motors = MotorReadout([m.resistance for m in self._steer.motors])
         """Of the steer motors in the last inner step."""
-        self._solver.cos, self._solver.sin = cos, sin
+        self._solver.cos = self._solver.mid_cos = cos
+        self._solver.sin = self._solver.mid_sin = sin
         self._steer_supply = 0.0
         self._controller.reset()
 
@@ -179,8 +180,11 @@ class SwerveDrive(WheeledDrive[SwerveConfig]):
         before = state.steer_speed[:] if self._coupled else None
         supply = self._steer.step(h, state, self._steer_volts, loads, solver.shaft_current, bus, self.steer_motors)
         self._steer_supply = 0.5 * (self._steer_supply + supply)
+        solver.mid_cos, solver.mid_sin = state.mid_cos, state.mid_sin
         if before is not None:
-            solver.emf_offset = [k * w for k, w in zip(self._coupled_emf, state.steer_speed, strict=True)]
+            solver.emf_offset = [
+                0.5 * k * (old + new) for k, old, new in zip(self._coupled_emf, before, state.steer_speed, strict=True)
+            ]
             solver.torque_offset = [
                 -j * (new - old) / h
                 for j, new, old in zip(self._coupled_inertia, state.steer_speed, before, strict=True)

@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from simcore.robot.limited_motor import LimitedMotor, solve_shaft, solve_supply, within
+from simcore.robot.limited_motor import LimitedMotor, end_weight, solve_shaft, solve_supply, within
 from simcore.robot.motor_bus import MotorReadout
 from simcore.robot.swerve_config import SwerveModuleConfig
 
@@ -29,6 +29,10 @@ class ModuleState:
     """Of the steer angle."""
     sin: list[float]
     """Of the steer angle."""
+    mid_cos: list[float]
+    """Of the steer angle in the middle of the last inner step."""
+    mid_sin: list[float]
+    """Of the steer angle in the middle of the last inner step."""
 
 
 class SteerBank:
@@ -54,6 +58,8 @@ class SteerBank:
             )
             for motor, m in zip(self.motors, modules, strict=True)
         ]
+        self._weighted = 0.0  # step that the weights are of [s]
+        self._end_weights: list[float] = []
 
     def step(
         self,
@@ -65,11 +71,11 @@ class SteerBank:
         bus: float,
         readout: MotorReadout,
     ) -> float:
-        """Backward Euler for each azimuth: stable at any inertia, and exact in where a spin-up ends.
+        """Exponential fitting for each azimuth: second order, stable at any inertia; a spin-up ends where it must.
 
         Args:
             h: Time step [s].
-            state: Changed: steer angle and speed, cos and sin.
+            state: Changed: steer angle and speed, and the cosines and sines.
             volts: Wanted per steer motor [V]; None is an open circuit.
             loads: On the wheels, for the scrub [N].
             drive_current: Of the drive motors in the last step, for the coupling [A].
@@ -81,8 +87,16 @@ class SteerBank:
         """
         speed = state.steer_speed
         steer_angle = state.steer_angle
+        state.mid_cos, state.mid_sin = state.cos[:], state.sin[:]
         terminal: list[float] = []
         currents: list[float] = []
+        if h != self._weighted:
+            self._weighted = h
+            self._end_weights = [
+                end_weight(h, driven * emf * conductance / inertia)
+                for _, emf, conductance, _, driven, _, _, _, inertia, _, _ in self._rows
+            ]
+        weights = self._end_weights
         row = -1
         for m, emf, conductance, driving, driven, friction, limit, supply, inertia, scrub, coupling in self._rows:
             row += 1
@@ -96,8 +110,9 @@ class SteerBank:
             i0 = i1 = 0.0
             if v is not None:
                 v = within(v, bus)
-                i0 = v * conductance
-                i1 = emf * conductance
+                # Back-EMF of the mean speed, from that at the end of the step.
+                i1 = weights[row] * emf * conductance
+                i0 = (v - (1.0 - weights[row]) * emf * w) * conductance
             holds = friction + scrub * loads[row]
             if w == 0.0 and a == 0.0 and -holds <= driven * i0 <= holds and -limit <= i0 <= limit:
                 # Held by friction, as azimuths are most of the time (5.0 -> 3.5 us for four).
@@ -108,16 +123,21 @@ class SteerBank:
             a += k * w
             power = supply * bus
             end, i, _, _ = solve_shaft(k, a, i0, i1, limit, driving, driven, holds)
-            p = (emf * end + i * m.resistance) * i
+            emf_end = weights[row] * emf
+            offset = (emf - emf_end) * w
+            p = (offset + emf_end * end + i * m.resistance) * i
             if p > power or p < -power:
-                constants = (emf, m.resistance, driving, driven, holds)
-                end, i, _, _ = solve_supply(k, a, i, p, limit, constants, 0.0, w, power)
-            w = end
-            speed[row] = w
-            if w != 0.0:
-                steer_angle[row] = angle = steer_angle[row] + w * h
+                constants = (emf_end, m.resistance, driving, driven, holds)
+                end, i, _, _ = solve_supply(k, a, i, p, limit, constants, offset, w, power)
+            speed[row] = end
+            turn = 0.5 * (w + end) * h
+            if turn != 0.0:
+                angle = steer_angle[row] + 0.5 * turn
+                state.mid_cos[row] = math.cos(angle)
+                state.mid_sin[row] = math.sin(angle)
+                steer_angle[row] = angle = steer_angle[row] + turn
                 state.cos[row] = math.cos(angle)
                 state.sin[row] = math.sin(angle)
-            terminal.append(emf * w + i * m.resistance)
+            terminal.append(offset + emf_end * end + i * m.resistance)
             currents.append(i)
         return readout.accumulate(terminal, currents, bus, h)

@@ -5,12 +5,16 @@ along (l) and across (t) the wheel and its contact velocity v_l = a_l u, v_t = a
 
     slip          s = (r w - v_l, -v_t)
     tire force    F = c s,         c = mu N / max(|s|, s0)        Coulomb, made linear within the tiny slip s0
-    shaft         J (w - w_old) / h = T(w) - r sum F_l            T: motor, limits, gears, friction (limited_motor.py)
+    shaft         J (w - w_old) / h = T(mean w) - r sum F_l       T: motor, limits, gears, friction (limited_motor.py)
     chassis       M (u - u_old) / h = sum A^T (F + rolling drag)
 
-This is backward Euler, so it is stable for any h, J and s0. For a given c the shafts are linear in u and are
-eliminated by hand; a symmetric 3 x 3 system is left. c is then corrected with the slip that came out (Picard, with the
-wheel's own compliance B to speed it up: the force only has to fall to mu N, so the slip grows by B (|F| - mu N)).
+Slip is that at the end of the step, seen in the robot's axes of the end (backward Euler), so it is stable for any h, J
+and s0, and tires that hold leave no slip. Forces act in the axes of the middle of the step, and the motor sees the mean
+speed of its shaft (`end_weight`): where tires hold, the step is of second order.
+
+For a given c the shafts are linear in u and are eliminated by hand; a symmetric 3 x 3 system is left. c is then
+corrected with the slip that came out (Picard, with the wheel's own compliance B to speed it up: the force only has to
+fall to mu N, so the slip grows by B (|F| - mu N)).
 It starts from the last step's slip; mostly one round is enough (mean 1.0 to 1.4 measured), four are allowed. At last
 every force is put on its friction circle, and chassis and shafts are moved by these same forces: no force without its
 reaction, no wheel beyond mu N.
@@ -26,7 +30,15 @@ from typing import TypeAlias
 
 from simcore.errors import ConfigError
 from simcore.robot.drive_shaft import DriveShaft, WheelContact
-from simcore.robot.limited_motor import LOCKED, MotorConstants, solve_shaft, solve_supply, torque_line
+from simcore.robot.limited_motor import (
+    LOCKED,
+    MotorConstants,
+    end_weight,
+    solve_shaft,
+    solve_supply,
+    torque_line,
+    within,
+)
 
 __all__ = ["TireSolver"]
 
@@ -45,6 +57,7 @@ _Row: TypeAlias = tuple[
     float,  # radius
     float,  # s0: slip at which the tires begin to slide
     float,  # drag: rolling drag over speed
+    float,  # most_drag: rolling drag of each of its wheels
     float,  # before: shaft speed before the step
     float,  # offset: back-EMF from elsewhere
     MotorConstants,
@@ -56,6 +69,8 @@ _ROUNDS, _FULL_ROUNDS = 6, 2
 """Rounds of a step, and how many of them take a new slip as it is. Later ones take the mean with the last, because two
 rounds have swung from one side of the answer to the other. Of 10 000 sliding wheels in random steps of 5 ms, 10 are
 left with less than 80 % of their grip; with four full rounds it was 100, and on shafts with three wheels 600."""
+_SLIDE = 0.05
+"""Slip of a tire that slides for good [m/s]."""
 _TOLERANCE = 0.1
 """Relative change of a saturated wheel's slip that ends the rounds; its force is put on the circle anyway."""
 
@@ -80,11 +95,17 @@ class TireSolver:
         """Of the steer angle, per shaft."""
         self.emf_offset: Sequence[float] = [0.0] * len(self.shafts)
         """Back-EMF from elsewhere, per shaft (azimuth coupling) [V]."""
+        self.mid_cos: Sequence[float] = self.cos
+        """Of the steer angle in the middle of the step, per shaft."""
+        self.mid_sin: Sequence[float] = self.sin
+        """Of the steer angle in the middle of the step, per shaft."""
         self.torque_offset: Sequence[float] = [0.0] * len(self.shafts)
         """Torque on the shaft from elsewhere [N m]."""
         for s in self.shafts:
             if len({self.wheels[k].y for k in s.wheels}) > 1:
                 raise ConfigError("a drive shaft's wheels must stand one behind the other, at the same y")
+        self._weighted = 0.0  # 1 / h that the weights are of
+        self._end_weights: list[float] = []
         # Attribute reads, twenty a wheel and step, cost as much as the arithmetic: everything in tuples. With forces
         # finished in the same pass unless a tire slides, four wheels took 23 us and take 13 us a step.
         self._plan = [
@@ -123,6 +144,9 @@ class TireSolver:
         self.force_y = [0.0] * n
         self.slip = [0.0] * n
         """|slip| that makes the tire force of the last step [m/s]."""
+        self.is_sliding = False
+        """Whether some tire slid in the last step, faster than it does in rolling under load."""
+        self._is_slow = False  # whether some wheel rolls so slowly that its rolling drag is not yet a constant force
         self._stiffness: list[float] = []  # per shaft, of this round: radius times the sum of c
         self._forces: list[tuple[float, float]] = []  # per contact, of this round: along and across the wheel [N]
         self._sums = (0.0, 0.0, 0.0)  # of the wheels' forces [N, N, N m]
@@ -138,11 +162,12 @@ class TireSolver:
         limits: Sequence[float],
         bus_voltage: float,
     ) -> tuple[float, float, float]:
-        """Advance by `h` and return the chassis velocity after it, robot axes.
+        """Advance by `h` and return the change of the chassis velocity, robot axes in the MIDDLE of the step.
 
         Args:
             h: Time step [s].
-            vx: Velocity of the center of mass, forward, with the outside forces of this step already added [m/s].
+            vx: Velocity of the center of mass before the step, with the outside forces of the step already added, in
+                robot axes at the END of the step, forward [m/s].
             vy: To the left [m/s].
             omega: Yaw rate [rad/s].
             loads: Normal load per wheel [N].
@@ -165,14 +190,20 @@ class TireSolver:
         sliding = False
         for count in range(_ROUNDS):
             after = self._move_chassis(rows, lines, before)
+            if self._is_slow:
+                for _ in range(_ROUNDS):
+                    if not _rescale_drag(rows, after, self.shafts):
+                        break
+                    after = self._move_chassis(rows, lines, before)
             settled, sliding = self._move_shafts(rows, lines, after, limits, new_speed, self._share / m_h, count)
             if settled:
                 break
+        self.is_sliding = sliding and max(self.slip) > _SLIDE
         if sliding:
             self._limit_forces(rows, after, limits, new_speed)
         self.shaft_speed[:] = new_speed
         sum_x, sum_y, sum_n = self._sums
-        return vx + sum_x / m_h, vy + sum_y / m_h, omega + sum_n / j_h
+        return sum_x / m_h, sum_y / m_h, sum_n / j_h
 
     def _prepare(
         self,
@@ -202,10 +233,22 @@ class TireSolver:
         speed, slips, cos, sin = self.shaft_speed, self.slip, self.cos, self.sin
         emf_offset, torque_offset = self.emf_offset, self.torque_offset
         rows: list[_Row] = []
-        for g, inertia, radius, ratio, floor, conductance, supply, constants, wheels in self._plan:
+        if rh != self._weighted:
+            self._weighted = rh
+            self._end_weights = [
+                end_weight(1.0 / rh, s.motor.torque_driven * s.motor.emf * s.motor.conductance / s.inertia)
+                for s in self.shafts
+            ]
+        weights = self._end_weights
+        self._is_slow = False
+        for g, inertia, radius, ratio, floor, conductance, supply, motor, wheels in self._plan:
             w = speed[g]
             power = supply * bus_voltage
-            offset = emf_offset[g]
+            # Back-EMF of the mean speed, from that at the end of the step.
+            emf, resistance, driving, driven, friction = motor
+            emf_end = emf * weights[g]
+            offset = emf_offset[g] + (emf - emf_end) * w
+            constants = (emf_end, resistance, driving, driven, friction)
             i0, i1, t0, t1 = torque_line(volts[g], bus_voltage, offset, w, limits[g], power, conductance, constants)
             lines.append((t0, t1))
             rolling = w * radius
@@ -215,12 +258,12 @@ class TireSolver:
             drag = 0.0
             contacts = []
             arm = 0.0
-            for k, x, y, r2, wheel_cof, resistance in wheels:
+            for k, x, y, r2, wheel_cof, rolling_resistance in wheels:
                 load = loads[k]
                 grip = wheel_cof * load
                 if grip <= 0.0:
                     continue
-                drag += resistance * load
+                drag += rolling_resistance * load
                 if slips[k] < s0:
                     slips[k] = s0
                 arm = x * s_ - y * c_
@@ -229,10 +272,15 @@ class TireSolver:
             v_l = c_ * vx + s_ * vy + arm * omega
             if v_l < 0.0:
                 v_l = -v_l
+            most_drag = drag / len(contacts) if contacts else 0.0
+            if v_l < 100.0 * floor:
+                self._is_slow = True
             drag /= v_l if v_l > floor else floor
             j = inertia * rh
             push = j * w + torque_offset[g]
-            rows.append((g, j, push, i0, i1, power, c_, s_, arm, radius, s0, drag, w, offset, constants, contacts))
+            rows.append(
+                (g, j, push, i0, i1, power, c_, s_, arm, radius, s0, drag, most_drag, w, offset, constants, contacts)
+            )
         return rows
 
     def _move_chassis(
@@ -260,7 +308,7 @@ class TireSolver:
         b2 = m_h * vy
         b3 = j_h * omega
         stiffness = self._stiffness = []
-        for g, j, push, _, _, _, c_, s_, arm, radius, _, drag, _, _, _, contacts in rows:
+        for g, j, push, _, _, _, c_, s_, arm, radius, _, drag, _, _, _, _, contacts in rows:
             t0, t1 = lines[g]
             rc = 0.0
             for k, x, y, r2, grip in contacts:
@@ -326,11 +374,30 @@ class TireSolver:
         slips, stiffness = self.slip, self._stiffness
         current, volts = self.shaft_current, self.shaft_volts
         force_x, force_y = self.force_x, self.force_y
+        mid_cos, mid_sin = self.mid_cos, self.mid_sin
         forces = self._forces = []
         settled = True
         sliding = False
         sum_x = sum_y = sum_n = 0.0
-        for g, j, push, i0, i1, power, c_, s_, arm, radius, s0, drag, before, offset, constants, contacts in rows:
+        for (
+            g,
+            j,
+            push,
+            i0,
+            i1,
+            power,
+            c_,
+            s_,
+            arm,
+            radius,
+            s0,
+            drag,
+            most_drag,
+            before,
+            offset,
+            constants,
+            contacts,
+        ) in rows:
             v_l = c_ * ux + s_ * uy + arm * uw
             rc = stiffness[g]
             emf, resistance, driving, driven, friction = constants
@@ -352,8 +419,10 @@ class TireSolver:
             current[g] = i
             volts[g] = v
             s_l = radius * w - v_l
+            c_mid = mid_cos[g]
+            s_mid = mid_sin[g]
             if drag > 0.0:
-                drag *= v_l / len(contacts)
+                drag = within(drag * v_l / len(contacts), most_drag)
             excess_along = 0.0
             slides = None
             for k, x, y, _, grip in contacts:
@@ -377,8 +446,8 @@ class TireSolver:
                     f_l -= drag
                     if f_l * f_l + across > circle:
                         sliding = True
-                force_x[k] = f_x = c_ * f_l - s_ * f_t
-                force_y[k] = f_y = s_ * f_l + c_ * f_t
+                force_x[k] = f_x = c_mid * f_l - s_mid * f_t
+                force_y[k] = f_y = s_mid * f_l + c_mid * f_t
                 sum_x += f_x
                 sum_y += f_y
                 sum_n += x * f_y - y * f_x
@@ -402,7 +471,11 @@ class TireSolver:
         return settled, sliding
 
     def _limit_forces(
-        self, rows: list[_Row], after: tuple[float, float, float], limits: Sequence[float], new_speed: list[float]
+        self,
+        rows: list[_Row],
+        after: tuple[float, float, float],
+        limits: Sequence[float],
+        new_speed: list[float],
     ) -> None:
         """Put every force on its friction circle, exactly; the shafts then follow these same forces.
 
@@ -415,12 +488,33 @@ class TireSolver:
         ux, uy, uw = after
         slips, forces = self.slip, self._forces
         force_x, force_y = self.force_x, self.force_y
+        mid_cos, mid_sin = self.mid_cos, self.mid_sin
         sum_x = sum_y = sum_n = 0.0
         at = 0
-        for g, j, push, i0, i1, power, c_, s_, arm, radius, s0, drag, before, offset, constants, contacts in rows:
+        for (
+            g,
+            j,
+            push,
+            i0,
+            i1,
+            power,
+            c_,
+            s_,
+            arm,
+            radius,
+            s0,
+            drag,
+            most_drag,
+            before,
+            offset,
+            constants,
+            contacts,
+        ) in rows:
             moved = False
+            c_mid = mid_cos[g]
+            s_mid = mid_sin[g]
             if drag > 0.0:
-                drag *= (c_ * ux + s_ * uy + arm * uw) / len(contacts)
+                drag = within(drag * (c_ * ux + s_ * uy + arm * uw) / len(contacts), most_drag)
             for k, x, y, _, grip in contacts:
                 f_l, f_t = forces[at]
                 at += 1
@@ -438,8 +532,8 @@ class TireSolver:
                     if total > grip:
                         f_l *= grip / total
                         f_t *= grip / total
-                force_x[k] = f_x = c_ * f_l - s_ * f_t
-                force_y[k] = f_y = s_ * f_l + c_ * f_t
+                force_x[k] = f_x = c_mid * f_l - s_mid * f_t
+                force_y[k] = f_y = s_mid * f_l + c_mid * f_t
                 sum_x += f_x
                 sum_y += f_y
                 sum_n += x * f_y - y * f_x
@@ -454,3 +548,45 @@ class TireSolver:
                 self.shaft_current[g] = i
                 self.shaft_volts[g] = v
         self._sums = (sum_x, sum_y, sum_n)
+
+
+def _rescale_drag(rows: list[_Row], after: tuple[float, float, float], shafts: Sequence[DriveShaft]) -> bool:
+    """Keep rolling drag near its constant force for wheels that have started to roll in this step.
+
+    Args:
+        rows: Of `_prepare`; changed.
+        after: Chassis velocity of this round.
+        shafts: All drive shafts.
+
+    Returns:
+        Whether something has changed.
+    """
+    ux, uy, uw = after
+    has_changed = False
+    for at, row in enumerate(rows):
+        g, j, push, i0, i1, power, c_, s_, arm, radius, s0, drag, most_drag, w, offset, constants, contacts = row
+        v_l = abs(c_ * ux + s_ * uy + arm * uw)
+        most = most_drag * len(contacts)
+        if drag * v_l > 1.05 * most or (drag * v_l < 0.95 * most and v_l > shafts[g].slip_speed):
+            drag = most / v_l
+            rows[at] = (
+                g,
+                j,
+                push,
+                i0,
+                i1,
+                power,
+                c_,
+                s_,
+                arm,
+                radius,
+                s0,
+                drag,
+                most_drag,
+                w,
+                offset,
+                constants,
+                contacts,
+            )
+            has_changed = True
+    return has_changed

@@ -9,9 +9,11 @@ from operator import mul
 from typing import Protocol
 
 from simcore.errors import NonFiniteError
-from simcore.units import plain_sum
+from simcore.units import GRAVITY, plain_sum
 
-__all__ = ["WheeledRobot", "normal_loads"]
+__all__ = ["LoadTransfer", "WheeledRobot", "normal_loads"]
+
+_TIRE_LAG = 0.010  # [s]; treads and carpet give a little, so loads follow the chassis with a lag. Estimate, +-50 %
 
 
 class WheeledRobot(Protocol):
@@ -90,6 +92,63 @@ def normal_loads(
     for i, load in zip(rows, share, strict=True):
         loads[i] = load if load > 0.0 else 0.0
     return loads
+
+
+class LoadTransfer:
+    """Load of each wheel from inner step to inner step, following the acceleration of the chassis with a lag.
+
+    Its owner says once a step how the robot stands; the drivetrain says in each inner step what its tires do.
+    """
+
+    def __init__(self, config: WheeledRobot) -> None:
+        """At rest, all wheels on level ground."""
+        self._config = config
+        self._touching: Sequence[bool] = [True] * len(config.positions)
+        self._gravity: Sequence[float] = (0.0, 0.0, -GRAVITY)
+        self._world: Sequence[float] = (0.0, 0.0, 0.0)
+        self._x = self._y = self._z = 0.0  # acceleration that the loads have followed, robot axes
+        self._tires_x = self._tires_y = 0.0  # of the last inner step
+
+    def reset(self) -> None:
+        """At rest again."""
+        self._x = self._y = self._z = self._tires_x = self._tires_y = 0.0
+
+    def stand(self, touching: Sequence[bool], gravity: Sequence[float], world: Sequence[float]) -> None:
+        """How the robot stands in the steps to come.
+
+        Args:
+            touching: Which wheels are on the ground.
+            gravity: In robot axes [m/s^2].
+            world: What else than its tires accelerates the robot (walls, slopes, a landing), robot axes [m/s^2].
+        """
+        self._touching, self._gravity, self._world = touching, gravity, world
+
+    def loads(self, h: float) -> list[float]:
+        """In the middle of an inner step of h [s], if the tires do as in the last one [N]."""
+        share = -math.expm1(-0.5 * h / _TIRE_LAG)
+        ax, ay, az = self._world
+        x = self._x + share * (ax + self._tires_x - self._x)
+        y = self._y + share * (ay + self._tires_y - self._y)
+        z = self._z + share * (az - self._z)
+        return normal_loads(self._config, self._touching, self._gravity, (x, y, z))
+
+    def follow(self, h: float, ax: float, ay: float, turn: float) -> None:
+        """Go on by an inner step of h [s].
+
+        Args:
+            h: Its length [s].
+            ax: Acceleration by tires in it, forward [m/s^2].
+            ay: The same, to the left [m/s^2].
+            turn: By which the robot turned in it, and its axes with it [rad].
+        """
+        share = -math.expm1(-h / _TIRE_LAG)
+        wx, wy, wz = self._world
+        x = self._x + share * (wx + ax - self._x)
+        y = self._y + share * (wy + ay - self._y)
+        self._z += share * (wz - self._z)
+        c, s = math.cos(turn), math.sin(turn)
+        self._x, self._y = c * x + s * y, c * y - s * x
+        self._tires_x, self._tires_y = ax, ay
 
 
 @lru_cache(maxsize=256)  # a robot has few sets of touching wheels; 4.5 -> 2.9 us a call

@@ -88,10 +88,11 @@ def _drive_and_spin(robot, time):
 
 @pytest.mark.parametrize(("name", "start"), [("rebuilt", (2.0, 1.6, 0.0)), ("crates", (6.0, 1.0, 0.0))])
 def test_a_tick_in_four_parts_is_that_tick(name, start):
-    """Battery within 0.1 V, mechanisms within 2 %, and the robot where it is.
+    """Battery within 0.1 V, mechanisms within 2 %, and the robot where it is, at every tick within 10 mm.
 
-    The engine moves a body with the velocity at the end of a sub-step, so a robot that drives at v is v (20 - 5) / 2
-    ms ahead with one sub-step a tick; standing again, this is gone.
+    A sub-step moves the robot by the mean of its velocity, so its length leaves no trace in the path. What does is the
+    current of the mechanisms, which the battery sees once a part, and the moment at which a wheel meets the edge of a
+    bump: there, for a tick or two, the motors draw another current.
     """
     seen = []
     for parts in (1, 4):
@@ -109,9 +110,9 @@ def test_a_tick_in_four_parts_is_that_tick(name, start):
     one, four = seen
     apart = np.abs(one - four)
     assert np.ptp(one[:, 0]) > 2.0
-    assert np.hypot(apart[:, 0], apart[:, 1]).max() < 1.8 * 0.0075 + 0.01
-    assert np.hypot(*apart[-1, :2]) < 0.01 and apart[-1, 2] < 0.02
-    assert apart[:, 3].max() < 0.1
+    assert np.hypot(apart[:, 0], apart[:, 1]).max() < 0.01
+    assert apart[:, 2].max() < 0.01
+    assert np.quantile(apart[:, 3], 0.98) < 0.1
     for column in range(4, one.shape[1]):
         assert apart[:, column].max() <= 0.02 * max(np.ptp(one[:, column]), 1e-9)
 

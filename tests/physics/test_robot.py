@@ -155,9 +155,9 @@ def test_a_wall_pushes_back_with_no_more_than_a_tire_could_stand():
         told = []
         inner = robot.drive.step
 
-        def step(h, vx, vy, omega, loads, ax, ay):
+        def step(h, vx, vy, omega, loads, ax, ay, alpha):
             told.append(math.hypot(ax, ay))
-            return inner(h, vx, vy, omega, loads, ax, ay)
+            return inner(h, vx, vy, omega, loads, ax, ay, alpha)
 
         robot.drive.step = step  # type: ignore[method-assign]
         robot.drive.set_chassis_speeds(3.5, 0.0, 0.0)

@@ -342,10 +342,12 @@ def test_readings_are_the_same_for_swerve_and_tank():
     called = []
     for drive in (swerve, tank):
         drive.before_inner = lambda h, omega: called.append((h, omega))
-        drive.step(0.01, 0.0, 0.0, 0.5)
+        drive.step(0.01, 0.0, 0.0, 3.0)
         assert len(drive.wheel_distances()) == len(drive.wheel_angles()) == len(drive.config.positions)
         assert {k: len(v) for k, v in drive.motor_currents().items()} == {k: len(v) for k, v in drive.gearing.items()}
-    assert [h for h, _ in called] == [0.005] * 4
+    lengths = [h for h, _ in called]
+    assert max(lengths) == 0.005 and min(lengths) == 0.00125, "shorter while tires slide"
+    assert sum(lengths) == pytest.approx(2 * 0.01)
     assert set(swerve.motor_currents()) == {"drive", "steer"}
     left, right = tank.motor_currents().values()
     assert left[0] == left[1] > right[0] > 0.0

@@ -1,0 +1,234 @@
+"""A robot's path is its own: it depends neither on how many sub-steps somebody else needs, nor on a slope or a wall."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from simcore.physics.shapes import Box
+from simcore.physics.surface import WALL
+from simcore.physics.world import PhysicsWorld
+from simcore.robot.chassis import ChassisSimulation
+from simcore.robot.chassis_config import ChassisConfig
+from simcore.robot.swerve_config import SwerveConfig, SwerveModuleConfig
+from simcore.robot.swerve_drive import SwerveDrive
+from simcore.robot.tank_drive import TankConfig, TankDrive
+from simcore.units import GRAVITY
+
+DT = 0.02
+RAW = SwerveModuleConfig(x=0.0, y=0.0)
+LIMITED = replace(
+    RAW, drive_stator_limit=60.0, drive_supply_limit=40.0, steer_stator_limit=40.0, steer_supply_limit=20.0
+)
+
+
+def swerve(module):
+    body = ChassisConfig()
+    modules = tuple(replace(module, x=x, y=y) for x, y in body.wheel_positions)
+    config = SwerveConfig(
+        modules=modules,
+        mass=body.mass,
+        yaw_inertia=body.inertia[2],
+        center_of_mass=(0.0, 0.0, body.center_of_mass_height),
+    )
+    return SwerveDrive(config), body
+
+
+def tank():
+    config = TankConfig(stator_limit=60.0)
+    return TankDrive(config), ChassisConfig.around(config, bumper=(0.8, 0.8))
+
+
+# --- scripts: volts and azimuths by the time alone ------------------------------------------------------------------
+
+
+def sway(drive, time):
+    """Gently forward and back, azimuths turning slowly."""
+    drive.set_volts([4.0 * math.sin(1.3 * time)] * 4, [0.6 * math.cos(2.0 * time)] * 4)
+
+
+def strain(drive, time):
+    """Wheels of unlike speed and direction: they scrub against each other."""
+    speeds = [2.0 * math.sin(1.1 * time) + 0.5 * k for k in range(4)]
+    drive.set_module_states(speeds, [0.8 * math.sin(1.7 * time + 0.3 * k) for k in range(4)])
+
+
+def steps(drive, time):
+    """Steps of volts, reversing at full speed, azimuths thrown around: wheels spin and slide."""
+    k = int(time / 0.5)
+    drive.set_volts([(8, -6, 12, 0, -12, 5, 10, -10, 3, -3)[k]] * 4, [(0, 2, -2, 1, 0, -1, 3, -3, 0.5, 0)[k]] * 4)
+
+
+def spin(drive, time):
+    """2.5 m/s along the field while turning with 6 rad/s from a standing start."""
+    turned, speeds, angles = 6.0 * time, [], []
+    for x, y in drive.config.positions:
+        vx, vy = 2.5 * math.cos(turned) - 6.0 * y, -2.5 * math.sin(turned) + 6.0 * x
+        speeds.append(math.hypot(vx, vy))
+        angles.append(math.atan2(vy, vx))
+    drive.set_module_states(speeds, angles)
+
+
+def skid(drive, time):
+    """12 V forward and back, right wheels less: burn-outs, and slides to a stop."""
+    volts = 12.0 if time % 2.0 < 0.8 else -12.0 if time % 2.0 < 1.4 else 0.0
+    drive.set_volts([volts, 0.8 * volts] * 2, [0.8 * math.sin(3.0 * time)] * 4)
+
+
+def tank_sway(drive, time):
+    drive.set_volts(4.0 * math.sin(1.3 * time), 3.0 * math.cos(time))
+
+
+def tank_steps(drive, time):
+    """Out, on the spot, reversing in a curve."""
+    k = int(time / 0.5)
+    drive.set_volts((8, -6, 12, 0, -12, 5, 10, -10, 3, -3)[k], (8, 6, 10, 0, -12, -5, 10, -8, 3, 3)[k])
+
+
+SCRIPTS = {
+    "sway": (lambda: swerve(LIMITED), sway),
+    "strain": (lambda: swerve(LIMITED), strain),
+    "steps": (lambda: swerve(LIMITED), steps),
+    "steps without limits": (lambda: swerve(RAW), steps),
+    "spin": (lambda: swerve(LIMITED), spin),
+    "skid": (lambda: swerve(RAW), skid),
+    "tank sway": (tank, tank_sway),
+    "tank steps": (tank, tank_steps),
+}
+
+
+def path(name, substeps, seconds=5.0):
+    """x, y, yaw after every tick [m, m, rad], yaw unwrapped."""
+    make, script = SCRIPTS[name]
+    drive, body = make()
+    rows = []
+    with PhysicsWorld() as world:
+        chassis = ChassisSimulation(world, body, drivetrain=drive)
+        for tick in range(round(seconds / DT)):
+            script(drive, tick * DT)
+            world.step(DT, substeps=substeps, before_substep=chassis.before_substep)
+            chassis.read()
+            rows.append(chassis.pose)
+    result = np.array(rows)
+    result[:, 2] = np.unwrap(result[:, 2])
+    return result
+
+
+def apart(a, b):
+    """Largest distance of two paths at any tick [m, rad]."""
+    return np.hypot(*(a - b)[:, :2].T).max(), np.abs(a - b)[:, 2].max()
+
+
+@pytest.mark.parametrize("name", SCRIPTS)
+def test_a_path_does_not_depend_on_sub_steps(name):
+    """At every tick of 5 s within 20 mm and 0.6 degrees of 64 sub-steps; at 1, 2 and 4, the same to 1 mm.
+
+    Up to 4 sub-steps the inner steps of the drivetrain are the same, so what is left there is how the world is coupled
+    to it: rounding, and what the carpet does about pitch.
+    """
+    converged = path(name, 64)
+    paths = {n: path(name, n) for n in (1, 2, 4, 16)}
+    for n, one in paths.items():
+        distance, turn = apart(one, converged)
+        assert distance < 0.020, n
+        assert turn < math.radians(0.6), n
+    for n in (2, 4):
+        distance, turn = apart(paths[n], paths[1])
+        assert distance < 0.001, n
+        assert turn < math.radians(0.1), n
+
+
+@pytest.mark.parametrize("substeps", [1, 2, 3, 16])
+def test_a_constant_force_moves_a_robot_by_half_a_t2(substeps):
+    """x = F t^2 / 2m, yaw = M t^2 / 2I at any number of sub-steps; it has no tires.
+
+    The body is moved by the mean velocity of each sub-step, so a constant force leaves no error but the engine's
+    rounding and the tilt of a robot that lands by 0.02 mm at the start.
+    """
+    with PhysicsWorld() as world:
+        chassis = ChassisSimulation(world, ChassisConfig())
+        chassis.apply_forces((200.0, 0.0, 0.0), (0.0, 0.0, 2.0))
+        world.step(1.0, substeps=50 * substeps, before_substep=chassis.before_substep)
+        chassis.read()
+        assert chassis.pose[0] == pytest.approx(0.5 * 200.0 / 55.0, abs=1e-3)
+        assert chassis.pose[2] == pytest.approx(0.5 * 2.0 / chassis.config.inertia[2], abs=1e-4)
+        assert chassis.vel[0] == pytest.approx(200.0 / 55.0, rel=1e-3)
+
+
+@pytest.mark.parametrize("substeps", [1, 2, 16])
+def test_following_a_velocity_moves_by_its_closed_form(substeps):
+    """From rest to 2 m/s with mu g, then on: x = v t - v^2 / 2 mu g. Yaw alike."""
+    with PhysicsWorld() as world:
+        chassis = ChassisSimulation(world, ChassisConfig(friction=1.0))
+        chassis.follow_velocity(2.0, 0.0, 0.0)
+        world.step(1.0, substeps=50 * substeps, before_substep=chassis.before_substep)
+        chassis.read()
+        assert chassis.pose[0] == pytest.approx(2.0 - 2.0**2 / (2.0 * GRAVITY), abs=1e-3)
+        chassis.set_pose(0.0, 0.0, 0.0)
+        chassis.follow_velocity(0.0, 0.0, 2.0)
+        world.step(1.0, substeps=50 * substeps, before_substep=chassis.before_substep)
+        chassis.read()
+        spin_up = GRAVITY * chassis.config.mass * chassis.config.traction_radius / chassis.config.inertia[2]
+        assert chassis.pose[2] == pytest.approx(2.0 - 2.0**2 / (2.0 * spin_up), abs=2e-3)
+
+
+# --- slopes and walls -----------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("substeps", [1, 2, 16])
+@pytest.mark.parametrize("heading", [0.0, 0.7])
+def test_following_zero_stands_on_a_slope(substeps, heading):
+    """18 degrees, 5 s: within 2 mm. Gravity is made up for in each sub-step, and nothing is left to add up."""
+    angle = math.radians(18.0)
+    tilt = (0.0, math.sin(-angle / 2), 0.0, math.cos(-angle / 2))
+    yaw = (0.0, 0.0, math.sin(heading / 2), math.cos(heading / 2))
+    turned = (tilt[1] * yaw[2], tilt[1] * yaw[3], tilt[3] * yaw[2], tilt[3] * yaw[3])
+    with PhysicsWorld(floor=None) as world:
+        world.add_static("ramp", Box((20.0, 20.0, 1.0)), (0.0, 0.0, 0.0), surface=WALL, quat=tilt, drivable=True)
+        chassis = ChassisSimulation(world, ChassisConfig())
+        world.set_pose(chassis.row, (0.0, 0.0, 0.5 / math.cos(angle) - 2e-5), turned)
+        chassis.read()
+        start = chassis.pos
+        chassis.follow_velocity(0.0, 0.0, 0.0)
+        world.step(5.0, substeps=250 * substeps, before_substep=chassis.before_substep)
+        chassis.read()
+        assert math.dist(chassis.pos, start) < 0.002
+        assert chassis.pose[2] == pytest.approx(math.atan2(2 * turned[2] * turned[3], 1.0), abs=0.2)
+
+
+def test_too_steep_a_slope_is_slid_down_with_what_grip_leaves():
+    """a = g (sin - mu) at mu = 0.2 on 18 degrees: no more than mu g is ever made up for."""
+    angle = math.radians(18.0)
+    tilt = (0.0, math.sin(-angle / 2), 0.0, math.cos(-angle / 2))
+    with PhysicsWorld(floor=None) as world:
+        world.add_static("ramp", Box((20.0, 20.0, 1.0)), (0.0, 0.0, 0.0), surface=WALL, quat=tilt, drivable=True)
+        chassis = ChassisSimulation(world, ChassisConfig(friction=0.2))
+        world.set_pose(chassis.row, (0.0, 0.0, 0.5 / math.cos(angle) - 2e-5), tilt)
+        chassis.read()
+        chassis.follow_velocity(0.0, 0.0, 0.0)
+        world.step(1.0, substeps=50, before_substep=chassis.before_substep)
+        chassis.read()
+        assert math.hypot(*chassis.vel) == pytest.approx(GRAVITY * (math.sin(angle) - 0.2), rel=0.02)
+
+
+@pytest.mark.parametrize("substeps", [2, 3, 8])
+def test_scraping_along_a_wall_does_not_turn_it(substeps):
+    """1 m/s along, 0.5 m/s into a wall, 5 s, omega 0 commanded: it ends flush with the wall, within 0.1 degrees.
+
+    The first bounces turn it by some tenths of a degree; pushed against the wall, its bumper lies flush again.
+    """
+    with PhysicsWorld() as world:
+        world.add_static("wall", Box((40.0, 0.3, 1.0)), (10.0, 0.552, 0.5), surface=WALL)
+        chassis = ChassisSimulation(world, ChassisConfig())
+        chassis.follow_velocity(1.0, 0.5, 0.0)
+        most = 0.0
+        for _ in range(250):
+            world.step(DT, substeps=substeps, before_substep=chassis.before_substep)
+            chassis.read()
+            most = max(most, abs(chassis.pose[2]))
+        assert chassis.pose[0] > 2.0
+        assert most < math.radians(0.5)
+        assert abs(chassis.pose[2]) < math.radians(0.1)
