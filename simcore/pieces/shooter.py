@@ -199,33 +199,36 @@ class Shooter:
         velocity = velocity - (0.0, 0.0, gravity * flown)
         heading = self.config.launch.heading + launch.turret_angle
         # backspin is about the axis to the right of the shot
-        axis = (0.0, -self._backspin(launch.speed, radius), 0.0)
+        axis = (0.0, -self._spin_speed(launch.speed) / radius, 0.0)
         spin = rotate(robot_quat if heading == 0.0 else multiply(robot_quat, from_yaw(heading)), axis)
         px, py, pz = pos.tolist()
         vx, vy, vz = velocity.tolist()
         return LaunchedPiece((px, py, pz), (vx, vy, vz), spin)
 
     def after_shot(self, mass: float, speed: float) -> None:
-        """Take a piece's momentum from the wheels.
+        """Take from the wheels what they give to a ball.
 
-        The rims push with F for as long as it takes: the piece gains integral F dt = m v, and wheels that share the
-        push lose r m v between them.
+        A solid ball (I = 0.4 m r^2) that leaves at v with a backspin w gains the momentum m v from both its sides
+        together, and the spin by the difference of their impulses: J_lower + J_upper = m v and
+        (J_lower - J_upper) r = I w. So a side gives J = m v / 2 +- 0.2 m r w. Along a fixed hood the ball rolls, w r = v,
+        and the wheel gives 0.7 m v; two wheels of one speed give m v / 2 each. A wheel of radius R loses J R.
 
         Args:
             mass: Of the piece [kg].
             speed: At which it left [m/s].
         """
-        impulse = mass * speed * self.config.wheel_radius / len(self._wheels)
-        for wheel in self._wheels:
-            wheel.velocity += -impulse / wheel.inertia
+        share = 0.2 * self._spin_speed(speed)
+        impulses = (0.5 * speed + share, 0.5 * speed - share)
+        for wheel, impulse in zip(self._wheels, impulses, strict=False):  # a fixed hood's share moves nothing
+            wheel.velocity += -mass * impulse * self.config.wheel_radius / wheel.inertia
 
-    def _backspin(self, speed: float, radius: float) -> float:
-        """Rate at which a piece spins that leaves at a speed [rad/s].
+    def _spin_speed(self, speed: float) -> float:
+        """Speed of a piece's rim about its center by the backspin with which it leaves at a speed [m/s].
 
         Along a fixed hood it rolls: its rim there stands still. Between two wheels its lower and its upper rim move
         with theirs.
         """
         if len(self._wheels) == 1:
-            return speed / radius
+            return speed
         lower, upper = self._wheels
-        return 0.5 * (lower.velocity - upper.velocity) * self.config.wheel_radius * self.config.exit_efficiency / radius
+        return 0.5 * (lower.velocity - upper.velocity) * self.config.wheel_radius * self.config.exit_efficiency
