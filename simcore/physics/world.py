@@ -21,7 +21,7 @@ from simcore.physics.engine import BodyDefinition, Engine, RayHits
 from simcore.physics.shapes import Box, HalfSpace, Shape, Sphere
 from simcore.physics.substeps import Substepping, Surroundings
 from simcore.physics.surface import CARPET, FRICTIONLESS, TerrainSurface
-from simcore.typing import BoolArray, FloatArray
+from simcore.typing import FloatArray, IntArray
 from simcore.units import GRAVITY, plain_sum
 
 __all__ = ["CollisionGroup", "PhysicsWorld", "StaticElement"]
@@ -330,21 +330,40 @@ class PhysicsWorld:
         """
         if len(self._robots) <= (ignore >= 0):  # its own body is the only one
             return [row >= 0 for row in self.engine.first_hits(start, ends, CollisionGroup.STATIC)]
-        blocked: BoolArray = np.zeros(len(ends), dtype=bool)
-        left = np.arange(len(ends))
         there = np.array(ends).reshape(-1, 3)
-        here = np.repeat(np.array([start]), len(ends), axis=0)
+        _, rows = self.first_obstacles(np.repeat(np.array([start]), len(there), axis=0), there, ignore=ignore)
+        return [row >= 0 for row in rows.tolist()]
+
+    def first_obstacles(self, start: FloatArray, end: FloatArray, *, ignore: int = -1) -> tuple[FloatArray, IntArray]:
+        """What segments, (n, 3) each [m], meet first of the field and of robots.
+
+        Args:
+            start: Field frame [m]; what it is inside of is not met.
+            end: Field frame [m].
+            ignore: Row of a robot that is transparent.
+
+        Returns:
+            Part of each segment before the hit, 1.0 where nothing is met, shape (n,), and the row of what it meets,
+            -1 for nothing, shape (n,).
+        """
+        way = end - start
+        fraction, rows = np.ones(len(start)), np.full(len(start), -1, dtype=np.int64)
+        passed, left = np.zeros(len(start)), np.arange(len(start))
         for _ in range(_MOST_PARTS):
-            hits = self.solid_rays(here, there, robots=True)
+            hits = self.solid_rays(start[left] + way[left] * passed[left, None], end[left], robots=True)
+            at = passed[left] + (1.0 - passed[left]) * hits.fraction
             own = (hits.row == ignore) & (ignore >= 0)
-            blocked[left] = (hits.row >= 0) & ~own
+            fraction[left[~own]], rows[left[~own]] = at[~own], hits.row[~own]
             if not own.any():
                 break
-            way = there[own] - here[own]  # go on 1 mm behind the hit: rays that start inside of a body do not meet it
-            reach = np.maximum(np.linalg.norm(way, axis=1), 1e-9)
-            here = here[own] + way * np.minimum(1.0, hits.fraction[own] + 1e-3 / reach)[:, None]
-            there, left = there[own], left[own]
-        return [bool(one) for one in blocked]
+            left = left[own]  # go on 1 mm behind the hit: rays that start inside of a body do not meet it
+            reach = np.maximum(np.linalg.norm(way[left], axis=1), 1e-9)
+            passed[left] = np.minimum(1.0, at[own] + 1e-3 / reach)
+        return fraction, rows
+
+    def body_name(self, row: int) -> str:
+        """Name of a body, as it was added."""
+        return self._bodies[row].name
 
     def step(
         self, dt: float, *, substeps: int | None = None, before_substep: Callable[[float], None] | None = None
