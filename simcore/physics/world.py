@@ -28,6 +28,7 @@ __all__ = ["CollisionGroup", "PhysicsWorld", "StaticElement"]
 
 _MOST_PARTS = 8  # of a robot's own body that a line of sight passes
 _FLOOR_THICKNESS = 1.0  # [m]; under robots: a plane gives one contact a tick and driven boxes sink into it
+_FLOOR_LENGTH = 10_000.0  # [m]; nothing gets to its end, and what stands on it stands as on one of 60 m, within 0.1 mm
 
 
 class CollisionGroup:
@@ -80,9 +81,7 @@ class PhysicsWorld:
 
     Args:
         engine: The engine; None makes a `BulletEngine`.
-        floor: Surface of the floor at z = 0, or None for no floor.
-        floor_size: Length and width of the floor [m].
-        floor_center: Its middle, field frame [m].
+        floor: Surface of the floor at z = 0, which has no end, or None for no floor.
         substepping: Limits on movement per sub-step.
         gravity: Along -z [m/s^2]; None: the engine's, by default standard gravity.
     """
@@ -92,13 +91,9 @@ class PhysicsWorld:
         *,
         engine: Engine | None = None,
         floor: TerrainSurface | None = CARPET,
-        floor_size: tuple[float, float] = (60.0, 60.0),
-        floor_center: tuple[float, float] = (0.0, 0.0),
         substepping: Substepping | None = None,
         gravity: float | None = None,
     ) -> None:
-        if floor is not None:
-            require_positive("PhysicsWorld", "floor_size", min(floor_size), "m")
         if engine is None:
             from simcore.physics.bullet import BulletEngine  # only here, so that importing simcore loads no engine
 
@@ -109,7 +104,6 @@ class PhysicsWorld:
         self.gravity = engine.gravity
         self.substepping = substepping or Substepping()
         self._floor = floor
-        self._floor_size, self._floor_center = floor_size, floor_center
         self._begin()
 
     def _begin(self) -> None:
@@ -119,11 +113,11 @@ class PhysicsWorld:
         self._ramps: set[int] = set()
         self._robots: list[int] = []
         self._pieces: dict[int, int] = {}  # group by row
-        floor, floor_size, floor_center = self._floor, self._floor_size, self._floor_center
+        floor = self._floor
         if floor is not None:
             # Balls get a half space, 15-25 % of a step cheaper than a box under 150 awake ones; the others thick boxes.
-            box = Box((floor_size[0], floor_size[1], _FLOOR_THICKNESS))
-            center = (floor_center[0], floor_center[1], -_FLOOR_THICKNESS / 2)
+            box = Box((_FLOOR_LENGTH, _FLOOR_LENGTH, _FLOOR_THICKNESS))
+            center = (0.0, 0.0, -_FLOOR_THICKNESS / 2)
             self._add_part(
                 "floor", HalfSpace(), (0.0, 0.0, 0.0), IDENTITY, floor, CollisionGroup.STATIC, CollisionGroup.BALL
             )
