@@ -7,7 +7,7 @@ import warnings
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from games.rebuilt.game import REBUILT
@@ -108,6 +108,7 @@ def is_image(field, symmetry=ROTATE):
 # --- one group ------------------------------------------------------------------------------------------------------
 
 
+@settings(max_examples=50, deadline=None)
 @given(st.integers(1, 2**12 - 2))
 def test_triangles_wound_both_ways_become_plates_on_the_side_of_most(turned):
     """Twelve triangles, any of them turned round: as if all were wound as the larger part of the area is."""
