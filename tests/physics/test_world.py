@@ -50,7 +50,7 @@ def test_a_sliding_box_slows_by_the_product_of_both_frictions(of_floor, of_box):
 
 @pytest.mark.parametrize("away", [40.0, 900.0])
 def test_the_floor_has_no_end(away):
-    """Balls, boxes, cylinders and robots stand far out as they stand in the middle, within 0.2 mm."""
+    """Balls, boxes, cylinders and robots stand far out as they stand in the middle, within 1 mm."""
     with PhysicsWorld() as world:
         shapes = {"ball": Sphere(0.075), "box": Box((0.3, 0.3, 0.28)), "cylinder": Cylinder(0.06, 0.3)}
         pieces = {
@@ -70,10 +70,10 @@ def test_the_floor_has_no_end(away):
             world.step(0.02, substeps=2, before_substep=drive)
         for name in shapes:
             middle, far = (world.engine.pose(pieces[name, x])[0] for x in (0.0, away))
-            assert far == pytest.approx((middle[0] + away, middle[1], middle[2]), abs=2e-4)
+            assert far == pytest.approx((middle[0] + away, middle[1], middle[2]), abs=1e-3)
         for robot in robots:
             robot.read()
-        assert robots[1].pos == pytest.approx((robots[0].pos[0] + away, *robots[0].pos[1:]), abs=2e-4)
+        assert robots[1].pos == pytest.approx((robots[0].pos[0] + away, *robots[0].pos[1:]), abs=1e-3)
         assert robots[1].pose[2] == pytest.approx(robots[0].pose[2], abs=1e-3)
 
 
