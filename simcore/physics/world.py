@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fnmatch import fnmatchcase
 from typing import Protocol
 
@@ -18,6 +18,7 @@ import numpy as np
 from simcore.errors import ConfigError, NonFiniteError, UnknownNameError, require_positive
 from simcore.geometry.rotation import IDENTITY, Quaternion, Vector
 from simcore.physics.engine import BodyDefinition, Engine, RayHits
+from simcore.physics.rolling import FloorRolling
 from simcore.physics.shapes import Box, HalfSpace, Shape, Sphere
 from simcore.physics.substeps import Substepping, Surroundings
 from simcore.physics.surface import CARPET, FRICTIONLESS, TerrainSurface
@@ -114,12 +115,14 @@ class PhysicsWorld:
         self._robots: list[int] = []
         self._pieces: dict[int, int] = {}  # group by row
         floor = self._floor
+        self._rolling = FloorRolling(self.engine, 0.0 if floor is None else floor.rolling)
         if floor is not None:
+            under_balls = replace(floor, rolling=0.0)
             # Balls get a half space, 15-25 % of a step cheaper than a box under 150 awake ones; the others thick boxes.
             box = Box((_FLOOR_LENGTH, _FLOOR_LENGTH, _FLOOR_THICKNESS))
             center = (0.0, 0.0, -_FLOOR_THICKNESS / 2)
             self._add_part(
-                "floor", HalfSpace(), (0.0, 0.0, 0.0), IDENTITY, floor, CollisionGroup.STATIC, CollisionGroup.BALL
+                "floor", HalfSpace(), (0.0, 0.0, 0.0), IDENTITY, under_balls, CollisionGroup.STATIC, CollisionGroup.BALL
             )
             self._add_part("floor", box, center, IDENTITY, floor, CollisionGroup.STATIC, CollisionGroup.BLOCK)
             self._add_part("floor", box, center, IDENTITY, FRICTIONLESS, CollisionGroup.DRIVABLE, CollisionGroup.ROBOT)
@@ -262,12 +265,15 @@ class PhysicsWorld:
         )
         self._bodies[row] = _Body(name, surface)
         self._pieces[row] = group
+        if isinstance(shape, Sphere):
+            self._rolling.add(row, shape.radius, surface.friction)
         return row
 
     def set_piece_touchable(self, row: int, touchable: bool) -> None:
         """Put a piece into the world of contacts, or take it out of it."""
         mask = CollisionGroup.STATIC | CollisionGroup.PIECE | CollisionGroup.ROBOT if touchable else 0
         self.engine.set_collision(row, self._pieces[row] if touchable else 0, mask)
+        self._rolling.show(row, touchable)
 
     def set_pose(self, row: int, pos: Sequence[float], quat: Quaternion = IDENTITY) -> None:
         """Put a body somewhere, at rest and awake.
@@ -378,6 +384,7 @@ class PhysicsWorld:
         if n < 1:
             raise ConfigError(f"PhysicsWorld: substeps must be at least 1, got {n}")
         h = dt / n
+        self._rolling.resist(dt)
         step = self.engine.step
         if before_substep is None:
             for _ in range(n):

@@ -101,7 +101,7 @@ def test_a_ball_rolls_straight_and_equally_far_in_every_direction(heading):
 
 
 @pytest.mark.parametrize("substeps", [1, 4, 8, 16])
-@pytest.mark.parametrize("speed", [0.2, 0.5, 1.0, 3.0])
+@pytest.mark.parametrize("speed", [0.5, 1.0, 3.0])
 def test_a_slow_ball_loses_speed_as_a_fast_one(speed, substeps):
     """v = v0 - a t, whatever the speed and the sub-steps."""
     seconds = min(0.5, 0.8 * speed / ROLLING)
