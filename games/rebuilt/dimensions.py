@@ -94,7 +94,10 @@ FIELD_WIDTH: Final = 8.069
 FIELD_CENTER: Final = (FIELD_LENGTH / 2.0, FIELD_WIDTH / 2.0)
 GUARDRAIL_HEIGHT: Final = inches(20.0)  # manual 5.2
 ALLIANCE_WALL_HEIGHT: Final = inches(36.8) + inches(42.0)
-"""Diamond plate plus plastic sheet, manual 5.9.1; the top rail, of which no size is printed, is left out."""
+"""Diamond plate plus plastic sheet, manual 5.9.1; the top rail, of which no size is printed, is left out.
+
+The tower wall, 49.25 in wide and 78.25 in (1.988 m) high (manual 5.8), is a part of it: 14 mm higher than it is.
+"""
 PERIMETER_THICKNESS: Final = 0.3  # ours, not the field's: outward, so that no ball can pass at 40 m/s
 ALLIANCE_ZONE_DEPTH: Final = inches(158.6)  # manual 5.3
 

@@ -55,16 +55,16 @@ class Joint:
 
 
 class PartState(NamedTuple):
-    """Pose and motion of a part in the robot frame."""
+    """Pose and motion of a part, or of a whole robot: in the robot frame, or in the field frame where that is said."""
 
     pos: Vector
     """[m]"""
     quat: Quaternion
-    """Part to robot frame, x, y, z, w."""
+    """From the axes of the part, x, y, z, w."""
     vel: Vector
-    """Relative to the robot [m/s]."""
+    """[m/s]"""
     rate: Vector
-    """Angular velocity relative to the robot [rad/s]."""
+    """Angular velocity [rad/s]."""
 
 
 def part_pose(

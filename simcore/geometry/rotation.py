@@ -23,6 +23,7 @@ __all__ = [
     "as_rows",
     "from_rpy",
     "from_yaw",
+    "interpolate",
     "matrix",
     "multiply",
     "rotate",
@@ -94,6 +95,20 @@ def multiply(a: Sequence[float], b: Sequence[float]) -> Quaternion:
         aw * bz + ax * by - ay * bx + az * bw,
         aw * bw - ax * bx - ay * by - az * bz,
     )
+
+
+def interpolate(a: Quaternion, b: Quaternion, share: float) -> Quaternion:
+    """The rotation a share of the way from a to b.
+
+    The normalized mean of the two: of an angle of t between them it is off by t^3 / 240 at most, 2e-6 rad at 0.08 rad.
+    """
+    ax, ay, az, aw = a
+    bx, by, bz, bw = b
+    back = 1.0 - share
+    there = share if ax * bx + ay * by + az * bz + aw * bw >= 0.0 else -share  # q and -q are the same rotation
+    x, y, z, w = back * ax + there * bx, back * ay + there * by, back * az + there * bz, back * aw + there * bw
+    norm = math.sqrt(x * x + y * y + z * z + w * w)
+    return x / norm, y / norm, z / norm, w / norm
 
 
 def rotate(q: Sequence[float], v: Sequence[float]) -> Vector:

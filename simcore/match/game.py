@@ -87,7 +87,7 @@ class FieldDefinition:
         if mesh is not None:
             names = [group.name for group in read_obj(mesh)]
             materials = {p: s for p, s in materials.items() if any(fnmatchcase(name, p) for name in names)}
-        return FieldGeometry.load(path, surfaces=materials)
+        return FieldGeometry.load(path, surfaces=materials, symmetry=self.symmetry)
 
     def drivable_in(self, geometry: FieldGeometry) -> list[str]:
         """Those of the `drivable` patterns that name something in a field."""

@@ -130,13 +130,7 @@ class Match:
         self.last_tick_ms: float | None = None
         """Wall time of the last tick [ms], for telemetry, if whoever runs the match measures it."""
         self.field = game.field.load(field_mesh)  # before the engine starts: a broken mesh ends the build
-        length, width = game.field.size
-        self.world = PhysicsWorld(
-            engine=engine,
-            floor_size=(length + 8.0, width + 8.0),
-            floor_center=(length / 2, width / 2),
-            substepping=substepping,
-        )
+        self.world = PhysicsWorld(engine=engine, substepping=substepping)
         self.before: tuple[Callable[[], None], ...] = (self._read, self._wake, self._take_in)
         """What comes before motion: robot code looks and commands; sleeping pieces wake; intakes take pieces in."""
         self.part: tuple[Callable[[float], None], ...] = (self._command, self._step_mechanisms, self._move, self._sense)

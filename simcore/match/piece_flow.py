@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
+from simcore.geometry.rotation import Vector, rotate
 from simcore.physics.world import PhysicsWorld
+from simcore.pieces.aerodynamics import fly
 from simcore.pieces.intake import field_to_robot
+from simcore.pieces.kinds import GamePieceConfig
+from simcore.pieces.muzzle_clearance import free_share, muzzle_obstacle
 from simcore.pieces.piece_manager import GamePieceManager
 from simcore.pieces.placer import Placer
 from simcore.pieces.pool import PieceStatus
@@ -19,6 +24,8 @@ from simcore.typing import BoolArray, IntArray
 from simcore.units import TICK
 
 __all__ = ["PieceFlow", "ShotRecord"]
+
+_log = logging.getLogger(__name__)
 
 _FOLLOWED = 100  # ticks for which a shot is followed at least
 
@@ -57,6 +64,7 @@ class PieceFlow:
         self.intakes: list[list[float]] = []
         """Where each piece was taken in, field frame [m]."""
         self._followed: dict[int, ShotRecord] = {}
+        self._is_blocked: set[tuple[int, int]] = set()  # robot and shooter by number
 
     # --- in -------------------------------------------------------------------------------------------------------
 
@@ -75,7 +83,7 @@ class PieceFlow:
             else:
                 for intake in robot.intakes:
                     intake.pass_tick()
-            robot.end_intake()
+            robot.begin_tick()
 
     def _take_into(self, robot: Robot, moved: float) -> None:
         state = self._pieces.state
@@ -120,41 +128,83 @@ class PieceFlow:
     def let_go(self, time: float) -> None:
         """Let pieces leave the muzzles of shooters whose gate is open, and placers that turn out, at a time [s]."""
         for robot in self._robots:
-            for shooter in robot.shooters:
-                for launch in shooter.update(TICK, self._ready(robot, shooter.config.kinds)):
-                    self._shoot(robot, shooter, launch, time)
+            for number, shooter in enumerate(robot.shooters):
+                self._let_shoot(robot, number, shooter, time)
             for placer in robot.placers:
                 if placer.releases:
                     self._put_down(robot, placer)
 
+    def _let_shoot(self, robot: Robot, number: int, shooter: Shooter, time: float) -> None:
+        obstacles: list[int] = []
+
+        def is_free(launch: Launch) -> bool:
+            obstacles.append(self._muzzle_obstacle(robot, shooter, launch))
+            return obstacles[-1] < 0
+
+        for launch in shooter.update(TICK, self._ready(robot, shooter.config.kinds), is_free):
+            self._shoot(robot, shooter, launch, time)
+        self._note_blocked((robot.number, number), obstacles, time)
+
     def _ready(self, robot: Robot, kinds: Sequence[str]) -> int:
         """How many pieces of some kinds come next out of a storage, before another kind is in the way."""
-        pieces = robot.storage.pieces
         if not kinds:
-            return len(pieces)
+            return len(robot.storage.pieces)
         count = 0
-        for slot in pieces if robot.config.storage.order == "fifo" else pieces[::-1]:
-            if self._pieces.types[self._pieces.state.kind[slot]].name not in kinds:
+        for slot in robot.storage.in_turn:
+            if self._kind_of(slot).name not in kinds:
                 break
             count += 1
         return count
 
+    def _kind_of(self, slot: int) -> GamePieceConfig:
+        kind: GamePieceConfig = self._pieces.types[self._pieces.state.kind[slot]]
+        return kind
+
+    def _muzzle_obstacle(self, robot: Robot, shooter: Shooter, launch: Launch) -> int:
+        """Row of what keeps the next piece from leaving a muzzle, -1 if it is free."""
+        kind = self._kind_of(robot.storage.in_turn[0])
+        motion = robot.motion_at(launch.delay / TICK)
+        muzzle = shooter.released(launch, radius=kind.bounding_radius, robot=motion).pos
+        up = rotate(motion.quat, (0.0, 0.0, robot.chassis.config.center_of_mass_height))
+        inside = (motion.pos[0] + up[0], motion.pos[1] + up[1], motion.pos[2] + up[2])
+        return muzzle_obstacle(self._world, inside, muzzle, kind.inner_radius, robot=robot.chassis.row)
+
+    def _note_blocked(self, shooter: tuple[int, int], obstacles: Sequence[int], time: float) -> None:
+        """Log once when something comes to be in the way of a shooter.
+
+        Args:
+            shooter: Numbers of robot and shooter.
+            obstacles: Rows of what was in the way of this tick's shots, -1 for a shot that left; empty: none was due.
+            time: [s].
+        """
+        if not obstacles:
+            return
+        row = max(obstacles)
+        if row >= 0 and shooter not in self._is_blocked:
+            name = self._world.body_name(row)
+            _log.warning("robot %d at %.2f s: %s is in front of a muzzle; pieces stay in it", shooter[0], time, name)
+            self._is_blocked.add(shooter)
+        elif row < 0:
+            self._is_blocked.discard(shooter)
+
     def _shoot(self, robot: Robot, shooter: Shooter, launch: Launch, time: float) -> None:
+        """Release a piece at its instant within the tick that ends now, and fly it on to the tick's end."""
         slot = robot.storage.take()
-        kind = self._pieces.types[self._pieces.state.kind[slot]]
-        piece = shooter.launched(
-            launch,
-            dt=TICK,
-            gravity=self._world.gravity,
-            radius=kind.bounding_radius,
-            robot_pos=robot.chassis.pos,
-            robot_quat=robot.chassis.quat,
-            robot_vel=robot.chassis.origin_velocity,
-            robot_rate=robot.chassis.rate,
-        )
-        self._pieces.launch(robot.number, piece.pos, piece.vel, piece.spin, slot=slot)
-        shooter.after_shot(kind.mass, launch.speed)
-        shot = ShotRecord(time, slot, robot.number, [piece.pos])
+        kind = self._kind_of(slot)
+        piece = shooter.released(launch, radius=kind.bounding_radius, robot=robot.motion_at(launch.delay / TICK))
+        flown = TICK - launch.delay
+        gravity = self._world.gravity
+
+        def after(dt: float) -> tuple[Vector, Vector]:
+            return fly(piece.pos, piece.vel, piece.spin, dt, gravity=gravity, factors=kind.air)
+
+        pos, vel = after(flown)
+        share = free_share(self._world, piece.pos, pos, kind.inner_radius, robot=robot.chassis.row)
+        if share < 1.0:  # it is held until the tick's end where it would have met something
+            pos, vel = after(share * flown)
+        self._pieces.launch(robot.number, pos, vel, piece.spin, slot=slot)
+        shooter.after_shot(kind.mass, launch.aim.speed)
+        shot = ShotRecord(time, slot, robot.number, [pos])
         self.shots.append(shot)
         self._followed[slot] = shot
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import logging
 import math
 import warnings
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from fnmatch import fnmatchcase
 from os import PathLike
@@ -16,9 +16,11 @@ import numpy as np
 from scipy.spatial import ConvexHull, QhullError
 
 from simcore.errors import ConfigError, FieldMeshError, UnknownNameError, require_positive
-from simcore.physics.mesh import classify
+from simcore.geometry.symmetry import FieldSymmetry
+from simcore.physics.mesh import decompose, plates
 from simcore.physics.obj import ObjGroup, read_obj
 from simcore.physics.shapes import Box, Compound, Cylinder, HalfSpace, Hull, Mesh, Shape
+from simcore.physics.sheets import SAME_PLACE, Sheet, choose_sides
 from simcore.physics.surface import WALL, TerrainSurface
 from simcore.typing import FloatArray
 
@@ -143,12 +145,15 @@ class FieldGeometry:
         surfaces: Mapping[str, TerrainSurface] = MappingProxyType({}),
         default_surface: TerrainSurface = WALL,
         boundary: FieldBoundary | None = None,
+        symmetry: FieldSymmetry | None = None,
         plate_thickness: float = 0.05,
         max_triangles: int = 5000,
     ) -> FieldGeometry:
         """Read an OBJ file in meters, z up, field frame, and turn each named group into shapes.
 
-        `simcore.physics.mesh.classify` chooses the shapes; a group that comes out as triangle meshes is logged.
+        `simcore.physics.mesh.decompose` chooses the shapes; a group that comes out as triangle meshes is logged. One
+        warning names groups whose open surfaces are wound both ways or against their image on the other half, and
+        groups that have no image there.
 
         Args:
             path: The OBJ file.
@@ -156,6 +161,7 @@ class FieldGeometry:
                 the boundary walls match too.
             default_surface: Of groups that no pattern matches.
             boundary: Walls to add around the field; None if the mesh has its own.
+            symmetry: How one half of the field becomes the other; None if it does not.
             plate_thickness: Of the plates made of open surfaces [m].
             max_triangles: Above this a warning is logged that suggests a simpler mesh; far above it is an error.
 
@@ -164,6 +170,7 @@ class FieldGeometry:
             UnknownNameError: A pattern in `surfaces` matches no group.
         """
         require_positive("FieldGeometry.load", "max_triangles", max_triangles)
+        require_positive("FieldGeometry.load", "plate_thickness", plate_thickness, "m")
         groups = read_obj(path)
         _check_size(Path(path), groups, max_triangles)
         walls = () if boundary is None else boundary.elements()
@@ -176,9 +183,11 @@ class FieldGeometry:
             matches = [surface for pattern, surface in surfaces.items() if fnmatchcase(name, pattern)]
             return matches[-1] if matches else default_surface
 
+        pieces = [decompose(group.vertices, group.triangles(), group=group.name) for group in groups]
+        remarks = choose_sides([piece for some in pieces for piece in some if isinstance(piece, Sheet)], symmetry)
         elements: list[FieldElement] = []
-        for group in groups:
-            parts = classify(group.vertices, group.triangles(), plate_thickness=plate_thickness)
+        for group, some in zip(groups, pieces, strict=True):
+            parts = [part for p in some for part in (plates(p, plate_thickness) if isinstance(p, Sheet) else [p])]
             if any(isinstance(part.shape, Mesh) for part in parts):
                 _log.warning("%s: group %r stays a triangle mesh; balls may bump on its edges", path, group.name)
             for i, part in enumerate(parts):
@@ -192,6 +201,17 @@ class FieldGeometry:
             elements.append(
                 FieldElement(name=wall.name, shape=wall.shape, position=wall.position, surface=surface_of(wall.name))
             )
+        sentences = remarks.sentences
+        if sentences:
+            sentences.append(
+                "their faces are wound both ways, or not as on the other half. A plate grows behind the side from "
+                "which the corners of a face run counter-clockwise; turn them round in the file for the other side"
+            )
+        alone = [] if symmetry is None else _without_image(elements, symmetry)
+        if alone:
+            sentences.append(f"{alone} have nothing in their place on the other half of the field")
+        if sentences:
+            warnings.warn(f"{path}: {'; '.join(sentences)}", stacklevel=2)
         return cls(tuple(elements))
 
     def element(self, name: str) -> FieldElement:
@@ -213,6 +233,29 @@ class FieldGeometry:
         """Lowest and highest corner of everything, field frame [m], each of shape (3,)."""
         points = np.vstack([_points(element.shape) + element.position for element in self.elements])
         return points.min(axis=0), points.max(axis=0)
+
+
+def _without_image(elements: Sequence[FieldElement], symmetry: FieldSymmetry) -> list[str]:
+    """Names of groups with parts that the symmetry does not put on others, by their bounds.
+
+    A surface may be cut up otherwise on the other half: so what is left of each group is compared as a whole, too.
+    """
+    low_high = [_points(element.shape) + element.position for element in elements]
+    bounds = np.array([[points.min(axis=0), points.max(axis=0)] for points in low_high])
+
+    def left(bounds: FloatArray) -> list[int]:
+        flipped = np.sort([symmetry.flip_points(one) for one in bounds], axis=1)
+        return [i for i, one in enumerate(flipped) if np.abs(bounds - one).max(axis=(1, 2)).min() > SAME_PLACE]
+
+    groups: dict[str, list[int]] = {}
+    for i in left(bounds):
+        name, _, number = elements[i].name.rpartition(".")
+        groups.setdefault(name if name and number.isdigit() else elements[i].name, []).append(i)
+    if not groups:
+        return []
+    whole = np.array([[bounds[some, 0].min(axis=0), bounds[some, 1].max(axis=0)] for some in groups.values()])
+    names = list(groups)
+    return [names[i] for i in left(whole)]
 
 
 def _check_size(path: Path, groups: Iterable[ObjGroup], max_triangles: int) -> None:

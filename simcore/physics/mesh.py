@@ -12,15 +12,14 @@ from typing import Any
 
 import numpy as np
 import trimesh
-from scipy.sparse import coo_matrix
-from scipy.sparse.csgraph import connected_components
 from scipy.spatial import ConvexHull, QhullError
 
 from simcore.errors import require_positive
 from simcore.physics.shapes import Box, Hull, Mesh
+from simcore.physics.sheets import Sheet, components, with_even_winding
 from simcore.typing import BoolArray, FloatArray, IntArray
 
-__all__ = ["MAX_PLATES", "TOLERANCE", "MeshPart", "classify"]
+__all__ = ["MAX_PLATES", "TOLERANCE", "MeshPart", "classify", "decompose", "plates"]
 
 TOLERANCE = 1e-4
 """Dents and bends below this do not count [m]: a tenth of a millimeter, far under what a field is built to."""
@@ -40,10 +39,7 @@ class MeshPart:
 def classify(vertices: FloatArray, triangles: IntArray, *, plate_thickness: float = 0.05) -> tuple[MeshPart, ...]:
     """The shapes that stand for some triangles; empty if all of them are slivers without area.
 
-    Rules: a closed axis-aligned box is a `Box`, another closed convex body a `Hull`. Everything else is first taken
-    apart into connected pieces. An open piece of at most `MAX_PLATES` flat faces becomes plates: the normal of a face
-    (counter-clockwise corners) points to the free side where balls are, and the plate grows to the other side. What is
-    left, closed bodies with dents and curved open surfaces, is a `Mesh`.
+    Those of `decompose`, with plates behind the free side of open surfaces as they are wound.
 
     Args:
         vertices: Shape (n, 3) [m].
@@ -51,24 +47,56 @@ def classify(vertices: FloatArray, triangles: IntArray, *, plate_thickness: floa
         plate_thickness: Of the plates made of open surfaces [m].
     """
     require_positive("classify", "plate_thickness", plate_thickness, "m")
+    parts: list[MeshPart] = []
+    for piece in decompose(vertices, triangles):
+        parts += plates(piece, plate_thickness) if isinstance(piece, Sheet) else [piece]
+    return tuple(parts)
+
+
+def decompose(vertices: FloatArray, triangles: IntArray, *, group: str = "") -> tuple[MeshPart | Sheet, ...]:
+    """The solids and open surfaces that stand for some triangles; empty if all of them are slivers without area.
+
+    Rules: a closed axis-aligned box is a `Box`, another closed convex body a `Hull`. Everything else is first taken
+    apart into connected pieces. An open piece of at most `MAX_PLATES` flat faces is a `Sheet`: the normal of a face
+    (counter-clockwise corners) points to the free side where balls are. Where the faces of a piece are wound both ways,
+    the larger part says it. What is left, closed bodies with dents and curved open surfaces, is a `Mesh`.
+
+    Args:
+        vertices: Shape (n, 3) [m].
+        triangles: Vertex rows, shape (m, 3).
+        group: Name of the group that they come from.
+    """
     mesh = _clean(vertices, triangles)
     if not _has_area(mesh).any():
         return ()
     solid = _solid(mesh)
     if solid is not None:
         return (solid,)
-    parts: list[MeshPart] = []
+    parts: list[MeshPart | Sheet] = []
     for piece in _pieces(vertices, triangles, mesh):
         solid = _solid(piece)
         if solid is not None:
             parts.append(solid)
             continue
-        polygons = [] if _is_closed_body(piece) else _flat_polygons(piece)
-        if polygons:
-            parts += [_plate(points, normal, plate_thickness) for points, normal in polygons]
-        else:
-            parts.append(_triangle_mesh(piece))
+        sheet = None if _is_closed_body(piece) else _sheet(piece, group)
+        parts.append(_triangle_mesh(piece) if sheet is None else sheet)
     return tuple(parts)
+
+
+def plates(sheet: Sheet, thickness: float) -> list[MeshPart]:
+    """A plate for each polygon of a sheet, behind its free side, so thick [m]."""
+    return [_plate(corners, normal, thickness) for corners, normal in zip(sheet.corners, sheet.normals, strict=True)]
+
+
+def _sheet(mesh: Any, group: str) -> Sheet | None:
+    """An open connected mesh as flat polygons; None if it takes more than `MAX_PLATES`."""
+    faces, is_mixed = with_even_winding(mesh)
+    polygons = _flat_polygons(trimesh.Trimesh(mesh.vertices, faces, process=False))
+    if not polygons:
+        return None
+    corners, normals = zip(*polygons, strict=True)
+    areas = [ConvexHull(_in_plane(points, normal)).volume for points, normal in polygons]  # in 2-D, the area
+    return Sheet(group, corners, np.array(normals), np.array(areas), is_mixed)
 
 
 def _clean(vertices: FloatArray, triangles: IntArray) -> Any:
@@ -92,21 +120,15 @@ def _has_area(mesh: Any) -> BoolArray:
 def _pieces(vertices: FloatArray, triangles: IntArray, mesh: Any) -> list[Any]:
     """Connected pieces; solids that merely touch are kept apart if the file gave them vertices of their own."""
     edges = np.vstack([triangles[:, [0, 1]], triangles[:, [1, 2]]])
-    labels = _labels(edges, len(vertices))[triangles[:, 0]]
+    labels = components(edges, len(vertices))[triangles[:, 0]]
     if labels.max() > labels.min():
         apart = [_clean(vertices, triangles[labels == label]) for label in np.unique(labels)]
         apart = [piece for piece in apart if _has_area(piece).any()]
         if all(_is_closed_body(piece) for piece in apart):
             return apart
-    labels = _labels(mesh.face_adjacency, len(mesh.faces))
+    labels = components(mesh.face_adjacency, len(mesh.faces))
     pieces = [_clean(mesh.vertices, mesh.faces[labels == label]) for label in np.unique(labels)]
     return [piece for piece in pieces if _has_area(piece).any()]
-
-
-def _labels(pairs: IntArray, count: int) -> IntArray:
-    """For each of `count` nodes, the number of its component in the graph that the pairs make."""
-    graph = coo_matrix((np.ones(len(pairs), dtype=np.int8), (pairs[:, 0], pairs[:, 1])), shape=(count, count))
-    return np.asarray(connected_components(graph, directed=False)[1], dtype=np.int64)
 
 
 def _is_closed_body(mesh: Any) -> bool:
@@ -157,7 +179,7 @@ def _flat_polygons(mesh: Any) -> list[tuple[FloatArray, FloatArray]]:
     gap_a = np.abs(np.einsum("ijk,ik->ij", corners[a] - corners[b][:, :1], normals[b])).max(axis=1, initial=0.0)
     is_flat = (np.maximum(gap_a, gap_b) <= TOLERANCE) & (np.einsum("ij,ij->i", normals[a], normals[b]) > 0.0)
     pairs = pairs[is_flat]
-    labels = _labels(pairs, len(mesh.faces))
+    labels = components(pairs, len(mesh.faces))
     regions: list[list[int]] = []
     for label in np.unique(labels):
         regions += _convex_regions(mesh, np.flatnonzero(labels == label).tolist(), pairs)

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fnmatch import fnmatchcase
 from typing import Protocol
 
@@ -18,10 +18,11 @@ import numpy as np
 from simcore.errors import ConfigError, NonFiniteError, UnknownNameError, require_positive
 from simcore.geometry.rotation import IDENTITY, Quaternion, Vector
 from simcore.physics.engine import BodyDefinition, Engine, RayHits
+from simcore.physics.rolling import FloorRolling
 from simcore.physics.shapes import Box, HalfSpace, Shape, Sphere
 from simcore.physics.substeps import Substepping, Surroundings
 from simcore.physics.surface import CARPET, FRICTIONLESS, TerrainSurface
-from simcore.typing import BoolArray, FloatArray
+from simcore.typing import FloatArray, IntArray
 from simcore.units import GRAVITY, plain_sum
 
 __all__ = ["CollisionGroup", "PhysicsWorld", "StaticElement"]
@@ -29,6 +30,7 @@ __all__ = ["CollisionGroup", "PhysicsWorld", "StaticElement"]
 _MOST_PARTS = 8  # of a robot's own body that a line of sight passes
 _CELL = 0.1  # [m], of what is remembered about the nearness of solids
 _FLOOR_THICKNESS = 1.0  # [m]; under robots: a plane gives one contact a tick and driven boxes sink into it
+_FLOOR_LENGTH = 2_000.0  # [m]; nothing gets to its end. From 4 km on, cylinders wobble on it for longer
 
 
 class CollisionGroup:
@@ -81,9 +83,7 @@ class PhysicsWorld:
 
     Args:
         engine: The engine; None makes a `BulletEngine`.
-        floor: Surface of the floor at z = 0, or None for no floor.
-        floor_size: Length and width of the floor [m].
-        floor_center: Its middle, field frame [m].
+        floor: Surface of the floor at z = 0, which has no end, or None for no floor.
         substepping: Limits on movement per sub-step.
         gravity: Along -z [m/s^2]; None: the engine's, by default standard gravity.
     """
@@ -93,13 +93,9 @@ class PhysicsWorld:
         *,
         engine: Engine | None = None,
         floor: TerrainSurface | None = CARPET,
-        floor_size: tuple[float, float] = (60.0, 60.0),
-        floor_center: tuple[float, float] = (0.0, 0.0),
         substepping: Substepping | None = None,
         gravity: float | None = None,
     ) -> None:
-        if floor is not None:
-            require_positive("PhysicsWorld", "floor_size", min(floor_size), "m")
         if engine is None:
             from simcore.physics.bullet import BulletEngine  # only here, so that importing simcore loads no engine
 
@@ -111,8 +107,9 @@ class PhysicsWorld:
         self.substepping = substepping or Substepping()
         self.longest_step = math.inf
         """Longest sub-step that the pieces allow in this tick [s]: `step` takes more of them if need be."""
+        self.awake_pieces: Sequence[int] | None = None
+        """Rows of the pieces that can move, from whoever puts others to sleep; None: all."""
         self._floor = floor
-        self._floor_size, self._floor_center = floor_size, floor_center
         self._begin()
 
     def _begin(self) -> None:
@@ -124,13 +121,16 @@ class PhysicsWorld:
         self._pieces: dict[int, int] = {}  # group by row
         self._solid_cells: dict[tuple[int, int, int, int], bool] = {}
         self.longest_step = math.inf
-        floor, floor_size, floor_center = self._floor, self._floor_size, self._floor_center
+        self.awake_pieces = None
+        floor = self._floor
+        self._rolling = FloorRolling(self.engine, 0.0 if floor is None else floor.rolling)
         if floor is not None:
+            under_balls = replace(floor, rolling=0.0)
             # Balls get a half space, 15-25 % of a step cheaper than a box under 150 awake ones; the others thick boxes.
-            box = Box((floor_size[0], floor_size[1], _FLOOR_THICKNESS))
-            center = (floor_center[0], floor_center[1], -_FLOOR_THICKNESS / 2)
+            box = Box((_FLOOR_LENGTH, _FLOOR_LENGTH, _FLOOR_THICKNESS))
+            center = (0.0, 0.0, -_FLOOR_THICKNESS / 2)
             self._add_part(
-                "floor", HalfSpace(), (0.0, 0.0, 0.0), IDENTITY, floor, CollisionGroup.STATIC, CollisionGroup.BALL
+                "floor", HalfSpace(), (0.0, 0.0, 0.0), IDENTITY, under_balls, CollisionGroup.STATIC, CollisionGroup.BALL
             )
             self._add_part("floor", box, center, IDENTITY, floor, CollisionGroup.STATIC, CollisionGroup.BLOCK)
             self._add_part("floor", box, center, IDENTITY, FRICTIONLESS, CollisionGroup.DRIVABLE, CollisionGroup.ROBOT)
@@ -274,12 +274,15 @@ class PhysicsWorld:
         )
         self._bodies[row] = _Body(name, surface)
         self._pieces[row] = group
+        if isinstance(shape, Sphere):
+            self._rolling.add(row, shape.radius, surface.friction)
         return row
 
     def set_piece_touchable(self, row: int, touchable: bool) -> None:
         """Put a piece into the world of contacts, or take it out of it."""
         mask = CollisionGroup.STATIC | CollisionGroup.PIECE | CollisionGroup.ROBOT if touchable else 0
         self.engine.set_collision(row, self._pieces[row] if touchable else 0, mask)
+        self._rolling.show(row, touchable)
 
     @property
     def floor(self) -> TerrainSurface | None:
@@ -365,21 +368,40 @@ class PhysicsWorld:
         """
         if len(self._robots) <= (ignore >= 0):  # its own body is the only one
             return [row >= 0 for row in self.engine.first_hits(start, ends, CollisionGroup.STATIC)]
-        blocked: BoolArray = np.zeros(len(ends), dtype=bool)
-        left = np.arange(len(ends))
         there = np.array(ends).reshape(-1, 3)
-        here = np.repeat(np.array([start]), len(ends), axis=0)
+        _, rows = self.first_obstacles(np.repeat(np.array([start]), len(there), axis=0), there, ignore=ignore)
+        return [row >= 0 for row in rows.tolist()]
+
+    def first_obstacles(self, start: FloatArray, end: FloatArray, *, ignore: int = -1) -> tuple[FloatArray, IntArray]:
+        """What segments, (n, 3) each [m], meet first of the field and of robots.
+
+        Args:
+            start: Field frame [m]; what it is inside of is not met.
+            end: Field frame [m].
+            ignore: Row of a robot that is transparent.
+
+        Returns:
+            Part of each segment before the hit, 1.0 where nothing is met, shape (n,), and the row of what it meets,
+            -1 for nothing, shape (n,).
+        """
+        way = end - start
+        fraction, rows = np.ones(len(start)), np.full(len(start), -1, dtype=np.int64)
+        passed, left = np.zeros(len(start)), np.arange(len(start))
         for _ in range(_MOST_PARTS):
-            hits = self.solid_rays(here, there, robots=True)
+            hits = self.solid_rays(start[left] + way[left] * passed[left, None], end[left], robots=True)
+            at = passed[left] + (1.0 - passed[left]) * hits.fraction
             own = (hits.row == ignore) & (ignore >= 0)
-            blocked[left] = (hits.row >= 0) & ~own
+            fraction[left[~own]], rows[left[~own]] = at[~own], hits.row[~own]
             if not own.any():
                 break
-            way = there[own] - here[own]  # go on 1 mm behind the hit: rays that start inside of a body do not meet it
-            reach = np.maximum(np.linalg.norm(way, axis=1), 1e-9)
-            here = here[own] + way * np.minimum(1.0, hits.fraction[own] + 1e-3 / reach)[:, None]
-            there, left = there[own], left[own]
-        return [bool(one) for one in blocked]
+            left = left[own]  # go on 1 mm behind the hit: rays that start inside of a body do not meet it
+            reach = np.maximum(np.linalg.norm(way[left], axis=1), 1e-9)
+            passed[left] = np.minimum(1.0, at[own] + 1e-3 / reach)
+        return fraction, rows
+
+    def body_name(self, row: int) -> str:
+        """Name of a body, as it was added."""
+        return self._bodies[row].name
 
     def step(
         self, dt: float, *, substeps: int | None = None, before_substep: Callable[[float], None] | None = None
@@ -402,6 +424,7 @@ class PhysicsWorld:
             raise ConfigError(f"PhysicsWorld: substeps must be at least 1, got {n}")
         n = max(n, math.ceil(dt / self.longest_step - 1e-9))
         h = dt / n
+        self._rolling.resist(dt, self.awake_pieces)
         step = self.engine.step
         if before_substep is None:
             for _ in range(n):

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from simcore.errors import require_non_negative, require_positive
+from simcore.geometry.rotation import Vector
 from simcore.typing import FloatArray
 
 __all__ = [
@@ -17,6 +18,7 @@ __all__ = [
     "air_factors",
     "drag_acceleration",
     "drag_factor",
+    "fly",
     "lift_acceleration",
 ]
 
@@ -143,3 +145,29 @@ def air_acceleration(velocity: FloatArray, spin: FloatArray, factors: AirFactors
     if factors.lift > 0.0:
         total += lift_acceleration(velocity, spin, factors)
     return total
+
+
+def fly(
+    pos: Vector, velocity: Vector, spin: Vector, dt: float, *, gravity: float, factors: AirFactors
+) -> tuple[Vector, Vector]:
+    """Fly one piece on by a short time, with gravity, drag and lift.
+
+    The midpoint rule: exact without air; with k v^2 = 20 m/s^2 it is off by 0.01 mm after 20 ms.
+
+    Args:
+        pos: Of the center [m].
+        velocity: [m/s].
+        spin: Angular velocity, which stays [rad/s].
+        dt: How long [s].
+        gravity: Along -z [m/s^2].
+        factors: From `air_factors`.
+
+    Returns:
+        Position [m] and velocity [m/s] after that time.
+    """
+    v, w = np.array([velocity]), np.array([spin])
+    down = np.array([[0.0, 0.0, -gravity]])
+    middle = v + 0.5 * dt * (air_acceleration(v, w, factors) + down)
+    x, y, z = (middle[0] * dt).tolist()
+    vx, vy, vz = (v[0] + dt * (air_acceleration(middle, w, factors) + down)[0]).tolist()
+    return (pos[0] + x, pos[1] + y, pos[2] + z), (vx, vy, vz)

@@ -72,6 +72,14 @@ class GamePieceConfig:
         return 0.5 * math.hypot(*shape.size)
 
     @property
+    def inner_radius(self) -> float:
+        """Radius of the largest ball around the center that the piece holds [m]."""
+        shape = self.shape
+        if isinstance(shape, Sphere):
+            return shape.radius
+        return min(shape.radius, shape.height / 2) if isinstance(shape, Cylinder) else min(shape.size) / 2
+
+    @property
     def rest_height(self) -> float:
         """Height of the center above flat ground when staged [m]."""
         shape = self.shape

@@ -15,6 +15,7 @@ from simcore.geometry.rotation import matrix
 from simcore.typing import FloatArray
 
 __all__ = [
+    "Aim",
     "LaunchParameters",
     "launch_direction",
     "launch_state",
@@ -47,6 +48,20 @@ class LaunchParameters:
         require_positive("LaunchParameters", "number of barrels", len(self.barrels))
         for offset in self.barrels:
             require_finite("LaunchParameters", "barrels", offset, "m")
+
+
+@dataclass(frozen=True, slots=True)
+class Aim:
+    """Speed and direction of a launch at one instant, relative to the robot."""
+
+    elevation: float
+    """Over the robot's floor plane [rad]."""
+    speed: float
+    """Relative to the muzzle [m/s]."""
+    turret_angle: float = 0.0
+    """Counter-clockwise positive [rad]."""
+    turret_rate: float = 0.0
+    """Rate of the turret against the robot, which carries the muzzle round its pivot [rad/s]."""
 
 
 def launch_direction(yaw: float, elevation: float) -> FloatArray:
@@ -91,35 +106,36 @@ def muzzle_velocity(
 
 def launch_state(
     launch: LaunchParameters,
+    aim: Aim,
     *,
-    elevation: float,
-    speed: float,
     robot_pos: FloatArray,
     robot_rotation: FloatArray,
     robot_velocity: FloatArray,
     robot_spin: FloatArray,
     barrel: int = 0,
-    turret_angle: float = 0.0,
 ) -> tuple[FloatArray, FloatArray]:
     """Position and velocity of a piece at the moment it leaves a robot that may pitch and roll.
 
     Args:
         launch: Place of the launcher.
-        elevation: Over the robot's floor plane [rad].
-        speed: Relative to the muzzle [m/s].
+        aim: Speed and direction relative to the robot.
         robot_pos: Origin of the robot frame, field frame [m], shape (3,).
         robot_rotation: Robot to field, quaternion xyzw, shape (4,); yaw alone is (0, 0, sin(yaw/2), cos(yaw/2)).
         robot_velocity: Of the robot's origin, field frame [m/s], shape (3,).
         robot_spin: Angular velocity, field axes [rad/s], shape (3,).
         barrel: Which one.
-        turret_angle: Counter-clockwise positive [rad].
 
     Returns:
         Position [m] and velocity [m/s] in the field frame, shape (3,) each.
     """
     robot_to_field = matrix(robot_rotation)
-    muzzle = robot_to_field @ muzzle_offset(launch, barrel, turret_angle)
-    exit_velocity = robot_to_field @ (speed * launch_direction(launch.heading + turret_angle, elevation))
+    offset = muzzle_offset(launch, barrel, aim.turret_angle)
+    muzzle = robot_to_field @ offset
+    exit_velocity = aim.speed * launch_direction(launch.heading + aim.turret_angle, aim.elevation)
+    if aim.turret_rate != 0.0:
+        ahead, left, _ = (offset - np.array([launch.pivot_x, launch.pivot_y, 0.0])).tolist()
+        exit_velocity += np.array([-aim.turret_rate * left, aim.turret_rate * ahead, 0.0])
+    exit_velocity = robot_to_field @ exit_velocity
     return robot_pos + muzzle, muzzle_velocity(exit_velocity, robot_velocity, robot_spin, muzzle)
 
 

@@ -268,6 +268,7 @@ class GamePieceManager:
             self._awake = np.nonzero((status == _AWAKE) | (status == _IN_FLIGHT))[0]
             self._awake_rows = self._pool.rows_of(self._awake)
             self._awake_stale = False
+            self._world.awake_pieces = self._awake_rows
         return self._awake
 
     @property

@@ -7,19 +7,19 @@ at half the rim's speed; between two driven wheels it takes the mean of both, an
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
 
 from simcore.errors import ConfigError, require_finite, require_positive
-from simcore.geometry.linkage import MechanismMotion, require_mechanisms
-from simcore.geometry.rotation import Quaternion, Vector, from_yaw, multiply, rotate
-from simcore.pieces.launch import LaunchParameters, launch_state
+from simcore.geometry.linkage import MechanismMotion, PartState, require_mechanisms
+from simcore.geometry.rotation import Vector, from_yaw, multiply, rotate
+from simcore.pieces.launch import Aim, LaunchParameters, launch_state
 from simcore.pieces.shot_schedule import Launch, ShotSchedule
 
-__all__ = ["LaunchedPiece", "Shooter", "ShooterConfig", "SpinningMotion"]
+__all__ = ["ReleasedPiece", "Shooter", "ShooterConfig", "SpinningMotion"]
 
 
 class SpinningMotion(MechanismMotion, Protocol):
@@ -88,11 +88,11 @@ class ShooterConfig:
 
 
 @dataclass(frozen=True, slots=True)
-class LaunchedPiece:
-    """How a piece leaves a shooter, field frame."""
+class ReleasedPiece:
+    """A piece at the instant at which it leaves a shooter, field frame."""
 
     pos: Vector
-    """Center at the end of the tick [m]."""
+    """Center [m]."""
     vel: Vector
     """[m/s]"""
     spin: Vector
@@ -120,11 +120,10 @@ class Shooter:
         self._schedule = ShotSchedule(
             config.launch,
             shot_rate=config.shot_rate,
-            elevation=lambda: self.elevation,
-            speed=lambda: self.exit_speed,
+            aim=self._aim_at,
             gate_open=lambda: self.gate_open,
-            turret_angle=lambda: self.turret_angle,
         )
+        self._aim_before: Aim | None = None
 
     @property
     def elevation(self) -> float:
@@ -155,77 +154,91 @@ class Shooter:
         fed = all(part.velocity > self.config.gate_speed for part in self._gate)
         return fed and self.wheel_speed > self.config.min_wheel_speed
 
-    def update(self, dt: float, held: int) -> list[Launch]:
-        """Shots of a tick of dt [s] with so many pieces in the robot."""
-        return self._schedule.update(dt, held)
+    @property
+    def aim(self) -> Aim:
+        """Speed and direction of a shot, as wheels, hood and turret are now."""
+        rate = 0.0 if self._turret is None else self.config.turret_ratio * self._turret.velocity
+        return Aim(self.elevation, self.exit_speed, self.turret_angle, rate)
 
-    def launched(
-        self,
-        launch: Launch,
-        *,
-        dt: float,
-        gravity: float,
-        radius: float,
-        robot_pos: Vector,
-        robot_quat: Quaternion,
-        robot_vel: Vector,
-        robot_rate: Vector,
-    ) -> LaunchedPiece:
-        """Where a piece is at the end of the tick in which it was shot.
+    def begin_tick(self) -> None:
+        """Note where it aims as a tick begins: shots in the course of the tick lie between this and its end."""
+        self._aim_before = self.aim
+
+    def update(self, dt: float, held: int, is_free: Callable[[Launch], bool] | None = None) -> list[Launch]:
+        """Shots of the tick that ends now.
+
+        Args:
+            dt: Length of the tick [s].
+            held: Pieces in the robot.
+            is_free: Whether nothing is in the way of a shot; None: always free.
+        """
+        launches = self._schedule.update(dt, held, is_free)
+        self._aim_before = None
+        return launches
+
+    def released(self, launch: Launch, *, radius: float, robot: PartState) -> ReleasedPiece:
+        """A piece as it leaves the muzzle.
 
         Args:
             launch: One of `update`.
-            dt: Length of the tick [s].
-            gravity: Along -z [m/s^2].
             radius: Of the piece [m].
-            robot_pos: Origin of the robot frame, field frame [m].
-            robot_quat: Robot to field.
-            robot_vel: Of the robot's origin, field frame [m/s].
-            robot_rate: Angular velocity, field axes [rad/s].
+            robot: Pose and velocity of the robot's origin at the instant of the launch, field frame.
         """
+        aim = launch.aim
         pos, velocity = launch_state(
             self.config.launch,
-            elevation=launch.elevation,
-            speed=launch.speed,
-            robot_pos=np.array(robot_pos),
-            robot_rotation=np.array(robot_quat),
-            robot_velocity=np.array(robot_vel),
-            robot_spin=np.array(robot_rate),
+            aim,
+            robot_pos=np.array(robot.pos),
+            robot_rotation=np.array(robot.quat),
+            robot_velocity=np.array(robot.vel),
+            robot_spin=np.array(robot.rate),
             barrel=launch.barrel,
-            turret_angle=launch.turret_angle,
         )
-        flown = dt - launch.delay  # it left in the course of the tick
-        pos = pos + velocity * flown - (0.0, 0.0, 0.5 * gravity * flown * flown)
-        velocity = velocity - (0.0, 0.0, gravity * flown)
-        heading = self.config.launch.heading + launch.turret_angle
+        heading = self.config.launch.heading + aim.turret_angle
         # backspin is about the axis to the right of the shot
-        axis = (0.0, -self._backspin(launch.speed, radius), 0.0)
-        spin = rotate(robot_quat if heading == 0.0 else multiply(robot_quat, from_yaw(heading)), axis)
+        axis = (0.0, -self._spin_speed(aim.speed) / radius, 0.0)
+        spin = rotate(robot.quat if heading == 0.0 else multiply(robot.quat, from_yaw(heading)), axis)
         px, py, pz = pos.tolist()
         vx, vy, vz = velocity.tolist()
-        return LaunchedPiece((px, py, pz), (vx, vy, vz), spin)
+        return ReleasedPiece((px, py, pz), (vx, vy, vz), spin)
 
     def after_shot(self, mass: float, speed: float) -> None:
-        """Take a piece's momentum from the wheels.
+        """Take from the wheels what they give to a ball.
 
-        The rims push with F for as long as it takes: the piece gains integral F dt = m v, and wheels that share the
-        push lose r m v between them.
+        A solid ball (I = 0.4 m r^2) that leaves at v with a backspin w gains the momentum m v from both its sides
+        together, and the spin by the difference of their impulses: J_lower + J_upper = m v and
+        (J_lower - J_upper) r = I w. So a side gives J = m v / 2 +- 0.2 m r w. Along a fixed hood the ball rolls,
+        w r = v, and the wheel gives 0.7 m v; two wheels of one speed give m v / 2 each. A wheel of radius R loses J R.
 
         Args:
             mass: Of the piece [kg].
             speed: At which it left [m/s].
         """
-        impulse = mass * speed * self.config.wheel_radius / len(self._wheels)
-        for wheel in self._wheels:
-            wheel.velocity += -impulse / wheel.inertia
+        share = 0.2 * self._spin_speed(speed)
+        impulses = (0.5 * speed + share, 0.5 * speed - share)
+        for wheel, impulse in zip(self._wheels, impulses, strict=False):  # a fixed hood's share moves nothing
+            wheel.velocity += -mass * impulse * self.config.wheel_radius / wheel.inertia
 
-    def _backspin(self, speed: float, radius: float) -> float:
-        """Rate at which a piece spins that leaves at a speed [rad/s].
+    def _aim_at(self, share: float) -> Aim:
+        """The aim a share of the way through the tick."""
+        now, before = self.aim, self._aim_before
+        if before is None:
+            return now
+        back = 1.0 - share
+        return Aim(
+            back * before.elevation + share * now.elevation,
+            back * before.speed + share * now.speed,
+            back * before.turret_angle + share * now.turret_angle,
+            back * before.turret_rate + share * now.turret_rate,
+        )
+
+    def _spin_speed(self, speed: float) -> float:
+        """Speed of a piece's rim about its center by the backspin with which it leaves at a speed [m/s].
 
         Along a fixed hood it rolls: its rim there stands still. Between two wheels its lower and its upper rim move
         with theirs.
         """
         if len(self._wheels) == 1:
-            return speed / radius
+            return speed
         lower, upper = self._wheels
-        return 0.5 * (lower.velocity - upper.velocity) * self.config.wheel_radius * self.config.exit_efficiency / radius
+        return 0.5 * (lower.velocity - upper.velocity) * self.config.wheel_radius * self.config.exit_efficiency

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 
 from simcore.errors import ConfigError, NonFiniteError, require_non_negative, require_positive
-from simcore.pieces.launch import LaunchParameters
-from simcore.typing import BoolSupplier, FloatSupplier
+from simcore.pieces.launch import Aim, LaunchParameters
+from simcore.typing import BoolSupplier
 
 __all__ = ["Launch", "ShotSchedule"]
 
@@ -20,14 +21,10 @@ class Launch:
 
     barrel: int
     """Index into `LaunchParameters.barrels`."""
-    elevation: float
-    """Over the robot's floor plane [rad]."""
-    speed: float
-    """Relative to the muzzle [m/s]."""
-    turret_angle: float
-    """Counter-clockwise positive [rad]."""
     delay: float
     """From the start of the tick to the launch [s]."""
+    aim: Aim
+    """Speed and direction at that instant, relative to the robot."""
 
 
 class ShotSchedule:
@@ -41,10 +38,8 @@ class ShotSchedule:
     Args:
         launch: Place of the launcher and its barrels.
         shot_rate: Events a second while the gate is open [1/s].
-        elevation: Of the launch, as the hood is now [rad].
-        speed: Exit speed, as the wheels turn now [m/s].
+        aim: Speed and direction of a launch at a share of the tick, from 0 at its start to 1 at its end.
         gate_open: Whether pieces are fed to the wheels.
-        turret_angle: None for a launcher fixed to the robot [rad].
         min_speed: Below this a piece jams instead of leaving [m/s].
     """
 
@@ -53,10 +48,8 @@ class ShotSchedule:
         launch: LaunchParameters,
         *,
         shot_rate: float,
-        elevation: FloatSupplier,
-        speed: FloatSupplier,
+        aim: Callable[[float], Aim],
         gate_open: BoolSupplier,
-        turret_angle: FloatSupplier | None = None,
         min_speed: float = 0.5,
     ) -> None:
         require_positive("ShotSchedule", "shot_rate", shot_rate, "1/s")
@@ -66,10 +59,8 @@ class ShotSchedule:
         """Pieces launched since the start."""
         self._period = 1.0 / shot_rate
         self._min_speed = min_speed
-        self._elevation = elevation
-        self._speed = speed
+        self._aim = aim
         self._gate_open = gate_open
-        self._turret_angle = turret_angle
         self._until_next = 0.0
 
     @property
@@ -82,35 +73,40 @@ class ShotSchedule:
         self._until_next = 0.0
         self.shots = 0
 
-    def update(self, dt: float, held: int) -> list[Launch]:
-        """Launches of the tick that begins now; the caller takes as many pieces out of the robot.
+    def update(self, dt: float, held: int, is_free: Callable[[Launch], bool] | None = None) -> list[Launch]:
+        """Launches of a tick; the caller takes as many pieces out of the robot.
 
         Args:
             dt: Length of the tick [s].
             held: Pieces in the robot; no more than these are launched.
+            is_free: Whether nothing is in the way of a launch. A piece that cannot leave stays in the robot; if that is
+                so for all barrels, the event stays due, and is tried again as the next tick begins. None: always free.
 
         Raises:
             ConfigError: If `dt` is not above zero.
-            NonFiniteError: If the gate is open and a supplier gives no finite number.
+            NonFiniteError: If the gate is open and the aim is not finite.
         """
         if not 0.0 < dt < math.inf:
             raise ConfigError(f"ShotSchedule: dt must be finite and > 0 s, got {dt}")
         launches: list[Launch] = []
         if self._gate_open():
-            elevation = self._elevation()
-            speed = self._speed()
-            turret_angle = 0.0 if self._turret_angle is None else self._turret_angle()
-            if not (math.isfinite(elevation) and math.isfinite(speed) and math.isfinite(turret_angle)):
+            now = self._aim(1.0)
+            if not (math.isfinite(now.elevation) and math.isfinite(now.speed) and math.isfinite(now.turret_angle)):
                 raise NonFiniteError(
-                    f"ShotSchedule: want finite numbers, got elevation {elevation} rad, speed {speed} m/s,"
-                    f" turret {turret_angle} rad"
+                    f"ShotSchedule: want finite numbers, got elevation {now.elevation} rad, speed {now.speed} m/s,"
+                    f" turret {now.turret_angle} rad"
                 )
-            ready = held if speed >= self._min_speed else 0
+            ready = held if now.speed >= self._min_speed else 0
             while ready > 0 and self._until_next < dt - _SAME_INSTANT:
                 delay = max(0.0, self._until_next)
-                for barrel in range(min(len(self.launch.barrels), ready)):
-                    launches.append(Launch(barrel, elevation, speed, turret_angle, delay))
-                ready = max(0, ready - len(self.launch.barrels))
+                aim = self._aim(delay / dt)
+                event = [Launch(barrel, delay, aim) for barrel in range(len(self.launch.barrels))]
+                if is_free is not None:
+                    event = [launch for launch in event if is_free(launch)]
+                if not event:
+                    break
+                launches += event[:ready]
+                ready = max(0, ready - len(event))
                 self._until_next += self._period
         self._until_next -= dt
         if self._until_next < -_SAME_INSTANT:  # no event was due, or none could be: ready, and no more than that

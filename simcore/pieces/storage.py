@@ -90,6 +90,11 @@ class Storage:
             raise CapacityError(f"a storage of {self.config.capacity} has room for {self.room} more, got {len(slots)}")
         self.pieces += slots
 
+    @property
+    def in_turn(self) -> list[int]:
+        """Slots of the pieces, in the order in which they leave."""
+        return self.pieces if self.config.order == "fifo" else self.pieces[::-1]
+
     def take(self) -> int:
         """Take out the piece whose turn it is.
 

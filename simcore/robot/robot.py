@@ -9,7 +9,7 @@ from typing import Protocol, TypeAlias
 import numpy as np
 
 from simcore.geometry.linkage import PartState, part_pose
-from simcore.geometry.rotation import Quaternion, Vector, multiply, rotate
+from simcore.geometry.rotation import Quaternion, Vector, interpolate, multiply, rotate
 from simcore.physics.world import PhysicsWorld
 from simcore.pieces.intake import Intake
 from simcore.pieces.placer import Placer
@@ -93,7 +93,7 @@ class Robot:
         self.climbers = [Climber(c, self.mechanisms, self.chassis, rungs) for c in config.climbers]
         self.devices: RobotDevices | None = None
         self._estimated: list[ShaftSim] = []
-        self._pose_before: tuple[Vector, Quaternion] = (self.chassis.pos, self.chassis.quat)
+        self._before: PartState
         self.reset(pose)
 
     # --- sensors and drivetrain ---------------------------------------------------------------------------------
@@ -110,7 +110,7 @@ class Robot:
         self.drive.reset()
         self.gyro.reset(yaw=pose[2], true_yaw=pose[2])
         self.odometry.reset(pose, gyro_yaw=pose[2])
-        self._pose_before = (self.chassis.pos, self.chassis.quat)
+        self._before = self._motion
 
     def carry_to(self, pose: tuple[float, float, float]) -> None:
         """Put the robot somewhere at rest while its gyro keeps its reading, as when a team carries it.
@@ -121,7 +121,7 @@ class Robot:
         self.chassis.set_pose(*pose)
         self.gyro.reset(yaw=self.gyro.yaw, true_yaw=pose[2])
         self.odometry.reset(pose, gyro_yaw=self.gyro.yaw)
-        self._pose_before = (self.chassis.pos, self.chassis.quat)
+        self._before = self._motion
 
     def sense(self, dt: float) -> None:
         """Let gyro and odometry follow what happened in the last dt [s]."""
@@ -195,20 +195,43 @@ class Robot:
                 return state.pos, state.quat
         return self.config.storage.position(self.storage.pieces.index(slot), radius), (0.0, 0.0, 0.0, 1.0)
 
-    def end_intake(self) -> None:
-        """Note where the robot is, for the next tick's sweep of its intakes."""
-        self._pose_before = (self.chassis.pos, self.chassis.quat)
+    def begin_tick(self) -> None:
+        """Note how the robot moves and aims as a tick begins; intakes have looked at the last tick."""
+        self._before = self._motion
+        for shooter in self.shooters:
+            shooter.begin_tick()
 
     @property
     def pose_before(self) -> tuple[Vector, Quaternion]:
-        """Pose of the robot a tick ago, field frame."""
-        return self._pose_before
+        """Pose of the robot as the last tick began, field frame."""
+        return self._before.pos, self._before.quat
 
     @property
     def moved(self) -> float:
-        """How far the origin moved since a tick ago [m]."""
-        (x, y, z), (ox, oy, oz) = self.chassis.pos, self._pose_before[0]
+        """How far the origin moved since the last tick began [m]."""
+        (x, y, z), (ox, oy, oz) = self.chassis.pos, self._before.pos
         return math.hypot(x - ox, y - oy, z - oz)
+
+    def motion_at(self, share: float) -> PartState:
+        """Pose and velocity of its origin at an instant of the last tick, field frame.
+
+        Linear between the tick's ends: within 0.5 mm at 10 m/s^2, or at 2 m/s and 4 rad/s.
+
+        Args:
+            share: 0 as the tick began, 1 at its end.
+        """
+        before, now = self._before, self._motion
+        return PartState(
+            _between(before.pos, now.pos, share),
+            interpolate(before.quat, now.quat, share),
+            _between(before.vel, now.vel, share),
+            _between(before.rate, now.rate, share),
+        )
+
+    @property
+    def _motion(self) -> PartState:
+        c = self.chassis
+        return PartState(c.pos, c.quat, c.origin_velocity, c.rate)
 
     def part_in_field(self, part: PartState) -> PartState:
         """Pose and motion of a part in the field frame, from those in the robot frame."""
@@ -235,6 +258,11 @@ class Robot:
             rows[number] = (*pos, w, x, y, z)
         rows.setflags(write=False)
         return rows
+
+
+def _between(a: Vector, b: Vector, share: float) -> Vector:
+    back = 1.0 - share
+    return back * a[0] + share * b[0], back * a[1] + share * b[1], back * a[2] + share * b[2]
 
 
 Controller: TypeAlias = Callable[[Robot, float], None]

@@ -76,6 +76,40 @@ def test_rolling_distance_follows_the_rolling_resistance_at_any_substep():
     assert max(distances) / min(distances) < 1.02
 
 
+def rolling_ball(speed: float, heading: float, substeps: int, seconds: float) -> tuple[np.ndarray, np.ndarray]:
+    """Place and velocity of a ball that rolled for some time."""
+    with PhysicsWorld(floor=CARPET) as world:
+        row = world.add_piece_body("ball", Sphere(0.075), mass=0.2, surface=ball().surface, pos=(0.0, 0.0, 0.075))
+        world.step(0.02, substeps=substeps)
+        vx, vy = speed * math.cos(heading), speed * math.sin(heading)
+        world.set_velocity(row, (vx, vy, 0.0), (-vy / 0.075, vx / 0.075, 0.0))
+        for _ in range(round(seconds / 0.02)):
+            world.step(0.02, substeps=substeps)
+        return np.array(world.engine.pose(row)[0]), np.array(world.engine.velocity(row)[0])
+
+
+ROLLING = CARPET.rolling * 0.8 * GRAVITY / (1.4 * 0.075)
+"""What a ball loses on carpet [m/s^2]."""
+
+
+@pytest.mark.parametrize("heading", [0.0, 15.0, 45.0, 100.0, 210.0])
+def test_a_ball_rolls_straight_and_equally_far_in_every_direction(heading):
+    """x = v^2 / 2a, along its heading."""
+    (x, y, _), _ = rolling_ball(2.0, math.radians(heading), 2, 5.0)
+    assert math.hypot(x, y) == pytest.approx(2.0**2 / (2.0 * ROLLING), rel=0.01)
+    assert math.remainder(math.atan2(y, x) - math.radians(heading), math.tau) == pytest.approx(0.0, abs=1e-3)
+
+
+@pytest.mark.parametrize("substeps", [1, 4, 8, 16])
+@pytest.mark.parametrize("speed", [0.5, 1.0, 3.0])
+def test_a_slow_ball_loses_speed_as_a_fast_one(speed, substeps):
+    """v = v0 - a t, whatever the speed and the sub-steps."""
+    seconds = min(0.5, 0.8 * speed / ROLLING)
+    seconds = round(seconds / 0.02) * 0.02
+    _, (vx, _, _) = rolling_ball(speed, 0.0, substeps, seconds)
+    assert speed - vx == pytest.approx(ROLLING * seconds, rel=0.01)
+
+
 def fly(config: GamePieceConfig, substeps: int, velocity: tuple[float, float, float], seconds: float) -> np.ndarray:
     with PhysicsWorld() as world:
         pieces = GamePieceManager(world, [(config, 1)], field_size=(40.0, 20.0))

@@ -162,7 +162,7 @@ def test_a_ball_falls_when_the_ones_that_carried_it_are_put_elsewhere():
 
 def shoot_at_row(x_first: float, count: int, gap: float, speed: float, start: float, awake: bool):
     """A ball at `speed` into a row of sleepers along x; returns where all end, and the deepest overlap of two [m]."""
-    with PhysicsWorld(floor_size=(200.0, 60.0)) as world:
+    with PhysicsWorld() as world:
         pieces = make(world, count + 1)
         row = pieces.spawn("Fuel", np.array([[x_first + i * (2 * RADIUS + gap), 4.0, RADIUS] for i in range(count)]))
         shot = pieces.spawn("Fuel", np.array([[x_first - start, 4.0, RADIUS]]))
@@ -296,7 +296,7 @@ def test_a_ball_goes_as_far_with_a_fast_ball_elsewhere(kind, speed):
 
 @pytest.mark.parametrize("out", [(65.0, 4.0, 1.0), (-3.0, 4.0, 0.1), (8.0, 30.0, 0.1), (8.0, 4.0, -5.0)])
 def test_a_ball_that_leaves_the_field_comes_back_inside(out):
-    with PhysicsWorld(floor_size=(200.0, 60.0)) as world:
+    with PhysicsWorld() as world:
         pieces = make(world, 1)
         slot = pieces.spawn("Fuel", np.array([[8.0, 4.0, 1.0]]))[0]
         world.set_pose(pieces._pool.rows[slot], out)

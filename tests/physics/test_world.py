@@ -12,9 +12,11 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from simcore.errors import ConfigError, EngineError, NonFiniteError, UnknownNameError
-from simcore.physics.shapes import Box, Shape, Sphere
+from simcore.physics.shapes import Box, Cylinder, Shape, Sphere
 from simcore.physics.surface import CARPET, WALL, TerrainSurface
 from simcore.physics.world import PhysicsWorld
+from simcore.robot.chassis import ChassisSimulation
+from simcore.robot.chassis_config import ChassisConfig
 from simcore.units import GRAVITY
 
 ICE = TerrainSurface(name="ice", friction=0.0, restitution=0.0)
@@ -44,6 +46,35 @@ def test_a_sliding_box_slows_by_the_product_of_both_frictions(of_floor, of_box):
         run(world, seconds)
         expected = max(0.0, speed - mu * GRAVITY * seconds)
         assert world.engine.velocity(row)[0][0] == pytest.approx(expected, abs=0.04 * (speed - expected) + 0.01)
+
+
+@pytest.mark.parametrize("away", [40.0, 900.0])
+def test_the_floor_has_no_end(away):
+    """Balls, boxes, cylinders and robots stand far out as they stand in the middle, within 1 mm."""
+    with PhysicsWorld() as world:
+        shapes = {"ball": Sphere(0.075), "box": Box((0.3, 0.3, 0.28)), "cylinder": Cylinder(0.06, 0.3)}
+        pieces = {
+            (name, x): world.add_piece_body(name, shape, mass=0.6, surface=surface(0.8), pos=(x, 2.0 * y, 0.15))
+            for y, (name, shape) in enumerate(shapes.items())
+            for x in (0.0, away)
+        }
+        robots = [ChassisSimulation(world, ChassisConfig(), pose=(x, 8.0, 0.3)) for x in (0.0, away)]
+        for robot in robots:
+            robot.follow_velocity(2.0, 0.0, 0.5)
+
+        def drive(h):
+            for robot in robots:
+                robot.before_substep(h)
+
+        for _ in range(50):
+            world.step(0.02, substeps=2, before_substep=drive)
+        for name in shapes:
+            middle, far = (world.engine.pose(pieces[name, x])[0] for x in (0.0, away))
+            assert far == pytest.approx((middle[0] + away, middle[1], middle[2]), abs=1e-3)
+        for robot in robots:
+            robot.read()
+        assert robots[1].pos == pytest.approx((robots[0].pos[0] + away, *robots[0].pos[1:]), abs=1e-3)
+        assert robots[1].pose[2] == pytest.approx(robots[0].pose[2], abs=1e-3)
 
 
 @pytest.mark.parametrize("mu", [0.1, 0.4, 0.8])

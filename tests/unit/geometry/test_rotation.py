@@ -95,3 +95,14 @@ def test_a_product_is_the_second_rotation_and_then_the_first(a, b, v):
 def test_the_identity_changes_nothing():
     assert q.rotate(q.IDENTITY, (1.0, 2.0, 3.0)) == (1.0, 2.0, 3.0)
     assert q.multiply(q.IDENTITY, q.from_yaw(0.3)) == q.from_yaw(0.3)
+
+
+@given(rotation(), vector, st.floats(0.0, 1.0))
+def test_a_rotation_between_two_is_the_share_of_the_turn(start, axis, share):
+    """Slerp, within t^3 / 240 of a turn by t."""
+    axis = np.array(axis) / max(1.0, float(np.linalg.norm(axis)))  # a turn of at most 1 rad
+    a = Rotation.from_quat(start)
+    want = a * Rotation.from_rotvec(share * axis)
+    got = q.interpolate(start, tuple((a * Rotation.from_rotvec(axis)).as_quat().tolist()), share)
+    size = float(np.linalg.norm(axis))
+    assert (want.inv() * Rotation.from_quat(got)).magnitude() <= size**3 / 240 + 1e-7

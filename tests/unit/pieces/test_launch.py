@@ -9,6 +9,7 @@ import pytest
 
 from simcore.errors import ConfigError
 from simcore.pieces.launch import (
+    Aim,
     LaunchParameters,
     launch_direction,
     launch_state,
@@ -23,16 +24,14 @@ def yaw_rotation(yaw):
     return np.array([0.0, 0.0, math.sin(yaw / 2), math.cos(yaw / 2)])
 
 
-def state(**changes):
+def state(*, elevation=math.pi / 3, turret_angle=0.0, turret_rate=0.0, **changes):
     still = dict(
-        elevation=math.radians(60),
-        speed=8.0,
         robot_pos=np.array([2.0, 3.0, 0.0]),
         robot_rotation=yaw_rotation(0.0),
         robot_velocity=np.zeros(3),
         robot_spin=np.zeros(3),
     )
-    return launch_state(LAUNCH, **{**still, **changes})
+    return launch_state(LAUNCH, Aim(elevation, 8.0, turret_angle, turret_rate), **{**still, **changes})
 
 
 def test_a_robot_at_rest_shoots_ahead():
@@ -58,6 +57,12 @@ def test_a_spinning_driving_robot_adds_its_muzzle_speed():
     """omega x r: turning left at 2 rad/s, a muzzle 0.168 m ahead and 0.08 m left moves by (-0.16, 0.336)."""
     _, velocity = state(robot_velocity=np.array([1.0, -0.5, 0.0]), robot_spin=np.array([0.0, 0.0, 2.0]))
     assert velocity == pytest.approx([4.0 + 1.0 - 0.16, -0.5 + 0.336, 8.0 * math.sqrt(0.75)])
+
+
+def test_a_turret_that_turns_against_the_robot_keeps_the_muzzle_where_it_is():
+    """Robot and turret at +-2 rad/s about the same axis: the muzzle stands still in the field."""
+    _, velocity = state(robot_spin=np.array([0.0, 0.0, 2.0]), turret_rate=-2.0)
+    assert velocity == pytest.approx(state()[1])
 
 
 def test_a_number_and_a_vector_mean_the_same_yaw_rate():

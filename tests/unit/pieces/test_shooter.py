@@ -9,11 +9,12 @@ import numpy as np
 import pytest
 
 from simcore.errors import ConfigError, UnknownNameError
+from simcore.geometry.linkage import PartState
 from simcore.pieces.launch import LaunchParameters
 from simcore.pieces.shooter import Shooter, ShooterConfig
 
-STILL = dict(robot_pos=(1.0, 2.0, 0.0), robot_quat=(0.0, 0.0, 0.0, 1.0), robot_vel=(0, 0, 0), robot_rate=(0, 0, 0))
-GRAVITY, RADIUS = 9.81, 0.075
+STILL = PartState((1.0, 2.0, 0.0), (0.0, 0.0, 0.0, 1.0), (0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
+RADIUS = 0.075
 
 
 def part(velocity=0.0, position=0.0, inertia=0.01):
@@ -31,7 +32,7 @@ def shooter(**change):
 
 def shot(made, dt=0.02):
     (launch,) = made.update(dt, 1)
-    return made.launched(launch, dt=dt, gravity=GRAVITY, radius=RADIUS, **STILL)
+    return made.released(launch, radius=RADIUS, robot=STILL)
 
 
 def test_two_wheels_throw_with_their_mean_and_spin_by_their_difference():
@@ -58,23 +59,28 @@ def test_the_turret_turns_muzzle_velocity_and_spin():
     parts["turret"].position = 10.0
     piece, v = shot(made), made.exit_speed
     assert made.turret_angle == pytest.approx(math.pi / 2)
-    fall = 0.5 * GRAVITY * 0.02**2
-    assert piece.vel == pytest.approx((0.0, v * math.cos(1.0), v * math.sin(1.0) - GRAVITY * 0.02))
-    assert piece.pos == pytest.approx((1.0, 2.2 + v * math.cos(1.0) * 0.02, 0.5 + v * math.sin(1.0) * 0.02 - fall))
+    assert piece.vel == pytest.approx((0.0, v * math.cos(1.0), v * math.sin(1.0)))
+    assert piece.pos == pytest.approx((1.0, 2.2, 0.5))
     assert piece.spin[0] > 0.0 and piece.spin[1:] == pytest.approx((0.0, 0.0), abs=1e-9)
 
 
-def test_a_shot_in_the_course_of_a_tick_flies_for_the_rest_of_it():
-    """The second shot of a rate of 80 leaves 12.5 ms into the tick, and flies for 7.5 ms of it."""
-    made, parts = shooter(shot_rate=80.0)
-    parts["lower"].velocity = parts["upper"].velocity = 300.0
+def test_a_shot_in_the_course_of_a_tick_has_the_aim_of_that_instant():
+    """Wheels, hood and turret move evenly within the tick; the second shot of a rate of 80 leaves after 5/8 of it."""
+    made, parts = shooter(shot_rate=80.0, hood="hood", turret="turret")
+    parts["lower"].velocity = parts["upper"].velocity = 200.0
+    parts["turret"].velocity = 10.0
+    made.begin_tick()
+    parts["lower"].velocity = parts["upper"].velocity = 280.0
+    parts["hood"].position, parts["turret"].position = 0.08, 0.2
     first, second = made.update(0.02, 2)
     assert (first.delay, second.delay) == (0.0, pytest.approx(0.0125))
-    flown = 0.0075
-    piece = made.launched(second, dt=0.02, gravity=GRAVITY, radius=RADIUS, **STILL)
-    up = made.exit_speed * math.sin(1.0)
-    assert piece.pos[2] == pytest.approx(0.5 + up * flown - 0.5 * GRAVITY * flown**2)
-    assert piece.vel[2] == pytest.approx(up - GRAVITY * flown)
+    for launch, wheels, hood, turret in ((first, 200.0, 0.0, 0.0), (second, 250.0, 0.05, 0.125)):
+        assert launch.aim.speed == pytest.approx(wheels * 0.05 * 0.9)
+        assert launch.aim.elevation == pytest.approx(1.0 - hood)
+        assert launch.aim.turret_angle == pytest.approx(turret)
+        assert launch.aim.turret_rate == 10.0
+    (third,) = made.update(0.02, 1)
+    assert third.aim == made.aim, "without a beginning of the tick: as it is now"
 
 
 def test_the_hood_tilts_and_the_gate_holds_back():
@@ -89,14 +95,48 @@ def test_the_hood_tilts_and_the_gate_holds_back():
     assert not made.gate_open, "slow wheels throw nothing"
 
 
+def angular_impulses(made, parts, names, mass, speed):
+    """What each wheel loses [N m s]."""
+    before = {name: parts[name].velocity for name in names}
+    made.after_shot(mass, speed)
+    return [(before[name] - parts[name].velocity) * parts[name].inertia for name in names]
+
+
+def test_a_ball_that_rolls_along_a_fixed_hood_takes_seven_tenths_of_its_momentum_from_the_wheel():
+    """Moments about the line where it touches the hood: 2 r J = (0.4 + 1) m r^2 w with w r = v."""
+    made, parts = shooter(wheels=("lower",), exit_efficiency=0.5)
+    parts["lower"].velocity = 300.0
+    (lost,) = angular_impulses(made, parts, ["lower"], 0.2, 7.5)
+    assert lost == pytest.approx(0.7 * 0.2 * 7.5 * 0.05)
+
+
+@pytest.mark.parametrize("upper", [300.0, 200.0, -100.0])
+def test_two_wheels_give_a_ball_its_momentum_and_its_spin(upper):
+    """J_lower + J_upper = m v and (J_lower - J_upper) r = 0.4 m r^2 w; half each where both turn alike."""
+    made, parts = shooter(exit_efficiency=1.0)
+    parts["lower"].velocity, parts["upper"].velocity = 300.0, upper
+    mass, speed = 0.2, made.exit_speed
+    spin = -shot(made).spin[1]
+    lower, upper_lost = (lost / 0.05 for lost in angular_impulses(made, parts, ["lower", "upper"], mass, speed))
+    assert lower + upper_lost == pytest.approx(mass * speed)
+    assert (lower - upper_lost) * RADIUS == pytest.approx(0.4 * mass * RADIUS**2 * spin, abs=1e-12)
+    if upper == 300.0:
+        assert lower == pytest.approx(0.5 * mass * speed)
+
+
 @pytest.mark.parametrize("wheels", [("lower",), ("lower", "upper")])
-def test_wheels_lose_the_momentum_that_the_piece_gains(wheels):
-    made, parts = shooter(wheels=wheels)
+def test_wheels_lose_at_least_the_energy_that_a_ball_gains(wheels):
+    """J u of rims that slip at first: twice what the ball gains from rest."""
+    made, parts = shooter(wheels=wheels, exit_efficiency=1.0 if len(wheels) == 2 else 0.5)
     for name in wheels:
-        parts[name].velocity = 300.0
-    made.after_shot(0.2, 9.0)
-    lost = sum((300.0 - parts[name].velocity) * parts[name].inertia for name in wheels)
-    assert lost == pytest.approx(0.2 * 9.0 * 0.05)
+        parts[name].velocity, parts[name].inertia = 300.0, 1e3
+    mass, speed = 0.2, made.exit_speed
+    spin = shot(made).spin[1]
+    gained = 0.5 * mass * speed**2 + 0.5 * 0.4 * mass * RADIUS**2 * spin**2
+    lost = 0.0
+    for impulse in angular_impulses(made, parts, wheels, mass, speed):
+        lost += impulse * 300.0
+    assert lost == pytest.approx(2.0 * gained)
 
 
 def test_shooters_that_cannot_be_are_refused():

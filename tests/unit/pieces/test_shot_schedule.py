@@ -8,7 +8,7 @@ from types import SimpleNamespace
 import pytest
 
 from simcore.errors import ConfigError, NonFiniteError
-from simcore.pieces.launch import LaunchParameters
+from simcore.pieces.launch import Aim, LaunchParameters
 from simcore.pieces.shot_schedule import Launch, ShotSchedule
 
 DUAL = LaunchParameters(height=0.55, forward=0.168, barrels=(0.08, -0.08))
@@ -20,10 +20,8 @@ def shooter(launch=SINGLE, rate=8.0):
     sim = ShotSchedule(
         launch,
         shot_rate=rate,
-        elevation=lambda: inputs.elevation,
-        speed=lambda: inputs.speed,
+        aim=lambda share: Aim(inputs.elevation, inputs.speed, inputs.turret),
         gate_open=lambda: inputs.open,
-        turret_angle=lambda: inputs.turret,
     )
     return sim, inputs
 
@@ -44,7 +42,7 @@ def test_shots_are_a_period_apart_inside_the_ticks_too():
 
 def test_dual_barrels_fire_together():
     sim, _ = shooter(DUAL)
-    assert sim.update(0.02, held=30) == [Launch(0, 1.1, 9.0, 0.0, 0.0), Launch(1, 1.1, 9.0, 0.0, 0.0)]
+    assert sim.update(0.02, held=30) == [Launch(0, 0.0, Aim(1.1, 9.0)), Launch(1, 0.0, Aim(1.1, 9.0))]
     assert sim.update(0.02, held=28) == []
 
 
@@ -87,7 +85,21 @@ def test_wheels_that_stand_still_keep_the_piece():
     inputs.speed = 0.0
     assert sim.update(0.02, held=10) == []
     inputs.speed = 8.0
-    assert [launch.speed for launch in sim.update(0.02, held=10)] == [8.0]
+    assert [launch.aim.speed for launch in sim.update(0.02, held=10)] == [8.0]
+
+
+def test_a_piece_whose_muzzle_is_blocked_stays_and_leaves_when_it_is_free():
+    sim, _ = shooter(DUAL)
+    for _ in range(30):
+        assert sim.update(0.02, held=9, is_free=lambda launch: False) == []
+    assert len(sim.update(0.02, held=9)) == 2
+    assert sum(len(sim.update(0.02, held=7)) for _ in range(5)) == 0  # nothing saved up
+
+
+def test_a_free_barrel_shoots_while_the_other_is_blocked():
+    sim, _ = shooter(DUAL)
+    launches = [launch for _ in range(14) for launch in sim.update(0.02, 9, lambda launch: launch.barrel == 1)]
+    assert [launch.barrel for launch in launches] == [1, 1, 1]
 
 
 @pytest.mark.parametrize("name", ["elevation", "speed", "turret"])
