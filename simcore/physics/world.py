@@ -123,7 +123,7 @@ class PhysicsWorld:
         self.longest_step = math.inf
         self.awake_pieces = None
         floor = self._floor
-        self._rolling = FloorRolling(self.engine, 0.0 if floor is None else floor.rolling)
+        self._rolling = FloorRolling(self.engine, floor)
         if floor is not None:
             under_balls = replace(floor, rolling=0.0)
             # Balls get a half space, 15-25 % of a step cheaper than a box under 150 awake ones; the others thick boxes.
@@ -265,7 +265,7 @@ class PhysicsWorld:
         row = self.engine.add_body(
             BodyDefinition(
                 shape=shape,
-                surface=surface,
+                surface=replace(surface, rolling=0.0) if group == CollisionGroup.BALL else surface,
                 mass=mass,
                 pos=_checked_pos(name, pos),
                 group=group,
@@ -275,7 +275,7 @@ class PhysicsWorld:
         self._bodies[row] = _Body(name, surface)
         self._pieces[row] = group
         if isinstance(shape, Sphere):
-            self._rolling.add(row, shape.radius, surface.friction)
+            self._rolling.add(row, shape.radius, surface)
         return row
 
     def set_piece_touchable(self, row: int, touchable: bool) -> None:

@@ -14,6 +14,7 @@ __all__ = ["FlightForces"]
 
 _FALL_ERROR = 0.2  # share of gravity that drag and lift may be
 _HOP_SPEED = 0.3  # [m/s], upward: slower hops are below 5 mm and left to the engine
+_LEAST_JUMP = 0.15  # [m/s] in a tick: a floor takes 0.2 of what gravity gives, the first tick's mean lags by 0.1
 _IN_FLIGHT = int(PieceStatus.IN_FLIGHT)
 
 
@@ -118,5 +119,5 @@ class FlightForces:
         # air takes at most k v^2; within the first tick after a launch the mean of the tick lags by half of it
         air = self._drag[awake] * np.einsum("ij,ij->i", vel, vel) * dt
         jump = np.sqrt(np.einsum("ij,ij->i", change, change))
-        touched: BoolArray = flying & (jump > 2.0 * air + 0.3)
+        touched: BoolArray = flying & (jump > 2.0 * air + _LEAST_JUMP)
         return touched

@@ -349,13 +349,12 @@ class GamePieceManager:
             to_wake |= self._reached(awake[fast], reach[fast], asleep)
         for slot in asleep[to_wake].tolist():
             self._wake(slot)
-        if self._awake_stale:
-            now = self.awake
-            self._pressing.begin_tick(now, np.sqrt(np.einsum("ij,ij->i", state.vel[now], state.vel[now])), robots, dt)
-        else:
-            self._pressing.begin_tick(awake, speed, robots, dt)
         self._flight.begin_tick(awake, speed)  # those that woke just now stand still
         self._impacts.begin_tick(awake, speed, self._guarded, dt)
+        now = self.awake
+        if now is not awake:
+            speed = np.sqrt(np.einsum("ij,ij->i", state.vel[now], state.vel[now]))
+        self._pressing.begin_tick(now, speed, robots, dt)
         return float(speed.max()) + fall if len(speed) else 0.0
 
     def before_substep(self, h: float) -> None:
