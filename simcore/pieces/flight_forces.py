@@ -13,7 +13,7 @@ from simcore.typing import BoolArray, FloatArray, IntArray
 __all__ = ["FlightForces"]
 
 _FALL_ERROR = 0.2  # share of gravity that drag and lift may be
-_HOP_SPEED = 0.3  # [m/s], upward: slower hops are below 5 mm and left to the engine
+_HOP_SPEED = 1.0  # [m/s]; pieces that others throw up more gently, by 5 cm, are left to the engine
 _LEAST_JUMP = 0.15  # [m/s] in a tick: a floor takes 0.2 of what gravity gives, the first tick's mean lags by 0.1
 _IN_FLIGHT = int(PieceStatus.IN_FLIGHT)
 

@@ -26,17 +26,17 @@ __all__ = ["Impacts"]
 
 _LEAST_APPROACH = 0.1  # [m/s]; slower ones are left to the engine: a bounce of 0.5 mm
 _LEAST_BOUNCE = 0.3  # [m/s]; slower ones rise by less than 5 mm, and the engine goes on with them
-_FAST = 4.0  # [m/s]; balls that are all slower are left to the engine: they overlap by at most 70 mm in a sub-step
+_FAST = 6.0  # [m/s]; balls that are all slower are left to the engine: they overlap by at most 70 mm in a sub-step
 _STEEPEST = 3.0  # distance along the path over distance to the surface: 71 degrees from the normal, and the engine's
 _SKIN = 0.003  # [m]; the surface under the touching point may be this far off the one that the center would meet
 _TOUCH = 0.005  # [m]; a row of balls this near passes a knock on within a sub-step
 _MOST_SURFACES = 4  # impacts of one ball on surfaces in a sub-step
-_GENTLE = 0.02  # share of the fastest speed; a row of inelastic balls has no end of gentler impacts on each other
+_GENTLE = 0.03  # share of the fastest speed; a row of inelastic balls has no end of gentler impacts on each other
 _MOST_EVENTS = 2000  # impacts of balls on each other in a sub-step
 _KNOCK_REACH, _KNOCK_WAYS = 0.3, 4.0  # [m] and ways of a tick, as far as a knock may get from a fast ball in a tick
 _KNOCK_LENGTH = 20  # balls of a row, each of which takes a third of the knock
 _STANDS = 0.05  # [m/s]; slower balls are where they were at the start of the tick, until they are hit
-_SLOW = 0.5  # [m/s]; balls that were hit by a fast one count as fast down to this
+_SLOW = 3.0  # [m/s]; balls that were hit by a fast one count as fast down to this
 _IS_ON_FIELD: BoolArray = np.isin(
     [int(status) for status in PieceStatus], [PieceStatus.ASLEEP, PieceStatus.AWAKE, PieceStatus.IN_FLIGHT]
 )

@@ -21,7 +21,9 @@ __all__ = ["Pressing"]
 
 _CALM_SPEED = 0.5  # [m/s]; below this an impact is too weak for its restitution to matter: it rises by 13 mm e^2
 _TOUCH = 0.005  # [m]; pieces and bumpers this near count as touching
-_PIN_STEP = 0.0025  # [s]; with 5 ms the center of a ball hit at 4.5 m/s comes to the face, with 2.5 ms it stays 13 mm off
+_PIN_STEP = (
+    0.0025  # [s]; with 5 ms the center of a ball hit at 4.5 m/s comes to the face, with 2.5 ms it stays 13 mm off
+)
 _HEAP_STEP = 0.005  # [s]; 100 balls, 7 deep: overlaps of 4 mm at 10 ms, 1.4 mm at 5 ms
 _PILE_STEP = 0.01  # [s], for a second layer alone
 _HEAP_SIZE = 3  # pieces that lie on others
