@@ -55,6 +55,9 @@ class Engine(Protocol):
 
     gravity: float
     """[m/s^2]"""
+    integrates_exactly: bool
+    """Whether a flight under a constant force is its parabola at any step. If not, the engine takes x += h v with v
+    already moved to the end of the step (semi-implicit Euler), and its velocities lag by half a step."""
 
     def add_body(self, definition: BodyDefinition) -> int:
         """Make a body or a static; returns its row."""

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from simcore.errors import ConfigError, require_non_negative
+from simcore.errors import ConfigError, require_non_negative, require_positive
 
 __all__ = ["CARPET", "FRICTIONLESS", "POLYCARBONATE", "PRESETS", "RUBBER", "WALL", "TerrainSurface"]
 
@@ -25,12 +25,16 @@ class TerrainSurface:
     """Bounce factor, speed out over speed in of a pair is the product of both [-], 0 to 1."""
     rolling: float = 0.0
     """Rolling resistance lever arm [m]: a ball of radius r, friction f decelerates by rolling * f * g / (1.4 r)."""
+    stiffness: float | None = None
+    """Contact stiffness [N/m]: force over squeeze of what is soft; None: rigid."""
 
     def __post_init__(self) -> None:
         require_non_negative(self.name, "friction", self.friction)
         require_non_negative(self.name, "rolling", self.rolling, "m")
         if not 0.0 <= self.restitution <= 1.0:
             raise ConfigError(f"{self.name}: restitution must be within 0..1, got {self.restitution}")
+        if self.stiffness is not None:
+            require_positive(self.name, "stiffness", self.stiffness, "N/m")
 
 
 # Estimates, +-30 %: nobody has published measurements of FRC field materials against foam balls. Against a foam ball

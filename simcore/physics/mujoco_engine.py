@@ -1,0 +1,657 @@
+"""The engine on MuJoCo: the one module that imports it.
+
+How it is set up, and why (figures in docs/physics.md):
+
+- MuJoCo finds contacts and solves for their forces (Newton's method, elliptic cones); what a contact wants is ours
+  (`contact_law`), written into its rows between the two halves of a step. So friction and restitution of a pair are
+  products here, too, where MuJoCo alone would take the larger, and a bounce is exact at any step.
+- A step is cut into parts of at most 5 ms: a heap of balls then settles to less than a millimeter of overlap.
+- Contacts are looked for as far ahead as bodies move within a part, so nothing passes a wall.
+- Free flight is exact for a constant force: v += a h, x += h v + a h^2 / 2.
+- Sleeping is ours: MuJoCo freezes and skips what `sleep` names, and nothing else.
+- The model is compiled when it is first needed after a body was added; what moves keeps its state.
+"""
+
+from __future__ import annotations
+
+import math
+import sys
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from simcore.errors import EngineError
+from simcore.geometry.rotation import Quaternion, Vector, rotate, rotate_back
+from simcore.physics.contact_law import RIGID, friction_reference, normal_law
+from simcore.physics.engine import BodyDefinition, RayHits
+from simcore.physics.mujoco_model import ModelLayout, bounds, build_model
+from simcore.physics.shapes import Compound, Hull
+from simcore.typing import BoolArray, FloatArray, IntArray
+from simcore.units import GRAVITY
+
+__all__ = ["MuJoCoEngine"]
+
+_LONGEST_PART = 0.005  # [s]
+_ITERATIONS = 30
+_MOST_CLASSES = 31  # of bodies with the same group and mask: bits of MuJoCo's own masks
+_MOST_GROUPS = 5  # MuJoCo tells six groups apart for rays; the sixth is of what is in no group
+_HIDDEN = 5
+_SLIP = 2e-3  # regularization of friction, in parts of the inverse mass: a ball creeps 0.01 mm/s on a slope
+_ROLLING_SLIP = 2e-5  # the same where the contact resists rolling too, whose rows are softer by (friction / lever)^2
+_LOOK_AHEAD = 5e-4  # [m]; contacts are looked for this much farther than bodies move
+_MOST_PASSED = 16  # surfaces that a ray leaves from the inside before it is given up
+_AWAKE = -11  # MuJoCo's value of a tree that is fully awake
+
+
+def _load_mujoco() -> Any:
+    try:
+        import mujoco
+    except ImportError as error:
+        raise EngineError(
+            "MuJoCo is not installed: `python -m pip install mujoco`. It has wheels for Windows x64, macOS and Linux "
+            f"on Python 3.10 and newer; this is Python {sys.version_info[0]}.{sys.version_info[1]} on {sys.platform}."
+        ) from error
+    return mujoco
+
+
+@dataclass(slots=True)
+class _Start:
+    """State of a moving body that is not in the compiled model yet: center of mass, field frame."""
+
+    pos: Vector
+    quat: Quaternion
+    linear: Sequence[float] = (0.0, 0.0, 0.0)
+    angular: Sequence[float] = (0.0, 0.0, 0.0)
+    is_asleep: bool = False
+
+
+class MuJoCoEngine:
+    """One MuJoCo world. Use as a context manager, or call `close`."""
+
+    integrates_exactly = True
+    """Velocities are those at the end of a step, and a flight under a constant force is its parabola."""
+
+    def __init__(self, *, gravity: float = GRAVITY) -> None:
+        self.gravity = gravity
+        self._mj = _load_mujoco()
+        self._is_open = True
+        self._begin()
+
+    def _begin(self) -> None:
+        """An empty world."""
+        self._definitions: list[BodyDefinition] = []
+        self._collision: list[tuple[int, int]] = []
+        self._starts: dict[int, _Start] = {}
+        self._forces: list[tuple[IntArray, FloatArray]] = []
+        self._is_built = False
+        self._m: Any = None
+        self._d: Any = None
+        self._groups: dict[int, int] = {}  # ray group of MuJoCo by collision group
+        self._classes: dict[tuple[int, int], int] = {}
+        self._layout = ModelLayout(*(np.zeros(0, dtype=np.int64) for _ in range(4)))
+
+    def __enter__(self) -> MuJoCoEngine:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def reset(self) -> None:
+        """Remove everything from the world, so that it can be built anew."""
+        self._require_open()
+        self._begin()
+
+    def close(self) -> None:
+        """Free the world; may be called twice."""
+        if self._is_open:
+            self._begin()
+            self._is_open = False
+
+    # --- bodies -------------------------------------------------------------------------------------------------
+
+    def add_body(self, definition: BodyDefinition) -> int:
+        """Make a body or a static; returns its row."""
+        self._require_open()
+        row = len(self._definitions)
+        self._require_group(definition.group)
+        self._definitions.append(definition)
+        self._collision.append((definition.group, definition.mask))
+        self._is_built = False
+        if definition.mass > 0.0:
+            self._starts[row] = _Start(_center(definition, definition.pos, definition.quat), definition.quat)
+        return row
+
+    def set_pose(self, row: int, pos: Sequence[float], quat: Sequence[float]) -> None:
+        """Put the origin of a body somewhere [m]; its velocity becomes zero."""
+        self._require_open()
+        definition = self._definitions[row]
+        if definition.mass == 0.0:
+            raise EngineError("MuJoCo: a static cannot be moved; make the world anew")
+        x, y, z, w = quat
+        center = _center(definition, pos, (x, y, z, w))
+        if row in self._starts:
+            start = self._starts[row]
+            start.pos, start.quat = center, (x, y, z, w)
+            start.linear = start.angular = (0.0, 0.0, 0.0)
+            return
+        body = self._body[row]
+        self._qpos[body, :3] = center
+        self._qpos[body, 3:] = (w, x, y, z)
+        self._qvel[body] = 0.0
+        self._warm[body] = 0.0
+        self._moved.add(body)
+        self._is_stale = True
+
+    def set_velocity(self, row: int, linear: Sequence[float], angular: Sequence[float]) -> None:
+        """Velocity of the center of mass [m/s] and angular velocity [rad/s], field frame."""
+        self._require_open()
+        if row in self._starts:
+            start = self._starts[row]
+            start.linear, start.angular = linear, angular
+            return
+        body = self._body[row]
+        w, x, y, z = self._qpos[body, 3:].tolist()
+        self._qvel[body, :3] = linear
+        self._qvel[body, 3:] = rotate_back((x, y, z, w), (angular[0], angular[1], angular[2]))
+
+    def pose(self, row: int) -> tuple[Vector, Quaternion]:
+        """Origin [m] and attitude of one body, field frame."""
+        self._require_open()
+        definition = self._definitions[row]
+        if definition.mass == 0.0:
+            return definition.pos, definition.quat
+        if row in self._starts:
+            (cx, cy, cz), quat = self._starts[row].pos, self._starts[row].quat
+        else:
+            cx, cy, cz, w, x, y, z = self._qpos[self._body[row]].tolist()
+            quat = (x, y, z, w)
+        if definition.center_of_mass == (0.0, 0.0, 0.0):
+            return (cx, cy, cz), quat
+        ox, oy, oz = rotate(quat, definition.center_of_mass)
+        return (cx - ox, cy - oy, cz - oz), quat
+
+    def velocity(self, row: int) -> tuple[Vector, Vector]:
+        """Velocity of the center of mass [m/s] and angular velocity [rad/s] of one body, field frame."""
+        twist = self.velocities([row])[0].tolist()
+        return (twist[0], twist[1], twist[2]), (twist[3], twist[4], twist[5])
+
+    def centers(self, rows: Sequence[int]) -> FloatArray:
+        """Centers of the bounding boxes, field frame [m], shape (n, 3)."""
+        self._build()
+        bodies = self._body_index[rows]
+        if (self._is_centered[bodies] & (bodies >= 0)).all():
+            return self._qpos[bodies, :3].copy()
+        boxes = [self._bounding_box(row) for row in rows]
+        return np.array([0.5 * (low + high) for low, high in boxes]).reshape(-1, 3)
+
+    def velocities(self, rows: Sequence[int]) -> FloatArray:
+        """Linear and angular velocities, field frame [m/s, rad/s], shape (n, 6)."""
+        self._build()
+        bodies = self._body_index[rows]
+        twist: FloatArray = self._qvel[bodies]
+        twist[bodies < 0] = 0.0
+        spin = twist[:, 3:]
+        if spin.any():
+            quat = self._qpos[bodies, 3:]
+            across = 2.0 * np.cross(quat[:, 1:], spin)
+            twist[:, 3:] = spin + quat[:, :1] * across + np.cross(quat[:, 1:], across)
+        return twist
+
+    def apply_forces(self, rows: Sequence[int], forces: FloatArray) -> None:
+        """Forces at the centers of mass [N], shape (n, 3), field frame, for the next `step` only."""
+        self._require_open()
+        self._forces.append((np.asarray(rows, dtype=np.int64), np.array(forces, dtype=np.float64).reshape(-1, 3)))
+
+    # --- sleep --------------------------------------------------------------------------------------------------
+
+    def wake(self, row: int) -> None:
+        """Let a body move again."""
+        self._require_open()
+        if row in self._starts:
+            self._starts[row].is_asleep = False
+        elif (body := self._body[row]) >= 0 and self._asleep[body]:
+            self._asleep[body] = False
+            self._sleep_changed = True
+
+    def sleep(self, row: int) -> None:
+        """Freeze a body until it is touched by a moving one or woken; its velocity becomes zero."""
+        self._require_open()
+        if row in self._starts:
+            start = self._starts[row]
+            start.is_asleep = True
+            start.linear = start.angular = (0.0, 0.0, 0.0)
+        elif (body := self._body[row]) >= 0:
+            self._qvel[body] = 0.0
+            self._warm[body] = 0.0
+            if not self._asleep[body]:
+                self._asleep[body] = True
+                self._sleep_changed = True
+
+    def _update_sleep(self) -> None:
+        """Write who is awake into the lists that MuJoCo goes through."""
+        d, asleep = self._d, self._asleep
+        awake = ~asleep
+        numbers = np.arange(len(asleep), dtype=np.int32)
+        d.tree_asleep[:] = np.where(asleep, numbers, _AWAKE)
+        d.tree_awake[:] = awake
+        d.body_awake[1:] = awake
+        bodies = np.concatenate((np.zeros(1, dtype=np.int32), numbers[awake] + 1))
+        d.body_awake_ind[: len(bodies)] = bodies
+        d.parent_awake_ind[: len(asleep)] = numbers + 1  # the parent of each is the world
+        dofs = (6 * numbers[awake][:, None] + np.arange(6, dtype=np.int32)).ravel()
+        d.dof_awake_ind[: len(dofs)] = dofs
+        d.ntree_awake = int(awake.sum())
+        d.nbody_awake, d.nparent_awake, d.nv_awake = len(bodies), len(asleep), len(dofs)
+        self._sleep_changed = False
+
+    def _refresh(self) -> None:
+        """Bring the poses of all shapes up to date, also of sleepers that were put elsewhere."""
+        self._build()
+        if not self._is_stale:
+            return
+        moved_asleep = [body for body in sorted(self._moved) if self._asleep[body]]
+        self._asleep[moved_asleep] = False
+        self._update_sleep()
+        self._kinematics()
+        if moved_asleep:
+            self._asleep[moved_asleep] = True
+            self._update_sleep()
+        self._moved.clear()
+        self._is_stale = False
+
+    def _kinematics(self) -> None:
+        self._mj.mj_fwdKinematics(self._m, self._d)
+        self._mj.mj_makeM(self._m, self._d)
+        self._mj.mj_factorM(self._m, self._d)
+
+    # --- who touches whom ---------------------------------------------------------------------------------------
+
+    def set_collision(self, row: int, group: int, mask: int) -> None:
+        """Change with what a body collides; 0, 0 takes it out of the world."""
+        self._require_open()
+        self._require_group(group)
+        self._collision[row] = (group, mask)
+        if self._is_built:
+            self._write_collision(row)
+
+    def _require_group(self, group: int) -> None:
+        if group and group not in self._groups:
+            if len(self._groups) == _MOST_GROUPS:
+                raise EngineError(f"MuJoCo tells {_MOST_GROUPS} collision groups apart, group {group} is one more")
+            self._groups[group] = len(self._groups)
+
+    def _class(self, key: tuple[int, int]) -> int:
+        """Number of the class of bodies with a group and mask; a new one learns who touches it."""
+        if key not in self._classes:
+            if len(self._classes) == _MOST_CLASSES:
+                raise EngineError(f"MuJoCo: more than {_MOST_CLASSES} pairs of group and mask")
+            self._classes[key] = len(self._classes)
+            self._write_affinities()
+        return self._classes[key]
+
+    def _write_affinities(self) -> None:
+        """Which classes touch which: each must have the other's group in its mask."""
+        keys = list(self._classes)
+        self._affinity = [
+            sum(1 << other for other, (g, k) in enumerate(keys) if group & k and g & mask) for group, mask in keys
+        ]
+        of_class = np.array([*self._affinity, 0], dtype=np.int32)
+        self._m.geom_conaffinity[:] = of_class[self._class_of_geom]
+        self._m.body_conaffinity[1:] = of_class[self._class_of_body]
+        self._write_world()
+
+    def _write_collision(self, row: int) -> None:
+        group, mask = self._collision[row]
+        number = self._class((group, mask)) if group and mask else -1
+        bit = 1 << number if number >= 0 else 0
+        affinity = self._affinity[number] if number >= 0 else 0
+        m, geoms, body = self._m, self._geoms[row], self._body[row]
+        m.geom_contype[geoms] = bit
+        m.geom_conaffinity[geoms] = affinity
+        m.geom_group[geoms] = self._groups[group] if group else _HIDDEN
+        self._class_of_geom[geoms] = number
+        if body >= 0:
+            m.body_contype[body + 1] = bit
+            m.body_conaffinity[body + 1] = affinity
+            self._class_of_body[body] = number
+        else:
+            self._write_world()
+
+    def _write_world(self) -> None:
+        """What the statics together touch."""
+        statics = self._layout.body_of_geom < 0
+        self._m.body_contype[0] = np.bitwise_or.reduce(self._m.geom_contype[statics], initial=0)
+        self._m.body_conaffinity[0] = np.bitwise_or.reduce(self._m.geom_conaffinity[statics], initial=0)
+
+    # --- the model ----------------------------------------------------------------------------------------------
+
+    def _build(self) -> None:
+        """Compile what was added; what was there keeps its state."""
+        self._require_open()
+        if self._is_built:
+            return
+        old = None if self._m is None else (self._qpos.copy(), self._qvel.copy(), self._warm.copy(), self._asleep)
+        old_rows = self._layout.row_of_body
+        self._m, self._layout = build_model(self._mj, self._definitions, self.gravity)
+        m = self._m
+        d = self._d = self._mj.MjData(m)
+        m.opt.iterations = _ITERATIONS
+        layout = self._layout
+        self._body: list[int] = layout.body_of_row.tolist()
+        self._body_index = layout.body_of_row
+        n = len(layout.row_of_body)
+        self._qpos, self._qvel = d.qpos.reshape(n, 7), d.qvel.reshape(n, 6)
+        self._warm, self._push = d.qacc_warmstart.reshape(n, 6), d.xfrc_applied[1:]
+        self._asleep: BoolArray = np.zeros(n, dtype=bool)
+        order = np.argsort(layout.row_of_geom, kind="stable")
+        first = np.searchsorted(layout.row_of_geom[order], np.arange(len(self._definitions) + 1))
+        self._geoms = [order[a:b] for a, b in zip(first[:-1], first[1:], strict=True)]
+        self._fill_materials()
+        if old is not None:
+            bodies = layout.body_of_row[old_rows]
+            self._qpos[bodies], self._qvel[bodies], self._warm[bodies], self._asleep[bodies] = old
+        for row, start in self._starts.items():
+            body = self._body[row]
+            x, y, z, w = start.quat
+            self._qpos[body] = (*start.pos, w, x, y, z)
+            self._qvel[body, :3] = start.linear
+            angular = start.angular
+            self._qvel[body, 3:] = rotate_back(start.quat, (angular[0], angular[1], angular[2]))
+            self._asleep[body] = start.is_asleep
+        self._starts.clear()
+        self._class_of_geom = np.full(m.ngeom, -1, dtype=np.int64)
+        self._class_of_body = np.full(n, -1, dtype=np.int64)
+        self._classes.clear()
+        self._affinity: list[int] = []
+        for row in range(len(self._definitions)):
+            self._write_collision(row)
+        self._moved: set[int] = set(range(n))
+        self._is_stale = self._is_built = True
+
+    def _fill_materials(self) -> None:
+        """By geom and by moving body, what contacts are computed from."""
+        layout, m = self._layout, self._m
+        surfaces = [self._definitions[row].surface for row in layout.row_of_geom]
+        self._friction = np.array([s.friction for s in surfaces])
+        self._rolling = np.array([s.rolling for s in surfaces])
+        self._bounce = np.array([s.restitution for s in surfaces])
+        self._compliance = np.array([0.0 if s.stiffness is None else 1.0 / s.stiffness for s in surfaces])
+        self._give = np.full(m.ngeom, math.inf)
+        moving = [self._definitions[row] for row in layout.row_of_body]
+        self._is_centered = np.array([not isinstance(one.shape, Compound | Hull) for one in moving], dtype=bool)
+        self._is_centered &= np.array([one.center_of_mass == (0.0, 0.0, 0.0) for one in moving], dtype=bool)
+        self._reach = np.zeros(len(moving))
+        for body, one in enumerate(moving):
+            low, high = bounds(one.shape)
+            corner = np.maximum(np.abs(low - one.center_of_mass), np.abs(high - one.center_of_mass))
+            self._reach[body] = 0.0 if low.tolist() == (-high).tolist() and _is_ball(one) else np.linalg.norm(corner)
+            if one.surface.stiffness is not None:
+                self._give[self._geoms[layout.row_of_body[body]]] = 0.25 * float((high - low).min())
+        inverse = np.repeat(1.0 / m.body_mass[1:, None], 6, axis=1)
+        inverse[:, 3:] = 1.0 / m.body_inertia[1:]
+        self._inverse_inertia = inverse.ravel()
+
+    # --- one step -----------------------------------------------------------------------------------------------
+
+    def step(self, h: float) -> None:
+        """Advance by h [s], in equal parts of at most 5 ms.
+
+        Raises:
+            EngineError: A position or velocity is not finite any more.
+        """
+        self._build()
+        if not len(self._asleep):
+            return
+        for rows, forces in self._forces:
+            np.add.at(self._push, (self._body_index[rows], slice(0, 3)), forces)
+        parts = max(1, math.ceil(h / _LONGEST_PART - 1e-9))
+        for _ in range(parts):
+            self._advance(h / parts)
+        if self._forces:
+            self._forces.clear()
+            self._push[:] = 0.0
+        if not np.isfinite(self._d.qvel).all():
+            bad = int(np.nonzero(~np.isfinite(self._qvel).all(axis=1))[0][0])
+            raise EngineError(f"MuJoCo lost body {self._layout.row_of_body[bad]}: its velocity is not finite")
+
+    def _advance(self, h: float) -> None:
+        mj, m, d = self._mj, self._m, self._d
+        m.opt.timestep = h
+        self._refresh()
+        if self._sleep_changed:
+            self._update_sleep()
+        d.tree_asleep[~self._asleep] = _AWAKE  # else what happens to stand still would be put to sleep
+        self._look_ahead(h)
+        mj.mj_collision(m, d)
+        while self._wake_touched(h):
+            self._update_sleep()
+            mj.mj_collision(m, d)
+        if d.ncon:
+            self._set_friction()
+        mj.mj_makeConstraint(m, d)
+        if d.nefc:
+            self._prepare_rows(h)
+        mj.mj_island(m, d)
+        mj.mj_fwdVelocity(m, d)
+        mj.mj_fwdAcceleration(m, d)
+        if d.nefc:
+            d.efc_aref[:] = self._reference
+        mj.mj_fwdConstraint(m, d)
+        shift = self._shift(h)
+        mj.mj_Euler(m, d)
+        self._qpos[:, :3] += shift
+        self._is_stale = True
+
+    def _look_ahead(self, h: float) -> None:
+        """Let contacts be found that bodies can reach within a step."""
+        v = self._qvel
+        speed = np.sqrt(np.einsum("ij,ij->i", v[:, :3], v[:, :3]))
+        speed += self._reach * np.sqrt(np.einsum("ij,ij->i", v[:, 3:], v[:, 3:]))
+        margin = np.where(self._asleep, 0.0, (speed + self.gravity * h) * h + _LOOK_AHEAD)
+        self._m.body_margin[1:] = margin
+        self._m.geom_margin[:] = np.append(margin, 0.0)[self._layout.body_of_geom]
+
+    def _wake_touched(self, h: float) -> bool:
+        """Wake the sleepers that something awake touches or will reach; leave out the contacts of the others."""
+        d = self._d
+        if not d.ncon or not self._asleep.any():
+            return False
+        pair = self._layout.body_of_geom[d.contact.geom]
+        sleeps = self._asleep[pair] & (pair >= 0)
+        some = np.nonzero(sleeps.any(axis=1))[0]
+        if not len(some):
+            return False
+        contact, pair, sleeps = d.contact, pair[some], sleeps[some]
+        normal, at = contact.frame[some, :3], contact.pos[some]
+        closing = np.zeros(len(some))
+        for side, sign in ((0, -1.0), (1, 1.0)):
+            body = pair[:, side]
+            twist = self.velocities(self._layout.row_of_body[body])
+            twist[body < 0] = 0.0
+            moves = twist[:, :3] + np.cross(twist[:, 3:], at - self._qpos[body, :3])
+            closing += sign * np.einsum("ij,ij->i", normal, moves)
+        touched = contact.dist[some] + np.minimum(closing, 0.0) * h <= 0.0
+        contact.exclude[some[~touched]] = 1
+        woken = pair[touched][sleeps[touched]]
+        self._asleep[woken] = False
+        return bool(len(woken))
+
+    def _set_friction(self) -> None:
+        """Friction of each contact, as products of the pair, and how many rows it needs."""
+        contact = self._d.contact
+        a, b = contact.geom.T
+        friction = self._friction[a] * self._friction[b]
+        rolling = self._rolling[a] * self._friction[b] + self._rolling[b] * self._friction[a]
+        contact.friction[:, :2] = friction[:, None]
+        contact.friction[:, 2] = 1e-5
+        contact.friction[:, 3:] = np.maximum(rolling, 1e-5)[:, None]
+        contact.dim[:] = np.where(friction > 0.0, np.where(rolling > 0.0, 6, 3), 1)
+
+    def _prepare_rows(self, h: float) -> None:
+        """What each row of each contact wants, and how strictly."""
+        mj, m, d = self._mj, self._m, self._d
+        contact = d.contact
+        used = np.nonzero(contact.efc_address >= 0)[0]
+        row, dim = contact.efc_address[used], contact.dim[used]
+        a, b = contact.geom[used].T
+        jacobian = d.efc_J
+        inverse = np.add.reduceat(jacobian * jacobian * self._inverse_inertia[d.efc_J_colind], d.efc_J_rowadr)
+        speed, free = np.zeros(d.nefc), np.zeros(d.nefc)
+        mj.mj_mulJacVec(m, d, speed, d.qvel)
+        mj.mj_mulJacVec(m, d, free, self._free_acceleration())
+        law = normal_law(
+            contact.dist[used],
+            speed[row],
+            free[row],
+            inverse[row],
+            restitution=self._bounce[a] * self._bounce[b],
+            stiffness=1.0 / np.maximum(self._compliance[a] + self._compliance[b], 1.0 / RIGID),
+            give=np.minimum(self._give[a], self._give[b]),
+            h=h,
+        )
+        reference = np.zeros(d.nefc)
+        strict = d.efc_R
+        reference[row], strict[row] = law.reference, law.regularization
+        for least, offset, column in ((3, 1, 0), (6, 4, 3)):
+            some = np.nonzero(dim >= least)[0]
+            if not len(some):
+                continue
+            rows = row[some][:, None] + np.array([offset, offset + 1])
+            limit = contact.friction[used[some], column]
+            reach = self._summed(limit * law.force[some] * inverse[rows].max(axis=1), a[some], b[some])
+            reference[rows], beyond = friction_reference(speed[rows], free[rows], reach, h)
+            reference[row[some]] -= limit * beyond
+            if least == 3:
+                slip = np.where(dim[some] == 6, _ROLLING_SLIP, _SLIP) * inverse[rows].mean(axis=1)
+                strict[rows] = slip[:, None]
+                contact.mu[used[some]] = limit * np.sqrt(slip / law.regularization[some])
+                sliding, squared = np.zeros(len(row)), np.zeros(len(row))
+                sliding[some], squared[some] = slip, limit * limit
+            else:
+                factor = sliding[some] * squared[some]
+                strict[rows] = (factor / limit**2)[:, None]
+                strict[row[some] + 3] = factor / contact.friction[used[some], 2] ** 2
+        d.efc_D[:] = 1.0 / strict
+        self._reference, self._law, self._rows, self._pairs = reference, law, row, (a, b)
+
+    def _summed(self, of_contact: FloatArray, a: IntArray, b: IntArray) -> FloatArray:
+        """Sum of a quantity over the contacts of both bodies of each contact, statics left out, shape (n,)."""
+        first, second = self._layout.body_of_geom[a], self._layout.body_of_geom[b]
+        n = len(self._asleep) + 1
+        total = np.bincount(first + 1, of_contact, n) + np.bincount(second + 1, of_contact, n)
+        total[0] = 0.0
+        return np.asarray(total[first + 1] + total[second + 1])
+
+    def _free_acceleration(self) -> FloatArray:
+        """Of all bodies by gravity and forces, without contacts [m/s^2], shape (6 n,); gyroscopic terms left out."""
+        free = np.zeros((len(self._asleep), 6))
+        free[:, :3] = self._push[:, :3] / self._m.body_mass[1:, None]
+        free[:, 2] -= self.gravity
+        return free.ravel()
+
+    def _shift(self, h: float) -> FloatArray:
+        """What the positions after a step of semi-implicit Euler lack, shape (n, 3).
+
+        Free flight: -a h^2 / 2. A body that bounces at time t does so then, not at the start: -t times the change of
+        its velocity. Under load nothing is added: that keeps contacts stable.
+        """
+        d = self._d
+        n = len(self._asleep)
+        smooth = d.qacc_smooth.reshape(n, 6)[:, :3]
+        free = ~self._asleep
+        late = np.zeros(n)
+        if d.nefc:
+            law, body = self._law, self._layout.body_of_geom
+            pushed = d.efc_force[self._rows] > 0.0
+            first = np.full(n + 1, np.inf)
+            held = np.zeros(n + 1, dtype=bool)
+            for geom in self._pairs:
+                held[body[geom[law.loaded]]] = True
+                hits = law.hits & pushed
+                np.minimum.at(first, body[geom[hits]], law.hit_time[hits])
+            late = np.where(np.isfinite(first[:n]), first[:n], 0.0)
+            free &= ~held[:n]
+        change = h * (d.qacc.reshape(n, 6)[:, :3] - smooth)
+        return np.where(free[:, None], -0.5 * h * h * smooth, 0.0) - np.where(self._asleep, 0.0, late)[:, None] * change
+
+    # --- questions ----------------------------------------------------------------------------------------------
+
+    def rays(self, start: FloatArray, end: FloatArray, mask: int) -> RayHits:
+        """First hits of segments, (n, 3) each [m], on bodies whose group is in `mask`."""
+        groups = self._ray_groups(mask)
+        start, end = np.asarray(start, dtype=float), np.asarray(end, dtype=float)
+        found = [self._cast(a, b, groups) for a, b in zip(start, end, strict=True)]
+        return RayHits(
+            fraction=np.array([hit[0] for hit in found]),
+            row=np.array([hit[1] for hit in found], dtype=np.int64),
+            normal=np.array([hit[2] for hit in found]).reshape(-1, 3),
+        )
+
+    def first_hits(self, start: Sequence[float], ends: Sequence[Sequence[float]], mask: int) -> list[int]:
+        """Row of what each segment from one place to n ends [m] meets first, -1 for nothing."""
+        groups = self._ray_groups(mask)
+        here = np.array(start, dtype=float)
+        return [self._cast(here, np.array(end, dtype=float), groups)[1] for end in ends]
+
+    def _ray_groups(self, mask: int) -> IntArray:
+        self._refresh()
+        groups = np.zeros(6, dtype=np.uint8)
+        for group, number in self._groups.items():
+            groups[number] = bool(group & mask)
+        return groups
+
+    def _cast(self, start: FloatArray, end: FloatArray, groups: IntArray) -> tuple[float, int, Sequence[float]]:
+        """Fraction, row and normal of the first surface that a segment enters."""
+        way, passed = end - start, 0.0
+        geom, normal = np.zeros(1, dtype=np.int32), np.zeros((3, 1))
+        for _ in range(_MOST_PASSED):
+            there = self._mj.mj_ray(
+                self._m, self._d, (start + passed * way)[:, None], way[:, None], groups, True, -1, geom, normal
+            )
+            passed += there
+            if there < 0.0 or passed > 1.0:
+                break
+            if float(normal[:, 0] @ way) < 0.0:
+                return passed, int(self._layout.row_of_geom[geom[0]]), normal[:, 0].tolist()
+            passed += 1e-9  # it left a body from the inside
+        return 1.0, -1, (0.0, 0.0, 0.0)
+
+    def overlapping(self, low: Sequence[float], high: Sequence[float]) -> list[int]:
+        """Rows of the bodies whose bounding boxes overlap a box [m]."""
+        self._refresh()
+        least, most = self._boxes()
+        hit = ((least <= high) & (most >= low)).all(axis=1) & (self._m.geom_contype != 0)
+        return np.unique(self._layout.row_of_geom[hit]).tolist()
+
+    def _boxes(self) -> tuple[FloatArray, FloatArray]:
+        """Corners of the bounding boxes of all geoms, field frame [m], shape (geoms, 3) each."""
+        m, d = self._m, self._d
+        axes = d.geom_xmat.reshape(-1, 3, 3)
+        center = d.geom_xpos + np.einsum("ijk,ik->ij", axes, m.geom_aabb[:, :3])
+        half = np.einsum("ijk,ik->ij", np.abs(axes), m.geom_aabb[:, 3:])
+        half[m.geom_type == self._mj.mjtGeom.mjGEOM_PLANE] = np.inf
+        return center - half, center + half
+
+    def _bounding_box(self, row: int) -> tuple[FloatArray, FloatArray]:
+        self._refresh()
+        least, most = self._boxes()
+        geoms = self._geoms[row]
+        return least[geoms].min(axis=0), most[geoms].max(axis=0)
+
+    def _require_open(self) -> None:
+        if not self._is_open:
+            raise EngineError("the physics world is closed; make a new one")
+
+
+def _center(definition: BodyDefinition, pos: Sequence[float], quat: Quaternion) -> Vector:
+    """Center of mass of a body whose origin is at a place [m]."""
+    x, y, z = rotate(quat, definition.center_of_mass)
+    return (pos[0] + x, pos[1] + y, pos[2] + z)
+
+
+def _is_ball(definition: BodyDefinition) -> bool:
+    from simcore.physics.shapes import Sphere
+
+    return isinstance(definition.shape, Sphere)
