@@ -24,7 +24,7 @@ __all__ = ["REST_SPEED", "RIGID", "NormalLaw", "friction_reference", "normal_law
 
 REST_SPEED = 0.1
 """Slower impacts do not bounce [m/s]; such a bounce would rise 0.5 mm."""
-RIGID = 2e6
+RIGID = 5e5
 """Stiffness of a contact between rigid bodies [N/m]: a robot of 55 kg on four corners sinks by 0.07 mm."""
 _RELAXATION = 0.02  # [s]; overlaps of rigid bodies go away with this time constant, so that they give no speed
 _HARDNESS = 1e-3  # regularization of an impact, in parts of its inverse mass

@@ -33,13 +33,14 @@ from simcore.units import GRAVITY
 
 __all__ = ["MuJoCoEngine"]
 
-_LONGEST_PART = 0.005  # [s]
-_ITERATIONS = 30
+_LONGEST_PART = 0.01  # [s]
+_ITERATIONS = 5
+_TOLERANCE = 1e-8
 _MOST_CLASSES = 31  # of bodies with the same group and mask: bits of MuJoCo's own masks
 _MOST_GROUPS = 5  # MuJoCo tells six groups apart for rays; the sixth is of what is in no group
 _HIDDEN = 5
-_SLIP = 2e-3  # regularization of friction, in parts of the inverse mass: a ball creeps 0.01 mm/s on a slope
-_ROLLING_SLIP = 2e-5  # the same where the contact resists rolling too, whose rows are softer by (friction / lever)^2
+_SLIP = 0.2  # regularization of friction, in parts of the inverse mass: a ball creeps 0.01 mm/s on a slope
+_ROLLING_SLIP = 2e-3  # the same where the contact resists rolling too, whose rows are softer by (friction / lever)^2
 _LOOK_AHEAD = 5e-4  # [m]; contacts are looked for this much farther than bodies move
 _MOST_PASSED = 16  # surfaces that a ray leaves from the inside before it is given up
 _AWAKE = -11  # MuJoCo's value of a tree that is fully awake
@@ -338,6 +339,7 @@ class MuJoCoEngine:
         m = self._m
         d = self._d = self._mj.MjData(m)
         m.opt.iterations = _ITERATIONS
+        m.opt.tolerance = _TOLERANCE
         layout = self._layout
         self._body: list[int] = layout.body_of_row.tolist()
         self._body_index = layout.body_of_row
