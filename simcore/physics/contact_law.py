@@ -2,14 +2,15 @@
 
 A solver that takes a reference acceleration `a_ref` and a regularization `r` for each row of a contact minimizes so
 that `(A + r) f = a_ref - a_0` where the row is active: `A` is its inverse mass and `a_0` its acceleration without
-contacts. Three laws are written in that form:
+contacts. Four laws are written in that form:
 
 - Impact. Bodies that meet within the step, faster than `REST_SPEED`, leave with restitution times the speed at which
   they meet (Newton's law), whatever the step and the phase of the hit in it.
+- Touch. Bodies that are apart may come no nearer within the step than to touch.
 - Load. Bodies that overlap push each other apart by a spring and a damper, taken at the end of the step (implicit
   Euler): f = k x - c v. It cannot gain energy at any step.
-- Friction. Rows across the normal ask for rest at the end of the step, by no more than the friction can give. A
-  larger wish would lift a sliding body: the friction cone of such a solver is convex.
+- Friction. Rows across the normal ask for rest at the end of the step, and get what the friction can give. The cone
+  of such a solver is convex, which lifts what slides: by the `excess` of the wish times the friction.
 """
 
 from __future__ import annotations
@@ -20,7 +21,7 @@ import numpy as np
 
 from simcore.typing import BoolArray, FloatArray
 
-__all__ = ["REST_SPEED", "RIGID", "NormalLaw", "friction_reference", "normal_law"]
+__all__ = ["REST_SPEED", "RIGID", "NormalLaw", "excess", "normal_law"]
 
 REST_SPEED = 0.1
 """Slower impacts do not bounce [m/s]; such a bounce would rise 0.5 mm."""
@@ -29,8 +30,7 @@ RIGID = 5e5
 _RELAXATION = 0.02  # [s]; overlaps of rigid bodies go away with this time constant, so that they give no speed
 _HARDNESS = 1e-3  # regularization of an impact, in parts of its inverse mass
 _BARELY = 0.0015  # [m]; a contact that overlaps by less can still bounce, one that is squeezed is a spring
-_NEVER = -1e9  # [m/s^2]; reference acceleration of a contact that is not reached within the step
-_MARGIN = 2.0  # of friction's wish over its limit: enough to slide at the limit, little enough not to lift
+_DEEPEST = 0.01  # [m]; deeper overlaps of rigid bodies push no more: bodies put into each other do not explode
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -100,11 +100,13 @@ def normal_law(
     preload = np.zeros(len(gap))
     preload[is_bottomed] = (stiffness[is_bottomed] - RIGID) * give[is_bottomed]
     regularization = 1.0 / (h * (k * h + c))
-    load_reference = (preload + k * depth - (k * h + c) * speed) * regularization
-    reference = np.where(hits, hit_reference, np.where(loaded, load_reference, _NEVER))
-    regularization = np.where(hits, _HARDNESS * inverse_mass, regularization)
+    felt = np.where(is_rigid, np.minimum(depth, _DEEPEST), depth)
+    load_reference = (preload + k * felt - (k * h + c) * speed) * regularization
+    near_reference = -(ahead / h + speed) / h
+    reference = np.where(hits, hit_reference, np.where(loaded, load_reference, near_reference))
+    regularization = np.where(loaded, regularization, _HARDNESS * inverse_mass)
     force = np.maximum((reference - free) / (inverse_mass + regularization), 0.0)
-    held = np.where(loaded, np.maximum(preload + k * depth, 0.0), 0.0)
+    held = np.where(loaded, np.maximum(preload + k * felt, 0.0), 0.0)
     return NormalLaw(
         reference=reference,
         regularization=regularization,
@@ -115,24 +117,14 @@ def normal_law(
     )
 
 
-def friction_reference(
-    speed: FloatArray, free: FloatArray, limit: FloatArray, h: float
-) -> tuple[FloatArray, FloatArray]:
-    """Reference accelerations of the rows that resist sliding, or rolling [m/s^2 or rad/s^2], shape (n, 2).
-
-    The second result is by how much they are beyond what friction can give, shape (n,): the friction cone of the
-    solver turns that, times the friction, into an acceleration along the normal, which has to be taken off there.
+def excess(wish: FloatArray, free: FloatArray, limit: FloatArray) -> FloatArray:
+    """By how much a wish is beyond what friction can give, shape (n,).
 
     Args:
-        speed: Sliding or rolling velocity along two axes [m/s or rad/s], shape (n, 2).
-        free: Acceleration without contacts [m/s^2 or rad/s^2], shape (n, 2).
-        limit: Acceleration that friction at its limit gives, in all contacts of the bodies [m/s^2 or rad/s^2], shape
-            (n,).
-        h: Step [s].
+        wish: What would end all sliding or rolling within the step, along two axes [m/s^2 or rad/s^2], shape (n, 2).
+        free: Acceleration without contacts, shape (n, 2).
+        limit: What friction at its limit gives, in all contacts of the bodies, shape (n,).
     """
-    wish = -speed / h
     size = np.sqrt(np.einsum("ij,ij->i", wish, wish))
     pulled = np.sqrt(np.einsum("ij,ij->i", free, free))
-    most = _MARGIN * limit + pulled
-    wish *= np.minimum(1.0, most / np.maximum(size, 1e-12))[:, None]
-    return wish, np.maximum(np.minimum(size, most) - limit - pulled, 0.0)
+    return np.asarray(np.maximum(size - limit - pulled, 0.0))

@@ -24,7 +24,7 @@ import numpy as np
 
 from simcore.errors import EngineError
 from simcore.geometry.rotation import Quaternion, Vector, rotate, rotate_back
-from simcore.physics.contact_law import RIGID, friction_reference, normal_law
+from simcore.physics.contact_law import RIGID, excess, normal_law
 from simcore.physics.engine import BodyDefinition, RayHits
 from simcore.physics.mujoco_model import ModelLayout, bounds, build_model
 from simcore.physics.shapes import Compound, Hull
@@ -34,7 +34,10 @@ from simcore.units import GRAVITY
 __all__ = ["MuJoCoEngine"]
 
 _LONGEST_PART = 0.01  # [s]
-_ITERATIONS = 5
+_ITERATIONS = 5  # of Newton's method, which starts from the last step's forces
+_ITERATIONS_OF_HITS = 30  # the same in a step with an impact, whose forces are new
+_PASSES, _PASSES_OF_HITS = 2, 6  # solutions of a step, each with the sliding that the one before found
+_LIFT_TOLERANCE = 0.01  # [m/s] along the normal
 _TOLERANCE = 1e-8
 _MOST_CLASSES = 31  # of bodies with the same group and mask: bits of MuJoCo's own masks
 _MOST_GROUPS = 5  # MuJoCo tells six groups apart for rays; the sixth is of what is in no group
@@ -42,6 +45,8 @@ _HIDDEN = 5
 _SLIP = 0.2  # regularization of friction, in parts of the inverse mass: a ball creeps 0.01 mm/s on a slope
 _ROLLING_SLIP = 2e-3  # the same where the contact resists rolling too, whose rows are softer by (friction / lever)^2
 _LOOK_AHEAD = 5e-4  # [m]; contacts are looked for this much farther than bodies move
+_LONGEST_ROW = 64  # bodies through which a knock is followed within a step
+_KNOCK = 0.2  # [m/s]; slower hits move what they hit by less than 2 mm within a step
 _MOST_PASSED = 16  # surfaces that a ray leaves from the inside before it is given up
 _AWAKE = -11  # MuJoCo's value of a tree that is fully awake
 
@@ -77,6 +82,7 @@ class MuJoCoEngine:
     def __init__(self, *, gravity: float = GRAVITY) -> None:
         self.gravity = gravity
         self._mj = _load_mujoco()
+        self._sticks = int(self._mj.mjtConstraintState.mjCNSTRSTATE_QUADRATIC)
         self._is_open = True
         self._begin()
 
@@ -425,11 +431,7 @@ class MuJoCoEngine:
         if self._sleep_changed:
             self._update_sleep()
         d.tree_asleep[~self._asleep] = _AWAKE  # else what happens to stand still would be put to sleep
-        self._look_ahead(h)
-        mj.mj_collision(m, d)
-        while self._wake_touched(h):
-            self._update_sleep()
-            mj.mj_collision(m, d)
+        self._find_contacts(h)
         if d.ncon:
             self._set_friction()
         mj.mj_makeConstraint(m, d)
@@ -439,46 +441,58 @@ class MuJoCoEngine:
         mj.mj_fwdVelocity(m, d)
         mj.mj_fwdAcceleration(m, d)
         if d.nefc:
-            d.efc_aref[:] = self._reference
-        mj.mj_fwdConstraint(m, d)
+            self._solve(h)
+        else:
+            mj.mj_fwdConstraint(m, d)
         shift = self._shift(h)
         mj.mj_Euler(m, d)
         self._qpos[:, :3] += shift
         self._is_stale = True
 
-    def _look_ahead(self, h: float) -> None:
-        """Let contacts be found that bodies can reach within a step."""
-        v = self._qvel
-        speed = np.sqrt(np.einsum("ij,ij->i", v[:, :3], v[:, :3]))
-        speed += self._reach * np.sqrt(np.einsum("ij,ij->i", v[:, 3:], v[:, 3:]))
-        margin = np.where(self._asleep, 0.0, (speed + self.gravity * h) * h + _LOOK_AHEAD)
-        self._m.body_margin[1:] = margin
-        self._m.geom_margin[:] = np.append(margin, 0.0)[self._layout.body_of_geom]
+    def _find_contacts(self, h: float) -> None:
+        """Contacts that bodies can reach within a step, and awake all that can be reached.
 
-    def _wake_touched(self, h: float) -> bool:
-        """Wake the sleepers that something awake touches or will reach; leave out the contacts of the others."""
+        A body that is hit may come as fast as what hits it, and so on in a row: looked for until no more are found.
+        """
         d = self._d
-        if not d.ncon or not self._asleep.any():
-            return False
-        pair = self._layout.body_of_geom[d.contact.geom]
-        sleeps = self._asleep[pair] & (pair >= 0)
-        some = np.nonzero(sleeps.any(axis=1))[0]
-        if not len(some):
-            return False
-        contact, pair, sleeps = d.contact, pair[some], sleeps[some]
-        normal, at = contact.frame[some, :3], contact.pos[some]
-        closing = np.zeros(len(some))
-        for side, sign in ((0, -1.0), (1, 1.0)):
-            body = pair[:, side]
-            twist = self.velocities(self._layout.row_of_body[body])
-            twist[body < 0] = 0.0
-            moves = twist[:, :3] + np.cross(twist[:, 3:], at - self._qpos[body, :3])
-            closing += sign * np.einsum("ij,ij->i", normal, moves)
-        touched = contact.dist[some] + np.minimum(closing, 0.0) * h <= 0.0
-        contact.exclude[some[~touched]] = 1
-        woken = pair[touched][sleeps[touched]]
-        self._asleep[woken] = False
-        return bool(len(woken))
+        v = self._qvel
+        own = np.sqrt(np.einsum("ij,ij->i", v[:, :3], v[:, :3]))
+        own += self._reach * np.sqrt(np.einsum("ij,ij->i", v[:, 3:], v[:, 3:]))
+        knock = np.zeros(len(own))  # speed that a body may be given within the step
+        for _ in range(_LONGEST_ROW):
+            margin = (own + knock + self.gravity * h) * h + _LOOK_AHEAD
+            margin[self._asleep] = 0.0
+            self._m.body_margin[1:] = margin
+            self._m.geom_margin[:] = np.append(margin, 0.0)[self._layout.body_of_geom]
+            self._mj.mj_collision(self._m, d)
+            if not d.ncon:
+                return
+            pair = self._layout.body_of_geom[d.contact.geom]
+            some = np.nonzero((pair >= 0).all(axis=1))[0]
+            if not len(some):
+                return
+            contact, pair = d.contact, pair[some]
+            normal, at = contact.frame[some, :3], contact.pos[some]
+            closing = np.zeros(len(some))
+            for side, sign in ((0, -1.0), (1, 1.0)):
+                body = pair[:, side]
+                twist = self.velocities(self._layout.row_of_body[body])
+                moves = twist[:, :3] + np.cross(twist[:, 3:], at - self._qpos[body, :3])
+                closing += sign * np.einsum("ij,ij->i", normal, moves)
+            passed_on = np.maximum(-1.5 * closing, knock[pair].max(axis=1))
+            touched = contact.dist[some] <= np.maximum(-closing, passed_on) * h
+            sleeps = self._asleep[pair]
+            contact.exclude[some[~touched & sleeps.any(axis=1)]] = 1
+            before = knock.copy()
+            hard = touched & (passed_on > _KNOCK)
+            for side in (0, 1):
+                np.maximum.at(knock, pair[hard, side], passed_on[hard])
+            woken = pair[touched][sleeps[touched]]
+            if not len(woken) and (knock <= 1.05 * before + _KNOCK).all():
+                return
+            if len(woken):
+                self._asleep[woken] = False
+                self._update_sleep()
 
     def _set_friction(self) -> None:
         """Friction of each contact, as products of the pair, and how many rows it needs."""
@@ -516,27 +530,60 @@ class MuJoCoEngine:
         reference = np.zeros(d.nefc)
         strict = d.efc_R
         reference[row], strict[row] = law.reference, law.regularization
+        self._resisting: list[tuple[IntArray, IntArray, FloatArray]] = []
+        lift = np.zeros(len(row))
+        slip, squared = np.zeros(len(row)), np.zeros(len(row))
         for least, offset, column in ((3, 1, 0), (6, 4, 3)):
             some = np.nonzero(dim >= least)[0]
             if not len(some):
                 continue
             rows = row[some][:, None] + np.array([offset, offset + 1])
-            limit = contact.friction[used[some], column]
-            reach = self._summed(limit * law.force[some] * inverse[rows].max(axis=1), a[some], b[some])
-            reference[rows], beyond = friction_reference(speed[rows], free[rows], reach, h)
-            reference[row[some]] -= limit * beyond
+            factor = contact.friction[used[some], column]
+            reach = self._summed(factor * law.force[some] * inverse[rows].max(axis=1), a[some], b[some])
+            wish = -speed[rows] / h
+            reference[rows] = wish
+            lift[some] = np.hypot(lift[some], factor * excess(wish, free[rows], reach))
+            self._resisting.append((some, rows, factor))
             if least == 3:
-                slip = np.where(dim[some] == 6, _ROLLING_SLIP, _SLIP) * inverse[rows].mean(axis=1)
-                strict[rows] = slip[:, None]
-                contact.mu[used[some]] = limit * np.sqrt(slip / law.regularization[some])
-                sliding, squared = np.zeros(len(row)), np.zeros(len(row))
-                sliding[some], squared[some] = slip, limit * limit
+                slip[some] = np.where(dim[some] == 6, _ROLLING_SLIP, _SLIP) * inverse[rows].mean(axis=1)
+                squared[some] = factor * factor
+                strict[rows] = slip[some][:, None]
+                contact.mu[used[some]] = factor * np.sqrt(slip[some] / law.regularization[some])
             else:
-                factor = sliding[some] * squared[some]
-                strict[rows] = (factor / limit**2)[:, None]
-                strict[row[some] + 3] = factor / contact.friction[used[some], 2] ** 2
+                strict[rows] = (slip[some] * squared[some] / factor**2)[:, None]
+                strict[row[some] + 3] = slip[some] * squared[some] / contact.friction[used[some], 2] ** 2
         d.efc_D[:] = 1.0 / strict
-        self._reference, self._law, self._rows, self._pairs = reference, law, row, (a, b)
+        self._reference, self._lift, self._law, self._rows, self._pairs = reference, lift, law, row, (a, b)
+
+    def _solve(self, h: float) -> None:
+        """Forces of contacts, with what sliding would lift taken off their normals.
+
+        The cone of the solver makes a contact that slides at v leave at friction times v. That much is taken off its
+        reference, as guessed from the limits of friction first, and then as found until it does not change any more.
+        """
+        mj, m, d = self._mj, self._m, self._d
+        reference, lift, normals = self._reference, self._lift, self._rows
+        is_hit = bool(self._law.hits.any())
+        m.opt.iterations = _ITERATIONS_OF_HITS if is_hit else _ITERATIONS
+        for left in reversed(range(_PASSES_OF_HITS if is_hit else _PASSES)):
+            d.efc_aref[:] = reference
+            d.efc_aref[normals] -= lift
+            mj.mj_fwdConstraint(m, d)
+            if not left or not self._resisting:
+                return
+            got = np.zeros(d.nefc)
+            mj.mj_mulJacVec(m, d, got, d.qacc)
+            squared = np.zeros(len(normals))
+            for some, rows, factor in self._resisting:
+                slides = got[rows] - reference[rows]
+                pulls = d.efc_R[rows] * d.efc_force[rows]
+                size = np.sqrt(np.einsum("ij,ij->i", slides, slides)) - np.sqrt(np.einsum("ij,ij->i", pulls, pulls))
+                squared[some] += (factor * np.maximum(size, 0.0)) ** 2
+            found = np.where(d.efc_state[normals] == self._sticks, 0.0, np.sqrt(squared))
+            if (np.abs(found - lift) * h < _LIFT_TOLERANCE).all():
+                return
+            lift = found
+            d.qacc_warmstart[:] = d.qacc
 
     def _summed(self, of_contact: FloatArray, a: IntArray, b: IntArray) -> FloatArray:
         """Sum of a quantity over the contacts of both bodies of each contact, statics left out, shape (n,)."""
@@ -570,7 +617,7 @@ class MuJoCoEngine:
             first = np.full(n + 1, np.inf)
             held = np.zeros(n + 1, dtype=bool)
             for geom in self._pairs:
-                held[body[geom[law.loaded]]] = True
+                held[body[geom[law.loaded | (pushed & ~law.hits)]]] = True
                 hits = law.hits & pushed
                 np.minimum.at(first, body[geom[hits]], law.hit_time[hits])
             late = np.where(np.isfinite(first[:n]), first[:n], 0.0)
