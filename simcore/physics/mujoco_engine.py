@@ -36,7 +36,8 @@ __all__ = ["MuJoCoEngine"]
 _LONGEST_PART = 0.01  # [s]
 _ITERATIONS = 5  # of Newton's method, which starts from the last step's forces
 _ITERATIONS_OF_HITS = 30  # the same in a step with an impact, whose forces are new
-_PASSES, _PASSES_OF_HITS = 2, 6  # solutions of a step, each with the sliding that the one before found
+_PASSES, _PASSES_OF_HITS = 4, 6  # solutions of a step, each with the sliding that the one before found
+_STICKS = 0.999  # a contact that uses less than this of its friction does not slide
 _LIFT_TOLERANCE = 0.01  # [m/s] along the normal
 _TOLERANCE = 1e-8
 _MOST_CLASSES = 31  # of bodies with the same group and mask: bits of MuJoCo's own masks
@@ -82,7 +83,6 @@ class MuJoCoEngine:
     def __init__(self, *, gravity: float = GRAVITY) -> None:
         self.gravity = gravity
         self._mj = _load_mujoco()
-        self._sticks = int(self._mj.mjtConstraintState.mjCNSTRSTATE_QUADRATIC)
         self._is_open = True
         self._begin()
 
@@ -573,13 +573,17 @@ class MuJoCoEngine:
                 return
             got = np.zeros(d.nefc)
             mj.mj_mulJacVec(m, d, got, d.qacc)
-            squared = np.zeros(len(normals))
+            squared, used = np.zeros(len(normals)), np.zeros(len(normals))
             for some, rows, factor in self._resisting:
                 slides = got[rows] - reference[rows]
-                pulls = d.efc_R[rows] * d.efc_force[rows]
-                size = np.sqrt(np.einsum("ij,ij->i", slides, slides)) - np.sqrt(np.einsum("ij,ij->i", pulls, pulls))
+                force = d.efc_force[rows]
+                pulled = d.efc_R[rows[:, 0]] * np.hypot(force[:, 0], force[:, 1])
+                size = np.hypot(slides[:, 0], slides[:, 1]) - pulled
                 squared[some] += (factor * np.maximum(size, 0.0)) ** 2
-            found = np.where(d.efc_state[normals] == self._sticks, 0.0, np.sqrt(squared))
+                used[some] += np.einsum("ij,ij->i", force, force) / factor**2
+            pressed = d.efc_force[normals]
+            sticks = (pressed > 0.0) & (used < (_STICKS * pressed) ** 2)
+            found = np.where(sticks, 0.0, np.sqrt(squared))
             if (np.abs(found - lift) * h < _LIFT_TOLERANCE).all():
                 return
             lift = found
