@@ -90,6 +90,7 @@ def _flush_c_stdio() -> None:
 class BulletEngine:
     """One PyBullet client. Use as a context manager, or call `close`."""
 
+    name = "bullet"
     integrates_exactly = False
 
     def __init__(self, *, gravity: float = GRAVITY) -> None:

@@ -53,6 +53,8 @@ class RayHits:
 class Engine(Protocol):
     """A rigid-body world with gravity along -z."""
 
+    name: str
+    """As `engine_choice` knows it."""
     gravity: float
     """[m/s^2]"""
     integrates_exactly: bool

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import argparse
 import os
 from importlib.util import find_spec
 
@@ -9,7 +10,7 @@ from simcore.errors import EngineError, UnknownNameError
 from simcore.physics.engine import Engine
 from simcore.units import GRAVITY
 
-__all__ = ["ENGINES", "VARIABLE", "choose_engine", "make_engine", "require_known"]
+__all__ = ["ENGINES", "VARIABLE", "add_engine_option", "choose_engine", "make_engine", "require_known"]
 
 ENGINES = {"bullet": "pybullet", "mujoco": "mujoco"}
 """Name of each engine, and the package that it needs. PyBullet comes first: it is the default where it is installed."""
@@ -52,6 +53,13 @@ def make_engine(name: str | None = None, *, gravity: float = GRAVITY) -> Engine:
     from simcore.physics.bullet import BulletEngine
 
     return BulletEngine(gravity=gravity)
+
+
+def add_engine_option(parser: argparse.ArgumentParser) -> None:
+    """Add `--engine NAME`."""
+    parser.add_argument(
+        "--engine", choices=tuple(ENGINES), help="physics engine (default: bullet where it is installed)"
+    )
 
 
 def require_known(name: str) -> str:

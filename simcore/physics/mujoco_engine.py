@@ -77,6 +77,7 @@ class _Start:
 class MuJoCoEngine:
     """One MuJoCo world. Use as a context manager, or call `close`."""
 
+    name = "mujoco"
     integrates_exactly = True
     """Velocities are those at the end of a step, and a flight under a constant force is its parabola."""
 

@@ -57,7 +57,7 @@ def examine(folder: Path, *, with_physics: bool = True) -> Iterator[Finding]:
     version = sys.version_info[:3]
     yield install_checks.check_python(version)
     yield install_checks.check_wheels(platform.system(), platform.machine(), version, _glibc())
-    yield install_checks.check_engine(installed, _load_engine)
+    yield install_checks.check_engine(installed, _load_engine, os.environ.get("SIMCORE_ENGINE"))
     yield from install_checks.check_requirements(installed, _requirements())
     yield install_checks.check_year(installed)
     yield _compiled()
@@ -118,9 +118,9 @@ def _glibc() -> tuple[int, int] | None:
 
 
 def _load_engine() -> None:
-    from simcore.physics.bullet import BulletEngine
+    from simcore.physics.engine_choice import make_engine
 
-    BulletEngine().close()
+    make_engine().close()
 
 
 def _requirements() -> list[str] | None:

@@ -71,16 +71,18 @@ def check_wheels(system: str, machine: str, version: tuple[int, int, int], glibc
     )
 
 
-def check_engine(installed: Mapping[str, str], load: Callable[[], object]) -> Finding:
-    """Whether there is exactly one PyBullet, and it loads.
+def check_engine(installed: Mapping[str, str], load: Callable[[], object], wanted: str | None = None) -> Finding:
+    """Which physics engines there are, which is used, and whether that one loads.
 
     Args:
         installed: Version by name of everything installed.
-        load: Imports it.
+        load: Makes a world of the one that is used.
+        wanted: What the environment asks for; None: the first that is installed.
     """
-    found = {name: installed[name] for name in ENGINES if name in installed}
-    shown = " and ".join(f"{name} {version}" for name, version in found.items())
-    if len(found) == 2:
+    found = {name: installed[name] for name in (*ENGINES, "mujoco") if name in installed}
+    bullets = [name for name in ENGINES if name in found]
+    shown = " and ".join(f"{name} {found[name]}" for name in bullets)
+    if len(bullets) == 2:
         return fail(
             "engine",
             f"{shown}: the same files twice",
@@ -88,14 +90,27 @@ def check_engine(installed: Mapping[str, str], load: Callable[[], object]) -> Fi
         )
     if not found:
         return fail(
-            "engine", "PyBullet is not installed", "`python -m pip install pybullet-arm64` (on Intel and AMD, too)"
+            "engine",
+            "neither PyBullet nor MuJoCo is installed",
+            "`python -m pip install pybullet-arm64` (on Intel and AMD, too), or `python -m pip install mujoco`",
+        )
+    name = (bullets or ["mujoco"])[0] if wanted is None else {"bullet": (bullets or [""])[0]}.get(wanted, wanted)
+    if name not in found:
+        return fail(
+            "engine",
+            f"SIMCORE_ENGINE asks for {wanted}, which is not installed",
+            "take the variable away, or install the engine: pybullet-arm64 for bullet, mujoco for mujoco",
         )
     try:
         load()
     except Exception as error:
-        reinstall = f"`python -m pip install --force-reinstall --no-deps {next(iter(found))}`"
-        return fail("engine", f"{shown} does not load: {error}", reinstall)
-    return ok("engine", shown)
+        return fail(
+            "engine",
+            f"{name} {found[name]} does not load: {error}",
+            f"`python -m pip install --force-reinstall --no-deps {name}`",
+        )
+    others = [f"{other} {version}" for other, version in found.items() if other != name]
+    return ok("engine", f"{name} {found[name]} in use" + (f"; also there: {', '.join(others)}" if others else ""))
 
 
 def check_requirements(

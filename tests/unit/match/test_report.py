@@ -16,6 +16,7 @@ REPORT = RunReport(
     game="rebuilt",
     auto="depot",
     alliance="blue",
+    engine="bullet",
     seed=7,
     startup_seconds=0.4,
     sim_seconds=20.0,

@@ -70,7 +70,9 @@ def broken() -> None:
     [
         ({"pybullet-arm64": "3.2.8"}, int, OK, "pybullet-arm64 3.2.8"),
         ({"pybullet": "3.2.7"}, int, OK, "pybullet 3.2.7"),
-        ({}, int, FAIL, "not installed"),
+        ({"mujoco": "4.0.0"}, int, OK, "mujoco 4.0.0 in use"),
+        ({"mujoco": "4.0.0", "pybullet-arm64": "3.2.8"}, int, OK, "in use; also there: mujoco 4.0.0"),
+        ({}, int, FAIL, "neither PyBullet nor MuJoCo is installed"),
         ({"pybullet": "3.2.7", "pybullet-arm64": "3.2.8"}, int, FAIL, "the same files twice"),
         ({"pybullet-arm64": "3.2.8"}, broken, FAIL, "does not load: DLL load failed"),
     ],
@@ -78,6 +80,15 @@ def broken() -> None:
 def test_engine(installed, load, level, words):
     found = install_checks.check_engine(installed, load)
     assert found.level is level and words in found.text and bool(found.advice) == (level is FAIL)
+
+
+def test_the_engine_that_the_environment_asks_for():
+    both = {"mujoco": "4.0.0", "pybullet-arm64": "3.2.8"}
+    assert (
+        install_checks.check_engine(both, int, "mujoco").text == "mujoco 4.0.0 in use; also there: pybullet-arm64 3.2.8"
+    )
+    missing = install_checks.check_engine({"mujoco": "4.0.0"}, int, "bullet")
+    assert missing.level is FAIL and "asks for bullet" in missing.text
 
 
 REQUIRES = [
