@@ -5,7 +5,7 @@ How it is set up, and why (figures in docs/physics.md):
 - MuJoCo finds contacts and solves for their forces (Newton's method, elliptic cones); what a contact wants is ours
   (`contact_law`), written into its rows between the two halves of a step. So friction and restitution of a pair are
   products here, too, where MuJoCo alone would take the larger, and a bounce is exact at any step.
-- A step is cut into parts of at most 5 ms: a heap of balls then settles to less than a millimeter of overlap.
+- A step is cut into parts of at most 10 ms: a heap of 100 balls then settles to an overlap of 1 mm.
 - Contacts are looked for as far ahead as bodies move within a part, so nothing passes a wall.
 - Free flight is exact for a constant force: v += a h, x += h v + a h^2 / 2.
 - Sleeping is ours: MuJoCo freezes and skips what `sleep` names, and nothing else.
@@ -14,6 +14,7 @@ How it is set up, and why (figures in docs/physics.md):
 
 from __future__ import annotations
 
+import itertools
 import math
 import sys
 from collections.abc import Sequence
@@ -27,7 +28,7 @@ from simcore.geometry.rotation import Quaternion, Vector, rotate, rotate_back
 from simcore.physics.contact_law import RIGID, excess, normal_law
 from simcore.physics.engine import BodyDefinition, RayHits
 from simcore.physics.mujoco_model import ModelLayout, bounds, build_model
-from simcore.physics.shapes import Compound, Hull
+from simcore.physics.shapes import Compound, Hull, Sphere
 from simcore.typing import BoolArray, FloatArray, IntArray
 from simcore.units import GRAVITY
 
@@ -203,8 +204,8 @@ class MuJoCoEngine:
         spin = twist[:, 3:]
         if spin.any():
             quat = self._qpos[bodies, 3:]
-            across = 2.0 * np.cross(quat[:, 1:], spin)
-            twist[:, 3:] = spin + quat[:, :1] * across + np.cross(quat[:, 1:], across)
+            across = 2.0 * _cross(quat[:, 1:], spin)
+            twist[:, 3:] = spin + quat[:, :1] * across + _cross(quat[:, 1:], across)
         return twist
 
     def apply_forces(self, rows: Sequence[int], forces: FloatArray) -> None:
@@ -356,7 +357,7 @@ class MuJoCoEngine:
         self._asleep: BoolArray = np.zeros(n, dtype=bool)
         order = np.argsort(layout.row_of_geom, kind="stable")
         first = np.searchsorted(layout.row_of_geom[order], np.arange(len(self._definitions) + 1))
-        self._geoms = [order[a:b] for a, b in zip(first[:-1], first[1:], strict=True)]
+        self._geoms = [order[a:b] for a, b in itertools.pairwise(first)]
         self._fill_materials()
         if old is not None:
             bodies = layout.body_of_row[old_rows]
@@ -395,7 +396,7 @@ class MuJoCoEngine:
         for body, one in enumerate(moving):
             low, high = bounds(one.shape)
             corner = np.maximum(np.abs(low - one.center_of_mass), np.abs(high - one.center_of_mass))
-            self._reach[body] = 0.0 if low.tolist() == (-high).tolist() and _is_ball(one) else np.linalg.norm(corner)
+            self._reach[body] = 0.0 if isinstance(one.shape, Sphere) else np.linalg.norm(corner)
             if one.surface.stiffness is not None:
                 self._give[self._geoms[layout.row_of_body[body]]] = 0.25 * float((high - low).min())
         inverse = np.repeat(1.0 / m.body_mass[1:, None], 6, axis=1)
@@ -405,7 +406,7 @@ class MuJoCoEngine:
     # --- one step -----------------------------------------------------------------------------------------------
 
     def step(self, h: float) -> None:
-        """Advance by h [s], in equal parts of at most 5 ms.
+        """Advance by h [s], in equal parts of at most 10 ms.
 
         Raises:
             EngineError: A position or velocity is not finite any more.
@@ -478,7 +479,7 @@ class MuJoCoEngine:
             for side, sign in ((0, -1.0), (1, 1.0)):
                 body = pair[:, side]
                 twist = self.velocities(self._layout.row_of_body[body])
-                moves = twist[:, :3] + np.cross(twist[:, 3:], at - self._qpos[body, :3])
+                moves = twist[:, :3] + _cross(twist[:, 3:], at - self._qpos[body, :3])
                 closing += sign * np.einsum("ij,ij->i", normal, moves)
             passed_on = np.maximum(-1.5 * closing, knock[pair].max(axis=1))
             touched = contact.dist[some] <= np.maximum(-closing, passed_on) * h
@@ -675,24 +676,25 @@ class MuJoCoEngine:
     def overlapping(self, low: Sequence[float], high: Sequence[float]) -> list[int]:
         """Rows of the bodies whose bounding boxes overlap a box [m]."""
         self._refresh()
-        least, most = self._boxes()
-        hit = ((least <= high) & (most >= low)).all(axis=1) & (self._m.geom_contype != 0)
-        return np.unique(self._layout.row_of_geom[hit]).tolist()
+        geoms = np.nonzero(self._m.geom_contype)[0]
+        least, most = self._boxes(geoms)
+        hit = ((least <= high) & (most >= low)).all(axis=1)
+        rows: list[int] = np.unique(self._layout.row_of_geom[geoms[hit]]).tolist()
+        return rows
 
-    def _boxes(self) -> tuple[FloatArray, FloatArray]:
-        """Corners of the bounding boxes of all geoms, field frame [m], shape (geoms, 3) each."""
+    def _boxes(self, geoms: IntArray) -> tuple[FloatArray, FloatArray]:
+        """Corners of the bounding boxes of some geoms, field frame [m], shape (n, 3) each."""
         m, d = self._m, self._d
-        axes = d.geom_xmat.reshape(-1, 3, 3)
-        center = d.geom_xpos + np.einsum("ijk,ik->ij", axes, m.geom_aabb[:, :3])
-        half = np.einsum("ijk,ik->ij", np.abs(axes), m.geom_aabb[:, 3:])
-        half[m.geom_type == self._mj.mjtGeom.mjGEOM_PLANE] = np.inf
+        axes, box = d.geom_xmat[geoms].reshape(-1, 3, 3), m.geom_aabb[geoms]
+        center = d.geom_xpos[geoms] + (axes @ box[:, :3, None])[:, :, 0]
+        half = (np.abs(axes) @ box[:, 3:, None])[:, :, 0]
+        half[m.geom_type[geoms] == self._mj.mjtGeom.mjGEOM_PLANE] = np.inf
         return center - half, center + half
 
     def _bounding_box(self, row: int) -> tuple[FloatArray, FloatArray]:
         self._refresh()
-        least, most = self._boxes()
-        geoms = self._geoms[row]
-        return least[geoms].min(axis=0), most[geoms].max(axis=0)
+        least, most = self._boxes(self._geoms[row])
+        return least.min(axis=0), most.max(axis=0)
 
     def _require_open(self) -> None:
         if not self._is_open:
@@ -705,7 +707,7 @@ def _center(definition: BodyDefinition, pos: Sequence[float], quat: Quaternion) 
     return (pos[0] + x, pos[1] + y, pos[2] + z)
 
 
-def _is_ball(definition: BodyDefinition) -> bool:
-    from simcore.physics.shapes import Sphere
-
-    return isinstance(definition.shape, Sphere)
+def _cross(a: FloatArray, b: FloatArray) -> FloatArray:
+    """Cross products of rows, shape (n, 3); a tenth of the time of numpy's for a few rows."""
+    (ax, ay, az), (bx, by, bz) = a.T, b.T
+    return np.stack((ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx), axis=1)

@@ -17,10 +17,11 @@ _IN_FLIGHT = int(PieceStatus.IN_FLIGHT)
 class FlightForces:
     """Drag and spin lift as forces before each sub-step, with a correction of the engine's integrator.
 
-    An engine that does not integrate exactly takes x += h v with v already moved to the end of the step (semi-implicit Euler), so its v is really
-    the mean of a step (leapfrog) and lags by half a step of acceleration at the launch and wherever h changes. A force
-    m a (h_before - h) / (2 h), with h_before = 0 at the launch, makes up for it: then range and apex are those of the
-    differential equation to second order at any h, and do not change when another ball forces more sub-steps.
+    An engine that does not integrate exactly takes x += h v with v already moved to the end of the step (semi-implicit
+    Euler), so its v is really the mean of a step (leapfrog) and lags by half a step of acceleration at the launch and
+    wherever h changes. A force m a (h_before - h) / (2 h), with h_before = 0 at the launch, makes up for it: then range
+    and apex are those of the differential equation to second order at any h, and do not change when another ball forces
+    more sub-steps.
     """
 
     def __init__(self, world: PhysicsWorld, pool: PiecePool) -> None:
