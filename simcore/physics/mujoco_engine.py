@@ -38,6 +38,7 @@ _LONGEST_PART = 0.01  # [s]
 _ITERATIONS = 5  # of Newton's method, which starts from the last step's forces
 _ITERATIONS_OF_HITS = 30  # the same in a step with an impact, whose forces are new
 _PASSES, _PASSES_OF_HITS = 4, 6  # solutions of a step, each with the sliding that the one before found
+_HEAP = 400  # rows from which on a step is solved once, with few iterations: some 60 balls in a heap
 _STICKS = 0.999  # a contact that uses less than this of its friction does not slide
 _LIFT_TOLERANCE = 0.01  # [m/s] along the normal
 _TOLERANCE = 1e-8
@@ -565,9 +566,13 @@ class MuJoCoEngine:
         """
         mj, m, d = self._mj, self._m, self._d
         reference, lift, normals = self._reference, self._lift, self._rows
-        is_hit = bool(self._law.hits.any())
-        m.opt.iterations = _ITERATIONS_OF_HITS if is_hit else _ITERATIONS
-        for left in reversed(range(_PASSES_OF_HITS if is_hit else _PASSES)):
+        if d.nefc > _HEAP:
+            passes, m.opt.iterations = 1, _ITERATIONS
+        elif self._law.hits.any():
+            passes, m.opt.iterations = _PASSES_OF_HITS, _ITERATIONS_OF_HITS
+        else:
+            passes, m.opt.iterations = _PASSES, _ITERATIONS
+        for left in reversed(range(passes)):
             d.efc_aref[:] = reference
             d.efc_aref[normals] -= lift
             mj.mj_fwdConstraint(m, d)
