@@ -37,9 +37,11 @@ __all__ = ["MuJoCoEngine"]
 _LONGEST_PART = 0.01  # [s]
 _ITERATIONS = 5  # of Newton's method, which starts from the last step's forces
 _ITERATIONS_OF_HITS = 30  # the same in a step with an impact, whose forces are new
-_PASSES, _PASSES_OF_HITS = 4, 6  # solutions of a step, each with the sliding that the one before found
+_FEW = 120  # rows up to which a step may be solved in many passes
+_PASSES, _PASSES_OF_FEW = 5, 20  # solutions of a step, each with the sliding that the one before found
 _HEAP = 400  # rows from which on a step is solved once, with few iterations: some 60 balls in a heap
 _STICKS = 0.999  # a contact that uses less than this of its friction does not slide
+_RELAXATION = 0.5  # taken whole, a ball that is pushed along between bumper and carpet never converges
 _LIFT_TOLERANCE = 0.01  # [m/s] along the normal
 _TOLERANCE = 1e-8
 _MOST_CLASSES = 31  # of bodies with the same group and mask: bits of MuJoCo's own masks
@@ -379,6 +381,7 @@ class MuJoCoEngine:
         for row in range(len(self._definitions)):
             self._write_collision(row)
         self._moved: set[int] = set(range(n))
+        self._memory: tuple[IntArray, FloatArray] = (np.zeros(0, dtype=np.int64), np.zeros(0))
         self._is_stale = self._is_built = True
 
     def _fill_materials(self) -> None:
@@ -566,17 +569,15 @@ class MuJoCoEngine:
         """
         mj, m, d = self._mj, self._m, self._d
         reference, lift, normals = self._reference, self._lift, self._rows
-        if d.nefc > _HEAP:
-            passes, m.opt.iterations = 1, _ITERATIONS
-        elif self._law.hits.any():
-            passes, m.opt.iterations = _PASSES_OF_HITS, _ITERATIONS_OF_HITS
-        else:
-            passes, m.opt.iterations = _PASSES, _ITERATIONS
+        is_hit = bool(self._law.hits.any())
+        m.opt.iterations = _ITERATIONS_OF_HITS if is_hit and d.nefc <= _HEAP else _ITERATIONS
+        passes = 1 if d.nefc > _HEAP else _PASSES if d.nefc > _FEW else _PASSES_OF_FEW
+        lift = self._recalled(lift)
         for left in reversed(range(passes)):
             d.efc_aref[:] = reference
             d.efc_aref[normals] -= lift
             mj.mj_fwdConstraint(m, d)
-            if not left or not self._resisting:
+            if not self._resisting:
                 return
             got = np.zeros(d.nefc)
             mj.mj_mulJacVec(m, d, got, d.qacc)
@@ -591,10 +592,32 @@ class MuJoCoEngine:
             pressed = d.efc_force[normals]
             sticks = (pressed > 0.0) & (used < (_STICKS * pressed) ** 2)
             found = np.where(sticks, 0.0, np.sqrt(squared))
-            if (np.abs(found - lift) * h < _LIFT_TOLERANCE).all():
+            is_done = bool((np.abs(found - lift) * h < _LIFT_TOLERANCE).all())
+            lift = lift + _RELAXATION * (found - lift)
+            if is_done or not left:
+                self._remember(np.where(pressed > 0.0, lift * h, -1.0))
                 return
-            lift = found
             d.qacc_warmstart[:] = d.qacc
+
+    def _keys(self) -> IntArray:
+        """A number for each pair of shapes in contact, shape (n,)."""
+        a, b = self._pairs
+        return a.astype(np.int64) * len(self._friction) + b
+
+    def _remember(self, speed: FloatArray) -> None:
+        """Keep the sliding of contacts that push, times friction [m/s], for the next step."""
+        keys = self._keys()[speed >= 0.0]
+        order = np.argsort(keys, kind="stable")
+        self._memory = keys[order], speed[speed >= 0.0][order]
+
+    def _recalled(self, lift: FloatArray) -> FloatArray:
+        """The sliding of contacts that pushed in the last step, as an acceleration; the guess for others."""
+        keys, speed = self._memory
+        if not len(keys):
+            return lift
+        mine = self._keys()
+        at = np.minimum(np.searchsorted(keys, mine), len(keys) - 1)
+        return np.where((keys[at] == mine) & ~self._law.hits, speed[at] / self._m.opt.timestep, lift)
 
     def _summed(self, of_contact: FloatArray, a: IntArray, b: IntArray) -> FloatArray:
         """Sum of a quantity over the contacts of both bodies of each contact, statics left out, shape (n,)."""
