@@ -38,8 +38,12 @@ _LONGEST_PART = 0.01  # [s]
 _ITERATIONS = 5  # of Newton's method, which starts from the last step's forces
 _ITERATIONS_OF_HITS = 30  # the same in a step with an impact, whose forces are new
 _FEW = 120  # rows up to which a step may be solved in many passes
-_PASSES, _PASSES_OF_FEW = 5, 20  # solutions of a step, each with the sliding that the one before found
-_HEAP = 400  # rows from which on a step is solved once, with few iterations: some 60 balls in a heap
+_PASSES_OF_HEAP, _PASSES, _PASSES_OF_FEW = (
+    3,
+    5,
+    20,
+)  # solutions of a step, each with the sliding that the one before found
+_HEAP = 400  # rows from which on a step is solved with few passes and iterations: some 60 balls in a heap
 _STICKS = 0.999  # a contact that uses less than this of its friction does not slide
 _RELAXATION = 0.5  # taken whole, a ball that is pushed along between bumper and carpet never converges
 _LIFT_TOLERANCE = 0.01  # [m/s] along the normal
@@ -102,6 +106,13 @@ class MuJoCoEngine:
         self._d: Any = None
         self._groups: dict[int, int] = {}  # ray group of MuJoCo by collision group
         self._classes: dict[tuple[int, int], int] = {}
+        self._qpos: FloatArray = np.zeros((0, 7))
+        self._qvel: FloatArray = np.zeros((0, 6))
+        self._warm: FloatArray = np.zeros((0, 6))
+        self._asleep: BoolArray = np.zeros(0, dtype=bool)
+        self._affinity: list[int] = []
+        self._class_of_geom: IntArray = np.zeros(0, dtype=np.int64)
+        self._class_of_body: IntArray = np.zeros(0, dtype=np.int64)
         self._layout = ModelLayout(*(np.zeros(0, dtype=np.int64) for _ in range(4)))
 
     def __enter__(self) -> MuJoCoEngine:
@@ -194,7 +205,8 @@ class MuJoCoEngine:
         self._build()
         bodies = self._body_index[rows]
         if (self._is_centered[bodies] & (bodies >= 0)).all():
-            return self._qpos[bodies, :3].copy()
+            centers: FloatArray = self._qpos[bodies, :3].copy()
+            return centers
         boxes = [self._bounding_box(row) for row in rows]
         return np.array([0.5 * (low + high) for low, high in boxes]).reshape(-1, 3)
 
@@ -357,7 +369,7 @@ class MuJoCoEngine:
         n = len(layout.row_of_body)
         self._qpos, self._qvel = d.qpos.reshape(n, 7), d.qvel.reshape(n, 6)
         self._warm, self._push = d.qacc_warmstart.reshape(n, 6), d.xfrc_applied[1:]
-        self._asleep: BoolArray = np.zeros(n, dtype=bool)
+        self._asleep = np.zeros(n, dtype=bool)
         order = np.argsort(layout.row_of_geom, kind="stable")
         first = np.searchsorted(layout.row_of_geom[order], np.arange(len(self._definitions) + 1))
         self._geoms = [order[a:b] for a, b in itertools.pairwise(first)]
@@ -377,7 +389,7 @@ class MuJoCoEngine:
         self._class_of_geom = np.full(m.ngeom, -1, dtype=np.int64)
         self._class_of_body = np.full(n, -1, dtype=np.int64)
         self._classes.clear()
-        self._affinity: list[int] = []
+        self._affinity = []
         for row in range(len(self._definitions)):
             self._write_collision(row)
         self._moved: set[int] = set(range(n))
@@ -419,7 +431,7 @@ class MuJoCoEngine:
         if not len(self._asleep):
             return
         for rows, forces in self._forces:
-            np.add.at(self._push, (self._body_index[rows], slice(0, 3)), forces)
+            np.add.at(self._push[:, :3], self._body_index[rows], forces)
         parts = max(1, math.ceil(h / _LONGEST_PART - 1e-9))
         for _ in range(parts):
             self._advance(h / parts)
@@ -571,7 +583,7 @@ class MuJoCoEngine:
         reference, lift, normals = self._reference, self._lift, self._rows
         is_hit = bool(self._law.hits.any())
         m.opt.iterations = _ITERATIONS_OF_HITS if is_hit and d.nefc <= _HEAP else _ITERATIONS
-        passes = 1 if d.nefc > _HEAP else _PASSES if d.nefc > _FEW else _PASSES_OF_FEW
+        passes = _PASSES_OF_HEAP if d.nefc > _HEAP else _PASSES if d.nefc > _FEW else _PASSES_OF_FEW
         lift = self._recalled(lift)
         for left in reversed(range(passes)):
             d.efc_aref[:] = reference
@@ -602,7 +614,8 @@ class MuJoCoEngine:
     def _keys(self) -> IntArray:
         """A number for each pair of shapes in contact, shape (n,)."""
         a, b = self._pairs
-        return a.astype(np.int64) * len(self._friction) + b
+        keys: IntArray = a.astype(np.int64) * len(self._friction) + b
+        return keys
 
     def _remember(self, speed: FloatArray) -> None:
         """Keep the sliding of contacts that push, times friction [m/s], for the next step."""
@@ -632,7 +645,7 @@ class MuJoCoEngine:
         free = np.zeros((len(self._asleep), 6))
         free[:, :3] = self._push[:, :3] / self._m.body_mass[1:, None]
         free[:, 2] -= self.gravity
-        return free.ravel()
+        return np.asarray(free.ravel())
 
     def _shift(self, h: float) -> FloatArray:
         """What the positions after a step of semi-implicit Euler lack, shape (n, 3).
@@ -657,7 +670,9 @@ class MuJoCoEngine:
             late = np.where(np.isfinite(first[:n]), first[:n], 0.0)
             free &= ~held[:n]
         change = h * (d.qacc.reshape(n, 6)[:, :3] - smooth)
-        return np.where(free[:, None], -0.5 * h * h * smooth, 0.0) - np.where(self._asleep, 0.0, late)[:, None] * change
+        late[self._asleep] = 0.0
+        shift: FloatArray = np.where(free[:, None], -0.5 * h * h * smooth, 0.0) - late[:, None] * change
+        return shift
 
     # --- questions ----------------------------------------------------------------------------------------------
 
@@ -678,14 +693,14 @@ class MuJoCoEngine:
         here = np.array(start, dtype=float)
         return [self._cast(here, np.array(end, dtype=float), groups)[1] for end in ends]
 
-    def _ray_groups(self, mask: int) -> IntArray:
+    def _ray_groups(self, mask: int) -> Any:
         self._refresh()
         groups = np.zeros(6, dtype=np.uint8)
         for group, number in self._groups.items():
             groups[number] = bool(group & mask)
         return groups
 
-    def _cast(self, start: FloatArray, end: FloatArray, groups: IntArray) -> tuple[float, int, Sequence[float]]:
+    def _cast(self, start: FloatArray, end: FloatArray, groups: Any) -> tuple[float, int, Sequence[float]]:
         """Fraction, row and normal of the first surface that a segment enters."""
         way, passed = end - start, 0.0
         geom, normal = np.zeros(1, dtype=np.int32), np.zeros((3, 1))

@@ -139,7 +139,7 @@ def test_rays_meet_what_is_in_their_mask_and_not_what_they_start_in(engine):
     start[2] = (2.0, 0.0, 0.0)
     hits = engine.rays(start, end, 9)
     assert hits.row.tolist() == [box, -1, hull]
-    assert hits.fraction == pytest.approx([0.15, 1.0, 2.5 / 8.0], abs=1e-6)
+    assert hits.fraction == pytest.approx([0.15, 1.0, 2.5 / 8.0], abs=2e-4), "PyBullet gives hulls a margin of 1 mm"
     assert hits.normal[0] == pytest.approx([-1.0, 0.0, 0.0], abs=1e-6)
     assert engine.rays(start, end, 8).row.tolist() == [hull, -1, hull]
     assert engine.first_hits((0.0, 0.0, 0.0), [(10.0, 0.0, 0.0), (0.0, 9.0, 0.0)], 9) == [box, -1]
@@ -168,7 +168,8 @@ def digest():
                                      pos=(0.01 * (i % 3), 0.2 * (i % 4), 0.1 + 0.2 * i)) for i in range(12)]
         for _ in range(60):
             world.step(0.02)
-        return hashlib.sha256(world.engine.centers(rows).tobytes() + world.engine.velocities(rows).tobytes()).hexdigest()
+        state = world.engine.centers(rows).tobytes() + world.engine.velocities(rows).tobytes()
+        return hashlib.sha256(state).hexdigest()
 """
 
 

@@ -55,6 +55,7 @@ def test_json_has_the_fields_that_programs_read() -> None:
             "auto",
             "alliance",
             "seed",
+            "engine",
             "sim_seconds",
             "startup_seconds",
             "wall_seconds",
