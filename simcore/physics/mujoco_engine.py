@@ -319,7 +319,7 @@ class MuJoCoEngine:
         """Which classes touch which: each must have the other's group in its mask."""
         keys = list(self._classes)
         self._affinity = [
-            sum(1 << other for other, (g, k) in enumerate(keys) if group & k and g & mask) for group, mask in keys
+            sum([1 << other for other, (g, k) in enumerate(keys) if group & k and g & mask]) for group, mask in keys
         ]
         of_class = np.array([*self._affinity, 0], dtype=np.int32)
         self._m.geom_conaffinity[:] = of_class[self._class_of_geom]
