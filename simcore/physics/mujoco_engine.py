@@ -318,9 +318,11 @@ class MuJoCoEngine:
     def _write_affinities(self) -> None:
         """Which classes touch which: each must have the other's group in its mask."""
         keys = list(self._classes)
-        self._affinity = [
-            sum([1 << other for other, (g, k) in enumerate(keys) if group & k and g & mask]) for group, mask in keys
-        ]
+        self._affinity = [0] * len(keys)
+        for one, (group, mask) in enumerate(keys):
+            for other, (other_group, other_mask) in enumerate(keys):
+                if group & other_mask and other_group & mask:
+                    self._affinity[one] |= 1 << other
         of_class = np.array([*self._affinity, 0], dtype=np.int32)
         self._m.geom_conaffinity[:] = of_class[self._class_of_geom]
         self._m.body_conaffinity[1:] = of_class[self._class_of_body]
