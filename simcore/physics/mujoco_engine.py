@@ -51,8 +51,11 @@ _TOLERANCE = 1e-8
 _MOST_CLASSES = 31  # of bodies with the same group and mask: bits of MuJoCo's own masks
 _MOST_GROUPS = 5  # MuJoCo tells six groups apart for rays; the sixth is of what is in no group
 _HIDDEN = 5
-_SLIP = 0.2  # regularization of friction, in parts of the inverse mass: a ball creeps 0.01 mm/s on a slope
-_ROLLING_SLIP = 2e-3  # the same where the contact resists rolling too, whose rows are softer by (friction / lever)^2
+_SLIP, _SLIP_OF_HEAP = 2e-3, 0.2
+"""Regularization of friction, in parts of the inverse mass: what is held creeps by that times h times the pull. Heaps
+are solved in fewer iterations with the second. A hundredth of it where the contact resists rolling too, whose rows are
+softer by (friction / lever)^2.
+"""
 _LOOK_AHEAD = 5e-4  # [m]; contacts are looked for this much farther than bodies move
 _LONGEST_ROW = 64  # bodies through which a knock is followed within a step
 _KNOCK = 0.2  # [m/s]; slower hits move what they hit by less than 2 mm within a step
@@ -251,7 +254,8 @@ class MuJoCoEngine:
             self._warm[body] = 0.0
             if not self._asleep[body]:
                 self._asleep[body] = True
-                self._sleep_changed = True
+                self._moved.add(body)  # MuJoCo wakes what is not where it was last computed to be
+                self._is_stale = self._sleep_changed = True
 
     def _update_sleep(self) -> None:
         """Write who is awake into the lists that MuJoCo goes through."""
@@ -551,6 +555,7 @@ class MuJoCoEngine:
         strict = d.efc_R
         reference[row], strict[row] = law.reference, law.regularization
         self._resisting: list[tuple[IntArray, IntArray, FloatArray]] = []
+        softness = _SLIP_OF_HEAP if d.nefc > _HEAP else _SLIP
         lift = np.zeros(len(row))
         slip, squared = np.zeros(len(row)), np.zeros(len(row))
         for least, offset, column in ((3, 1, 0), (6, 4, 3)):
@@ -565,7 +570,7 @@ class MuJoCoEngine:
             lift[some] = np.hypot(lift[some], factor * excess(wish, free[rows], reach))
             self._resisting.append((some, rows, factor))
             if least == 3:
-                slip[some] = np.where(dim[some] == 6, _ROLLING_SLIP, _SLIP) * inverse[rows].mean(axis=1)
+                slip[some] = np.where(dim[some] == 6, 0.01 * softness, softness) * inverse[rows].mean(axis=1)
                 squared[some] = factor * factor
                 strict[rows] = slip[some][:, None]
                 contact.mu[used[some]] = factor * np.sqrt(slip[some] / law.regularization[some])
