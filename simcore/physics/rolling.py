@@ -3,7 +3,7 @@
 Bullet resists rolling about two fixed axes, each with the full torque: a ball that rolls at 45 degrees to the field's
 axes slows 1.41 times too fast, and one at 30 degrees curves to 18. It also keeps the resistance of contact points
 behind the ball that carry nothing any more: 5 to 11 % more below 1 m/s. So balls and the floor under them have no
-rolling resistance in the engine, and balls that roll on it lose their speed here: c g t / (1.4 r), against their motion.
+rolling resistance in the engine, and balls that roll on it lose speed here: c g t / (1.4 r), against their motion.
 """
 
 from __future__ import annotations
@@ -21,8 +21,8 @@ __all__ = ["FloorRolling"]
 
 _PERIOD = 0.04
 """Least time between two losses of speed [s], of 0.02 m/s on carpet: each tick they would cost a tenth of it."""
-_BALLS = 100
-"""Balls for which losses are taken that often; twice as many lose twice as much half as often, so the cost is bound."""
+_BALLS, _LONGEST = 50, 3
+"""Balls for which losses are taken that often; of twice as many half as often, down to a third."""
 _LIFTED = 0.001
 """Balls that are higher over the floor do not touch it [m]."""
 _RISING = 0.2
@@ -72,7 +72,7 @@ class FloorRolling:
         """
         self._due += dt
         count = len(self._shown if awake is None else awake)
-        if self._due < _PERIOD * math.ceil(max(count, 1) / _BALLS) - 1e-9:
+        if self._due < _PERIOD * min(_LONGEST, math.ceil(max(count, 1) / _BALLS)) - 1e-9:
             return
         due, self._due = self._due, 0.0
         balls = self._balls

@@ -83,6 +83,7 @@ class Impacts:
         self._world = world
         self._pool = pool
         self._wake = wake
+        self._is_needed = not world.engine.is_exact
         kinds = pool.state.kind
         self._is_ball = np.array([isinstance(kind.shape, Sphere) for kind in pool.types])[kinds]
         self._surfaces = [kind.surface for kind in pool.types]
@@ -104,6 +105,8 @@ class Impacts:
             busy: Which slots are within reach of a robot: those the engine plays with it, shape (slots,).
             dt: Length of the tick [s].
         """
+        if not self._is_needed:
+            return
         state, radius = self._pool.state, self._pool.radius
         is_fast = speed > _FAST
         is_fast |= (speed > _SLOW) & self._was_hit[awake]
@@ -183,7 +186,7 @@ class Impacts:
         taken = np.zeros(len(slots), dtype=bool)
         balls = self._is_ball[slots]
         near = self._near
-        if not (len(near) or balls.any()):
+        if not (self._is_needed and (len(near) or balls.any())):
             return taken
         engine, rows_of = self._world.engine, self._pool.rows_of
         flying = {}

@@ -20,8 +20,8 @@ from simcore.pieces.flight_forces import FlightForces
 from simcore.pieces.free_places import free_place
 from simcore.pieces.impacts import Impacts
 from simcore.pieces.kinds import GamePieceConfig
-from simcore.pieces.pressing import Pressing
 from simcore.pieces.pool import PiecePool, PieceStatus
+from simcore.pieces.pressing import Pressing
 from simcore.pieces.wake_grid import ChunkGrid, Footprint, WakeSettings
 from simcore.typing import BoolArray, FloatArray, IntArray
 
@@ -47,7 +47,7 @@ class GamePieceManager:
     Args:
         world: Where the bodies live.
         types: Each type with the most pieces of it that there can be.
-        field_size: Length and width [m]; pieces that come to rest beyond it, or fly out by more than 0.5 m, are brought back.
+        field_size: Length and width [m]; pieces that come to rest beyond it, or are 0.5 m beyond it, are brought back.
         wake: When pieces wake and sleep.
     """
 

@@ -61,6 +61,8 @@ class Pressing:
             robots: Where robots are.
             dt: Length of the tick [s].
         """
+        if self._world.engine.is_exact:
+            return
         state = self._pool.state
         calm = awake[(speed < _CALM_SPEED) & (state.status[awake] != PieceStatus.IN_FLIGHT)]
         lying = np.concatenate((calm, self.stirred))
@@ -70,8 +72,9 @@ class Pressing:
         if heaped:
             sustained[np.isin(awake, self._heap(calm, upper))] = True
         is_pinned = False
-        if robots and len(awake):
-            pinned, hit = self._near_robots(awake, speed, robots, dt)
+        crowded = [robot for robot in robots if self._is_anything_near(robot, robots)]
+        if len(awake) and (crowded or (heaped and robots)):
+            pinned, hit = self._near_robots(awake, speed, robots, crowded, dt)
             sustained &= ~hit
             sustained |= pinned
             is_pinned = bool(pinned.any())
@@ -117,9 +120,9 @@ class Pressing:
         return near
 
     def _near_robots(
-        self, awake: IntArray, speed: FloatArray, robots: Sequence[Footprint], dt: float
+        self, awake: IntArray, speed: FloatArray, robots: Sequence[Footprint], crowded: Sequence[Footprint], dt: float
     ) -> tuple[BoolArray, BoolArray]:
-        """Which awake pieces are pinned, and which a moving robot can hit within the tick, shape (n,) each."""
+        """Which awake pieces are pinned by crowded robots, and which a moving robot can hit, shape (n,) each."""
         state, radius = self._pool.state, self._pool.radius
         pinned, hit = np.zeros(len(awake), dtype=bool), np.zeros(len(awake), dtype=bool)
         pos = state.pos[awake]
@@ -130,7 +133,7 @@ class Pressing:
             near = low & (gap < reach)
             if robot.speed > _CALM_SPEED:
                 hit |= near
-            if not near.any() or not self._is_anything_near(robot, robots):
+            if robot not in crowded or not near.any():
                 continue
             some = np.nonzero(low & (gap < _CHAIN))[0]
             chain = some[self._chain(pos[some], radius[awake[some]], near[some])]
