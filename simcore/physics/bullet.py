@@ -6,7 +6,7 @@ How it is set up, and why (each was measured; ratios in docs/physics.md):
   a third faster than its multibodies.
 - A contact has one of two laws, both written as Bullet's spring and damper. An impact is a damper so stiff (5e5 N s/m)
   that it is rigid: the pair's restitution acts, and an overlap relaxes with 50 ms. A sustained contact is the piece's
-  own stiffness with critical damping: the solver converges at a mass ratio of 256 (a robot that presses a ball against
+  own stiffness with twice the critical damping: the solver converges at a mass ratio of 256 (a robot that presses a ball against
   a wall), where rigid contacts need 1000 iterations.
 - In careful steps, in which something is pressed or heaped, springs must carry load; Bullet's do so only without split
   impulses. In all others split impulses keep the repair of overlaps out of the velocities, so that a bounce has its
@@ -49,7 +49,7 @@ noise compacts it by 2 % in 6 s. A step costs 1.4 times as much.
 _RIGID_STIFFNESS, _RIGID_DAMPING = 1e7, 5e5  # [N/m, N s/m]: far above h k of any step, and 50 ms together
 _RELAXATION = 0.5  # [s], of an overlap of robots and the field in careful steps, where it adds to bounces
 _REPAIR = 0.2  # share of such an overlap that is repaired in another step
-_DAMPING_RATIO = 1.0  # of sustained contacts
+_DAMPING_RATIO = 2.0  # of sustained contacts: what was squeezed while it was rigid comes out slowly
 _RESIDUAL = 0.0
 """No early end: islands are solved in batches, so one robot would end another's iterations (0.5 mm in 0.8 s)."""
 _CONTACT_DISTANCE = 0.001  # [m]

@@ -400,7 +400,7 @@ class GamePieceManager:
             if out.any():  # behind a wall, or on top of it
                 self._put_back(ready[out])
                 ready = ready[~out]
-            self._fall_asleep(ready[[not self._is_deep(slot) for slot in ready.tolist()]])
+            self._fall_asleep(ready[~self._are_deep(ready)])
 
     # --- inside -------------------------------------------------------------------------------------------------
 
@@ -473,13 +473,19 @@ class GamePieceManager:
             if other != slot:
                 self._wake(other)
 
-    def _is_deep(self, slot: int) -> bool:
-        """Whether a piece is squeezed: the engine would push it out as soon as it wakes."""
-        if not (
-            self._pressing.is_sustained[slot] or self._world.near_solid(self.state.pos[slot], self._pool.radius[slot])
-        ):
-            return False
-        return self._world.engine.overlap(self._pool.rows[slot]) > _DEEP
+    def _are_deep(self, slots: IntArray) -> BoolArray:
+        """Which pieces are squeezed, shape (n,): the engine would push them out as soon as they wake."""
+        state, radius, world = self.state, self._pool.radius, self._world
+        others = np.nonzero(state.touchable)[0]
+        away = state.pos[slots][:, None, :] - state.pos[others][None, :, :]
+        reach = np.maximum(radius[slots][:, None] + radius[others][None, :] - _DEEP, 0.0)
+        near = (np.einsum("ijk,ijk->ij", away, away) < reach * reach) & (slots[:, None] != others[None, :])
+        deep: BoolArray = near.any(axis=1)
+        for number, slot in enumerate(slots.tolist()):
+            is_doubtful = deep[number] or self._pressing.is_sustained[slot]
+            if is_doubtful or world.near_solid(state.pos[slot].tolist(), float(radius[slot])):
+                deep[number] = world.engine.overlap(self._pool.rows[slot]) > _DEEP
+        return deep
 
     def _fall_asleep(self, slots: IntArray) -> None:
         self.attitudes(slots)  # as it lies now; a sleeper's is not asked for again

@@ -161,7 +161,9 @@ def test_a_ball_falls_when_the_ones_that_carried_it_are_put_elsewhere():
 # --- a sleeper wakes before anything reaches it -------------------------------------------------------------------
 
 
-def shoot_at_row(x_first: float, count: int, gap: float, speed: float, start: float, awake: bool, substeps: int | None = None):
+def shoot_at_row(
+    x_first: float, count: int, gap: float, speed: float, start: float, awake: bool, substeps: int | None = None
+):
     """A ball at `speed` into a row of sleepers along x; returns where all end, and the deepest overlap of two [m]."""
     with PhysicsWorld() as world:
         pieces = make(world, count + 1)
