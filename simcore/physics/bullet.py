@@ -6,8 +6,8 @@ How it is set up, and why (each was measured; ratios in docs/physics.md):
   a third faster than its multibodies.
 - A contact has one of two laws, both written as Bullet's spring and damper. An impact is a damper so stiff (5e5 N s/m)
   that it is rigid: the pair's restitution acts, and an overlap relaxes with 50 ms. A sustained contact is the piece's
-  own stiffness with twice the critical damping: the solver converges at a mass ratio of 256 (a robot that presses a ball against
-  a wall), where rigid contacts need 1000 iterations.
+  own stiffness with twice the critical damping: the solver converges at a mass ratio of 256 (a robot that presses a
+  ball against a wall), where rigid contacts need 1000 iterations.
 - In careful steps, in which something is pressed or heaped, springs must carry load; Bullet's do so only without split
   impulses. In all others split impulses keep the repair of overlaps out of the velocities, so that a bounce has its
   configured restitution at any step (without them it is up to h / 50 ms too high).

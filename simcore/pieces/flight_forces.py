@@ -42,6 +42,7 @@ class FlightForces:
         self._h_before = np.full(n, np.nan)
         self._is_flying = np.zeros(n, dtype=bool)
         self._is_falling = np.zeros(n, dtype=bool)
+        self._has_bounced = np.zeros(n, dtype=bool)  # in the last tick
         self._slots: IntArray = np.zeros(0, dtype=np.int64)
         self._rows: list[int] = []
         self._gravity = np.array([0.0, 0.0, -world.gravity])
@@ -108,7 +109,9 @@ class FlightForces:
         fall = self._world.gravity * dt
         is_free = np.abs(speed - before + fall) < _FALL_ERROR * fall
         is_free &= self._is_falling[awake] | (np.abs(speed) > _HOP_SPEED)
-        self._is_falling[awake] = is_free | self._impacts.bounced[awake]
+        bounced = self._impacts.bounced[awake]
+        self._is_falling[awake] = is_free | bounced | self._has_bounced[awake]  # the mean of that tick is of both ways
+        self._has_bounced[awake] = bounced
         self._impacts.bounced[awake] = False
 
     def has_touched(self, awake: IntArray, vel: FloatArray, dt: float) -> BoolArray:

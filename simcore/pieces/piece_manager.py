@@ -33,6 +33,7 @@ _AUDIT_SIZE = 30  # sleepers looked at in each audit: all 408 within 2 s, at 20-
 _STIRRED = 2e-4  # [m]; a sleeper that the engine moved farther in two ticks is awake: 5 mm/s
 _CREEP = 1.2e-3  # [m]; the same in a heap, which gives way a little as long as one of its pieces moves
 _ROCKING = 0.08  # [m/s]; pieces that are no balls count as slow below this: they rock on an edge, but do not roll on
+_HEAP_WAKING = 0.2  # [m/s]; in a heap, a slower piece wakes others by touch alone
 _DEEP = 0.005  # [m]; a piece that is this deep in something does not sleep
 _ROBOT_HEIGHT = 0.6  # [m]; pieces above it fly over a robot
 _KNOCK_TICKS = 3.0  # how much farther the field is shown to the engine: a row of balls passes a knock on within a tick
@@ -349,7 +350,7 @@ class GamePieceManager:
             inside = near[self._in_reach(robot, near, dt)]
             self._guarded[inside] = True
         to_wake = self._guarded[asleep]
-        fast = speed > p.waking_speed
+        fast = speed > np.where(self._pressing.is_sustained[awake], _HEAP_WAKING, p.waking_speed)
         if len(asleep) and fast.any():
             to_wake |= self._reached(awake[fast], reach[fast], asleep)
         for slot in asleep[to_wake].tolist():
@@ -393,7 +394,9 @@ class GamePieceManager:
         speed2 = np.einsum("ij,ij->i", state.vel[awake], state.vel[awake])
         slow = (speed2 < np.square(self._slow_speed[awake])) & (state.status[awake] == _AWAKE)
         self._slow[awake] = np.where(slow, self._slow[awake] + 2, 0)
-        ready = awake[(self._slow[awake] >= p.slow_ticks) & ~self._guarded[awake]]
+        # in a heap nothing is at an apex, so half the time is enough
+        enough = np.where(self._pressing.is_sustained[awake], p.slow_ticks // 2, p.slow_ticks)
+        ready = awake[(self._slow[awake] >= enough) & ~self._guarded[awake]]
         if len(ready):
             x, y = state.pos[ready, 0], state.pos[ready, 1]
             out = (x < 0.0) | (x > self._field_size[0]) | (y < 0.0) | (y > self._field_size[1])
@@ -431,13 +434,15 @@ class GamePieceManager:
         return inside
 
     def _reached(self, movers: IntArray, reach: FloatArray, sleepers: IntArray) -> BoolArray:
-        """Which sleepers are within the reach of a moving piece (flat distance), shape (sleepers,)."""
-        a, b = self.state.pos[movers, :2], self.state.pos[sleepers, :2]
+        """Which sleepers are within the reach of a moving piece, shape (sleepers,)."""
+        a, b = self.state.pos[movers], self.state.pos[sleepers]
         far = reach.max()
         near = np.nonzero(((b > a.min(axis=0) - far) & (b < a.max(axis=0) + far)).all(axis=1))[0]
-        dx, dy = np.subtract.outer(a[:, 0], b[near, 0]), np.subtract.outer(a[:, 1], b[near, 1])
+        away2 = np.square(np.subtract.outer(a[:, 0], b[near, 0]))
+        for axis in (1, 2):
+            away2 += np.square(np.subtract.outer(a[:, axis], b[near, axis]))
         hit: BoolArray = np.zeros(len(sleepers), dtype=bool)
-        hit[near] = (dx * dx + dy * dy < (reach * reach)[:, None]).any(axis=0)
+        hit[near] = (away2 < (reach * reach)[:, None]).any(axis=0)
         return hit
 
     def _apply_chunks(self, woken: BoolArray, quiet: BoolArray) -> None:
