@@ -17,6 +17,47 @@ if find_spec("pyfrc") is None or find_spec("phoenix6") is None:
 def pytest_addoption(parser):
     """The flag of tests that are sampled otherwise."""
     parser.addoption("--whole", action="store_true", help="run long tests in full, which are sampled otherwise")
+    parser.addoption(
+        "--engine",
+        choices=("bullet", "mujoco", "both"),
+        help="physics engine of tests/physics, tests/property and tests/games (default: both in tests/physics, and "
+        "in the others PyBullet, with a sample on MuJoCo)",
+    )
+
+
+ENGINES = {"bullet": "pybullet", "mujoco": "mujoco"}
+
+
+def pytest_generate_tests(metafunc):
+    """Tests of a folder with the fixture `engine_name` run once for each engine."""
+    if "engine_name" not in metafunc.fixturenames:
+        return
+    marker = metafunc.definition.get_closest_marker("engines")
+    asked = metafunc.config.getoption("--engine")
+    usual = marker.args if marker else tuple(ENGINES) if "physics" in metafunc.definition.path.parts else ("bullet",)
+    if asked is not None:
+        wanted = tuple(ENGINES) if asked == "both" else (asked,)
+        names = [name for name in wanted if name in usual] if marker and not marker.kwargs.get("sample") else wanted
+    else:
+        names = usual
+        if find_spec(ENGINES[names[0]]) is None and not (marker and len(marker.args) == 1):
+            names = [name for name in ENGINES if find_spec(ENGINES[name]) is not None]
+    params = [
+        pytest.param(
+            name,
+            marks=[] if find_spec(ENGINES[name]) is not None else pytest.mark.skip(reason=f"{name} is not installed"),
+        )
+        for name in names
+    ]
+    metafunc.parametrize("engine_name", params, indirect=True, scope="session")
+
+
+@pytest.fixture(scope="session")
+def engine_name(request):
+    """Name of the physics engine that worlds of this test get."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("SIMCORE_ENGINE", request.param)
+        yield request.param
 
 
 @pytest.fixture

@@ -27,7 +27,7 @@ from games.rebuilt.staging import Staging
 from simcore.match.game import RobotEntry
 from simcore.match.match import Match
 from simcore.match.scripted import ScriptedRobot, Steps
-from simcore.physics.bullet import BulletEngine
+from simcore.physics.engine_choice import add_engine_option, make_engine
 from simcore.pieces.pool import PieceStatus
 from simcore.pieces.wake_grid import WakeSettings
 from simcore.typing import FloatArray
@@ -61,18 +61,25 @@ CAMERAS = (
 """Those of the example robot."""
 
 
-class TimedEngine(BulletEngine):
-    """Notes how long the engine's own step takes."""
+ENGINE: list[str | None] = [None]
+"""Name of the engine that is measured."""
+
+
+class TimedEngine:
+    """An engine that notes how long its own step takes."""
 
     def __init__(self) -> None:
-        super().__init__()
+        self._engine = make_engine(ENGINE[0])
         self.stepping = 0.0
         self._clock = perf_counter
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._engine, name)
 
     def step(self, h: float) -> None:
         """Advance, with the time noted."""
         start = self._clock()
-        super().step(h)
+        self._engine.step(h)
         self.stepping += self._clock() - start
 
 
@@ -290,7 +297,9 @@ def main() -> int:
     parser.add_argument("scenario", nargs="*", help="default: all")
     parser.add_argument("--json", action="store_true", help="print one JSON object")
     parser.add_argument("--seconds", type=float, default=12.0, help="simulated time of each (default: 12)")
+    add_engine_option(parser)
     options = parser.parse_args()
+    ENGINE[0] = options.engine
     results = {name: SCENARIOS[name](options.seconds) for name in options.scenario or SCENARIOS}
     if options.json:
         print(json.dumps(results))

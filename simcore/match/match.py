@@ -56,7 +56,7 @@ class Match:
         options: Names of the game's options that are on.
         practice: Every piece counts, whatever the match clock says.
         sinks: Who wants telemetry.
-        engine: The physics engine; None makes one. It is closed with the match.
+        engine: The physics engine, or the name of one; None: see `engine_choice`. It is closed with the match.
         network: NetworkTables on which cameras publish and listen; None: their frames are read from `cameras` only.
         field_mesh: An OBJ of the field in place of the game's own.
         tags: An AprilTag layout in place of the game's own: a name, or a file in WPILib's JSON.
@@ -110,7 +110,7 @@ class Match:
         options: Iterable[str] = (),
         practice: bool = False,
         sinks: Sequence[TelemetrySink] = (),
-        engine: Engine | None = None,
+        engine: Engine | str | None = None,
         network: ntcore.NetworkTableInstance | None = None,
         field_mesh: Path | None = None,
         tags: str | Path | None = None,

@@ -65,6 +65,8 @@ class RunReport:
     auto: str
     alliance: str
     seed: int
+    engine: str
+    """Name of the physics engine."""
     sim_seconds: float
     startup_seconds: float
     """Wall time from nothing to the first tick, imports left out [s]."""
@@ -144,6 +146,7 @@ def print_report(report: RunReport, console: Console) -> None:
     run.add_row("tick time", f"median {tick.median:.2f}, p95 {tick.p95:.2f}, p99 {tick.p99:.2f}, max {tick.max:.2f} ms")
     run.add_row("sub-steps", f"mean {report.substeps.mean:.1f}, max {report.substeps.max}")
     run.add_row("awake pieces", f"mean {report.awake.mean:.1f}, max {report.awake.max}")
+    run.add_row("engine", report.engine)
     run.add_row("digest", report.digest[:16])
     for kind, path in report.outputs.items():
         # A path may hold letters that this terminal cannot print

@@ -141,6 +141,7 @@ def _play(
         auto=auto.name,
         alliance=match.alliances[0],
         seed=match.seed,
+        engine=match.world.engine.name,
         sim_seconds=match.time,
         startup_seconds=run_start - wall_start,
         wall_seconds=wall,

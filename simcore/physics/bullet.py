@@ -102,6 +102,9 @@ def _flush_c_stdio() -> None:
 class BulletEngine:
     """One PyBullet client. Use as a context manager, or call `close`."""
 
+    name = "bullet"
+    is_exact = False
+
     def __init__(self, *, gravity: float = GRAVITY) -> None:
         self.gravity = gravity
         p = self._p = _load_pybullet()

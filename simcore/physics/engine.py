@@ -53,8 +53,16 @@ class RayHits:
 class Engine(Protocol):
     """A rigid-body world with gravity along -z."""
 
+    name: str
+    """As `engine_choice` knows it."""
     gravity: float
     """[m/s^2]"""
+    is_exact: bool
+    """Whether flights are parabolas, impacts happen at their instant, and loaded contacts are springs, at any step.
+
+    If not, the engine takes x += h v with v already moved to the end of the step (semi-implicit Euler) and finds a hit
+    at the start of the step after it; `simcore.pieces` makes up for both, and says which contacts carry load.
+    """
 
     def add_body(self, definition: BodyDefinition) -> int:
         """Make a body or a static; returns its row."""
@@ -102,13 +110,12 @@ class Engine(Protocol):
         Args:
             row: A body whose surface has a stiffness; others have impacts only.
             sustained: Whether it is held between others for longer than an impact: then contacts are springs of its
-                stiffness and do not bounce. Otherwise the pair's restitution acts. An engine that does both in one
-                law ignores it.
+                stiffness. Otherwise the pair's restitution acts. Not asked of an engine that `is_exact`.
         """
         ...
 
     def set_careful(self, careful: bool) -> None:
-        """Whether the coming steps hold pressed pieces or heaps; an engine whose solver converges anyway ignores it."""
+        """Whether the coming steps hold pressed pieces or heaps. Not asked of an engine that `is_exact`."""
         ...
 
     def overlap(self, row: int) -> float:

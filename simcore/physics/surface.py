@@ -25,7 +25,6 @@ class TerrainSurface:
     """Bounce factor, speed out over speed in of a pair is the product of both [-], 0 to 1."""
     rolling: float = 0.0
     """Rolling resistance lever arm [m]: a ball of radius r, friction f decelerates by rolling * f * g / (1.4 r)."""
-
     stiffness: float | None = None
     """Of a contact that is held, force over depth [N/m]; None: rigid. A pair gives way by the sum of both depths."""
 

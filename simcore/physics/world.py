@@ -18,6 +18,7 @@ import numpy as np
 from simcore.errors import ConfigError, NonFiniteError, UnknownNameError, require_positive
 from simcore.geometry.rotation import IDENTITY, Quaternion, Vector
 from simcore.physics.engine import BodyDefinition, Engine, RayHits
+from simcore.physics.engine_choice import make_engine
 from simcore.physics.rolling import FloorRolling
 from simcore.physics.shapes import Box, HalfSpace, Shape, Sphere
 from simcore.physics.substeps import Substepping, Surroundings
@@ -82,7 +83,7 @@ class PhysicsWorld:
     """A rigid-body world with gravity. Use as a context manager, or call `close`.
 
     Args:
-        engine: The engine; None makes a `BulletEngine`.
+        engine: The engine, or the name of one, `bullet` or `mujoco`; None: see `engine_choice`.
         floor: Surface of the floor at z = 0, which has no end, or None for no floor.
         substepping: Limits on movement per sub-step.
         gravity: Along -z [m/s^2]; None: the engine's, by default standard gravity.
@@ -91,15 +92,13 @@ class PhysicsWorld:
     def __init__(
         self,
         *,
-        engine: Engine | None = None,
+        engine: Engine | str | None = None,
         floor: TerrainSurface | None = CARPET,
         substepping: Substepping | None = None,
         gravity: float | None = None,
     ) -> None:
-        if engine is None:
-            from simcore.physics.bullet import BulletEngine  # only here, so that importing simcore loads no engine
-
-            engine = BulletEngine(gravity=GRAVITY if gravity is None else gravity)
+        if engine is None or isinstance(engine, str):
+            engine = make_engine(engine, gravity=GRAVITY if gravity is None else gravity)
         elif gravity is not None and gravity != engine.gravity:
             raise ConfigError(f"PhysicsWorld: this engine has a gravity of {engine.gravity} m/s^2, got {gravity}")
         self.engine = engine
@@ -123,7 +122,7 @@ class PhysicsWorld:
         self.longest_step = math.inf
         self.awake_pieces = None
         floor = self._floor
-        self._rolling = FloorRolling(self.engine, 0.0 if floor is None else floor.rolling)
+        self._rolling = FloorRolling(self.engine, floor)
         if floor is not None:
             under_balls = replace(floor, rolling=0.0)
             # Balls get a half space, 15-25 % of a step cheaper than a box under 150 awake ones; the others thick boxes.
@@ -265,7 +264,7 @@ class PhysicsWorld:
         row = self.engine.add_body(
             BodyDefinition(
                 shape=shape,
-                surface=surface,
+                surface=replace(surface, rolling=0.0) if group == CollisionGroup.BALL else surface,
                 mass=mass,
                 pos=_checked_pos(name, pos),
                 group=group,
@@ -275,7 +274,7 @@ class PhysicsWorld:
         self._bodies[row] = _Body(name, surface)
         self._pieces[row] = group
         if isinstance(shape, Sphere):
-            self._rolling.add(row, shape.radius, surface.friction)
+            self._rolling.add(row, shape.radius, surface)
         return row
 
     def set_piece_touchable(self, row: int, touchable: bool) -> None:

@@ -13,17 +13,19 @@ from simcore.typing import BoolArray, FloatArray, IntArray
 __all__ = ["FlightForces"]
 
 _FALL_ERROR = 0.2  # share of gravity that drag and lift may be
-_HOP_SPEED = 0.3  # [m/s], upward: slower hops are below 5 mm and left to the engine
+_HOP_SPEED = 1.0  # [m/s]; pieces that others throw up more gently, by 5 cm, are left to the engine
+_LEAST_JUMP = 0.15  # [m/s] in a tick: a floor takes 0.2 of what gravity gives, the first tick's mean lags by 0.1
 _IN_FLIGHT = int(PieceStatus.IN_FLIGHT)
 
 
 class FlightForces:
     """Drag and spin lift as forces before each sub-step, with a correction of the engine's integrator.
 
-    The engine takes x += h v with v already moved to the end of the step (semi-implicit Euler), so its v is really
-    the mean of a step (leapfrog) and lags by half a step of acceleration at the launch and wherever h changes. A force
-    m a (h_before - h) / (2 h), with h_before = 0 at the launch, makes up for it: then range and apex are those of the
-    differential equation to second order at any h, and do not change when another ball forces more sub-steps.
+    An engine that does not integrate exactly takes x += h v with v already moved to the end of the step (semi-implicit
+    Euler), so its v is really the mean of a step (leapfrog) and lags by half a step of acceleration at the launch and
+    wherever h changes. A force m a (h_before - h) / (2 h), with h_before = 0 at the launch, makes up for it: then range
+    and apex are those of the differential equation to second order at any h, and do not change when another ball forces
+    more sub-steps.
     """
 
     def __init__(self, world: PhysicsWorld, pool: PiecePool, impacts: Impacts) -> None:
@@ -43,6 +45,7 @@ class FlightForces:
         self._slots: IntArray = np.zeros(0, dtype=np.int64)
         self._rows: list[int] = []
         self._gravity = np.array([0.0, 0.0, -world.gravity])
+        self._is_exact = world.engine.is_exact
 
     def start(self, slot: int) -> None:
         """A piece is in the air: its velocity is exact now, not the mean of a step."""
@@ -79,14 +82,14 @@ class FlightForces:
             return
         twist = self._world.engine.velocities(self._rows)
         h_before = self._h_before[slots]
-        h_before = np.where(np.isnan(h_before), h, h_before)[:, None]
+        h_before = np.zeros((len(slots), 1)) if self._is_exact else np.where(np.isnan(h_before), h, h_before)[:, None]
         middle = twist[:, :3] + self._gravity * (0.5 * (h_before + h))  # velocity in the middle of the step to come
         air = drag_acceleration(middle, self._drag[slots])
         for kind in self._lifting:
             mine = self._pool.state.kind[slots] == kind
             air[mine] += lift_acceleration(middle[mine], twist[mine, 3:], self._air[kind])
         taken = self._impacts.play(h, slots, middle, twist[:, 3:])
-        acceleration = air + (air + self._gravity) * ((h_before - h) / (2.0 * h))
+        acceleration = air if self._is_exact else air + (air + self._gravity) * ((h_before - h) / (2.0 * h))
         if taken.any():
             self._h_before[slots[taken]] = 0.0
             slots, acceleration = slots[~taken], acceleration[~taken]
@@ -118,5 +121,5 @@ class FlightForces:
         # air takes at most k v^2; within the first tick after a launch the mean of the tick lags by half of it
         air = self._drag[awake] * np.einsum("ij,ij->i", vel, vel) * dt
         jump = np.sqrt(np.einsum("ij,ij->i", change, change))
-        touched: BoolArray = flying & (jump > 2.0 * air + 0.3)
+        touched: BoolArray = flying & (jump > 2.0 * air + _LEAST_JUMP)
         return touched

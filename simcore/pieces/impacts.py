@@ -19,20 +19,28 @@ from simcore.physics.shapes import Sphere
 from simcore.physics.surface import TerrainSurface
 from simcore.physics.world import PhysicsWorld
 from simcore.pieces.impact_law import hit_ball, hit_surface
-from simcore.pieces.pool import PiecePool
+from simcore.pieces.pool import PiecePool, PieceStatus
 from simcore.typing import BoolArray, FloatArray, IntArray
 
 __all__ = ["Impacts"]
 
 _LEAST_APPROACH = 0.1  # [m/s]; slower ones are left to the engine: a bounce of 0.5 mm
 _LEAST_BOUNCE = 0.3  # [m/s]; slower ones rise by less than 5 mm, and the engine goes on with them
-_FAST = 4.0  # [m/s]; balls that are all slower are left to the engine: they overlap by at most 70 mm in a sub-step
+_FAST = 6.0  # [m/s]; balls that are all slower are left to the engine: they overlap by at most 70 mm in a sub-step
 _STEEPEST = 3.0  # distance along the path over distance to the surface: 71 degrees from the normal, and the engine's
 _SKIN = 0.003  # [m]; the surface under the touching point may be this far off the one that the center would meet
 _TOUCH = 0.005  # [m]; a row of balls this near passes a knock on within a sub-step
 _MOST_SURFACES = 4  # impacts of one ball on surfaces in a sub-step
-_GENTLE = 0.02  # share of the fastest speed; a row of inelastic balls has no end of gentler impacts on each other
+_GENTLE = 0.03  # share of the fastest speed; a row of inelastic balls has no end of gentler impacts on each other
 _MOST_EVENTS = 2000  # impacts of balls on each other in a sub-step
+_KNOCK_REACH, _KNOCK_WAYS = 0.3, 4.0  # [m] and ways of a tick, as far as a knock may get from a fast ball in a tick
+_KNOCK_LENGTH = 20  # balls of a row, each of which takes a third of the knock
+_STANDS = 0.05  # [m/s]; slower balls are where they were at the start of the tick, until they are hit
+_SLOW = 3.0  # [m/s]; balls that were hit by a fast one count as fast down to this
+_IS_ON_FIELD: BoolArray = np.isin(
+    [int(status) for status in PieceStatus], [PieceStatus.ASLEEP, PieceStatus.AWAKE, PieceStatus.IN_FLIGHT]
+)
+"""By status."""
 
 
 class _Path:
@@ -75,10 +83,13 @@ class Impacts:
         self._world = world
         self._pool = pool
         self._wake = wake
+        self._is_needed = not world.engine.is_exact
         kinds = pool.state.kind
         self._is_ball = np.array([isinstance(kind.shape, Sphere) for kind in pool.types])[kinds]
         self._surfaces = [kind.surface for kind in pool.types]
         self._near: IntArray = np.zeros(0, dtype=np.int64)
+        self._moves: BoolArray = np.zeros(0, dtype=bool)  # of those near
+        self._was_hit = np.zeros(len(pool.rows), dtype=bool)
         self._pending: dict[int, tuple[Vector, Vector]] = {}
         self.bounced = np.zeros(len(pool.rows), dtype=bool)
         """Which slots have had an impact since this was last cleared, shape (slots,)."""
@@ -94,37 +105,49 @@ class Impacts:
             busy: Which slots are within reach of a robot: those the engine plays with it, shape (slots,).
             dt: Length of the tick [s].
         """
+        if not self._is_needed:
+            return
         state, radius = self._pool.state, self._pool.radius
-        fast = awake[(speed > _FAST) & self._is_ball[awake] & ~busy[awake]]
+        is_fast = speed > _FAST
+        is_fast |= (speed > _SLOW) & self._was_hit[awake]
+        fast = awake[is_fast & self._is_ball[awake] & ~busy[awake]]
+        self._was_hit[:] = False
         self._near = self._near[:0]
         if not len(fast):
             return
-        others = np.nonzero(state.touchable & self._is_ball & ~busy)[0]
-        pos, way = state.pos[fast], (state.vel[fast] * dt)
+        pos, way = state.pos[fast], state.vel[fast] * dt
+        length = np.sqrt(np.einsum("ij,ij->i", way, way))
+        reach = (_KNOCK_REACH + _KNOCK_WAYS * length)[:, None]
+        others = np.nonzero(_IS_ON_FIELD.take(state.status) & self._is_ball & ~busy)[0]
+        there = state.pos[others]
+        others = others[((there > (pos - reach).min(axis=0)) & (there < (pos + reach).max(axis=0))).all(axis=1)]
         away = state.pos[others][None, :, :] - pos[:, None, :]
-        length = np.einsum("ij,ij->i", way, way)
-        along = np.clip(np.einsum("ijk,ik->ij", away, way) / length[:, None], 0.0, 1.0)
+        along = np.clip(np.einsum("ijk,ik->ij", away, way) / np.square(length)[:, None], 0.0, 1.0)
         aside = away - along[:, :, None] * way[:, None, :]
-        fall = self._world.gravity * dt * dt
-        moves = np.zeros(len(self._is_ball))
-        moves[awake] = speed * dt
-        reach = radius[fast][:, None] + (radius[others] + moves[others])[None, :] + _TOUCH + fall
-        meets = (np.einsum("ijk,ijk->ij", aside, aside) < reach * reach) & (fast[:, None] != others[None, :])
-        met = meets.any(axis=0)
-        if met.any():
-            self._near = np.union1d(fast[meets.any(axis=1)], self._chain(others, others[met]))
+        moves = np.sqrt(np.einsum("ij,ij->i", state.vel[others], state.vel[others])) * dt
+        touch = radius[fast][:, None] + (radius[others] + moves)[None, :] + _TOUCH + self._world.gravity * dt * dt
+        meets = (np.einsum("ijk,ijk->ij", aside, aside) < touch * touch) & (fast[:, None] != others[None, :])
+        if meets.any():
+            for slot in self._chain(others, meets.any(axis=0)).tolist():
+                self._wake(slot)
+            self._near, self._moves = others, moves > _STANDS * dt
 
-    def _chain(self, slots: IntArray, first: IntArray) -> IntArray:
-        """Those of some pieces that touch one of the first, or one that does, and so on."""
-        pos, radius = self._pool.state.pos, self._pool.radius
-        found, front, left = first, first, np.setdiff1d(slots, first)
-        while len(front) and len(left):
-            away = pos[left][:, None, :] - pos[front][None, :, :]
+    def _chain(self, slots: IntArray, first: BoolArray) -> IntArray:
+        """The sleepers of some pieces that a knock on the first reaches through others that nearly touch."""
+        state, radius = self._pool.state, self._pool.radius[slots]
+        found = front = first
+        for _ in range(_KNOCK_LENGTH):
+            left = np.nonzero(~found)[0]
+            away = state.pos[slots[left]][:, None, :] - state.pos[slots[front]][None, :, :]
             reach = radius[left][:, None] + radius[front][None, :] + _TOUCH
-            next_to = (np.einsum("ijk,ijk->ij", away, away) < reach * reach).any(axis=1)
-            front, left = left[next_to], left[~next_to]
-            found = np.concatenate((found, front))
-        return found
+            next_to = left[(np.einsum("ijk,ijk->ij", away, away) < reach * reach).any(axis=1)]
+            if not len(next_to):
+                break
+            front = np.zeros(len(slots), dtype=bool)
+            front[next_to] = True
+            found = found | front
+        reached: IntArray = slots[found & (state.status[slots] == PieceStatus.ASLEEP)]
+        return reached
 
     @property
     def is_due(self) -> bool:
@@ -163,7 +186,7 @@ class Impacts:
         taken = np.zeros(len(slots), dtype=bool)
         balls = self._is_ball[slots]
         near = self._near
-        if not (len(near) or balls.any()):
+        if not (self._is_needed and (len(near) or balls.any())):
             return taken
         engine, rows_of = self._world.engine, self._pool.rows_of
         flying = {}
@@ -172,7 +195,7 @@ class Impacts:
             slot = int(slots[number])
             flying[slot] = _Path(slot, centers[number].tolist(), middle[number].tolist(), spin[number].tolist(), True)
         if len(near):
-            self._play_balls(h, flying, near)
+            self._play_balls(h, flying)
         self._play_surfaces(h, [path for path in flying.values() if path.is_falling])
         for path in flying.values():
             if path.touched:
@@ -196,39 +219,50 @@ class Impacts:
 
     # --- balls on balls ---------------------------------------------------------------------------------------------
 
-    def _play_balls(self, h: float, flying: dict[int, _Path], near: IntArray) -> None:
+    def _play_balls(self, h: float, flying: dict[int, _Path]) -> None:
         """Impacts of balls on each other, in the order of their instants."""
-        engine, pool = self._world.engine, self._pool
-        rows = pool.rows_of(near)
-        centers, twists = engine.centers(rows).tolist(), engine.velocities(rows).tolist()
-        paths = []
-        for slot, pos, twist in zip(near.tolist(), centers, twists, strict=True):
-            path = flying.get(slot)
-            if path is None:
-                path = flying[slot] = _Path(slot, pos, twist[:3], twist[3:], False)
-            paths.append(path)
-        radius = pool.radius[near]
-        contact = (radius[:, None] + radius[None, :]) ** 2
-        pos = np.array([path.pos for path in paths])
-        vel = np.array([path.vel for path in paths])
+        engine, pool, near = self._world.engine, self._pool, self._near
+        active = np.nonzero(self._moves)[0]
+        rows = pool.rows_of(near[active])
+        pos, vel, spin = pool.state.pos[near], np.zeros((len(near), 3)), np.zeros((len(near), 3))
+        pos[active], twists = engine.centers(rows), engine.velocities(rows)
+        vel[active], spin[active] = twists[:, :3], twists[:, 3:]
+        for number in active.tolist():
+            path = flying.get(int(near[number]))
+            if path is not None:
+                vel[number] = path.vel
         least = max(_LEAST_APPROACH, _GENTLE * math.sqrt(float(np.einsum("ij,ij->i", vel, vel).max())))
-        now = 0.0
-        times = np.full((len(paths), len(paths)), np.inf)
-        changed = np.arange(len(paths))
+        contact = pool.radius[near]
+        now, times = 0.0, _meeting_times(pos, vel, contact, active, least)
         for _ in range(_MOST_EVENTS):
-            times[changed, :] = _meeting_times(pos, vel, contact, changed, least)
-            times[:, changed] = times[changed, :].T
-            first = int(np.argmin(times))
-            i, j = divmod(first, len(paths))
-            wait = times[i, j]
+            k, j = divmod(int(np.argmin(times)), len(near))
+            wait = float(times[k, j])
             if now + wait > h:
                 return
             now += wait
             pos += vel * wait
             times -= wait
-            self._hit(paths[i], paths[j], now, pos[i].tolist(), pos[j].tolist())
-            vel[i], vel[j] = paths[i].vel, paths[j].vel
+            i = int(active[k])
+            if not self._moves[j]:  # from now on it moves
+                self._moves[j] = True
+                active = np.append(active, j)
+                times = np.vstack((times, np.full(len(near), np.inf)))
+            paths = []
+            for number in (i, j):
+                slot = int(near[number])
+                path = flying.get(slot)
+                if path is None:
+                    start = pos[number] - vel[number] * now
+                    path = _Path(slot, start.tolist(), vel[number].tolist(), spin[number].tolist(), False)
+                    flying[slot] = path
+                paths.append(path)
+            self._hit(paths[0], paths[1], now, pos[i].tolist(), pos[j].tolist())
+            vel[i], vel[j] = paths[0].vel, paths[1].vel
             changed = np.array([i, j])
+            found = _meeting_times(pos, vel, contact, changed, least)
+            for number, one in zip((i, j), found, strict=True):
+                times[:, number] = one[active]
+                times[active == number] = one
 
     def _hit(self, a: _Path, b: _Path, time: float, pos_a: list[float], pos_b: list[float]) -> None:
         pool = self._pool
@@ -249,6 +283,7 @@ class Impacts:
             if not path.is_falling and vel[2] < 0.0:  # something carries it
                 vel = (vel[0], vel[1], 0.0)
             path.turn(time, (pos[0], pos[1], pos[2]), vel, spin)
+            self._was_hit[path.slot] = True
 
     # --- balls on surfaces ------------------------------------------------------------------------------------------
 
@@ -333,25 +368,24 @@ class Impacts:
         return time, (0.0, 0.0, 1.0), surface
 
 
-def _meeting_times(pos: FloatArray, vel: FloatArray, contact: FloatArray, some: IntArray, least: float) -> FloatArray:
+def _meeting_times(pos: FloatArray, vel: FloatArray, radius: FloatArray, some: IntArray, least: float) -> FloatArray:
     """When some balls touch each of all [s], inf for never or too gently, shape (some, n).
 
     Args:
         pos: Centers, shape (n, 3).
         vel: Velocities, shape (n, 3).
-        contact: Square of the sums of radii, shape (n, n).
+        radius: Shape (n,).
         some: Rows.
         least: Approach that counts as an impact [m/s].
     """
     away = pos[None, :, :] - pos[some][:, None, :]
     closing = vel[None, :, :] - vel[some][:, None, :]
+    contact = np.square(radius[some][:, None] + radius[None, :])
     along = np.einsum("ijk,ijk->ij", away, closing)
     speed2 = np.einsum("ijk,ijk->ij", closing, closing)
-    gap = np.einsum("ijk,ijk->ij", away, away) - contact[some]
+    gap = np.einsum("ijk,ijk->ij", away, away) - contact
     root = along * along - speed2 * gap
-    meet = (along < 0.0) & (root > 0.0)
-    meet &= along * along > least**2 * contact[some]
-    with np.errstate(divide="ignore", invalid="ignore"):
-        time = np.where(meet, np.maximum(gap, 0.0) / (-along + np.sqrt(np.maximum(root, 0.0))), np.inf)
-    times: FloatArray = np.where(meet, time, np.inf)
+    meet = (along < 0.0) & (root > 0.0) & (along * along > least * least * contact)
+    times: FloatArray = np.full(meet.shape, np.inf)
+    times[meet] = np.maximum(gap[meet], 0.0) / (np.sqrt(root[meet]) - along[meet])
     return times

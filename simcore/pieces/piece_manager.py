@@ -20,17 +20,17 @@ from simcore.pieces.flight_forces import FlightForces
 from simcore.pieces.free_places import free_place
 from simcore.pieces.impacts import Impacts
 from simcore.pieces.kinds import GamePieceConfig
-from simcore.pieces.pressing import Pressing
 from simcore.pieces.pool import PiecePool, PieceStatus
+from simcore.pieces.pressing import Pressing
 from simcore.pieces.wake_grid import ChunkGrid, Footprint, WakeSettings
 from simcore.typing import BoolArray, FloatArray, IntArray
 
 __all__ = ["GamePieceManager"]
 
-_AUDIT_PERIOD = 6  # ticks
+_AUDIT_PERIOD = 3  # readings of the sleepers
 _AUDIT_SIZE = 30  # sleepers looked at in each audit: all 408 within 2 s, at 20-35 us a tick
-_STIRRED = 1e-4  # [m]; a sleeper that the engine moved farther in a tick is awake: 5 mm/s
-_CREEP = 6e-4  # [m]; the same in a heap, which gives way a little as long as one of its pieces moves
+_STIRRED = 2e-4  # [m]; a sleeper that the engine moved farther in two ticks is awake: 5 mm/s
+_CREEP = 1.2e-3  # [m]; the same in a heap, which gives way a little as long as one of its pieces moves
 _DEEP = 0.005  # [m]; a piece that is this deep in something does not sleep
 _ROBOT_HEIGHT = 0.6  # [m]; pieces above it fly over a robot
 _KNOCK_TICKS = 3.0  # how much farther the field is shown to the engine: a row of balls passes a knock on within a tick
@@ -47,7 +47,7 @@ class GamePieceManager:
     Args:
         world: Where the bodies live.
         types: Each type with the most pieces of it that there can be.
-        field_size: Length and width [m]; pieces that come to rest beyond it, or fly out by more than 0.5 m, are brought back.
+        field_size: Length and width [m]; pieces that come to rest beyond it, or are 0.5 m beyond it, are brought back.
         wake: When pieces wake and sleep.
     """
 
@@ -86,6 +86,7 @@ class GamePieceManager:
         self._robots: list[Footprint] = []
         self._tick = 0
         self._audit_at = 0
+        self._readings = 0
         self.total = 0
         """How many pieces have come into the match."""
         self.recovered = 0
@@ -349,13 +350,12 @@ class GamePieceManager:
             to_wake |= self._reached(awake[fast], reach[fast], asleep)
         for slot in asleep[to_wake].tolist():
             self._wake(slot)
-        if self._awake_stale:
-            now = self.awake
-            self._pressing.begin_tick(now, np.sqrt(np.einsum("ij,ij->i", state.vel[now], state.vel[now])), robots, dt)
-        else:
-            self._pressing.begin_tick(awake, speed, robots, dt)
         self._flight.begin_tick(awake, speed)  # those that woke just now stand still
         self._impacts.begin_tick(awake, speed, self._guarded, dt)
+        now = self.awake
+        if now is not awake:
+            speed = np.sqrt(np.einsum("ij,ij->i", state.vel[now], state.vel[now]))
+        self._pressing.begin_tick(now, speed, robots, dt)
         return float(speed.max()) + fall if len(speed) else 0.0
 
     def before_substep(self, h: float) -> None:
@@ -377,7 +377,8 @@ class GamePieceManager:
                 state.status[awake[touched]] = _AWAKE
             self._recover(awake, now)
         self._tick += 1
-        self._read_sleepers()
+        if self._tick % 2:
+            self._read_sleepers()
 
     def settle(self) -> None:
         """Put to sleep what has been slow for long enough; looks at every second tick, which costs half."""
@@ -470,6 +471,10 @@ class GamePieceManager:
 
     def _is_deep(self, slot: int) -> bool:
         """Whether a piece is squeezed: the engine would push it out as soon as it wakes."""
+        if not (
+            self._pressing.is_sustained[slot] or self._world.near_solid(self.state.pos[slot], self._pool.radius[slot])
+        ):
+            return False
         return self._world.engine.overlap(self._pool.rows[slot]) > _DEEP
 
     def _fall_asleep(self, slots: IntArray) -> None:
@@ -490,7 +495,8 @@ class GamePieceManager:
         """
         asleep = np.nonzero(self.state.touchable & (self.state.status == _ASLEEP))[0]
         still, stirred = self._follow_sleepers(asleep)
-        if self._tick % _AUDIT_PERIOD == 0:
+        self._readings += 1
+        if self._readings % _AUDIT_PERIOD == 0:
             stirred[(np.arange(min(_AUDIT_SIZE, len(still))) + self._audit_at) % max(1, len(still))] = True
             self._audit_at += _AUDIT_SIZE
             for slot in still[stirred].tolist():

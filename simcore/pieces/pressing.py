@@ -21,7 +21,9 @@ __all__ = ["Pressing"]
 
 _CALM_SPEED = 0.5  # [m/s]; below this an impact is too weak for its restitution to matter: it rises by 13 mm e^2
 _TOUCH = 0.005  # [m]; pieces and bumpers this near count as touching
-_PIN_STEP = 0.0025  # [s]; with 5 ms the center of a ball hit at 4.5 m/s comes to the face, with 2.5 ms it stays 13 mm off
+_PIN_STEP = (
+    0.0025  # [s]; with 5 ms the center of a ball hit at 4.5 m/s comes to the face, with 2.5 ms it stays 13 mm off
+)
 _HEAP_STEP = 0.005  # [s]; 100 balls, 7 deep: overlaps of 4 mm at 10 ms, 1.4 mm at 5 ms
 _PILE_STEP = 0.01  # [s], for a second layer alone
 _HEAP_SIZE = 3  # pieces that lie on others
@@ -59,6 +61,8 @@ class Pressing:
             robots: Where robots are.
             dt: Length of the tick [s].
         """
+        if self._world.engine.is_exact:
+            return
         state = self._pool.state
         calm = awake[(speed < _CALM_SPEED) & (state.status[awake] != PieceStatus.IN_FLIGHT)]
         lying = np.concatenate((calm, self.stirred))
@@ -68,8 +72,9 @@ class Pressing:
         if heaped:
             sustained[np.isin(awake, self._heap(calm, upper))] = True
         is_pinned = False
-        if robots and len(awake):
-            pinned, hit = self._near_robots(awake, speed, robots, dt)
+        crowded = [robot for robot in robots if self._is_anything_near(robot, robots)]
+        if len(awake) and (crowded or (heaped and robots)):
+            pinned, hit = self._near_robots(awake, speed, robots, crowded, dt)
             sustained &= ~hit
             sustained |= pinned
             is_pinned = bool(pinned.any())
@@ -115,9 +120,9 @@ class Pressing:
         return near
 
     def _near_robots(
-        self, awake: IntArray, speed: FloatArray, robots: Sequence[Footprint], dt: float
+        self, awake: IntArray, speed: FloatArray, robots: Sequence[Footprint], crowded: Sequence[Footprint], dt: float
     ) -> tuple[BoolArray, BoolArray]:
-        """Which awake pieces are pinned, and which a moving robot can hit within the tick, shape (n,) each."""
+        """Which awake pieces are pinned by crowded robots, and which a moving robot can hit, shape (n,) each."""
         state, radius = self._pool.state, self._pool.radius
         pinned, hit = np.zeros(len(awake), dtype=bool), np.zeros(len(awake), dtype=bool)
         pos = state.pos[awake]
@@ -128,7 +133,7 @@ class Pressing:
             near = low & (gap < reach)
             if robot.speed > _CALM_SPEED:
                 hit |= near
-            if not near.any() or not self._is_anything_near(robot, robots):
+            if robot not in crowded or not near.any():
                 continue
             some = np.nonzero(low & (gap < _CHAIN))[0]
             chain = some[self._chain(pos[some], radius[awake[some]], near[some])]

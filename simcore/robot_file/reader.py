@@ -9,6 +9,7 @@ from pathlib import Path
 from wpimath.system.plant import DCMotor
 
 from simcore.errors import ConfigError
+from simcore.physics.engine_choice import ENGINES
 from simcore.pieces.intake import IntakeConfig, IntakeZone
 from simcore.pieces.launch import LaunchParameters
 from simcore.pieces.shooter import ShooterConfig
@@ -44,6 +45,7 @@ def read_settings(path: Path) -> RobotSettings:
         return RobotSettings()
     file = read_tables(path)
     game = file.text("game", None)
+    engine = file.choice("engine", tuple(ENGINES), None)
     robot = file.table("robot") or Table({}, f"{file.where} [robot]")
     start = file.table("start") or Table({}, f"{file.where} [start]")
     mechanisms = tuple(_mechanism(table) for table in file.tables("mechanism"))
@@ -64,6 +66,7 @@ def read_settings(path: Path) -> RobotSettings:
         )
     settings = RobotSettings(
         game=game,
+        engine=engine,
         mass=robot.number("mass", d.mass, above=0.0, unit="kg"),
         bumper=bumper,
         center_of_mass_height=robot.number("center_of_mass_height", d.center_of_mass_height, above=0.0, unit="m"),

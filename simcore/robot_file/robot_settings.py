@@ -65,6 +65,8 @@ class RobotSettings:
 
     game: str | None = None
     """Name of the game to play; None: whichever is chosen elsewhere."""
+    engine: str | None = None
+    """Name of the physics engine; None: see `engine_choice`."""
     mass: float = 55.0
     """With bumpers and battery [kg]."""
     bumper: tuple[float, float] | None = None
@@ -139,6 +141,7 @@ def practice_match(
     settings: RobotSettings,
     drivetrain: SwerveConfig | TankConfig,
     *,
+    engine: str | None = None,
     sinks: Sequence[TelemetrySink] = (),
     network: ntcore.NetworkTableInstance | None = None,
 ) -> Match:
@@ -148,6 +151,7 @@ def practice_match(
         game: What is played.
         settings: The robot's.
         drivetrain: The robot's.
+        engine: Name of the physics engine; None: that of the settings.
         sinks: Who wants telemetry.
         network: Where its cameras publish and listen.
 
@@ -161,4 +165,4 @@ def practice_match(
     if settings.preload > most:
         raise ConfigError(f"{FILE_NAME} [start]: preload must be at most {most} in {game.name}, got {settings.preload}")
     entry = RobotEntry(config=config, start=settings.start, preload=settings.preload)
-    return Match(game, robots=(entry,), practice=True, sinks=sinks, network=network)
+    return Match(game, robots=(entry,), practice=True, sinks=sinks, network=network, engine=engine or settings.engine)

@@ -26,6 +26,7 @@ _HEAD = """\
 # x is forward, y to the left, z up; a robot's origin is on the floor under its center.
 
 # game = "name"                 # where several are installed; left out: the newest
+# engine = "mujoco"             # physics engine: bullet or mujoco; left out: bullet where it is installed
 
 [robot]
 mass = 55.0                     # with bumpers and battery: weigh it

@@ -42,6 +42,8 @@ class AttachedPhysics(RobotPhysics):
     """Where robot.py is."""
     game_name: ClassVar[str | None] = None
     """As the flag `--game` says; None: it was not given."""
+    engine_name: ClassVar[str | None] = None
+    """As the flag `--engine` says; None: it was not given."""
     ownership: ClassVar[Ownership]
     """Made before the robot is built."""
 
@@ -65,15 +67,16 @@ class AttachedPhysics(RobotPhysics):
         )
         game = choose_game(self.game_name, settings.game)
         network = ntcore.NetworkTableInstance.getDefault()
-        match = practice_match(game, settings, config, sinks=[NetworkTablesSink(network)], network=network)
+        sinks = [NetworkTablesSink(network)]
+        match = practice_match(game, settings, config, engine=self.engine_name, sinks=sinks, network=network)
         robot_sim = match.robots[0]
         assert isinstance(robot_sim.drive, SwerveDrive)
         devices = swerve.SwerveDrivetrainSim(drivetrain, robot_sim.drive)
         motors = [connect_mechanism(m, robot_sim, self.ownership) for m in settings.mechanisms]
         says = f"as {path.name} says" if path.exists() else f"there is no {path.name}: `simcore init` writes one"
         _log.info(
-            "%s is on the field of %s: %.0f kg, bumpers %.2f x %.2f m (%s)",
-            *(type(robot).__name__, game.heading, config.mass, *settings.bumper, says),
+            "%s is on the field of %s: %.0f kg, bumpers %.2f x %.2f m, engine %s (%s)",
+            *(type(robot).__name__, game.heading, config.mass, *settings.bumper, match.world.engine.name, says),
         )
         super().__init__(physics_controller, robot, match=match, drivetrain=devices, motors=motors)
         self.settings = settings

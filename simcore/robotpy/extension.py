@@ -14,6 +14,7 @@ from typing import Any
 from pyfrc.physics.core import PhysicsInterface
 
 from simcore.phoenix6.ownership import Ownership
+from simcore.physics.engine_choice import ENGINES
 from simcore.robotpy.attached_physics import AttachedPhysics
 from simcore.robotpy.robot_physics import RobotPhysics
 
@@ -124,18 +125,18 @@ def _with_physics(robot_class: Any, interface: Any) -> Any:
     return PhysicsRobot
 
 
-# --- the flag --game ----------------------------------------------------------------------------------------------
+# --- the flags --game and --engine --------------------------------------------------------------------------------
 
 
-class _ChooseGame(argparse.Action):
-    """Keeps the name for when physics is built: `robotpy sim` hands extensions no options."""
+class _Choose(argparse.Action):
+    """Keeps a name for when physics is built: `robotpy sim` hands extensions no options."""
 
     def __call__(self, parser: Any, namespace: Any, values: Any, option_string: str | None = None) -> None:
-        AttachedPhysics.game_name = values
+        setattr(AttachedPhysics, f"{self.dest}_name", values)
 
 
-def _add_game_flag() -> None:
-    """Add `--game NAME` beside `--simcore`.
+def _add_flags() -> None:
+    """Add `--game NAME` and `--engine NAME` beside `--simcore`.
 
     pyfrc makes a flag without a value of each extension, and nothing more, while it loads them. So the parser is taken
     from the caller that imports this module for that purpose.
@@ -147,11 +148,17 @@ def _add_game_flag() -> None:
             parser.add_argument(
                 "--game",
                 metavar="NAME",
-                action=_ChooseGame,
+                action=_Choose,
                 help="with --simcore: the game to play, where several are installed",
+            )
+            parser.add_argument(
+                "--engine",
+                choices=tuple(ENGINES),
+                action=_Choose,
+                help="with --simcore: the physics engine (default: bullet where it is installed)",
             )
             return
         frame = frame.f_back
 
 
-_add_game_flag()
+_add_flags()

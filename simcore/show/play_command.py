@@ -20,6 +20,7 @@ from simcore.match.match import Match
 from simcore.match.registry import find_game, installed_games
 from simcore.match.report import print_report
 from simcore.match.runner import AutoRun, auto_seconds, play_auto
+from simcore.physics.engine_choice import add_engine_option
 from simcore.show.run_outputs import RunOutputs
 from simcore.show.watch import Watch, add_options
 from simcore.telemetry.snapshot import TelemetrySink
@@ -51,6 +52,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="FILE.gif",
         help="a moving picture too, GIF or (with ffmpeg) MP4; default: out/NAME.gif",
     )
+    add_engine_option(parser)
     parser.add_argument("--json", action="store_true", help="print one JSON object instead of tables")
     add_options(parser)
     for name, sentence in _game_options().items():
@@ -181,6 +183,7 @@ def _run(
             seed=seed,
             options=[name for name in _game_options() if getattr(options, name)],
             field_mesh=options.field,
+            engine=options.engine,
             sinks=sinks,
             on_tick=show,
             should_stop=lambda: interrupted() or watch.wants_restart,

@@ -51,7 +51,7 @@ ALLOWED = {
     "robotpy": CORE | {"robot_file", "phoenix6", "phoenix6_emulator", "compiled", "show"},
 }
 
-VENDORS = ("pybullet", "wpilib", "hal", "phoenix6")
+VENDORS = ("pybullet", "mujoco", "wpilib", "hal", "phoenix6")
 
 
 def module_name(path: Path) -> str:
@@ -173,9 +173,12 @@ def test_every_everyday_name_is_the_one_of_its_home():
         simcore.Macth  # noqa: B018
 
 
-def test_one_module_imports_the_engine():
-    who = [module_name(path) for path in SOURCES for name, _ in imports(path) if name.split(".")[0] == "pybullet"]
-    assert who == ["simcore.physics.bullet"]
+@pytest.mark.parametrize(
+    ("package", "module"), [("pybullet", "simcore.physics.bullet"), ("mujoco", "simcore.physics.mujoco_engine")]
+)
+def test_one_module_imports_an_engine(package, module):
+    who = [module_name(path) for path in SOURCES for name, _ in imports(path) if name.split(".")[0] == package]
+    assert who == [module]
 
 
 def test_only_adapters_import_vendors_or_the_robot_side_of_wpilib():

@@ -15,6 +15,11 @@ from game_table import GAMES, Played, play
 from simcore.match.game import Game
 
 
+@pytest.fixture(autouse=True)
+def _engine(engine_name):
+    """Worlds of this test are of this engine."""
+
+
 @pytest.fixture(params=GAMES)
 def game(request) -> Game:
     """Every game in turn."""
@@ -22,7 +27,7 @@ def game(request) -> Game:
 
 
 @pytest.fixture(scope="session")
-def played() -> Iterator[dict[tuple[str, str, str], Played]]:
+def played(engine_name) -> Iterator[dict[tuple[str, str, str], Played]]:
     """Runs by game, auto and alliance, made when first asked for."""
 
     class Runs(dict):

@@ -1,0 +1,204 @@
+"""Builds a MuJoCo model from bodies, and knows where each row of the engine is in it.
+
+The body frame of a moving body lies in its center of mass, along the axes of its shape: then MuJoCo's velocity of a
+free joint is that of the center of mass, and the mass matrix is diagonal.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from simcore.errors import EngineError
+from simcore.geometry.rotation import IDENTITY, Quaternion, Vector, rotate
+from simcore.physics.engine import BodyDefinition
+from simcore.physics.shapes import Box, Compound, Cylinder, HalfSpace, Hull, Mesh, Part, Shape, Sphere
+from simcore.typing import FloatArray, IntArray
+
+__all__ = ["ModelLayout", "box_inertia", "build_model", "parts_of"]
+
+_TRIANGLE_THICKNESS = 0.001  # [m]; MuJoCo takes the convex hull of a mesh, so each triangle becomes a thin prism
+_SMALLEST_AREA = 1e-10  # [m^2]
+_MEMORY = 48_000_000  # [bytes] for contacts; a system gives it page by page, when it is touched
+_MEMORY_PER_BODY = 250_000  # [bytes]: in a heap a ball has 6 contacts of 3 rows
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ModelLayout:
+    """Which row of the engine each part of a model is. Moving bodies are counted in their order, from 0."""
+
+    body_of_row: IntArray
+    """Number of the moving body, -1 for statics, shape (rows,)."""
+    row_of_body: IntArray
+    """Row of each moving body, shape (bodies,)."""
+    row_of_geom: IntArray
+    """Shape (geoms,)."""
+    body_of_geom: IntArray
+    """Number of the moving body, -1 for statics, shape (geoms,)."""
+
+
+def build_model(mujoco: Any, definitions: Sequence[BodyDefinition], gravity: float) -> tuple[Any, ModelLayout]:
+    """Compile a model.
+
+    Args:
+        mujoco: The package.
+        definitions: By row.
+        gravity: Along -z [m/s^2].
+
+    Returns:
+        The `MjModel`, and where each row is in it.
+
+    Raises:
+        EngineError: MuJoCo refuses a shape; the message is its own.
+    """
+    spec = mujoco.MjSpec()
+    option = spec.option
+    option.gravity = [0.0, 0.0, -gravity]
+    option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
+    option.solver = mujoco.mjtSolver.mjSOL_NEWTON
+    option.jacobian = mujoco.mjtJacobian.mjJAC_SPARSE
+    option.integrator = mujoco.mjtIntegrator.mjINT_EULER
+    option.sleep_tolerance = 0.0
+    option.enableflags |= mujoco.mjtEnableBit.mjENBL_SLEEP
+    option.disableflags |= mujoco.mjtDisableBit.mjDSBL_AUTORESET
+    moving = [row for row, definition in enumerate(definitions) if definition.mass > 0.0]
+    spec.memory = _MEMORY + _MEMORY_PER_BODY * len(moving)
+    geoms = _Geoms(mujoco, spec)
+    static_rows: list[int] = []
+    moving_rows: list[int] = []
+    for row, definition in enumerate(definitions):
+        if definition.mass == 0.0:
+            count = geoms.add(spec.worldbody, definition.shape, definition.pos, definition.quat)
+            static_rows += [row] * count
+        else:
+            body = spec.worldbody.add_body(mass=definition.mass, ipos=[0.0] * 3, iquat=[1.0, 0.0, 0.0, 0.0])
+            body.explicitinertial = True
+            body.inertia = list(definition.inertia or box_inertia(definition))
+            body.sleep = mujoco.mjtSleepPolicy.mjSLEEP_ALLOWED
+            body.add_freejoint()
+            cx, cy, cz = definition.center_of_mass
+            moving_rows += [row] * geoms.add(body, definition.shape, (-cx, -cy, -cz), IDENTITY)
+    try:
+        model = spec.compile()
+    except ValueError as error:
+        raise EngineError(f"MuJoCo refuses a body: {error}") from error
+    body_of_row = np.full(len(definitions), -1, dtype=np.int64)
+    body_of_row[moving] = np.arange(len(moving))
+    row_of_geom = np.array(static_rows + moving_rows, dtype=np.int64)
+    return model, ModelLayout(
+        body_of_row=body_of_row,
+        row_of_body=np.array(moving, dtype=np.int64),
+        row_of_geom=row_of_geom,
+        body_of_geom=body_of_row[row_of_geom],
+    )
+
+
+def parts_of(shape: Shape) -> tuple[Part, ...]:
+    """The convex members of a shape; a shape that is one itself is its own."""
+    if isinstance(shape, Compound):
+        return shape.parts
+    if isinstance(shape, HalfSpace | Mesh):
+        raise EngineError(f"a {type(shape).__name__} can only be a static")
+    return (Part(shape),)
+
+
+def box_inertia(definition: BodyDefinition) -> Vector:
+    """Principal moments of a uniform solid [kg m^2]: exact for sphere, box, cylinder; else of the bounding box."""
+    m, shape = definition.mass, definition.shape
+    if isinstance(shape, Sphere):
+        i = 0.4 * m * shape.radius**2
+        return (i, i, i)
+    if isinstance(shape, Cylinder):
+        across = m * (3.0 * shape.radius**2 + shape.height**2) / 12.0
+        return (across, across, 0.5 * m * shape.radius**2)
+    low, high = bounds(shape)
+    x, y, z = (high - low).tolist()
+    return (m * (y * y + z * z) / 12.0, m * (x * x + z * z) / 12.0, m * (x * x + y * y) / 12.0)
+
+
+def bounds(shape: Shape) -> tuple[FloatArray, FloatArray]:
+    """Lowest and highest corner of a shape of convex members, in its own frame [m], shape (3,) each."""
+    lows, highs = [], []
+    for part in parts_of(shape):
+        if isinstance(part.shape, Hull):
+            low, high = part.shape.points.min(axis=0), part.shape.points.max(axis=0)
+        else:
+            half = np.array(_half_size(part.shape))
+            low, high = -half, half
+        lows.append(low + np.array(part.offset))
+        highs.append(high + np.array(part.offset))
+    return np.min(lows, axis=0), np.max(highs, axis=0)
+
+
+def _half_size(shape: Sphere | Cylinder | Box) -> Vector:
+    if isinstance(shape, Sphere):
+        return (shape.radius, shape.radius, shape.radius)
+    if isinstance(shape, Cylinder):
+        return (shape.radius, shape.radius, shape.height / 2.0)
+    x, y, z = shape.size
+    return (x / 2.0, y / 2.0, z / 2.0)
+
+
+class _Geoms:
+    """Adds shapes to bodies of a spec; equal hulls share one mesh."""
+
+    def __init__(self, mujoco: Any, spec: Any) -> None:
+        self._types = mujoco.mjtGeom
+        self._inertia = mujoco.mjtMeshInertia.mjMESH_INERTIA_CONVEX
+        self._spec = spec
+        self._meshes: dict[bytes, str] = {}
+
+    def add(self, body: Any, shape: Shape, pos: Vector, quat: Quaternion) -> int:
+        """Add a shape; returns the number of its geoms."""
+        if isinstance(shape, HalfSpace):
+            self._add_one(body, self._types.mjGEOM_PLANE, (0.0, 0.0, 1.0), pos, quat)
+            return 1
+        if isinstance(shape, Mesh):
+            prisms = _prisms(shape)
+            for prism in prisms:
+                self._add_mesh(body, prism, pos, quat)
+            return len(prisms)
+        for part in parts_of(shape):
+            x, y, z = rotate(quat, part.offset)
+            at = (pos[0] + x, pos[1] + y, pos[2] + z)
+            member = part.shape
+            if isinstance(member, Hull):
+                self._add_mesh(body, member.points, at, quat)
+            elif isinstance(member, Sphere):
+                self._add_one(body, self._types.mjGEOM_SPHERE, (member.radius, 0.0, 0.0), at, quat)
+            elif isinstance(member, Cylinder):
+                size = (member.radius, member.height / 2.0, 0.0)
+                self._add_one(body, self._types.mjGEOM_CYLINDER, size, at, quat)
+            else:
+                self._add_one(body, self._types.mjGEOM_BOX, _half_size(member), at, quat)
+        return len(parts_of(shape))
+
+    def _add_one(self, body: Any, kind: Any, size: Vector, pos: Vector, quat: Quaternion, mesh: str = "") -> None:
+        x, y, z, w = quat
+        more = {"meshname": mesh} if mesh else {"size": list(size)}
+        body.add_geom(type=kind, pos=list(pos), quat=[w, x, y, z], mass=0.0, **more)
+
+    def _add_mesh(self, body: Any, points: FloatArray, pos: Vector, quat: Quaternion) -> None:
+        key = np.ascontiguousarray(points, dtype=np.float64).tobytes()
+        if key not in self._meshes:
+            name = f"hull {len(self._meshes)}"
+            self._spec.add_mesh(name=name, uservert=np.frombuffer(key), inertia=self._inertia)
+            self._meshes[key] = name
+        self._add_one(body, self._types.mjGEOM_MESH, (0.0, 0.0, 0.0), pos, quat, self._meshes[key])
+
+
+def _prisms(mesh: Mesh) -> list[FloatArray]:
+    """Each triangle of a mesh as the six corners of a thin prism around it [m]."""
+    corners = mesh.vertices[mesh.faces]
+    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    area = 0.5 * np.sqrt(np.einsum("ij,ij->i", normal, normal))
+    good = area > _SMALLEST_AREA
+    step = normal[good] * (0.25 * _TRIANGLE_THICKNESS / area[good])[:, None]
+    if not math.isfinite(float(step.sum())):
+        raise EngineError("a mesh has corners that are not finite")
+    flat = corners[good]
+    return list(np.concatenate((flat - step[:, None, :], flat + step[:, None, :]), axis=1))
