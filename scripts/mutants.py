@@ -30,7 +30,8 @@ class Mutant(NamedTuple):
 MATCH, FLOW = "simcore/match/match.py", "simcore/match/piece_flow.py"
 MANAGER = "simcore/pieces/piece_manager.py"
 MANIPULATORS, ROBOT = "tests/physics/test_manipulators.py", "tests/physics/test_robot.py"
-SHOOTER = "tests/unit/pieces/test_shooter.py"
+SHOOTER, SHOTS = "tests/unit/pieces/test_shooter.py", "tests/physics/test_shots.py"
+PATHS, ROLLING = "tests/physics/test_robot_paths.py", "tests/physics/test_bounce_roll_flight.py"
 MATCHES, REPEATS = "tests/games/test_game_matches.py", "tests/games/test_game_repeats.py"
 
 MUTANTS = (
@@ -39,13 +40,13 @@ MUTANTS = (
            "tests/games/test_robot_power.py::test_mechanisms_load_the_battery_and_estimates_do_not"),
     Mutant("intake takes what flies", FLOW, "near & (state.status[slots] != PieceStatus.IN_FLIGHT)", "near",
            f"{MANIPULATORS}::test_a_piece_in_flight_is_not_taken_until_it_has_touched_something"),
-    Mutant("launch ignores the time flown", "simcore/pieces/shooter.py", "flown = dt - launch.delay", "flown = 0.0",
-           f"{SHOOTER}::test_a_shot_in_the_course_of_a_tick_flies_for_the_rest_of_it"),
+    Mutant("launch ignores the time flown", FLOW, "flown = TICK - launch.delay", "flown = 0.0",
+           f"{SHOTS}::test_a_shot_of_a_moving_robot_leaves_where_the_muzzle_is_at_that_instant"),
     Mutant("set_alliance does not tell the gyro", "simcore/robot/robot.py",
            "self.gyro.reset(yaw=self.gyro.yaw, true_yaw=pose[2])", "pass",
            f"{MATCHES}::test_set_alliance_puts_a_robot_on_the_other_side_while_its_gyro_keeps_its_reading"),
     Mutant("a carried robot keeps its last sub-step", "simcore/robot/chassis.py",
-           "        self._h_before = 0.0\n        self.read()", "        self.read()",
+           "self._h_before = 0.0\n        self._is_pushed = False\n        self._outside", "self._outside",
            f"{ROBOT}::test_a_robot_that_is_carried_forgets_how_it_moved"),
     Mutant("a wall pushes back with 15 g", "simcore/robot/chassis.py", "_MOST_RESISTANCE = 1.5",
            "_MOST_RESISTANCE = 15.0", f"{ROBOT}::test_a_wall_pushes_back_with_no_more_than_a_tire_could_stand"),
@@ -56,7 +57,7 @@ MUTANTS = (
            f"{MANIPULATORS}::test_a_piece_near_a_moving_robot_does_not_sleep"),
     Mutant("digest without status", MATCH, "update(state.pos[awake], state.status.astype(np.int64))",
            "update(state.pos[awake])", f"{REPEATS}::test_a_piece_that_changes_its_status_only_changes_the_digest"),
-    Mutant("no supply limit on feeding back", "simcore/robot/tire_solver.py", " or v * i < -power:", ":",
+    Mutant("no supply limit on feeding back", "simcore/robot/tire_solver.py", "power or v * i < -power:", "power:",
            f"{ROBOT}::test_a_supply_limit_holds_while_the_motors_feed_the_battery"),
     Mutant("storage takes one too many", FLOW, "[: max(0, robot.storage.room)]", "[: max(0, robot.storage.room + 1)]",
            f"{MANIPULATORS}::test_no_more_pieces_are_taken_than_there_is_room_for"),
@@ -89,6 +90,37 @@ MUTANTS = (
            f"{MANIPULATORS}::test_a_full_placer_takes_nothing_more"),
     Mutant("the rung does not load the climber", "simcore/robot/climber.py", "set_load(effort * joint.ratio)",
            "set_load(0.0)", "tests/physics/test_climber.py::test_it_lifts_itself_and_the_forces_balance"),
+    # of paths, rolling balls, shots and meshes
+    Mutant("a robot moves with its velocity at the end", "simcore/robot/chassis.py", "_push(h, change, mean, pull)",
+           "_push(h, change, change, pull)", f"{PATHS}::test_following_a_velocity_moves_by_its_closed_form"),
+    Mutant("the expected pull is not made up for", "simcore/robot/chassis.py", "(p * half for p in pull)",
+           "(0.0 * p for p in pull)", f"{PATHS}::test_following_zero_stands_on_a_slope"),
+    Mutant("outside forces act whole and at once", "simcore/robot/chassis.py", "kick = half + 0.5 * self._h_before",
+           "kick = h", f"{PATHS}::test_a_constant_force_moves_a_robot_by_half_a_t2"),
+    Mutant("long steps while tires slide", "simcore/robot/wheeled_drive.py",
+           "dt = shortest if self._solver.is_sliding else longest", "dt = longest",
+           f"{PATHS}::test_a_path_does_not_depend_on_sub_steps"),
+    Mutant("tire forces in the axes of the end", "simcore/robot/wheeled_drive.py",
+           "c_half = math.cos(half)\n            s_half = math.sin(half)", "c_half, s_half = 1.0, 0.0",
+           f"{PATHS}::test_a_path_does_not_depend_on_sub_steps"),
+    Mutant("loads do not follow the tires", "simcore/robot/wheel_loads.py", "x = self._x + share * (wx + ax - self._x)",
+           "x = self._x", "tests/unit/robot/test_wheel_loads.py"),
+    Mutant("a held azimuth has no supply limit", "simcore/robot/swerve_module.py", "if volts_held * i0 <= power:",
+           "if True:", "tests/unit/robot/test_swerve_drive.py"),
+    Mutant("a shot leaves before the gate opens", "simcore/pieces/shooter.py", "opened=self._opening() * dt",
+           "opened=0.0", f"{SHOOTER}::test_no_shot_leaves_before_the_gate_has_opened"),
+    Mutant("all shots of a tick have the aim of its end", "simcore/pieces/shooter.py", "if before is None:", "if True:",
+           f"{SHOOTER}::test_a_shot_in_the_course_of_a_tick_has_the_aim_of_that_instant"),
+    Mutant("a muzzle in a wall shoots", FLOW, "return obstacles[-1] < 0", "return True",
+           f"{SHOTS}::test_a_muzzle_in_the_alliance_wall_shoots_nothing_until_the_robot_backs_off"),
+    Mutant("a wheel gives a ball no spin", "simcore/pieces/shooter.py", "share = 0.2 * self", "share = 0.0 * self",
+           f"{SHOOTER}::test_a_ball_that_rolls_along_a_fixed_hood_takes_seven_tenths_of_its_momentum_from_the_wheel"),
+    Mutant("balls roll on without loss", "simcore/physics/rolling.py", "slowing[moving] * due", "0.0 * due",
+           f"{ROLLING}::test_rolling_distance_follows_the_rolling_resistance_at_any_substep"),
+    Mutant("balls lose speed along x only", "simcore/physics/rolling.py", "[0, 1, 3, 4]] *=", "[0, 4]] *=",
+           f"{ROLLING}::test_a_ball_rolls_straight_and_equally_far_in_every_direction"),
+    Mutant("plates on the side of the fewer faces", "simcore/physics/sheets.py",
+           "areas[as_it_is].sum() < areas", "areas[as_it_is].sum() > areas", "tests/unit/physics/test_sheets.py"),
 )  # fmt: skip
 
 

@@ -36,6 +36,10 @@ Steps: TypeAlias = Generator[None, None, None]
 Script: TypeAlias = "Callable[[ScriptedRobot], Steps]"
 """What to do, from the first tick to the last."""
 
+# Of a robot that is ready to shoot. Each is worth 40 to 60 mm where a shot of 2.5 m and 1.2 s comes down.
+_WHEEL_TOLERANCE = 0.01  # of the wheels' speed; the range goes with its square
+_HEADING_TOLERANCE = degrees(1.0)
+_MOST_SPEED = 0.05  # over ground [m/s]
 _LYING = 0.3  # [m]; pieces whose center is higher are in the air or on something
 
 
@@ -309,8 +313,9 @@ class ScriptedRobot:
         shooter = self.robot.shooters[0]
         hood = shooter.config.hood
         aimed = hood is None or abs(self.robot.mechanisms[hood].position - self._hood_goal) < degrees(1.5)
-        slow = math.hypot(*self.robot.chassis.vel) < 0.15
-        return abs(turn) < degrees(2.0) and aimed and slow and abs(shooter.wheel_speed / self._wheel_goal - 1.0) < 0.025
+        still = math.hypot(*self.robot.chassis.vel) < _MOST_SPEED
+        up = abs(shooter.wheel_speed / self._wheel_goal - 1.0) < _WHEEL_TOLERANCE
+        return abs(turn) < _HEADING_TOLERANCE and aimed and still and up
 
     def _braking_speed(self, distance: float) -> float:
         """The speed from which half of the acceleration stops the robot within a distance [m]; [m/s]."""

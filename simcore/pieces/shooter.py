@@ -124,6 +124,7 @@ class Shooter:
             gate_open=lambda: self.gate_open,
         )
         self._aim_before: Aim | None = None
+        self._gate_before: list[float] = []
 
     @property
     def elevation(self) -> float:
@@ -151,8 +152,7 @@ class Shooter:
     @property
     def gate_open(self) -> bool:
         """Whether pieces reach wheels that turn."""
-        fed = all(part.velocity > self.config.gate_speed for part in self._gate)
-        return fed and self.wheel_speed > self.config.min_wheel_speed
+        return all(spare > 0.0 for spare in self._gate_spares())
 
     @property
     def aim(self) -> Aim:
@@ -161,8 +161,9 @@ class Shooter:
         return Aim(self.elevation, self.exit_speed, self.turret_angle, rate)
 
     def begin_tick(self) -> None:
-        """Note where it aims as a tick begins: shots in the course of the tick lie between this and its end."""
+        """Note aim and gate as a tick begins: shots in the course of the tick lie between this and its end."""
         self._aim_before = self.aim
+        self._gate_before = self._gate_spares()
 
     def update(self, dt: float, held: int, is_free: Callable[[Launch], bool] | None = None) -> list[Launch]:
         """Shots of the tick that ends now.
@@ -172,8 +173,9 @@ class Shooter:
             held: Pieces in the robot.
             is_free: Whether nothing is in the way of a shot; None: always free.
         """
-        launches = self._schedule.update(dt, held, is_free)
+        launches = self._schedule.update(dt, held, is_free, opened=self._opening() * dt)
         self._aim_before = None
+        self._gate_before = []
         return launches
 
     def released(self, launch: Launch, *, radius: float, robot: PartState) -> ReleasedPiece:
@@ -218,6 +220,19 @@ class Shooter:
         impulses = (0.5 * speed + share, 0.5 * speed - share)
         for wheel, impulse in zip(self._wheels, impulses, strict=False):  # a fixed hood's share moves nothing
             wheel.velocity += -mass * impulse * self.config.wheel_radius / wheel.inertia
+
+    def _gate_spares(self) -> list[float]:
+        """By how much gate and wheels turn faster than they must for pieces to leave [rad/s]."""
+        spares = [part.velocity - self.config.gate_speed for part in self._gate]
+        return [*spares, self.wheel_speed - self.config.min_wheel_speed]
+
+    def _opening(self) -> float:
+        """Share of the tick after which a gate that is open at its end has been open."""
+        share = 0.0
+        for before, now in zip(self._gate_before, self._gate_spares(), strict=False):
+            if before <= 0.0 < now:
+                share = max(share, before / (before - now))
+        return share
 
     def _aim_at(self, share: float) -> Aim:
         """The aim a share of the way through the tick."""

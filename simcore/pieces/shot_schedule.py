@@ -73,7 +73,9 @@ class ShotSchedule:
         self._until_next = 0.0
         self.shots = 0
 
-    def update(self, dt: float, held: int, is_free: Callable[[Launch], bool] | None = None) -> list[Launch]:
+    def update(
+        self, dt: float, held: int, is_free: Callable[[Launch], bool] | None = None, *, opened: float = 0.0
+    ) -> list[Launch]:
         """Launches of a tick; the caller takes as many pieces out of the robot.
 
         Args:
@@ -81,6 +83,7 @@ class ShotSchedule:
             held: Pieces in the robot; no more than these are launched.
             is_free: Whether nothing is in the way of a launch. A piece that cannot leave stays in the robot; if that is
                 so for all barrels, the event stays due, and is tried again as the next tick begins. None: always free.
+            opened: From the start of the tick until a gate that is open at its end has opened [s].
 
         Raises:
             ConfigError: If `dt` is not above zero.
@@ -97,6 +100,7 @@ class ShotSchedule:
                     f" turret {now.turret_angle} rad"
                 )
             ready = held if now.speed >= self._min_speed else 0
+            self._until_next = max(self._until_next, opened)
             while ready > 0 and self._until_next < dt - _SAME_INSTANT:
                 delay = max(0.0, self._until_next)
                 aim = self._aim(delay / dt)

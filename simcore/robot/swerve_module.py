@@ -114,14 +114,15 @@ class SteerBank:
                 i1 = weights[row] * emf * conductance
                 i0 = (v - (1.0 - weights[row]) * emf * w) * conductance
             holds = friction + scrub * loads[row]
+            power = supply * bus
             if w == 0.0 and a == 0.0 and -holds <= driven * i0 <= holds and -limit <= i0 <= limit:
-                # Held by friction, as azimuths are most of the time (5.0 -> 3.5 us for four).
-                terminal.append(i0 * m.resistance)
-                currents.append(i0)
-                continue
+                volts_held = i0 * m.resistance
+                if volts_held * i0 <= power:  # held by friction, as azimuths are most of the time (5.0 -> 3.5 us)
+                    terminal.append(volts_held)
+                    currents.append(i0)
+                    continue
             k = inertia / h
             a += k * w
-            power = supply * bus
             end, i, _, _ = solve_shaft(k, a, i0, i1, limit, driving, driven, holds)
             emf_end = weights[row] * emf
             offset = (emf - emf_end) * w

@@ -132,13 +132,16 @@ def test_a_kit_bot_drives_and_turns_on_the_engine():
 # --- what a robot feels that is carried, hits a wall, or feeds its battery ------------------------------------------
 
 
-def test_a_robot_that_is_carried_forgets_how_it_moved():
+@pytest.mark.parametrize("ticks", [10, 100], ids=["speeding up", "pushing a wall"])
+def test_a_robot_that_is_carried_forgets_how_it_moved(ticks):
     """Its wheels bear what those of a robot at rest bear, in the first sub-step too."""
+    wall = FieldElement(name="wall", shape=Box((0.5, 4.0, 1.0)), position=np.array([2.0, 0.0, 0.5]))
     with PhysicsWorld() as world:
+        world.add_field([wall])
         robot = make(world)
         robot.drive.set_chassis_speeds(3.0, 0.0, 0.0)
-        advance(world, robot, 60)
-        assert robot.chassis.vel[0] > 2.5
+        advance(world, robot, ticks)
+        assert (robot.chassis.pos[0] > 1.3) == (ticks == 100)
         robot.reset((3.0, 3.0, 0.0))
         fresh = make(world, (6.0, 3.0, 0.0))
         for one in (robot, fresh):

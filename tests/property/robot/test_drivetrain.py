@@ -340,7 +340,11 @@ def test_a_wheel_that_slides_has_all_of_its_grip(kind, h):
                 v = rng.uniform(-1.0, 1.0, 3) * (4.0, 2.0, 6.0)
             loads = rng.uniform(0.1, 2.0, n) * (rng.random(n) < 0.8)
             loads *= 500.0 / max(loads.sum(), 0.1)
-        v = (v + drive.step(h, *v.tolist(), loads.tolist())) * (0.999, 1.0, 1.0)
+        omega = v[2]
+        v = v + drive.step(h, *v.tolist(), loads.tolist())
+        turned = 0.5 * (omega + v[2]) * h  # slip is that in the robot's axes at the end of the step
+        c, s = math.cos(turned), math.sin(turned)
+        v = np.array((c * v[0] + s * v[1], c * v[1] - s * v[0], v[2]))
         for g, shaft in enumerate(solver.shafts):
             c, s = (1.0, 0.0) if kind == "tank" else (swerve.state.cos[g], swerve.state.sin[g])
             rim = shaft.radius * solver.shaft_speed[g]
@@ -352,4 +356,4 @@ def test_a_wheel_that_slides_has_all_of_its_grip(kind, h):
                     slid += 1
                     short += math.hypot(solver.force_x[k_wheel], solver.force_y[k_wheel]) < 0.8 * grip
     assert slid > 2000
-    assert short <= 0.005 * slid  # where the rounds end before all wheels agree; with 4 plain rounds it was up to 6 %
+    assert short <= 0.001 * slid  # where the rounds end before all wheels agree; 0 here, with 4 plain rounds up to 6 %

@@ -102,6 +102,18 @@ def angular_impulses(made, parts, names, mass, speed):
     return [(before[name] - parts[name].velocity) * parts[name].inertia for name in names]
 
 
+def test_no_shot_leaves_before_the_gate_has_opened():
+    """Wheels fast enough after 1/4 of the tick, the feeder after 3/5: the shot has the speed of that instant."""
+    made, parts = shooter(gate=("feeder",), gate_speed=3.0, min_wheel_speed=100.0)
+    parts["lower"].velocity = parts["upper"].velocity = 90.0
+    made.begin_tick()
+    parts["lower"].velocity = parts["upper"].velocity = 130.0
+    parts["feeder"].velocity = 5.0
+    (launch,) = made.update(0.02, 1)
+    assert launch.delay == pytest.approx(0.012)
+    assert launch.aim.speed == pytest.approx(114.0 * 0.05 * 0.9)
+
+
 def test_a_ball_that_rolls_along_a_fixed_hood_takes_seven_tenths_of_its_momentum_from_the_wheel():
     """Moments about the line where it touches the hood: 2 r J = (0.4 + 1) m r^2 w with w r = v."""
     made, parts = shooter(wheels=("lower",), exit_efficiency=0.5)

@@ -64,6 +64,15 @@ def test_first_shot_comes_at_once_after_the_gate_was_closed():
     assert sum(len(sim.update(0.02, held=10)) for _ in range(5)) == 0  # nothing saved up
 
 
+def test_a_gate_that_opens_in_the_course_of_a_tick_lets_the_first_shot_through_then():
+    sim, _ = shooter(rate=40.0)
+    (first,) = sim.update(0.02, held=10, opened=0.012)
+    (second,) = sim.update(0.02, held=10, opened=0.005)
+    assert (first.delay, 0.02 + second.delay) == pytest.approx((0.012, 0.012 + 0.025)), "25 ms apart, open or not"
+    assert sim.update(0.02, held=10) == sim.update(0.02, held=0) == sim.update(0.02, held=10, opened=0.02) == []
+    assert sim.update(0.02, held=10)[0].delay == 0.0
+
+
 def test_a_gate_that_flickers_does_not_shoot_faster():
     sim, inputs = shooter()
     shots = 0

@@ -36,6 +36,16 @@ def test_chassis_speeds_are_reached():
     assert robot.speed == pytest.approx(0.0, abs=1e-3)
 
 
+def test_an_azimuth_that_friction_holds_keeps_its_supply_limit():
+    """12 V on a stalled motor would draw V^2 / R; limited to P = 5 A at 12 V, it has I = sqrt(P / R)."""
+    drive = drive_of(steer_supply_limit=5.0, steer_friction_volts=13.0, steer_efficiency=1.0)
+    drive.set_volts([0.0] * 4, [12.0] * 4)
+    drive.step(0.005, 0.0, 0.0, 0.0)
+    assert drive.state.steer_speed == [0.0] * 4
+    assert drive.steer_motors.supply == pytest.approx([5.0] * 4)
+    assert drive.steer_motors.current == pytest.approx([math.sqrt(5.0 * 12.0 / MODULE.steer_motor.resistance)] * 4)
+
+
 def test_too_fast_a_wish_is_scaled_down_in_its_direction():
     drive = drive_of()
     robot = PlanarChassis(drive)
