@@ -85,7 +85,7 @@ class Impacts:
         self._wake = wake
         self._is_needed = not world.engine.is_exact
         kinds = pool.state.kind
-        self._is_ball = np.array([isinstance(kind.shape, Sphere) for kind in pool.types])[kinds]
+        self._is_ball = np.array([isinstance(kind.shape, Sphere) for kind in pool.types], dtype=bool)[kinds]
         self._surfaces = [kind.surface for kind in pool.types]
         self._near: IntArray = np.zeros(0, dtype=np.int64)
         self._moves: BoolArray = np.zeros(0, dtype=bool)  # of those near

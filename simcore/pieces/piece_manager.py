@@ -78,7 +78,7 @@ class GamePieceManager:
         self._chunk = np.zeros(n, dtype=np.int64)
         self._slow = np.zeros(n, dtype=np.int64)
         speeds = [self._p.slow_speed if isinstance(config.shape, Sphere) else _ROCKING for config, _ in types]
-        self._slow_speed = np.array(speeds)[self.state.kind]
+        self._slow_speed = np.array(speeds, dtype=float)[self.state.kind]
         self._guarded = np.zeros(n, dtype=bool)  # within reach of a moving robot: may not sleep
         self._impacts = Impacts(world, self._pool, self._wake)
         self._flight = FlightForces(world, self._pool, self._impacts)

@@ -113,26 +113,6 @@ def test_a_robot_cannot_press_fuel_into_a_wall(thickness, speed, rows, columns):
         assert apart.min() > 2 * RADIUS - 0.01, "none in another"
 
 
-def test_a_ball_under_a_robot_is_not_pressed_into_the_carpet():
-    """It lies under the frame, 50 mm above the carpet, and carries the robot on its top."""
-    with PhysicsWorld() as world:
-        pieces = GamePieceManager(world, [(FUEL, 1)], field_size=(16.0, 8.0))
-        slot = pieces.spawn("Fuel", np.array([[4.0, 4.0, RADIUS]]))[0]
-        robot = ChassisSimulation(world, ChassisConfig(), pose=(8.0, 4.0, 0.0))
-        world.set_pose(robot.row, (4.0, 4.0, 2 * RADIUS - 0.05))
-        robot.read()
-        pieces._wake(int(slot))
-        lowest = 1.0
-        for _ in range(100):
-            pieces.wake_reachable([Footprint(*robot.footprint)], DT)
-            world.step(DT, substeps=2, before_substep=lambda h: (robot.before_substep(h), pieces.before_substep(h)))
-            robot.read()
-            pieces.gather(DT)
-            pieces.settle()
-            lowest = min(lowest, float(pieces.state.pos[slot, 2]))
-        assert lowest > 0.03
-
-
 # --- on the real field ----------------------------------------------------------------------------------------------
 
 LENGTH, WIDTH = REBUILT.field.size
