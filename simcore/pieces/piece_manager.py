@@ -77,6 +77,7 @@ class GamePieceManager:
         )
         self._chunk = np.zeros(n, dtype=np.int64)
         self._slow = np.zeros(n, dtype=np.int64)
+        self._is_ball = np.array([isinstance(config.shape, Sphere) for config, _ in types], dtype=bool)[self.state.kind]
         speeds = [self._p.slow_speed if isinstance(config.shape, Sphere) else _ROCKING for config, _ in types]
         self._slow_speed = np.array(speeds, dtype=float)[self.state.kind]
         self._guarded = np.zeros(n, dtype=bool)  # within reach of a moving robot: may not sleep
@@ -485,10 +486,10 @@ class GamePieceManager:
         away = state.pos[slots][:, None, :] - state.pos[others][None, :, :]
         reach = np.maximum(radius[slots][:, None] + radius[others][None, :] - _DEEP, 0.0)
         near = (np.einsum("ijk,ijk->ij", away, away) < reach * reach) & (slots[:, None] != others[None, :])
-        deep: BoolArray = near.any(axis=1)
+        deep: BoolArray = (near & self._is_ball[others]).any(axis=1) & self._is_ball[slots]
         for number, slot in enumerate(slots.tolist()):
-            is_doubtful = deep[number] or self._pressing.is_sustained[slot]
-            if is_doubtful or world.near_solid(state.pos[slot].tolist(), float(radius[slot])):
+            is_doubtful = self._pressing.is_sustained[slot] or near[number].any()
+            if not deep[number] and (is_doubtful or world.near_solid(state.pos[slot].tolist(), float(radius[slot]))):
                 deep[number] = world.engine.overlap(self._pool.rows[slot]) > _DEEP
         return deep
 
@@ -514,7 +515,11 @@ class GamePieceManager:
         if self._readings % _AUDIT_PERIOD == 0:
             stirred[(np.arange(min(_AUDIT_SIZE, len(still))) + self._audit_at) % max(1, len(still))] = True
             self._audit_at += _AUDIT_SIZE
-            for slot in still[stirred].tolist():
+            stopped = still[stirred]
+            deep = self._are_deep(stopped)
+            for slot in stopped[deep].tolist():
+                self._wake(slot)
+            for slot in stopped[~deep].tolist():
                 self._world.engine.sleep(self._pool.rows[slot])
 
     def _follow_sleepers(self, slots: IntArray) -> tuple[IntArray, BoolArray]:
