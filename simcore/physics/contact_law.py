@@ -30,7 +30,9 @@ RIGID = 5e5
 _RELAXATION = 0.02  # [s]; overlaps of rigid bodies go away with this time constant, so that they give no speed
 _HARDNESS = 1e-3  # regularization of an impact, in parts of its inverse mass
 _BARELY = 0.0015  # [m]; a contact that overlaps by less can still bounce, one that is squeezed is a spring
-_DEEPEST = 0.01  # [m]; deeper overlaps of rigid bodies push no more: bodies put into each other do not explode
+_DEEPEST = (
+    0.01  # [m]; overlaps that are deeper where it is rigid push no more: bodies put into each other do not explode
+)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -100,7 +102,7 @@ def normal_law(
     preload = np.zeros(len(gap))
     preload[is_bottomed] = (stiffness[is_bottomed] - RIGID) * give[is_bottomed]
     regularization = 1.0 / (h * (k * h + c))
-    felt = np.where(is_rigid, np.minimum(depth, _DEEPEST), depth)
+    felt = np.minimum(depth, np.where(is_rigid, _DEEPEST, give + _DEEPEST))
     load_reference = (preload + k * felt - (k * h + c) * speed) * regularization
     near_reference = -(ahead / h + speed) / h
     reference = np.where(hits, hit_reference, np.where(loaded, load_reference, near_reference))
