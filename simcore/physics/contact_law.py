@@ -6,8 +6,8 @@ contacts. Four laws are written in that form:
 
 - Impact. Bodies that meet within the step, faster than `REST_SPEED`, leave with restitution times the speed at which
   they meet (Newton's law), whatever the step and the phase of the hit in it.
-- Touch. Bodies that are apart may come no nearer within the step than to touch.
-- Load. Bodies that overlap push each other apart by a spring and a damper, taken at the end of the step (implicit
+- Touch. Rigid bodies that are apart may come no nearer within the step than to touch.
+- Load. Bodies that overlap, and soft ones that are about to, push each other apart by a spring and a damper, taken at the end of the step (implicit
   Euler): f = k x - c v. It cannot gain energy at any step.
 - Friction. Rows across the normal ask for rest at the end of the step, and get what the friction can give. The cone
   of such a solver is convex, which lifts what slides: by the `excess` of the wish times the friction.
@@ -91,7 +91,9 @@ def normal_law(
     leave = np.maximum(-restitution * meeting + free * rest, 0.0)
     hit_reference = free + ((leave - speed) / h - free) * (1.0 + _HARDNESS)
     # Load: f = f0 + k (x - h v') - c v' with the velocity v' at the end of the step.
-    depth = np.maximum(-gap, 0.0)
+    # A soft pair that is apart is the same spring, so that nothing hangs on the sign of a gap that is nothing.
+    springs = loaded | ~(hits | is_rigid)
+    depth = -gap
     log = np.log(np.maximum(restitution, 1e-3))
     damping_ratio = -log / np.sqrt(np.pi**2 + log**2)
     soft_damping = 2.0 * damping_ratio * np.sqrt(stiffness / inverse_mass)
@@ -105,10 +107,10 @@ def normal_law(
     felt = np.minimum(depth, np.where(is_rigid, _DEEPEST, give + _DEEPEST))
     load_reference = (preload + k * felt - (k * h + c) * speed) * regularization
     near_reference = -(ahead / h + speed) / h
-    reference = np.where(hits, hit_reference, np.where(loaded, load_reference, near_reference))
-    regularization = np.where(loaded, regularization, _HARDNESS * inverse_mass)
+    reference = np.where(hits, hit_reference, np.where(springs, load_reference, near_reference))
+    regularization = np.where(springs, regularization, _HARDNESS * inverse_mass)
     force = np.maximum((reference - free) / (inverse_mass + regularization), 0.0)
-    held = np.where(loaded, np.maximum(preload + k * felt, 0.0), 0.0)
+    held = np.where(springs, np.maximum(preload + k * felt, 0.0), 0.0)
     return NormalLaw(
         reference=reference,
         regularization=regularization,
