@@ -4,11 +4,13 @@ How it is set up, and why (each was measured; ratios in docs/physics.md):
 
 - Every body uses maximal coordinates (Bullet's plain rigid bodies): no velocity clamp, no hidden quadratic damping,
   a third faster than its multibodies.
-- A contact has one of two laws, both written as Bullet's spring and damper. An impact is a damper so stiff (2e6 N s/m)
-  that it is rigid: the pair's restitution acts, and an overlap relaxes with 0.2 s, so it adds nothing to a bounce at
-  any step. A sustained contact is the piece's own stiffness with critical damping: the
-  solver converges at a mass ratio of 256 (a robot that presses a ball against a wall), where rigid contacts need
-  1000 iterations. Springs carry load only without split impulses, so those are off.
+- A contact has one of two laws, both written as Bullet's spring and damper. An impact is a damper so stiff (5e5 N s/m)
+  that it is rigid: the pair's restitution acts, and an overlap relaxes with 50 ms. A sustained contact is the piece's
+  own stiffness with twice the critical damping: the solver converges at a mass ratio of 256 (a robot that presses a ball against
+  a wall), where rigid contacts need 1000 iterations.
+- In careful steps, in which something is pressed or heaped, springs must carry load; Bullet's do so only without split
+  impulses. In all others split impulses keep the repair of overlaps out of the velocities, so that a bounce has its
+  configured restitution at any step (without them it is up to h / 50 ms too high).
 - Contacts start within 1 mm; the default of 20 mm eats slow bounces. Continuous collision detection is off: it takes
   the bounce away, and sub-steps are cheaper while few pieces are fast.
 - Sleeping is ours: the thresholds are 0, so Bullet itself never freezes a body, but it wakes those that are touched.
@@ -44,9 +46,10 @@ _CAREFUL_ITERATIONS = 32
 """While something is pressed or heaped: a heap of 100 balls then comes to rest at its packing; with 8 iterations their
 noise compacts it by 2 % in 6 s. A step costs 1.4 times as much.
 """
-_RIGID_STIFFNESS, _RIGID_DAMPING = 1e7, 2e6  # [N/m, N s/m]: far above h k of any step, and 0.2 s together
-_RELAXATION = 0.5  # [s], of an overlap of bodies without a stiffness: robots, the field; faster adds to bounces
-_DAMPING_RATIO = 1.0  # of sustained contacts
+_RIGID_STIFFNESS, _RIGID_DAMPING = 1e7, 5e5  # [N/m, N s/m]: far above h k of any step, and 50 ms together
+_RELAXATION = 0.5  # [s], of an overlap of robots and the field in careful steps, where it adds to bounces
+_REPAIR = 0.2  # share of such an overlap that is repaired in another step
+_DAMPING_RATIO = 2.0  # of sustained contacts: what was squeezed while it was rigid comes out slowly
 _RESIDUAL = 0.0
 """No early end: islands are solved in batches, so one robot would end another's iterations (0.5 mm in 0.8 s)."""
 _CONTACT_DISTANCE = 0.001  # [m]
@@ -125,7 +128,9 @@ class BulletEngine:
             solverResidualThreshold=_RESIDUAL,
             deterministicOverlappingPairs=1,  # 5-8 % of a step; without it a knock dies in a row of six balls
             collisionFilterMode=0,  # both masks must agree
-            useSplitImpulse=0,
+            useSplitImpulse=1,
+            splitImpulsePenetrationThreshold=0.0,
+            contactERP=_REPAIR,
             **self._kw,
         )
         self._h = 0.0
@@ -283,9 +288,12 @@ class BulletEngine:
     def set_careful(self, careful: bool) -> None:
         """Whether the coming steps hold pressed pieces and heaps, which needs more iterations of the solver."""
         if careful != self._is_careful:
-            self._is_careful = careful
-            iterations = _CAREFUL_ITERATIONS if careful else _SOLVER_ITERATIONS
-            self._p.setPhysicsEngineParameter(numSolverIterations=iterations, physicsClientId=self._open())
+            self._is_careful, self._h = careful, 0.0
+            self._p.setPhysicsEngineParameter(
+                numSolverIterations=_CAREFUL_ITERATIONS if careful else _SOLVER_ITERATIONS,
+                useSplitImpulse=0 if careful else 1,
+                physicsClientId=self._open(),
+            )
 
     def overlap(self, row: int) -> float:
         """How deep the body is in others, at its deepest contact [m]; 0 for none."""
@@ -302,7 +310,8 @@ class BulletEngine:
         if h != self._h:
             self._h = h
             self._p.setTimeStep(h, client)
-            self._p.setPhysicsEngineParameter(contactERP=min(1.0, h / _RELAXATION), physicsClientId=client)
+            repair = h / _RELAXATION if self._is_careful else _REPAIR
+            self._p.setPhysicsEngineParameter(contactERP=repair, physicsClientId=client)
         self._p.stepSimulation(client)
 
     def rays(self, start: FloatArray, end: FloatArray, mask: int) -> RayHits:

@@ -19,10 +19,11 @@ from simcore.typing import BoolArray, FloatArray
 
 __all__ = ["FloorRolling"]
 
-_PERIOD = 0.04
-"""Least time between two losses of speed [s], of 0.02 m/s on carpet: each tick they would cost a tenth of it."""
-_BALLS, _LONGEST = 50, 3
-"""Balls for which losses are taken that often; of twice as many half as often, down to a third."""
+_PERIOD = 0.02
+"""Least time between two losses of speed [s], of 0.01 m/s on carpet."""
+_BALLS, _LONGEST = 20, 4
+"""Balls for which losses are taken that often; of twice as many half as often, down to a quarter, which bounds the cost.
+"""
 _LIFTED = 0.001
 """Balls that are higher over the floor do not touch it [m]."""
 _RISING = 0.2
@@ -44,7 +45,7 @@ class FloorRolling:
         self._floor = floor
         self._balls: dict[int, tuple[float, float]] = {}  # radius and deceleration by row
         self._shown: dict[int, None] = {}  # rows in the order in which they were shown
-        self._due = 0.5 * _PERIOD  # so that the loss at any time is on average the right one
+        self._due = 0.0
 
     def add(self, row: int, radius: float, surface: TerrainSurface) -> None:
         """Slow a ball of a radius [m] and a material from now on."""

@@ -267,6 +267,8 @@ class Impacts:
     def _hit(self, a: _Path, b: _Path, time: float, pos_a: list[float], pos_b: list[float]) -> None:
         pool = self._pool
         away = [p - q for p, q in zip(pos_a, pos_b, strict=True)]
+        if not (a.is_falling or b.is_falling) and abs(away[2]) < _SKIN:
+            away[2] = 0.0  # both roll on one surface, a little pressed into it
         distance = math.hypot(*away)
         kinds = pool.state.kind[a.slot], pool.state.kind[b.slot]
         sa, sb = self._surfaces[kinds[0]], self._surfaces[kinds[1]]

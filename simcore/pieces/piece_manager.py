@@ -15,6 +15,7 @@ import numpy as np
 
 from simcore.errors import CapacityError, ConfigError, NonFiniteError, UnknownNameError
 from simcore.geometry.rotation import IDENTITY, Quaternion
+from simcore.physics.shapes import Sphere
 from simcore.physics.world import PhysicsWorld
 from simcore.pieces.flight_forces import FlightForces
 from simcore.pieces.free_places import free_place
@@ -31,6 +32,7 @@ _AUDIT_PERIOD = 3  # readings of the sleepers
 _AUDIT_SIZE = 30  # sleepers looked at in each audit: all 408 within 2 s, at 20-35 us a tick
 _STIRRED = 2e-4  # [m]; a sleeper that the engine moved farther in two ticks is awake: 5 mm/s
 _CREEP = 1.2e-3  # [m]; the same in a heap, which gives way a little as long as one of its pieces moves
+_ROCKING = 0.08  # [m/s]; pieces that are no balls count as slow below this: they rock on an edge, but do not roll on
 _DEEP = 0.005  # [m]; a piece that is this deep in something does not sleep
 _ROBOT_HEIGHT = 0.6  # [m]; pieces above it fly over a robot
 _KNOCK_TICKS = 3.0  # how much farther the field is shown to the engine: a row of balls passes a knock on within a tick
@@ -74,6 +76,8 @@ class GamePieceManager:
         )
         self._chunk = np.zeros(n, dtype=np.int64)
         self._slow = np.zeros(n, dtype=np.int64)
+        speeds = [self._p.slow_speed if isinstance(config.shape, Sphere) else _ROCKING for config, _ in types]
+        self._slow_speed = np.array(speeds)[self.state.kind]
         self._guarded = np.zeros(n, dtype=bool)  # within reach of a moving robot: may not sleep
         self._impacts = Impacts(world, self._pool, self._wake)
         self._flight = FlightForces(world, self._pool, self._impacts)
@@ -387,7 +391,7 @@ class GamePieceManager:
         if self._tick % 2 or not len(awake):
             return
         speed2 = np.einsum("ij,ij->i", state.vel[awake], state.vel[awake])
-        slow = (speed2 < p.slow_speed**2) & (state.status[awake] == _AWAKE)
+        slow = (speed2 < np.square(self._slow_speed[awake])) & (state.status[awake] == _AWAKE)
         self._slow[awake] = np.where(slow, self._slow[awake] + 2, 0)
         ready = awake[(self._slow[awake] >= p.slow_ticks) & ~self._guarded[awake]]
         if len(ready):
@@ -396,7 +400,7 @@ class GamePieceManager:
             if out.any():  # behind a wall, or on top of it
                 self._put_back(ready[out])
                 ready = ready[~out]
-            self._fall_asleep(ready[[not self._is_deep(slot) for slot in ready.tolist()]])
+            self._fall_asleep(ready[~self._are_deep(ready)])
 
     # --- inside -------------------------------------------------------------------------------------------------
 
@@ -469,13 +473,19 @@ class GamePieceManager:
             if other != slot:
                 self._wake(other)
 
-    def _is_deep(self, slot: int) -> bool:
-        """Whether a piece is squeezed: the engine would push it out as soon as it wakes."""
-        if not (
-            self._pressing.is_sustained[slot] or self._world.near_solid(self.state.pos[slot], self._pool.radius[slot])
-        ):
-            return False
-        return self._world.engine.overlap(self._pool.rows[slot]) > _DEEP
+    def _are_deep(self, slots: IntArray) -> BoolArray:
+        """Which pieces are squeezed, shape (n,): the engine would push them out as soon as they wake."""
+        state, radius, world = self.state, self._pool.radius, self._world
+        others = np.nonzero(state.touchable)[0]
+        away = state.pos[slots][:, None, :] - state.pos[others][None, :, :]
+        reach = np.maximum(radius[slots][:, None] + radius[others][None, :] - _DEEP, 0.0)
+        near = (np.einsum("ijk,ijk->ij", away, away) < reach * reach) & (slots[:, None] != others[None, :])
+        deep: BoolArray = near.any(axis=1)
+        for number, slot in enumerate(slots.tolist()):
+            is_doubtful = deep[number] or self._pressing.is_sustained[slot]
+            if is_doubtful or world.near_solid(state.pos[slot].tolist(), float(radius[slot])):
+                deep[number] = world.engine.overlap(self._pool.rows[slot]) > _DEEP
+        return deep
 
     def _fall_asleep(self, slots: IntArray) -> None:
         self.attitudes(slots)  # as it lies now; a sleeper's is not asked for again

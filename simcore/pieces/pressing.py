@@ -29,6 +29,7 @@ _PILE_STEP = 0.01  # [s], for a second layer alone
 _HEAP_SIZE = 3  # pieces that lie on others
 _ROBOT_MIDDLE = 0.15  # [m], above the carpet
 _CHAIN = 1.0  # [m], from a robot's bumpers to the farthest piece that it can press against something
+_UNDER = 0.2  # [m]; lower pieces whose middle is within the bumpers are under a robot
 _LOW = 1.0  # [m]; pieces above this are over the robots
 
 
@@ -73,7 +74,7 @@ class Pressing:
             sustained[np.isin(awake, self._heap(calm, upper))] = True
         is_pinned = False
         crowded = [robot for robot in robots if self._is_anything_near(robot, robots)]
-        if len(awake) and (crowded or (heaped and robots)):
+        if robots and len(awake):
             pinned, hit = self._near_robots(awake, speed, robots, crowded, dt)
             sustained &= ~hit
             sustained |= pinned
@@ -133,6 +134,7 @@ class Pressing:
             near = low & (gap < reach)
             if robot.speed > _CALM_SPEED:
                 hit |= near
+            pinned |= (gap < -radius[awake]) & (pos[:, 2] < _UNDER)  # between a robot and the floor
             if robot not in crowded or not near.any():
                 continue
             some = np.nonzero(low & (gap < _CHAIN))[0]

@@ -29,10 +29,11 @@ def make(world: PhysicsWorld, count: int, **proximity) -> GamePieceManager:
     return GamePieceManager(world, [(FUEL, count)], field_size=FIELD, wake=WakeSettings(**proximity))
 
 
-def play(world, pieces, seconds, movers=(), each=lambda: None):
+def play(world, pieces, seconds, movers=(), each=lambda: None, substeps=None):
     for _ in range(round(seconds / DT)):
         fastest = pieces.wake_reachable(list(movers), DT)
-        world.step(DT, substeps=world.substepping.count(DT, fastest), before_substep=pieces.before_substep)
+        n = substeps or world.substepping.count(DT, fastest)
+        world.step(DT, substeps=n, before_substep=pieces.before_substep)
         pieces.gather(DT)
         pieces.settle()
         each()
@@ -160,7 +161,9 @@ def test_a_ball_falls_when_the_ones_that_carried_it_are_put_elsewhere():
 # --- a sleeper wakes before anything reaches it -------------------------------------------------------------------
 
 
-def shoot_at_row(x_first: float, count: int, gap: float, speed: float, start: float, awake: bool):
+def shoot_at_row(
+    x_first: float, count: int, gap: float, speed: float, start: float, awake: bool, substeps: int | None = None
+):
     """A ball at `speed` into a row of sleepers along x; returns where all end, and the deepest overlap of two [m]."""
     with PhysicsWorld() as world:
         pieces = make(world, count + 1)
@@ -179,7 +182,7 @@ def shoot_at_row(x_first: float, count: int, gap: float, speed: float, start: fl
             if awake:
                 keep_awake(pieces)
 
-        play(world, pieces, 1.0, each=each)
+        play(world, pieces, 1.0, each=each, substeps=substeps)
         return world.engine.centers(engine_rows), deepest[0]
 
 
@@ -194,25 +197,29 @@ def test_a_fast_ball_meets_a_sleeping_row_beyond_a_chunk_border_as_if_all_were_a
     assert np.abs(asleep - awake).max() < 0.02 * moved
 
 
-FASTEST = pytest.param(
-    40.0,
-    0.0024,
-    marks=pytest.mark.xfail(
-        strict=True, reason="the last ball ends 0.35 m farther than in the scene that is all awake; cause not found"
-    ),
-)
-
-
-@pytest.mark.parametrize(
-    ("speed", "gap"), [(5.0, 0.0), (20.0, 0.0), (40.0, 0.0), (5.0, 0.0024), (20.0, 0.0024), FASTEST]
-)
+@pytest.mark.parametrize("speed", [5.0, 20.0, 40.0])
+@pytest.mark.parametrize("gap", [0.0, 0.0024])
 def test_a_row_passes_a_knock_on_across_chunk_borders_as_if_all_were_awake(speed, gap):
-    """Twenty balls of which the last lie two chunks farther: the knock arrives there within the tick."""
+    """Twenty balls of which the last lie two chunks farther: the knock arrives there within the tick.
+
+    Balls that touch hit each other at one instant, in an order that the last bit decides; with gaps it does not.
+    """
     first = BORDER - 4.3 * 2 * RADIUS
     asleep, _ = shoot_at_row(first, 20, gap, speed, 0.4, awake=False)
     awake, _ = shoot_at_row(first, 20, gap, speed, 0.4, awake=True)
     travel = awake[-1, 0] - first - 19 * (2 * RADIUS + gap)
-    assert asleep[-1, 0] == pytest.approx(awake[-1, 0], abs=0.2 * travel + 0.02)
+    allowed = 0.25 * travel + 0.03 if gap == 0.0 else 0.002
+    assert asleep[-1, 0] == pytest.approx(awake[-1, 0], abs=allowed)
+
+
+def test_a_knock_goes_through_a_row_as_with_many_substeps():
+    """At the sub-steps that the speed asks for, within 15 % of the way of the last ball at 256 a tick."""
+    first = BORDER - 4.3 * 2 * RADIUS
+    start = first + 19 * (2 * RADIUS + 0.0024)
+    end, _ = shoot_at_row(first, 20, 0.0024, 40.0, 0.4, awake=False)
+    converged, _ = shoot_at_row(first, 20, 0.0024, 40.0, 0.4, awake=False, substeps=256)
+    assert converged[-1, 0] - start > 0.8
+    assert end[-1, 0] - start == pytest.approx(converged[-1, 0] - start, rel=0.15)
 
 
 @pytest.mark.parametrize("gap", [0.0, 0.0024])
@@ -227,7 +234,7 @@ def test_no_ball_of_a_knocked_row_is_found_inside_of_a_hidden_one(speed, gap):
 
 def test_a_row_of_touching_sleepers_passes_a_knock_on_to_its_last():
     end, _ = shoot_at_row(3.0, 6, 0.0, 4.0, 0.5, awake=False)
-    assert end[-1, 0] > 3.0 + 5 * 2 * RADIUS + 0.1, "the last one rolls away"
+    assert end[-1, 0] > 3.0 + 5 * 2 * RADIUS + 0.08, "the last one rolls away"
     assert (np.diff(end[:, 0]) > 2 * RADIUS - 0.002).all(), "and none lies in another"
 
 

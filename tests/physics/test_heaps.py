@@ -1,0 +1,129 @@
+"""Heaps: nobody sinks into anything, they come to rest, and then nothing moves any more."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.spatial import cKDTree
+
+from simcore.physics.shapes import Box, Sphere
+from simcore.physics.surface import WALL
+from simcore.physics.world import PhysicsWorld
+from simcore.pieces.kinds import GamePieceConfig
+from simcore.pieces.piece_manager import GamePieceManager
+
+DT = 0.02
+RADIUS = 0.075
+FUEL = GamePieceConfig(name="Fuel", shape=Sphere(RADIUS), mass=0.215, friction=0.8, restitution=0.55)
+MIDDLE = (4.0, 4.0)
+
+
+class Heap:
+    """Fuel that falls into a bin from layers one above the other."""
+
+    def __init__(self, world: PhysicsWorld, count: int, size: float, sides=((1, 0), (-1, 0), (0, 1), (0, -1))) -> None:
+        for dx, dy in sides:
+            shape = Box((0.1, size + 0.2, 3.0) if dx else (size + 0.2, 0.1, 3.0))
+            place = (MIDDLE[0] + dx * (size / 2 + 0.05), MIDDLE[1] + dy * (size / 2 + 0.05), 1.5)
+            world.add_static("bin", shape, place, surface=WALL)
+        self.world = world
+        self.pieces = GamePieceManager(world, [(FUEL, count)], field_size=(16.0, 8.0))
+        rng = np.random.default_rng(1)
+        a_side = int((size - 2 * RADIUS) / 0.16) + 1
+        spread = np.linspace(RADIUS + 0.005, size - RADIUS - 0.005, a_side) - size / 2
+        places = []
+        for i in range(count):
+            layer, place = divmod(i, a_side * a_side)
+            row, column = divmod(place, a_side)
+            places.append((MIDDLE[0] + spread[row], MIDDLE[1] + spread[column], RADIUS + 0.01 + 0.155 * layer))
+        noise = np.column_stack((rng.uniform(-0.004, 0.004, (count, 2)), np.zeros(count)))
+        self.slots = self.pieces.spawn("Fuel", np.array(places) + noise)
+
+    @property
+    def pos(self) -> np.ndarray:
+        return self.pieces.state.pos[self.slots]
+
+    @property
+    def energy(self) -> float:
+        """Potential and of motion [J]; heights are of the tick's end, velocities its mean."""
+        vel = self.pieces.state.vel[self.slots]
+        return float(FUEL.mass * (self.world.gravity * self.pos[:, 2].sum() + 0.5 * (vel**2).sum()))
+
+    def play(self, seconds: float, each=lambda: None, substeps: int | None = None) -> None:
+        for _ in range(round(seconds / DT)):
+            fastest = self.pieces.wake_reachable([], DT)
+            n = substeps or self.world.substepping.count(DT, fastest)
+            self.world.step(DT, substeps=n, before_substep=self.pieces.before_substep)
+            self.pieces.gather(DT)
+            self.pieces.settle()
+            each()
+
+
+def overlap(pos: np.ndarray) -> float:
+    """Deepest of two balls [m]."""
+    pairs = cKDTree(pos).query_pairs(2 * RADIUS, output_type="ndarray")
+    if not len(pairs):
+        return 0.0
+    return float((2 * RADIUS - np.linalg.norm(pos[pairs[:, 0]] - pos[pairs[:, 1]], axis=1)).max())
+
+
+@pytest.mark.parametrize(("count", "size", "sides"), [
+    (100, 0.6, ((1, 0), (-1, 0), (0, 1), (0, -1))),
+    pytest.param(300, 0.9, ((1, 0), (-1, 0), (0, 1), (0, -1)), marks=pytest.mark.slow),
+    (100, 1.2, ((-1, 0), (0, -1))),
+])  # fmt: skip
+def test_a_heap_holds_its_height_and_falls_asleep(count, size, sides):
+    """In a bin, and in a corner, where it rolls apart.
+
+    At rest in a bin, spheres fill between 0.44 (loose, 8 radii from wall to wall) and 0.64 of the room (the closest at
+    random).
+    """
+    with PhysicsWorld() as world:
+        heap = Heap(world, count, size, sides)
+        energies, deepest = [], [0.0]
+
+        def look():
+            energies.append(heap.energy)
+            if len(energies) > 50:
+                deepest[0] = max(deepest[0], overlap(heap.pos))
+
+        heap.play(5.0 if len(sides) == 4 else 12.0, look)
+        assert deepest[0] < 0.008
+        assert heap.pos[:, 2].min() > RADIUS - 0.003, "the lowest is not in the floor"
+        assert len(heap.pieces.awake) == 0
+        # a tick's mean speed may hide up to one tick of gravity's work in each awake piece
+        energies = np.array(energies)
+        assert (np.diff(energies) < 0.02 * energies[0]).all() and (np.diff(energies[100:]) < 1e-3 * energies[0]).all()
+        if len(sides) == 4:
+            assert np.abs(heap.pos[:, :2] - MIDDLE).max() < size / 2 - RADIUS + 0.003
+            mean = heap.pos[:, 2].mean()
+            filled = count * 4 / 3 * np.pi * RADIUS**3 / (size * size * 2.0 * mean)
+            assert 0.44 < filled < 0.64
+        before = heap.pos.copy()
+        heap.play(4.0)
+        assert np.abs(heap.pos - before).max() < 1e-6, "nothing creeps"
+
+
+def test_a_heap_is_as_high_as_with_fine_steps():
+    """At its own sub-steps within 3 % of 1.25 ms."""
+    means = []
+    for substeps in (1, 16):
+        with PhysicsWorld() as world:
+            heap = Heap(world, 100, 0.6)
+            heap.play(5.0, substeps=substeps)
+            means.append(heap.pos[:, 2].mean())
+    assert means[0] == pytest.approx(means[1], rel=0.03)
+
+
+def test_a_sleeping_heap_gives_way_when_its_foot_is_taken():
+    with PhysicsWorld() as world:
+        heap = Heap(world, 60, 0.6)
+        heap.play(6.0)
+        foot = heap.slots[np.argsort(heap.pos[:, 2])[:9]]
+        top = heap.pos[:, 2].max()
+        heap.pieces.hold(foot, 0)
+        heap.play(4.0)
+        left = np.setdiff1d(heap.slots, foot)
+        assert heap.pieces.state.pos[left, 2].max() < top - 0.1
+        assert overlap(heap.pieces.state.pos[left]) < 0.008
+        assert len(heap.pieces.awake) == 0

@@ -1,0 +1,205 @@
+"""Pieces that a robot presses against something with all its force: nobody goes into anything, and the robot is held."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from scipy.spatial import ConvexHull
+
+from games.rebuilt import REBUILT
+from simcore.physics.shapes import Box, Hull, Sphere
+from simcore.physics.surface import WALL
+from simcore.physics.world import PhysicsWorld
+from simcore.pieces.kinds import GamePieceConfig
+from simcore.pieces.piece_manager import GamePieceManager
+from simcore.pieces.pool import PieceStatus
+from simcore.pieces.wake_grid import Footprint
+from simcore.robot.chassis import ChassisSimulation
+from simcore.robot.chassis_config import ChassisConfig
+
+DT = 0.02
+RADIUS = 0.075
+FUEL = GamePieceConfig(name="Fuel", shape=Sphere(RADIUS), mass=0.215, friction=0.8, restitution=0.55)
+FACE = 5.0
+FORCE = 55.0 * 9.80665 * 1.1
+"""What the tires of the default chassis can push with [N]."""
+
+
+def block(rows: int, columns: int, face: float = FACE) -> np.ndarray:
+    """Fuel on the carpet in front of a wall, a little apart."""
+    return np.array(
+        [
+            [face - 0.2 - 0.153 * row, 4.0 + 0.153 * (column - (columns - 1) / 2), RADIUS]
+            for row in range(rows)
+            for column in range(columns)
+        ]
+    )
+
+
+class Pin:
+    """A robot that drives forward into fuel, then backs off."""
+
+    def __init__(self, world: PhysicsWorld, places: np.ndarray, start, field=(16.0, 8.0)) -> None:
+        self.world = world
+        self.pieces = GamePieceManager(world, [(FUEL, len(places))], field_size=field)
+        self.slots = self.pieces.spawn("Fuel", places)
+        self.robot = ChassisSimulation(world, ChassisConfig(), pose=start)
+
+    @property
+    def fuel(self) -> np.ndarray:
+        return self.pieces.state.pos[self.slots]
+
+    def drive(self, speed: float, seconds: float, each=lambda: None) -> None:
+        robot, pieces, world = self.robot, self.pieces, self.world
+        robot.follow_velocity(speed, 0.0, 0.0)
+
+        def before(h: float) -> None:
+            robot.before_substep(h)
+            pieces.before_substep(h)
+
+        for _ in range(round(seconds / DT)):
+            fastest = pieces.wake_reachable([Footprint(*robot.footprint)], DT)
+            n = world.substepping.count(DT, fastest, robot.speed, robot.surroundings(DT))
+            world.step(DT, substeps=n, before_substep=before)
+            robot.read()
+            pieces.gather(DT)
+            pieces.settle()
+            each()
+
+
+def room(world: PhysicsWorld, thickness: float) -> None:
+    """Walls around x 0-5, y 0-8, the one at x = 5 of a thickness [m]; so high that what squirts up does not get out."""
+    world.add_static("face", Box((thickness, 8.0, 8.0)), (FACE + thickness / 2, 4.0, 4.0), surface=WALL)
+    for x, y, size in ((2.5, -0.15, (6.0, 0.3, 8.0)), (2.5, 8.15, (6.0, 0.3, 8.0)), (-0.15, 4.0, (0.3, 8.6, 8.0))):
+        world.add_static("side", Box(size), (x, y, 4.0), surface=WALL)
+
+
+@pytest.mark.parametrize("thickness", [0.05, 0.3])
+@pytest.mark.parametrize("speed", [0.3, 1.0, 3.0, 4.5])
+@pytest.mark.parametrize(("rows", "columns"), [(1, 1), (2, 3), (6, 4)])
+def test_a_robot_cannot_press_fuel_into_a_wall(thickness, speed, rows, columns):
+    """At 1e5 N/m a ball under 600 N gives way by 6 mm a side, a fast blow by more, but never to its middle."""
+    if columns > 1 and thickness == 0.05 and speed in (0.3, 3.0):
+        pytest.skip("a thinner wall makes no difference to a center that never comes to its face")
+    places = block(rows, columns)
+    with PhysicsWorld() as world:
+        room(world, thickness)
+        pin = Pin(world, places, (float(places[:, 0].min()) - RADIUS - 0.4 - 0.5, 4.0, 0.0), field=(FACE, 8.0))
+        farthest = [0.0]
+
+        def look():
+            farthest[0] = max(farthest[0], float(pin.fuel[:, 0].max()))
+
+        pin.drive(speed, 4.0, look)
+        held_off = FACE - pin.robot.pos[0] - 0.4
+        assert farthest[0] < FACE - 0.005, "no center comes to the face"
+        assert farthest[0] > FACE - RADIUS - 0.01, "but it was pressed against it"
+        if rows * columns == 1:
+            squeeze = 2 * RADIUS - held_off
+            stiffness = 0.5 * FUEL.stiffness  # two springs in series
+            assert 0.3 * FORCE / stiffness < squeeze < 2.0 * FORCE / stiffness, "the robot is held off by a ball"
+        else:
+            assert held_off > -0.01, "the robot does not stand in the wall"
+        pin.drive(-1.0, 4.0)
+        asleep = pin.pieces.state.status[pin.slots] == PieceStatus.ASLEEP
+        assert (pin.fuel[asleep, 0] < FACE - RADIUS + 0.006).all(), "none sleeps in the wall"
+        assert (pin.fuel[:, :2] > 0.0).all() and (pin.fuel[:, 0] < FACE).all() and (pin.fuel[:, 1] < 8.0).all()
+        apart = np.linalg.norm(pin.fuel[:, None] - pin.fuel[None], axis=2) + np.eye(len(pin.fuel))
+        assert apart.min() > 2 * RADIUS - 0.01, "none in another"
+
+
+def test_a_ball_under_a_robot_is_not_pressed_into_the_carpet():
+    """It lies under the frame, 50 mm above the carpet, and carries the robot on its top."""
+    with PhysicsWorld() as world:
+        pieces = GamePieceManager(world, [(FUEL, 1)], field_size=(16.0, 8.0))
+        slot = pieces.spawn("Fuel", np.array([[4.0, 4.0, RADIUS]]))[0]
+        robot = ChassisSimulation(world, ChassisConfig(), pose=(8.0, 4.0, 0.0))
+        world.set_pose(robot.row, (4.0, 4.0, 2 * RADIUS - 0.05))
+        robot.read()
+        pieces._wake(int(slot))
+        lowest = 1.0
+        for _ in range(100):
+            pieces.wake_reachable([Footprint(*robot.footprint)], DT)
+            world.step(DT, substeps=2, before_substep=lambda h: (robot.before_substep(h), pieces.before_substep(h)))
+            robot.read()
+            pieces.gather(DT)
+            pieces.settle()
+            lowest = min(lowest, float(pieces.state.pos[slot, 2]))
+        assert lowest > 0.03
+
+
+# --- on the real field ----------------------------------------------------------------------------------------------
+
+LENGTH, WIDTH = REBUILT.field.size
+HUB_X, HUB_HALF = 4.6256, 0.597
+
+
+def spot(rng: np.random.Generator) -> tuple[float, float, float]:
+    """A place of a wall, a corner or a hub, and the heading toward it."""
+    kind = rng.integers(6)
+    along, across = rng.uniform(1.0, LENGTH - 1.0), rng.uniform(1.0, WIDTH - 1.0)
+    if kind < 4:
+        return ((along, 0.0, -math.pi / 2), (along, WIDTH, math.pi / 2), (0.0, across, math.pi), (LENGTH, across, 0.0))[
+            kind
+        ]
+    if kind == 4:
+        x, y = float(rng.choice([0.0, LENGTH])), float(rng.choice([0.0, WIDTH]))
+        return x, y, math.atan2(y - WIDTH / 2, (x - LENGTH / 2) / 2) + rng.uniform(-0.3, 0.3)
+    x = float(rng.choice([HUB_X, LENGTH - HUB_X]))
+    side = float(rng.choice([-1.0, 1.0]))
+    return x + side * HUB_HALF, WIDTH / 2 + rng.uniform(-0.3, 0.3), math.pi if side > 0.0 else 0.0
+
+
+def inside_of(elements) -> list:
+    """A test of points for each box and hull of a field."""
+    tests = []
+    for element in elements:
+        pos, shape = np.asarray(element.position), element.shape
+        if isinstance(shape, Box):
+            half = np.array(shape.size) / 2
+            tests.append(lambda p, pos=pos, half=half: (np.abs(p - pos) < half).all(axis=1))
+        elif isinstance(shape, Hull):
+            planes = ConvexHull(np.asarray(shape.points)).equations
+            tests.append(lambda p, pos=pos, q=planes: ((p - pos) @ q[:, :3].T + q[:, 3] < 0.0).all(axis=1))
+    return tests
+
+
+@pytest.fixture(scope="module")
+def field():
+    return REBUILT.field.load()
+
+
+def test_random_pins_on_the_field_lose_no_fuel(field, request):
+    """1, 6 or 24 fuel before guardrails, alliance walls, corners and hub faces, at 0.3 to 4.5 m/s."""
+    is_inside = inside_of(field.elements)
+    assert len(is_inside) > 40
+    reached = 0
+    for seed in range(200 if request.config.getoption("--whole") else 8):
+        rng = np.random.default_rng(seed)
+        x, y, yaw = spot(rng)
+        count, speed = int(rng.choice([1, 6, 24])), float(rng.choice([0.3, 1.0, 3.0, 4.5]))
+        c, s = math.cos(yaw), math.sin(yaw)
+        wide = min(count, 4)
+        places = []
+        for i in range(count):
+            ahead, aside = 0.3 + RADIUS + 0.155 * (i // wide), 0.155 * (i % wide - (wide - 1) / 2)
+            places.append([x - c * ahead - s * aside, y - s * ahead + c * aside, RADIUS])
+        places = np.clip(places, [0.1, 0.1, RADIUS], [LENGTH - 0.1, WIDTH - 0.1, RADIUS])
+        back = 1.25 + 0.155 * ((count - 1) // wide)
+        with PhysicsWorld() as world:
+            world.add_field(field.elements, drivable=REBUILT.field.drivable_in(field))
+            pin = Pin(world, places, (x - c * back, y - s * back, yaw), field=(LENGTH, WIDTH))
+            found = []
+
+            def look(pin=pin, found=found):
+                found.extend(pin.fuel[np.any([test(pin.fuel) for test in is_inside], axis=0)].tolist())
+
+            pin.drive(speed, 4.0, look)
+            reached += math.hypot(pin.robot.pos[0] - x, pin.robot.pos[1] - y) < back - 0.2
+            pin.drive(-1.0, 6.0, look)
+            assert not found, f"seed {seed}: {count} fuel at {speed} m/s, inside of something at {found[:3]}"
+            low, high = pin.fuel.min(axis=0), pin.fuel.max(axis=0)
+            assert low[0] > 0.0 and low[1] > 0.0 and high[0] < LENGTH and high[1] < WIDTH, f"seed {seed}: outside"
+    assert reached > 0, "robots got to what they pressed against"
