@@ -7,8 +7,8 @@ contacts. Four laws are written in that form:
 - Impact. Bodies that meet within the step, faster than `REST_SPEED`, leave with restitution times the speed at which
   they meet (Newton's law), whatever the step and the phase of the hit in it.
 - Touch. Rigid bodies that are apart may come no nearer within the step than to touch.
-- Load. Bodies that overlap, and soft ones that are about to, push each other apart by a spring and a damper, taken at the end of the step (implicit
-  Euler): f = k x - c v. It cannot gain energy at any step.
+- Load. Bodies that overlap, and soft ones that are about to, push each other apart by a spring and a damper, taken at
+  the end of the step (implicit Euler): f = k x - c v. It cannot gain energy at any step.
 - Friction. Rows across the normal ask for rest at the end of the step, and get what the friction can give. The cone
   of such a solver is convex, which lifts what slides: by the `excess` of the wish times the friction.
 """
