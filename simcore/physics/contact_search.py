@@ -92,8 +92,10 @@ class ContactSearch:
         pair = pair[some]
         normal, at = contact.frame[some, :3], contact.pos[some]
         closing = self._approach(pair[:, 0], normal, at) - self._approach(pair[:, 1], normal, at)
+        gap = contact.dist[some]
         passed_on = np.maximum(1.5 * closing, knock[pair].max(axis=1))
-        touched = contact.dist[some] <= np.maximum(closing, passed_on) * h
+        touched = gap <= passed_on * h
+        passed_on -= np.maximum(gap, 0.0) / h  # who is hit has only the rest of the step to move in
         sleeps = sleep.asleep[pair]
         contact.exclude[some[~touched & sleeps.any(axis=1)]] = 1
         hard = touched & (passed_on > _KNOCK)
