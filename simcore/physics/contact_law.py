@@ -30,9 +30,9 @@ RIGID = 5e5
 _RELAXATION = 0.02  # [s]; overlaps of rigid bodies go away with this time constant, so that they give no speed
 _HARDNESS = 1e-3  # regularization of an impact, in parts of its inverse mass
 _BARELY = 0.0015  # [m]; a contact that overlaps by less can still bounce, one that is squeezed is a spring
-_DEEPEST = (
-    0.01  # [m]; overlaps that are deeper where it is rigid push no more: bodies put into each other do not explode
-)
+_DEEPEST = 0.01  # [m]; deeper overlaps of rigid bodies push no more: bodies put into each other do not explode
+
+_DEEPEST_GIVE = 3.0  # the same of soft ones, in parts of what they give: three quarters of a ball's diameter
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -100,11 +100,12 @@ def normal_law(
     is_hard = is_rigid | (depth - np.minimum(speed, 0.0) * h > give)
     k = np.where(is_hard, RIGID, stiffness)
     c = np.where(is_rigid, RIGID * _RELAXATION, soft_damping)
+    c[(gap > 0.0) & (speed < -REST_SPEED)] = 0.0  # nothing is slowed before it is there
     is_bottomed = is_hard & ~is_rigid
     preload = np.zeros(len(gap))
     preload[is_bottomed] = (stiffness[is_bottomed] - RIGID) * give[is_bottomed]
     regularization = 1.0 / (h * (k * h + c))
-    felt = np.minimum(depth, np.where(is_rigid, _DEEPEST, give + _DEEPEST))
+    felt = np.minimum(depth, np.where(is_rigid, _DEEPEST, _DEEPEST_GIVE * give))
     load_reference = (preload + k * felt - (k * h + c) * speed) * regularization
     near_reference = -(ahead / h + speed) / h
     reference = np.where(hits, hit_reference, np.where(springs, load_reference, near_reference))
