@@ -6,9 +6,9 @@ contacts. Four laws are written in that form:
 
 - Impact. Bodies that meet within the step, faster than `REST_SPEED`, leave with restitution times the speed at which
   they meet (Newton's law), whatever the step and the phase of the hit in it.
-- Touch. Rigid bodies that are apart may come no nearer within the step than to touch.
-- Load. Bodies that overlap, and soft ones that are about to, push each other apart by a spring and a damper, taken at
-  the end of the step (implicit Euler): f = k x - c v. It cannot gain energy at any step.
+- Touch. Bodies that are apart may come no nearer within the step than to touch.
+- Load. Bodies that overlap, and soft ones that touch, push each other apart by a spring and a damper, taken at the end
+  of the step (implicit Euler): f = k x - c v. It cannot gain energy at any step.
 - Friction. Rows across the normal ask for rest at the end of the step, and get what the friction can give. The cone
   of such a solver is convex, which lifts what slides: by the `excess` of the wish times the friction.
 """
@@ -30,6 +30,7 @@ RIGID = 5e5
 _RELAXATION = 0.02  # [s]; overlaps of rigid bodies go away with this time constant, so that they give no speed
 _HARDNESS = 1e-3  # regularization of an impact, in parts of its inverse mass
 _BARELY = 0.0015  # [m]; a contact that overlaps by less can still bounce, one that is squeezed is a spring
+_TOUCHING = 1e-4  # [m]; soft bodies that are no farther apart touch
 _DEEPEST = 0.01  # [m]; deeper overlaps of rigid bodies push no more: bodies put into each other do not explode
 
 _DEEPEST_GIVE = 3.0  # the same of soft ones, in parts of what they give: three quarters of a ball's diameter
@@ -91,8 +92,8 @@ def normal_law(
     leave = np.maximum(-restitution * meeting + free * rest, 0.0)
     hit_reference = free + ((leave - speed) / h - free) * (1.0 + _HARDNESS)
     # Load: f = f0 + k (x - h v') - c v' with the velocity v' at the end of the step.
-    # A soft pair that is apart is the same spring, so that nothing hangs on the sign of a gap that is nothing.
-    springs = loaded | ~(hits | is_rigid)
+    # A soft pair that just touches is the same spring, so that nothing hangs on the sign of a gap that is nothing.
+    springs = loaded | (~(hits | is_rigid) & (gap < _TOUCHING))
     depth = -gap
     log = np.log(np.maximum(restitution, 1e-3))
     damping_ratio = -log / np.sqrt(np.pi**2 + log**2)
