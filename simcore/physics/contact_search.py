@@ -114,7 +114,7 @@ class ContactSearch:
 
     def _approach(self, body: IntArray, normal: FloatArray, at: FloatArray) -> FloatArray:
         """Speed of a place of each body along a direction [m/s], shape (n,)."""
-        speed = np.einsum("ij,ij->i", normal, self._qvel[body, :3])
+        speed: FloatArray = np.einsum("ij,ij->i", normal, self._qvel[body, :3])
         turning = np.nonzero(self._reach[body])[0]
         if len(turning):
             which = body[turning]
@@ -127,7 +127,8 @@ def spins(qpos: FloatArray, qvel: FloatArray) -> FloatArray:
     """Angular velocities in the field frame [rad/s], shape (n, 3), of states of free joints, (n, 7) and (n, 6)."""
     spin, quat = qvel[:, 3:], qpos[:, 3:]
     across = 2.0 * cross(quat[:, 1:], spin)
-    return np.asarray(spin + quat[:, :1] * across + cross(quat[:, 1:], across))
+    turned: FloatArray = spin + quat[:, :1] * across + cross(quat[:, 1:], across)
+    return turned
 
 
 def cross(a: FloatArray, b: FloatArray) -> FloatArray:

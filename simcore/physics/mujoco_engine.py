@@ -76,6 +76,8 @@ class MuJoCoEngine:
     is_exact = True
     """Velocities are those at the end of a step, and a flight under a constant force is its parabola."""
 
+    _sleep: SleepLists
+
     def __init__(self, *, gravity: float = GRAVITY) -> None:
         self.gravity = gravity
         self._mj = _load_mujoco()
