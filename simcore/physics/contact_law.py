@@ -7,8 +7,8 @@ contacts. Four laws are written in that form:
 - Impact. Bodies that meet within the step, faster than `REST_SPEED`, leave with restitution times the speed at which
   they meet (Newton's law), whatever the step and the phase of the hit in it.
 - Touch. Bodies that are apart may come no nearer within the step than to touch.
-- Load. Bodies that overlap push each other apart by a spring and a damper, taken at the end of the step (implicit
-  Euler): f = k x - c v. It cannot gain energy at any step.
+- Load. Bodies that overlap, and soft ones that touch, push each other apart by a spring and a damper, taken at the end
+  of the step (implicit Euler): f = k x - c v. It cannot gain energy at any step.
 - Friction. Rows across the normal ask for rest at the end of the step, and get what the friction can give. The cone
   of such a solver is convex, which lifts what slides: by the `excess` of the wish times the friction.
 """
@@ -30,7 +30,10 @@ RIGID = 5e5
 _RELAXATION = 0.02  # [s]; overlaps of rigid bodies go away with this time constant, so that they give no speed
 _HARDNESS = 1e-3  # regularization of an impact, in parts of its inverse mass
 _BARELY = 0.0015  # [m]; a contact that overlaps by less can still bounce, one that is squeezed is a spring
+_TOUCHING = 1e-4  # [m]; soft bodies that are no farther apart touch
 _DEEPEST = 0.01  # [m]; deeper overlaps of rigid bodies push no more: bodies put into each other do not explode
+
+_DEEPEST_GIVE = 3.0  # the same of soft ones, in parts of what they give: three quarters of a ball's diameter
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -89,24 +92,27 @@ def normal_law(
     leave = np.maximum(-restitution * meeting + free * rest, 0.0)
     hit_reference = free + ((leave - speed) / h - free) * (1.0 + _HARDNESS)
     # Load: f = f0 + k (x - h v') - c v' with the velocity v' at the end of the step.
-    depth = np.maximum(-gap, 0.0)
+    # A soft pair that just touches is the same spring, so that nothing hangs on the sign of a gap that is nothing.
+    springs = loaded | (~(hits | is_rigid) & (gap < _TOUCHING))
+    depth = -gap
     log = np.log(np.maximum(restitution, 1e-3))
     damping_ratio = -log / np.sqrt(np.pi**2 + log**2)
     soft_damping = 2.0 * damping_ratio * np.sqrt(stiffness / inverse_mass)
     is_hard = is_rigid | (depth - np.minimum(speed, 0.0) * h > give)
     k = np.where(is_hard, RIGID, stiffness)
     c = np.where(is_rigid, RIGID * _RELAXATION, soft_damping)
+    c[(gap > 0.0) & (speed < -REST_SPEED)] = 0.0  # nothing is slowed before it is there
     is_bottomed = is_hard & ~is_rigid
     preload = np.zeros(len(gap))
     preload[is_bottomed] = (stiffness[is_bottomed] - RIGID) * give[is_bottomed]
     regularization = 1.0 / (h * (k * h + c))
-    felt = np.where(is_rigid, np.minimum(depth, _DEEPEST), depth)
+    felt = np.minimum(depth, np.where(is_rigid, _DEEPEST, _DEEPEST_GIVE * give))
     load_reference = (preload + k * felt - (k * h + c) * speed) * regularization
     near_reference = -(ahead / h + speed) / h
-    reference = np.where(hits, hit_reference, np.where(loaded, load_reference, near_reference))
-    regularization = np.where(loaded, regularization, _HARDNESS * inverse_mass)
+    reference = np.where(hits, hit_reference, np.where(springs, load_reference, near_reference))
+    regularization = np.where(springs, regularization, _HARDNESS * inverse_mass)
     force = np.maximum((reference - free) / (inverse_mass + regularization), 0.0)
-    held = np.where(loaded, np.maximum(preload + k * felt, 0.0), 0.0)
+    held = np.where(springs, np.maximum(preload + k * felt, 0.0), 0.0)
     return NormalLaw(
         reference=reference,
         regularization=regularization,

@@ -97,7 +97,7 @@ class Impacts:
     # --- once a tick ------------------------------------------------------------------------------------------------
 
     def begin_tick(self, awake: IntArray, speed: FloatArray, busy: BoolArray, dt: float) -> None:
-        """Find the balls that may hit each other fast within a tick.
+        """Find the balls that may hit each other fast within a tick, and wake them.
 
         Args:
             awake: Slots that the engine moves, shape (n,).
@@ -105,8 +105,6 @@ class Impacts:
             busy: Which slots are within reach of a robot: those the engine plays with it, shape (slots,).
             dt: Length of the tick [s].
         """
-        if not self._is_needed:
-            return
         state, radius = self._pool.state, self._pool.radius
         is_fast = speed > _FAST
         is_fast |= (speed > _SLOW) & self._was_hit[awake]
@@ -130,7 +128,8 @@ class Impacts:
         if meets.any():
             for slot in self._chain(others, meets.any(axis=0)).tolist():
                 self._wake(slot)
-            self._near, self._moves = others, moves > _STANDS * dt
+            if self._is_needed:
+                self._near, self._moves = others, moves > _STANDS * dt
 
     def _chain(self, slots: IntArray, first: BoolArray) -> IntArray:
         """The sleepers of some pieces that a knock on the first reaches through others that nearly touch."""

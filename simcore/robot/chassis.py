@@ -398,6 +398,7 @@ class ChassisSimulation:
         turn_later = rotate(self.quat, (0.0, 0.0, change[2] - mean[2] + alpha))
         linear = [v + d for v, d in zip(self.vel, now, strict=True)]
         angular = [w + d for w, d in zip(self.rate, turn, strict=True)]
+        up = 0.0
         if self._force != _ZERO or self._torque != _ZERO or self._outside != _ZERO:
             # Verlet: one kick by the present force, for half of the sub-step before and half of the one to come. Up and
             # down, and in roll and pitch, the carpet or gravity acts against it, whole and at once: so does the force.
@@ -406,13 +407,18 @@ class ChassisSimulation:
             kick = half + 0.5 * self._h_before
             ox, oy, oz = self._outside
             linear = [linear[0] - ox + kick * ax, linear[1] - oy + kick * ay, linear[2] + h * az]
+            up = self._force[2]
             spin = rotate(self.quat, (tx * h / ix, ty * h / iy, kick * tz / iz - oz))
             angular = [w + d for w, d in zip(angular, spin, strict=True)]
             ox, oy, oz = self._outside = (half * ax, half * ay, half * tz / iz)
             later = (later[0] + ox, later[1] + oy, later[2])
             spin = rotate(self.quat, (0.0, 0.0, oz))
             turn_later = (turn_later[0] + spin[0], turn_later[1] + spin[1], turn_later[2] + spin[2])
-        self._engine.set_velocity(self.row, linear, angular)
+        if up and self._engine.is_exact:  # it takes force and weight together, and moves by what is left of them
+            self._engine.set_velocity(self.row, (linear[0], linear[1], linear[2] - h * up / c.mass), angular)
+            self._engine.apply_forces([self.row], np.array([[0.0, 0.0, up]]))
+        else:
+            self._engine.set_velocity(self.row, linear, angular)
         self._given = ((linear[0], linear[1], linear[2]), (angular[0], angular[1], angular[2]))
         self._rest = (later, turn_later)
         self._h_before = h
