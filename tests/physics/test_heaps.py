@@ -72,12 +72,14 @@ def overlap(pos: np.ndarray) -> float:
     pytest.param(300, 0.9, ((1, 0), (-1, 0), (0, 1), (0, -1)), marks=pytest.mark.slow),
     (100, 1.2, ((-1, 0), (0, -1))),
 ])  # fmt: skip
-def test_a_heap_holds_its_height_and_falls_asleep(count, size, sides):
+def test_a_heap_holds_its_height_and_falls_asleep(count, size, sides, engine_name, whole):
     """In a bin, and in a corner, where it rolls apart.
 
     At rest in a bin, spheres fill between 0.44 (loose, 8 radii from wall to wall) and 0.64 of the room (the closest at
     random).
     """
+    if engine_name == "mujoco" and not whole and (count > 100 or len(sides) < 4):
+        pytest.skip("0.1 to 0.3 s a tick on MuJoCo: with --whole")
     with PhysicsWorld() as world:
         heap = Heap(world, count, size, sides)
         energies, deepest = [], [0.0]
@@ -106,6 +108,7 @@ def test_a_heap_holds_its_height_and_falls_asleep(count, size, sides):
         assert np.abs(heap.pos - before).max() < 1e-6, "nothing creeps"
 
 
+@pytest.mark.engines("bullet")  # MuJoCo chooses its own steps
 def test_a_heap_is_as_high_as_with_fine_steps():
     """At its own sub-steps within 3 % of 1.25 ms."""
     means = []

@@ -80,10 +80,12 @@ def room(world: PhysicsWorld, thickness: float) -> None:
 @pytest.mark.parametrize("thickness", [0.05, 0.3])
 @pytest.mark.parametrize("speed", [0.3, 1.0, 3.0, 4.5])
 @pytest.mark.parametrize(("rows", "columns"), [(1, 1), (2, 3), (6, 4)])
-def test_a_robot_cannot_press_fuel_into_a_wall(thickness, speed, rows, columns):
+def test_a_robot_cannot_press_fuel_into_a_wall(thickness, speed, rows, columns, engine_name, whole):
     """At 1e5 N/m a ball under 600 N gives way by 6 mm a side, a fast blow by more, but never to its middle."""
     if columns > 1 and thickness == 0.05 and speed in (0.3, 3.0):
         pytest.skip("a thinner wall makes no difference to a center that never comes to its face")
+    if rows == 6 and engine_name == "mujoco" and not whole:
+        pytest.skip("0.1 s a tick on MuJoCo: with --whole")
     places = block(rows, columns)
     with PhysicsWorld() as world:
         room(world, thickness)
@@ -154,12 +156,12 @@ def field():
     return REBUILT.field.load()
 
 
-def test_random_pins_on_the_field_lose_no_fuel(field, request):
+def test_random_pins_on_the_field_lose_no_fuel(field, engine_name, whole):
     """1, 6 or 24 fuel before guardrails, alliance walls, corners and hub faces, at 0.3 to 4.5 m/s."""
     is_inside = inside_of(field.elements)
     assert len(is_inside) > 40
     reached = 0
-    for seed in range(200 if request.config.getoption("--whole") else 8):
+    for seed in range(200 if whole else 8 if engine_name == "bullet" else 3):
         rng = np.random.default_rng(seed)
         x, y, yaw = spot(rng)
         count, speed = int(rng.choice([1, 6, 24])), float(rng.choice([0.3, 1.0, 3.0, 4.5]))
