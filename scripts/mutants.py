@@ -32,9 +32,29 @@ MANAGER = "simcore/pieces/piece_manager.py"
 MANIPULATORS, ROBOT = "tests/physics/test_manipulators.py", "tests/physics/test_robot.py"
 SHOOTER, SHOTS = "tests/unit/pieces/test_shooter.py", "tests/physics/test_shots.py"
 PATHS, ROLLING = "tests/physics/test_robot_paths.py", "tests/physics/test_bounce_roll_flight.py"
+PINS, HEAPS = "tests/physics/test_pins.py", "tests/physics/test_heaps.py"
+BOUNCES, RETURNED = "tests/physics/test_bounce_heights.py", "tests/physics/test_returned_pieces.py"
 MATCHES, REPEATS = "tests/games/test_game_matches.py", "tests/games/test_game_repeats.py"
 
 MUTANTS = (
+    Mutant("nothing is ever pinned", "simcore/pieces/pressing.py", "pinned[chain] = True", "pass",
+           f"{PINS}::test_a_robot_cannot_press_fuel_into_a_wall"),
+    Mutant("heaps are never springs", "simcore/pieces/pressing.py",
+           "sustained[np.isin(awake, self._heap(calm, upper))] = True", "pass",
+           f"{HEAPS}::test_a_sleeping_heap_gives_way_when_its_foot_is_taken"),
+    Mutant("fast impacts are left to the engine", "simcore/pieces/impacts.py",
+           "self._is_needed = not world.engine.is_exact", "self._is_needed = False",
+           f"{BOUNCES}::test_a_ball_rises_to_e_squared_of_its_drop"),
+    Mutant("friction of an impact turns the ball the wrong way", "simcore/pieces/impact_law.py",
+           "turn = -2.5 / radius", "turn = 2.5 / radius",
+           f"{BOUNCES}::test_a_ball_that_grips_keeps_two_sevenths_of_its_slip"),
+    Mutant("pieces come back in a pile", "simcore/pieces/free_places.py",
+           "if len(taken) and", "if False and len(taken) and",
+           f"{RETURNED}::test_thirty_shots_out_of_the_field_come_back_beside_each_other"),
+    Mutant("what rests behind a wall stays there", MANAGER, "if out.any():", "if False:",
+           f"{RETURNED}::test_what_comes_to_rest_behind_or_on_a_wall_is_brought_back"),
+    Mutant("a robot is put on fuel", MANAGER, "for slot in here[inside].tolist():", "for slot in ():",
+           f"{RETURNED}::test_a_robot_is_never_put_on_fuel"),
     Mutant("mechanism currents not on the battery", MATCH, "other_current = robot.mechanism_current",
            "other_current = 0.0",
            "tests/games/test_robot_power.py::test_mechanisms_load_the_battery_and_estimates_do_not"),
