@@ -84,8 +84,8 @@ def test_a_robot_cannot_press_fuel_into_a_wall(thickness, speed, rows, columns, 
     """At 1e5 N/m a ball under 600 N gives way by 6 mm a side, a fast blow by more, but never to its middle."""
     if columns > 1 and thickness == 0.05 and speed in (0.3, 3.0):
         pytest.skip("a thinner wall makes no difference to a center that never comes to its face")
-    if rows == 6 and engine_name == "mujoco" and not whole:
-        pytest.skip("0.1 s a tick on MuJoCo: with --whole")
+    if engine_name == "mujoco" and not whole and (rows == 6 or thickness == 0.05 or speed in (0.3, 3.0)):
+        pytest.skip("0.03 to 0.1 s a tick on MuJoCo: with --whole")
     places = block(rows, columns)
     with PhysicsWorld() as world:
         room(world, thickness)
@@ -161,7 +161,7 @@ def test_random_pins_on_the_field_lose_no_fuel(field, engine_name, whole):
     is_inside = inside_of(field.elements)
     assert len(is_inside) > 40
     reached = 0
-    for seed in range(200 if whole else 8 if engine_name == "bullet" else 3):
+    for seed in range(200 if whole else 8 if engine_name == "bullet" else 1):
         rng = np.random.default_rng(seed)
         x, y, yaw = spot(rng)
         count, speed = int(rng.choice([1, 6, 24])), float(rng.choice([0.3, 1.0, 3.0, 4.5]))
