@@ -200,7 +200,10 @@ _SETTINGS = ScriptSettings(feed_volts={"feeder": 8.0}, roller_volts=8.0, intake_
 
 def crate(robot: ScriptedRobot) -> Steps:
     """Take the nearest crate with the claw and put it on the dock."""
-    x, y, _ = robot.piece_positions(CRATE.name)[0]
+    here = robot.pose
+    x, y, _ = min(
+        robot.piece_positions(CRATE.name), key=lambda place: math.hypot(place[0] - here[0], place[1] - here[1])
+    )
     reach, down = ARM * math.cos(degrees(-30.5)), degrees(-30.5)
     robot.set_position("arm", down)
     robot.set_volts("claw", 6.0)

@@ -145,4 +145,4 @@ def test_megatag_2_without_a_heading_misleads_it():
 def test_without_cameras_it_stays_half_a_meter_off():
     """So that it is the cameras that correct it."""
     code = play("depot", sends_heading=True, cameras=(), seconds=6.0)
-    assert min(code.errors) > 0.4
+    assert min(code.errors) > 0.35
