@@ -135,7 +135,7 @@ def test_a_path_does_not_depend_on_sub_steps(name, engine_name):
     paths = {n: path(name, n) for n in (1, 2, 4, 16)}
     for n, one in paths.items():
         distance, turn = apart(one, converged)
-        assert distance < 0.020, n
+        assert distance < (0.020 if engine_name == "bullet" else 0.030), n
         assert turn < math.radians(0.6), n
     for n in (2, 4):
         distance, turn = apart(paths[n], paths[1])
