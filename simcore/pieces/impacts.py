@@ -15,11 +15,11 @@ from collections.abc import Callable
 import numpy as np
 
 from simcore.geometry.rotation import Vector
-from simcore.physics.shapes import Sphere
 from simcore.physics.surface import TerrainSurface
 from simcore.physics.world import PhysicsWorld
 from simcore.pieces.impact_law import hit_ball, hit_surface
 from simcore.pieces.pool import PiecePool, PieceStatus
+from simcore.pieces.touching import TOUCH, touching_chain
 from simcore.typing import BoolArray, FloatArray, IntArray
 
 __all__ = ["Impacts"]
@@ -29,7 +29,6 @@ _LEAST_BOUNCE = 0.3  # [m/s]; slower ones rise by less than 5 mm, and the engine
 _FAST = 6.0  # [m/s]; balls that are all slower are left to the engine: they overlap by at most 70 mm in a sub-step
 _STEEPEST = 3.0  # distance along the path over distance to the surface: 71 degrees from the normal, and the engine's
 _SKIN = 0.003  # [m]; the surface under the touching point may be this far off the one that the center would meet
-_TOUCH = 0.005  # [m]; a row of balls this near passes a knock on within a sub-step
 _MOST_SURFACES = 4  # impacts of one ball on surfaces in a sub-step
 _GENTLE = 0.03  # share of the fastest speed; a row of inelastic balls has no end of gentler impacts on each other
 _MOST_EVENTS = 2000  # impacts of balls on each other in a sub-step
@@ -37,10 +36,6 @@ _KNOCK_REACH, _KNOCK_WAYS = 0.3, 4.0  # [m] and ways of a tick, as far as a knoc
 _KNOCK_LENGTH = 20  # balls of a row, each of which takes a third of the knock
 _STANDS = 0.05  # [m/s]; slower balls are where they were at the start of the tick, until they are hit
 _SLOW = 3.0  # [m/s]; balls that were hit by a fast one count as fast down to this
-_IS_ON_FIELD: BoolArray = np.isin(
-    [int(status) for status in PieceStatus], [PieceStatus.ASLEEP, PieceStatus.AWAKE, PieceStatus.IN_FLIGHT]
-)
-"""By status."""
 
 
 class _Path:
@@ -84,8 +79,6 @@ class Impacts:
         self._pool = pool
         self._wake = wake
         self._is_needed = not world.engine.is_exact
-        kinds = pool.state.kind
-        self._is_ball = np.array([isinstance(kind.shape, Sphere) for kind in pool.types], dtype=bool)[kinds]
         self._surfaces = [kind.surface for kind in pool.types]
         self._near: IntArray = np.zeros(0, dtype=np.int64)
         self._moves: BoolArray = np.zeros(0, dtype=bool)  # of those near
@@ -108,7 +101,7 @@ class Impacts:
         state, radius = self._pool.state, self._pool.radius
         is_fast = speed > _FAST
         is_fast |= (speed > _SLOW) & self._was_hit[awake]
-        fast = awake[is_fast & self._is_ball[awake] & ~busy[awake]]
+        fast = awake[is_fast & self._pool.is_ball[awake] & ~busy[awake]]
         self._was_hit[:] = False
         self._near = self._near[:0]
         if not len(fast):
@@ -116,37 +109,21 @@ class Impacts:
         pos, way = state.pos[fast], state.vel[fast] * dt
         length = np.sqrt(np.einsum("ij,ij->i", way, way))
         reach = (_KNOCK_REACH + _KNOCK_WAYS * length)[:, None]
-        others = np.nonzero(_IS_ON_FIELD.take(state.status) & self._is_ball & ~busy)[0]
+        others = np.nonzero(self._pool.is_on_field & self._pool.is_ball & ~busy)[0]
         there = state.pos[others]
         others = others[((there > (pos - reach).min(axis=0)) & (there < (pos + reach).max(axis=0))).all(axis=1)]
         away = state.pos[others][None, :, :] - pos[:, None, :]
         along = np.clip(np.einsum("ijk,ik->ij", away, way) / np.square(length)[:, None], 0.0, 1.0)
         aside = away - along[:, :, None] * way[:, None, :]
         moves = np.sqrt(np.einsum("ij,ij->i", state.vel[others], state.vel[others])) * dt
-        touch = radius[fast][:, None] + (radius[others] + moves)[None, :] + _TOUCH + self._world.gravity * dt * dt
+        touch = radius[fast][:, None] + (radius[others] + moves)[None, :] + TOUCH + self._world.gravity * dt * dt
         meets = (np.einsum("ijk,ijk->ij", aside, aside) < touch * touch) & (fast[:, None] != others[None, :])
         if meets.any():
-            for slot in self._chain(others, meets.any(axis=0)).tolist():
+            reached = touching_chain(state.pos[others], radius[others], meets.any(axis=0), _KNOCK_LENGTH)
+            for slot in others[reached & (state.status[others] == PieceStatus.ASLEEP)].tolist():
                 self._wake(slot)
             if self._is_needed:
                 self._near, self._moves = others, moves > _STANDS * dt
-
-    def _chain(self, slots: IntArray, first: BoolArray) -> IntArray:
-        """The sleepers of some pieces that a knock on the first reaches through others that nearly touch."""
-        state, radius = self._pool.state, self._pool.radius[slots]
-        found = front = first
-        for _ in range(_KNOCK_LENGTH):
-            left = np.nonzero(~found)[0]
-            away = state.pos[slots[left]][:, None, :] - state.pos[slots[front]][None, :, :]
-            reach = radius[left][:, None] + radius[front][None, :] + _TOUCH
-            next_to = left[(np.einsum("ijk,ijk->ij", away, away) < reach * reach).any(axis=1)]
-            if not len(next_to):
-                break
-            front = np.zeros(len(slots), dtype=bool)
-            front[next_to] = True
-            found = found | front
-        reached: IntArray = slots[found & (state.status[slots] == PieceStatus.ASLEEP)]
-        return reached
 
     @property
     def is_due(self) -> bool:
@@ -183,7 +160,7 @@ class Impacts:
             Which of `slots` are on their way: nothing else may push them in this sub-step, shape (n,).
         """
         taken = np.zeros(len(slots), dtype=bool)
-        balls = self._is_ball[slots]
+        balls = self._pool.is_ball[slots]
         near = self._near
         if not (self._is_needed and (len(near) or balls.any())):
             return taken

@@ -10,11 +10,12 @@ import numpy.typing as npt
 
 from simcore.errors import CapacityError, ConfigError
 from simcore.geometry.rotation import IDENTITY, Quaternion
+from simcore.physics.shapes import Sphere
 from simcore.physics.world import PhysicsWorld
 from simcore.pieces.kinds import GamePieceConfig
 from simcore.typing import BoolArray, FloatArray, IntArray
 
-__all__ = ["PiecePool", "PieceState", "PieceStatus"]
+__all__ = ["ON_FIELD", "PiecePool", "PieceState", "PieceStatus"]
 
 _PARKING_HEIGHT = 50.0  # [m], above everything; 1 m apart: balls parked on one spot take seconds a step
 
@@ -36,6 +37,12 @@ class PieceStatus(IntEnum):
     """Shot, and nothing touched yet."""
     SCORED = 6
     """Scored and taken off the field."""
+
+
+ON_FIELD = (PieceStatus.ASLEEP, PieceStatus.AWAKE, PieceStatus.IN_FLIGHT)
+"""The statuses of pieces on the field or in the air."""
+_IS_ON_FIELD: BoolArray = np.isin([int(status) for status in PieceStatus], ON_FIELD)
+"""By status."""
 
 
 @dataclass(slots=True)
@@ -96,6 +103,14 @@ class PiecePool:
                 slot += 1
             self.state.kind[slot - count : slot] = kind
             self.radius[slot - count : slot] = config.bounding_radius
+        self.is_ball = np.array([isinstance(kind.shape, Sphere) for kind in self.types], dtype=bool)[self.state.kind]
+        """Which slots are balls, shape (n,)."""
+
+    @property
+    def is_on_field(self) -> BoolArray:
+        """Whether each slot is on the field or in the air, shape (n,)."""
+        here: BoolArray = _IS_ON_FIELD.take(self.state.status)  # 1.3 us, three comparisons 4
+        return here
 
     def take(self, kind: int, count: int) -> IntArray:
         """Reserve free slots of a type; they stay parked.

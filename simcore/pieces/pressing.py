@@ -16,6 +16,7 @@ from scipy.spatial import cKDTree
 
 from simcore.physics.world import PhysicsWorld
 from simcore.pieces.pool import PiecePool, PieceStatus
+from simcore.pieces.touching import TOUCH, touching_chain
 from simcore.pieces.wake_grid import Footprint
 from simcore.typing import BoolArray, FloatArray, IntArray
 
@@ -23,7 +24,6 @@ __all__ = ["Pressing"]
 
 _CALM_SPEED = 0.5  # [m/s]; below this an impact is too weak for its restitution to matter: it rises by 13 mm e^2
 _LEANING = 0.001  # [m]; pieces this near lean on each other
-_TOUCH = 0.005  # [m]; pieces and bumpers this near count as touching
 _PIN_STEP = (
     0.0025  # [s]; with 5 ms the center of a ball hit at 4.5 m/s comes to the face, with 2.5 ms it stays 13 mm off
 )
@@ -140,32 +140,21 @@ class Pressing:
         low = pos[:, 2] < _LOW
         gaps = [robot.gap(pos) - radius[awake] for robot in robots]
         for robot, gap in zip(robots, gaps, strict=True):
-            reach = _TOUCH + (robot.speed + speed) * dt
+            reach = TOUCH + (robot.speed + speed) * dt
             near = low & (gap < reach)
             if robot.speed > _CALM_SPEED:
                 hit |= near
             if robot not in crowded or not near.any():
                 continue
             some = np.nonzero(low & (gap < _CHAIN))[0]
-            chain = some[self._chain(pos[some], radius[awake[some]], near[some])]
+            chain = some[touching_chain(pos[some], radius[awake[some]], near[some])]
             if self._is_held(awake[chain], pos[chain], (robot.speed + speed[chain]) * dt) or any(
-                (other_gap[chain] < _TOUCH + (other.speed + speed[chain]) * dt).any()
+                (other_gap[chain] < TOUCH + (other.speed + speed[chain]) * dt).any()
                 for other, other_gap in zip(robots, gaps, strict=True)
                 if other is not robot
             ):
                 pinned[chain] = True
         return pinned, hit
-
-    @staticmethod
-    def _chain(pos: FloatArray, radius: FloatArray, first: BoolArray) -> BoolArray:
-        """Which of some pieces touch one of the first, or one that does, and so on, shape (n,)."""
-        away = pos[:, None, :] - pos[None, :, :]
-        reach = radius[:, None] + radius[None, :] + _TOUCH
-        touching = np.einsum("ijk,ijk->ij", away, away) < reach * reach
-        found, count = first, -1
-        while count != (count := int(np.count_nonzero(found))):
-            found = np.logical_or.reduce(touching[found], axis=0)
-        return found
 
     def _is_anything_near(self, robot: Footprint, robots: Sequence[Footprint]) -> bool:
         """Whether the field or another robot is near enough to press pieces against it."""
@@ -180,5 +169,5 @@ class Pressing:
     def _is_held(self, slots: IntArray, pos: FloatArray, move: FloatArray) -> bool:
         """Whether one of some pieces can touch something solid within the tick."""
         near_solid = self._world.near_solid
-        reach = self._pool.radius[slots] + move + _TOUCH
+        reach = self._pool.radius[slots] + move + TOUCH
         return any(near_solid(place, r) for place, r in zip(pos.tolist(), reach.tolist(), strict=True))
