@@ -42,7 +42,7 @@ class FlightForces:
         self._h_before = np.full(n, np.nan)
         self._is_flying = np.zeros(n, dtype=bool)
         self._is_falling = np.zeros(n, dtype=bool)
-        self._has_bounced = np.zeros(n, dtype=bool)  # in the last tick
+        self._has_turned = np.zeros(n, dtype=bool)  # bounced or was let go in the last tick
         self._slots: IntArray = np.zeros(0, dtype=np.int64)
         self._rows: list[int] = []
         self._gravity = np.array([0.0, 0.0, -world.gravity])
@@ -51,12 +51,12 @@ class FlightForces:
     def start(self, slot: int) -> None:
         """A piece is in the air: its velocity is exact now, not the mean of a step."""
         self._h_before[slot] = 0.0
-        self._is_falling[slot] = True
+        self._is_falling[slot] = self._has_turned[slot] = True
         self._impacts.forget(slot)
 
     def forget(self, slot: int) -> None:
         """A piece was put somewhere, at rest."""
-        self._is_falling[slot] = False
+        self._is_falling[slot] = self._has_turned[slot] = False
         self._impacts.forget(slot)
 
     def begin_tick(self, awake: IntArray, speed: FloatArray) -> None:
@@ -110,8 +110,8 @@ class FlightForces:
         is_free = np.abs(speed - before + fall) < _FALL_ERROR * fall
         is_free &= self._is_falling[awake] | (np.abs(speed) > _HOP_SPEED)
         bounced = self._impacts.bounced[awake]
-        self._is_falling[awake] = is_free | bounced | self._has_bounced[awake]  # the mean of that tick is of both ways
-        self._has_bounced[awake] = bounced
+        self._is_falling[awake] = is_free | bounced | self._has_turned[awake]  # the change since that tick is not g dt
+        self._has_turned[awake] = bounced
         self._impacts.bounced[awake] = False
 
     def has_touched(self, awake: IntArray, vel: FloatArray, dt: float) -> BoolArray:
