@@ -504,6 +504,7 @@ class GamePieceManager:
         """
         asleep = np.nonzero(self.state.touchable & (self.state.status == _ASLEEP))[0]
         still, stirred = self._follow_sleepers(asleep)
+        self._pressing.stirred = still[stirred]
         self._readings += 1
         if self._readings % _AUDIT_PERIOD == 0:
             stirred[(np.arange(min(_AUDIT_SIZE, len(still))) + self._audit_at) % max(1, len(still))] = True
@@ -520,7 +521,6 @@ class GamePieceManager:
         now = self._world.engine.centers(self._pool.rows_of(slots))
         moved: FloatArray = np.abs(now - self.state.pos[slots]).max(axis=1, initial=0.0)
         self.state.pos[slots] = now
-        self._pressing.stirred = slots[moved > 0.0]
         woken = moved > np.where(self._pressing.is_sustained[slots], _CREEP, _STIRRED)
         for slot in slots[woken].tolist():
             self._wake(slot)

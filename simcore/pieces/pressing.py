@@ -49,7 +49,7 @@ class Pressing:
         self.is_sustained = np.zeros(len(pool.rows), dtype=bool)
         """Which slots have sustained contacts, shape (slots,)."""
         self.stirred: IntArray = np.zeros(0, dtype=np.int64)
-        """Sleepers that the engine moved in the last tick."""
+        """Sleepers that the engine had moved a little when they were last read."""
         rest_heights = np.array([kind.rest_height for kind in pool.types])
         radii = np.array([kind.bounding_radius for kind in pool.types])
         self._raised = (rest_heights + 0.2 * radii)[pool.state.kind]

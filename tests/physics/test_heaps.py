@@ -111,7 +111,7 @@ def test_a_heap_holds_its_height_and_falls_asleep(count, size, sides):
 
 
 def test_a_heap_is_as_high_as_with_fine_steps():
-    """At its own sub-steps within 3 % of 1.25 ms, over five heaps: one random packing differs from another by as much."""
+    """At its own sub-steps within 3 % of 1.25 ms, over five heaps: one packing differs from the next by as much."""
     means = {1: [], 16: []}
     for seed in range(1, 6):
         for substeps, found in means.items():
