@@ -250,6 +250,12 @@ class BulletEngine:
         twists = [get(ids[row], client) for row in rows]
         return np.fromiter(_flat(_flat(twists)), float, 6 * len(twists)).reshape(-1, 6)
 
+    def set_velocities(self, rows: Sequence[int], twists: FloatArray) -> None:
+        """`set_velocity` of several bodies, linear and angular, shape (n, 6)."""
+        client, put, ids = self._open(), self._p.resetBaseVelocity, self._ids
+        for row, twist in zip(rows, twists.tolist(), strict=True):
+            put(ids[row], twist[:3], twist[3:], client)
+
     def apply_forces(self, rows: Sequence[int], forces: FloatArray) -> None:
         """Forces at the centers of mass [N], shape (n, 3), field frame, for the next `step` only.
 

@@ -92,6 +92,10 @@ class Engine(Protocol):
         """Linear and angular velocities, field frame [m/s, rad/s], shape (n, 6)."""
         ...
 
+    def set_velocities(self, rows: Sequence[int], twists: FloatArray) -> None:
+        """`set_velocity` of several bodies, linear and angular, shape (n, 6)."""
+        ...
+
     def apply_forces(self, rows: Sequence[int], forces: FloatArray) -> None:
         """Forces at the centers of mass [N], shape (n, 3), field frame, for the next `step` only."""
         ...

@@ -205,6 +205,11 @@ class MuJoCoEngine:
             twist[turning, 3:] = spins(self._qpos[bodies[turning]], twist[turning])
         return twist
 
+    def set_velocities(self, rows: Sequence[int], twists: FloatArray) -> None:
+        """`set_velocity` of several bodies, linear and angular, shape (n, 6)."""
+        for row, twist in zip(rows, twists.tolist(), strict=True):
+            self.set_velocity(row, twist[:3], twist[3:])
+
     def apply_forces(self, rows: Sequence[int], forces: FloatArray) -> None:
         """Forces at the centers of mass [N], shape (n, 3), field frame, for the next `step` only."""
         self._require_open()

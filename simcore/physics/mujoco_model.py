@@ -16,7 +16,7 @@ import numpy as np
 from simcore.errors import EngineError
 from simcore.geometry.rotation import IDENTITY, Quaternion, Vector, rotate
 from simcore.physics.engine import BodyDefinition
-from simcore.physics.shapes import Box, Compound, Cylinder, HalfSpace, Hull, Mesh, Part, Shape, Sphere
+from simcore.physics.shapes import Box, Compound, Cylinder, HalfSpace, Hull, Mesh, Part, Shape, Sphere, bounding_box
 from simcore.typing import FloatArray, IntArray
 
 __all__ = ["ModelLayout", "box_inertia", "build_model", "parts_of"]
@@ -115,23 +115,10 @@ def box_inertia(definition: BodyDefinition) -> Vector:
     if isinstance(shape, Cylinder):
         across = m * (3.0 * shape.radius**2 + shape.height**2) / 12.0
         return (across, across, 0.5 * m * shape.radius**2)
-    low, high = bounds(shape)
+    parts_of(shape)  # refuses what has none
+    low, high = bounding_box(shape)
     x, y, z = (high - low).tolist()
     return (m * (y * y + z * z) / 12.0, m * (x * x + z * z) / 12.0, m * (x * x + y * y) / 12.0)
-
-
-def bounds(shape: Shape) -> tuple[FloatArray, FloatArray]:
-    """Lowest and highest corner of a shape of convex members, in its own frame [m], shape (3,) each."""
-    lows, highs = [], []
-    for part in parts_of(shape):
-        if isinstance(part.shape, Hull):
-            low, high = part.shape.points.min(axis=0), part.shape.points.max(axis=0)
-        else:
-            half = np.array(_half_size(part.shape))
-            low, high = -half, half
-        lows.append(low + np.array(part.offset))
-        highs.append(high + np.array(part.offset))
-    return np.min(lows, axis=0), np.max(highs, axis=0)
 
 
 def _half_size(shape: Sphere | Cylinder | Box) -> Vector:

@@ -21,8 +21,8 @@ __all__ = ["FloorRolling"]
 
 _PERIOD = 0.02
 """Least time between two losses of speed [s], of 0.01 m/s on carpet."""
-_BALLS, _LONGEST = 20, 4
-"""Balls for which losses are taken that often; of twice as many half as often, down to a quarter."""
+_BALLS, _LONGEST = 15, 8
+"""Balls for which losses are taken that often; of twice as many half as often, down to an eighth."""
 _LIFTED = 0.001
 """Balls that are higher over the floor do not touch it [m]."""
 _RISING = 0.2
@@ -90,8 +90,7 @@ class FloorRolling:
         left = np.maximum(0.0, 1.0 - slowing[moving] * due / speed[moving])
         slowed = twists[moving]
         slowed[:, [0, 1, 3, 4]] *= left[:, None]  # neither what it rises nor what it spins on the spot
-        for i, twist in zip(moving.tolist(), slowed.tolist(), strict=True):
-            self._engine.set_velocity(rows[i], twist[:3], twist[3:])
+        self._engine.set_velocities([rows[i] for i in moving.tolist()], slowed)
 
 
 def _rolls(twists: FloatArray, speed: FloatArray, radius: FloatArray) -> BoolArray:

@@ -13,7 +13,7 @@ import numpy as np
 from simcore.errors import ConfigError, require_positive
 from simcore.typing import FloatArray, IntArray
 
-__all__ = ["Box", "Compound", "Cylinder", "HalfSpace", "Hull", "Mesh", "Part", "Shape", "Sphere"]
+__all__ = ["Box", "Compound", "Cylinder", "HalfSpace", "Hull", "Mesh", "Part", "Shape", "Sphere", "bounding_box"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -99,3 +99,23 @@ class Compound:
 
 
 Shape: TypeAlias = Sphere | Cylinder | Box | HalfSpace | Hull | Mesh | Compound
+
+
+def bounding_box(shape: Shape) -> tuple[FloatArray, FloatArray]:
+    """Smallest and largest coordinates of a shape in its own frame [m], shape (3,) each."""
+    if isinstance(shape, HalfSpace):
+        return np.full(3, -np.inf), np.array([np.inf, np.inf, 0.0])
+    if isinstance(shape, (Hull, Mesh)):
+        corners = shape.points if isinstance(shape, Hull) else shape.vertices
+        return corners.min(axis=0), corners.max(axis=0)
+    if isinstance(shape, Compound):
+        boxes = [(np.array(part.offset), *bounding_box(part.shape)) for part in shape.parts]
+        low = np.min([offset + least for offset, least, _ in boxes], axis=0)
+        return low, np.max([offset + most for offset, _, most in boxes], axis=0)
+    if isinstance(shape, Sphere):
+        half = np.full(3, shape.radius)
+    elif isinstance(shape, Cylinder):
+        half = np.array([shape.radius, shape.radius, 0.5 * shape.height])
+    else:
+        half = 0.5 * np.array(shape.size)
+    return -half, half

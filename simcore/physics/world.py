@@ -19,17 +19,17 @@ from simcore.errors import ConfigError, NonFiniteError, UnknownNameError, requir
 from simcore.geometry.rotation import IDENTITY, Quaternion, Vector
 from simcore.physics.engine import BodyDefinition, Engine, RayHits
 from simcore.physics.engine_choice import make_engine
+from simcore.physics.nearness import StaticBoxes
 from simcore.physics.rolling import FloorRolling
 from simcore.physics.shapes import Box, HalfSpace, Shape, Sphere
 from simcore.physics.substeps import Substepping, Surroundings
 from simcore.physics.surface import CARPET, FRICTIONLESS, TerrainSurface
-from simcore.typing import FloatArray, IntArray
+from simcore.typing import BoolArray, FloatArray, IntArray
 from simcore.units import GRAVITY, plain_sum
 
 __all__ = ["CollisionGroup", "PhysicsWorld", "StaticElement"]
 
 _MOST_PARTS = 8  # of a robot's own body that a line of sight passes
-_CELL = 0.1  # [m], of what is remembered about the nearness of solids
 _FLOOR_THICKNESS = 1.0  # [m]; under robots: a plane gives one contact a tick and driven boxes sink into it
 _FLOOR_LENGTH = 2_000.0  # [m]; nothing gets to its end. From 4 km on, cylinders wobble on it for longer
 
@@ -118,7 +118,7 @@ class PhysicsWorld:
         self._ramps: set[int] = set()
         self._robots: list[int] = []
         self._pieces: dict[int, int] = {}  # group by row
-        self._solid_cells: dict[tuple[int, int, int, int], bool] = {}
+        self._solid_boxes, self._ramp_boxes = StaticBoxes(), StaticBoxes()
         self.longest_step = math.inf
         self.awake_pieces = None
         floor = self._floor
@@ -172,13 +172,13 @@ class PhysicsWorld:
         at = _checked_pos(name, pos)
         touchers = CollisionGroup.PIECE if drivable else CollisionGroup.PIECE | CollisionGroup.ROBOT
         row = self._add_part(name, shape, at, quat, surface, CollisionGroup.STATIC, touchers)
+        (self._ramp_boxes if drivable else self._solid_boxes).add(shape, at, quat)
         if drivable:
             self._ramps.add(
                 self._add_part(name, shape, at, quat, FRICTIONLESS, CollisionGroup.DRIVABLE, CollisionGroup.ROBOT)
             )
         else:
             self._solid.add(row)
-        self._solid_cells.clear()
         return row
 
     def _add_part(
@@ -328,21 +328,18 @@ class PhysicsWorld:
                 found = Surroundings.RAMP
         return found
 
-    def near_solid(self, pos: Sequence[float], reach: float) -> bool:
-        """Whether a wall or another solid element can be within `reach` of a place [m].
+    def near_solid(self, pos: FloatArray, reach: FloatArray) -> BoolArray:
+        """Whether the bounding box of a wall or another solid element is within reach of each place, shape (n,).
 
-        By bounding boxes, in cells of 0.1 m that are looked at once: it may say yes a little too often, never no.
+        Args:
+            pos: Places, field frame [m], shape (n, 3).
+            reach: Of each [m], shape (n,).
         """
-        x, y, z = pos
-        span = math.ceil(reach / _CELL)
-        cell = (math.floor(x / _CELL), math.floor(y / _CELL), math.floor(z / _CELL), span)
-        found = self._solid_cells.get(cell)
-        if found is None:
-            low = [(index - span) * _CELL for index in cell[:3]]
-            high = [(index + 1 + span) * _CELL for index in cell[:3]]
-            found = any(row in self._solid for row in self.engine.overlapping(low, high))
-            self._solid_cells[cell] = found
-        return found
+        return self._solid_boxes.are_near(pos, reach)
+
+    def near_field(self, pos: FloatArray, reach: FloatArray) -> BoolArray:
+        """The same for all elements of the field, those that robots drive over too; the floor is left out."""
+        return self._solid_boxes.are_near(pos, reach) | self._ramp_boxes.are_near(pos, reach)
 
     def is_free(self, low: Sequence[float], high: Sequence[float]) -> bool:
         """Whether no bounding box of the field, the floor left out, reaches into this box [m]."""

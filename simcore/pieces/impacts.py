@@ -167,7 +167,11 @@ class Impacts:
         engine, rows_of = self._world.engine, self._pool.rows_of
         flying = {}
         centers = engine.centers(rows_of(slots))
-        for number in np.nonzero(balls)[0].tolist():
+        if len(near):
+            played = balls
+        else:
+            played = balls & self._may_meet(h, centers, middle, self._pool.radius[slots])
+        for number in np.nonzero(played)[0].tolist():
             slot = int(slots[number])
             flying[slot] = _Path(slot, centers[number].tolist(), middle[number].tolist(), spin[number].tolist(), True)
         if len(near):
@@ -179,6 +183,12 @@ class Impacts:
         if any(path.touched for path in flying.values()):
             taken = np.array([slot in flying and flying[slot].touched for slot in slots.tolist()])
         return taken
+
+    def _may_meet(self, h: float, center: FloatArray, vel: FloatArray, radius: FloatArray) -> BoolArray:
+        """Which balls can meet the floor or an element of the field in a sub-step, shape (n,)."""
+        on_floor = center[:, 2] + np.minimum(vel[:, 2], 0.0) * h < radius + _SKIN
+        speed = np.sqrt(np.einsum("ij,ij->i", vel, vel))
+        return on_floor | self._world.near_field(center, radius + speed * h + _SKIN)
 
     def _send(self, path: _Path, h: float) -> None:
         """Let a ball reach the end of its path within the sub-step, and remember how it goes on."""

@@ -30,6 +30,7 @@ __all__ = ["GamePieceManager"]
 _AUDIT_PERIOD = 3  # readings of the sleepers
 _AUDIT_SIZE = 30  # sleepers looked at in each audit: all 408 within 2 s, at 20-35 us a tick
 _STIRRED = 2e-4  # [m]; a sleeper that the engine moved farther in two ticks is awake: 5 mm/s
+_PUSHED = 1e-5  # [m]; one that it moved less has only been looked at by the engine, not pressed
 _CREEP = 1.2e-3  # [m]; the same in a heap, which gives way a little as long as one of its pieces moves
 _ROCKING = 0.08  # [m/s]; pieces that are no balls count as slow below this: they rock on an edge, but do not roll on
 _HEAP_WAKING = 0.2  # [m/s]; in a heap, a slower piece wakes others by touch alone
@@ -474,16 +475,21 @@ class GamePieceManager:
 
     def _are_deep(self, slots: IntArray) -> BoolArray:
         """Which pieces are squeezed, shape (n,): the engine would push them out as soon as they wake."""
+        if not len(slots):
+            return np.zeros(0, dtype=bool)
         state, radius, world = self.state, self._pool.radius, self._world
+        pos = state.pos[slots]
+        doubtful = self._pressing.is_sustained[slots] | world.near_solid(pos, radius[slots])
         others = np.nonzero(state.touchable)[0]
-        away = state.pos[slots][:, None, :] - state.pos[others][None, :, :]
+        there, far = state.pos[others], 2.0 * float(radius.max())
+        others = others[((there > pos.min(axis=0) - far) & (there < pos.max(axis=0) + far)).all(axis=1)]
+        away = pos[:, None, :] - state.pos[others][None, :, :]
         reach = np.maximum(radius[slots][:, None] + radius[others][None, :] - _DEEP, 0.0)
         near = (np.einsum("ijk,ijk->ij", away, away) < reach * reach) & (slots[:, None] != others[None, :])
         deep: BoolArray = (near & self._pool.is_ball[others]).any(axis=1) & self._pool.is_ball[slots]
-        for number, slot in enumerate(slots.tolist()):
-            is_doubtful = self._pressing.is_sustained[slot] or near[number].any()
-            if not deep[number] and (is_doubtful or world.near_solid(state.pos[slot].tolist(), float(radius[slot]))):
-                deep[number] = world.engine.overlap(self._pool.rows[slot]) > _DEEP
+        doubtful |= near.any(axis=1)
+        for number in np.nonzero(doubtful & ~deep)[0].tolist():
+            deep[number] = world.engine.overlap(self._pool.rows[int(slots[number])]) > _DEEP
         return deep
 
     def _fall_asleep(self, slots: IntArray) -> None:
@@ -503,28 +509,30 @@ class GamePieceManager:
         touches awake in the engine, and awake bodies cost time.
         """
         asleep = np.nonzero(self.state.touchable & (self.state.status == _ASLEEP))[0]
-        still, stirred = self._follow_sleepers(asleep)
-        self._pressing.stirred = still[stirred]
+        still, moved = self._follow_sleepers(asleep)
+        pushed = moved > _PUSHED
+        self._pressing.stirred = still[pushed]
         self._readings += 1
         if self._readings % _AUDIT_PERIOD == 0:
-            stirred[(np.arange(min(_AUDIT_SIZE, len(still))) + self._audit_at) % max(1, len(still))] = True
+            stopped = moved > 0.0
+            stopped[(np.arange(min(_AUDIT_SIZE, len(still))) + self._audit_at) % max(1, len(still))] = True
             self._audit_at += _AUDIT_SIZE
-            stopped = still[stirred]
-            deep = self._are_deep(stopped)
-            for slot in stopped[deep].tolist():
+            doubtful = still[pushed]
+            deep = doubtful[self._are_deep(doubtful)]
+            for slot in deep.tolist():
                 self._wake(slot)
-            for slot in stopped[~deep].tolist():
+            for slot in np.setdiff1d(still[stopped], deep, assume_unique=True).tolist():
                 self._world.engine.sleep(self._pool.rows[slot])
 
-    def _follow_sleepers(self, slots: IntArray) -> tuple[IntArray, BoolArray]:
-        """Read where sleepers are: which stay asleep, and which of those the engine has moved a little."""
+    def _follow_sleepers(self, slots: IntArray) -> tuple[IntArray, FloatArray]:
+        """Read where sleepers are: which stay asleep, and how far the engine has moved each of those all the same."""
         now = self._world.engine.centers(self._pool.rows_of(slots))
         moved: FloatArray = np.abs(now - self.state.pos[slots]).max(axis=1, initial=0.0)
         self.state.pos[slots] = now
         woken = moved > np.where(self._pressing.is_sustained[slots], _CREEP, _STIRRED)
         for slot in slots[woken].tolist():
             self._wake(slot)
-        return slots[~woken], moved[~woken] > 0.0
+        return slots[~woken], moved[~woken]
 
     def _recover(self, awake: IntArray, pos: FloatArray) -> None:
         """Bring back what is far out of the field, or what is no number any more."""

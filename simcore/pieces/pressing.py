@@ -10,8 +10,6 @@ import math
 from collections.abc import Sequence
 
 import numpy as np
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
 from simcore.physics.world import PhysicsWorld
@@ -24,12 +22,11 @@ __all__ = ["Pressing"]
 
 _CALM_SPEED = 0.5  # [m/s]; below this an impact is too weak for its restitution to matter: it rises by 13 mm e^2
 _LEANING = 0.001  # [m]; pieces this near lean on each other
-_PIN_STEP = (
-    0.0025  # [s]; with 5 ms the center of a ball hit at 4.5 m/s comes to the face, with 2.5 ms it stays 13 mm off
-)
+_PIN_MOVE = 0.011  # [m] a step; at 4.5 m/s with 5 ms the center of a ball comes to the face, with 2.5 ms 13 mm off
+_PIN_STEPS = 0.0025, 0.005  # [s], shortest and longest
 _HEAP_STEP = 0.005  # [s]; 100 balls, 7 deep: overlaps of 4 mm at 10 ms, 1.4 mm at 5 ms
 _PILE_STEP = 0.01  # [s], for a second layer alone
-_HEAP_SIZE = 3  # pieces that lie on others
+_HEAP_SIZE = 5  # pieces that lie on others; fewer get along with impacts
 _ROBOT_MIDDLE = 0.15  # [m], above the carpet
 _CHAIN = 1.0  # [m], from a robot's bumpers to the farthest piece that it can press against something
 _LOW = 1.0  # [m]; pieces above this are over the robots
@@ -52,7 +49,7 @@ class Pressing:
         """Sleepers that the engine had moved a little when they were last read."""
         rest_heights = np.array([kind.rest_height for kind in pool.types])
         radii = np.array([kind.bounding_radius for kind in pool.types])
-        self._raised = (rest_heights + 0.2 * radii)[pool.state.kind]
+        self._raised = (rest_heights + 0.5 * radii)[pool.state.kind]
         self._high = (rest_heights + 3.0 * radii)[pool.state.kind]
 
     def begin_tick(self, awake: IntArray, speed: FloatArray, robots: Sequence[Footprint], dt: float) -> None:
@@ -86,7 +83,9 @@ class Pressing:
             self._set(awake[changed], sustained[changed])
         self._world.engine.set_careful(is_pinned or heaped)
         if is_pinned:
-            self._world.longest_step = _PIN_STEP
+            shortest, longest = _PIN_STEPS
+            fastest = max(robot.speed for robot in robots)
+            self._world.longest_step = min(longest, max(shortest, _PIN_MOVE / max(fastest, 1e-6)))
         elif heaped:
             deep = bool((state.pos[upper, 2] > self._high[upper]).any())
             self._world.longest_step = _HEAP_STEP if deep else _PILE_STEP
@@ -112,7 +111,8 @@ class Pressing:
             return True
         state = self._pool.state
         high = state.touchable & (state.pos[:, 2] > self._raised) & (state.status == PieceStatus.ASLEEP)
-        return len(upper) + int(np.count_nonzero(high)) >= _HEAP_SIZE
+        high[upper] = True
+        return int(np.count_nonzero(high)) >= _HEAP_SIZE
 
     def _heap(self, calm: IntArray, upper: IntArray) -> IntArray:
         """Those of the calm pieces that touch one that lies on others, or one that does, and so on.
@@ -125,10 +125,15 @@ class Pressing:
         away = pos[i] - pos[j]
         reach = radius[i] + radius[j] + _LEANING
         touching = np.einsum("ij,ij->i", away, away) < reach * reach
-        graph = coo_array((touching[touching], (i[touching], j[touching])), shape=(len(calm), len(calm)))
-        _, part = connected_components(graph, directed=False)
-        members: IntArray = calm[np.isin(part, part[np.isin(calm, upper)])]
-        return members
+        i, j = i[touching], j[touching]
+        is_member = np.zeros(len(self._raised), dtype=bool)
+        is_member[upper] = True
+        is_member = is_member[calm]
+        while True:
+            joined = is_member[i] ^ is_member[j]
+            if not joined.any():
+                return calm[is_member]
+            is_member[i[joined]] = is_member[j[joined]] = True
 
     def _near_robots(
         self, awake: IntArray, speed: FloatArray, robots: Sequence[Footprint], crowded: Sequence[Footprint], dt: float
@@ -164,10 +169,8 @@ class Pressing:
                 far = reach + math.hypot(other.half_length, other.half_width)
                 if other is not robot and math.hypot(other.x - robot.x, other.y - robot.y) < far:
                     return True
-        return self._world.near_solid((robot.x, robot.y, _ROBOT_MIDDLE), reach)
+        return bool(self._world.near_solid(np.array([[robot.x, robot.y, _ROBOT_MIDDLE]]), np.array([reach]))[0])
 
     def _is_held(self, slots: IntArray, pos: FloatArray, move: FloatArray) -> bool:
         """Whether one of some pieces can touch something solid within the tick."""
-        near_solid = self._world.near_solid
-        reach = self._pool.radius[slots] + move + TOUCH
-        return any(near_solid(place, r) for place, r in zip(pos.tolist(), reach.tolist(), strict=True))
+        return bool(self._world.near_solid(pos, self._pool.radius[slots] + move + TOUCH).any())
