@@ -29,6 +29,7 @@ class Mutant(NamedTuple):
 
 MATCH, FLOW = "simcore/match/match.py", "simcore/match/piece_flow.py"
 MANAGER = "simcore/pieces/piece_manager.py"
+SLEEPING = "simcore/pieces/sleeping.py"
 MANIPULATORS, ROBOT = "tests/physics/test_manipulators.py", "tests/physics/test_robot.py"
 SHOOTER, SHOTS = "tests/unit/pieces/test_shooter.py", "tests/physics/test_shots.py"
 PATHS, ROLLING = "tests/physics/test_robot_paths.py", "tests/physics/test_bounce_roll_flight.py"
@@ -73,7 +74,7 @@ MUTANTS = (
     Mutant("gyro samples of a camera are not interpolated", "simcore/vision/heading.py",
            "+ s * (self._values[k] - self._values[k - 1])", "+ 0.0",
            "tests/unit/vision/test_heading.py::test_readings_are_interpolated_and_late_ones_dropped"),
-    Mutant("a guarded piece may sleep", MANAGER, " & ~self._guarded[awake]", "",
+    Mutant("a guarded piece may sleep", SLEEPING, " & ~guarded[awake]", "",
            f"{MANIPULATORS}::test_a_piece_near_a_moving_robot_does_not_sleep"),
     Mutant("digest without status", MATCH, "update(state.pos[awake], state.status.astype(np.int64))",
            "update(state.pos[awake])", f"{REPEATS}::test_a_piece_that_changes_its_status_only_changes_the_digest"),

@@ -49,6 +49,7 @@ MODULES = (
     "simcore.pieces.piece_manager",
     "simcore.pieces.pool",
     "simcore.pieces.shot_schedule",
+    "simcore.pieces.sleeping",
     "simcore.pieces.wake_grid",
     "simcore.robot.battery",
     "simcore.robot.chassis",

@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 
 from simcore.physics.engine import BodyDefinition
-from simcore.physics.mujoco_model import ModelLayout, bounds
-from simcore.physics.shapes import Sphere
+from simcore.physics.mujoco_model import ModelLayout
+from simcore.physics.shapes import Sphere, bounding_box
 from simcore.typing import FloatArray
 
 __all__ = ["ContactMaterials", "materials_of"]
@@ -44,7 +44,7 @@ def materials_of(definitions: Sequence[BodyDefinition], model: Any, layout: Mode
     give_of_row = np.full(len(definitions), math.inf)
     reach = np.zeros(len(moving))
     for body, one in enumerate(moving):
-        low, high = bounds(one.shape)
+        low, high = bounding_box(one.shape)
         corner = np.maximum(np.abs(low - one.center_of_mass), np.abs(high - one.center_of_mass))
         reach[body] = 0.0 if isinstance(one.shape, Sphere) else np.linalg.norm(corner)
         if one.surface.stiffness is not None:

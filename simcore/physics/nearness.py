@@ -43,10 +43,10 @@ class StaticBoxes:
         if self._corners is None:
             low, high = (np.array(corners) for corners in zip(*self._boxes, strict=True))
             self._corners = low.T[:, None, :].copy(), high.T[:, None, :].copy()
-        distance2: FloatArray | float = 0.0
+        distance2 = np.zeros((len(pos), len(self._boxes)))
         for axis, (low, high) in enumerate(zip(*self._corners, strict=True)):
             x = pos[:, axis, None]
             away = np.maximum(np.maximum(low - x, x - high), 0.0)
-            distance2 = distance2 + away * away
-        near: BoolArray = (distance2 < np.square(reach)[:, None]).any(axis=1)
+            distance2 += away * away
+        near: BoolArray = np.any(distance2 < np.square(reach)[:, None], axis=1)
         return near

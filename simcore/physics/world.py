@@ -118,7 +118,7 @@ class PhysicsWorld:
         self._ramps: set[int] = set()
         self._robots: list[int] = []
         self._pieces: dict[int, int] = {}  # group by row
-        self._solid_boxes, self._ramp_boxes = StaticBoxes(), StaticBoxes()
+        self._boxes, self._solid_boxes = StaticBoxes(), StaticBoxes()
         self.longest_step = math.inf
         self.awake_pieces = None
         floor = self._floor
@@ -172,13 +172,14 @@ class PhysicsWorld:
         at = _checked_pos(name, pos)
         touchers = CollisionGroup.PIECE if drivable else CollisionGroup.PIECE | CollisionGroup.ROBOT
         row = self._add_part(name, shape, at, quat, surface, CollisionGroup.STATIC, touchers)
-        (self._ramp_boxes if drivable else self._solid_boxes).add(shape, at, quat)
+        self._boxes.add(shape, at, quat)
         if drivable:
             self._ramps.add(
                 self._add_part(name, shape, at, quat, FRICTIONLESS, CollisionGroup.DRIVABLE, CollisionGroup.ROBOT)
             )
         else:
             self._solid.add(row)
+            self._solid_boxes.add(shape, at, quat)
         return row
 
     def _add_part(
@@ -339,7 +340,7 @@ class PhysicsWorld:
 
     def near_field(self, pos: FloatArray, reach: FloatArray) -> BoolArray:
         """The same for all elements of the field, those that robots drive over too; the floor is left out."""
-        return self._solid_boxes.are_near(pos, reach) | self._ramp_boxes.are_near(pos, reach)
+        return self._boxes.are_near(pos, reach)
 
     def is_free(self, low: Sequence[float], high: Sequence[float]) -> bool:
         """Whether no bounding box of the field, the floor left out, reaches into this box [m]."""

@@ -22,19 +22,13 @@ from simcore.pieces.impacts import Impacts
 from simcore.pieces.kinds import GamePieceConfig
 from simcore.pieces.pool import ON_FIELD, PiecePool, PieceStatus
 from simcore.pieces.pressing import Pressing
+from simcore.pieces.sleeping import SETTLE_PERIOD, Sleeping
 from simcore.pieces.wake_grid import ChunkGrid, Footprint, WakeSettings
 from simcore.typing import BoolArray, FloatArray, IntArray
 
 __all__ = ["GamePieceManager"]
 
-_AUDIT_PERIOD = 3  # readings of the sleepers
-_AUDIT_SIZE = 30  # sleepers looked at in each audit: all 408 within 2 s, at 20-35 us a tick
-_STIRRED = 2e-4  # [m]; a sleeper that the engine moved farther in two ticks is awake: 5 mm/s
-_PUSHED = 1e-5  # [m]; one that it moved less has only been looked at by the engine, not pressed
-_CREEP = 1.2e-3  # [m]; the same in a heap, which gives way a little as long as one of its pieces moves
-_ROCKING = 0.08  # [m/s]; pieces that are no balls count as slow below this: they rock on an edge, but do not roll on
 _HEAP_WAKING = 0.2  # [m/s]; in a heap, a slower piece wakes others by touch alone
-_DEEP = 0.005  # [m]; a piece that is this deep in something does not sleep
 _ROBOT_HEIGHT = 0.6  # [m]; pieces above it fly over a robot
 _KNOCK_TICKS = 3.0  # how much farther the field is shown to the engine: a row of balls passes a knock on within a tick
 _FREE, _STAGED, _ASLEEP, _AWAKE, _HELD, _IN_FLIGHT, _SCORED = (int(status) for status in PieceStatus)
@@ -73,12 +67,11 @@ class GamePieceManager:
             linger=self._p.chunk_linger,
         )
         self._chunk = np.zeros(n, dtype=np.int64)
-        self._slow = np.zeros(n, dtype=np.int64)
-        self._slow_speed = np.where(self._pool.is_ball, self._p.slow_speed, _ROCKING)
         self._guarded = np.zeros(n, dtype=bool)  # within reach of a moving robot: may not sleep
         self._impacts = Impacts(world, self._pool, self._wake)
         self._flight = FlightForces(world, self._pool, self._impacts)
         self._pressing = Pressing(world, self._pool)
+        self._sleeping = Sleeping(world, self._pool, self._pressing, self._p, self._wake)
         self._quats = np.tile((1.0, 0.0, 0.0, 0.0), (n, 1))
         self._awake: IntArray = np.zeros(0, dtype=np.int64)
         self._awake_rows: list[int] = []
@@ -86,8 +79,6 @@ class GamePieceManager:
         self._outer = np.array([(-0.5, -0.5, -0.5), (field_size[0] + 0.5, field_size[1] + 0.5, 30.0)])
         self._robots: list[Footprint] = []
         self._tick = 0
-        self._audit_at = 0
-        self._readings = 0
         self.total = 0
         """How many pieces have come into the match."""
         self.recovered = 0
@@ -138,7 +129,7 @@ class GamePieceManager:
             self._pool.place(slot, (pos[0], pos[1], pos[2]), touchable=not standing)
             self.state.status[slot] = _AWAKE
             self.state.holder[slot] = -1
-            self._slow[slot] = 0
+            self._sleeping.stir(slot)
             self._flight.forget(slot)
             if standing:
                 self._fall_asleep(np.array([slot]))
@@ -204,7 +195,7 @@ class GamePieceManager:
         self.state.vel[slot] = vel
         self.state.status[slot] = _IN_FLIGHT if flying else _AWAKE
         self.state.holder[slot] = -1
-        self._slow[slot] = 0
+        self._sleeping.stir(slot)
         self._flight.start(slot)
         self._awake_stale = True
         return slot
@@ -378,27 +369,21 @@ class GamePieceManager:
             self._recover(awake, now)
         self._tick += 1
         if self._tick % 2:
-            self._read_sleepers()
+            self._sleeping.read()
 
     def settle(self) -> None:
-        """Put to sleep what has been slow for long enough; looks at every second tick, which costs half."""
-        state, p = self.state, self._p
-        awake = self.awake
-        if self._tick % 2 or not len(awake):
+        """Put to sleep what has been slow for long enough; looks at every fourth tick, which costs a quarter."""
+        state, awake = self.state, self.awake
+        if self._tick % SETTLE_PERIOD or not len(awake):
             return
-        speed2 = np.einsum("ij,ij->i", state.vel[awake], state.vel[awake])
-        slow = (speed2 < np.square(self._slow_speed[awake])) & (state.status[awake] == _AWAKE)
-        self._slow[awake] = np.where(slow, self._slow[awake] + 2, 0)
-        # in a heap nothing is at an apex, so half the time is enough
-        enough = np.where(self._pressing.is_sustained[awake], p.slow_ticks // 2, p.slow_ticks)
-        ready = awake[(self._slow[awake] >= enough) & ~self._guarded[awake]]
+        ready = self._sleeping.at_rest(awake, self._guarded)
         if len(ready):
             x, y = state.pos[ready, 0], state.pos[ready, 1]
             out = (x < 0.0) | (x > self._field_size[0]) | (y < 0.0) | (y > self._field_size[1])
             if out.any():  # behind a wall, or on top of it
                 self._put_back(ready[out])
                 ready = ready[~out]
-            self._fall_asleep(ready[~self._are_deep(ready)])
+            self._fall_asleep(ready[~self._sleeping.are_deep(ready)])
 
     # --- inside -------------------------------------------------------------------------------------------------
 
@@ -449,7 +434,7 @@ class GamePieceManager:
         for slot in asleep[woken[chunk]].tolist():
             self._pool.set_touchable(slot, True)
         hide = asleep[quiet[chunk]]
-        for slot in self._follow_sleepers(hide)[0].tolist():  # one that the engine woke would fall through the floor
+        for slot in self._sleeping.follow(hide)[0].tolist():  # one that the engine woke would fall through the floor
             self._world.engine.sleep(self._pool.rows[slot])
             self._pool.set_touchable(slot, False)
 
@@ -458,7 +443,7 @@ class GamePieceManager:
             self.state.status[slot] = _AWAKE
             self._pool.set_touchable(slot, True)
             self._awake_stale = True
-        self._slow[slot] = 0
+        self._sleeping.stir(slot)
         self._world.engine.wake(self._pool.rows[slot])
 
     def _wake_leaning(self, slot: int) -> None:
@@ -473,25 +458,6 @@ class GamePieceManager:
             if other != slot:
                 self._wake(other)
 
-    def _are_deep(self, slots: IntArray) -> BoolArray:
-        """Which pieces are squeezed, shape (n,): the engine would push them out as soon as they wake."""
-        if not len(slots):
-            return np.zeros(0, dtype=bool)
-        state, radius, world = self.state, self._pool.radius, self._world
-        pos = state.pos[slots]
-        doubtful = self._pressing.is_sustained[slots] | world.near_solid(pos, radius[slots])
-        others = np.nonzero(state.touchable)[0]
-        there, far = state.pos[others], 2.0 * float(radius.max())
-        others = others[((there > pos.min(axis=0) - far) & (there < pos.max(axis=0) + far)).all(axis=1)]
-        away = pos[:, None, :] - state.pos[others][None, :, :]
-        reach = np.maximum(radius[slots][:, None] + radius[others][None, :] - _DEEP, 0.0)
-        near = (np.einsum("ijk,ijk->ij", away, away) < reach * reach) & (slots[:, None] != others[None, :])
-        deep: BoolArray = (near & self._pool.is_ball[others]).any(axis=1) & self._pool.is_ball[slots]
-        doubtful |= near.any(axis=1)
-        for number in np.nonzero(doubtful & ~deep)[0].tolist():
-            deep[number] = world.engine.overlap(self._pool.rows[int(slots[number])]) > _DEEP
-        return deep
-
     def _fall_asleep(self, slots: IntArray) -> None:
         self.attitudes(slots)  # as it lies now; a sleeper's is not asked for again
         self.state.status[slots] = _ASLEEP
@@ -501,38 +467,6 @@ class GamePieceManager:
             self._world.engine.sleep(self._pool.rows[slot])
             self._pool.set_touchable(slot, shown)
         self._awake_stale = True
-
-    def _read_sleepers(self) -> None:
-        """Follow the sleepers that the engine woke by touch: those that move join the awake.
-
-        Those that hardly move stay asleep, and are stopped now and then, all at once: one awake body keeps all that it
-        touches awake in the engine, and awake bodies cost time.
-        """
-        asleep = np.nonzero(self.state.touchable & (self.state.status == _ASLEEP))[0]
-        still, moved = self._follow_sleepers(asleep)
-        pushed = moved > _PUSHED
-        self._pressing.stirred = still[pushed]
-        self._readings += 1
-        if self._readings % _AUDIT_PERIOD == 0:
-            stopped = moved > 0.0
-            stopped[(np.arange(min(_AUDIT_SIZE, len(still))) + self._audit_at) % max(1, len(still))] = True
-            self._audit_at += _AUDIT_SIZE
-            doubtful = still[pushed]
-            deep = doubtful[self._are_deep(doubtful)]
-            for slot in deep.tolist():
-                self._wake(slot)
-            for slot in np.setdiff1d(still[stopped], deep, assume_unique=True).tolist():
-                self._world.engine.sleep(self._pool.rows[slot])
-
-    def _follow_sleepers(self, slots: IntArray) -> tuple[IntArray, FloatArray]:
-        """Read where sleepers are: which stay asleep, and how far the engine has moved each of those all the same."""
-        now = self._world.engine.centers(self._pool.rows_of(slots))
-        moved: FloatArray = np.abs(now - self.state.pos[slots]).max(axis=1, initial=0.0)
-        self.state.pos[slots] = now
-        woken = moved > np.where(self._pressing.is_sustained[slots], _CREEP, _STIRRED)
-        for slot in slots[woken].tolist():
-            self._wake(slot)
-        return slots[~woken], moved[~woken]
 
     def _recover(self, awake: IntArray, pos: FloatArray) -> None:
         """Bring back what is far out of the field, or what is no number any more."""

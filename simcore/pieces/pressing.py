@@ -23,10 +23,11 @@ __all__ = ["Pressing"]
 _CALM_SPEED = 0.5  # [m/s]; below this an impact is too weak for its restitution to matter: it rises by 13 mm e^2
 _LEANING = 0.001  # [m]; pieces this near lean on each other
 _PIN_MOVE = 0.011  # [m] a step; at 4.5 m/s with 5 ms the center of a ball comes to the face, with 2.5 ms 13 mm off
-_PIN_STEPS = 0.0025, 0.005  # [s], shortest and longest
+_PIN_STEPS = 0.0025, 0.01  # [s], shortest and longest
 _HEAP_STEP = 0.005  # [s]; 100 balls, 7 deep: overlaps of 4 mm at 10 ms, 1.4 mm at 5 ms
-_PILE_STEP = 0.01  # [s], for a second layer alone
+_LAYER, _LAYER_STEP = 12, 0.01  # more pieces than this in a second layer alone, and the step for them [s]
 _HEAP_SIZE = 5  # pieces that lie on others; fewer get along with impacts
+_CELL = 0.05  # [m], of what is remembered about places near the field
 _ROBOT_MIDDLE = 0.15  # [m], above the carpet
 _CHAIN = 1.0  # [m], from a robot's bumpers to the farthest piece that it can press against something
 _LOW = 1.0  # [m]; pieces above this are over the robots
@@ -47,6 +48,7 @@ class Pressing:
         """Which slots have sustained contacts, shape (slots,)."""
         self.stirred: IntArray = np.zeros(0, dtype=np.int64)
         """Sleepers that the engine had moved a little when they were last read."""
+        self._near_solid: dict[tuple[int, int, int], bool] = {}
         rest_heights = np.array([kind.rest_height for kind in pool.types])
         radii = np.array([kind.bounding_radius for kind in pool.types])
         self._raised = (rest_heights + 0.5 * radii)[pool.state.kind]
@@ -82,15 +84,15 @@ class Pressing:
         if changed.any():
             self._set(awake[changed], sustained[changed])
         self._world.engine.set_careful(is_pinned or heaped)
+        self._world.longest_step = math.inf
         if is_pinned:
             shortest, longest = _PIN_STEPS
             fastest = max(robot.speed for robot in robots)
             self._world.longest_step = min(longest, max(shortest, _PIN_MOVE / max(fastest, 1e-6)))
-        elif heaped:
-            deep = bool((state.pos[upper, 2] > self._high[upper]).any())
-            self._world.longest_step = _HEAP_STEP if deep else _PILE_STEP
-        else:
-            self._world.longest_step = math.inf
+        if heaped:
+            is_deep = bool((state.pos[upper, 2] > self._high[upper]).any())
+            if is_deep or len(upper) > _LAYER:
+                self._world.longest_step = min(self._world.longest_step, _HEAP_STEP if is_deep else _LAYER_STEP)
 
     def release(self, slots: IntArray) -> None:
         """Give pieces back their impacts: they fall asleep or leave the field, and may be hit while nobody looks."""
@@ -169,7 +171,11 @@ class Pressing:
                 far = reach + math.hypot(other.half_length, other.half_width)
                 if other is not robot and math.hypot(other.x - robot.x, other.y - robot.y) < far:
                     return True
-        return bool(self._world.near_solid(np.array([[robot.x, robot.y, _ROBOT_MIDDLE]]), np.array([reach]))[0])
+        cell = (round(robot.x / _CELL), round(robot.y / _CELL), round(reach / _CELL))  # the same for some ticks
+        if cell not in self._near_solid:
+            place = np.array([[cell[0] * _CELL, cell[1] * _CELL, _ROBOT_MIDDLE]])
+            self._near_solid[cell] = bool(self._world.near_solid(place, np.array([reach + _CELL]))[0])
+        return self._near_solid[cell]
 
     def _is_held(self, slots: IntArray, pos: FloatArray, move: FloatArray) -> bool:
         """Whether one of some pieces can touch something solid within the tick."""

@@ -1,0 +1,130 @@
+"""Which pieces come to rest, and what the engine does to those that sleep.
+
+A piece sleeps when it has been slow for a while: under gravity nothing stays slow in the air, so a sleeper is always
+supported. The engine moves sleepers when something touches them; those that really move join the awake.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from simcore.physics.world import PhysicsWorld
+from simcore.pieces.pool import PiecePool, PieceStatus
+from simcore.pieces.pressing import Pressing
+from simcore.pieces.wake_grid import WakeSettings
+from simcore.typing import BoolArray, FloatArray, IntArray
+
+__all__ = ["SETTLE_PERIOD", "Sleeping"]
+
+SETTLE_PERIOD = 4
+"""Ticks from one look for pieces that have come to rest to the next."""
+_AUDIT_PERIOD = 3  # readings of the sleepers
+_AUDIT_SIZE = 30  # sleepers stopped in each audit: all 408 within 2 s, at 20-35 us a tick
+_STIRRED = 2e-4  # [m]; a sleeper that the engine moved farther in two ticks is awake: 5 mm/s
+_PUSHED = 1e-5  # [m]; one that it moved less has only been looked at by the engine, not pressed
+_CREEP = 1.2e-3  # [m]; what is still asleep in a heap, which gives way a little as long as one of its pieces moves
+_ROCKING = 0.08  # [m/s]; pieces that are no balls count as slow below this: they rock on an edge, but do not roll on
+_DEEP = 0.005  # [m]; a piece that is this deep in something does not sleep
+_ASLEEP, _AWAKE = int(PieceStatus.ASLEEP), int(PieceStatus.AWAKE)
+
+
+class Sleeping:
+    """Finds the pieces that come to rest, and the sleepers that no longer are.
+
+    Args:
+        world: Where the bodies live.
+        pool: The pieces.
+        pressing: Which of them are pressed or heaped.
+        settings: When pieces sleep.
+        wake: Lets a sleeping piece move: called with its slot.
+    """
+
+    def __init__(
+        self,
+        world: PhysicsWorld,
+        pool: PiecePool,
+        pressing: Pressing,
+        settings: WakeSettings,
+        wake: Callable[[int], None],
+    ) -> None:
+        self._world = world
+        self._pool = pool
+        self._pressing = pressing
+        self._p = settings
+        self._wake = wake
+        self._slow = np.zeros(len(pool.rows), dtype=np.int64)  # ticks
+        self._slow_speed = np.where(pool.is_ball, settings.slow_speed, _ROCKING)
+        self._audit_at = 0
+        self._readings = 0
+
+    def stir(self, slot: int) -> None:
+        """A piece moves: the time in which it must be slow begins anew."""
+        self._slow[slot] = 0
+
+    def at_rest(self, awake: IntArray, guarded: BoolArray) -> IntArray:
+        """Which of the awake pieces have been slow for long enough; to be asked every `SETTLE_PERIOD` ticks.
+
+        Args:
+            awake: Slots that the engine moves, shape (n,).
+            guarded: Which slots may not sleep, shape (slots,).
+        """
+        state, p = self._pool.state, self._p
+        speed2 = np.einsum("ij,ij->i", state.vel[awake], state.vel[awake])
+        slow = (speed2 < np.square(self._slow_speed[awake])) & (state.status[awake] == _AWAKE)
+        self._slow[awake] = np.where(slow, self._slow[awake] + SETTLE_PERIOD, 0)
+        # in a heap nothing is at an apex, so half the time is enough
+        enough = np.where(self._pressing.is_sustained[awake], p.slow_ticks // 2, p.slow_ticks)
+        return awake[(self._slow[awake] >= enough) & ~guarded[awake]]
+
+    def are_deep(self, slots: IntArray) -> BoolArray:
+        """Which pieces are squeezed, shape (n,): the engine would push them out as soon as they wake."""
+        if not len(slots):
+            return np.zeros(0, dtype=bool)
+        state, radius, world = self._pool.state, self._pool.radius, self._world
+        pos = state.pos[slots]
+        doubtful = self._pressing.is_sustained[slots] | world.near_solid(pos, radius[slots])
+        others = np.nonzero(state.touchable)[0]
+        there, far = state.pos[others], 2.0 * float(radius.max())
+        others = others[((there > pos.min(axis=0) - far) & (there < pos.max(axis=0) + far)).all(axis=1)]
+        away = pos[:, None, :] - state.pos[others][None, :, :]
+        reach = np.maximum(radius[slots][:, None] + radius[others][None, :] - _DEEP, 0.0)
+        near = (np.einsum("ijk,ijk->ij", away, away) < reach * reach) & (slots[:, None] != others[None, :])
+        deep: BoolArray = (near & self._pool.is_ball[others]).any(axis=1) & self._pool.is_ball[slots]
+        doubtful |= near.any(axis=1)
+        for number in np.nonzero(doubtful & ~deep)[0].tolist():
+            deep[number] = world.engine.overlap(self._pool.rows[int(slots[number])]) > _DEEP
+        return deep
+
+    def read(self) -> None:
+        """Follow the sleepers that the engine woke by touch: those that move join the awake.
+
+        Those that hardly move stay asleep, and are stopped now and then, all at once: one awake body keeps all that it
+        touches awake in the engine, and awake bodies cost time.
+        """
+        asleep = np.nonzero(self._pool.state.touchable & (self._pool.state.status == _ASLEEP))[0]
+        still, moved = self.follow(asleep)
+        pushed = moved > _PUSHED
+        self._pressing.stirred = still[pushed]
+        self._readings += 1
+        if self._readings % _AUDIT_PERIOD == 0:
+            stopped = moved > 0.0
+            stopped[(np.arange(min(_AUDIT_SIZE, len(still))) + self._audit_at) % max(1, len(still))] = True
+            self._audit_at += _AUDIT_SIZE
+            doubtful = still[pushed]
+            deep = doubtful[self.are_deep(doubtful)]
+            for slot in deep.tolist():
+                self._wake(slot)
+            for slot in np.setdiff1d(still[stopped], deep, assume_unique=True).tolist():
+                self._world.engine.sleep(self._pool.rows[slot])
+
+    def follow(self, slots: IntArray) -> tuple[IntArray, FloatArray]:
+        """Read where sleepers are: which stay asleep, and how far the engine has moved each of those all the same."""
+        now = self._world.engine.centers(self._pool.rows_of(slots))
+        moved: FloatArray = np.abs(now - self._pool.state.pos[slots]).max(axis=1, initial=0.0)
+        self._pool.state.pos[slots] = now
+        woken = moved > np.where(self._pressing.is_sustained[slots], _CREEP, _STIRRED)
+        for slot in slots[woken].tolist():
+            self._wake(slot)
+        return slots[~woken], moved[~woken]

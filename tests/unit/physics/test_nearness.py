@@ -1,0 +1,67 @@
+"""Nearness to elements of the field, by their bounding boxes."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from simcore.geometry.rotation import IDENTITY, from_yaw, rotate
+from simcore.physics.nearness import StaticBoxes
+from simcore.physics.shapes import Box, Compound, Cylinder, HalfSpace, Hull, Part, Sphere, bounding_box
+
+COORDINATES = st.floats(-5.0, 5.0)
+
+
+def near(boxes: StaticBoxes, place, reach: float) -> bool:
+    return bool(boxes.are_near(np.array([place], dtype=float), np.array([reach]))[0])
+
+
+def test_distance_is_to_the_nearest_face_edge_or_corner():
+    boxes = StaticBoxes()
+    boxes.add(Box((2.0, 2.0, 2.0)), (1.0, 0.0, 0.0), IDENTITY)
+    for place, gap in (((3.0, 0.0, 0.0), 1.0), ((3.0, 2.0, 0.0), math.sqrt(2.0)), ((3.0, 2.0, 2.0), math.sqrt(3.0))):
+        assert near(boxes, place, gap + 1e-9)
+        assert not near(boxes, place, gap - 1e-9)
+    assert near(boxes, (1.0, 0.0, 0.0), 1e-6), "inside"
+
+
+@given(x=COORDINATES, y=COORDINATES, yaw=st.floats(-math.pi, math.pi))
+def test_a_turned_box_is_never_missed(x, y, yaw):
+    boxes = StaticBoxes()
+    boxes.add(Box((3.0, 0.2, 1.0)), (0.5, -0.5, 0.0), from_yaw(yaw))
+    for corner in ((1.5, 0.1), (1.5, -0.1), (-1.5, 0.1), (-1.5, -0.1)):
+        there = np.add(rotate(from_yaw(yaw), (*corner, 0.0)), (0.5, -0.5, 0.0))
+        away = math.hypot(x - there[0], y - there[1])
+        assert near(boxes, (x, y, 0.0), away + 1e-6)
+
+
+def test_many_places_are_answered_in_their_order_and_nothing_is_near_nothing():
+    boxes = StaticBoxes()
+    places, reach = np.array([[0.0, 0.0, 0.0], [9.0, 0.0, 0.0], [0.6, 0.0, 0.0]]), np.array([0.1, 0.1, 0.05])
+    assert boxes.are_near(places, reach).tolist() == [False] * 3
+    boxes.add(Sphere(0.5), (0.0, 0.0, 0.0), IDENTITY)
+    assert boxes.are_near(places, reach).tolist() == [True, False, False]
+    assert boxes.are_near(places[:0], reach[:0]).tolist() == []
+
+
+def test_below_a_half_space_everything_is_near():
+    boxes = StaticBoxes()
+    boxes.add(HalfSpace(), (0.0, 0.0, 0.0), IDENTITY)
+    assert near(boxes, (1e3, -1e3, 0.5), 0.6) and not near(boxes, (0.0, 0.0, 0.5), 0.4)
+
+
+@pytest.mark.parametrize(
+    ("shape", "low", "high"),
+    [
+        (Sphere(0.5), (-0.5,) * 3, (0.5,) * 3),
+        (Cylinder(0.5, 2.0), (-0.5, -0.5, -1.0), (0.5, 0.5, 1.0)),
+        (Box((1.0, 2.0, 3.0)), (-0.5, -1.0, -1.5), (0.5, 1.0, 1.5)),
+        (Hull(np.array([[0, 0, 0], [1, 0, 0], [0, 2, 0], [0, 0, 3.0]])), (0, 0, 0), (1, 2, 3)),
+        (Compound((Part(Sphere(0.1), (1.0, 0.0, 0.0)), Part(Box((0.2, 0.2, 0.2))))), (-0.1,) * 3, (1.1, 0.1, 0.1)),
+    ],
+)
+def test_bounding_boxes_of_shapes(shape, low, high):
+    found = bounding_box(shape)
+    assert np.allclose(found[0], low) and np.allclose(found[1], high)
