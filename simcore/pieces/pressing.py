@@ -25,7 +25,7 @@ _LEANING = 0.001  # [m]; pieces this near lean on each other
 _PIN_MOVE = 0.011  # [m] a step; at 4.5 m/s with 5 ms the center of a ball comes to the face, with 2.5 ms 13 mm off
 _PIN_STEPS = 0.0025, 0.01  # [s], shortest and longest
 _HEAP_STEP = 0.005  # [s]; 100 balls, 7 deep: overlaps of 4 mm at 10 ms, 1.4 mm at 5 ms
-_LAYER, _LAYER_STEP = 12, 0.01  # more pieces than this in a second layer alone, and the step for them [s]
+_LAYER_STEP = 0.01  # [s], for a second layer alone
 _HEAP_SIZE = 5  # pieces that lie on others; fewer get along with impacts
 _CELL = 0.05  # [m], of what is remembered about places near the field
 _ROBOT_MIDDLE = 0.15  # [m], above the carpet
@@ -91,8 +91,7 @@ class Pressing:
             self._world.longest_step = min(longest, max(shortest, _PIN_MOVE / max(fastest, 1e-6)))
         if heaped:
             is_deep = bool((state.pos[upper, 2] > self._high[upper]).any())
-            if is_deep or len(upper) > _LAYER:
-                self._world.longest_step = min(self._world.longest_step, _HEAP_STEP if is_deep else _LAYER_STEP)
+            self._world.longest_step = min(self._world.longest_step, _HEAP_STEP if is_deep else _LAYER_STEP)
 
     def release(self, slots: IntArray) -> None:
         """Give pieces back their impacts: they fall asleep or leave the field, and may be hit while nobody looks."""

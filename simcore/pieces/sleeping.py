@@ -18,7 +18,7 @@ from simcore.typing import BoolArray, FloatArray, IntArray
 
 __all__ = ["SETTLE_PERIOD", "Sleeping"]
 
-SETTLE_PERIOD = 4
+SETTLE_PERIOD = 2
 """Ticks from one look for pieces that have come to rest to the next."""
 _AUDIT_PERIOD = 3  # readings of the sleepers
 _AUDIT_SIZE = 30  # sleepers stopped in each audit: all 408 within 2 s, at 20-35 us a tick
