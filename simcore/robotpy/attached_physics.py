@@ -17,7 +17,8 @@ from simcore.robot.dc_motor import motor
 from simcore.robot.swerve_drive import SwerveDrive
 from simcore.robot_file.reader import read_settings
 from simcore.robot_file.robot_settings import FILE_NAME, practice_match
-from simcore.robotpy.device_assignment import DeviceAssignment, connect_mechanism
+from simcore.robotpy.described_mechanisms import connect_mechanism, with_configured_friction
+from simcore.robotpy.device_assignment import DeviceAssignment
 from simcore.robotpy.robot_physics import RobotPhysics
 from simcore.telemetry.networktables_sink import NetworkTablesSink
 
@@ -49,7 +50,7 @@ class AttachedPhysics(RobotPhysics):
 
     def __init__(self, physics_controller: Any, robot: Any) -> None:
         path = self.folder / FILE_NAME
-        settings = read_settings(path)
+        settings = with_configured_friction(read_settings(path))
         drivetrain = swerve.only_drivetrain()
         constants = swerve.module_constants(drivetrain)
         if len(constants) < 3:

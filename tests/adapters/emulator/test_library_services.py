@@ -1,4 +1,4 @@
-"""Whatever the Python library asks of CTRE's native one is answered as CTRE's simulation answers, or refused clearly."""
+"""Whatever the Python library asks of the native one is answered as CTRE's simulation does, or refused clearly."""
 
 from __future__ import annotations
 
