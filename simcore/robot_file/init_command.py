@@ -18,7 +18,7 @@ from simcore.robot_file.template import FoundMotor, template
 
 __all__ = ["add_arguments", "find_motors", "find_robot_py", "run"]
 
-_LOOK_SECONDS = 20.0
+_LOOK_SECONDS = 60.0  # a busy laptop imports all that a robot program needs in 10 to 20
 _NOT_LINKED = ("ctre_sim", "logs", "__pycache__", "networktables.json")
 """What programs write into rather than read from; links to them would lead back into the project."""
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -67,6 +67,7 @@ class DeviceAssignment:
         ownership: Who has written which device.
         settings: The file's.
         drivetrain: Its devices, (model, id).
+        on_assigned: Called once, when it is clear what moves what.
     """
 
     def __init__(
@@ -76,6 +77,8 @@ class DeviceAssignment:
         ownership: Ownership,
         settings: RobotSettings,
         drivetrain: Sequence[tuple[str, int]],
+        *,
+        on_assigned: Callable[[], None] | None = None,
     ) -> None:
         self._physics = physics
         self._robot = robot
@@ -83,6 +86,7 @@ class DeviceAssignment:
         self._settings = settings
         self._drivetrain = tuple(drivetrain)
         self._guessed: list[tuple[_Guessed, MotorDevices]] = []
+        self._on_assigned = on_assigned
         self._ticks = 0
         for key in drivetrain:
             ownership.claim(key, "drivetrain")
@@ -100,13 +104,8 @@ class DeviceAssignment:
     def table(self) -> list[tuple[str, str]]:
         """Rows of devices and what moves them."""
         rows = [(short_names(self._drivetrain), "drivetrain")] if self._drivetrain else []
-        for m in self._settings.mechanisms:
-            keys = [(m.controller, number) for number in m.devices]
-            sensor = [] if m.cancoder is None else [("CANcoder", m.cancoder)]
-            rows.append((short_names([*keys, *sensor]), f"{m.name!r}"))
-        for guessed, _ in self._guessed:
-            sensors = "".join(f", {model} {number}" for model, number in guessed.sensors)
-            rows.append((str(guessed.group) + sensors, f"guessed: {guessed.guess}"))
+        rows += self.described
+        rows += [(devices, f"guessed: {guess}") for devices, guess in self.guessed]
         foreign, idle = self.foreign, self.idle
         if foreign:
             rows.append((short_names(foreign), "the project's physics.py"))
@@ -115,9 +114,27 @@ class DeviceAssignment:
         return rows
 
     @property
-    def guessed(self) -> list[str]:
-        """Groups of devices on guessed mechanisms, as text."""
-        return [str(guessed.group) for guessed, _ in self._guessed]
+    def drivetrain(self) -> str:
+        """Its devices, as text."""
+        return short_names(self._drivetrain)
+
+    @property
+    def described(self) -> list[tuple[str, str]]:
+        """Devices of the file's mechanisms, and their names, as text."""
+        rows = []
+        for m in self._settings.mechanisms:
+            keys = [(m.controller, number) for number in m.devices]
+            sensor = [] if m.cancoder is None else [("CANcoder", m.cancoder)]
+            rows.append((short_names([*keys, *sensor]), f"{m.name!r}"))
+        return rows
+
+    @property
+    def guessed(self) -> list[tuple[str, str]]:
+        """Groups of devices, and what they probably turn, as text."""
+        return [
+            (str(g.group) + "".join(f", {model} {number}" for model, number in g.sensors), str(g.guess))
+            for g, _ in self._guessed
+        ]
 
     @property
     def foreign(self) -> list[tuple[str, int]]:
@@ -155,10 +172,8 @@ class DeviceAssignment:
                 self._guessed.append((guessed, motor))
         for sentence in clashes():
             _log.warning("%s", sentence)
-        rows = self.table()
-        width = max((len(devices) for devices, _ in rows), default=0)
-        lines = [f"    {devices:<{width}}  {owner}" for devices, owner in rows]
-        _log.info("who moves what\n%s", "\n".join(lines))
+        if self._on_assigned is not None:
+            self._on_assigned()
 
     def _disconnect(self, guessed: _Guessed, motor: MotorDevices) -> None:
         self._guessed.remove((guessed, motor))
