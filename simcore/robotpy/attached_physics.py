@@ -28,6 +28,8 @@ __all__ = ["AttachedPhysics", "choose_game"]
 
 _log = logging.getLogger(__name__)
 
+_LOOPS = 3  # robot loops in which a project's own physics shows what it moves
+
 
 class AttachedPhysics(RobotPhysics):
     """Puts the robot on the field: drivetrain by its constants, mechanisms by the file, the rest by guess.
@@ -77,6 +79,7 @@ class AttachedPhysics(RobotPhysics):
         devices = swerve.SwerveDrivetrainSim(drivetrain, robot_sim.drive)
         motors = [connect_mechanism(m, robot_sim, self.ownership) for m in settings.mechanisms]
         self._path = path
+        self._loops = 0
         self._about = (
             f"{type(robot).__name__} is on the field of {game.heading}: {config.mass:.0f} kg, bumpers "
             f"{settings.bumper[0]:.2f} x {settings.bumper[1]:.2f} m, engine {match.world.engine.name} "
@@ -88,9 +91,14 @@ class AttachedPhysics(RobotPhysics):
             self, robot_sim, self.ownership, settings, devices.devices, on_assigned=self._say_what_is_there
         )
 
+    def update_sim(self, now: float, tm_diff: float) -> None:
+        """Pyfrc's hook, once a robot loop, after that of the project's own physics."""
+        super().update_sim(now, tm_diff)
+        self._loops += 1
+
     def _end_tick(self) -> None:
         super()._end_tick()
-        self.assignment.after_tick()
+        self.assignment.after_tick(has_seen_loops=self._loops >= _LOOPS)
 
     def _say_what_is_there(self) -> None:
         """One screen for whoever starts the program."""

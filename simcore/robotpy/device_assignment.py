@@ -21,6 +21,7 @@ __all__ = ["DeviceAssignment", "short_names"]
 _log = logging.getLogger(__name__)
 
 _OBSERVE = 5  # ticks in which a team's own physics.py shows what it drives
+_LONGEST = 50  # ticks after which it is not waited for
 
 
 @dataclass(frozen=True, slots=True)
@@ -88,16 +89,24 @@ class DeviceAssignment:
         self._guessed: list[tuple[_Guessed, MotorDevices]] = []
         self._on_assigned = on_assigned
         self._ticks = 0
+        self._has_decided = False
         for key in drivetrain:
             ownership.claim(key, "drivetrain")
         self._guesses = self._guess()
 
-    def after_tick(self) -> None:
-        """Observe; then connect what is left; later, disconnect what something else turns out to write."""
+    def after_tick(self, *, has_seen_loops: bool = True) -> None:
+        """Observe; then connect what is left; later, disconnect what something else turns out to write.
+
+        Args:
+            has_seen_loops: Whether the project's own physics has had its turn some times: on a busy computer several
+                ticks come in one burst, before it had any.
+        """
         self._ticks += 1
-        if self._ticks == _OBSERVE:
-            self._connect_rest()
-        elif self._ticks > _OBSERVE and self._guessed:
+        if not self._has_decided:
+            if self._ticks >= (_OBSERVE if has_seen_loops else _LONGEST):
+                self._has_decided = True
+                self._connect_rest()
+        elif self._guessed:
             for entry in [e for e in self._guessed if not self._ownership.foreign.isdisjoint(e[0].keys)]:
                 self._disconnect(*entry)
 
