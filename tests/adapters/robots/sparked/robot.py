@@ -32,3 +32,12 @@ class Robot(wpilib.TimedRobot):
     def teleopPeriodic(self) -> None:
         self.drivetrain.set_control(measures.driver_request())
         self.superstructure.run(wpilib.DriverStation.getStickButton(0, 1))
+
+    def facts(self) -> dict:
+        s = self.superstructure
+        return {
+            "shooter_rpm": s.shooter.getEncoder().getVelocity(),
+            "hood_deg": s.hood.getAbsoluteEncoder().getPosition(),
+            "intake_rpm": [m.getEncoder().getVelocity() for m in (s.intake, s.intake_follower)],
+            "feeder_rps": s.feeder.get_velocity().value,
+        }
