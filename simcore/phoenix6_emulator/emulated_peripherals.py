@@ -46,6 +46,24 @@ class PigeonFrame(NamedTuple):
 _new = tuple.__new__
 
 
+def _zero(frame: Any) -> float:
+    return 0.0
+
+
+_AT_REST: Mapping[int, Callable[[Any], float]] = {
+    SpnValue[name].value: _zero
+    for name in (
+        *(f"PIGEON2_ACCELERATION_{axis}" for axis in "XYZ"),
+        *(f"PIGEON2_ACCUM_GYRO_{axis}" for axis in "XYZ"),
+        *(f"PIGEON2_GRAVITY_VECTOR_{axis}" for axis in "XYZ"),
+        *(f"PIGEON2_MAGNETIC_FIELD_{axis}" for axis in "XYZ"),
+        *(f"PIGEON2_RAW_MAGNETIC_FIELD_{axis}" for axis in "XYZ"),
+        *("PIGEON2_NO_MOTION_COUNT", "PIGEON2_TEMPERATURE", "PIGEON2_TEMP_COMP_DISABLED"),
+    )
+}
+"""Signals that read zero."""
+
+
 class EmulatedPigeon2(EmulatedDevice):
     """One Pigeon 2.
 
@@ -129,6 +147,9 @@ class EmulatedPigeon2(EmulatedDevice):
         SpnValue.PIGEON2_QUAT_X.value: lambda f: f.quaternion[1],
         SpnValue.PIGEON2_QUAT_Y.value: lambda f: f.quaternion[2],
         SpnValue.PIGEON2_QUAT_Z.value: lambda f: f.quaternion[3],
+        # CTRE's simulation has no accelerometer, magnetometer or temperature either, and answers zero.
+        **_AT_REST,
+        SpnValue.PIGEON2_NO_MOTION_CAL_ENABLED.value: lambda f: 1.0,
         SpnValue.PIGEON2_SUPPLY_VOLTAGE.value: lambda f: f.supply,
         SpnValue.PIGEON2_UP_TIME.value: lambda f: float(int(f.time_ns * 1e-9)),
     }

@@ -23,15 +23,18 @@ ROBOTS = Path(__file__).parent / "robots"
         pytest.param("magic", marks=pytest.mark.slow),
         pytest.param("ownphysics", marks=pytest.mark.slow),
         pytest.param("fxs", marks=pytest.mark.slow),
+        pytest.param("sparked", marks=pytest.mark.slow),
     ],
 )
 def run(request, scenario):
     if request.param == "magic":
         pytest.importorskip("magicbot", reason="needs magicbot: pip install robotpy-wpilib-utilities")
-    return {
-        **scenario("robot_sim", str(ROBOTS / request.param), "shape", "blue", "--simcore", "--game", "rebuilt"),
-        "robot": request.param,
-    }
+    path = ()
+    if request.param == "sparked":
+        rev = pytest.importorskip("rev", reason="needs rev: pip install simcore[rev]")
+        path = (Path(rev.__file__).parents[1],)
+    arguments = (str(ROBOTS / request.param), "shape", "blue", "--simcore", "--game", "rebuilt")
+    return {**scenario("robot_sim", *arguments, path=path), "robot": request.param}
 
 
 def test_it_drives_where_it_is_told(run):
@@ -63,12 +66,17 @@ def test_physics_came_in_time(run):
 
 def test_the_log_says_who_moves_what(run):
     owners = {
-        "generated": ("TalonFX 31 + 32 + 33 ", "3 x Kraken X60 FOC, 0.75:1", "TalonFXS 37 ", "1 x Minion, 3:1"),
-        "described": ("TalonFX 31 32 ", "'wheels'", "TalonFX 35 ", "'pivot'", "48 kg, bumpers 0.88 x 0.76 m"),
-        "ownphysics": ("TalonFX 40 ", "the project's physics.py", "TalonFX 41 ", "guessed: 1 x Kraken X60 FOC, 4:1"),
-        "fxs": ("TalonFX 11-14, TalonFXS 1-4, CANdi 21-24, Pigeon2 9",),
+        "generated": ("TalonFX 31 + 32 + 33: 3 x Kraken X60 FOC, 0.75:1", "TalonFXS 37: 1 x Minion, 3:1"),
+        "described": ("'wheels': TalonFX 31 32", "'pivot': TalonFX 35", "48 kg, bumpers 0.88 x 0.76 m"),
+        "ownphysics": ("own physics  TalonFX 40", "guessed      TalonFX 41: 1 x Kraken X60 FOC, 4:1"),
+        "sparked": (
+            "'intake': SPARK MAX 41 42",
+            "guessed      SPARK MAX 44: 1 x NEO, 40:1",
+            "own physics  SPARK MAX 46",
+        ),
+        "fxs": ("drivetrain   TalonFX 11-14, TalonFXS 1-4, CANdi 21-24, Pigeon2 9",),
     }
-    for words in owners.get(run["robot"], ("TalonFX 1-4 11-14, CANcoder 21-24, Pigeon2 9  drivetrain",)):
+    for words in owners.get(run["robot"], ("drivetrain   TalonFX 1-4 11-14, CANcoder 21-24, Pigeon2 9",)):
         assert words in run["output"]
 
 
@@ -91,6 +99,11 @@ def test_what_is_special_about_it(run):
         assert run["taken_in"] > 0
         assert run["believed_start"] == pytest.approx([12.96, 4.01], abs=0.05)  # its pose was reset, it was not moved
         assert run["start"][:2] == pytest.approx([2.0, 1.2], abs=0.01)
+    elif run["robot"] == "sparked":
+        assert facts["shooter_rpm"] == pytest.approx(3500.0, rel=0.1)  # each shot slows it
+        assert facts["hood_deg"] == pytest.approx(30.0, abs=1.0)
+        assert facts["intake_rpm"][0] == pytest.approx(-facts["intake_rpm"][1]) and facts["intake_rpm"][0] > 2500.0
+        assert run["shots"] >= 3
     elif run["robot"] == "stepping":
         assert facts["own_hook"] > 100  # its own hook goes on to run, and its update_sim_state does nothing
     elif run["robot"] == "ownphysics":  # its own model: 0.25 turns a second and volt, 3-6 V; ours would do 12
