@@ -12,7 +12,7 @@ from phoenix6 import hardware
 
 __all__ = ["BuiltDevice", "FollowerGroup", "built_devices", "clashes", "group_followers", "key_of"]
 
-MODELS = ("TalonFX", "TalonFXS", "CANcoder", "CANdi", "CANrange", "Pigeon2")
+MODELS = ("TalonFX", "TalonFXS", "CANcoder", "CANdi", "CANdle", "CANrange", "Pigeon2")
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,4 +1,4 @@
-"""`simcore init`: writes a commented `simcore.toml` beside robot.py, with the motors that the program builds."""
+"""`simcore init`: writes a commented `simcore.toml` beside robot.py, with the devices that the program builds."""
 
 from __future__ import annotations
 
@@ -13,10 +13,11 @@ from pathlib import Path
 from typing import Any
 
 from simcore.errors import ConfigError, OutputError
+from simcore.robot_file.port_templates import FoundPort
 from simcore.robot_file.robot_settings import FILE_NAME
 from simcore.robot_file.template import FoundMotor, template
 
-__all__ = ["add_arguments", "find_motors", "run"]
+__all__ = ["add_arguments", "find_devices", "run"]
 
 _LOOK_SECONDS = 20.0
 
@@ -25,7 +26,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """What `simcore init` takes."""
     parser.add_argument("folder", nargs="?", type=Path, default=Path(), help="where robot.py is (default: here)")
     parser.add_argument("--force", action="store_true", help=f"overwrite a {FILE_NAME} that is there")
-    parser.add_argument("--no-look", action="store_true", help="do not start the robot program to find its motors")
+    parser.add_argument("--no-look", action="store_true", help="do not start the robot program to find its devices")
 
 
 def run(args: argparse.Namespace) -> int:
@@ -44,31 +45,34 @@ def run(args: argparse.Namespace) -> int:
     if path.exists() and not args.force:
         raise ConfigError(f"{path} is there already; simcore init --force overwrites it")
     motors: list[FoundMotor] | None = None
+    ports: list[FoundPort] = []
     if args.no_look:
         print("not looked at the robot program: fill in the mechanisms by hand")
     else:
-        motors, why_not = find_motors(folder)
+        motors, ports, why_not = find_devices(folder)
         if why_not:
             print(f"could not look at the robot program ({why_not}): fill in the mechanisms by hand")
     try:
-        path.write_text(template(motors), encoding="utf-8")
+        path.write_text(template(motors, ports), encoding="utf-8")
     except OSError as error:
         raise OutputError(f"cannot write {path}: {error.strerror}") from error
     if motors:
         print(f"found {len(motors)} motors or groups of motors besides the drivetrain")
+    if ports:
+        print(f"found {len(ports)} devices on ports of the roboRIO, solenoids and sensors")
     print(f"wrote {path}; now: python -m robotpy sim --simcore")
     return 0
 
 
-def find_motors(folder: Path) -> tuple[list[FoundMotor] | None, str]:
-    """Build the robot in a process of its own and ask it for its motors.
+def find_devices(folder: Path) -> tuple[list[FoundMotor] | None, list[FoundPort], str]:
+    """Build the robot in a process of its own and ask it for its motors, and for what else it has.
 
     Returns:
-        The motors, and ""; or None, and why not.
+        The motors, what is on ports, and ""; or None, nothing, and why not.
     """
     for module in ("phoenix6", "wpilib"):
         if find_spec(module) is None:
-            return None, f"{module} is not installed"
+            return None, [], f"{module} is not installed"
     path = [str(Path(__file__).resolve().parents[2]), *filter(None, [os.environ.get("PYTHONPATH")])]
     try:
         # In a folder of its own: devices keep their configurations in ./ctre_sim.
@@ -83,12 +87,13 @@ def find_motors(folder: Path) -> tuple[list[FoundMotor] | None, str]:
                 check=False,
             )
     except subprocess.TimeoutExpired:
-        return None, f"it did not start within {_LOOK_SECONDS:.0f} s"
+        return None, [], f"it did not start within {_LOOK_SECONDS:.0f} s"
     line = next((line for line in reversed(done.stdout.splitlines()) if line.startswith('{"')), None)
     answer: dict[str, Any] = {"error": f"it ended with code {done.returncode}"} if line is None else json.loads(line)
     if "error" in answer:
-        return None, answer["error"]
-    return [
+        return None, [], answer["error"]
+    motors = [
         FoundMotor(**{**m, "followers": tuple(m["followers"]), "opposed": tuple(m["opposed"])})
         for m in answer["motors"]
-    ], ""
+    ]
+    return motors, [FoundPort(**{**p, "channels": tuple(p["channels"])}) for p in answer["ports"]], ""

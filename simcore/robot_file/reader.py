@@ -17,6 +17,7 @@ from simcore.robot.dc_motor import MOTOR_NAMES, motor
 from simcore.robot.gearbox import GearboxConfig
 from simcore.robot.mechanisms import ArmConfig, ElevatorConfig, FlywheelConfig, RackConfig, RollerConfig
 from simcore.robot.robot_config import MechanismConfig
+from simcore.robot_file.device_tables import POSITIONED_KINDS, positioned_mechanism, read_sensors
 from simcore.robot_file.robot_settings import CONTROLLERS, MechanismSettings, RobotSettings
 from simcore.robot_file.toml_tables import Table, read_tables
 from simcore.vision.camera import (
@@ -56,6 +57,7 @@ def read_settings(path: Path) -> RobotSettings:
     shooters = tuple(_shooter(table, by_name) for table in file.table_or_tables("shooter"))
     cameras = tuple(_camera(table) for table in file.tables("camera"))
     _require_own_names(file.where, "camera", (c.name for c in cameras))
+    sensors = read_sensors(file.tables("sensor"), by_name)
     file.finish()
     d = RobotSettings()
     bumper = None
@@ -84,6 +86,7 @@ def read_settings(path: Path) -> RobotSettings:
         intakes=intakes,
         shooters=shooters,
         cameras=cameras,
+        sensors=sensors,
     )
     for name in ("bumper_length", "bumper_width"):
         robot.number(name, None, above=0.2, unit="m")  # known, also where only one of them is missing
@@ -104,7 +107,9 @@ def gearbox_motor(name: str) -> DCMotor:
 
 def _mechanism(t: Table) -> MechanismSettings:
     name = t.text("name")
-    kind = t.choice("kind", _KINDS)
+    kind = t.choice("kind", (*_KINDS, *POSITIONED_KINDS))
+    if kind in POSITIONED_KINDS:
+        return positioned_mechanism(t, name, kind)
     leader = t.whole("leader", most=_MAX_CAN_ID)
     followers = t.wholes("followers", most=_MAX_CAN_ID)
     opposed = t.wholes("opposed", most=_MAX_CAN_ID)
@@ -129,6 +134,7 @@ def _mechanism(t: Table) -> MechanismSettings:
         config=config,
         motor=motor_name,
         controller=t.choice("controller", CONTROLLERS, CONTROLLERS[0]),
+        coasts=t.flag("coasts", False),
         leader=leader,
         followers=followers,
         opposed=opposed,
@@ -138,6 +144,8 @@ def _mechanism(t: Table) -> MechanismSettings:
     )
     if "cancoder_gearing" in t and settings.cancoder is None:
         raise t.error("cancoder_gearing", "needs a cancoder = <CAN id> beside it")
+    if "coasts" in t and settings.controller not in ("PWM", "Relay"):
+        raise t.error("coasts", f"is of a PWM or relay port; a {settings.controller} has its neutral mode configured")
     t.finish()
     return settings
 
@@ -302,7 +310,7 @@ def _require_own_names(where: str, what: str, names: Iterable[str]) -> None:
 def _require_own_devices(where: str, mechanisms: tuple[MechanismSettings, ...]) -> None:
     owners: dict[tuple[str, int], str] = {}
     for m in mechanisms:
-        devices = [(m.controller, device) for device in m.devices]
+        devices = m.keys
         if m.cancoder is not None:
             devices.append(("CANcoder", m.cancoder))
         for device in devices:

@@ -18,6 +18,7 @@ from simcore.robot.swerve_drive import SwerveDrive
 from simcore.robot_file.reader import read_settings
 from simcore.robot_file.robot_settings import FILE_NAME, practice_match
 from simcore.robotpy.device_assignment import DeviceAssignment, connect_mechanism
+from simcore.robotpy.port_assignment import PORT_CONTROLLERS, PortAssignment
 from simcore.robotpy.robot_physics import RobotPhysics
 from simcore.telemetry.networktables_sink import NetworkTablesSink
 
@@ -72,18 +73,23 @@ class AttachedPhysics(RobotPhysics):
         robot_sim = match.robots[0]
         assert isinstance(robot_sim.drive, SwerveDrive)
         devices = swerve.SwerveDrivetrainSim(drivetrain, robot_sim.drive)
-        motors = [connect_mechanism(m, robot_sim, self.ownership) for m in settings.mechanisms]
+        on_can = [m for m in settings.mechanisms if m.controller not in PORT_CONTROLLERS]
+        motors = [connect_mechanism(m, robot_sim, self.ownership) for m in on_can]
+        self.ports = PortAssignment(match, robot_sim, settings, self.ownership)
         says = f"as {path.name} says" if path.exists() else f"there is no {path.name}: `simcore init` writes one"
         _log.info(
             "%s is on the field of %s: %.0f kg, bumpers %.2f x %.2f m, engine %s (%s)",
             *(type(robot).__name__, game.heading, config.mass, *settings.bumper, match.world.engine.name, says),
         )
-        super().__init__(physics_controller, robot, match=match, drivetrain=devices, motors=motors)
+        super().__init__(
+            physics_controller, robot, match=match, drivetrain=devices, motors=[*motors, *self.ports.devices]
+        )
         self.settings = settings
-        self.assignment = DeviceAssignment(self, robot_sim, self.ownership, settings, devices.devices)
+        self.assignment = DeviceAssignment(self, robot_sim, self.ownership, settings, devices.devices, self.ports)
 
     def _end_tick(self) -> None:
         super()._end_tick()
+        self.ports.after_tick()
         self.assignment.after_tick()
 
 

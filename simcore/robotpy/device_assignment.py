@@ -16,6 +16,7 @@ from simcore.robot.robot import Robot
 from simcore.robot.shaft import ShaftSim
 from simcore.robot_file.robot_settings import MechanismSettings, RobotSettings
 from simcore.robotpy.connected_devices import MotorDevices
+from simcore.robotpy.port_assignment import PortAssignment
 
 __all__ = ["DeviceAssignment", "connect_mechanism"]
 
@@ -88,6 +89,7 @@ class DeviceAssignment:
         ownership: Who has written which device.
         settings: The file's.
         drivetrain: Its devices, (model, id).
+        ports: What is no motor on CAN; None: nobody has looked.
     """
 
     def __init__(
@@ -97,11 +99,13 @@ class DeviceAssignment:
         ownership: Ownership,
         settings: RobotSettings,
         drivetrain: Sequence[tuple[str, int]],
+        ports: PortAssignment | None = None,
     ) -> None:
         self._physics = physics
         self._robot = robot
         self._ownership = ownership
         self._settings = settings
+        self._ports = ports
         self._drivetrain = tuple(drivetrain)
         self._guessed: list[tuple[FollowerGroup, Guess, TalonFXMotorSim]] = []
         self._ticks = 0
@@ -122,13 +126,13 @@ class DeviceAssignment:
         """Rows of devices and what moves them."""
         rows = [(_short(self._drivetrain), "drivetrain")]
         for m in self._settings.mechanisms:
-            keys = [(m.controller, number) for number in m.devices]
-            rows.append((_short([*keys, *([] if m.cancoder is None else [("CANcoder", m.cancoder)])]), f"{m.name!r}"))
+            rows.append((_short([*m.keys, *([] if m.cancoder is None else [("CANcoder", m.cancoder)])]), f"{m.name!r}"))
         for group, guess, _ in self._guessed:
             key = _sensor_key(guess)
             rows.append((str(group) + (f", {key[0]} {key[1]}" if key else ""), f"guessed: {guess}"))
         known = {key for group, guess, _ in self._guessed for key in (*_keys(group), _sensor_key(guess))}
         known |= {*self._drivetrain, *self._file_keys()}
+        known |= set() if self._ports is None else self._ports.keys
         others = [device for device in built_devices() if device.key not in known]
         foreign = [d.key for d in others if d.key in self._ownership.foreign]
         idle = [d.key for d in others if d.key not in self._ownership.foreign]
@@ -136,7 +140,7 @@ class DeviceAssignment:
             rows.append((_short(foreign), "the project's physics.py"))
         if idle:
             rows.append((_short(idle), "nobody: reads what it read at start"))
-        return rows
+        return rows if self._ports is None else rows + self._ports.rows()
 
     def _guess(self) -> list[tuple[FollowerGroup, Guess]]:
         """What the motors that nothing has claimed may turn; asked now, because each answer takes 50 ms."""
@@ -191,7 +195,7 @@ class DeviceAssignment:
         _log.info("%s is written by the project's own physics: simcore lets go of it", group)
 
     def _file_keys(self) -> list[tuple[str, int]]:
-        keys = [(m.controller, number) for m in self._settings.mechanisms for number in m.devices]
+        keys = [key for m in self._settings.mechanisms for key in m.keys]
         return keys + [("CANcoder", m.cancoder) for m in self._settings.mechanisms if m.cancoder is not None]
 
 

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from simcore.robot_file.init_command import find_motors
+from simcore.robot_file.init_command import find_devices
 from simcore.robot_file.template import FoundMotor
 
 pytestmark = pytest.mark.skipif(
@@ -26,8 +26,8 @@ def project(tmp_path):
 
 
 def test_groups_of_motors_and_their_gears_are_found_and_the_drivetrain_left_out(project):
-    motors, why_not = find_motors(project)
-    assert why_not == ""
+    motors, ports, why_not = find_devices(project)
+    assert (ports, why_not) == ([], "")
     assert motors == [
         FoundMotor(controller="TalonFX", leader=31, followers=(32, 33), opposed=(33,), gearing=0.75),
         FoundMotor(controller="TalonFX", leader=34, gearing=9.0, has_gravity=True),
@@ -38,11 +38,33 @@ def test_groups_of_motors_and_their_gears_are_found_and_the_drivetrain_left_out(
     assert sorted(p.name for p in project.iterdir() if p.name != "__pycache__") == ["measures.py", "robot.py"]
 
 
+def test_what_is_on_ports_is_found_with_its_class(project):
+    shutil.copy(ROBOTS / "ports" / "robot.py", project)
+    motors, ports, why_not = find_devices(project)
+    assert why_not == "" and motors == [FoundMotor(controller="TalonFX", leader=31)]
+    found = {(port.model, port.channels, port.made_by) for port in ports}
+    assert len(ports) == len(found) == 21
+    assert {
+        ("PWM", (0,), "Spark"),
+        ("PWM", (3,), "Servo"),
+        ("PWM", (7,), "AddressableLED"),
+        ("DIO", (0, 1), "Encoder"),
+        ("DIO", (3,), "DutyCycleEncoder"),
+        ("Analog", (1,), "AnalogPotentiometer"),
+        ("REVPH 1 Solenoid", (0, 1), "DoubleSolenoid"),
+        ("REVPH 1 Solenoid", (2,), "Solenoid"),
+        ("Relay", (1,), "Relay"),
+        ("CANrange", (12,), ""),
+        ("CANdi", (30,), ""),
+    } <= found
+
+
 def test_a_program_that_cannot_start_says_why(project):
     (project / "robot.py").write_text("import wpilib\nraise OSError('no gamepad')\n")
-    assert find_motors(project) == (None, "OSError: no gamepad")
+    assert find_devices(project) == (None, [], "OSError: no gamepad")
     (project / "robot.py").write_text("import wpilib\n")
-    assert find_motors(project) == (
+    assert find_devices(project) == (
         None,
+        [],
         f"ConfigError: {project}/robot.py: want one class derived from wpilib.RobotBase, got []",
     )
