@@ -31,7 +31,7 @@ def main() -> None:
         del robot  # now its devices may go
     except Exception as error:  # whatever a team's program raises is the answer
         answer = {"error": f"{type(error).__name__}: {error}"}
-    print(json.dumps(answer), flush=True)
+    print("\n" + json.dumps(answer), flush=True)  # a library may be in the middle of a line of its own
     os._exit(0)
 
 
