@@ -5,33 +5,15 @@ from __future__ import annotations
 import functools
 import weakref
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Any
 
 from phoenix6 import hardware
 
-__all__ = ["BuiltDevice", "FollowerGroup", "built_devices", "clashes", "group_followers", "key_of"]
+from simcore.robot.motor_controllers import BuiltDevice, FollowerGroup
+
+__all__ = ["built_devices", "clashes", "group_followers", "key_of"]
 
 MODELS = ("TalonFX", "TalonFXS", "CANcoder", "CANdi", "CANdle", "CANrange", "Pigeon2")
-
-
-@dataclass(frozen=True, slots=True)
-class BuiltDevice:
-    """One device that was built."""
-
-    model: str
-    device_id: int
-    bus: str
-    hardware: Any
-    """The robot code's object."""
-
-    @property
-    def key(self) -> tuple[str, int]:
-        """Model and id: buses make no difference in the device simulation."""
-        return self.model, self.device_id
-
-    def __str__(self) -> str:
-        return f"{self.model} {self.device_id}"
 
 
 _built: list[tuple[str, weakref.ref[Any]]] = []
@@ -98,24 +80,6 @@ def _bus(made: Any) -> str:
     network = getattr(made, "network", "")
     name = str(getattr(network, "name", network))
     return "rio" if name in ("", "rio") else name
-
-
-@dataclass(frozen=True, slots=True)
-class FollowerGroup:
-    """Devices that turn together."""
-
-    leader: BuiltDevice
-    followers: tuple[BuiltDevice, ...] = ()
-    opposed: tuple[int, ...] = ()
-    """Which of the followers oppose the leader, by index."""
-
-    @property
-    def devices(self) -> tuple[BuiltDevice, ...]:
-        """All, leader first."""
-        return (self.leader, *self.followers)
-
-    def __str__(self) -> str:
-        return f"{self.leader}" + "".join(f" + {f.device_id}" for f in self.followers)
 
 
 def group_followers(devices: Sequence[BuiltDevice]) -> list[FollowerGroup]:

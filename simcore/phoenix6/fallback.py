@@ -10,16 +10,15 @@ import math
 from dataclasses import dataclass
 from typing import Any
 
-from phoenix6 import configs
-
-from simcore.errors import ConfigError
-from simcore.phoenix6.built_devices import BuiltDevice, FollowerGroup
+from simcore.phoenix6.configuration import talon_configuration
 from simcore.robot.gearbox import GearboxConfig
+from simcore.robot.mechanism_friction import default_friction, friction_from_volts
 from simcore.robot.mechanisms import ArmConfig, ArmSim
+from simcore.robot.motor_controllers import BuiltDevice, FollowerGroup
 from simcore.robot.shaft import ShaftSim
 from simcore.robot_file.reader import gearbox_motor
 
-__all__ = ["Guess", "guess_mechanism"]
+__all__ = ["Guess", "gain_volts", "guess_mechanism"]
 
 _SPIN_UP = 0.05  # [s]; time constant without a kA. Estimate: rollers are .02-.1, shooters .1-.5
 _MOST_VOLTS = 1.0  # gains kS and kG above this are amperes of a torque-current loop
@@ -61,13 +60,13 @@ class Guess:
 
 
 def guess_mechanism(group: FollowerGroup) -> Guess:
-    """A plausible mechanism from the configuration of the leader, which is read from the device in 50 ms.
+    """A plausible mechanism from the configuration of the leader, which is read from the device (50 ms).
 
     Raises:
         ConfigError: The device does not answer.
     """
     device = group.leader
-    config = _configuration(device)
+    config = talon_configuration(device.hardware, device.model)
     feedback = config.feedback if device.model == "TalonFX" else config.external_feedback
     source = str(
         (
@@ -82,13 +81,13 @@ def guess_mechanism(group: FollowerGroup) -> Guess:
         name = _ARRANGEMENTS.get(config.commutation.motor_arrangement.name, "NEO")
     gearbox = GearboxConfig(motor=gearbox_motor(name), motors=len(group.devices), gearing=per_mechanism * per_sensor)
     gains = config.slot0
-    static, weight = _volts(gearbox, gains.k_s), _volts(gearbox, gains.k_g)
+    static, weight = gain_volts(gearbox, gains.k_s), gain_volts(gearbox, gains.k_g)
     torque_per_volt = gearbox.torque_per_amp / gearbox.resistance
     gearbox = GearboxConfig(
         motor=gearbox.motor,
         motors=gearbox.motors,
         gearing=gearbox.gearing,
-        friction_torque=abs(static) * torque_per_volt,
+        friction_torque=friction_from_volts(gearbox, static) if static else default_friction(gearbox),
     )
     spin_up = gains.k_a / gains.k_v if gains.k_a > 0.0 and gains.k_v > 0.0 else _SPIN_UP
     inertia = spin_up * torque_per_volt * gearbox.volts_per_speed
@@ -101,15 +100,6 @@ def guess_mechanism(group: FollowerGroup) -> Guess:
         sensor_gearing=per_mechanism,
         wired_gearing=per_sensor if source in ("QUADRATURE", "PULSE_WIDTH") else None,
     )
-
-
-def _configuration(device: BuiltDevice) -> Any:
-    kind: Any = configs.TalonFXConfiguration if device.model == "TalonFX" else configs.TalonFXSConfiguration
-    config = kind()
-    status = device.hardware.configurator.refresh(config)
-    if not status.is_ok():
-        raise ConfigError(f"{device}: could not read its configuration ({status.name})")
-    return config
 
 
 def _mechanism(device: BuiltDevice, gearbox: GearboxConfig, inertia: float, weight: float, config: Any) -> ShaftSim:
@@ -144,6 +134,11 @@ def _ratio(value: float) -> float:
     return abs(float(value)) or 1.0
 
 
-def _volts(gearbox: GearboxConfig, gain: float) -> float:
-    """A gain in volts, whether it was tuned in volts or in amperes."""
+def gain_volts(gearbox: GearboxConfig, gain: float) -> float:
+    """A gain kS or kG in volts, whether it was tuned in volts or in amperes.
+
+    Args:
+        gearbox: What the gain was tuned on.
+        gain: As it is configured.
+    """
     return float(gain) if abs(gain) <= _MOST_VOLTS else float(gain) * gearbox.resistance

@@ -70,17 +70,20 @@ class Ownership:
         """Let only physics write this device from now on; `owner` is its name in messages."""
         self._claimed[key] = owner
 
+    def may_write(self, key: Key) -> bool:
+        """Note a write from outside to a device; False if it is to be dropped, as physics has claimed the device."""
+        if key in self._claimed:
+            self._drop(key)
+            return False
+        self.foreign.add(key)
+        return True
+
     def _watched(self, model: str, write: Any) -> Any:
-        claimed, foreign = self._claimed, self.foreign
+        may_write = self.may_write
 
         @functools.wraps(write)
         def guarded(state: Any, *args: Any) -> Any:
-            key = (model, state._id)
-            if key in claimed:
-                self._drop(key)
-                return StatusCode.OK
-            foreign.add(key)
-            return write(state, *args)
+            return write(state, *args) if may_write((model, state._id)) else StatusCode.OK
 
         return guarded
 

@@ -13,6 +13,7 @@ from phoenix6.signals import InvertedValue
 from phoenix6.sim import ChassisReference
 
 from simcore.errors import ConfigError, NonFiniteError
+from simcore.phoenix6.configuration import read_configuration
 from simcore.phoenix6.ownership import own_writer
 from simcore.phoenix6.sim_states import sim_state_of
 
@@ -28,7 +29,6 @@ RotorWriter: TypeAlias = Callable[[float, float], None]
 
 _MAX_RPS = 159.9  # the simulated velocity wraps at +-160: 160 reads as -160
 _HALF_RANGE = 16384.0  # [rotations]; the simulated position wraps here
-_PATIENCE = 1.0  # [s]; a device answers in 50 ms, but not on a computer that is busy starting
 _MIN_SUPPLY, _MAX_SUPPLY = 4.0, 16.0  # [V]; -1 V gives 173 V of output, 20 V none at all
 
 
@@ -39,12 +39,10 @@ def is_configured_clockwise(talon: Talon) -> bool:
         ConfigError: The device does not answer.
     """
     output = MotorOutputConfigs()  # type: ignore[no-untyped-call]
-    status = talon.configurator.refresh(output, _PATIENCE)
-    if not status.is_ok():
-        raise ConfigError(
-            f"{type(talon).__name__} {talon.device_id}: could not read its inversion ({status.name}); "
-            "pass inverted=True or False"
-        )
+    try:
+        read_configuration(talon, output)
+    except ConfigError as error:
+        raise ConfigError(f"{error}: its inversion is not known; pass inverted=True or False") from error
     return output.inverted == InvertedValue.CLOCKWISE_POSITIVE
 
 

@@ -23,7 +23,8 @@ from simcore.phoenix6_emulator.control_requests import REQUESTS, RequestKind
 from simcore.phoenix6_emulator.emulated_device import COMPLIANCY, VERSION
 from simcore.phoenix6_emulator.emulated_peripherals import LIGHT_REQUESTS, EmulatedCANdle
 from simcore.phoenix6_emulator.emulator import MODELS, Emulator, hash_of
-from simcore.phoenix6_emulator.native_library import PREFIX, NativeLibrary, target_of
+from simcore.phoenix6_emulator.library_services import LibraryServices
+from simcore.phoenix6_emulator.native_library import PREFIX, target_of
 from simcore.phoenix6_emulator.signal_units import UNITS
 
 __all__ = ["EmulatedNative"]
@@ -37,25 +38,7 @@ _RETURNED = struct.Struct("@dIPdddi")
 _RETURNED_SIZE = ctypes.sizeof(ReturnValues)
 
 
-_LOGGER = (
-    "set_logger_path",
-    "start_logger",
-    "stop_logger",
-    "enable_auto_logging",
-    *(f"write_{kind}{many}" for kind in ("boolean", "integer", "float", "double", "string") for many in ("", "_array")),
-    "write_raw",
-    "write_schema_value",
-    "add_schema",
-    "add_schema_string",
-)
-"""The hoot log of `SignalLogger`: accepted, and nothing is written."""
-
-
-def _logged(*values: Any) -> int:
-    return _OK
-
-
-class EmulatedNative(NativeLibrary):
+class EmulatedNative(LibraryServices):
     """In place of the library that holds devices, signals, configurations and simulation.
 
     Args:
@@ -63,14 +46,13 @@ class EmulatedNative(NativeLibrary):
     """
 
     def __init__(self, emulator: Emulator) -> None:
+        super().__init__(lambda: emulator.clock.now)
         self.emulator = emulator
         """The devices; with this attribute adapters recognise simulated time."""
         for kind in REQUESTS.values():
             setattr(self, f"{PREFIX}RequestControl{kind.name}", self._request(kind))
         for name in LIGHT_REQUESTS:
             setattr(self, f"{PREFIX}RequestControl{name}", self._light(name))
-        for name in _LOGGER:
-            setattr(self, f"{PREFIX}platform_{name}", _logged)
 
     def _request(self, kind: RequestKind) -> Callable[..., int]:
         by_hash = self.emulator.by_hash

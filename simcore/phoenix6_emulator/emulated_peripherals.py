@@ -46,6 +46,18 @@ class PigeonFrame(NamedTuple):
 _new = tuple.__new__
 
 
+_AT_REST = (
+    *(SpnValue.PIGEON2_ACCELERATION_X, SpnValue.PIGEON2_ACCELERATION_Y, SpnValue.PIGEON2_ACCELERATION_Z),
+    *(SpnValue.PIGEON2_ACCUM_GYRO_X, SpnValue.PIGEON2_ACCUM_GYRO_Y, SpnValue.PIGEON2_ACCUM_GYRO_Z),
+    *(SpnValue.PIGEON2_GRAVITY_VECTOR_X, SpnValue.PIGEON2_GRAVITY_VECTOR_Y, SpnValue.PIGEON2_GRAVITY_VECTOR_Z),
+    *(SpnValue.PIGEON2_MAGNETIC_FIELD_X, SpnValue.PIGEON2_MAGNETIC_FIELD_Y, SpnValue.PIGEON2_MAGNETIC_FIELD_Z),
+    SpnValue.PIGEON2_RAW_MAGNETIC_FIELD_X,
+    SpnValue.PIGEON2_RAW_MAGNETIC_FIELD_Y,
+    SpnValue.PIGEON2_RAW_MAGNETIC_FIELD_Z,
+    *(SpnValue.PIGEON2_NO_MOTION_COUNT, SpnValue.PIGEON2_TEMPERATURE, SpnValue.PIGEON2_TEMP_COMP_DISABLED),
+)
+
+
 class EmulatedPigeon2(EmulatedDevice):
     """One Pigeon 2.
 
@@ -129,6 +141,9 @@ class EmulatedPigeon2(EmulatedDevice):
         SpnValue.PIGEON2_QUAT_X.value: lambda f: f.quaternion[1],
         SpnValue.PIGEON2_QUAT_Y.value: lambda f: f.quaternion[2],
         SpnValue.PIGEON2_QUAT_Z.value: lambda f: f.quaternion[3],
+        # CTRE's simulation has no accelerometer, magnetometer or temperature either, and answers zero.
+        **{spn.value: lambda f: 0.0 for spn in _AT_REST},
+        SpnValue.PIGEON2_NO_MOTION_CAL_ENABLED.value: lambda f: 1.0,
         SpnValue.PIGEON2_SUPPLY_VOLTAGE.value: lambda f: f.supply,
         SpnValue.PIGEON2_UP_TIME.value: lambda f: float(int(f.time_ns * 1e-9)),
     }

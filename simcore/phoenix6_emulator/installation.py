@@ -112,9 +112,10 @@ def _misfit() -> str | None:
         found = arguments.get(f"{PREFIX}RequestControl{kind.name}")
         if found is not None and found != len(kind.fields) + 2:
             return f"its {kind.name} takes {found} arguments and not {len(kind.fields) + 2}"
-    for name, function in vars(EmulatedNative).items():
+    for name in dir(EmulatedNative):
         if not name.startswith("c_"):
             continue
+        function = getattr(EmulatedNative, name)
         if name not in arguments:
             return f"it has no function {name}"
         taken = len(inspect.signature(function).parameters) - 1

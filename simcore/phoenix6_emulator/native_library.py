@@ -25,7 +25,10 @@ class NativeLibrary:
         if name.startswith("__"):
             raise AttributeError(name)
         plain = name.removeprefix(PREFIX).removeprefix("RequestControl")
-        raise NotImplementedError(f"Phoenix 6 function {plain} is not modelled in simulated time")
+        raise NotImplementedError(
+            f"Phoenix 6 function {plain} is not modelled in simulated time; --phoenix=real runs the test on CTRE's own "
+            "simulation, on the wall clock"
+        )
 
 
 class Held:

@@ -84,6 +84,20 @@ def _constant(value: float) -> Callable[[Any], float]:
     return lambda frame: value
 
 
+_DIFFERENTIAL = tuple(
+    spn
+    for spn in SpnValue
+    if spn.name.startswith(("PRO_DIFF_", "PRO_AVG_", "PRO_MOTOR_OUTPUT_PID_STATE_DIFF_"))
+    or spn.name == "TALON_FX_DIFFERENTIAL_CONTROL_MODE"
+)
+_RAW_INPUTS = (  # of a TalonFXS, before its offset: CTRE's simulation does not send them
+    SpnValue.TALON_FXS_GADGETEER_G3,
+    SpnValue.PRO_GADGETEER_PWM_RAW_PWM_POSITION,
+    SpnValue.PRO_GADGETEER_PWM_RAW_PWM_VELOCITY,
+    SpnValue.PRO_GADGETEER_QUAD_RAW_QUADRATURE_POSITION,
+    SpnValue.PRO_GADGETEER_QUAD_RAW_QUADRATURE_VELOCITY,
+)
+
 SIGNALS: Mapping[int, Callable[[Any], float]] = {
     SpnValue.PRO_POS_AND_VEL_POSITION.value: lambda f: f.position,
     SpnValue.PRO_POS_AND_VEL_VELOCITY.value: lambda f: f.velocity,
@@ -126,6 +140,9 @@ SIGNALS: Mapping[int, Callable[[Any], float]] = {
     SpnValue.TALON_FX_MOTOR_CONSTANTS_K_V.value: lambda f: f.motor.kv,
     SpnValue.TALON_FX_MOTOR_CONSTANTS_STALL_CURRENT.value: lambda f: f.motor.reported_stall,
     SpnValue.TALON_FX_CONNECTED_MOTOR.value: lambda f: f.motor.connected,
+    # Differential requests are refused, so that these say what they say without one.
+    **{spn.value: _constant(0.0) for spn in _DIFFERENTIAL},
+    **{spn.value: _constant(0.0) for spn in _RAW_INPUTS},
 }
 """What each signal reads, by its number."""
 

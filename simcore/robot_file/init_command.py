@@ -17,14 +17,18 @@ from simcore.robot_file.port_templates import FoundPort
 from simcore.robot_file.robot_settings import FILE_NAME
 from simcore.robot_file.template import FoundMotor, template
 
-__all__ = ["add_arguments", "find_devices", "run"]
+__all__ = ["add_arguments", "find_devices", "find_robot_py", "run"]
 
-_LOOK_SECONDS = 20.0
+_LOOK_SECONDS = 60.0  # a busy laptop imports all that a robot program needs in 10 to 20
+_NOT_LINKED = ("ctre_sim", "logs", "__pycache__", "networktables.json")
+"""What programs write into rather than read from; links to them would lead back into the project."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """What `simcore init` takes."""
-    parser.add_argument("folder", nargs="?", type=Path, default=Path(), help="where robot.py is (default: here)")
+    parser.add_argument(
+        "folder", nargs="?", type=Path, default=Path(), help="the robot project, or its robot.py (default: here)"
+    )
     parser.add_argument("--force", action="store_true", help=f"overwrite a {FILE_NAME} that is there")
     parser.add_argument("--no-look", action="store_true", help="do not start the robot program to find its devices")
 
@@ -36,12 +40,9 @@ def run(args: argparse.Namespace) -> int:
         ConfigError: There is no robot.py, or the file is there already.
         OutputError: The folder cannot be written.
     """
-    folder: Path = args.folder
+    robot_file = find_robot_py(args.folder)
+    folder = robot_file.parent
     path = folder / FILE_NAME
-    if not (folder / "robot.py").is_file():
-        raise ConfigError(
-            f"no robot.py in {folder.resolve()}: go to your robot project, or name its folder: simcore init FOLDER"
-        )
     if path.exists() and not args.force:
         raise ConfigError(f"{path} is there already; simcore init --force overwrites it")
     motors: list[FoundMotor] | None = None
@@ -49,8 +50,10 @@ def run(args: argparse.Namespace) -> int:
     if args.no_look:
         print("not looked at the robot program: fill in the mechanisms by hand")
     else:
-        motors, ports, why_not = find_devices(folder)
-        if why_not:
+        motors, ports, why_not = find_devices(robot_file)
+        if why_not and (motors or ports):
+            print(f"the robot program ended early ({why_not}); these are the devices that it had built")
+        elif why_not:
             print(f"could not look at the robot program ({why_not}): fill in the mechanisms by hand")
     try:
         path.write_text(template(motors, ports), encoding="utf-8")
@@ -60,25 +63,88 @@ def run(args: argparse.Namespace) -> int:
         print(f"found {len(motors)} motors or groups of motors besides the drivetrain")
     if ports:
         print(f"found {len(ports)} devices on ports of the roboRIO, solenoids and sensors")
-    print(f"wrote {path}; now: python -m robotpy sim --simcore")
+    main = "" if folder.resolve() == Path().resolve() else f"--main {robot_file} "
+    print(f"wrote {path}; now: python -m robotpy {main}sim --simcore")
     return 0
 
 
-def find_devices(folder: Path) -> tuple[list[FoundMotor] | None, list[FoundPort], str]:
+def find_robot_py(place: Path) -> Path:
+    """The robot.py of a project of any layout.
+
+    Args:
+        place: A robot.py of whatever name, its folder, or a folder above it such as that of pyproject.toml.
+
+    Raises:
+        ConfigError: There is none, or more than one and none of them nearest.
+    """
+    if place.is_file():
+        return place
+    for depth in ("robot.py", "*/robot.py", "*/*/robot.py", "*/*/*/robot.py"):
+        found = sorted(p for p in place.glob(depth) if not _is_foreign(p.relative_to(place)))
+        if len(found) == 1:
+            return found[0]
+        if found:
+            names = ", ".join(str(p) for p in found)
+            raise ConfigError(f"{len(found)} robot.py in {place.resolve()}: name one of them: simcore init {names}")
+    raise ConfigError(
+        f"no robot.py in {place.resolve()}: go to your robot project, or name its folder: simcore init FOLDER"
+    )
+
+
+def _is_foreign(path: Path) -> bool:
+    """Whether a file belongs to an environment, a build or the tests and not to the program."""
+    return any(
+        part.startswith(".") or part in ("venv", "env", "site-packages", "node_modules", "build", "dist", "tests")
+        for part in path.parts
+    )
+
+
+def _project_of(robot_file: Path) -> Path:
+    """The folder from which the team starts the program: the nearest one with a pyproject.toml, else robot.py's."""
+    folder = robot_file.resolve().parent
+    return next((f for f in (folder, *folder.parents) if (f / "pyproject.toml").is_file()), folder)
+
+
+def find_devices(place: Path) -> tuple[list[FoundMotor] | None, list[FoundPort], str]:
     """Build the robot in a process of its own and ask it for its motors, and for what else it has.
 
+    Args:
+        place: Its robot.py, or the folder of it.
+
     Returns:
-        The motors, what is on ports, and ""; or None, nothing, and why not.
+        The motors, what is on ports, and ""; or None, what is on ports, and why not. All of them, where a program
+        failed after it had built some.
     """
     for module in ("phoenix6", "wpilib"):
         if find_spec(module) is None:
             return None, [], f"{module} is not installed"
-    path = [str(Path(__file__).resolve().parents[2]), *filter(None, [os.environ.get("PYTHONPATH")])]
+    robot_file = find_robot_py(place).resolve()
+    answer = _survey(robot_file)
+    if "not_modelled" in answer:
+        answer = _survey(robot_file, "real")
+    motors = [
+        FoundMotor(**{**m, "followers": tuple(m["followers"]), "opposed": tuple(m["opposed"])})
+        for m in answer.get("motors", ())
+    ]
+    why_not = answer.get("error", answer.get("not_modelled", ""))
+    ports = [FoundPort(**{**p, "channels": tuple(p["channels"])}) for p in answer.get("ports", ())]
+    return (None if why_not and not motors else motors), ports, why_not
+
+
+def _survey(robot_file: Path, *options: str) -> dict[str, Any]:
+    """Run the survey once; its line of JSON."""
+    project = _project_of(robot_file)
+    path = [
+        str(Path(__file__).resolve().parents[2]),
+        str(project),
+        *filter(None, [os.environ.get("PYTHONPATH")]),
+    ]
     try:
-        # In a folder of its own: devices keep their configurations in ./ctre_sim.
-        with tempfile.TemporaryDirectory() as scratch:
+        # In a folder of its own, as programs and libraries write files where they are started.
+        with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as scratch:
+            _link_contents(project, Path(scratch))
             done = subprocess.run(
-                [sys.executable, "-m", "simcore.robotpy.motor_survey", str(folder.resolve() / "robot.py")],
+                [sys.executable, "-m", "simcore.robotpy.motor_survey", str(robot_file), *options],
                 cwd=scratch,
                 env={**os.environ, "PYTHONPATH": os.pathsep.join(path)},
                 capture_output=True,
@@ -87,13 +153,20 @@ def find_devices(folder: Path) -> tuple[list[FoundMotor] | None, list[FoundPort]
                 check=False,
             )
     except subprocess.TimeoutExpired:
-        return None, [], f"it did not start within {_LOOK_SECONDS:.0f} s"
+        return {"error": f"it did not start within {_LOOK_SECONDS:.0f} s"}
     line = next((line for line in reversed(done.stdout.splitlines()) if line.startswith('{"')), None)
-    answer: dict[str, Any] = {"error": f"it ended with code {done.returncode}"} if line is None else json.loads(line)
-    if "error" in answer:
-        return None, [], answer["error"]
-    motors = [
-        FoundMotor(**{**m, "followers": tuple(m["followers"]), "opposed": tuple(m["opposed"])})
-        for m in answer["motors"]
-    ]
-    return motors, [FoundPort(**{**p, "channels": tuple(p["channels"])}) for p in answer["ports"]], ""
+    if line is None:
+        return {"error": f"it ended with code {done.returncode}"}
+    answer: dict[str, Any] = json.loads(line)
+    return answer
+
+
+def _link_contents(project: Path, scratch: Path) -> None:
+    """Let a program find its files where it is started, as at home; without them where links are not allowed."""
+    for entry in project.iterdir():
+        if entry.name.startswith(".") or entry.name in _NOT_LINKED or entry.suffix == ".py":
+            continue
+        try:
+            (scratch / entry.name).symlink_to(entry, target_is_directory=entry.is_dir())
+        except OSError:
+            return

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping
+from dataclasses import replace
 from pathlib import Path
 
 from wpimath.system.plant import DCMotor
@@ -15,6 +16,7 @@ from simcore.pieces.launch import LaunchParameters
 from simcore.pieces.shooter import ShooterConfig
 from simcore.robot.dc_motor import MOTOR_NAMES, motor
 from simcore.robot.gearbox import GearboxConfig
+from simcore.robot.mechanism_friction import default_friction, friction_from_volts
 from simcore.robot.mechanisms import ArmConfig, ElevatorConfig, FlywheelConfig, RackConfig, RollerConfig
 from simcore.robot.robot_config import MechanismConfig
 from simcore.robot_file.device_tables import POSITIONED_KINDS, positioned_mechanism, read_sensors
@@ -34,6 +36,7 @@ __all__ = ["gearbox_motor", "read_settings"]
 _KINDS = ("flywheel", "roller", "arm", "turret", "elevator", "rack")
 _CAMERA_MODES = ("tags", "pieces")
 _MAX_CAN_ID = 62
+_USUAL_MOTORS = {"SPARK MAX": "NEO", "SPARK Flex": "NEO Vortex"}
 
 
 def read_settings(path: Path) -> RobotSettings:
@@ -116,13 +119,12 @@ def _mechanism(t: Table) -> MechanismSettings:
     for device in opposed:
         if device not in followers:
             raise t.error("opposed", f"must name followers, which are {list(followers)}; got {device}")
-    motor_name = t.choice("motor", MOTOR_NAMES, "Kraken X60")
+    controller = t.choice("controller", CONTROLLERS, CONTROLLERS[0])
+    motor_name = t.choice("motor", MOTOR_NAMES, _USUAL_MOTORS.get(controller, "Kraken X60"))
     gearbox = GearboxConfig(
-        motor=gearbox_motor(motor_name),
-        motors=1 + len(followers),
-        gearing=t.number("gearing", above=0.0),
-        friction_torque=t.number("friction_torque", 0.0, least=0.0, unit="N m"),
+        motor=gearbox_motor(motor_name), motors=1 + len(followers), gearing=t.number("gearing", above=0.0)
     )
+    gearbox = replace(gearbox, friction_torque=_friction(t, kind, gearbox))
     try:
         config = _config(t, kind, gearbox)
     except ConfigError as error:
@@ -132,8 +134,9 @@ def _mechanism(t: Table) -> MechanismSettings:
     settings = MechanismSettings(
         name=name,
         config=config,
+        friction_is_given="friction_torque" in t or "friction_volts" in t,
         motor=motor_name,
-        controller=t.choice("controller", CONTROLLERS, CONTROLLERS[0]),
+        controller=controller,
         coasts=t.flag("coasts", False),
         leader=leader,
         followers=followers,
@@ -141,13 +144,30 @@ def _mechanism(t: Table) -> MechanismSettings:
         reversed=t.flag("reversed", False),
         cancoder=t.whole("cancoder", None, most=_MAX_CAN_ID),
         cancoder_gearing=t.number("cancoder_gearing", 1.0, above=0.0),
+        encoder_gearing=t.number("encoder_gearing", 1.0, above=0.0),
     )
+    is_spark = controller.startswith("SPARK")
+    if is_spark and settings.cancoder is not None:
+        raise t.error("cancoder", f"is of a TalonFX; a {controller} has encoder_gearing for the encoder wired to it")
+    if "encoder_gearing" in t and not is_spark:
+        raise t.error("encoder_gearing", f"is of a SPARK MAX or SPARK Flex; the controller is a {controller}")
     if "cancoder_gearing" in t and settings.cancoder is None:
         raise t.error("cancoder_gearing", "needs a cancoder = <CAN id> beside it")
     if "coasts" in t and settings.controller not in ("PWM", "Relay"):
         raise t.error("coasts", f"is of a PWM or relay port; a {settings.controller} has its neutral mode configured")
     t.finish()
     return settings
+
+
+def _friction(t: Table, kind: str, gearbox: GearboxConfig) -> float:
+    """As the file says, in either unit; else the default of its kind and motor [N m]."""
+    torque = t.number("friction_torque", None, least=0.0, unit="N m")
+    volts = t.number("friction_volts", None, least=0.0, unit="V")
+    if torque is not None and volts is not None:
+        raise t.error("friction_volts", "says the same as friction_torque; keep one of them")
+    if volts is not None:
+        return friction_from_volts(gearbox, volts)
+    return default_friction(gearbox, has_gears=kind != "flywheel") if torque is None else float(torque)
 
 
 def _config(t: Table, kind: str, gearbox: GearboxConfig) -> MechanismConfig:

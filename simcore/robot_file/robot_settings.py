@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
@@ -12,6 +12,8 @@ from simcore.match.match import Match
 from simcore.pieces.intake import IntakeConfig
 from simcore.pieces.shooter import ShooterConfig
 from simcore.pieces.storage import StorageConfig
+from simcore.robot.mechanism_friction import friction_from_volts
+from simcore.robot.positioned_mechanisms import PistonConfig, ServoConfig
 from simcore.robot.robot_config import MechanismConfig, RobotConfig
 from simcore.robot.swerve_config import SwerveConfig
 from simcore.robot.tank_drive import TankConfig
@@ -26,7 +28,7 @@ __all__ = ["CONTROLLERS", "FILE_NAME", "MechanismSettings", "RobotSettings", "pr
 
 FILE_NAME = "simcore.toml"
 
-CONTROLLERS = ("TalonFX", "TalonFXS", "PWM", "Relay")
+CONTROLLERS = ("TalonFX", "TalonFXS", "SPARK MAX", "SPARK Flex", "PWM", "Relay")
 """What can drive a mechanism of the file; `PWM` is any controller on a PWM port, `Relay` a Spike."""
 
 
@@ -37,6 +39,8 @@ class MechanismSettings:
     name: str
     config: MechanismConfig
     """Gears, masses and stops; its type is the kind."""
+    friction_is_given: bool = True
+    """Whether the file says its friction; otherwise it is a default, and a kS in the controller is better."""
     motor: str
     """One of `simcore.robot.dc_motor.MOTOR_NAMES`."""
     controller: str
@@ -53,6 +57,8 @@ class MechanismSettings:
     """CAN id of an absolute encoder on it."""
     cancoder_gearing: float = 1.0
     """Turns of the CANcoder per turn of the mechanism [-]."""
+    encoder_gearing: float = 1.0
+    """Turns of a SPARK's absolute, alternate or external encoder per turn of the mechanism [-]."""
     coasts: bool = False
     """Of a controller on a PWM or relay port: whether it opens the circuit at zero instead of braking."""
     module: str = ""
@@ -63,6 +69,14 @@ class MechanismSettings:
         """Its controllers or ports as (model, number), leader first."""
         model = "PWM" if self.controller == "Servo" else f"{self.module} {self.controller}".strip()
         return [(model, number) for number in self.devices]
+
+    def with_friction(self, volts: float) -> MechanismSettings:
+        """The same with the friction of a kS [V], unless the file says its friction."""
+        if self.friction_is_given or isinstance(self.config, (PistonConfig, ServoConfig)):
+            return self
+        gearbox = self.config.gearbox
+        gearbox = replace(gearbox, friction_torque=friction_from_volts(gearbox, volts))
+        return replace(self, config=replace(self.config, gearbox=gearbox))
 
     @property
     def devices(self) -> tuple[int, ...]:
@@ -108,6 +122,16 @@ class RobotSettings:
         # From a wheel's center to the outside of the bumpers: 2.6 in of module, 3.25 in of bumper.
         around = tuple(2.0 * (max(abs(w[axis]) for w in wheels) + 0.15) for axis in (0, 1))
         return replace(self, bumper=(around[0], around[1]))
+
+    def with_friction(self, volts: Mapping[str, float]) -> RobotSettings:
+        """The same with friction from the kS of controllers, where the file says none.
+
+        Args:
+            volts: kS by the name of the mechanism [V].
+        """
+        return replace(
+            self, mechanisms=tuple(m.with_friction(volts[m.name]) if m.name in volts else m for m in self.mechanisms)
+        )
 
     def mechanism(self, name: str) -> MechanismSettings:
         """One of the mechanisms; the reader has made sure that names exist."""

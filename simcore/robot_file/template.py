@@ -21,6 +21,8 @@ class FoundMotor:
     gearing: float = 1.0
     has_gravity: bool = False
     """Whether it holds a weight (a kG is configured)."""
+    problem: str = ""
+    """Why its configuration could not be read, so that its gearing is not known."""
 
 
 _HEAD = """\
@@ -57,8 +59,8 @@ _NOTHING_FOUND = """\
 # leader = 20                   # CAN id
 # followers = [21, 22]
 # opposed = [22]                # followers that are mounted face to face with the leader
-# controller = "TalonFX"        # or TalonFXS; PWM and Relay: leader and followers are channels of the roboRIO then
-# motor = "Kraken X60"
+# controller = "TalonFX"        # or TalonFXS, SPARK MAX, SPARK Flex; PWM and Relay: leader and followers are channels
+# motor = "Kraken X60"          # left out: this one, or NEO and NEO Vortex for SPARKs
 # gearing = 0.75                # rotor turns per turn of the mechanism
 # inertia = 0.004               # of all that turns, at the mechanism [kg m^2]
 """
@@ -79,7 +81,9 @@ _KINDS = """\
 #   rack      mass, pinion_radius, travel (start_extension)
 #   servo     pwm, min_deg, max_deg (at PWM 0 and 1), deg_per_second; neither leader nor gearing
 #   piston    solenoid (a channel, or [forward, reverse]), stroke, stroke_time; module "REVPH" or "CTREPCM", module_id
-# and, if there is one: cancoder = <id> and cancoder_gearing = <its turns per turn of the mechanism>.
+# and, if there is one: cancoder = <id> and cancoder_gearing = <its turns per turn of the mechanism>; the encoder wired
+# to a SPARK has encoder_gearing. friction_volts = <kS> or friction_torque [N m] if it coasts for too long or too short;
+# left out: the kS that your program has set, else 0.2 V (a flywheel: its motors' no-load current).
 # reversed = true if your code counts down while the mechanism goes up.
 
 # [[intake]]                    # pieces in this box are taken in while the roller turns forward; one table an intake
@@ -145,5 +149,7 @@ def _mechanism(m: FoundMotor) -> str:
         lines.append(f"opposed = {list(m.opposed)}")
     if m.controller != "TalonFX":
         lines.append(f'controller = "{m.controller}"')
-    lines.append(f"gearing = {m.gearing:.6g}")
+    lines.append(
+        "gearing = 1                     # not known: " + m.problem if m.problem else f"gearing = {m.gearing:.6g}"
+    )
     return "".join(f"# {line}".rstrip() + "\n" for line in lines)

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any, ClassVar
 
 import ntcore
+from wpilib.simulation import SimDeviceSim
 
 import simcore.phoenix6.swerve as swerve  # from here on drivetrains are noted; the robot object is built later
 from simcore.errors import ConfigError
@@ -17,9 +18,11 @@ from simcore.robot.dc_motor import motor
 from simcore.robot.swerve_drive import SwerveDrive
 from simcore.robot_file.reader import read_settings
 from simcore.robot_file.robot_settings import FILE_NAME, practice_match
-from simcore.robotpy.device_assignment import DeviceAssignment, connect_mechanism
+from simcore.robotpy.described_mechanisms import connect_mechanism, with_configured_friction
+from simcore.robotpy.device_assignment import DeviceAssignment, short_names
 from simcore.robotpy.port_assignment import PORT_CONTROLLERS, PortAssignment
 from simcore.robotpy.robot_physics import RobotPhysics
+from simcore.robotpy.startup_summary import StartupSummary, unknown_sim_devices
 from simcore.telemetry.networktables_sink import NetworkTablesSink
 
 __all__ = ["AttachedPhysics", "choose_game"]
@@ -50,7 +53,7 @@ class AttachedPhysics(RobotPhysics):
 
     def __init__(self, physics_controller: Any, robot: Any) -> None:
         path = self.folder / FILE_NAME
-        settings = read_settings(path)
+        settings = with_configured_friction(read_settings(path))
         drivetrain = swerve.only_drivetrain()
         constants = swerve.module_constants(drivetrain)
         if len(constants) < 3:
@@ -76,21 +79,44 @@ class AttachedPhysics(RobotPhysics):
         on_can = [m for m in settings.mechanisms if m.controller not in PORT_CONTROLLERS]
         motors = [connect_mechanism(m, robot_sim, self.ownership) for m in on_can]
         self.ports = PortAssignment(match, robot_sim, settings, self.ownership)
-        says = f"as {path.name} says" if path.exists() else f"there is no {path.name}: `simcore init` writes one"
-        _log.info(
-            "%s is on the field of %s: %.0f kg, bumpers %.2f x %.2f m, engine %s (%s)",
-            *(type(robot).__name__, game.heading, config.mass, *settings.bumper, match.world.engine.name, says),
+        self._path = path
+        self._about = (
+            f"{type(robot).__name__} is on the field of {game.heading}: {config.mass:.0f} kg, bumpers "
+            f"{settings.bumper[0]:.2f} x {settings.bumper[1]:.2f} m, engine {match.world.engine.name} "
+            + (f"(as {path.name} says)" if path.exists() else f"(there is no {path.name}: all measures are defaults)")
         )
         super().__init__(
             physics_controller, robot, match=match, drivetrain=devices, motors=[*motors, *self.ports.devices]
         )
         self.settings = settings
-        self.assignment = DeviceAssignment(self, robot_sim, self.ownership, settings, devices.devices, self.ports)
+        self.assignment = DeviceAssignment(
+            self, robot_sim, self.ownership, settings, devices.devices, self.ports, on_assigned=self._say_what_is_there
+        )
 
     def _end_tick(self) -> None:
         super()._end_tick()
         self.ports.after_tick()
         self.assignment.after_tick()
+
+    def _say_what_is_there(self) -> None:
+        """One screen for whoever starts the program."""
+        assignment = self.assignment
+        nobody = [short_names(assignment.idle)] if assignment.idle else []
+        nobody += self.ports.idle
+        nobody += unknown_sim_devices(SimDeviceSim.enumerateDevices(""))
+        summary = StartupSummary(
+            robot=self._about,
+            drivetrain=assignment.drivetrain,
+            described=[f"{name}: {devices}" for devices, name in assignment.described],
+            sensors=[f"{what}: {port}" for port, what in self.ports.sensors],
+            lights=", ".join(self.ports.lights),
+            guessed=assignment.guessed,
+            own=short_names(assignment.foreign),
+            nobody=", ".join(nobody),
+            cameras=", ".join(camera.name for camera in self.settings.cameras),
+            has_file=self._path.exists(),
+        )
+        _log.info("%s", "\n".join(summary.lines()))
 
 
 def choose_game(flag: str | None, in_file: str | None) -> Game:

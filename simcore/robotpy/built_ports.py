@@ -12,9 +12,9 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import wpilib
-from wpilib.simulation import AnalogInputSim, CTREPCMSim, DIOSim, PWMSim, RelaySim, REVPHSim, SimDeviceSim
+from wpilib.simulation import AnalogInputSim, CTREPCMSim, DIOSim, PWMSim, RelaySim, REVPHSim
 
-__all__ = ["BuiltPort", "built_ports", "other_sim_devices", "pneumatics_module", "ports_text"]
+__all__ = ["BuiltPort", "built_ports", "pneumatics_module", "ports_text"]
 
 _COUNTS = {"PWM": 20, "DIO": 31, "Analog": 8, "Relay": 4}  # of a roboRIO with its MXP port
 _CLASSES = (
@@ -26,7 +26,6 @@ _CLASSES = (
 )
 _SOLENOIDS = ("Solenoid", "DoubleSolenoid")
 _MAKERS = {"makeSolenoid": "Solenoid", "makeDoubleSolenoid": "DoubleSolenoid"}
-_SIM_DEVICES_ELSEWHERE = ("CAN", "SPARK ", "DutyCycle:", "AnalogEncoder[", "Ultrasonic[")  # the first: all of CTRE's
 
 
 @dataclass(frozen=True, slots=True)
@@ -92,11 +91,6 @@ def built_ports() -> list[BuiltPort]:
     for model, channels in used.items():
         found += [BuiltPort(model, (channel,)) for channel in sorted(channels) if (model, channel) not in known]
     return found
-
-
-def other_sim_devices() -> list[str]:
-    """Names of WPILib `SimDevice`s that are on none of these ports and no CAN device of a known maker: gyros."""
-    return [name for name in SimDeviceSim.enumerateDevices() if not name.startswith(_SIM_DEVICES_ELSEWHERE)]
 
 
 def pneumatics_module(name: str) -> Any:

@@ -9,12 +9,12 @@ tick became 3.7.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 from simcore.errors import ConfigError
 from simcore.robot.robot import Robot
 
-__all__ = ["ConnectedDevices", "DeviceClock", "DrivetrainDevices", "MotorDevices"]
+__all__ = ["ConnectedDevices", "DeviceClock", "DrivetrainDevices", "MotorDevices", "OwnLoops"]
 
 
 class DrivetrainDevices(Protocol):
@@ -38,6 +38,15 @@ class MotorDevices(Protocol):
 
     def write(self) -> None:
         """The mechanism's motion to the sensors."""
+        ...
+
+
+@runtime_checkable
+class OwnLoops(Protocol):
+    """A motor controller whose loops no vendor's library runs in simulation: `SparkMotorSim`."""
+
+    def run(self, dt: float) -> None:
+        """Let its loops run for dt [s]."""
         ...
 
 
@@ -76,12 +85,24 @@ class ConnectedDevices:
             if not (callable(getattr(device, "read", None)) and callable(getattr(device, "write", None))):
                 raise ConfigError(f"RobotPhysics: {device!r} has no read and write; wrap it, e.g. in TalonFXMotorSim")
         self.at_inner_steps = at_inner_steps
-        self.motors = list(motors)
-        """Devices of the mechanisms; more may be connected at any time."""
+        self._motors = list(motors)
+        self._own_loops = [motor for motor in motors if isinstance(motor, OwnLoops)]
         self._robot = robot
         self._drivetrain = drivetrain
         self._clock = clock
         self._note_gyro()
+
+    def add(self, motor: MotorDevices) -> None:
+        """Connect one more motor."""
+        self._motors.append(motor)
+        if isinstance(motor, OwnLoops):
+            self._own_loops.append(motor)
+
+    def remove(self, motor: MotorDevices) -> None:
+        """Disconnect a motor."""
+        self._motors.remove(motor)
+        if isinstance(motor, OwnLoops):
+            self._own_loops.remove(motor)
 
     def read(self) -> None:
         """Before a part of a tick: supply voltage to the controllers, their volts to drivetrain and mechanisms."""
@@ -104,10 +125,12 @@ class ConnectedDevices:
         self._turned += omega * h
         if self._clock is not None:
             self._clock.step(h)
+        for loops in self._own_loops:
+            loops.run(h)
         self._read_volts()
         robot.drive.other_current = robot.mechanism_current
         robot.step_mechanisms(h)
-        for motor in self.motors:
+        for motor in self._motors:
             motor.write()
 
     def write(self, h: float) -> None:
@@ -117,17 +140,19 @@ class ConnectedDevices:
         if self._drivetrain is not None:
             gyro = self._robot.gyro
             self._drivetrain.write(gyro.yaw, gyro.pitch, gyro.roll, gyro.rates.tolist())
-        for motor in self.motors:
+        for motor in self._motors:
             motor.write()
         if self._clock is not None:
             self._clock.step(h)
+        for loops in self._own_loops:
+            loops.run(h)
 
     def _read_volts(self) -> None:
         battery = self._robot.battery
         volts, powered = battery.voltage, not battery.browned_out
         if self._drivetrain is not None:
             self._drivetrain.read(volts)
-        for motor in self.motors:
+        for motor in self._motors:
             motor.read(volts, powered=powered)
 
     def _note_gyro(self) -> None:

@@ -3,65 +3,44 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Sequence
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
 from typing import Protocol
 
 from simcore.errors import ConfigError
-from simcore.phoenix6.built_devices import BuiltDevice, FollowerGroup, built_devices, clashes, group_followers
-from simcore.phoenix6.fallback import Guess, guess_mechanism
+from simcore.phoenix6.built_devices import clashes
 from simcore.phoenix6.ownership import Ownership
-from simcore.phoenix6.sensor_ports import CANcoderSim, CANdiEncoderSim
-from simcore.phoenix6.talon_motor import AngleSensor, MotorType, TalonFXMotorSim
-from simcore.robot.robot import Robot
+from simcore.robot.motor_controllers import BuiltDevice, FollowerGroup
 from simcore.robot.shaft import ShaftSim
-from simcore.robot_file.robot_settings import MechanismSettings, RobotSettings
+from simcore.robot_file.robot_settings import RobotSettings
 from simcore.robotpy.connected_devices import MotorDevices
+from simcore.robotpy.motor_families import FAMILIES, MechanismGuess, MotorFamily
 from simcore.robotpy.port_assignment import PortAssignment
 
-__all__ = ["DeviceAssignment", "connect_mechanism"]
+__all__ = ["DeviceAssignment", "short_names"]
 
 _log = logging.getLogger(__name__)
 
-_MOTORS = ("TalonFX", "TalonFXS")
 _OBSERVE = 5  # ticks in which a team's own physics.py shows what it drives
 
 
-def connect_mechanism(settings: MechanismSettings, robot: Robot, ownership: Ownership) -> TalonFXMotorSim:
-    """The devices of a mechanism of the file, on that mechanism.
+@dataclass(frozen=True, slots=True)
+class _Guessed:
+    """A group of devices and what it probably turns."""
 
-    Raises:
-        ConfigError: The program has built no such device.
-    """
-    m, where = settings, f"simcore.toml [[mechanism]] {settings.name!r}"
-    talons = [_find(where, m.controller, number) for number in m.devices]
-    encoder = None
-    if m.cancoder is not None:
-        encoder = _find(where, "CANcoder", m.cancoder)
-        ownership.claim(encoder.key, m.name)
-    for talon in talons:
-        ownership.claim(talon.key, m.name)
-    mechanism = robot.mechanisms[m.name]
-    is_small = m.controller == "TalonFX" and m.motor.startswith("Kraken X44")
-    return TalonFXMotorSim(
-        talons[0].hardware,
-        mechanism,
-        followers=[t.hardware for t in talons[1:]],
-        opposed=[k for k, number in enumerate(m.followers) if number in m.opposed],
-        reversed=m.reversed,
-        zero_at=mechanism.position,
-        motor_type=MotorType.KRAKEN_X44 if is_small else None,
-        encoder=None if encoder is None else CANcoderSim(encoder.hardware),
-        encoder_gearing=m.cancoder_gearing,
-    )
+    family: MotorFamily
+    group: FollowerGroup
+    guess: MechanismGuess
 
+    @property
+    def keys(self) -> list[tuple[str, int]]:
+        """Of the motor controllers, as (model, id)."""
+        return [device.key for device in self.group.devices]
 
-def _find(where: str, model: str, number: int) -> BuiltDevice:
-    devices = built_devices()
-    for device in devices:
-        if device.key == (model, number):
-            return device
-    there = sorted(d.device_id for d in devices if d.model == model)
-    raise ConfigError(f"{where}: the robot program builds no {model} {number}; it builds {model} {there}")
+    @property
+    def sensors(self) -> list[tuple[str, int]]:
+        """Of its other devices."""
+        return self.family.sensor_keys(self.guess)
 
 
 class _Motors(Protocol):
@@ -90,6 +69,7 @@ class DeviceAssignment:
         settings: The file's.
         drivetrain: Its devices, (model, id).
         ports: What is no motor on CAN; None: nobody has looked.
+        on_assigned: Called once, when it is clear what moves what.
     """
 
     def __init__(
@@ -100,6 +80,8 @@ class DeviceAssignment:
         settings: RobotSettings,
         drivetrain: Sequence[tuple[str, int]],
         ports: PortAssignment | None = None,
+        *,
+        on_assigned: Callable[[], None] | None = None,
     ) -> None:
         self._physics = physics
         self._robot = robot
@@ -107,7 +89,8 @@ class DeviceAssignment:
         self._settings = settings
         self._ports = ports
         self._drivetrain = tuple(drivetrain)
-        self._guessed: list[tuple[FollowerGroup, Guess, TalonFXMotorSim]] = []
+        self._guessed: list[tuple[_Guessed, MotorDevices]] = []
+        self._on_assigned = on_assigned
         self._ticks = 0
         for key in drivetrain:
             ownership.claim(key, "drivetrain")
@@ -119,99 +102,108 @@ class DeviceAssignment:
         if self._ticks == _OBSERVE:
             self._connect_rest()
         elif self._ticks > _OBSERVE and self._guessed:
-            for guessed in [g for g in self._guessed if not self._ownership.foreign.isdisjoint(_keys(g[0]))]:
-                self._disconnect(guessed)
+            for entry in [e for e in self._guessed if not self._ownership.foreign.isdisjoint(e[0].keys)]:
+                self._disconnect(*entry)
 
     def table(self) -> list[tuple[str, str]]:
         """Rows of devices and what moves them."""
-        rows = [(_short(self._drivetrain), "drivetrain")]
+        rows = [(short_names(self._drivetrain), "drivetrain")] if self._drivetrain else []
+        rows += self.described
+        rows += [(devices, f"guessed: {guess}") for devices, guess in self.guessed]
+        foreign, idle = self.foreign, self.idle
+        if foreign:
+            rows.append((short_names(foreign), "the project's physics.py"))
+        if idle:
+            rows.append((short_names(idle), "nobody: reads what it read at start"))
+        if self._ports is not None:
+            rows += self._ports.sensors
+            rows += [(light, "shown: Sim/Lights in telemetry") for light in self._ports.lights]
+            rows += [(port, "nobody: does nothing, reads as if nothing were there") for port in self._ports.idle]
+        return rows
+
+    @property
+    def drivetrain(self) -> str:
+        """Its devices, as text."""
+        return short_names(self._drivetrain)
+
+    @property
+    def described(self) -> list[tuple[str, str]]:
+        """Devices of the file's mechanisms, and their names, as text."""
+        rows = []
         for m in self._settings.mechanisms:
-            rows.append((_short([*m.keys, *([] if m.cancoder is None else [("CANcoder", m.cancoder)])]), f"{m.name!r}"))
-        for group, guess, _ in self._guessed:
-            key = _sensor_key(guess)
-            rows.append((str(group) + (f", {key[0]} {key[1]}" if key else ""), f"guessed: {guess}"))
-        known = {key for group, guess, _ in self._guessed for key in (*_keys(group), _sensor_key(guess))}
+            sensor = [] if m.cancoder is None else [("CANcoder", m.cancoder)]
+            rows.append((short_names([*m.keys, *sensor]), f"{m.name!r}"))
+        return rows
+
+    @property
+    def guessed(self) -> list[tuple[str, str]]:
+        """Groups of devices, and what they probably turn, as text."""
+        return [
+            (str(g.group) + "".join(f", {model} {number}" for model, number in g.sensors), str(g.guess))
+            for g, _ in self._guessed
+        ]
+
+    @property
+    def foreign(self) -> list[tuple[str, int]]:
+        """Devices that the project's own physics moves, as (model, id)."""
+        return [key for key in self._others() if key in self._ownership.foreign]
+
+    @property
+    def idle(self) -> list[tuple[str, int]]:
+        """Devices that nobody moves, as (model, id)."""
+        return [key for key in self._others() if key not in self._ownership.foreign]
+
+    def _others(self) -> Iterator[tuple[str, int]]:
+        known = {key for guessed, _ in self._guessed for key in (*guessed.keys, *guessed.sensors)}
         known |= {*self._drivetrain, *self._file_keys()}
         known |= set() if self._ports is None else self._ports.keys
-        others = [device for device in built_devices() if device.key not in known]
-        foreign = [d.key for d in others if d.key in self._ownership.foreign]
-        idle = [d.key for d in others if d.key not in self._ownership.foreign]
-        if foreign:
-            rows.append((_short(foreign), "the project's physics.py"))
-        if idle:
-            rows.append((_short(idle), "nobody: reads what it read at start"))
-        return rows if self._ports is None else rows + self._ports.rows()
+        return (device.key for device in _all_devices() if device.key not in known)
 
-    def _guess(self) -> list[tuple[FollowerGroup, Guess]]:
+    def _guess(self) -> list[_Guessed]:
         """What the motors that nothing has claimed may turn; asked now, because each answer takes 50 ms."""
         taken = {*self._drivetrain, *self._file_keys(), *self._ownership.foreign}
         guesses = []
-        for group in group_followers([d for d in built_devices() if d.model in _MOTORS and d.key not in taken]):
-            try:
-                guesses.append((group, guess_mechanism(group)))
-            except ConfigError as error:
-                _log.warning("%s is left alone: %s", group, error)
+        for family in FAMILIES:
+            for group in family.groups([d for d in family.devices() if d.key not in taken]):
+                try:
+                    guesses.append(_Guessed(family, group, family.guess(group)))
+                except ConfigError as error:
+                    _log.warning("%s is left alone: %s", group, error)
         return guesses
 
     def _connect_rest(self) -> None:
-        for group, guess in self._guesses:
-            if self._ownership.foreign.isdisjoint(_keys(group)):
-                self._guessed.append((group, guess, self._connect(group, guess)))
+        for guessed in self._guesses:
+            if self._ownership.foreign.isdisjoint(guessed.keys):
+                motor = guessed.family.connect_guess(guessed.group, guessed.guess, self._ownership)
+                self._robot.add_estimated_mechanism(guessed.guess.mechanism)
+                self._physics.add_motor(motor)
+                self._guessed.append((guessed, motor))
         for sentence in clashes():
             _log.warning("%s", sentence)
-        rows = self.table()
-        width = max(len(devices) for devices, _ in rows)
-        lines = [f"    {devices:<{width}}  {owner}" for devices, owner in rows]
-        _log.info("who moves what\n%s", "\n".join(lines))
+        if self._on_assigned is not None:
+            self._on_assigned()
 
-    def _connect(self, group: FollowerGroup, guess: Guess) -> TalonFXMotorSim:
-        sensor: AngleSensor | None = None
-        key = _sensor_key(guess)
-        if key is not None and key not in self._ownership.foreign:
-            made = next((d.hardware for d in built_devices() if d.key == key), None)
-            if made is not None and guess.sensor is not None:
-                source = guess.sensor[0]
-                sensor = CANcoderSim(made) if key[0] == "CANcoder" else CANdiEncoderSim(made, int(source[-1]))
-        motor = TalonFXMotorSim(
-            group.leader.hardware,
-            guess.mechanism,
-            followers=[f.hardware for f in group.followers],
-            opposed=group.opposed,
-            inverted=guess.inverted,
-            zero_at=guess.mechanism.position,
-            encoder=sensor,
-            encoder_gearing=guess.sensor_gearing,
-            sensor_gearing=guess.wired_gearing,
-        )
-        self._robot.add_estimated_mechanism(guess.mechanism)
-        self._physics.add_motor(motor)
-        return motor
-
-    def _disconnect(self, guessed: tuple[FollowerGroup, Guess, TalonFXMotorSim]) -> None:
-        group, guess, motor = guessed
-        self._guessed.remove(guessed)
+    def _disconnect(self, guessed: _Guessed, motor: MotorDevices) -> None:
+        self._guessed.remove((guessed, motor))
         self._physics.remove_motor(motor)
-        self._robot.remove_estimated_mechanism(guess.mechanism)
-        _log.info("%s is written by the project's own physics: simcore lets go of it", group)
+        self._robot.remove_estimated_mechanism(guessed.guess.mechanism)
+        _log.info("%s is written by the project's own physics: simcore lets go of it", guessed.group)
 
     def _file_keys(self) -> list[tuple[str, int]]:
         keys = [key for m in self._settings.mechanisms for key in m.keys]
         return keys + [("CANcoder", m.cancoder) for m in self._settings.mechanisms if m.cancoder is not None]
 
 
-def _keys(group: FollowerGroup) -> list[tuple[str, int]]:
-    return [device.key for device in group.devices]
+def _all_devices() -> list[BuiltDevice]:
+    return [device for family in FAMILIES for device in family.devices()]
 
 
-def _sensor_key(guess: Guess) -> tuple[str, int] | None:
-    """The remote encoder as (model, id); a quadrature of a CANdi is not simulated."""
-    if guess.sensor is None or "QUADRATURE" in guess.sensor[0]:
-        return None
-    return ("CANdi" if "CANDI" in guess.sensor[0] else "CANcoder"), guess.sensor[1]
+def short_names(keys: Sequence[tuple[str, int]]) -> str:
+    """Devices in few words.
 
-
-def _short(keys: Sequence[tuple[str, int]]) -> str:
-    """`TalonFX 1-8, CANcoder 1-4`."""
+    >>> short_names([("TalonFX", 1), ("TalonFX", 2), ("TalonFX", 3), ("CANcoder", 9)])
+    'TalonFX 1-3, CANcoder 9'
+    """
     parts = []
     for model in dict.fromkeys(model for model, _ in keys):
         numbers = sorted(number for m, number in keys if m == model)

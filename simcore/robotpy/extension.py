@@ -13,9 +13,9 @@ from typing import Any
 
 from pyfrc.physics.core import PhysicsInterface
 
-from simcore.phoenix6.ownership import Ownership
 from simcore.physics.engine_choice import ENGINES
 from simcore.robotpy.attached_physics import AttachedPhysics
+from simcore.robotpy.motor_families import watch_devices
 from simcore.robotpy.robot_physics import RobotPhysics
 
 __all__ = ["attach_physics", "loadExtension", "warn_of_taken_port"]
@@ -49,7 +49,7 @@ def attach_physics(interface: Any, robot_class: Any, folder: Path) -> tuple[Any,
     Returns:
         Interface and robot class to go on with.
     """
-    AttachedPhysics.ownership = Ownership()
+    AttachedPhysics.ownership = watch_devices()
     AttachedPhysics.folder = folder
     if interface is not None:
         _join(interface.module)

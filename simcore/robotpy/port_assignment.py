@@ -32,7 +32,7 @@ from simcore.robot_file.device_settings import (
     SwitchInput,
 )
 from simcore.robot_file.robot_settings import MechanismSettings, RobotSettings
-from simcore.robotpy.built_ports import BuiltPort, built_ports, other_sim_devices, pneumatics_module, ports_text
+from simcore.robotpy.built_ports import BuiltPort, built_ports, pneumatics_module, ports_text
 from simcore.robotpy.connected_devices import MotorDevices
 from simcore.robotpy.piece_sensors import BeamBreak, PieceEye, PieceRange
 from simcore.robotpy.port_devices import (
@@ -170,22 +170,24 @@ class PortAssignment:
         self._look_at_lights()
         self._ticks += 1
 
-    def rows(self) -> list[tuple[str, str]]:
-        """Rows of devices and what moves them, of those that are on no motor's row."""
-        rows = [(_port_text(sensor), _meaning(sensor)) for sensor in self._settings.sensors]
+    @property
+    def sensors(self) -> list[tuple[str, str]]:
+        """Ports of the file's sensors, and what they are, as text."""
+        return [(_port_text(sensor), _meaning(sensor)) for sensor in self._settings.sensors]
+
+    @property
+    def lights(self) -> list[str]:
+        """Lights of the program, as text."""
+        candles = [f"CANdle {d.device_id}" for d in built_devices() if d.model == "CANdle"]
+        return candles + [str(port) for port in built_ports() if port.made_by == "AddressableLED"]
+
+    @property
+    def idle(self) -> list[str]:
+        """Ports that nobody simulates, as text: outputs move nothing, inputs read as if nothing were there."""
         taken = {key for sensor in self._settings.sensors for key in sensor.keys}
         taken |= {key for m in self._settings.mechanisms for key in m.keys}
-        ports = built_ports()
-        lights = [f"CANdle {d.device_id}" for d in built_devices() if d.model == "CANdle"]
-        lights += [str(port) for port in ports if port.made_by == "AddressableLED"]
-        rows += [(light, "shown: Sim/Lights in telemetry") for light in lights]
-        free = [p for p in ports if p.made_by != "AddressableLED" and taken.isdisjoint(p.keys)]
-        rows += [(text, "nobody: moves nothing") for text in _by_class(p for p in free if _is_output(p))]
-        rows += [
-            (text, "nobody: reads as if nothing were there") for text in _by_class(p for p in free if not _is_output(p))
-        ]
-        rows += [(name, "nobody: reads what it read at start") for name in other_sim_devices()]
-        return rows
+        ports = [p for p in built_ports() if p.made_by != "AddressableLED" and taken.isdisjoint(p.keys)]
+        return _by_class(ports)
 
     # --- connecting -----------------------------------------------------------------------------------------------
 
@@ -321,10 +323,6 @@ def _meaning(sensor: SensorSettings) -> str:
     )
     assert not isinstance(sensor, BeamBreakSettings)
     return f"{sensor.name!r}, {'distance' if isinstance(sensor, RangeSettings) else kind} of {sensor.mechanism!r}"
-
-
-def _is_output(port: BuiltPort) -> bool:
-    return port.model in ("PWM", "Relay") or port.model.endswith("Solenoid") or port.made_by == "DigitalOutput"
 
 
 def _by_class(ports: Any) -> list[str]:

@@ -154,11 +154,11 @@ class RobotPhysics:
 
     def add_motor(self, motor: MotorDevices) -> None:
         """Connect one more motor, from the next part on."""
-        self._devices.motors.append(motor)
+        self._devices.add(motor)
 
     def remove_motor(self, motor: MotorDevices) -> None:
         """Disconnect a motor; its device keeps what was written last."""
-        self._devices.motors.remove(motor)
+        self._devices.remove(motor)
 
     @property
     def times(self) -> PhysicsTimes:

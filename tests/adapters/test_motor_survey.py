@@ -68,3 +68,15 @@ def test_a_program_that_cannot_start_says_why(project):
         [],
         f"ConfigError: {project}/robot.py: want one class derived from wpilib.RobotBase, got []",
     )
+
+
+def test_motors_that_a_program_had_built_before_it_failed_are_found_too(project):
+    text = (project / "robot.py").read_text()
+    (project / "robot.py").write_text(
+        text.replace(
+            "        self.mechanisms = Mechanisms()\n", "        self.mechanisms = Mechanisms()\n        1 / 0\n"
+        )
+    )
+    motors, _, why_not = find_devices(project)
+    assert why_not == "ZeroDivisionError: division by zero"
+    assert [motor.leader for motor in motors] == [31, 34, 35, 36, 37]

@@ -13,7 +13,7 @@ import pytest
 ROOT = Path(__file__).resolve().parents[2]
 SOURCES = sorted([*(ROOT / "simcore").rglob("*.py"), *(ROOT / "games").rglob("*.py")])
 
-ADAPTERS = {"phoenix6", "phoenix6_emulator", "robotpy", "photonvision", "show"}
+ADAPTERS = {"phoenix6", "phoenix6_emulator", "revlib", "robotpy", "photonvision", "show"}
 """The outermost packages of simcore: the only ones that know a vendor, the robot side of wpilib, or a wall clock."""
 
 BASE = {"errors", "units", "typing"}
@@ -47,11 +47,12 @@ ALLOWED = {
     "show": CORE,
     "photonvision": CORE,
     "phoenix6": CORE | {"robot_file", "phoenix6_emulator"},
+    "revlib": CORE | {"robot_file"},
     "phoenix6_emulator": BASE,  # emulates CTRE's library; knows neither simulation nor adapters
-    "robotpy": CORE | {"robot_file", "phoenix6", "phoenix6_emulator", "compiled", "show"},
+    "robotpy": CORE | {"robot_file", "phoenix6", "phoenix6_emulator", "revlib", "compiled", "show"},
 }
 
-VENDORS = ("pybullet", "mujoco", "wpilib", "hal", "phoenix6")
+VENDORS = ("pybullet", "mujoco", "wpilib", "hal", "phoenix6", "rev")
 
 
 def module_name(path: Path) -> str:

@@ -51,17 +51,12 @@ def test_another_phoenix6_is_refused_in_one_sentence(bench, monkeypatch, change,
 
 def test_what_is_not_modelled_raises_with_its_name(bench):
     from phoenix6 import controls, signals
-    from phoenix6.orchestra import Orchestra
 
     talon = bench.talon()
     with pytest.raises(NotImplementedError, match="DifferentialVoltage"):
         talon.set_control(controls.DifferentialVoltage(1.0, 0.0))
-    with pytest.raises(NotImplementedError, match="orchestra_Create"):
-        Orchestra()
-    with pytest.raises(NotImplementedError, match="PRO_DIFF_POS_AND_VEL_POSITION"):
-        talon.get_differential_difference_position()
-    with pytest.raises(NotImplementedError, match="PIGEON2_ACCELERATION_X"):
-        bench.device("Pigeon2", 1).get_acceleration_x()
+    with pytest.raises(NotImplementedError, match="AnalogVoltage"):
+        bench.device("TalonFXS", 1).sim_state.set_analog_voltage(1.0)
     with pytest.raises(NotImplementedError, match="gain scheduling"):
         bench.talon(2, slot0__gain_sched_behavior=signals.GainSchedBehaviorValue.USE_SLOT1)
         bench.emulator.talon(2).apply("PositionVoltage", position=1.0)

@@ -12,9 +12,10 @@ from types import SimpleNamespace
 import hal
 from phoenix6 import configs, controls, hardware, signals, unmanaged
 
-from simcore.phoenix6.built_devices import BuiltDevice, built_devices, group_followers
+from simcore.phoenix6.built_devices import built_devices, group_followers
 from simcore.phoenix6.fallback import guess_mechanism
 from simcore.phoenix6.ownership import Ownership, own_writer
+from simcore.robot.motor_controllers import BuiltDevice
 from simcore.robot_file.robot_settings import RobotSettings
 from simcore.robotpy.device_assignment import DeviceAssignment
 

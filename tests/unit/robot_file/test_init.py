@@ -88,6 +88,28 @@ def test_init_overwrites_only_when_told(project, capsys):
     assert read_settings(project / "simcore.toml").mass == 55.0
 
 
+def test_init_finds_robot_py_wherever_the_project_keeps_it(project, capsys):
+    (project / "robot.py").unlink()
+    for place in ("src", ".venv/lib", "tests"):
+        (project / place).mkdir(parents=True)
+        (project / place / "robot.py").write_text("")
+    assert main(["init", "--no-look"]) == 0
+    assert "python -m robotpy --main src/robot.py sim --simcore" in capsys.readouterr().out.replace(os.sep, "/")
+    assert (project / "src" / "simcore.toml").exists()
+    (project / "other").mkdir()
+    (project / "other" / "robot.py").write_text("")
+    assert main(["init", "--no-look"]) == 1
+    assert "2 robot.py in" in capsys.readouterr().err
+    (project / "other" / "rocky.py").write_text("")
+    assert main(["init", "--no-look", str(project / "other" / "rocky.py")]) == 0
+    assert (project / "other" / "simcore.toml").exists()
+
+
+def test_a_motor_that_does_not_answer_is_in_the_file_with_the_reason(tmp_path):
+    text = template([FoundMotor(controller="SPARK MAX", leader=9, problem="TalonFX 9: could not read")])
+    assert "# gearing = 1                     # not known: TalonFX 9: could not read" in text
+
+
 def test_init_wants_a_robot(tmp_path, capsys):
     assert main(["init", str(tmp_path)]) == 1
     assert f"no robot.py in {tmp_path}" in capsys.readouterr().err

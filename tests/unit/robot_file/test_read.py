@@ -261,3 +261,41 @@ def test_a_file_that_is_no_text(tmp_path):
     path.write_bytes(b"\xff\xfe\x00")
     with pytest.raises(ConfigError, match="is not UTF-8 text"):
         read_settings(path)
+
+
+def test_friction_is_the_files_else_a_default_of_kind_and_motor_that_a_ks_replaces(tmp_path):
+    path = tmp_path / "simcore.toml"
+    path.write_text(WHEELS + ROLLER + ARM.replace("gearing = 50.0", "gearing = 50.0\nfriction_volts = 0.4"))
+    robot = read_settings(path)
+    wheels, roller, pivot = (robot.mechanism(name) for name in ("wheels", "roller", "pivot"))
+    volts = {m.name: _friction_volts(m) for m in (wheels, roller, pivot)}
+    motor = wheels.config.gearbox.motor
+    assert volts["wheels"] == pytest.approx(motor.freeCurrent * motor.R)  # the datasheet's no-load current
+    assert volts["roller"] == pytest.approx(0.2)
+    assert volts["pivot"] == pytest.approx(0.4)
+    told = robot.with_friction({"roller": 0.31, "pivot": 0.1})
+    assert _friction_volts(told.mechanism("roller")) == pytest.approx(0.31)
+    assert _friction_volts(told.mechanism("pivot")) == pytest.approx(0.4)  # the file says it
+    path.write_text(ROLLER + "friction_torque = 0.1\nfriction_volts = 0.1")
+    with pytest.raises(ConfigError, match="friction_volts says the same as friction_torque"):
+        read_settings(path)
+
+
+def _friction_volts(mechanism):
+    gearbox = mechanism.config.gearbox
+    return gearbox.friction_torque * gearbox.resistance / gearbox.torque_per_amp
+
+
+def test_sparks_have_their_usual_motor_and_an_encoder_of_their_own(tmp_path):
+    path = tmp_path / "simcore.toml"
+    path.write_text(ROLLER + 'controller = "SPARK Flex"\nencoder_gearing = 2.5')
+    roller = read_settings(path).mechanism("roller")
+    assert (roller.controller, roller.motor, roller.encoder_gearing) == ("SPARK Flex", "NEO Vortex", 2.5)
+    for keys, problem in (
+        ('controller = "SPARK MAX"\ncancoder = 3', "cancoder is of a TalonFX; a SPARK MAX has encoder_gearing"),
+        ("encoder_gearing = 2", "encoder_gearing is of a SPARK MAX or SPARK Flex; the controller is a TalonFX"),
+        ('controller = "SPARK"', "Did you mean 'SPARK MAX'"),
+    ):
+        path.write_text(ROLLER + keys)
+        with pytest.raises(ConfigError, match=problem):
+            read_settings(path)

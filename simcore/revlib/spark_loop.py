@@ -1,0 +1,270 @@
+"""The control law of a SPARK: 1 kHz loops from a setpoint and a sensor to a duty cycle.
+
+Source: REV's closed-loop documentation (docs.revrobotics.com/revlib/spark/closed-loop: P on the error, I summed and D
+differenced once a loop of 1 ms, feed-forwards in volts, MAXMotion profiles) and REVLib 2026.0's `SparkSim.iterate`,
+whose proportional, feed-forward, wrapping and limiting parts are matched to the last digit it shows.
+"""
+
+from __future__ import annotations
+
+import enum
+import math
+from dataclasses import dataclass, field
+
+from wpimath.trajectory import TrapezoidProfile
+
+__all__ = ["Command", "ControlMode", "Feedback", "MotionLimits", "SlotGains", "SparkConfiguration", "SparkLoop"]
+
+_LOOP = 1e-3  # [s]
+
+
+class ControlMode(enum.IntEnum):
+    """Of a setpoint, as `SparkLowLevel.ControlType` numbers them."""
+
+    DUTY_CYCLE = 0
+    VELOCITY = 1
+    VOLTAGE = 2
+    POSITION = 3
+    CURRENT = 4
+    MAXMOTION_POSITION = 5
+    MAXMOTION_VELOCITY = 6
+
+
+class Feedback(enum.Enum):
+    """Which sensor closes the loop."""
+
+    PRIMARY = "primary encoder"
+    ABSOLUTE = "absolute encoder"
+    EXTERNAL = "alternate or external encoder"
+    NONE = "a sensor that is not simulated"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class MotionLimits:
+    """Of MAXMotion, in robot code's units; velocity units per second for the acceleration."""
+
+    cruise: float = 0.0
+    acceleration: float = 0.0
+    allowed_error: float = 0.0
+    """From the profile, before it is made anew from where the mechanism is; 0: any."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SlotGains:
+    """One closed-loop slot; gains in robot code's units, outputs as a duty cycle, feed-forwards in volts."""
+
+    p: float = 0.0
+    i: float = 0.0
+    d: float = 0.0
+    d_filter: float = 0.0
+    i_zone: float = 0.0
+    i_most: float = 0.0
+    allowed_error: float = 0.0
+    least: float = -1.0
+    most: float = 1.0
+    ks: float = 0.0
+    kv: float = 0.0
+    ka: float = 0.0
+    kg: float = 0.0
+    kcos: float = 0.0
+    kcos_ratio: float = 0.0
+    motion: MotionLimits = field(default_factory=MotionLimits)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SparkConfiguration:
+    """What a SPARK is configured with, as far as it shows in simulation."""
+
+    brakes: bool = False
+    """In idle; else it coasts."""
+    current_limit: float = 80.0
+    """Smart current limit, of the motor's current [A]."""
+    compensation: float | None = None
+    """Voltage compensation [V]."""
+    open_ramp: float = 0.0
+    """Time from 0 to full output [s]; 0: at once."""
+    closed_ramp: float = 0.0
+    feedback: Feedback = Feedback.PRIMARY
+    primary: tuple[float, float] = (1.0, 1.0)
+    """Conversion factors of position and velocity, from turns and rpm."""
+    absolute: tuple[float, float] = (1.0, 1.0)
+    external: tuple[float, float] = (1.0, 1.0)
+    wrap: tuple[float, float] | None = None
+    """Range in which positions are the same again at both ends."""
+    soft_forward: float | None = None
+    soft_reverse: float | None = None
+    stops_forward: bool = False
+    """Whether a pressed limit switch stops the motor."""
+    stops_reverse: bool = False
+    slots: tuple[SlotGains, ...] = (SlotGains(),)
+
+    @property
+    def factors(self) -> tuple[float, float]:
+        """Conversion factors of the sensor that closes the loop."""
+        if self.feedback is Feedback.ABSOLUTE:
+            return self.absolute
+        return self.external if self.feedback is Feedback.EXTERNAL else self.primary
+
+
+@dataclass(frozen=True, slots=True)
+class Command:
+    """What robot code asks for."""
+
+    mode: int = 0
+    setpoint: float = 0.0
+    slot: int = 0
+    feed_forward: float = 0.0
+    """Arbitrary feed-forward [V], or a duty cycle."""
+    feed_forward_is_duty: bool = False
+
+
+class SparkLoop:
+    """State of one controller's loop.
+
+    Args:
+        config: What it is configured with; it may be replaced at any time.
+    """
+
+    def __init__(self, config: SparkConfiguration | None = None) -> None:
+        self.config = config or SparkConfiguration()
+        self.output = 0.0
+        """Duty cycle that it asks for, before limits that depend on the motor [-]."""
+        self.profile_position = 0.0
+        """Setpoint of MAXMotion now, robot code's units."""
+        self.profile_velocity = 0.0
+        self.integral = 0.0
+        """Sum of errors, one a loop."""
+        self.is_at_setpoint = False
+        """Whether the error is within the slot's allowed error."""
+        self._command = Command()
+        self._last_error: float | None = None
+        self._slope = 0.0
+
+    def rest(self) -> None:
+        """Disabled: no output, and nothing is remembered."""
+        self.output = self.integral = self._slope = 0.0
+        self._last_error = None
+        self._command = Command()
+
+    def run(self, loops: int, command: Command, position: float, velocity: float, current: float, bus: float) -> float:
+        """Advance by some loops of 1 ms in which nothing that is measured changes.
+
+        Args:
+            loops: At least one.
+            command: Held meanwhile.
+            position: Of the sensor that closes the loop, robot code's units.
+            velocity: Its.
+            current: Of the motor [A].
+            bus: Supply [V].
+
+        Returns:
+            The duty cycle.
+        """
+        last, self._command = self._command, command
+        if (command.mode, command.slot) != (last.mode, last.slot):
+            self.integral = 0.0
+            self._last_error = None
+            self.profile_position, self.profile_velocity = position, velocity
+        config = self.config
+        extra = command.feed_forward if command.feed_forward_is_duty else command.feed_forward / bus
+        scale = 1.0 if config.compensation is None else config.compensation / bus
+        mode = command.mode
+        if mode == ControlMode.DUTY_CYCLE:
+            asked, ramp = command.setpoint * scale + extra, config.open_ramp
+        elif mode == ControlMode.VOLTAGE:
+            asked, ramp = command.setpoint / bus + extra, config.open_ramp
+        else:
+            gains = config.slots[command.slot if 0 <= command.slot < len(config.slots) else 0]
+            feedback, volts = self._closed(loops, command, gains, position, velocity, current)
+            asked = min(max(feedback * scale + volts / bus + extra, gains.least), gains.most)
+            ramp = config.closed_ramp
+        asked = min(max(asked, -1.0), 1.0)
+        if ramp > 0.0:
+            most = loops * _LOOP / ramp
+            asked = min(max(asked, self.output - most), self.output + most)
+        self.output = asked
+        return asked
+
+    def _closed(
+        self, loops: int, command: Command, gains: SlotGains, position: float, velocity: float, current: float
+    ) -> tuple[float, float]:
+        """Duty cycle of the PID controller, and feed-forward [V]."""
+        mode = command.mode
+        if mode == ControlMode.POSITION:
+            error = self._wrapped(command.setpoint - position)
+            volts = math.copysign(gains.ks, error) if error else 0.0
+            return self._pid(loops, gains, error, error), volts + self._gravity(gains, position)
+        if mode == ControlMode.VELOCITY:
+            goal = command.setpoint
+            error = goal - velocity
+            return self._pid(loops, gains, error, error), _sign(goal) * gains.ks + gains.kv * goal
+        if mode == ControlMode.CURRENT:
+            error = command.setpoint - current
+            return self._pid(loops, gains, error, error), 0.0
+        before = self.profile_velocity
+        if mode == ControlMode.MAXMOTION_VELOCITY:
+            self._ramp_velocity(loops, gains.motion, command.setpoint)
+            error, rest, volts = self.profile_velocity - velocity, command.setpoint - velocity, 0.0
+        else:
+            self._advance_profile(loops, gains.motion, command.setpoint, position, velocity)
+            error = self._wrapped(self.profile_position - position)
+            rest = self._wrapped(command.setpoint - position)
+            volts = self._gravity(gains, position)
+        speed = self.profile_velocity
+        volts += _sign(speed) * gains.ks + gains.kv * speed + gains.ka * (speed - before) / (loops * _LOOP)
+        return self._pid(loops, gains, error, rest), volts
+
+    def _pid(self, loops: int, gains: SlotGains, error: float, rest: float) -> float:
+        """P, I and D of an error; `rest` is how far it is to the setpoint itself."""
+        self.is_at_setpoint = abs(rest) <= gains.allowed_error
+        if abs(error) < gains.allowed_error:
+            error = 0.0
+        if gains.i_zone == 0.0 or abs(error) <= gains.i_zone:
+            self.integral += error * loops
+            if gains.i_most > 0.0:
+                self.integral = min(max(self.integral, -gains.i_most), gains.i_most)
+        else:
+            self.integral = 0.0
+        last = error if self._last_error is None else self._last_error
+        self._slope += (1.0 - gains.d_filter) * ((error - last) / loops - self._slope)
+        self._last_error = error
+        return gains.p * error + gains.i * self.integral + gains.d * self._slope
+
+    def _gravity(self, gains: SlotGains, position: float) -> float:
+        return gains.kg + gains.kcos * math.cos(math.tau * gains.kcos_ratio * position)
+
+    def _wrapped(self, error: float) -> float:
+        if self.config.wrap is None:
+            return error
+        span = self.config.wrap[1] - self.config.wrap[0]
+        return math.remainder(error, span) if span > 0.0 else error
+
+    def _ramp_velocity(self, loops: int, motion: MotionLimits, goal: float) -> None:
+        if motion.cruise > 0.0:
+            goal = min(max(goal, -motion.cruise), motion.cruise)
+        most = motion.acceleration * loops * _LOOP
+        speed = self.profile_velocity
+        self.profile_velocity = min(max(goal, speed - most), speed + most)
+
+    def _advance_profile(self, loops: int, motion: MotionLimits, goal: float, position: float, velocity: float) -> None:
+        """Trapezoidal in every position mode of MAXMotion: an S-curve differs by its rounded corners only."""
+        if not (motion.cruise > 0.0 and motion.acceleration > 0.0):
+            self.profile_velocity = 0.0
+            return
+        if motion.allowed_error > 0.0 and abs(self._wrapped(self.profile_position - position)) > motion.allowed_error:
+            self.profile_position, self.profile_velocity = position, velocity
+        of_position, of_velocity = self.config.factors
+        # Position units per second for one velocity unit: turns and rpm, each by its factor.
+        rate = of_position / (60.0 * of_velocity) if of_velocity else 1.0
+        if self.config.wrap is not None:
+            goal = self.profile_position + self._wrapped(goal - self.profile_position)
+        profile = TrapezoidProfile(
+            TrapezoidProfile.Constraints(motion.cruise * abs(rate), motion.acceleration * abs(rate))
+        )
+        start = TrapezoidProfile.State(self.profile_position, self.profile_velocity * rate)
+        state = profile.calculate(loops * _LOOP, start, TrapezoidProfile.State(goal, 0.0))
+        self.profile_position, self.profile_velocity = float(state.position), float(state.velocity) / rate
+
+
+def _sign(value: float) -> float:
+    return math.copysign(1.0, value) if value else 0.0

@@ -1,0 +1,215 @@
+"""One SPARK in WPILib's SimDevices: what robot code asks for, and what its encoders and meters read."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import rev
+from wpilib import DriverStation
+from wpilib.simulation import SimDeviceSim
+
+from simcore.errors import NonFiniteError
+from simcore.revlib.built_sparks import configuration_count, spark_of_controller
+from simcore.revlib.spark_configuration import read_spark_configuration
+from simcore.revlib.spark_loop import Command, Feedback, SparkConfiguration, SparkLoop
+from simcore.robot.motor_controllers import BuiltDevice
+
+__all__ = ["SparkPort"]
+
+
+class _Encoder:
+    """An encoder that counts turns, of which robot code may set the position.
+
+    Args:
+        name: Of its SimDevice.
+    """
+
+    def __init__(self, name: str) -> None:
+        device = SimDeviceSim(name)
+        self._position = device.getDouble("Position")
+        self._velocity = device.getDouble("Velocity")
+        self._shown = self._position.get()
+        self._shift = 0.0
+        self._turns = 0.0
+
+    def write(self, turns: float, rps: float, factors: tuple[float, float]) -> tuple[float, float]:
+        """Set turns and rate of its shaft; returns what robot code reads."""
+        of_position, of_velocity = factors
+        present = self._position.get()
+        if present != self._shown and of_position:  # robot code has set it
+            self._shift = present / of_position - self._turns
+        self._turns = turns
+        position, velocity = (turns + self._shift) * of_position, rps * 60.0 * of_velocity
+        self._position.set(position)
+        self._velocity.set(velocity)
+        self._shown = self._position.get()
+        return position, velocity
+
+
+class _AbsoluteEncoder:
+    """An absolute encoder: one turn of its shaft, and no zero that moves.
+
+    Args:
+        name: Of its SimDevice.
+    """
+
+    def __init__(self, name: str) -> None:
+        device = SimDeviceSim(name)
+        self._position = device.getDouble("Position")
+        self._velocity = device.getDouble("Velocity")
+
+    def write(self, turns: float, rps: float, factors: tuple[float, float]) -> tuple[float, float]:
+        """Set turns and rate of its shaft; returns what robot code reads."""
+        position, velocity = (turns % 1.0) * factors[0], rps * 60.0 * factors[1]
+        self._position.set(position)
+        self._velocity.set(velocity)
+        return position, velocity
+
+
+class SparkPort:
+    """The simulated side of one SPARK.
+
+    Args:
+        device: That robot code has built.
+        sign: -1 where positive in robot code is negative for the mechanism.
+    """
+
+    def __init__(self, device: BuiltDevice, *, sign: float = 1.0) -> None:
+        name = f"{device.model} [{device.device_id}]"
+        self.device = device
+        self.loop = SparkLoop()
+        self._sign = sign
+        sim = SimDeviceSim(name)
+        self._mode = sim.getInt("Control Mode")
+        self._slot = sim.getInt("Closed Loop Slot")
+        self._units = sim.getInt("ArbFF Units")
+        self._setpoint, self._feed_forward = sim.getDouble("Setpoint"), sim.getDouble("Arbitrary Feedforward")
+        self._output, self._current = sim.getDouble("Applied Output"), sim.getDouble("Motor Current")
+        self._bus, self._shown_position = sim.getDouble("Bus Voltage"), sim.getDouble("Position")
+        self._shown_velocity = sim.getDouble("Velocity")
+        self._forward = SimDeviceSim(f"{name} LIMIT SWITCH (FORWARD)").getBoolean("Is Pressed")
+        self._reverse = SimDeviceSim(f"{name} LIMIT SWITCH (REVERSE)").getBoolean("Is Pressed")
+        external = "ALTERNATE" if device.model == "SPARK MAX" else "EXTERNAL"
+        self._primary = _Encoder(f"{name} RELATIVE ENCODER")
+        self._absolute = _AbsoluteEncoder(f"{name} ABSOLUTE ENCODER")
+        self._external = _Encoder(f"{name} {external} ENCODER")
+        self._seen = -1
+        self._position = self._velocity = self._amps = 0.0
+        self._supply = 12.0
+        _ports[device.key] = self
+        self.configure()
+
+    @property
+    def config(self) -> SparkConfiguration:
+        """What it is configured with."""
+        return self.loop.config
+
+    def configure(self) -> None:
+        """Read the configuration again, if robot code has applied one since."""
+        count = configuration_count(self.device.key)
+        if count != self._seen:
+            self._seen = count
+            self.loop.config = read_spark_configuration(self.device.hardware)
+
+    def run(self, loops: int) -> None:
+        """Let its control loop run for so many milliseconds."""
+        self.configure()
+        if not DriverStation.isEnabled():
+            self.loop.rest()
+            return
+        command = Command(
+            self._mode.get(), self._setpoint.get(), self._slot.get(), self._feed_forward.get(), self._units.get() == 1
+        )
+        self.loop.run(loops, command, self._position, self._velocity, self._amps, self._supply)
+
+    def set_supply(self, volts: float) -> None:
+        """Voltage at its terminals [V]."""
+        self._supply = max(volts, 1.0)
+        self._bus.set(self._supply)
+
+    def volts(self, emf: float, resistance: float) -> float:
+        """What it puts on the motor, positive as for the mechanism [V].
+
+        Args:
+            emf: Back-EMF of the motor, positive as for the mechanism [V].
+            resistance: Of one motor's winding [ohm].
+        """
+        config = self.config
+        output = self.loop.output
+        if output > 0.0 and self._is_stopped(config.soft_forward, config.stops_forward, self._forward, 1.0):
+            output = 0.0
+        if output < 0.0 and self._is_stopped(config.soft_reverse, config.stops_reverse, self._reverse, -1.0):
+            output = 0.0
+        volts = output * self._sign * self._supply
+        if volts != 0.0 and config.current_limit > 0.0:
+            most = config.current_limit * resistance
+            # The limiter lowers the output of a motor that drives; it never turns it round.
+            limited = min(max(volts, emf - most), emf + most)
+            volts = min(max(limited, 0.0), volts) if volts > 0.0 else max(min(limited, 0.0), volts)
+        self._output.set(volts * self._sign / self._supply)
+        return volts
+
+    def show_output(self, output: float) -> None:
+        """Of a follower: the duty cycle that it applies [-]."""
+        self._output.set(output)
+
+    def _is_stopped(self, soft: float | None, stops: bool, switch: Any, sign: float) -> bool:
+        return (soft is not None and (self._position - soft) * sign >= 0.0) or (stops and bool(switch.get()))
+
+    def write(self, rotor: float, rotor_rps: float, encoder: float, encoder_rps: float, amps: float) -> None:
+        """Set what its sensors read, positive as for the mechanism.
+
+        Args:
+            rotor: Turns of the rotor since it was switched on.
+            rotor_rps: Their rate [1/s].
+            encoder: Turns of an absolute, alternate or external encoder on the mechanism.
+            encoder_rps: Their rate [1/s].
+            amps: Current of one motor [A].
+
+        Raises:
+            NonFiniteError: A value is not finite; nothing is written.
+        """
+        if not math.isfinite(rotor + rotor_rps + encoder + encoder_rps + amps):
+            raise NonFiniteError(f"{self.device}: want finite numbers, got {rotor} turns, {rotor_rps} rps, {amps} A")
+        config, sign = self.config, self._sign
+        primary = self._primary.write(sign * rotor, sign * rotor_rps, config.primary)
+        absolute = self._absolute.write(sign * encoder, sign * encoder_rps, config.absolute)
+        external = self._external.write(sign * encoder, sign * encoder_rps, config.external)
+        feedback = config.feedback
+        seen = absolute if feedback is Feedback.ABSOLUTE else external if feedback is Feedback.EXTERNAL else primary
+        self._position, self._velocity = seen
+        self._shown_position.set(seen[0])
+        self._shown_velocity.set(seen[1])
+        self._amps = amps * sign
+        self._current.set(abs(amps))
+
+
+_ports: dict[tuple[str, int], SparkPort] = {}
+
+
+def _loop_of(controller: Any) -> SparkLoop | None:
+    key = spark_of_controller(controller)
+    port = None if key is None else _ports.get(key)
+    return None if port is None else port.loop
+
+
+def _answer_from_loops() -> None:
+    """Let closed-loop controllers read their state from here: SimDevices have no values for it."""
+    cls: Any = rev.SparkClosedLoopController
+    for name, read in (
+        ("isAtSetpoint", lambda loop: loop.is_at_setpoint),
+        ("getIAccum", lambda loop: loop.integral),
+        ("getMAXMotionSetpointPosition", lambda loop: loop.profile_position),
+        ("getMAXMotionSetpointVelocity", lambda loop: loop.profile_velocity),
+    ):
+        original = getattr(cls, name)
+
+        def answer(self: Any, original: Any = original, read: Any = read) -> Any:
+            loop = _loop_of(self)
+            return original(self) if loop is None else read(loop)
+
+        setattr(cls, name, answer)
+
+
+_answer_from_loops()

@@ -1,0 +1,105 @@
+"""What a run says at its start, in one screen: what was found or guessed, what nobody moves, what to write."""
+
+from __future__ import annotations
+
+import textwrap
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+__all__ = ["StartupSummary", "unknown_sim_devices"]
+
+_WIDTH = 118
+_MOST = 6  # rows of one kind; what is left is counted
+_LABEL = 13
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class StartupSummary:
+    """Texts of what a program is made of, by who moves it."""
+
+    robot: str
+    """Measures and where they are from."""
+    drivetrain: str
+    """Its devices."""
+    described: Sequence[str] = ()
+    """Mechanisms of simcore.toml, with devices."""
+    sensors: Sequence[str] = ()
+    """Sensors of simcore.toml, with ports."""
+    lights: str = ""
+    """Devices whose lights are in telemetry."""
+    guessed: Sequence[tuple[str, str]] = ()
+    """Devices, and what they probably turn."""
+    own: str = ""
+    """Devices that the project's own physics moves."""
+    nobody: str = ""
+    """Devices that nobody moves."""
+    cameras: str = ""
+    file: str = "simcore.toml"
+    """Where to describe a mechanism."""
+    has_file: bool = True
+
+    def lines(self) -> list[str]:
+        """The screen: at most 30 lines of some 120 characters.
+
+        >>> for line in StartupSummary(robot="Robot: 55 kg", drivetrain="TalonFX 1-8").lines():
+        ...     print(line)
+        Robot: 55 kg
+          drivetrain   TalonFX 1-8
+          cameras      none that simcore runs; [[camera]] in simcore.toml adds one
+          to change    mass, bumpers and start are in [robot] and [start] of simcore.toml
+        """
+        rows = [("drivetrain", self.drivetrain)]
+        rows += _some("described", list(self.described))
+        rows += _some("sensors", list(self.sensors))
+        rows += _some("guessed", [f"{devices}: {what}" for devices, what in self.guessed])
+        if self.own:
+            rows.append(("own physics", self.own))
+        if self.nobody:
+            rows.append(("nobody moves", f"{self.nobody}: reads what it read at start"))
+        if self.lights:
+            rows.append(("lights", f"{self.lights}: shown as Sim/Lights in telemetry"))
+        rows.append(("cameras", self.cameras or f"none that simcore runs; [[camera]] in {self.file} adds one"))
+        rows.append(("to change", self._advice()))
+        lines = [self.robot]
+        for label, text in rows:
+            lines += textwrap.wrap(
+                text,
+                _WIDTH,
+                initial_indent=f"  {label:<{_LABEL}}",
+                subsequent_indent=" " * (2 + _LABEL),
+                max_lines=4 if label == "nobody moves" else 2,
+            )
+        return lines
+
+    def _advice(self) -> str:
+        if not self.has_file:
+            return f"`simcore init` writes a {self.file} with these motors; there is none yet"
+        if self.guessed:
+            number = self.guessed[0][0].split(" + ")[0].split()[-1]
+            return (
+                f"a guess becomes a mechanism with [[mechanism]] name, kind, leader = {number} and gearing in "
+                f"{self.file}; mass, bumpers and start are in [robot] and [start]"
+            )
+        return f"mass, bumpers and start are in [robot] and [start] of {self.file}"
+
+
+def _some(label: str, texts: Sequence[str]) -> list[tuple[str, str]]:
+    """Rows under one label, the first few of them."""
+    shown = list(texts) if len(texts) <= _MOST else [*texts[: _MOST - 1], f"and {len(texts) - _MOST + 1} more"]
+    return [(label if k == 0 else "", text) for k, text in enumerate(shown)]
+
+
+def unknown_sim_devices(names: Sequence[str]) -> list[str]:
+    """Simulated devices of makers that simcore does not know, from the names of WPILib's SimDevices.
+
+    >>> unknown_sim_devices(["Talon FX (v6)[1]/Rotor Sensor", "navX-Sensor[4]", "SPARK MAX [5] ANALOG SENSOR"])
+    ['navX-Sensor[4]']
+    """
+    known = (
+        "SPARK MAX [",
+        "SPARK Flex [",
+        "DutyCycle:",
+        "AnalogEncoder[",
+        "Ultrasonic[",
+    )  # the last three by their ports
+    return sorted({name.split("/")[0] for name in names if "(v6)" not in name and not name.startswith(known)})

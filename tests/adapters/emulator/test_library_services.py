@@ -1,0 +1,127 @@
+"""Whatever the Python library asks of the native one is answered as CTRE's simulation does, or refused clearly."""
+
+from __future__ import annotations
+
+import inspect
+import re
+from pathlib import Path
+
+import pytest
+
+DEVICES = ("TalonFX", "TalonFXS", "CANcoder", "Pigeon2", "CANrange", "CANdi", "CANdle")
+
+
+def names(statuses):
+    return [status.name for status in statuses]
+
+
+def test_generated_telemetry_writes_structs_into_a_log_that_runs_or_not(bench):
+    """CTRE's generated telemetry.py does this 250 times a second; the codes are those of its simulation."""
+    from phoenix6 import SignalLogger
+    from phoenix6.hoot_schema_type import HootSchemaType
+    from wpimath.geometry import Pose2d
+    from wpimath.kinematics import SwerveModuleState
+
+    def write():
+        return names(
+            (
+                SignalLogger.write_struct("DriveState/Pose", Pose2d, Pose2d()),
+                SignalLogger.write_struct_array("DriveState/ModuleStates", SwerveModuleState, [SwerveModuleState()]),
+                SignalLogger.write_double("DriveState/OdometryPeriod", 0.004, "seconds"),
+                SignalLogger.write_string_array("Names", ["a", "b"]),
+            )
+        )
+
+    assert write() == ["LOGGER_NOT_RUNNING"] * 4
+    assert SignalLogger.start().is_ok()
+    assert write() == ["OK"] * 4
+    assert SignalLogger.add_schema("struct:Mine", HootSchemaType.STRUCT, "double x").is_ok()
+    assert SignalLogger.has_schema("struct:Mine", HootSchemaType.STRUCT)
+    assert not SignalLogger.has_schema("struct:Mine", HootSchemaType.PROTOBUF)
+    assert SignalLogger.write_schema_value("m", "struct:Other", HootSchemaType.STRUCT, b"1").name == "MISSING_SCHEMA"
+    assert SignalLogger.stop().is_ok()
+    assert not SignalLogger.has_schema("struct:Mine", HootSchemaType.STRUCT)
+    assert SignalLogger.set_path("/no/such/folder").name == "DIRECTORY_MISSING"
+
+
+def test_a_bus_with_a_hoot_file_that_is_not_there_is_a_bus(bench):
+    """Nearly every generated constants file has `CANBus(name, "./logs/example.hoot")`, imported at any time."""
+    from phoenix6 import CANBus, HootReplay, hardware
+
+    device = hardware.TalonFX(7, CANBus("canivore", "./logs/example.hoot"))
+    assert device.get_position().refresh().status.is_ok()
+    assert names((HootReplay.play(), HootReplay.pause(), HootReplay.restart(), HootReplay.get_double("x").status)) == (
+        ["NOT_SUPPORTED"] * 4
+    )
+    assert not HootReplay.is_file_loaded() and HootReplay.is_playing() and HootReplay.is_finished()
+
+
+def test_an_orchestra_plays_in_simulated_time(bench, tmp_path):
+    from phoenix6 import Orchestra, hardware
+
+    orchestra = Orchestra([hardware.TalonFX(1, bench.bus)])
+    assert names((orchestra.load_music("nowhere.chrp"), orchestra.play(), orchestra.pause())) == [
+        "MUSIC_FILE_NOT_FOUND", "INVALID_ORCHESTRA_ACTION", "INVALID_ORCHESTRA_ACTION",
+    ]  # fmt: skip
+    song = tmp_path / "song.chrp"
+    song.write_bytes(b"la")
+    assert orchestra.load_music(str(song)).is_ok() and orchestra.play().is_ok() and orchestra.is_playing()
+    bench.emulator.step(0.3)
+    assert orchestra.pause().is_ok() and not orchestra.is_playing()
+    bench.emulator.step(0.2)
+    assert orchestra.get_current_time() == pytest.approx(0.3)
+    assert orchestra.stop().is_ok() and orchestra.get_current_time() == 0.0
+
+
+@pytest.mark.parametrize("name", DEVICES)
+def test_every_getter_and_command_without_arguments_of_a_device_answers(bench, name):
+    device = bench.device(name, 9)
+    bench.emulator.step(0.02)
+    called = 0
+    for attribute in dir(device):
+        function = getattr(device, attribute, None)
+        if attribute.startswith("_") or attribute == "close" or not callable(function):
+            continue
+        needs = [p for p in inspect.signature(function).parameters.values() if p.default is p.empty]
+        if needs:
+            continue
+        answer = function()
+        called += 1
+        if hasattr(answer, "refresh"):
+            assert answer.refresh().status.is_ok(), attribute
+            assert answer.value is not None
+    assert called > 20
+
+
+def test_a_request_that_is_not_modelled_says_what_would_work(bench):
+    from phoenix6 import controls
+
+    with pytest.raises(NotImplementedError, match=r"DifferentialVoltage is not modelled .* --phoenix=real runs"):
+        bench.talon(3).set_control(controls.DifferentialVoltage(1.0, 0.0))
+
+
+def test_every_function_that_the_python_library_calls_is_known():
+    """What is missing is a request of differential mechanisms, and nothing else."""
+    import phoenix6
+
+    from simcore import phoenix6_emulator
+
+    phoenix6_emulator.install()
+    from phoenix6.phoenix_native import Native
+
+    libraries = (Native.instance(), Native.api_instance())
+    missing = set()
+    for path in Path(phoenix6.__file__).parent.rglob("*.py"):
+        for function in re.findall(r"\.(c_(?:ctre|Phoenix)\w+)\(", path.read_text()):
+            if not any(_has(library, function) for library in libraries):
+                missing.add(function.removeprefix("c_ctre_phoenix6_RequestControl"))
+    phoenix6_emulator.uninstall()
+    assert {m for m in missing if not m.startswith(("Diff_", "Differential"))} == set()
+
+
+def _has(library, name):
+    try:
+        getattr(library, name)
+    except NotImplementedError:
+        return False
+    return True

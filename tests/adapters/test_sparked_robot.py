@@ -1,0 +1,93 @@
+"""A robot with REV mechanisms on a generated swerve, from `init` to a run: SPARKs, the hoot log, friction."""
+
+from __future__ import annotations
+
+import os
+import shutil
+from importlib.util import find_spec
+from pathlib import Path
+
+import pytest
+
+from simcore.robot_file.init_command import find_devices
+from simcore.robot_file.template import FoundMotor
+
+ROOT = Path(__file__).resolve().parents[2]
+ROBOTS = Path(__file__).parent / "robots"
+
+pytestmark = [
+    pytest.mark.slow,
+    pytest.mark.skipif(find_spec("rev") is None, reason="needs rev: pip install simcore[rev]"),
+    pytest.mark.skipif(
+        any(find_spec(m) is None for m in ("phoenix6", "wpilib", "pyfrc")), reason="needs simcore[phoenix6,robotpy]"
+    ),
+]
+
+TEST = """
+import pytest
+
+
+def test_it_shoots_while_the_trigger_is_held(sim):
+    stick = sim.joystick(0)
+    sim.teleop()
+    sim.run(0.5)
+    mechanisms = sim.robot_sim.mechanisms
+    shooter, feeder, intake = (mechanisms[name] for name in ("shooter", "feeder", "intake"))
+    gearbox = shooter.gearbox
+    assert gearbox.friction_torque == pytest.approx(0.15 / gearbox.resistance * gearbox.torque_per_amp)
+    code = sim.robot.superstructure
+    stick.press(1)
+    sim.run(1.6)
+    shots = len(sim.match.flow.shots)
+    assert shots >= 2
+    assert code.shooter.getEncoder().getVelocity() == pytest.approx(3500.0, rel=0.1)  # each shot slows it
+    assert code.intake.getEncoder().getVelocity() == pytest.approx(-code.intake_follower.getEncoder().getVelocity())
+    assert intake.velocity > 50.0 and code.intake.getOutputCurrent() > 0.0
+    assert code.hood.getAbsoluteEncoder().getPosition() == pytest.approx(30.0, abs=0.5)  # on a guess
+    stick.release(1)
+    speed, slowing = feeder.velocity, feeder.gearbox.friction_torque / feeder.inertia
+    sim.run(0.12 + speed / slowing)  # the request, and the tick, are some ticks late
+    assert feeder.velocity == 0.0 and speed / slowing < 1.0
+    left = sim.pieces.held
+    sim.run(0.6)
+    assert sim.pieces.held == left > 0
+    table = dict(sim.physics.assignment.table())
+    print("TABLE", table, "DIGEST", sim.digest)
+    assert table["SPARK MAX 41 42"] == "'intake'" and table["SPARK Flex 43"] == "'shooter'"
+    assert table["SPARK MAX 44"].startswith("guessed: 1 x NEO, 40:1")
+    assert table["SPARK MAX 46"] == "the project's physics.py"
+
+
+def test_again(sim):
+    test_it_shoots_while_the_trigger_is_held(sim)
+"""
+
+
+@pytest.fixture
+def path(distribution):
+    rev = Path(find_spec("rev").origin).parents[1]
+    return os.pathsep.join(map(str, (distribution, ROOT, rev)))
+
+
+def test_sparks_shoot_and_what_is_let_go_stops(project_of, path):
+    run = project_of(ROBOTS / "sparked")
+    shutil.copy(ROBOTS / "shared" / "measures.py", run.folder)
+    code, said = run(TEST, "-rP", PYTHONPATH=path)
+    assert code == 0 and "2 passed" in said, said
+    digests = [line.split()[-1] for line in said.splitlines() if "DIGEST" in line]
+    assert len(digests) == 2 and digests[0] == digests[1]
+
+
+def test_init_finds_motors_of_a_program_in_a_src_folder_that_reads_its_deploy_folder(tmp_path):
+    (tmp_path / "pyproject.toml").write_text("[tool.robotpy]\nrobotpy_version = '2026.2.2'\n")
+    shutil.copytree(ROBOTS / "sparked", tmp_path / "src", ignore=shutil.ignore_patterns("simcore.toml", "__pycache__"))
+    shutil.copy(ROBOTS / "shared" / "measures.py", tmp_path / "src")
+    motors, _, why_not = find_devices(tmp_path)
+    assert why_not == ""
+    assert motors == [
+        FoundMotor(controller="TalonFX", leader=45, gearing=2.0),
+        FoundMotor(controller="SPARK MAX", leader=41, followers=(42,), opposed=(42,), gearing=1.0),
+        FoundMotor(controller="SPARK Flex", leader=43, gearing=1.0),
+        FoundMotor(controller="SPARK MAX", leader=44, gearing=40.0),
+        FoundMotor(controller="SPARK MAX", leader=46, gearing=1.0),
+    ]
