@@ -39,7 +39,7 @@ class PieceEye:
         self._robot = robot
         self._kind_of = kind_of
         self._time = 0.0
-        self._came: dict[int, float] = {slot: -view.delay for slot in robot.storage.pieces}
+        self._came: dict[int, float] = {slot: -view.delay for slot in self._stored()}
         self._held = set(robot.held)
         self._seen_until = 0.0
 
@@ -60,10 +60,15 @@ class PieceEye:
         return self._time < self._seen_until - 1e-9
 
     def _count_in_storage(self) -> int:
-        here = [slot for slot in self._robot.storage.pieces if self._sees(slot)]
+        here = [slot for slot in self._stored() if self._sees(slot)]
         self._came = {slot: self._came.get(slot, self._time) for slot in here}
         latest = self._time - self._view.delay + 1e-9
         return len([slot for slot in here if self._came[slot] <= latest])
+
+    def _stored(self) -> list[int]:
+        """Slots of all pieces in the robot but those in claws."""
+        in_claws = {placer.piece for placer in self._robot.placers}
+        return [slot for slot in self._robot.held if slot not in in_claws]
 
     def _sees(self, slot: int) -> bool:
         return not self._view.kinds or self._kind_of(slot) in self._view.kinds
