@@ -8,6 +8,8 @@ import pytest
 collect_ignore_glob = ["examples/*", "tests/adapters/robots/*", "tests/adapters/scenarios/*"]
 if find_spec("phoenix6") is None or find_spec("wpilib") is None:
     collect_ignore_glob += ["simcore/phoenix6/*", "simcore/phoenix6_emulator/*"]
+if find_spec("rev") is None or find_spec("wpilib") is None:
+    collect_ignore_glob.append("simcore/revlib/*")
 if find_spec("photonlibpy") is None:
     collect_ignore_glob.append("simcore/photonvision.py")
 if find_spec("pyfrc") is None or find_spec("phoenix6") is None:

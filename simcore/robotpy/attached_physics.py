@@ -22,7 +22,7 @@ from simcore.robotpy.described_mechanisms import connect_mechanism, with_configu
 from simcore.robotpy.device_assignment import DeviceAssignment, short_names
 from simcore.robotpy.port_assignment import PORT_CONTROLLERS, PortAssignment
 from simcore.robotpy.robot_physics import RobotPhysics
-from simcore.robotpy.startup_summary import StartupSummary, unknown_sim_devices
+from simcore.robotpy.startup_summary import StartupSummary, camera_tables, unknown_sim_devices
 from simcore.telemetry.networktables_sink import NetworkTablesSink
 
 __all__ = ["AttachedPhysics", "choose_game"]
@@ -70,7 +70,7 @@ class AttachedPhysics(RobotPhysics):
             steer_motor=None if settings.steer_motor is None else motor(settings.steer_motor),
         )
         game = choose_game(self.game_name, settings.game)
-        network = ntcore.NetworkTableInstance.getDefault()
+        self._network = network = ntcore.NetworkTableInstance.getDefault()
         sinks = [NetworkTablesSink(network)]
         match = practice_match(game, settings, config, engine=self.engine_name, sinks=sinks, network=network)
         robot_sim = match.robots[0]
@@ -104,6 +104,8 @@ class AttachedPhysics(RobotPhysics):
         nobody = [short_names(assignment.idle)] if assignment.idle else []
         nobody += self.ports.idle
         nobody += unknown_sim_devices(SimDeviceSim.enumerateDevices(""))
+        tables, running = self._network.getTable(""), [camera.name for camera in self.settings.cameras]
+        photonvision = self._network.getTable("photonvision").getSubTables()
         summary = StartupSummary(
             robot=self._about,
             drivetrain=assignment.drivetrain,
@@ -113,7 +115,8 @@ class AttachedPhysics(RobotPhysics):
             guessed=assignment.guessed,
             own=short_names(assignment.foreign),
             nobody=", ".join(nobody),
-            cameras=", ".join(camera.name for camera in self.settings.cameras),
+            cameras=", ".join(running),
+            unseen=", ".join(camera_tables(tables.getSubTables(), photonvision, running)),
             has_file=self._path.exists(),
         )
         _log.info("%s", "\n".join(summary.lines()))

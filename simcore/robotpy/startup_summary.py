@@ -6,7 +6,7 @@ import textwrap
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-__all__ = ["StartupSummary", "unknown_sim_devices"]
+__all__ = ["StartupSummary", "camera_tables", "unknown_sim_devices"]
 
 _WIDTH = 118
 _MOST = 6  # rows of one kind; what is left is counted
@@ -34,6 +34,9 @@ class StartupSummary:
     nobody: str = ""
     """Devices that nobody moves."""
     cameras: str = ""
+    """Those that simcore runs."""
+    unseen: str = ""
+    """Cameras that the program talks to and that nobody runs."""
     file: str = "simcore.toml"
     """Where to describe a mechanism."""
     has_file: bool = True
@@ -58,7 +61,8 @@ class StartupSummary:
             rows.append(("nobody moves", f"{self.nobody}: reads what it read at start"))
         if self.lights:
             rows.append(("lights", f"{self.lights}: shown as Sim/Lights in telemetry"))
-        rows.append(("cameras", self.cameras or f"none that simcore runs; [[camera]] in {self.file} adds one"))
+        cameras = self.cameras or f"none that simcore runs; [[camera]] in {self.file} adds one"
+        rows.append(("cameras", cameras + (f"; your program asks for {self.unseen}" if self.unseen else "")))
         rows.append(("to change", self._advice()))
         lines = [self.robot]
         for label, text in rows:
@@ -95,11 +99,21 @@ def unknown_sim_devices(names: Sequence[str]) -> list[str]:
     >>> unknown_sim_devices(["Talon FX (v6)[1]/Rotor Sensor", "navX-Sensor[4]", "SPARK MAX [5] ANALOG SENSOR"])
     ['navX-Sensor[4]']
     """
-    known = (
-        "SPARK MAX [",
-        "SPARK Flex [",
-        "DutyCycle:",
-        "AnalogEncoder[",
-        "Ultrasonic[",
-    )  # the last three by their ports
+    by_port = ("DutyCycle:", "AnalogEncoder[", "Ultrasonic[")
+    known = ("SPARK MAX [", "SPARK Flex [", *by_port)
     return sorted({name.split("/")[0] for name in names if "(v6)" not in name and not name.startswith(known)})
+
+
+def camera_tables(tables: Sequence[str], photonvision: Sequence[str], running: Sequence[str]) -> list[str]:
+    """Cameras that a program talks to in NetworkTables, without those that simcore runs.
+
+    Args:
+        tables: Names at the root.
+        photonvision: Names in the table `photonvision`.
+        running: Names of the cameras that simcore runs.
+
+    >>> camera_tables(["limelight-left", "limelight", "SmartDashboard"], ["front"], ["limelight"])
+    ['limelight-left', 'front']
+    """
+    found = [name for name in tables if name == "limelight" or name.startswith("limelight-")] + list(photonvision)
+    return [name for name in found if name not in running]

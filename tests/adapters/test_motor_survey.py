@@ -80,3 +80,18 @@ def test_motors_that_a_program_had_built_before_it_failed_are_found_too(project)
     motors, _, why_not = find_devices(project)
     assert why_not == "ZeroDivisionError: division by zero"
     assert [motor.leader for motor in motors] == [31, 34, 35, 36, 37]
+
+
+def test_one_motor_that_does_not_answer_does_not_hide_the_others(project):
+    text = (project / "robot.py").read_text()
+    lost = "        self.roller.configurator.refresh = lambda *a: signals.StatusCode.RX_TIMEOUT\n"
+    text = text.replace("    def run_all(self)", lost + "\n    def run_all(self)", 1)
+    (project / "robot.py").write_text(
+        text.replace("import measures\n", "import measures\nimport phoenix6\n", 1).replace(
+            "signals.StatusCode", "phoenix6.StatusCode"
+        )
+    )
+    motors, _, why_not = find_devices(project)
+    assert why_not == "" and [motor.leader for motor in motors] == [31, 34, 35, 36, 37]
+    assert "could not read its configuration (RX_TIMEOUT" in motors[-1].problem
+    assert not any(motor.problem for motor in motors[:-1])

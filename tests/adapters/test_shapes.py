@@ -63,12 +63,12 @@ def test_physics_came_in_time(run):
 
 def test_the_log_says_who_moves_what(run):
     owners = {
-        "generated": ("TalonFX 31 + 32 + 33 ", "3 x Kraken X60 FOC, 0.75:1", "TalonFXS 37 ", "1 x Minion, 3:1"),
-        "described": ("TalonFX 31 32 ", "'wheels'", "TalonFX 35 ", "'pivot'", "48 kg, bumpers 0.88 x 0.76 m"),
-        "ownphysics": ("TalonFX 40 ", "the project's physics.py", "TalonFX 41 ", "guessed: 1 x Kraken X60 FOC, 4:1"),
-        "fxs": ("TalonFX 11-14, TalonFXS 1-4, CANdi 21-24, Pigeon2 9",),
+        "generated": ("TalonFX 31 + 32 + 33: 3 x Kraken X60 FOC, 0.75:1", "TalonFXS 37: 1 x Minion, 3:1"),
+        "described": ("'wheels': TalonFX 31 32", "'pivot': TalonFX 35", "48 kg, bumpers 0.88 x 0.76 m"),
+        "ownphysics": ("own physics  TalonFX 40", "guessed      TalonFX 41: 1 x Kraken X60 FOC, 4:1"),
+        "fxs": ("drivetrain   TalonFX 11-14, TalonFXS 1-4, CANdi 21-24, Pigeon2 9",),
     }
-    for words in owners.get(run["robot"], ("TalonFX 1-4 11-14, CANcoder 21-24, Pigeon2 9  drivetrain",)):
+    for words in owners.get(run["robot"], ("drivetrain   TalonFX 1-4 11-14, CANcoder 21-24, Pigeon2 9",)):
         assert words in run["output"]
 
 

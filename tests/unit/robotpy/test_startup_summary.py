@@ -16,6 +16,7 @@ def test_a_robot_of_many_devices_fits_on_one_screen_and_every_kind_is_there():
         lights="CANdle 40",
         nobody="CANrange 3, " + ", ".join(f"navX-Sensor[{k}]" for k in range(40)),
         cameras="limelight",
+        unseen="front",
     ).lines()
     assert len(lines) <= 30 and max(map(len, lines)) <= 120
     text = "\n".join(lines)
@@ -23,7 +24,9 @@ def test_a_robot_of_many_devices_fits_on_one_screen_and_every_kind_is_there():
         "sensors      'beam 0' sees pieces: DIO 0", "lights       CANdle 40: shown as Sim/Lights in telemetry",
         "'mechanism 0': TalonFX 0", "and 15 more", "SPARK MAX 30 + 31: 1 x NEO", "and 25 more",
         "own physics  SPARK MAX 61",
-        "nobody moves CANrange 3", "cameras      limelight", "leader = 30 and gearing in simcore.toml",
+        "nobody moves CANrange 3",
+        "cameras      limelight; your program asks for front",
+        "leader = 30 and gearing in simcore.toml",
     ):  # fmt: skip
         assert expected in text, expected
 
