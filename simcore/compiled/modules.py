@@ -64,6 +64,7 @@ MODULES = (
     "simcore.robot.motor_ports",
     "simcore.robot.odometry",
     "simcore.robot.planar_chassis",
+    "simcore.robot.positioned_mechanisms",
     "simcore.robot.shaft",
     "simcore.robot.swerve_drive",
     "simcore.robot.swerve_module",

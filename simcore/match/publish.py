@@ -12,6 +12,7 @@ from simcore.geometry.rotation import multiply, rotate
 from simcore.match.scoring import Alliance
 from simcore.robot.ground_clearance import ground_clearance
 from simcore.robot.mechanisms import ArmSim, ElevatorSim, RackSim
+from simcore.robot.positioned_mechanisms import PistonSim
 from simcore.robot.robot import Robot
 from simcore.robot.robot_config import telemetry_name
 from simcore.telemetry.snapshot import Snapshot, robot_prefix
@@ -155,6 +156,9 @@ def _add_robot(rows: _Rows, robot: Robot, alliance: Alliance) -> None:
     rows.doubles[f"{debug}DrivetrainCurrent"] = robot.battery.current - robot.drive.other_current
     for name, mechanism in robot.mechanisms.items():
         key = debug + telemetry_name(name)
+        if isinstance(mechanism, PistonSim):  # it has no turns, and takes air
+            rows.doubles[f"{key}ExtendedPct"] = 100.0 * mechanism.extended_fraction
+            continue
         rows.doubles[f"{key}VelocityRPS"] = mechanism.velocity / math.tau
         rows.doubles[f"{key}PositionRot"] = mechanism.position / math.tau
         rows.doubles[f"{key}VoltageIn"] = mechanism.volts
@@ -171,6 +175,12 @@ def _add_robot(rows: _Rows, robot: Robot, alliance: Alliance) -> None:
         rows.booleans[f"{debug}{_numbered('ShootingGateOpen', number)}"] = shooter.gate_open
     for number, climber in enumerate(robot.climbers):
         rows.booleans[f"{debug}{_numbered('IsHanging', number)}"] = climber.rung is not None
+    for name, state in robot.sensor_states.items():
+        rows.booleans[f"{prefix}/Sensors/{telemetry_name(name)}"] = state
+    for name, colors in robot.light_colors.items():
+        rows.integer_arrays[f"{prefix}/Lights/{name}/Colors"] = colors
+    for name, words in robot.light_requests.items():
+        rows.strings[f"{prefix}/Lights/{name}/Shows"] = words
 
 
 def _numbered(name: str, number: int) -> str:

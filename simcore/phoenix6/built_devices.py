@@ -13,7 +13,7 @@ from simcore.robot.motor_controllers import BuiltDevice, FollowerGroup
 
 __all__ = ["built_devices", "clashes", "group_followers", "key_of"]
 
-MODELS = ("TalonFX", "TalonFXS", "CANcoder", "CANdi", "CANrange", "Pigeon2")
+MODELS = ("TalonFX", "TalonFXS", "CANcoder", "CANdi", "CANdle", "CANrange", "Pigeon2")
 
 
 _built: list[tuple[str, weakref.ref[Any]]] = []

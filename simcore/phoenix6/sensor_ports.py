@@ -8,14 +8,14 @@ from typing import Any
 
 from phoenix6.configs import CANdiConfiguration, MagnetSensorConfigs
 from phoenix6.hardware import CANcoder, CANdi, CANrange, Pigeon2
-from phoenix6.signals import SensorDirectionValue
+from phoenix6.signals import S1StateValue, S2StateValue, SensorDirectionValue
 from phoenix6.sim import ChassisReference
 
 from simcore.errors import ConfigError, require_non_negative
 from simcore.phoenix6.ownership import own_writer
 from simcore.phoenix6.sim_states import sim_state_of
 
-__all__ = ["CANcoderSim", "CANdiEncoderSim", "CANrangeSim", "Pigeon2Sim"]
+__all__ = ["CANcoderSim", "CANdiEncoderSim", "CANdiSwitchSim", "CANrangeSim", "Pigeon2Sim"]
 
 _PATIENCE = 1.0  # [s]; a device answers in 50 ms, but not on a computer that is busy starting
 
@@ -113,6 +113,50 @@ class CANdiEncoderSim(_SensorPort):
         """Set the angle of the shaft [rad] and its rate [rad/s]."""
         self._set_position(angle / math.tau)
         self._set_velocity(self._rate_sign * rate / math.tau)
+
+
+_CLOSED_BY = {  # the state of a pin that closes it, by `S1CloseStateValue`; open, it is the other one of the pair
+    "CLOSE_WHEN_FLOATING": ("FLOATING", "LOW"),
+    "CLOSE_WHEN_HIGH": ("HIGH", "FLOATING"),
+    "CLOSE_WHEN_LOW": ("LOW", "FLOATING"),
+    "CLOSE_WHEN_NOT_FLOATING": ("LOW", "FLOATING"),
+    "CLOSE_WHEN_NOT_HIGH": ("LOW", "HIGH"),
+    "CLOSE_WHEN_NOT_LOW": ("HIGH", "LOW"),
+}
+
+
+class CANdiSwitchSim(_SensorPort):
+    """A switch or light barrier on pin S1 or S2 of a CANdi, wired as the pin's close state is configured.
+
+    Args:
+        candi: The device of the robot code.
+        pin: 1 or 2.
+        normally_closed: Whether the pin is closed while nothing acts on the switch.
+
+    Raises:
+        ConfigError: There is no such pin, or the device does not answer.
+    """
+
+    def __init__(self, candi: CANdi, pin: int, *, normally_closed: bool = False) -> None:
+        if pin not in (1, 2):
+            raise ConfigError(f"CANdi {candi.device_id}: pin must be 1 or 2, got {pin!r}")
+        config = CANdiConfiguration()  # type: ignore[no-untyped-call]
+        status = candi.configurator.refresh(config, _PATIENCE)
+        if not status.is_ok():
+            raise ConfigError(f"CANdi {candi.device_id}: could not read its configuration ({status.name})")
+        super().__init__(candi.sim_state)
+        close_state = getattr(config.digital_inputs, f"s{pin}_close_state")
+        closed, opened = _CLOSED_BY[close_state.name]
+        states = S1StateValue if pin == 1 else S2StateValue
+        self._idle, self._acting = states[opened], states[closed]
+        if normally_closed:
+            self._idle, self._acting = self._acting, self._idle
+        self._set: Any = getattr(self._state, f"set_s{pin}_state")
+        self.set_active(False)
+
+    def set_active(self, active: bool) -> None:
+        """Whether something presses the switch, or breaks the beam."""
+        self._set(self._acting if active else self._idle)
 
 
 class CANrangeSim(_SensorPort):

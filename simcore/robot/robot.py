@@ -25,7 +25,7 @@ from simcore.robot.shaft import ShaftSim
 from simcore.robot.swerve_config import SwerveConfig
 from simcore.robot.swerve_drive import SwerveDrive
 from simcore.robot.tank_drive import TankDrive
-from simcore.typing import FloatArray
+from simcore.typing import FloatArray, IntArray
 
 __all__ = ["Controller", "Robot", "RobotDevices"]
 
@@ -92,6 +92,12 @@ class Robot:
         self.placers = [Placer(c, self.mechanisms) for c in config.placers]
         self.climbers = [Climber(c, self.mechanisms, self.chassis, rungs) for c in config.climbers]
         self.devices: RobotDevices | None = None
+        self.sensor_states: dict[str, bool] = {}
+        """Whether each switch and beam break of robot code sees something, by name; for telemetry."""
+        self.light_colors: dict[str, IntArray] = {}
+        """What robot code's lights show, by their name: 0xRRGGBB of each LED, shape (n,); for telemetry."""
+        self.light_requests: dict[str, str] = {}
+        """The same in words, of those that have them."""
         self._estimated: list[ShaftSim] = []
         self._before: PartState
         self.reset(pose)

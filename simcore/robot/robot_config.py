@@ -30,6 +30,7 @@ from simcore.robot.mechanisms import (
     RollerConfig,
     RollerSim,
 )
+from simcore.robot.positioned_mechanisms import PistonConfig, PistonSim, ServoConfig, ServoSim
 from simcore.robot.shaft import ShaftSim
 from simcore.robot.swerve_config import SwerveConfig
 from simcore.robot.tank_drive import TankConfig
@@ -37,7 +38,9 @@ from simcore.vision.camera import CameraConfig
 
 __all__ = ["ComponentConfig", "MechanismConfig", "RobotConfig", "build_mechanism", "telemetry_name"]
 
-MechanismConfig: TypeAlias = FlywheelConfig | RollerConfig | ArmConfig | ElevatorConfig | RackConfig
+MechanismConfig: TypeAlias = (
+    FlywheelConfig | RollerConfig | ArmConfig | ElevatorConfig | RackConfig | PistonConfig | ServoConfig
+)
 
 
 def build_mechanism(config: MechanismConfig) -> ShaftSim:
@@ -50,7 +53,9 @@ def build_mechanism(config: MechanismConfig) -> ShaftSim:
         return ArmSim(config)
     if isinstance(config, ElevatorConfig):
         return ElevatorSim(config)
-    return RackSim(config)
+    if isinstance(config, RackConfig):
+        return RackSim(config)
+    return PistonSim(config) if isinstance(config, PistonConfig) else ServoSim(config)
 
 
 def telemetry_name(mechanism: str) -> str:

@@ -1,4 +1,4 @@
-"""`simcore init`: writes a commented `simcore.toml` beside robot.py, with the motors that the program builds."""
+"""`simcore init`: writes a commented `simcore.toml` beside robot.py, with the devices that the program builds."""
 
 from __future__ import annotations
 
@@ -13,10 +13,11 @@ from pathlib import Path
 from typing import Any
 
 from simcore.errors import ConfigError, OutputError
+from simcore.robot_file.port_templates import FoundPort
 from simcore.robot_file.robot_settings import FILE_NAME
 from simcore.robot_file.template import FoundMotor, template
 
-__all__ = ["add_arguments", "find_motors", "find_robot_py", "run"]
+__all__ = ["add_arguments", "find_devices", "find_robot_py", "run"]
 
 _LOOK_SECONDS = 60.0  # a busy laptop imports all that a robot program needs in 10 to 20
 _NOT_LINKED = ("ctre_sim", "logs", "__pycache__", "networktables.json")
@@ -29,7 +30,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "folder", nargs="?", type=Path, default=Path(), help="the robot project, or its robot.py (default: here)"
     )
     parser.add_argument("--force", action="store_true", help=f"overwrite a {FILE_NAME} that is there")
-    parser.add_argument("--no-look", action="store_true", help="do not start the robot program to find its motors")
+    parser.add_argument("--no-look", action="store_true", help="do not start the robot program to find its devices")
 
 
 def run(args: argparse.Namespace) -> int:
@@ -45,20 +46,23 @@ def run(args: argparse.Namespace) -> int:
     if path.exists() and not args.force:
         raise ConfigError(f"{path} is there already; simcore init --force overwrites it")
     motors: list[FoundMotor] | None = None
+    ports: list[FoundPort] = []
     if args.no_look:
         print("not looked at the robot program: fill in the mechanisms by hand")
     else:
-        motors, why_not = find_motors(robot_file)
-        if why_not and motors:
-            print(f"the robot program ended early ({why_not}); these are the motors that it had built")
+        motors, ports, why_not = find_devices(robot_file)
+        if why_not and (motors or ports):
+            print(f"the robot program ended early ({why_not}); these are the devices that it had built")
         elif why_not:
             print(f"could not look at the robot program ({why_not}): fill in the mechanisms by hand")
     try:
-        path.write_text(template(motors), encoding="utf-8")
+        path.write_text(template(motors, ports), encoding="utf-8")
     except OSError as error:
         raise OutputError(f"cannot write {path}: {error.strerror}") from error
     if motors:
         print(f"found {len(motors)} motors or groups of motors besides the drivetrain")
+    if ports:
+        print(f"found {len(ports)} devices on ports of the roboRIO, solenoids and sensors")
     main = "" if folder.resolve() == Path().resolve() else f"--main {robot_file} "
     print(f"wrote {path}; now: python -m robotpy {main}sim --simcore")
     return 0
@@ -101,18 +105,19 @@ def _project_of(robot_file: Path) -> Path:
     return next((f for f in (folder, *folder.parents) if (f / "pyproject.toml").is_file()), folder)
 
 
-def find_motors(place: Path) -> tuple[list[FoundMotor] | None, str]:
-    """Build the robot in a process of its own and ask it for its motors.
+def find_devices(place: Path) -> tuple[list[FoundMotor] | None, list[FoundPort], str]:
+    """Build the robot in a process of its own and ask it for its motors, and for what else it has.
 
     Args:
         place: Its robot.py, or the folder of it.
 
     Returns:
-        The motors, and ""; or None, and why not. Both, where a program failed after it had built some.
+        The motors, what is on ports, and ""; or None, what is on ports, and why not. All of them, where a program
+        failed after it had built some.
     """
     for module in ("phoenix6", "wpilib"):
         if find_spec(module) is None:
-            return None, f"{module} is not installed"
+            return None, [], f"{module} is not installed"
     robot_file = find_robot_py(place).resolve()
     answer = _survey(robot_file)
     if "not_modelled" in answer:
@@ -122,7 +127,8 @@ def find_motors(place: Path) -> tuple[list[FoundMotor] | None, str]:
         for m in answer.get("motors", ())
     ]
     why_not = answer.get("error", answer.get("not_modelled", ""))
-    return (None if why_not and not motors else motors), why_not
+    ports = [FoundPort(**{**p, "channels": tuple(p["channels"])}) for p in answer.get("ports", ())]
+    return (None if why_not and not motors else motors), ports, why_not
 
 
 def _survey(robot_file: Path, *options: str) -> dict[str, Any]:

@@ -19,6 +19,7 @@ from simcore.robot.gearbox import GearboxConfig
 from simcore.robot.mechanism_friction import default_friction, friction_from_volts
 from simcore.robot.mechanisms import ArmConfig, ElevatorConfig, FlywheelConfig, RackConfig, RollerConfig
 from simcore.robot.robot_config import MechanismConfig
+from simcore.robot_file.device_tables import POSITIONED_KINDS, positioned_mechanism, read_sensors
 from simcore.robot_file.robot_settings import CONTROLLERS, MechanismSettings, RobotSettings
 from simcore.robot_file.toml_tables import Table, read_tables
 from simcore.vision.camera import (
@@ -59,6 +60,7 @@ def read_settings(path: Path) -> RobotSettings:
     shooters = tuple(_shooter(table, by_name) for table in file.table_or_tables("shooter"))
     cameras = tuple(_camera(table) for table in file.tables("camera"))
     _require_own_names(file.where, "camera", (c.name for c in cameras))
+    sensors = read_sensors(file.tables("sensor"), by_name)
     file.finish()
     d = RobotSettings()
     bumper = None
@@ -87,6 +89,7 @@ def read_settings(path: Path) -> RobotSettings:
         intakes=intakes,
         shooters=shooters,
         cameras=cameras,
+        sensors=sensors,
     )
     for name in ("bumper_length", "bumper_width"):
         robot.number(name, None, above=0.2, unit="m")  # known, also where only one of them is missing
@@ -107,7 +110,9 @@ def gearbox_motor(name: str) -> DCMotor:
 
 def _mechanism(t: Table) -> MechanismSettings:
     name = t.text("name")
-    kind = t.choice("kind", _KINDS)
+    kind = t.choice("kind", (*_KINDS, *POSITIONED_KINDS))
+    if kind in POSITIONED_KINDS:
+        return positioned_mechanism(t, name, kind)
     leader = t.whole("leader", most=_MAX_CAN_ID)
     followers = t.wholes("followers", most=_MAX_CAN_ID)
     opposed = t.wholes("opposed", most=_MAX_CAN_ID)
@@ -132,6 +137,7 @@ def _mechanism(t: Table) -> MechanismSettings:
         friction_is_given="friction_torque" in t or "friction_volts" in t,
         motor=motor_name,
         controller=controller,
+        coasts=t.flag("coasts", False),
         leader=leader,
         followers=followers,
         opposed=opposed,
@@ -147,6 +153,8 @@ def _mechanism(t: Table) -> MechanismSettings:
         raise t.error("encoder_gearing", f"is of a SPARK MAX or SPARK Flex; the controller is a {controller}")
     if "cancoder_gearing" in t and settings.cancoder is None:
         raise t.error("cancoder_gearing", "needs a cancoder = <CAN id> beside it")
+    if "coasts" in t and settings.controller not in ("PWM", "Relay"):
+        raise t.error("coasts", f"is of a PWM or relay port; a {settings.controller} has its neutral mode configured")
     t.finish()
     return settings
 
@@ -322,7 +330,7 @@ def _require_own_names(where: str, what: str, names: Iterable[str]) -> None:
 def _require_own_devices(where: str, mechanisms: tuple[MechanismSettings, ...]) -> None:
     owners: dict[tuple[str, int], str] = {}
     for m in mechanisms:
-        devices = [(m.controller, device) for device in m.devices]
+        devices = m.keys
         if m.cancoder is not None:
             devices.append(("CANcoder", m.cancoder))
         for device in devices:

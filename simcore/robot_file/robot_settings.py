@@ -13,9 +13,11 @@ from simcore.pieces.intake import IntakeConfig
 from simcore.pieces.shooter import ShooterConfig
 from simcore.pieces.storage import StorageConfig
 from simcore.robot.mechanism_friction import friction_from_volts
+from simcore.robot.positioned_mechanisms import PistonConfig, ServoConfig
 from simcore.robot.robot_config import MechanismConfig, RobotConfig
 from simcore.robot.swerve_config import SwerveConfig
 from simcore.robot.tank_drive import TankConfig
+from simcore.robot_file.device_settings import BeamBreakSettings, RangeSettings, SensorSettings
 from simcore.telemetry.snapshot import TelemetrySink
 from simcore.vision.camera import CameraConfig
 
@@ -26,8 +28,8 @@ __all__ = ["CONTROLLERS", "FILE_NAME", "MechanismSettings", "RobotSettings", "pr
 
 FILE_NAME = "simcore.toml"
 
-CONTROLLERS = ("TalonFX", "TalonFXS", "SPARK MAX", "SPARK Flex")
-"""What can drive a mechanism of the file; others are connected in a physics.py."""
+CONTROLLERS = ("TalonFX", "TalonFXS", "SPARK MAX", "SPARK Flex", "PWM", "Relay")
+"""What can drive a mechanism of the file; `PWM` is any controller on a PWM port, `Relay` a Spike."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -42,11 +44,11 @@ class MechanismSettings:
     motor: str
     """One of `simcore.robot.dc_motor.MOTOR_NAMES`."""
     controller: str
-    """One of `CONTROLLERS`."""
+    """One of `CONTROLLERS`; of a servo `Servo`, of a piston `Solenoid`."""
     leader: int
-    """CAN id."""
+    """CAN id, or PWM, relay or solenoid channel."""
     followers: tuple[int, ...] = ()
-    """CAN ids."""
+    """CAN ids or channels; of a double solenoid the reverse one."""
     opposed: tuple[int, ...] = ()
     """Those of the followers that are mounted face to face with the leader."""
     reversed: bool = False
@@ -57,10 +59,20 @@ class MechanismSettings:
     """Turns of the CANcoder per turn of the mechanism [-]."""
     encoder_gearing: float = 1.0
     """Turns of a SPARK's absolute, alternate or external encoder per turn of the mechanism [-]."""
+    coasts: bool = False
+    """Of a controller on a PWM or relay port: whether it opens the circuit at zero instead of braking."""
+    module: str = ""
+    """Of solenoids: type and CAN id of the pneumatics module, e.g. `REVPH 1`."""
+
+    @property
+    def keys(self) -> list[tuple[str, int]]:
+        """Its controllers or ports as (model, number), leader first."""
+        model = "PWM" if self.controller == "Servo" else f"{self.module} {self.controller}".strip()
+        return [(model, number) for number in self.devices]
 
     def with_friction(self, volts: float) -> MechanismSettings:
         """The same with the friction of a kS [V], unless the file says its friction."""
-        if self.friction_is_given:
+        if self.friction_is_given or isinstance(self.config, (PistonConfig, ServoConfig)):
             return self
         gearbox = self.config.gearbox
         gearbox = replace(gearbox, friction_torque=friction_from_volts(gearbox, volts))
@@ -68,7 +80,7 @@ class MechanismSettings:
 
     @property
     def devices(self) -> tuple[int, ...]:
-        """Ids of all its motor controllers, leader first."""
+        """Ids or channels of all its motor controllers, leader first."""
         return (self.leader, *self.followers)
 
 
@@ -101,6 +113,7 @@ class RobotSettings:
     intakes: tuple[IntakeConfig, ...] = ()
     shooters: tuple[ShooterConfig, ...] = ()
     cameras: tuple[CameraConfig, ...] = ()
+    sensors: tuple[SensorSettings, ...] = ()
 
     def with_bumper_around(self, wheels: Sequence[tuple[float, float]]) -> RobotSettings:
         """The same with bumpers, if it had none, 15 cm beyond the wheels' centers [m]."""
@@ -125,13 +138,16 @@ class RobotSettings:
         return next(m for m in self.mechanisms if m.name == name)
 
     def require_pieces(self, kinds: Sequence[str]) -> None:
-        """Make sure that intakes and shooters name only kinds of pieces that a game has.
+        """Make sure that intakes, shooters and sensors name only kinds of pieces that a game has.
 
         Raises:
             UnknownNameError: One does not; the text lists the kinds.
         """
         named = [kind for intake in self.intakes for kind in intake.kinds]
         named += [kind for shooter in self.shooters for kind in shooter.kinds]
+        for sensor in self.sensors:
+            if isinstance(sensor, (BeamBreakSettings, RangeSettings)) and sensor.sees is not None:
+                named += sensor.sees.kinds
         for kind in named:
             if kind not in kinds:
                 raise UnknownNameError("kind of piece", kind, kinds)

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from simcore.robot_file.port_templates import FoundPort, ports_text
+
 __all__ = ["FoundMotor", "template"]
 
 
@@ -57,7 +59,7 @@ _NOTHING_FOUND = """\
 # leader = 20                   # CAN id
 # followers = [21, 22]
 # opposed = [22]                # followers that are mounted face to face with the leader
-# controller = "TalonFX"        # or TalonFXS, SPARK MAX, SPARK Flex
+# controller = "TalonFX"        # or TalonFXS, SPARK MAX, SPARK Flex; PWM and Relay: leader and followers are channels
 # motor = "Kraken X60"          # left out: this one, or NEO and NEO Vortex for SPARKs
 # gearing = 0.75                # rotor turns per turn of the mechanism
 # inertia = 0.004               # of all that turns, at the mechanism [kg m^2]
@@ -77,6 +79,8 @@ _KINDS = """\
 #   turret    inertia, min_deg, max_deg, start_deg; about the vertical, counter-clockwise
 #   elevator  mass, drum_radius, max_height (min_height, start_height)
 #   rack      mass, pinion_radius, travel (start_extension)
+#   servo     pwm, min_deg, max_deg (at PWM 0 and 1), deg_per_second; neither leader nor gearing
+#   piston    solenoid (a channel, or [forward, reverse]), stroke, stroke_time; module "REVPH" or "CTREPCM", module_id
 # and, if there is one: cancoder = <id> and cancoder_gearing = <its turns per turn of the mechanism>; the encoder wired
 # to a SPARK has encoder_gearing. friction_volts = <kS> or friction_torque [N m] if it coasts for too long or too short;
 # left out: the kS that your program has set, else 0.2 V (a flywheel: its motors' no-load current).
@@ -123,15 +127,15 @@ _KINDS = """\
 """
 
 
-def template(motors: Sequence[FoundMotor] | None = None) -> str:
+def template(motors: Sequence[FoundMotor] | None = None, ports: Sequence[FoundPort] = ()) -> str:
     """The text.
 
     Args:
         motors: Of the robot program; None if nobody could look.
+        ports: What else it has.
     """
-    if not motors:
-        return _HEAD + _NOTHING_FOUND + _KINDS
-    return _HEAD + _FOUND + "".join(_mechanism(m) for m in motors) + _KINDS
+    found = _FOUND + "".join(_mechanism(m) for m in motors) if motors else _NOTHING_FOUND
+    return _HEAD + found + _KINDS + ports_text(ports)
 
 
 def _mechanism(m: FoundMotor) -> str:

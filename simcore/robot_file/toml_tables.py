@@ -103,6 +103,16 @@ class Table:
             raise self.error(key, f"must be {wanted}, got {value!r}")
         return tuple(value)
 
+    def one_or_more_wholes(self, key: str, *, least: int = 0, most: int = 2**31) -> tuple[int, ...]:
+        """A whole number, or a list of one or more."""
+        value = self._value(key, _REQUIRED, "")
+        values = value if isinstance(value, list) else [value]
+        if not (values and all(type(v) is int and least <= v <= most for v in values)):
+            raise self.error(
+                key, f"must be a whole number from {least} to {most}, or a list of such, e.g. [0, 1]; got {value!r}"
+            )
+        return tuple(values)
+
     def numbers(self, key: str, default: tuple[float, ...]) -> tuple[float, ...]:
         """A list of one or more finite numbers."""
         value = self._value(key, list(default), "a list of numbers")

@@ -20,6 +20,7 @@ from simcore.robot_file.reader import read_settings
 from simcore.robot_file.robot_settings import FILE_NAME, practice_match
 from simcore.robotpy.described_mechanisms import connect_mechanism, with_configured_friction
 from simcore.robotpy.device_assignment import DeviceAssignment, short_names
+from simcore.robotpy.port_assignment import PORT_CONTROLLERS, PortAssignment
 from simcore.robotpy.robot_physics import RobotPhysics
 from simcore.robotpy.startup_summary import StartupSummary, camera_tables, unknown_sim_devices
 from simcore.telemetry.networktables_sink import NetworkTablesSink
@@ -77,7 +78,9 @@ class AttachedPhysics(RobotPhysics):
         robot_sim = match.robots[0]
         assert isinstance(robot_sim.drive, SwerveDrive)
         devices = swerve.SwerveDrivetrainSim(drivetrain, robot_sim.drive)
-        motors = [connect_mechanism(m, robot_sim, self.ownership) for m in settings.mechanisms]
+        on_can = [m for m in settings.mechanisms if m.controller not in PORT_CONTROLLERS]
+        motors = [connect_mechanism(m, robot_sim, self.ownership) for m in on_can]
+        self.ports = PortAssignment(match, robot_sim, settings, self.ownership)
         self._path = path
         self._loops = 0
         self._about = (
@@ -85,10 +88,12 @@ class AttachedPhysics(RobotPhysics):
             f"{settings.bumper[0]:.2f} x {settings.bumper[1]:.2f} m, engine {match.world.engine.name} "
             + (f"(as {path.name} says)" if path.exists() else f"(there is no {path.name}: all measures are defaults)")
         )
-        super().__init__(physics_controller, robot, match=match, drivetrain=devices, motors=motors)
+        super().__init__(
+            physics_controller, robot, match=match, drivetrain=devices, motors=[*motors, *self.ports.devices]
+        )
         self.settings = settings
         self.assignment = DeviceAssignment(
-            self, robot_sim, self.ownership, settings, devices.devices, on_assigned=self._say_what_is_there
+            self, robot_sim, self.ownership, settings, devices.devices, self.ports, on_assigned=self._say_what_is_there
         )
 
     def update_sim(self, now: float, tm_diff: float) -> None:
@@ -98,12 +103,14 @@ class AttachedPhysics(RobotPhysics):
 
     def _end_tick(self) -> None:
         super()._end_tick()
+        self.ports.after_tick()
         self.assignment.after_tick(has_seen_loops=self._loops >= _LOOPS)
 
     def _say_what_is_there(self) -> None:
         """One screen for whoever starts the program."""
         assignment = self.assignment
         nobody = [short_names(assignment.idle)] if assignment.idle else []
+        nobody += self.ports.idle
         nobody += unknown_sim_devices(SimDeviceSim.enumerateDevices(""))
         tables, running = self._network.getTable(""), [camera.name for camera in self.settings.cameras]
         photonvision = self._network.getTable("photonvision").getSubTables()
@@ -111,6 +118,8 @@ class AttachedPhysics(RobotPhysics):
             robot=self._about,
             drivetrain=assignment.drivetrain,
             described=[f"{name}: {devices}" for devices, name in assignment.described],
+            sensors=[f"{what}: {port}" for port, what in self.ports.sensors],
+            lights=", ".join(self.ports.lights),
             guessed=assignment.guessed,
             own=short_names(assignment.foreign),
             nobody=", ".join(nobody),

@@ -10,6 +10,7 @@ from simcore.robot.robot import Robot
 from simcore.robot_file.robot_settings import MechanismSettings, RobotSettings
 from simcore.robotpy.connected_devices import MotorDevices
 from simcore.robotpy.motor_families import family_of, find_device
+from simcore.robotpy.port_assignment import PORT_CONTROLLERS
 
 __all__ = ["connect_mechanism", "with_configured_friction"]
 
@@ -42,8 +43,8 @@ def with_configured_friction(settings: RobotSettings) -> RobotSettings:
     """
     volts: dict[str, float] = {}
     for m in settings.mechanisms:
-        if m.friction_is_given:
-            continue
+        if m.friction_is_given or m.controller in PORT_CONTROLLERS:
+            continue  # a port has no configuration to ask
         leader = find_device(_where(m), m.controller, m.leader)
         try:
             found = family_of(m.controller).friction_volts(m, leader)

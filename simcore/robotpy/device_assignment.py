@@ -15,6 +15,7 @@ from simcore.robot.shaft import ShaftSim
 from simcore.robot_file.robot_settings import RobotSettings
 from simcore.robotpy.connected_devices import MotorDevices
 from simcore.robotpy.motor_families import FAMILIES, MechanismGuess, MotorFamily
+from simcore.robotpy.port_assignment import PortAssignment
 
 __all__ = ["DeviceAssignment", "short_names"]
 
@@ -68,6 +69,7 @@ class DeviceAssignment:
         ownership: Who has written which device.
         settings: The file's.
         drivetrain: Its devices, (model, id).
+        ports: What is no motor on CAN; None: nobody has looked.
         on_assigned: Called once, when it is clear what moves what.
     """
 
@@ -78,6 +80,7 @@ class DeviceAssignment:
         ownership: Ownership,
         settings: RobotSettings,
         drivetrain: Sequence[tuple[str, int]],
+        ports: PortAssignment | None = None,
         *,
         on_assigned: Callable[[], None] | None = None,
     ) -> None:
@@ -85,6 +88,7 @@ class DeviceAssignment:
         self._robot = robot
         self._ownership = ownership
         self._settings = settings
+        self._ports = ports
         self._drivetrain = tuple(drivetrain)
         self._guessed: list[tuple[_Guessed, MotorDevices]] = []
         self._on_assigned = on_assigned
@@ -120,6 +124,10 @@ class DeviceAssignment:
             rows.append((short_names(foreign), "the project's physics.py"))
         if idle:
             rows.append((short_names(idle), "nobody: reads what it read at start"))
+        if self._ports is not None:
+            rows += self._ports.sensors
+            rows += [(light, "shown: Sim/Lights in telemetry") for light in self._ports.lights]
+            rows += [(port, "nobody: does nothing, reads as if nothing were there") for port in self._ports.idle]
         return rows
 
     @property
@@ -132,9 +140,8 @@ class DeviceAssignment:
         """Devices of the file's mechanisms, and their names, as text."""
         rows = []
         for m in self._settings.mechanisms:
-            keys = [(m.controller, number) for number in m.devices]
             sensor = [] if m.cancoder is None else [("CANcoder", m.cancoder)]
-            rows.append((short_names([*keys, *sensor]), f"{m.name!r}"))
+            rows.append((short_names([*m.keys, *sensor]), f"{m.name!r}"))
         return rows
 
     @property
@@ -158,6 +165,7 @@ class DeviceAssignment:
     def _others(self) -> Iterator[tuple[str, int]]:
         known = {key for guessed, _ in self._guessed for key in (*guessed.keys, *guessed.sensors)}
         known |= {*self._drivetrain, *self._file_keys()}
+        known |= set() if self._ports is None else self._ports.keys
         return (device.key for device in _all_devices() if device.key not in known)
 
     def _guess(self) -> list[_Guessed]:
@@ -191,7 +199,7 @@ class DeviceAssignment:
         _log.info("%s is written by the project's own physics: simcore lets go of it", guessed.group)
 
     def _file_keys(self) -> list[tuple[str, int]]:
-        keys = [(m.controller, number) for m in self._settings.mechanisms for number in m.devices]
+        keys = [key for m in self._settings.mechanisms for key in m.keys]
         return keys + [("CANcoder", m.cancoder) for m in self._settings.mechanisms if m.cancoder is not None]
 
 

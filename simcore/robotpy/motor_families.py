@@ -17,6 +17,7 @@ from simcore.phoenix6.ownership import Ownership
 from simcore.phoenix6.sensor_ports import CANcoderSim, CANdiEncoderSim
 from simcore.phoenix6.talon_motor import AngleSensor, MotorType, TalonFXMotorSim
 from simcore.robot.motor_controllers import BuiltDevice, FollowerGroup
+from simcore.robot.positioned_mechanisms import PistonConfig, ServoConfig
 from simcore.robot.shaft import ShaftSim
 from simcore.robot_file.robot_settings import MechanismSettings
 from simcore.robotpy.connected_devices import MotorDevices
@@ -144,6 +145,7 @@ class _Talons:
         )
 
     def friction_volts(self, settings: MechanismSettings, leader: BuiltDevice) -> float:
+        assert not isinstance(settings.config, (PistonConfig, ServoConfig)), "they have no motor on CAN"
         gains = talon_configuration(leader.hardware, leader.model).slot0
         return abs(gain_volts(settings.config.gearbox, gains.k_s))
 

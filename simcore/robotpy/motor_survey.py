@@ -1,4 +1,4 @@
-"""Builds a robot program, without running it, and prints the motors that are not its drivetrain's: for `simcore init`.
+"""Builds a robot program, without running it, and prints the devices that are not its drivetrain's: for `simcore init`.
 
 Run it in a process and a folder of its own: programs and vendors' libraries write files where they are started. Phoenix
 6 is simcore's own, which answers at once and writes nothing; with `real` as second argument it is CTRE's simulation,
@@ -19,8 +19,9 @@ from phoenix6 import unmanaged
 
 import simcore.phoenix6.swerve as swerve
 from simcore.errors import ConfigError
-from simcore.phoenix6.built_devices import key_of
+from simcore.phoenix6.built_devices import built_devices, key_of
 from simcore.robot.motor_controllers import FollowerGroup
+from simcore.robotpy.built_ports import built_ports  # from here on ports are noted; the robot object is built later
 from simcore.robotpy.motor_families import FAMILIES, MotorFamily, watch_devices
 from simcore.robotpy.robot_program import load_robot_class
 
@@ -42,7 +43,8 @@ def main() -> None:
     except Exception as error:
         traceback.print_exc()
         answer.setdefault("error", f"{type(error).__name__}: {error}")
-    print(json.dumps(answer), flush=True)
+    answer["ports"] = _ports()
+    print("\n" + json.dumps(answer), flush=True)  # a library may be in the middle of a line of its own
     os._exit(0)
 
 
@@ -63,6 +65,13 @@ def _build(robot_file: Path, *, emulates: bool) -> None:
 
 _kept: list[Any] = []
 """The robot, which would take its devices with it."""
+
+
+def _ports() -> list[dict[str, Any]]:
+    """What is on ports of the roboRIO and on pneumatics modules, and CTRE's sensors that see switches or pieces."""
+    ports = [{"model": p.model, "channels": list(p.channels), "made_by": p.made_by} for p in built_ports()]
+    sensors = [d for d in built_devices() if d.model in ("CANrange", "CANdi")]
+    return ports + [{"model": d.model, "channels": [d.device_id], "made_by": ""} for d in sensors]
 
 
 def _motors() -> list[dict[str, Any]]:

@@ -23,6 +23,10 @@ class StartupSummary:
     """Its devices."""
     described: Sequence[str] = ()
     """Mechanisms of simcore.toml, with devices."""
+    sensors: Sequence[str] = ()
+    """Sensors of simcore.toml, with ports."""
+    lights: str = ""
+    """Devices whose lights are in telemetry."""
     guessed: Sequence[tuple[str, str]] = ()
     """Devices, and what they probably turn."""
     own: str = ""
@@ -38,7 +42,7 @@ class StartupSummary:
     has_file: bool = True
 
     def lines(self) -> list[str]:
-        """The screen: at most 25 lines of some 120 characters.
+        """The screen: at most 30 lines of some 120 characters.
 
         >>> for line in StartupSummary(robot="Robot: 55 kg", drivetrain="TalonFX 1-8").lines():
         ...     print(line)
@@ -49,18 +53,25 @@ class StartupSummary:
         """
         rows = [("drivetrain", self.drivetrain)]
         rows += _some("described", list(self.described))
+        rows += _some("sensors", list(self.sensors))
         rows += _some("guessed", [f"{devices}: {what}" for devices, what in self.guessed])
         if self.own:
             rows.append(("own physics", self.own))
         if self.nobody:
             rows.append(("nobody moves", f"{self.nobody}: reads what it read at start"))
+        if self.lights:
+            rows.append(("lights", f"{self.lights}: shown as Sim/Lights in telemetry"))
         cameras = self.cameras or f"none that simcore runs; [[camera]] in {self.file} adds one"
         rows.append(("cameras", cameras + (f"; your program asks for {self.unseen}" if self.unseen else "")))
         rows.append(("to change", self._advice()))
         lines = [self.robot]
         for label, text in rows:
             lines += textwrap.wrap(
-                text, _WIDTH, initial_indent=f"  {label:<{_LABEL}}", subsequent_indent=" " * (2 + _LABEL), max_lines=2
+                text,
+                _WIDTH,
+                initial_indent=f"  {label:<{_LABEL}}",
+                subsequent_indent=" " * (2 + _LABEL),
+                max_lines=4 if label == "nobody moves" else 2,
             )
         return lines
 
@@ -88,7 +99,8 @@ def unknown_sim_devices(names: Sequence[str]) -> list[str]:
     >>> unknown_sim_devices(["Talon FX (v6)[1]/Rotor Sensor", "navX-Sensor[4]", "SPARK MAX [5] ANALOG SENSOR"])
     ['navX-Sensor[4]']
     """
-    known = ("SPARK MAX [", "SPARK Flex [")
+    by_port = ("DutyCycle:", "AnalogEncoder[", "Ultrasonic[")
+    known = ("SPARK MAX [", "SPARK Flex [", *by_port)
     return sorted({name.split("/")[0] for name in names if "(v6)" not in name and not name.startswith(known)})
 
 

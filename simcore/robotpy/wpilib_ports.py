@@ -14,7 +14,6 @@ from wpilib import (
     ADXRS450_Gyro,
     AnalogEncoder,
     AnalogGyro,
-    DriverStation,
     DutyCycleEncoder,
     Encoder,
     PWMMotorController,
@@ -29,11 +28,12 @@ from wpilib.simulation import (
 )
 
 from simcore.errors import ConfigError, UnknownNameError, require_positive
+from simcore.robotpy.port_devices import PWMChannelPort, QuadratureInput
 
 __all__ = ["AbsoluteEncoderPort", "EncoderPort", "PWMMotorPort", "SimDeviceGyroPort", "WPILibGyroPort"]
 
 
-class PWMMotorPort:
+class PWMMotorPort(PWMChannelPort):
     """A PWM motor controller without an encoder of its own: `PWMSparkMax`, `Talon`, `VictorSP`.
 
     Positive is what robot code calls positive, whatever `setInverted` says. Disabled, the roboRIO holds PWM neutral;
@@ -45,27 +45,10 @@ class PWMMotorPort:
     """
 
     def __init__(self, controller: PWMMotorController, *, coasts: bool = False) -> None:
-        self._controller = controller
-        self._coasts = coasts
-        self._supply = 12.0
-
-    def set_supply(self, volts: float) -> None:
-        """Voltage at the controller's terminals [V]."""
-        self._supply = volts
-
-    def volts(self) -> float:
-        """What it puts on the motor: its duty cycle of the supply [V]."""
-        return float(self._controller.get()) * self._supply if DriverStation.isEnabled() else 0.0
-
-    def is_open(self) -> bool:
-        """Whether the circuit is open."""
-        return self._coasts
-
-    def write(self, rotations: float, rps: float) -> None:
-        """Nobody reads it."""
+        super().__init__(controller.getChannel(), controller, coasts=coasts)
 
 
-class EncoderPort:
+class EncoderPort(QuadratureInput):
     """A quadrature `Encoder` on a shaft; `reset()` in robot code starts it from zero, as on the robot.
 
     Positive is forward, whatever direction the encoder is configured with.
@@ -82,19 +65,7 @@ class EncoderPort:
     def __init__(self, encoder: Encoder, *, pulses_per_turn: float, gearing: float = 1.0) -> None:
         require_positive("EncoderPort", "pulses_per_turn", pulses_per_turn)
         require_positive("EncoderPort", "gearing", gearing)
-        self._sim = EncoderSim(encoder)
-        self._per_rad = pulses_per_turn * gearing / math.tau
-        self._base = 0.0
-        self._written = 0.0
-
-    def write(self, angle: float, rate: float) -> None:
-        """Where the shaft is [rad] and how fast it turns [rad/s]; counts are whole."""
-        if self._sim.getReset():
-            self._base = self._written
-        pulses = angle * self._per_rad
-        self._sim.setCount(round(pulses - self._base))
-        self._sim.setRate(rate * self._per_rad * self._sim.getDistancePerPulse())
-        self._written = pulses
+        super().__init__(EncoderSim(encoder), pulses_per_turn=pulses_per_turn, gearing=gearing)
 
 
 class AbsoluteEncoderPort:

@@ -6,12 +6,15 @@ The one module that starts viser, and only when a page is made: without the extr
 from __future__ import annotations
 
 import html
+import itertools
+import math
 import os
+import re
 import socket
 import sys
 import threading
 import webbrowser
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
@@ -25,12 +28,13 @@ from simcore.telemetry.snapshot import Snapshot
 if TYPE_CHECKING:
     import viser
 
-__all__ = ["SPEEDS", "ViewPage", "clock_text", "open_browser", "score_html"]
+__all__ = ["SPEEDS", "ViewPage", "clock_text", "lights_html", "open_browser", "score_html"]
 
 SPEEDS = {"0.1x": 0.1, "0.25x": 0.25, "0.5x": 0.5, "1x": 1.0, "2x": 2.0, "5x": 5.0, "max": float("inf")}
 """Simulated seconds a second, by what the page calls them."""
 
 _BOX = "flex:1;padding:6px 0;color:#fff;text-align:center;border-radius:6px;font-size:26px;font-weight:700"
+_MOST_SQUARES = 24  # of a strip of lights
 _FIELD, _FOLLOW, _BEHIND = "whole field", "follow robot", "behind robot"
 
 
@@ -233,6 +237,12 @@ def score_html(snapshot: Snapshot, robots: Mapping[int, str]) -> str:
         if parts:
             name = "robot" if len(robots) == 1 else f"robot {number}"
             lines.append(f"{name}: {', '.join(parts)}")
+        lights = re.compile(rf"^{prefix}/Lights/([^/]+)/Colors$")
+        lines += [
+            f"{html.escape(match[1])} {lights_html(colors.tolist())}"
+            for key, colors in snapshot.integer_arrays.items()
+            if (match := lights.match(key))
+        ]
     body = "<br>".join(line if "<" in line else html.escape(line) for line in lines)
     return (
         '<div style="padding:6px 14px 2px;font-family:system-ui,sans-serif">'
@@ -240,3 +250,17 @@ def score_html(snapshot: Snapshot, robots: Mapping[int, str]) -> str:
         f'<div style="font-size:24px;font-variant-numeric:tabular-nums;margin:4px 0">{clock}{rest}</div>'
         f'<div style="font-size:14px;line-height:1.5">{body}</div></div>'
     )
+
+
+def lights_html(colors: Sequence[int]) -> str:
+    """A strip of lights as squares: one per LED, or each for several LEDs of a long strip.
+
+    Args:
+        colors: 0xRRGGBB of each LED; below zero: of changing colors.
+    """
+    step = max(1, math.ceil(len(colors) / _MOST_SQUARES))
+    text = ""
+    for color, run in itertools.groupby(colors[::step]):
+        squares = "\u25a0" * len(list(run))
+        text += f'<span style="color:#{color:06x}">{squares}</span>' if color >= 0 else "\u25a8" * len(squares)
+    return text

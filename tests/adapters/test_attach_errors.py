@@ -18,6 +18,13 @@ def said(scenario):
         ("two modules", ("stands on 3 modules or more (most have 4), got 2",)),
         ("no wheel radius", ("module 2: CTRE constants need a finite wheel_radius, got nan",)),
         ("unknown device", ("[[mechanism]] 'roller': the robot program builds no TalonFX 30; it builds TalonFX [1,",)),
+        ("PWM", ("[[mechanism]] 'hood': the robot program builds nothing on PWM 7; of PWM it builds: PWM 0 (Spark)",)),
+        ("solenoid", ("the robot program builds nothing on REVPH 1 Solenoid 3; of REVPH 1 Solenoid it builds: none",)),
+        (
+            "DIO",
+            ("[[sensor]] 'beam': the robot program builds nothing on DIO 5; of DIO it builds: DIO 4 (DigitalInput)",),
+        ),
+        ("CANrange", ("[[sensor]] 'beam': the robot program builds no CANrange 5; it builds CANrange []",)),
         ("file", ("simcore.toml [robot]: mass must be a number above 0 kg, got -1",)),
     ],
 )

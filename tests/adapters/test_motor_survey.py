@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from simcore.robot_file.init_command import find_motors
+from simcore.robot_file.init_command import find_devices
 from simcore.robot_file.template import FoundMotor
 
 pytestmark = pytest.mark.skipif(
@@ -26,8 +26,8 @@ def project(tmp_path):
 
 
 def test_groups_of_motors_and_their_gears_are_found_and_the_drivetrain_left_out(project):
-    motors, why_not = find_motors(project)
-    assert why_not == ""
+    motors, ports, why_not = find_devices(project)
+    assert (ports, why_not) == ([], "")
     assert motors == [
         FoundMotor(controller="TalonFX", leader=31, followers=(32, 33), opposed=(33,), gearing=0.75),
         FoundMotor(controller="TalonFX", leader=34, gearing=9.0, has_gravity=True),
@@ -38,12 +38,34 @@ def test_groups_of_motors_and_their_gears_are_found_and_the_drivetrain_left_out(
     assert sorted(p.name for p in project.iterdir() if p.name != "__pycache__") == ["measures.py", "robot.py"]
 
 
+def test_what_is_on_ports_is_found_with_its_class(project):
+    shutil.copy(ROBOTS / "ports" / "robot.py", project)
+    motors, ports, why_not = find_devices(project)
+    assert why_not == "" and motors == [FoundMotor(controller="TalonFX", leader=31)]
+    found = {(port.model, port.channels, port.made_by) for port in ports}
+    assert len(ports) == len(found) == 21
+    assert {
+        ("PWM", (0,), "Spark"),
+        ("PWM", (3,), "Servo"),
+        ("PWM", (7,), "AddressableLED"),
+        ("DIO", (0, 1), "Encoder"),
+        ("DIO", (3,), "DutyCycleEncoder"),
+        ("Analog", (1,), "AnalogPotentiometer"),
+        ("REVPH 1 Solenoid", (0, 1), "DoubleSolenoid"),
+        ("REVPH 1 Solenoid", (2,), "Solenoid"),
+        ("Relay", (1,), "Relay"),
+        ("CANrange", (12,), ""),
+        ("CANdi", (30,), ""),
+    } <= found
+
+
 def test_a_program_that_cannot_start_says_why(project):
     (project / "robot.py").write_text("import wpilib\nraise OSError('no gamepad')\n")
-    assert find_motors(project) == (None, "OSError: no gamepad")
+    assert find_devices(project) == (None, [], "OSError: no gamepad")
     (project / "robot.py").write_text("import wpilib\n")
-    assert find_motors(project) == (
+    assert find_devices(project) == (
         None,
+        [],
         f"ConfigError: {project}/robot.py: want one class derived from wpilib.RobotBase, got []",
     )
 
@@ -55,7 +77,7 @@ def test_motors_that_a_program_had_built_before_it_failed_are_found_too(project)
             "        self.mechanisms = Mechanisms()\n", "        self.mechanisms = Mechanisms()\n        1 / 0\n"
         )
     )
-    motors, why_not = find_motors(project)
+    motors, _, why_not = find_devices(project)
     assert why_not == "ZeroDivisionError: division by zero"
     assert [motor.leader for motor in motors] == [31, 34, 35, 36, 37]
 
@@ -69,7 +91,7 @@ def test_one_motor_that_does_not_answer_does_not_hide_the_others(project):
             "signals.StatusCode", "phoenix6.StatusCode"
         )
     )
-    motors, why_not = find_motors(project)
+    motors, _, why_not = find_devices(project)
     assert why_not == "" and [motor.leader for motor in motors] == [31, 34, 35, 36, 37]
     assert "could not read its configuration (RX_TIMEOUT" in motors[-1].problem
     assert not any(motor.problem for motor in motors[:-1])

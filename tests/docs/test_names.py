@@ -8,6 +8,7 @@ import re
 from dataclasses import fields, replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from games.rebuilt import REBUILT
@@ -107,7 +108,7 @@ def test_the_phases_of_a_tick_are_named_in_their_order():
 
 @pytest.fixture(scope="module")
 def published():
-    """Keys of a match with two robots and a camera, and of a robot that climbs, as the page of keys spells them."""
+    """Keys of a match with two robots and a camera, and of one that climbs and has lights, spelled as the page has."""
     rebuilt, bare = MemorySink(), MemorySink()
     sees = replace(rebuilt_robot(), cameras=(CameraConfig(name="<name>"),))
     robots = (RobotEntry(config=sees), RobotEntry(alliance="red"))
@@ -124,6 +125,10 @@ def published():
         climbers=(ClimberConfig(joints=(up,)),),
     )
     with Match.bare(climbs, sinks=[bare]) as match:
+        (robot,) = match.robots
+        robot.sensor_states["<sensor>"] = True  # adapters fill these in
+        robot.light_colors["<name>"] = np.zeros(8, dtype=np.int64)
+        robot.light_requests["<name>"] = "SolidColor 0-7 #00FF00"
         match.tick()
     found = {}
     for sink in (rebuilt, bare):
@@ -145,6 +150,7 @@ def general(key: str) -> str:
     """The key with the kind of piece and the mechanism left open."""
     readings = "VelocityRPS|PositionRot|VoltageIn|CurrentA|AngleDeg|ExtendedPct|HeightM"
     key = re.sub(rf"^(Sim/Debug/)\w+?({readings})$", r"\1<Mechanism>\2", key)
+    key = re.sub(r"^(Sim/Sensors/)\w+$", r"\1<Sensor>", key)
     return re.sub(r"^(Sim/(?:GamePieces|PieceIds|InFlight|Held|HeldIds)/)Fuel$", r"\1<Type>", key)
 
 

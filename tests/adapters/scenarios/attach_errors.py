@@ -12,6 +12,7 @@ from pathlib import Path
 from types import SimpleNamespace
 
 import hal
+import wpilib
 from phoenix6 import hardware, swerve, unmanaged
 
 import simcore.phoenix6.swerve as adapter
@@ -21,6 +22,13 @@ from simcore.phoenix6.built_devices import clashes
 from simcore.phoenix6.ownership import Ownership
 from simcore.robotpy.attached_physics import AttachedPhysics
 from simcore.robotpy.extension import warn_of_taken_port
+
+PORTS = {
+    "PWM": '[[mechanism]]\nname = "hood"\nkind = "servo"\npwm = 7\nmin_deg = 0\nmax_deg = 90\ndeg_per_second = 400\n',
+    "solenoid": '[[mechanism]]\nname = "deploy"\nkind = "piston"\nsolenoid = 3\nstroke = 0.2\nstroke_time = 0.4\n',
+    "DIO": '[[sensor]]\nname = "beam"\nkind = "beam break"\ndio = 5\n',
+    "CANrange": '[[sensor]]\nname = "beam"\nkind = "canrange"\nid = 5\n',
+}
 
 
 def message(call) -> str:
@@ -70,6 +78,10 @@ def main() -> None:
 
     attached.find_game, attached.installed_games = lambda name: REBUILT, lambda: {"rebuilt": REBUILT}
     said["unknown device"] = message(attach)
+    ports = (wpilib.Spark(0), wpilib.DigitalInput(4))
+    for name, text in PORTS.items():
+        file.write_text(text)
+        said[name] = message(attach)
     file.write_text("[robot]\nmass = -1\n")
     said["file"] = message(attach)
     file.unlink()
@@ -85,7 +97,7 @@ def main() -> None:
         said["taken"] = warn_of_taken_port(listener.getsockname()[1])
         free = listener.getsockname()[1]
     said["free"] = warn_of_taken_port(free)
-    assert roller is not None and other_bus is not None
+    assert roller is not None and ports is not None and other_bus is not None
     print(json.dumps(said), flush=True)
     os._exit(0)
 

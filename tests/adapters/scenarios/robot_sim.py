@@ -276,6 +276,34 @@ class Play:
         self.results["volts_after"] = RobotController.getBatteryVoltage()
         self.results["rail_after"] = RobotController.getEnabled6V()
 
+    def ports(self, physics):
+        """The robot of ports and sensors: homes its hood, takes in what it backs into, and throws some of it."""
+        DriverStationSim.setJoystickAxisCount(0, 6)
+        DriverStationSim.setJoystickButtonCount(0, 10)
+        DriverStationSim.notifyNewData()
+        yield from self.wait(0.4)
+        self.enable(autonomous=False)
+        yield from self.wait(0.8)
+        robot, mechanisms = physics.robot, physics.robot_sim.mechanisms
+        self.results["homed"] = robot.facts()
+        self.results["hood_deg"] = math.degrees(mechanisms["hood"].position)
+        DriverStationSim.setJoystickButton(0, A, True)
+        self.axes(left_y=0.5)
+        for _ in range(90):
+            yield
+            if physics.match.count.held >= 3 and mechanisms["deploy"].extension == 0.2:
+                break
+        self.axes()
+        yield from self.wait(0.3)
+        self.results["held"] = physics.match.count.held
+        self.results["full"] = robot.facts()
+        snapshot = physics.match.snapshot()
+        self.results["sensors"] = {k: v for k, v in snapshot.booleans.items() if "/Sensors/" in k}
+        self.results["lights"] = snapshot.strings["Sim/Lights/CANdle40/Shows"]
+        DriverStationSim.setJoystickButton(0, A, False)
+        yield from self.hold(X, 1.5)
+        self.results["left"] = len(physics.match.flow.shots)
+
     def shape(self, physics):
         """Any robot: 5 m across the field, into the fuel of the depot, and against the wall."""
         DriverStationSim.setJoystickAxisCount(0, 6)

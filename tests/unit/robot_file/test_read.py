@@ -200,7 +200,7 @@ def test_the_robot_that_the_file_describes_is_of_the_same_class_as_every_other(r
         (WHEELS.replace("inertia = 0.004", ""), "[[mechanism]] 'wheels': inertia is missing"),
         (
             WHEELS.replace("flywheel", "flywhel"),
-            "kind must be one of flywheel, roller, arm, turret, elevator, rack, got",
+            "kind must be one of flywheel, roller, arm, turret, elevator, rack, servo, piston, got",
         ),
         (WHEELS.replace("[22]", "[23]"), "opposed must name followers, which are [21, 22]; got 23"),
         (WHEELS.replace("leader = 20", "leader = 63"), "leader must be a whole number from 0 to 62, got 63"),

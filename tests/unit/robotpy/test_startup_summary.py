@@ -12,13 +12,16 @@ def test_a_robot_of_many_devices_fits_on_one_screen_and_every_kind_is_there():
         described=[f"'mechanism {k}': TalonFX {k}" for k in range(20)],
         guessed=[(f"SPARK MAX {k} + {k + 1}", "1 x NEO, 3:1, 0.001 kg m^2") for k in range(30, 60)],
         own="SPARK MAX 61",
+        sensors=[f"'beam {k}' sees pieces: DIO {k}" for k in range(20)],
+        lights="CANdle 40",
         nobody="CANrange 3, " + ", ".join(f"navX-Sensor[{k}]" for k in range(40)),
         cameras="limelight",
         unseen="front",
     ).lines()
-    assert len(lines) <= 25 and max(map(len, lines)) <= 120
+    assert len(lines) <= 30 and max(map(len, lines)) <= 120
     text = "\n".join(lines)
     for expected in (
+        "sensors      'beam 0' sees pieces: DIO 0", "lights       CANdle 40: shown as Sim/Lights in telemetry",
         "'mechanism 0': TalonFX 0", "and 15 more", "SPARK MAX 30 + 31: 1 x NEO", "and 25 more",
         "own physics  SPARK MAX 61",
         "nobody moves CANrange 3",
@@ -36,6 +39,7 @@ def test_without_a_file_it_says_how_to_get_one():
 def test_devices_of_other_makers_are_named_once():
     names = [
         *("Talon FX (v6)[1]", "Talon FX (v6)[1]/Rotor Sensor", "SPARK Flex [6] EXTERNAL ENCODER"),
+        *("DutyCycle:DutyCycleEncoder[3]", "AnalogEncoder[0]"),
         *("navX-Sensor[4]", "ADXRS450_Gyro[0]", "Servo Hub [3]/Channel 0", "Servo Hub [3]/Channel 1"),
     ]
     assert unknown_sim_devices(names) == ["ADXRS450_Gyro[0]", "Servo Hub [3]", "navX-Sensor[4]"]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from simcore.show.view_page import clock_text, score_html
+from simcore.show.view_page import clock_text, lights_html, score_html
 from simcore.telemetry.snapshot import Snapshot
 
 
@@ -31,3 +31,13 @@ def test_board_says_score_clock_pieces_and_robots() -> None:
 
 def test_an_empty_snapshot_has_a_board_too() -> None:
     assert "0:00.0" in score_html(Snapshot(time=0.0, tick=0), {})
+
+
+def test_lights_are_squares_of_their_colors_and_a_long_strip_is_thinned_out() -> None:
+    assert lights_html([0x00FF00, 0x00FF00, 0, -1]) == (
+        '<span style="color:#00ff00">\u25a0\u25a0</span><span style="color:#000000">\u25a0</span>\u25a8'
+    )
+    assert lights_html([0xFF] * 30 + [0xFF0000] * 30).count("\u25a0") == 20
+    lit = {"Sim/Lights/CANdle9/Colors": np.array([0xFF8000]), "Sim/Robots/1/Lights/CANdle9/Colors": np.array([0xFF])}
+    board = score_html(Snapshot(time=0.0, tick=0, integer_arrays=lit), {0: "Sim"})
+    assert 'CANdle9 <span style="color:#ff8000">' in board and "#0000ff" not in board

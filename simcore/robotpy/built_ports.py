@@ -1,0 +1,189 @@
+"""Which roboRIO ports and solenoids the robot program uses, and by which WPILib class.
+
+The HAL's simulation data knows a port, not what is on it, so the classes are watched while they are built. What was
+built unseen, such as by a library in C++, is there without a class.
+"""
+
+from __future__ import annotations
+
+import functools
+import weakref
+from dataclasses import dataclass, field
+from typing import Any
+
+import wpilib
+from wpilib.simulation import AnalogInputSim, CTREPCMSim, DIOSim, PWMSim, RelaySim, REVPHSim
+
+__all__ = ["BuiltPort", "built_ports", "pneumatics_module", "ports_text"]
+
+_COUNTS = {"PWM": 20, "DIO": 31, "Analog": 8, "Relay": 4}  # of a roboRIO with its MXP port
+_CLASSES = (
+    *("Koors40", "PWMSparkFlex", "PWMSparkMax", "PWMTalonFX", "PWMTalonSRX", "PWMVenom", "PWMVictorSPX"),
+    *("Spark", "Talon", "VictorSP", "Servo", "PWM", "AddressableLED"),
+    *("DigitalInput", "DigitalOutput", "Encoder", "DutyCycle", "DutyCycleEncoder", "Counter", "Ultrasonic"),
+    *("AnalogInput", "AnalogEncoder", "AnalogPotentiometer", "AnalogGyro", "AnalogAccelerometer", "AnalogTrigger"),
+    *("SharpIR", "Relay"),
+)
+_SOLENOIDS = ("Solenoid", "DoubleSolenoid")
+_MAKERS = {"makeSolenoid": "Solenoid", "makeDoubleSolenoid": "DoubleSolenoid"}
+
+
+@dataclass(frozen=True, slots=True)
+class BuiltPort:
+    """One object of robot code on ports of the roboRIO, or of a pneumatics module."""
+
+    model: str
+    """`PWM`, `DIO`, `Analog`, `Relay`, or a module's solenoids: `REVPH 1 Solenoid`."""
+    channels: tuple[int, ...]
+    made_by: str = ""
+    """Its WPILib class; empty if nobody has seen it built."""
+    device: Any = None
+    """The robot code's object; None if it is gone, or nobody has seen it."""
+    args: tuple[Any, ...] = field(default=(), compare=False)
+    """With which it was built."""
+    settings: dict[str, Any] = field(default_factory=dict, compare=False)
+    """The same, by keyword."""
+
+    @property
+    def keys(self) -> list[tuple[str, int]]:
+        """Its ports as (model, channel)."""
+        return [(self.model, channel) for channel in self.channels]
+
+    def __str__(self) -> str:
+        text = f"{self.model} {' '.join(map(str, self.channels))}"
+        return f"{text} ({self.made_by})" if self.made_by else text
+
+
+@dataclass(frozen=True, slots=True)
+class _Record:
+    made_by: str
+    model: str
+    channels: tuple[int, ...]
+    device: Any
+    args: tuple[Any, ...]
+    settings: dict[str, Any]
+
+
+_records: list[_Record] = []
+
+
+def built_ports() -> list[BuiltPort]:
+    """What is on the ports now, in the order in which it was built; last those of which no class is known."""
+    used = {model: _initialized(model) for model in _COUNTS}
+    found: list[BuiltPort] = []
+    for record in _records:
+        device = record.device()
+        if record.model in used and not used[record.model].issuperset(record.channels):
+            continue  # freed since
+        if record.model not in used and device is None:
+            continue
+        found.append(
+            BuiltPort(record.model, record.channels, record.made_by, device, record.args, dict(record.settings))
+        )
+    # an object that is gone has made room for what was built later on its ports
+    found = [
+        port
+        for number, port in enumerate(found)
+        if port.device is not None
+        or {*port.keys}.isdisjoint(key for later in found[number + 1 :] for key in later.keys)
+    ]
+    known = {key for port in found for key in port.keys}
+    for model, channels in used.items():
+        found += [BuiltPort(model, (channel,)) for channel in sorted(channels) if (model, channel) not in known]
+    return found
+
+
+def pneumatics_module(name: str) -> Any:
+    """The simulation of a pneumatics module, `REVPH 1` or `CTREPCM 0`."""
+    kind, number = name.split()
+    return (REVPHSim if kind == "REVPH" else CTREPCMSim)(int(number))
+
+
+def ports_text(model: str) -> str:
+    """What there is of a model, for errors: `PWM 0 (Spark), PWM 3 (Servo)`, or `none`."""
+    return ", ".join(str(port) for port in built_ports() if port.model == model) or "none"
+
+
+def _initialized(model: str) -> set[int]:
+    return {channel for channel in range(_COUNTS[model]) if _is_initialized(model, channel)}
+
+
+def _is_initialized(model: str, channel: int) -> bool:
+    if model == "PWM":
+        return bool(PWMSim(channel).getInitialized())
+    if model == "DIO":
+        return bool(DIOSim(channel).getInitialized())
+    if model == "Analog":
+        return bool(AnalogInputSim(channel).getInitialized())
+    relay = RelaySim(channel)
+    return bool(relay.getInitializedForward() or relay.getInitializedReverse())
+
+
+# --- watching them being built ------------------------------------------------------------------------------------
+
+
+def _record_ports() -> None:
+    """Record every object that is built from now on. Runs once, when this module is imported."""
+    for name in (*_CLASSES, *_SOLENOIDS):
+        cls = getattr(wpilib, name, None)
+        if cls is not None and not getattr(cls.__init__, "_records_ports", False):
+            cls.__init__ = _recording(cls.__init__, name)
+    for maker in (wpilib.PneumaticHub, wpilib.PneumaticsControlModule):
+        for method, name in _MAKERS.items():
+            if not getattr(getattr(maker, method), "_records_ports", False):
+                setattr(maker, method, _recording_maker(getattr(maker, method), name, maker))
+
+
+def _recording(build: Any, name: str) -> Any:
+    @functools.wraps(build)
+    def init(self: Any, *args: Any, **settings: Any) -> None:
+        if name in _SOLENOIDS:
+            build(self, *args, **settings)
+            kind, number = _module_of(args, settings)
+            _note_solenoid(self, name, kind, number)
+            return
+        before = {model: _initialized(model) for model in _COUNTS}
+        build(self, *args, **settings)
+        sources = [value for value in (*args, *settings.values()) if hasattr(value, "getChannel")]
+        for model, known in before.items():
+            new = sorted(_initialized(model) - known)
+            if not new and sources and model == "DIO":
+                new = [int(source.getChannel()) for source in sources]  # made of DigitalInputs that were there
+            if new:
+                _records.append(_Record(name, model, tuple(new), weakref.ref(self), args, settings))
+
+    init._records_ports = True  # type: ignore[attr-defined]
+    return init
+
+
+def _recording_maker(make: Any, name: str, maker: Any) -> Any:
+    kind = "REVPH" if maker is wpilib.PneumaticHub else "CTREPCM"
+
+    @functools.wraps(make)
+    def made(self: Any, *args: Any, **settings: Any) -> Any:
+        solenoid = make(self, *args, **settings)
+        _note_solenoid(solenoid, name, kind, int(self.getModuleNumber()))
+        return solenoid
+
+    made._records_ports = True  # type: ignore[attr-defined]
+    return made
+
+
+def _module_of(args: tuple[Any, ...], settings: dict[str, Any]) -> tuple[str, int]:
+    """Type and CAN id of the module; without an id it is that of the type's default."""
+    values = [*args, *settings.values()]
+    kind = next(value for value in values if isinstance(value, wpilib.PneumaticsModuleType))
+    is_rev = kind == wpilib.PneumaticsModuleType.REVPH
+    named = settings.get("module", args[0] if args and isinstance(args[0], int) else None)
+    return ("REVPH" if is_rev else "CTREPCM"), (int(is_rev) if named is None else int(named))
+
+
+def _note_solenoid(solenoid: Any, name: str, kind: str, number: int) -> None:
+    if name == "Solenoid":
+        channels: tuple[int, ...] = (int(solenoid.getChannel()),)
+    else:
+        channels = (int(solenoid.getFwdChannel()), int(solenoid.getRevChannel()))
+    _records.append(_Record(name, f"{kind} {number} Solenoid", channels, weakref.ref(solenoid), (), {}))
+
+
+_record_ports()

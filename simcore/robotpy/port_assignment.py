@@ -1,0 +1,333 @@
+"""Connects under `--simcore` what is no motor on CAN: ports of the roboRIO, pneumatics, sensors and lights.
+
+Mechanisms and sensors of `simcore.toml` find their ports; the lights of any program are shown; and what is left has its
+name in the list of who moves what.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from wpilib.simulation import AddressableLEDSim, EncoderSim
+
+import simcore.phoenix6.candle_lights as candles  # from here on requests are noted
+from simcore.errors import ConfigError
+from simcore.match.match import Match
+from simcore.phoenix6.built_devices import built_devices
+from simcore.phoenix6.ownership import Ownership
+from simcore.phoenix6.sensor_ports import CANcoderSim, CANdiSwitchSim, CANrangeSim
+from simcore.robot.mechanisms import ElevatorSim, RackSim
+from simcore.robot.positioned_mechanisms import PistonSim, ServoSim
+from simcore.robot.robot import Robot
+from simcore.robot.shaft import ShaftSim
+from simcore.robot_file.device_settings import (
+    BeamBreakSettings,
+    EncoderSettings,
+    LimitSwitchSettings,
+    PotentiometerSettings,
+    RangeSettings,
+    SensorSettings,
+    SwitchInput,
+)
+from simcore.robot_file.robot_settings import MechanismSettings, RobotSettings
+from simcore.robotpy.built_ports import BuiltPort, built_ports, pneumatics_module, ports_text
+from simcore.robotpy.connected_devices import MotorDevices
+from simcore.robotpy.piece_sensors import BeamBreak, PieceEye, PieceRange
+from simcore.robotpy.port_devices import (
+    AbsoluteEncoderInput,
+    DigitalSwitch,
+    LimitSwitchInput,
+    PistonValve,
+    PortMotorSim,
+    PotentiometerInput,
+    PWMChannelPort,
+    QuadratureInput,
+    RelayPort,
+    ServoSignal,
+    ShownPosition,
+    Switch,
+)
+from simcore.typing import IntArray
+
+__all__ = ["PORT_CONTROLLERS", "PortAssignment"]
+
+PORT_CONTROLLERS = ("PWM", "Relay", "Servo", "Solenoid")
+"""Controllers of mechanisms that are on ports and not on CAN."""
+
+_STRIP_EVERY = 5  # ticks between two looks at an LED strip
+
+
+def _connect_mechanism(m: MechanismSettings, robot: Robot, ownership: Ownership) -> MotorDevices:
+    """The devices of a mechanism of the file that is on ports, on that mechanism.
+
+    Raises:
+        ConfigError: The program has built no such device.
+    """
+    where, mechanism = f"simcore.toml [[mechanism]] {m.name!r}", robot.mechanisms[m.name]
+    _require_ports(where, m.keys)
+    if isinstance(mechanism, PistonSim):
+        return PistonValve(pneumatics_module(m.module), m.devices, mechanism, reversed=m.reversed)
+    if isinstance(mechanism, ServoSim):
+        return ServoSignal(m.leader, mechanism, reversed=m.reversed)
+    encoder = None
+    if m.cancoder is not None:
+        encoder = CANcoderSim(_ctre(where, "CANcoder", m.cancoder))
+        ownership.claim(("CANcoder", m.cancoder), m.name)
+    leader = _controller(m.leader) if m.controller == "PWM" else None
+    ports = [
+        PWMChannelPort(number, leader, coasts=m.coasts) if m.controller == "PWM" else RelayPort(number, coasts=m.coasts)
+        for number in m.devices
+    ]
+    signs = [-1.0 if (number in m.opposed) != m.reversed else 1.0 for number in m.devices]
+    return PortMotorSim(ports, mechanism, signs=signs, encoder=encoder, encoder_gearing=m.cancoder_gearing)
+
+
+def _controller(channel: int) -> Any:
+    """Robot code's motor controller on a PWM channel; None if nobody has seen it built, or it is a bare `PWM`."""
+    found = [port.device for port in built_ports() if ("PWM", channel) in port.keys]
+    return next((device for device in found if hasattr(device, "setInverted")), None)
+
+
+def _require_ports(where: str, keys: Sequence[tuple[str, int]]) -> None:
+    there = {key for port in built_ports() for key in port.keys}
+    for model, channel in keys:
+        if (model, channel) not in there:
+            raise ConfigError(
+                f"{where}: the robot program builds nothing on {model} {channel}; of {model} it builds: "
+                f"{ports_text(model)}"
+            )
+
+
+def _ctre(where: str, model: str, number: int) -> Any:
+    devices = built_devices()
+    for device in devices:
+        if device.key == (model, number):
+            return device.hardware
+    there = sorted(d.device_id for d in devices if d.model == model)
+    raise ConfigError(f"{where}: the robot program builds no {model} {number}; it builds {model} {there}")
+
+
+class _MechanismInputs:
+    """What mechanisms show at inputs of the roboRIO and of CAN devices, as `MotorDevices`."""
+
+    def __init__(self) -> None:
+        self._shown: list[tuple[ShaftSim, ShownPosition]] = []
+
+    def add(self, mechanism: ShaftSim, shown: ShownPosition) -> None:
+        shown.write(mechanism.position, mechanism.velocity)
+        self._shown.append((mechanism, shown))
+
+    def read(self, battery_voltage: float, *, powered: bool = True) -> None:
+        """Inputs ask for nothing."""
+
+    def write(self) -> None:
+        for mechanism, shown in self._shown:
+            shown.write(mechanism.position, mechanism.velocity)
+
+
+class PortAssignment:
+    """Mechanisms and sensors of `simcore.toml` that are on ports, and the lights of the program, on one robot.
+
+    Args:
+        match: With the robot.
+        robot: In the match.
+        settings: The file's.
+        ownership: Who has written which device.
+
+    Raises:
+        ConfigError: The program has built no such device, or the robot has no such part.
+    """
+
+    def __init__(self, match: Match, robot: Robot, settings: RobotSettings, ownership: Ownership) -> None:
+        self._match = match
+        self._robot = robot
+        self._settings = settings
+        self._ticks = 0
+        self._candle_changes: dict[int, int] = {}
+        strips = [port.channels[0] for port in built_ports() if port.made_by == "AddressableLED"]
+        self._strips = {f"AddressableLED{n}": AddressableLEDSim.createForChannel(n) for n in strips}
+        self._limits: dict[str, LimitSwitchInput] = {}
+        self._piece_sensors: dict[str, BeamBreak | PieceRange] = {}
+        on_ports = (m for m in settings.mechanisms if m.controller in PORT_CONTROLLERS)
+        self._inputs = _MechanismInputs()
+        self.devices: list[MotorDevices] = [*(_connect_mechanism(m, robot, ownership) for m in on_ports), self._inputs]
+        """What moves mechanisms, and then what shows how they have moved."""
+        for sensor in settings.sensors:
+            self._connect(f"simcore.toml [[sensor]] {sensor.name!r}", sensor)
+        self._look_at_sensors()
+
+    @property
+    def keys(self) -> set[tuple[str, int]]:
+        """CAN devices, as (model, id), that are simulated here."""
+        found = {key for sensor in self._settings.sensors for key in sensor.keys}
+        return found | {device.key for device in built_devices() if device.model == "CANdle"}
+
+    def after_tick(self) -> None:
+        """Sensors see the pieces of this tick; telemetry gets them and the lights."""
+        self._look_at_sensors()
+        self._look_at_lights()
+        self._ticks += 1
+
+    @property
+    def sensors(self) -> list[tuple[str, str]]:
+        """Ports of the file's sensors, and what they are, as text."""
+        return [(_port_text(sensor), _meaning(sensor)) for sensor in self._settings.sensors]
+
+    @property
+    def lights(self) -> list[str]:
+        """Lights of the program, as text."""
+        candles = [f"CANdle {d.device_id}" for d in built_devices() if d.model == "CANdle"]
+        return candles + [str(port) for port in built_ports() if port.made_by == "AddressableLED"]
+
+    @property
+    def idle(self) -> list[str]:
+        """Ports that nobody simulates, as text: outputs move nothing, inputs read as if nothing were there."""
+        taken = {key for sensor in self._settings.sensors for key in sensor.keys}
+        taken |= {key for m in self._settings.mechanisms for key in m.keys}
+        ports = [p for p in built_ports() if p.made_by != "AddressableLED" and taken.isdisjoint(p.keys)]
+        return _by_class(ports)
+
+    # --- connecting -----------------------------------------------------------------------------------------------
+
+    def _connect(self, where: str, sensor: SensorSettings) -> None:
+        if isinstance(sensor, BeamBreakSettings):
+            eye = PieceEye(sensor.sees, self._robot, self._kind_of)
+            self._piece_sensors[sensor.name] = BeamBreak(eye, self._switch(where, sensor.input))
+        elif isinstance(sensor, RangeSettings):
+            self._connect_range(where, sensor)
+        elif isinstance(sensor, LimitSwitchSettings):
+            limit = LimitSwitchInput(self._switch(where, sensor.input), low=sensor.low, high=sensor.high)
+            self._limits[sensor.name] = limit
+            self._inputs.add(self._robot.mechanisms[sensor.mechanism], limit)
+        else:
+            _require_ports(where, sensor.keys)
+            mechanism = self._robot.mechanisms[sensor.mechanism]
+            if isinstance(sensor, PotentiometerSettings):
+                volts = (sensor.lower_volts, sensor.upper_volts)
+                self._inputs.add(mechanism, PotentiometerInput(sensor.channel, stops=mechanism.stops, volts=volts))
+            else:
+                self._inputs.add(mechanism, _encoder(where, sensor, mechanism))
+
+    def _connect_range(self, where: str, sensor: RangeSettings) -> None:
+        device = CANrangeSim(_ctre(where, "CANrange", sensor.device_id))
+        if sensor.sees is not None:
+            eye = PieceEye(sensor.sees, self._robot, self._kind_of)
+            self._piece_sensors[sensor.name] = PieceRange(eye, device, distance=sensor.distance, empty=sensor.empty)
+            return
+        assert sensor.mechanism is not None
+        mechanism = self._robot.mechanisms[sensor.mechanism]
+        self._inputs.add(mechanism, _SlideRange(device, mechanism, sensor.distance))
+
+    def _switch(self, where: str, wired: SwitchInput) -> Switch:
+        if wired.model == "CANdi":
+            candi = _ctre(where, "CANdi", wired.number)
+            return CANdiSwitchSim(candi, wired.pin, normally_closed=wired.normally_closed)
+        _require_ports(where, wired.keys)
+        return DigitalSwitch(wired.number, normally_closed=wired.normally_closed)
+
+    def _kind_of(self, slot: int) -> str:
+        number = int(self._match.pieces.state.kind[slot])
+        return self._match.game.pieces[number].kind.name
+
+    # --- each tick ------------------------------------------------------------------------------------------------
+
+    def _look_at_sensors(self) -> None:
+        states = self._robot.sensor_states
+        for name, sensor in self._piece_sensors.items():
+            sensor.update()
+            states[name] = sensor.is_active
+        for name, limit in self._limits.items():
+            states[name] = limit.is_pressed
+
+    def _look_at_lights(self) -> None:
+        robot = self._robot
+        for number, lights in candles.candle_lights().items():
+            if self._candle_changes.get(number) != lights.changes:
+                self._candle_changes[number] = lights.changes
+                robot.light_colors[f"CANdle{number}"] = lights.colors
+                robot.light_requests[f"CANdle{number}"] = lights.shows
+        if self._ticks % _STRIP_EVERY == 0:
+            for name, strip in self._strips.items():
+                robot.light_colors[name] = _strip_colors(strip)
+
+
+class _SlideRange:
+    """A CANrange that looks at a mechanism which slides away from it."""
+
+    def __init__(self, device: CANrangeSim, mechanism: ShaftSim, distance: float) -> None:
+        self._device = device
+        self._mechanism = mechanism
+        self._distance = distance
+
+    def write(self, position: float, velocity: float) -> None:
+        """See `ShownPosition`."""
+        m = self._mechanism
+        way = m.height if isinstance(m, ElevatorSim) else m.extension if isinstance(m, RackSim) else position
+        self._device.write(max(0.0, self._distance + way))
+
+
+def _encoder(where: str, sensor: EncoderSettings, mechanism: ShaftSim) -> ShownPosition:
+    gearing = -sensor.gearing if sensor.reversed else sensor.gearing
+    if sensor.kind == "encoder":
+        try:
+            sim = EncoderSim.createForChannel(sensor.channels[0])
+        except IndexError:
+            raise ConfigError(
+                f"{where}: DIO {sensor.channels[0]} is channel A of no Encoder of the robot program; of DIO it builds: "
+                f"{ports_text('DIO')}"
+            ) from None
+        return QuadratureInput(sim, pulses_per_turn=sensor.pulses_per_turn, gearing=gearing, start=mechanism.position)
+    model, channel = sensor.keys[0]
+    try:
+        return AbsoluteEncoderInput(
+            model, channel, gearing=gearing, zero=sensor.zero, full_range=_full_range(model, channel)
+        )
+    except IndexError:
+        raise ConfigError(
+            f"{where}: the robot program reads no duty cycle on DIO {channel}; of DIO it builds: {ports_text('DIO')}"
+        ) from None
+
+
+def _full_range(model: str, channel: int) -> float:
+    """What a turn is in the unit of robot code: 1, unless its encoder was built with something else."""
+    for port in built_ports():
+        if (model, channel) in port.keys and port.made_by in ("DutyCycleEncoder", "AnalogEncoder"):
+            given = port.settings.get("fullRange", port.args[1] if len(port.args) > 1 else 1.0)
+            return float(given)
+    return 1.0
+
+
+def _strip_colors(strip: AddressableLEDSim) -> IntArray:
+    """Of each LED of a strip, 0xRRGGBB, shape (n,); dark until robot code has started it."""
+    if not strip.getRunning():
+        return np.zeros(int(strip.getLength()), dtype=np.int64)
+    return np.array([led.r << 16 | led.g << 8 | led.b for led in strip.getData()], dtype=np.int64)
+
+
+# --- words --------------------------------------------------------------------------------------------------------
+
+
+def _port_text(sensor: SensorSettings) -> str:
+    (model, _), numbers = sensor.keys[0], " ".join(str(number) for _, number in sensor.keys)
+    pin = sensor.input.pin if isinstance(sensor, (BeamBreakSettings, LimitSwitchSettings)) else 0
+    return f"{model} {numbers}" + (f" pin {pin}" if pin else "")
+
+
+def _meaning(sensor: SensorSettings) -> str:
+    if isinstance(sensor, (BeamBreakSettings, RangeSettings)) and sensor.sees is not None:
+        return f"{sensor.name!r} {sensor.sees}"
+    kind = getattr(
+        sensor, "kind", {"PotentiometerSettings": "potentiometer"}.get(type(sensor).__name__, "limit switch")
+    )
+    assert not isinstance(sensor, BeamBreakSettings)
+    return f"{sensor.name!r}, {'distance' if isinstance(sensor, RangeSettings) else kind} of {sensor.mechanism!r}"
+
+
+def _by_class(ports: Any) -> list[str]:
+    """`PWM 3 5 (VictorSP)`: ports of one class in one text."""
+    groups: dict[tuple[str, str], list[int]] = {}
+    for port in ports:
+        groups.setdefault((port.model, port.made_by), []).extend(port.channels)
+    return [str(BuiltPort(model, tuple(channels), made_by)) for (model, made_by), channels in groups.items()]

@@ -1,0 +1,129 @@
+"""A robot of PWM controllers, roboRIO sensors, pneumatics, a servo, a relay and lights, by its simcore.toml alone."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+PORTS = Path(__file__).parent / "robots" / "ports"
+
+IN_SIMULATED_TIME = """
+import math
+
+import pytest
+
+A, X = 1, 3
+TICK = 0.02
+
+
+def test_every_port_does_what_the_file_says(sim):
+    robot, plant = sim.robot, sim.robot_sim.mechanisms
+    stick = sim.joystick(0)
+    sim.teleop()
+
+    # the hood runs down on its switch, and from there to its goal; its sensors agree with the truth
+    sim.run_until(lambda: robot.facts()["is_homed"], timeout=1.0)
+    assert 5.0 <= math.degrees(plant["hood"].position) < 5.0 + 0.4 + 120.0 * 2 * TICK  # it hears of it in its next loop
+    sim.run(0.6)
+    hood, facts = math.degrees(plant["hood"].position), robot.facts()
+    assert facts["hood"] == pytest.approx(20.0, abs=0.1) and facts["hood_rate"] == pytest.approx(0.0, abs=0.1)
+    pulse = 360.0 / 2048.0 / 4.0
+    assert hood - 5.0 == pytest.approx(facts["hood"], abs=0.4 + pulse)  # it was reset in the last 0.4 degrees
+    assert facts["absolute"] == pytest.approx(300.0 + hood, abs=1e-6)
+    assert facts["analog"] == pytest.approx(0.9 - 2.0 * hood / 360.0, abs=1e-6)
+    assert facts["pot"] == pytest.approx(100.0 * (0.5 + 4.0 * (hood - 5.0) / 40.0) / 5.0 - 10.0, abs=1e-6)
+    assert math.degrees(plant["latch"].position) == pytest.approx(45.0, abs=0.3)  # a pulse is a whole microsecond
+
+    # the cylinder takes its stroke time, the roller's two motors push the same way, fuel breaks the beams
+    assert facts["beams"] == (False, False) and not facts["is_near"] and facts["range"] == pytest.approx(0.42)
+    assert not facts["is_out"]
+    stick.press(A)
+    stick.axis(1, 0.5)
+    took = sim.run_until(lambda: plant["deploy"].extension == 0.2, timeout=1.0)
+    assert took == pytest.approx(0.4, abs=2 * TICK)
+    assert plant["roller"].velocity > 0.8 * plant["roller"].gearbox.free_speed(8.0)
+    seen = set()
+    passed = False
+    for _ in range(80):
+        before = sim.pieces.held
+        sim.run(TICK)
+        held, facts = sim.pieces.held, robot.facts()
+        seen.add(held)
+        passed = passed or facts["passes"]
+        if held == before:  # what code reads is a tick old, of CAN sensors two
+            assert facts["beams"][0] == (held >= 1)
+        if held >= 3 and facts["beams"] == (True, True):
+            break
+    assert max(seen) >= 3 and passed
+    stick.axis(1, 0.0)
+    sim.run(0.3)
+    facts = robot.facts()
+    assert facts["is_out"] and facts["is_near"] and facts["range"] == pytest.approx(0.06, abs=1e-3)
+    assert not facts["passes"]
+
+    # telemetry has sensors and lights
+    snapshot = sim.match.snapshot()
+    sensors = {key.split("/")[-1]: on for key, on in snapshot.booleans.items() if "/Sensors/" in key}
+    assert sensors == {
+        "AnyFuel": True, "ThreeFuel": True, "Passing": False, "TwoFuel": True, "HoodDown": False, "DeployOut": True
+    }
+    assert snapshot.strings["Sim/Lights/CANdle40/Shows"] == "SolidColor 0-7 #00FF00, RainbowAnimation 8-37"
+    assert snapshot.integer_arrays["Sim/Lights/CANdle40/Colors"].tolist() == [0x00FF00] * 8 + [-1] * 30
+    assert snapshot.integer_arrays["Sim/Lights/AddressableLED7/Colors"].tolist() == [200] * 4
+
+    # the relay feeds, and the beams clear with the last of it; disabled, PWM, relay and servo stand still
+    held = sim.pieces.held
+    stick.release(A)
+    stick.press(X)
+    sim.run_until(lambda: sim.pieces.held == 0, timeout=1.0 + 0.2 * held)
+    sim.run(2 * TICK)
+    assert robot.facts()["beams"] == (False, False)
+    assert plant["kicker"].velocity > 0.8 * plant["kicker"].gearbox.free_speed(12.0)
+    assert math.degrees(plant["latch"].position) == pytest.approx(135.0, abs=0.3)
+    assert plant["deploy"].extension == 0.0
+    stick.press(A)
+    sim.run(0.2)
+    sim.disable(seconds=0.5)
+    assert [plant[name].velocity for name in ("roller", "kicker", "latch")] == pytest.approx([0.0] * 3, abs=0.01)
+    assert math.degrees(plant["latch"].position) == pytest.approx(135.0, abs=0.3)
+    assert plant["deploy"].extension == 0.2  # a double solenoid stays as it is and lets the rod go on
+    assert sim.match.snapshot().strings["Sim/Lights/CANdle40/Shows"].startswith("SolidColor 0-7 #FF0000")
+"""
+
+
+@pytest.mark.slow
+def test_in_simulated_time(project_of):
+    code, said = project_of(PORTS)(IN_SIMULATED_TIME, "-rP")
+    assert code == 0, said
+
+
+@pytest.fixture(scope="module")
+def run(scenario):
+    return scenario("robot_sim", str(PORTS), "ports", "blue", "--simcore")
+
+
+@pytest.mark.realtime
+def test_in_real_time(run):
+    homed, full = run["homed"], run["full"]
+    assert homed["is_homed"] and homed["hood"] == pytest.approx(20.0, abs=0.2)
+    assert homed["absolute"] == pytest.approx(300.0 + run["hood_deg"], abs=0.2)
+    assert homed["beams"] == [False, False] and not homed["is_near"] and not homed["is_out"]
+    assert run["held"] >= 3 and full["beams"] == [True, True]
+    assert full["is_near"] and full["range"] == pytest.approx(0.06, abs=0.002) and full["is_out"]
+    assert run["sensors"]["Sim/Sensors/DeployOut"] and run["sensors"]["Sim/Sensors/AnyFuel"]
+    assert run["lights"] == "SolidColor 0-7 #00FF00, RainbowAnimation 8-37"
+    assert run["left"] >= 2
+
+
+@pytest.mark.realtime
+def test_every_kind_of_device_is_named_also_what_nobody_simulates(run):
+    said = " ".join(run["output"].split())
+    for words in (
+        "'roller': PWM 0 1",
+        "'deploy': REVPH 1 Solenoid 0 1",
+        "'hood encoder', encoder of 'hood': DIO 0 1",
+        "lights CANdle 40, PWM 7 (AddressableLED): shown as Sim/Lights in telemetry",
+        "nobody moves REVPH 1 Solenoid 2 (Solenoid), PWM 5 (VictorSP), DIO 9 (DigitalInput), Analog 3 (AnalogInput)",
+    ):
+        assert words in said
