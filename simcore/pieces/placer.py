@@ -40,7 +40,9 @@ class PlacerConfig:
     zone: IntakeZone
     """Where a piece is taken, around the place of the held one, in the frame after the last joint."""
     from_storage: bool = False
-    """Whether it also takes pieces that the robot's storage hands on."""
+    """Whether it also takes pieces that a storage hands on."""
+    storage: str = ""
+    """Name of that storage; empty: the robot's first."""
     kinds: tuple[str, ...] = ()
     """Kinds of pieces that it takes; none named: all."""
 
