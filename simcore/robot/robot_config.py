@@ -136,12 +136,15 @@ class RobotConfig:
         storages = [self.storage.name, *(storage.name for storage in self.more_storages)]
         if len(set(storages)) < len(storages) or "" in storages[1:]:
             raise ConfigError(f"RobotConfig: storages need names of their own, got {storages}")
-        for owner, parts in (
-            ("an intake", self.intakes), ("a shooter", self.shooters), ("a placer", self.placers)
-        ):  # fmt: skip
-            for part in parts:
-                if part.storage and part.storage not in storages:
-                    raise UnknownNameError(f"storage (for {owner})", part.storage, storages)
+        users: tuple[IntakeConfig | ShooterConfig | PlacerConfig, ...] = (
+            *self.intakes,
+            *self.shooters,
+            *self.placers,
+        )
+        for user in users:
+            if user.storage and user.storage not in storages:
+                owner = type(user).__name__.removesuffix("Config").lower()
+                raise UnknownNameError(f"storage (of {owner})", user.storage, storages)
         for component in self.components:
             names = (joint.mechanism for joint in component.joints)
             require_mechanisms(f"component {component.name!r}", names, self.mechanisms)

@@ -137,7 +137,7 @@ def test_each_intake_fills_its_own_storage_and_each_shooter_empties_its_own():
         match.play(0.1)
         assert [shot.slot for shot in match.flow.shots] == behind and one.held == front
         assert match.count.is_conserved
-    with pytest.raises(UnknownNameError, match="no storage \\(for an intake\\) named 'bakc'"):
+    with pytest.raises(UnknownNameError, match="no storage \\(of intake\\) named 'bakc'"):
         replace(both, intakes=(IntakeConfig(zone=back, storage="bakc"),))
     with pytest.raises(ConfigError, match="storages need names of their own"):
         replace(both, more_storages=(StorageConfig(),))
