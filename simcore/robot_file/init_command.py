@@ -16,7 +16,7 @@ from simcore.errors import ConfigError, OutputError
 from simcore.robot_file.robot_settings import FILE_NAME
 from simcore.robot_file.template import FoundMotor, template
 
-__all__ = ["add_arguments", "find_motors", "run"]
+__all__ = ["add_arguments", "find_motors", "run", "survey"]
 
 _LOOK_SECONDS = 20.0
 
@@ -66,15 +66,34 @@ def find_motors(folder: Path) -> tuple[list[FoundMotor] | None, str]:
     Returns:
         The motors, and ""; or None, and why not.
     """
-    for module in ("phoenix6", "wpilib"):
-        if find_spec(module) is None:
-            return None, f"{module} is not installed"
+    answer, why_not = survey(folder, "simcore.robotpy.motor_survey")
+    if answer is None:
+        return None, why_not
+    return [
+        FoundMotor(**{**m, "followers": tuple(m["followers"]), "opposed": tuple(m["opposed"])})
+        for m in answer["motors"]
+    ], ""
+
+
+def survey(folder: Path, module: str) -> tuple[dict[str, Any] | None, str]:
+    """Build the robot program in a process of its own, and let a module of ours ask it.
+
+    Args:
+        folder: Where robot.py is.
+        module: Is run with the path of robot.py, and prints its answer as a line of JSON.
+
+    Returns:
+        The answer, and ""; or None, and why not.
+    """
+    for needed in ("phoenix6", "wpilib"):
+        if find_spec(needed) is None:
+            return None, f"{needed} is not installed"
     path = [str(Path(__file__).resolve().parents[2]), *filter(None, [os.environ.get("PYTHONPATH")])]
     try:
         # In a folder of its own: devices keep their configurations in ./ctre_sim.
         with tempfile.TemporaryDirectory() as scratch:
             done = subprocess.run(
-                [sys.executable, "-m", "simcore.robotpy.motor_survey", str(folder.resolve() / "robot.py")],
+                [sys.executable, "-m", module, str(folder.resolve() / "robot.py")],
                 cwd=scratch,
                 env={**os.environ, "PYTHONPATH": os.pathsep.join(path)},
                 capture_output=True,
@@ -88,7 +107,4 @@ def find_motors(folder: Path) -> tuple[list[FoundMotor] | None, str]:
     answer: dict[str, Any] = {"error": f"it ended with code {done.returncode}"} if line is None else json.loads(line)
     if "error" in answer:
         return None, answer["error"]
-    return [
-        FoundMotor(**{**m, "followers": tuple(m["followers"]), "opposed": tuple(m["opposed"])})
-        for m in answer["motors"]
-    ], ""
+    return answer, ""
