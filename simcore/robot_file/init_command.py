@@ -18,7 +18,7 @@ from simcore.robot_file.template import FoundMotor, template
 
 __all__ = ["add_arguments", "find_motors", "run", "survey"]
 
-_LOOK_SECONDS = 20.0
+_LOOK_SECONDS = 60.0  # it takes 3 to 6; on a busy computer several times that
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

@@ -64,7 +64,6 @@ def findings(config: RobotConfig, *, game: Game | None, codes: Mapping[str, Code
         game: That it plays; None: pieces and field are not known.
         codes: How robot code has configured the controllers of mechanisms, by the mechanisms' names.
     """
-    yield from _of_wheels(config)
     for number, intake in enumerate(config.intakes, 1):
         yield from _of_intake(f"intake {number}", intake, config, game)
     for number, shooter in enumerate(config.shooters, 1):
@@ -137,15 +136,6 @@ def run_findings(runs: Sequence[MechanismRun]) -> Iterator[RobotFinding]:
                 f"{run.name}: gearing = {run.config.gearbox.gearing:g} in the file, but the program divides the "
                 f"rotor's turns by {code.ratio:g}: it reads {turns:.3g} turns per turn of the mechanism",
                 is_wrong=False,
-            )
-
-
-def _of_wheels(config: RobotConfig) -> Iterator[RobotFinding]:
-    length, width = config.body.bumper_length, config.body.bumper_width
-    for number, (x, y) in enumerate(config.drivetrain.wheel_positions):
-        if abs(x) > 0.5 * length or abs(y) > 0.5 * width:
-            yield RobotFinding(
-                f"wheel {number} is outside of the bumpers, at ({x:.2f}, {y:.2f}) m; they are {length:g} x {width:g} m"
             )
 
 
