@@ -109,9 +109,9 @@ class PieceFlow:
                 if len(at):
                     free[at[0]] = False
                     self._hold(robot, slots[at[:1]])
-                    placer.piece = int(slots[at[0]])
+                    placer.take(int(slots[at[0]]))
                 elif placer.config.from_storage and robot.storage_of(placer.config).pieces:
-                    placer.piece = robot.storage_of(placer.config).take()
+                    placer.take(robot.storage_of(placer.config).take())
 
     def _hold(self, robot: Robot, slots: IntArray) -> None:
         if len(slots):

@@ -214,6 +214,8 @@ class Robot:
         self._before = self._motion
         for shooter in self.shooters:
             shooter.begin_tick()
+        for placer in self.placers:
+            placer.note_roller()
 
     @property
     def pose_before(self) -> tuple[Vector, Quaternion]:

@@ -144,6 +144,7 @@ def read_claw(t: Table, mechanisms: _Mechanisms, storages: Sequence[str]) -> Pla
         attitude=_attitude(t),
         roller=_named(t, "roller", mechanisms),
         zone=IntakeZone(x_min=x - dx, x_max=x + dx, y_min=y - dy, y_max=y + dy, z_min=z - dz, z_max=z + dz),
+        passes_through=t.flag("passes_through", False),
         from_storage=t.flag("from_storage", False),
         storage=_storage(t, storages),
         kinds=t.texts("kinds"),

@@ -132,6 +132,7 @@ _KINDS = """\
 # z = 0.0
 # size = [0.3, 0.3, 0.3]        # of the box around it in which pieces are taken
 # roller = "claw"               # a mechanism: forward takes, backward lets go
+# passes_through = false        # whether forward lets go, too, once the roller has stopped in between
 # pitch_deg = 0.0               # of the held piece; also roll_deg, yaw_deg
 # from_storage = false          # whether the storage hands pieces on to it
 # kinds = ["Name"]

@@ -243,7 +243,7 @@ def _draw_way(axes: Axes, way: SketchWay, columns: tuple[int, int]) -> tuple[flo
             "", _point(places[-1]), _point(places[-3]), arrowprops={**shape, "shrinkA": 0, "shrinkB": 0}, zorder=6.1
         )
         axes.plot(*places[0], "|" if columns == _ABOVE else "_", color=color, markersize=8, zorder=6.1)
-    is_seen_along = abs(way.axis[3 - sum(columns)]) > 0.9
+    is_seen_along = abs(way.axis[2 if columns == _ABOVE else 1]) > 0.9
     if not (has_way or is_seen_along):
         return None
     if way.has_place:

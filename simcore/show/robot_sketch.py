@@ -183,7 +183,8 @@ def _add_intake(sketch: RobotSketch, tag: str, intake: IntakeConfig, mechanisms:
     )
     deploy = "" if intake.deploy is None else f", {intake.deploy!r} at its {intake.deployed_at} stop"
     low, high = corners.min(axis=0), corners.max(axis=0)
-    text = f"intake at x {low[0]:.2f} to {high[0]:.2f}, y {low[1]:.2f} to {high[1]:.2f} m{turns}{deploy}"
+    into = f", into {intake.storage!r}" if intake.storage else ""
+    text = f"intake at x {low[0]:.2f} to {high[0]:.2f}, y {low[1]:.2f} to {high[1]:.2f} m{turns}{deploy}{into}"
     sketch.notes.append(SketchNote(tag, "intake", text))
 
 
@@ -235,6 +236,7 @@ def _add_shooter(sketch: RobotSketch, tag: str, shooter: ShooterConfig, mechanis
         link = np.concatenate((pivot, muzzle_offset(shooter.launch, 0, start)[None]))
         sketch.ways.append(SketchWay(shooter.turret, np.array([0.0, 0.0, 1.0]), link, way))
         text += f", turret {math.degrees(low):.0f} to {math.degrees(high):.0f} deg"
+    text += f", from {shooter.storage!r}" if shooter.storage else ""
     sketch.notes.append(SketchNote(tag, "shooter", text))
 
 

@@ -156,6 +156,24 @@ def test_an_intake_of_a_reversed_roller_takes_while_it_turns_backward():
 # --- placer ---------------------------------------------------------------------------------------------------------
 
 
+def test_a_piece_passes_through_when_the_roller_turns_forward_again():
+    """It is not let go while it is being taken, nor taken again while it is being let go."""
+    config = robot()
+    (placer,) = config.placers
+    config = replace(config, placers=(replace(placer, passes_through=True, take_speed=5.0, release_speed=5.0),))
+    game = Game.bare(pieces=(PieceSupply(CRATE, 1),), robot=lambda: config)
+    with Match(game, robots=(RobotEntry(start=(4.0, 4.0, 0.0)),)) as match:
+        one = match.robots[0]
+        place = [[4.0 + 0.8 * math.cos(0.2), 4.0, 0.6 + 0.8 * math.sin(0.2)]]
+        slot = int(match.pieces.spawn("Crate", np.array(place))[0])
+        for velocity, held in ((20.0, [slot]), (20.0, [slot]), (0.0, [slot]), (20.0, []), (20.0, []), (0.0, [])):
+            one.mechanisms["claw"].reset(velocity=velocity)
+            one.mechanisms["claw"].coast()
+            match.tick()
+            assert one.held == held, velocity
+        assert match.count.is_conserved
+
+
 def test_a_released_piece_has_velocity_and_attitude_of_the_grip(bare):
     """v of the robot + omega x r + joint speed x lever, within what gravity adds; the crate keeps its attitude."""
     one = bare.robots[0]

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+import re
+from pathlib import Path
 
 import pytest
 
@@ -336,6 +338,13 @@ def test_front_and_back_with_storages_and_a_feeder_of_their_own_direction(read):
     assert (second.launch.pivot_x, second.launch.pivot_y) == (-0.1, 0.05), "where the turret is"
     config = robot.robot_config(SwerveConfig.square(0.5, SwerveModuleConfig(x=0, y=0)))
     assert config.storage.name == "front" and [s.name for s in config.more_storages] == ["back"]
+
+
+def test_the_arm_on_an_elevator_of_the_docs(read):
+    page = Path(__file__).resolve().parents[3] / "docs" / "connect.md"
+    (text,) = re.findall(r"^```toml\n(.*?)^```$", page.read_text(encoding="utf-8"), re.MULTILINE | re.DOTALL)
+    (claw,) = read(text).placers
+    assert [(joint.mechanism, joint.slides) for joint in claw.joints] == [("lift", True), ("arm", False)]
 
 
 def test_the_start_of_each_auto(read):
