@@ -126,6 +126,8 @@ def _described(folder: Path, game_name: str | None, *, look: bool) -> _Subject:
     else:
         why = "" if answer is None else f" ({answer['why_not']})"
         problems.append(RobotFinding(f"the drivetrain is not known{why}: drawn with four modules", is_wrong=False))
+    if (folder / "physics.py").is_file():
+        problems.append(RobotFinding("physics.py is not looked at: what it describes may differ", is_wrong=False))
     codes: dict[str, CodeView] = {}
     if answer is not None:
         codes = _codes(settings, answer["motors"])
@@ -189,6 +191,9 @@ def _of_program(settings: RobotSettings, motors: Sequence[dict[str, Any]]) -> It
         group = groups.get((m.controller, m.leader))
         if group is None:
             continue
+        if group["code"] is None:
+            text = f"{m.name}: {m.controller} {m.leader} does not answer, so its configuration is not known"
+            yield RobotFinding(text, is_wrong=False)
         for number in m.followers:
             is_opposed = number in group["opposed"]
             if number in group["followers"] and is_opposed != (number in m.opposed):
@@ -199,9 +204,13 @@ def _of_program(settings: RobotSettings, motors: Sequence[dict[str, Any]]) -> It
             yield RobotFinding(
                 f"{m.name}: {m.controller} {more} follow {m.leader} in the program: add them to followers"
             )
-    rest = [f"{model} {number}" for model, number in built if (model, number) not in described]
+    rest: dict[str, list[str]] = {}
+    for model, number in sorted(built):
+        if (model, number) not in described:
+            rest.setdefault(model, []).append(str(number))
     if rest:
-        yield RobotFinding(f"nobody describes {', '.join(rest)}: they turn what is guessed of them", is_wrong=False)
+        text = ", ".join(f"{model} {' '.join(numbers)}" for model, numbers in rest.items())
+        yield RobotFinding(f"nobody describes {text}: they turn what is guessed of them", is_wrong=False)
 
 
 # --- what is printed --------------------------------------------------------------------------------------------------
@@ -209,7 +218,7 @@ def _of_program(settings: RobotSettings, motors: Sequence[dict[str, Any]]) -> It
 
 def _figures(subject: _Subject) -> str:
     body, drivetrain = subject.config.body, subject.config.drivetrain
-    text = f"{body.mass:g} kg, bumpers {body.bumper_length:g} x {body.bumper_width:g} m, "
+    text = f"{body.mass:g} kg, bumpers {body.bumper_length:.3g} x {body.bumper_width:.3g} m, "
     if isinstance(drivetrain, SwerveConfig):
         one = drivetrain.modules[0]
         speed = one.drive_motor.free_speed / one.drive_gearing * one.wheel_radius

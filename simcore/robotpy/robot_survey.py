@@ -30,7 +30,7 @@ _MODELS: dict[str, Any] = {
     "TalonFX": configs.TalonFXConfiguration,
     "TalonFXS": configs.TalonFXSConfiguration,
 }
-_TRIES = 3  # a device answers within 50 ms, or not at all
+_PATIENCE, _TRIES = 0.5, 3  # [s], [-]; a device answers within 50 ms, on a busy computer later
 
 
 def main() -> None:
@@ -74,7 +74,7 @@ def _look(robot_file: Path) -> dict[str, Any]:
 def _view(device: BuiltDevice) -> dict[str, Any] | None:
     """The fields of a `CodeView`; None if the device does not answer."""
     config = _MODELS[device.model]()
-    if not any(device.hardware.configurator.refresh(config).is_ok() for _ in range(_TRIES)):
+    if not any(device.hardware.configurator.refresh(config, _PATIENCE).is_ok() for _ in range(_TRIES)):
         return None
     feedback = config.feedback if device.model == "TalonFX" else config.external_feedback
     source = feedback.feedback_sensor_source if device.model == "TalonFX" else feedback.external_feedback_sensor_source
