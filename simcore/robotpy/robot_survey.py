@@ -6,6 +6,7 @@ Run it in a process and a folder of its own: devices write their configurations 
 from __future__ import annotations
 
 import json
+import logging
 import math
 import os
 import sys
@@ -19,10 +20,12 @@ from phoenix6 import configs, unmanaged
 import simcore.phoenix6.swerve as swerve
 from simcore.errors import ConfigError
 from simcore.phoenix6.built_devices import BuiltDevice, built_devices, group_followers, key_of
+from simcore.phoenix6_emulator import SeamError
 from simcore.robot_file.reader import read_settings
 from simcore.robot_file.robot_settings import FILE_NAME
 from simcore.robotpy.attached_physics import described_drivetrain
 from simcore.robotpy.robot_program import load_robot_class
+from simcore.robotpy.simulated_phoenix import PhoenixTime, install_simulated_phoenix
 
 __all__ = ["main"]
 
@@ -30,6 +33,9 @@ _MODELS: dict[str, Any] = {
     "TalonFX": configs.TalonFXConfiguration,
     "TalonFXS": configs.TalonFXSConfiguration,
 }
+_log = logging.getLogger(__name__)
+
+_SETTLE = 0.1  # [s]; until all devices have sent their signals
 _PATIENCE, _TRIES = 0.5, 3  # [s], [-]; a device answers within 50 ms, on a busy computer later
 
 
@@ -46,9 +52,16 @@ def main() -> None:
 def _look(robot_file: Path) -> dict[str, Any]:
     unmanaged.set_phoenix_diagnostics_start_time(-1)
     hal.initialize(500, 0)
+    clock: PhoenixTime | None = None
+    try:
+        clock = install_simulated_phoenix()  # whose devices answer at once, however busy the computer is
+    except SeamError:
+        _log.warning("the devices are CTRE's own: on a busy computer some do not answer")
     robot = load_robot_class(robot_file)()
     for step in ("robotInit", "_simulationInit"):
         getattr(robot, step, lambda: None)()
+    if clock is not None:
+        clock.step(_SETTLE)
     answer: dict[str, Any] = {"drivetrain": None, "why_not": ""}
     try:
         answer["drivetrain"] = asdict(described_drivetrain(read_settings(robot_file.parent / FILE_NAME))[1])
