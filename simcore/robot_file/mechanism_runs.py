@@ -6,15 +6,24 @@ import math
 from dataclasses import dataclass, replace
 
 from simcore.robot.gearbox import GearboxConfig
-from simcore.robot.mechanisms import ArmConfig, ElevatorConfig, FlywheelConfig, RackConfig, RollerConfig
+from simcore.robot.mechanisms import (
+    ArmConfig,
+    ArmSim,
+    ElevatorConfig,
+    ElevatorSim,
+    FlywheelConfig,
+    RackConfig,
+    RackSim,
+    RollerConfig,
+)  # fmt: skip
 from simcore.robot.robot_config import MechanismConfig, build_mechanism
+from simcore.robot.shaft import ShaftSim
 
 __all__ = [
     "VOLTS",
     "CodeView",
     "MechanismRun",
     "holding_share",
-    "lead",
     "place_text",
     "run_mechanism",
     "speed_text",
@@ -49,7 +58,8 @@ class MechanismRun:
     """A second of a mechanism with full output of its motor controller."""
 
     name: str
-    config: MechanismConfig
+    mechanism: ShaftSim
+    """As it is after it."""
     sign: float
     """+1 if it goes in its positive direction, -1 if not [-]."""
     speed: float
@@ -73,7 +83,7 @@ class MechanismRun:
 
 def with_limits(config: MechanismConfig, code: CodeView | None) -> MechanismConfig:
     """The mechanism behind the current limits that robot code has configured."""
-    if code is None:
+    if code is None or not isinstance(config, FlywheelConfig | RollerConfig | ArmConfig | ElevatorConfig | RackConfig):
         return config
     box = config.gearbox
     limited: GearboxConfig = replace(
@@ -105,7 +115,7 @@ def run_mechanism(
     turned = -1.0 if reversed else 1.0
     sign = turned * output
     start = mechanism.position
-    limit = None if code is None else _soft_limit(code, config, start, turned, output)
+    limit = None if code is None else _soft_limit(code, mechanism, turned, output)
     speeds = []
     stop = soft = None
     for step in range(1, round(SECONDS / _STEP) + 1):
@@ -122,12 +132,12 @@ def run_mechanism(
     spin_up = next((k for k, speed in enumerate(speeds, 1) if speed >= 0.95 * top), 0) * _STEP
     read = None
     if code is not None:
-        turns = turned * (mechanism.position - start) / math.tau * config.gearbox.gearing / code.ratio
+        turns = turned * (mechanism.position - start) / math.tau * mechanism.gearing / code.ratio
         before = 0.0 if code.reading is None else code.reading
         read = (before, before + turns)
     return MechanismRun(
         name=name,
-        config=config,
+        mechanism=mechanism,
         sign=sign,
         speed=top,
         travel=mechanism.position - start,
@@ -155,32 +165,27 @@ def holding_share(config: MechanismConfig) -> float:
     return load / (config.gearbox.stall_torque(VOLTS) + config.gearbox.friction_torque)
 
 
-def _soft_limit(code: CodeView, config: MechanismConfig, start: float, turned: float, output: float) -> float | None:
+def _soft_limit(code: CodeView, mechanism: ShaftSim, turned: float, output: float) -> float | None:
     """Where a soft limit stops the mechanism [rad]; None: it is off, or what it counts from is not known."""
     limit = code.upper_limit if output > 0.0 else code.lower_limit
     if limit is None or code.reading is None:
         return None
-    return start + turned * (limit - code.reading) * code.ratio / config.gearbox.gearing * math.tau
+    return mechanism.position + turned * (limit - code.reading) * code.ratio / mechanism.gearing * math.tau
 
 
-def speed_text(config: MechanismConfig, speed: float) -> str:
-    """A speed in the unit that its kind is thought of in."""
-    if isinstance(config, FlywheelConfig | RollerConfig):
-        return f"{speed / math.tau:.1f} turns/s"
-    if isinstance(config, ArmConfig):
+def speed_text(mechanism: ShaftSim, speed: float) -> str:
+    """A speed [rad/s] in the unit that its kind is thought of in."""
+    if isinstance(mechanism, ArmSim):
         return f"{math.degrees(speed):.0f} deg/s"
-    return f"{speed * lead(config):.2f} m/s"
+    if isinstance(mechanism, ElevatorSim | RackSim):
+        return f"{speed * mechanism.travel_per_radian:.2f} m/s"
+    return f"{speed / math.tau:.1f} turns/s"
 
 
-def place_text(config: MechanismConfig, position: float) -> str:
-    """A position in the unit that its kind is thought of in."""
-    if isinstance(config, ArmConfig):
+def place_text(mechanism: ShaftSim, position: float) -> str:
+    """A position [rad] in the unit that its kind is thought of in."""
+    if isinstance(mechanism, ArmSim):
         return f"{math.degrees(position):.0f} deg"
-    if isinstance(config, ElevatorConfig | RackConfig):
-        return f"{position * lead(config):.2f} m"
+    if isinstance(mechanism, ElevatorSim | RackSim):
+        return f"{position * mechanism.travel_per_radian:.2f} m"
     return f"{position / math.tau:.1f} turns"
-
-
-def lead(config: ElevatorConfig | RackConfig) -> float:
-    """Travel per radian of the shaft [m]."""
-    return config.drum_radius if isinstance(config, ElevatorConfig) else config.pinion_radius

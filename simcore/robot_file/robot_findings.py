@@ -74,7 +74,7 @@ def findings(config: RobotConfig, *, game: Game | None, codes: Mapping[str, Code
         if share > 1.0:
             yield RobotFinding(
                 f"{name} cannot hold itself: its weight needs {share:.1f} times what its motors give"
-                f"{_at_limit(with_limits(mechanism, code).gearbox.stator_current_limit)}"
+                f"{_at_limit(build_mechanism(with_limits(mechanism, code)).gearbox.stator_current_limit)}"
             )
         elif share > _HARD:
             text = f"{name} holds its weight with {100 * share:.0f} % of what its motors can give"
@@ -103,8 +103,7 @@ def intake_zone(intake: IntakeConfig, config: RobotConfig) -> tuple[FloatArray, 
 
 def shot_reach(shooter: ShooterConfig, config: RobotConfig) -> ShotReach:
     """What a shooter can do at best."""
-    speeds = [config.mechanisms[name].gearbox.free_speed(VOLTS) for name in shooter.wheels]
-    speed = shooter.exit_speed(speeds)
+    speed = shooter.exit_speed(_free_speeds(shooter, config))
     stops = (0.0, 0.0) if shooter.hood is None else build_mechanism(config.mechanisms[shooter.hood]).stops
     low, high = sorted(shooter.elevation + shooter.elevation_per_hood * stop for stop in stops)
     steps = np.linspace(low, high, 46) if math.isfinite(high - low) else np.array([shooter.elevation])
@@ -130,10 +129,10 @@ def run_findings(runs: Sequence[MechanismRun]) -> Iterator[RobotFinding]:
                 f"{code.upper_limit:g}",
                 is_wrong=False,
             )
-        turns = run.config.gearbox.gearing / code.ratio
+        turns = run.mechanism.gearing / code.ratio
         if code.ratio != 1.0 and not 0.99 < turns < 1.01:
             yield RobotFinding(
-                f"{run.name}: gearing = {run.config.gearbox.gearing:g} in the file, but the program divides the "
+                f"{run.name}: gearing = {run.mechanism.gearing:g} in the file, but the program divides the "
                 f"rotor's turns by {code.ratio:g}: it reads {turns:.3g} turns per turn of the mechanism",
                 is_wrong=False,
             )
@@ -181,7 +180,7 @@ def _of_shooter(name: str, shooter: ShooterConfig, config: RobotConfig, game: Ga
             f"{name}: its muzzle is {1000 * out[worst].max():.0f} mm outside of the robot, at ({x:.2f}, {y:.2f}) m"
         )
     reach = shot_reach(shooter, config)
-    wheels = [config.mechanisms[wheel].gearbox.free_speed(VOLTS) for wheel in shooter.wheels]
+    wheels = _free_speeds(shooter, config)
     mean = 0.5 * (wheels[0] + wheels[-1])
     if mean < shooter.min_wheel_speed:
         yield RobotFinding(
@@ -205,6 +204,11 @@ def _of_shooter(name: str, shooter: ShooterConfig, config: RobotConfig, game: Ga
             f"{name} reaches nothing: at 12 V pieces leave at {reach.speed:.1f} m/s and rise to {reach.rise:.2f} m; "
             f"{goal.name} begins at {_entry(goal.zone, downward=goal.downward):.2f} m"
         )
+
+
+def _free_speeds(shooter: ShooterConfig, config: RobotConfig) -> list[float]:
+    """Of each wheel at 12 V [rad/s]."""
+    return [build_mechanism(config.mechanisms[name]).gearbox.free_speed(VOLTS) for name in shooter.wheels]
 
 
 def _turret_angles(shooter: ShooterConfig, mechanisms: Mapping[str, ShaftSim]) -> list[float]:

@@ -13,7 +13,7 @@ from simcore.errors import ConfigError, SimcoreError
 from simcore.geometry.linkage import Joint
 from simcore.match.registry import find_game, installed_games
 from simcore.robot.dc_motor import MotorModel
-from simcore.robot.mechanisms import ArmConfig, FlywheelConfig, RackConfig, RollerConfig
+from simcore.robot.mechanisms import ArmSim, FlywheelSim, RackSim, RollerSim
 from simcore.robot.robot_config import RobotConfig
 from simcore.robot.swerve_config import SwerveConfig, SwerveModuleConfig
 from simcore.robot_file.init_command import survey
@@ -261,33 +261,35 @@ def _print_runs(runs: Sequence[tuple[MechanismRun, MechanismRun | None]], subjec
 
 
 def _motion(run: MechanismRun, subject: _Subject) -> str:
-    config = run.config
+    mechanism = run.mechanism
     word = _words(run, subject)[0 if run.sign > 0.0 else 1]
     if abs(run.travel) <= _STILL:
         if run.soft_limit is not None:
             return f"{word}: held at its soft limit"
-        return f"{word}: at its stop, {place_text(config, run.position)}" if run.stop is not None else "does not move"
+        return (
+            f"{word}: at its stop, {place_text(mechanism, run.position)}" if run.stop is not None else "does not move"
+        )
     if run.sign * run.travel < 0.0:
         return f"asked {word}, and falls: too weak for its weight"
-    text = f"{word}, {speed_text(config, run.speed)}"
-    if isinstance(config, FlywheelConfig | RollerConfig):
+    text = f"{word}, {speed_text(mechanism, run.speed)}"
+    if isinstance(mechanism, FlywheelSim | RollerSim):
         when = " and rising" if run.is_rising else f" after {run.spin_up:.2f} s"
         return f"{text}{when}{_purpose(run, subject)}"
     if run.stop is not None:
-        return f"{text}, stop at {place_text(config, run.position)} after {run.stop:.2f} s"
+        return f"{text}, stop at {place_text(mechanism, run.position)} after {run.stop:.2f} s"
     if run.soft_limit is not None:
-        return f"{text}, soft limit at {place_text(config, run.position)} after {run.soft_limit:.2f} s"
-    return f"{text}, then at {place_text(config, run.position)}"
+        return f"{text}, soft limit at {place_text(mechanism, run.position)} after {run.soft_limit:.2f} s"
+    return f"{text}, then at {place_text(mechanism, run.position)}"
 
 
 def _words(run: MechanismRun, subject: _Subject) -> tuple[str, str]:
     """How positive and negative motion of a kind is called."""
-    if isinstance(run.config, FlywheelConfig | RollerConfig):
+    if isinstance(run.mechanism, FlywheelSim | RollerSim):
         return "forward", "backward"
-    if isinstance(run.config, RackConfig):
+    if isinstance(run.mechanism, RackSim):
         return "out", "in"
     is_turret = any(shooter.turret == run.name for shooter in subject.config.shooters)
-    return ("to the left", "to the right") if is_turret and isinstance(run.config, ArmConfig) else ("up", "down")
+    return ("to the left", "to the right") if is_turret and isinstance(run.mechanism, ArmSim) else ("up", "down")
 
 
 def _purpose(run: MechanismRun, subject: _Subject) -> str:

@@ -29,7 +29,7 @@ def test_a_wheel_reaches_95_percent_of_its_free_speed_after_three_time_constants
     assert run.sign == 1.0 and not run.is_rising and run.stop is None
     assert run.speed == pytest.approx(box.free_speed(12.0), rel=1e-6)
     assert run.spin_up == pytest.approx(tau * math.log(20.0), abs=0.002), "a step"
-    assert speed_text(WHEEL, run.speed) == f"{box.free_speed(12.0) / math.tau:.1f} turns/s"
+    assert speed_text(run.mechanism, run.speed) == f"{box.free_speed(12.0) / math.tau:.1f} turns/s"
 
 
 def test_what_robot_code_reads_follows_its_ratio_and_reversal():
@@ -52,7 +52,7 @@ def test_a_rack_meets_its_stop():
     run = run_mechanism("rack", RACK)
     assert run.position * 0.02 == pytest.approx(0.3) and run.stop is not None
     assert run.stop > 0.3 / (RACK.gearbox.free_speed(12.0) * 0.02), "no faster than its free speed"
-    assert place_text(RACK, run.position) == "0.30 m"
+    assert place_text(run.mechanism, run.position) == "0.30 m"
 
 
 def test_a_soft_limit_stops_it_before_its_stop():
