@@ -188,7 +188,8 @@ def _draw_from_above(axes: Axes, sketch: RobotSketch) -> None:
         r = sketch.wheel_radius
         axes.add_patch(Rectangle((x - r, y - 0.019), 2 * r, 0.038, facecolor=INK, edgecolor="none", zorder=3))
         inward = -1.0 if y > 0.0 else 1.0
-        edge_x, side = (x + r, "right") if x > 0.0 else (x - r, "left")
+        reach = min(abs(x) + r, 0.5 * inner[0] - 0.012)  # its name stays inside of the frame
+        edge_x, side = (reach, "right") if x > 0.0 else (-reach, "left")
         axes.text(edge_x, y + inward * 0.045, name, fontsize=8, color=MUTED, ha=side, va="center", zorder=3.1)
     front = (length - thick) / 2
     band = Rectangle(
