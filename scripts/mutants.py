@@ -80,7 +80,7 @@ MUTANTS = (
            "update(state.pos[awake])", f"{REPEATS}::test_a_piece_that_changes_its_status_only_changes_the_digest"),
     Mutant("no supply limit on feeding back", "simcore/robot/tire_solver.py", "power or v * i < -power:", "power:",
            f"{ROBOT}::test_a_supply_limit_holds_while_the_motors_feed_the_battery"),
-    Mutant("storage takes one too many", FLOW, "[: max(0, robot.storage.room)]", "[: max(0, robot.storage.room + 1)]",
+    Mutant("storage takes one too many", FLOW, "[: max(0, storage.room)]", "[: max(0, storage.room + 1)]",
            f"{MANIPULATORS}::test_no_more_pieces_are_taken_than_there_is_room_for"),
     # of the match and the robot's parts
     Mutant("intake looks at the present only", FLOW, "intake.captured(before, now)", "intake.captured(now, now)",

@@ -30,6 +30,9 @@ COMMANDS = {
         "simcore.compiled.command", "compile what is hot: simulations run faster, with the same results"
     ),
     "new-game": Command("simcore.new_game.new_game_command", "write a package for a new year's game, ready to play"),
+    "check": Command(
+        "simcore.robotpy.check_command", "draw the described robot, run each mechanism, and say what cannot be right"
+    ),
     "init": Command("simcore.robot_file.init_command", "write a simcore.toml beside robot.py"),
 }
 """By name; the modules may need extras, and are imported only when their command runs."""

@@ -15,6 +15,7 @@ from simcore.geometry.zones import CylinderZone
 from simcore.match.game import FieldDefinition
 from simcore.match.scoring import Alliance, ScoringZone
 from simcore.physics.surface import POLYCARBONATE, RUBBER, WALL
+from simcore.robot.climber import Rung
 from simcore.typing import FloatArray
 
 __all__ = ["FIELD", "FIELD_SIZE", "HUB_TARGET", "hub_exit", "models_folder", "scoring_zones"]
@@ -49,13 +50,29 @@ def models_folder() -> Path:
     return _shipped("advantagescope", "advantagescope")
 
 
+_SYMMETRY = FieldSymmetry("rotate", FIELD_SIZE)
+
+
+def _rungs() -> tuple[Rung, ...]:
+    """The three of each alliance's tower, from end to end between and beyond its uprights."""
+    x, reach = dim.TOWER_UPRIGHT_X, 0.5 * dim.TOWER_RUNG_LENGTH
+    rungs = []
+    for level, z in zip(("low", "mid", "high"), dim.TOWER_RUNG_HEIGHTS, strict=True):
+        ends = ((x, dim.TOWER_Y - reach), (x, dim.TOWER_Y + reach))
+        for alliance in ("blue", "red"):
+            (x0, y0), (x1, y1) = ends if alliance == "blue" else (_SYMMETRY.flip_point(*end) for end in ends)
+            rungs.append(Rung(name=f"{alliance}_tower_rung_{level}", start=(x0, y0, z), end=(x1, y1, z)))
+    return tuple(rungs)
+
+
 FIELD = FieldDefinition(
     size=FIELD_SIZE,
-    symmetry=FieldSymmetry("rotate", FIELD_SIZE),
+    symmetry=_SYMMETRY,
     mesh=_shipped("field_collision.obj", "rebuilt/field_collision.obj"),
     materials=_SURFACES,
     drivable=("*_bump_*", "*_depot_barrier_*", "*_tower_base"),
     tags="2026-welded",
+    rungs=_rungs(),
 )
 """The whole field."""
 

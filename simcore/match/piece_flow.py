@@ -17,7 +17,7 @@ from simcore.pieces.muzzle_clearance import free_share, muzzle_obstacle
 from simcore.pieces.piece_manager import GamePieceManager
 from simcore.pieces.placer import Placer
 from simcore.pieces.pool import PieceStatus
-from simcore.pieces.shooter import Shooter
+from simcore.pieces.shooter import Shooter, ShooterConfig
 from simcore.pieces.shot_schedule import Launch
 from simcore.robot.robot import Robot
 from simcore.typing import BoolArray, IntArray
@@ -75,8 +75,8 @@ class PieceFlow:
             piece_speed: Of the fastest piece [m/s].
         """
         for robot in self._robots:
-            if any(placer.takes for placer in robot.placers) or (
-                robot.storage.room > 0 and any(intake.is_active for intake in robot.intakes)
+            if any(placer.takes for placer in robot.placers) or any(
+                intake.is_active and robot.storage_of(intake.config).room > 0 for intake in robot.intakes
             ):
                 # as far as robot and piece came since the last tick
                 self._take_into(robot, robot.moved + piece_speed * TICK)
@@ -98,19 +98,20 @@ class PieceFlow:
         free: BoolArray = np.ones(len(slots), dtype=np.bool_)
         for intake in robot.intakes:
             taken = intake.captured(before, now) & free & self._is_kind(slots, intake.config.kinds)
-            chosen = np.nonzero(taken)[0][: max(0, robot.storage.room)]
+            storage = robot.storage_of(intake.config)
+            chosen = np.nonzero(taken)[0][: max(0, storage.room)]
             free[chosen] = False
             self._hold(robot, slots[chosen])
-            robot.storage.add(slots[chosen].tolist())
+            storage.add(slots[chosen].tolist())
         for placer in robot.placers:
             if placer.takes:
                 at = np.nonzero(placer.captured(now) & free & self._is_kind(slots, placer.config.kinds))[0]
                 if len(at):
                     free[at[0]] = False
                     self._hold(robot, slots[at[:1]])
-                    placer.piece = int(slots[at[0]])
-                elif placer.config.from_storage and robot.storage.pieces:
-                    placer.piece = robot.storage.take()
+                    placer.take(int(slots[at[0]]))
+                elif placer.config.from_storage and robot.storage_of(placer.config).pieces:
+                    placer.take(robot.storage_of(placer.config).take())
 
     def _hold(self, robot: Robot, slots: IntArray) -> None:
         if len(slots):
@@ -141,17 +142,18 @@ class PieceFlow:
             obstacles.append(self._muzzle_obstacle(robot, shooter, launch))
             return obstacles[-1] < 0
 
-        for launch in shooter.update(TICK, self._ready(robot, shooter.config.kinds), is_free):
+        for launch in shooter.update(TICK, self._ready(robot, shooter.config), is_free):
             self._shoot(robot, shooter, launch, time)
         self._note_blocked((robot.number, number), obstacles, time)
 
-    def _ready(self, robot: Robot, kinds: Sequence[str]) -> int:
-        """How many pieces of some kinds come next out of a storage, before another kind is in the way."""
-        if not kinds:
-            return len(robot.storage.pieces)
+    def _ready(self, robot: Robot, shooter: ShooterConfig) -> int:
+        """How many pieces of a shooter's kinds come next out of its storage, before another kind is in the way."""
+        storage = robot.storage_of(shooter)
+        if not shooter.kinds:
+            return len(storage.pieces)
         count = 0
-        for slot in robot.storage.in_turn:
-            if self._kind_of(slot).name not in kinds:
+        for slot in storage.in_turn:
+            if self._kind_of(slot).name not in shooter.kinds:
                 break
             count += 1
         return count
@@ -162,7 +164,7 @@ class PieceFlow:
 
     def _muzzle_obstacle(self, robot: Robot, shooter: Shooter, launch: Launch) -> int:
         """Row of what keeps the next piece from leaving a muzzle, -1 if it is free."""
-        kind = self._kind_of(robot.storage.in_turn[0])
+        kind = self._kind_of(robot.storage_of(shooter.config).in_turn[0])
         motion = robot.motion_at(launch.delay / TICK)
         muzzle = shooter.released(launch, radius=kind.bounding_radius, robot=motion).pos
         up = rotate(motion.quat, (0.0, 0.0, robot.chassis.config.center_of_mass_height))
@@ -189,7 +191,7 @@ class PieceFlow:
 
     def _shoot(self, robot: Robot, shooter: Shooter, launch: Launch, time: float) -> None:
         """Release a piece at its instant within the tick that ends now, and fly it on to the tick's end."""
-        slot = robot.storage.take()
+        slot = robot.storage_of(shooter.config).take()
         kind = self._kind_of(slot)
         piece = shooter.released(launch, radius=kind.bounding_radius, robot=robot.motion_at(launch.delay / TICK))
         flown = TICK - launch.delay

@@ -152,6 +152,8 @@ class IntakeConfig:
     """Mechanism that pulls pieces in; None: whatever is in the zone is taken."""
     roller_speed: float = math.tau
     """The roller takes pieces while it turns forward faster than this [rad/s]."""
+    roller_reversed: bool = False
+    """Whether it takes pieces while the roller turns backward instead."""
     deploy: str | None = None
     """Mechanism that must be out; None for an intake that always is."""
     deployed_at: Literal["upper", "lower"] = "upper"
@@ -160,6 +162,8 @@ class IntakeConfig:
     """What carries the zone; none for one that is fixed on the robot."""
     stretch: Joint | None = None
     """A sliding joint whose travel the zone covers from where it is retracted; None: the zone keeps its size."""
+    storage: str = ""
+    """Name of the storage that it fills; empty: the robot's first."""
     kinds: tuple[str, ...] = ()
     """Kinds of pieces that it takes; none named: all."""
 
@@ -202,8 +206,10 @@ class Intake:
     def is_active(self) -> bool:
         """Whether it is out and its roller pulls in."""
         c = self.config
-        if c.roller is not None and not self._mechanisms[c.roller].velocity > c.roller_speed:
-            return False
+        if c.roller is not None:
+            forward = self._mechanisms[c.roller].velocity
+            if not (-forward if c.roller_reversed else forward) > c.roller_speed:
+                return False
         return c.deploy is None or is_deployed(self._mechanisms[c.deploy], c.deployed_at)
 
     @property

@@ -37,10 +37,14 @@ class PlacerConfig:
     """It takes a piece while it turns forward faster than this [rad/s]."""
     release_speed: float = math.tau
     """It lets go while it turns backward faster than this [rad/s]."""
+    passes_through: bool = False
+    """Whether it lets go while it turns forward faster than that, too, once the roller has stopped in between."""
     zone: IntakeZone
     """Where a piece is taken, around the place of the held one, in the frame after the last joint."""
     from_storage: bool = False
-    """Whether it also takes pieces that the robot's storage hands on."""
+    """Whether it also takes pieces that a storage hands on."""
+    storage: str = ""
+    """Name of that storage; empty: the robot's first."""
     kinds: tuple[str, ...] = ()
     """Kinds of pieces that it takes; none named: all."""
 
@@ -74,21 +78,41 @@ class Placer:
         self._mechanisms = mechanisms
         self.piece: int | None = None
         """Slot of the piece that it holds."""
+        self._has_stopped = True
 
     @property
     def takes(self) -> bool:
         """Whether it is empty and its roller pulls in."""
-        return self.piece is None and self._mechanisms[self.config.roller].velocity > self.config.take_speed
+        if self.piece is not None or (self.config.passes_through and not self._has_stopped):
+            return False
+        return self._mechanisms[self.config.roller].velocity > self.config.take_speed
 
     @property
     def releases(self) -> bool:
         """Whether it holds a piece and its roller turns it out."""
-        return self.piece is not None and self._mechanisms[self.config.roller].velocity < -self.config.release_speed
+        if self.piece is None:
+            return False
+        velocity = self._mechanisms[self.config.roller].velocity
+        if self.config.passes_through and self._has_stopped and velocity > self.config.release_speed:
+            return True
+        return velocity < -self.config.release_speed
+
+    def note_roller(self) -> None:
+        """Note whether the roller has stopped since a piece came or went; once a tick."""
+        slow = min(self.config.take_speed, self.config.release_speed)
+        if abs(self._mechanisms[self.config.roller].velocity) < slow:
+            self._has_stopped = True
+
+    def take(self, slot: int) -> None:
+        """Hold a piece."""
+        self.piece = slot
+        self._has_stopped = False
 
     def let_go(self) -> int:
         """Forget the piece that it holds; returns its slot."""
         assert self.piece is not None
         slot, self.piece = self.piece, None
+        self._has_stopped = False
         return slot
 
     @property

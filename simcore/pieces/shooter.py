@@ -1,15 +1,15 @@
 """Shooters: wheels that throw pieces, with or without a hood that tilts the shot and a turret that turns it.
 
 How fast a piece leaves follows from the speed of the rims that it touches. Between a wheel and a fixed hood it rolls
-at half the rim's speed; between two driven wheels it takes the mean of both, and spins by their difference.
+at half the rim's speed; between two driven wheels it takes the mean of both rims, and spins by their difference.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Literal, Protocol
 
 import numpy as np
 
@@ -39,9 +39,14 @@ class ShooterConfig:
     """One shooter: what drives it, where pieces leave, and how often."""
 
     wheels: tuple[str, ...]
-    """Mechanisms of the wheels: one (against a fixed hood), or two: the lower and the upper."""
+    """Mechanisms of the wheels: one (against a fixed hood), or two: the lower and the upper, or the left and the
+    right."""
     wheel_radius: float
     """Of the wheels [m]."""
+    second_wheel_radius: float | None = None
+    """Of the second wheel, where it is another one [m]."""
+    wheel_places: Literal["lower and upper", "left and right"] = "lower and upper"
+    """Where two wheels are: a difference of their speeds spins the piece about a level or an upright axis."""
     exit_efficiency: float
     """Speed of the piece over the mean speed of the wheels' rims [-]: 0.5 at most against a fixed hood, 1 at most
     between two wheels."""
@@ -59,12 +64,16 @@ class ShooterConfig:
     """Turns of the shot per turn of the turret's mechanism [-]."""
     gate: tuple[str, ...] = ()
     """Mechanisms that must all turn forward for pieces to reach the wheels: feeders."""
+    gate_reversed: tuple[str, ...] = ()
+    """Those of them that must turn backward instead."""
     gate_speed: float = 0.5 * math.tau
     """How fast they must at least turn [rad/s]."""
     min_wheel_speed: float = 5.0 * math.tau
     """Slower wheels throw nothing [rad/s]; the mean of both if there are two."""
     shot_rate: float = 8.0
     """Shots a second, each with all barrels [1/s]."""
+    storage: str = ""
+    """Name of the storage that it empties; empty: the robot's first."""
     kinds: tuple[str, ...] = ()
     """Kinds of pieces that it throws; none named: all."""
 
@@ -76,15 +85,44 @@ class ShooterConfig:
             require_finite(owner, name, getattr(self, name))
         if len(self.wheels) not in (1, 2):
             raise ConfigError(f"{owner}: wheels must name one or two mechanisms, got {self.wheels}")
+        if self.second_wheel_radius is not None:
+            require_positive(owner, "second_wheel_radius", self.second_wheel_radius)
+            if len(self.wheels) == 1:
+                raise ConfigError(f"{owner}: second_wheel_radius needs two wheels, got {self.wheels}")
+        if self.wheel_places not in ("lower and upper", "left and right"):
+            raise ConfigError(
+                f"{owner}: wheel_places must be 'lower and upper' or 'left and right', got {self.wheel_places!r}"
+            )
+        for name in self.gate_reversed:
+            if name not in self.gate:
+                raise ConfigError(f"{owner}: gate_reversed must name mechanisms of gate {self.gate}, got {name!r}")
 
     @property
     def mechanism_names(self) -> tuple[str | None, ...]:
         """All mechanisms that it names."""
         return (*self.wheels, self.hood, self.turret, *self.gate)
 
+    @property
+    def wheel_radii(self) -> tuple[float, ...]:
+        """Of each wheel [m]."""
+        if len(self.wheels) == 1:
+            return (self.wheel_radius,)
+        return self.wheel_radius, self.wheel_radius if self.second_wheel_radius is None else self.second_wheel_radius
+
     def wheel_speed_for(self, exit_speed: float) -> float:
         """Speed of all wheels that gives an exit speed [m/s]; [rad/s]."""
-        return exit_speed / (self.wheel_radius * self.exit_efficiency)
+        radii = self.wheel_radii
+        return exit_speed / (0.5 * (radii[0] + radii[-1]) * self.exit_efficiency)
+
+    def exit_speed(self, wheel_speeds: Sequence[float]) -> float:
+        """Of a piece relative to the muzzle [m/s]; 0 where the wheels' rims move backward on the whole.
+
+        Args:
+            wheel_speeds: Of each wheel [rad/s].
+        """
+        radii = self.wheel_radii
+        rims = 0.5 * (wheel_speeds[0] * radii[0] + wheel_speeds[-1] * radii[-1])
+        return max(0.0, rims) * self.exit_efficiency
 
 
 @dataclass(frozen=True, slots=True)
@@ -114,7 +152,8 @@ class Shooter:
         require_mechanisms("a shooter", config.mechanism_names, mechanisms)
         self.config = config
         self._wheels = [mechanisms[name] for name in config.wheels]
-        self._gate = [mechanisms[name] for name in config.gate]
+        self._gate = [(mechanisms[name], -1.0 if name in config.gate_reversed else 1.0) for name in config.gate]
+        self._radii = config.wheel_radii
         self._hood = None if config.hood is None else mechanisms[config.hood]
         self._turret = None if config.turret is None else mechanisms[config.turret]
         self._schedule = ShotSchedule(
@@ -147,7 +186,7 @@ class Shooter:
     @property
     def exit_speed(self) -> float:
         """Of a piece relative to the muzzle, at the wheels' present speed [m/s]."""
-        return max(0.0, self.wheel_speed) * self.config.wheel_radius * self.config.exit_efficiency
+        return self.config.exit_speed([wheel.velocity for wheel in self._wheels])
 
     @property
     def gate_open(self) -> bool:
@@ -197,8 +236,11 @@ class Shooter:
             barrel=launch.barrel,
         )
         heading = self.config.launch.heading + aim.turret_angle
-        # backspin is about the axis to the right of the shot
-        axis = (0.0, -self._spin_speed(aim.speed) / radius, 0.0)
+        rate = self._spin_speed(aim.speed) / radius
+        if self.config.wheel_places == "lower and upper":
+            axis = (0.0, -rate, 0.0)  # backspin is about the axis to the right of the shot
+        else:  # a faster left wheel turns it clockwise about what is upright to the shot
+            axis = (rate * math.sin(aim.elevation), 0.0, -rate * math.cos(aim.elevation))
         spin = rotate(robot.quat if heading == 0.0 else multiply(robot.quat, from_yaw(heading)), axis)
         px, py, pz = pos.tolist()
         vx, vy, vz = velocity.tolist()
@@ -218,12 +260,13 @@ class Shooter:
         """
         share = 0.2 * self._spin_speed(speed)
         impulses = (0.5 * speed + share, 0.5 * speed - share)
-        for wheel, impulse in zip(self._wheels, impulses, strict=False):  # a fixed hood's share moves nothing
-            wheel.velocity += -mass * impulse * self.config.wheel_radius / wheel.inertia
+        # a fixed hood's share moves nothing
+        for wheel, radius, impulse in zip(self._wheels, self._radii, impulses, strict=False):
+            wheel.velocity += -mass * impulse * radius / wheel.inertia
 
     def _gate_spares(self) -> list[float]:
         """By how much gate and wheels turn faster than they must for pieces to leave [rad/s]."""
-        spares = [part.velocity - self.config.gate_speed for part in self._gate]
+        spares = [forward * part.velocity - self.config.gate_speed for part, forward in self._gate]
         return [*spares, self.wheel_speed - self.config.min_wheel_speed]
 
     def _opening(self) -> float:
@@ -248,12 +291,11 @@ class Shooter:
         )
 
     def _spin_speed(self, speed: float) -> float:
-        """Speed of a piece's rim about its center by the backspin with which it leaves at a speed [m/s].
+        """Speed of a piece's rim about its center by the spin with which it leaves at a speed [m/s].
 
-        Along a fixed hood it rolls: its rim there stands still. Between two wheels its lower and its upper rim move
-        with theirs.
+        Along a fixed hood it rolls: its rim there stands still. Between two wheels its rims move with theirs.
         """
         if len(self._wheels) == 1:
             return speed
-        lower, upper = self._wheels
-        return 0.5 * (lower.velocity - upper.velocity) * self.config.wheel_radius * self.config.exit_efficiency
+        rims = [wheel.velocity * radius for wheel, radius in zip(self._wheels, self._radii, strict=True)]
+        return 0.5 * (rims[0] - rims[1]) * self.config.exit_efficiency

@@ -16,6 +16,8 @@ __all__ = ["Storage", "StorageConfig"]
 class StorageConfig:
     """Room for pieces inside of a robot."""
 
+    name: str = ""
+    """By which intakes and shooters choose it, in a robot with several; empty for the only one."""
     capacity: int = 1
     """Pieces that it holds."""
     order: Literal["fifo", "lifo"] = "fifo"

@@ -173,6 +173,11 @@ class ElevatorSim(ShaftSim):
         super().set_load(torque - self._weight_torque)
 
     @property
+    def travel_per_radian(self) -> float:
+        """Of the carriage, per radian of the drum [m]."""
+        return self._radius
+
+    @property
     def height(self) -> float:
         """Of the carriage [m]."""
         return self.position * self._radius
@@ -245,6 +250,11 @@ class RackSim(ShaftSim):
         )
         self._radius = radius
         self._travel = config.travel
+
+    @property
+    def travel_per_radian(self) -> float:
+        """Of the slide, per radian of the pinion [m]."""
+        return self._radius
 
     @property
     def extension(self) -> float:

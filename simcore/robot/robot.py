@@ -11,9 +11,9 @@ import numpy as np
 from simcore.geometry.linkage import PartState, part_pose
 from simcore.geometry.rotation import Quaternion, Vector, interpolate, multiply, rotate
 from simcore.physics.world import PhysicsWorld
-from simcore.pieces.intake import Intake
-from simcore.pieces.placer import Placer
-from simcore.pieces.shooter import Shooter
+from simcore.pieces.intake import Intake, IntakeConfig
+from simcore.pieces.placer import Placer, PlacerConfig
+from simcore.pieces.shooter import Shooter, ShooterConfig
 from simcore.pieces.storage import Storage
 from simcore.robot.battery import Battery
 from simcore.robot.chassis import ChassisSimulation
@@ -88,6 +88,9 @@ class Robot:
         """By name, in the order in which they are stepped."""
         self.intakes = [Intake(c, self.mechanisms) for c in config.intakes]
         self.storage = Storage(config.storage)
+        """The first of its storages."""
+        self._storages = {"": self.storage, config.storage.name: self.storage}
+        self._storages |= {c.name: Storage(c) for c in config.more_storages}
         self.shooters = [Shooter(c, self.mechanisms) for c in config.shooters]
         self.placers = [Placer(c, self.mechanisms) for c in config.placers]
         self.climbers = [Climber(c, self.mechanisms, self.chassis, rungs) for c in config.climbers]
@@ -185,8 +188,18 @@ class Robot:
 
     @property
     def held(self) -> list[int]:
-        """Slots of the pieces in it: those of the storage in the order in which they came, then those of placers."""
-        return self.storage.pieces + [placer.piece for placer in self.placers if placer.piece is not None]
+        """Slots of the pieces in it: of each storage in the order in which they came, then those of placers."""
+        stored = [slot for storage in self.storages for slot in storage.pieces]
+        return stored + [placer.piece for placer in self.placers if placer.piece is not None]
+
+    @property
+    def storages(self) -> list[Storage]:
+        """All of them, the first one first."""
+        return list(dict.fromkeys(self._storages.values()))
+
+    def storage_of(self, part: IntakeConfig | ShooterConfig | PlacerConfig) -> Storage:
+        """The storage that an intake, shooter or placer works with."""
+        return self._storages[part.storage]
 
     def held_pose(self, slot: int, radius: float) -> tuple[Vector, Quaternion]:
         """Where a piece that it holds is, robot frame [m].
@@ -199,13 +212,16 @@ class Robot:
             if placer.piece == slot:
                 state = placer.held_state()
                 return state.pos, state.quat
-        return self.config.storage.position(self.storage.pieces.index(slot), radius), (0.0, 0.0, 0.0, 1.0)
+        storage = next(storage for storage in self.storages if slot in storage.pieces)
+        return storage.config.position(storage.pieces.index(slot), radius), (0.0, 0.0, 0.0, 1.0)
 
     def begin_tick(self) -> None:
         """Note how the robot moves and aims as a tick begins; intakes have looked at the last tick."""
         self._before = self._motion
         for shooter in self.shooters:
             shooter.begin_tick()
+        for placer in self.placers:
+            placer.note_roller()
 
     @property
     def pose_before(self) -> tuple[Vector, Quaternion]:

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import TypeAlias
 
-from simcore.errors import ConfigError
+from simcore.errors import ConfigError, UnknownNameError
 from simcore.geometry.linkage import Joint, require_mechanisms
 from simcore.geometry.rotation import Vector
 from simcore.pieces.intake import IntakeConfig
@@ -99,6 +99,9 @@ class RobotConfig:
     """By name, in the order in which they are stepped and published."""
     intakes: tuple[IntakeConfig, ...] = ()
     storage: StorageConfig = field(default_factory=StorageConfig)
+    """Room for pieces; preloads are in it, and intakes and shooters that name no storage use it."""
+    more_storages: tuple[StorageConfig, ...] = ()
+    """Further ones, by their names."""
     shooters: tuple[ShooterConfig, ...] = ()
     placers: tuple[PlacerConfig, ...] = ()
     climbers: tuple[ClimberConfig, ...] = ()
@@ -135,6 +138,18 @@ class RobotConfig:
         ):  # fmt: skip
             for part in parts:
                 require_mechanisms(owner, part.mechanism_names, self.mechanisms)
+        storages = [self.storage.name, *(storage.name for storage in self.more_storages)]
+        if len(set(storages)) < len(storages) or "" in storages[1:]:
+            raise ConfigError(f"RobotConfig: storages need names of their own, got {storages}")
+        users: tuple[IntakeConfig | ShooterConfig | PlacerConfig, ...] = (
+            *self.intakes,
+            *self.shooters,
+            *self.placers,
+        )
+        for user in users:
+            if user.storage and user.storage not in storages:
+                owner = type(user).__name__.removesuffix("Config").lower()
+                raise UnknownNameError(f"storage (of {owner})", user.storage, storages)
         for component in self.components:
             names = (joint.mechanism for joint in component.joints)
             require_mechanisms(f"component {component.name!r}", names, self.mechanisms)

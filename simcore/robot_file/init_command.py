@@ -17,7 +17,7 @@ from simcore.robot_file.port_templates import FoundPort
 from simcore.robot_file.robot_settings import FILE_NAME
 from simcore.robot_file.template import FoundMotor, template
 
-__all__ = ["add_arguments", "find_devices", "find_robot_py", "run"]
+__all__ = ["add_arguments", "find_devices", "find_robot_py", "run", "survey"]
 
 _LOOK_SECONDS = 60.0  # a busy laptop imports all that a robot program needs in 10 to 20
 _NOT_LINKED = ("ctre_sim", "logs", "__pycache__", "networktables.json")
@@ -119,9 +119,7 @@ def find_devices(place: Path) -> tuple[list[FoundMotor] | None, list[FoundPort],
         if find_spec(module) is None:
             return None, [], f"{module} is not installed"
     robot_file = find_robot_py(place).resolve()
-    answer = _survey(robot_file)
-    if "not_modelled" in answer:
-        answer = _survey(robot_file, "real")
+    answer = survey(robot_file, "simcore.robotpy.motor_survey")
     motors = [
         FoundMotor(**{**m, "followers": tuple(m["followers"]), "opposed": tuple(m["opposed"])})
         for m in answer.get("motors", ())
@@ -131,8 +129,23 @@ def find_devices(place: Path) -> tuple[list[FoundMotor] | None, list[FoundPort],
     return (None if why_not and not motors else motors), ports, why_not
 
 
-def _survey(robot_file: Path, *options: str) -> dict[str, Any]:
-    """Run the survey once; its line of JSON."""
+def survey(robot_file: Path, module: str) -> dict[str, Any]:
+    """Build the robot program in a process of its own, and let a module of ours ask it.
+
+    Args:
+        robot_file: Its robot.py.
+        module: Is run with that path, and prints its answer by `simcore.robotpy.surveyed_robot`.
+
+    Returns:
+        The answer; with `error` or `not_modelled` in it, and nothing else for certain, where the program cannot be
+        built.
+    """
+    answer = _ask(robot_file, module)
+    return _ask(robot_file, module, "real") if "not_modelled" in answer else answer
+
+
+def _ask(robot_file: Path, module: str, *options: str) -> dict[str, Any]:
+    """Run a survey once; its line of JSON."""
     project = _project_of(robot_file)
     path = [
         str(Path(__file__).resolve().parents[2]),
@@ -144,7 +157,7 @@ def _survey(robot_file: Path, *options: str) -> dict[str, Any]:
         with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as scratch:
             _link_contents(project, Path(scratch))
             done = subprocess.run(
-                [sys.executable, "-m", "simcore.robotpy.motor_survey", str(robot_file), *options],
+                [sys.executable, "-m", module, str(robot_file), *options],
                 cwd=scratch,
                 env={**os.environ, "PYTHONPATH": os.pathsep.join(path)},
                 capture_output=True,

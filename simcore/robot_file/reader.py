@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from dataclasses import replace
 from pathlib import Path
 
@@ -11,17 +11,17 @@ from wpimath.system.plant import DCMotor
 
 from simcore.errors import ConfigError
 from simcore.physics.engine_choice import ENGINES
-from simcore.pieces.intake import IntakeConfig, IntakeZone
-from simcore.pieces.launch import LaunchParameters
-from simcore.pieces.shooter import ShooterConfig
 from simcore.robot.dc_motor import MOTOR_NAMES, motor
 from simcore.robot.gearbox import GearboxConfig
 from simcore.robot.mechanism_friction import default_friction, friction_from_volts
 from simcore.robot.mechanisms import ArmConfig, ElevatorConfig, FlywheelConfig, RackConfig, RollerConfig
 from simcore.robot.robot_config import MechanismConfig
 from simcore.robot_file.device_tables import POSITIONED_KINDS, positioned_mechanism, read_sensors
+from simcore.robot_file.linkage_tables import read_joint, require_chains
+from simcore.robot_file.manipulator_tables import read_claw, read_climber, read_intake, read_shooter, read_storage
 from simcore.robot_file.robot_settings import CONTROLLERS, MechanismSettings, RobotSettings
-from simcore.robot_file.toml_tables import Table, read_tables
+from simcore.robot_file.toml_tables import Table, in_meters, read_tables
+from simcore.units import GRAVITY, pounds
 from simcore.vision.camera import (
     LIMELIGHTS,
     CameraConfig,
@@ -35,6 +35,8 @@ __all__ = ["gearbox_motor", "read_settings"]
 
 _KINDS = ("flywheel", "roller", "arm", "turret", "elevator", "rack")
 _CAMERA_MODES = ("tags", "pieces")
+_LIGHTEST, _HEAVIEST = 20.0, 75.0  # [kg]; the 2026 manual allows 115 lb and some 33 lb of bumpers and battery: 67 kg
+_BUMPERS = (0.4, 1.2)  # [m]; the 2026 manual allows a frame of 110 in around, so 0.76 m square, and bumpers
 _MAX_CAN_ID = 62
 _USUAL_MOTORS = {"SPARK MAX": "NEO", "SPARK Flex": "NEO Vortex"}
 
@@ -56,29 +58,37 @@ def read_settings(path: Path) -> RobotSettings:
     _require_own_names(file.where, "mechanism", (m.name for m in mechanisms))
     _require_own_devices(file.where, mechanisms)
     by_name = {m.name: m for m in mechanisms}
-    intakes = tuple(_intake(table, by_name) for table in file.table_or_tables("intake"))
-    shooters = tuple(_shooter(table, by_name) for table in file.table_or_tables("shooter"))
+    require_chains(file.where, by_name)
+    capacity = robot.whole("capacity", None, most=500)
+    storages = tuple(read_storage(table, capacity) for table in file.table_or_tables("storage"))
+    rooms = [storage.name for storage in storages]
+    _require_own_names(file.where, "storage", rooms)
+    if "" in rooms[1:] or (len(rooms) > 1 and not rooms[0]):
+        raise ConfigError(f"{file.where} [[storage]]: give each of several storages a name")
+    intakes = tuple(read_intake(table, by_name, rooms) for table in file.table_or_tables("intake"))
+    shooters = tuple(read_shooter(table, by_name, rooms) for table in file.table_or_tables("shooter"))
+    claws = tuple(read_claw(table, by_name, rooms) for table in file.table_or_tables("claw"))
+    climbers = tuple(read_climber(table, by_name) for table in file.table_or_tables("climber"))
+    auto_starts = {name: _auto_start(table) for name, table in file.named_tables("autos").items()}
     cameras = tuple(_camera(table) for table in file.tables("camera"))
     _require_own_names(file.where, "camera", (c.name for c in cameras))
     sensors = read_sensors(file.tables("sensor"), by_name)
     file.finish()
     d = RobotSettings()
-    bumper = None
-    if "bumper_length" in robot or "bumper_width" in robot:
-        bumper = (
-            robot.number("bumper_length", above=0.2, unit="m"),
-            robot.number("bumper_width", above=0.2, unit="m"),
-        )
+    length, width = (_bumper(robot, f"bumper_{edge}") for edge in ("length", "width"))
+    if (length is None) != (width is None):
+        missing = "bumper_length" if length is None else "bumper_width"
+        raise robot.error(missing, "is missing beside the other; it must be a length in meters")
     settings = RobotSettings(
         game=game,
         engine=engine,
-        mass=robot.number("mass", d.mass, above=0.0, unit="kg"),
-        bumper=bumper,
-        center_of_mass_height=robot.number("center_of_mass_height", d.center_of_mass_height, above=0.0, unit="m"),
+        mass=_mass(robot, d.mass),
+        bumper=None if length is None or width is None else (length, width),
+        center_of_mass_height=robot.length("center_of_mass_height", d.center_of_mass_height, above=0.0, most=1.0),
         wheel_cof=robot.number("tread", d.wheel_cof, above=0.0),
         drive_motor=robot.choice("drive_motor", MOTOR_NAMES, None),
         steer_motor=robot.choice("steer_motor", MOTOR_NAMES, None),
-        capacity=robot.whole("capacity", d.capacity, most=500),
+        capacity=capacity,
         preload=start.whole("preload", d.preload, most=500),
         start=(
             start.number("x", d.start[0], unit="m"),
@@ -88,18 +98,48 @@ def read_settings(path: Path) -> RobotSettings:
         mechanisms=mechanisms,
         intakes=intakes,
         shooters=shooters,
+        storages=storages,
+        placers=claws,
+        climbers=climbers,
+        auto_starts=auto_starts,
         cameras=cameras,
         sensors=sensors,
     )
-    for name in ("bumper_length", "bumper_width"):
-        robot.number(name, None, above=0.2, unit="m")  # known, also where only one of them is missing
     robot.finish()
     start.finish()
-    if settings.capacity is not None and settings.preload > settings.capacity:
-        raise start.error(
-            "preload", f"must be at most the robot's capacity, {settings.capacity}; got {settings.preload}"
-        )
+    if storages:
+        capacity = storages[0].capacity  # preloads are in the first
+    if capacity is not None and settings.preload > capacity:
+        raise start.error("preload", f"must be at most the robot's capacity, {capacity}; got {settings.preload}")
     return settings
+
+
+def _mass(t: Table, default: float) -> float:
+    """In kg; what cannot be is probably in pounds."""
+    mass = float(t.number("mass", default, above=0.0, unit="kg"))
+    if not _LIGHTEST <= mass <= _HEAVIEST:
+        in_kg = pounds(mass)
+        hint = f" As pounds that is {in_kg:.1f} kg" if _LIGHTEST <= in_kg <= _HEAVIEST else ""
+        raise t.error("mass", f"must be in kg, from {_LIGHTEST:g} to {_HEAVIEST:g}, got {mass:g}.{hint}".rstrip("."))
+    return mass
+
+
+def _bumper(t: Table, key: str) -> float | None:
+    """In meters; what cannot be is probably in inches. None: not given."""
+    low, high = _BUMPERS
+    size: float | None = t.number(key, None, unit="m")
+    if size is not None and not low <= size <= high:
+        hint = in_meters(size, least=low, most=high)
+        raise t.error(key, f"must be in meters, from {low:g} to {high:g}, got {size:g}.{hint}".rstrip("."))
+    return size
+
+
+def _auto_start(t: Table) -> tuple[float, float, float]:
+    start = t.numbers("start", ())
+    if len(start) != 3:
+        raise t.error("start", f"must be [x, y, heading_deg] as a blue robot, e.g. [2.0, 1.2, 0.0]; got {list(start)}")
+    t.finish()
+    return start[0], start[1], math.radians(start[2])
 
 
 def gearbox_motor(name: str) -> DCMotor:
@@ -155,8 +195,10 @@ def _mechanism(t: Table) -> MechanismSettings:
         raise t.error("cancoder_gearing", "needs a cancoder = <CAN id> beside it")
     if "coasts" in t and settings.controller not in ("PWM", "Relay"):
         raise t.error("coasts", f"is of a PWM or relay port; a {settings.controller} has its neutral mode configured")
+    joint = read_joint(t, name, kind, config)
+    on = None if joint is None else t.text("on", None)
     t.finish()
-    return settings
+    return replace(settings, joint=joint, on=on)
 
 
 def _friction(t: Table, kind: str, gearbox: GearboxConfig) -> float:
@@ -177,7 +219,7 @@ def _config(t: Table, kind: str, gearbox: GearboxConfig) -> MechanismConfig:
         return RollerConfig(
             gearbox=gearbox,
             inertia=t.number("inertia", 0.001, above=0.0, unit="kg m^2"),
-            radius=t.number("radius", 0.025, above=0.0, unit="m"),
+            radius=t.length("radius", 0.025, above=0.0, most=0.3),
         )
     if kind == "arm":
         low, high = t.number("min_deg", unit="deg"), t.number("max_deg", unit="deg")
@@ -185,7 +227,7 @@ def _config(t: Table, kind: str, gearbox: GearboxConfig) -> MechanismConfig:
             gearbox=gearbox,
             inertia=t.number("inertia", above=0.0, unit="kg m^2"),
             mass=t.number("mass", 0.0, least=0.0, unit="kg"),
-            center_of_mass=t.number("center_of_mass", 0.0, unit="m"),
+            center_of_mass=t.length("center_of_mass", 0.0),
             min_angle=math.radians(low),
             max_angle=math.radians(high),
             start_angle=math.radians(t.number("start_deg", low, unit="deg")),
@@ -200,83 +242,23 @@ def _config(t: Table, kind: str, gearbox: GearboxConfig) -> MechanismConfig:
             start_angle=math.radians(t.number("start_deg", min(max(0.0, low), high), unit="deg")),
         )
     if kind == "elevator":
-        low = t.number("min_height", 0.0, unit="m")
+        low = t.length("min_height", 0.0)
         return ElevatorConfig(
             gearbox=gearbox,
             carriage_mass=t.number("mass", above=0.0, unit="kg"),
-            drum_radius=t.number("drum_radius", above=0.0, unit="m"),
+            drum_radius=t.length("drum_radius", above=0.0, most=0.3),
             min_height=low,
-            max_height=t.number("max_height", unit="m"),
-            start_height=t.number("start_height", low, unit="m"),
+            max_height=t.length("max_height"),
+            start_height=t.length("start_height", low),
+            gravity=GRAVITY * math.cos(math.radians(t.number("lean_deg", 0.0, unit="deg"))),
         )
     return RackConfig(
         gearbox=gearbox,
         mass=t.number("mass", above=0.0, unit="kg"),
-        pinion_radius=t.number("pinion_radius", above=0.0, unit="m"),
-        travel=t.number("travel", above=0.0, unit="m"),
-        start_extension=t.number("start_extension", 0.0, least=0.0, unit="m"),
+        pinion_radius=t.length("pinion_radius", above=0.0, most=0.3),
+        travel=t.length("travel", above=0.0),
+        start_extension=t.length("start_extension", 0.0, least=0.0),
     )
-
-
-def _intake(t: Table, mechanisms: Mapping[str, MechanismSettings]) -> IntakeConfig:
-    zone = {key: t.number(key, unit="m") for key in ("x_min", "x_max", "y_min", "y_max")}
-    for axis in "xy":
-        low, high = zone[f"{axis}_min"], zone[f"{axis}_max"]
-        if not low < high:
-            raise t.error(f"{axis}_min", f"must be below {axis}_max, got {low} and {high} m")
-    intake = IntakeConfig(
-        zone=IntakeZone(**zone, z_max=t.number("z_max", 0.2, above=0.0, unit="m")),
-        roller=_named(t, "roller", mechanisms),
-        deploy=_maybe_named(t, "deploy", mechanisms),
-        deployed_at=t.choice("out_at", ("upper", "lower"), "upper"),
-        kinds=t.texts("kinds"),
-    )
-    if intake.deploy is None:
-        if "out_at" in t:
-            raise t.error("out_at", "needs a deploy = <mechanism> beside it")
-    elif isinstance(mechanisms[intake.deploy].config, (FlywheelConfig, RollerConfig)):
-        raise t.error("deploy", f"must be an arm, elevator or rack, which has stops; got {intake.deploy!r}")
-    t.finish()
-    return intake
-
-
-def _shooter(t: Table, mechanisms: Mapping[str, MechanismSettings]) -> ShooterConfig:
-    wheels = _names(t, "wheels", mechanisms)
-    for name in wheels:
-        if not isinstance(mechanisms[name].config, FlywheelConfig):
-            raise t.error("wheels", f"must be a mechanism of kind flywheel, got {name!r}")
-    if len(wheels) > 2 or len(set(wheels)) < len(wheels):
-        raise t.error("wheels", f"must be one flywheel, or two: [lower, upper]; got {list(wheels)}")
-    hood, turret = _maybe_named(t, "hood", mechanisms), _maybe_named(t, "turret", mechanisms)
-    shooter = ShooterConfig(
-        wheels=wheels,
-        gate=_names(t, "feeder", mechanisms) if "feeder" in t else t.texts("feeder"),
-        hood=hood,
-        elevation=math.radians(t.number("elevation_deg", unit="deg")),
-        elevation_per_hood=float(t.number("elevation_per_hood", -1.0)),
-        turret=turret,
-        turret_ratio=float(t.number("turret_ratio", 1.0)),
-        wheel_radius=t.number("wheel_radius", 0.05, above=0.0, unit="m"),
-        exit_efficiency=t.number("exit_efficiency", 0.49 if len(wheels) == 1 else 0.98, above=0.0),
-        launch=LaunchParameters(
-            height=t.number("height", above=0.0, unit="m"),
-            forward=t.number("forward", 0.0, unit="m"),
-            pivot_x=t.number("turret_x", 0.0, unit="m"),
-            pivot_y=t.number("turret_y", 0.0, unit="m"),
-            heading=math.radians(t.number("yaw_deg", 0.0, unit="deg")),
-            barrels=t.numbers("barrels", (0.0,)),
-        ),
-        shot_rate=t.number("shots_per_second", 8.0, above=0.0, unit="1/s"),
-        kinds=t.texts("kinds"),
-    )
-    for key, of, needs in (
-        ("elevation_per_hood", hood, "hood"), ("turret_ratio", turret, "turret"),
-        ("turret_x", turret, "turret"), ("turret_y", turret, "turret"),
-    ):  # fmt: skip
-        if key in t and of is None:
-            raise t.error(key, f"needs a {needs} = <mechanism> beside it")
-    t.finish()
-    return shooter
 
 
 def _camera(t: Table) -> CameraConfig:
@@ -295,28 +277,6 @@ def _camera(t: Table) -> CameraConfig:
     )
     t.finish()
     return camera
-
-
-def _named(t: Table, key: str, mechanisms: Mapping[str, MechanismSettings]) -> str:
-    """The mechanism that a key names."""
-    _require_some(t, key, mechanisms)
-    return str(t.choice(key, tuple(mechanisms)))
-
-
-def _maybe_named(t: Table, key: str, mechanisms: Mapping[str, MechanismSettings]) -> str | None:
-    """The mechanism that a key names, if it is there."""
-    return _named(t, key, mechanisms) if key in t else t.text(key, None)
-
-
-def _names(t: Table, key: str, mechanisms: Mapping[str, MechanismSettings]) -> tuple[str, ...]:
-    """The mechanism or mechanisms that a key names."""
-    _require_some(t, key, mechanisms)
-    return t.choices(key, tuple(mechanisms))
-
-
-def _require_some(t: Table, key: str, mechanisms: Mapping[str, MechanismSettings]) -> None:
-    if not mechanisms:
-        raise t.error(key, "must name a mechanism, but there is no [[mechanism]] in the file")
 
 
 def _require_own_names(where: str, what: str, names: Iterable[str]) -> None:

@@ -3,15 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
 from simcore.errors import ConfigError, UnknownNameError
+from simcore.geometry.linkage import Joint
 from simcore.match.game import Game, RobotEntry
 from simcore.match.match import Match
+from simcore.match.starts import StartError, require_free_place, require_on_field
 from simcore.pieces.intake import IntakeConfig
+from simcore.pieces.placer import PlacerConfig
 from simcore.pieces.shooter import ShooterConfig
 from simcore.pieces.storage import StorageConfig
+from simcore.robot.climber import ClimberConfig
 from simcore.robot.mechanism_friction import friction_from_volts
 from simcore.robot.positioned_mechanisms import PistonConfig, ServoConfig
 from simcore.robot.robot_config import MechanismConfig, RobotConfig
@@ -63,6 +67,10 @@ class MechanismSettings:
     """Of a controller on a PWM or relay port: whether it opens the circuit at zero instead of braking."""
     module: str = ""
     """Of solenoids: type and CAN id of the pneumatics module, e.g. `REVPH 1`."""
+    joint: Joint | None = None
+    """What it moves, in the frame of what carries it; None for what turns on the spot."""
+    on: str | None = None
+    """Name of the mechanism that carries it; None: the robot."""
 
     @property
     def keys(self) -> list[tuple[str, int]]:
@@ -111,7 +119,13 @@ class RobotSettings:
     """Pieces that it can hold; None: as many as the game's own robot."""
     mechanisms: tuple[MechanismSettings, ...] = ()
     intakes: tuple[IntakeConfig, ...] = ()
+    storages: tuple[StorageConfig, ...] = ()
+    """None: one, of `capacity`."""
     shooters: tuple[ShooterConfig, ...] = ()
+    placers: tuple[PlacerConfig, ...] = ()
+    climbers: tuple[ClimberConfig, ...] = ()
+    auto_starts: Mapping[str, tuple[float, float, float]] = field(default_factory=dict)
+    """Where autos start, by their names, as a blue robot, field frame [m, m, rad]; others at `start`."""
     cameras: tuple[CameraConfig, ...] = ()
     sensors: tuple[SensorSettings, ...] = ()
 
@@ -138,13 +152,14 @@ class RobotSettings:
         return next(m for m in self.mechanisms if m.name == name)
 
     def require_pieces(self, kinds: Sequence[str]) -> None:
-        """Make sure that intakes, shooters and sensors name only kinds of pieces that a game has.
+        """Make sure that intakes, shooters, claws and sensors name only kinds of pieces that a game has.
 
         Raises:
             UnknownNameError: One does not; the text lists the kinds.
         """
         named = [kind for intake in self.intakes for kind in intake.kinds]
         named += [kind for shooter in self.shooters for kind in shooter.kinds]
+        named += [kind for placer in self.placers for kind in placer.kinds]
         for sensor in self.sensors:
             if isinstance(sensor, (BeamBreakSettings, RangeSettings)) and sensor.sees is not None:
                 named += sensor.sees.kinds
@@ -159,18 +174,24 @@ class RobotSettings:
 
         Args:
             drivetrain: With the robot's mass; bumpers are 15 cm beyond its wheels if the file does not say.
-            storage: Room for pieces; the file's capacity replaces its own.
+            storage: Room for pieces, if the file describes no storage; the file's capacity replaces its own.
         """
         bumper = self.with_bumper_around(drivetrain.wheel_positions).bumper
         assert bumper is not None
         room = storage or StorageConfig()
+        if self.capacity is not None:
+            room = replace(room, capacity=self.capacity)
+        first, *more = self.storages or (room,)
         return RobotConfig(
             drivetrain=drivetrain,
             bumper=bumper,
             mechanisms={m.name: m.config for m in self.mechanisms},
             intakes=self.intakes,
-            storage=room if self.capacity is None else replace(room, capacity=self.capacity),
+            storage=first,
+            more_storages=tuple(more),
             shooters=self.shooters,
+            placers=self.placers,
+            climbers=self.climbers,
             cameras=self.cameras,
         )
 
@@ -204,4 +225,29 @@ def practice_match(
     if settings.preload > most:
         raise ConfigError(f"{FILE_NAME} [start]: preload must be at most {most} in {game.name}, got {settings.preload}")
     entry = RobotEntry(config=config, start=settings.start, preload=settings.preload)
-    return Match(game, robots=(entry,), practice=True, sinks=sinks, network=network, engine=engine or settings.engine)
+    try:
+        match = Match(
+            game, robots=(entry,), practice=True, sinks=sinks, network=network, engine=engine or settings.engine
+        )
+    except StartError as error:
+        raise _start_refused("[start]", error) from error
+    try:
+        for name, pose in settings.auto_starts.items():
+            _require_auto_start(match, name, pose)
+    except BaseException:
+        match.close()
+        raise
+    return match
+
+
+def _require_auto_start(match: Match, name: str, pose: tuple[float, float, float]) -> None:
+    robot, size = match.robots[0], match.game.field.size
+    try:
+        require_on_field(robot, pose, size)
+        require_free_place(match.world, robot, pose, size)
+    except StartError as error:
+        raise _start_refused(f"[autos.{name!r}]", error) from error
+
+
+def _start_refused(table: str, error: StartError) -> ConfigError:
+    return ConfigError(f"{FILE_NAME} {table}: the robot {error.problem}; {error.hint or 'choose another start'}")

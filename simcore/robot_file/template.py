@@ -40,13 +40,16 @@ center_of_mass_height = 0.20
 # tread = 1.2                   # friction of the wheels on carpet
 # drive_motor = "Kraken X60"    # left out: Kraken X60 with FOC
 # steer_motor = "Kraken X44"
-# capacity = 1                  # game pieces that it holds; left out: as many as the game's own robot
+# capacity = 1                  # game pieces that a storage holds; left out: as many as the game's own robot
 
 [start]                         # as a blue robot; red starts at the corresponding place
 x = 2.0
 y = 1.2
 heading_deg = 0.0
 preload = 0
+
+# [autos."Left two piece"]      # where an auto of this name starts; others at [start]
+# start = [2.0, 1.2, 0.0]       # x, y, heading_deg
 
 """
 
@@ -85,6 +88,15 @@ _KINDS = """\
 # to a SPARK has encoder_gearing. friction_volts = <kS> or friction_torque [N m] if it coasts for too long or too short;
 # left out: the kS that your program has set, else 0.2 V (a flywheel: its motors' no-load current).
 # reversed = true if your code counts down while the mechanism goes up.
+# Where something moves that carries an intake, a claw, a hook or another mechanism: x, y, z of its joint, and
+#   on = "lift"   what carries it (an arm, turret, elevator or rack); left out: the robot
+#   yaw_deg       of an arm or a rack: 0 reaches to the front, 180 to the back
+#   rise_deg      of a rack: up from the floor;   lean_deg of an elevator: 0 is upright, 15 leans to the front
+
+# [[storage]]                   # only if the robot has several, e.g. one for each shooter
+# name = "front"
+# capacity = 20
+# order = "fifo"                # or lifo, a stack
 
 # [[intake]]                    # pieces in this box are taken in while the roller turns forward; one table an intake
 # x_min = -0.60
@@ -92,13 +104,19 @@ _KINDS = """\
 # y_min = -0.30
 # y_max = 0.30
 # roller = "intake"             # a mechanism
+# takes_in = "forward"          # or backward: how the roller turns then
 # deploy = "pivot"              # a mechanism that must be out; leave it out if there is none
 # out_at = "lower"              # at which of its stops it is out: upper or lower
+# on = "pivot"                  # what carries the box; it is then measured from that joint, with all joints at 0
+# storage = "front"             # where pieces go, if there are several
 # kinds = ["Name"]              # kinds of pieces that it takes; left out: all
 
 # [[shooter]]                   # one table a shooter
 # wheels = "shooter"            # a mechanism of kind flywheel, or two with speeds of their own: ["lower", "upper"]
+# side_by_side = false          # whether two wheels are the left and the right one
 # feeder = "feeder"             # what must turn forward, one name or a list; leave it out if spinning wheels are enough
+# feeder_backward = "feeder"    # those of them that feed while they turn backward
+# storage = "front"             # where pieces come from, if there are several
 # hood = "hood"                 # a mechanism that tilts the shot; leave it out for a fixed one
 # elevation_deg = 65.0          # of the shot, with the hood at angle 0
 # elevation_per_hood = -1       # -1 if the shot gets flatter as the hood goes up
@@ -111,9 +129,28 @@ _KINDS = """\
 # yaw_deg = 0.0                 # direction of the shot, with the turret at 0; 180 is to the back
 # barrels = [0.0]               # places across, to the left
 # shots_per_second = 8.0
-# wheel_radius = 0.05
+# wheel_radius = 0.05           # or, of two wheels, [lower, upper]
 # exit_efficiency = 0.49        # speed of the piece over the rim's: one half against a fixed hood, one between wheels
 # kinds = ["Name"]              # kinds of pieces that it throws; left out: all
+
+# [[claw]]                      # holds one piece at the end of what carries it
+# on = "arm"                    # a mechanism; an arm on an elevator says on = "lift" itself
+# x = 0.35                      # middle of the held piece from that joint, with all joints at 0
+# y = 0.0
+# z = 0.0
+# size = [0.3, 0.3, 0.3]        # of the box around it in which pieces are taken
+# roller = "claw"               # a mechanism: forward takes, backward lets go
+# passes_through = false        # whether forward lets go, too, once the roller has stopped in between
+# pitch_deg = 0.0               # of the held piece; also roll_deg, yaw_deg
+# from_storage = false          # whether the storage hands pieces on to it
+# kinds = ["Name"]
+
+# [[climber]]                   # a hook that comes down on a rung of the field, and pulls the robot up
+# on = "climb"                  # a mechanism
+# x = 0.0                       # inside of the hook from that joint, with all joints at 0
+# y = 0.0
+# z = 0.0
+# reach = 0.04                  # half of the hook's mouth
 
 # [[camera]]
 # name = "limelight"            # of its NetworkTables table

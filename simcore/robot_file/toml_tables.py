@@ -16,7 +16,7 @@ if sys.version_info >= (3, 11):
 else:
     import tomli as tomllib
 
-__all__ = ["Table", "read_tables"]
+__all__ = ["Table", "in_meters", "read_tables"]
 
 _REQUIRED: Any = object()
 
@@ -87,6 +87,30 @@ class Table:
             raise self.error(key, f"must be {_number_text(above, least, unit)}, got {value!r}")
         return float(value)
 
+    def length(
+        self,
+        key: str,
+        default: Any = _REQUIRED,
+        *,
+        above: float = -math.inf,
+        least: float = -math.inf,
+        most: float = 3.0,
+    ) -> Any:
+        """A length or place on a robot [m], of at most `most` either way: more is in another unit.
+
+        >>> Table({"x_min": -24}, "simcore.toml [intake]").length("x_min")
+        Traceback (most recent call last):
+        simcore.errors.ConfigError: simcore.toml [intake]: x_min must be in meters, from -3 to 3, got -24. As inches \
+that is -0.61 m
+        """
+        value = self.number(key, default, above=above, least=least, unit="m")
+        if key in self._data and abs(value) > most:
+            low = max(-most, above, least)
+            raise self.error(
+                key, f"must be in meters, from {low:g} to {most:g}, got {value:g}.{in_meters(value, most=most)}"
+            )
+        return value
+
     def whole(self, key: str, default: Any = _REQUIRED, *, least: int = 0, most: int = 2**31) -> Any:
         """A whole number, e.g. a CAN id."""
         wanted = f"a whole number from {least} to {most}"
@@ -112,6 +136,10 @@ class Table:
                 key, f"must be a whole number from {least} to {most}, or a list of such, e.g. [0, 1]; got {value!r}"
             )
         return tuple(values)
+
+    def is_list(self, key: str) -> bool:
+        """Whether a list is written there."""
+        return isinstance(self._data.get(key), list)
 
     def numbers(self, key: str, default: tuple[float, ...]) -> tuple[float, ...]:
         """A list of one or more finite numbers."""
@@ -184,6 +212,19 @@ class Table:
             return [Table(value, f"{self.where} [{key}]")]
         return self.tables(key)
 
+    def named_tables(self, key: str) -> dict[str, Table]:
+        """The tables in a table, by their names: `[autos."Left"]` is one of `autos`."""
+        table = self.table(key)
+        if table is None:
+            return {}
+        tables = {}
+        for name, value in table._data.items():
+            if not isinstance(value, dict):
+                line = f"[{key}.{name!r}]"
+                raise table.error(name, f"must be a table, written {line} on a line of its own; got {value!r}")
+            tables[name] = Table(value, f"{self.where} [{key}.{name!r}]")
+        return tables
+
     def finish(self) -> None:
         """Say that all keys have been asked for.
 
@@ -202,6 +243,20 @@ class Table:
         if default is _REQUIRED:
             raise self.error(key, f"is missing; it must be {wanted}")
         return default
+
+
+def in_meters(value: float, *, least: float = 0.0, most: float) -> str:
+    """What a length is in meters if it was meant in inches, cm or mm; empty if none of these makes sense.
+
+    Args:
+        value: As written.
+        least: Smallest length that makes sense [m].
+        most: Largest one [m].
+    """
+    for unit, size in (("inches", 0.0254), ("cm", 0.01), ("mm", 0.001)):
+        if least <= abs(value) * size <= most:
+            return f" As {unit} that is {value * size:.3g} m"
+    return ""
 
 
 def _nearest(value: str, known: Sequence[str]) -> str:

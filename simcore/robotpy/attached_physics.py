@@ -15,9 +15,10 @@ from simcore.match.game import Game
 from simcore.match.registry import find_game, installed_games
 from simcore.phoenix6.ownership import Ownership
 from simcore.robot.dc_motor import motor
+from simcore.robot.swerve_config import SwerveConfig
 from simcore.robot.swerve_drive import SwerveDrive
 from simcore.robot_file.reader import read_settings
-from simcore.robot_file.robot_settings import FILE_NAME, practice_match
+from simcore.robot_file.robot_settings import FILE_NAME, RobotSettings, practice_match
 from simcore.robotpy.described_mechanisms import connect_mechanism, with_configured_friction
 from simcore.robotpy.device_assignment import DeviceAssignment, short_names
 from simcore.robotpy.port_assignment import PORT_CONTROLLERS, PortAssignment
@@ -25,7 +26,7 @@ from simcore.robotpy.robot_physics import RobotPhysics
 from simcore.robotpy.startup_summary import StartupSummary, camera_tables, unknown_sim_devices
 from simcore.telemetry.networktables_sink import NetworkTablesSink
 
-__all__ = ["AttachedPhysics", "choose_game"]
+__all__ = ["AttachedPhysics", "choose_game", "described_drivetrain"]
 
 _log = logging.getLogger(__name__)
 
@@ -56,21 +57,9 @@ class AttachedPhysics(RobotPhysics):
     def __init__(self, physics_controller: Any, robot: Any) -> None:
         path = self.folder / FILE_NAME
         settings = with_configured_friction(read_settings(path))
-        drivetrain = swerve.only_drivetrain()
-        constants = swerve.module_constants(drivetrain)
-        if len(constants) < 3:
-            raise ConfigError(f"a swerve drivetrain stands on 3 modules or more (most have 4), got {len(constants)}")
-        settings = settings.with_bumper_around(tuple((c.location_x, c.location_y) for c in constants))
+        drivetrain, config = described_drivetrain(settings)
+        settings = settings.with_bumper_around(config.wheel_positions)
         assert settings.bumper is not None
-        config = swerve.swerve_config(
-            drivetrain,
-            mass=settings.mass,
-            bumper=settings.bumper,
-            height=settings.center_of_mass_height,
-            wheel_cof=settings.wheel_cof,
-            drive_motor=None if settings.drive_motor is None else motor(settings.drive_motor),
-            steer_motor=None if settings.steer_motor is None else motor(settings.steer_motor),
-        )
         game = choose_game(self.game_name, settings.game)
         self._network = network = ntcore.NetworkTableInstance.getDefault()
         sinks = [NetworkTablesSink(network)]
@@ -128,6 +117,30 @@ class AttachedPhysics(RobotPhysics):
             has_file=self._path.exists(),
         )
         _log.info("%s", "\n".join(summary.lines()))
+
+
+def described_drivetrain(settings: RobotSettings) -> tuple[Any, SwerveConfig]:
+    """The drivetrain that the robot program has built, and its model by its constants and the file.
+
+    Raises:
+        ConfigError: There is not one drivetrain, or its constants make no sense.
+    """
+    drivetrain = swerve.only_drivetrain()
+    constants = swerve.module_constants(drivetrain)
+    if len(constants) < 3:
+        raise ConfigError(f"a swerve drivetrain stands on 3 modules or more (most have 4), got {len(constants)}")
+    settings = settings.with_bumper_around(tuple((c.location_x, c.location_y) for c in constants))
+    assert settings.bumper is not None
+    config = swerve.swerve_config(
+        drivetrain,
+        mass=settings.mass,
+        bumper=settings.bumper,
+        height=settings.center_of_mass_height,
+        wheel_cof=settings.wheel_cof,
+        drive_motor=None if settings.drive_motor is None else motor(settings.drive_motor),
+        steer_motor=None if settings.steer_motor is None else motor(settings.steer_motor),
+    )
+    return drivetrain, config
 
 
 def choose_game(flag: str | None, in_file: str | None) -> Game:

@@ -1,21 +1,8 @@
-"""Builds a robot program, without running it, and prints the devices that are not its drivetrain's: for `simcore init`.
-
-Run it in a process and a folder of its own: programs and vendors' libraries write files where they are started. Phoenix
-6 is simcore's own, which answers at once and writes nothing; with `real` as second argument it is CTRE's simulation,
-for programs that ask for what the other does not model.
-"""
+"""The devices of a robot program that are not its drivetrain's, as a line of JSON: for `simcore init`."""
 
 from __future__ import annotations
 
-import json
-import os
-import sys
-import traceback
-from pathlib import Path
 from typing import Any
-
-import hal
-from phoenix6 import unmanaged
 
 import simcore.phoenix6.swerve as swerve
 from simcore.errors import ConfigError
@@ -23,48 +10,14 @@ from simcore.phoenix6.built_devices import built_devices, key_of
 from simcore.robot.motor_controllers import FollowerGroup
 from simcore.robotpy.built_ports import built_ports  # from here on ports are noted; the robot object is built later
 from simcore.robotpy.motor_families import FAMILIES, MotorFamily, watch_devices
-from simcore.robotpy.robot_program import load_robot_class
+from simcore.robotpy.surveyed_robot import print_survey
 
 __all__ = ["main"]
 
 
 def main() -> None:
-    """Print one line of JSON and leave, whatever threads the program has started."""
-    answer: dict[str, Any] = {}
-    try:
-        _build(Path(sys.argv[1]), emulates="real" not in sys.argv[2:])
-    except NotImplementedError as error:
-        answer["not_modelled"] = str(error)
-    except BaseException as error:  # whatever a team's program raises, or exits with, is the answer
-        traceback.print_exc()
-        answer["error"] = f"{type(error).__name__}: {error}"
-    try:
-        answer["motors"] = _motors()  # also what a program had built when it failed
-    except Exception as error:
-        traceback.print_exc()
-        answer.setdefault("error", f"{type(error).__name__}: {error}")
-    answer["ports"] = _ports()
-    print("\n" + json.dumps(answer), flush=True)  # a library may be in the middle of a line of its own
-    os._exit(0)
-
-
-def _build(robot_file: Path, *, emulates: bool) -> None:
-    if emulates:
-        from simcore.robotpy.simulated_phoenix import install_simulated_phoenix
-
-        install_simulated_phoenix()
-    else:
-        unmanaged.set_phoenix_diagnostics_start_time(-1)
-    hal.initialize(500, 0)
-    watch_devices()
-    robot = load_robot_class(robot_file)()
-    _kept.append(robot)
-    for step in ("robotInit", "_simulationInit"):
-        getattr(robot, step, lambda: None)()
-
-
-_kept: list[Any] = []
-"""The robot, which would take its devices with it."""
+    """Print one line of JSON and leave."""
+    print_survey(lambda _: {"motors": _motors(), "ports": _ports()}, before=watch_devices)
 
 
 def _ports() -> list[dict[str, Any]]:

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from wpimath.system.plant import DCMotor
 
+from simcore.errors import ConfigError, UnknownNameError
 from simcore.geometry.linkage import Joint
 from simcore.geometry.rotation import rpy
 from simcore.match.game import Game, PieceSupply, RobotEntry
@@ -113,7 +114,64 @@ def test_an_intake_leaves_other_kinds(bare):
     assert bare.robots[0].held == []
 
 
+def test_each_intake_fills_its_own_storage_and_each_shooter_empties_its_own():
+    """Front and back: two balls in front, one behind; then only the back shooter's wheels turn."""
+    both = robot()
+    back = replace(ZONE, x_min=-0.65, x_max=-0.45)
+    shooter = both.shooters[0]
+    both = replace(
+        both,
+        more_storages=(StorageConfig(name="back", capacity=3),),
+        mechanisms={**both.mechanisms, "back wheels": both.mechanisms["wheels"]},
+        intakes=(*both.intakes, IntakeConfig(zone=back, storage="back")),
+        shooters=(shooter, replace(shooter, wheels=("back wheels",), storage="back")),
+    )
+    game = Game.bare(pieces=(PieceSupply(BALL, 6), PieceSupply(CRATE, 2)), robot=lambda: both)
+    with Match(game, robots=(RobotEntry(start=(4.0, 4.0, 0.0)),)) as match:
+        one = match.robots[0]
+        front = match.pieces.spawn("Ball", np.array([[4.55, y, RADIUS] for y in (3.8, 4.1)])).tolist()
+        behind = match.pieces.spawn("Ball", np.array([[3.45, 4.0, RADIUS]])).tolist()
+        match.play(0.1)
+        assert [storage.pieces for storage in one.storages] == [front, behind] and one.held == front + behind
+        one.mechanisms["back wheels"].reset(velocity=200.0)
+        match.play(0.1)
+        assert [shot.slot for shot in match.flow.shots] == behind and one.held == front
+        assert match.count.is_conserved
+    with pytest.raises(UnknownNameError, match="no storage \\(of intake\\) named 'bakc'"):
+        replace(both, intakes=(IntakeConfig(zone=back, storage="bakc"),))
+    with pytest.raises(ConfigError, match="storages need names of their own"):
+        replace(both, more_storages=(StorageConfig(),))
+
+
+def test_an_intake_of_a_reversed_roller_takes_while_it_turns_backward():
+    config = robot()
+    config = replace(config, intakes=(replace(config.intakes[0], roller="claw", roller_reversed=True),))
+    with Match(Game.bare(pieces=(PieceSupply(BALL, 1),), robot=lambda: config)) as match:
+        intake, claw = match.robots[0].intakes[0], match.robots[0].mechanisms["claw"]
+        for velocity, is_active in ((20.0, False), (-20.0, True)):
+            claw.velocity = velocity
+            assert intake.is_active is is_active
+
+
 # --- placer ---------------------------------------------------------------------------------------------------------
+
+
+def test_a_piece_passes_through_when_the_roller_turns_forward_again():
+    """It is not let go while it is being taken, nor taken again while it is being let go."""
+    config = robot()
+    (placer,) = config.placers
+    config = replace(config, placers=(replace(placer, passes_through=True, take_speed=5.0, release_speed=5.0),))
+    game = Game.bare(pieces=(PieceSupply(CRATE, 1),), robot=lambda: config)
+    with Match(game, robots=(RobotEntry(start=(4.0, 4.0, 0.0)),)) as match:
+        one = match.robots[0]
+        place = [[4.0 + 0.8 * math.cos(0.2), 4.0, 0.6 + 0.8 * math.sin(0.2)]]
+        slot = int(match.pieces.spawn("Crate", np.array(place))[0])
+        for velocity, held in ((20.0, [slot]), (20.0, [slot]), (0.0, [slot]), (20.0, []), (20.0, []), (0.0, [])):
+            one.mechanisms["claw"].reset(velocity=velocity)
+            one.mechanisms["claw"].coast()
+            match.tick()
+            assert one.held == held, velocity
+        assert match.count.is_conserved
 
 
 def test_a_released_piece_has_velocity_and_attitude_of_the_grip(bare):

@@ -45,6 +45,44 @@ def test_two_wheels_throw_with_their_mean_and_spin_by_their_difference():
     assert made.config.wheel_speed_for(made.exit_speed) == pytest.approx(250.0)
 
 
+def test_wheels_of_two_radii_throw_with_the_mean_of_their_rims():
+    """A roller of 25 mm behind the hood, geared up: rims of 15 and 7.5 m/s; each wheel gives by its own radius."""
+    made, parts = shooter(second_wheel_radius=0.025)
+    parts["lower"].velocity, parts["upper"].velocity = 300.0, 300.0
+    assert made.exit_speed == pytest.approx(0.5 * (15.0 + 7.5) * 0.9)
+    assert shot(made).spin == pytest.approx((0.0, -0.5 * (15.0 - 7.5) * 0.9 / RADIUS, 0.0))
+    speed, share = made.exit_speed, 0.2 * 0.5 * 7.5 * 0.9
+    assert made.config.wheel_speed_for(speed) == pytest.approx(300.0)
+    made.after_shot(0.2, speed)
+    assert 300.0 - parts["lower"].velocity == pytest.approx(0.2 * (0.5 * speed + share) * 0.05 / 0.01)
+    assert 300.0 - parts["upper"].velocity == pytest.approx(0.2 * (0.5 * speed - share) * 0.025 / 0.01)
+
+
+def test_a_faster_left_wheel_spins_a_piece_clockwise_about_what_is_upright_to_its_flight():
+    made, parts = shooter(wheel_places="left and right", elevation=0.4)
+    parts["lower"].velocity, parts["upper"].velocity = 300.0, 200.0
+    piece, rate = shot(made), 0.5 * 100.0 * 0.05 * 0.9 / RADIUS
+    assert piece.spin == pytest.approx((rate * math.sin(0.4), 0.0, -rate * math.cos(0.4)))
+    assert np.dot(piece.spin, piece.vel) == pytest.approx(0.0, abs=1e-12)
+
+
+def test_feeders_turn_each_in_its_own_direction():
+    made, parts = shooter(gate=("feeder", "hood"), gate_reversed=("hood",))
+    parts["lower"].velocity = parts["upper"].velocity = 300.0
+    for feeder, kicker, is_open in ((20.0, -20.0, True), (20.0, 20.0, False), (-20.0, -20.0, False)):
+        parts["feeder"].velocity, parts["hood"].velocity = feeder, kicker
+        assert made.gate_open is is_open
+
+
+def test_wheels_and_gates_that_cannot_be_are_refused():
+    with pytest.raises(ConfigError, match="second_wheel_radius needs two wheels"):
+        shooter(wheels=("lower",), second_wheel_radius=0.03)
+    with pytest.raises(ConfigError, match="gate_reversed must name mechanisms of gate"):
+        shooter(gate=("feeder",), gate_reversed=("hood",))
+    with pytest.raises(ConfigError, match="wheel_places must be"):
+        shooter(wheel_places="above")
+
+
 def test_a_piece_rolls_along_a_fixed_hood():
     made, parts = shooter(wheels=("lower",), exit_efficiency=0.5)
     parts["lower"].velocity = 300.0

@@ -48,6 +48,10 @@ def test_every_key_in_the_comments_is_one_that_is_read(tmp_path):
                 ("pivot", "arm", "inertia = 0.1\nmin_deg = 0\nmax_deg = 90"),
                 ("hood", "arm", "inertia = 0.1\nmin_deg = 0\nmax_deg = 40"),
                 ("turret", "turret", "inertia = 0.1\nmin_deg = -90\nmax_deg = 90"),
+                ("lift", "elevator", "mass = 5\ndrum_radius = 0.02\nmax_height = 1.0\nx = 0.1\nlean_deg = 0"),
+                ("arm", "arm", 'inertia = 0.1\nmin_deg = 0\nmax_deg = 90\non = "lift"\nyaw_deg = 180'),
+                ("claw", "roller", ""),
+                ("climb", "rack", "mass = 2\npinion_radius = 0.02\ntravel = 0.5\nrise_deg = 90"),
             )
         )
     )
@@ -63,6 +67,11 @@ def test_every_key_in_the_comments_is_one_that_is_read(tmp_path):
     assert intake.deploy == "pivot" and intake.kinds == ("Name",)
     assert shooter.hood == "hood" and shooter.turret == "turret" and shooter.gate == ("feeder",)
     assert robot.cameras[0].name == "limelight"
+    (claw,), (climber,), (storage,) = robot.placers, robot.climbers, robot.storages
+    assert [joint.mechanism for joint in claw.joints] == ["lift", "arm"] and claw.offset == (0.35, 0.0, 0.0)
+    assert [joint.mechanism for joint in climber.joints] == ["climb"]
+    assert (storage.name, storage.capacity, intake.storage, shooter.storage) == ("front", 20, "front", "front")
+    assert robot.auto_starts == {"Left two piece": (2.0, 1.2, 0.0)}
 
 
 def test_found_motors_need_only_a_kind_and_its_numbers(tmp_path):

@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import math
+import re
+from pathlib import Path
 
 import pytest
 
 from simcore.errors import ConfigError, UnknownNameError
+from simcore.geometry.linkage import part_pose
 from simcore.pieces.storage import StorageConfig
 from simcore.robot.mechanisms import ArmSim, FlywheelConfig, RackSim
 from simcore.robot.robot_config import build_mechanism
@@ -186,7 +189,29 @@ def test_the_robot_that_the_file_describes_is_of_the_same_class_as_every_other(r
         ("[robot]\nmass = '50'", "simcore.toml [robot]: mass must be a number above 0 kg, got '50'"),
         ("[robot]\nmass = true", "mass must be a number above 0 kg, got True"),
         ("[robot]\nmass = nan", "mass must be a number above 0 kg, got nan"),
-        ("[robot]\nbumper_length = 0.8", "[robot]: bumper_width is missing; it must be a number above 0.2 m"),
+        ("[robot]\nbumper_length = 0.8", "[robot]: bumper_width is missing beside the other"),
+        ("[robot]\nmass = 125", "[robot]: mass must be in kg, from 20 to 75, got 125. As pounds that is 56.7 kg"),
+        ("[robot]\nmass = 5", "[robot]: mass must be in kg, from 20 to 75, got 5"),
+        (
+            "[robot]\nbumper_length = 34\nbumper_width = 30",
+            "[robot]: bumper_length must be in meters, from 0.4 to 1.2, got 34. As inches that is 0.864 m",
+        ),
+        ("[robot]\nbumper_length = 86\nbumper_width = 80", "got 86. As cm that is 0.86 m"),
+        ("[robot]\ncenter_of_mass_height = 8", "from 0 to 1, got 8. As inches that is 0.203 m"),
+        (ROLLER + INTAKE.replace("-0.6", "-24"), "x_min must be in meters, from -3 to 3, got -24. As inches"),
+        ("[autos.left]\nstart = [1, 2]", "[autos.'left']: start must be [x, y, heading_deg] as a blue robot"),
+        ("[autos]\nleft = [1, 2, 3]", "[autos]: left must be a table, written [autos.'left'] on a line of its own"),
+        ("[[storage]]\ncapacity = 3\n[[storage]]\ncapacity = 3", "[[storage]] '': name is used twice"),
+        ("[storage]\ncapacity = 3\nx_min = 0.5", "[storage]: x_min must be below x_max, got 0.5 and 0.15 m"),
+        (ROLLER + INTAKE + 'storage = "front"', "storage must name a storage, but there is no [[storage]] in the file"),
+        (
+            ARM + 'on = "lift"',
+            "'pivot': on must name an arm, a turret, an elevator or a rack, got 'lift'; those of the",
+        ),
+        (ARM + 'on = "pivot"', "'pivot': on goes round in a circle: pivot on pivot"),
+        (ROLLER + 'on = "pivot"', "[[mechanism]] 'roller': no key 'on'"),
+        (ROLLER + '[[claw]]\nroller = "roller"', "[[claw]] 1: on is missing; it must be the mechanism that carries"),
+        (ROLLER + '[[climber]]\non = "roller"', "on must name a mechanism, but there is no [[mechanism]] of kind arm,"),
         ("[robot]\ndrive_motor = 'Kraken X6O'", "drive_motor must be one of"),
         ("[robot]\ndrive_motor = 'Kraken X6O'", "got 'Kraken X6O'. Did you mean 'Kraken X60'?"),
         (
@@ -249,6 +274,82 @@ def test_a_mistake_is_named_with_its_table_and_key(read, text, said):
     with pytest.raises(ConfigError) as error:
         read(text)
     assert said in str(error.value)
+
+
+LIFT = """
+[[mechanism]]
+name = "lift"
+kind = "elevator"
+leader = 60
+gearing = 9
+mass = 6
+drum_radius = 0.02
+max_height = 1.2
+x = 0.1
+z = 0.3
+lean_deg = 30
+"""
+
+
+def test_an_arm_on_an_elevator_carries_a_claw(read):
+    """Half a meter up the elevator, which leans 30 degrees to the front, and the arm straight down to the back."""
+    robot = read(
+        ROLLER
+        + LIFT
+        + ARM.replace("min_deg = 0", "min_deg = -90").replace("start_deg = 90", "start_deg = -90")
+        + 'on = "lift"\nyaw_deg = 180\nz = 0.05\n'
+        + '[[claw]]\non = "pivot"\nx = -0.4\nroller = "roller"\nsize = [0.2, 0.2, 0.1]\n'
+    )
+    (claw,) = robot.placers
+    mechanisms = {name: build_mechanism(robot.mechanism(name).config) for name in ("lift", "pivot", "roller")}
+    mechanisms["lift"].position = 0.5 / 0.02
+    (x, y, z), _ = part_pose(claw.joints, mechanisms, claw.offset)
+    assert (x, y) == pytest.approx((0.1 + 0.5 * math.sin(math.pi / 6), 0.0))
+    assert z == pytest.approx(0.3 + 0.5 * math.cos(math.pi / 6) + 0.05 - 0.4)
+    mechanisms["pivot"].position = 0.0
+    (level, _, height), _ = part_pose(claw.joints, mechanisms, claw.offset)
+    assert (level - x, height - z) == pytest.approx((-0.4, 0.4)), "to the back when it is level"
+    assert (claw.zone.x_min, claw.zone.x_max, claw.zone.z_max) == pytest.approx((-0.5, -0.3, 0.05))
+    lift = robot.mechanism("lift").config
+    assert lift.gravity == pytest.approx(9.80665 * math.cos(math.pi / 6), rel=1e-4)
+
+
+def test_front_and_back_with_storages_and_a_feeder_of_their_own_direction(read):
+    robot = read(
+        "[robot]\ncapacity = 4\n[[storage]]\nname = 'front'\ncapacity = 9\norder = 'lifo'\n[[storage]]\nname = 'back'\n"
+        + WHEELS
+        + WHEELS.replace('"wheels"', '"upper"').replace("20", "50").replace("21, 22", "51, 52").replace("[22]", "[52]")
+        + ROLLER
+        + TURRET
+        + "x = -0.1\ny = 0.05\n"
+        + INTAKE.replace("[intake]", "[[intake]]")
+        + INTAKE.replace("[intake]", "[[intake]]")
+        + 'storage = "back"\ntakes_in = "backward"\n'
+        + SHOOTER
+        + 'wheels = ["wheels", "upper"]\nwheel_radius = [0.05, 0.03]\nside_by_side = true\nfeeder = "roller"\n'
+        + SHOOTER
+        + 'wheels = "wheels"\nfeeder = "roller"\nfeeder_backward = "roller"\nstorage = "back"\nturret = "turret"\n'
+    )
+    assert [(s.name, s.capacity, s.order) for s in robot.storages] == [("front", 9, "lifo"), ("back", 4, "fifo")]
+    assert [(i.storage, i.roller_reversed) for i in robot.intakes] == [("", False), ("back", True)]
+    first, second = robot.shooters
+    assert first.wheel_radii == (0.05, 0.03) and first.wheel_places == "left and right"
+    assert (first.gate_reversed, second.gate_reversed, second.storage) == ((), ("roller",), "back")
+    assert (second.launch.pivot_x, second.launch.pivot_y) == (-0.1, 0.05), "where the turret is"
+    config = robot.robot_config(SwerveConfig.square(0.5, SwerveModuleConfig(x=0, y=0)))
+    assert config.storage.name == "front" and [s.name for s in config.more_storages] == ["back"]
+
+
+def test_the_arm_on_an_elevator_of_the_docs(read):
+    page = Path(__file__).resolve().parents[3] / "docs" / "connect.md"
+    (text,) = re.findall(r"^```toml\n(.*?)^```$", page.read_text(encoding="utf-8"), re.MULTILINE | re.DOTALL)
+    (claw,) = read(text).placers
+    assert [(joint.mechanism, joint.slides) for joint in claw.joints] == [("lift", True), ("arm", False)]
+
+
+def test_the_start_of_each_auto(read):
+    robot = read('[autos."Left two piece"]\nstart = [3.0, 5.5, -90]\n[autos.right]\nstart = [3, 2.5, 0]\n')
+    assert robot.auto_starts == {"Left two piece": (3.0, 5.5, pytest.approx(-math.pi / 2)), "right": (3.0, 2.5, 0.0)}
 
 
 def test_the_same_id_may_be_used_by_controllers_of_two_models(read):

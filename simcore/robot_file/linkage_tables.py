@@ -1,0 +1,85 @@
+"""Where the mechanisms of `simcore.toml` are on the robot, what carries what, and the chains of joints that follow."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+
+from simcore.geometry.linkage import Joint
+from simcore.geometry.rotation import Vector
+from simcore.robot.mechanisms import ArmConfig, ElevatorConfig, FlywheelConfig, RackConfig, RollerConfig
+from simcore.robot.robot_config import MechanismConfig
+from simcore.robot_file.robot_settings import MechanismSettings
+from simcore.robot_file.toml_tables import Table
+
+__all__ = ["joints_to", "lengths", "read_joint", "require_chains"]
+
+
+def read_joint(t: Table, name: str, kind: str, config: MechanismConfig) -> Joint | None:
+    """The joint that a mechanism is, from its place and direction in the frame of what carries it.
+
+    Args:
+        t: The mechanism's table.
+        name: Of the mechanism.
+        kind: As the table says.
+        config: Of the mechanism.
+
+    Returns:
+        None for what turns on the spot: flywheels and rollers.
+    """
+    if isinstance(config, FlywheelConfig | RollerConfig):
+        return None
+    origin = lengths(t, ("x", "y", "z"))
+    if isinstance(config, ElevatorConfig):
+        lean = math.radians(t.number("lean_deg", 0.0, unit="deg"))
+        axis = (math.sin(lean), 0.0, math.cos(lean))
+        return Joint(mechanism=name, axis=axis, origin=origin, slides=True, ratio=config.drum_radius)
+    if kind == "turret":
+        return Joint(mechanism=name, axis=(0.0, 0.0, 1.0), origin=origin)
+    yaw = math.radians(t.number("yaw_deg", 0.0, unit="deg"))
+    c, s = math.cos(yaw), math.sin(yaw)
+    if isinstance(config, RackConfig):
+        rise = math.radians(t.number("rise_deg", 0.0, unit="deg"))
+        axis = (math.cos(rise) * c, math.cos(rise) * s, math.sin(rise))
+        return Joint(mechanism=name, axis=axis, origin=origin, slides=True, ratio=config.pinion_radius)
+    assert isinstance(config, ArmConfig)
+    # a positive angle lifts what points along the yaw
+    return Joint(mechanism=name, axis=(s, -c, 0.0), origin=origin)
+
+
+def require_chains(where: str, mechanisms: Mapping[str, MechanismSettings]) -> None:
+    """Make sure that `on` names mechanisms that move something, and that none carries itself.
+
+    Raises:
+        ConfigError: One does not.
+    """
+    carriers = [m.name for m in mechanisms.values() if m.joint is not None]
+    for m in mechanisms.values():
+        table = Table({}, f"{where} [[mechanism]] {m.name!r}")
+        seen = [m.name]
+        on = m.on
+        while on is not None:
+            if on not in carriers:
+                known = f"those of the file are {', '.join(carriers)}" if carriers else "there is none in the file"
+                raise table.error("on", f"must name an arm, a turret, an elevator or a rack, got {on!r}; {known}")
+            if on in seen:
+                raise table.error("on", f"goes round in a circle: {' on '.join([*seen, on])}")
+            seen.append(on)
+            on = mechanisms[on].on
+
+
+def joints_to(name: str | None, mechanisms: Mapping[str, MechanismSettings]) -> tuple[Joint, ...]:
+    """The chain from the robot to the frame that a mechanism carries; empty for None, which is the robot itself."""
+    chain: list[Joint] = []
+    while name is not None:
+        m = mechanisms[name]
+        assert m.joint is not None
+        chain.insert(0, m.joint)
+        name = m.on
+    return tuple(chain)
+
+
+def lengths(t: Table, keys: Sequence[str]) -> Vector:
+    """Three lengths on a robot, each 0 where it is not there [m]."""
+    x, y, z = (t.length(key, 0.0) for key in keys)
+    return x, y, z

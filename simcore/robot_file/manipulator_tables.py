@@ -1,0 +1,221 @@
+"""What the robot of `simcore.toml` does with pieces and rungs: storages, intakes, shooters, claws and climbers."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+
+from simcore.geometry.linkage import Joint
+from simcore.geometry.rotation import Quaternion, from_rpy
+from simcore.pieces.intake import IntakeConfig, IntakeZone
+from simcore.pieces.launch import LaunchParameters
+from simcore.pieces.placer import PlacerConfig
+from simcore.pieces.shooter import ShooterConfig
+from simcore.pieces.storage import StorageConfig
+from simcore.robot.climber import ClimberConfig
+from simcore.robot.mechanisms import FlywheelConfig, RollerConfig
+from simcore.robot_file.linkage_tables import joints_to, lengths
+from simcore.robot_file.robot_settings import MechanismSettings
+from simcore.robot_file.toml_tables import Table
+
+__all__ = ["read_claw", "read_climber", "read_intake", "read_shooter", "read_storage"]
+
+_Mechanisms = Mapping[str, MechanismSettings]
+_DIRECTIONS = ("forward", "backward")
+
+
+def read_storage(t: Table, capacity: int | None) -> StorageConfig:
+    """Room for pieces.
+
+    Args:
+        t: The table.
+        capacity: Of a storage that says nothing; None: it must say.
+    """
+    d = StorageConfig()
+    low, high = (
+        tuple(t.length(f"{axis}_{end}", corner[k]) for k, axis in enumerate("xyz"))
+        for end, corner in (("min", d.low), ("max", d.high))
+    )
+    for axis, below, above in zip("xyz", low, high, strict=True):
+        _require_order(t, axis, below, above)
+    storage = StorageConfig(
+        name=t.text("name", ""),
+        capacity=t.whole("capacity", most=500) if capacity is None else t.whole("capacity", capacity, most=500),
+        order=t.choice("order", ("fifo", "lifo"), d.order),
+        low=(low[0], low[1], low[2]),
+        high=(high[0], high[1], high[2]),
+    )
+    t.finish()
+    return storage
+
+
+def read_intake(t: Table, mechanisms: _Mechanisms, storages: Sequence[str]) -> IntakeConfig:
+    """A box where pieces are taken in."""
+    zone = {key: t.length(key) for key in ("x_min", "x_max", "y_min", "y_max")}
+    zone["z_min"], zone["z_max"] = t.length("z_min", -0.10), t.length("z_max", 0.2)
+    for axis in "xyz":
+        _require_order(t, axis, zone[f"{axis}_min"], zone[f"{axis}_max"])
+    intake = IntakeConfig(
+        zone=IntakeZone(**zone),
+        roller=_named(t, "roller", mechanisms),
+        roller_reversed=t.choice("takes_in", _DIRECTIONS, "forward") == "backward",
+        deploy=_maybe_named(t, "deploy", mechanisms),
+        deployed_at=t.choice("out_at", ("upper", "lower"), "upper"),
+        joints=_joints(t, mechanisms),
+        storage=_storage(t, storages),
+        kinds=t.texts("kinds"),
+    )
+    if intake.deploy is None:
+        if "out_at" in t:
+            raise t.error("out_at", "needs a deploy = <mechanism> beside it")
+    elif isinstance(mechanisms[intake.deploy].config, FlywheelConfig | RollerConfig):
+        raise t.error("deploy", f"must be an arm, elevator or rack, which has stops; got {intake.deploy!r}")
+    t.finish()
+    return intake
+
+
+def read_shooter(t: Table, mechanisms: _Mechanisms, storages: Sequence[str]) -> ShooterConfig:
+    """Wheels that throw pieces."""
+    wheels = _names(t, "wheels", mechanisms)
+    for name in wheels:
+        if not isinstance(mechanisms[name].config, FlywheelConfig):
+            raise t.error("wheels", f"must be a mechanism of kind flywheel, got {name!r}")
+    if len(wheels) > 2 or len(set(wheels)) < len(wheels):
+        raise t.error("wheels", f"must be one flywheel, or two: [lower, upper]; got {list(wheels)}")
+    radii = _wheel_radii(t, len(wheels))
+    feeders = _names(t, "feeder", mechanisms) if "feeder" in t else t.texts("feeder")
+    backward = t.texts("feeder_backward")
+    for name in backward:
+        if name not in feeders:
+            raise t.error("feeder_backward", f"must name feeders, which are {list(feeders)}; got {name!r}")
+    hood, turret = _maybe_named(t, "hood", mechanisms), _maybe_named(t, "turret", mechanisms)
+    joint = None if turret is None else mechanisms[turret].joint
+    axis = (0.0, 0.0, 0.0) if joint is None else joint.origin
+    shooter = ShooterConfig(
+        wheels=wheels,
+        wheel_places="left and right" if t.flag("side_by_side", False) else "lower and upper",
+        gate=feeders,
+        gate_reversed=backward,
+        hood=hood,
+        elevation=math.radians(t.number("elevation_deg", unit="deg")),
+        elevation_per_hood=float(t.number("elevation_per_hood", -1.0)),
+        turret=turret,
+        turret_ratio=float(t.number("turret_ratio", 1.0)),
+        wheel_radius=radii[0],
+        second_wheel_radius=radii[1] if len(radii) > 1 else None,
+        exit_efficiency=t.number("exit_efficiency", 0.49 if len(wheels) == 1 else 0.98, above=0.0),
+        launch=LaunchParameters(
+            height=t.length("height", above=0.0),
+            forward=t.length("forward", 0.0),
+            pivot_x=t.length("turret_x", axis[0]),
+            pivot_y=t.length("turret_y", axis[1]),
+            heading=math.radians(t.number("yaw_deg", 0.0, unit="deg")),
+            barrels=t.numbers("barrels", (0.0,)),
+        ),
+        shot_rate=t.number("shots_per_second", 8.0, above=0.0, unit="1/s"),
+        storage=_storage(t, storages),
+        kinds=t.texts("kinds"),
+    )
+    for key, of, needs in (
+        ("elevation_per_hood", hood, "hood"), ("turret_ratio", turret, "turret"),
+        ("turret_x", turret, "turret"), ("turret_y", turret, "turret"),
+    ):  # fmt: skip
+        if key in t and of is None:
+            raise t.error(key, f"needs a {needs} = <mechanism> beside it")
+    if shooter.wheel_places == "left and right" and len(wheels) == 1:
+        raise t.error("side_by_side", 'needs two wheels beside it: wheels = ["left", "right"]')
+    t.finish()
+    return shooter
+
+
+def read_claw(t: Table, mechanisms: _Mechanisms, storages: Sequence[str]) -> PlacerConfig:
+    """What holds one piece at the end of what carries it."""
+    joints = _joints(t, mechanisms)
+    if not joints:
+        raise t.error("on", "is missing; it must be the mechanism that carries the claw: an arm, elevator or rack")
+    offset = lengths(t, ("x", "y", "z"))
+    size = t.numbers("size", (0.3, 0.3, 0.3))
+    if len(size) != 3 or not all(0.0 < edge <= 2.0 for edge in size):
+        raise t.error("size", f"must be three lengths [m] of the box where it takes pieces, got {list(size)}")
+    (x, y, z), (dx, dy, dz) = offset, (0.5 * edge for edge in size)
+    claw = PlacerConfig(
+        joints=joints,
+        offset=offset,
+        attitude=_attitude(t),
+        roller=_named(t, "roller", mechanisms),
+        zone=IntakeZone(x_min=x - dx, x_max=x + dx, y_min=y - dy, y_max=y + dy, z_min=z - dz, z_max=z + dz),
+        passes_through=t.flag("passes_through", False),
+        from_storage=t.flag("from_storage", False),
+        storage=_storage(t, storages),
+        kinds=t.texts("kinds"),
+    )
+    t.finish()
+    return claw
+
+
+def read_climber(t: Table, mechanisms: _Mechanisms) -> ClimberConfig:
+    """A hook at the end of what carries it."""
+    joints = _joints(t, mechanisms)
+    if not joints:
+        raise t.error("on", "is missing; it must be the mechanism that pulls the hook: an elevator or an arm")
+    climber = ClimberConfig(
+        joints=joints, offset=lengths(t, ("x", "y", "z")), reach=t.length("reach", 0.04, above=0.0, most=0.3)
+    )
+    t.finish()
+    return climber
+
+
+def _require_order(t: Table, axis: str, low: float, high: float) -> None:
+    if not low < high:
+        raise t.error(f"{axis}_min", f"must be below {axis}_max, got {low} and {high} m")
+
+
+def _wheel_radii(t: Table, wheels: int) -> tuple[float, ...]:
+    """One radius, or that of each of two wheels [m]."""
+    if not t.is_list("wheel_radius"):
+        return (t.length("wheel_radius", 0.05, above=0.0, most=0.3),)
+    radii = t.numbers("wheel_radius", ())
+    if len(radii) != wheels or not all(0.0 < radius <= 0.3 for radius in radii):
+        raise t.error("wheel_radius", f"must be a length of up to 0.3 m, or one for each wheel; got {list(radii)}")
+    return radii
+
+
+def _attitude(t: Table) -> Quaternion:
+    """Of a held piece, against what carries it."""
+    angles = [math.radians(t.number(f"{axis}_deg", 0.0, unit="deg")) for axis in ("roll", "pitch", "yaw")]
+    return from_rpy(*angles)
+
+
+def _joints(t: Table, mechanisms: _Mechanisms) -> tuple[Joint, ...]:
+    """The chain that carries what a table describes; empty for the robot itself."""
+    on = _maybe_named(t, "on", {name: m for name, m in mechanisms.items() if m.joint is not None})
+    return joints_to(on, mechanisms)
+
+
+def _storage(t: Table, storages: Sequence[str]) -> str:
+    if "storage" in t and not storages:
+        raise t.error("storage", "must name a storage, but there is no [[storage]] in the file")
+    return str(t.choice("storage", storages, ""))
+
+
+def _named(t: Table, key: str, mechanisms: _Mechanisms) -> str:
+    """The mechanism that a key names."""
+    _require_some(t, key, mechanisms)
+    return str(t.choice(key, tuple(mechanisms)))
+
+
+def _maybe_named(t: Table, key: str, mechanisms: _Mechanisms) -> str | None:
+    """The mechanism that a key names, if it is there."""
+    return _named(t, key, mechanisms) if key in t else t.text(key, None)
+
+
+def _names(t: Table, key: str, mechanisms: _Mechanisms) -> tuple[str, ...]:
+    """The mechanism or mechanisms that a key names."""
+    _require_some(t, key, mechanisms)
+    return t.choices(key, tuple(mechanisms))
+
+
+def _require_some(t: Table, key: str, mechanisms: _Mechanisms) -> None:
+    if not mechanisms:
+        what = "[[mechanism]] of kind arm, turret, elevator or rack" if key == "on" else "[[mechanism]]"
+        raise t.error(key, f"must name a mechanism, but there is no {what} in the file")

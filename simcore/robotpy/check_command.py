@@ -1,0 +1,343 @@
+"""`simcore check`: draws the described robot, runs each mechanism for a second, and says what cannot be right."""
+
+from __future__ import annotations
+
+import argparse
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from importlib.util import find_spec
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from simcore.errors import ConfigError, SimcoreError
+from simcore.geometry.linkage import Joint
+from simcore.match.registry import find_game, installed_games
+from simcore.robot.dc_motor import MotorModel
+from simcore.robot.mechanisms import ArmSim, FlywheelSim, RackSim, RollerSim
+from simcore.robot.robot_config import RobotConfig
+from simcore.robot.swerve_config import SwerveConfig, SwerveModuleConfig
+from simcore.robot_file.init_command import survey
+from simcore.robot_file.linkage_tables import joints_to
+from simcore.robot_file.mechanism_runs import CodeView, MechanismRun, place_text, run_mechanism, speed_text
+from simcore.robot_file.reader import read_settings
+from simcore.robot_file.robot_findings import RobotFinding, findings, run_findings, shot_reach
+from simcore.robot_file.robot_settings import FILE_NAME, RobotSettings, practice_match
+from simcore.show.robot_drawing import draw_robot
+from simcore.show.robot_sketch import sketch_robot
+
+if TYPE_CHECKING:
+    from simcore.match.game import Game
+
+__all__ = ["add_arguments", "run"]
+
+_TALONS = ("TalonFX", "TalonFXS")
+_STILL = 1e-6  # [rad]
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """What `simcore check` takes."""
+    parser.add_argument("project", nargs="?", type=Path, default=Path(), help="where robot.py is (default: here)")
+    parser.add_argument("--game", metavar="NAME", help="game to play; in a folder without a robot: check its own robot")
+    parser.add_argument("--out", type=Path, default=Path("out/robot.png"), help="the picture (default: %(default)s)")
+    parser.add_argument("--no-look", action="store_true", help="do not start the robot program")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Subject:
+    """What is checked."""
+
+    name: str
+    config: RobotConfig
+    game: Game | None
+    about: str
+    """Where it comes from."""
+    settings: RobotSettings | None = None
+    """None: a game's own robot."""
+    codes: Mapping[str, CodeView] = field(default_factory=dict)
+    """How the program has configured controllers, by mechanism."""
+    problems: Sequence[RobotFinding] = ()
+    """Of the program."""
+
+
+def run(args: argparse.Namespace) -> int:
+    """Draw and print.
+
+    Returns:
+        1 if something is wrong, else 0.
+
+    Raises:
+        ConfigError: There is no robot, or its file makes no sense.
+        OutputError: The picture cannot be written.
+    """
+    folder: Path = args.project
+    has_robot = any((folder / name).is_file() for name in ("robot.py", FILE_NAME))
+    if not has_robot and not args.game:
+        raise ConfigError(
+            f"no robot.py and no {FILE_NAME} in {folder.resolve()}: go to your robot project, name its folder "
+            "(simcore check FOLDER), or check a game's own robot (simcore check --game NAME)"
+        )
+    subject = _described(folder, args.game, look=not args.no_look) if has_robot else _own_robot(find_game(args.game))
+    settings = subject.settings
+    chains: list[tuple[Joint, ...]] = []
+    if settings is not None:
+        by_name = {m.name: m for m in settings.mechanisms}
+        chains = [joints_to(m.name, by_name) for m in settings.mechanisms if m.joint is not None]
+    draw_robot(args.out, sketch_robot(subject.config, chains=chains), title=subject.name, subtitle=_figures(subject))
+
+    runs = [_run(name, subject) for name in subject.config.mechanisms]
+    found = [
+        *subject.problems,
+        *findings(subject.config, game=subject.game, codes=subject.codes),
+        *run_findings([run for run, _ in runs]),
+    ]
+    print(f"{subject.name}: {_figures(subject)}")
+    print(subject.about)
+    _print_runs(runs, subject)
+    _print_shots(subject)
+    for finding in sorted(found, key=lambda finding: not finding.is_wrong):
+        print(f"{'wrong' if finding.is_wrong else 'note'}: {finding.text}")
+    wrong = len([finding for finding in found if finding.is_wrong])
+    print(f"{f'{wrong} wrong' if wrong else 'nothing wrong'}; the picture is {args.out}")
+    return 1 if wrong else 0
+
+
+# --- what is checked --------------------------------------------------------------------------------------------------
+
+
+def _own_robot(game: Game) -> _Subject:
+    name = f"{game.heading}: the game's own robot"
+    return _Subject(name=name, config=game.robot(), game=game, about=f"described by the game {game.name}")
+
+
+def _described(folder: Path, game_name: str | None, *, look: bool) -> _Subject:
+    """The robot of a project: its file, and its program where it can be built."""
+    settings = read_settings(folder / FILE_NAME)
+    game = find_game(game_name or settings.game) if installed_games() else None
+    answer: dict[str, Any] | None = None
+    why_not = "asked not to" if not look else "there is no robot.py"
+    if look and (folder / "robot.py").is_file():
+        answer, why_not = _survey(folder / "robot.py")
+    about = "as the program builds it and " if answer else f"robot program not looked at ({why_not}); as "
+    about += f"{FILE_NAME} says" if (folder / FILE_NAME).is_file() else f"without a {FILE_NAME}"
+    problems: list[RobotFinding] = []
+    drivetrain = _assumed_drivetrain(settings)
+    if answer is not None and answer["drivetrain"] is not None:
+        drivetrain = _drivetrain(answer["drivetrain"])
+    else:
+        why = "" if answer is None else f" ({answer['why_not']})"
+        problems.append(RobotFinding(f"the drivetrain is not known{why}: drawn with four modules", is_wrong=False))
+    if (folder / "physics.py").is_file():
+        problems.append(RobotFinding("physics.py is not looked at: what it describes may differ", is_wrong=False))
+    codes: dict[str, CodeView] = {}
+    if answer is not None:
+        codes = _codes(settings, answer["motors"])
+        problems += _of_program(settings, answer["motors"])
+    config = settings.robot_config(drivetrain, storage=None if game is None else game.robot().storage)
+    if game is not None:
+        try:
+            practice_match(game, settings, drivetrain).close()
+        except SimcoreError as error:
+            problems.append(RobotFinding(str(error)))
+    return _Subject(
+        name=folder.resolve().name, config=config, game=game, about=about, settings=settings, codes=codes,
+        problems=problems,
+    )  # fmt: skip
+
+
+def _survey(robot_file: Path) -> tuple[dict[str, Any] | None, str]:
+    """What the program is made of, and ""; or None, and why not."""
+    for needed in ("phoenix6", "wpilib"):
+        if find_spec(needed) is None:
+            return None, f"{needed} is not installed"
+    answer = survey(robot_file.resolve(), "simcore.robotpy.robot_survey")
+    why_not = answer.get("error", answer.get("not_modelled", ""))
+    return (None if why_not else answer), why_not
+
+
+def _assumed_drivetrain(settings: RobotSettings) -> SwerveConfig:
+    """Four modules, 15 cm inside of the bumpers where these are known."""
+    length, width = settings.bumper or (0.83, 0.83)
+    modules = tuple(
+        SwerveModuleConfig(name=name, x=x * (0.5 * length - 0.15), y=y * (0.5 * width - 0.15))
+        for name, x, y in (("front left", 1, 1), ("front right", 1, -1), ("back left", -1, 1), ("back right", -1, -1))
+    )
+    return SwerveConfig(modules=modules, mass=settings.mass)
+
+
+def _drivetrain(answer: dict[str, Any]) -> SwerveConfig:
+    """What the survey took apart."""
+    modules = tuple(
+        SwerveModuleConfig(**{**m, **{key: MotorModel(**m[key]) for key in ("drive_motor", "steer_motor")}})
+        for m in answer["modules"]
+    )
+    x, y, z = answer["center_of_mass"]
+    return SwerveConfig(
+        modules=modules, mass=answer["mass"], yaw_inertia=answer["yaw_inertia"], center_of_mass=(x, y, z)
+    )
+
+
+def _codes(settings: RobotSettings, motors: Sequence[dict[str, Any]]) -> dict[str, CodeView]:
+    views = {(m["model"], m["leader"]): m["code"] for m in motors if m["code"] is not None}
+    return {
+        m.name: CodeView(**views[m.controller, m.leader])
+        for m in settings.mechanisms
+        if (m.controller, m.leader) in views
+    }
+
+
+def _of_program(settings: RobotSettings, motors: Sequence[dict[str, Any]]) -> Iterator[RobotFinding]:
+    """Where the program's motors and those of the file differ."""
+    groups = {(m["model"], m["leader"]): m for m in motors}
+    built = {(m["model"], number): m for m in motors for number in (m["leader"], *m["followers"])}
+    described = set()
+    for m in settings.mechanisms:
+        if m.controller not in _TALONS:
+            continue
+        for number in m.devices:
+            described.add((m.controller, number))
+            if (m.controller, number) not in built:
+                there = sorted(number for model, number in built if model == m.controller)
+                yield RobotFinding(f"{m.name}: the program builds no {m.controller} {number}; it builds {there}")
+        group = groups.get((m.controller, m.leader))
+        if group is None:
+            continue
+        if group["code"] is None:
+            text = f"{m.name}: {m.controller} {m.leader} does not answer, so its configuration is not known"
+            yield RobotFinding(text, is_wrong=False)
+        for number in m.followers:
+            is_opposed = number in group["opposed"]
+            if number in group["followers"] and is_opposed != (number in m.opposed):
+                said = f"{'opposes' if is_opposed else 'is aligned with'} its leader in the program"
+                yield RobotFinding(f"{m.name}: {m.controller} {number} {said}, but not in the file: look at opposed")
+        more = [number for number in group["followers"] if number not in m.followers]
+        if more:
+            yield RobotFinding(
+                f"{m.name}: {m.controller} {more} follow {m.leader} in the program: add them to followers"
+            )
+    rest: dict[str, list[str]] = {}
+    for model, number in sorted(built):
+        if (model, number) not in described:
+            rest.setdefault(model, []).append(str(number))
+    if rest:
+        text = ", ".join(f"{model} {' '.join(numbers)}" for model, numbers in rest.items())
+        yield RobotFinding(f"nobody describes {text}: they turn what is guessed of them", is_wrong=False)
+
+
+# --- what is printed --------------------------------------------------------------------------------------------------
+
+
+def _figures(subject: _Subject) -> str:
+    body, drivetrain = subject.config.body, subject.config.drivetrain
+    text = f"{body.mass:g} kg, bumpers {body.bumper_length:.3g} x {body.bumper_width:.3g} m, "
+    if isinstance(drivetrain, SwerveConfig):
+        one = drivetrain.modules[0]
+        speed = one.drive_motor.free_speed / one.drive_gearing * one.wheel_radius
+        text += f"{len(drivetrain.modules)} swerve modules, {speed:.1f} m/s free speed"
+    else:
+        text += "tank drive"
+    if subject.settings is None:
+        return text
+    x, y, heading = subject.settings.start
+    starts = subject.settings.auto_starts
+    text += f"; starts at ({x:g}, {y:g}) m, {math.degrees(heading):.0f} deg"
+    return text + (f", {len(starts)} autos elsewhere" if starts else "")
+
+
+def _run(name: str, subject: _Subject) -> tuple[MechanismRun, MechanismRun | None]:
+    """A second with + output, and one with - output where + has nowhere to go."""
+    settings = subject.settings
+    is_reversed = settings is not None and settings.mechanism(name).reversed
+    config, code = subject.config.mechanisms[name], subject.codes.get(name)
+    first = run_mechanism(name, config, code=code, reversed=is_reversed)
+    if abs(first.travel) > _STILL:
+        return first, None
+    return first, run_mechanism(name, config, code=code, reversed=is_reversed, output=-1.0)
+
+
+def _print_runs(runs: Sequence[tuple[MechanismRun, MechanismRun | None]], subject: _Subject) -> None:
+    if not runs:
+        return
+    rows = [("mechanism", "full + output for a second", "what robot code reads")]
+    for run, back in runs:
+        text = _motion(run, subject)
+        if back is not None:
+            text += f"; - output: {_motion(back, subject)}"
+        rows.append((run.name, text, _reading(back or run)))
+    wide = [max(len(row[column]) for row in rows) for column in (0, 1)]
+    if not any(row[2] for row in rows[1:]):
+        rows[0] = (*rows[0][:2], "")
+    for row in rows:
+        print(f"  {row[0]:<{wide[0]}}  {row[1]:<{wide[1]}}  {row[2]}".rstrip())
+
+
+def _motion(run: MechanismRun, subject: _Subject) -> str:
+    mechanism = run.mechanism
+    word = _words(run, subject)[0 if run.sign > 0.0 else 1]
+    if abs(run.travel) <= _STILL:
+        if run.soft_limit is not None:
+            return f"{word}: held at its soft limit"
+        return (
+            f"{word}: at its stop, {place_text(mechanism, run.position)}" if run.stop is not None else "does not move"
+        )
+    if run.sign * run.travel < 0.0:
+        return f"asked {word}, and falls: too weak for its weight"
+    text = f"{word}, {speed_text(mechanism, run.speed)}"
+    if isinstance(mechanism, FlywheelSim | RollerSim):
+        when = " and rising" if run.is_rising else f" after {run.spin_up:.2f} s"
+        return f"{text}{when}{_purpose(run, subject)}"
+    if run.stop is not None:
+        return f"{text}, stop at {place_text(mechanism, run.position)} after {run.stop:.2f} s"
+    if run.soft_limit is not None:
+        return f"{text}, soft limit at {place_text(mechanism, run.position)} after {run.soft_limit:.2f} s"
+    return f"{text}, then at {place_text(mechanism, run.position)}"
+
+
+def _words(run: MechanismRun, subject: _Subject) -> tuple[str, str]:
+    """How positive and negative motion of a kind is called."""
+    if isinstance(run.mechanism, FlywheelSim | RollerSim):
+        return "forward", "backward"
+    if isinstance(run.mechanism, RackSim):
+        return "out", "in"
+    is_turret = any(shooter.turret == run.name for shooter in subject.config.shooters)
+    return ("to the left", "to the right") if is_turret and isinstance(run.mechanism, ArmSim) else ("up", "down")
+
+
+def _purpose(run: MechanismRun, subject: _Subject) -> str:
+    """What a turning part does with pieces."""
+    forward, config = run.sign > 0.0, subject.config
+    said = []
+    for number, intake in enumerate(config.intakes, 1):
+        if intake.roller == run.name:
+            said.append(f"{'takes in' if forward != intake.roller_reversed else 'pushes out'} (intake {number})")
+    for number, shooter in enumerate(config.shooters, 1):
+        if run.name in shooter.gate:
+            said.append(f"{'feeds' if forward != (run.name in shooter.gate_reversed) else 'holds'} shooter {number}")
+        if run.name in shooter.wheels:
+            said.append(f"{'throws' if forward else 'does not throw'} (shooter {number})")
+    for number, placer in enumerate(config.placers, 1):
+        if placer.roller == run.name:
+            said.append(f"{'takes' if forward else 'lets go'} (claw {number})")
+    return f": {', '.join(said)}" if said else ""
+
+
+def _reading(run: MechanismRun) -> str:
+    if run.read is None or run.code is None:
+        return ""
+    before, after = run.read
+    text = f"{before:.2f} to {after:.2f} turns" if run.code.reading is not None else f"{after - before:+.2f} turns"
+    limits = [f"{limit:g}" if limit is not None else "-" for limit in (run.code.lower_limit, run.code.upper_limit)]
+    if limits != ["-", "-"]:
+        text += f", soft limits {limits[0]} to {limits[1]}"
+    return text + (", inverted" if run.code.clockwise else "")
+
+
+def _print_shots(subject: _Subject) -> None:
+    for number, shooter in enumerate(subject.config.shooters, 1):
+        reach = shot_reach(shooter, subject.config)
+        low, high = (math.degrees(angle) for angle in reach.elevations)
+        angle = f"{low:.0f}" if math.isclose(low, high) else f"{low:.0f} to {high:.0f}"
+        print(
+            f"  shooter {number}: {reach.speed:.1f} m/s at 12 V, up {angle} deg; without air it rises to "
+            f"{reach.rise:.1f} m and reaches {reach.distance:.1f} m"
+        )

@@ -1,0 +1,97 @@
+"""`simcore check` on whole robot programs: what it draws, prints, and finds wrong."""
+
+from __future__ import annotations
+
+import os
+import re
+import shutil
+import subprocess
+import sys
+from importlib.util import find_spec
+from pathlib import Path
+
+import pytest
+
+from simcore.cli import main
+
+pytestmark = pytest.mark.skipif(
+    any(find_spec(m) is None for m in ("phoenix6", "wpilib", "commands2")), reason="needs simcore[phoenix6,robotpy]"
+)
+
+ROOT = Path(__file__).resolve().parents[2]
+ROBOTS = Path(__file__).parent / "robots"
+
+
+CHANGES = (
+    ("opposed = [32]", "opposed = []"),
+    ("leader = 33", "leader = 43"),
+    ("x = 2.0\ny = 1.2", "x = 4.6\ny = 4.0"),
+    ("forward = 0.2", "forward = 0.7"),
+    ("gearing = 3.0", "gearing = 4.0\nreversed = true"),
+)
+"""A follower that opposes, an id that is not there, a start in the hub, a muzzle far out, a motor left over."""
+
+
+def test_a_program_is_built_and_what_it_and_the_file_say_differently_is_wrong(tmp_path, distribution):
+    """What is right is as well: its pivot starts at its upper stop and reads 0.25 turns there, as its program says."""
+    folder = tmp_path / "robot"
+    shutil.copytree(ROBOTS / "described", folder, ignore=shutil.ignore_patterns("__pycache__"))
+    shutil.copy(ROBOTS / "shared" / "measures.py", folder)
+    text = (folder / "simcore.toml").read_text()
+    for before, after in CHANGES:
+        assert before in text
+        text = text.replace(before, after, 1)
+    (folder / "simcore.toml").write_text(text)
+    done = subprocess.run(
+        [sys.executable, "-m", "simcore.cli", "check"],
+        cwd=folder,
+        env={**os.environ, "PYTHONPATH": os.pathsep.join(map(str, (distribution, ROOT)))},
+        capture_output=True,
+        text=True,
+        timeout=150,
+        check=False,
+    )
+    said = done.stdout + done.stderr
+    assert done.returncode == 1, said
+    wrong = re.findall("^wrong: (.*)$", said, re.MULTILINE)
+    assert wrong[:-1] == [
+        "wheels: TalonFX 32 opposes its leader in the program, but not in the file: look at opposed",
+        "feeder: the program builds no TalonFX 43; it builds [31, 32, 33, 34, 35]",
+        wrong[2],
+    ], said
+    assert wrong[2].startswith("simcore.toml [start]: the robot starts inside of a field element, at (4.60, 4.00) m; (")
+    assert wrong[3] == "shooter 1: its muzzle is 260 mm outside of the robot, at (0.70, 0.00) m"
+    notes = re.findall("^note: (.*)$", said, re.MULTILINE)
+    assert notes[0] == "nobody describes TalonFX 33: they turn what is guessed of them"
+    assert notes[1].startswith("roller: gearing = 4 in the file, but the program divides the rotor's turns by 3")
+    assert said.rstrip().endswith("4 wrong; the picture is out/robot.png") and len(said.splitlines()) < 25
+    assert said.startswith("robot: 48.5 kg, bumpers 0.88 x 0.76 m, 4 swerve modules, 5.1 m/s free speed")
+    assert "as the program builds it and simcore.toml says" in said
+    assert re.search(r"wheels +forward, .*: throws \(shooter 1\) +0\.00 to \d+\.\d\d turns, inverted", said)
+    assert re.search(r"roller +backward, .*: pushes out \(intake 1\)", said)
+    assert re.search(r"pivot +up: at its stop, 90 deg; - output: down, .* +0\.25 to -?0\.00 turns, inverted", said)
+    assert (folder / "out" / "robot.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_a_program_that_is_not_looked_at_and_a_file_that_makes_no_sense(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    text = (ROBOTS / "described" / "simcore.toml").read_text()
+    Path("simcore.toml").write_text(text)
+    assert main(["check", "--game", "rebuilt"]) == 0
+    said = capsys.readouterr().out
+    assert "robot program not looked at (there is no robot.py); as simcore.toml says" in said
+    assert "note: the drivetrain is not known: drawn with four modules" in said and Path("out/robot.png").exists()
+    Path("simcore.toml").write_text(text.replace("mass = 48.5", "mass = 107"))
+    assert main(["check"]) == 1
+    assert capsys.readouterr().err == (
+        "simcore check: simcore.toml [robot]: mass must be in kg, from 20 to 75, got 107. As pounds that is 48.5 kg\n"
+    )
+
+
+def test_a_game_s_own_robot_and_a_folder_without_any(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    assert main(["check"]) == 1
+    assert "no robot.py and no simcore.toml in" in capsys.readouterr().err
+    assert main(["check", "--game", "rebuilt", "--out", "here.png"]) == 0
+    assert "REBUILT: the game's own robot: 55 kg" in capsys.readouterr().out
+    assert (tmp_path / "here.png").exists()
