@@ -17,21 +17,13 @@ from simcore.robot.dc_motor import MOTOR_NAMES, motor
 from simcore.robot.gearbox import GearboxConfig
 from simcore.robot.mechanisms import ArmConfig, ElevatorConfig, FlywheelConfig, RackConfig, RollerConfig
 from simcore.robot.robot_config import MechanismConfig
+from simcore.robot_file.camera_table import read_cameras
 from simcore.robot_file.robot_settings import CONTROLLERS, MechanismSettings, RobotSettings
 from simcore.robot_file.toml_tables import Table, read_tables
-from simcore.vision.camera import (
-    LIMELIGHTS,
-    CameraConfig,
-    CameraMount,
-    PiecePipeline,
-    TagPipeline,
-    limelight_type,
-)
 
 __all__ = ["gearbox_motor", "read_settings"]
 
 _KINDS = ("flywheel", "roller", "arm", "turret", "elevator", "rack")
-_CAMERA_MODES = ("tags", "pieces")
 _MAX_CAN_ID = 62
 
 
@@ -54,7 +46,7 @@ def read_settings(path: Path) -> RobotSettings:
     by_name = {m.name: m for m in mechanisms}
     intakes = tuple(_intake(table, by_name) for table in file.table_or_tables("intake"))
     shooters = tuple(_shooter(table, by_name) for table in file.table_or_tables("shooter"))
-    cameras = tuple(_camera(table) for table in file.tables("camera"))
+    cameras, headset = read_cameras(file)
     _require_own_names(file.where, "camera", (c.name for c in cameras))
     file.finish()
     d = RobotSettings()
@@ -84,6 +76,7 @@ def read_settings(path: Path) -> RobotSettings:
         intakes=intakes,
         shooters=shooters,
         cameras=cameras,
+        headset=headset,
     )
     for name in ("bumper_length", "bumper_width"):
         robot.number(name, None, above=0.2, unit="m")  # known, also where only one of them is missing
@@ -249,24 +242,6 @@ def _shooter(t: Table, mechanisms: Mapping[str, MechanismSettings]) -> ShooterCo
             raise t.error(key, f"needs a {needs} = <mechanism> beside it")
     t.finish()
     return shooter
-
-
-def _camera(t: Table) -> CameraConfig:
-    degrees = {f"{axis}_deg": t.number(f"{axis}_deg", 0.0, unit="deg") for axis in ("roll", "pitch", "yaw")}
-    pipeline = TagPipeline() if t.choice("mode", _CAMERA_MODES, _CAMERA_MODES[0]) == "tags" else PiecePipeline()
-    name = t.text("name")
-    if "/" in name:
-        raise t.error("name", f"must be a NetworkTables name without '/', got {name!r}")
-    camera = CameraConfig(
-        name=name,
-        type=limelight_type(t.choice("type", tuple(LIMELIGHTS))),
-        mount=CameraMount(
-            x=t.number("x", unit="m"), y=t.number("y", unit="m"), z=t.number("z", least=0.0, unit="m"), **degrees
-        ),
-        pipelines=(pipeline,),
-    )
-    t.finish()
-    return camera
 
 
 def _named(t: Table, key: str, mechanisms: Mapping[str, MechanismSettings]) -> str:

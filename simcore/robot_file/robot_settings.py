@@ -17,6 +17,7 @@ from simcore.robot.swerve_config import SwerveConfig
 from simcore.robot.tank_drive import TankConfig
 from simcore.telemetry.snapshot import TelemetrySink
 from simcore.vision.camera import CameraConfig
+from simcore.vision.quest_headset import QuestConfig
 
 if TYPE_CHECKING:
     import ntcore
@@ -88,6 +89,8 @@ class RobotSettings:
     intakes: tuple[IntakeConfig, ...] = ()
     shooters: tuple[ShooterConfig, ...] = ()
     cameras: tuple[CameraConfig, ...] = ()
+    headset: QuestConfig | None = None
+    """Of QuestNav."""
 
     def with_bumper_around(self, wheels: Sequence[tuple[float, float]]) -> RobotSettings:
         """The same with bumpers, if it had none, 15 cm beyond the wheels' centers [m]."""

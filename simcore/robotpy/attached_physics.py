@@ -18,6 +18,7 @@ from simcore.robot.swerve_drive import SwerveDrive
 from simcore.robot_file.reader import read_settings
 from simcore.robot_file.robot_settings import FILE_NAME, practice_match
 from simcore.robotpy.device_assignment import DeviceAssignment, connect_mechanism
+from simcore.robotpy.robot_cameras import RobotCameras
 from simcore.robotpy.robot_physics import RobotPhysics
 from simcore.telemetry.networktables_sink import NetworkTablesSink
 
@@ -81,10 +82,14 @@ class AttachedPhysics(RobotPhysics):
         super().__init__(physics_controller, robot, match=match, drivetrain=devices, motors=motors)
         self.settings = settings
         self.assignment = DeviceAssignment(self, robot_sim, self.ownership, settings, devices.devices)
+        self.cameras = RobotCameras(
+            match, robot_sim.number, settings.cameras, settings.headset, folder=self.folder, file=path.name
+        )
 
     def _end_tick(self) -> None:
         super()._end_tick()
         self.assignment.after_tick()
+        self.cameras.after_tick()
 
 
 def choose_game(flag: str | None, in_file: str | None) -> Game:

@@ -13,11 +13,11 @@ import numpy as np
 
 from simcore.geometry.rotation import Quaternion, Vector
 from simcore.typing import BoolSupplier
-from simcore.vision.camera import CameraConfig, TagPipeline, camera_pose, optical_rows
+from simcore.vision.camera import CameraConfig, CameraMount, TagPipeline, camera_pose, optical_rows
 from simcore.vision.camera_frame import Corners, Frame, PieceSighting, PoseEstimate, StdDevs, TagSighting
 from simcore.vision.camera_scene import CameraScene, find_pieces
 from simcore.vision.heading import HeadingSource, PoseHistory
-from simcore.vision.limelight_settings import CameraSettings
+from simcore.vision.limelight_settings import CameraSettings, limelight_mount
 from simcore.vision.megatag import CameraPose, Mounting, TagPicture, perfect_frame
 from simcore.vision.tag_layout import TagLayout
 from simcore.vision.tag_visibility import Occlusion, TagFinder
@@ -211,6 +211,12 @@ class LimelightSim:
     def pose_at(self, pos: Vector, quat: Quaternion) -> tuple[Vector, Quaternion]:
         """Where the camera truly is when the robot is there, field frame [m]."""
         return camera_pose(pos, quat, *self._mount)
+
+    def move_to(self, mount: CameraMount) -> None:
+        """Sit somewhere else on the robot from the next frame on, and know it."""
+        self._mount = mount.position, mount.rotation
+        self.settings.mount = limelight_mount(mount)
+        self.settings.version += 1
 
     def close(self) -> None:
         """Close all ports."""

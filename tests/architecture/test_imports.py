@@ -48,7 +48,7 @@ ALLOWED = {
     "photonvision": CORE,
     "phoenix6": CORE | {"robot_file", "phoenix6_emulator"},
     "phoenix6_emulator": BASE,  # emulates CTRE's library; knows neither simulation nor adapters
-    "robotpy": CORE | {"robot_file", "phoenix6", "phoenix6_emulator", "compiled", "show"},
+    "robotpy": CORE | {"robot_file", "phoenix6", "phoenix6_emulator", "photonvision", "compiled", "show"},
 }
 
 VENDORS = ("pybullet", "mujoco", "wpilib", "hal", "phoenix6")

@@ -1,0 +1,118 @@
+"""The tables `[[camera]]` of `simcore.toml`: Limelights, cameras of PhotonVision, and a headset of QuestNav."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+from simcore.robot_file.toml_tables import Table
+from simcore.vision.camera import (
+    LIMELIGHTS,
+    CameraConfig,
+    CameraMount,
+    LimelightType,
+    PiecePipeline,
+    Pipeline,
+    TagPipeline,
+    limelight_type,
+)
+from simcore.vision.photon_lens import PHOTON_LENS, vertical_fov_deg
+from simcore.vision.quest_headset import QuestConfig
+
+__all__ = ["MAKERS", "read_cameras"]
+
+MAKERS = ("limelight", "photonvision", "questnav")
+"""What `maker` can be."""
+_MODES = ("tags", "pieces")
+
+
+def read_cameras(file: Table) -> tuple[tuple[CameraConfig, ...], QuestConfig | None]:
+    """Cameras, and the headset if there is one.
+
+    Raises:
+        ConfigError: Something in a table cannot be.
+    """
+    cameras: list[CameraConfig] = []
+    headset: QuestConfig | None = None
+    for table in file.tables("camera"):
+        maker = table.choice("maker", MAKERS, MAKERS[0])
+        if maker != "questnav":
+            cameras.append(_camera(table, maker))
+        elif headset is None:
+            headset = _headset(table)
+        else:
+            raise table.error("maker", "questnav comes twice; robot code talks to one headset")
+        table.finish()
+    return tuple(cameras), headset
+
+
+def _camera(t: Table, maker: str) -> CameraConfig:
+    name = t.text("name")
+    if "/" in name:
+        raise t.error("name", f"must be a NetworkTables name without '/', got {name!r}")
+    if maker == "limelight":
+        lens = limelight_type(t.choice("type", tuple(LIMELIGHTS)))
+    else:
+        t.choice("type", (PHOTON_LENS.name,), None)
+        lens = PHOTON_LENS
+    modes = t.choices("mode", _MODES) if "mode" in t else t.texts("mode") or _MODES[:1]
+    return CameraConfig(
+        name=name,
+        maker="photonvision" if maker == "photonvision" else "limelight",
+        type=_lens(t, lens),
+        mount=_mount(t),
+        pipelines=tuple(_pipeline(mode) for mode in modes),
+    )
+
+
+def _pipeline(mode: str) -> Pipeline:
+    return TagPipeline() if mode == "tags" else PiecePipeline()
+
+
+def _headset(t: Table) -> QuestConfig:
+    d = QuestConfig()
+    return QuestConfig(mount=_mount(t), frame_rate=t.number("fps", d.frame_rate, above=0.0, unit="1/s"))
+
+
+def _mount(t: Table) -> CameraMount:
+    degrees = {f"{axis}_deg": t.number(f"{axis}_deg", 0.0, unit="deg") for axis in ("roll", "pitch", "yaw")}
+    return CameraMount(
+        x=t.number("x", unit="m"), y=t.number("y", unit="m"), z=t.number("z", least=0.0, unit="m"), **degrees
+    )
+
+
+def _lens(t: Table, base: LimelightType) -> LimelightType:
+    """The type with what the table says in its place."""
+    size = t.wholes("resolution", least=1, most=10_000)
+    if size and len(size) != 2:
+        raise t.error("resolution", f"must be two numbers, across and down, e.g. [1280, 720]; got {list(size)}")
+    width, height = size or (base.width, base.height)
+    across, down = base.horizontal_fov_deg, base.vertical_fov_deg
+    if size:  # the same lens, of whose picture a part of another shape is used
+        down = vertical_fov_deg(across, width, height)
+    horizontal = t.number("horizontal_fov_deg", None, above=0.0, unit="deg")
+    diagonal = t.number("diagonal_fov_deg", None, above=0.0, unit="deg")
+    for key, angle in (("horizontal_fov_deg", horizontal), ("diagonal_fov_deg", diagonal)):
+        if angle is not None and angle >= 180.0:
+            raise t.error(key, f"must be below 180 degrees, got {angle:g}")
+    if horizontal is not None and diagonal is not None:
+        raise t.error("diagonal_fov_deg", "says the same as horizontal_fov_deg; write one of them")
+    if diagonal is not None:
+        half = math.tan(math.radians(diagonal) / 2.0) * width / math.hypot(width, height)
+        horizontal = math.degrees(2.0 * math.atan(half))
+    if horizontal is not None:
+        across, down = horizontal, vertical_fov_deg(horizontal, width, height)
+    total = base.capture_latency + base.pipeline_latency
+    latency = t.number("latency_ms", 1e3 * total, least=0.0, unit="ms")
+    share = base.capture_latency / total
+    return replace(
+        base,
+        width=width,
+        height=height,
+        horizontal_fov_deg=across,
+        vertical_fov_deg=down,
+        frame_rate=t.number("fps", base.frame_rate, above=0.0, unit="1/s"),
+        capture_latency=1e-3 * latency * share,
+        pipeline_latency=1e-3 * latency * (1.0 - share),
+        corner_noise=t.number("noise_px", base.corner_noise, least=0.0, unit="px"),
+    )
