@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import replace
 
 from simcore.robot_file.toml_tables import Table
@@ -24,6 +25,8 @@ __all__ = ["MAKERS", "read_cameras"]
 MAKERS = ("limelight", "photonvision", "questnav")
 """What `maker` can be."""
 _MODES = ("tags", "pieces")
+_MOST_PIPELINES = 10
+_MOST_FRAMES = 500.0  # [1/s]; no camera of a robot has more
 
 
 def read_cameras(file: Table) -> tuple[tuple[CameraConfig, ...], QuestConfig | None]:
@@ -61,17 +64,28 @@ def _camera(t: Table, maker: str) -> CameraConfig:
         maker="photonvision" if maker == "photonvision" else "limelight",
         type=_lens(t, lens),
         mount=_mount(t),
-        pipelines=tuple(_pipeline(mode) for mode in modes),
+        pipelines=_pipelines(t, modes, maker),
     )
 
 
-def _pipeline(mode: str) -> Pipeline:
-    return TagPipeline() if mode == "tags" else PiecePipeline()
+def _pipelines(t: Table, modes: Sequence[str], maker: str) -> tuple[Pipeline, ...]:
+    """One for each mode, numbered from 0."""
+    if len(modes) > _MOST_PIPELINES:
+        raise t.error("mode", f"must be at most {_MOST_PIPELINES} modes, one a pipeline; got {len(modes)}")
+    json = maker == "limelight" and t.flag("json", False)
+    return tuple(TagPipeline(json=json) if mode == "tags" else PiecePipeline(json=json) for mode in modes)
+
+
+def _rate(t: Table, default: float) -> float:
+    rate: float = t.number("fps", default, above=0.0, unit="1/s")
+    if rate > _MOST_FRAMES:
+        raise t.error("fps", f"must be at most {_MOST_FRAMES:g} frames a second, got {rate:g}")
+    return rate
 
 
 def _headset(t: Table) -> QuestConfig:
     d = QuestConfig()
-    return QuestConfig(mount=_mount(t), frame_rate=t.number("fps", d.frame_rate, above=0.0, unit="1/s"))
+    return QuestConfig(mount=_mount(t), frame_rate=_rate(t, d.frame_rate))
 
 
 def _mount(t: Table) -> CameraMount:
@@ -111,7 +125,7 @@ def _lens(t: Table, base: LimelightType) -> LimelightType:
         height=height,
         horizontal_fov_deg=across,
         vertical_fov_deg=down,
-        frame_rate=t.number("fps", base.frame_rate, above=0.0, unit="1/s"),
+        frame_rate=_rate(t, base.frame_rate),
         capture_latency=1e-3 * latency * share,
         pipeline_latency=1e-3 * latency * (1.0 - share),
         corner_noise=t.number("noise_px", base.corner_noise, least=0.0, unit="px"),
