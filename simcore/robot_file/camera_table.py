@@ -116,9 +116,11 @@ def _lens(t: Table, base: LimelightType) -> LimelightType:
         horizontal = math.degrees(2.0 * math.atan(half))
     if horizontal is not None:
         across, down = horizontal, vertical_fov_deg(horizontal, width, height)
-    total = base.capture_latency + base.pipeline_latency
-    latency = t.number("latency_ms", 1e3 * total, least=0.0, unit="ms")
-    share = base.capture_latency / total
+    capture, pipeline = base.capture_latency, base.pipeline_latency
+    latency = t.number("latency_ms", None, least=0.0, unit="ms")
+    if latency is not None:  # its stages keep their shares
+        factor = 1e-3 * latency / (capture + pipeline)
+        capture, pipeline = factor * capture, factor * pipeline
     return replace(
         base,
         width=width,
@@ -126,7 +128,7 @@ def _lens(t: Table, base: LimelightType) -> LimelightType:
         horizontal_fov_deg=across,
         vertical_fov_deg=down,
         frame_rate=_rate(t, base.frame_rate),
-        capture_latency=1e-3 * latency * share,
-        pipeline_latency=1e-3 * latency * (1.0 - share),
+        capture_latency=capture,
+        pipeline_latency=pipeline,
         corner_noise=t.number("noise_px", base.corner_noise, least=0.0, unit="px"),
     )

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import logging
 import operator
+import re
 from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -27,6 +28,9 @@ if TYPE_CHECKING:
 __all__ = ["RobotCameras", "watch_cameras"]
 
 _log = logging.getLogger(__name__)
+
+_LIMELIGHT = re.compile(r"limelight(-[\w-]+)?")
+"""Names that Limelights can have; robot code's own tables may begin alike."""
 
 
 def watch_cameras() -> None:
@@ -175,8 +179,8 @@ class RobotCameras:
     # --- Limelight and QuestNav -----------------------------------------------------------------------------------
 
     def _follow_tables(self) -> None:
-        for name in self._watch.starting_with("limelight"):
-            if name not in self._described and name not in self._reported:
+        for name in self._watch.names:
+            if _LIMELIGHT.fullmatch(name) and name not in self._described and name not in self._reported:
                 self._reported.add(name)
                 near = [n for n, c in self._described.items() if c.maker == "limelight"]
                 _log.warning(

@@ -40,10 +40,6 @@ class TableWatch:
                     for part in list(vars(value).values()):
                         self._note_owned(part)
 
-    def starting_with(self, prefix: str) -> list[str]:
-        """Names that begin so, whatever their case."""
-        return [name for name in self.names if name.lower().startswith(prefix)]
-
     def _note(self, name: object) -> None:
         first = str(name).strip("/").split("/", 1)[0]
         if first:

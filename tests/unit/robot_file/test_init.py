@@ -62,7 +62,10 @@ def test_every_key_in_the_comments_is_one_that_is_read(tmp_path):
     (intake,), (shooter,) = robot.intakes, robot.shooters
     assert intake.deploy == "pivot" and intake.kinds == ("Name",)
     assert shooter.hood == "hood" and shooter.turret == "turret" and shooter.gate == ("feeder",)
-    assert robot.cameras[0].name == "limelight"
+    assert [(camera.name, camera.maker) for camera in robot.cameras] == [
+        ("limelight", "limelight"), ("front", "photonvision")
+    ]  # fmt: skip
+    assert robot.headset is not None and robot.headset.mount.yaw_deg == 180.0
 
 
 def test_found_motors_need_only_a_kind_and_its_numbers(tmp_path):
