@@ -211,7 +211,10 @@ def _is_first(cls: Any) -> bool:
 
 def _alive(cls: Any) -> list[Any]:
     """What a program has built before its module was watched: beside imports, at the top of a file."""
-    return [thing for thing in gc.get_objects() if isinstance(thing, cls)]
+    if getattr(sys.modules[cls.__module__].__spec__, "_initializing", False):
+        return []  # it is being loaded right now
+    # By type(): a weak reference that has died answers isinstance with an error.
+    return [thing for thing in gc.get_objects() if issubclass(type(thing), cls)]
 
 
 def _name_of(camera_sim: Any) -> str:
