@@ -26,8 +26,8 @@ _ROOT = "photonvision"
 class PhotonCameraPort:
     """Publishes a camera to every `PhotonCamera` of its name, and listens to what they ask for.
 
-    Append one to the `ports` of a `LimelightSim`. A frame costs about half a millisecond, most of it photonlib's
-    packing. Pipelines, driver mode and the limit of frames take effect; lights are only told; no pictures are saved.
+    Append one to the `ports` of a `LimelightSim`. A frame costs about a millisecond, most of it photonlib's packing.
+    Pipelines, driver mode and the limit of frames take effect; lights are only told; no pictures are saved.
 
     Args:
         config: The camera.

@@ -61,6 +61,7 @@ class PhotonProgram:
     """Counts what was built, and what was found out about it."""
     dropped: int = 0
     """Frames of the program's own simulation that were not published."""
+    _of_modules: tuple[list[dict[str, Any]], list[SeenEstimator]] | None = None
 
     def pair(self, estimator: Any, camera: str) -> None:
         """An estimator was given a result of a camera."""
@@ -69,8 +70,18 @@ class PhotonProgram:
                 seen.camera = camera
                 self.version += 1
 
-    def reset(self) -> None:
-        """Nobody feeds cameras, for the next program in this process; what it has built already stays."""
+    def begin(self) -> None:
+        """A robot is about to be built: forget what the one before it in this process has built, but not its modules.
+
+        Robot code is imported once, so that what stands at the top of its files is every robot's.
+        """
+        things = (self.cameras, self.simulated, self.transforms, self.systems)
+        if self._of_modules is None:
+            self._of_modules = [dict(some) for some in things], list(self.estimators)
+        for some, kept in zip(things, self._of_modules[0], strict=True):
+            some.clear()
+            some.update(kept)
+        self.estimators[:] = self._of_modules[1]
         self.fed.clear()
         self.true_pose = None
         self.version += 1
@@ -143,11 +154,8 @@ def _hook_vision_system(module: Any) -> None:
         _after(cls, name, _camera_placed)
     for system in _alive(cls):
         for camera, buffer in system.camTrfMap.items():
-            samples = buffer.getInternalBuffer() if hasattr(buffer, "getInternalBuffer") else []
-            if samples:
-                from wpimath.geometry import Pose3d, Transform3d
-
-                _camera_placed(system, camera, Transform3d(Pose3d(), samples[-1][1]))
+            _, pose = buffer.getInternalBuffer()[-1]
+            _camera_placed(system, camera, pose - type(pose)())
     for name in ("update", "resetRobotPose"):
         setattr(cls, name, _with_the_truth(getattr(cls, name)))
 

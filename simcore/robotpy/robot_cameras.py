@@ -38,7 +38,7 @@ def watch_cameras() -> None:
     table_watch()
     for name, hook in HOOKS.items():
         after_import(name, hook)
-    photon_program().reset()
+    photon_program().begin()
 
 
 class RobotCameras:
@@ -125,6 +125,7 @@ class RobotCameras:
         found = mounts(self._program)
         for name in self._built:
             if name in self._described:
+                self._require_photon(name)
                 continue
             camera = self._photon.get(name)
             if camera is None:
@@ -132,6 +133,15 @@ class RobotCameras:
             mount = found.get(name)
             if mount is not None and self._told.get(name) != mount.mount:
                 self._mount(name, camera, mount)
+
+    def _require_photon(self, name: str) -> None:
+        if self._described[name].maker != "photonvision" and name not in self._reported:
+            self._reported.add(name)
+            _log.warning(
+                "robot code builds PhotonCamera(%r), but %s describes a Limelight of that name; if it runs "
+                'PhotonVision, write maker = "photonvision" there',
+                *(name, self._file),
+            )
 
     def _add_photon(self, name: str, found: FoundMount | None) -> LimelightSim:
         config = CameraConfig(
@@ -142,9 +152,10 @@ class RobotCameras:
             pipelines=(pipeline_of(self._program, name),),
         )
         camera = self._match.cameras.mount_camera(config, robot=self._number)
-        self._feed(camera)
+        camera.gate = _closed  # until somebody says where it sits
         if found is None:
-            camera.gate = _closed
+            if name not in self._program.simulated:  # else the program's own simulation goes on to feed it
+                self._feed(camera)
             _log.warning(
                 "PhotonCamera(%r) sees nothing, because robot code does not say where it sits; write into %s:\n%s",
                 *(name, self._file, _what_to_write("photonvision", name)),
@@ -156,6 +167,8 @@ class RobotCameras:
         self._told[name] = found.mount
         camera.move_to(found.mount)
         camera.gate = None
+        if not camera.ports:
+            self._feed(camera)
         if is_first:
             lens = camera.config.type
             _log.info(

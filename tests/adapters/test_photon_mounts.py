@@ -70,6 +70,19 @@ def test_use_shows_whose_an_estimator_is():
     assert program.version == version
 
 
+def test_the_next_robot_in_the_process_has_its_own_cameras():
+    """What a module has built at its top stays; what a robot has built is its own."""
+    program = program_of("top", 0.1)
+    program.begin()
+    last = program_of("a", 0.2)
+    program.cameras |= last.cameras
+    program.estimators += last.estimators
+    assert places(program) == pytest.approx({"top": 0.1, "a": 0.2})
+    program.fed.add("a")
+    program.begin()
+    assert places(program) == pytest.approx({"top": 0.1}) and not program.fed
+
+
 def test_a_vision_system_sim_knows_better_than_an_estimator():
     program = program_of("a", 0.1, "b", 0.2)
     program.transforms["a"] = transform(0.3, yaw_deg=90.0)
