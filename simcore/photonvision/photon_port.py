@@ -64,12 +64,13 @@ class PhotonCameraPort:
         self._last = float("-inf")
         self._has_warned = False
         (fx, fy), (cx, cy) = config.type.focal_length, config.type.principal_point
-        self._topics.cameraIntrinsicsPublisher.set([fx, 0.0, cx, 0.0, fy, cy, 0.0, 0.0, 1.0])
-        self._topics.cameraDistortionPublisher.set([0.0] * 8)
-        self._topics.pipelineIndexPublisher.set(0)
-        self._topics.driverModePublisher.set(False)
-        self._topics.fpsLimitPublisher.set(-1)
-        self._topics.heartbeatPublisher.set(0)
+        first = clock.to_network(0.0)  # older than any frame: ntcore drops what is older than the value that is there
+        self._topics.cameraIntrinsicsPublisher.set([fx, 0.0, cx, 0.0, fy, cy, 0.0, 0.0, 1.0], first)
+        self._topics.cameraDistortionPublisher.set([0.0] * 8, first)
+        self._topics.pipelineIndexPublisher.set(0, first)
+        self._topics.driverModePublisher.set(False, first)
+        self._topics.fpsLimitPublisher.set(-1, first)
+        self._topics.heartbeatPublisher.set(0, first)
 
     def read(self) -> list[CameraRequest]:
         """Pipelines that robot code asks for."""

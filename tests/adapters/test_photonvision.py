@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -21,6 +22,7 @@ from simcore.vision.camera import (  # noqa: E402  # noqa: E402
     CameraConfig,
     CameraMount,
     PiecePipeline,
+    TagPipeline,
     camera_pose,
     limelight_type,
     optical_rotation,
@@ -145,6 +147,51 @@ def test_a_photon_camera_reads_our_frames():
     assert math.dist((best.X(), best.Y(), best.Z()), eye) < 0.05
     assert float(quad_area(last.tags[0].corners[None])[0]) > 0.0
     port.close()
+    port.close()
+
+
+def test_what_a_photon_camera_asks_for_takes_effect():
+    """Another pipeline, driver mode, a limit of 10 frames a second of 30; and one warning about pictures."""
+    config = replace(
+        CONFIG, name="photon-asked", type=limelight_type("LL3"), pipelines=(TagPipeline(), PiecePipeline())
+    )
+    port, reader = PhotonCameraPort(config, NetworkClock(offset=0.0)), PhotonCamera("photon-asked")
+    camera = LimelightSim(config, LAYOUT, np.random.default_rng(0), ports=[port])
+    history = PoseHistory()
+    tick = 0
+
+    def run(seconds):
+        nonlocal tick
+        results = []
+        for _ in range(round(seconds / 0.02)):
+            tick += 1
+            camera.listen(0.02 * tick)
+            history.add(0.02 * tick, (2.3, 4.2, 0.0), from_yaw(0.05))
+            camera.update(0.02 * tick, history, CameraScene())
+            results += reader.getAllUnreadResults()
+        return results
+
+    seen = run(1.0)
+    assert len(seen) == pytest.approx(30, abs=3) and all(result.hasTargets() for result in seen)
+    times = [result.getTimestampSeconds() for result in seen]
+    assert np.diff(times) == pytest.approx(1.0 / 30.0, abs=2e-6)  # of exposure; stamps are whole microseconds
+    assert reader.isConnected() and reader.getPipelineIndex() == 0 and not reader.getDriverMode()
+    reader.setPipelineIndex(1)
+    reader.setFPSLimit(10)
+    run(0.2)
+    few = run(1.0)
+    assert len(few) == pytest.approx(10, abs=1) and not any(result.hasTargets() for result in few)
+    assert (reader.getPipelineIndex(), reader.getFPSLimit()) == (1, 10)
+    reader.setPipelineIndex(0)
+    reader.setFPSLimit(-1)
+    reader.setDriverMode(True)
+    run(0.2)
+    assert reader.getDriverMode() and not any(result.hasTargets() for result in run(0.3))
+    reader.setDriverMode(False)
+    reader.setPipelineIndex(7)  # there is none
+    run(0.2)
+    assert reader.getPipelineIndex() == 0 and run(0.3)[-1].hasTargets()
+    assert camera.bad_requests == 1
     port.close()
 
 

@@ -87,6 +87,13 @@ def test_a_robot_that_believes_to_be_3_m_away_is_on_the_truth_in_2_s(sim, caplog
     sim.run(0.3)
     assert pieces.getDriverMode() and not pieces.getLatestResult().hasTargets()
 
+    from wpimath.geometry import Rotation3d, Transform3d
+
+    sim.robot.estimators["rear"].robotToCamera = Transform3d(-0.1, 0.0, 0.6, Rotation3d(0.0, 0.0, 2.0))  # a turret's
+    sim.run(0.04)
+    moved = sim.match.cameras.camera("rear").settings.mount  # ahead, right, up, roll, pitch, yaw
+    assert moved == pytest.approx((-0.1, 0.0, 0.6, 0.0, 0.0, math.degrees(2.0)), abs=1e-9)
+
     log = caplog.text
     assert "PhotonCamera('front'): x 0.25, y 0.10, z 0.40 m, pitch -15, yaw 0 degrees, as VisionSystemSim" in log
     assert "PhotonCamera('rear'): x -0.25, y -0.10, z 0.50 m, pitch -10, yaw 180" in log
