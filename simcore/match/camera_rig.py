@@ -26,13 +26,19 @@ if TYPE_CHECKING:
 __all__ = ["CameraRig", "tag_layout"]
 
 
-def tag_layout(name: str | Path) -> TagLayout:
+def tag_layout(name: str | Path, field_size: tuple[float, float]) -> TagLayout:
     """A layout by name (see `simcore.vision.tag_layout.OFFICIAL_LAYOUTS`), or from a JSON file.
+
+    Args:
+        name: Of a layout, or of a file; empty: a field without tags.
+        field_size: Length and width of such a field [m].
 
     Raises:
         UnknownNameError: No such layout.
         ConfigError: A broken file.
     """
+    if not name:
+        return TagLayout.of([], field_size=field_size)
     return load_layout(name) if isinstance(name, Path) else official_layout(name)
 
 

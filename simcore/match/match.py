@@ -471,7 +471,7 @@ class Match:
             self.world,
             self.pieces,
             self.robots,
-            partial(tag_layout, self._tags),
+            partial(tag_layout, self._tags, game.field.size),
             game.field.size,
             camera_rng,
             self._network,
