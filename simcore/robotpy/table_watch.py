@@ -31,17 +31,18 @@ class TableWatch:
             folder: Of the project.
         """
         for module in list(sys.modules.values()):
-            file = getattr(module, "__file__", None)
-            if file is None or not Path(file).is_relative_to(folder) or "site-packages" in file:
+            names = getattr(module, "__dict__", {})  # not by getattr: that can load a module that loads itself lazily
+            file = names.get("__file__")
+            if not isinstance(file, str) or "site-packages" in file or not Path(file).is_relative_to(folder):
                 continue
-            for value in list(vars(module).values()):
+            for value in list(names.values()):
                 self._note_owned(value)
                 if isinstance(value, type):
                     for part in list(vars(value).values()):
                         self._note_owned(part)
 
-    def _note(self, name: object) -> None:
-        first = str(name).strip("/").split("/", 1)[0]
+    def _note(self, name: str) -> None:
+        first = name.strip("/").split("/", 1)[0]
         if first:
             self.names.setdefault(first)
 
@@ -55,9 +56,11 @@ class TableWatch:
 
     def _noting(self, method: Any) -> Any:
         @functools.wraps(method)
-        def get(instance: Any, name: Any, *args: Any, **kwargs: Any) -> Any:
-            self._note(name)
-            return method(instance, name, *args, **kwargs)
+        def get(instance: Any, *args: Any, **kwargs: Any) -> Any:
+            for name in (*args[:1], *kwargs.values()):
+                if isinstance(name, str):
+                    self._note(name)
+            return method(instance, *args, **kwargs)
 
         return get
 
