@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -13,8 +13,11 @@ from simcore.physics.world import PhysicsWorld
 from simcore.pieces.piece_manager import GamePieceManager
 from simcore.robot.robot import Robot
 from simcore.typing import FloatArray
+from simcore.vision.camera import CameraConfig
 from simcore.vision.camera_manager import NetworkClock, VisionSimManager, direction_line, sighting_lines
 from simcore.vision.camera_scene import CameraScene
+from simcore.vision.limelight import LimelightSim
+from simcore.vision.quest_headset import HeadsetPort, QuestConfig, QuestHeadset
 from simcore.vision.tag_layout import TagLayout, load_layout, official_layout
 
 if TYPE_CHECKING:
@@ -23,13 +26,19 @@ if TYPE_CHECKING:
 __all__ = ["CameraRig", "tag_layout"]
 
 
-def tag_layout(name: str | Path) -> TagLayout:
+def tag_layout(name: str | Path, field_size: tuple[float, float]) -> TagLayout:
     """A layout by name (see `simcore.vision.tag_layout.OFFICIAL_LAYOUTS`), or from a JSON file.
+
+    Args:
+        name: Of a layout, or of a file; empty: a field without tags.
+        field_size: Length and width of such a field [m].
 
     Raises:
         UnknownNameError: No such layout.
         ConfigError: A broken file.
     """
+    if not name:
+        return TagLayout.of([], field_size=field_size)
     return load_layout(name) if isinstance(name, Path) else official_layout(name)
 
 
@@ -40,7 +49,8 @@ class CameraRig(VisionSimManager):
         world: For lines of sight.
         pieces: What they may see.
         robots: With their cameras.
-        layout: Where the tags are.
+        layout: Gives where the tags are; asked for with the first camera.
+        field_size: Length and width [m].
         rng: For all noise.
         network: Where cameras publish; None: nowhere, their frames can be read all the same.
     """
@@ -50,29 +60,75 @@ class CameraRig(VisionSimManager):
         world: PhysicsWorld,
         pieces: GamePieceManager,
         robots: Sequence[Robot],
-        layout: TagLayout,
+        layout: Callable[[], TagLayout],
+        field_size: tuple[float, float],
         rng: np.random.Generator,
         network: ntcore.NetworkTableInstance | None = None,
     ) -> None:
-        super().__init__(layout, rng)
+        super().__init__(TagLayout.of([], field_size=field_size), rng)
+        self.headsets: list[QuestHeadset] = []
+        """Of QuestNav, in the order in which they were added."""
         self.clock = NetworkClock()
         """From simulated time to that of NetworkTables."""
         self._pieces = pieces
         self._class_ids = pieces.state.kind.astype(np.int64)
-        self._carriers = [robot for robot in robots if robot.config.cameras]
-        self._sight = _WorldSight(world, {robot.number: robot.chassis.row for robot in self._carriers})
-        for robot in self._carriers:
+        self._robots = list(robots)
+        self._load_layout: Callable[[], TagLayout] | None = layout
+        self._network = network
+        self._carriers: list[Robot] = []
+        self._sight = _WorldSight(world, [robot.chassis.row for robot in self._robots])
+        for robot in self._robots:
             for config in robot.config.cameras:
-                self.add(config, robot=robot.number)
-        if network is not None:
+                self.mount_camera(config, robot=robot.number)
+
+    def mount_camera(self, config: CameraConfig, *, robot: int = 0) -> LimelightSim:
+        """Put one more camera on a robot, at any time; on a network a Limelight gets its table.
+
+        Args:
+            config: What it is.
+            robot: Number of the robot.
+
+        Raises:
+            ConfigError: There is one of this name.
+        """
+        if self._load_layout is not None:
+            self.layout, self._load_layout = self._load_layout(), None
+        camera = self.add(config, robot=robot)
+        self._carry(robot)
+        if self._network is not None and config.maker == "limelight":
             from simcore.vision.limelight_table import LimelightTable  # only here: a headless run needs no ntcore
 
-            for camera in self.cameras.values():
-                camera.ports.append(LimelightTable(network, camera.config, layout.field_size, self.clock))
+            camera.ports.append(LimelightTable(self._network, config, self.layout.field_size, self.clock))
+        return camera
+
+    def add_headset(self, config: QuestConfig, *, robot: int = 0, ports: Sequence[HeadsetPort] = ()) -> QuestHeadset:
+        """Put a headset of QuestNav on a robot.
+
+        Args:
+            config: What it is.
+            robot: Number of the robot.
+            ports: Where it publishes and listens, e.g. a `QuestNavTable`.
+        """
+        (rng,) = self._rng.spawn(1)
+        headset = QuestHeadset(config, rng, robot=robot, ports=ports)
+        self.headsets.append(headset)
+        self._carry(robot)
+        return headset
+
+    def _carry(self, robot: int) -> None:
+        self.follow(robot)
+        if all(other.number != robot for other in self._carriers):
+            self._carriers.append(self._robots[robot])
+
+    def listen(self, time: float) -> None:
+        """Take what robot code wrote; call it right after robot code ran, at simulated time [s]."""
+        super().listen(time)
+        for headset in self.headsets:
+            headset.listen(time, self._histories[headset.robot])
 
     def look(self, time: float) -> None:
         """One tick, at its end [s]."""
-        if not self.cameras:
+        if not self._carriers:
             return
         scene = CameraScene(
             robots={robot.number: (robot.chassis.pos, robot.chassis.quat) for robot in self._carriers},
@@ -84,6 +140,14 @@ class CameraRig(VisionSimManager):
             sight=self._sight,
         )
         self.update(time, scene)
+        for headset in self.headsets:
+            headset.update(time, self._histories[headset.robot])
+
+    def close(self) -> None:
+        """Close all ports."""
+        super().close()
+        for headset in self.headsets:
+            headset.close()
 
     def lines(self, robots: Sequence[Robot]) -> dict[str, FloatArray]:
         """What to draw, by telemetry key: rows of poses."""
@@ -99,7 +163,7 @@ class CameraRig(VisionSimManager):
 class _WorldSight:
     """Lines of sight by rays of the physics world."""
 
-    def __init__(self, world: PhysicsWorld, rows: Mapping[int, int]) -> None:
+    def __init__(self, world: PhysicsWorld, rows: Sequence[int]) -> None:
         self._world = world
         self._rows = rows
 

@@ -60,7 +60,8 @@ class FieldDefinition:
     drivable: tuple[str, ...] = ()
     """Name patterns of what robots drive over."""
     tags: str | Path = ""
-    """AprilTag layout: a name (`simcore.vision.tag_layout`) or a file in WPILib's JSON; read if a robot has cameras."""
+    """AprilTag layout: a name (`simcore.vision.tag_layout`) or a file in WPILib's JSON, read if a robot has cameras;
+    empty: there are none."""
     rungs: tuple[Rung, ...] = ()
     """What climbers can hang on."""
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 from contextlib import ExitStack
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -37,7 +38,6 @@ from simcore.robot.swerve_config import SwerveConfig, SwerveModuleConfig
 from simcore.telemetry.snapshot import Snapshot, TelemetrySink
 from simcore.typing import FloatArray
 from simcore.units import TICK
-from simcore.vision.tag_layout import TagLayout
 
 if TYPE_CHECKING:
     import ntcore
@@ -467,7 +467,15 @@ class Match:
         self.flow = PieceFlow(self.world, self.pieces, self.robots)
         kinds = [game.pieces[kind].kind.name for kind in self.pieces.state.kind.tolist()]
         self.tracker = ScoringTracker(game.zones, worth=self._worth, kinds=kinds)
-        self.cameras = CameraRig(self.world, self.pieces, self.robots, self._layout(), camera_rng, self._network)
+        self.cameras = CameraRig(
+            self.world,
+            self.pieces,
+            self.robots,
+            partial(tag_layout, self._tags, game.field.size),
+            game.field.size,
+            camera_rng,
+            self._network,
+        )
         self.rules = game.rules(self)
         self.rules.start()
 
@@ -495,12 +503,6 @@ class Match:
             slots = self.pieces.stage(self.game.pieces[0].kind.name, count)
             self.pieces.hold(slots, robot.number)
             robot.storage.add(slots.tolist())
-
-    def _layout(self) -> TagLayout:
-        """The tags; without cameras nobody needs them."""
-        if any(robot.config.cameras for robot in self.robots):
-            return tag_layout(self._tags)
-        return TagLayout.of([], field_size=self.game.field.size)
 
     def _worth(self, zone: ScoringZone) -> int:
         return self.rules.worth(zone)

@@ -16,25 +16,17 @@ from simcore.robot.gearbox import GearboxConfig
 from simcore.robot.mechanism_friction import default_friction, friction_from_volts
 from simcore.robot.mechanisms import ArmConfig, ElevatorConfig, FlywheelConfig, RackConfig, RollerConfig
 from simcore.robot.robot_config import MechanismConfig
+from simcore.robot_file.camera_table import read_cameras
 from simcore.robot_file.device_tables import POSITIONED_KINDS, positioned_mechanism, read_sensors
 from simcore.robot_file.linkage_tables import read_joint, require_chains
 from simcore.robot_file.manipulator_tables import read_claw, read_climber, read_intake, read_shooter, read_storage
 from simcore.robot_file.robot_settings import CONTROLLERS, MechanismSettings, RobotSettings
 from simcore.robot_file.toml_tables import Table, in_meters, read_tables
 from simcore.units import GRAVITY, pounds
-from simcore.vision.camera import (
-    LIMELIGHTS,
-    CameraConfig,
-    CameraMount,
-    PiecePipeline,
-    TagPipeline,
-    limelight_type,
-)
 
 __all__ = ["gearbox_motor", "read_settings"]
 
 _KINDS = ("flywheel", "roller", "arm", "turret", "elevator", "rack")
-_CAMERA_MODES = ("tags", "pieces")
 _LIGHTEST, _HEAVIEST = 20.0, 75.0  # [kg]; the 2026 manual allows 115 lb and some 33 lb of bumpers and battery: 67 kg
 _BUMPERS = (0.4, 1.2)  # [m]; the 2026 manual allows a frame of 110 in around, so 0.76 m square, and bumpers
 _MAX_CAN_ID = 62
@@ -70,7 +62,7 @@ def read_settings(path: Path) -> RobotSettings:
     claws = tuple(read_claw(table, by_name, rooms) for table in file.table_or_tables("claw"))
     climbers = tuple(read_climber(table, by_name) for table in file.table_or_tables("climber"))
     auto_starts = {name: _auto_start(table) for name, table in file.named_tables("autos").items()}
-    cameras = tuple(_camera(table) for table in file.tables("camera"))
+    cameras, headset = read_cameras(file)
     _require_own_names(file.where, "camera", (c.name for c in cameras))
     sensors = read_sensors(file.tables("sensor"), by_name)
     file.finish()
@@ -104,6 +96,7 @@ def read_settings(path: Path) -> RobotSettings:
         auto_starts=auto_starts,
         cameras=cameras,
         sensors=sensors,
+        headset=headset,
     )
     robot.finish()
     start.finish()
@@ -259,24 +252,6 @@ def _config(t: Table, kind: str, gearbox: GearboxConfig) -> MechanismConfig:
         travel=t.length("travel", above=0.0),
         start_extension=t.length("start_extension", 0.0, least=0.0),
     )
-
-
-def _camera(t: Table) -> CameraConfig:
-    degrees = {f"{axis}_deg": t.number(f"{axis}_deg", 0.0, unit="deg") for axis in ("roll", "pitch", "yaw")}
-    pipeline = TagPipeline() if t.choice("mode", _CAMERA_MODES, _CAMERA_MODES[0]) == "tags" else PiecePipeline()
-    name = t.text("name")
-    if "/" in name:
-        raise t.error("name", f"must be a NetworkTables name without '/', got {name!r}")
-    camera = CameraConfig(
-        name=name,
-        type=limelight_type(t.choice("type", tuple(LIMELIGHTS))),
-        mount=CameraMount(
-            x=t.number("x", unit="m"), y=t.number("y", unit="m"), z=t.number("z", least=0.0, unit="m"), **degrees
-        ),
-        pipelines=(pipeline,),
-    )
-    t.finish()
-    return camera
 
 
 def _require_own_names(where: str, what: str, names: Iterable[str]) -> None:

@@ -24,6 +24,7 @@ from simcore.robot.tank_drive import TankConfig
 from simcore.robot_file.device_settings import BeamBreakSettings, RangeSettings, SensorSettings
 from simcore.telemetry.snapshot import TelemetrySink
 from simcore.vision.camera import CameraConfig
+from simcore.vision.quest_headset import QuestConfig
 
 if TYPE_CHECKING:
     import ntcore
@@ -128,6 +129,8 @@ class RobotSettings:
     """Where autos start, by their names, as a blue robot, field frame [m, m, rad]; others at `start`."""
     cameras: tuple[CameraConfig, ...] = ()
     sensors: tuple[SensorSettings, ...] = ()
+    headset: QuestConfig | None = None
+    """Of QuestNav."""
 
     def with_bumper_around(self, wheels: Sequence[tuple[float, float]]) -> RobotSettings:
         """The same with bumpers, if it had none, 15 cm beyond the wheels' centers [m]."""

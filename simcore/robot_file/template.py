@@ -152,15 +152,42 @@ _KINDS = """\
 # z = 0.0
 # reach = 0.04                  # half of the hook's mouth
 
+# Cameras: one [[camera]] each. One of PhotonVision needs none if robot code says where it sits (VisionSystemSim,
+# PhotonPoseEstimator), and a headset of QuestNav none if robot code tells it at the start where it is.
+
 # [[camera]]
+# maker = "limelight"           # or photonvision, questnav
 # name = "limelight"            # of its NetworkTables table
 # type = "LL4"                  # LL3, LL3A, LL3G or LL4
-# mode = "tags"                 # or pieces
+# mode = "tags"                 # or "pieces"; ["tags", "pieces"] are pipelines 0 and 1
+# json = false                  # whether each frame is also told as JSON
 # x = 0.30
 # y = 0.0
 # z = 0.40
 # pitch_deg = -20.0             # below zero looks up
+# yaw_deg = 0.0                 # 180 looks back
+# roll_deg = 0.0
+
+# [[camera]]
+# maker = "photonvision"
+# name = "front"                # as in PhotonCamera("front")
+# resolution = [1280, 720]
+# diagonal_fov_deg = 76.0       # or horizontal_fov_deg
+# fps = 30
+# latency_ms = 30               # from exposure until robot code can read it
+# noise_px = 0.25               # of a tag's corners
+# x = 0.30
+# y = 0.0
+# z = 0.40
+# pitch_deg = -20.0
 # yaw_deg = 0.0
+
+# [[camera]]
+# maker = "questnav"
+# x = -0.20
+# y = 0.0
+# z = 0.60
+# yaw_deg = 180.0
 """
 
 

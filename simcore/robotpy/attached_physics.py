@@ -22,8 +22,9 @@ from simcore.robot_file.robot_settings import FILE_NAME, RobotSettings, practice
 from simcore.robotpy.described_mechanisms import connect_mechanism, with_configured_friction
 from simcore.robotpy.device_assignment import DeviceAssignment, short_names
 from simcore.robotpy.port_assignment import PORT_CONTROLLERS, PortAssignment
+from simcore.robotpy.robot_cameras import RobotCameras
 from simcore.robotpy.robot_physics import RobotPhysics
-from simcore.robotpy.startup_summary import StartupSummary, camera_tables, unknown_sim_devices
+from simcore.robotpy.startup_summary import StartupSummary, unknown_sim_devices
 from simcore.telemetry.networktables_sink import NetworkTablesSink
 
 __all__ = ["AttachedPhysics", "choose_game", "described_drivetrain"]
@@ -61,7 +62,7 @@ class AttachedPhysics(RobotPhysics):
         settings = settings.with_bumper_around(config.wheel_positions)
         assert settings.bumper is not None
         game = choose_game(self.game_name, settings.game)
-        self._network = network = ntcore.NetworkTableInstance.getDefault()
+        network = ntcore.NetworkTableInstance.getDefault()
         sinks = [NetworkTablesSink(network)]
         match = practice_match(game, settings, config, engine=self.engine_name, sinks=sinks, network=network)
         robot_sim = match.robots[0]
@@ -84,6 +85,9 @@ class AttachedPhysics(RobotPhysics):
         self.assignment = DeviceAssignment(
             self, robot_sim, self.ownership, settings, devices.devices, self.ports, on_assigned=self._say_what_is_there
         )
+        self.cameras = RobotCameras(
+            match, robot_sim.number, settings.cameras, settings.headset, folder=self.folder, file=path.name
+        )
 
     def update_sim(self, now: float, tm_diff: float) -> None:
         """Pyfrc's hook, once a robot loop, after that of the project's own physics."""
@@ -93,6 +97,7 @@ class AttachedPhysics(RobotPhysics):
     def _end_tick(self) -> None:
         super()._end_tick()
         self.ports.after_tick()
+        self.cameras.after_tick()
         self.assignment.after_tick(has_seen_loops=self._loops >= _LOOPS)
 
     def _say_what_is_there(self) -> None:
@@ -101,8 +106,6 @@ class AttachedPhysics(RobotPhysics):
         nobody = [short_names(assignment.idle)] if assignment.idle else []
         nobody += self.ports.idle
         nobody += unknown_sim_devices(SimDeviceSim.enumerateDevices(""))
-        tables, running = self._network.getTable(""), [camera.name for camera in self.settings.cameras]
-        photonvision = self._network.getTable("photonvision").getSubTables()
         summary = StartupSummary(
             robot=self._about,
             drivetrain=assignment.drivetrain,
@@ -112,8 +115,8 @@ class AttachedPhysics(RobotPhysics):
             guessed=assignment.guessed,
             own=short_names(assignment.foreign),
             nobody=", ".join(nobody),
-            cameras=", ".join(running),
-            unseen=", ".join(camera_tables(tables.getSubTables(), photonvision, running)),
+            cameras=", ".join(self.cameras.running),
+            unseen=", ".join(self.cameras.blind),
             has_file=self._path.exists(),
         )
         _log.info("%s", "\n".join(summary.lines()))

@@ -16,6 +16,7 @@ from pyfrc.physics.core import PhysicsInterface
 from simcore.physics.engine_choice import ENGINES
 from simcore.robotpy.attached_physics import AttachedPhysics
 from simcore.robotpy.motor_families import watch_devices
+from simcore.robotpy.robot_cameras import watch_cameras
 from simcore.robotpy.robot_physics import RobotPhysics
 
 __all__ = ["attach_physics", "loadExtension", "warn_of_taken_port"]
@@ -50,6 +51,7 @@ def attach_physics(interface: Any, robot_class: Any, folder: Path) -> tuple[Any,
         Interface and robot class to go on with.
     """
     AttachedPhysics.ownership = watch_devices()
+    watch_cameras()
     AttachedPhysics.folder = folder
     if interface is not None:
         _join(interface.module)

@@ -6,7 +6,7 @@ import textwrap
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-__all__ = ["StartupSummary", "camera_tables", "unknown_sim_devices"]
+__all__ = ["StartupSummary", "unknown_sim_devices"]
 
 _WIDTH = 118
 _MOST = 6  # rows of one kind; what is left is counted
@@ -102,18 +102,3 @@ def unknown_sim_devices(names: Sequence[str]) -> list[str]:
     by_port = ("DutyCycle:", "AnalogEncoder[", "Ultrasonic[")
     known = ("SPARK MAX [", "SPARK Flex [", *by_port)
     return sorted({name.split("/")[0] for name in names if "(v6)" not in name and not name.startswith(known)})
-
-
-def camera_tables(tables: Sequence[str], photonvision: Sequence[str], running: Sequence[str]) -> list[str]:
-    """Cameras that a program talks to in NetworkTables, without those that simcore runs.
-
-    Args:
-        tables: Names at the root.
-        photonvision: Names in the table `photonvision`.
-        running: Names of the cameras that simcore runs.
-
-    >>> camera_tables(["limelight-left", "limelight", "SmartDashboard"], ["front"], ["limelight"])
-    ['limelight-left', 'front']
-    """
-    found = [name for name in tables if name == "limelight" or name.startswith("limelight-")] + list(photonvision)
-    return [name for name in found if name not in running]

@@ -51,7 +51,7 @@ OPTICAL: FloatArray = np.array([(0.0, -1.0, 0.0), (0.0, 0.0, -1.0), (1.0, 0.0, 0
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LimelightType:
-    """A sensor behind a lens, without distortion, its principal point in the middle of the picture."""
+    """A sensor behind a lens, of any maker: no distortion, its principal point in the middle of the picture."""
 
     name: str
     width: int
@@ -227,6 +227,8 @@ class CameraConfig:
 
     name: str = "limelight"
     """Its NetworkTables table: what robot code calls it."""
+    maker: Literal["limelight", "photonvision"] = "limelight"
+    """Which protocol it speaks. One of PhotonVision gets its port from `simcore.photonvision`."""
     type: LimelightType = field(default_factory=lambda: limelight_type("LL4"))
     mount: CameraMount = field(default_factory=CameraMount)
     """Where it truly is; robot code can tell it something else by `camerapose_robotspace_set`."""

@@ -133,8 +133,12 @@ class VisionSimManager:
         (rng,) = self._rng.spawn(1)
         camera = LimelightSim(config, self.layout, rng, robot=robot, ports=ports, gate=gate)
         self.cameras[config.name] = camera
-        self._histories.setdefault(robot, PoseHistory())
+        self.follow(robot)
         return camera
+
+    def follow(self, robot: int) -> None:
+        """Note from now on where a robot is."""
+        self._histories.setdefault(robot, PoseHistory())
 
     def camera(self, name: str) -> LimelightSim:
         """A camera by name.

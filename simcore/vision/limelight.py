@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import difflib
 import logging
 import math
 from collections import deque
@@ -13,11 +14,11 @@ import numpy as np
 
 from simcore.geometry.rotation import Quaternion, Vector
 from simcore.typing import BoolSupplier
-from simcore.vision.camera import CameraConfig, TagPipeline, camera_pose, optical_rows
+from simcore.vision.camera import CameraConfig, CameraMount, TagPipeline, camera_pose, optical_rows
 from simcore.vision.camera_frame import Corners, Frame, PieceSighting, PoseEstimate, StdDevs, TagSighting
 from simcore.vision.camera_scene import CameraScene, find_pieces
 from simcore.vision.heading import HeadingSource, PoseHistory
-from simcore.vision.limelight_settings import CameraSettings
+from simcore.vision.limelight_settings import INPUTS, NO_EFFECT, NOT_MODELED, CameraSettings, limelight_mount
 from simcore.vision.megatag import CameraPose, Mounting, TagPicture, perfect_frame
 from simcore.vision.tag_layout import TagLayout
 from simcore.vision.tag_visibility import Occlusion, TagFinder
@@ -91,6 +92,20 @@ class _Complaints:
             self.known.add(kind)
             _log.warning("%s: %s at %.2f s: %s; it is ignored", self.camera, topic, time, problem)
 
+    def note(self, topic: str) -> None:
+        """Say once that a topic that robot code writes changes nothing."""
+        if (topic, "") in self.known:
+            return
+        self.known.add((topic, ""))
+        if topic in NO_EFFECT:
+            _log.info("%s: %s changes nothing here: %s", self.camera, topic, NO_EFFECT[topic])
+        elif topic in NOT_MODELED:
+            _log.warning("%s: %s is not modeled; what the camera publishes stays as it is", self.camera, topic)
+        else:
+            near = difflib.get_close_matches(topic, (*INPUTS, _ORIENTATION, *NO_EFFECT, *NOT_MODELED), n=1)
+            hint = f"; did you mean {near[0]!r}?" if near else ""
+            _log.warning("%s: robot code writes %s, which a Limelight does not read%s", self.camera, topic, hint)
+
 
 class LimelightSim:
     """A camera on a robot.
@@ -156,7 +171,9 @@ class LimelightSim:
     def request(self, request: CameraRequest, time: float) -> None:
         """Take one request at a time [s]; one that makes no sense changes nothing."""
         topic, values = request.topic, request.values
-        if values is None:
+        if topic not in INPUTS and topic != _ORIENTATION:
+            self._complaints.note(topic)
+        elif values is None:
             self._complaints.add(topic, "needs numbers", time)
         elif topic == _ORIENTATION:
             if len(values) != 6:
@@ -212,6 +229,12 @@ class LimelightSim:
         """Where the camera truly is when the robot is there, field frame [m]."""
         return camera_pose(pos, quat, *self._mount)
 
+    def move_to(self, mount: CameraMount) -> None:
+        """Sit somewhere else on the robot from the next frame on, and know it."""
+        self._mount = mount.position, mount.rotation
+        self.settings.mount = limelight_mount(mount)
+        self.settings.version += 1
+
     def close(self) -> None:
         """Close all ports."""
         for port in self.ports:
@@ -221,7 +244,7 @@ class LimelightSim:
         """What is in the picture, with noise; where things are now is less than a tick from where they were."""
         robot_pose = history.at(time)
         exposure = _Exposure(self._number + 1, time, self.settings.pipeline, [], [], (), robot_pose)
-        if self.config.perfect or (self.gate is not None and not self.gate()):
+        if self.config.perfect or self.settings.is_driver_camera or (self.gate is not None and not self.gate()):
             return exposure
         pos, quat = self.pose_at(*robot_pose)
         rotation = optical_rows(quat)
@@ -262,7 +285,7 @@ class LimelightSim:
         tags: tuple[TagSighting, ...] = ()
         one: PoseEstimate | None = None
         two: PoseEstimate | None = None
-        if self.config.perfect and pipeline.kind == "tags":
+        if self.config.perfect and pipeline.kind == "tags" and not self.settings.is_driver_camera:
             tags, one, two = perfect_frame(self.layout, exposure.pose, self.config)
         elif exposure.rows:
             picture = TagPicture(self.layout, exposure.rows, exposure.corners, lens, self._believed)

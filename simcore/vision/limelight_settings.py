@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 from simcore.geometry.rotation import Quaternion, Vector, from_rpy
 from simcore.vision.camera import FULL_CROP, CameraConfig, CameraMount
 
-__all__ = ["INPUTS", "CameraSettings", "limelight_mount"]
+__all__ = ["INPUTS", "NOT_MODELED", "NO_EFFECT", "CameraSettings", "limelight_mount"]
 
 _DOWNSCALES = (0.0, 1.0, 1.5, 2.0, 3.0, 4.0)  # of `fiducial_downscale_set`; 0 is that of the pipeline
 
@@ -31,6 +31,8 @@ class CameraSettings:
     """0: that of the pipeline."""
     throttle: int = 0
     """Frames that are skipped after each that is worked through."""
+    is_driver_camera: bool = False
+    """Whether pictures go to the driver and nothing is looked for."""
     imu_mode: int = 0
     imu_assist: float = 0.001
     mount: tuple[float, float, float, float, float, float] = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
@@ -75,9 +77,8 @@ class CameraSettings:
     def _set_pipeline(self, values: Values) -> str | None:
         n = len(self.config.pipelines)
         if not _is_whole(values[0]) or not 0 <= values[0] < n:
-            return f"no pipeline {values[0]:g}; this camera has 0 to {n - 1}" if n > 1 else (
-                f"no pipeline {values[0]:g}; this camera has only 0"
-            )  # fmt: skip
+            known = f"0 to {n - 1}" if n > 1 else "only 0"
+            return f'no pipeline {values[0]:g}; this camera has {known}; mode = ["tags", "pieces"] makes two'
         self.pipeline = int(values[0])
         return None
 
@@ -112,6 +113,12 @@ class CameraSettings:
         self.throttle = int(values[0])
         return None
 
+    def _set_camera_mode(self, values: Values) -> str | None:
+        if values[0] not in (0.0, 1.0):
+            return f"needs 0 (vision) or 1 (driver camera), got {values[0]:g}"
+        self.is_driver_camera = values[0] == 1.0
+        return None
+
     def _set_imu_mode(self, values: Values) -> str | None:
         if not _is_whole(values[0]) or not 0 <= values[0] <= 4:
             return f"needs a mode from 0 to 4, got {values[0]:g}"
@@ -136,12 +143,26 @@ INPUTS: dict[str, tuple[int | None, Callable[[CameraSettings, Values], str | Non
     "fiducial_id_filters_set": (None, CameraSettings._set_filters),
     "fiducial_downscale_set": (1, CameraSettings._set_downscale),
     "throttle_set": (1, CameraSettings._set_throttle),
+    "camMode": (1, CameraSettings._set_camera_mode),
     "imumode_set": (1, CameraSettings._set_imu_mode),
     "imuassistalpha_set": (1, CameraSettings._set_imu_assist),
     "camerapose_robotspace_set": (6, CameraSettings._set_mount),
 }
 """Topics that change a setting, how many numbers each needs, and what they do. `robot_orientation_set` is no setting:
 the camera keeps its history."""
+
+NO_EFFECT = {
+    "ledMode": "there are no lights",
+    "stream": "there is no picture",
+    "snapshot": "there is no picture",
+    "rewind_enable_set": "nothing is recorded",
+    "capture_rewind": "nothing is recorded",
+    "llrobot": "a Python pipeline would read it, and there is none",
+}
+"""Topics that a Limelight reads and that change nothing that robot code can read back; with the reason."""
+
+NOT_MODELED = ("fiducial_offset_set", "keystone_set")
+"""Topics that a Limelight reads and that would change what it publishes, if they were modeled."""
 
 
 def limelight_mount(mount: CameraMount) -> tuple[float, float, float, float, float, float]:

@@ -67,19 +67,30 @@ class LimelightTable:
         self._poller = ntcore.NetworkTableListenerPoller(instance)
         now = ntcore.EventFlags.kValueAll | ntcore.EventFlags.kImmediate
         self._topics = {self._poller.addListener(self._inputs[name], now): name for name in INPUTS}
+        self._prefix = f"{table}/"
+        published = ntcore.EventFlags.kPublish | ntcore.EventFlags.kImmediate
+        self._others = self._poller.addListener([self._prefix], published)
         self._last: list[Value | None] = [None] * len(FRAME_TOPICS)
         self._setters: list[Callable[[Any, int], None]] = [self._publishers[name].set for name in FRAME_TOPICS]
         self._is_repeated = [name in EVERY_FRAME for name in FRAME_TOPICS]
 
     def read(self) -> list[CameraRequest]:
-        """Requests since the last call: headings in order, then settings in order; none once it is closed."""
+        """Requests since the last call: headings in order, then settings in order; none once it is closed.
+
+        A topic that a `LimelightSim` has no use for comes once, without numbers.
+        """
         orientation = self._inputs.get(_ORIENTATION)
         if orientation is None:
             return []
         # The first value of a topic without any is none.
         requests = [self._request(_ORIENTATION, value) for value in orientation.readQueue() if value.isValid()]
         for event in self._poller.readQueue():
-            requests.append(self._request(self._topics[event.listener], event.data.value))
+            if event.listener == self._others:
+                topic = event.data.name.removeprefix(self._prefix)
+                if topic not in TOPICS and topic not in self._inputs:
+                    requests.append(CameraRequest(topic, None))
+            else:
+                requests.append(self._request(self._topics[event.listener], event.data.value))
         return requests
 
     def _request(self, topic: str, value: Any) -> CameraRequest:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -16,11 +17,12 @@ from photonlibpy.simulation import PhotonCameraSim, SimCameraProperties, VisionT
 from wpimath.geometry import Pose3d, Quaternion, Rotation2d, Rotation3d, Transform3d, Translation3d  # noqa: E402
 
 from simcore.geometry.rotation import from_rpy, from_yaw  # noqa: E402
-from simcore.photonvision import PhotonCameraPort, camera_properties  # noqa: E402
+from simcore.photonvision import PhotonCameraPort, pipeline_result  # noqa: E402
 from simcore.vision.camera import (  # noqa: E402  # noqa: E402
     CameraConfig,
     CameraMount,
     PiecePipeline,
+    TagPipeline,
     camera_pose,
     limelight_type,
     optical_rotation,
@@ -37,6 +39,17 @@ LAYOUT = official_layout("2026-welded")
 CONFIG = CameraConfig(
     name="photon-test", type=limelight_type("LL4"), mount=CameraMount(x=0.2, z=0.4, pitch_deg=-15.0, yaw_deg=10.0)
 )
+
+
+def camera_properties(config):
+    """The lens as photonlib's `SimCameraProperties`, from intrinsics: see the bug below."""
+    lens = config.type
+    (fx, fy), (cx, cy) = lens.focal_length, lens.principal_point
+    properties = SimCameraProperties()
+    matrix = np.array([(fx, 0.0, cx), (0.0, fy, cy), (0.0, 0.0, 1.0)])
+    properties.setCalibrationFromIntrinsics(lens.width, lens.height, matrix, np.zeros((8, 1)))
+    properties.setFPS(config.rate)
+    return properties
 
 
 def pose3d(pos, quat) -> Pose3d:
@@ -91,7 +104,7 @@ def test_their_simulation_sees_the_same_tags_from_200_poses(theirs):
 
 
 def test_their_field_of_view_has_a_known_bug():
-    """atan(2 x) where 2 atan(x) is meant: when this fails, it is mended, and `camera_properties` can say so."""
+    """atan(2 x) where 2 atan(x) is meant: when this fails, it is mended, and docs/cameras.md can say so."""
     properties = SimCameraProperties()
     properties.setCalibrationFromFOV(1280, 800, Rotation2d.fromDegrees(90.0))
     wide = math.degrees(2.0 * math.atan(math.tan(math.radians(45.0)) * 1280 / math.hypot(1280, 800)))
@@ -107,7 +120,7 @@ def test_a_photon_camera_reads_our_frames():
         type=limelight_type("LL3"),
         mount=CameraMount(x=0.2, z=0.5, pitch_deg=-15.0),
     )
-    port = PhotonCameraPort(quiet, clock)
+    port, reader = PhotonCameraPort(quiet, clock), PhotonCamera("photon-ours")
     camera = LimelightSim(quiet, LAYOUT, np.random.default_rng(0), ports=[port])
     history = PoseHistory()
     pos, quat = (2.3, 4.2, 0.0), from_yaw(0.05)
@@ -115,12 +128,14 @@ def test_a_photon_camera_reads_our_frames():
     for k in range(8):
         history.add(0.02 * k, pos, quat)
         frames += camera.update(0.02 * k, history, CameraScene())
-    result = port.camera.getLatestResult()
+    result = reader.getLatestResult()
     last = frames[-1]
     assert {t.getFiducialId() for t in result.getTargets()} == {tag.id for tag in last.tags} >= {25, 26}
     assert result.getLatencyMillis() == pytest.approx(1e3 * last.latency, abs=0.01)
     eye, turn = camera_pose(pos, quat, quiet.mount.position, quiet.mount.rotation)
-    for target, tag in zip(result.getTargets(), last.tags, strict=True):
+    largest_first = sorted(last.tags, key=lambda tag: -tag.area_percent)
+    assert result.getBestTarget().getFiducialId() == largest_first[0].id
+    for target, tag in zip(result.getTargets(), largest_first, strict=True):
         assert target.getYaw() == pytest.approx(tag.tx_deg)
         assert target.getArea() == pytest.approx(tag.area_percent)
         row = LAYOUT.id_list.index(tag.id)
@@ -131,11 +146,56 @@ def test_a_photon_camera_reads_our_frames():
     best = Pose3d().transformBy(multi.estimatedPose.best)
     assert math.dist((best.X(), best.Y(), best.Z()), eye) < 0.05
     assert float(quad_area(last.tags[0].corners[None])[0]) > 0.0
+    port.close()
+    port.close()
+
+
+def test_what_a_photon_camera_asks_for_takes_effect():
+    """Another pipeline, driver mode, a limit of 10 frames a second of 30; and one warning about pictures."""
+    config = replace(
+        CONFIG, name="photon-asked", type=limelight_type("LL3"), pipelines=(TagPipeline(), PiecePipeline())
+    )
+    port, reader = PhotonCameraPort(config, NetworkClock(offset=0.0)), PhotonCamera("photon-asked")
+    camera = LimelightSim(config, LAYOUT, np.random.default_rng(0), ports=[port])
+    history = PoseHistory()
+    tick = 0
+
+    def run(seconds):
+        nonlocal tick
+        results = []
+        for _ in range(round(seconds / 0.02)):
+            tick += 1
+            camera.listen(0.02 * tick)
+            history.add(0.02 * tick, (2.3, 4.2, 0.0), from_yaw(0.05))
+            camera.update(0.02 * tick, history, CameraScene())
+            results += reader.getAllUnreadResults()
+        return results
+
+    seen = run(1.0)
+    assert len(seen) == pytest.approx(30, abs=3) and all(result.hasTargets() for result in seen)
+    times = [result.getTimestampSeconds() for result in seen]
+    assert np.diff(times) == pytest.approx(1.0 / 30.0, abs=2e-6)  # of exposure; stamps are whole microseconds
+    assert reader.isConnected() and reader.getPipelineIndex() == 0 and not reader.getDriverMode()
+    reader.setPipelineIndex(1)
+    reader.setFPSLimit(10)
+    run(0.2)
+    few = run(1.0)
+    assert len(few) == pytest.approx(10, abs=1) and not any(result.hasTargets() for result in few)
+    assert (reader.getPipelineIndex(), reader.getFPSLimit()) == (1, 10)
+    reader.setPipelineIndex(0)
+    reader.setFPSLimit(-1)
+    reader.setDriverMode(True)
+    run(0.2)
+    assert reader.getDriverMode() and not any(result.hasTargets() for result in run(0.3))
+    reader.setDriverMode(False)
+    reader.setPipelineIndex(7)  # there is none
+    run(0.2)
+    assert reader.getPipelineIndex() == 0 and run(0.3)[-1].hasTargets()
+    assert camera.bad_requests == 1
+    port.close()
 
 
 def test_pieces_are_object_detections():
-    from simcore.photonvision import pipeline_result
-
     config = CameraConfig(
         name="photon-pieces",
         type=limelight_type("LL3"),
@@ -149,7 +209,7 @@ def test_pieces_are_object_detections():
     for k in range(8):
         history.add(0.02 * k, (5.0, 5.0, 0.0), from_yaw(0.0))
         frames += camera.update(0.02 * k, history, scene)
-    targets = pipeline_result(frames[-1], config, 1_000_000).getTargets()
+    targets = pipeline_result(frames[-1], 1_000_000).getTargets()
     assert [t.objDetectId for t in targets] == [0, 0]
     assert all(0.0 < t.objDetectConf <= 1.0 and t.getFiducialId() == -1 for t in targets)
     assert targets[0].getBestCameraToTarget() == Transform3d()

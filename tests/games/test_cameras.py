@@ -255,6 +255,24 @@ def test_an_unknown_layout_ends_the_build_and_names_the_known():
         RebuiltSim(robots=(RobotEntry(config=robot),), tags="2026-weldet")
 
 
+def test_a_field_without_tags_has_cameras_all_the_same():
+    """They see pieces, and no tag."""
+    from games.rebuilt import REBUILT
+    from simcore import Match
+    from simcore.vision.camera import PiecePipeline, TagPipeline
+
+    eye = replace(at_lens(0.5, pitch_deg=20.0), pipelines=(TagPipeline(), PiecePipeline()))
+    field = replace(REBUILT.field, tags="")
+    with Match(replace(REBUILT, field=field), robots=(RobotEntry(config=with_cameras(eye)),)) as match:
+        match.play(0.2)
+        frame = match.cameras.camera("eye").last
+        assert frame is not None and not frame.has_target and frame.pipeline_kind == "tags"
+        late = match.cameras.mount_camera(replace(eye, name="late"))
+        late.settings.apply("pipeline", (1.0,))
+        match.play(0.2)
+        assert late.last is not None and late.last.pipeline_kind == "pieces"
+
+
 def test_telemetry_draws_where_a_camera_looks_and_what_it_sees():
     from simcore.telemetry.sinks import MemorySink
 

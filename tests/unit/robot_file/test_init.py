@@ -66,12 +66,15 @@ def test_every_key_in_the_comments_is_one_that_is_read(tmp_path):
     (intake,), (shooter,) = robot.intakes, robot.shooters
     assert intake.deploy == "pivot" and intake.kinds == ("Name",)
     assert shooter.hood == "hood" and shooter.turret == "turret" and shooter.gate == ("feeder",)
-    assert robot.cameras[0].name == "limelight"
     (claw,), (climber,), (storage,) = robot.placers, robot.climbers, robot.storages
     assert [joint.mechanism for joint in claw.joints] == ["lift", "arm"] and claw.offset == (0.35, 0.0, 0.0)
     assert [joint.mechanism for joint in climber.joints] == ["climb"]
     assert (storage.name, storage.capacity, intake.storage, shooter.storage) == ("front", 20, "front", "front")
     assert robot.auto_starts == {"Left two piece": (2.0, 1.2, 0.0)}
+    assert [(camera.name, camera.maker) for camera in robot.cameras] == [
+        ("limelight", "limelight"), ("front", "photonvision")
+    ]  # fmt: skip
+    assert robot.headset is not None and robot.headset.mount.yaw_deg == 180.0
 
 
 def test_found_motors_need_only_a_kind_and_its_numbers(tmp_path):

@@ -77,6 +77,24 @@ def test_without_a_heading_megatag_2_thinks_the_robot_looks_along_x():
     assert math.dist(last.megatag1.position[:2], PLACE[:2]) < 0.05
 
 
+def test_a_camera_that_is_moved_sees_what_is_before_it_there_and_knows_where_it_sits():
+    """Turned back for a second half: other tags, and still the robot's true place."""
+
+    def turn(camera, t, yaw):
+        if abs(t - 0.5) < 1e-9:
+            camera.move_to(CameraMount(x=-0.3, z=0.5, pitch_deg=-10.0, yaw_deg=180.0))
+
+    camera, frames = drive(CameraConfig(type=LL3, mount=MOUNT), 1.0, each=turn)
+    before = [frame for frame in frames if frame.published < 0.5]
+    after = [frame for frame in frames if frame.time > 0.5]
+    assert len(before) > 5 and len(after) > 5
+    seen = [{tag.id for frame in some for tag in frame.tags} for some in (before, after)]
+    assert {25, 26} <= seen[0] and seen[1] and not seen[0] & seen[1]
+    for frame in (*before, *after):
+        assert math.dist(frame.megatag1.position[:2], PLACE[:2]) < 0.1
+    assert camera.settings.mount == (-0.3, 0.0, 0.5, 0.0, 10.0, 180.0)
+
+
 def test_throttle_skips_frames():
     def throttle(camera, t, yaw):
         camera.request(CameraRequest("throttle_set", (4.0,)), t)

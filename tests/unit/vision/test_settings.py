@@ -11,7 +11,7 @@ import pytest
 from simcore.geometry.rotation import rotate
 from simcore.vision.camera import CameraConfig, CameraMount, TagPipeline
 from simcore.vision.limelight import CameraRequest, LimelightSim
-from simcore.vision.limelight_settings import INPUTS, CameraSettings
+from simcore.vision.limelight_settings import INPUTS, NO_EFFECT, NOT_MODELED, CameraSettings
 from simcore.vision.tag_layout import official_layout
 
 CONFIG = CameraConfig(
@@ -25,6 +25,7 @@ GOOD = {
     "fiducial_id_filters_set": ((26.0, 25.0), "id_filters", (26, 25)),
     "fiducial_downscale_set": ((2.0,), "downscale", 1.5),
     "throttle_set": ((100.0,), "throttle", 100),
+    "camMode": ((1.0,), "is_driver_camera", True),
     "imumode_set": ((4.0,), "imu_mode", 4),
     "imuassistalpha_set": ((0.01,), "imu_assist", 0.01),
     "camerapose_robotspace_set": ((0.1, 0.2, 0.3, 1.0, 2.0, 3.0), "mount", (0.1, 0.2, 0.3, 1.0, 2.0, 3.0)),
@@ -45,6 +46,7 @@ BAD = [
     ("fiducial_id_filters_set", (1.5,)),
     ("fiducial_downscale_set", (6.0,)),
     ("throttle_set", (-1.0,)),
+    ("camMode", (2.0,)),
     ("imumode_set", (5.0,)),
     ("imuassistalpha_set", (1.1,)),
     ("camerapose_robotspace_set", (0.0, 0.0, 0.0)),
@@ -103,3 +105,14 @@ def test_a_bad_request_is_logged_once(topic, values, caplog):
     assert topic in caplog.text and "limelight" in caplog.text
     assert camera.settings == CameraSettings.of(CONFIG)
     assert camera.heading.attitude(0.0) == pytest.approx(np.eye(3))
+
+
+@pytest.mark.parametrize("topic", [*NO_EFFECT, *NOT_MODELED, "priorityId", "x"])
+def test_a_topic_without_effect_is_named_once(topic, caplog):
+    caplog.set_level("INFO")
+    camera = LimelightSim(CONFIG, official_layout("2026-welded"), np.random.default_rng(0))
+    for k in range(5):
+        camera.request(CameraRequest(topic, None), 0.02 * k)
+    assert len(caplog.records) == 1 and topic in caplog.text
+    assert ("did you mean 'priorityid'?" in caplog.text) == (topic == "priorityId")
+    assert camera.bad_requests == 0 and camera.settings == CameraSettings.of(CONFIG)

@@ -1,8 +1,4 @@
-"""PhotonVision: gives frames to photonlibpy's simulated camera, so that a `PhotonCamera` in robot code reads them.
-
-The detections are simcore's own, with occlusion by field, robots and pieces; photonlib's `VisionSystemSim` is not
-used.
-"""
+"""A frame in photonlib's types: targets with both poses, the multi-tag pose, object detections."""
 
 from __future__ import annotations
 
@@ -10,8 +6,6 @@ import math
 from typing import Any
 
 import numpy as np
-from photonlibpy import PhotonCamera
-from photonlibpy.simulation import PhotonCameraSim, SimCameraProperties
 from photonlibpy.targeting import (
     MultiTargetPNPResult,
     PhotonPipelineMetadata,
@@ -23,72 +17,35 @@ from photonlibpy.targeting import (
 from wpimath.geometry import Pose3d, Rotation3d, Transform3d, Translation3d
 
 from simcore.typing import FloatArray
-from simcore.vision.camera import OPTICAL, CameraConfig
+from simcore.vision.camera import OPTICAL
 from simcore.vision.camera_frame import Frame, PieceSighting, PoseEstimate, TagSighting
-from simcore.vision.camera_manager import NetworkClock
-from simcore.vision.limelight import CameraRequest
 from simcore.vision.planar_pose import SquarePose
 
-__all__ = ["PhotonCameraPort", "camera_properties", "pipeline_result"]
+__all__ = ["pipeline_result"]
 
 _TAG_TO_SQUARE: FloatArray = np.array([(0.0, 1.0, 0.0), (0.0, 0.0, 1.0), (1.0, 0.0, 0.0)])
 _PONG = 1_000_000  # [us]; a time server answered a second ago
 
 
-class PhotonCameraPort:
-    """Publishes a camera to a `PhotonCamera` of the same name, on the default NetworkTables instance.
+def pipeline_result(frame: Frame, stamp: int) -> Any:
+    """A `PhotonPipelineResult`.
 
-    Append one to the `ports` of a `LimelightSim`. A frame costs about a millisecond, most of it photonlib's packing.
+    Targets come in PhotonVision's default order, the largest first, which makes it `getBestTarget`.
 
     Args:
-        config: The camera.
-        clock: From simulated time to NetworkTables' time.
+        frame: What was seen.
+        stamp: When it is published, in NetworkTables' time [us].
     """
-
-    def __init__(self, config: CameraConfig, clock: NetworkClock) -> None:
-        self._config = config
-        self._clock = clock
-        self.camera = PhotonCamera(config.name)
-        self._sim = PhotonCameraSim(self.camera, camera_properties(config))
-
-    def read(self) -> tuple[CameraRequest, ...]:
-        """No requests: a PhotonCamera has no settings that simcore models."""
-        return ()
-
-    def publish(self, frame: Frame) -> None:
-        """Send a frame."""
-        stamp = self._clock.to_network(frame.published)
-        self._sim.submitProcessedFrame(pipeline_result(frame, self._config, stamp), stamp)
-
-    def close(self) -> None:
-        """Nothing to close: the topics are photonlib's."""
-
-
-def camera_properties(config: CameraConfig) -> Any:
-    """The lens as photonlib's `SimCameraProperties`.
-
-    From intrinsics: `setCalibrationFromFOV` of photonlibpy 2026.3.4 has a misplaced factor of 2, atan(2 x) where
-    2 atan(x) is meant, and makes a picture narrower than asked for.
-    """
-    lens = config.type
-    (fx, fy), (cx, cy) = lens.focal_length, lens.principal_point
-    properties: Any = SimCameraProperties()  # type: ignore[no-untyped-call]
-    matrix = np.array([(fx, 0.0, cx), (0.0, fy, cy), (0.0, 0.0, 1.0)])
-    properties.setCalibrationFromIntrinsics(lens.width, lens.height, matrix, np.zeros((8, 1)))
-    properties.setFPS(config.rate)
-    return properties
-
-
-def pipeline_result(frame: Frame, config: CameraConfig, stamp: int) -> Any:
-    """A frame in photonlib's types, as published at `stamp` [us]."""
     multitag = None
     if frame.megatag1 is not None and frame.megatag1.tag_count > 1:
         camera = _camera_pose(frame.megatag1, frame)
         found = PnpResult(best=camera, alt=camera)
         multitag = MultiTargetPNPResult(found, sorted(tag.id for tag in frame.tags))
+    tags = sorted(frame.tags, key=lambda tag: -tag.area_percent)
+    pieces = sorted(frame.pieces, key=lambda piece: -piece.area_percent)
     return PhotonPipelineResult(
         ntReceiveTimestampMicros=stamp,
-        targets=[_tag(tag) for tag in frame.tags] + [_piece(piece) for piece in frame.pieces],
+        targets=[_tag(tag) for tag in tags] + [_piece(piece) for piece in pieces],
         metadata=PhotonPipelineMetadata(
             captureTimestampMicros=stamp - round(1e6 * frame.latency),
             publishTimestampMicros=stamp,

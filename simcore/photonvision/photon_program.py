@@ -1,0 +1,278 @@
+"""What a robot program builds of photonlibpy, and where it says that its cameras sit.
+
+Classes of photonlibpy are wrapped when they are loaded, not before: most programs do not use them. What is wrapped goes
+on to work, with two exceptions: a simulated camera that simcore feeds publishes nothing of its own, so that there is
+one publisher, and a `VisionSystemSim` is updated with the robot's true pose instead of the pose that the program
+believes in, which would confirm itself.
+"""
+
+from __future__ import annotations
+
+import functools
+import gc
+import logging
+import sys
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any
+
+__all__ = ["HOOKS", "PhotonProgram", "SeenEstimator", "photon_program"]
+
+_log = logging.getLogger(__name__)
+
+_TAG = "_simcore_camera"
+
+
+@dataclass(slots=True, eq=False)
+class SeenEstimator:
+    """A `PhotonPoseEstimator` that was built."""
+
+    estimator: Any
+    after: str | None
+    """The camera that was built last before it, if no other estimator came in between."""
+    camera: str | None = None
+    """Whose results it was given, or which it was built with; None: nobody knows yet."""
+
+    @property
+    def robot_to_camera(self) -> Any:
+        """Its transform, as it is now."""
+        mine = vars(self.estimator)
+        return mine.get("robotToCamera", mine.get("_robotToCamera"))
+
+
+@dataclass(slots=True)
+class PhotonProgram:
+    """The cameras of one robot program, by name and in the order in which they were built."""
+
+    cameras: dict[str, Any] = field(default_factory=dict)
+    """`PhotonCamera`s."""
+    estimators: list[SeenEstimator] = field(default_factory=list)
+    simulated: dict[str, Any] = field(default_factory=dict)
+    """`PhotonCameraSim`s of the program's own simulation."""
+    transforms: dict[str, Any] = field(default_factory=dict)
+    """Robot to camera, as a `VisionSystemSim` was told last."""
+    systems: dict[str, Any] = field(default_factory=dict)
+    """The `VisionSystemSim` of each camera."""
+    fed: set[str] = field(default_factory=set)
+    """Cameras that simcore feeds."""
+    true_pose: Callable[[], Any] | None = None
+    """The robot's pose as a `Pose3d`; None: nobody knows it."""
+    version: int = 0
+    """Counts what was built, and what was found out about it."""
+    dropped: int = 0
+    """Frames of the program's own simulation that were not published."""
+    _of_modules: tuple[list[dict[str, Any]], list[SeenEstimator]] | None = None
+
+    def pair(self, estimator: Any, camera: str) -> None:
+        """An estimator was given a result of a camera."""
+        for seen in self.estimators:
+            if seen.estimator is estimator and seen.camera != camera:
+                seen.camera = camera
+                self.version += 1
+
+    def begin(self) -> None:
+        """A robot is about to be built: forget what the one before it in this process has built, but not its modules.
+
+        Robot code is imported once, so that what stands at the top of its files is every robot's.
+        """
+        things = (self.cameras, self.simulated, self.transforms, self.systems)
+        if self._of_modules is None:
+            self._of_modules = [dict(some) for some in things], list(self.estimators)
+        for some, kept in zip(things, self._of_modules[0], strict=True):
+            some.clear()
+            some.update(kept)
+        self.estimators[:] = self._of_modules[1]
+        self.fed.clear()
+        self.true_pose = None
+        self.version += 1
+
+
+_program = PhotonProgram()
+
+
+def photon_program() -> PhotonProgram:
+    """That of this process."""
+    return _program
+
+
+# --- what each module gets when it is loaded ----------------------------------------------------------------------
+
+
+def _hook_camera(module: Any) -> None:
+    cls = module.PhotonCamera
+    if _is_first(cls):
+        _after(cls, "__init__", _camera_built)
+        for name in ("getAllUnreadResults", "getLatestResult"):
+            if hasattr(cls, name):
+                setattr(cls, name, _tagging(getattr(cls, name)))
+        for camera in _alive(cls):
+            _camera_built(camera)
+
+
+def _hook_estimator(module: Any) -> None:
+    cls = module.PhotonPoseEstimator
+    if _is_first(cls):
+        _after(cls, "__init__", _estimator_built)
+        for name, method in list(vars(cls).items()):
+            if callable(method) and name.startswith(("estimate", "update")):
+                setattr(cls, name, _pairing(method))
+        for estimator in _alive(cls):
+            _estimator_built(estimator)
+
+
+def _hook_camera_sim(module: Any) -> None:
+    cls = module.PhotonCameraSim
+    if not _is_first(cls):
+        return
+    _after(cls, "__init__", _camera_simulated)
+    for camera in _alive(cls):
+        _camera_simulated(camera)
+    next_entry, submit = cls.consumeNextEntryTime, cls.submitProcessedFrame
+
+    @functools.wraps(next_entry)
+    def consume(self: Any) -> Any:
+        if _name_of(self) in _program.fed:
+            _program.dropped += 1
+            return None
+        return next_entry(self)
+
+    @functools.wraps(submit)
+    def submit_frame(self: Any, *args: Any, **kwargs: Any) -> Any:
+        if _name_of(self) in _program.fed:
+            _program.dropped += 1
+            return None
+        return submit(self, *args, **kwargs)
+
+    cls.consumeNextEntryTime, cls.submitProcessedFrame = consume, submit_frame
+
+
+def _hook_vision_system(module: Any) -> None:
+    cls = module.VisionSystemSim
+    if not _is_first(cls):
+        return
+    for name in ("addCamera", "adjustCamera"):
+        _after(cls, name, _camera_placed)
+    for system in _alive(cls):
+        for camera, buffer in system.camTrfMap.items():
+            _, pose = buffer.getInternalBuffer()[-1]
+            _camera_placed(system, camera, pose - type(pose)())
+    for name in ("update", "resetRobotPose"):
+        setattr(cls, name, _with_the_truth(getattr(cls, name)))
+
+
+def _hook_time_sync(module: Any) -> None:
+    """No clock of a coprocessor is to be set, and a second program on the machine could not have the server's port."""
+    module.TimeSyncServer.start = lambda self: None
+
+
+HOOKS: dict[str, Callable[[Any], None]] = {
+    "photonlibpy.timesync.timeSyncServer": _hook_time_sync,
+    "photonlibpy.photonCamera": _hook_camera,
+    "photonlibpy.photonPoseEstimator": _hook_estimator,
+    "photonlibpy.simulation.photonCameraSim": _hook_camera_sim,
+    "photonlibpy.simulation.visionSystemSim": _hook_vision_system,
+}
+"""What to call with a module of photonlibpy once it is loaded."""
+
+
+# --- what was built -----------------------------------------------------------------------------------------------
+
+
+def _camera_built(camera: Any, *_: Any, **__: Any) -> None:
+    _program.cameras[str(camera.getName())] = camera
+    _program.version += 1
+
+
+def _estimator_built(estimator: Any, *args: Any, **kwargs: Any) -> None:
+    kind = sys.modules["photonlibpy.photonCamera"].PhotonCamera  # until 2026.1 an estimator was built with its camera
+    given = next((str(a.getName()) for a in (*args, *kwargs.values()) if isinstance(a, kind)), None)
+    last = next(reversed(_program.cameras), None)
+    if any(seen.after == last for seen in _program.estimators):
+        last = None
+    _program.estimators.append(SeenEstimator(estimator, last, given))
+    _program.version += 1
+
+
+def _camera_simulated(camera_sim: Any, *_: Any, **__: Any) -> None:
+    _program.simulated[_name_of(camera_sim)] = camera_sim
+    _program.version += 1
+
+
+def _camera_placed(system: Any, camera_sim: Any = None, robot_to_camera: Any = None, **given: Any) -> None:
+    camera_sim = given.get("cameraSim", camera_sim)
+    robot_to_camera = given.get("robotToCamera", robot_to_camera)
+    name = _name_of(camera_sim)
+    _program.systems[name] = system
+    _program.transforms[name] = robot_to_camera
+    _program.version += 1
+
+
+# --- how ----------------------------------------------------------------------------------------------------------
+
+
+def _is_first(cls: Any) -> bool:
+    if "_simcore_watches" in vars(cls):
+        return False
+    cls._simcore_watches = True
+    return True
+
+
+def _alive(cls: Any) -> list[Any]:
+    """What a program has built before its module was watched: beside imports, at the top of a file."""
+    if getattr(sys.modules[cls.__module__].__spec__, "_initializing", False):
+        return []  # it is being loaded right now
+    # By type(): a weak reference that has died answers isinstance with an error.
+    return [thing for thing in gc.get_objects() if issubclass(type(thing), cls)]
+
+
+def _name_of(camera_sim: Any) -> str:
+    return str(camera_sim.getCamera().getName())
+
+
+def _after(cls: Any, name: str, call: Callable[..., None]) -> None:
+    method = getattr(cls, name)
+
+    @functools.wraps(method)
+    def both(self: Any, *args: Any, **kwargs: Any) -> Any:
+        result = method(self, *args, **kwargs)
+        call(self, *args, **kwargs)
+        return result
+
+    setattr(cls, name, both)
+
+
+def _tagging(method: Callable[..., Any]) -> Callable[..., Any]:
+    """Results know whose they are."""
+
+    @functools.wraps(method)
+    def read(self: Any, *args: Any, **kwargs: Any) -> Any:
+        results = method(self, *args, **kwargs)
+        for result in results if isinstance(results, list) else [results]:
+            setattr(result, _TAG, self.getName())
+        return results
+
+    return read
+
+
+def _pairing(method: Callable[..., Any]) -> Callable[..., Any]:
+    """An estimator belongs to the camera whose results it is given."""
+
+    @functools.wraps(method)
+    def estimate(self: Any, *args: Any, **kwargs: Any) -> Any:
+        for argument in (*args, *kwargs.values()):
+            camera = getattr(argument, _TAG, None)
+            if camera is not None:
+                _program.pair(self, camera)
+        return method(self, *args, **kwargs)
+
+    return estimate
+
+
+def _with_the_truth(method: Callable[..., Any]) -> Callable[..., Any]:
+    @functools.wraps(method)
+    def update(self: Any, *args: Any, **kwargs: Any) -> Any:
+        if _program.true_pose is None:
+            return method(self, *args, **kwargs)
+        return method(self, _program.true_pose())
+
+    return update

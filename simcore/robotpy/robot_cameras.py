@@ -1,0 +1,266 @@
+"""The cameras that a robot program asks for, fed from the true pose of its robot; and what to write for the others."""
+
+from __future__ import annotations
+
+import logging
+import operator
+import re
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import ntcore
+from wpimath.geometry import Pose3d, Quaternion, Rotation3d, Translation3d
+
+from simcore.errors import ConfigError
+from simcore.match.match import Match
+from simcore.photonvision.photon_mounts import FoundMount, lens_of, mounts, pipeline_of
+from simcore.photonvision.photon_program import HOOKS, photon_program
+from simcore.robotpy.import_watch import after_import
+from simcore.robotpy.table_watch import table_watch
+from simcore.vision.camera import CameraConfig, CameraMount
+from simcore.vision.quest_headset import QuestConfig
+from simcore.vision.questnav_table import TABLE, QuestNavTable
+
+if TYPE_CHECKING:
+    from simcore.vision.limelight import LimelightSim
+
+__all__ = ["RobotCameras", "watch_cameras"]
+
+_log = logging.getLogger(__name__)
+
+_LIMELIGHT = re.compile(r"limelight(-[\w-]+)?")
+"""Names that Limelights can have; robot code's own tables may begin alike."""
+
+
+def watch_cameras() -> None:
+    """Note from now on which cameras a robot program builds and asks for; before its robot is built."""
+    table_watch()
+    for name, hook in HOOKS.items():
+        after_import(name, hook)
+    photon_program().begin()
+
+
+class RobotCameras:
+    """Feeds the cameras of one robot program.
+
+    Limelights and PhotonVision cameras of `simcore.toml` are in the match already. What the program builds beside them
+    is added here: each `PhotonCamera` that says where it sits, and a QuestNav headset.
+
+    Args:
+        match: With the robot.
+        number: Of the robot.
+        cameras: Those of the file.
+        headset: That of the file; None: it has none.
+        folder: Where robot.py is.
+        file: Name of the file, for messages.
+    """
+
+    def __init__(
+        self,
+        match: Match,
+        number: int,
+        cameras: tuple[CameraConfig, ...],
+        headset: QuestConfig | None,
+        *,
+        folder: Path,
+        file: str,
+    ) -> None:
+        self._match = match
+        self._number = number
+        self._file = file
+        self._described = {camera.name: camera for camera in cameras}
+        self._program = photon_program()
+        self._watch = table_watch()
+        self._watch.search(folder)
+        self._photon: dict[str, LimelightSim] = {}
+        self._told: dict[str, CameraMount | None] = {}
+        self._reported: set[str] = set()
+        self._unplaced: set[str] = set()  # Limelights
+        self._headset_told = False
+        chassis = match.robots[number].chassis
+
+        def true_pose() -> Pose3d:
+            x, y, z, w = chassis.quat
+            return Pose3d(Translation3d(*chassis.pos), Rotation3d(Quaternion(w, x, y, z)))
+
+        self._program.true_pose = true_pose
+        for camera in cameras:
+            if camera.maker == "photonvision":
+                self._feed(match.cameras.camera(camera.name))
+            _log.info(
+                "camera %r (%s %s): %s, as %s says",
+                *(camera.name, camera.maker, camera.type.name, _place(camera.mount), file),
+            )
+        if headset is not None:
+            self._add_headset(headset)
+        self._seen = -1
+        self._transforms: list[Any] = []
+        self._asked = -1
+        self.after_tick()
+        unused = [name for name, c in self._described.items() if c.maker == "photonvision" and name not in self._built]
+        if unused:
+            _log.warning(
+                "%s: robot code has built no PhotonCamera(%s); it has built %s",
+                *(file, ", ".join(map(repr, unused)), ", ".join(map(repr, self._built)) or "none"),
+            )
+
+    @property
+    def _built(self) -> Mapping[str, object]:
+        return self._program.cameras
+
+    @property
+    def running(self) -> list[str]:
+        """Names of the cameras that see the field, with `QuestNav` for a headset."""
+        placed = [name for name, camera in self._photon.items() if camera.gate is None]
+        return [*self._described, *placed, *(["QuestNav"] if self._match.cameras.headsets else [])]
+
+    @property
+    def blind(self) -> list[str]:
+        """Names of those that the program has built or asked for, and nobody has placed."""
+        return [*(name for name, camera in self._photon.items() if camera.gate is not None), *sorted(self._unplaced)]
+
+    def after_tick(self) -> None:
+        """Follow what the program has built or asked for since, and cameras that it moves."""
+        transforms = [seen.robot_to_camera for seen in self._program.estimators]
+        if self._program.version != self._seen or any(map(operator.is_not, transforms, self._transforms)):
+            self._seen, self._transforms = self._program.version, transforms
+            self._follow_photon()
+        if len(self._watch.names) != self._asked:
+            self._asked = len(self._watch.names)
+            self._follow_tables()
+        self._follow_headset()
+
+    # --- PhotonVision ---------------------------------------------------------------------------------------------
+
+    def _follow_photon(self) -> None:
+        found = mounts(self._program)
+        for name in self._built:
+            if name in self._described:
+                self._require_photon(name)
+                continue
+            camera = self._photon.get(name)
+            if camera is None:
+                camera = self._photon[name] = self._add_photon(name, found.get(name))
+            mount = found.get(name)
+            if mount is not None and self._told.get(name) != mount.mount:
+                self._mount(name, camera, mount)
+
+    def _require_photon(self, name: str) -> None:
+        if self._described[name].maker != "photonvision" and name not in self._reported:
+            self._reported.add(name)
+            _log.warning(
+                "robot code builds PhotonCamera(%r), but %s describes a Limelight of that name; if it runs "
+                'PhotonVision, write maker = "photonvision" there',
+                *(name, self._file),
+            )
+
+    def _add_photon(self, name: str, found: FoundMount | None) -> LimelightSim:
+        config = CameraConfig(
+            name=name,
+            maker="photonvision",
+            type=lens_of(self._program, name),
+            mount=CameraMount() if found is None else found.mount,
+            pipelines=(pipeline_of(self._program, name),),
+        )
+        camera = self._match.cameras.mount_camera(config, robot=self._number)
+        camera.gate = _closed  # until somebody says where it sits
+        if found is None:
+            if name not in self._program.simulated:  # else the program's own simulation goes on to feed it
+                self._feed(camera)
+            _log.warning(
+                "PhotonCamera(%r) sees nothing, because robot code does not say where it sits; write into %s:\n%s",
+                *(name, self._file, _what_to_write("photonvision", name)),
+            )
+        return camera
+
+    def _mount(self, name: str, camera: LimelightSim, found: FoundMount) -> None:
+        is_first = name not in self._told
+        self._told[name] = found.mount
+        camera.move_to(found.mount)
+        camera.gate = None
+        if not camera.ports:
+            self._feed(camera)
+        if is_first:
+            lens = camera.config.type
+            _log.info(
+                "PhotonCamera(%r): %s, as %s says%s; %d x %d px, %.0f degrees across, %.0f frames a second (%s)",
+                *(name, _place(found.mount), found.source),
+                f" (a guess; if it is wrong, write a [[camera]] into {self._file})" if found.is_guess else "",
+                *(lens.width, lens.height, lens.horizontal_fov_deg, camera.config.rate, lens.name),
+            )
+
+    def _feed(self, camera: LimelightSim) -> None:
+        try:
+            from simcore.photonvision.photon_port import PhotonCameraPort
+        except ImportError as error:
+            raise ConfigError(
+                f"camera {camera.config.name!r} of {self._file} is one of PhotonVision, which needs photonlibpy: "
+                'pip install "simcore[photonvision]"'
+            ) from error
+        camera.ports.append(PhotonCameraPort(camera.config, self._match.cameras.clock))
+        self._program.fed.add(camera.config.name)
+
+    # --- Limelight and QuestNav -----------------------------------------------------------------------------------
+
+    def _follow_tables(self) -> None:
+        for name in self._watch.names:
+            if _LIMELIGHT.fullmatch(name) and name not in self._described and name not in self._reported:
+                self._reported.add(name)
+                self._unplaced.add(name)
+                near = [n for n, c in self._described.items() if c.maker == "limelight"]
+                _log.warning(
+                    "robot code asks for a Limelight %r, which nobody publishes%s; write into %s:\n%s",
+                    *(name, f" (there is {', '.join(map(repr, near))})" if near else "", self._file),
+                    _what_to_write("limelight", name),
+                )
+        if TABLE in self._watch.names and not self._match.cameras.headsets:
+            self._add_headset(QuestConfig())
+
+    def _add_headset(self, config: QuestConfig) -> None:
+        cameras = self._match.cameras
+        port = QuestNavTable(ntcore.NetworkTableInstance.getDefault(), cameras.clock)
+        cameras.add_headset(config, robot=self._number, ports=[port])
+        if config.mount is not None:
+            _log.info("QuestNav: %s, as %s says", _place(config.mount), self._file)
+
+    def _follow_headset(self) -> None:
+        if self._headset_told or not self._match.cameras.headsets:
+            return
+        headset = self._match.cameras.headsets[0]
+        if headset.config.mount is not None:
+            self._headset_told = True
+        elif headset.mount is not None:
+            self._headset_told = True
+            _log.info("QuestNav: %s, as robot code's first pose reset implies", _place(headset.mount))
+        elif headset.resets:
+            self._headset_told = True
+            _log.warning(
+                "QuestNav: robot code's pose reset is more than a meter off, so it does not tell where the headset "
+                "sits; until one does it is taken for at the robot's center; or write into %s:\n%s",
+                *(self._file, _what_to_write("questnav", "")),
+            )
+
+
+def _closed() -> bool:
+    return False
+
+
+def _place(mount: CameraMount) -> str:
+    angles = f"pitch {mount.pitch_deg:.0f}, yaw {mount.yaw_deg:.0f} degrees"
+    roll = f"roll {mount.roll_deg:.0f}, " if abs(mount.roll_deg) >= 0.5 else ""
+    return f"x {mount.x:.2f}, y {mount.y:.2f}, z {mount.z:.2f} m, {roll}{angles}"
+
+
+def _what_to_write(maker: str, name: str) -> str:
+    """A table of the file, to be copied."""
+    lines = ["[[camera]]"]
+    if maker != "limelight":
+        lines.append(f'maker = "{maker}"')
+    if name:
+        lines.append(f'name = "{name}"')
+    if maker == "limelight":
+        lines.append('type = "LL4"         # LL3, LL3A, LL3G or LL4')
+    lines += ["x = 0.30             # ahead of the robot's center", "y = 0.0              # to the left", "z = 0.40"]
+    lines += ["pitch_deg = -20.0    # below zero looks up", "yaw_deg = 0.0        # 180 looks back"]
+    return "\n".join(lines)
