@@ -81,7 +81,7 @@ def _show_azimuths_at_once() -> None:
         _show_straight_ahead(self, constants)
 
     init._shows_azimuth = True  # type: ignore[attr-defined]
-    SwerveModule.__init__ = init  # type: ignore[method-assign]
+    SwerveModule.__init__ = init  # type: ignore[assignment, method-assign]
 
 
 def _show_straight_ahead(module: Any, constants: Any) -> None:

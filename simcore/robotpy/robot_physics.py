@@ -20,7 +20,7 @@ from wpilib import IterativeRobotBase, TimedRobot, Timer
 from simcore.errors import ConfigError
 from simcore.match.match import Match
 from simcore.robotpy.connected_devices import ConnectedDevices, DrivetrainDevices, MotorDevices
-from simcore.robotpy.magicbot_waits import run_in_waits
+from simcore.robotpy.own_loops import attach_to_loop
 from simcore.robotpy.robot_inputs import DriverStationLink, FieldView, RoboRioPower
 from simcore.units import TICK
 
@@ -33,6 +33,7 @@ _log = logging.getLogger(__name__)
 
 _MOST_OWED = 20  # parts; a stall longer than this is skipped, not caught up with
 _HISTORY = 6000  # ticks; two minutes
+_ANY_LOOP = 0.005  # [s]; period of a loop of its own, as far as anybody knows
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -58,8 +59,8 @@ class RobotPhysics:
     """Runs a match under a robot program: base class for the `PhysicsEngine` in a team's physics.py.
 
     Everything happens on the robot's thread, in parts of 5 ms: volts are read from the devices, the match moves,
-    sensors are written. A TimedRobot of any period gets the parts through `addPeriodic`, a MagicRobot while it waits
-    for its next loop, others get those that are due at once from `update_sim`.
+    sensors are written. A TimedRobot of any period gets the parts through `addPeriodic`, a robot whose loop is its own,
+    such as a MagicRobot, while it waits for its next loop.
 
     pyfrc replaces the robot's own `_simulationInit` and `_simulationPeriodic`; a warning says so if there are any.
     `simulationPeriodic` of subsystems goes on to work.
@@ -103,7 +104,7 @@ class RobotPhysics:
         self.robot_sim = match.robots[number]
         """The robot of the match that it drives."""
         self._phoenix = _phoenix_time()
-        self._period = float(robot.getPeriod()) if isinstance(robot, IterativeRobotBase) else TICK
+        self._period = _period_of(robot)
         can_wait = self._phoenix is not None and drivetrain is not None and self._period >= TICK
         at_inner_steps = parts is None and can_wait
         self._devices = ConnectedDevices(
@@ -122,6 +123,7 @@ class RobotPhysics:
         self._driver_station = DriverStationLink(match, number)
         self._power = RoboRioPower(self.robot_sim.battery)
         self._start: float | None = None
+        self._first_due: float | None = None
         self._done = 0
         self._last_wall = 0.0
         self._work = 0.0
@@ -130,13 +132,9 @@ class RobotPhysics:
         self._skipped = 0.0
         global _latest
         _latest = weakref.ref(self)
-        self._comes_in_time = isinstance(robot, TimedRobot)
+        self._waits = attach_to_loop(robot, self)
         if isinstance(robot, TimedRobot):
             robot.addPeriodic(self.do_due, self._h, self._h / 2.0)  # never at the same instant as the robot's loop
-        else:
-            self._comes_in_time = run_in_waits(robot, self)
-            if not self._comes_in_time:
-                _log.warning("%s has no addPeriodic: physics runs in bursts, once a loop", type(robot).__name__)
         atexit.register(match.close)
 
     replaces_hooks = True
@@ -149,8 +147,9 @@ class RobotPhysics:
         """Pyfrc's hook, once a robot loop (but never within 10 ms)."""
         if tm_diff > 1.5 * max(self._period, 0.010) + 0.010 * (self._period < 0.020):
             self._late_loops += 1
-        if not self._comes_in_time:
-            self.do_due()
+        waits = self._waits
+        if waits is not None and not waits.has_own_thread and self.next_due <= Timer.getFPGATimestamp():
+            self.do_due()  # a loop of its own that is late may not wait at all
 
     def add_motor(self, motor: MotorDevices) -> None:
         """Connect one more motor, from the next part on."""
@@ -177,12 +176,14 @@ class RobotPhysics:
 
     @property
     def next_due(self) -> float:
-        """When the next part is due, FPGA time [s]; the first comes half a part after it is asked for.
+        """When the next part is due, FPGA time [s]; the first comes half a part after it is first asked for.
 
         So a loop and a part, whose periods are multiples, never meet at one instant.
         """
         if self._start is None:
-            return float(Timer.getFPGATimestamp()) + 0.5 * self._h
+            if self._first_due is None:
+                self._first_due = float(Timer.getFPGATimestamp()) + 0.5 * self._h
+            return self._first_due
         return self._start + (self._done + 1) * self._h
 
     def do_due(self) -> None:
@@ -252,6 +253,13 @@ _latest: weakref.ref[RobotPhysics] | None = None
 def latest_physics() -> RobotPhysics | None:
     """The physics that was built last in this process, if it still lives; for test fixtures."""
     return None if _latest is None else _latest()
+
+
+def _period_of(robot: Any) -> float:
+    """How often the robot's loop runs [s]; of a loop that nobody knows often enough for any."""
+    if isinstance(robot, IterativeRobotBase):
+        return float(robot.getPeriod())
+    return float(getattr(robot, "control_loop_wait_time", _ANY_LOOP))  # of a MagicRobot
 
 
 def _phoenix_time() -> PhoenixTime | None:

@@ -22,6 +22,7 @@ from simcore.match.report import PieceCount, Score
 from simcore.robot.battery import Battery
 from simcore.robot.robot import Robot
 from simcore.robotpy.driver_controls import Joystick, XboxPad, choose_auto
+from simcore.robotpy.own_loops import loop_waits
 from simcore.robotpy.robot_physics import RobotPhysics, latest_physics
 from simcore.telemetry.snapshot import TelemetrySink
 from simcore.units import TICK
@@ -124,21 +125,23 @@ class RobotTest:
             return
         DriverStationSim.setDsAttached(True)
         DriverStationSim.setEnabled(False)
-        self._stack.enter_context(self._control.run_robot())
+        self._run_robot()
         self._step()  # waits until the program has built its physics
         physics = latest_physics()
         if physics is None:
-            raise ConfigError(
-                "no physics: beside robot.py put a simcore.toml (`simcore init` writes one), or a physics.py with a "
-                "PhysicsEngine derived from simcore's RobotPhysics (docs/connect.md), or test with pyfrc's own "
-                "fixtures `robot` and `control`"
+            raise SimcoreError(
+                f"no physics: the loop of {self._robot_name} is its own, and the program neither calls "
+                "_simulationInit() nor hal.observeUserProgramStarting(), nor has it waited for a loop"
             )
         self._physics = physics
         self._stack.callback(gc.unfreeze)  # the physics has frozen what was built
         physics.match.sinks.extend(self._sinks)
         self.run(_SETTLE)
         if physics.times.ticks == 0:
-            raise SimcoreError(f"no tick of physics has run in {_SETTLE:g} s: the robot program does not call it")
+            raise SimcoreError(
+                f"no tick of physics has run in {_SETTLE:g} s: {self._robot_name} never waited for its next loop where "
+                "physics could come by"
+            )
 
     def autonomous(self, name: str | None = None, *, seconds: float = 15.0) -> None:
         """Run autonomous.
@@ -298,6 +301,27 @@ class RobotTest:
 
     # --- inside ---------------------------------------------------------------------------------------------------
 
+    def _run_robot(self) -> None:
+        try:
+            self._stack.enter_context(self._control.run_robot())
+        except AssertionError as error:  # pyfrc's: it has not come to its end of robotInit
+            self._raise_error_of_robot()
+            waits = loop_waits()
+            where = "" if waits is None else f"; it is at {waits.where()}"
+            raise SimcoreError(
+                f"the robot program has not started: it has not come through robotInit{where}"
+            ) from error
+
+    @property
+    def _robot_name(self) -> str:
+        return str(self.robot.__class__.__name__)
+
+    def _raise_error_of_robot(self) -> None:
+        error = self._control._reraise.exception
+        if error is not None:
+            self._control._reraise.reset()
+            raise error
+
     def _enter(self, mode: str) -> None:
         if mode == self._mode:
             return
@@ -313,13 +337,13 @@ class RobotTest:
         if self._complaints is not None and self._steps % 50 == 0:
             faulthandler.dump_traceback_later(self._hang, exit=True, file=self._complaints)
         DriverStationSim.notifyNewData()
+        waits = loop_waits()
+        if waits is not None:
+            waits.require_waits()
         stepTiming(TICK)
         self._wall += time.perf_counter() - begin
         self._ran += TICK
         self._steps += 1
-        error = self._control._reraise.exception
-        if error is not None:
-            self._control._reraise.reset()
-            raise error
+        self._raise_error_of_robot()
         if not self._control.robot_is_alive:
             raise SimcoreError("the robot program has ended by itself: startCompetition returned")
