@@ -53,6 +53,8 @@ def pytest_configure(config: pytest.Config) -> None:
     global _complaints
     if _complaints is None:
         _complaints = os.fdopen(os.dup(2), "w")
+    # Robot tests run in further processes; sets of strings shall have one order in all of them.
+    os.environ.setdefault("PYTHONHASHSEED", "0")
     mode = os.environ.get("SIMCORE_PHOENIX", "simulated")
     if mode not in _MODES:
         raise pytest.UsageError(f"SIMCORE_PHOENIX must be {' or '.join(_MODES)}, got {mode!r}")
@@ -171,6 +173,7 @@ def pytest_fixture_setup(fixturedef: Any, request: pytest.FixtureRequest) -> Gen
         plugin = _pyfrc(request.config)
         if plugin is not None and _mode(request.config) == "simulated":
             _install()
+            _make_repeatable(Path(request.getfixturevalue("robot_path")))
         if plugin is not None and hasattr(plugin, "_robot_class"):
             _attach(plugin, wants_field="sim" in request.fixturenames)
     return (yield)
@@ -183,6 +186,15 @@ def _install() -> None:
         from simcore.robotpy.simulated_phoenix import install_simulated_phoenix
 
         install_simulated_phoenix()
+
+
+def _make_repeatable(folder: Path) -> None:
+    from simcore.robotpy.notifier_order import order_notifiers
+    from simcore.robotpy.repeatable_runs import seed_generators, use_robot_clock
+
+    seed_generators()
+    use_robot_clock(folder)
+    order_notifiers()
 
 
 def _attach(plugin: Any, *, wants_field: bool) -> None:

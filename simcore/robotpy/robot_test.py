@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import faulthandler
 import gc
+import logging
 import math
 import time
 from collections.abc import Callable
@@ -23,6 +24,7 @@ from simcore.robot.battery import Battery
 from simcore.robot.robot import Robot
 from simcore.robotpy.driver_controls import Joystick, XboxPad, choose_auto
 from simcore.robotpy.own_loops import loop_waits
+from simcore.robotpy.repeatable_runs import own_threads
 from simcore.robotpy.robot_physics import RobotPhysics, latest_physics
 from simcore.telemetry.snapshot import TelemetrySink
 from simcore.units import TICK
@@ -31,6 +33,8 @@ if TYPE_CHECKING:
     from pyfrc.test_support.controller import TestController
 
 __all__ = ["ConditionError", "RobotTest"]
+
+_log = logging.getLogger(__name__)
 
 _SETTLE = 0.5  # [s]; disabled before the first mode: the alliance becomes known, the dashboard is filled
 _STATIONS = {
@@ -70,6 +74,8 @@ class RobotTest:
     ) -> None:
         self.robot = robot
         """The robot object, to look at what it believes; a proxy."""
+        self.own_threads: list[str] = []
+        """Names of the program's own threads: while there are any, two runs may differ."""
         self._control = control
         self._hang = hang
         self._complaints = complaints
@@ -137,6 +143,12 @@ class RobotTest:
         self._stack.callback(gc.unfreeze)  # the physics has frozen what was built
         physics.match.sinks.extend(self._sinks)
         self.run(_SETTLE)
+        self.own_threads = own_threads()
+        if self.own_threads:
+            _log.warning(
+                "%s has threads of its own (%s): nobody steps them, so two runs may differ",
+                *(self._robot_name, ", ".join(self.own_threads)),
+            )
         if physics.times.ticks == 0:
             raise SimcoreError(
                 f"no tick of physics has run in {_SETTLE:g} s: {self._robot_name} never waited for its next loop where "
