@@ -13,7 +13,16 @@ from simcore.physics.substeps import Surroundings
 from simcore.physics.world import PhysicsWorld
 from simcore.robot.robot import Robot
 
-__all__ = ["require_free_starts", "require_playable", "start_pose"]
+__all__ = [
+    "StartError",
+    "require_free_place",
+    "require_free_starts",
+    "require_on_field",
+    "require_playable",
+    "start_pose",
+]
+
+_RING, _RINGS = 0.1, 20  # [m], [-]; where a free place is looked for
 
 
 def require_playable(
@@ -64,20 +73,31 @@ def start_pose(game: Game, entries: Sequence[RobotEntry], alliances: Sequence[Al
     return game.field.symmetry.flip_pose(*pose) if alliances[number] == "red" else pose
 
 
+class StartError(ConfigError):
+    """A robot cannot stand where it should start.
+
+    Args:
+        number: Of the robot.
+        problem: What is wrong, as what follows after "robot 0".
+        hint: What would work; empty: another start.
+    """
+
+    def __init__(self, number: int, problem: str, hint: str = "") -> None:
+        self.number = number
+        self.problem = problem
+        self.hint = hint
+        super().__init__(f"robot {number} {problem}; {hint or 'give its RobotEntry another start'}")
+
+
 def require_free_starts(world: PhysicsWorld, robots: Sequence[Robot], field_size: tuple[float, float]) -> None:
     """Refuse robots that start beyond the field, inside of each other or of a solid element.
 
     Raises:
-        ConfigError: One does.
+        StartError: One does.
     """
-    length, width = field_size
     for robot in robots:
         (x, y, _), c = robot.chassis.pose, robot.chassis.config
-        if not (0.0 <= x <= length and 0.0 <= y <= width):
-            raise ConfigError(
-                f"robot {robot.number} starts outside of the field of {length:g} x {width:g} m, at ({x:g}, {y:g}); "
-                "a start is in meters from the blue corner"
-            )
+        require_on_field(robot, robot.chassis.pose, field_size)
         half = 0.5 * min(c.bumper_length, c.bumper_width)
         for other in robots[: robot.number]:
             ox, oy, _ = other.chassis.pose
@@ -88,11 +108,61 @@ def require_free_starts(world: PhysicsWorld, robots: Sequence[Robot], field_size
                     f"and ({x:.2f}, {y:.2f}) m; give their RobotEntry other starts"
                 )
     for robot in robots:
-        (x, y, _), c = robot.chassis.pose, robot.chassis.config
-        inner = 0.25 * min(c.bumper_length, c.bumper_width)
-        low, high = (x - inner, y - inner, c.clearance), (x + inner, y + inner, c.bumper_top)
-        if world.surroundings(robot.chassis.row, low, high) is Surroundings.WALL:
-            raise ConfigError(
-                f"robot {robot.number} starts inside of a field element, at ({x:.2f}, {y:.2f}) m; "
-                "give its RobotEntry another start"
-            )
+        require_free_place(world, robot, robot.chassis.pose, field_size)
+
+
+def require_on_field(robot: Robot, pose: Pose, field_size: tuple[float, float]) -> None:
+    """Refuse a start beyond the field.
+
+    Args:
+        robot: Who would start there.
+        pose: Where, field frame [m, m, rad].
+        field_size: Length and width [m].
+
+    Raises:
+        StartError: It is.
+    """
+    (x, y, _), (length, width) = pose, field_size
+    if not (0.0 <= x <= length and 0.0 <= y <= width):
+        problem = f"starts outside of the field of {length:g} x {width:g} m, at ({x:g}, {y:g})"
+        raise StartError(robot.number, problem, "a start is in meters from the blue corner")
+
+
+def require_free_place(world: PhysicsWorld, robot: Robot, pose: Pose, field_size: tuple[float, float]) -> None:
+    """Refuse a start inside of a solid element or of another robot; the text names a place nearby that is free.
+
+    Args:
+        world: With the field and the robots.
+        robot: Who would start there.
+        pose: Where, field frame [m, m, rad].
+        field_size: Length and width [m].
+
+    Raises:
+        StartError: It is.
+    """
+    x, y, _ = pose
+    if _is_free(world, robot, x, y):
+        return
+    places = [
+        (x + ring * _RING * math.cos(way), y + ring * _RING * math.sin(way))
+        for ring in range(1, _RINGS + 1)
+        for way in (step * math.tau / 16 for step in range(16))
+    ]
+    (length, width), c = field_size, robot.chassis.config
+    edge = 0.5 * min(c.bumper_length, c.bumper_width)
+    free = (
+        (px, py)
+        for px, py in places
+        if edge <= px <= length - edge and edge <= py <= width - edge and _is_free(world, robot, px, py, whole=True)
+    )
+    near = next(free, None)
+    hint = f"({near[0]:.2f}, {near[1]:.2f}) m is free" if near else ""
+    raise StartError(robot.number, f"starts inside of a field element, at ({x:.2f}, {y:.2f}) m", hint)
+
+
+def _is_free(world: PhysicsWorld, robot: Robot, x: float, y: float, *, whole: bool = False) -> bool:
+    """Whether no solid is in the middle of a robot that stands there, or in the whole of it."""
+    c = robot.chassis.config
+    inner = 0.5 * math.hypot(c.bumper_length, c.bumper_width) if whole else 0.25 * min(c.bumper_length, c.bumper_width)
+    low, high = (x - inner, y - inner, c.clearance), (x + inner, y + inner, c.bumper_top)
+    return world.surroundings(robot.chassis.row, low, high) is not Surroundings.WALL

@@ -18,6 +18,7 @@ from phoenix6.sim import ChassisReference
 from phoenix6.swerve import SwerveDrivetrain, SwerveModule, SwerveModuleConstants
 
 from simcore.errors import ConfigError
+from simcore.phoenix6.pose_resets import PoseReset, on_pose_reset
 from simcore.phoenix6.sim_states import is_emulated
 from simcore.phoenix6.swerve_devices import SwerveDevicesSim, SwerveModuleDevices, azimuth_port
 from simcore.robot.ctre_constants import swerve_config_from_ctre
@@ -222,9 +223,14 @@ class SwerveDrivetrainSim(SwerveDevicesSim):
         super().__init__(devices, drivetrain.pigeon2, drive)
         for module, c in zip(drivetrain.modules, constants, strict=True):
             _match_wired_encoder(module, c)
+        self._drivetrain = drivetrain
         drivetrain.update_sim_state = _do_nothing
         _stop_stepping(drivetrain)
         _log.info("swerve: %d modules; physics owns their simulation", len(constants))
+
+    def on_pose_reset(self, tell: PoseReset) -> None:
+        """Call `tell` whenever robot code sets the drivetrain's pose anew."""
+        on_pose_reset(self._drivetrain, tell)
 
 
 def _pin(constants: Any) -> int | None:

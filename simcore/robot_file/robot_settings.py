@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
 from simcore.errors import ConfigError, UnknownNameError
@@ -87,6 +87,8 @@ class RobotSettings:
     mechanisms: tuple[MechanismSettings, ...] = ()
     intakes: tuple[IntakeConfig, ...] = ()
     shooters: tuple[ShooterConfig, ...] = ()
+    auto_starts: Mapping[str, tuple[float, float, float]] = field(default_factory=dict)
+    """Where autos start, by their names, as a blue robot, field frame [m, m, rad]; others at `start`."""
     cameras: tuple[CameraConfig, ...] = ()
 
     def with_bumper_around(self, wheels: Sequence[tuple[float, float]]) -> RobotSettings:

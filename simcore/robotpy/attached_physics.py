@@ -78,7 +78,8 @@ class AttachedPhysics(RobotPhysics):
             "%s is on the field of %s: %.0f kg, bumpers %.2f x %.2f m, engine %s (%s)",
             *(type(robot).__name__, game.heading, config.mass, *settings.bumper, match.world.engine.name, says),
         )
-        super().__init__(physics_controller, robot, match=match, drivetrain=devices, motors=motors)
+        starts = settings.auto_starts
+        super().__init__(physics_controller, robot, match=match, drivetrain=devices, motors=motors, auto_starts=starts)
         self.settings = settings
         self.assignment = DeviceAssignment(self, robot_sim, self.ownership, settings, devices.devices)
 

@@ -82,15 +82,24 @@ def _is_of_project(file: Path, folder: Path) -> bool:
     return inside[0] != "tests" and "site-packages" not in inside
 
 
+_LIBRARIES = ("commands2", "cscore", "hal", "magicbot", "ntcore", "phoenix6", "pyfrc", "simcore", "wpilib", "wpiutil")
+
+
 def own_threads() -> list[str]:
-    """Names of the threads that the robot program has started; nobody steps them in simulated time."""
+    """Names of the threads that the robot program has started; nobody steps them in simulated time.
+
+    Threads of the libraries, such as those of notifiers, are not among them.
+    """
     known = {threading.main_thread(), threading.current_thread()}
     return sorted(
         thread.name
         for thread in threading.enumerate()
-        if thread not in known
-        and not isinstance(thread, threading._DummyThread)
-        and not isinstance(getattr(thread, "_target", None), types.BuiltinFunctionType)  # a library's: Notifier, ntcore
-        and not thread.name.startswith("simcore-")
-        and getattr(getattr(thread, "_target", None), "__name__", "") != "_robot_thread"  # pyfrc's, of the robot
+        if thread not in known and not isinstance(thread, threading._DummyThread) and not _is_of_library(thread)
     )
+
+
+def _is_of_library(thread: threading.Thread) -> bool:
+    work = getattr(thread, "_target", None) or type(thread).run
+    if isinstance(work, types.BuiltinFunctionType):
+        return True
+    return (getattr(work, "__module__", None) or "").split(".")[0] in _LIBRARIES

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 
 from wpilib import DriverStation, Field2d
 from wpilib.simulation import DriverStationSim, RoboRioSim
@@ -27,10 +27,12 @@ class DriverStationLink:
     Args:
         match: Its clock follows the driver station from now on.
         number: Of the robot that the driver station belongs to.
+        placed: Called after a change of the alliance, which puts the robot at that alliance's start.
     """
 
-    def __init__(self, match: Match, number: int) -> None:
+    def __init__(self, match: Match, number: int, *, placed: Callable[[], object] = lambda: None) -> None:
         self._match = match
+        self._placed = placed
         self._number = number
         self._mode: Mode = "disabled"
         self._shown = -1.0
@@ -64,6 +66,7 @@ class DriverStationLink:
         if color is not None and color != self._color:
             self._color = color
             self._match.set_alliance(self._number, "red" if color == DriverStation.Alliance.kRed else "blue")
+            self._placed()
 
     def _show_time(self) -> None:
         """Time left in the present mode, in whole seconds as on a field; -1 while disabled."""

@@ -9,7 +9,7 @@ import sys
 import time
 import weakref
 from collections import deque
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -19,6 +19,7 @@ from wpilib import IterativeRobotBase, TimedRobot, Timer
 
 from simcore.errors import ConfigError
 from simcore.match.match import Match
+from simcore.robotpy.auto_start import AutoStart
 from simcore.robotpy.connected_devices import ConnectedDevices, DrivetrainDevices, MotorDevices
 from simcore.robotpy.own_loops import attach_to_loop
 from simcore.robotpy.robot_inputs import DriverStationLink, FieldView, RoboRioPower
@@ -77,6 +78,8 @@ class RobotPhysics:
         pace_tests: In tests that use CTRE's own simulation (`--phoenix=real`) time jumps, but Phoenix 6 lives on the
             wall clock: keep to it, so that its loops see what they see on the robot. False runs as fast as it can.
             In simulated time, which is the default in tests, nothing waits for a clock.
+        auto_starts: Where autos start, by their names on the dashboard, as a blue robot, field frame [m, m, rad]. An
+            auto that is not among them starts where it resets the drivetrain's pose to in its first loops.
 
     Raises:
         ConfigError: A device is not one, `parts` is not a whole number from 1 to 20, or the match has no such robot.
@@ -93,6 +96,7 @@ class RobotPhysics:
         motors: Sequence[MotorDevices] = (),
         parts: int | None = None,
         pace_tests: bool = True,
+        auto_starts: Mapping[str, tuple[float, float, float]] | None = None,
     ) -> None:
         if number not in range(len(match.robots)):
             raise ConfigError(f"RobotPhysics: the match has robots 0 to {len(match.robots) - 1}, got number={number!r}")
@@ -120,7 +124,12 @@ class RobotPhysics:
         self._late: deque[float] = deque(maxlen=4 * _HISTORY)
         # In simulated time nobody looks on, and drawing a field of pieces takes half a millisecond.
         self._view = FieldView(physics_controller.field, every=10 if self._phoenix is None else 50)
-        self._driver_station = DriverStationLink(match, number)
+        self.auto_start = AutoStart(match, number, auto_starts or {})
+        """Where the robot stands as autonomous begins."""
+        listen = getattr(drivetrain, "on_pose_reset", None)
+        if listen is not None:
+            listen(self.auto_start.see_reset)
+        self._driver_station = DriverStationLink(match, number, placed=self.auto_start.keep_place)
         self._power = RoboRioPower(self.robot_sim.battery)
         self._start: float | None = None
         self._first_due: float | None = None
@@ -217,6 +226,7 @@ class RobotPhysics:
 
     def _do_part(self) -> None:
         if self._part == 0:
+            self.auto_start.before_tick()
             self._power.show_voltage()
             self.match.begin_tick()
         self._part += 1

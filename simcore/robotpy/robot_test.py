@@ -155,17 +155,47 @@ class RobotTest:
                 "physics could come by"
             )
 
-    def autonomous(self, name: str | None = None, *, seconds: float = 15.0) -> None:
+    def place(self, x: float, y: float, heading: float = 0.0) -> None:
+        """Put the robot truly there, at rest; what it believes is the program's affair.
+
+        An auto that resets its odometry does not carry it elsewhere any more.
+
+        Args:
+            x: Field frame, from the blue corner, whatever the alliance [m].
+            y: [m]
+            heading: Counter-clockwise from the direction to the red wall [rad].
+
+        Raises:
+            ConfigError: It cannot stand there; the text says where it can.
+        """
+        pose = (float(x), float(y), float(heading))
+        if not all(map(math.isfinite, pose)):
+            raise ConfigError(f"place: want finite x, y [m] and heading [rad], got {pose}")
+        self.physics.auto_start.place(pose)
+
+    def autonomous(
+        self,
+        name: str | None = None,
+        *,
+        seconds: float = 15.0,
+        start: tuple[float, float, float] | Pose2d | None = None,
+    ) -> None:
         """Run autonomous.
+
+        The robot starts where `start` says, else where it was placed, else at the start of this auto in `simcore.toml`,
+        else where the auto resets its odometry to, else where it stands.
 
         Args:
             name: Of the auto, as the dashboard's chooser shows it; None leaves the choice as it is.
             seconds: How long; the robot stays enabled after it.
+            start: As `place` wants it [m, m, rad].
 
         Raises:
             UnknownNameError: No chooser has that name; the text lists what there is.
         """
         self.start()
+        if start is not None:
+            self.place(*((start.X(), start.Y(), start.rotation().radians()) if isinstance(start, Pose2d) else start))
         if name is not None:
             choose_auto(name)
             if self._mode == "disabled":
