@@ -118,7 +118,7 @@ class LoopWaits:
             return "no line"
         return f"{Path(named.f_code.co_filename).name}:{named.f_lineno} in {named.f_code.co_name}"
 
-    def require_waits(self, patience: float = _PATIENCE) -> None:
+    def require_waits(self, patience: float) -> None:
         """Make sure that the robot's thread waits, before time is stepped on another thread.
 
         Args:

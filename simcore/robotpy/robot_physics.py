@@ -21,8 +21,11 @@ from simcore.errors import ConfigError
 from simcore.match.match import Match
 from simcore.robotpy.auto_start import AutoStart
 from simcore.robotpy.connected_devices import ConnectedDevices, DrivetrainDevices, MotorDevices
+from simcore.robotpy.lateness_report import LatenessReport
 from simcore.robotpy.own_loops import attach_to_loop
-from simcore.robotpy.robot_inputs import DriverStationLink, FieldView, RoboRioPower
+from simcore.robotpy.power_distribution import PowerDistributionView
+from simcore.robotpy.roborio_power import RoboRioPower
+from simcore.robotpy.robot_inputs import DriverStationLink, FieldView
 from simcore.units import TICK
 
 if TYPE_CHECKING:
@@ -32,7 +35,10 @@ __all__ = ["PhysicsTimes", "RobotPhysics", "latest_physics"]
 
 _log = logging.getLogger(__name__)
 
-_MOST_OWED = 20  # parts; a stall longer than this is skipped, not caught up with
+_MOST_OWED = 0.1  # [s]; what is more is skipped, not caught up with
+# Of parts that are done in one go after a stall, each waits until the devices, which run at 1 kHz of the wall clock,
+# have answered to the last one; volts from before the stall would throw steer motors to and fro.
+_ANSWER = 0.0015  # [s]
 _HISTORY = 6000  # ticks; two minutes
 _ANY_LOOP = 0.005  # [s]; period of a loop of its own, as far as anybody knows
 
@@ -121,6 +127,8 @@ class RobotPhysics:
         self._h = TICK / self._parts
         self._part = 0
         self._pace_tests = pace_tests and self._phoenix is None
+        self._most_owed = round(_MOST_OWED / self._h)
+        self._lateness = LatenessReport()
         self._late: deque[float] = deque(maxlen=4 * _HISTORY)
         # In simulated time nobody looks on, and drawing a field of pieces takes half a millisecond.
         self._view = FieldView(physics_controller.field, every=10 if self._phoenix is None else 50)
@@ -131,6 +139,7 @@ class RobotPhysics:
             listen(self.auto_start.see_reset)
         self._driver_station = DriverStationLink(match, number, placed=self.auto_start.keep_place)
         self._power = RoboRioPower(self.robot_sim.battery)
+        self._panels = PowerDistributionView(self.robot_sim)
         self._start: float | None = None
         self._first_due: float | None = None
         self._done = 0
@@ -208,15 +217,18 @@ class RobotPhysics:
                 gc.set_threshold(20_000, *gc.get_threshold()[1:])
                 self._phoenix.catch_up(self._start)
         owed = int((now - self._start) / self._h + 0.5) - self._done
-        if owed > _MOST_OWED:
-            self._skipped += (owed - _MOST_OWED) * self._h
-            self._done += owed - _MOST_OWED
-            _log.warning("physics skips %.2f s: the robot program stood still", (owed - _MOST_OWED) * self._h)
-            owed = _MOST_OWED
+        if owed > self._most_owed:
+            given_up = owed - self._most_owed
+            self._skipped += given_up * self._h
+            self._done += given_up
+            owed = self._most_owed
+            self._lateness.note(given_up * self._h)
         self._late_parts += max(0, owed - 1)
-        for _ in range(owed):
+        for k in range(owed):
             if self._pace_tests and isTimingPaused():
                 self._keep_to_the_wall_clock()
+            elif k and self._phoenix is None:
+                time.sleep(_ANSWER)
             begin = time.perf_counter()
             self._do_part()
             self._work += time.perf_counter() - begin
@@ -241,6 +253,7 @@ class RobotPhysics:
         self.match.set_network_time(self._start + self._done * self._h)
         self.match.end_tick()
         self._driver_station.update()
+        self._panels.update()
         self._view.update(self.robot_sim.chassis.pose, self.match.piece_positions())
         self.after_tick()
         self._ticks += 1

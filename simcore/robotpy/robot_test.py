@@ -36,6 +36,7 @@ __all__ = ["ConditionError", "RobotTest"]
 
 _log = logging.getLogger(__name__)
 
+_PATIENCE = 10.0  # wall time in which a loop of the program's own must come to its wait [s]
 _SETTLE = 0.5  # [s]; disabled before the first mode: the alliance becomes known, the dashboard is filled
 _STATIONS = {
     ("blue", 1): hal.AllianceStationID.kBlue1,
@@ -381,7 +382,7 @@ class RobotTest:
         DriverStationSim.notifyNewData()
         waits = loop_waits()
         if waits is not None:
-            waits.require_waits()
+            waits.require_waits(min(_PATIENCE, 0.5 * self._hang))
         stepTiming(TICK)
         self._wall += time.perf_counter() - begin
         self._ran += TICK
