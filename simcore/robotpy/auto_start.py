@@ -43,7 +43,8 @@ class AutoStart:
         self._match = match
         self._number = number
         self._robot = match.robots[number]
-        self._starts = starts
+        self.starts = starts
+        """Of autos by name; see the arguments."""
         self._given: Pose | None = None
         self._chosen: str | None = None
         self._wanted: tuple[tuple[float, float] | None, float | None] | None = None
@@ -130,7 +131,7 @@ class AutoStart:
     def _follow_chooser(self) -> None:
         """Before the first enable: the drive team carries the robot to the start of the auto that it chooses."""
         self._ticks += 1
-        if self._was_enabled or self._given is not None or not self._starts or self._ticks % _CHOOSER:
+        if self._was_enabled or self._given is not None or not self.starts or self._ticks % _CHOOSER:
             return
         if DriverStation.isDisabled():
             self._place_chosen(again=False)
@@ -139,12 +140,12 @@ class AutoStart:
         """Put the robot where the file lets the chosen auto start; returns whether it says so."""
         if self._since is not None:
             self._was_enabled = True
-        name = next((auto for auto in chosen_autos() if auto in self._starts), None) if self._starts else None
+        name = next((auto for auto in chosen_autos() if auto in self.starts), None) if self.starts else None
         if name is None:
             return False
         if again or name != self._chosen:
             self._chosen = name
-            pose = self._starts[name]
+            pose = self.starts[name]
             if self._match.alliances[self._number] == "red":
                 pose = self._match.game.field.symmetry.flip_pose(*pose)
             if math.dist(pose[:2], self._robot.chassis.pose[:2]) > _SAME[0] or again:
