@@ -94,9 +94,19 @@ class LoopWaits:
         self._has_started = False
         self._computes_since = time.monotonic()
         self._is_waiting = False
+        self._is_ending = False
         self._is_over = False
         self._hold()
         threading.Thread(target=self._watch, name="simcore-loop", daemon=True).start()
+
+    def run(self, parts: TimedParts) -> None:
+        """Do these parts from now on; the program's patience begins to count."""
+        self.parts = parts
+        self._computes_since = time.monotonic()
+
+    def stop(self) -> None:
+        """Do no more parts: whoever steps time is about to end the program."""
+        self._is_ending = True
 
     def end(self) -> None:
         """The program is over."""
@@ -122,14 +132,13 @@ class LoopWaits:
         """Make sure that the robot's thread waits, before time is stepped on another thread.
 
         Args:
-            patience: Wall time [s].
+            patience: Wall time that a loop may compute; until its physics is built a program may take longer [s].
 
         Raises:
             SimcoreError: It neither waits nor ends in that time; the text says where it is.
         """
-        until = time.monotonic() + patience
         while not (self._is_waiting or self._is_over or self.has_own_thread or not self._holds):
-            if time.monotonic() > until:
+            if self._is_stuck(patience):
                 raise SimcoreError(self._complaint(patience))
             _sleep(0.001)
 
@@ -196,7 +205,7 @@ class LoopWaits:
     def _run_until(self, handle: int, end: int) -> bool:
         """Do the parts that are due before `end` [us]; returns whether the program goes on."""
         parts = self.parts
-        if parts is None or self.has_own_thread:
+        if parts is None or self.has_own_thread or self._is_ending:
             return True
         if parts.next_due <= 1e-6 * _now():
             parts.do_due()  # after a loop that took too long nothing is left to wait for
@@ -247,10 +256,9 @@ class LoopWaits:
             if self._is_waiting:
                 continue
             if isTimingPaused():
-                patience = _PATIENCE if self._has_started else _INIT_PATIENCE
-                if self._held is not None and time.monotonic() - self._computes_since > patience:
+                if self._held is not None and self._is_stuck(_PATIENCE):
                     self._let_go()  # else whoever steps time would wait for ever
-                    _log.error("%s", self._complaint(patience))
+                    _log.error("%s", self._complaint(_PATIENCE))
             elif self.parts is not None and 1e-6 * _now() - self.parts.next_due > _UNCUT:
                 self._run_here(self.parts)
                 return
@@ -268,6 +276,10 @@ class LoopWaits:
             _update(handle, int(1e6 * parts.next_due))
             if _wait(handle)[0] == 0:
                 return
+
+    def _is_stuck(self, patience: float) -> bool:
+        allowed = patience if self.parts is not None else _INIT_PATIENCE
+        return time.monotonic() - self._computes_since > allowed
 
     def _complaint(self, patience: float) -> str:
         return (

@@ -6,7 +6,8 @@ import functools
 import sys
 import threading
 import time
-from collections.abc import Callable
+import types
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import hal
@@ -36,7 +37,7 @@ def attach_to_loop(robot: Any, parts: TimedParts) -> LoopWaits | None:
         if has_wpilib_loop(type(robot)):
             return None
         waits = _begin(LoopWaits(robot))
-    waits.parts = parts
+    waits.run(parts)
     return waits
 
 
@@ -133,9 +134,9 @@ _originals: list[Any] = []
 def _begin(waits: LoopWaits) -> LoopWaits:
     global _active
     if not _originals:
-        for owner, name, replacement in _PLACES:
-            _originals.append(getattr(owner, name))
-            _rebind(owner, name, replacement(getattr(owner, name)))
+        _originals.extend(getattr(owner, name) for owner, name, _ in _PLACES)
+        replace = [replacement for _, _, replacement in _PLACES]
+        _rebind(_originals, [r(original) for r, original in zip(replace, _originals, strict=True)])
     _active = waits
     return waits
 
@@ -144,21 +145,20 @@ def _end(waits: LoopWaits) -> None:
     global _active
     waits.end()
     _active = None
-    while _originals:
-        owner, name, _ = _PLACES[len(_originals) - 1]
-        _rebind(owner, name, _originals.pop())
+    _rebind([getattr(owner, name) for owner, name, _ in _PLACES], _originals)
+    _originals.clear()
 
 
-def _rebind(owner: Any, name: str, new: Any) -> None:
-    """Replace a function where it lives, and where programs have taken it by `from ... import`."""
-    old = getattr(owner, name)
-    setattr(owner, name, new)
-    ours = LoopWaits.__module__
+def _rebind(old: Sequence[Any], new: Sequence[Any]) -> None:
+    """Replace functions where they live, and where programs have taken them by `from ... import`."""
+    for (owner, name, _), function in zip(_PLACES, new, strict=True):
+        setattr(owner, name, function)
+    by_id = {id(before): after for before, after in zip(old, new, strict=True)}
+    ours = (LoopWaits.__module__, __name__)
     for module in list(sys.modules.values()):
-        if getattr(module, "__name__", None) in (ours, __name__) or not isinstance(
-            getattr(module, "__dict__", None), dict
-        ):
+        if not isinstance(module, types.ModuleType) or module.__name__ in ours:
             continue
         for key, value in list(vars(module).items()):
-            if value is old:
-                setattr(module, key, new)
+            after = by_id.get(id(value))
+            if after is not None:
+                setattr(module, key, after)

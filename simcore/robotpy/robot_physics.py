@@ -222,7 +222,8 @@ class RobotPhysics:
             self._skipped += given_up * self._h
             self._done += given_up
             owed = self._most_owed
-            self._lateness.note(given_up * self._h)
+            if not isTimingPaused():
+                self._lateness.note(given_up * self._h)
         self._late_parts += max(0, owed - 1)
         for k in range(owed):
             if self._pace_tests and isTimingPaused():

@@ -97,6 +97,9 @@ class RobotTest:
         faulthandler.cancel_dump_traceback_later()
         if self._physics is not None and kind is None:
             DriverStationSim.setEnabled(False)
+        waits = loop_waits()
+        if waits is not None:
+            waits.stop()
         self._stack.close()
 
     # --- driver station -------------------------------------------------------------------------------------------
