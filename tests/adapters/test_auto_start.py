@@ -61,11 +61,7 @@ def test_red(sim):
     sim.alliance("red")
     sim.autonomous("red", seconds=0.2)
     assert apart(sim) < 0.02 and sim.pose.X() == pytest.approx(14.0, abs=0.1)
-
-
-def test_starts_by_name(sim):
-    sim.alliance("red")
-    sim.start()
+    sim.disable(seconds=0.5)
     sim.physics.auto_start.starts = {"by name": (2.0, 6.0, 0.0)}
     sim.autonomous("by name", seconds=0.1)
     length, width = sim.match.game.field.size  # turned for red
