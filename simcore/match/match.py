@@ -357,7 +357,16 @@ class Match:
     def set_alliance(self, number: int, alliance: Alliance) -> None:
         """Put a robot, at rest, where it starts as one of an alliance; its gyro keeps its reading."""
         self.alliances[number] = alliance
-        self.robots[number].carry_to(self.start_pose(number))
+        self.carry_to(number, self.start_pose(number))
+
+    def carry_to(self, number: int, pose: tuple[float, float, float]) -> None:
+        """Put a robot somewhere at rest, as people carry it; its gyro keeps its reading, and pieces make room.
+
+        Args:
+            number: Of the robot.
+            pose: Where, field frame [m, m, rad].
+        """
+        self.robots[number].carry_to(pose)
         self.pieces.make_room(Footprint(*self.robots[number].chassis.footprint))
 
     def start_mode(self, mode: Mode) -> None:

@@ -8,17 +8,19 @@ from __future__ import annotations
 
 import functools
 import logging
+import time
 from collections.abc import Sequence
 from typing import Any
 from weakref import WeakKeyDictionary
 
 from phoenix6.hardware import CANcoder, CANdi, TalonFXS
 from phoenix6.sim import ChassisReference
-from phoenix6.swerve import SwerveDrivetrain, SwerveModuleConstants
+from phoenix6.swerve import SwerveDrivetrain, SwerveModule, SwerveModuleConstants
 
 from simcore.errors import ConfigError
+from simcore.phoenix6.pose_resets import PoseReset, on_pose_reset
 from simcore.phoenix6.sim_states import is_emulated
-from simcore.phoenix6.swerve_devices import SwerveDevicesSim, SwerveModuleDevices
+from simcore.phoenix6.swerve_devices import SwerveDevicesSim, SwerveModuleDevices, azimuth_port
 from simcore.robot.ctre_constants import swerve_config_from_ctre
 from simcore.robot.dc_motor import MotorModel
 from simcore.robot.swerve_config import SwerveConfig
@@ -36,6 +38,9 @@ _log = logging.getLogger(__name__)
 
 _CLOCKWISE = ChassisReference.CLOCKWISE_POSITIVE
 _COUNTER_CLOCKWISE = ChassisReference.COUNTER_CLOCKWISE_POSITIVE
+
+_SHOWN = 0.25  # [s]; a reading reaches robot code with the encoder's frame, and the motor's after it: 20 ms
+_LEVEL = 1e-3  # [rotations]; the CANcoder rounds to 1/4096
 
 _seen: WeakKeyDictionary[Any, list[Any]] = WeakKeyDictionary()
 
@@ -61,7 +66,63 @@ def _record_module_constants() -> None:
     SwerveDrivetrain.__init__ = init  # type: ignore[method-assign]
 
 
+def _show_azimuths_at_once() -> None:
+    """Let the encoders of modules built from now on show where the wheels stand, before odometry starts.
+
+    A simulated encoder begins at zero plus its offset, and odometry, whose first sample comes within 4 ms, would take
+    the step to the true angle for coupled travel of the wheel: up to 6 cm.
+    """
+    build = SwerveModule.__init__
+    if getattr(build, "_shows_azimuth", False):
+        return
+
+    @functools.wraps(build)
+    def init(self: Any, drive_type: Any, steer_type: Any, encoder_type: Any, constants: Any, *rest: Any) -> None:
+        build(self, drive_type, steer_type, encoder_type, constants, *rest)
+        _show_straight_ahead(self, constants)
+
+    init._shows_azimuth = True  # type: ignore[attr-defined]
+    SwerveModule.__init__ = init  # type: ignore[assignment, method-assign]
+
+
+def _show_straight_ahead(module: Any, constants: Any) -> None:
+    _match_wired_encoder(module, constants)
+    port = azimuth_port(_devices(module, constants))
+    if port is not None:
+        port.write(0.0, 0.0)
+    if is_emulated():
+        return  # no frame is sent before the first step of time
+    until = time.monotonic() + _SHOWN
+    position = module.steer_motor.get_position
+    while abs(position().value) > _LEVEL and time.monotonic() < until:
+        time.sleep(0.005)
+
+
+def _devices(module: Any, c: Any) -> SwerveModuleDevices:
+    """The devices of one of CTRE's modules, configured as its constants say."""
+    return SwerveModuleDevices(
+        drive_motor=module.drive_motor,
+        steer_motor=module.steer_motor,
+        encoder=module.encoder if isinstance(module.encoder, (CANcoder, CANdi)) else None,
+        encoder_pin=_pin(c),
+        drive_inverted=c.drive_motor_inverted,
+        steer_inverted=c.steer_motor_inverted,
+        encoder_inverted=c.encoder_inverted,
+        encoder_offset=c.encoder_offset,
+    )
+
+
+def _match_wired_encoder(module: Any, c: Any) -> None:
+    """Turn an encoder that may be wired to a steer motor's TalonFXS as CTRE has it."""
+    if isinstance(module.steer_motor, TalonFXS):
+        state = module.steer_motor.sim_state
+        is_turned = c.steer_motor_inverted != c.encoder_inverted
+        state.ext_sensor_orientation = _CLOCKWISE if is_turned else _COUNTER_CLOCKWISE
+        state.pulse_width_sensor_offset = c.encoder_offset
+
+
 _record_module_constants()
+_show_azimuths_at_once()
 
 
 def module_constants(drivetrain: Any) -> list[Any]:
@@ -158,29 +219,18 @@ class SwerveDrivetrainSim(SwerveDevicesSim):
                 f"swerve: {len(drivetrain.modules)} modules in the drivetrain, {len(constants)} constants and "
                 f"{len(drive.config.modules)} in the model; want the same number"
             )
-        devices = [
-            SwerveModuleDevices(
-                drive_motor=module.drive_motor,
-                steer_motor=module.steer_motor,
-                encoder=module.encoder if isinstance(module.encoder, (CANcoder, CANdi)) else None,
-                encoder_pin=_pin(c),
-                drive_inverted=c.drive_motor_inverted,
-                steer_inverted=c.steer_motor_inverted,
-                encoder_inverted=c.encoder_inverted,
-                encoder_offset=c.encoder_offset,
-            )
-            for module, c in zip(drivetrain.modules, constants, strict=True)
-        ]
+        devices = [_devices(module, c) for module, c in zip(drivetrain.modules, constants, strict=True)]
         super().__init__(devices, drivetrain.pigeon2, drive)
         for module, c in zip(drivetrain.modules, constants, strict=True):
-            if isinstance(module.steer_motor, TalonFXS):  # its encoder may be wired to it; turned as CTRE has it
-                state = module.steer_motor.sim_state
-                is_turned = c.steer_motor_inverted != c.encoder_inverted
-                state.ext_sensor_orientation = _CLOCKWISE if is_turned else _COUNTER_CLOCKWISE
-                state.pulse_width_sensor_offset = c.encoder_offset
+            _match_wired_encoder(module, c)
+        self._drivetrain = drivetrain
         drivetrain.update_sim_state = _do_nothing
         _stop_stepping(drivetrain)
         _log.info("swerve: %d modules; physics owns their simulation", len(constants))
+
+    def on_pose_reset(self, tell: PoseReset) -> None:
+        """Call `tell` whenever robot code sets the drivetrain's pose anew."""
+        on_pose_reset(self._drivetrain, tell)
 
 
 def _pin(constants: Any) -> int | None:

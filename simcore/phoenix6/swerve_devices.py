@@ -15,7 +15,7 @@ from simcore.phoenix6.talon_port import Talon, TalonPort, is_configured_clockwis
 from simcore.robot.motor_ports import SwervePorts
 from simcore.robot.swerve_drive import SwerveDrive
 
-__all__ = ["SwerveDevicesSim", "SwerveModuleDevices"]
+__all__ = ["SwerveDevicesSim", "SwerveModuleDevices", "azimuth_port"]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -70,7 +70,7 @@ class SwerveDevicesSim(SwervePorts):
                 _port(m.steer_motor, m.steer_inverted, c.steer_gearing)
                 for m, c in zip(modules, drive.config.modules, strict=True)
             ],
-            steer_encoders=[_encoder(m) for m in modules],
+            steer_encoders=[azimuth_port(m) for m in modules],
             gyro=None if pigeon is None else Pigeon2Sim(pigeon),
         )
 
@@ -80,7 +80,12 @@ def _port(talon: Talon, inverted: bool | None, sensor_gearing: float | None = No
     return TalonPort(talon, clockwise=clockwise, sensor_gearing=sensor_gearing)
 
 
-def _encoder(m: SwerveModuleDevices) -> AngleSensor | None:
+def azimuth_port(m: SwerveModuleDevices) -> AngleSensor | None:
+    """The encoder of a module, ready to show its azimuth; None: it has none of its own.
+
+    Raises:
+        ConfigError: It does not answer, or has no such pin.
+    """
     if isinstance(m.encoder, CANdi):
         return CANdiEncoderSim(m.encoder, m.encoder_pin or 0, inverted=m.encoder_inverted, offset=m.encoder_offset)
     if m.encoder is None:

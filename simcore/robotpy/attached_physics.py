@@ -79,7 +79,11 @@ class AttachedPhysics(RobotPhysics):
             + (f"(as {path.name} says)" if path.exists() else f"(there is no {path.name}: all measures are defaults)")
         )
         super().__init__(
-            physics_controller, robot, match=match, drivetrain=devices, motors=[*motors, *self.ports.devices]
+            *(physics_controller, robot),
+            match=match,
+            drivetrain=devices,
+            motors=[*motors, *self.ports.devices],
+            auto_starts=settings.auto_starts,
         )
         self.settings = settings
         self.assignment = DeviceAssignment(

@@ -9,7 +9,7 @@ from wpilib.simulation import DriverStationSim
 
 from simcore.errors import ConfigError, UnknownNameError
 
-__all__ = ["Joystick", "XboxPad", "auto_choices", "choose_auto"]
+__all__ = ["Joystick", "XboxPad", "auto_choices", "choose_auto", "chosen_autos"]
 
 _AXES, _BUTTONS, _POVS = 6, 16, 1
 
@@ -105,6 +105,19 @@ def auto_choices() -> dict[str, list[str]]:
             if instance.getEntry(f"{key}/.type").getString("") == "String Chooser":
                 found[key] = list(instance.getEntry(name).getStringArray([]))
     return dict(sorted(found.items()))
+
+
+def chosen_autos() -> list[str]:
+    """What is chosen in each of these choosers, by the driver or else by default."""
+    instance = ntcore.NetworkTableInstance.getDefault()
+    chosen = []
+    for key in auto_choices():
+        for entry in ("selected", "active", "default"):
+            name = instance.getEntry(f"{key}/{entry}").getString("")
+            if name:
+                chosen.append(name)
+                break
+    return chosen
 
 
 def choose_auto(name: str) -> str:

@@ -16,6 +16,7 @@ from pyfrc.physics.core import PhysicsInterface
 from simcore.physics.engine_choice import ENGINES
 from simcore.robotpy.attached_physics import AttachedPhysics
 from simcore.robotpy.motor_families import watch_devices
+from simcore.robotpy.own_loops import with_own_loop
 from simcore.robotpy.robot_cameras import watch_cameras
 from simcore.robotpy.robot_physics import RobotPhysics
 
@@ -39,25 +40,28 @@ def loadExtension() -> None:
     PhysicsInterface._create_and_attach = classmethod(create_and_attach)  # type: ignore[assignment]
 
 
-def attach_physics(interface: Any, robot_class: Any, folder: Path) -> tuple[Any, Any]:
+def attach_physics(interface: Any, robot_class: Any, folder: Path, *, joins: bool = True) -> tuple[Any, Any]:
     """Put simcore under a robot program, before its robot is built.
 
     Args:
         interface: pyfrc's, of the team's own physics.py; None: there is none.
         robot_class: Of the program.
         folder: Where robot.py is.
+        joins: Whether simcore comes beside a physics.py that knows nothing of it.
 
     Returns:
         Interface and robot class to go on with.
     """
+    if interface is not None and (not joins or _is_ours(interface.module.PhysicsEngine)):
+        return interface, with_own_loop(robot_class, interface)  # it is ours, with more knowledge of the robot
     AttachedPhysics.ownership = watch_devices()
     watch_cameras()
     AttachedPhysics.folder = folder
     if interface is not None:
         _join(interface.module)
-        return interface, robot_class
+        return interface, with_own_loop(robot_class, interface)
     ours = PhysicsInterface(types.SimpleNamespace(PhysicsEngine=AttachedPhysics))  # type: ignore[no-untyped-call]
-    return ours, _with_physics(robot_class, ours)
+    return ours, with_own_loop(_with_physics(robot_class, ours), ours)
 
 
 def warn_of_taken_port(port: int = NETWORKTABLES) -> bool:
@@ -83,11 +87,13 @@ def warn_of_taken_port(port: int = NETWORKTABLES) -> bool:
     return True
 
 
+def _is_ours(engine: Any) -> bool:
+    return isinstance(engine, type) and issubclass(engine, (RobotPhysics, _JoinedPhysics))
+
+
 def _join(module: Any) -> None:
     """Let a team's own PhysicsEngine run as before, and ours beside it."""
     theirs = module.PhysicsEngine
-    if issubclass(theirs, RobotPhysics) or issubclass(theirs, _JoinedPhysics):
-        return  # it already is ours, with more knowledge of the robot
     takes_robot = len(inspect.signature(theirs).parameters) == 2
 
     class PhysicsEngine(_JoinedPhysics):
@@ -115,11 +121,13 @@ def _with_physics(robot_class: Any, interface: Any) -> Any:
 
     class PhysicsRobot(robot_class):  # type: ignore[misc]
         def _simulationInit(self) -> None:
-            super()._simulationInit()
+            if hasattr(super(), "_simulationInit"):  # a plain RobotBase has no hooks
+                super()._simulationInit()
             interface._simulationInit(self)
 
         def _simulationPeriodic(self) -> None:
-            super()._simulationPeriodic()
+            if hasattr(super(), "_simulationPeriodic"):
+                super()._simulationPeriodic()
             interface._simulationPeriodic()
 
     for name in ("__name__", "__module__", "__qualname__"):

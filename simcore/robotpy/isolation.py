@@ -143,8 +143,10 @@ def _main() -> int:
     try:
         from pyfrc.test_support.pytest_plugin import PyFrcPlugin
 
+        from simcore.robotpy.repeatable_runs import seed_generators
         from simcore.robotpy.robot_program import load_robot_class
 
+        seed_generators()  # a program may draw while it is imported
         robot_file = Path(task.robot_file)
         robot = PyFrcPlugin(load_robot_class(robot_file), robot_file, True, task.init_timeout)
     except BaseException:

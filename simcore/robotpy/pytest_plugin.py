@@ -53,6 +53,8 @@ def pytest_configure(config: pytest.Config) -> None:
     global _complaints
     if _complaints is None:
         _complaints = os.fdopen(os.dup(2), "w")
+    # Robot tests run in further processes; sets of strings shall have one order in all of them.
+    os.environ.setdefault("PYTHONHASHSEED", "0")
     mode = os.environ.get("SIMCORE_PHOENIX", "simulated")
     if mode not in _MODES:
         raise pytest.UsageError(f"SIMCORE_PHOENIX must be {' or '.join(_MODES)}, got {mode!r}")
@@ -166,13 +168,14 @@ def _mode(config: pytest.Config) -> str:
 
 @pytest.hookimpl(wrapper=True)
 def pytest_fixture_setup(fixturedef: Any, request: pytest.FixtureRequest) -> Generator[None, Any, Any]:
-    """Before pyfrc builds the robot: Phoenix 6 into simulated time, and on the field what has a simcore.toml."""
+    """Before pyfrc builds the robot: Phoenix 6 into simulated time, and the robot onto the field."""
     if fixturedef.argname == "robot":
         plugin = _pyfrc(request.config)
         if plugin is not None and _mode(request.config) == "simulated":
             _install()
+            _make_repeatable(Path(request.getfixturevalue("robot_path")))
         if plugin is not None and hasattr(plugin, "_robot_class"):
-            _attach(plugin)
+            _attach(plugin, wants_field="sim" in request.fixturenames)
     return (yield)
 
 
@@ -185,15 +188,49 @@ def _install() -> None:
         install_simulated_phoenix()
 
 
-def _attach(plugin: Any) -> None:
-    """As `robotpy sim --simcore` does, for a project that describes its robot in a simcore.toml."""
+def _make_repeatable(folder: Path) -> None:
+    from simcore.robotpy.notifier_order import order_notifiers
+    from simcore.robotpy.repeatable_runs import seed_generators, use_robot_clock
+
+    seed_generators()
+    use_robot_clock(folder)
+    order_notifiers()
+
+
+def _attach(plugin: Any, *, wants_field: bool) -> None:
+    """As `robotpy sim --simcore` does, for a test that wants the field or a project that describes its robot.
+
+    Args:
+        plugin: pyfrc's.
+        wants_field: Whether the test uses `sim`.
+
+    Raises:
+        ConfigError: It wants the field, and nothing could put the robot there.
+    """
+    from importlib.util import find_spec
+
+    from simcore.errors import ConfigError
     from simcore.robot_file.robot_settings import FILE_NAME
 
-    folder = plugin._robot_file.parent
-    if (folder / FILE_NAME).exists():
+    physics, folder = plugin._physics, plugin._robot_file.parent
+    if find_spec("phoenix6") is None:
+        if physics is not None:
+            from simcore.robotpy.own_loops import with_own_loop
+
+            plugin._robot_class = with_own_loop(plugin._robot_class, physics)
+        elif wants_field:
+            raise ConfigError(
+                "no physics: a robot without Phoenix 6 needs a physics.py with a PhysicsEngine derived from simcore's "
+                "RobotPhysics beside its robot.py (docs/connect.md); pyfrc's own fixtures `robot` and `control` do "
+                "without"
+            )
+    elif wants_field or physics is not None or (folder / FILE_NAME).exists():
         from simcore.robotpy.extension import attach_physics
 
-        plugin._physics, plugin._robot_class = attach_physics(plugin._physics, plugin._robot_class, folder)
+        # A physics.py of the team's alone is left alone where nobody asked for the field.
+        plugin._physics, plugin._robot_class = attach_physics(
+            physics, plugin._robot_class, folder, joins=wants_field or (folder / FILE_NAME).exists()
+        )
         plugin._physics.log_init_errors = False  # as pyfrc has it in tests
 
 

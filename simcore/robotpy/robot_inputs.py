@@ -1,21 +1,20 @@
-"""What a field and a roboRIO give a robot program besides its devices: modes, match time, game data, battery, a map."""
+"""What a field gives a robot program besides its devices: modes, match time, game data, a map."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 
 from wpilib import DriverStation, Field2d
-from wpilib.simulation import DriverStationSim, RoboRioSim
+from wpilib.simulation import DriverStationSim
 from wpimath.geometry import Pose2d, Rotation2d
 
 from simcore.match.clock import Mode
 from simcore.match.match import Match
-from simcore.robot.battery import Battery
 from simcore.typing import FloatArray
 from simcore.units import plain_sum
 
-__all__ = ["DriverStationLink", "FieldView", "RoboRioPower"]
+__all__ = ["DriverStationLink", "FieldView"]
 
 
 class DriverStationLink:
@@ -27,10 +26,12 @@ class DriverStationLink:
     Args:
         match: Its clock follows the driver station from now on.
         number: Of the robot that the driver station belongs to.
+        placed: Called after a change of the alliance, which puts the robot at that alliance's start.
     """
 
-    def __init__(self, match: Match, number: int) -> None:
+    def __init__(self, match: Match, number: int, *, placed: Callable[[], object] = lambda: None) -> None:
         self._match = match
+        self._placed = placed
         self._number = number
         self._mode: Mode = "disabled"
         self._shown = -1.0
@@ -64,6 +65,7 @@ class DriverStationLink:
         if color is not None and color != self._color:
             self._color = color
             self._match.set_alliance(self._number, "red" if color == DriverStation.Alliance.kRed else "blue")
+            self._placed()
 
     def _show_time(self) -> None:
         """Time left in the present mode, in whole seconds as on a field; -1 while disabled."""
@@ -86,45 +88,6 @@ class DriverStationLink:
             DriverStationSim.setGameSpecificMessage(message)
             DriverStationSim.notifyNewData()
         self._message = message
-
-
-class RoboRioPower:
-    """Shows a battery to robot code.
-
-    In a brown-out a roboRIO switches its 6 V, 5 V and 3.3 V user rails off besides its outputs, and counts a fault of
-    each: `RobotController.getEnabled6V()`, `getFaultCount6V()`. The counts keep what a loop of 20 ms has missed.
-    `RobotController.isBrownedOut()` cannot be had: it is a constant False in the simulated HAL (2026.2).
-
-    Source: WPILib documentation, "roboRIO Brownout and Understanding Current Draw", stage 2.
-
-    Args:
-        battery: Stepped by its owner.
-    """
-
-    def __init__(self, battery: Battery) -> None:
-        self._battery = battery
-        self._is_low = False
-        self._faults = 0
-        self.show_voltage()
-
-    def show_voltage(self) -> None:
-        """Write the input voltage; once a robot loop is enough."""
-        RoboRioSim.setVInVoltage(self._battery.voltage)
-
-    def show_rails(self) -> None:
-        """Switch the rails where a brown-out has begun or ended; costs nothing in between."""
-        is_low = self._battery.browned_out
-        if is_low == self._is_low:
-            return
-        self._is_low = is_low
-        self._faults += is_low
-        for active, count in (
-            (RoboRioSim.setUserActive6V, RoboRioSim.setUserFaults6V),
-            (RoboRioSim.setUserActive5V, RoboRioSim.setUserFaults5V),
-            (RoboRioSim.setUserActive3V3, RoboRioSim.setUserFaults3V3),
-        ):
-            active(not is_low)
-            count(self._faults)
 
 
 class FieldView:

@@ -9,7 +9,7 @@ import sys
 import time
 import weakref
 from collections import deque
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -19,9 +19,13 @@ from wpilib import IterativeRobotBase, TimedRobot, Timer
 
 from simcore.errors import ConfigError
 from simcore.match.match import Match
+from simcore.robotpy.auto_start import AutoStart
 from simcore.robotpy.connected_devices import ConnectedDevices, DrivetrainDevices, MotorDevices
-from simcore.robotpy.magicbot_waits import run_in_waits
-from simcore.robotpy.robot_inputs import DriverStationLink, FieldView, RoboRioPower
+from simcore.robotpy.lateness_report import LatenessReport
+from simcore.robotpy.own_loops import attach_to_loop
+from simcore.robotpy.power_distribution import PowerDistributionView
+from simcore.robotpy.roborio_power import RoboRioPower
+from simcore.robotpy.robot_inputs import DriverStationLink, FieldView
 from simcore.units import TICK
 
 if TYPE_CHECKING:
@@ -31,8 +35,12 @@ __all__ = ["PhysicsTimes", "RobotPhysics", "latest_physics"]
 
 _log = logging.getLogger(__name__)
 
-_MOST_OWED = 20  # parts; a stall longer than this is skipped, not caught up with
+_MOST_OWED = 0.1  # [s]; what is more is skipped, not caught up with
+# Of parts that are done in one go after a stall, each waits until the devices, which run at 1 kHz of the wall clock,
+# have answered to the last one; volts from before the stall would throw steer motors to and fro.
+_ANSWER = 0.0015  # [s]
 _HISTORY = 6000  # ticks; two minutes
+_ANY_LOOP = 0.005  # [s]; period of a loop of its own, as far as anybody knows
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -58,8 +66,8 @@ class RobotPhysics:
     """Runs a match under a robot program: base class for the `PhysicsEngine` in a team's physics.py.
 
     Everything happens on the robot's thread, in parts of 5 ms: volts are read from the devices, the match moves,
-    sensors are written. A TimedRobot of any period gets the parts through `addPeriodic`, a MagicRobot while it waits
-    for its next loop, others get those that are due at once from `update_sim`.
+    sensors are written. A TimedRobot of any period gets the parts through `addPeriodic`, a robot whose loop is its own,
+    such as a MagicRobot, while it waits for its next loop.
 
     pyfrc replaces the robot's own `_simulationInit` and `_simulationPeriodic`; a warning says so if there are any.
     `simulationPeriodic` of subsystems goes on to work.
@@ -76,6 +84,8 @@ class RobotPhysics:
         pace_tests: In tests that use CTRE's own simulation (`--phoenix=real`) time jumps, but Phoenix 6 lives on the
             wall clock: keep to it, so that its loops see what they see on the robot. False runs as fast as it can.
             In simulated time, which is the default in tests, nothing waits for a clock.
+        auto_starts: Where autos start, by their names on the dashboard, as a blue robot, field frame [m, m, rad]. An
+            auto that is not among them starts where it resets the drivetrain's pose to in its first loops.
 
     Raises:
         ConfigError: A device is not one, `parts` is not a whole number from 1 to 20, or the match has no such robot.
@@ -92,6 +102,7 @@ class RobotPhysics:
         motors: Sequence[MotorDevices] = (),
         parts: int | None = None,
         pace_tests: bool = True,
+        auto_starts: Mapping[str, tuple[float, float, float]] | None = None,
     ) -> None:
         if number not in range(len(match.robots)):
             raise ConfigError(f"RobotPhysics: the match has robots 0 to {len(match.robots) - 1}, got number={number!r}")
@@ -103,7 +114,7 @@ class RobotPhysics:
         self.robot_sim = match.robots[number]
         """The robot of the match that it drives."""
         self._phoenix = _phoenix_time()
-        self._period = float(robot.getPeriod()) if isinstance(robot, IterativeRobotBase) else TICK
+        self._period = _period_of(robot)
         can_wait = self._phoenix is not None and drivetrain is not None and self._period >= TICK
         at_inner_steps = parts is None and can_wait
         self._devices = ConnectedDevices(
@@ -116,12 +127,21 @@ class RobotPhysics:
         self._h = TICK / self._parts
         self._part = 0
         self._pace_tests = pace_tests and self._phoenix is None
+        self._most_owed = round(_MOST_OWED / self._h)
+        self._lateness = LatenessReport()
         self._late: deque[float] = deque(maxlen=4 * _HISTORY)
         # In simulated time nobody looks on, and drawing a field of pieces takes half a millisecond.
         self._view = FieldView(physics_controller.field, every=10 if self._phoenix is None else 50)
-        self._driver_station = DriverStationLink(match, number)
+        self.auto_start = AutoStart(match, number, auto_starts or {})
+        """Where the robot stands as autonomous begins."""
+        listen = getattr(drivetrain, "on_pose_reset", None)
+        if listen is not None:
+            listen(self.auto_start.see_reset)
+        self._driver_station = DriverStationLink(match, number, placed=self.auto_start.keep_place)
         self._power = RoboRioPower(self.robot_sim.battery)
+        self._panels = PowerDistributionView(self.robot_sim)
         self._start: float | None = None
+        self._first_due: float | None = None
         self._done = 0
         self._last_wall = 0.0
         self._work = 0.0
@@ -130,13 +150,9 @@ class RobotPhysics:
         self._skipped = 0.0
         global _latest
         _latest = weakref.ref(self)
-        self._comes_in_time = isinstance(robot, TimedRobot)
+        self._waits = attach_to_loop(robot, self)
         if isinstance(robot, TimedRobot):
             robot.addPeriodic(self.do_due, self._h, self._h / 2.0)  # never at the same instant as the robot's loop
-        else:
-            self._comes_in_time = run_in_waits(robot, self)
-            if not self._comes_in_time:
-                _log.warning("%s has no addPeriodic: physics runs in bursts, once a loop", type(robot).__name__)
         atexit.register(match.close)
 
     replaces_hooks = True
@@ -149,8 +165,9 @@ class RobotPhysics:
         """Pyfrc's hook, once a robot loop (but never within 10 ms)."""
         if tm_diff > 1.5 * max(self._period, 0.010) + 0.010 * (self._period < 0.020):
             self._late_loops += 1
-        if not self._comes_in_time:
-            self.do_due()
+        waits = self._waits
+        if waits is not None and not waits.has_own_thread and self.next_due <= Timer.getFPGATimestamp():
+            self.do_due()  # a loop of its own that is late may not wait at all
 
     def add_motor(self, motor: MotorDevices) -> None:
         """Connect one more motor, from the next part on."""
@@ -177,12 +194,14 @@ class RobotPhysics:
 
     @property
     def next_due(self) -> float:
-        """When the next part is due, FPGA time [s]; the first comes half a part after it is asked for.
+        """When the next part is due, FPGA time [s]; the first comes half a part after it is first asked for.
 
         So a loop and a part, whose periods are multiples, never meet at one instant.
         """
         if self._start is None:
-            return float(Timer.getFPGATimestamp()) + 0.5 * self._h
+            if self._first_due is None:
+                self._first_due = float(Timer.getFPGATimestamp()) + 0.5 * self._h
+            return self._first_due
         return self._start + (self._done + 1) * self._h
 
     def do_due(self) -> None:
@@ -198,15 +217,19 @@ class RobotPhysics:
                 gc.set_threshold(20_000, *gc.get_threshold()[1:])
                 self._phoenix.catch_up(self._start)
         owed = int((now - self._start) / self._h + 0.5) - self._done
-        if owed > _MOST_OWED:
-            self._skipped += (owed - _MOST_OWED) * self._h
-            self._done += owed - _MOST_OWED
-            _log.warning("physics skips %.2f s: the robot program stood still", (owed - _MOST_OWED) * self._h)
-            owed = _MOST_OWED
+        if owed > self._most_owed:
+            given_up = owed - self._most_owed
+            self._skipped += given_up * self._h
+            self._done += given_up
+            owed = self._most_owed
+            if not isTimingPaused():
+                self._lateness.note(given_up * self._h)
         self._late_parts += max(0, owed - 1)
-        for _ in range(owed):
+        for k in range(owed):
             if self._pace_tests and isTimingPaused():
                 self._keep_to_the_wall_clock()
+            elif k and self._phoenix is None:
+                time.sleep(_ANSWER)
             begin = time.perf_counter()
             self._do_part()
             self._work += time.perf_counter() - begin
@@ -216,6 +239,7 @@ class RobotPhysics:
 
     def _do_part(self) -> None:
         if self._part == 0:
+            self.auto_start.before_tick()
             self._power.show_voltage()
             self.match.begin_tick()
         self._part += 1
@@ -230,6 +254,7 @@ class RobotPhysics:
         self.match.set_network_time(self._start + self._done * self._h)
         self.match.end_tick()
         self._driver_station.update()
+        self._panels.update()
         self._view.update(self.robot_sim.chassis.pose, self.match.piece_positions())
         self.after_tick()
         self._ticks += 1
@@ -252,6 +277,13 @@ _latest: weakref.ref[RobotPhysics] | None = None
 def latest_physics() -> RobotPhysics | None:
     """The physics that was built last in this process, if it still lives; for test fixtures."""
     return None if _latest is None else _latest()
+
+
+def _period_of(robot: Any) -> float:
+    """How often the robot's loop runs [s]; of a loop that nobody knows often enough for any."""
+    if isinstance(robot, IterativeRobotBase):
+        return float(robot.getPeriod())
+    return float(getattr(robot, "control_loop_wait_time", _ANY_LOOP))  # of a MagicRobot
 
 
 def _phoenix_time() -> PhoenixTime | None:

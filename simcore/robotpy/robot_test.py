@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import faulthandler
 import gc
+import logging
 import math
 import time
 from collections.abc import Callable
@@ -22,6 +23,8 @@ from simcore.match.report import PieceCount, Score
 from simcore.robot.battery import Battery
 from simcore.robot.robot import Robot
 from simcore.robotpy.driver_controls import Joystick, XboxPad, choose_auto
+from simcore.robotpy.own_loops import loop_waits
+from simcore.robotpy.repeatable_runs import own_threads
 from simcore.robotpy.robot_physics import RobotPhysics, latest_physics
 from simcore.telemetry.snapshot import TelemetrySink
 from simcore.units import TICK
@@ -31,6 +34,9 @@ if TYPE_CHECKING:
 
 __all__ = ["ConditionError", "RobotTest"]
 
+_log = logging.getLogger(__name__)
+
+_PATIENCE = 10.0  # wall time in which a loop of the program's own must come to its wait [s]
 _SETTLE = 0.5  # [s]; disabled before the first mode: the alliance becomes known, the dashboard is filled
 _STATIONS = {
     ("blue", 1): hal.AllianceStationID.kBlue1,
@@ -69,6 +75,8 @@ class RobotTest:
     ) -> None:
         self.robot = robot
         """The robot object, to look at what it believes; a proxy."""
+        self.own_threads: list[str] = []
+        """Names of the program's own threads: while there are any, two runs may differ."""
         self._control = control
         self._hang = hang
         self._complaints = complaints
@@ -89,6 +97,9 @@ class RobotTest:
         faulthandler.cancel_dump_traceback_later()
         if self._physics is not None and kind is None:
             DriverStationSim.setEnabled(False)
+        waits = loop_waits()
+        if waits is not None:
+            waits.stop()
         self._stack.close()
 
     # --- driver station -------------------------------------------------------------------------------------------
@@ -124,33 +135,71 @@ class RobotTest:
             return
         DriverStationSim.setDsAttached(True)
         DriverStationSim.setEnabled(False)
-        self._stack.enter_context(self._control.run_robot())
+        self._run_robot()
         self._step()  # waits until the program has built its physics
         physics = latest_physics()
         if physics is None:
-            raise ConfigError(
-                "no physics: beside robot.py put a simcore.toml (`simcore init` writes one), or a physics.py with a "
-                "PhysicsEngine derived from simcore's RobotPhysics (docs/connect.md), or test with pyfrc's own "
-                "fixtures `robot` and `control`"
+            raise SimcoreError(
+                f"no physics: the loop of {self._robot_name} is its own, and the program neither calls "
+                "_simulationInit() nor hal.observeUserProgramStarting(), nor has it waited for a loop"
             )
         self._physics = physics
         self._stack.callback(gc.unfreeze)  # the physics has frozen what was built
         physics.match.sinks.extend(self._sinks)
         self.run(_SETTLE)
+        self.own_threads = own_threads()
+        if self.own_threads:
+            _log.warning(
+                "%s has threads of its own (%s): nobody steps them, so two runs may differ",
+                *(self._robot_name, ", ".join(self.own_threads)),
+            )
         if physics.times.ticks == 0:
-            raise SimcoreError(f"no tick of physics has run in {_SETTLE:g} s: the robot program does not call it")
+            raise SimcoreError(
+                f"no tick of physics has run in {_SETTLE:g} s: {self._robot_name} never waited for its next loop where "
+                "physics could come by"
+            )
 
-    def autonomous(self, name: str | None = None, *, seconds: float = 15.0) -> None:
+    def place(self, x: float, y: float, heading: float = 0.0) -> None:
+        """Put the robot truly there, at rest; what it believes is the program's affair.
+
+        An auto that resets its odometry does not carry it elsewhere any more.
+
+        Args:
+            x: Field frame, from the blue corner, whatever the alliance [m].
+            y: [m]
+            heading: Counter-clockwise from the direction to the red wall [rad].
+
+        Raises:
+            ConfigError: It cannot stand there; the text says where it can.
+        """
+        pose = (float(x), float(y), float(heading))
+        if not all(map(math.isfinite, pose)):
+            raise ConfigError(f"place: want finite x, y [m] and heading [rad], got {pose}")
+        self.physics.auto_start.place(pose)
+
+    def autonomous(
+        self,
+        name: str | None = None,
+        *,
+        seconds: float = 15.0,
+        start: tuple[float, float, float] | Pose2d | None = None,
+    ) -> None:
         """Run autonomous.
+
+        The robot starts where `start` says, else where it was placed, else at the start of this auto in `simcore.toml`,
+        else where the auto resets its odometry to, else where it stands.
 
         Args:
             name: Of the auto, as the dashboard's chooser shows it; None leaves the choice as it is.
             seconds: How long; the robot stays enabled after it.
+            start: As `place` wants it [m, m, rad].
 
         Raises:
             UnknownNameError: No chooser has that name; the text lists what there is.
         """
         self.start()
+        if start is not None:
+            self.place(*((start.X(), start.Y(), start.rotation().radians()) if isinstance(start, Pose2d) else start))
         if name is not None:
             choose_auto(name)
             if self._mode == "disabled":
@@ -298,6 +347,27 @@ class RobotTest:
 
     # --- inside ---------------------------------------------------------------------------------------------------
 
+    def _run_robot(self) -> None:
+        try:
+            self._stack.enter_context(self._control.run_robot())
+        except AssertionError as error:  # pyfrc's: it has not come to its end of robotInit
+            self._raise_error_of_robot()
+            waits = loop_waits()
+            where = "" if waits is None else f"; it is at {waits.where()}"
+            raise SimcoreError(
+                f"the robot program has not started: it has not come through robotInit{where}"
+            ) from error
+
+    @property
+    def _robot_name(self) -> str:
+        return str(self.robot.__class__.__name__)
+
+    def _raise_error_of_robot(self) -> None:
+        error = self._control._reraise.exception
+        if error is not None:
+            self._control._reraise.reset()
+            raise error
+
     def _enter(self, mode: str) -> None:
         if mode == self._mode:
             return
@@ -313,13 +383,13 @@ class RobotTest:
         if self._complaints is not None and self._steps % 50 == 0:
             faulthandler.dump_traceback_later(self._hang, exit=True, file=self._complaints)
         DriverStationSim.notifyNewData()
+        waits = loop_waits()
+        if waits is not None:
+            waits.require_waits(min(_PATIENCE, 0.5 * self._hang))
         stepTiming(TICK)
         self._wall += time.perf_counter() - begin
         self._ran += TICK
         self._steps += 1
-        error = self._control._reraise.exception
-        if error is not None:
-            self._control._reraise.reset()
-            raise error
+        self._raise_error_of_robot()
         if not self._control.robot_is_alive:
             raise SimcoreError("the robot program has ended by itself: startCompetition returned")

@@ -6,10 +6,13 @@ import pytest
 
 pytest.importorskip("pyfrc", reason="needs pyfrc: pip install simcore[robotpy]")
 
-from wpilib import RobotController
+from wpilib import PowerDistribution, RobotController
 
+from simcore import Match
 from simcore.robot.battery import Battery, BatteryConfig
-from simcore.robotpy.robot_inputs import RoboRioPower
+from simcore.robotpy.lateness_report import LatenessReport
+from simcore.robotpy.power_distribution import PowerDistributionView
+from simcore.robotpy.roborio_power import RoboRioPower
 
 
 def test_a_brown_out_switches_the_rails_and_counts():
@@ -22,8 +25,46 @@ def test_a_brown_out_switches_the_rails_and_counts():
         power.show_rails()
         assert RobotController.getBatteryVoltage() == pytest.approx(battery.voltage)
         assert battery.voltage < 6.75
-        assert not RobotController.getEnabled6V() and not RobotController.getEnabled5V()
+        assert (
+            RobotController.isBrownedOut() and not RobotController.getEnabled6V() and not RobotController.getEnabled5V()
+        )
         battery.step(0.005, 0.0)
         power.show_rails()
-        assert RobotController.getEnabled6V() and RobotController.getEnabled3V3()
+        assert not RobotController.isBrownedOut() and RobotController.getEnabled6V() and RobotController.getEnabled3V3()
     assert RobotController.getFaultCount6V() == before + 2
+
+
+def test_robot_code_sets_the_brown_out_voltage_of_a_roborio_2():
+    battery = Battery(BatteryConfig(recovery_resistance=0.0))
+    power = RoboRioPower(battery)
+    RobotController.setBrownoutVoltage(9.0)
+    power.show_voltage()
+    battery.step(0.005, 200.0)  # 12.9 V - 20 mohm x 200 A = 8.9 V
+    assert battery.voltage == pytest.approx(8.9, abs=0.01) and RobotController.isBrownedOut()
+    RobotController.setBrownoutVoltage(6.75)
+
+
+def test_the_panel_shows_the_battery_s_current_channel_by_channel():
+    """Four drive motors push off: all that the battery gives is on their channels."""
+    panel = PowerDistribution(1, PowerDistribution.ModuleType.kRev)
+    with Match.bare() as match:
+        robot = match.robots[0]
+        view = PowerDistributionView(robot)
+        robot.drive.set_volts([6.0] * 4, [0.0] * 4)
+        match.play(0.1)
+        view.update()
+        channels = [panel.getCurrent(channel) for channel in range(24)]
+        assert min(channels[:4]) > 10.0 and channels[8:] == [0.0] * 16
+        assert panel.getTotalCurrent() == pytest.approx(robot.battery.current, rel=0.02)
+        assert panel.getVoltage() == pytest.approx(robot.battery.voltage)
+
+
+def test_lateness_is_one_sentence_with_the_sum(caplog):
+    report = LatenessReport(every=0.0, start=0.0)
+    report.note(0.5)
+    quiet = LatenessReport(every=60.0, start=0.0)
+    for _ in range(100):
+        quiet.note(0.1)
+    said = [r.getMessage() for r in caplog.records]
+    assert len(said) == 2 and "0.50 s" in said[0] and "robot tests do not mind" in said[1]
+    assert quiet.given_up == pytest.approx(9.9)  # for the next sentence

@@ -1,0 +1,308 @@
+"""Physics between the loops of a robot whose loop is its own: its waits are cut, and each part of physics done in time.
+
+Only a TimedRobot has `addPeriodic`. A MagicRobot waits in robotpy's `NotifierDelay`, a LoggedRobot in
+`hal.waitForNotifierAlarm`, a plain RobotBase wherever its author chose: there, in `time.sleep`, `wpilib.wait` or
+`threading.Event.wait`. Volts that stand for a whole loop of 20 ms make a steer motor overshoot by 18 % (5 ms:
+nothing), and a Notifier of our own would be another thread, whose turn against the robot's loop is a matter of luck.
+So the robot's own thread does the parts while it would sleep, and all its sleeping follows the FPGA's clock.
+
+Whoever steps that clock waits until every notifier is waited for. So the thread holds one from its start to its end,
+its own or ours: time stands still while the robot computes, also before its first loop and between two modes.
+"""
+
+from __future__ import annotations
+
+import logging
+import sys
+import threading
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, Protocol
+
+import hal
+from hal.simulation import isTimingPaused
+from wpilib import RobotController
+
+from simcore.errors import SimcoreError
+
+__all__ = ["LoopWaits", "TimedParts"]
+
+_log = logging.getLogger(__name__)
+
+_LOOP = 5  # sleeps on one line make it a loop, in a program that never says that it has started
+_PATIENCE = 10.0  # wall time that a loop may compute in a test [s]
+_INIT_PATIENCE = 60.0  # and the program before its first loop [s]
+_LOOK = 5_000  # [us]
+_UNCUT = 1.0  # [s]; so long after its time a part is done by a thread of our own, in real time
+
+
+class TimedParts(Protocol):
+    """Work that is due at times of its own: `RobotPhysics`."""
+
+    @property
+    def next_due(self) -> float:
+        """When the next part is due, FPGA time [s]."""
+        ...
+
+    def do_due(self) -> None:
+        """Do all parts that are due by now."""
+        ...
+
+
+_wait, _update, _stop, _clean = (
+    hal.waitForNotifierAlarm,
+    hal.updateNotifierAlarm,
+    hal.stopNotifier,
+    hal.cleanNotifier,
+)
+_sleep, _event_wait = time.sleep, threading.Event.wait
+
+
+class LoopWaits:
+    """The waits of the thread that creates it, which is the robot's.
+
+    Args:
+        robot: The robot object.
+        build: Builds its physics, if nothing has done so when the program has started; returns whether it was needed.
+        every_loop: Called once a loop where the program has no simulation hooks.
+        holds: Whether the thread holds a notifier of ours while it has none; False: its loop may be wpilib's.
+    """
+
+    def __init__(
+        self,
+        robot: Any,
+        *,
+        build: Callable[[], bool] | None = None,
+        every_loop: Callable[[], None] | None = None,
+        holds: bool = True,
+    ) -> None:
+        self.robot = robot
+        self.thread = threading.get_ident()
+        self.parts: TimedParts | None = None
+        """What is done in the waits; None: not built yet."""
+        self.has_own_thread = False
+        """Whether parts are done by a thread of their own, because the robot's never waits where it can be cut."""
+        self._build = build
+        self._every_loop = every_loop
+        self._has_hooks = True
+        self._holds = holds
+        self._held: int | None = None
+        self._own: int | None = None
+        self._alarms: dict[int, int] = {}
+        self._lines: dict[tuple[str, int], int] = {}
+        self._has_started = False
+        self._computes_since = time.monotonic()
+        self._is_waiting = False
+        self._is_ending = False
+        self._is_over = False
+        self._hold()
+        threading.Thread(target=self._watch, name="simcore-loop", daemon=True).start()
+
+    def run(self, parts: TimedParts) -> None:
+        """Do these parts from now on; the program's patience begins to count."""
+        self.parts = parts
+        self._computes_since = time.monotonic()
+
+    def stop(self) -> None:
+        """Do no more parts: whoever steps time is about to end the program."""
+        self._is_ending = True
+
+    def end(self) -> None:
+        """The program is over."""
+        self._is_over = True
+        self._let_go()
+
+    def where(self) -> str:
+        """Which line of the program its thread is at."""
+        frame = sys._current_frames().get(self.thread)
+        module = sys.modules.get(type(self.robot).__module__)
+        folder = str(Path(getattr(module, "__file__", None) or "?").parent)
+        named = frame
+        while frame is not None:
+            if frame.f_code.co_filename.startswith(folder):
+                named = frame
+                break
+            frame = frame.f_back
+        if named is None:
+            return "no line"
+        return f"{Path(named.f_code.co_filename).name}:{named.f_lineno} in {named.f_code.co_name}"
+
+    def require_waits(self, patience: float) -> None:
+        """Make sure that the robot's thread waits, before time is stepped on another thread.
+
+        Args:
+            patience: Wall time that a loop may compute; until its physics is built a program may take longer [s].
+
+        Raises:
+            SimcoreError: It neither waits nor ends in that time; the text says where it is.
+        """
+        while not (self._is_waiting or self._is_over or self.has_own_thread or not self._holds):
+            if self._is_stuck(patience):
+                raise SimcoreError(self._complaint(patience))
+            _sleep(0.001)
+
+    # --- waits of the robot's thread ------------------------------------------------------------------------------
+
+    def alarm(self, handle: int) -> tuple[int, int]:
+        """As `hal.waitForNotifierAlarm`."""
+        self.start()
+        self._own = handle
+        self._let_go()
+        with _Waiting(self):
+            expiry = self._alarms.pop(handle, None)
+            if expiry is not None:
+                if not self._run_until(handle, expiry):
+                    return 0, 0
+                _update(handle, expiry)
+            result = _wait(handle)
+        self._end_wait()
+        return result
+
+    def sleep(self, seconds: float) -> None:
+        """As `time.sleep`; FPGA time."""
+        if not self._has_started and not self._is_a_loop():
+            _sleep(seconds)
+            return
+        self.start()
+        self._sleep_until(_now() + max(0, round(1e6 * seconds)))
+        self._end_wait()
+
+    def event(self, event: threading.Event, timeout: float | None) -> bool:
+        """As `threading.Event.wait`; looks at the event every 5 ms."""
+        if timeout is None or not self._has_started or self.parts is None:
+            return _event_wait(event, timeout)
+        end = _now() + max(0, round(1e6 * timeout))
+        while not event.is_set() and _now() < end:
+            self._sleep_until(min(_now() + _LOOK, end))
+        self._end_wait()
+        return event.is_set()
+
+    def set_alarm(self, handle: int, when: int) -> None:
+        """The robot's thread has set an alarm [us]."""
+        self._alarms[handle] = when
+
+    def forget(self, handle: int) -> None:
+        """The robot's thread is about to stop a notifier."""
+        self._alarms.pop(handle, None)
+        if handle == self._own:
+            self._hold()  # before it goes, so that time stands still until the next one is there
+            self._own = None
+
+    def start(self) -> None:
+        """The program has started, or waits for its first loop: build its physics."""
+        if self._has_started:
+            return
+        self._has_started = True
+        initialized = getattr(self.robot, "_TestRobot__robotInitialized", None)
+        if initialized is not None:
+            initialized()  # pyfrc waits for robotInit, which a program of its own may not have
+        if self._build is not None:
+            self._has_hooks = not self._build()
+
+    # --- inside ---------------------------------------------------------------------------------------------------
+
+    def _run_until(self, handle: int, end: int) -> bool:
+        """Do the parts that are due before `end` [us]; returns whether the program goes on."""
+        parts = self.parts
+        if parts is None or self.has_own_thread or self._is_ending:
+            return True
+        if parts.next_due <= 1e-6 * _now():
+            parts.do_due()  # after a loop that took too long nothing is left to wait for
+        while (due := int(1e6 * parts.next_due)) < end:
+            _update(handle, due)
+            if _wait(handle)[0] == 0:
+                return False
+            parts.do_due()
+        return True
+
+    def _sleep_until(self, end: int) -> None:
+        """On the notifier that the thread holds; FPGA time [us]."""
+        handle = self._own if self._own is not None else self._hold()
+        with _Waiting(self):
+            # a notifier whose time has come already would wait for the next step of time
+            if self._run_until(handle, end) and end > _now():
+                _update(handle, end)
+                _wait(handle)
+            own = self._alarms.get(handle)
+            if own is not None:
+                _update(handle, own)
+
+    def _end_wait(self) -> None:
+        if not self._has_hooks and self._every_loop is not None:
+            self._every_loop()
+
+    def _is_a_loop(self) -> bool:
+        frame = sys._getframe(3)
+        line = (frame.f_code.co_filename, frame.f_lineno)
+        self._lines[line] = self._lines.get(line, 0) + 1
+        return self._lines[line] > _LOOP
+
+    def _hold(self) -> int:
+        if self._held is None and (self._holds or self._has_started):
+            self._held = hal.initializeNotifier()[0]
+        return self._held or 0
+
+    def _let_go(self) -> None:
+        held, self._held = self._held, None
+        if held is not None:
+            _stop(held)
+            _clean(held)
+
+    def _watch(self) -> None:
+        """Look whether the robot's thread comes by where it can be cut."""
+        while not self._is_over:
+            _sleep(0.1)
+            if self._is_waiting:
+                continue
+            if isTimingPaused():
+                if self._held is not None and self._is_stuck(_PATIENCE):
+                    self._let_go()  # else whoever steps time would wait for ever
+                    _log.error("%s", self._complaint(_PATIENCE))
+            elif self.parts is not None and 1e-6 * _now() - self.parts.next_due > _UNCUT:
+                self._run_here(self.parts)
+                return
+
+    def _run_here(self, parts: TimedParts) -> None:
+        """Do the parts on this thread, in real time."""
+        self.has_own_thread = True
+        _log.warning(
+            "%s does not wait where physics can come by (it is at %s): physics runs on a thread of its own",
+            *(type(self.robot).__name__, self.where()),
+        )
+        handle = hal.initializeNotifier()[0]
+        while not self._is_over:
+            parts.do_due()
+            _update(handle, int(1e6 * parts.next_due))
+            if _wait(handle)[0] == 0:
+                return
+
+    def _is_stuck(self, patience: float) -> bool:
+        allowed = patience if self.parts is not None else _INIT_PATIENCE
+        return time.monotonic() - self._computes_since > allowed
+
+    def _complaint(self, patience: float) -> str:
+        return (
+            f"{type(self.robot).__name__} gets no physics: its loop is its own, and in {patience:g} s of wall time it "
+            f"has not waited where simulated time can reach it; it is at {self.where()}. What can be reached: "
+            "wpilib.TimedRobot, NotifierDelay, hal.waitForNotifierAlarm, time.sleep, wpilib.wait, threading.Event.wait"
+        )
+
+
+def _now() -> int:
+    """FPGA time [us]."""
+    return int(RobotController.getFPGATime())
+
+
+class _Waiting:
+    """Notes that the robot's thread waits, so that time may be stepped."""
+
+    def __init__(self, waits: LoopWaits) -> None:
+        self._waits = waits
+
+    def __enter__(self) -> None:
+        self._waits._is_waiting = True
+
+    def __exit__(self, *_: object) -> None:
+        self._waits._is_waiting = False
+        self._waits._computes_since = time.monotonic()

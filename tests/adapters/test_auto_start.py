@@ -1,0 +1,75 @@
+"""Where the robot stands as its autonomous begins, as a team's tests find it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+pytestmark = pytest.mark.slow
+
+STARTING = Path(__file__).parent / "robots" / "starting"
+
+
+def test_the_robot_stands_where_its_auto_begins(project_of):
+    """At 1 m/s a tick is 2 cm: belief may be so far behind the truth."""
+    code, said = project_of(STARTING)(
+        """
+import logging
+import math
+
+import pytest
+from wpimath.geometry import Pose2d
+
+
+def apart(sim):
+    believed, true = sim.robot.drivetrain.get_state().pose, sim.pose
+    return believed.translation().distance(true.translation())
+
+
+def test_it(sim, caplog):
+    caplog.set_level(logging.INFO, "simcore")
+    sim.start()
+    believed = sim.robot.drivetrain.get_state().pose
+    assert (believed.X(), believed.Y()) == pytest.approx((3.0, 4.0), abs=1e-6)  # at rest, whatever encoders begin with
+    assert (sim.pose.X(), sim.pose.Y()) == pytest.approx((2.0, 1.2), abs=1e-3)  # belief was set, nobody was moved
+
+    sim.autonomous("left", seconds=0.2)
+    assert apart(sim) < 0.02 and sim.pose.X() < 2.5 and sim.pose.Y() == pytest.approx(6.0, abs=0.02)
+    assert "the auto begins at (2.50, 6.00) m, 180 deg" in caplog.text
+    sim.run(0.2)  # a later reset moves belief alone
+    assert apart(sim) > 1.0
+    before = sim.pose
+    sim.teleop(seconds=0.1)
+    assert sim.pose.translation().distance(before.translation()) < 0.3  # coasting, not carried
+
+    for name, why in (("outside", "outside of the field"), ("in the hub", "inside of a field element")):
+        sim.disable(seconds=0.5)
+        before = sim.pose
+        sim.autonomous(name, seconds=0.1)
+        assert sim.pose.translation().distance(before.translation()) < 0.05
+        assert why in caplog.text
+
+    sim.disable(seconds=0.5)
+    with pytest.raises(ValueError, match="outside of the field"):
+        sim.place(40.0, 1.0)
+    sim.autonomous("left", start=Pose2d(3.0, 2.0, 0.0), seconds=0.1)  # the auto says otherwise, and is not asked
+    assert (sim.pose.X(), sim.pose.Y()) == pytest.approx((3.0, 2.0), abs=0.01)
+
+
+def test_red(sim):
+    sim.alliance("red")
+    sim.autonomous("red", seconds=0.2)
+    assert apart(sim) < 0.02 and sim.pose.X() == pytest.approx(14.0, abs=0.1)
+    sim.disable(seconds=0.5)
+    sim.physics.auto_start.starts = {"by name": (2.0, 6.0, 0.0)}
+    sim.autonomous("by name", seconds=0.1)
+    length, width = sim.match.game.field.size  # turned for red
+    assert (sim.pose.X(), sim.pose.Y()) == pytest.approx((length - 2.0, width - 6.0), abs=0.01)
+    sim.disable()
+    sim.place(3.0, 1.0, math.pi / 2)
+    sim.autonomous("by name", seconds=0.1)
+    assert sim.pose.rotation().degrees() == pytest.approx(90.0, abs=1.0)
+"""
+    )
+    assert code == 0, said
