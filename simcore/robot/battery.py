@@ -36,6 +36,8 @@ class BatteryConfig:
     """The roboRIO cuts its outputs below this [V]. roboRIO 2 default, software settable; a roboRIO 1 has 6.3 V."""
     recovered_voltage: float = 7.5
     """And restores them above this [V]. Source: NI roboRIO user manual, table 2."""
+    brownout_hold: float = 0.1
+    """And not before this time is over [s]; estimate: motor controllers miss some of the roboRIO's enable frames."""
     brownout_enabled: bool = True
     """False: never cut the outputs (to study a motor, or to repeat a figure that ignores the roboRIO)."""
 
@@ -48,6 +50,7 @@ class BatteryConfig:
         require_positive("battery", "capacity_ah", self.capacity_ah, "A h")
         require_non_negative("battery", "brownout_voltage", self.brownout_voltage, "V")
         require_non_negative("battery", "recovered_voltage", self.recovered_voltage, "V")
+        require_non_negative("battery", "brownout_hold", self.brownout_hold, "s")
         if self.empty_voltage > self.full_voltage:
             raise ConfigError(
                 f"battery: empty_voltage must not exceed full_voltage, got {self.empty_voltage} > {self.full_voltage} V"
@@ -79,7 +82,17 @@ class Battery:
     (Thevenin model), so that a robot at rest sees its voltage come back over some seconds.
     """
 
-    __slots__ = ("_charge", "_drawn_as", "_slow_drop", "browned_out", "config", "current", "min_voltage", "voltage")
+    __slots__ = (
+        "_charge",
+        "_drawn_as",
+        "_held_off",
+        "_slow_drop",
+        "browned_out",
+        "config",
+        "current",
+        "min_voltage",
+        "voltage",
+    )
 
     def __init__(self, config: BatteryConfig | None = None) -> None:
         self.config = config or BatteryConfig()
@@ -98,7 +111,8 @@ class Battery:
         """Lowest since the start [V]."""
         self.browned_out = False
         """Whether the roboRIO holds its outputs off."""
-        self._update_brownout()
+        self._held_off = 0.0  # time that they stay off at least [s]
+        self._update_brownout(0.0)
 
     @property
     def charge(self) -> float:
@@ -116,12 +130,15 @@ class Battery:
         c = self.config
         return max(0.0, c.empty_voltage + (c.full_voltage - c.empty_voltage) * self._charge - self._slow_drop)
 
-    def step(self, h: float, current: float) -> float:
+    def step(self, h: float, current: float, at_voltage: float | None = None) -> float:
         """Draw a current for a while and return the terminal voltage [V].
 
         Args:
             h: Time step [s].
             current: Net current drawn [A], constant over the step; negative charges.
+            at_voltage: What the current was worked out with, if that may be another than the result [V]. Motors draw
+                at most in proportion to it, so a load that would pull the terminals below draws less; None: it does
+                not depend on the voltage.
 
         Raises:
             NonFiniteError: When time or current is not a finite number; nothing has changed then.
@@ -129,6 +146,8 @@ class Battery:
         if not (math.isfinite(h) and math.isfinite(current)):
             raise NonFiniteError(f"battery: step needs finite numbers, got h={h} s, current={current} A")
         c = self.config
+        if at_voltage is not None and current > 0.0 and at_voltage > 0.0:
+            current *= min(1.0, self.open_voltage / (at_voltage + c.resistance * current))
         self.current = current
         self._drawn_as += current * h
         self._charge = min(1.0, max(0.0, self._charge - current * h / (3600.0 * c.capacity_ah)))
@@ -136,14 +155,15 @@ class Battery:
         self._slow_drop += (current * c.recovery_resistance - self._slow_drop) * -math.expm1(-h / c.recovery_time)
         self.voltage = max(0.0, self.open_voltage - c.resistance * current)
         self.min_voltage = min(self.min_voltage, self.voltage)
-        self._update_brownout()
+        self._update_brownout(h)
         return self.voltage
 
-    def _update_brownout(self) -> None:
+    def _update_brownout(self, h: float) -> None:
         c = self.config
         if not c.brownout_enabled:
             return
         if self.browned_out:
-            self.browned_out = self.voltage <= c.recovered_voltage
-        else:
-            self.browned_out = self.voltage < c.brownout_voltage
+            self._held_off -= h
+            self.browned_out = self.voltage <= c.recovered_voltage or self._held_off > 0.0
+        elif self.voltage < c.brownout_voltage:
+            self.browned_out, self._held_off = True, c.brownout_hold

@@ -256,7 +256,7 @@ class WheeledDrive(ABC, Generic[ConfigT]):
         for g, after in enumerate(speeds):  # with the mean speed, as the robot itself moves
             angles[g] = angles[g] + (before[g] + after) * half
         supply = self.drive_motors.accumulate(solver.shaft_volts, solver.shaft_current, bus, h)
-        battery.step(h, self.other_current + supply * self._motors_per_shaft + azimuth_supply)
+        battery.step(h, self.other_current + supply * self._motors_per_shaft + azimuth_supply, bus)
         self.time += h
         return result
 

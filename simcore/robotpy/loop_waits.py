@@ -161,8 +161,8 @@ class LoopWaits:
 
     def sleep(self, seconds: float) -> None:
         """As `time.sleep`; FPGA time."""
-        if not self._has_started and not self._is_a_loop():
-            _sleep(seconds)
+        if self._is_waiting or (not self._has_started and not self._is_a_loop()):
+            _sleep(seconds)  # in the middle of a part it is our own physics that waits for the devices
             return
         self.start()
         self._sleep_until(_now() + max(0, round(1e6 * seconds)))

@@ -163,6 +163,8 @@ def _mode(config: pytest.Config) -> str:
     return str(config.getoption("phoenix") or os.environ.get("SIMCORE_PHOENIX", "simulated"))
 
 
+_INIT_TIMEOUT = 30.0  # [s]
+
 # --- devices ------------------------------------------------------------------------------------------------------
 
 
@@ -232,6 +234,8 @@ def _attach(plugin: Any, *, wants_field: bool) -> None:
             physics, plugin._robot_class, folder, joins=wants_field or (folder / FILE_NAME).exists()
         )
         plugin._physics.log_init_errors = False  # as pyfrc has it in tests
+        # pyfrc gives robotInit 2 s; building the field counts into them, 1 s on a quiet computer
+        plugin._init_timeout = max(plugin._init_timeout, _INIT_TIMEOUT)
 
 
 # --- the fixture --------------------------------------------------------------------------------------------------

@@ -237,7 +237,7 @@ class RobotCameras:
             self._headset_told = True
             _log.warning(
                 "QuestNav: robot code's pose reset is more than a meter off, so it does not tell where the headset "
-                "sits; until one does it is taken for at the robot's center; or write into %s:\n%s",
+                "sits; until one does it is taken for at the robot's center, turned as told; or write into %s:\n%s",
                 *(self._file, _what_to_write("questnav", "")),
             )
 

@@ -106,6 +106,7 @@ class QuestHeadset:
         self.ports = list(ports)
         self.mount = config.mount
         """Where it sits, as far as anybody has said."""
+        self._assumed = CameraMount()  # as long as nobody has said
         self.last: QuestFrame | None = None
         self.resets = 0
         """How often robot code has told it where it is."""
@@ -131,7 +132,8 @@ class QuestHeadset:
         """Take what robot code says as the truth; from here on poses are relative to it.
 
         Without a mount in its config the headset takes the one that makes the told pose true, if that is on a robot:
-        robot code works it out from where it believes the robot to be and where it has mounted the headset.
+        robot code works it out from where it believes the robot to be and where it has mounted the headset. If it is not,
+        the headset is taken for in the middle of the robot, turned as told, until a reset does better.
 
         Args:
             told: Pose of the headset on the field, as robot code believes.
@@ -142,10 +144,13 @@ class QuestHeadset:
         if self.mount is None:
             apart = [told.position[k] - robot_pos[k] for k in range(3)]
             x, y, z = rotate_back(robot_quat, apart)
+            inverse = (-robot_quat[0], -robot_quat[1], -robot_quat[2], robot_quat[3])
+            roll, pitch, yaw = (math.degrees(angle) for angle in rpy(multiply(inverse, told.attitude)))
             if math.hypot(x, y, z) <= _PLAUSIBLE:
-                inverse = (-robot_quat[0], -robot_quat[1], -robot_quat[2], robot_quat[3])
-                roll, pitch, yaw = (math.degrees(angle) for angle in rpy(multiply(inverse, told.attitude)))
                 self.mount = CameraMount(x=x, y=y, z=z, roll_deg=roll, pitch_deg=pitch, yaw_deg=yaw)
+            else:  # robot code errs about the place; how the headset is turned it probably knows
+                height = z if abs(z) <= _PLAUSIBLE else 0.0
+                self._assumed = CameraMount(z=height, roll_deg=roll, pitch_deg=pitch, yaw_deg=yaw)
         self._drift[:] = 0.0
         self._frame = _frame_to(told.position, told.attitude, *self._pose(robot_pos, robot_quat))
 
@@ -175,7 +180,7 @@ class QuestHeadset:
             port.close()
 
     def _pose(self, robot_pos: Vector, robot_quat: Quaternion) -> tuple[Vector, Quaternion]:
-        mount = self.mount or CameraMount()
+        mount = self.mount or self._assumed
         return camera_pose(robot_pos, robot_quat, mount.position, mount.rotation)
 
     def _take(self, time: float, robot_pos: Vector, robot_quat: Quaternion) -> QuestFrame:

@@ -37,13 +37,37 @@ def test_charge_counts_ampere_hours():
 
 
 def test_brownout_enters_below_6_75_and_leaves_above_7_5():
-    battery = Battery(BatteryConfig(recovery_resistance=0.0, resistance=0.02, capacity_ah=1e9))
+    battery = Battery(BatteryConfig(recovery_resistance=0.0, resistance=0.02, capacity_ah=1e9, brownout_hold=0.0))
     seen = []
     for volts in (7.0, 6.8, 6.7, 7.0, 7.49, 7.51, 7.0):
         battery.step(0.001, (12.9 - volts) / 0.02)
         seen.append(battery.browned_out)
     assert seen == [False, False, True, True, True, False, False]
     assert battery.min_voltage == pytest.approx(6.7, abs=1e-6)
+
+
+def test_a_brownout_lasts_for_some_time():
+    battery = Battery(BatteryConfig(recovery_resistance=0.0, resistance=0.02, capacity_ah=1e9, brownout_hold=0.1))
+    battery.step(0.005, 400.0)
+    off = 0.0
+    while battery.browned_out:
+        battery.step(0.005, 0.0)
+        off += 0.005
+    assert off == pytest.approx(0.1, abs=0.006)
+
+
+@pytest.mark.parametrize("load", [0.005, 0.02, 0.1])
+def test_currents_that_fall_with_the_voltage_end_where_a_resistor_does(load):
+    """Worked out with the voltage before, they overshoot at once: 12.9 V over 5 mohm would leave -38.7 V."""
+    battery = Battery(BatteryConfig(recovery_resistance=0.0, capacity_ah=1e9, brownout_enabled=False))
+    divided = 12.9 * load / (load + battery.config.resistance)
+    lowest = math.inf
+    for _ in range(20):
+        volts = battery.voltage
+        lowest = min(lowest, battery.step(0.001, volts / load, volts))
+    assert battery.voltage == pytest.approx(divided, rel=1e-4)
+    assert battery.current == pytest.approx(divided / load, rel=1e-3)
+    assert lowest > 0.99 * divided
 
 
 def test_stiff_supply_never_sags():
