@@ -132,8 +132,8 @@ class QuestHeadset:
         """Take what robot code says as the truth; from here on poses are relative to it.
 
         Without a mount in its config the headset takes the one that makes the told pose true, if that is on a robot:
-        robot code works it out from where it believes the robot to be and where it has mounted the headset. If it is not,
-        the headset is taken for in the middle of the robot, turned as told, until a reset does better.
+        robot code works it out from where it believes the robot to be and where it has mounted the headset. If it is
+        not, the headset is taken for in the middle of the robot, turned as told, until a reset does better.
 
         Args:
             told: Pose of the headset on the field, as robot code believes.
