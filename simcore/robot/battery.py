@@ -36,8 +36,6 @@ class BatteryConfig:
     """The roboRIO cuts its outputs below this [V]. roboRIO 2 default, software settable; a roboRIO 1 has 6.3 V."""
     recovered_voltage: float = 7.5
     """And restores them above this [V]. Source: NI roboRIO user manual, table 2."""
-    brownout_hold: float = 0.1
-    """And not before this time is over [s]; estimate: motor controllers miss some of the roboRIO's enable frames."""
     brownout_enabled: bool = True
     """False: never cut the outputs (to study a motor, or to repeat a figure that ignores the roboRIO)."""
 
@@ -50,7 +48,6 @@ class BatteryConfig:
         require_positive("battery", "capacity_ah", self.capacity_ah, "A h")
         require_non_negative("battery", "brownout_voltage", self.brownout_voltage, "V")
         require_non_negative("battery", "recovered_voltage", self.recovered_voltage, "V")
-        require_non_negative("battery", "brownout_hold", self.brownout_hold, "s")
         if self.empty_voltage > self.full_voltage:
             raise ConfigError(
                 f"battery: empty_voltage must not exceed full_voltage, got {self.empty_voltage} > {self.full_voltage} V"
@@ -111,8 +108,7 @@ class Battery:
         """Lowest since the start [V]."""
         self.browned_out = False
         """Whether the roboRIO holds its outputs off."""
-        self._held_off = 0.0  # time that they stay off at least [s]
-        self._update_brownout(0.0)
+        self._update_brownout()
 
     @property
     def charge(self) -> float:
@@ -155,15 +151,14 @@ class Battery:
         self._slow_drop += (current * c.recovery_resistance - self._slow_drop) * -math.expm1(-h / c.recovery_time)
         self.voltage = max(0.0, self.open_voltage - c.resistance * current)
         self.min_voltage = min(self.min_voltage, self.voltage)
-        self._update_brownout(h)
+        self._update_brownout()
         return self.voltage
 
-    def _update_brownout(self, h: float) -> None:
+    def _update_brownout(self) -> None:
         c = self.config
         if not c.brownout_enabled:
             return
         if self.browned_out:
-            self._held_off -= h
-            self.browned_out = self.voltage <= c.recovered_voltage or self._held_off > 0.0
-        elif self.voltage < c.brownout_voltage:
-            self.browned_out, self._held_off = True, c.brownout_hold
+            self.browned_out = self.voltage <= c.recovered_voltage
+        else:
+            self.browned_out = self.voltage < c.brownout_voltage

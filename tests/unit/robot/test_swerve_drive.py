@@ -129,10 +129,7 @@ def test_brownout_takes_the_outputs_and_gives_them_back():
     drive.step(0.02, 0.0, 0.0, 0.0)
     assert drive.supply_current == pytest.approx(0.0, abs=1e-9)
     drive.other_current = 0.0
-    drive.set_volts([0.0] * 4, [0.0] * 4)
-    drive.step(0.04, 0.0, 0.0, 0.0)
-    assert drive.browned_out, "for 0.1 s at least"
-    drive.step(0.06, 0.0, 0.0, 0.0)
+    drive.step(0.004, 0.0, 0.0, 0.0)
     assert not drive.browned_out
 
 
