@@ -342,7 +342,8 @@ def test_front_and_back_with_storages_and_a_feeder_of_their_own_direction(read):
 
 def test_the_arm_on_an_elevator_of_the_docs(read):
     page = Path(__file__).resolve().parents[3] / "docs" / "connect.md"
-    (text,) = re.findall(r"^```toml\n(.*?)^```$", page.read_text(encoding="utf-8"), re.MULTILINE | re.DOTALL)
+    blocks = re.findall(r"^```toml\n(.*?)^```$", page.read_text(encoding="utf-8"), re.MULTILINE | re.DOTALL)
+    (text,) = [block for block in blocks if "[[claw]]" in block]
     (claw,) = read(text).placers
     assert [(joint.mechanism, joint.slides) for joint in claw.joints] == [("lift", True), ("arm", False)]
 
