@@ -108,7 +108,7 @@ def _match(
 
 
 def _play(match: Match, engine: TimedEngine, seconds: float, before: Callable[[int], None]) -> dict[str, Any]:
-    ticks, steps, awake, substeps = [], [], [], []
+    ticks, steps, awake, substeps, loaded = [], [], [], [], []
     start_pos = match.pieces.state.pos.copy()
     for number in range(round(seconds / TICK)):
         before(number)
@@ -121,6 +121,7 @@ def _play(match: Match, engine: TimedEngine, seconds: float, before: Callable[[i
             steps.append(1e3 * engine.stepping)
             awake.append(len(match.pieces.awake))
             substeps.append(match.substeps)
+            loaded.append(math.isfinite(match.world.longest_step))
     moved = np.linalg.norm(match.pieces.state.pos - start_pos, axis=1) > 0.1
     robot = match.robots[0]
     tick, step = np.array(ticks), np.array(steps)
@@ -129,6 +130,11 @@ def _play(match: Match, engine: TimedEngine, seconds: float, before: Callable[[i
         "engine_ms": _spread(step),
         "ratio": round(float(np.median(tick) / np.median(step)), 3),
         "ratio_of_sums": round(float(tick.sum() / step.sum()), 3),
+        "loaded": {  # ticks with a heap or something pinned, which ask for shorter steps
+            "share": round(float(np.mean(loaded)), 3),
+            "tick_ms": round(float(np.median(tick[loaded])), 3) if any(loaded) else None,
+            "other_tick_ms": round(float(np.median(tick[~np.array(loaded)])), 3) if not all(loaded) else None,
+        },
         "substeps_mean": round(float(np.mean(substeps)), 2),
         "awake": {"mean": round(float(np.mean(awake)), 1), "max": max(awake)},
         "check": {
@@ -320,6 +326,8 @@ def main() -> int:
     console.print(table)
     for name, r in results.items():
         console.print(f"{name}: {r.get('check', r)}")
+        if r.get("loaded", {}).get("share"):
+            console.print(f"{name}, ticks with a heap or a pin: {r['loaded']}")
     return 0
 
 
