@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Protocol, runtime_checkable
 
-__all__ = ["BuiltDevice", "FollowerGroup"]
+__all__ = ["BuiltDevice", "FollowerGroup", "OwnLoops"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,3 +44,12 @@ class FollowerGroup:
 
     def __str__(self) -> str:
         return f"{self.leader}" + "".join(f" + {f.device_id}" for f in self.followers)
+
+
+@runtime_checkable
+class OwnLoops(Protocol):
+    """A motor controller whose loops no vendor's library runs in simulation: `SparkMotorSim`."""
+
+    def run(self, dt: float) -> None:
+        """Let its loops run for dt [s]."""
+        ...

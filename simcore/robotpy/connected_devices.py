@@ -9,12 +9,13 @@ tick became 3.7.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Protocol, runtime_checkable
+from typing import Protocol
 
 from simcore.errors import ConfigError
+from simcore.robot.motor_controllers import OwnLoops
 from simcore.robot.robot import Robot
 
-__all__ = ["ConnectedDevices", "DeviceClock", "DrivetrainDevices", "MotorDevices", "OwnLoops"]
+__all__ = ["ConnectedDevices", "DeviceClock", "DrivetrainDevices", "MotorDevices"]
 
 
 class DrivetrainDevices(Protocol):
@@ -38,15 +39,6 @@ class MotorDevices(Protocol):
 
     def write(self) -> None:
         """The mechanism's motion to the sensors."""
-        ...
-
-
-@runtime_checkable
-class OwnLoops(Protocol):
-    """A motor controller whose loops no vendor's library runs in simulation: `SparkMotorSim`."""
-
-    def run(self, dt: float) -> None:
-        """Let its loops run for dt [s]."""
         ...
 
 
