@@ -11,7 +11,7 @@ if find_spec("phoenix6") is None or find_spec("wpilib") is None:
 if find_spec("rev") is None or find_spec("wpilib") is None:
     collect_ignore_glob.append("simcore/revlib/*")
 if find_spec("photonlibpy") is None:
-    collect_ignore_glob.append("simcore/photonvision.py")
+    collect_ignore_glob.append("simcore/photonvision/*")
 if find_spec("pyfrc") is None or find_spec("phoenix6") is None:
     collect_ignore_glob.append("simcore/robotpy/*")
 
