@@ -100,12 +100,14 @@ class Course:
                 break
 
     def against_the_wall(self) -> Iterator[None]:
-        farthest = 0.0
-        for _ in range(75):
+        farthest, bumper = 0.0, self.chassis.config
+        for _ in range(150):
             self.push(0.0, 0.6)
             yield
-            farthest = max(farthest, self.chassis.pose[1])
-        self.results["gap_at_wall"] = FIELD_WIDTH - self.chassis.config.bumper_width / 2 - farthest
+            _, y, yaw = self.chassis.pose
+            corner = 0.5 * (bumper.bumper_width * abs(math.cos(yaw)) + bumper.bumper_length * abs(math.sin(yaw)))
+            farthest = max(farthest, y + corner)
+        self.results["gap_at_wall"] = FIELD_WIDTH - farthest
         self.results["speed_at_wall"] = abs(self.chassis.vel[1])
 
     def mechanisms(self) -> Iterator[None]:
