@@ -156,6 +156,7 @@ def check(run: dict, team: Team) -> None:
     assert -0.008 < run["gap_at_wall"] < 0.08  # pressed on with all its grip
     assert run["speed_at_wall"] < 0.05
     assert run["counted"] == run["staged"]
+    assert run["min_volts"] > 4.0, "for one step of 5 ms; then the roboRIO has cut the outputs"
     for name, goal in team.pressed.items():
         assert run["pressed"][name] == pytest.approx(goal, rel=0.1, abs=0.02), name
     for name in team.stops:
