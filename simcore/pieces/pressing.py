@@ -27,7 +27,6 @@ _PIN_STEPS = 0.0025, 0.01  # [s], shortest and longest
 _HEAP_STEP = 0.005  # [s]; 100 balls, 7 deep: overlaps of 4 mm at 10 ms, 1.4 mm at 5 ms
 _LAYER_STEP = 0.01  # [s], for a second layer alone
 _HEAP_SIZE = 5  # pieces that lie on others; fewer get along with impacts
-_CELL = 0.05  # [m], of what is remembered about places near the field
 _ROBOT_MIDDLE = 0.15  # [m], above the carpet
 _CHAIN = 1.0  # [m], from a robot's bumpers to the farthest piece that it can press against something
 _LOW = 1.0  # [m]; pieces above this are over the robots
@@ -48,7 +47,6 @@ class Pressing:
         """Which slots have sustained contacts, shape (slots,)."""
         self.stirred: IntArray = np.zeros(0, dtype=np.int64)
         """Sleepers that the engine had moved a little when they were last read."""
-        self._near_solid: dict[tuple[int, int, int], bool] = {}
         rest_heights = np.array([kind.rest_height for kind in pool.types])
         radii = np.array([kind.bounding_radius for kind in pool.types])
         self._raised = (rest_heights + 0.5 * radii)[pool.state.kind]
@@ -127,9 +125,7 @@ class Pressing:
         reach = radius[i] + radius[j] + _LEANING
         touching = np.einsum("ij,ij->i", away, away) < reach * reach
         i, j = i[touching], j[touching]
-        is_member = np.zeros(len(self._raised), dtype=bool)
-        is_member[upper] = True
-        is_member = is_member[calm]
+        is_member = np.isin(calm, upper)
         while True:
             joined = is_member[i] ^ is_member[j]
             if not joined.any():
@@ -170,11 +166,7 @@ class Pressing:
                 far = reach + math.hypot(other.half_length, other.half_width)
                 if other is not robot and math.hypot(other.x - robot.x, other.y - robot.y) < far:
                     return True
-        cell = (round(robot.x / _CELL), round(robot.y / _CELL), round(reach / _CELL))  # the same for some ticks
-        if cell not in self._near_solid:
-            place = np.array([[cell[0] * _CELL, cell[1] * _CELL, _ROBOT_MIDDLE]])
-            self._near_solid[cell] = bool(self._world.near_solid(place, np.array([reach + _CELL]))[0])
-        return self._near_solid[cell]
+        return bool(self._world.near_solid(np.array([[robot.x, robot.y, _ROBOT_MIDDLE]]), np.array([reach]))[0])
 
     def _is_held(self, slots: IntArray, pos: FloatArray, move: FloatArray) -> bool:
         """Whether one of some pieces can touch something solid within the tick."""
