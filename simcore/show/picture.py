@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from simcore.errors import ConfigError, OutputError, require_positive
+from simcore.errors import ConfigError, require_positive
 from simcore.show.charts import Chart, charts_of, draw_chart
+from simcore.show.figure_file import new_figure, picture_path, save_figure
 from simcore.show.scene import CARPET, GRID, HIT, INK, MISS, MUTED, PieceLook, RobotLook, Scene, rgb, tint
 from simcore.telemetry.recording import Recording
-from simcore.telemetry.sinks import output_error, require_writable
 from simcore.typing import FloatArray
 
 if TYPE_CHECKING:
@@ -23,7 +23,6 @@ __all__ = ["draw_match", "draw_summary"]
 
 _GRID_ON_CARPET = "#c3c7cc"
 _PATH = ("#b59ae6", "#2a0e5e")  # first to last second
-_FORMATS = ("pdf", "png", "svg")
 _LEFT = 0.72  # [in]; left edge of everything
 _CHARTS_IN_A_ROW, _CHART_ROW = 3, 2.5  # [-], [in]
 
@@ -92,22 +91,11 @@ def draw_match(
     after = {name: _rows(f"pieces_after[{name!r}]", rows, 7) for name, rows in (pieces_after or {}).items()}
     flights = [(_rows(f"shots[{i}].points", shot.points, 3), shot.scored) for i, shot in enumerate(scene.shots)]
     outlines = [(name, _rows(name, corners, 2)) for name, corners in scene.field_outlines]
-    path = Path(path)
-    kind = path.suffix.lower().lstrip(".")
-    if kind not in _FORMATS:
-        raise OutputError(f"cannot draw {str(path)!r}: pictures end in {', '.join('.' + f for f in _FORMATS)}")
-    require_writable("picture", path)
-
-    try:
-        from matplotlib.figure import Figure  # takes half a second, and needs no screen and no pyplot
-    except ImportError as error:
-        raise OutputError(
-            f"cannot draw the picture {str(path)!r}: {error}. `python -m pip install matplotlib` brings what it needs"
-        ) from error
+    path = picture_path(path)
 
     rows = -(-len(charts) // _CHARTS_IN_A_ROW)
     height = 10.0 + _CHART_ROW * rows
-    figure = Figure(figsize=(16, height), dpi=100, facecolor="white")
+    figure = new_figure(path, (16.0, height))
 
     def axes_at(left: float, top: float, across: float, up: float) -> Axes:
         """Axes by their place from the upper left corner of the picture [in]."""
@@ -149,10 +137,7 @@ def draw_match(
     _draw_legend(figure, scene, before, after)
     if seconds > 0.0:
         _draw_time_bar(axes_at(14.29, 3.6, 0.18, 2.8), figure, seconds)
-    try:
-        figure.savefig(path, format=kind)
-    except OSError as error:
-        raise output_error("picture", path, error) from error
+    save_figure(figure, path)
 
 
 def _rows(name: str, array: FloatArray, columns: int) -> FloatArray:

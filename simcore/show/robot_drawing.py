@@ -9,10 +9,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from simcore.errors import OutputError
+from simcore.show.figure_file import new_figure, picture_path, save_figure
 from simcore.show.robot_sketch import RobotSketch, SketchWay
 from simcore.show.scene import GRID, HIT, INK, MISS, MUTED, PATH, tint
-from simcore.telemetry.sinks import output_error, require_writable
 from simcore.typing import FloatArray
 
 if TYPE_CHECKING:
@@ -21,7 +20,6 @@ if TYPE_CHECKING:
 
 __all__ = ["draw_robot"]
 
-_FORMATS = ("pdf", "png", "svg")
 _COLORS = {
     "intake": HIT,
     "shooter": MISS,
@@ -43,7 +41,7 @@ _ABOVE, _SIDE = (0, 1), (0, 2)  # columns of a point in the two views
 
 
 def draw_robot(path: str | Path, sketch: RobotSketch, *, title: str, subtitle: str = "") -> None:
-    """Draw a robot from above and from the left side, both to one scale; missing folders are made.
+    """Draw a robot from above and from its right side, both to one scale; missing folders are made.
 
     Args:
         path: A `.png`, `.svg` or `.pdf` file.
@@ -54,22 +52,12 @@ def draw_robot(path: str | Path, sketch: RobotSketch, *, title: str, subtitle: s
     Raises:
         OutputError: The picture cannot be written there, or as that kind of file.
     """
-    path = Path(path)
-    kind = path.suffix.lower().lstrip(".")
-    if kind not in _FORMATS:
-        raise OutputError(f"cannot draw {str(path)!r}: pictures end in {', '.join('.' + f for f in _FORMATS)}")
-    require_writable("picture", path)
-    try:
-        from matplotlib.figure import Figure
-    except ImportError as error:
-        raise OutputError(
-            f"cannot draw the picture {str(path)!r}: {error}. `python -m pip install matplotlib` brings what it needs"
-        ) from error
+    path = picture_path(path)
 
     ways = [way for way in sketch.ways if len(way.way)]
     rows = -(-(len(sketch.notes) + bool(ways)) // _LEGEND_COLUMNS)
     high = _VIEW_TOP + _VIEW_HIGH + 0.75 + _LEGEND_ROW * rows + 0.1
-    figure = Figure(figsize=(_WIDE, high), dpi=100, facecolor="white")
+    figure = new_figure(path, (_WIDE, high))
     points = sketch.points()
     low, top = points.min(axis=0) - _MARGIN, points.max(axis=0) + _MARGIN
     low[2] = min(low[2], -_MARGIN)
@@ -87,10 +75,7 @@ def draw_robot(path: str | Path, sketch: RobotSketch, *, title: str, subtitle: s
     figure.text(_VIEW_LEFT / _WIDE, 1.0 - 0.38 / high, title, fontsize=19, fontweight="bold", color=INK, **head)
     figure.text(_VIEW_LEFT / _WIDE, 1.0 - 0.72 / high, subtitle, fontsize=11.5, color=MUTED, **head)
     _draw_legend(figure, sketch, ways, high, rows)
-    try:
-        figure.savefig(path, format=kind)
-    except OSError as error:
-        raise output_error("picture", path, error) from error
+    save_figure(figure, path)
 
 
 def _frame(axes: Axes, low: FloatArray, top: FloatArray, columns: tuple[int, int], scale: float) -> None:
