@@ -12,7 +12,7 @@ from typing import Any
 
 from simcore.phoenix6.configuration import talon_configuration
 from simcore.robot.gearbox import GearboxConfig
-from simcore.robot.mechanism_friction import default_friction, friction_from_volts
+from simcore.robot.guessed_mechanism import GuessedMechanism, guessed_inertia, guessed_weight, with_guessed_friction
 from simcore.robot.mechanisms import ArmConfig, ArmSim
 from simcore.robot.motor_controllers import BuiltDevice, FollowerGroup
 from simcore.robot.shaft import ShaftSim
@@ -20,7 +20,6 @@ from simcore.robot_file.reader import gearbox_motor
 
 __all__ = ["Guess", "gain_volts", "guess_mechanism"]
 
-_SPIN_UP = 0.05  # [s]; time constant without a kA. Estimate: rollers are .02-.1, shooters .1-.5
 _MOST_VOLTS = 1.0  # gains kS and kG above this are amperes of a torque-current loop
 _ARRANGEMENTS = {  # of a TalonFXS
     "MINION_JST": "Minion",
@@ -32,11 +31,9 @@ _ARRANGEMENTS = {  # of a TalonFXS
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Guess:
+class Guess(GuessedMechanism):
     """What a group of devices probably turns."""
 
-    mechanism: ShaftSim
-    motor: str
     inverted: bool
     """Whether the leader is configured `CLOCKWISE_POSITIVE`."""
     sensor: tuple[str, int] | None
@@ -45,18 +42,6 @@ class Guess:
     """Turns of that encoder, or of one wired to a TalonFXS, per turn of the mechanism [-]."""
     wired_gearing: float | None
     """Rotor turns per turn of an encoder wired to a TalonFXS [-]; None: there is none."""
-
-    @property
-    def has_weight(self) -> bool:
-        """Whether gravity acts on it."""
-        return isinstance(self.mechanism, ArmSim) or self.mechanism.load_torque != 0.0
-
-    def __str__(self) -> str:
-        m = self.mechanism
-        text = f"{m.motors} x {self.motor}, {m.gearing:.3g}:1, {m.inertia:.2g} kg m^2"
-        if isinstance(m, ArmSim):
-            return text + ", weight of its kG as an arm"
-        return text + (", weight of its kG" if self.has_weight else "")
 
 
 def guess_mechanism(group: FollowerGroup) -> Guess:
@@ -82,15 +67,9 @@ def guess_mechanism(group: FollowerGroup) -> Guess:
     gearbox = GearboxConfig(motor=gearbox_motor(name), motors=len(group.devices), gearing=per_mechanism * per_sensor)
     gains = config.slot0
     static, weight = gain_volts(gearbox, gains.k_s), gain_volts(gearbox, gains.k_g)
+    gearbox = with_guessed_friction(gearbox, static)
+    inertia = guessed_inertia(gearbox, gains.k_v, gains.k_a)
     torque_per_volt = gearbox.torque_per_amp / gearbox.resistance
-    gearbox = GearboxConfig(
-        motor=gearbox.motor,
-        motors=gearbox.motors,
-        gearing=gearbox.gearing,
-        friction_torque=friction_from_volts(gearbox, static) if static else default_friction(gearbox),
-    )
-    spin_up = gains.k_a / gains.k_v if gains.k_a > 0.0 and gains.k_v > 0.0 else _SPIN_UP
-    inertia = spin_up * torque_per_volt * gearbox.volts_per_speed
     is_remote = "CANCODER" in source or "CANDI" in source
     return Guess(
         mechanism=_mechanism(device, gearbox, inertia, weight * torque_per_volt, config),
@@ -104,8 +83,6 @@ def guess_mechanism(group: FollowerGroup) -> Guess:
 
 def _mechanism(device: BuiltDevice, gearbox: GearboxConfig, inertia: float, weight: float, config: Any) -> ShaftSim:
     """A free shaft; with a kG, one with a weight that rests on a stop where it is at first."""
-    if weight == 0.0:
-        return ShaftSim(gearbox, inertia)
     if config.slot0.gravity_type.name == "ARM_COSINE" and weight > 0.0:
         device.hardware.get_position().wait_for_update(0.1)
         start = device.hardware.get_position().value * math.tau
@@ -124,10 +101,7 @@ def _mechanism(device: BuiltDevice, gearbox: GearboxConfig, inertia: float, weig
                 start_angle=start,
             )
         )
-    # A weight that pulls up (a negative kG: a spring, or counting down) rests on the upper stop.
-    shaft = ShaftSim(gearbox, inertia, **{"lower_stop" if weight > 0.0 else "upper_stop": 0.0})
-    shaft.set_load(-weight)
-    return shaft
+    return guessed_weight(gearbox, inertia, weight)
 
 
 def _ratio(value: float) -> float:

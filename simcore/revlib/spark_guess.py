@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import ClassVar
 
 import rev
 
 from simcore.revlib.spark_configuration import read_spark_configuration
 from simcore.revlib.spark_loop import Feedback, SlotGains, SparkConfiguration
 from simcore.robot.gearbox import GearboxConfig
-from simcore.robot.mechanism_friction import default_friction, friction_from_volts
+from simcore.robot.guessed_mechanism import GuessedMechanism, guessed_inertia, guessed_weight, with_guessed_friction
 from simcore.robot.mechanisms import ArmConfig, ArmSim
 from simcore.robot.motor_controllers import FollowerGroup
 from simcore.robot.shaft import ShaftSim
@@ -18,29 +19,15 @@ from simcore.robot_file.reader import gearbox_motor
 
 __all__ = ["SparkGuess", "guess_spark_mechanism"]
 
-_SPIN_UP = 0.05  # [s]; time constant without a kA. Estimate: rollers are .02-.1, shooters .1-.5
 _TURNS = (1.0, math.tau, 360.0)
 """What robot code may call one turn of a mechanism."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class SparkGuess:
+class SparkGuess(GuessedMechanism):
     """What a group of SPARKs probably turns."""
 
-    mechanism: ShaftSim
-    motor: str
-
-    @property
-    def has_weight(self) -> bool:
-        """Whether gravity acts on it."""
-        return isinstance(self.mechanism, ArmSim) or self.mechanism.load_torque != 0.0
-
-    def __str__(self) -> str:
-        m = self.mechanism
-        text = f"{m.motors} x {self.motor}, {m.gearing:.3g}:1, {m.inertia:.2g} kg m^2"
-        if isinstance(m, ArmSim):
-            return text + ", weight of its kCos as an arm"
-        return text + (", weight of its kG" if self.has_weight else "")
+    ARM_GAIN: ClassVar[str] = "kCos"
 
 
 def guess_spark_mechanism(group: FollowerGroup) -> SparkGuess:
@@ -53,16 +40,9 @@ def guess_spark_mechanism(group: FollowerGroup) -> SparkGuess:
     else:
         name = "NEO Vortex" if group.leader.model == "SPARK Flex" else "NEO"
     gearbox = GearboxConfig(motor=gearbox_motor(name), motors=len(group.devices), gearing=_gearing(config))
-    torque_per_volt = gearbox.torque_per_amp / gearbox.resistance
-    gearbox = GearboxConfig(
-        motor=gearbox.motor,
-        motors=gearbox.motors,
-        gearing=gearbox.gearing,
-        friction_torque=friction_from_volts(gearbox, gains.ks) if gains.ks else default_friction(gearbox),
-    )
-    spin_up = gains.ka / gains.kv if gains.ka > 0.0 and gains.kv > 0.0 else _SPIN_UP
-    inertia = spin_up * torque_per_volt * gearbox.volts_per_speed
-    return SparkGuess(mechanism=_mechanism(gearbox, inertia, gains, torque_per_volt), motor=name)
+    gearbox = with_guessed_friction(gearbox, gains.ks)
+    inertia = guessed_inertia(gearbox, gains.kv, gains.ka)
+    return SparkGuess(mechanism=_mechanism(gearbox, inertia, gains), motor=name)
 
 
 def _gearing(config: SparkConfiguration) -> float:
@@ -82,8 +62,9 @@ def _gearing(config: SparkConfiguration) -> float:
     return next(iter(round_gears or gears), 1.0)
 
 
-def _mechanism(gearbox: GearboxConfig, inertia: float, gains: SlotGains, torque_per_volt: float) -> ShaftSim:
+def _mechanism(gearbox: GearboxConfig, inertia: float, gains: SlotGains) -> ShaftSim:
     """A free shaft; with a kCos or kG, one with a weight that rests on a stop where it is at first."""
+    torque_per_volt = gearbox.torque_per_amp / gearbox.resistance
     if gains.kcos > 0.0:
         return ArmSim(
             ArmConfig(
@@ -96,8 +77,4 @@ def _mechanism(gearbox: GearboxConfig, inertia: float, gains: SlotGains, torque_
                 max_angle=math.pi,
             )
         )
-    if gains.kg == 0.0:
-        return ShaftSim(gearbox, inertia)
-    shaft = ShaftSim(gearbox, inertia, **{"lower_stop" if gains.kg > 0.0 else "upper_stop": 0.0})
-    shaft.set_load(-gains.kg * torque_per_volt)
-    return shaft
+    return guessed_weight(gearbox, inertia, gains.kg * torque_per_volt)
