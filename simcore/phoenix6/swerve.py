@@ -18,6 +18,7 @@ from phoenix6.sim import ChassisReference
 from phoenix6.swerve import SwerveDrivetrain, SwerveModule, SwerveModuleConstants
 
 from simcore.errors import ConfigError
+from simcore.phoenix6.built_devices import key_of
 from simcore.phoenix6.pose_resets import PoseReset, on_pose_reset
 from simcore.phoenix6.sim_states import is_emulated
 from simcore.phoenix6.swerve_devices import SwerveDevicesSim, SwerveModuleDevices, azimuth_port
@@ -28,6 +29,7 @@ from simcore.robot.swerve_drive import SwerveDrive
 
 __all__ = [
     "SwerveDrivetrainSim",
+    "drivetrain_motors",
     "known_drivetrains",
     "module_constants",
     "only_drivetrain",
@@ -142,6 +144,11 @@ def module_constants(drivetrain: Any) -> list[Any]:
 def known_drivetrains() -> list[Any]:
     """All drivetrains that the program has built."""
     return list(_seen)
+
+
+def drivetrain_motors() -> set[tuple[str, int]]:
+    """Model and id of every motor of these, which turns no other mechanism."""
+    return {key_of(motor) for d in _seen for module in d.modules for motor in (module.drive_motor, module.steer_motor)}
 
 
 def only_drivetrain() -> Any:

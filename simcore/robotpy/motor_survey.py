@@ -6,7 +6,7 @@ from typing import Any
 
 import simcore.phoenix6.swerve as swerve
 from simcore.errors import ConfigError
-from simcore.phoenix6.built_devices import built_devices, key_of
+from simcore.phoenix6.built_devices import built_devices
 from simcore.robot.motor_controllers import FollowerGroup
 from simcore.robotpy.built_ports import built_ports  # from here on ports are noted; the robot object is built later
 from simcore.robotpy.motor_families import FAMILIES, MotorFamily, watch_devices
@@ -28,9 +28,7 @@ def _ports() -> list[dict[str, Any]]:
 
 
 def _motors() -> list[dict[str, Any]]:
-    drive = {
-        key_of(motor) for d in swerve.known_drivetrains() for m in d.modules for motor in (m.drive_motor, m.steer_motor)
-    }
+    drive = swerve.drivetrain_motors()
     found = []
     for family in FAMILIES:
         free = [d for d in family.devices() if d.model in family.controllers and d.key not in drive]

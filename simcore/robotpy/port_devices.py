@@ -35,7 +35,30 @@ __all__ = [
 _RAIL = 5.0  # [V] at the roboRIO's analog inputs
 
 
-class PWMChannelPort:
+class _ChannelPort:
+    """What ports without a sensor or a configuration have in common.
+
+    Args:
+        coasts: Whether zero opens the circuit instead of braking.
+    """
+
+    def __init__(self, *, coasts: bool) -> None:
+        self._coasts = coasts
+        self._supply = 12.0
+
+    def set_supply(self, volts: float) -> None:
+        """Voltage at its terminals [V]."""
+        self._supply = volts
+
+    def is_open(self) -> bool:
+        """Whether the circuit is open at zero."""
+        return self._coasts
+
+    def write(self, rotations: float, rps: float) -> None:
+        """Nobody reads it."""
+
+
+class PWMChannelPort(_ChannelPort):
     """Whatever controls a motor on a PWM channel, whose output the roboRIO resolves to 0.4 %.
 
     Args:
@@ -46,14 +69,9 @@ class PWMChannelPort:
     """
 
     def __init__(self, channel: int, leader: Any = None, *, coasts: bool = False) -> None:
+        super().__init__(coasts=coasts)
         self._sim = PWMSim(channel)
         self._leader = leader
-        self._coasts = coasts
-        self._supply = 12.0
-
-    def set_supply(self, volts: float) -> None:
-        """Voltage at the controller's terminals [V]."""
-        self._supply = volts
 
     def volts(self) -> float:
         """Its duty cycle of the supply [V]; the roboRIO holds PWM neutral while disabled, its simulation does not."""
@@ -62,15 +80,8 @@ class PWMChannelPort:
         volts = float(self._sim.getSpeed()) * self._supply
         return -volts if self._leader is not None and self._leader.getInverted() else volts
 
-    def is_open(self) -> bool:
-        """Whether the circuit is open at zero."""
-        return self._coasts
 
-    def write(self, rotations: float, rps: float) -> None:
-        """Nobody reads it."""
-
-
-class RelayPort:
+class RelayPort(_ChannelPort):
     """A Spike on a relay channel: the whole battery one way or the other, or nothing.
 
     Args:
@@ -79,26 +90,14 @@ class RelayPort:
     """
 
     def __init__(self, channel: int, *, coasts: bool = False) -> None:
+        super().__init__(coasts=coasts)
         self._sim = RelaySim(channel)
-        self._coasts = coasts
-        self._supply = 12.0
-
-    def set_supply(self, volts: float) -> None:
-        """Voltage at its terminals [V]."""
-        self._supply = volts
 
     def volts(self) -> float:
         """What it puts on the motor [V]."""
         if not DriverStation.isEnabled():
             return 0.0
         return self._supply * (float(self._sim.getForward()) - float(self._sim.getReverse()))
-
-    def is_open(self) -> bool:
-        """Whether the circuit is open at zero."""
-        return self._coasts
-
-    def write(self, rotations: float, rps: float) -> None:
-        """Nobody reads it."""
 
 
 class PortMotorSim:

@@ -7,11 +7,10 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-from phoenix6 import configs
-
 import simcore.phoenix6.swerve as swerve
 from simcore.errors import ConfigError
-from simcore.phoenix6.built_devices import built_devices, group_followers, key_of
+from simcore.phoenix6.built_devices import built_devices, group_followers
+from simcore.phoenix6.configuration import talon_configuration
 from simcore.robot.motor_controllers import BuiltDevice
 from simcore.robot_file.reader import read_settings
 from simcore.robot_file.robot_settings import FILE_NAME
@@ -20,12 +19,7 @@ from simcore.robotpy.surveyed_robot import print_survey
 
 __all__ = ["main"]
 
-_MODELS: dict[str, Any] = {
-    "TalonFX": configs.TalonFXConfiguration,
-    "TalonFXS": configs.TalonFXSConfiguration,
-}
-
-_PATIENCE, _TRIES = 0.5, 3  # [s], [-]; a device answers within 50 ms, on a busy computer later
+_MODELS = ("TalonFX", "TalonFXS")
 
 
 def main() -> None:
@@ -39,9 +33,7 @@ def _look(robot_file: Path) -> dict[str, Any]:
         answer["drivetrain"] = asdict(described_drivetrain(read_settings(robot_file.parent / FILE_NAME))[1])
     except ConfigError as error:
         answer["why_not"] = str(error)
-    drive = {
-        key_of(motor) for d in swerve.known_drivetrains() for m in d.modules for motor in (m.drive_motor, m.steer_motor)
-    }
+    drive = swerve.drivetrain_motors()
     motors = [d for d in built_devices() if d.model in _MODELS and d.key not in drive]
     answer["motors"] = [
         {
@@ -58,8 +50,9 @@ def _look(robot_file: Path) -> dict[str, Any]:
 
 def _view(device: BuiltDevice) -> dict[str, Any] | None:
     """The fields of a `CodeView`; None if the device does not answer."""
-    config = _MODELS[device.model]()
-    if not any(device.hardware.configurator.refresh(config, _PATIENCE).is_ok() for _ in range(_TRIES)):
+    try:
+        config = talon_configuration(device.hardware, device.model)
+    except ConfigError:
         return None
     feedback = config.feedback if device.model == "TalonFX" else config.external_feedback
     source = feedback.feedback_sensor_source if device.model == "TalonFX" else feedback.external_feedback_sensor_source

@@ -6,6 +6,8 @@ import textwrap
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from simcore.robot_file.robot_settings import FILE_NAME
+
 __all__ = ["StartupSummary", "unknown_sim_devices"]
 
 _WIDTH = 118
@@ -37,9 +39,8 @@ class StartupSummary:
     """Those that simcore runs."""
     unseen: str = ""
     """Cameras that the program talks to and that nobody runs."""
-    file: str = "simcore.toml"
-    """Where to describe a mechanism."""
     has_file: bool = True
+    """Whether there is a simcore.toml."""
 
     def lines(self) -> list[str]:
         """The screen: at most 30 lines of some 120 characters.
@@ -61,7 +62,7 @@ class StartupSummary:
             rows.append(("nobody moves", f"{self.nobody}: reads what it read at start"))
         if self.lights:
             rows.append(("lights", f"{self.lights}: shown as Sim/Lights in telemetry"))
-        cameras = self.cameras or f"none that simcore runs; [[camera]] in {self.file} adds one"
+        cameras = self.cameras or f"none that simcore runs; [[camera]] in {FILE_NAME} adds one"
         rows.append(("cameras", cameras + (f"; your program asks for {self.unseen}" if self.unseen else "")))
         rows.append(("to change", self._advice()))
         lines = [self.robot]
@@ -77,14 +78,14 @@ class StartupSummary:
 
     def _advice(self) -> str:
         if not self.has_file:
-            return f"`simcore init` writes a {self.file} with these motors; there is none yet"
+            return f"`simcore init` writes a {FILE_NAME} with these motors; there is none yet"
         if self.guessed:
             number = self.guessed[0][0].split(" + ")[0].split()[-1]
             return (
                 f"a guess becomes a mechanism with [[mechanism]] name, kind, leader = {number} and gearing in "
-                f"{self.file}; mass, bumpers and start are in [robot] and [start]"
+                f"{FILE_NAME}; mass, bumpers and start are in [robot] and [start]"
             )
-        return f"mass, bumpers and start are in [robot] and [start] of {self.file}"
+        return f"mass, bumpers and start are in [robot] and [start] of {FILE_NAME}"
 
 
 def _some(label: str, texts: Sequence[str]) -> list[tuple[str, str]]:
