@@ -7,7 +7,6 @@ import math
 import pytest
 
 from simcore.errors import ConfigError
-from simcore.robot_file.reader import read_settings
 from simcore.vision.camera import limelight_type
 from simcore.vision.photon_lens import PHOTON_LENS
 
@@ -15,16 +14,6 @@ PLACE = "x = 0.2\ny = -0.1\nz = 0.5\n"
 LIMELIGHT = f'[[camera]]\nname = "limelight-a"\ntype = "LL3G"\n{PLACE}'
 PHOTON = f'[[camera]]\nmaker = "photonvision"\nname = "front"\n{PLACE}'
 QUEST = f'[[camera]]\nmaker = "questnav"\n{PLACE}'
-
-
-@pytest.fixture
-def read(tmp_path):
-    def read(text):
-        path = tmp_path / "simcore.toml"
-        path.write_text(text)
-        return read_settings(path)
-
-    return read
 
 
 def test_one_of_each_maker(read):

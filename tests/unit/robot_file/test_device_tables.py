@@ -12,8 +12,6 @@ from simcore.robot.positioned_mechanisms import PistonSim, ServoSim
 from simcore.robot.robot_config import build_mechanism
 from simcore.robot_file.device_settings import EncoderSettings, LimitSwitchSettings, PieceView, RangeSettings
 from simcore.robot_file.port_templates import FoundPort
-from simcore.robot_file.reader import read_settings
-from simcore.robot_file.robot_settings import RobotSettings
 from simcore.robot_file.template import template
 
 HOOD = """
@@ -67,16 +65,6 @@ gearing = 3
 ENCODER = '[[sensor]]\nname = "e"\nkind = "encoder"\nmechanism = "hood"\ndio = [0, 1]\npulses_per_turn = 2048\n'
 SWITCH = '[[sensor]]\nname = "s"\nkind = "limit switch"\ndio = 3\n'
 BEAM = '[[sensor]]\nname = "b"\nkind = "beam break"\n'
-
-
-@pytest.fixture
-def read(tmp_path):
-    def read(text: str) -> RobotSettings:
-        path = tmp_path / "simcore.toml"
-        path.write_text(text, encoding="utf-8")
-        return read_settings(path)
-
-    return read
 
 
 def test_a_piston_and_a_servo(read):

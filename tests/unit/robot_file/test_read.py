@@ -55,16 +55,6 @@ roller = "roller"
 """
 
 
-@pytest.fixture
-def read(tmp_path):
-    def read(text: str) -> RobotSettings:
-        path = tmp_path / "simcore.toml"
-        path.write_text(text, encoding="utf-8")
-        return read_settings(path)
-
-    return read
-
-
 def test_without_a_file_a_robot_gets_the_defaults(tmp_path):
     assert read_settings(tmp_path / "simcore.toml") == RobotSettings()
 
