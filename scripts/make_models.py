@@ -19,7 +19,7 @@ from typing import Any
 
 import numpy as np
 import trimesh
-from trimesh.transformations import rotation_matrix, translation_matrix
+from trimesh.transformations import quaternion_from_matrix, rotation_matrix, translation_matrix
 from trimesh.visual import TextureVisuals
 from trimesh.visual.material import PBRMaterial
 
@@ -27,12 +27,18 @@ from games.rebuilt import dimensions as dim
 from games.rebuilt.fuel import FUEL
 from games.rebuilt.game import REBUILT
 from games.rebuilt.robot import rebuilt_robot
+from simcore.geometry.rotation import rpy
+from simcore.match.camera_rig import tag_layout
 from simcore.physics.obj import ObjGroup, read_obj
 from simcore.show.glb import linear_rgba
+from simcore.show.scope_layout import IN_FLIGHT
+from simcore.show.scope_layout import RED as RED_MODEL
 from simcore.typing import FloatArray
 
 OUTPUT = Path(__file__).resolve().parents[1] / "models" / "advantagescope"
-ROBOT, FIELD = "Robot_Rebuilt", "Field3d_SimcoreRebuilt"
+ROBOTS = {"Robot_Rebuilt": "blue", "Robot_RebuiltRed": "red"}
+"""Folders, and the alliance of their bumpers."""
+FIELD = "Field3d_SimcoreRebuilt"
 ROBOT_NAME, FIELD_NAME = "Simcore Rebuilt", "Simcore REBUILT"
 
 BLUE, RED = (30, 84, 183), (196, 40, 40)
@@ -117,17 +123,17 @@ def save(path: Path, meshes: Iterable[trimesh.Trimesh], names: Iterable[str] | N
 # --- robot ------------------------------------------------------------------------------------------------------------
 
 
-def chassis() -> dict[str, trimesh.Trimesh]:
-    """What does not move. Bumpers are named so, for the browser view paints them in the alliance's color."""
+def chassis(bumpers: Color) -> dict[str, trimesh.Trimesh]:
+    """What does not move, with bumpers in a color. They are named so: the browser view paints them itself."""
     c = rebuilt_robot().body
     length, width, thick = c.bumper_length / 2.0, c.bumper_width / 2.0, c.bumper_thickness
     low, high = c.clearance + 0.02, c.bumper_top
     frame_x, frame_y = length - thick, width - thick
     meshes = {
-        "bumper_front": box((frame_x, -width, low), (length, width, high), BLUE),
-        "bumper_back": box((-length, -width, low), (-frame_x, width, high), BLUE),
-        "bumper_left": box((-frame_x, frame_y, low), (frame_x, width, high), BLUE),
-        "bumper_right": box((-frame_x, -width, low), (frame_x, -frame_y, high), BLUE),
+        "bumper_front": box((frame_x, -width, low), (length, width, high), bumpers),
+        "bumper_back": box((-length, -width, low), (-frame_x, width, high), bumpers),
+        "bumper_left": box((-frame_x, frame_y, low), (frame_x, width, high), bumpers),
+        "bumper_right": box((-frame_x, -width, low), (frame_x, -frame_y, high), bumpers),
         "front_mark": box((length, -0.11, 0.12), (length + 0.004, 0.11, 0.20), WHITE),
         "front_arrow": painted(arrow(length - thick / 2.0, high), YELLOW),
         "belly_pan": box((-frame_x, -frame_y, c.clearance), (frame_x, frame_y, c.clearance + 0.02), DARK),
@@ -219,10 +225,10 @@ PARTS: dict[str, Callable[[], list[trimesh.Trimesh]]] = {
 """By the names of the robot's components."""
 
 
-def robot_config() -> dict[str, Any]:
+def robot_config(alliance: str) -> dict[str, Any]:
     """For AdvantageScope; the cameras are views from the robot, not the simulated ones."""
     return {
-        "name": ROBOT_NAME,
+        "name": ROBOT_NAME + RED_MODEL * (alliance == "red"),
         "isFTC": False,
         "disableSimplification": True,
         "rotations": [],
@@ -303,8 +309,8 @@ def to_model(points: FloatArray) -> FloatArray:
 
 def field_config() -> dict[str, Any]:
     """Of the field; without `isFTC` AdvantageScope skips the folder in silence."""
-    stations = [(-1.0, dim.FIELD_WIDTH * k / 4.0) for k in (3, 2, 1)]
-    blue = [to_model(np.array([(*xy, 0.0)]))[0, :2] for xy in stations]
+    blue = to_model(np.array([(*xy, 0.0) for xy in dim.DRIVER_STATIONS]))[:, :2]
+    pieces = [FUEL.name, FUEL.name + IN_FLIGHT]
     return {
         "name": FIELD_NAME,
         "isFTC": False,
@@ -314,10 +320,29 @@ def field_config() -> dict[str, Any]:
         "widthInches": round(dim.FIELD_LENGTH / 0.0254, 3),
         "heightInches": round(dim.FIELD_WIDTH / 0.0254, 3),
         "defaultOrigin": "blue",
-        "driverStations": [np.round(p, 3).tolist() for p in (*blue, *(-p for p in blue))],
-        "gamePieces": [{"name": FUEL.name, "rotations": [], "position": [0, 0, 0], "stagedObjects": []}],
-        "aprilTags": [],
+        "driverStations": np.round([*blue, *-blue], 3).tolist(),
+        "gamePieces": [{"name": name, "rotations": [], "position": [0, 0, 0], "stagedObjects": []} for name in pieces],
+        "aprilTags": april_tags(),
     }
+
+
+def april_tags() -> list[dict[str, Any]]:
+    """All tags of the field; AdvantageScope has them in the frame of the model, whatever the coordinate system is."""
+    tags = tag_layout(REBUILT.field.tags, REBUILT.field.size)
+    turned = rotation_matrix(math.pi, (0.0, 0.0, 1.0))[:3, :3]
+    found = []
+    for number, center, rotation in zip(tags.id_list, to_model(tags.centers), tags.rotations, strict=True):
+        w, x, y, z = quaternion_from_matrix(np.block([[turned @ rotation, np.zeros((3, 1))], [0.0, 0.0, 0.0, 1.0]]))
+        angles = zip("xyz", np.round(np.degrees(rpy((x, y, z, w))), 3).tolist(), strict=True)
+        found.append(
+            {
+                "variant": f"36h11-{tags.size / 0.0254:g}in",
+                "id": number,
+                "rotations": [{"axis": axis, "degrees": degrees} for axis, degrees in angles if degrees],
+                "position": np.round(center, 4).tolist(),
+            }
+        )
+    return found
 
 
 # --- output -----------------------------------------------------------------------------------------------------------
@@ -329,23 +354,27 @@ def write_json(path: Path, content: dict[str, Any]) -> None:
 
 
 def write_all(output: Path) -> None:
-    """Write both folders."""
-    robot, field = output / ROBOT, output / FIELD
-    for folder in (robot, field):
+    """Write all folders."""
+    field = output / FIELD
+    for folder in (field, *(output / name for name in ROBOTS)):
         folder.mkdir(parents=True, exist_ok=True)
         for old in folder.glob("*.glb"):
             old.unlink()
-    base = chassis()
-    save(robot / "model.glb", base.values(), base)
-    for i, part in enumerate(rebuilt_robot().components):
-        save(robot / f"model_{i}.glb", PARTS[part.name]())
-    write_json(robot / "config.json", robot_config())
+    for name, alliance in ROBOTS.items():
+        base = chassis({"blue": BLUE, "red": RED}[alliance])
+        save(output / name / "model.glb", base.values(), base)
+        for i, part in enumerate(rebuilt_robot().components):
+            save(output / name / f"model_{i}.glb", PARTS[part.name]())
+        write_json(output / name / "config.json", robot_config(alliance))
     meshes = field_meshes()
     for mesh in meshes.values():
         mesh.apply_transform(translation_matrix((-dim.FIELD_LENGTH / 2, -dim.FIELD_WIDTH / 2, 0.0)))
         mesh.apply_transform(rotation_matrix(math.pi, (0.0, 0.0, 1.0)))
     save(field / "model.glb", meshes.values(), meshes)
-    save(field / "model_0.glb", [painted(trimesh.creation.icosphere(1, FUEL.bounding_radius), YELLOW)])
+    radius = FUEL.bounding_radius
+    save(field / "model_0.glb", [painted(trimesh.creation.icosphere(1, radius), YELLOW)])
+    # a little larger, for those in the air are drawn among all fuel, too
+    save(field / "model_1.glb", [painted(trimesh.creation.icosphere(1, 1.15 * radius), ORANGE)])
     write_json(field / "config.json", field_config())
 
 

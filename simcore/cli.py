@@ -26,6 +26,7 @@ COMMANDS = {
     "play": Command("simcore.show.play_command", "play an auto of a game: score, picture, page and log"),
     "view": Command("simcore.show.view_command", "replay a log in the browser"),
     "page": Command("simcore.show.log_page", "the page and the picture of a run of which only the log is left"),
+    "layout": Command("simcore.show.scope_layout", "a layout for AdvantageScope, of a game or of what a log holds"),
     "compile": Command(
         "simcore.compiled.command", "compile what is hot: simulations run faster, with the same results"
     ),

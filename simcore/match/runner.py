@@ -167,5 +167,7 @@ def _play(
 def _match_state(snapshot: Snapshot) -> dict[str, float | int | bool | str]:
     """What the keys `Sim/Match/...` say, by the rest of their names."""
     prefix = "Sim/Match/"
-    values = {**snapshot.doubles, **snapshot.integers, **snapshot.booleans, **snapshot.strings}
+    values: dict[str, float | int | bool | str] = {}
+    for kind in (snapshot.doubles, snapshot.integers, snapshot.booleans, snapshot.strings):
+        values.update(kind)
     return {key.removeprefix(prefix): value for key, value in values.items() if key.startswith(prefix)}
