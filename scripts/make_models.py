@@ -19,7 +19,7 @@ from typing import Any
 
 import numpy as np
 import trimesh
-from trimesh.transformations import quaternion_from_matrix, rotation_matrix, translation_matrix
+from trimesh.transformations import rotation_matrix, translation_matrix
 from trimesh.visual import TextureVisuals
 from trimesh.visual.material import PBRMaterial
 
@@ -27,13 +27,10 @@ from games.rebuilt import dimensions as dim
 from games.rebuilt.fuel import FUEL
 from games.rebuilt.game import REBUILT
 from games.rebuilt.robot import rebuilt_robot
-from simcore.geometry.rotation import rpy
-from simcore.match.camera_rig import tag_layout
 from simcore.physics.obj import ObjGroup, read_obj
 from simcore.show.glb import linear_rgba
-from simcore.show.scope_layout import IN_FLIGHT
-from simcore.show.scope_layout import RED as RED_MODEL
-from simcore.typing import FloatArray
+from simcore.show.scope_assets import IN_FLIGHT, field_config
+from simcore.show.scope_assets import RED as RED_MODEL
 
 OUTPUT = Path(__file__).resolve().parents[1] / "models" / "advantagescope"
 ROBOTS = {"Robot_Rebuilt": "blue", "Robot_RebuiltRed": "red"}
@@ -302,49 +299,6 @@ def _mesh(group: ObjGroup) -> trimesh.Trimesh:
     return trimesh.Trimesh(group.vertices, group.triangles(), process=False)
 
 
-def to_model(points: FloatArray) -> FloatArray:
-    """Field frame (blue corner) to AdvantageScope's model frame: origin in the middle, the red wall at -x [m]."""
-    return np.column_stack((dim.FIELD_LENGTH / 2 - points[:, 0], dim.FIELD_WIDTH / 2 - points[:, 1], points[:, 2]))
-
-
-def field_config() -> dict[str, Any]:
-    """Of the field; without `isFTC` AdvantageScope skips the folder in silence."""
-    blue = to_model(np.array([(*xy, 0.0) for xy in dim.DRIVER_STATIONS]))[:, :2]
-    pieces = [FUEL.name, FUEL.name + IN_FLIGHT]
-    return {
-        "name": FIELD_NAME,
-        "isFTC": False,
-        "coordinateSystem": "wall-blue",
-        "rotations": [],
-        "position": [0, 0, 0],
-        "widthInches": round(dim.FIELD_LENGTH / 0.0254, 3),
-        "heightInches": round(dim.FIELD_WIDTH / 0.0254, 3),
-        "defaultOrigin": "blue",
-        "driverStations": np.round([*blue, *-blue], 3).tolist(),
-        "gamePieces": [{"name": name, "rotations": [], "position": [0, 0, 0], "stagedObjects": []} for name in pieces],
-        "aprilTags": april_tags(),
-    }
-
-
-def april_tags() -> list[dict[str, Any]]:
-    """All tags of the field; AdvantageScope has them in the frame of the model, whatever the coordinate system is."""
-    tags = tag_layout(REBUILT.field.tags, REBUILT.field.size)
-    turned = rotation_matrix(math.pi, (0.0, 0.0, 1.0))[:3, :3]
-    found = []
-    for number, center, rotation in zip(tags.id_list, to_model(tags.centers), tags.rotations, strict=True):
-        w, x, y, z = quaternion_from_matrix(np.block([[turned @ rotation, np.zeros((3, 1))], [0.0, 0.0, 0.0, 1.0]]))
-        angles = zip("xyz", np.round(np.degrees(rpy((x, y, z, w))), 3).tolist(), strict=True)
-        found.append(
-            {
-                "variant": f"36h11-{tags.size / 0.0254:g}in",
-                "id": number,
-                "rotations": [{"axis": axis, "degrees": degrees} for axis, degrees in angles if degrees],
-                "position": np.round(center, 4).tolist(),
-            }
-        )
-    return found
-
-
 # --- output -----------------------------------------------------------------------------------------------------------
 
 
@@ -375,7 +329,8 @@ def write_all(output: Path) -> None:
     save(field / "model_0.glb", [painted(trimesh.creation.icosphere(1, radius), YELLOW)])
     # a little larger, for those in the air are drawn among all fuel, too
     save(field / "model_1.glb", [painted(trimesh.creation.icosphere(1, 1.15 * radius), ORANGE)])
-    write_json(field / "config.json", field_config())
+    pieces = (FUEL.name, FUEL.name + IN_FLIGHT)
+    write_json(field / "config.json", field_config(FIELD_NAME, REBUILT.field, pieces, dim.DRIVER_STATIONS))
 
 
 def main() -> int:

@@ -19,16 +19,12 @@ from simcore.errors import ConfigError, OutputError
 from simcore.match.game import Game, RobotEntry
 from simcore.match.match import Match
 from simcore.match.registry import find_game
+from simcore.show.scope_assets import IN_FLIGHT, RED, write_assets
 from simcore.show.view_models import ViewModels, load_models
 from simcore.telemetry.log_reader import read_log
 from simcore.telemetry.snapshot import Snapshot
 
-__all__ = ["IN_FLIGHT", "RED", "add_arguments", "game_snapshot", "run", "scope_layout"]
-
-IN_FLIGHT = " in flight"
-"""What follows the name of a piece in that of its model in the air, if the field has one."""
-RED = " (red)"
-"""What follows the name of a robot in that of its model with red bumpers, if there is one."""
+__all__ = ["add_arguments", "game_snapshot", "run", "scope_layout"]
 
 _VERSION = "26.0.2"
 _COLORS = ("#2b66a2", "#e48b32", "#3b875a", "#af2437", "#80588e", "#e5b31b", "#858584", "#d993aa", "#5f4528", "#c0b487")
@@ -101,6 +97,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--robots", type=int, default=1, metavar="N", help="how many of its robots (default: 1)")
     parser.add_argument("--log", type=Path, metavar="FILE.wpilog", help="show what this log holds instead")
     parser.add_argument("--models", metavar="FOLDER", help="your own Robot_... and Field3d_... folders")
+    parser.add_argument(
+        "--assets", type=Path, metavar="FOLDER", help="write plain models of the game there, and show with them"
+    )
     parser.add_argument("--output", type=Path, default=Path("out/layout.json"), metavar="FILE.json")
 
 
@@ -112,6 +111,10 @@ def run(options: argparse.Namespace) -> int:
     """
     game = find_game(options.game)
     folder = options.models or game.models
+    if options.assets is not None:
+        for path in write_assets(game, options.assets):
+            print(path)
+        folder = options.models or options.assets
     models = ViewModels() if folder is None else load_models(folder)
     if options.log is None:
         snapshot = game_snapshot(game, robots=options.robots)
