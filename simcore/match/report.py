@@ -155,7 +155,9 @@ def print_report(report: RunReport, console: Console, *, verbose: bool = False) 
     if verbose:
         run.add_row("seed", str(report.seed))
         run.add_row("physics engine", report.engine)
-        ticks = f"{report.ticks}; median {tick.median:.2f}, p95 {tick.p95:.2f}, p99 {tick.p99:.2f}, max {tick.max:.2f} ms"
+        ticks = (
+            f"{report.ticks}; median {tick.median:.2f}, p95 {tick.p95:.2f}, p99 {tick.p99:.2f}, max {tick.max:.2f} ms"
+        )
         run.add_row("ticks of 20 ms", ticks)
         run.add_row("sub-steps a tick", f"mean {report.substeps.mean:.1f}, max {report.substeps.max}")
         run.add_row("awake pieces", f"mean {report.awake.mean:.1f}, max {report.awake.max}")

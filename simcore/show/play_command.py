@@ -54,7 +54,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     add_engine_option(parser)
     parser.add_argument("--json", action="store_true", help="print one JSON object instead of tables")
-    parser.add_argument("--verbose", action="store_true", help="print engine, times of ticks and digest of the run, too")
+    parser.add_argument(
+        "--verbose", action="store_true", help="print engine, times of ticks and digest of the run, too"
+    )
     add_options(parser)
     for name, sentence in _game_options().items():
         parser.add_argument("--" + name.replace("_", "-"), action="store_true", help=sentence)
