@@ -59,6 +59,15 @@ def test_commands_that_play_are_understood():
             pytest.fail(f"{page}: {' '.join(options)}")
 
 
+@pytest.mark.parametrize(
+    "page", ["README.md", "quick_start.md", "first_robot.md", "testing.md", "rev.md", "autos.md", "upgrading.md"]
+)
+def test_command_lines_can_be_pasted_on_windows(page):
+    """There `#` is no comment (cmd) and `&&` joins nothing (PowerShell 5)."""
+    lines = re.findall(r"^    ((?:python|simcore|git|cd|mkdir) .*)$", TEXT[page], re.MULTILINE)
+    assert lines and [line for line in lines if " #" in line or "&&" in line] == []
+
+
 def test_subcommands_and_modules_exist():
     for page, words in commands("simcore [a-z]"):
         assert words[1] in cli.COMMANDS, f"{page}: {' '.join(words)}"
