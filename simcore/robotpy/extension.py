@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import functools
 import inspect
 import logging
 import socket
@@ -14,14 +13,13 @@ from typing import Any
 
 from pyfrc.physics.core import PhysicsInterface
 
-from simcore.match.registry import installed_games
 from simcore.physics.engine_choice import ENGINES
 from simcore.robotpy.attached_physics import AttachedPhysics
 from simcore.robotpy.motor_families import watch_devices
 from simcore.robotpy.own_loops import with_own_loop
 from simcore.robotpy.robot_cameras import watch_cameras
 from simcore.robotpy.robot_physics import RobotPhysics
-from simcore.robotpy.sim_window import is_for_simcore, prepare_map
+from simcore.robotpy.sim_window import prepare_window
 
 __all__ = ["attach_physics", "loadExtension", "warn_of_taken_port"]
 
@@ -170,22 +168,9 @@ def _add_flags() -> None:
                 action=_Choose,
                 help="with --simcore: the physics engine (default: bullet where it is installed)",
             )
-            _prepare_window(frame.f_locals["self"])
+            prepare_window(frame.f_locals["self"])
             return
         frame = frame.f_back
-
-
-def _prepare_window(command: Any) -> None:
-    """Have the settings of the simulator's window in place before pyfrc opens it, which is before `loadExtension`."""
-    run = command.run
-
-    @functools.wraps(run)
-    def run_with_settings(options: Any, nogui: bool, project_path: Path, robot_class: Any) -> Any:
-        if not nogui and is_for_simcore(project_path, has_flag=options.simcore):
-            prepare_map(Path.cwd(), installed_games().values())
-        return run(options, nogui, project_path, robot_class)
-
-    command.run = run_with_settings
 
 
 _add_flags()

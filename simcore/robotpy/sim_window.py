@@ -8,17 +8,20 @@ writes both when it ends.
 from __future__ import annotations
 
 import copy
+import functools
 import json
 import logging
 from collections.abc import Iterable, Mapping
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from simcore.match.game import Game
-from simcore.physics.shapes import bounding_box
-from simcore.pieces.kinds import GamePieceConfig
+from simcore.errors import SimcoreError
 
-__all__ = ["SETTINGS", "WINDOWS", "is_for_simcore", "prepare_map"]
+if TYPE_CHECKING:  # pyfrc loads this module for every command, so no game before one is needed
+    from simcore.match.game import Game
+    from simcore.pieces.kinds import GamePieceConfig
+
+__all__ = ["SETTINGS", "WINDOWS", "is_for_simcore", "prepare_map", "prepare_window"]
 
 _log = logging.getLogger(__name__)
 
@@ -44,6 +47,28 @@ _FIRST_WINDOWS = {
     }
 }
 """Places in the window of 1280 x 720 that opens at first [pixels]."""
+
+
+def prepare_window(command: Any) -> None:
+    """Let `robotpy sim` find the settings of its window, which pyfrc opens before it loads any extension.
+
+    Args:
+        command: pyfrc's, as it adds its flags.
+    """
+    run = command.run
+
+    @functools.wraps(run)  # robotpy asks for the names of its arguments
+    def run_prepared(options: Any, nogui: bool, project_path: Path, robot_class: Any) -> Any:
+        if not nogui and is_for_simcore(project_path, has_flag=options.simcore):
+            from simcore.match.registry import installed_games
+
+            try:
+                prepare_map(Path.cwd(), installed_games().values())
+            except SimcoreError as error:  # said again, and better, when the match is built
+                _log.debug("the window is not prepared: %s", error)
+        return run(options, nogui, project_path, robot_class)
+
+    command.run = run_prepared
 
 
 def is_for_simcore(project: Path, *, has_flag: bool) -> bool:
@@ -105,6 +130,8 @@ def _part(settings: Mapping[str, Any], name: str) -> dict[str, Any]:
 
 
 def _drawn(kind: GamePieceConfig) -> dict[str, Any]:
+    from simcore.physics.shapes import bounding_box
+
     low, high = bounding_box(kind.shape)
     length, width, _ = (0.8 * (high - low)).tolist()  # the line around it is drawn outside
     red, green, blue = (int(kind.color[place : place + 2], 16) / 255.0 for place in (1, 3, 5))
