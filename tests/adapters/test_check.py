@@ -15,7 +15,7 @@ import pytest
 from simcore.cli import main
 
 pytestmark = pytest.mark.skipif(
-    any(find_spec(m) is None for m in ("phoenix6", "wpilib", "commands2")), reason="needs simcore[phoenix6,robotpy]"
+    any(find_spec(m) is None for m in ("phoenix6", "wpilib", "commands2")), reason="needs .[phoenix6,robotpy]"
 )
 
 ROOT = Path(__file__).resolve().parents[2]

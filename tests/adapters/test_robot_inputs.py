@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-pytest.importorskip("pyfrc", reason="needs pyfrc: pip install simcore[robotpy]")
+pytest.importorskip("pyfrc", reason="needs pyfrc: pip install .[robotpy]")
 
 from wpilib import PowerDistribution, RobotController
 
