@@ -21,7 +21,7 @@ from simcore.phoenix6 import require_phoenix6
 from simcore.phoenix6.built_devices import clashes
 from simcore.phoenix6.ownership import Ownership
 from simcore.robotpy.attached_physics import AttachedPhysics
-from simcore.robotpy.extension import warn_of_taken_port
+from simcore.robotpy.robot_attachment import warn_of_taken_port
 
 PORTS = {
     "PWM": '[[mechanism]]\nname = "hood"\nkind = "servo"\npwm = 7\nmin_deg = 0\nmax_deg = 90\ndeg_per_second = 400\n',
