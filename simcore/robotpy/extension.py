@@ -17,7 +17,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-from simcore.errors import SimcoreError, VendorError
+from simcore.errors import ConfigError, SimcoreError, VendorError
 from simcore.install_text import install_command
 from simcore.start_errors import leave, print_error
 
@@ -58,8 +58,7 @@ def _attach(create: Any, robot_class: Any, folder: Path) -> tuple[Any, Any]:
             interface, program = create(robot_class, folder)
         interface, program = attach_physics(interface, program, folder)
     except Exception as error:
-        # pyfrc raises an error of its own while it handles that of physics.py
-        leave(error.__context__ or error, program=_PROGRAM, folder=folder)
+        leave(_cause(error), program=_PROGRAM, folder=folder)
     _leave_on_errors(interface, folder)
     return interface, program
 
@@ -80,6 +79,15 @@ def _guard(create: Any, robot_class: Any, folder: Path) -> tuple[Any, Any]:
     return interface, program
 
 
+def _cause(error: Exception) -> BaseException:
+    """What is wrong with a physics.py, for which pyfrc raises an error of its own without a word."""
+    if type(error).__name__ != "PhysicsInitException":
+        return error
+    return error.__context__ or ConfigError(
+        "physics.py has no class PhysicsEngine: it needs one (docs/connect.md), or --simcore does without a physics.py"
+    )
+
+
 def _leave_on_errors(interface: Any, folder: Path) -> None:
     """End the program with one sentence if its physics cannot be built; pyfrc would log the error three times over."""
     build = interface._simulationInit
@@ -94,12 +102,15 @@ def _leave_on_errors(interface: Any, folder: Path) -> None:
     interface._simulationInit = build_or_leave
 
 
+_THEIR_WORDS = ("Cannot enable physics support", "Error loading user physics module", "User physics module does not")
+
+
 @contextmanager
 def _own_words() -> Iterator[None]:
     """Without pyfrc's lines of a physics.py that is not there, which is no lack here, or that failed, which we say."""
 
     def is_for_us(record: logging.LogRecord) -> bool:
-        return not str(record.msg).startswith(("Cannot enable physics support", "Error loading user physics module"))
+        return not str(record.msg).startswith(_THEIR_WORDS)
 
     logger = logging.getLogger("pyfrc.physics")
     logger.addFilter(is_for_us)
