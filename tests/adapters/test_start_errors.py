@@ -1,4 +1,4 @@
-"""`robotpy sim --simcore` of projects that cannot start: one sentence, last on the screen, and a status that says so."""
+"""`robotpy sim --simcore` of projects that cannot start: one sentence, last on the screen, and a status not zero."""
 
 from __future__ import annotations
 
