@@ -15,13 +15,16 @@ import types
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
+from typing import Any, NoReturn
 
 from simcore.errors import ConfigError, SimcoreError, VendorError
 from simcore.install_text import install_command
+from simcore.robotpy.console_noise import restore_stderr
 from simcore.start_errors import leave, print_error
 
 __all__ = ["loadExtension"]
+
+_log = logging.getLogger(__name__)
 
 _PROGRAM = "robotpy sim"
 _chosen: dict[str, str] = {}
@@ -31,9 +34,12 @@ _chosen: dict[str, str] = {}
 def loadExtension() -> None:
     """What `robotpy sim` calls when the flag is given, after robot.py is imported and before the robot is built."""
     _load()
-    from simcore.robotpy.robot_attachment import warn_of_taken_port
+    from simcore.robotpy.attached_physics import AttachedPhysics
+    from simcore.robotpy.console_noise import filter_stderr
+    from simcore.robotpy.robot_attachment import is_port_taken
 
-    warn_of_taken_port()
+    AttachedPhysics.is_on_network = not is_port_taken()
+    filter_stderr()
 
 
 def _load() -> None:
@@ -41,7 +47,7 @@ def _load() -> None:
     try:
         import simcore.robotpy.robot_attachment  # noqa: F401
     except VendorError as error:
-        leave(error, program=_PROGRAM, folder=Path())
+        _leave(error, Path())
     except ImportError as error:
         needs = install_command("phoenix6", "robotpy")
         print_error(_PROGRAM, f"--simcore cannot load what it needs ({error}); {needs} brings it")
@@ -58,7 +64,7 @@ def _attach(create: Any, robot_class: Any, folder: Path) -> tuple[Any, Any]:
             interface, program = create(robot_class, folder)
         interface, program = attach_physics(interface, program, folder)
     except Exception as error:
-        leave(_cause(error), program=_PROGRAM, folder=folder)
+        _leave(_cause(error), folder)
     _leave_on_errors(interface, folder)
     return interface, program
 
@@ -79,6 +85,19 @@ def _guard(create: Any, robot_class: Any, folder: Path) -> tuple[Any, Any]:
     return interface, program
 
 
+def _leave(error: BaseException, folder: Path) -> NoReturn:
+    restore_stderr()
+    leave(error, program=_PROGRAM, folder=folder)
+
+
+def _silence_joysticks() -> None:
+    """Switch off WPILib's warning of missing joysticks, lines each second: a window or another program brings them."""
+    from wpilib import DriverStation
+
+    DriverStation.silenceJoystickConnectionWarning(True)
+    _log.info("without a window there are no joysticks: WPILib's warnings of missing ones are off")
+
+
 def _cause(error: Exception) -> BaseException:
     """What is wrong with a physics.py, for which pyfrc raises an error of its own without a word."""
     if type(error).__name__ != "PhysicsInitException":
@@ -97,7 +116,7 @@ def _leave_on_errors(interface: Any, folder: Path) -> None:
         try:
             build(robot)
         except Exception as error:
-            leave(error, program=_PROGRAM, folder=folder)
+            _leave(error, folder)
 
     interface._simulationInit = build_or_leave
 
@@ -181,12 +200,22 @@ def _run_guarded(command: Any) -> None:
         def create_and_attach(cls: Any, robot_class: Any, robot_path: Path) -> tuple[Any, Any]:
             return replacement(create, robot_class, Path(robot_path))
 
+        if (
+            options.simcore
+            and options.nogui
+            and not any(
+                getattr(options, name.replace("-", "_"), False) for name in command.simexts if name != "simcore"
+            )
+        ):
+            _silence_joysticks()
         PhysicsInterface._create_and_attach = classmethod(create_and_attach)  # type: ignore[assignment, method-assign]
         result = run(options, *args, **kwargs)
-        if result is False and options.simcore:
+        if options.simcore:
             sys.stdout.flush()
             sys.stderr.flush()
-            os._exit(1)
+            restore_stderr()
+            if result is False:
+                os._exit(1)
         return result
 
     command.run = run_guarded

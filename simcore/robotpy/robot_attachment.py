@@ -21,7 +21,7 @@ from simcore.robotpy.own_loops import with_own_loop
 from simcore.robotpy.robot_cameras import watch_cameras
 from simcore.robotpy.robot_physics import RobotPhysics
 
-__all__ = ["attach_physics", "choose", "is_ours", "warn_of_taken_port"]
+__all__ = ["attach_physics", "choose", "is_ours", "is_port_taken"]
 
 _log = logging.getLogger(__name__)
 
@@ -70,26 +70,15 @@ def attach_physics(interface: Any, robot_class: Any, folder: Path, *, joins: boo
     return ours, with_own_loop(_with_physics(robot_class, ours), ours)
 
 
-def warn_of_taken_port(port: int = NETWORKTABLES) -> bool:
-    """Say it when another program holds NetworkTables' port: dashboards would go on to show that one.
+def is_port_taken(port: int = NETWORKTABLES) -> bool:
+    """Whether another program holds a port of this machine: dashboards would go on to show that one.
 
     Asked before the robot program starts its own server, which would fail with one line among many.
-
-    Args:
-        port: On this machine.
-
-    Returns:
-        Whether somebody listens there.
     """
     try:
         socket.create_connection(("127.0.0.1", port), timeout=0.2).close()
     except OSError:
         return False
-    _log.warning(
-        "another program (a simulation that is still open?) holds port %d of NetworkTables: dashboards will show that "
-        "one, not this; close it and start again",
-        port,
-    )
     return True
 
 
