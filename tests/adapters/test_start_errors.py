@@ -117,6 +117,7 @@ IN_CI = ("no Phoenix", "in a hub", "physics.py that fails")
 def test_the_sentence_comes_last_and_the_program_leaves(name, project_of, distribution, install, tmp_path, whole):
     if not whole and name not in IN_CI:
         pytest.skip("sampled; --whole starts all of them")
+    pytest.importorskip("pathplannerlib", reason="needs PathPlanner: pip install robotpy-pathplannerlib")
     start, project = STARTS[name], project_of(GENERATED).folder
     for file, text in start.files.items():
         (project / file).write_text(text)
