@@ -20,6 +20,7 @@ from typing import Any, NoReturn
 from simcore.errors import ConfigError, SimcoreError, VendorError
 from simcore.install_text import install_command
 from simcore.robotpy.console_noise import restore_stderr
+from simcore.robotpy.sim_window import prepare_window
 from simcore.start_errors import leave, print_error
 
 __all__ = ["loadExtension"]
@@ -171,6 +172,7 @@ def _add_flags() -> None:
                 action=_Choose,
                 help="with --simcore: the physics engine, bullet or mujoco (default: bullet where it is installed)",
             )
+            prepare_window(command)
             _run_guarded(command)
             if any(word == "sim" for word in sys.argv) and any(_is_flag(word) for word in sys.argv):
                 _load()  # before robot.py is imported: it may build its drivetrain then
