@@ -10,6 +10,7 @@ from typing import NamedTuple
 
 from simcore import __version__
 from simcore.errors import SimcoreError
+from simcore.start_errors import print_error
 
 __all__ = ["COMMANDS", "Command", "main"]
 
@@ -68,7 +69,7 @@ def main(argv: Sequence[str] | None = None, *, program: str = "simcore") -> int:
     try:
         return int(args.run(args))
     except SimcoreError as error:
-        print(f"{called}: {error}", file=sys.stderr)
+        print_error(called, str(error))
         return 1
 
 

@@ -108,11 +108,18 @@ def test_robot_raises(sim):
     assert left == {"test_fails/run.wpilog", "test_fails/run.png", "test_fails/run.html"}
 
 
-def test_without_physics_it_attaches_and_without_a_robot_it_says_so(project):
+def test_without_physics_it_attaches_and_what_cannot_start_ends_with_a_sentence(project):
     test = "def test_it(sim):\n    sim.start()\n"
     (project.folder / "physics.py").unlink()
     code, said = project(test)  # attached as by --simcore
     assert code == 0 and "1 passed" in said, said
+    (project.folder / "simcore.toml").write_text("[start]\nx = 4.6\ny = 4.03\n")
+    code, said = project(test)
+    assert code == 1 and "Traceback" not in said and "simcore/match" not in said, said
+    last = said.rstrip().rpartition("\n\n")[2]
+    assert last.startswith("simcore.toml [start]: the robot starts inside of a field element") and "\n" not in last, (
+        said
+    )
     (project.folder / "robot.py").unlink()
     code, said = project(test)
     assert code == 1 and "no robot.py in" in said, said
