@@ -15,13 +15,14 @@ from types import MappingProxyType
 import numpy as np
 from scipy.spatial import ConvexHull, QhullError
 
-from simcore.errors import ConfigError, FieldMeshError, UnknownNameError, require_positive
+from simcore.errors import ConfigError, FieldMeshError, UnknownNameError
 from simcore.geometry.symmetry import FieldSymmetry
 from simcore.physics.mesh import decompose, plates
 from simcore.physics.obj import ObjGroup, read_obj
 from simcore.physics.shapes import Box, Compound, Cylinder, HalfSpace, Hull, Mesh, Shape
 from simcore.physics.sheets import SAME_PLACE, Sheet, choose_sides
 from simcore.physics.surface import WALL, TerrainSurface
+from simcore.quantities import FIELD_LENGTH, FIELD_PLACE, ROBOT_LENGTH, Quantity, require, require_fields
 from simcore.typing import FloatArray
 
 __all__ = ["FieldBoundary", "FieldElement", "FieldGeometry", "box_element"]
@@ -52,8 +53,14 @@ class FieldBoundary:
     """Outward [m]: so thick that a ball at 40 m/s cannot pass in one sub-step."""
 
     def __post_init__(self) -> None:
-        for name in ("length", "width", "side_height", "end_height", "thickness"):
-            require_positive("FieldBoundary", name, getattr(self, name), "m")
+        require_fields(
+            self,
+            length=FIELD_LENGTH,
+            width=FIELD_LENGTH,
+            side_height=FIELD_LENGTH,
+            end_height=FIELD_LENGTH,
+            thickness=FIELD_LENGTH,
+        )
 
     def elements(self, surface: TerrainSurface = WALL) -> tuple[FieldElement, ...]:
         """`boundary_right` (y = 0), `boundary_left`, and the end walls `boundary_blue` and `boundary_red`."""
@@ -86,9 +93,8 @@ class FieldElement:
     surface: TerrainSurface = WALL
 
     def __post_init__(self) -> None:
+        require_fields(self, self.name, position=(FIELD_PLACE,) * 3)
         position = np.array(self.position, dtype=np.float64)
-        if position.shape != (3,) or not np.isfinite(position).all():
-            raise ConfigError(f"{self.name}: position must be 3 finite numbers in m, got {self.position}")
         position.setflags(write=False)
         object.__setattr__(self, "position", position)
 
@@ -169,8 +175,8 @@ class FieldGeometry:
             FieldMeshError: The file is missing, broken or empty, or holds what cannot be a field in meters.
             UnknownNameError: A pattern in `surfaces` matches no group.
         """
-        require_positive("FieldGeometry.load", "max_triangles", max_triangles)
-        require_positive("FieldGeometry.load", "plate_thickness", plate_thickness, "m")
+        require("FieldGeometry.load", "max_triangles", max_triangles, Quantity("", 1, 10_000_000, is_whole=True))
+        require("FieldGeometry.load", "plate_thickness", plate_thickness, ROBOT_LENGTH)
         groups = read_obj(path)
         _check_size(Path(path), groups, max_triangles)
         walls = () if boundary is None else boundary.elements()

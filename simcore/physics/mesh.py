@@ -14,9 +14,9 @@ import numpy as np
 import trimesh
 from scipy.spatial import ConvexHull, QhullError
 
-from simcore.errors import require_positive
 from simcore.physics.shapes import Box, Hull, Mesh
 from simcore.physics.sheets import Sheet, components, with_even_winding
+from simcore.quantities import ROBOT_LENGTH, require
 from simcore.typing import BoolArray, FloatArray, IntArray
 
 __all__ = ["MAX_PLATES", "TOLERANCE", "MeshPart", "classify", "decompose", "plates"]
@@ -46,7 +46,7 @@ def classify(vertices: FloatArray, triangles: IntArray, *, plate_thickness: floa
         triangles: Vertex rows, shape (m, 3).
         plate_thickness: Of the plates made of open surfaces [m].
     """
-    require_positive("classify", "plate_thickness", plate_thickness, "m")
+    require("plates", "plate_thickness", plate_thickness, ROBOT_LENGTH)
     parts: list[MeshPart] = []
     for piece in decompose(vertices, triangles):
         parts += plates(piece, plate_thickness) if isinstance(piece, Sheet) else [piece]

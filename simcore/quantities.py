@@ -1,0 +1,291 @@
+"""Where a number from outside becomes a number inside: what a quantity may be, in which unit, and the sentence if not.
+
+Configs name the quantity of each of their fields (`require_fields`), functions that of an argument (`require`), and
+readers of files ask `Quantity.problem`. Bounds leave room for every robot and field that can be built, and for none
+that is written in another unit.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from numbers import Real
+from typing import TYPE_CHECKING, Any, TypeAlias
+
+import numpy as np
+
+from simcore.errors import ConfigError
+
+if TYPE_CHECKING:
+    from _typeshed import DataclassInstance
+
+__all__ = [
+    "ACCELERATION",
+    "ANGLE",
+    "COUNT",
+    "CURRENT",
+    "CURRENT_LIMIT",
+    "CURRENT_OR_NONE",
+    "DEGREES",
+    "DELAY",
+    "DURATION",
+    "EFFICIENCY",
+    "FACTOR",
+    "FIELD_LENGTH",
+    "FIELD_PLACE",
+    "FRACTION",
+    "FRAME_RATE",
+    "FRICTION",
+    "GAIN",
+    "GEARING",
+    "INERTIA",
+    "INERTIA_OR_NONE",
+    "MASS",
+    "MASS_OR_NONE",
+    "MOTORS",
+    "NOISE_DEGREES",
+    "NOISE_PIXELS",
+    "PIXELS",
+    "POSE",
+    "POSITIVE",
+    "RATE",
+    "RATIO",
+    "RESISTANCE",
+    "ROBOT_HEIGHT",
+    "ROBOT_LENGTH",
+    "ROBOT_PLACE",
+    "SIGNED_VOLTAGE",
+    "SLIP_SPEED",
+    "SPEED",
+    "STIFFNESS",
+    "TORQUE",
+    "TORQUE_OR_NONE",
+    "TURN_RATE",
+    "TURN_RATE_OR_NONE",
+    "VOLTAGE",
+    "VOLTAGE_OR_NONE",
+    "Quantity",
+    "in_meters",
+    "require",
+    "require_fields",
+    "require_points",
+    "require_row",
+    "shown",
+]
+
+
+@dataclass(frozen=True, slots=True)
+class Quantity:
+    """What a number may be.
+
+    >>> ROBOT_LENGTH.problem(34.0)
+    'must be a number above 0 and up to 3 m, got 34.0. As inches that is 0.864 m'
+    >>> MOTORS.problem(True)
+    'must be a whole number from 1 to 20, got True'
+    """
+
+    unit: str
+    least: float
+    most: float
+    is_open: bool = False
+    """Whether `least` itself is too little."""
+    is_whole: bool = False
+    """Whether it counts something."""
+    may_be_infinite: bool = False
+    """Whether `math.inf` stands for no limit."""
+
+    def problem(self, value: object) -> str | None:
+        """What is wrong with a value, as what follows after its name; None: nothing is."""
+        number = value if type(value) is float else _number(value)
+        if number is not None and self.least <= number <= self.most:
+            good = number > self.least or not self.is_open
+            if good and (not self.is_whole or type(value) is int or _is_whole(value)):
+                return None
+        if self.may_be_infinite and number == math.inf:
+            return None
+        hint = ""
+        if self.unit == "m" and number is not None and abs(number) > self.most:
+            hint = in_meters(number, least=self.least, most=self.most)
+        return f"must be {self}, got {shown(value)}{f'.{hint}' if hint else ''}"
+
+    def __str__(self) -> str:
+        kind = "a whole number" if self.is_whole else "a number"
+        text = f"{kind} above {self.least:g} and up to" if self.is_open else f"{kind} from {self.least:g} to"
+        text += f" {self.most:g}{f' {self.unit}' if self.unit else ''}"
+        return f"{text}, or math.inf for no limit" if self.may_be_infinite else text
+
+
+MASS = Quantity("kg", 0.0, 1000.0, is_open=True)
+MASS_OR_NONE = Quantity("kg", 0.0, 1000.0)
+ROBOT_LENGTH = Quantity("m", 0.0, 3.0, is_open=True)
+"""Of a part of a robot, or of a piece."""
+ROBOT_HEIGHT = Quantity("m", 0.0, 3.0)
+ROBOT_PLACE = Quantity("m", -3.0, 3.0)
+"""Relative to a robot, or along a mechanism."""
+FIELD_LENGTH = Quantity("m", 0.0, 100.0, is_open=True)
+FIELD_PLACE = Quantity("m", -100.0, 100.0)
+ANGLE = Quantity("rad", -10_000.0, 10_000.0)
+POSE = (FIELD_PLACE, FIELD_PLACE, ANGLE)
+"""Place and heading on the field."""
+DEGREES = Quantity("deg", -36_000.0, 36_000.0)
+NOISE_DEGREES = Quantity("deg", 0.0, 360.0)
+SPEED = Quantity("m/s", 0.0, 100.0)
+SLIP_SPEED = Quantity("m/s", 0.0, 10.0, is_open=True)
+TURN_RATE = Quantity("rad/s", 0.0, 10_000.0, is_open=True)
+TURN_RATE_OR_NONE = Quantity("rad/s", 0.0, 10_000.0)
+ACCELERATION = Quantity("m/s^2", 0.0, 1000.0)
+INERTIA = Quantity("kg m^2", 0.0, 1000.0, is_open=True)
+INERTIA_OR_NONE = Quantity("kg m^2", 0.0, 1000.0)
+TORQUE = Quantity("N m", 0.0, 10_000.0, is_open=True)
+TORQUE_OR_NONE = Quantity("N m", 0.0, 10_000.0)
+VOLTAGE = Quantity("V", 0.0, 100.0, is_open=True)
+VOLTAGE_OR_NONE = Quantity("V", 0.0, 100.0)
+SIGNED_VOLTAGE = Quantity("V", -100.0, 100.0)
+CURRENT = Quantity("A", 0.0, 10_000.0, is_open=True)
+CURRENT_OR_NONE = Quantity("A", 0.0, 10_000.0)
+CURRENT_LIMIT = Quantity("A", 0.0, 10_000.0, may_be_infinite=True)
+RESISTANCE = Quantity("ohm", 0.0, 100.0)
+STIFFNESS = Quantity("N/m", 0.0, 1e9, is_open=True)
+DELAY = Quantity("s", 0.0, 100.0)
+DURATION = Quantity("s", 0.0, 1e6, is_open=True)
+RATE = Quantity("1/s", 0.0, 1000.0, is_open=True)
+FRAME_RATE = Quantity("1/s", 0.0, 500.0, is_open=True)
+PIXELS = Quantity("px", 1, 10_000, is_whole=True)
+NOISE_PIXELS = Quantity("px", 0.0, 1000.0)
+FRACTION = Quantity("", 0.0, 1.0)
+EFFICIENCY = Quantity("", 0.0, 1.0, is_open=True)
+FRICTION = Quantity("", 0.0, 10.0)
+FACTOR = Quantity("", 0.0, 1000.0)
+POSITIVE = Quantity("", 0.0, 1000.0, is_open=True)
+GEARING = Quantity("", 0.0, 10_000.0, is_open=True)
+"""Rotor turns per turn of what they drive."""
+RATIO = Quantity("", -1000.0, 1000.0)
+GAIN = Quantity("", 0.0, 1e6)
+COUNT = Quantity("", 0, 10_000, is_whole=True)
+MOTORS = Quantity("", 1, 20, is_whole=True)
+
+Row: TypeAlias = "tuple[Quantity, ...] | list[Quantity]"
+"""Quantities of the numbers of a row of that length; a list of one is of a row of any length."""
+
+
+def require(owner: str, name: str, value: object, quantity: Quantity) -> None:
+    """Refuse a number that cannot be what it should be.
+
+    Args:
+        owner: What it is of, for the message.
+        name: What it is.
+        value: What was given, of whatever type.
+        quantity: What it may be.
+
+    Raises:
+        ConfigError: It is not; the message has what was got, what would work and the unit.
+
+    >>> require("ArmConfig", "mass", "5", MASS)
+    Traceback (most recent call last):
+    simcore.errors.ConfigError: ArmConfig: mass must be a number above 0 and up to 1000 kg, got '5'
+    """
+    problem = quantity.problem(value)
+    if problem is not None:
+        raise ConfigError(f"{owner}: {name} {problem}")
+
+
+def require_row(owner: str, name: str, values: Any, row: Row) -> None:
+    """Refuse a row of numbers, e.g. a place, of which one cannot be, or of which there are too many or too few.
+
+    Raises:
+        ConfigError: With which of them, counted from 0.
+    """
+    if isinstance(values, str) or (not isinstance(values, Sequence) and not hasattr(values, "__array__")):
+        raise ConfigError(f"{owner}: {name} must be {_row_text(row)}, got {shown(values)}")
+    try:
+        numbers = list(values)
+    except TypeError:  # an array of no dimension
+        raise ConfigError(f"{owner}: {name} must be {_row_text(row)}, got {shown(values)}") from None
+    quantities = row * len(numbers) if isinstance(row, list) else row
+    if len(numbers) != len(quantities):
+        raise ConfigError(f"{owner}: {name} must be {_row_text(row)}, got {shown(values)}")
+    for number, (value, quantity) in enumerate(zip(numbers, quantities, strict=True)):
+        problem = quantity.problem(value)
+        if problem is not None:
+            raise ConfigError(f"{owner}: {name}[{number}] {problem}")
+
+
+def require_points(owner: str, name: str, points: Any, quantity: Quantity, *, least: int = 0) -> None:
+    """Refuse rows of three numbers that are not such, of which one cannot be, or of which there are too few.
+
+    Raises:
+        ConfigError: With the row, counted from 0.
+    """
+    array = points if isinstance(points, np.ndarray) else np.asarray(points, dtype=object)
+    if array.ndim != 2 or array.shape[1] != 3 or array.dtype.kind not in "fiu" or len(array) < least:
+        raise ConfigError(f"{owner}: {name} must be an array of shape (n >= {least}, 3), got {shown(points)}")
+    inside = (array >= quantity.least) & (array <= quantity.most)
+    if not inside.all():
+        row, axis = (int(i) for i in np.argwhere(~inside)[0])
+        require(owner, f"{name}[{row}, {axis}]", array[row, axis].item(), quantity)
+
+
+def require_fields(config: DataclassInstance, owner: str = "", /, **fields: Quantity | Row) -> None:
+    """Refuse a config of which a field cannot be; call it in `__post_init__`.
+
+    Args:
+        config: The config.
+        owner: How messages call it; empty: by its class.
+        fields: What each field may be. None is fine where it is the default.
+
+    Raises:
+        ConfigError: With owner, field, what was got, what would work and the unit.
+    """
+    for name, quantity in fields.items():
+        value = getattr(config, name)
+        if value is None and config.__dataclass_fields__[name].default is None:
+            continue
+        if isinstance(quantity, Quantity):
+            require(owner or type(config).__name__, name, value, quantity)
+        else:
+            require_row(owner or type(config).__name__, name, value, quantity)
+
+
+def in_meters(value: float, *, least: float = 0.0, most: float) -> str:
+    """What a length is in meters if it was meant in inches, cm or mm; empty if none of these makes sense.
+
+    Args:
+        value: As written.
+        least: Smallest length that makes sense [m].
+        most: Largest one [m].
+    """
+    for unit, size in (("inches", 0.0254), ("cm", 0.01), ("mm", 0.001)):
+        if least <= value * size <= most:
+            return f" As {unit} that is {value * size:.3g} m"
+    return ""
+
+
+def shown(value: object) -> str:
+    """A value as messages show it: whatever it is, within eighty characters."""
+    try:
+        text = repr(value)
+    except (ValueError, RecursionError):  # over 4300 digits, or nested deeper than the stack
+        text = f"{type(value).__name__} too large to show"
+    return text if len(text) <= 80 else f"{text[:60]}... ({len(text)} characters)"
+
+
+def _number(value: object) -> float | None:
+    """As a float; None for what is no number, booleans among it."""
+    if isinstance(value, bool) or not isinstance(value, Real):
+        return None
+    try:
+        return float(value)
+    except OverflowError:  # a whole number of over 308 digits
+        return None
+
+
+def _is_whole(value: object) -> bool:
+    return hasattr(value, "__index__")
+
+
+def _row_text(row: Row) -> str:
+    if isinstance(row, list):
+        return f"numbers, each {row[0]}"
+    units = ", ".join(quantity.unit or "-" for quantity in row)
+    return f"{len(row)} numbers ({units})"
