@@ -33,6 +33,7 @@ __all__ = [
     "EFFICIENCY",
     "FACTOR",
     "FIELD_LENGTH",
+    "FIELD_OF_VIEW",
     "FIELD_PLACE",
     "FRACTION",
     "FRAME_RATE",
@@ -65,14 +66,22 @@ __all__ = [
     "TURN_RATE_OR_NONE",
     "VOLTAGE",
     "VOLTAGE_OR_NONE",
+    "WHEEL_RADIUS",
     "Quantity",
-    "in_meters",
+    "Row",
     "require",
     "require_fields",
     "require_points",
     "require_row",
+    "row_text",
     "shown",
 ]
+
+_OTHER_UNITS = {
+    "m": (("inches", 0.0254), ("cm", 0.01), ("mm", 0.001)),
+    "kg": (("pounds", 0.45359237), ("g", 0.001)),
+}
+"""Of the units that people think in, what one is in ours."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -104,10 +113,15 @@ class Quantity:
                 return None
         if self.may_be_infinite and number == math.inf:
             return None
-        hint = ""
-        if self.unit == "m" and number is not None and abs(number) > self.most:
-            hint = in_meters(number, least=self.least, most=self.most)
-        return f"must be {self}, got {shown(value)}{f'.{hint}' if hint else ''}"
+        hint = "" if number is None or abs(number) <= self.most else self._in_other_units(number)
+        return f"must be {self}, got {shown(value)}{hint}"
+
+    def _in_other_units(self, number: float) -> str:
+        """What a length or mass is if it was meant in another unit; empty if none makes sense."""
+        for name, size in _OTHER_UNITS.get(self.unit, ()):
+            if self.least <= number * size <= self.most:
+                return f". As {name} that is {number * size:.3g} {self.unit}"
+        return ""
 
     def __str__(self) -> str:
         kind = "a whole number" if self.is_whole else "a number"
@@ -120,6 +134,8 @@ MASS = Quantity("kg", 0.0, 1000.0, is_open=True)
 MASS_OR_NONE = Quantity("kg", 0.0, 1000.0)
 ROBOT_LENGTH = Quantity("m", 0.0, 3.0, is_open=True)
 """Of a part of a robot, or of a piece."""
+WHEEL_RADIUS = Quantity("m", 0.0, 0.3, is_open=True)
+"""Also of rollers, drums and pinions."""
 ROBOT_HEIGHT = Quantity("m", 0.0, 3.0)
 ROBOT_PLACE = Quantity("m", -3.0, 3.0)
 """Relative to a robot, or along a mechanism."""
@@ -129,6 +145,7 @@ ANGLE = Quantity("rad", -10_000.0, 10_000.0)
 POSE = (FIELD_PLACE, FIELD_PLACE, ANGLE)
 """Place and heading on the field."""
 DEGREES = Quantity("deg", -36_000.0, 36_000.0)
+FIELD_OF_VIEW = Quantity("deg", 1.0, 179.0)
 NOISE_DEGREES = Quantity("deg", 0.0, 360.0)
 SPEED = Quantity("m/s", 0.0, 100.0)
 SLIP_SPEED = Quantity("m/s", 0.0, 10.0, is_open=True)
@@ -197,14 +214,14 @@ def require_row(owner: str, name: str, values: Any, row: Row) -> None:
         ConfigError: With which of them, counted from 0.
     """
     if isinstance(values, str) or (not isinstance(values, Sequence) and not hasattr(values, "__array__")):
-        raise ConfigError(f"{owner}: {name} must be {_row_text(row)}, got {shown(values)}")
+        raise ConfigError(f"{owner}: {name} must be {row_text(row)}, got {shown(values)}")
     try:
         numbers = list(values)
     except TypeError:  # an array of no dimension
-        raise ConfigError(f"{owner}: {name} must be {_row_text(row)}, got {shown(values)}") from None
+        raise ConfigError(f"{owner}: {name} must be {row_text(row)}, got {shown(values)}") from None
     quantities = row * len(numbers) if isinstance(row, list) else row
     if len(numbers) != len(quantities):
-        raise ConfigError(f"{owner}: {name} must be {_row_text(row)}, got {shown(values)}")
+        raise ConfigError(f"{owner}: {name} must be {row_text(row)}, got {shown(values)}")
     for number, (value, quantity) in enumerate(zip(numbers, quantities, strict=True)):
         problem = quantity.problem(value)
         if problem is not None:
@@ -247,18 +264,12 @@ def require_fields(config: DataclassInstance, owner: str = "", /, **fields: Quan
             require_row(owner or type(config).__name__, name, value, quantity)
 
 
-def in_meters(value: float, *, least: float = 0.0, most: float) -> str:
-    """What a length is in meters if it was meant in inches, cm or mm; empty if none of these makes sense.
-
-    Args:
-        value: As written.
-        least: Smallest length that makes sense [m].
-        most: Largest one [m].
-    """
-    for unit, size in (("inches", 0.0254), ("cm", 0.01), ("mm", 0.001)):
-        if least <= value * size <= most:
-            return f" As {unit} that is {value * size:.3g} m"
-    return ""
+def row_text(row: Row) -> str:
+    """What a row must be, for messages."""
+    if isinstance(row, list):
+        return f"numbers, each {row[0]}"
+    units = ", ".join(quantity.unit or "-" for quantity in row)
+    return f"{len(row)} numbers ({units})"
 
 
 def shown(value: object) -> str:
@@ -282,10 +293,3 @@ def _number(value: object) -> float | None:
 
 def _is_whole(value: object) -> bool:
     return hasattr(value, "__index__")
-
-
-def _row_text(row: Row) -> str:
-    if isinstance(row, list):
-        return f"numbers, each {row[0]}"
-    units = ", ".join(quantity.unit or "-" for quantity in row)
-    return f"{len(row)} numbers ({units})"

@@ -19,6 +19,7 @@ from simcore.quantities import (
     DEGREES,
     DELAY,
     FIELD_LENGTH,
+    FIELD_OF_VIEW,
     FRACTION,
     FRAME_RATE,
     NOISE_DEGREES,
@@ -56,8 +57,6 @@ FULL_CROP = (-1.0, 1.0, -1.0, 1.0)
 OPTICAL: FloatArray = np.array([(0.0, -1.0, 0.0), (0.0, 0.0, -1.0), (1.0, 0.0, 0.0)])
 """Turns camera axes (x ahead, y left, z up) into optical ones (x right, y down, z ahead)."""
 
-_LENS = Quantity("deg", 1.0, 179.0)
-
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LimelightType:
@@ -94,8 +93,8 @@ class LimelightType:
             owner,
             width=PIXELS,
             height=PIXELS,
-            horizontal_fov_deg=_LENS,
-            vertical_fov_deg=_LENS,
+            horizontal_fov_deg=FIELD_OF_VIEW,
+            vertical_fov_deg=FIELD_OF_VIEW,
             frame_rate=FRAME_RATE,
             capture_latency=DELAY,
             pipeline_latency=DELAY,
