@@ -179,6 +179,8 @@ def require_writable(kind: str, path: str | Path) -> Path:
             path.unlink()
     except OSError as error:
         raise output_error(kind, path, error) from error
+    except ValueError as error:
+        raise OutputError(f"cannot write the {kind} {str(path)!r}: {error}; give a path without it") from error
     return path
 
 
