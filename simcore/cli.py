@@ -47,8 +47,7 @@ def main(argv: Sequence[str] | None = None, *, program: str = "simcore") -> int:
         program: How it was called, for messages: `simcore`, or all words up to the options of a subcommand.
 
     Returns:
-        0 if all is well, 1 for a mistake that was explained, 2 for a wrong call, 130 after Ctrl-C, 141 if nobody reads
-        what it prints any more.
+        0 if all is well, 1 for a mistake that was explained, 2 for a wrong call, 130 after Ctrl-C.
     """
     words = list(sys.argv[1:] if argv is None else argv)
     if any("\0" in word for word in words):
@@ -62,10 +61,9 @@ def main(argv: Sequence[str] | None = None, *, program: str = "simcore") -> int:
         return status
     except KeyboardInterrupt:
         return 130
-    except BrokenPipeError:
-        # Python would try to print the rest at its exit, and complain.
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        return 141
+    except BrokenPipeError:  # whoever read our output has gone, e.g. `| head -1`: nothing is wrong
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # else Python complains at its end
+        return 0
 
 
 def _run(words: list[str], program: str) -> int:

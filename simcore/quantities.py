@@ -8,7 +8,8 @@ that is written in another unit.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from argparse import ArgumentTypeError
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from numbers import Real
 from typing import TYPE_CHECKING, Any, TypeAlias
@@ -48,6 +49,7 @@ __all__ = [
     "NOISE_DEGREES",
     "NOISE_PIXELS",
     "PIXELS",
+    "PORT",
     "POSE",
     "POSITIVE",
     "RATE",
@@ -69,6 +71,7 @@ __all__ = [
     "WHEEL_RADIUS",
     "Quantity",
     "Row",
+    "number_flag",
     "require",
     "require_fields",
     "require_points",
@@ -124,9 +127,10 @@ class Quantity:
         return ""
 
     def __str__(self) -> str:
+        least, most = (f"{bound:.0f}" if self.is_whole else f"{bound:g}" for bound in (self.least, self.most))
         kind = "a whole number" if self.is_whole else "a number"
-        text = f"{kind} above {self.least:g} and up to" if self.is_open else f"{kind} from {self.least:g} to"
-        text += f" {self.most:g}{f' {self.unit}' if self.unit else ''}"
+        text = f"{kind} above {least} and up to" if self.is_open else f"{kind} from {least} to"
+        text += f" {most}{f' {self.unit}' if self.unit else ''}"
         return f"{text}, or math.inf for no limit" if self.may_be_infinite else text
 
 
@@ -181,9 +185,10 @@ RATIO = Quantity("", -1000.0, 1000.0)
 GAIN = Quantity("", 0.0, 1e6)
 COUNT = Quantity("", 0, 10_000, is_whole=True)
 MOTORS = Quantity("", 1, 20, is_whole=True)
+PORT = Quantity("", 0, 65_535, is_whole=True)
 
-Row: TypeAlias = "tuple[Quantity, ...] | list[Quantity]"
-"""Quantities of the numbers of a row of that length; a list of one is of a row of any length."""
+Row: TypeAlias = "tuple[Quantity | Row, ...] | list[Quantity | Row]"
+"""Quantities of the numbers of a row of that length; a list of one is of a row of any length. Rows may hold rows."""
 
 
 def require(owner: str, name: str, value: object, quantity: Quantity) -> None:
@@ -223,9 +228,8 @@ def require_row(owner: str, name: str, values: Any, row: Row) -> None:
     if len(numbers) != len(quantities):
         raise ConfigError(f"{owner}: {name} must be {row_text(row)}, got {shown(values)}")
     for number, (value, quantity) in enumerate(zip(numbers, quantities, strict=True)):
-        problem = quantity.problem(value)
-        if problem is not None:
-            raise ConfigError(f"{owner}: {name}[{number}] {problem}")
+        check = require if isinstance(quantity, Quantity) else require_row
+        check(owner, f"{name}[{number}]", value, quantity)  # type: ignore[arg-type]
 
 
 def require_points(owner: str, name: str, points: Any, quantity: Quantity, *, least: int = 0) -> None:
@@ -264,11 +268,33 @@ def require_fields(config: DataclassInstance, owner: str = "", /, **fields: Quan
             require_row(owner or type(config).__name__, name, value, quantity)
 
 
-def row_text(row: Row) -> str:
+def number_flag(quantity: Quantity) -> Callable[[str], float]:
+    """The `type` of an option of a command that is a number.
+
+    >>> number_flag(PORT)("99999")
+    Traceback (most recent call last):
+    argparse.ArgumentTypeError: must be a whole number from 0 to 65535, got '99999'
+    """
+
+    def read(text: str) -> float:
+        try:
+            number = int(text) if quantity.is_whole else float(text)
+        except ValueError:
+            number = math.nan
+        if quantity.problem(number) is not None:
+            raise ArgumentTypeError(f"must be {quantity}, got {shown(text)}")
+        return number
+
+    return read
+
+
+def row_text(row: Quantity | Row) -> str:
     """What a row must be, for messages."""
+    if isinstance(row, Quantity):
+        return str(row)
     if isinstance(row, list):
-        return f"numbers, each {row[0]}"
-    units = ", ".join(quantity.unit or "-" for quantity in row)
+        return f"a row, each {row_text(row[0])}"
+    units = ", ".join(part.unit or "-" if isinstance(part, Quantity) else row_text(part) for part in row)
     return f"{len(row)} numbers ({units})"
 
 

@@ -24,7 +24,7 @@ from simcore.physics.shapes import Box, Cylinder, Sphere
 from simcore.physics.surface import TerrainSurface
 from simcore.pieces.kinds import GamePieceConfig
 from simcore.pieces.piece_manager import GamePieceManager
-from simcore.quantities import COUNT, FIELD_LENGTH, FIELD_PLACE, POSE, require_fields, require_points, require_row
+from simcore.quantities import COUNT, FIELD_LENGTH, FIELD_PLACE, POSE, require_fields, require_points
 from simcore.robot.climber import Rung
 from simcore.robot.robot import Controller, Robot
 from simcore.robot.robot_config import RobotConfig
@@ -320,9 +320,7 @@ class Game:
             raise ConfigError(f"Game {self.name}: kinds of pieces must differ, got {names}")
         if not self.starts:
             raise ConfigError(f"Game {self.name}: give at least one start")
-        require_fields(self, f"Game {self.name}", year=COUNT, preload=COUNT, robots=COUNT)
-        for number, start in enumerate(self.starts):
-            require_row(f"Game {self.name}", f"starts[{number}]", start, POSE)
+        require_fields(self, f"Game {self.name}", year=COUNT, preload=COUNT, robots=COUNT, starts=[POSE])
 
     @property
     def heading(self) -> str:

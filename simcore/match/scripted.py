@@ -19,7 +19,7 @@ from simcore.geometry.rotation import wrap_angle
 from simcore.geometry.symmetry import Pose
 from simcore.match.scoring import Alliance
 from simcore.pieces.shot_solver import NoShotError, Shot, solve_shot
-from simcore.quantities import ACCELERATION, ANGLE, ROBOT_PLACE, SIGNED_VOLTAGE, require, require_fields
+from simcore.quantities import ACCELERATION, ANGLE, ROBOT_PLACE, SIGNED_VOLTAGE, require, require_fields, shown
 from simcore.robot.mechanism_control import PositionController, VelocityController
 from simcore.robot.mechanisms import ArmSim, ElevatorSim
 from simcore.robot.robot import Robot
@@ -63,6 +63,8 @@ class ScriptSettings:
         require_fields(
             self, acceleration=ACCELERATION, shot_elevation=ANGLE, roller_volts=SIGNED_VOLTAGE, intake_x=ROBOT_PLACE
         )
+        if not isinstance(self.feed_volts, Mapping):
+            raise ConfigError(f"ScriptSettings: feed_volts must be volts by mechanism, got {shown(self.feed_volts)}")
         for name, volts in self.feed_volts.items():
             require("ScriptSettings", f"feed_volts[{name!r}]", volts, SIGNED_VOLTAGE)
 

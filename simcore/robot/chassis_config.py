@@ -10,7 +10,7 @@ from simcore.errors import ConfigError
 from simcore.geometry.rotation import Vector
 from simcore.physics.shapes import Box, Compound, Part, Sphere
 from simcore.physics.surface import RUBBER, TerrainSurface
-from simcore.quantities import FRICTION, INERTIA, MASS, ROBOT_LENGTH, ROBOT_PLACE, require_fields, require_row
+from simcore.quantities import FRICTION, INERTIA, MASS, ROBOT_LENGTH, ROBOT_PLACE, require_fields
 from simcore.units import plain_sum
 
 __all__ = ["BUMPER", "ChassisConfig", "DrivetrainConfig"]
@@ -104,6 +104,7 @@ class ChassisConfig:
             yaw_inertia=INERTIA,
             wheel_radius=ROBOT_LENGTH,
             friction=FRICTION,
+            wheel_positions=[(ROBOT_PLACE, ROBOT_PLACE)],
         )
         if not self.clearance < self.bumper_top <= self.height:
             raise ConfigError(
@@ -112,8 +113,7 @@ class ChassisConfig:
             )
         if len(self.wheel_positions) < 3:
             raise ConfigError(f"{owner}: at least 3 wheels are needed to stand, got {len(self.wheel_positions)}")
-        for number, (x, y) in enumerate(self.wheel_positions):
-            require_row(owner, f"wheel_positions[{number}]", (x, y), (ROBOT_PLACE, ROBOT_PLACE))
+        for x, y in self.wheel_positions:
             if abs(x) > self.bumper_length / 2 or abs(y) > self.bumper_width / 2:
                 raise ConfigError(f"{owner}: wheel at ({x}, {y}) m lies outside of the bumpers")
 

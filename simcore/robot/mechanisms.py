@@ -72,7 +72,10 @@ class ArmConfig:
         if not self.min_angle < self.max_angle:
             raise ConfigError(f"ArmConfig: min_angle must be below max_angle, got {self.min_angle}, {self.max_angle}")
         if not self.min_angle <= self.start <= self.max_angle:
-            raise ConfigError(f"ArmConfig: start_angle must be between the stops, got {self.start_angle}")
+            raise ConfigError(
+                f"ArmConfig: start_angle must be between the stops, min_angle = {self.min_angle:g} and max_angle = "
+                f"{self.max_angle:g} rad, got {self.start_angle:g}"
+            )
 
     @property
     def start(self) -> float:

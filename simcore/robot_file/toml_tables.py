@@ -153,9 +153,9 @@ that is -0.61 m
         return value
 
     def text(self, key: str, default: Any = _REQUIRED) -> Any:
-        """A text that is not empty."""
+        """A text of letters that can be seen."""
         value = self._value(key, default, "a text in quotes")
-        if key in self._data and not (isinstance(value, str) and value.strip()):
+        if key in self._data and not (isinstance(value, str) and value.strip() and value.isprintable()):
             raise self.error(key, f"must be a text in quotes, got {shown(value)}")
         return value
 

@@ -258,7 +258,7 @@ def test_the_robot_that_the_file_describes_is_of_the_same_class_as_every_other(r
         ("[robot]\ngame = 'x'", "[robot]: no key 'game'"),
         (
             WHEELS + '[shooter]\nwheels = "wheels"\nheight = 0.5\nelevation_deg = 60\nbarrels = []',
-            "barrels must be numbers, each a number from -3 to 3 m, got []",
+            "barrels must be a row, each a number from -3 to 3 m, got []",
         ),
         ("[[camera]]\nname = 'a'\ntype = 'LL4'\nx=0\ny=0\nz=0\nmode = 'tag'", "mode must be one of tags, pieces, got"),
         ("[[camera]]\nname = 'a'\ntype = 'LL5'\nx=0\ny=0\nz=0", "type must be one of LL3, LL3A, LL3G, LL4, got 'LL5'"),
