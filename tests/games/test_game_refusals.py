@@ -58,6 +58,23 @@ def test_a_red_robots_start_is_checked_where_it_stands(game):
     assert "starts inside of a field element" in refused(game, RobotEntry(alliance="red", start=INSIDE[game.name]))
 
 
+def test_a_robot_is_carried_only_to_where_it_can_stand(game):
+    with Match(game, robots=(RobotEntry(preload=0),)) as match:
+        before = match.robots[0].chassis.pose
+        for number, pose, said in (
+            (0, (100.0, 50.0, 0.0), "outside of the field"),
+            (0, INSIDE[game.name], r"inside of a field element.* m is free"),
+            (0, (2.0, math.nan, 0.0), r"pose\[1\] must be a number"),
+            (0, None, "pose must be 3 numbers"),
+            (1, (2.0, 2.0, 0.0), "there are robots 0 to 0, got 1"),
+        ):
+            with pytest.raises(ConfigError, match=said):
+                match.carry_to(number, pose)
+        with pytest.raises(ConfigError, match=r"pose\[0\] must be a number from -100 to 100 m"):
+            match.robots[0].reset((1e6, 0.0, 0.0))
+        assert match.robots[0].chassis.pose == before
+
+
 def test_entries_that_cannot_be_are_refused():
     for bad, words in (
         ({"alliance": "green"}, "alliance must be 'blue' or 'red'"),

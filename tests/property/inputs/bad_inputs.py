@@ -515,8 +515,8 @@ def _log(number: int, rng: random.Random, folder: Path) -> Case:
         del data[rng.randrange(len(data)) :]
     elif kind in ("stamp", "gap"):
         stamp = rng.choice((2**63, 2**64 - 1, 2**62)) if kind == "stamp" else 86_400_000_000
-        record = struct.pack("<BBBQ", 0b0111_0000, 1, 8, stamp) + struct.pack("<d", 1.0)
-        data += record * rng.choice((1, 3))
+        for entry in range(1, 40):
+            data += struct.pack("<BBBQd", 0b0111_0000, entry, 8, stamp, 1.0)
     elif kind == "noise":
         data += bytes(rng.randrange(256) for _ in range(200))
     else:

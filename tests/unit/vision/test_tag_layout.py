@@ -60,6 +60,24 @@ def test_a_broken_file_is_named(tmp_path, text):
         load_layout(tmp_path / "missing.json")
 
 
+@pytest.mark.parametrize(
+    ("tag", "size", "said"),
+    [
+        (
+            (1, (0.0, math.nan, 0.0), from_yaw(0.0)),
+            TAG_SIZE,
+            r"place of tag 1\[1\] must be a number from -100 to 100 m",
+        ),
+        ((1, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.5)), TAG_SIZE, "attitude of tag 1 must be a unit quaternion"),
+        ((1.5, (0.0, 0.0, 0.0), from_yaw(0.0)), TAG_SIZE, "id must be a whole number from 0 to 586, got 1.5"),
+        ((1, (0.0, 0.0, 0.0), from_yaw(0.0)), -0.1, "size must be a number above 0 and up to 1 m, got -0.1"),
+    ],
+)
+def test_a_tag_that_cannot_be_is_refused(tag, size, said):
+    with pytest.raises(ConfigError, match=said):
+        TagLayout.of([tag], field_size=(16.0, 8.0), size=size)
+
+
 def test_one_id_twice_is_refused():
     tags = [(1, (0.0, 0.0, 0.0), from_yaw(0.0)), (1, (1.0, 0.0, 0.0), from_yaw(0.0))]
     with pytest.raises(ConfigError, match="ids must differ"):
