@@ -98,6 +98,7 @@ class Match:
     digest: TrajectoryDigest
     """Of the state of every tick so far."""
     _has_ended: bool
+    _has_told: bool
     _started: Mode | None
     """Which mode a driver station has enabled last; None: there is none."""
     flow: PieceFlow
@@ -206,6 +207,7 @@ class Match:
 
     def close(self) -> None:
         """Close sinks and engine, each even if another fails; may be called twice."""
+        self._tell_end()
         with ExitStack() as stack:
             stack.callback(self.world.close)
             stack.callback(self.cameras.close)
@@ -340,10 +342,11 @@ class Match:
         self.flow.let_go(self.time)
 
     def _publish(self) -> None:
-        """One snapshot for the sinks that are due, and the digest of the state."""
+        """One snapshot for the sinks that are due, the digest of the state, and a line where a battery gave way."""
         state = self.pieces.state
         awake = self.pieces.awake
         for robot in self.robots:
+            robot.brownouts.after_tick(self.time)
             self.digest.update(np.array((*robot.chassis.pos, *robot.chassis.quat, *robot.chassis.vel)))
         self.digest.update(state.pos[awake], state.status.astype(np.int64))
         due = [sink for sink in self.sinks if sink.due(self.time)]
@@ -422,6 +425,7 @@ class Match:
         """
         if seed is not None:
             require_playable(self.game, self.entries, options=(), controllers=0, seed=seed)
+        self._tell_end()
         with ExitStack() as stack:
             stack.callback(self.cameras.close)
             for sink in self.sinks:
@@ -483,6 +487,7 @@ class Match:
         self._near = Surroundings.OPEN
         self._has_ended = False
         self._started = None
+        self._has_told = False
         self.alliances = [entry.alliance for entry in self.entries]
         self.world.add_field(self.field.elements, drivable=game.field.drivable_in(self.field))
         self.pieces = GamePieceManager(
@@ -542,6 +547,13 @@ class Match:
             slots = self.pieces.stage(self.game.pieces[0].kind.name, count)
             self.pieces.hold(slots, robot.number)
             robot.storage.add(slots.tolist())
+
+    def _tell_end(self) -> None:
+        """Of a run, once."""
+        if not self._has_told:
+            self._has_told = True
+            for robot in self.robots:
+                robot.brownouts.tell_total()
 
     def _worth(self, zone: ScoringZone) -> int:
         return self.rules.worth(zone)

@@ -91,6 +91,8 @@ class RunReport:
     awake: Spread
     min_battery_v: float
     """Lowest battery voltage [V]."""
+    brownouts: int
+    """How many times the battery's voltage switched the first robot's motors off."""
     digest: str
     """SHA-256 over the state trajectory."""
     outputs: Mapping[str, str] = field(default_factory=dict)
@@ -141,7 +143,8 @@ def print_report(report: RunReport, console: Console) -> None:
     run.add_column(ratio=2)
     run.add_column(ratio=5, overflow="fold")
     run.add_row("driven", f"{report.distance_m:.1f} m")
-    run.add_row("battery, lowest", f"{report.min_battery_v:.2f} V")
+    off = f", {report.brownouts} brown-outs" if report.brownouts else ""
+    run.add_row("battery, lowest", f"{report.min_battery_v:.2f} V{off}")
     run.add_row("ticks", f"{report.ticks} in {report.wall_seconds:.2f} s: {report.realtime_factor:.1f} x real time")
     run.add_row("tick time", f"median {tick.median:.2f}, p95 {tick.p95:.2f}, p99 {tick.p99:.2f}, max {tick.max:.2f} ms")
     run.add_row("sub-steps", f"mean {report.substeps.mean:.1f}, max {report.substeps.max}")

@@ -114,7 +114,7 @@ def test_a_dashboard_and_robot_code_act_on_the_field(scenario):
     assert pose == pytest.approx([3.0, 6.5, math.pi / 2], abs=0.01)
     assert said == "1 done: robot 0 stands at (3.00, 6.50) m, 90 deg"
     on_field, said = run["spawned"]
-    assert on_field == 449 and said.startswith("2 done: 1 Fuel put down at")
+    assert on_field == 457 and said.startswith("2 done: 1 Fuel put down at")
     assert run["said"][2] == "3 refused: robot 0 is driven by robot code, whose own chooser says which auto it plays"
     assert run["said"][3].startswith("4 done: robot 0 stands at its start")
     assert run["counted"] == run["staged"]

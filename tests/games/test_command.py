@@ -21,7 +21,7 @@ ROOT = Path(__file__).resolve().parents[2]
 
 KEYS = {
     "auto", "seed", "sim_seconds", "wall_seconds", "realtime_factor", "ticks", "score", "pieces", "shots", "hits",
-    "tick_ms", "substeps", "awake", "min_battery_v", "digest",
+    "tick_ms", "substeps", "awake", "min_battery_v", "brownouts", "digest",
 }  # fmt: skip
 NESTED = {
     "score": {"red", "blue", "total"},
