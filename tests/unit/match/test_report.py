@@ -34,6 +34,7 @@ REPORT = RunReport(
     substeps=Spread(mean=4.2, max=11),
     awake=Spread(mean=33.4, max=88),
     min_battery_v=9.87,
+    brownouts=0,
     digest="ab" * 32,
     outputs={"log": "out/run.wpilog"},
 )
