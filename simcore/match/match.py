@@ -19,6 +19,7 @@ from simcore.geometry.symmetry import Pose
 from simcore.match.camera_rig import CameraRig, tag_layout
 from simcore.match.clock import MatchTimer, Mode
 from simcore.match.digest import TrajectoryDigest
+from simcore.match.field_control import FieldControl
 from simcore.match.game import Game, PieceSupply, RobotEntry, Rules
 from simcore.match.piece_flow import PieceFlow
 from simcore.match.publish import build_snapshot
@@ -104,6 +105,9 @@ class Match:
     digest: TrajectoryDigest
     """Of the state of every tick so far."""
     _has_ended: bool
+    _has_told: bool
+    _started: Mode | None
+    """Which mode a driver station has enabled last; None: there is none."""
     flow: PieceFlow
     """Pieces into robots and out of them, and the record of it."""
 
@@ -138,8 +142,11 @@ class Match:
         """Wall time of the last tick [ms], for telemetry, if whoever runs the match measures it."""
         self.field = game.field.load(field_mesh)  # before the engine starts: a broken mesh ends the build
         self.world = PhysicsWorld(engine=engine, substepping=substepping)
-        self.before: tuple[Callable[[], None], ...] = (self._read, self._wake, self._take_in)
-        """What comes before motion: robot code looks and commands; sleeping pieces wake; intakes take pieces in."""
+        self.control = FieldControl(self)
+        """What people do to the field; it outlives `reset`."""
+        self.before: tuple[Callable[[], None], ...] = (self.control.before_tick, self._read, self._wake, self._take_in)
+        """What comes before motion: people act on the field; robot code looks and commands; sleeping pieces wake;
+        intakes take pieces in."""
         self.part: tuple[Callable[[float], None], ...] = (self._command, self._step_mechanisms, self._move, self._sense)
         """Motion, once a tick or in several parts: devices; mechanisms and their currents; sub-steps; sensors."""
         self.after: tuple[Callable[[], None], ...] = (
@@ -207,6 +214,7 @@ class Match:
 
     def close(self) -> None:
         """Close sinks and engine, each even if another fails; may be called twice."""
+        self._tell_end()
         with ExitStack() as stack:
             stack.callback(self.world.close)
             stack.callback(self.cameras.close)
@@ -342,10 +350,11 @@ class Match:
         self.flow.let_go(self.time)
 
     def _publish(self) -> None:
-        """One snapshot for the sinks that are due, and the digest of the state."""
+        """One snapshot for the sinks that are due, the digest of the state, and a line where a battery gave way."""
         state = self.pieces.state
         awake = self.pieces.awake
         for robot in self.robots:
+            robot.brownouts.after_tick(self.time)
             self.digest.update(np.array((*robot.chassis.pos, *robot.chassis.quat, *robot.chassis.vel)))
         self.digest.update(state.pos[awake], state.status.astype(np.int64))
         due = [sink for sink in self.sinks if sink.due(self.time)]
@@ -399,7 +408,30 @@ class Match:
             self.tracker.reset()
             self.flow.clear()
             self._has_ended = False
+        self._started = mode
         self.rules.start_mode(mode)
+
+    def reset_field(self) -> None:
+        """Put all pieces back to where the match began, the preloads into the robots; score and rules begin anew.
+
+        Robots stay where they are, and pieces make room for them. The clock goes on.
+        """
+        self.pieces.clear()
+        for robot in self.robots:
+            robot.forget_pieces()
+        self.rules_rng, _, staging_rng, _ = np.random.default_rng(self.seed).spawn(4)
+        self._stage(staging_rng)
+        for robot, entry in zip(self.robots, self.entries, strict=True):
+            self._preload(robot, entry)
+        for robot in self.robots:
+            self.pieces.make_room(Footprint(*robot.chassis.footprint))
+        self.flow.clear()
+        self.tracker.reset()
+        self._has_ended = self.timer.is_over
+        self.rules = self.game.rules(self)
+        self.rules.start()
+        if self._started is not None:
+            self.rules.start_mode(self._started)
 
     def set_network_time(self, now: float) -> None:
         """Tell cameras what NetworkTables' clock shows at the end of the present tick [s], so that stamps agree."""
@@ -416,6 +448,7 @@ class Match:
         """
         if seed is not None:
             require_playable(self.game, self.entries, options=(), controllers=0, seed=seed)
+        self._tell_end()
         with ExitStack() as stack:
             stack.callback(self.cameras.close)
             for sink in self.sinks:
@@ -476,6 +509,8 @@ class Match:
         self._piece_speed = 0.0
         self._near = Surroundings.OPEN
         self._has_ended = False
+        self._started = None
+        self._has_told = False
         self.alliances = [entry.alliance for entry in self.entries]
         self.world.add_field(self.field.elements, drivable=game.field.drivable_in(self.field))
         self.pieces = GamePieceManager(
@@ -535,6 +570,13 @@ class Match:
             slots = self.pieces.stage(self.game.pieces[0].kind.name, count)
             self.pieces.hold(slots, robot.number)
             robot.storage.add(slots.tolist())
+
+    def _tell_end(self) -> None:
+        """Of a run, once."""
+        if not self._has_told:
+            self._has_told = True
+            for robot in self.robots:
+                robot.brownouts.tell_total()
 
     def _worth(self, zone: ScoringZone) -> int:
         return self.rules.worth(zone)

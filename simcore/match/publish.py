@@ -162,6 +162,8 @@ def _add_robot(rows: _Rows, robot: Robot, alliance: Alliance) -> None:
     rows.integers[f"{prefix}/Debug/HeldCount"] = held
     debug = f"{prefix}/Debug/"
     rows.doubles[f"{debug}BatteryVoltage"] = round(robot.battery.voltage, _VOLT_DECIMALS)
+    rows.doubles[f"{debug}BatteryVoltageMin"] = round(robot.battery.tick_min_voltage, _VOLT_DECIMALS)
+    rows.booleans[f"{debug}BrownedOut"] = robot.battery.tick_browned_out
     rows.doubles[f"{debug}BatteryCurrent"] = robot.battery.current
     rows.doubles[f"{debug}DrivetrainCurrent"] = robot.battery.current - robot.drive.other_current
     for name, mechanism in robot.mechanisms.items():

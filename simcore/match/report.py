@@ -94,6 +94,8 @@ class RunReport:
     awake: Spread
     min_battery_v: float
     """Lowest battery voltage [V]."""
+    brownouts: int
+    """How many times the battery's voltage switched the first robot's motors off."""
     digest: str
     """SHA-256 over the state trajectory."""
     outputs: Mapping[str, str] = field(default_factory=dict)
@@ -154,7 +156,8 @@ def print_report(report: RunReport, console: Console, *, verbose: bool = False) 
     for what, value in _clock(report.match_state).items():
         run.add_row(what, value)
     run.add_row("way driven", f"{report.distance_m:.1f} m")
-    run.add_row("lowest battery voltage", f"{report.min_battery_v:.2f} V")
+    off = f"; {report.brownouts} brown-outs" if report.brownouts else ""
+    run.add_row("lowest battery voltage", f"{report.min_battery_v:.2f} V{off}")
     times = f"{report.wall_seconds:.1f} s, {report.realtime_factor:.1f} times as fast as a real match"
     run.add_row("time to compute it", times)
     if verbose:

@@ -159,6 +159,7 @@ def _play(
         substeps=Spread(mean=float(np.mean(substeps or [0])), max=max(substeps, default=0)),
         awake=Spread(mean=float(np.mean(awake or [0])), max=max(awake, default=0)),
         min_battery_v=match.robots[0].battery.min_voltage,
+        brownouts=match.robots[0].battery.brownouts,
         digest=match.digest.hexdigest(),
     )
     return AutoRun(report, match, track, pieces_at_start, interrupted)

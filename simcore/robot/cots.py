@@ -82,8 +82,8 @@ def swerve_module(
     drive_motor: MotorModel | None = None,
     steer_motor: MotorModel | None = None,
     wheel_cof: float = 1.2,
-    drive_stator_limit: float = float("inf"),
-    drive_supply_limit: float = float("inf"),
+    drive_stator_limit: float | None = None,
+    drive_supply_limit: float | None = None,
 ) -> SwerveModuleConfig:
     """A module of the catalogue at the robot center, to be placed by `SwerveConfig.square` or `replace`.
 
@@ -97,8 +97,8 @@ def swerve_module(
         drive_motor: Kraken X60 if not given.
         steer_motor: Kraken X60 if not given.
         wheel_cof: Coefficient of friction of the wheels on carpet; see `tread`.
-        drive_stator_limit: [A].
-        drive_supply_limit: [A].
+        drive_stator_limit: [A]; None: as the motor's controller is delivered.
+        drive_supply_limit: The same [A].
 
     Raises:
         UnknownNameError: For an unknown product.

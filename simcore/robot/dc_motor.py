@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from functools import cache
 
@@ -17,7 +18,7 @@ from simcore.quantities import (
     require_fields,
 )
 
-__all__ = ["MOTOR_NAMES", "MotorModel", "motor"]
+__all__ = ["MOTOR_NAMES", "MotorModel", "controller_limits", "motor"]
 
 MOTOR_NAMES = (
     "Andymark 9015",
@@ -115,6 +116,29 @@ def motor(name: str) -> MotorModel:
         if _plain(known) == wanted:
             return _from_wpilib(known)
     raise UnknownNameError("motor", name, MOTOR_NAMES)
+
+
+_TALON_MOTORS = ("Kraken", "Falcon", "Minion")
+_TALON_LIMITS = (120.0, 70.0)
+_SPARK_LIMITS = (80.0, math.inf)
+
+
+def controller_limits(model: MotorModel) -> tuple[float, float]:
+    """Stator and supply limit of the controller that a motor is sold for, until somebody configures others [A].
+
+    A TalonFX or TalonFXS limits a Kraken, Falcon or Minion to 120 A and 70 A, a SPARK a NEO or Vortex to 80 A. For
+    other motors, mostly brushed ones behind a PWM controller, there are none: what ends them is a breaker of 40 A, that
+    takes seconds.
+
+    Source: defaults of CurrentLimitsConfigs in Phoenix 6, 2025 and 2026 (that supply current falls to 40 A after a
+    second at 70 A is left out); default smart current limit of REV's SPARK MAX and Flex.
+
+    >>> controller_limits(motor("Kraken X60")), controller_limits(motor("NEO")), controller_limits(motor("CIM"))
+    ((120.0, 70.0), (80.0, inf), (inf, inf))
+    """
+    if model.name.startswith(_TALON_MOTORS):
+        return _TALON_LIMITS
+    return _SPARK_LIMITS if model.name.startswith("NEO") else (math.inf, math.inf)
 
 
 def _plain(name: str) -> str:

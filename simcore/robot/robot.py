@@ -16,6 +16,7 @@ from simcore.pieces.placer import Placer, PlacerConfig
 from simcore.pieces.shooter import Shooter, ShooterConfig
 from simcore.pieces.storage import Storage
 from simcore.robot.battery import Battery
+from simcore.robot.brownout_log import BrownoutLog
 from simcore.robot.chassis import ChassisSimulation
 from simcore.robot.climber import Climber, Rung
 from simcore.robot.gyro import Gyro
@@ -101,6 +102,8 @@ class Robot:
         """What robot code's lights show, by their name: 0xRRGGBB of each LED, shape (n,); for telemetry."""
         self.light_requests: dict[str, str] = {}
         """The same in words, of those that have them."""
+        self.brownouts = BrownoutLog(self)
+        """Tells of brown-outs."""
         self._estimated: list[ShaftSim] = []
         self._before: PartState
         self.reset(pose)
@@ -201,6 +204,13 @@ class Robot:
         """The storage that an intake, shooter or placer works with."""
         return self._storages[part.storage]
 
+    def forget_pieces(self) -> None:
+        """Hold none any more, as when the field is reset."""
+        for storage in self.storages:
+            storage.pieces.clear()
+        for placer in self.placers:
+            placer.piece = None
+
     def held_pose(self, slot: int, radius: float) -> tuple[Vector, Quaternion]:
         """Where a piece that it holds is, robot frame [m].
 
@@ -218,6 +228,7 @@ class Robot:
     def begin_tick(self) -> None:
         """Note how the robot moves and aims as a tick begins; intakes have looked at the last tick."""
         self._before = self._motion
+        self.battery.begin_tick()
         for shooter in self.shooters:
             shooter.begin_tick()
         for placer in self.placers:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import logging
-import math
 from dataclasses import dataclass, field, replace
 
 from simcore.errors import ConfigError
@@ -23,7 +22,7 @@ from simcore.quantities import (
     VOLTAGE_OR_NONE,
     require_fields,
 )
-from simcore.robot.dc_motor import MotorModel, motor
+from simcore.robot.dc_motor import MotorModel, controller_limits, motor
 
 __all__ = ["SwerveConfig", "SwerveModuleConfig", "plate_inertia"]
 
@@ -55,6 +54,11 @@ def _unusual(owner: str, config: object, usual: dict[str, tuple[float, float]]) 
         for name, (low, high) in usual.items()
         if not low <= getattr(config, name) <= high
     ]
+
+
+def _limits(stator: float | None, supply: float | None, model: MotorModel) -> tuple[float, float]:
+    usual_stator, usual_supply = controller_limits(model)
+    return usual_stator if stator is None else stator, usual_supply if supply is None else supply
 
 
 def plate_inertia(mass: float, length: float, width: float) -> float:
@@ -108,13 +112,13 @@ class SwerveModuleConfig:
     steer_efficiency: float = 0.90
     """Of the steer gears [-]."""
 
-    drive_stator_limit: float = math.inf
+    drive_stator_limit: float | None = None
+    """[A]; None: as the motor's controller is delivered (`controller_limits`), `math.inf`: none."""
+    drive_supply_limit: float | None = None
+    """The same, drawing and regenerating [A]."""
+    steer_stator_limit: float | None = None
     """[A]"""
-    drive_supply_limit: float = math.inf
-    """[A], drawing and regenerating."""
-    steer_stator_limit: float = math.inf
-    """[A]"""
-    steer_supply_limit: float = math.inf
+    steer_supply_limit: float | None = None
     """[A], drawing and regenerating."""
     drive_brake: bool = True
     """At zero command: True shorts the motor (brake), False opens the circuit (coast)."""
@@ -159,6 +163,16 @@ class SwerveModuleConfig:
                 f"{owner}: coupling_ratio must be smaller than steer_gearing ({self.steer_gearing:g}), "
                 f"got {self.coupling_ratio:g}"
             )
+
+    @property
+    def drive_limits(self) -> tuple[float, float]:
+        """Stator and supply limit in force [A]."""
+        return _limits(self.drive_stator_limit, self.drive_supply_limit, self.drive_motor)
+
+    @property
+    def steer_limits(self) -> tuple[float, float]:
+        """Stator and supply limit in force [A]."""
+        return _limits(self.steer_stator_limit, self.steer_supply_limit, self.steer_motor)
 
     @property
     def drive_inertia(self) -> float:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
@@ -24,7 +23,7 @@ from simcore.quantities import (
     require_fields,
 )
 from simcore.robot.battery import Battery
-from simcore.robot.dc_motor import MotorModel, motor
+from simcore.robot.dc_motor import MotorModel, controller_limits, motor
 from simcore.robot.drive_shaft import DriveShaft, WheelContact
 from simcore.robot.limited_motor import LimitedMotor
 from simcore.robot.wheeled_drive import WheeledDrive, checked_number
@@ -60,10 +59,10 @@ class TankConfig:
     """Voltage that just turns a free side [V]."""
     efficiency: float = 0.90
     """Of gearbox and chains, both ways [-]."""
-    stator_limit: float = math.inf
-    """Per motor [A]."""
-    supply_limit: float = math.inf
-    """Per motor [A], drawing and regenerating."""
+    stator_limit: float | None = None
+    """Per motor [A]; None: as the motor's controller is delivered (`controller_limits`), `math.inf`: none."""
+    supply_limit: float | None = None
+    """The same, drawing and regenerating [A]."""
     brake: bool = True
     """At zero command: short the motors, or else open the circuit."""
     kp: float = 1.0
@@ -124,13 +123,14 @@ class TankDrive(WheeledDrive[TankConfig]):
     def __init__(self, config: TankConfig, *, battery: Battery | None = None) -> None:
         """Stand at rest; `battery` None is a stiff 12 V supply."""
         c = config
+        usual = controller_limits(c.motor)
         side = LimitedMotor.of(
             c.motor,
             gearing=c.gearing,
             efficiency=c.efficiency,
             friction_volts=c.friction_volts,
-            stator_limit=c.stator_limit,
-            supply_limit=c.supply_limit,
+            stator_limit=usual[0] if c.stator_limit is None else c.stator_limit,
+            supply_limit=usual[1] if c.supply_limit is None else c.supply_limit,
             count=c.motors_per_side,
         )
         n = len(c.wheel_xs)

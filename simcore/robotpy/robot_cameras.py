@@ -26,11 +26,11 @@ from simcore.vision.questnav_table import TABLE, QuestNavTable
 if TYPE_CHECKING:
     from simcore.vision.limelight import LimelightSim
 
-__all__ = ["RobotCameras", "watch_cameras"]
+__all__ = ["LIMELIGHT", "RobotCameras", "watch_cameras"]
 
 _log = logging.getLogger(__name__)
 
-_LIMELIGHT = re.compile(r"limelight(-[\w-]+)?")
+LIMELIGHT = re.compile(r"limelight(-[\w-]+)?")
 """Names that Limelights can have; robot code's own tables may begin alike."""
 
 
@@ -206,7 +206,7 @@ class RobotCameras:
 
     def _follow_tables(self) -> None:
         for name in self._watch.names:
-            if _LIMELIGHT.fullmatch(name) and name not in self._described and name not in self._reported:
+            if LIMELIGHT.fullmatch(name) and name not in self._described and name not in self._reported:
                 self._reported.add(name)
                 self._unplaced.add(name)
                 near = [n for n, c in self._described.items() if c.maker == "limelight"]

@@ -28,7 +28,7 @@ def test_a_brown_out_switches_the_rails_and_counts():
         assert (
             RobotController.isBrownedOut() and not RobotController.getEnabled6V() and not RobotController.getEnabled5V()
         )
-        battery.step(0.005, 0.0)
+        battery.step(0.02, 0.0)
         power.show_rails()
         assert not RobotController.isBrownedOut() and RobotController.getEnabled6V() and RobotController.getEnabled3V3()
     assert RobotController.getFaultCount6V() == before + 2

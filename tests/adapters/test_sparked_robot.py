@@ -82,7 +82,7 @@ def test_init_finds_motors_of_a_program_in_a_src_folder_that_reads_its_deploy_fo
     (tmp_path / "pyproject.toml").write_text("[tool.robotpy]\nrobotpy_version = '2026.2.2'\n")
     shutil.copytree(ROBOTS / "sparked", tmp_path / "src", ignore=shutil.ignore_patterns("simcore.toml", "__pycache__"))
     shutil.copy(ROBOTS / "shared" / "measures.py", tmp_path / "src")
-    motors, _, why_not = find_devices(tmp_path)
+    motors, _, _, why_not = find_devices(tmp_path)
     assert why_not == ""
     assert motors == [
         FoundMotor(controller="TalonFX", leader=45, gearing=2.0),

@@ -42,6 +42,7 @@ REPORT = RunReport(
     substeps=Spread(mean=4.2, max=11),
     awake=Spread(mean=33.4, max=88),
     min_battery_v=9.87,
+    brownouts=0,
     digest="ab" * 32,
     outputs={"log": "out/run.wpilog"},
 )
@@ -71,7 +72,7 @@ def test_json_has_the_fields_that_programs_read() -> None:
             "ticks",
         ),
         *("score", "match_state", "pieces", "piece_name", "breakdown", "shots", "hits"),
-        *("distance_m", "tick_ms", "substeps", "awake", "min_battery_v", "digest", "outputs"),
+        *("distance_m", "tick_ms", "substeps", "awake", "min_battery_v", "brownouts", "digest", "outputs"),
     ]
     assert got["score"] == {"red": 0, "blue": 27, "total": 27}
     assert list(got["pieces"]) == ["staged", "on_field", "in_flight", "held", "scored", "off_field"]

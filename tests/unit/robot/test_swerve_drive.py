@@ -100,7 +100,8 @@ def test_torque_current_is_the_current():
 
 
 def test_duty_cycle_follows_the_battery():
-    drive = drive_of(Battery(BatteryConfig(full_voltage=10.0, empty_voltage=10.0, resistance=0.0)))
+    stiff = Battery(BatteryConfig(full_voltage=10.0, empty_voltage=10.0, resistance=0.0))
+    drive = drive_of(stiff, drive_stator_limit=math.inf, drive_supply_limit=math.inf)
     drive.set_duty_cycles([0.5, -0.5, 2.0, 0.0], [0.0] * 4)
     drive.step(0.005, 0.0, 0.0, 0.0, [0.0] * 4)
     assert drive.drive_motors.volts == pytest.approx([5.0, -5.0, 10.0, 0.0], rel=1e-3)
