@@ -26,9 +26,6 @@ COMMANDS = {
     "play": Command("simcore.show.play_command", "play an auto of a game: score, picture, page and log"),
     "view": Command("simcore.show.view_command", "replay a log in the browser"),
     "page": Command("simcore.show.log_page", "the page and the picture of a run of which only the log is left"),
-    "compile": Command(
-        "simcore.compiled.command", "compile what is hot: simulations run faster, with the same results"
-    ),
     "new-game": Command("simcore.new_game.new_game_command", "write a package for a new year's game, ready to play"),
     "check": Command(
         "simcore.robotpy.check_command", "draw the described robot, run each mechanism, and say what cannot be right"
