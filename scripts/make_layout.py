@@ -7,6 +7,7 @@ One layout serves both, for both call the keys `NT:/Sim/...`. Load it with File 
 
 from __future__ import annotations
 
+import argparse
 import json
 import sys
 from pathlib import Path
@@ -126,7 +127,9 @@ def layout() -> dict[str, Any]:
 
 def main() -> int:
     """Write the file."""
-    output = Path(sys.argv[1]) if len(sys.argv) > 1 else OUTPUT
+    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
+    parser.add_argument("file", nargs="?", type=Path, default=OUTPUT, help="default: %(default)s")
+    output: Path = parser.parse_args().file
     output.write_text(json.dumps(layout(), indent=1) + "\n", encoding="utf-8", newline="\n")
     print(output)
     return 0
