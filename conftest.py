@@ -1,5 +1,6 @@
 """Leaves out what needs a vendor's library that is not installed: the adapters are optional extras."""
 
+from importlib.machinery import ExtensionFileLoader
 from importlib.util import find_spec
 from pathlib import Path
 
@@ -70,9 +71,21 @@ def whole(request):
     return bool(request.config.getoption("--whole"))
 
 
+def is_compiled() -> bool:
+    """Whether the simcore that is tested has compiled parts."""
+    found = find_spec("simcore.robot.battery")
+    return found is not None and isinstance(found.loader, ExtensionFileLoader)
+
+
+def pytest_runtest_setup(item):
+    """Leave out what only plain Python takes."""
+    if item.get_closest_marker("plain") and is_compiled():
+        pytest.skip("simcore is compiled")
+
+
 @pytest.fixture(scope="session")
 def compiled() -> Path:
     """The folder of the simcore that is tested, if its wheel has compiled parts; else the test skips."""
-    if find_spec("simcore.native__mypyc") is None:
+    if not is_compiled():
         pytest.skip("needs compiled parts: SIMCORE_COMPILE=1 python -m pip install ., then `pytest`")
     return Path(simcore.__file__).parents[1]

@@ -20,8 +20,9 @@ from typing import Any
 from hatchling.builders.hooks.plugin.interface import BuildHookInterface
 
 VARIABLE = "SIMCORE_COMPILE"
-GROUP = "simcore.native"
-"""Of the shared library that holds the code of all modules; Python imports it as `simcore.native__mypyc`."""
+GROUP = "simcore_native"
+"""Of the shared library that holds the code of all modules, as `simcore_native__mypyc`. It lies beside the package
+simcore, not in it: mypyc derives `__file__` of the modules from its place."""
 
 TOOLS = ("mypy[mypyc]>=2.4,<3", "setuptools>=75")
 OURS = ("simcore", "games")

@@ -12,7 +12,7 @@ import pytest
 pytest.importorskip("hatchling", reason="needs hatchling: pip install -e .[test]")
 ROOT = Path(__file__).resolve().parents[2]
 MODULES = ["simcore.robot.battery", "simcore.robot.gyro"]
-LIBRARIES = ["simcore.native__mypyc", *MODULES]
+LIBRARIES = ["simcore_native__mypyc", *MODULES]
 
 
 @pytest.fixture

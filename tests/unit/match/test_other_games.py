@@ -22,8 +22,8 @@ print(games{inside}.MINE, registry.find_game().name)
 
 @pytest.mark.parametrize(
     ("file", "inside"),
-    [("games.py", ""), ("games/__init__.py", ""), ("games/chess.py", ".chess")],
-    ids=["module", "package", "folder"],
+    [("games.py", ""), ("games/chess.py", ".chess")],
+    ids=["module", "folder"],
 )
 def test_a_project_with_games_of_its_own_gets_both(tmp_path, file, inside):
     (tmp_path / file).parent.mkdir(exist_ok=True)
