@@ -10,6 +10,7 @@ from typing import NamedTuple
 
 from simcore import __version__
 from simcore.errors import SimcoreError
+from simcore.start_errors import print_error
 
 __all__ = ["COMMANDS", "Command", "main"]
 
@@ -26,6 +27,7 @@ COMMANDS = {
     "play": Command("simcore.show.play_command", "play an auto of a game: score, picture, page and log"),
     "view": Command("simcore.show.view_command", "replay a log in the browser"),
     "page": Command("simcore.show.log_page", "the page and the picture of a run of which only the log is left"),
+    "layout": Command("simcore.show.scope_layout", "a layout for AdvantageScope, of a game or of what a log holds"),
     "new-game": Command("simcore.new_game.new_game_command", "write a package for a new year's game, ready to play"),
     "check": Command(
         "simcore.robotpy.check_command", "draw the described robot, run each mechanism, and say what cannot be right"
@@ -64,7 +66,7 @@ def main(argv: Sequence[str] | None = None, *, program: str = "simcore") -> int:
     try:
         return int(args.run(args))
     except SimcoreError as error:
-        print(f"{called}: {error}", file=sys.stderr)
+        print_error(called, str(error))
         return 1
 
 

@@ -54,6 +54,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     add_engine_option(parser)
     parser.add_argument("--json", action="store_true", help="print one JSON object instead of tables")
+    parser.add_argument(
+        "--verbose", action="store_true", help="print engine, times of ticks and digest of the run, too"
+    )
     add_options(parser)
     for name, sentence in _game_options().items():
         parser.add_argument("--" + name.replace("_", "-"), action="store_true", help=sentence)
@@ -141,7 +144,7 @@ def _report(options: argparse.Namespace, played: AutoRun, outputs: RunOutputs) -
     if options.json:
         print(report.to_json())
     else:
-        print_report(report, Console())
+        print_report(report, Console(), verbose=options.verbose)
         if played.was_interrupted:
             print(f"interrupted after {report.sim_seconds:.2f} s; log, picture and page are of that part")
     sys.stdout.flush()
@@ -160,7 +163,7 @@ def _run(
     progress = Progress(
         TextColumn("{task.description}"),
         BarColumn(),
-        TextColumn("{task.fields[score]} points"),
+        TextColumn("{task.fields[period]}, {task.fields[score]} points"),
         TimeRemainingColumn(),
         console=Console(stderr=True),
         transient=True,
@@ -168,11 +171,11 @@ def _run(
     )
     ticks = max(1, round((options.seconds or auto_seconds(game)) / TICK))
     with progress:
-        task = progress.add_task(f"auto {auto.name!r}", total=ticks, score=0)
+        task = progress.add_task(f"auto {auto.name!r}", total=ticks, score=0, period=game.clock.phases[0].name)
 
         def show(match: Match) -> None:
             if match.ticks % 10 == 0:
-                progress.update(task, completed=match.ticks, score=match.score.total)
+                progress.update(task, completed=match.ticks, score=match.score.total, period=match.timer.phase.name)
             watch.after_tick(match, interrupted)
 
         return play_auto(
