@@ -7,8 +7,8 @@ As `simcore layout rebuilt` does. Each shows only what a run with so many robots
 
 from __future__ import annotations
 
+import argparse
 import json
-import sys
 from pathlib import Path
 
 from games.rebuilt.game import REBUILT
@@ -30,4 +30,6 @@ def write_layouts(output: Path) -> None:
 
 
 if __name__ == "__main__":
-    write_layouts(Path(sys.argv[1]) if len(sys.argv) > 1 else FOLDER)
+    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
+    parser.add_argument("folder", nargs="?", type=Path, default=FOLDER, help="default: %(default)s")
+    write_layouts(parser.parse_args().folder)

@@ -9,6 +9,7 @@ without CAD.
 
 from __future__ import annotations
 
+import argparse
 import json
 import math
 import sys
@@ -335,7 +336,9 @@ def write_all(output: Path) -> None:
 
 def main() -> int:
     """Write the folders, by default into the source tree."""
-    output = Path(sys.argv[1]) if len(sys.argv) > 1 else OUTPUT
+    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
+    parser.add_argument("folder", nargs="?", type=Path, default=OUTPUT, help="default: %(default)s")
+    output: Path = parser.parse_args().folder
     write_all(output)
     files = [path for path in output.rglob("*") if path.is_file()]
     print(f"{output}: {len(files)} files, {sum(path.stat().st_size for path in files) / 1e3:.0f} kB")

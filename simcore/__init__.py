@@ -10,11 +10,9 @@ physics engine nor wpilib.
 
 from __future__ import annotations
 
-import os
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from simcore.compiled.finder import install as _install
 from simcore.errors import SimcoreError
 
 if TYPE_CHECKING:
@@ -107,9 +105,7 @@ __all__ = [
     "TalonFXMotorSim", "TankConfig", "WpilogSink", "__version__", "field_control", "limelight_type", "part_of",
     "play_auto", "swerve_config",
 ]  # fmt: skip
-__version__ = "0.1.0"
-
-_install(os.environ)  # before any module that may be compiled
+__version__ = "1.0.0rc1"
 
 
 def __getattr__(name: str) -> Any:

@@ -7,7 +7,6 @@ from collections.abc import Iterable
 
 __all__ = [
     "CapacityError",
-    "CompileError",
     "ConfigError",
     "EngineError",
     "FieldMeshError",
@@ -35,10 +34,6 @@ class NonFiniteError(SimcoreError, ValueError):
 
 class CapacityError(SimcoreError, RuntimeError):
     """More pieces than there is room for."""
-
-
-class CompileError(SimcoreError, RuntimeError):
-    """The hot modules could not be compiled; plain Python goes on."""
 
 
 class EngineError(SimcoreError, RuntimeError):

@@ -196,8 +196,8 @@ class RobotCameras:
             from simcore.photonvision.photon_port import PhotonCameraPort
         except ImportError as error:
             raise ConfigError(
-                f"camera {camera.config.name!r} of {self._file} is one of PhotonVision, which needs photonlibpy: "
-                f"{install_command('photonvision')}"
+                f"camera {camera.config.name!r} of {self._file} is one of PhotonVision, which needs photonlibpy "
+                f"(from Python 3.11 on): {install_command('photonvision')}"
             ) from error
         camera.ports.append(PhotonCameraPort(camera.config, self._match.cameras.clock))
         self._program.fed.add(camera.config.name)

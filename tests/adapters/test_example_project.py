@@ -11,7 +11,10 @@ from pathlib import Path
 
 import pytest
 
+import simcore
+
 ROOT = Path(__file__).resolve().parents[2]
+PACKAGES = Path(simcore.__file__).resolve().parents[1]
 EXAMPLE = ROOT / "examples" / "rebuilt_robot"
 
 
@@ -30,7 +33,7 @@ def run(*command: str, cwd: Path, timeout: float = 90.0) -> subprocess.Completed
     return subprocess.run(
         [sys.executable, *command],
         cwd=cwd,
-        env={**os.environ, "PYTHONPATH": os.pathsep.join((str(ROOT), str(cwd)))},
+        env={**os.environ, "PYTHONPATH": os.pathsep.join((str(PACKAGES), str(cwd)))},
         capture_output=True,
         text=True,
         timeout=timeout,

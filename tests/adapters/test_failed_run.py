@@ -13,9 +13,11 @@ from pathlib import Path
 
 import pytest
 
+import simcore
+
 pytestmark = [pytest.mark.slow, pytest.mark.realtime]
 
-ROOT = Path(__file__).resolve().parents[2]
+PACKAGES = Path(simcore.__file__).resolve().parents[1]
 PLAIN = Path(__file__).parent / "robots" / "plain"
 
 TEST = """
@@ -56,7 +58,7 @@ def test_what_is_left_of_a_failed_robotpy_test(tmp_path):
     run = subprocess.run(
         [sys.executable, "-m", "robotpy", "test", "--", "-s"],
         cwd=project,
-        env={**os.environ, "PYTHONPATH": str(ROOT)},
+        env={**os.environ, "PYTHONPATH": str(PACKAGES)},
         capture_output=True,
         text=True,
         timeout=90,

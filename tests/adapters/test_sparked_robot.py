@@ -9,10 +9,11 @@ from pathlib import Path
 
 import pytest
 
+import simcore
 from simcore.robot_file.init_command import find_devices
 from simcore.robot_file.template import FoundMotor
 
-ROOT = Path(__file__).resolve().parents[2]
+PACKAGES = Path(simcore.__file__).resolve().parents[1]
 ROBOTS = Path(__file__).parent / "robots"
 
 pytestmark = [
@@ -66,7 +67,7 @@ def test_again(sim):
 @pytest.fixture
 def path(distribution):
     rev = Path(find_spec("rev").origin).parents[1]
-    return os.pathsep.join(map(str, (distribution, ROOT, rev)))
+    return os.pathsep.join(map(str, (distribution, PACKAGES, rev)))
 
 
 def test_sparks_shoot_and_what_is_let_go_stops(project_of, path):

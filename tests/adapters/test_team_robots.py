@@ -19,9 +19,11 @@ from pathlib import Path
 
 import pytest
 
+import simcore
+
 pytestmark = pytest.mark.slow
 
-ROOT = Path(__file__).resolve().parents[2]
+PACKAGES = Path(simcore.__file__).resolve().parents[1]
 ROBOTS, SCENARIOS = (Path(__file__).parent / name for name in ("robots", "scenarios"))
 EVERYBODY_NEEDS = ("phoenix6", "wpilib", "commands2", "pyfrc")
 
@@ -121,7 +123,7 @@ def python(distribution) -> Callable[..., tuple[int, str]]:
     """Runs Python in a folder, and returns its code and what it printed."""
 
     def run(folder: Path, *arguments: str) -> tuple[int, str]:
-        places = (distribution, ROOT, ROBOTS / "shared")
+        places = (distribution, PACKAGES, ROBOTS / "shared")
         path = os.pathsep.join([*map(str, places), *filter(None, [os.environ.get("PYTHONPATH")])])
         done = subprocess.run(
             [sys.executable, *arguments],

@@ -19,7 +19,6 @@ ADAPTERS = {"phoenix6", "phoenix6_emulator", "revlib", "robotpy", "photonvision"
 
 BASE = {"errors", "quantities", "units", "typing", "install_text", "start_errors"}
 TOOLS = {
-    "simcore/compiled/command.py",
     "simcore/match/runner.py",  # measures how long ticks take; hands no time to the simulation
     "simcore/new_game/new_game_command.py",  # the year of a new game
 }
@@ -31,7 +30,6 @@ CORE = INNER | DOMAIN | {"telemetry", "match"}
 ALLOWED = {
     # who: whom it may import, beside itself
     **dict.fromkeys(BASE, BASE),
-    "compiled": BASE,  # below everything: it decides where the modules come from
     "geometry": BASE,
     "physics": BASE | {"geometry"},
     "pieces": INNER,
@@ -50,7 +48,7 @@ ALLOWED = {
     "phoenix6": CORE | {"robot_file", "phoenix6_emulator"},
     "revlib": CORE | {"robot_file"},
     "phoenix6_emulator": BASE,  # emulates CTRE's library; knows neither simulation nor adapters
-    "robotpy": CORE | {"robot_file", "phoenix6", "phoenix6_emulator", "photonvision", "revlib", "compiled", "show"},
+    "robotpy": CORE | {"robot_file", "phoenix6", "phoenix6_emulator", "photonvision", "revlib", "show"},
 }
 
 VENDORS = ("pybullet", "mujoco", "wpilib", "hal", "phoenix6", "rev")
@@ -158,7 +156,7 @@ def test_the_everyday_names_come_from_no_adapter_and_no_game():
     code = "import simcore, sys; print(sorted(m for m in sys.modules if m.startswith(('simcore.', 'games'))))"
     run = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, timeout=60)
     loaded = ast.literal_eval(run.stdout)
-    assert all(name.split(".")[1] in BASE | {"compiled"} for name in loaded), loaded
+    assert all(name.split(".")[1] in BASE for name in loaded), loaded
 
 
 def test_every_everyday_name_is_the_one_of_its_home():

@@ -38,7 +38,7 @@ DOTTED = re.compile(r"\b(?:simcore|games)(?:\.[A-Za-z_]\w*)+")
 BLOCK = re.compile(r"^```py(?:thon)?\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 FILE = re.compile(r"\b(?:simcore|games|scripts|tests|models|examples|docs)(?:/[\w.-]+)+/?")
 SUFFIXES = ("toml", "whl", "games", "models", "wpilog")  # `simcore.toml`, `simcore.games`: no modules
-LATER = ("games/mygame", "games/discs", "simcore/compiled/store", "tests/test_", "tests/drive_test")
+LATER = ("games/mygame", "games/discs", "tests/test_", "tests/drive_test")
 """What is not there before somebody makes it."""
 
 

@@ -14,11 +14,12 @@ from pathlib import Path
 import pytest
 from wpiutil.log import DataLogReader
 
+import simcore
 from simcore import cli
 from simcore.install_text import install_command
 from simcore.telemetry.log_reader import read_log
 
-ROOT = Path(__file__).resolve().parents[2]
+PACKAGES = Path(simcore.__file__).resolve().parents[1]
 
 KEYS = {
     "auto", "seed", "sim_seconds", "wall_seconds", "realtime_factor", "ticks", "score", "pieces", "shots", "hits",
@@ -49,7 +50,7 @@ def command(*arguments: str) -> list[str]:
 
 
 def environment() -> dict[str, str]:
-    return {**os.environ, "PYTHONPATH": str(ROOT)}
+    return {**os.environ, "PYTHONPATH": str(PACKAGES)}
 
 
 def refused(capsys, *arguments: str) -> str:

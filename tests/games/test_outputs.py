@@ -13,6 +13,7 @@ import pytest
 from PIL import Image
 from scipy import ndimage
 
+import simcore
 from games.rebuilt import REBUILT
 from simcore import cli
 from simcore.match.runner import play_auto
@@ -21,7 +22,7 @@ from simcore.show.frame_painter import FramePainter, to_pixels
 from simcore.show.scene import rgb, scene_of
 from simcore.telemetry.recording import Recording
 
-ROOT = Path(__file__).resolve().parents[2]
+PACKAGES = Path(simcore.__file__).resolve().parents[1]
 
 
 def main(words: list[str]) -> int:
@@ -161,7 +162,7 @@ def test_without_pillow_and_matplotlib_a_run_still_is_a_run(here, capsys, monkey
 
 def test_no_screen_is_needed_whatever_matplotlib_is_told(here):
     environment = {key: value for key, value in os.environ.items() if key not in ("DISPLAY", "WAYLAND_DISPLAY")}
-    environment |= {"MPLBACKEND": "TkAgg", "PYTHONPATH": str(ROOT)}
+    environment |= {"MPLBACKEND": "TkAgg", "PYTHONPATH": str(PACKAGES)}
     command = [sys.executable, "-m", "games.rebuilt", "--seconds", "0.1", "--json"]
     run = subprocess.run(command, cwd=here, env=environment, capture_output=True, text=True, timeout=60)
     assert (run.returncode, run.stderr) == (0, "")

@@ -33,7 +33,10 @@ def installed(tmp_path):
 
 
 def test_a_checkout_is_named_by_its_folder():
-    assert install_command("view", "robotpy") == f'`python -m pip install -e "{ROOT}[view,robotpy]"`'
+    assert (
+        install_command("view", "robotpy", package=ROOT / "simcore")
+        == f'`python -m pip install -e "{ROOT}[view,robotpy]"`'
+    )
 
 
 @pytest.mark.parametrize(

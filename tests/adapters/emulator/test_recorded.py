@@ -13,7 +13,10 @@ from pathlib import Path
 
 import pytest
 
+import simcore
+
 ROOT = Path(__file__).resolve().parents[3]
+PACKAGES = Path(simcore.__file__).resolve().parents[1]
 DATA = ROOT / "tests" / "adapters" / "data" / "phoenix6_26.3.0.json"
 RECORDED = json.loads(DATA.read_text())
 spec = importlib.util.spec_from_file_location("compare_emulator", ROOT / "scripts" / "compare_emulator.py")
@@ -58,7 +61,7 @@ def test_devices_keep_to_their_budget():
     for _ in range(3):
         done = subprocess.run(
             [sys.executable, str(ROOT / "scripts" / "emulator_figures.py")],
-            env={**os.environ, "PYTHONPATH": str(ROOT)},
+            env={**os.environ, "PYTHONPATH": str(PACKAGES)},
             capture_output=True,
             text=True,
             timeout=60,

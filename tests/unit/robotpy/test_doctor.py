@@ -57,6 +57,7 @@ def test_python(version, level, advice):
         ("Darwin", "x86_64", (3, 12, 1), None, OK, ""),
         ("Darwin", "x86_64", (3, 13, 1), None, OK, ""),
         ("Linux", "aarch64", (3, 12, 1), NEW, OK, ""),
+        ("Linux", "aarch64", (3, 10, 1), NEW, WARN, "try Python 3.13"),
         ("Windows", "ARM64", (3, 12, 1), None, WARN, "compiles it"),
         ("Windows", "x86", (3, 12, 1), None, WARN, "compiles it"),
         ("Linux", "x86_64", (3, 12, 1), (2, 27), WARN, "glibc 2.28"),
@@ -444,15 +445,8 @@ def test_nothing_of_a_vendor_is_loaded_by_looking(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("state", "level", "words"),
-    [
-        ({}, OK, "plain Python; `python -m simcore compile`"),
-        ({"folder": "/store/x"}, OK, "in use: /store/x"),
-        ({"old": 1}, WARN, "another version"),
-        ({"trouble": "no GLIBC"}, WARN, "no GLIBC"),
-        ({"is_off": True, "old": 1}, OK, "SIMCORE_COMPILED=0"),
-    ],
+    ("is_compiled", "words"), [(True, "native code"), (False, "plain Python; installed with SIMCORE_")]
 )
-def test_compiled(state, level, words):
-    found = install_checks.check_compiled(**{"is_off": False, "folder": None, "trouble": "", "old": 0, **state})
-    assert found.level is level and words in found.text and bool(found.advice) == (level is WARN)
+def test_compiled(is_compiled, words):
+    found = install_checks.check_compiled(is_compiled=is_compiled)
+    assert found.level is OK and words in found.text and not found.advice
