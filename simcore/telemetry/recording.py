@@ -137,6 +137,10 @@ class Recording:
         """Whether anything of that key was kept."""
         return key in self.keys
 
+    def is_boolean(self, key: str) -> bool:
+        """Whether a key is of a boolean."""
+        return self._kinds.get(key) == "boolean"
+
     def series(self, key: str) -> tuple[FloatArray, FloatArray]:
         """Times [s] and values of one number or boolean, as far as it was published, each of shape (m,).
 
@@ -188,6 +192,14 @@ class Recording:
             raise UnknownNameError("recorded array of integers", key, self._integer_arrays)
         kept = self._integer_arrays[key]
         return kept[_newest(kept, time)][1]
+
+    def integers(self, key: str) -> list[tuple[float, IntArray]]:
+        """All kept arrays of integers of one key with their times [s], shape (n,) each; none where nothing was kept."""
+        return list(self._integer_arrays.get(key, ()))
+
+    def pieces_of(self, name: str) -> list[FloatArray]:
+        """Places of all pieces of a type at each time that was kept, shape (n, 3 or 7) each."""
+        return [rows for _, rows in self._arrays.get(_PIECES + name, ())]
 
     def strings(self, key: str) -> tuple[FloatArray, list[str]]:
         """Times [s], shape (m,), and the m texts of one key, as far as it was published.
