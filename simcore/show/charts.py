@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from simcore.show.palette import LINE_STYLES, color, tint
+from simcore.show.run_events import key_in_words
 from simcore.show.run_track import RunTrack
 from simcore.show.svg import document, element, line, polyline, ticks, words
 from simcore.telemetry.recording import Recording
@@ -133,18 +134,13 @@ def _mechanism_charts(recording: Recording, prefix: str, whose: str) -> Iterable
         if found and key == f"{prefix}{found[0]}":
             curves = _curves(recording, [("is", key.removesuffix("Setpoint")), ("set-point", key)])
             quantity, unit = ("velocity", "turns/s") if found[2] == "VelocityRPS" else ("position", "turns")
-            yield Chart(title=f"{_in_words(found[1]).capitalize()} {quantity}{whose}", unit=unit, curves=curves)
+            yield Chart(title=f"{key_in_words(found[1]).capitalize()} {quantity}{whose}", unit=unit, curves=curves)
     head = f"{prefix}/Debug/"
     currents = [key for key in recording.keys if key.startswith(head) and key.endswith("CurrentA")]
-    named = [(_in_words(key.removeprefix(head).removesuffix("CurrentA")), key) for key in currents]
+    named = [(key_in_words(key.removeprefix(head).removesuffix("CurrentA")), key) for key in currents]
     for first in range(0, len(named), 4):
         curves = _curves(recording, named[first : first + 4])
         yield Chart(title=f"Mechanism currents{whose}", unit="A", curves=curves)
-
-
-def _in_words(name: str) -> str:
-    """A mechanism as people read it: `IntakeDeploy` is "intake deploy"."""
-    return re.sub(r"(?<=[a-z0-9])(?=[A-Z])", " ", name).lower()
 
 
 def bounds(chart: Chart) -> tuple[float, float]:

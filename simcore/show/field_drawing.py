@@ -65,7 +65,7 @@ class FieldDrawing:
             parts.append(line(0, width - y, length, width - y, stroke=color("seams")))
             scale.append(words(-38.0, width - y + 7.0, f"{y / 100:g}", 22, anchor="end"))
         scale.append(words(_last_gap(along), width + 54.0, "x [m]", 22, anchor="middle"))
-        scale.append(words(-38.0, width - _last_gap(up) + 7.0, "y [m]", 22, anchor="end"))
+        scale.append(words(self.box[0] + 2.0, width - _last_gap(up) + 7.0, "y [m]", 22))
         for name, corners in self.scene.field_outlines:
             fill, edge = tint(name)
             look = {"fill": fill, "stroke": edge, "stroke_width": 1.5, "opacity": 0.8}
@@ -302,7 +302,7 @@ def side_view(scene: Scene, shots: Sequence[ShotTrace]) -> str:
         parts.append(words(x, highest + 32.0, f"{x / 100:g}", 22, anchor="middle", class_="scale"))
     parts.append(line(0, highest, length, highest, stroke=color("ink"), stroke_width=3))
     parts.append(words(_last_gap(along), highest + 32.0, "x [m]", 22, anchor="middle", class_="scale"))
-    parts.append(words(-12.0, highest - _last_gap(up) + 7.0, "z [m]", 22, anchor="end", class_="scale"))
+    parts.append(words(2.0 - 1.25 * MARGIN, highest - _last_gap(up) + 7.0, "z [m]", 22, class_="scale"))
     for shot in shots:
         ink, dashes = (color("hit"), None) if shot.scored else (color("miss"), "10 6")
         way = np.column_stack((100.0 * shot.points[:, 0], highest - 100.0 * shot.points[:, 2]))

@@ -81,7 +81,7 @@ class _View:
                 labels.setdefault((round(at[0]), round(at[1])), []).append(way.name)
         for (x, y), names in labels.items():
             text = ", ".join(names)
-            back = {"x": x + 7, "y": y - 18, "width": 6.3 * len(text) + 6, "height": 16, "rx": 3}
+            back = {"x": x + 7, "y": y - 18, "width": 5.9 * len(text) + 6, "height": 16, "rx": 3}
             parts.append(element("rect", **back, fill=color("paper"), opacity=0.8))
             parts.append(words(x + 10, y - 6, text, 12, ink=_INKS["way"]))
         return "".join((*parts, *self._arrows()))
@@ -216,7 +216,7 @@ class _View:
         return parts, places[-1] if has_way else link[0]
 
     def _arrows(self) -> list[str]:
-        parts, ink = [], _INKS["shooter"]
+        parts, tags, ink = [], [], _INKS["shooter"]
         for arrow in self._sketch.arrows:
             start, end = self._places(np.stack((arrow.start, arrow.end)))
             away = math.dist(start, end)
@@ -228,8 +228,8 @@ class _View:
             parts.append(element("circle", cx=start[0], cy=start[1], r=4.5, fill=ink, stroke=color("paper")))
             if arrow.tag:
                 back = [a + (a - b) / max(away, 1e-9) * 0.05 * self._scale for a, b in zip(start, end, strict=True)]
-                parts.append(_tag(arrow.tag, back[0], back[1], ink))
-        return parts
+                tags.append(_tag(arrow.tag, back[0], back[1], ink))
+        return parts + tags
 
 
 def _arrow_head(start: tuple[float, float], end: tuple[float, float], size: float, ink: str) -> str:

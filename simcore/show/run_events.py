@@ -16,7 +16,7 @@ from simcore.telemetry.recording import Recording
 from simcore.typing import BoolArray, FloatArray
 from simcore.units import TICK
 
-__all__ = ["BoardItem", "EventKind", "RunEvent", "board_of", "events_of"]
+__all__ = ["BoardItem", "EventKind", "RunEvent", "board_of", "events_of", "key_in_words"]
 
 EventKind = Literal["mode", "hit", "miss", "score", "slip", "bump", "brown-out", "foul"]
 
@@ -61,7 +61,7 @@ def events_of(recording: Recording, scene: Scene, shots: Sequence[ShotTrace]) ->
             events.append(RunEvent(time, "score", f"{alliance.lower()} {rise:+.0f}"))
     for key in recording.keys:
         if key.startswith("Sim/Score/") and "foul" in key.lower():
-            name = _in_words(key.removeprefix("Sim/Score/"))
+            name = key_in_words(key.removeprefix("Sim/Score/"))
             events += [RunEvent(time, "foul", f"{name} {rise:+.0f}") for time, rise in _rises(recording, key)]
     for number, robot in enumerate(scene.robots):
         whose = f"robot {number}: " if len(scene.robots) > 1 else ""
@@ -87,7 +87,7 @@ def board_of(recording: Recording) -> list[BoardItem]:
         if re.match(r"Sim/Match/(?!Enabled$)\w+$", key) and recording.is_boolean(key):
             times, flags = recording.series(key)
             words = _changes(times, ["yes" if flag else "no" for flag in flags.tolist()])
-            items.append(BoardItem(_in_words(key.removeprefix("Sim/Match/")), *words))
+            items.append(BoardItem(key_in_words(key.removeprefix("Sim/Match/")), *words))
     return items
 
 
@@ -174,10 +174,10 @@ def _stretches(times: FloatArray, is_so: BoolArray) -> list[tuple[float, float]]
     return found
 
 
-def _in_words(name: str) -> str:
+def key_in_words(name: str) -> str:
     """A key's last part as people read it.
 
-    >>> _in_words("RedHubActive")
-    'red hub active'
+    >>> key_in_words("IntakeZoneActive")
+    'intake zone active'
     """
     return re.sub(r"(?<=[a-z0-9])(?=[A-Z])", " ", name).lower()

@@ -138,8 +138,7 @@ class RunTrack:
         ]
         if kept:
             return np.unique(np.concatenate(kept))
-        most = max((len(rows) for rows in self.recording.pieces_of(name)), default=0)
-        return np.arange(most)  # an old log says how many there are, and not which
+        return np.arange(self.recording.most_poses(_PIECES + name))  # an old log says how many there are, not which
 
     def _rows(self, key: str, id_key: str, time: float) -> tuple[FloatArray, IntArray]:
         """Poses and ids of the same length; without ids the rows' own numbers."""

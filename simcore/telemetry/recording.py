@@ -197,9 +197,9 @@ class Recording:
         """All kept arrays of integers of one key with their times [s], shape (n,) each; none where nothing was kept."""
         return list(self._integer_arrays.get(key, ()))
 
-    def pieces_of(self, name: str) -> list[FloatArray]:
-        """Places of all pieces of a type at each time that was kept, shape (n, 3 or 7) each."""
-        return [rows for _, rows in self._arrays.get(_PIECES + name, ())]
+    def most_poses(self, key: str) -> int:
+        """Rows of the longest kept array of poses of one key."""
+        return max((len(rows) for _, rows in self._arrays.get(key, ())), default=0)
 
     def strings(self, key: str) -> tuple[FloatArray, list[str]]:
         """Times [s], shape (m,), and the m texts of one key, as far as it was published.

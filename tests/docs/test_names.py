@@ -149,7 +149,7 @@ def published():
 
 def general(key: str) -> str:
     """The key with the kind of piece and the mechanism left open."""
-    readings = "VelocityRPS|PositionRot|VelocityRPSSetpoint|PositionRotSetpoint|VoltageIn|CurrentA|AngleDeg|ExtendedPct|HeightM"
+    readings = "(?:VelocityRPS|PositionRot)(?:Setpoint)?|VoltageIn|CurrentA|AngleDeg|ExtendedPct|HeightM"
     key = re.sub(rf"^(Sim/Debug/)\w+?({readings})$", r"\1<Mechanism>\2", key)
     key = re.sub(r"^(Sim/Sensors/)\w+$", r"\1<Sensor>", key)
     return re.sub(r"^(Sim/(?:GamePieces|PieceIds|InFlight|InFlightIds|Held|HeldIds)/)Fuel$", r"\1<Type>", key)

@@ -1,4 +1,4 @@
-"""A made-up run: one robot that drives in a circle and believes to be elsewhere, pieces that stand, roll, fly or are held."""
+"""A made-up run: one robot in a circle that believes to be elsewhere, and pieces that lie, roll, fly or are held."""
 
 from __future__ import annotations
 
