@@ -14,7 +14,7 @@ import numpy as np
 from simcore.show.palette import color, tint
 from simcore.show.run_track import Placed, RunTrack
 from simcore.show.scene import PieceLook, RobotLook, Scene
-from simcore.show.shots import ShotTrace
+from simcore.show.shots import ShotResult, ShotTrace
 from simcore.show.svg import document, element, line, polygon, polyline, ticks, words
 from simcore.typing import FloatArray
 
@@ -126,14 +126,11 @@ class FieldDrawing:
             if not rows or shot.times[-1] < since:
                 continue
             way = self.points(shot.points[:rows])
-            ink = color("hit" if shot.scored else "miss")
-            dashes = None if shot.scored else "10 6"
-            missed = f"miss{f', {shot.side}' if shot.side else ''}"
-            tip = f"{'hit' if shot.scored else missed}, shot at {shot.time:.2f} s by robot {shot.robot}"
-            flight = polyline(way, stroke=ink, stroke_width=2.5, stroke_dasharray=dashes, opacity=0.85)
-            mark = end_mark(float(way[-1, 0]), float(way[-1, 1]), 7.0, scored=shot.scored)
-            body = (element("title", tip), flight, mark if rows == len(shot.times) else "")
-            parts.append(element("g", *body, class_="shot", data_t=round(shot.time, 2)))
+            tip = (
+                f"{shot.result}{f', {shot.side}' if shot.side else ''}, shot at {shot.time:.2f} s by robot {shot.robot}"
+            )
+            body = _flight(way, shot.result, is_whole=rows == len(shot.times))
+            parts.append(element("g", element("title", tip), body, class_="shot", data_t=round(shot.time, 2)))
         return element("g", *parts)
 
     def intake_marks(self, places: FloatArray) -> str:
@@ -144,7 +141,7 @@ class FieldDrawing:
     def heat_maps(self) -> dict[str, str]:
         """By name: where robots were for how long, and where shots came down that missed."""
         driven = [rows[:, :2] for _, rows in self.track.robots if len(rows)]
-        fell = [shot.points[-1:, :2] for shot in self.shots if not shot.scored]
+        fell = [shot.points[-1:, :2] for shot in self.shots if shot.result == "miss"]
         maps = {"robot": (driven, "path"), "misses": (fell, "miss")}
         return {name: self._heat(np.concatenate(rows), ink) for name, (rows, ink) in maps.items() if rows}
 
@@ -279,12 +276,21 @@ def robot_symbol(
     return element("g", *parts, class_="robot active" if is_active else "robot", **attributes)
 
 
-def end_mark(x: float, y: float, size: float, *, scored: bool) -> str:
-    """Where a shot ended: a dot for a hit, a cross for a miss."""
-    if scored:
+def end_mark(x: float, y: float, size: float, result: ShotResult) -> str:
+    """Where a shot ended: a dot for a hit, a cross for a miss, nothing for one that flies."""
+    if result == "flying":
+        return ""
+    if result == "hit":
         return element("circle", cx=x, cy=y, r=size * 0.8, fill=color("hit"), stroke=color("paper"), stroke_width=1)
     cross = f"M{x - size:.1f} {y - size:.1f}l{2 * size:g} {2 * size:g}m0 {-2 * size:g}l{-2 * size:g} {2 * size:g}"
     return element("path", d=cross, stroke=color("miss"), stroke_width=size / 2.2, fill="none")
+
+
+def _flight(way: FloatArray, result: ShotResult, *, is_whole: bool = True) -> str:
+    """A flight in a view: solid for hits, dashed for misses, and its mark if it is drawn to its end."""
+    ink, dashes = {"hit": ("hit", None), "miss": ("miss", "10 6"), "flying": ("muted", "3 4")}[result]
+    look = {"stroke": color(ink), "stroke_width": 2.5, "stroke_dasharray": dashes, "opacity": 0.85}
+    return polyline(way, **look) + (end_mark(float(way[-1, 0]), float(way[-1, 1]), 7.0, result) if is_whole else "")
 
 
 def side_view(scene: Scene, shots: Sequence[ShotTrace]) -> str:
@@ -304,11 +310,8 @@ def side_view(scene: Scene, shots: Sequence[ShotTrace]) -> str:
     parts.append(words(_last_gap(along), highest + 32.0, "x [m]", 22, anchor="middle", class_="scale"))
     parts.append(words(2.0 - 1.25 * MARGIN, highest - _last_gap(up) + 7.0, "z [m]", 22, class_="scale"))
     for shot in shots:
-        ink, dashes = (color("hit"), None) if shot.scored else (color("miss"), "10 6")
         way = np.column_stack((100.0 * shot.points[:, 0], highest - 100.0 * shot.points[:, 2]))
-        flight = polyline(way, stroke=ink, stroke_width=2.5, stroke_dasharray=dashes, opacity=0.85)
-        mark = end_mark(float(way[-1, 0]), float(way[-1, 1]), 7.0, scored=shot.scored)
-        parts.append(element("g", flight, mark, class_="shot", data_t=round(shot.time, 2)))
+        parts.append(element("g", _flight(way, shot.result), class_="shot", data_t=round(shot.time, 2)))
     box = (-1.25 * MARGIN, -12.0, length + 1.75 * MARGIN, highest + 54.0)
     return document(box, *parts, role="img", aria_label="shots from the side")
 

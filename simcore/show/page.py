@@ -33,10 +33,10 @@ __all__ = ["write_page"]
 _HERE = Path(__file__).parent
 _MOST_FRAMES = 800
 _MARKS = {
-    "mode": "\u25b6", "hit": "\u25cf", "miss": "\u2715", "score": "\u002b", "slip": "\u2248", "bump": "\u25b2",
-    "brown-out": "\u25bc", "foul": "\u25c6",
+    "mode": "\u25b6", "hit": "\u25cf", "miss": "\u2715", "flying": "\u25cb", "score": "\u002b",
+    "slip": "\u2248", "bump": "\u25b2", "brown-out": "\u25bc", "foul": "\u25c6",
 }  # fmt: skip
-_ROWS = ("mode", "hit miss", "score foul", "slip bump brown-out")
+_ROWS = ("mode", "hit miss flying", "score foul", "slip bump brown-out")
 """Of the time line, by the kinds of their events."""
 
 
@@ -67,7 +67,7 @@ def write_page(path: str | Path, recording: Recording, scene: Scene, *, title: s
     layers = "".join(
         f'<g class="heat" data-heat="{name}" visibility="hidden">{cells}</g>' for name, cells in heat.items()
     )
-    still = "".join((field.ground(), layers, field.paths(), field.shot_traces()))
+    still = "".join((field.ground(), layers, field.paths(), field.intake_marks(taken), field.shot_traces()))
     run = {
         "start": round(start, 3),
         "end": round(end, 3),
@@ -262,8 +262,13 @@ def _timeline_html(events: Sequence[RunEvent], start: float, end: float) -> str:
                 f'data-to="{event.time:.2f}">{_MARKS[event.kind]}</button>'
             )
         if mine:
-            rows.append(f'<div class="row"><span>{kinds.replace(" ", ", ")}</span><div>{"".join(marks)}</div></div>')
+            rows.append(f'<div class="row"><span>{_row_name(kinds, mine)}</span><div>{"".join(marks)}</div></div>')
     return f'<div class="timeline" aria-hidden="true">{"".join(rows)}</div>' if rows else ""
+
+
+def _row_name(kinds: str, events: Sequence[RunEvent]) -> str:
+    """Those of a row's kinds that there are."""
+    return ", ".join(kind for kind in kinds.split() if any(event.kind == kind for event in events))
 
 
 def _events_html(events: Sequence[RunEvent]) -> str:

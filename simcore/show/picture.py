@@ -80,7 +80,7 @@ def legend(field: FieldDrawing, *, intakes: int) -> list[tuple[str, str]]:
         intakes: Pieces that were taken in.
     """
     scene, shots = field.scene, field.shots
-    hits = len([shot for shot in shots if shot.scored])
+    hits, misses = (len([shot for shot in shots if shot.result == result]) for result in ("hit", "miss"))
 
     def stroke(ink: str, dashes: str | None = None, width: float = 3.0) -> str:
         return line(-12, 0, 12, 0, stroke=color(ink), stroke_width=width, stroke_dasharray=dashes)
@@ -92,15 +92,15 @@ def legend(field: FieldDrawing, *, intakes: int) -> list[tuple[str, str]]:
         marks.append((box if look.size else ball, name.lower()))
     inks = {robot.alliance for robot in scene.robots} if len(scene.robots) > 1 else {"path"}
     marks += [
-        (stroke(ink, width=4.0), "path of a robot" if ink != "path" else "path, darker with time")
+        (stroke(ink, width=4.0), f"path of a {ink} robot" if ink != "path" else "path, darker with time")
         for ink in sorted(inks)
     ]
     if any(len(times) for times, _ in field.track.estimates):
         marks.append((stroke("ghost", "7 4"), "where it believed to be"))
     if shots:
-        marks.append((stroke("hit", width=2) + end_mark(12, 0, 5, scored=True), f"hit ({hits})"))
-        miss = stroke("miss", "6 4", 2) + end_mark(12, 0, 5, scored=False)
-        marks.append((miss, f"miss ({len(shots) - hits})"))
+        marks.append((stroke("hit", width=2) + end_mark(12, 0, 5, "hit"), f"hit ({hits})"))
+        miss = stroke("miss", "6 4", 2) + end_mark(12, 0, 5, "miss")
+        marks.append((miss, f"miss ({misses})"))
     if intakes:
         cross = element("path", d="M-5 0h10m-5 -5v10", stroke=color("path"), stroke_width=2)
         marks.append((cross, f"taken in ({intakes})"))

@@ -18,7 +18,7 @@ from simcore.units import TICK
 
 __all__ = ["BoardItem", "EventKind", "RunEvent", "board_of", "events_of", "key_in_words"]
 
-EventKind = Literal["mode", "hit", "miss", "score", "slip", "bump", "brown-out", "foul"]
+EventKind = Literal["mode", "hit", "miss", "flying", "score", "slip", "bump", "brown-out", "foul"]
 
 _SLIP = 0.5  # [m/s] of a tire over the ground that is worth a word
 _BUMP = 0.6  # [m/s] in a tick, 30 m/s^2: twice of what tires can do
@@ -53,9 +53,9 @@ def events_of(recording: Recording, scene: Scene, shots: Sequence[ShotTrace]) ->
     events = [RunEvent(time, "mode", text) for time, text in zip(*_modes(recording), strict=True)]
     for shot in shots:
         whose = f"robot {shot.robot}: " if len(scene.robots) > 1 else ""
-        missed = f"miss{f', {shot.side}' if shot.side else ''}"
-        text = f"{whose}shot, {'hit' if shot.scored else missed} ({shot.distance:.1f} m, {shot.speed:.1f} m/s)"
-        events.append(RunEvent(shot.time, "hit" if shot.scored else "miss", text))
+        side = f", {shot.side}" if shot.side else ""
+        numbers = f" ({shot.distance:.1f} m, {shot.speed:.1f} m/s)" if shot.is_over else " at the end"
+        events.append(RunEvent(shot.time, shot.result, f"{whose}shot, {shot.result}{side}{numbers}"))
     for alliance in ("Blue", "Red"):
         for time, rise in _rises(recording, f"Sim/Score/{alliance}"):
             events.append(RunEvent(time, "score", f"{alliance.lower()} {rise:+.0f}"))

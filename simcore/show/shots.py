@@ -15,9 +15,10 @@ from simcore.telemetry.recording import Recording
 from simcore.typing import FloatArray
 from simcore.units import GRAVITY
 
-__all__ = ["MISS_SIDES", "MissSide", "ShotTrace", "intake_places", "shot_rows", "shots_of"]
+__all__ = ["MISS_SIDES", "MissSide", "ShotResult", "ShotTrace", "intake_places", "shot_rows", "shots_of"]
 
 MissSide = Literal["short", "long", "left", "right"]
+ShotResult = Literal["hit", "miss", "flying"]
 MISS_SIDES: tuple[MissSide, ...] = ("short", "long", "left", "right")
 
 
@@ -30,6 +31,8 @@ class ShotTrace:
     points: FloatArray
     """Its center at these times, field frame [m], shape (n, 3)."""
     scored: bool
+    is_over: bool = True
+    """False: the run ended while it flew."""
     robot: int = 0
     """Number of the robot that shot it."""
     side: MissSide | None = None
@@ -41,6 +44,11 @@ class ShotTrace:
     def time(self) -> float:
         """When it left [s]."""
         return float(self.times[0])
+
+    @property
+    def result(self) -> ShotResult:
+        """What came of it."""
+        return "hit" if self.scored else "miss" if self.is_over else "flying"
 
     @property
     def seconds(self) -> float:
@@ -75,7 +83,8 @@ def shots_of(recording: Recording, scene: Scene) -> list[ShotTrace]:
     for piece, robot, hit in zip(pieces, robots, hits, strict=False):
         if flights[piece]:
             flight = flights[piece].pop(0)
-            shots.append(_trace(scene, flight, bool(hit), robot))
+            is_over = bool(hit) or flight.times[-1] < recording.times[-1] - 1e-6
+            shots.append(_trace(scene, flight, bool(hit), is_over, robot))
     return shots
 
 
@@ -101,33 +110,33 @@ def _flights(recording: Recording) -> dict[int, list[_Flight]]:
     return found
 
 
-def _trace(scene: Scene, flight: _Flight, scored: bool, robot: int) -> ShotTrace:
+def _trace(scene: Scene, flight: _Flight, scored: bool, is_over: bool, robot: int) -> ShotTrace:
     points = np.array(flight.points)
-    goal = _goal_of(scene, points, robot)
+    goal = _goal_of(scene, points, robot) if is_over else None
     target = points[-1] if goal is None else np.array(goal.center)
     return ShotTrace(
         times=np.array(flight.times),
         points=points,
         scored=scored,
+        is_over=is_over,
         robot=robot,
         side=None if scored or goal is None else _side(points, target),
-        distance=float(np.linalg.norm(target[:2] - points[0, :2])),
+        distance=float(np.linalg.norm(target[:2] - points[0, :2])) if is_over else math.nan,
     )
 
 
 def _goal_of(scene: Scene, points: FloatArray, robot: int) -> Goal | None:
-    """The goal of the robot's alliance that lies nearest to the shot's direction."""
+    """The goal of the robot's alliance that lies nearest to the shot's direction; the nearest one to a shot without."""
     alliance = scene.robots[robot].alliance if robot < len(scene.robots) else ""
     goals = [goal for goal in scene.goals if goal.alliance == alliance] or list(scene.goals)
-    if not goals or len(points) < 2:
-        return None
     ahead = points[-1, :2] - points[0, :2]
 
-    def aside(goal: Goal) -> float:
+    def aside(goal: Goal) -> tuple[float, float]:
         to_goal = np.array(goal.center[:2]) - points[0, :2]
-        return -float(to_goal @ ahead) / max(float(np.linalg.norm(to_goal)), 1e-9)
+        distance = float(np.linalg.norm(to_goal))
+        return -float(to_goal @ ahead) / max(distance, 1e-9), distance
 
-    return min(goals, key=aside)
+    return min(goals, key=aside, default=None)
 
 
 def _side(points: FloatArray, goal: FloatArray) -> MissSide:
@@ -182,12 +191,14 @@ def shot_rows(shots: Sequence[ShotTrace], robots: int) -> list[tuple[str, list[s
         ("hits", [_share([shot for shot in mine if shot.scored], mine) for mine in of_each]),
         ("distance to the goal", [span([shot.distance for shot in mine], "m", 2) for mine in of_each]),
         ("exit speed", [span([shot.speed for shot in mine], "m/s", 1) for mine in of_each]),
-        ("time of flight", [span([shot.seconds for shot in mine], "s", 2) for mine in of_each]),
+        ("time of flight", [span([shot.seconds for shot in mine if shot.is_over], "s", 2) for mine in of_each]),
     ]
-    sides = (*MISS_SIDES, None) if any(shot.side is None and not shot.scored for shot in shots) else MISS_SIDES
-    for side in sides:
-        counts = [len([shot for shot in mine if not shot.scored and shot.side == side]) for mine in of_each]
-        rows.append((f"missed {side or 'somewhere'}", [str(count) for count in counts]))
+    endings: list[tuple[str, ShotResult, MissSide | None]] = [(f"missed {side}", "miss", side) for side in MISS_SIDES]
+    endings += [("missed, no goal known", "miss", None), ("flying at the end", "flying", None)]
+    for name, result, side in endings:
+        counts = [len([shot for shot in mine if (shot.result, shot.side) == (result, side)]) for mine in of_each]
+        if side is not None or any(counts):
+            rows.append((name, [str(count) for count in counts]))
     return rows
 
 

@@ -39,19 +39,13 @@ def test_flights_and_results_come_back_by_their_ids() -> None:
 )
 def test_on_which_side_a_miss_came_down(goal: tuple[float, float, float], side: str) -> None:
     recording = Recording()
+    results = {"Sim/ShotIds": np.array([5]), "Sim/ShotRobots": np.array([0]), "Sim/ShotHits": np.array([0])}
     for tick in range(60):
-        time = 0.02 * tick
-        row = flight(time, 0.0)
-        ids = np.array([5] if row[2] > 0.0 else [], dtype=np.int64)
-        one = np.array([5]), np.array([0]), np.array([0])
-        keys = ("Sim/ShotIds", "Sim/ShotRobots", "Sim/ShotHits")
-        arrays = dict(zip(keys, one, strict=True)) | {"Sim/InFlightIds/Fuel": ids}
-        poses = {"Sim/InFlight/Fuel": row[None][: len(ids)]}
-        if row[2] < -0.2:
-            break
-        # the last point is taken below the carpet, so that the flight crosses a goal on it
-        arrays["Sim/InFlightIds/Fuel"], poses["Sim/InFlight/Fuel"] = np.array([5]), row[None]
-        recording.write(Snapshot(time=time, tick=tick, pose_arrays=poses, integer_arrays=arrays))
+        row = flight(0.02 * tick, 0.0)
+        flies = int(row[2] > -0.2)  # its last point is below the carpet, so that it crosses a goal on it
+        poses = {"Sim/InFlight/Fuel": row[None][:flies]}
+        ids = results | {"Sim/InFlightIds/Fuel": np.array([5])[:flies]}
+        recording.write(Snapshot(time=0.02 * tick, tick=tick, pose_arrays=poses, integer_arrays=ids))
     (shot,) = shots_of(recording, replace(SCENE, goals=(Goal(alliance="red", center=goal),)))
     assert shot.side == side
 
@@ -96,10 +90,10 @@ def test_events_and_board_tell_modes_scores_shots_and_troubles() -> None:
         (0.2, "bump", "bump: 2.0 m/s within a tick"),
         (0.32, "foul", "red fouls +1"),
         (0.32, "slip", "tires slide for 0.08 s"),
-        (0.4, "miss", "shot"),  # not yet a hit
+        (0.4, "flying", "shot"),  # not yet a hit
         (0.52, "brown-out", "brown-out"),
         (0.56, "mode", "teleop"),
-        (0.6, "miss", "shot"),
+        (0.6, "flying", "shot"),
     ]
     board = {item.label: item for item in board_of(late)}
     assert list(board) == ["period", "time left", "red", "goal open"]
