@@ -101,6 +101,8 @@ class FieldDrawing:
                 rows = np.append(rows[:: max(1, len(rows) // 40)], rows[-1:])
                 strength = 0.35 + 0.65 * (begin - start) / max(end - start, step)
                 look = {"stroke": ink, "stroke_width": 5, "stroke_linecap": "round", "opacity": strength}
+                if len(self.scene.robots) > 1 and robot.alliance == "red":
+                    look |= {"stroke_dasharray": "18 9", "stroke_linecap": "butt"}
                 parts.append(polyline(self.points(path[rows]), data_t=round(begin, 2), **look))
                 if stamps:
                     parts.append(self._stamp(robot, path[rows[0]], ink, strength))

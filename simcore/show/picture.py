@@ -92,7 +92,10 @@ def legend(field: FieldDrawing, *, intakes: int) -> list[tuple[str, str]]:
         marks.append((box if look.size else ball, name.lower()))
     inks = {robot.alliance for robot in scene.robots} if len(scene.robots) > 1 else {"path"}
     marks += [
-        (stroke(ink, width=4.0), f"path of a {ink} robot" if ink != "path" else "path, darker with time")
+        (
+            stroke(ink, "9 4" if ink == "red" else None, 4.0),
+            f"path of a {ink} robot" if ink != "path" else "path, darker with time",
+        )
         for ink in sorted(inks)
     ]
     if any(len(times) for times, _ in field.track.estimates):

@@ -72,7 +72,8 @@ class _View:
         """Grid, robot, and everything that its sketch shows."""
         is_above = self._columns == _ABOVE
         body = self._from_above() if is_above else self._from_the_side()
-        parts = [self._grid(), *body, *self._volumes()]
+        volumes, tags = self._volumes()
+        parts = [self._grid(), *body, *volumes]
         labels: dict[tuple[float, float], list[str]] = {}
         for way in self._sketch.ways:
             drawn, at = self._way(way)
@@ -81,10 +82,10 @@ class _View:
                 labels.setdefault((round(at[0]), round(at[1])), []).append(way.name)
         for (x, y), names in labels.items():
             text = ", ".join(names)
-            back = {"x": x + 7, "y": y - 18, "width": 5.9 * len(text) + 6, "height": 16, "rx": 3}
+            back = {"x": x + 13, "y": y - 24, "width": 5.9 * len(text) + 6, "height": 16, "rx": 3}
             parts.append(element("rect", **back, fill=color("paper"), opacity=0.8))
-            parts.append(words(x + 10, y - 6, text, 12, ink=_INKS["way"]))
-        return "".join((*parts, *self._arrows()))
+            parts.append(words(x + 16, y - 12, text, 12, ink=_INKS["way"]))
+        return "".join((*parts, *tags, *self._arrows()))
 
     # --- places -------------------------------------------------------------------------------------------------
 
@@ -177,7 +178,8 @@ class _View:
         parts.append(polygon([(across, down), (across - 13, down - 7), (across - 13, down + 7)], fill=edge))
         return parts
 
-    def _volumes(self) -> list[str]:
+    def _volumes(self) -> tuple[list[str], list[str]]:
+        """Bodies and their tags, which go over all lines."""
         parts, tags = [], []
         for volume in self._sketch.volumes:
             ink = _INKS[volume.role]
@@ -195,7 +197,7 @@ class _View:
                 elif volume.role == "storage":  # out of the way of what stands in it
                     middle = np.array([outline[:, 0].min() + 0.035, outline[:, 1].max() - 0.03])
                 tags.append(_tag(volume.tag, *self._at(*middle.tolist()), ink))
-        return parts + tags
+        return parts, tags
 
     def _way(self, way: SketchWay) -> tuple[list[str], tuple[float, float] | None]:
         """The joint, the link to what it carries, and the way of that from stop to stop; and where its name goes."""
