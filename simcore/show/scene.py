@@ -12,10 +12,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from simcore.errors import ConfigError, require_positive
+from simcore.errors import ConfigError
 from simcore.geometry.zones import BoxZone, CylinderZone
 from simcore.physics.shapes import Cylinder, Sphere
 from simcore.pieces.kinds import GamePieceConfig
+from simcore.quantities import FIELD_LENGTH, ROBOT_LENGTH, require, require_fields
 from simcore.show.palette import shade
 from simcore.telemetry.snapshot import robot_prefix
 from simcore.typing import FloatArray
@@ -53,7 +54,7 @@ class PieceLook:
             raise ConfigError(f"PieceLook: give radius or size, one of them; got {self.radius} and {self.size}")
         for name, value in (("radius", self.radius), *(("size", value) for value in self.size or ())):
             if value is not None:
-                require_positive("PieceLook", name, value, "m")
+                require("PieceLook", name, value, FIELD_LENGTH)
         object.__setattr__(self, "air_color", self.air_color or shade(self.color, 0.75))
         object.__setattr__(self, "edge_color", self.edge_color or shade(self.color, 0.5))
 
@@ -116,8 +117,7 @@ class RobotLook:
     """Corners from above of the zone of each intake while it is out, robot frame [m], shape (n, 2)."""
 
     def __post_init__(self) -> None:
-        require_positive("RobotLook", "bumpers[0]", self.bumpers[0], "m")
-        require_positive("RobotLook", "bumpers[1]", self.bumpers[1], "m")
+        require_fields(self, bumpers=(ROBOT_LENGTH, ROBOT_LENGTH))
 
     @property
     def pose_key(self) -> str:
@@ -149,8 +149,7 @@ class Scene:
     """What shots are aimed at."""
 
     def __post_init__(self) -> None:
-        require_positive("Scene", "field_size[0]", self.field_size[0], "m")
-        require_positive("Scene", "field_size[1]", self.field_size[1], "m")
+        require_fields(self, field_size=(FIELD_LENGTH, FIELD_LENGTH))
         for name, corners in self.field_outlines:
             if np.ndim(corners) != 2 or np.shape(corners)[1] != 2:
                 raise ConfigError(f"Scene: the outline {name!r} needs shape (n, 2), got {np.shape(corners)}")

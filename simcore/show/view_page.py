@@ -21,6 +21,7 @@ from typing import TYPE_CHECKING, Any
 import rich
 
 from simcore.errors import ConfigError, OutputError
+from simcore.install_text import install_command
 from simcore.show.view_models import ViewModels
 from simcore.show.view_scene import ViewScene, robot_keys
 from simcore.telemetry.snapshot import Snapshot
@@ -157,9 +158,7 @@ def _start(host: str, port: int, title: str) -> viser.ViserServer:
     try:
         import viser
     except ImportError as error:
-        raise OutputError(
-            f"the browser view needs the extra 'view': python -m pip install 'simcore[view]' ({error})"
-        ) from error
+        raise OutputError(f"the browser view needs the extra 'view': {install_command('view')} ({error})") from error
     with socket.socket() as probe:
         if sys.platform != "win32":
             probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
