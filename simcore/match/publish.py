@@ -92,6 +92,7 @@ def _add_pieces(rows: _Rows, match: MatchState) -> None:
         in_flight = here[np.searchsorted(slots, mine)]  # a piece in flight is one of those here, which are in order
         in_flight.setflags(write=False)
         rows.pose_arrays[f"Sim/InFlight/{name}"] = in_flight
+        rows.integer_arrays[f"Sim/InFlightIds/{name}"] = _frozen_ids(mine)
         inside = [(slot, robot) for slot, robot in held if pieces.state.kind[slot] == number]
         poses = np.array([_held_pose(slot, robot, supply.kind.bounding_radius) for slot, robot in inside])
         rows.pose_arrays[f"Sim/Held/{name}"] = _rounded(poses.reshape(-1, 7))
@@ -120,7 +121,7 @@ def _frozen(positions: FloatArray, attitudes: FloatArray) -> FloatArray:
     return rows
 
 
-def _frozen_ids(slots: IntArray) -> IntArray:
+def _frozen_ids(slots: IntArray | list[int]) -> IntArray:
     ids = np.array(slots, dtype=np.int64)
     ids.setflags(write=False)
     return ids
@@ -141,6 +142,12 @@ def _add_match(rows: _Rows, match: MatchState) -> None:
         "Sim/Shots": len(match.flow.shots),
         "Sim/Hits": match.flow.hits,
     }
+    shots = match.flow.shots
+    rows.integer_arrays |= {
+        "Sim/ShotIds": _frozen_ids([shot.slot for shot in shots]),
+        "Sim/ShotRobots": _frozen_ids([shot.robot for shot in shots]),
+        "Sim/ShotHits": _frozen_ids([shot.scored for shot in shots]),
+    }
     for name, count in (*match.tracker.pieces.items(), *match.rules.breakdown().items()):
         rows.integers[f"Sim/Score/{name}"] = count
     if match.last_tick_ms is not None:
@@ -158,6 +165,10 @@ def _add_robot(rows: _Rows, robot: Robot, alliance: Alliance) -> None:
     rows.doubles[f"{prefix}/Robot/GroundClearance"] = round(ground.height, _DECIMALS)
     rows.booleans[f"{prefix}/Robot/IsAirborne"] = ground.is_airborne
     rows.booleans[f"{prefix}/Robot/IsRed"] = alliance == "red"
+    rows.doubles[f"{prefix}/Robot/WheelSlip"] = robot.drive.wheel_slip
+    px, py, yaw = robot.estimated_pose or robot.odometry.pose
+    estimate = np.array((px, py, 0.0, math.cos(0.5 * yaw), 0.0, 0.0, math.sin(0.5 * yaw)))
+    rows.poses[f"{prefix}/Robot/EstimatedPose"] = _rounded(estimate)
     rows.integers[f"{prefix}/Intake/HeldCount"] = held
     rows.integers[f"{prefix}/Debug/HeldCount"] = held
     debug = f"{prefix}/Debug/"
@@ -181,6 +192,8 @@ def _add_robot(rows: _Rows, robot: Robot, alliance: Alliance) -> None:
             rows.doubles[f"{key}ExtendedPct"] = 100.0 * mechanism.extended_fraction
         elif isinstance(mechanism, ElevatorSim):
             rows.doubles[f"{key}HeightM"] = mechanism.height
+    for name, goal in robot.setpoints.items():
+        rows.doubles[f"{debug}{name}Setpoint"] = goal
     for number, intake in enumerate(robot.intakes):
         rows.booleans[f"{debug}{_numbered('IntakeZoneActive', number)}"] = intake.is_active
     for number, shooter in enumerate(robot.shooters):

@@ -104,6 +104,10 @@ class Robot:
         """The same in words, of those that have them."""
         self.brownouts = BrownoutLog(self)
         """Tells of brown-outs."""
+        self.setpoints: dict[str, float] = {}
+        """What a closed loop wants of a mechanism, by its telemetry name and quantity, e.g. `HoodPositionRot`."""
+        self.estimated_pose: tuple[float, float, float] | None = None
+        """Where robot code's drivetrain believes to be, field frame [m, m, rad]; None: `odometry` stands for it."""
         self._estimated: list[ShaftSim] = []
         self._before: PartState
         self.reset(pose)

@@ -121,6 +121,12 @@ def chosen_autos() -> list[str]:
     return chosen
 
 
+def active_choices() -> list[str]:
+    """What each chooser on the dashboard has active now."""
+    table = ntcore.NetworkTableInstance.getDefault()
+    return [active for key in auto_choices() if (active := table.getEntry(f"{key}/active").getString(""))]
+
+
 def choose_auto(name: str) -> str:
     """Choose an option in the chooser that has it; returns the chooser's key.
 

@@ -16,9 +16,9 @@ from simcore.errors import LogError, OutputError
 from simcore.match.registry import find_game, installed_games
 from simcore.show.animation import animate, check_animation
 from simcore.show.failed_run import empty_scene, recorded_robots
-from simcore.show.flights import flights_of
 from simcore.show.page import write_page
 from simcore.show.picture import draw_summary
+from simcore.show.raster import writable_picture
 from simcore.show.scene import Scene, bare_scene
 from simcore.telemetry.log_reader import TelemetryLog, read_log
 from simcore.telemetry.recording import Recording
@@ -50,9 +50,10 @@ def run(args: argparse.Namespace) -> int:
     """
     if args.animation is not None:
         check_animation(args.animation)
-    for kind, path in (("page", args.page), ("picture", args.picture)):
-        if path is not None:
-            require_writable(kind, path)
+    if args.page is not None:
+        require_writable("page", args.page)
+    if args.picture is not None:
+        writable_picture(args.picture)
     recording = recording_of(read_log(args.log))
     name = find_game(args.game).name if args.game else recorded_game(recording) or next(iter(installed_games()), None)
     scene = scene_of_log(recording, name)
@@ -124,8 +125,7 @@ def scene_of_log(recording: Recording, game: str | None = None) -> Scene:
     """
     known, name = installed_games(), game or recorded_game(recording)
     scene = bare_scene(known[name]) if name in known else empty_scene(recording)
-    flights = [flights_of(recording, key) for key in recording.keys if key.startswith("Sim/InFlight/")]
-    return replace(scene, robots=recorded_robots(recording), shots=[shot for shots in flights for shot in shots])
+    return replace(scene, robots=recorded_robots(recording))
 
 
 def recorded_game(recording: Recording) -> str | None:

@@ -19,7 +19,7 @@ from simcore.match.camera_rig import tag_layout
 from simcore.physics.shapes import Box, Compound, Cylinder, HalfSpace, Hull, Mesh, Shape, Sphere
 from simcore.robot.chassis_config import ChassisConfig
 from simcore.show.glb import linear_rgba
-from simcore.show.scene import rgb, tint
+from simcore.show.palette import flat, rgb, tint
 from simcore.typing import FloatArray
 from simcore.units import inches
 
@@ -61,7 +61,7 @@ def write_assets(game: Game, folder: Path) -> list[Path]:
         meshes = {"carpet": _painted(carpet, _CARPET, (length / 2.0, width / 2.0, -0.017))}
         for element in game.field.load().elements:
             if not isinstance(element.shape, HalfSpace):
-                meshes[element.name] = _painted(element.shape, tint(element.name)[0], element.position)
+                meshes[element.name] = _painted(element.shape, flat(tint(element.name)[0]), element.position)
         for mesh in meshes.values():
             mesh.vertices = to_model(mesh.vertices, size)  # a half turn: windings stay
         _save(field / "model.glb", meshes)

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from simcore.geometry.rotation import matrix
-from simcore.show.flights import Trails
+from simcore.show.flight_trails import FlightTrails
 from simcore.show.glb import PieceMesh, box_glb, linear_rgba, look_mesh, painted_glb, piece_mesh
 from simcore.show.scene import PLAIN_PIECE
 from simcore.show.view_models import Model, RobotModels, ViewModels
@@ -27,7 +27,7 @@ __all__ = ["ViewScene", "robot_keys"]
 
 _ROBOT = re.compile(r"^Sim/(Robots/(\d+)/)?Robot/Pose3d$")
 _CAMERA = re.compile(r"^Sim/Limelights/.+/(DirectionLine|SeenTags)$")
-_PIECES, _FLYING = "Sim/GamePieces/", "Sim/InFlight/"
+_PIECES = "Sim/GamePieces/"
 _BLUE, _RED = (30, 84, 183), (196, 40, 40)
 _TRAIL, _CAMERA_COLOR = (255, 120, 20), (20, 200, 140)
 _PLAIN_FIELD = (16.0, 8.0)  # [m]; without a model of a field
@@ -65,7 +65,7 @@ class ViewScene:
         """The robot that stays in the middle, and whether the view turns with it; None for the whole field."""
         self._robots: dict[int, _RobotNode] = {}
         self._pieces: dict[str, _PieceNode] = {}
-        self._trails: dict[str, Trails] = {}
+        self._trails = FlightTrails()
         self._lines: dict[str, Any] = {}
         self._world = server.scene.add_frame("/world", show_axes=False)
         self._light()
@@ -140,13 +140,8 @@ class ViewScene:
         node.draw(rows)
 
     def _draw_trails(self, snapshot: Snapshot) -> None:
-        lines = [np.zeros((0, 2, 3))]
-        for key, rows in snapshot.pose_arrays.items():
-            if key.startswith(_FLYING):
-                trails = self._trails.setdefault(key, Trails())
-                trails.update(snapshot.time, rows[:, :3])
-                lines.append(trails.segments(snapshot.time))
-        self._set_lines("/world/trails", np.concatenate(lines), _TRAIL, 3.0)
+        self._trails.update(snapshot)
+        self._set_lines("/world/trails", self._trails.segments(snapshot.time), _TRAIL, 3.0)
 
     def _draw_cameras(self, snapshot: Snapshot) -> None:
         lines = [np.zeros((0, 2, 3))]

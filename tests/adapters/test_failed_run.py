@@ -72,3 +72,8 @@ def test_what_is_left_of_a_failed_robotpy_test(tmp_path):
     run_in_page = json.loads(page.partition('id="run">')[2].partition("</script>")[0])
     (x, y, _), (to_x, to_y, _) = (run_in_page["frames"][row]["robots"][0] for row in (0, -1))
     assert math.hypot(to_x - x, to_y - y) > 50.0, "half a meter [cm]"
+    (at_x, at_y, _), (believed_x, believed_y, _) = (run_in_page["frames"][0][key][0] for key in ("robots", "ghosts"))
+    assert (at_x, at_y) != (believed_x, believed_y), (
+        "CTRE's drivetrain begins at the corner of the field, the robot not"
+    )
+    assert "Pose estimate off by [m]" in page and "transition" in page

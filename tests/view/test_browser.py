@@ -270,7 +270,8 @@ def test_cameras_look_along_their_lines_and_shots_leave_trails(browser) -> None:
         for i, point in enumerate(flight):
             shot = np.array([[*point, 1.0, 0.0, 0.0, 0.0]])
             arrays = {"Sim/Limelights/front/DirectionLine": aim, "Sim/InFlight/Fuel": shot}
-            page.show(Snapshot(time=0.02 * i, tick=i, pose_arrays=arrays))
+            ids = {"Sim/InFlightIds/Fuel": np.array([7])}
+            page.show(Snapshot(time=0.02 * i, tick=i, pose_arrays=arrays, integer_arrays=ids))
         browser(page.url).wait_for_text("0:00.4")
 
         def near(image, pixel, point, good) -> bool:
