@@ -10,7 +10,7 @@ from pathlib import Path
 from simcore.match.registry import installed_games
 from simcore.show.replay import Replay, can_draw
 from simcore.show.view_models import find_models, load_models
-from simcore.show.view_page import open_browser
+from simcore.show.view_server import open_browser
 from simcore.telemetry.log_reader import TelemetryLog, read_log
 
 __all__ = ["add_arguments", "run"]

@@ -16,7 +16,7 @@ from simcore.match.match import Match
 from simcore.show.live_view import LiveView
 from simcore.show.pacing import Pacer
 from simcore.show.view_models import ViewModels, load_models
-from simcore.show.view_page import open_browser
+from simcore.show.view_server import open_browser
 from simcore.telemetry.snapshot import Snapshot, TelemetrySink
 
 __all__ = ["Watch", "add_options"]

@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-import importlib.util
-import sys
 import time
-from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
@@ -26,32 +23,10 @@ from simcore.telemetry.sinks import MemorySink
 from simcore.telemetry.snapshot import Snapshot
 from simcore.telemetry.wpilog import WpilogSink
 
-_spec = importlib.util.spec_from_file_location("chromium", Path(__file__).with_name("chromium.py"))
-assert _spec is not None and _spec.loader is not None
-chromium = importlib.util.module_from_spec(_spec)
-sys.modules["chromium"] = chromium
-_spec.loader.exec_module(chromium)
-
-pytestmark = [
-    pytest.mark.slow,
-    pytest.mark.skipif(chromium.find_chromium() is None, reason="no Chromium or Chrome on this computer"),
-]
+pytestmark = pytest.mark.slow
 
 SIZE = (360, 640)
 """Height and width of a picture [pixels]."""
-
-
-@pytest.fixture
-def browser(tmp_path: Path) -> Iterator[type]:
-    pages = []
-
-    def visit(url: str):
-        pages.append(chromium.Chromium(url, tmp_path / f"profile{len(pages)}"))
-        return pages[-1]
-
-    yield visit
-    for page in pages:
-        page.close()
 
 
 def picture(page: ViewPage, eye, target, fov: float = 0.8) -> tuple[np.ndarray, object]:

@@ -15,7 +15,7 @@ import pytest
 from games.rebuilt import RebuiltSim
 from games.rebuilt.field import models_folder
 from simcore import cli
-from simcore.show.view_page import open_browser
+from simcore.show.view_server import open_browser
 from simcore.telemetry.snapshot import Snapshot
 from simcore.telemetry.wpilog import WpilogSink
 
