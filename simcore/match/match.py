@@ -19,6 +19,7 @@ from simcore.geometry.symmetry import Pose
 from simcore.match.camera_rig import CameraRig, tag_layout
 from simcore.match.clock import MatchTimer, Mode
 from simcore.match.digest import TrajectoryDigest
+from simcore.match.field_control import FieldControl
 from simcore.match.game import Game, PieceSupply, RobotEntry, Rules
 from simcore.match.piece_flow import PieceFlow
 from simcore.match.publish import build_snapshot
@@ -97,6 +98,8 @@ class Match:
     digest: TrajectoryDigest
     """Of the state of every tick so far."""
     _has_ended: bool
+    _started: Mode | None
+    """Which mode a driver station has enabled last; None: there is none."""
     flow: PieceFlow
     """Pieces into robots and out of them, and the record of it."""
 
@@ -131,8 +134,11 @@ class Match:
         """Wall time of the last tick [ms], for telemetry, if whoever runs the match measures it."""
         self.field = game.field.load(field_mesh)  # before the engine starts: a broken mesh ends the build
         self.world = PhysicsWorld(engine=engine, substepping=substepping)
-        self.before: tuple[Callable[[], None], ...] = (self._read, self._wake, self._take_in)
-        """What comes before motion: robot code looks and commands; sleeping pieces wake; intakes take pieces in."""
+        self.control = FieldControl(self)
+        """What people do to the field; it outlives `reset`."""
+        self.before: tuple[Callable[[], None], ...] = (self.control.before_tick, self._read, self._wake, self._take_in)
+        """What comes before motion: people act on the field; robot code looks and commands; sleeping pieces wake;
+        intakes take pieces in."""
         self.part: tuple[Callable[[float], None], ...] = (self._command, self._step_mechanisms, self._move, self._sense)
         """Motion, once a tick or in several parts: devices; mechanisms and their currents; sub-steps; sensors."""
         self.after: tuple[Callable[[], None], ...] = (
@@ -376,7 +382,30 @@ class Match:
             self.tracker.reset()
             self.flow.clear()
             self._has_ended = False
+        self._started = mode
         self.rules.start_mode(mode)
+
+    def reset_field(self) -> None:
+        """Put all pieces back to where the match began, the preloads into the robots; score and rules begin anew.
+
+        Robots stay where they are, and pieces make room for them. The clock goes on.
+        """
+        self.pieces.clear()
+        for robot in self.robots:
+            robot.forget_pieces()
+        self.rules_rng, _, staging_rng, _ = np.random.default_rng(self.seed).spawn(4)
+        self._stage(staging_rng)
+        for robot, entry in zip(self.robots, self.entries, strict=True):
+            self._preload(robot, entry)
+        for robot in self.robots:
+            self.pieces.make_room(Footprint(*robot.chassis.footprint))
+        self.flow.clear()
+        self.tracker.reset()
+        self._has_ended = self.timer.is_over
+        self.rules = self.game.rules(self)
+        self.rules.start()
+        if self._started is not None:
+            self.rules.start_mode(self._started)
 
     def set_network_time(self, now: float) -> None:
         """Tell cameras what NetworkTables' clock shows at the end of the present tick [s], so that stamps agree."""
@@ -453,6 +482,7 @@ class Match:
         self._piece_speed = 0.0
         self._near = Surroundings.OPEN
         self._has_ended = False
+        self._started = None
         self.alliances = [entry.alliance for entry in self.entries]
         self.world.add_field(self.field.elements, drivable=game.field.drivable_in(self.field))
         self.pieces = GamePieceManager(

@@ -201,6 +201,13 @@ class Robot:
         """The storage that an intake, shooter or placer works with."""
         return self._storages[part.storage]
 
+    def forget_pieces(self) -> None:
+        """Hold none any more, as when the field is reset."""
+        for storage in self.storages:
+            storage.pieces.clear()
+        for placer in self.placers:
+            placer.piece = None
+
     def held_pose(self, slot: int, radius: float) -> tuple[Vector, Quaternion]:
         """Where a piece that it holds is, robot frame [m].
 

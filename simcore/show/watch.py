@@ -45,6 +45,8 @@ class Watch:
     def __init__(self, options: argparse.Namespace, game: Game) -> None:
         self._view: LiveView | None = None
         self._tables: Any = None
+        self._control: Any = None
+        self._controlled: Match | None = None
         self._pacer = Pacer() if options.view or options.live else None
         if options.live:
             self._tables = _attempt(lambda: _serve(options.nt_port))
@@ -79,6 +81,8 @@ class Watch:
 
     def after_tick(self, match: Match, should_stop: Callable[[], bool]) -> None:
         """Wait until the next tick is due."""
+        if self._tables is not None and self._controlled is not match:
+            self._listen(match)
         if self._view is not None:
             self._view.after_tick(match.time, should_stop=should_stop)
         elif self._pacer is not None:
@@ -96,8 +100,18 @@ class Watch:
         """Stop serving; may be called twice."""
         if self._view is not None:
             self._view.close()
+        if self._control is not None:
+            self._control.close()
         if self._tables is not None:
             self._tables.stopServer()
+
+    def _listen(self, match: Match) -> None:
+        """Let dashboards act on the field of this run."""
+        from simcore.match.control_topics import ControlTopics
+
+        if self._control is not None:
+            self._control.close()
+        self._controlled, self._control = match, ControlTopics(match, self._tables)
 
 
 def _open(options: argparse.Namespace, game: Game) -> LiveView:

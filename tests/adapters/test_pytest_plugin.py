@@ -41,6 +41,20 @@ def test_auto(sim):
     sim.autonomous("preload", seconds=4)
     assert sim.score.blue >= 1
 
+def test_the_field_hears_tests_but_no_dashboard(sim):
+    import ntcore
+    sim.start()
+    network = ntcore.NetworkTableInstance.getDefault()
+    assert not network.getTopics("/Sim/Control/")
+    button, pose = (network.getTable("Sim/Control").getEntry(name) for name in ("ResetField", "RobotPose"))
+    button.setBoolean(True), pose.setDoubleArray([3.0, 6.0, 90.0])
+    sim.run(0.1)
+    assert sim.match.control.count == 0
+    sim.physics.control.place_robot((3.0, 6.0, 1.0))
+    sim.physics.control.spawn("Fuel", [(3.0, 6.8)])
+    sim.run(0.02)
+    assert sim.match.control.count == 2 and abs(sim.pose.Y() - 6.0) < 0.01 and sim.pieces.on_field == 449
+
 def test_old(control, robot):
     with control.run_robot():
         control.step_timing(seconds=2.0, autonomous=True, enabled=True)
@@ -48,7 +62,7 @@ def test_old(control, robot):
 """,
         command=("-m", "robotpy", "test"),
     )
-    assert code == 0 and "2 passed" in said, said
+    assert code == 0 and "3 passed" in said, said
 
 
 def test_what_goes_wrong_is_said(project):

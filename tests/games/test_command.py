@@ -229,12 +229,22 @@ def free_port() -> int:
 
 
 @pytest.mark.realtime
-def test_live_publishes_at_the_pace_of_the_wall_clock(here, capsys):
-    """A client that never asked us anything sees the match time go by."""
+def test_live_publishes_at_the_pace_of_the_wall_clock_and_hears_a_dashboard(here, capsys):
+    """A client that never asked us anything sees the match time go by; its button resets the field."""
     ntcore = pytest.importorskip("ntcore")
     port = free_port()
     client = ntcore.NetworkTableInstance.create()
     times = client.getDoubleTopic("/Sim/Match/Time").subscribe(-1.0, ntcore.PubSubOptions(sendAll=True, periodic=0.02))
+    status = client.getStringTopic("/Sim/Control/Status").subscribe("")
+    button = client.getBooleanTopic("/Sim/Control/ResetField").publish()
+    seen_status = []
+
+    def press(event):
+        if event.data.value.value() == "0 ready":
+            button.set(True)
+        seen_status.append(event.data.value.value())
+
+    client.addListener(status, ntcore.EventFlags.kValueAll, press)
     client.startClient4("watcher")
     client.setServer("127.0.0.1", port)
     start = time.monotonic()
@@ -243,6 +253,7 @@ def test_live_publishes_at_the_pace_of_the_wall_clock(here, capsys):
     seen = [value.value for value in times.readQueue()]
     ntcore.NetworkTableInstance.destroy(client)
     assert len(seen) > 10 and seen == sorted(seen) and 2.0 < seen[-1] <= 3.0
+    assert seen_status[-1] == "1 done: the field is reset: 504 pieces staged, no points"
     said = capsys.readouterr()
     assert json.loads(said.out)["ticks"] == 150
     assert f"live on NetworkTables 4, 127.0.0.1:{port}" in said.err
