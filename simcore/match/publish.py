@@ -86,6 +86,7 @@ def _add_pieces(rows: _Rows, match: MatchState) -> None:
         in_flight = here[np.searchsorted(slots, mine)]  # a piece in flight is one of those here, which are in order
         in_flight.setflags(write=False)
         rows.pose_arrays[f"Sim/InFlight/{name}"] = in_flight
+        rows.integer_arrays[f"Sim/InFlightIds/{name}"] = _frozen_ids(mine)
         inside = [(slot, robot) for slot, robot in held if pieces.state.kind[slot] == number]
         poses = np.array([_held_pose(slot, robot, supply.kind.bounding_radius) for slot, robot in inside])
         poses = poses.reshape(-1, 7)
@@ -110,7 +111,7 @@ def _frozen(positions: FloatArray, attitudes: FloatArray) -> FloatArray:
     return rows
 
 
-def _frozen_ids(slots: IntArray) -> IntArray:
+def _frozen_ids(slots: IntArray | list[int]) -> IntArray:
     ids = np.array(slots, dtype=np.int64)
     ids.setflags(write=False)
     return ids
@@ -131,6 +132,12 @@ def _add_match(rows: _Rows, match: MatchState) -> None:
         "Sim/Shots": len(match.flow.shots),
         "Sim/Hits": match.flow.hits,
     }
+    shots = match.flow.shots
+    rows.integer_arrays |= {
+        "Sim/ShotIds": _frozen_ids([shot.slot for shot in shots]),
+        "Sim/ShotRobots": _frozen_ids([shot.robot for shot in shots]),
+        "Sim/ShotHits": _frozen_ids([shot.scored for shot in shots]),
+    }
     for name, count in (*match.tracker.pieces.items(), *match.rules.breakdown().items()):
         rows.integers[f"Sim/Score/{name}"] = count
     if match.last_tick_ms is not None:
@@ -148,6 +155,12 @@ def _add_robot(rows: _Rows, robot: Robot, alliance: Alliance) -> None:
     rows.doubles[f"{prefix}/Robot/GroundClearance"] = ground.height
     rows.booleans[f"{prefix}/Robot/IsAirborne"] = ground.is_airborne
     rows.booleans[f"{prefix}/Robot/IsRed"] = alliance == "red"
+    rows.booleans[f"{prefix}/Robot/BrownedOut"] = robot.battery.browned_out
+    rows.doubles[f"{prefix}/Robot/WheelSlip"] = robot.drive.wheel_slip
+    px, py, yaw = robot.estimated_pose or robot.odometry.pose
+    rows.poses[f"{prefix}/Robot/EstimatedPose"] = np.array(
+        (px, py, 0.0, math.cos(0.5 * yaw), 0.0, 0.0, math.sin(0.5 * yaw))
+    )
     rows.integers[f"{prefix}/Intake/HeldCount"] = held
     rows.integers[f"{prefix}/Debug/HeldCount"] = held
     debug = f"{prefix}/Debug/"
@@ -169,6 +182,8 @@ def _add_robot(rows: _Rows, robot: Robot, alliance: Alliance) -> None:
             rows.doubles[f"{key}ExtendedPct"] = 100.0 * mechanism.extended_fraction
         elif isinstance(mechanism, ElevatorSim):
             rows.doubles[f"{key}HeightM"] = mechanism.height
+    for name, goal in robot.setpoints.items():
+        rows.doubles[f"{debug}{name}Setpoint"] = goal
     for number, intake in enumerate(robot.intakes):
         rows.booleans[f"{debug}{_numbered('IntakeZoneActive', number)}"] = intake.is_active
     for number, shooter in enumerate(robot.shooters):

@@ -101,6 +101,10 @@ class Robot:
         """What robot code's lights show, by their name: 0xRRGGBB of each LED, shape (n,); for telemetry."""
         self.light_requests: dict[str, str] = {}
         """The same in words, of those that have them."""
+        self.setpoints: dict[str, float] = {}
+        """What a closed loop wants of a mechanism, by its telemetry name and quantity, e.g. `HoodPositionRot`."""
+        self.estimated_pose: tuple[float, float, float] | None = None
+        """Where robot code's drivetrain believes to be, field frame [m, m, rad]; None: `odometry` stands for it."""
         self._estimated: list[ShaftSim] = []
         self._before: PartState
         self.reset(pose)

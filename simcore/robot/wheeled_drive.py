@@ -342,6 +342,11 @@ class WheeledDrive(ABC, Generic[ConfigT]):
         return mean
 
     @property
+    def wheel_slip(self) -> float:
+        """Speed of the fastest sliding tire over the ground in the last inner step [m/s]; 0 while all of them hold."""
+        return max(self._solver.slip) if self._solver.is_sliding else 0.0
+
+    @property
     def robot(self) -> ConfigT:
         """The same as `config`, under the name that a chassis asks for."""
         return self.config

@@ -137,6 +137,7 @@ class RobotPhysics:
         self._view = FieldView(physics_controller.field, every=10 if self._phoenix is None else 50)
         self.auto_start = AutoStart(match, number, auto_starts or {})
         """Where the robot stands as autonomous begins."""
+        self._estimated_pose = getattr(drivetrain, "estimated_pose", None)
         listen = getattr(drivetrain, "on_pose_reset", None)
         if listen is not None:
             listen(self.auto_start.see_reset)
@@ -269,6 +270,8 @@ class RobotPhysics:
         assert self._start is not None
         # when it was due, not when the thread came to it
         self.match.set_network_time(self._start + self._done * self._h)
+        if self._estimated_pose is not None:
+            self.robot_sim.estimated_pose = self._estimated_pose()
         self.match.end_tick()
         self._driver_station.update()
         self._panels.update()

@@ -127,6 +127,7 @@ def published():
     with Match.bare(climbs, sinks=[bare]) as match:
         (robot,) = match.robots
         robot.sensor_states["<sensor>"] = True  # adapters fill these in
+        robot.setpoints.update(FeederVelocityRPS=1.0, LiftPositionRot=0.5)
         robot.light_colors["<name>"] = np.zeros(8, dtype=np.int64)
         robot.light_requests["<name>"] = "SolidColor 0-7 #00FF00"
         match.tick()
@@ -148,10 +149,10 @@ def published():
 
 def general(key: str) -> str:
     """The key with the kind of piece and the mechanism left open."""
-    readings = "VelocityRPS|PositionRot|VoltageIn|CurrentA|AngleDeg|ExtendedPct|HeightM"
+    readings = "VelocityRPS|PositionRot|VelocityRPSSetpoint|PositionRotSetpoint|VoltageIn|CurrentA|AngleDeg|ExtendedPct|HeightM"
     key = re.sub(rf"^(Sim/Debug/)\w+?({readings})$", r"\1<Mechanism>\2", key)
     key = re.sub(r"^(Sim/Sensors/)\w+$", r"\1<Sensor>", key)
-    return re.sub(r"^(Sim/(?:GamePieces|PieceIds|InFlight|Held|HeldIds)/)Fuel$", r"\1<Type>", key)
+    return re.sub(r"^(Sim/(?:GamePieces|PieceIds|InFlight|InFlightIds|Held|HeldIds)/)Fuel$", r"\1<Type>", key)
 
 
 def test_every_published_key_is_described_with_its_type_and_every_described_key_is_published(published):
