@@ -20,7 +20,10 @@ _KNOWN = frozenset(_MATCH + name for name in ("Time", "TimeLeft", "Period", "Ena
 # the upper part of it to the field (`view_cameras.COVERED`).
 _STYLE = """<style>@media (max-width: 36em) {
 div[style*="position: fixed"][style*="bottom: 0"] { width: 100% !important; max-height: 45% !important; }
-div[style="width: 20em;"] { width: 100% !important; } }</style>"""
+div[style="width: 20em;"] { width: 100% !important; }
+.simcore-box { padding: 1px 0 !important; font-size: 18px !important; }
+.simcore-clock { font-size: 18px !important; margin: 1px 0 !important; }
+.simcore-line { display: inline; margin-right: 1em; } }</style>"""
 
 
 def clock_text(seconds: float) -> str:
@@ -42,8 +45,8 @@ def board_html(snapshot: Snapshot, robots: Mapping[int, str]) -> str:
     """
     score, doubles = snapshot.integers, snapshot.doubles
     boxes = "".join(
-        f'<div style="{_BOX};background:{color}"><small style="font-size:12px">{name.upper()}</small> '
-        f"{score.get(f'Sim/Score/{name}', 0)}</div>"
+        f'<div class=simcore-box style="{_BOX};background:{color}">'
+        f'<small style="font-size:12px">{name.upper()}</small> {score.get(f"Sim/Score/{name}", 0)}</div>'
         for name, color in (("Blue", "#1e54b7"), ("Red", "#c42828"))
     )
     clock = f'<span title="time of the match">{clock_text(doubles.get("Sim/Match/Time", snapshot.time))}</span>'
@@ -60,12 +63,13 @@ def board_html(snapshot: Snapshot, robots: Mapping[int, str]) -> str:
         lines.append(f"shots <b>{score['Sim/Shots']}</b>, hits <b>{score.get('Sim/Hits', 0)}</b>")
     for number, prefix in robots.items():
         lines += _robot(snapshot, prefix, "robot" if len(robots) == 1 else f"robot {number}")
+    body = "".join(f"<div class=simcore-line>{line}</div>" for line in lines)
     return (
         f'{_STYLE}<div style="padding:6px 14px 2px;font-family:system-ui,sans-serif">'
         f'<div style="display:flex;gap:6px">{boxes}</div>'
-        f'<div style="font-size:24px;font-variant-numeric:tabular-nums;margin:4px 0">{clock}'
+        f'<div class=simcore-clock style="font-size:24px;font-variant-numeric:tabular-nums;margin:4px 0">{clock}'
         f' <span style="color:#4a5260;font-size:14px">{", ".join(rest)}</span></div>'
-        f'<div style="font-size:14px;line-height:1.5">{"<br>".join(lines)}</div></div>'
+        f'<div style="font-size:14px;line-height:1.5">{body}</div></div>'
     )
 
 

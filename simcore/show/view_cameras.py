@@ -28,6 +28,7 @@ _FOV = 0.85  # [rad]; vertical
 _HEIGHT = 2.0  # [m]; of what stands on a field
 _MARGIN = 0.95  # share of the window that the field may fill
 _SIDE, _END = math.radians(42.0), math.radians(62.0)  # how far the view looks down, from the side and from blue's end
+_MUCH_NEARER = 0.85  # the usual view, from the side, is left where the other one is so much nearer
 _EYE_HEIGHT = 1.57  # estimate: eyes of standing adults are at 1.5 m (women) and 1.63 m (men) in the mean
 _BEHIND_WALL = 0.6  # [m]; of a driver who stands at the shelf of the station
 
@@ -75,7 +76,8 @@ def whole_field(
         target = middle + shift * up
         eye = target + distance * back
         found.append((distance, eye, target - back * (target[2] / back[2])))
-    _, eye, target = min(found, key=lambda camera: camera[0])
+    (from_side, *side), (from_end, *end) = found
+    eye, target = end if from_end < _MUCH_NEARER * from_side else side
     return eye, target
 
 
@@ -120,8 +122,10 @@ class ViewCameras:
         """One of `CAMERAS`."""
         self.station = STATIONS[0]
         """One of `STATIONS`."""
+        self.covered = 0.0
+        """Share of a window, from below, that buttons cover; of a phone's it is `COVERED`."""
         self._placed: dict[int, tuple[float, FloatArray]] = {}  # window's shape and camera, by viewer
-        eye, target = whole_field(size, 1.4)
+        eye, target = whole_field(size, 1.15)
         server.initial_camera.position, server.initial_camera.look_at = tuple(eye.tolist()), tuple(target.tolist())
         server.initial_camera.fov = _FOV
         server.on_client_connect(self._welcome)
@@ -156,7 +160,7 @@ class ViewCameras:
     def _looks(self, aspect: float, fov: float) -> tuple[FloatArray, FloatArray]:
         if self.mode == STATION:
             return station_eye(self._size, self._stations[STATIONS.index(self.station)])
-        covered = COVERED if aspect < _PHONE else 0.0
+        covered = COVERED if aspect < _PHONE else self.covered
         if self.mode == FIELD:
             return whole_field(self._size, aspect, fov=fov, covered=covered)
         middle = np.array([0.5 * self._size[0], 0.5 * self._size[1], 0.0])

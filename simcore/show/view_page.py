@@ -9,10 +9,12 @@ from simcore.show.view_scene import ViewScene, robot_keys
 from simcore.show.view_server import address, start_server, stop_server
 from simcore.telemetry.snapshot import Snapshot
 
-__all__ = ["SPEEDS", "ViewPage"]
+__all__ = ["CHARTS", "SPEEDS", "ViewPage"]
 
 SPEEDS = {"0.1x": 0.1, "0.25x": 0.25, "0.5x": 0.5, "1x": 1.0, "2x": 2.0, "5x": 5.0, "max": float("inf")}
 """Simulated seconds a second, by what the page calls them."""
+CHARTS = 2000.0
+"""Order of charts on the page, which come last."""
 _LAST = 1000.0  # order of what comes below the buttons of a run or a replay
 
 
@@ -45,6 +47,11 @@ class ViewPage:
         except BaseException:
             self.close()
             raise
+
+    @property
+    def robot(self) -> int:
+        """Number of the robot that was chosen."""
+        return int(self._robot.value)
 
     @property
     def has_viewers(self) -> bool:
