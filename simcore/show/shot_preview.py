@@ -144,7 +144,7 @@ class ShotPreview:
             if zone:
                 points += tail
                 landing = np.array(tail[-1])
-        worth = sum(self._match.rules.worth(one) for one in self._match.game.zones if one.name == zone)
+        worth = next((self._match.rules.worth(one) for one in self._match.game.zones if one.name == zone), 0)
         self._found[robot.number, number] = ShotPath(
             robot=robot.number, points=np.array(points), landing=landing, zone=zone, worth=worth
         )

@@ -89,7 +89,7 @@ def _counting(snapshot: Snapshot) -> list[str]:
 
 
 def _words(key: str) -> str:
-    """The last part of a key in small words: `Sim/Match/RedHubActive` is `red hub active`."""
+    """The last part of a key in small words: `Sim/Match/BlueGoalActive` is `blue goal active`."""
     return html.escape(re.sub(r"(?<=[a-z0-9])(?=[A-Z])", " ", key.rsplit("/", 1)[-1]).lower())
 
 
