@@ -115,39 +115,53 @@ def _plain(name: str, value: Any) -> Any:
     return value if isinstance(value, (str, int, float, bool)) else str(value)
 
 
-def print_report(report: RunReport, console: Console) -> None:
-    """Print the report as tables for 80 columns; plain ASCII where the terminal cannot show more (Windows cp1252)."""
+def print_report(report: RunReport, console: Console, *, verbose: bool = False) -> None:
+    """Print the report as tables for 80 columns; plain ASCII where the terminal cannot show more (Windows cp1252).
+
+    Args:
+        report: Of the run.
+        console: Where to.
+        verbose: Also what only those ask who compare runs: seed, engine, times of ticks, digest.
+    """
     ascii_only = not console.encoding.lower().replace("-", "").startswith("utf")
     style = box.ASCII if ascii_only else box.ROUNDED
     score, pieces, tick = report.score, report.pieces, report.tick_ms
 
     headline = f"[bold]{score.total}[/bold] points   [red]red {score.red}[/red]   [blue]blue {score.blue}[/blue]"
-    headline += f"   {report.hits} of {report.shots} shots hit"
+    headline += f"   {report.hits} of {report.shots} shots scored"
     if report.shots:
         headline += f" ({report.hits / report.shots:.0%})"
-    title = f"{report.game}, auto '{escape(report.auto)}', seed {report.seed}, {report.sim_seconds:g} s"
+    title = f"{report.game}, auto '{escape(report.auto)}', {report.sim_seconds:g} s"
     console.print(Panel(headline, title=title, box=style, width=_width(console), padding=(0, 1)))
 
-    where = Table(title=report.piece_name.capitalize(), box=style, title_justify="left", width=_width(console))
-    for name in ("staged", "on field", "in flight", "held", "scored", "off field"):
+    kinds = f"{report.piece_name.capitalize()}: where all {pieces.staged} of them are"
+    where = Table(title=kinds, box=style, title_justify="left", width=_width(console))
+    for name in ("on the field", "in the air", "in robots", "scored", "not in play yet"):
         where.add_column(name, justify="right")
-    counts = (pieces.staged, pieces.on_field, pieces.in_flight, pieces.held, pieces.scored, pieces.off_field)
+    counts = (pieces.on_field, pieces.in_flight, pieces.held, pieces.scored, pieces.off_field)
     where.add_row(*(str(count) for count in counts))
     console.print(where)
     if not pieces.is_conserved:
-        console.print(f"[bold red]{sum(counts[1:])} of {pieces.staged} pieces accounted for: this is a bug[/bold red]")
+        lost = f"{sum(counts)} of {pieces.staged} pieces accounted for: this is a bug"
+        console.print(f"[bold red]{lost}[/bold red]")
 
     run = Table(title="Run", box=style, title_justify="left", show_header=False, width=_width(console))
     run.add_column(ratio=2)
     run.add_column(ratio=5, overflow="fold")
-    run.add_row("driven", f"{report.distance_m:.1f} m")
-    run.add_row("battery, lowest", f"{report.min_battery_v:.2f} V")
-    run.add_row("ticks", f"{report.ticks} in {report.wall_seconds:.2f} s: {report.realtime_factor:.1f} x real time")
-    run.add_row("tick time", f"median {tick.median:.2f}, p95 {tick.p95:.2f}, p99 {tick.p99:.2f}, max {tick.max:.2f} ms")
-    run.add_row("sub-steps", f"mean {report.substeps.mean:.1f}, max {report.substeps.max}")
-    run.add_row("awake pieces", f"mean {report.awake.mean:.1f}, max {report.awake.max}")
-    run.add_row("engine", report.engine)
-    run.add_row("digest", report.digest[:16])
+    run.add_row("way driven", f"{report.distance_m:.1f} m")
+    run.add_row("lowest battery voltage", f"{report.min_battery_v:.2f} V")
+    times = f"{report.wall_seconds:.1f} s, {report.realtime_factor:.1f} times as fast as a real match"
+    run.add_row("time to compute it", times)
+    if verbose:
+        run.add_row("seed", str(report.seed))
+        run.add_row("physics engine", report.engine)
+        ticks = (
+            f"{report.ticks}; median {tick.median:.2f}, p95 {tick.p95:.2f}, p99 {tick.p99:.2f}, max {tick.max:.2f} ms"
+        )
+        run.add_row("ticks of 20 ms", ticks)
+        run.add_row("sub-steps a tick", f"mean {report.substeps.mean:.1f}, max {report.substeps.max}")
+        run.add_row("awake pieces", f"mean {report.awake.mean:.1f}, max {report.awake.max}")
+        run.add_row("digest", report.digest[:16])
     for kind, path in report.outputs.items():
         # A path may hold letters that this terminal cannot print
         shown = path.encode(console.encoding, "replace").decode(console.encoding)

@@ -1,6 +1,6 @@
 """The engine on MuJoCo: the one module that imports it.
 
-How it is set up, and why (figures in docs/physics.md):
+How it is set up, and why (figures in docs/measurements.md):
 
 - MuJoCo finds contacts and solves for their forces (Newton's method, elliptic cones); what a contact wants is ours
   (`contact_law`), written into its rows between the two halves of a step. So friction and restitution of a pair are

@@ -19,6 +19,7 @@ from simcore.robotpy.motor_families import watch_devices
 from simcore.robotpy.own_loops import with_own_loop
 from simcore.robotpy.robot_cameras import watch_cameras
 from simcore.robotpy.robot_physics import RobotPhysics
+from simcore.robotpy.sim_window import prepare_window
 
 __all__ = ["attach_physics", "loadExtension", "warn_of_taken_port"]
 
@@ -167,6 +168,7 @@ def _add_flags() -> None:
                 action=_Choose,
                 help="with --simcore: the physics engine (default: bullet where it is installed)",
             )
+            prepare_window(frame.f_locals["self"])
             return
         frame = frame.f_back
 

@@ -54,6 +54,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     add_engine_option(parser)
     parser.add_argument("--json", action="store_true", help="print one JSON object instead of tables")
+    parser.add_argument(
+        "--verbose", action="store_true", help="print engine, times of ticks and digest of the run, too"
+    )
     add_options(parser)
     for name, sentence in _game_options().items():
         parser.add_argument("--" + name.replace("_", "-"), action="store_true", help=sentence)
@@ -144,7 +147,7 @@ def _report(options: argparse.Namespace, played: AutoRun, outputs: RunOutputs) -
     if options.json:
         print(report.to_json())
     else:
-        print_report(report, Console())
+        print_report(report, Console(), verbose=options.verbose)
         if played.was_interrupted:
             print(f"interrupted after {report.sim_seconds:.2f} s; log, picture and page are of that part")
     sys.stdout.flush()

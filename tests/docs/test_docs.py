@@ -7,9 +7,12 @@ from pathlib import Path
 
 import pytest
 
+from simcore.robot_file.reader import read_settings
+
 ROOT = Path(__file__).resolve().parents[2]
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
 
+TOML = re.compile(r"^```toml\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 FENCE = re.compile(r"^```python\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 LINK = re.compile(r"\[[^\]]+\]\(([^)\s]+)\)")
 HEADING = re.compile(r"^#+ (.+)$", re.MULTILINE)
@@ -34,6 +37,20 @@ def test_a_python_block_runs_as_printed(page, line, source, tmp_path, monkeypatc
     monkeypatch.chdir(tmp_path)
     code = compile("\n" * line + source, str(page), "exec")
     exec(code, {"__name__": "docs"})
+
+
+def test_every_toml_block_is_understood(tmp_path):
+    """But for a pyproject.toml, each is a whole simcore.toml, or tables that one may have."""
+    file = tmp_path / "simcore.toml"
+    count = 0
+    for page in PAGES:
+        for text in TOML.findall(page.read_text(encoding="utf-8")):
+            if "[project" in text:
+                continue  # a pyproject.toml
+            file.write_text(text, encoding="utf-8")
+            read_settings(file)  # raises a sentence that quotes the table
+            count += 1
+    assert count >= 4
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)

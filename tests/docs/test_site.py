@@ -59,6 +59,15 @@ def test_commands_that_play_are_understood():
             pytest.fail(f"{page}: {' '.join(options)}")
 
 
+@pytest.mark.parametrize(
+    "page", ["README.md", "quick_start.md", "first_robot.md", "testing.md", "rev.md", "autos.md", "upgrading.md"]
+)
+def test_command_lines_can_be_pasted_on_windows(page):
+    """There `#` is no comment (cmd) and `&&` joins nothing (PowerShell 5)."""
+    lines = re.findall(r"^    ((?:python|simcore|git|cd|mkdir) .*)$", TEXT[page], re.MULTILINE)
+    assert lines and [line for line in lines if " #" in line or "&&" in line] == []
+
+
 def test_subcommands_and_modules_exist():
     for page, words in commands("simcore [a-z]"):
         assert words[1] in cli.COMMANDS, f"{page}: {' '.join(words)}"
@@ -142,6 +151,32 @@ def test_keys_of_the_driving_page_are_those_of_the_example():
 # --- the site -------------------------------------------------------------------------------------------------------
 
 
+TYPED = (
+    *("brownout", "brown-out", "odometry drift", "wheel slip", "navx", "pigeon", "cancoder", "sysid", "feedforward"),
+    *("pathplanner", "choreo", "starting pose", "trajectory", "limelight", "photonvision", "questnav", "apriltag"),
+    *("spark max", "maxswerve", "tank drive", "mecanum", "turret", "beam break", "pneumatics", "current limit"),
+    *(
+        "elastic",
+        "glass",
+        "shuffleboard",
+        "gamepad",
+        "keyboard",
+        "defense",
+        "opponent",
+        "upgrade",
+        "install",
+        "windows",
+    ),
+)
+"""What students type into the search."""
+
+
+def not_found(index: dict) -> list[str]:
+    """Those of which no section has all words."""
+    sections = [f"{entry['title']} {entry['text']}".lower() for entry in index["docs"]]
+    return [typed for typed in TYPED if not any(all(w in text for w in typed.split()) for text in sections)]
+
+
 @pytest.mark.skipif(importlib.util.find_spec("material") is None, reason='needs the extra: pip install -e ".[docs]"')
 def test_the_site_builds_without_a_warning_and_loads_nothing_from_elsewhere(tmp_path):
     build = subprocess.run(  # never with --quiet: what is not said is not counted either
@@ -166,6 +201,7 @@ def test_the_site_builds_without_a_warning_and_loads_nothing_from_elsewhere(tmp_
         for match in loads.finditer(file.read_text(encoding="utf-8"))
     ]
     assert wrong == []
+    assert not_found(json.loads((tmp_path / "site" / "search" / "search_index.json").read_text(encoding="utf-8"))) == []
     assert loads.search('<link rel="stylesheet" href="https://fonts.example/x.css">'), (
         "the search finds what it looks for"
     )

@@ -39,10 +39,10 @@ REPORT = RunReport(
 )
 
 
-def printed(report: RunReport, encoding: str) -> str:
+def printed(report: RunReport, encoding: str, *, verbose: bool = False) -> str:
     raw = io.BytesIO()
     stream = io.TextIOWrapper(raw, encoding=encoding)
-    print_report(report, Console(file=stream, width=80))
+    print_report(report, Console(file=stream, width=80), verbose=verbose)
     stream.flush()
     return raw.getvalue().decode(encoding)
 
@@ -86,10 +86,12 @@ def test_nan_is_named() -> None:
 @pytest.mark.parametrize("encoding", ["utf-8", "cp1252", "ascii"])
 def test_report_fits_80_columns_in_any_terminal(encoding: str) -> None:
     report = replace(REPORT, outputs={"log": "out/" + "長い/" * 40 + " [bold]run.wpilog"})
-    text = printed(report, encoding)
+    text = printed(report, encoding, verbose=True)
     assert all(len(line) <= 80 for line in text.splitlines())
-    for part in ("27 points", "27 of 31 shots hit (87%)", "377", "9.87 V", "p95 3.20", "8.5 x real time", "[bold]"):
+    for part in ("27 points", "27 of 31 shots scored (87%)", "all 408", "377", "9.87 V", "8.5 times as", "[bold]"):
         assert part in text
+    for part in ("p95 3.20", "abababab", "mean 4.2"):
+        assert part in text and part not in printed(report, encoding)
 
 
 def test_lost_pieces_are_said() -> None:
