@@ -10,6 +10,7 @@ from typing import NamedTuple
 
 from simcore import __version__
 from simcore.errors import SimcoreError
+from simcore.start_errors import print_error
 
 __all__ = ["COMMANDS", "Command", "main"]
 
@@ -26,6 +27,7 @@ COMMANDS = {
     "play": Command("simcore.show.play_command", "play an auto of a game: score, picture, page and log"),
     "view": Command("simcore.show.view_command", "replay a log in the browser"),
     "page": Command("simcore.show.log_page", "the page and the picture of a run of which only the log is left"),
+    "layout": Command("simcore.show.scope_layout", "a layout for AdvantageScope, of a game or of what a log holds"),
     "compile": Command(
         "simcore.compiled.command", "compile what is hot: simulations run faster, with the same results"
     ),
@@ -67,7 +69,7 @@ def main(argv: Sequence[str] | None = None, *, program: str = "simcore") -> int:
     try:
         return int(args.run(args))
     except SimcoreError as error:
-        print(f"{called}: {error}", file=sys.stderr)
+        print_error(called, str(error))
         return 1
 
 

@@ -17,6 +17,7 @@ from pathlib import Path
 from simcore.compiled import store
 from simcore.compiled.modules import GROUP, MODULES
 from simcore.errors import CompileError
+from simcore.install_text import install_command
 
 __all__ = ["build", "check_tools", "compile_into", "remove", "writable"]
 
@@ -44,7 +45,7 @@ def check_tools(find: Callable[[str], object] = find_spec) -> None:
     """
     for module in ("mypyc", "setuptools"):
         if find(module) is None:
-            raise CompileError(f'{module} is not installed: `python -m pip install "simcore[compile]"`')
+            raise CompileError(f"{module} is not installed: {install_command('compile')}")
 
 
 def writable(stores: Sequence[str]) -> Path:

@@ -500,7 +500,7 @@ class Match:
             robot = Robot(self.world, config, number=number, pose=pose, rng=own_rng, rungs=game.field.rungs)
             self.robots.append(robot)
             self._preload(robot, entry)
-        require_free_starts(self.world, self.robots, game.field.size)
+        require_free_starts(self.world, self.robots, game.field, self.alliances)
         for robot in self.robots:
             self.pieces.make_room(Footprint(*robot.chassis.footprint))
         self.flow = PieceFlow(self.world, self.pieces, self.robots)

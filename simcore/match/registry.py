@@ -7,6 +7,7 @@ from collections.abc import Callable
 from importlib.metadata import entry_points
 
 from simcore.errors import ConfigError, UnknownNameError
+from simcore.install_text import install_command
 from simcore.match.game import Game
 
 __all__ = ["GROUP", "find_game", "installed_games"]
@@ -47,7 +48,7 @@ def find_game(name: str | None = None, *, say: Callable[[str], object] | None = 
     """
     games = installed_games()
     if not games:
-        raise ConfigError(f"no game is installed (entry points {GROUP}); `pip install .` of simcore brings one")
+        raise ConfigError(f"no game is installed (entry points {GROUP}); {install_command()} brings one")
     if name is None:
         newest = next(iter(games.values()))
         if len(games) > 1:

@@ -21,7 +21,7 @@ from simcore.match.match import Match
 from simcore.match.report import RunReport, Spread
 from simcore.match.scoring import Alliance
 from simcore.robot.robot_config import RobotConfig
-from simcore.telemetry.snapshot import TelemetrySink
+from simcore.telemetry.snapshot import Snapshot, TelemetrySink
 from simcore.typing import FloatArray
 from simcore.units import TICK
 
@@ -148,6 +148,7 @@ def _play(
         realtime_factor=match.time / max(wall, 1e-9),
         ticks=match.ticks,
         score=match.score,
+        match_state=_match_state(match.snapshot()),
         pieces=match.count,
         piece_name=" and ".join(supply.kind.name.lower() for supply in match.game.pieces) or "pieces",
         breakdown={**match.tracker.pieces, **match.rules.breakdown()},
@@ -161,3 +162,12 @@ def _play(
         digest=match.digest.hexdigest(),
     )
     return AutoRun(report, match, track, pieces_at_start, interrupted)
+
+
+def _match_state(snapshot: Snapshot) -> dict[str, float | int | bool | str]:
+    """What the keys `Sim/Match/...` say, by the rest of their names."""
+    prefix = "Sim/Match/"
+    values: dict[str, float | int | bool | str] = {}
+    for kind in (snapshot.doubles, snapshot.integers, snapshot.booleans, snapshot.strings):
+        values.update(kind)
+    return {key.removeprefix(prefix): value for key, value in values.items() if key.startswith(prefix)}

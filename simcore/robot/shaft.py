@@ -21,6 +21,8 @@ __all__ = ["ShaftSim"]
 _Travel: TypeAlias = Callable[[float], float]
 _MAX_PIECES = 16  # a step needs at most: limited, free, turn round, free, limited, stop
 _EDGE = 1e-12  # relative width of "exactly at the current limit"
+_REST = 1e-9  # [rad/s], a turn in 200 years: a shaft that nothing drives stands still from here on, and does not
+# approach zero for ever, so that a robot at rest changes nothing in its log
 
 
 class ShaftSim:
@@ -193,6 +195,8 @@ class ShaftSim:
             charge, energy = self._run_free(volts, dt)
         else:
             charge, energy = self._run_in_pieces(volts, dt)
+        if self.volts == 0.0 and self._load == 0.0 and -_REST < self.velocity < _REST:
+            self.velocity = 0.0
         motors = self.motors
         self.current = motors * charge / dt
         self.supply_current = motors * energy / (battery_voltage * dt) if battery_voltage > 0.0 else 0.0

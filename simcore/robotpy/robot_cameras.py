@@ -13,6 +13,7 @@ import ntcore
 from wpimath.geometry import Pose3d, Quaternion, Rotation3d, Translation3d
 
 from simcore.errors import ConfigError
+from simcore.install_text import install_command
 from simcore.match.match import Match
 from simcore.photonvision.photon_mounts import FoundMount, lens_of, mounts, pipeline_of
 from simcore.photonvision.photon_program import HOOKS, photon_program
@@ -196,7 +197,7 @@ class RobotCameras:
         except ImportError as error:
             raise ConfigError(
                 f"camera {camera.config.name!r} of {self._file} is one of PhotonVision, which needs photonlibpy: "
-                'pip install "simcore[photonvision]"'
+                f"{install_command('photonvision')}"
             ) from error
         camera.ports.append(PhotonCameraPort(camera.config, self._match.cameras.clock))
         self._program.fed.add(camera.config.name)

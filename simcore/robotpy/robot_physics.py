@@ -237,7 +237,7 @@ class RobotPhysics:
             self._done += given_up
             owed = self._most_owed
             if not isTimingPaused():
-                self._lateness.note(given_up * self._h)
+                self._lateness.note(given_up * self._h, tick_ms=self.times.median_ms)
         self._late_parts += max(0, owed - 1)
         for k in range(owed):
             if self._pace_tests and isTimingPaused():

@@ -329,8 +329,10 @@ class RobotTest:
     # --- what a failed test leaves -----------------------------------------------------------------------------------
 
     def add_sink(self, sink: TelemetrySink) -> None:
-        """Log telemetry there; before the robot starts."""
+        """Log telemetry there, from the next tick on."""
         self._sinks.append(sink)
+        if self._physics is not None:
+            self._physics.match.sinks.append(sink)
 
     @property
     def has_run(self) -> bool:

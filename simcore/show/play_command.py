@@ -166,7 +166,7 @@ def _run(
     progress = Progress(
         TextColumn("{task.description}"),
         BarColumn(),
-        TextColumn("{task.fields[score]} points"),
+        TextColumn("{task.fields[period]}, {task.fields[score]} points"),
         TimeRemainingColumn(),
         console=Console(stderr=True),
         transient=True,
@@ -174,11 +174,11 @@ def _run(
     )
     ticks = max(1, round((options.seconds or auto_seconds(game)) / TICK))
     with progress:
-        task = progress.add_task(f"auto {auto.name!r}", total=ticks, score=0)
+        task = progress.add_task(f"auto {auto.name!r}", total=ticks, score=0, period=game.clock.phases[0].name)
 
         def show(match: Match) -> None:
             if match.ticks % 10 == 0:
-                progress.update(task, completed=match.ticks, score=match.score.total)
+                progress.update(task, completed=match.ticks, score=match.score.total, period=match.timer.phase.name)
             watch.after_tick(match, interrupted)
 
         return play_auto(

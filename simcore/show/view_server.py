@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 import rich
 
 from simcore.errors import ConfigError, OutputError
+from simcore.install_text import install_command
 from simcore.show.view_guard import ViewGuard
 
 if TYPE_CHECKING:
@@ -42,9 +43,7 @@ def start_server(host: str, port: int, title: str) -> viser.ViserServer:
     try:
         import viser
     except ImportError as error:
-        raise OutputError(
-            f"the browser view needs the extra 'view': python -m pip install 'simcore[view]' ({error})"
-        ) from error
+        raise OutputError(f"the browser view needs the extra 'view': {install_command('view')} ({error})") from error
     with socket.socket() as probe:
         if sys.platform != "win32":
             probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)

@@ -28,7 +28,7 @@ def require_vendors() -> None:
     """Skip where a library that robot code needs is not installed."""
     for module in ("phoenix6", "wpilib", "commands2", "pyfrc"):
         if find_spec(module) is None:
-            pytest.skip(f"needs {module}: pip install simcore[phoenix6,robotpy]")
+            pytest.skip(f"needs {module}: pip install .[phoenix6,robotpy]")
 
 
 @pytest.fixture(scope="session")

@@ -19,7 +19,7 @@ EXAMPLE = ROOT / "examples" / "rebuilt_robot"
 def project(tmp_path):
     """A copy without what earlier runs left."""
     if find_spec("phoenix6") is None or find_spec("pyfrc") is None:
-        pytest.skip("needs phoenix6 and pyfrc: pip install simcore[phoenix6,robotpy]")
+        pytest.skip("needs phoenix6 and pyfrc: pip install .[phoenix6,robotpy]")
     folder = tmp_path / "project"
     shutil.copytree(EXAMPLE, folder, ignore=shutil.ignore_patterns("ctre_sim", "__pycache__", "networktables*"))
     return folder

@@ -48,7 +48,7 @@ def test_drives_ten_meters(control, robot, monkeypatch):
 def test_what_is_left_of_a_failed_robotpy_test(tmp_path):
     for module in ("phoenix6", "pyfrc", "robotpy_cli" if find_spec("robotpy_cli") else "robotpy"):
         if find_spec(module) is None:
-            pytest.skip(f"needs {module}: pip install simcore[phoenix6,robotpy]")
+            pytest.skip(f"needs {module}: pip install .[phoenix6,robotpy]")
     project = tmp_path / "project"
     shutil.copytree(PLAIN, project)
     (project / "tests").mkdir()

@@ -12,7 +12,7 @@ from simcore.robot_file.init_command import find_devices
 from simcore.robot_file.template import FoundMotor
 
 pytestmark = pytest.mark.skipif(
-    any(find_spec(m) is None for m in ("phoenix6", "wpilib", "commands2")), reason="needs simcore[phoenix6,robotpy]"
+    any(find_spec(m) is None for m in ("phoenix6", "wpilib", "commands2")), reason="needs .[phoenix6,robotpy]"
 )
 
 ROBOTS = Path(__file__).parent / "robots"

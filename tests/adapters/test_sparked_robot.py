@@ -17,9 +17,9 @@ ROBOTS = Path(__file__).parent / "robots"
 
 pytestmark = [
     pytest.mark.slow,
-    pytest.mark.skipif(find_spec("rev") is None, reason="needs rev: pip install simcore[rev]"),
+    pytest.mark.skipif(find_spec("rev") is None, reason="needs rev: pip install .[rev]"),
     pytest.mark.skipif(
-        any(find_spec(m) is None for m in ("phoenix6", "wpilib", "pyfrc")), reason="needs simcore[phoenix6,robotpy]"
+        any(find_spec(m) is None for m in ("phoenix6", "wpilib", "pyfrc")), reason="needs .[phoenix6,robotpy]"
     ),
 ]
 

@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 pytest.importorskip("ntcore", reason="pyntcore is not installed")
-pytest.importorskip("pyfrc", reason="needs simcore[robotpy]")
+pytest.importorskip("pyfrc", reason="needs the extra 'robotpy'")
 
 ROOT = Path(__file__).resolve().parents[2]
 

@@ -171,10 +171,3 @@ def test_telemetry_keys_on_every_page_are_published(published):
             if not {key, general(key)} & known and not any(other.startswith(f"{group}/") for other in known):
                 wrong.append(f"{name}: {key}")
     assert wrong == []
-
-
-def test_the_layout_of_advantagescope_shows_what_is_published(published):
-    layout = (ROOT / "models" / "advantagescope" / "layout.json").read_text(encoding="utf-8")
-    keys = {key for key in re.findall(r'"NT:/((?:Sim|Robot)/[^"]+)"', layout) if "/Limelights/" not in key}
-    groups = {key for key in keys if any(other.startswith(f"{key}/") for other in published)}
-    assert keys - groups - set(published) == set()

@@ -16,6 +16,7 @@ import pytest
 from wpiutil.log import DataLogReader
 
 from simcore import cli
+from simcore.install_text import install_command
 from simcore.telemetry.log_reader import read_log
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -292,7 +293,7 @@ def test_without_the_extra_the_view_is_missed_in_one_sentence(here, capsys, monk
     monkeypatch.setitem(sys.modules, "viser", None)
     assert main(["--view", "--seconds", "0.1", "--json"]) == 0
     (line,) = capsys.readouterr().err.strip().splitlines()
-    assert "python -m pip install 'simcore[view]'" in line and "the run goes on" in line
+    assert install_command("view") in line and "the run goes on" in line
 
 
 def test_models_that_are_not_there_are_one_sentence(here, capsys):

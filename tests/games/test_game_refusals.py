@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 
 import pytest
 from game_table import GAMES
@@ -55,7 +56,15 @@ def test_robots_that_cannot_start_are_refused(game):
 
 
 def test_a_red_robots_start_is_checked_where_it_stands(game):
-    assert "starts inside of a field element" in refused(game, RobotEntry(alliance="red", start=INSIDE[game.name]))
+    """Its entry has the start as blue, so the text says both places."""
+    x, y, _ = INSIDE[game.name]
+    said = refused(game, RobotEntry(alliance="red", start=INSIDE[game.name]))
+    there = game.field.symmetry.flip_point(x, y)
+    assert (
+        f"starts inside of a field element, at ({there[0]:.2f}, {there[1]:.2f}) m, as blue ({x:.2f}, {y:.2f}) m" in said
+    )
+    *_, as_blue = re.findall(r"as blue \(([-.\d]+), ([-.\d]+)\) m is free", said)
+    Match(game, robots=(RobotEntry(alliance="red", start=(float(as_blue[0]), float(as_blue[1]), 0.0)),)).close()
 
 
 def test_entries_that_cannot_be_are_refused():

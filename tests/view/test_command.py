@@ -15,6 +15,7 @@ import pytest
 from games.rebuilt import RebuiltSim
 from games.rebuilt.field import models_folder
 from simcore import cli
+from simcore.install_text import install_command
 from simcore.show.view_server import open_browser
 from simcore.telemetry.snapshot import Snapshot
 from simcore.telemetry.wpilog import WpilogSink
@@ -109,7 +110,7 @@ def test_a_taken_port_and_a_missing_extra(log, capsys, monkeypatch):
             assert "Another view may be running" in capsys.readouterr().err
     monkeypatch.setitem(sys.modules, "viser", None)
     assert main([str(log), *MODELS]) == 1
-    assert "python -m pip install 'simcore[view]'" in capsys.readouterr().err
+    assert install_command("view") in capsys.readouterr().err
 
 
 def test_without_a_display_or_a_browser_the_page_is_named(monkeypatch):

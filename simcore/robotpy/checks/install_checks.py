@@ -8,6 +8,7 @@ from packaging.markers import default_environment
 from packaging.requirements import Requirement
 from packaging.version import Version
 
+from simcore.install_text import install_command
 from simcore.robotpy.checks.findings import Finding, fail, ok, warn
 
 __all__ = [
@@ -138,7 +139,7 @@ def check_requirements(
             warn(
                 "simcore",
                 "runs from a folder and is not installed: `robotpy sim --simcore` and other programs do not find it",
-                "in its folder: `python -m pip install -e .`",
+                install_command(),
             )
         ]
     findings = [ok("simcore", installed.get("simcore", ""))]
@@ -175,11 +176,10 @@ def _of_extra(extra: str, wrong: list[tuple[str, bool]], good: list[str]) -> Fin
     if not wrong:
         return ok(check, ", ".join(good))
     said = "; ".join(text for text, _ in wrong)
-    wanted = f"simcore[{extra}]" if extra else "simcore"
+    extras = (extra,) if extra else ()
     if extra and not good and all(is_missing for _, is_missing in wrong):
-        return warn(check, f"not installed ({EXTRAS[extra]})", f'`python -m pip install "{wanted}"`, if you want those')
-    advice = f'`python -m pip install --upgrade "{wanted}"`; -e . in a checkout'
-    return fail(check, said, advice)
+        return warn(check, f"not installed ({EXTRAS[extra]})", f"{install_command(*extras)}, if you want those")
+    return fail(check, said, install_command(*extras, upgrade=True))
 
 
 def check_year(installed: Mapping[str, str]) -> Finding:
@@ -195,7 +195,7 @@ def check_year(installed: Mapping[str, str]) -> Finding:
     ours = {name: version for name, version in ours.items() if version.major > 2000}
     releases = {(version.major, version.minor) for version in ours.values()}
     if not ours:
-        return fail("WPILib", "nothing of WPILib is installed", "`python -m pip install simcore`")
+        return fail("WPILib", "nothing of WPILib is installed", install_command())
     newest = max(releases)
     behind = [f"{name} {version}" for name, version in ours.items() if (version.major, version.minor) != newest]
     if behind:

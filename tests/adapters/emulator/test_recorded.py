@@ -23,7 +23,7 @@ spec.loader.exec_module(compare)
 
 @pytest.fixture(scope="module")
 def simulated():
-    pytest.importorskip("phoenix6", reason="needs phoenix6: pip install simcore[phoenix6]")
+    pytest.importorskip("phoenix6", reason="needs phoenix6: pip install .[phoenix6]")
     return compare.run("simulated", [])
 
 
@@ -53,7 +53,7 @@ def test_the_recording_is_still_what_ctres_simulation_does(simulated):
 @pytest.mark.realtime
 def test_devices_keep_to_their_budget():
     """12 TalonFX, 4 CANcoder and a Pigeon 2 at 1 kHz: at most 1 ms per 20 ms tick; the best of three runs counts."""
-    pytest.importorskip("phoenix6", reason="needs phoenix6: pip install simcore[phoenix6]")
+    pytest.importorskip("phoenix6", reason="needs phoenix6: pip install .[phoenix6]")
     best = math.inf
     for _ in range(3):
         done = subprocess.run(

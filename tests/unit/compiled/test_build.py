@@ -12,6 +12,7 @@ import pytest
 from simcore.compiled import build, command, finder, store
 from simcore.compiled.modules import GROUP, MODULES
 from simcore.errors import CompileError
+from simcore.install_text import install_command
 
 PACKAGE = Path(store.PACKAGE)
 
@@ -114,7 +115,7 @@ def test_a_store_that_cannot_be_written_gives_way_to_the_next(tmp_path):
 def test_missing_tools_are_named_with_the_extra(missing):
     with pytest.raises(CompileError) as caught:
         build.check_tools(lambda name: None if name == missing else object())
-    assert missing in str(caught.value) and 'pip install "simcore[compile]"' in str(caught.value)
+    assert missing in str(caught.value) and install_command("compile") in str(caught.value)
     build.check_tools(lambda name: object())
 
 
