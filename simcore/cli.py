@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import importlib
+import os
 import sys
 from collections.abc import Sequence
 from typing import NamedTuple
@@ -48,9 +49,26 @@ def main(argv: Sequence[str] | None = None, *, program: str = "simcore") -> int:
         program: How it was called, for messages: `simcore`, or all words up to the options of a subcommand.
 
     Returns:
-        0 if all is well, 1 for a mistake that was explained, 2 for a wrong call.
+        0 if all is well, 1 for a mistake that was explained, 2 for a wrong call, 130 after Ctrl-C.
     """
     words = list(sys.argv[1:] if argv is None else argv)
+    if any("\0" in word for word in words):
+        print(f"{program}: an argument has a NUL character, which no name of a file can have", file=sys.stderr)
+        return 2
+    if sys.stdout is None:  # closed by who called
+        sys.stdout = open(os.devnull, "w")
+    try:
+        status = _run(words, program)
+        sys.stdout.flush()
+        return status
+    except KeyboardInterrupt:
+        return 130
+    except BrokenPipeError:  # whoever read our output has gone, e.g. `| head -1`: nothing is wrong
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # else Python complains at its end
+        return 0
+
+
+def _run(words: list[str], program: str) -> int:
     parser = argparse.ArgumentParser(prog="simcore", description="A physics simulator for FRC robot code.")
     parser.add_argument("--version", action="version", version=f"simcore {__version__}")
     subparsers = parser.add_subparsers(dest="command", metavar="COMMAND")

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import difflib
-import math
 from collections.abc import Iterable
 
 __all__ = [
@@ -19,9 +18,6 @@ __all__ = [
     "SimcoreError",
     "UnknownNameError",
     "VendorError",
-    "require_finite",
-    "require_non_negative",
-    "require_positive",
 ]
 
 
@@ -83,25 +79,3 @@ class UnknownNameError(SimcoreError, KeyError):
 
     def __str__(self) -> str:
         return self.message  # KeyError would show the repr of it
-
-
-def require_finite(owner: str, name: str, value: float, unit: str = "") -> None:
-    """Raise `ConfigError` unless `value` is a finite number."""
-    if not math.isfinite(value):
-        raise ConfigError(f"{owner}: {name} must be a finite number{_in(unit)}, got {value}")
-
-
-def require_positive(owner: str, name: str, value: float, unit: str = "") -> None:
-    """Raise `ConfigError` unless `value` is finite and above zero."""
-    if not (math.isfinite(value) and value > 0.0):
-        raise ConfigError(f"{owner}: {name} must be finite and > 0{_in(unit)}, got {value}")
-
-
-def require_non_negative(owner: str, name: str, value: float, unit: str = "") -> None:
-    """Raise `ConfigError` unless `value` is finite and zero or above."""
-    if not (math.isfinite(value) and value >= 0.0):
-        raise ConfigError(f"{owner}: {name} must be finite and >= 0{_in(unit)}, got {value}")
-
-
-def _in(unit: str) -> str:
-    return f" {unit}" if unit else ""

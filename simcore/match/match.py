@@ -25,7 +25,13 @@ from simcore.match.piece_flow import PieceFlow
 from simcore.match.publish import build_snapshot
 from simcore.match.report import PieceCount, Score
 from simcore.match.scoring import Alliance, ScoringTracker, ScoringZone
-from simcore.match.starts import require_free_starts, require_playable, start_pose
+from simcore.match.starts import (
+    require_free_place,
+    require_free_starts,
+    require_on_field,
+    require_playable,
+    start_pose,
+)
 from simcore.physics.engine import Engine
 from simcore.physics.field import FieldElement
 from simcore.physics.substeps import Substepping, Surroundings
@@ -33,6 +39,7 @@ from simcore.physics.world import PhysicsWorld
 from simcore.pieces.piece_manager import GamePieceManager
 from simcore.pieces.pool import PieceStatus
 from simcore.pieces.wake_grid import Footprint, WakeSettings
+from simcore.quantities import POSE, Quantity, require, require_row, shown
 from simcore.robot.robot import Controller, Robot
 from simcore.robot.robot_config import RobotConfig
 from simcore.robot.swerve_config import SwerveConfig, SwerveModuleConfig
@@ -243,6 +250,7 @@ class Match:
             seconds: Simulated; rounded to whole ticks.
             controllers: What commands each robot from now on; None leaves them.
         """
+        require("Match.play", "seconds", seconds, Quantity("s", 0.0, 1e6))
         for number, controller in enumerate(controllers or ()):
             self.set_controller(number, controller)
         for _ in range(round(seconds / TICK)):
@@ -356,14 +364,17 @@ class Match:
 
     def set_controller(self, number: int, controller: Controller | None) -> None:
         """Choose what commands a robot from the next tick on."""
-        if not 0 <= number < len(self.robots):
-            raise ConfigError(f"there are robots 0 to {len(self.robots) - 1}, got {number}")
+        self._require_robot(number)
         self._controllers[number] = controller
+
+    def _require_robot(self, number: int) -> None:
+        if not isinstance(number, int) or not 0 <= number < len(self.robots):
+            raise ConfigError(f"there are robots 0 to {len(self.robots) - 1}, got {shown(number)}")
 
     def set_alliance(self, number: int, alliance: Alliance) -> None:
         """Put a robot, at rest, where it starts as one of an alliance; its gyro keeps its reading."""
         self.alliances[number] = alliance
-        self.carry_to(number, self.start_pose(number))
+        self._carry(number, self.start_pose(number))
 
     def carry_to(self, number: int, pose: tuple[float, float, float]) -> None:
         """Put a robot somewhere at rest, as people carry it; its gyro keeps its reading, and pieces make room.
@@ -371,7 +382,19 @@ class Match:
         Args:
             number: Of the robot.
             pose: Where, field frame [m, m, rad].
+
+        Raises:
+            ConfigError: There is no such robot, or the pose is no three numbers.
+            StartError: The place is beyond the field, or inside of something solid.
         """
+        self._require_robot(number)
+        require_row(f"robot {number}", "pose", pose, POSE)
+        robot, size = self.robots[number], self.game.field.size
+        require_on_field(robot, pose, size)
+        require_free_place(self.world, robot, pose, size)
+        self._carry(number, pose)
+
+    def _carry(self, number: int, pose: Pose) -> None:
         self.robots[number].carry_to(pose)
         self.pieces.make_room(Footprint(*self.robots[number].chassis.footprint))
 

@@ -14,11 +14,12 @@ from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
 
-from simcore.errors import ConfigError, require_finite, require_positive
+from simcore.errors import ConfigError
 from simcore.geometry.rotation import wrap_angle
 from simcore.geometry.symmetry import Pose
 from simcore.match.scoring import Alliance
 from simcore.pieces.shot_solver import NoShotError, Shot, solve_shot
+from simcore.quantities import ACCELERATION, ANGLE, ROBOT_PLACE, SIGNED_VOLTAGE, require, require_fields, shown
 from simcore.robot.mechanism_control import PositionController, VelocityController
 from simcore.robot.mechanisms import ArmSim, ElevatorSim
 from simcore.robot.robot import Robot
@@ -60,9 +61,13 @@ class ScriptSettings:
     """Where the intake takes pieces, ahead of the robot's center [m]."""
 
     def __post_init__(self) -> None:
-        require_positive("ScriptSettings", "acceleration", self.acceleration, "m/s^2")
-        for name in ("shot_elevation", "roller_volts", "intake_x"):
-            require_finite("ScriptSettings", name, getattr(self, name))
+        require_fields(
+            self, acceleration=ACCELERATION, shot_elevation=ANGLE, roller_volts=SIGNED_VOLTAGE, intake_x=ROBOT_PLACE
+        )
+        if not isinstance(self.feed_volts, Mapping):
+            raise ConfigError(f"ScriptSettings: feed_volts must be volts by mechanism, got {shown(self.feed_volts)}")
+        for name, volts in self.feed_volts.items():
+            require("ScriptSettings", f"feed_volts[{name!r}]", volts, SIGNED_VOLTAGE)
 
 
 class ScriptedRobot:

@@ -15,7 +15,7 @@ from typing import Protocol
 
 import numpy as np
 
-from simcore.errors import ConfigError, NonFiniteError, UnknownNameError, require_positive
+from simcore.errors import ConfigError, NonFiniteError, UnknownNameError
 from simcore.geometry.rotation import IDENTITY, Quaternion, Vector
 from simcore.physics.engine import BodyDefinition, Engine, RayHits
 from simcore.physics.engine_choice import make_engine
@@ -24,6 +24,7 @@ from simcore.physics.rolling import FloorRolling
 from simcore.physics.shapes import Box, HalfSpace, Shape, Sphere
 from simcore.physics.substeps import Substepping, Surroundings
 from simcore.physics.surface import CARPET, FRICTIONLESS, TerrainSurface
+from simcore.quantities import MASS, require
 from simcore.typing import BoolArray, FloatArray, IntArray
 from simcore.units import GRAVITY, plain_sum
 
@@ -238,7 +239,7 @@ class PhysicsWorld:
         quat: Quaternion = IDENTITY,
     ) -> int:
         """Add the body of a robot; returns its engine row."""
-        require_positive(name, "mass", mass, "kg")
+        require(name, "mass", mass, MASS)
         row = self.engine.add_body(
             BodyDefinition(
                 shape=shape,
@@ -260,7 +261,7 @@ class PhysicsWorld:
         self, name: str, shape: Shape, *, mass: float, surface: TerrainSurface, pos: Sequence[float]
     ) -> int:
         """Add the body of a game piece, awake and touchable; returns its engine row."""
-        require_positive(name, "mass", mass, "kg")
+        require(name, "mass", mass, MASS)
         group = CollisionGroup.BALL if isinstance(shape, Sphere) else CollisionGroup.BLOCK
         row = self.engine.add_body(
             BodyDefinition(

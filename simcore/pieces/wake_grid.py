@@ -12,10 +12,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from simcore.errors import ConfigError, require_positive
+from simcore.quantities import COUNT, ROBOT_LENGTH, SPEED, Quantity, require, require_fields
 from simcore.typing import BoolArray, FloatArray, IntArray
 
 __all__ = ["ChunkGrid", "Footprint", "WakeSettings"]
+
+_CHUNK_SIZE = Quantity("m", 0.1, 100.0)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -38,14 +40,16 @@ class WakeSettings:
     """Ticks in a row that a piece must be slow before it sleeps; by then the engine has repaired overlaps, too."""
 
     def __post_init__(self) -> None:
-        for name in ("chunk_size", "margin", "piece_margin", "slow_speed", "waking_speed"):
-            require_positive("WakeSettings", name, getattr(self, name))
-        if not (isinstance(self.chunk_linger, int) and self.chunk_linger >= 0):
-            raise ConfigError(f"WakeSettings: chunk_linger must be a whole number >= 0, got {self.chunk_linger!r}")
-        if self.slow_ticks < 5:
-            raise ConfigError(
-                f"WakeSettings: slow_ticks must be at least 5 (else apexes freeze), got {self.slow_ticks}"
-            )
+        require_fields(
+            self,
+            chunk_size=_CHUNK_SIZE,
+            chunk_linger=COUNT,
+            margin=ROBOT_LENGTH,
+            piece_margin=ROBOT_LENGTH,
+            waking_speed=SPEED,
+            slow_speed=SPEED,
+            slow_ticks=Quantity("ticks (else apexes freeze)", 5, 10_000, is_whole=True),
+        )
 
 
 @dataclass(frozen=True, slots=True)
@@ -85,7 +89,7 @@ class ChunkGrid:
     def __init__(
         self, low: tuple[float, float], high: tuple[float, float], *, size: float = 2.0, linger: int = 25
     ) -> None:
-        require_positive("ChunkGrid", "size", size, "m")
+        require("ChunkGrid", "size", size, _CHUNK_SIZE)
         self.size = size
         self._low = low
         self._nx = max(1, math.ceil((high[0] - low[0]) / size))

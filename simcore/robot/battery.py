@@ -5,7 +5,8 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from simcore.errors import ConfigError, NonFiniteError, require_non_negative, require_positive
+from simcore.errors import ConfigError, NonFiniteError
+from simcore.quantities import DURATION, FRACTION, RESISTANCE, VOLTAGE_OR_NONE, Quantity, require_fields
 
 __all__ = ["Battery", "BatteryConfig"]
 
@@ -40,20 +41,23 @@ class BatteryConfig:
     """False: never cut the outputs (to study a motor, or to repeat a figure that ignores the roboRIO)."""
 
     def __post_init__(self) -> None:
-        require_non_negative("battery", "full_voltage", self.full_voltage, "V")
-        require_non_negative("battery", "empty_voltage", self.empty_voltage, "V")
-        require_non_negative("battery", "resistance", self.resistance, "ohm")
-        require_non_negative("battery", "recovery_resistance", self.recovery_resistance, "ohm")
-        require_positive("battery", "recovery_time", self.recovery_time, "s")
-        require_positive("battery", "capacity_ah", self.capacity_ah, "A h")
-        require_non_negative("battery", "brownout_voltage", self.brownout_voltage, "V")
-        require_non_negative("battery", "recovered_voltage", self.recovered_voltage, "V")
+        require_fields(
+            self,
+            "battery",
+            full_voltage=VOLTAGE_OR_NONE,
+            empty_voltage=VOLTAGE_OR_NONE,
+            resistance=RESISTANCE,
+            recovery_resistance=RESISTANCE,
+            recovery_time=DURATION,
+            capacity_ah=Quantity("A h", 0.0, 10_000.0, is_open=True, may_be_infinite=True),
+            initial_charge=FRACTION,
+            brownout_voltage=VOLTAGE_OR_NONE,
+            recovered_voltage=VOLTAGE_OR_NONE,
+        )
         if self.empty_voltage > self.full_voltage:
             raise ConfigError(
                 f"battery: empty_voltage must not exceed full_voltage, got {self.empty_voltage} > {self.full_voltage} V"
             )
-        if not 0.0 <= self.initial_charge <= 1.0:
-            raise ConfigError(f"battery: initial_charge must be within 0..1, got {self.initial_charge}")
         if self.recovered_voltage < self.brownout_voltage:
             raise ConfigError(
                 "battery: recovered_voltage must not be below brownout_voltage, "

@@ -10,6 +10,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from simcore.errors import ConfigError, UnknownNameError
+from simcore.quantities import GEARING, ROBOT_LENGTH, require_fields
 from simcore.robot.dc_motor import MotorModel, motor
 from simcore.robot.swerve_config import SwerveModuleConfig
 from simcore.units import inches
@@ -28,6 +29,9 @@ class SwerveModuleType:
     """[-]"""
     wheel_radius: float = inches(2.0)
     """New tread [m]."""
+
+    def __post_init__(self) -> None:
+        require_fields(self, self.name, drive_gearings=[GEARING], steer_gearing=GEARING, wheel_radius=ROBOT_LENGTH)
 
 
 def _row(name: str, gearings: tuple[float, ...], steer: float, radius: float = inches(2.0)) -> SwerveModuleType:

@@ -5,7 +5,17 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import cache
 
-from simcore.errors import UnknownNameError, require_non_negative, require_positive
+from simcore.errors import UnknownNameError
+from simcore.quantities import (
+    CURRENT,
+    CURRENT_OR_NONE,
+    INERTIA_OR_NONE,
+    TORQUE,
+    TURN_RATE,
+    VOLTAGE,
+    require,
+    require_fields,
+)
 
 __all__ = ["MOTOR_NAMES", "MotorModel", "motor"]
 
@@ -60,17 +70,18 @@ class MotorModel:
     """Inertia of the rotor about its own axis [kg m^2]."""
 
     def __post_init__(self) -> None:
-        for field, unit in (
-            ("stall_torque", "N m"),
-            ("stall_current", "A"),
-            ("free_speed", "rad/s"),
-            ("nominal_voltage", "V"),
-        ):
-            require_positive(self.name, field, getattr(self, field), unit)
-        require_non_negative(self.name, "free_current", self.free_current, "A")
-        require_non_negative(self.name, "rotor_inertia", self.rotor_inertia, "kg m^2")
+        require_fields(
+            self,
+            self.name,
+            stall_torque=TORQUE,
+            stall_current=CURRENT,
+            free_current=CURRENT_OR_NONE,
+            free_speed=TURN_RATE,
+            nominal_voltage=VOLTAGE,
+            rotor_inertia=INERTIA_OR_NONE,
+        )
         # 0 < free current < stall current keeps R, kt and kv positive: a motor without resistance cannot be written.
-        require_positive(self.name, "stall_current - free_current", self.stall_current - self.free_current, "A")
+        require(self.name, "stall_current - free_current", self.stall_current - self.free_current, CURRENT)
 
     @property
     def resistance(self) -> float:

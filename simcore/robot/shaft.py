@@ -12,7 +12,8 @@ import math
 from collections.abc import Callable
 from typing import TypeAlias
 
-from simcore.errors import ConfigError, NonFiniteError, require_finite, require_positive
+from simcore.errors import ConfigError, NonFiniteError
+from simcore.quantities import ANGLE, INERTIA, require
 from simcore.robot.gearbox import GearboxConfig
 from simcore.robot.limited_motor import within, within_supply
 
@@ -74,8 +75,8 @@ class ShaftSim:
         upper_stop: float = math.inf,
         position: float = 0.0,
     ) -> None:
-        require_positive(type(self).__name__, "inertia", inertia, "kg m^2")
-        require_finite(type(self).__name__, "position", position, "rad")
+        require(type(self).__name__, "inertia", inertia, INERTIA)
+        require(type(self).__name__, "position", position, ANGLE)
         if not lower_stop <= position <= upper_stop or not lower_stop < upper_stop:
             raise ConfigError(
                 f"{type(self).__name__}: want lower stop <= start <= upper stop,"

@@ -6,7 +6,23 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
-from simcore.errors import ConfigError, require_finite, require_non_negative, require_positive
+from simcore.errors import ConfigError
+from simcore.quantities import (
+    CURRENT_LIMIT,
+    EFFICIENCY,
+    FRICTION,
+    GAIN,
+    GEARING,
+    INERTIA,
+    MASS,
+    MOTORS,
+    ROBOT_HEIGHT,
+    ROBOT_LENGTH,
+    ROBOT_PLACE,
+    SLIP_SPEED,
+    VOLTAGE_OR_NONE,
+    require_fields,
+)
 from simcore.robot.battery import Battery
 from simcore.robot.dc_motor import MotorModel, motor
 from simcore.robot.drive_shaft import DriveShaft, WheelContact
@@ -64,22 +80,28 @@ class TankConfig:
     def __post_init__(self) -> None:
         if not self.wheel_xs:
             raise ConfigError("tank: wheel_xs must name at least one wheel per side, got none")
-        for x in (*self.wheel_xs, *self.center_of_mass):
-            require_finite("tank", "wheel_xs and center_of_mass", x, "m")
-        for name in (
-            *("trackwidth", "gearing", "wheel_radius", "wheel_inertia", "slip_ratio", "slip_speed", "efficiency"),
-            *("mass", "yaw_inertia"),
-        ):
-            require_positive("tank", name, getattr(self, name))
-        for name in ("wheel_cof", "rolling_resistance", "friction_volts", "kp"):
-            require_non_negative("tank", name, getattr(self, name))
-        if self.efficiency > 1.0:
-            raise ConfigError(f"tank: efficiency must be within 0..1, got {self.efficiency}")
-        if self.motors_per_side < 1:
-            raise ConfigError(f"tank: motors_per_side must be at least 1, got {self.motors_per_side}")
-        for name in ("stator_limit", "supply_limit"):
-            if not getattr(self, name) >= 0.0:
-                raise ConfigError(f"tank: {name} must be >= 0 A (math.inf for none), got {getattr(self, name)}")
+        require_fields(
+            self,
+            "tank",
+            wheel_xs=[ROBOT_PLACE],
+            trackwidth=ROBOT_LENGTH,
+            motors_per_side=MOTORS,
+            gearing=GEARING,
+            wheel_radius=ROBOT_LENGTH,
+            wheel_cof=FRICTION,
+            wheel_inertia=INERTIA,
+            rolling_resistance=FRICTION,
+            slip_ratio=EFFICIENCY,
+            slip_speed=SLIP_SPEED,
+            friction_volts=VOLTAGE_OR_NONE,
+            efficiency=EFFICIENCY,
+            stator_limit=CURRENT_LIMIT,
+            supply_limit=CURRENT_LIMIT,
+            kp=GAIN,
+            mass=MASS,
+            yaw_inertia=INERTIA,
+            center_of_mass=(ROBOT_PLACE, ROBOT_PLACE, ROBOT_HEIGHT),
+        )
         cx, cy, _ = self.center_of_mass
         object.__setattr__(self, "positions", tuple((x - cx, y - cy) for x, y in self.wheel_positions))
 

@@ -11,7 +11,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from simcore.errors import ConfigError, OutputError, require_positive
+from simcore.errors import ConfigError, OutputError
+from simcore.quantities import POSITIVE, require
 from simcore.show.frame_painter import FramePainter
 from simcore.show.scene import CARPET, HIT, INK, MISS, MUTED, Scene, rgb, tint
 from simcore.telemetry.recording import Recording
@@ -93,7 +94,7 @@ def frame_times(start: float, end: float, speed: float = 1.0) -> list[float]:
     Raises:
         ConfigError: A speed that is not > 0.
     """
-    require_positive("animate", "speed", speed)
+    require("animate", "speed", speed, POSITIVE)
     period = FRAME_PERIOD * speed
     between = range(math.floor(start / period + 1e-6) + 1, math.ceil(end / period - 1e-6))
     return [start, *(round(number * period, 6) for number in between), *([end] if end > start else [])]

@@ -10,6 +10,8 @@ from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
+
 from simcore.errors import LogError, OutputError
 from simcore.match.registry import find_game, installed_games
 from simcore.show.animation import animate, check_animation
@@ -25,6 +27,7 @@ from simcore.units import TICK
 
 __all__ = ["add_arguments", "recording_of", "run", "scene_of_log"]
 
+_LONGEST_GAP = 60.0  # [s]
 _OURS = re.compile(r"^(Sim|Robot)/")
 
 
@@ -85,7 +88,7 @@ def recording_of(log: TelemetryLog) -> Recording:
             f"the log {str(log.path)!r} has no run of a simulation: neither Sim/Robot/Pose3d nor Sim/GamePieces/..."
         )
     ours = replace(log, columns=columns, _latest={})
-    start, end = ours.span
+    start, end = _longest_part(ours)
     first = math.ceil(start / TICK - 1e-6)
     last = max(first, math.floor(end / TICK + 1e-6))
     recording = Recording(seconds=max(1.0, end - start), bulk_period=max(0.04, (end - start) / 4000))
@@ -93,6 +96,23 @@ def recording_of(log: TelemetryLog) -> Recording:
         snapshot = ours.snapshot_at(tick * TICK + 1e-6)  # a microsecond is what a log's times are rounded to
         recording.write(replace(snapshot, time=tick * TICK, tick=tick - first))
     return recording
+
+
+def _longest_part(log: TelemetryLog) -> tuple[float, float]:
+    """From when to when a log has a run [s]: all of it, or between the gaps that broken stamps and pauses make."""
+    start, end = log.span
+    times = np.unique(np.concatenate([column.times for column in log.columns.values()]))
+    times = times[(times >= start) & (times <= end)]
+    parts = np.split(times, np.nonzero(np.diff(times) > _LONGEST_GAP)[0] + 1)
+    if len(parts) < 2:
+        return start, end
+    part = max(parts, key=len)
+    print(
+        f"simcore: nothing was logged for over {_LONGEST_GAP:g} s at {len(parts) - 1} places between {start:g} and "
+        f"{end:g} s; shown is what was from {part[0]:g} to {part[-1]:g} s",
+        file=sys.stderr,
+    )
+    return float(part[0]), float(part[-1])
 
 
 def scene_of_log(recording: Recording, game: str | None = None) -> Scene:

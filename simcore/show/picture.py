@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from simcore.errors import ConfigError, require_positive
+from simcore.errors import ConfigError
+from simcore.quantities import DURATION, require
 from simcore.show.charts import Chart, charts_of, draw_chart
 from simcore.show.figure_file import new_figure, picture_path, save_figure
 from simcore.show.scene import CARPET, GRID, HIT, INK, MISS, MUTED, PieceLook, RobotLook, Scene, rgb, tint
@@ -83,7 +84,7 @@ def draw_match(
         OutputError: The picture cannot be written there, or as that kind of file.
         ConfigError: An array of another shape, another number of paths than of robots, or a period that is not > 0.
     """
-    require_positive("draw_match", "path_period", path_period, "s")
+    require("draw_match", "path_period", path_period, DURATION)
     if robot_paths and len(robot_paths) != len(scene.robots):
         raise ConfigError(f"draw_match: {len(robot_paths)} robot_paths for {len(scene.robots)} robots of the scene")
     paths = [_rows(f"robot_paths[{i}]", rows, 3) for i, rows in enumerate(robot_paths)]

@@ -9,9 +9,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from simcore.errors import ConfigError, require_positive
+from simcore.errors import ConfigError
 from simcore.physics.shapes import Cylinder, Sphere
 from simcore.pieces.kinds import GamePieceConfig
+from simcore.quantities import FIELD_LENGTH, ROBOT_LENGTH, require, require_fields
 from simcore.telemetry.snapshot import robot_prefix
 from simcore.typing import FloatArray
 
@@ -80,7 +81,7 @@ class PieceLook:
             raise ConfigError(f"PieceLook: give radius or size, one of them; got {self.radius} and {self.size}")
         for name, value in (("radius", self.radius), *(("size", value) for value in self.size or ())):
             if value is not None:
-                require_positive("PieceLook", name, value, "m")
+                require("PieceLook", name, value, FIELD_LENGTH)
         object.__setattr__(self, "air_color", self.air_color or _shade(self.color, 0.75))
         object.__setattr__(self, "edge_color", self.edge_color or _shade(self.color, 0.5))
 
@@ -154,8 +155,7 @@ class RobotLook:
     """Its keys begin so: `<prefix>/Robot/Pose3d`, `<prefix>/Debug/BatteryVoltage`."""
 
     def __post_init__(self) -> None:
-        require_positive("RobotLook", "bumpers[0]", self.bumpers[0], "m")
-        require_positive("RobotLook", "bumpers[1]", self.bumpers[1], "m")
+        require_fields(self, bumpers=(ROBOT_LENGTH, ROBOT_LENGTH))
 
     @property
     def pose_key(self) -> str:
@@ -180,8 +180,7 @@ class Scene:
     """Where pieces were taken in, field frame [m], shape (n, 3)."""
 
     def __post_init__(self) -> None:
-        require_positive("Scene", "field_size[0]", self.field_size[0], "m")
-        require_positive("Scene", "field_size[1]", self.field_size[1], "m")
+        require_fields(self, field_size=(FIELD_LENGTH, FIELD_LENGTH))
         if self.intakes.ndim != 2 or self.intakes.shape[1] != 3:
             raise ConfigError(f"Scene: intakes need shape (n, 3), got {self.intakes.shape}")
 

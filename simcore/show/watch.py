@@ -14,6 +14,7 @@ from typing import Any
 from simcore.errors import SimcoreError
 from simcore.match.game import Game
 from simcore.match.match import Match
+from simcore.quantities import PORT, number_flag
 from simcore.show.live_view import LiveView
 from simcore.show.pacing import Pacer
 from simcore.show.view_models import ViewModels, load_models
@@ -29,8 +30,10 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     group.add_argument("--view", action="store_true", help="show the run in a browser, once it is open (extra: view)")
     group.add_argument("--live", action="store_true", help="publish over NetworkTables, e.g. for AdvantageScope")
     group.add_argument("--host", default="127.0.0.1", help="where the view listens (default: this computer only)")
-    group.add_argument("--port", type=int, default=0, help="of the view (default: a free one)")
-    group.add_argument("--nt-port", type=int, default=5810, help="of --live (default: 5810, as AdvantageScope expects)")
+    group.add_argument("--port", type=number_flag(PORT), default=0, help="of the view (default: a free one)")
+    group.add_argument(
+        "--nt-port", type=number_flag(PORT), default=5810, help="of --live (default: 5810, as AdvantageScope expects)"
+    )
     group.add_argument("--no-browser", action="store_true", help="do not open a browser")
     group.add_argument("--models", metavar="FOLDER", help="your own Robot_... and Field3d_... folders for --view")
 

@@ -10,7 +10,8 @@ from typing import Generic, Literal, TypeAlias, TypeVar
 import numpy as np
 import numpy.typing as npt
 
-from simcore.errors import UnknownNameError, require_positive
+from simcore.errors import UnknownNameError
+from simcore.quantities import DURATION, require
 from simcore.telemetry.sinks import Cadence
 from simcore.telemetry.snapshot import Snapshot
 from simcore.typing import FloatArray, IntArray
@@ -51,7 +52,7 @@ class Recording:
         Raises:
             ConfigError: One of them is not finite and > 0.
         """
-        require_positive("Recording", "seconds", seconds, "s")
+        require("Recording", "seconds", seconds, DURATION)
         self.closed = False
         self.bulk_period = bulk_period
         """Simulated time between two of the long arrays that are kept [s]."""

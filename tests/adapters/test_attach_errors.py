@@ -25,7 +25,7 @@ def said(scenario):
             ("[[sensor]] 'beam': the robot program builds nothing on DIO 5; of DIO it builds: DIO 4 (DigitalInput)",),
         ),
         ("CANrange", ("[[sensor]] 'beam': the robot program builds no CANrange 5; it builds CANrange []",)),
-        ("file", ("simcore.toml [robot]: mass must be a number above 0 kg, got -1",)),
+        ("file", ("simcore.toml [robot]: mass must be a number from 20 to 75 kg, got -1",)),
     ],
 )
 def test_a_mistake_is_one_clear_error(said, mistake, words):

@@ -84,7 +84,8 @@ def test_a_program_that_is_not_looked_at_and_a_file_that_makes_no_sense(tmp_path
     Path("simcore.toml").write_text(text.replace("mass = 48.5", "mass = 107"))
     assert main(["check"]) == 1
     assert capsys.readouterr().err == (
-        "\nsimcore check: simcore.toml [robot]: mass must be in kg, from 20 to 75, got 107. As pounds that is 48.5 kg\n"
+        "\nsimcore check: simcore.toml [robot]: mass must be a number from 20 to 75 kg, got 107. As pounds that is 48.5 "
+        "kg\n"
     )
 
 

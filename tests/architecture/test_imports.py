@@ -17,7 +17,7 @@ SOURCES = sorted([*(ROOT / "simcore").rglob("*.py"), *(ROOT / "games").rglob("*.
 ADAPTERS = {"phoenix6", "phoenix6_emulator", "revlib", "robotpy", "photonvision", "show"}
 """The outermost packages of simcore: the only ones that know a vendor, the robot side of wpilib, or a wall clock."""
 
-BASE = {"errors", "units", "typing", "install_text", "start_errors"}
+BASE = {"errors", "quantities", "units", "typing", "install_text", "start_errors"}
 TOOLS = {
     "simcore/compiled/command.py",
     "simcore/match/runner.py",  # measures how long ticks take; hands no time to the simulation

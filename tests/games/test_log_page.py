@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import struct
+
 import pytest
 
 from games.rebuilt import REBUILT
@@ -65,6 +67,15 @@ def test_logs_that_show_no_run(tmp_path, capsys):
         sink.write(Snapshot(time=0.1, tick=0, doubles={"Shooter/Speed": 1.0}))
     with pytest.raises(LogError, match="no run of a simulation"):
         recording_of(read_log(tmp_path / "other.wpilog"))
+
+
+def test_a_stamp_a_day_later_is_left_out(depot, tmp_path, capsys):
+    """A flipped byte must not make a run of a day: what was logged together is the run."""
+    later = tmp_path / "later.wpilog"
+    records = [struct.pack("<BBBQd", 0b0111_0000, entry, 8, 86_400_000_000, 1.0) for entry in range(1, 60)]
+    later.write_bytes(depot[2].read_bytes() + b"".join(records))
+    assert recording_of(read_log(later)).times[-1] < 60.0
+    assert "nothing was logged for over 60 s" in capsys.readouterr().err
 
 
 def test_a_full_disk_or_a_wrong_name_is_one_sentence(depot, tmp_path, capsys):

@@ -10,7 +10,7 @@ from simcore.robot.battery import Battery, BatteryConfig
 
 def test_load_drops_the_voltage_at_once_and_then_slowly():
     """V = V_open - R I - R_slow I (1 - exp(-t / tau)), charge apart."""
-    c = BatteryConfig(capacity_ah=1e9)
+    c = BatteryConfig(capacity_ah=math.inf)
     battery = Battery(c)
     battery.step(1e-6, 100.0)
     assert battery.voltage == pytest.approx(c.full_voltage - c.resistance * 100.0, abs=1e-3)
@@ -37,7 +37,7 @@ def test_charge_counts_ampere_hours():
 
 
 def test_brownout_enters_below_6_75_and_leaves_above_7_5():
-    battery = Battery(BatteryConfig(recovery_resistance=0.0, resistance=0.02, capacity_ah=1e9))
+    battery = Battery(BatteryConfig(recovery_resistance=0.0, resistance=0.02, capacity_ah=math.inf))
     seen = []
     for volts in (7.0, 6.8, 6.7, 7.0, 7.49, 7.51, 7.0):
         battery.step(0.001, (12.9 - volts) / 0.02)
@@ -49,7 +49,7 @@ def test_brownout_enters_below_6_75_and_leaves_above_7_5():
 @pytest.mark.parametrize("load", [0.005, 0.02, 0.1])
 def test_currents_that_fall_with_the_voltage_end_where_a_resistor_does(load):
     """Worked out with the voltage before, they overshoot at once: 12.9 V over 5 mohm would leave -38.7 V."""
-    battery = Battery(BatteryConfig(recovery_resistance=0.0, capacity_ah=1e9, brownout_enabled=False))
+    battery = Battery(BatteryConfig(recovery_resistance=0.0, capacity_ah=math.inf, brownout_enabled=False))
     divided = 12.9 * load / (load + battery.config.resistance)
     lowest = math.inf
     for _ in range(20):

@@ -127,5 +127,5 @@ def test_unknown_names_and_bad_settings() -> None:
     with pytest.raises(UnknownNameError):
         recording.strings("Sim/Match/Perio")
     for option in ("period", "bulk_period", "seconds"):
-        with pytest.raises(ConfigError, match="> 0"):
+        with pytest.raises(ConfigError, match="above 0"):
             Recording(**{option: 0.0})
