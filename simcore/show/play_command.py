@@ -109,6 +109,9 @@ def _play(options: argparse.Namespace) -> int:
     seed: int | None = options.seed
     try:
         with InterruptFlag() as interrupted:
+            watch.wait(interrupted)
+            if interrupted():
+                return 130
             while seed is not None:
                 played = _run(options, game, auto, seed, [*sinks, *watch.sinks()], watch, interrupted)
                 final = played.match.snapshot()

@@ -11,7 +11,7 @@ from simcore.match.registry import installed_games
 from simcore.quantities import PORT, Quantity, number_flag
 from simcore.show.replay import Replay, can_draw
 from simcore.show.view_models import find_models, load_models
-from simcore.show.view_page import open_browser
+from simcore.show.view_server import open_browser
 from simcore.telemetry.log_reader import TelemetryLog, read_log
 
 __all__ = ["add_arguments", "run"]

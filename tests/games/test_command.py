@@ -8,6 +8,7 @@ import signal
 import socket
 import subprocess
 import sys
+import threading
 import time
 from pathlib import Path
 
@@ -254,15 +255,28 @@ def test_live_publishes_at_the_pace_of_the_wall_clock_and_hears_a_dashboard(here
     client.startClient4("watcher")
     client.setServer("127.0.0.1", port)
     start = time.monotonic()
+    seen: list[float] = []
+
+    def leave() -> None:
+        end = time.monotonic() + 30.0
+        while not (here / "out" / "depot.html").exists() and time.monotonic() < end:
+            time.sleep(0.05)
+        time.sleep(1.0)
+        seen.extend(value.value for value in times.readQueue())
+        os.kill(os.getpid(), signal.SIGINT)
+
+    leaving = threading.Thread(target=leave)
+    leaving.start()
     assert main(["--live", "--nt-port", str(port), "--seconds", "3", "--json"]) == 0
-    assert time.monotonic() - start > 2.9
-    seen = [value.value for value in times.readQueue()]
+    leaving.join()
+    assert time.monotonic() - start > 3.4
     ntcore.NetworkTableInstance.destroy(client)
     assert len(seen) > 10 and seen == sorted(seen) and 2.0 < seen[-1] <= 3.0
     assert seen_status[-1] == "1 done: the field is reset: 504 pieces staged, no points"
     said = capsys.readouterr()
     assert json.loads(said.out)["ticks"] == 150
     assert f"live on NetworkTables 4, 127.0.0.1:{port}" in said.err
+    assert "the run is over; its last values stay on NetworkTables. Press Ctrl-C to leave" in said.err
 
 
 @pytest.mark.parametrize("option", ["--live --nt-port", "--view --no-browser --port"])

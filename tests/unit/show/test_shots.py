@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 from made_up_run import SCENE, flight, held, recorded
 
-from simcore.show.flight_trails import FlightTrails
 from simcore.show.run_events import board_of, events_of
 from simcore.show.scene import Goal
 from simcore.show.shots import intake_places, shots_of
@@ -75,7 +74,7 @@ def test_events_and_board_tell_modes_scores_shots_and_troubles() -> None:
                 poses={"Sim/Robot/Pose3d": pose},
                 doubles={"Sim/Robot/WheelSlip": 0.9 if 0.3 < time < 0.4 else 0.1, "Sim/Match/TimeLeft": 100.0 - time},
                 booleans={
-                    "Sim/Robot/BrownedOut": time > 0.5,
+                    "Sim/Debug/BrownedOut": time > 0.5,
                     "Sim/Match/Enabled": time < 0.55,
                     "Sim/Match/GoalOpen": True,
                 },
@@ -99,21 +98,3 @@ def test_events_and_board_tell_modes_scores_shots_and_troubles() -> None:
     assert list(board) == ["period", "time left", "red", "goal open"]
     assert board["period"].at(0.58) == "teleop, disabled" and board["time left"].at(0.3) == "1:40"
     assert (board["red"].at(0.1), board["red"].at(0.5), board["goal open"].at(0.0)) == ("0", "1", "yes")
-
-
-def test_trails_follow_ids_whatever_their_order_and_stay_a_while() -> None:
-    trails = FlightTrails(keep=0.5)
-    for tick in range(5):
-        rows = np.zeros((2, 7))
-        rows[:, 0], rows[:, 1] = 0.1 * tick, (1.0, 2.0)
-        order = [0, 1] if tick % 2 else [1, 0]
-        ids = {"Sim/InFlightIds/Fuel": np.array([7, 8])[order]}
-        trails.update(
-            Snapshot(time=0.02 * tick, tick=tick, pose_arrays={"Sim/InFlight/Fuel": rows[order]}, integer_arrays=ids)
-        )
-    segments = trails.segments(0.08)
-    assert segments.shape == (8, 2, 3) and np.ptp(segments[..., 1], axis=1).max() == 0.0, "none jumps to the other"
-    trails.update(Snapshot(time=0.3, tick=15))
-    assert len(trails.segments(0.3)) == 8, "they have landed"
-    trails.update(Snapshot(time=0.7, tick=35))
-    assert trails.segments(0.7).shape == (0, 2, 3)
