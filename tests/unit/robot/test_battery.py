@@ -50,7 +50,7 @@ def test_brownout_enters_below_6_75_and_leaves_above_7_5():
 @pytest.mark.parametrize("h", [0.00125, 0.005, 0.02])
 def test_a_brown_out_lasts_for_a_heartbeat_and_the_tick_that_saw_it_tells(h):
     """The load vanishes at once, and the voltage with it comes back; motors stay off for 20 ms whatever the step is."""
-    battery = Battery(BatteryConfig(recovery_resistance=0.0, capacity_ah=1e9))
+    battery = Battery(BatteryConfig(recovery_resistance=0.0, capacity_ah=math.inf))
     begun = []
     battery.on_brownout = lambda: begun.append((battery.voltage, battery.current))
     for _ in range(3):
