@@ -27,7 +27,6 @@ _PIN_STEPS = 0.0025, 0.01  # [s], shortest and longest
 _HEAP_STEP = 0.005  # [s]; 100 balls, 7 deep: overlaps of 4 mm at 10 ms, 1.4 mm at 5 ms
 _LAYER_STEP = 0.01  # [s], for a second layer alone
 _HEAP_SIZE = 5  # pieces that lie on others; fewer get along with impacts
-_ROBOT_MIDDLE = 0.15  # [m], above the carpet
 _CHAIN = 1.0  # [m], from a robot's bumpers to the farthest piece that it can press against something
 _LOW = 1.0  # [m]; pieces above this are over the robots
 
@@ -159,14 +158,14 @@ class Pressing:
         return pinned, hit
 
     def _is_anything_near(self, robot: Footprint, robots: Sequence[Footprint]) -> bool:
-        """Whether the field or another robot is near enough to press pieces against it."""
+        """Whether the field or another robot may be near enough to press pieces against it."""
         reach = math.hypot(robot.half_length, robot.half_width) + _CHAIN
         if len(robots) > 1:
             for other in robots:
                 far = reach + math.hypot(other.half_length, other.half_width)
                 if other is not robot and math.hypot(other.x - robot.x, other.y - robot.y) < far:
                     return True
-        return bool(self._world.near_solid(np.array([[robot.x, robot.y, _ROBOT_MIDDLE]]), np.array([reach]))[0])
+        return not self._world.is_open(robot.x, robot.y, reach)
 
     def _is_held(self, slots: IntArray, pos: FloatArray, move: FloatArray) -> bool:
         """Whether one of some pieces can touch something solid within the tick."""
