@@ -324,7 +324,9 @@ class PhysicsWorld:
         """What else than the robot `row` and pieces has its bounding box in this box [m]."""
         found = Surroundings.OPEN
         if self._robots == [row] and self._boxes.is_clear(
-            0.5 * (low[0] + high[0]), 0.5 * (low[1] + high[1]), _FAT + 0.5 * math.hypot(high[0] - low[0], high[1] - low[1])
+            0.5 * (low[0] + high[0]),
+            0.5 * (low[1] + high[1]),
+            _FAT + 0.5 * math.hypot(high[0] - low[0], high[1] - low[1]),
         ):
             return found  # the engine need not be asked, which takes 50 times as long
         for other in self.engine.overlapping(low, high):

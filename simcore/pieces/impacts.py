@@ -147,9 +147,7 @@ class Impacts:
         """A ball was put elsewhere or given a velocity: what it was about to have is of no use."""
         self._pending.pop(slot, None)
 
-    def play(
-        self, h: float, slots: IntArray, centers: FloatArray, middle: FloatArray, twist: FloatArray
-    ) -> BoolArray:
+    def play(self, h: float, slots: IntArray, centers: FloatArray, middle: FloatArray, twist: FloatArray) -> BoolArray:
         """Play the impacts of the sub-step to come; those who have one are on their way already.
 
         Args:

@@ -26,7 +26,8 @@ _PIN_MOVE = 0.011  # [m] a step; at 4.5 m/s with 5 ms the center of a ball comes
 _PIN_STEPS = 0.0025, 0.01  # [s], shortest and longest
 _HEAP_STEP = 0.005  # [s]; 100 balls, 7 deep: overlaps of 4 mm at 10 ms, 1.4 mm at 5 ms
 _LAYER_STEP = 0.01  # [s], for a second layer alone
-_HEAP_SIZE = 5  # pieces that lie on others; fewer get along with impacts
+_HEAP_SIZE = 5  # pieces that lie on others, so near to one of them; fewer get along with impacts
+_HEAP_REACH = 0.5  # [m]
 _CHAIN = 1.0  # [m], from a robot's bumpers to the farthest piece that it can press against something
 _LOW = 1.0  # [m]; pieces above this are over the robots
 
@@ -104,13 +105,16 @@ class Pressing:
         self.is_sustained[slots] = sustained
 
     def _is_heap(self, upper: IntArray) -> bool:
-        """Whether enough pieces lie on others, those asleep counted, too."""
-        if len(upper) >= _HEAP_SIZE:
-            return True
+        """Whether enough pieces lie on others around one of these; those asleep count, too."""
         state = self._pool.state
         high = state.touchable & (state.pos[:, 2] > self._raised) & (state.status == PieceStatus.ASLEEP)
         high[upper] = True
-        return int(np.count_nonzero(high)) >= _HEAP_SIZE
+        if int(np.count_nonzero(high)) < _HEAP_SIZE:
+            return False
+        here, there = state.pos[upper], state.pos[high]
+        away2 = np.square(np.subtract.outer(here[:, 0], there[:, 0]))
+        away2 += np.square(np.subtract.outer(here[:, 1], there[:, 1]))
+        return bool(((away2 < _HEAP_REACH**2).sum(axis=1) >= _HEAP_SIZE).any())
 
     def _heap(self, calm: IntArray, upper: IntArray) -> IntArray:
         """Those of the calm pieces that touch one that lies on others, or one that does, and so on.

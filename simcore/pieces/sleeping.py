@@ -21,7 +21,6 @@ __all__ = ["SETTLE_PERIOD", "Sleeping"]
 SETTLE_PERIOD = 2
 """Ticks from one look for pieces that have come to rest to the next."""
 _AUDIT_PERIOD = 3  # readings of the sleepers
-_AUDIT_SIZE = 30  # sleepers stopped in each audit: all 408 within 2 s, at 20-35 us a tick
 _NEAR = 0.5
 """Cells in which sleepers are looked for around what moves [m]: two balls of 0.15 m, and then some."""
 _STIRRED = 2e-4  # [m]; a sleeper that the engine moved farther in two ticks is awake: 5 mm/s
@@ -58,7 +57,6 @@ class Sleeping:
         self._wake = wake
         self._slow = np.zeros(len(pool.rows), dtype=np.int64)  # ticks
         self._slow_speed = np.where(pool.is_ball, settings.slow_speed, _ROCKING)
-        self._audit_at = 0
         self._readings = 0
 
     def stir(self, slot: int) -> None:
@@ -125,9 +123,7 @@ class Sleeping:
         pushed = moved > _PUSHED
         self._pressing.stirred = still[pushed]
         if self._readings % _AUDIT_PERIOD == 0:
-            stopped = moved > 0.0
-            stopped[(np.arange(min(_AUDIT_SIZE, len(still))) + self._audit_at) % max(1, len(still))] = True
-            self._audit_at += _AUDIT_SIZE
+            stopped = moved > 0.0  # what the engine has awake never lies quite still
             doubtful = still[pushed]
             deep = doubtful[self.are_deep(doubtful)]
             for slot in deep.tolist():
