@@ -169,7 +169,7 @@ class Impacts:
         if len(near):
             played = balls
         else:
-            played = balls & self._may_meet(h, centers, middle, twist[:, 2], self._pool.radius[slots])
+            played = balls & self._may_meet(h, centers, middle, self._pool.radius[slots])
             if not played.any():
                 return taken
         spin = twist[:, 3:]
@@ -186,16 +186,9 @@ class Impacts:
             taken = np.array([slot in flying and flying[slot].touched for slot in slots.tolist()])
         return taken
 
-    def _may_meet(
-        self, h: float, center: FloatArray, vel: FloatArray, rise: FloatArray, radius: FloatArray
-    ) -> BoolArray:
-        """Which balls can meet the floor or an element of the field in a sub-step, shape (n,).
-
-        Those that roll on the floor are left to the engine: they do not fall on it.
-        """
-        height = center[:, 2] - radius
-        falls = rise * rise + 2.0 * self._world.gravity * np.maximum(height, 0.0) > _LEAST_APPROACH**2
-        on_floor = falls & (height + np.minimum(vel[:, 2], 0.0) * h < _SKIN)
+    def _may_meet(self, h: float, center: FloatArray, vel: FloatArray, radius: FloatArray) -> BoolArray:
+        """Which balls can meet the floor or an element of the field in a sub-step, shape (n,)."""
+        on_floor = center[:, 2] + np.minimum(vel[:, 2], 0.0) * h < radius + _SKIN
         speed = np.sqrt(np.einsum("ij,ij->i", vel, vel))
         return on_floor | self._world.near_field(center, radius + speed * h + _SKIN)
 
