@@ -416,7 +416,7 @@ class GamePieceManager:
             self._recover(awake, now)
         self._tick += 1
         if self._tick % 2:
-            self._sleeping.read()
+            self._sleeping.read(state.pos[awake], self._robots)
 
     def settle(self) -> None:
         """Put to sleep what has been slow for long enough; looks at every second tick, which costs half."""
