@@ -29,7 +29,7 @@ class Ideal(SwerveDrive):
         self.number = 0
         self.chassis = self.drive = self
         self.intakes = [SimpleNamespace(zone=SimpleNamespace(y_max=0.33))]
-        self.shooters, self.mechanisms, self.held = [], {}, []
+        self.shooters, self.mechanisms, self.setpoints, self.held = [], {}, {}, []
         self.storage = SimpleNamespace(room=1)
         self.__dict__["config"] = SimpleNamespace(intakes=())
 
