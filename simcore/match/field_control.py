@@ -12,16 +12,17 @@ import threading
 from collections import deque
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import Any, Protocol
 
 import numpy as np
 
 from simcore.errors import CapacityError, ConfigError, SimcoreError
 from simcore.geometry.symmetry import Pose
+from simcore.match.clock import Mode
+from simcore.match.game import MatchState
 from simcore.match.starts import require_free_place, require_on_field
-
-if TYPE_CHECKING:
-    from simcore.match.match import Match
+from simcore.physics.world import PhysicsWorld
+from simcore.robot.robot import Controller
 
 __all__ = ["CommandResult", "FieldControl"]
 
@@ -49,6 +50,28 @@ class CommandResult:
         return f"{self.number} {'done' if self.is_done else 'refused'}: {self.text}"
 
 
+class ControlledMatch(MatchState, Protocol):
+    """A match that people act on."""
+
+    world: PhysicsWorld
+
+    def reset_field(self) -> None:
+        """Let pieces, score and rules begin anew."""
+
+    def start_mode(self, mode: Mode) -> None:
+        """Let the match clock follow a mode that begins."""
+
+    def set_controller(self, number: int, controller: Controller | None) -> None:
+        """Choose what commands a robot."""
+
+    def start_pose(self, number: int) -> Pose:
+        """Where a robot starts, field frame [m, m, rad]."""
+        ...
+
+    def carry_to(self, number: int, pose: Pose) -> None:
+        """Put a robot somewhere at rest."""
+
+
 class FieldControl:
     """The commands to one match; `Match.control`.
 
@@ -68,7 +91,7 @@ class FieldControl:
         1 done: robot 0 stands at (5.00, 3.00) m, 0 deg
     """
 
-    def __init__(self, match: Match) -> None:
+    def __init__(self, match: ControlledMatch) -> None:
         self._match = match
         self._lock = threading.Lock()
         self._queue: deque[tuple[int, str, Callable[[], str]]] = deque()

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import logging
-from typing import TYPE_CHECKING
+from collections.abc import Callable, Mapping
 
-if TYPE_CHECKING:
-    from simcore.robot.robot import Robot
+from simcore.robot.battery import Battery
 
 __all__ = ["BrownoutLog"]
 
@@ -21,22 +20,24 @@ class BrownoutLog:
     """Notes the brown-outs of one robot as they begin, and tells of them after the tick.
 
     Args:
-        robot: Whose battery is watched.
+        number: Of the robot.
+        battery: That is watched.
+        consumers: What each consumer draws now, by name [A].
     """
 
-    def __init__(self, robot: Robot) -> None:
-        self._robot = robot
+    def __init__(self, number: int, battery: Battery, consumers: Callable[[], Mapping[str, float]]) -> None:
+        self._number = number
+        self._battery = battery
+        self._consumers = consumers
         self._first = ""  # in the present tick, in words
         self._last = -_SERIES
-        robot.battery.on_brownout = self._note
+        battery.on_brownout = self._note
 
     def _note(self) -> None:
         if self._first:
             return
-        robot, battery = self._robot, self._robot.battery
-        drawn = {name: m.supply_current for name, m in robot.mechanisms.items()}
-        drawn["drive"] = battery.current - robot.drive.other_current
-        largest = sorted(drawn.items(), key=lambda one: -one[1])[:_MOST]
+        battery = self._battery
+        largest = sorted(self._consumers().items(), key=lambda one: -one[1])[:_MOST]
         named = ", ".join(f"{name} {amps:.0f} A" for name, amps in largest if amps > _LEAST)
         self._first = f"{battery.voltage:.1f} V with {battery.current:.0f} A" + (f", {named}" if named else "")
 
@@ -47,15 +48,15 @@ class BrownoutLog:
         if time - self._last >= _SERIES:
             _log.warning(
                 "robot %d: brown-out at %.1f s: %s; motors are off until %.1f V are back",
-                *(self._robot.number, time, self._first, self._robot.battery.config.recovered_voltage),
+                *(self._number, time, self._first, self._battery.config.recovered_voltage),
             )
         self._first, self._last = "", time
 
     def tell_total(self) -> None:
         """At the end of a run: how many there were, if any."""
-        battery = self._robot.battery
+        battery = self._battery
         if battery.brownouts:
             _log.warning(
                 "robot %d: %d brown-outs in this run, %.2f s without motors; lowest %.1f V",
-                *(self._robot.number, battery.brownouts, battery.off_time, battery.min_voltage),
+                *(self._number, battery.brownouts, battery.off_time, battery.min_voltage),
             )

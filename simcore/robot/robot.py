@@ -102,7 +102,7 @@ class Robot:
         """What robot code's lights show, by their name: 0xRRGGBB of each LED, shape (n,); for telemetry."""
         self.light_requests: dict[str, str] = {}
         """The same in words, of those that have them."""
-        self.brownouts = BrownoutLog(self)
+        self.brownouts = BrownoutLog(number, self.battery, self._consumers)
         """Tells of brown-outs."""
         self.setpoints: dict[str, float] = {}
         """What a closed loop wants of a mechanism, by its telemetry name and quantity, e.g. `HoodPositionRot`."""
@@ -190,6 +190,11 @@ class Robot:
     def remove_estimated_mechanism(self, mechanism: ShaftSim) -> None:
         """Step a mechanism no more that `add_estimated_mechanism` added."""
         self._estimated.remove(mechanism)
+
+    def _consumers(self) -> dict[str, float]:
+        """What each mechanism and the drive take from the battery [A]."""
+        drawn = {name: mechanism.supply_current for name, mechanism in self.mechanisms.items()}
+        return drawn | {"drive": self.battery.current - self.drive.other_current}
 
     # --- pieces ---------------------------------------------------------------------------------------------------
 
