@@ -179,10 +179,11 @@ def _facts(track: RunTrack, taken: int) -> list[tuple[str, str]]:
         if len(path):
             driven = float(np.linalg.norm(np.diff(path[:, :2], axis=0), axis=1).sum())
             facts.append((f"driven{' by robot 0' if several else ''}", f"{driven:.1f} m"))
-        volts = f"{scene.robots[0].prefix}/Debug/BatteryVoltage"
+        battery = f"{scene.robots[0].prefix}/Debug/BatteryVoltage"
+        volts = f"{battery}Min" if recording.has(f"{battery}Min") else battery  # logs of old versions have one only
         if recording.has(volts):
             whose = " of robot 0" if several else ""
-            facts.append((f"battery{whose}, lowest of all ticks", f"{recording.series(volts)[1].min():.2f} V"))
+            facts.append((f"lowest battery voltage{whose}", f"{recording.series(volts)[1].min():.2f} V"))
     if len(recording):
         facts.append(("simulated", f"{track.span[1]:.2f} s"))
     return facts
