@@ -166,7 +166,8 @@ def _add_robot(rows: _Rows, robot: Robot, alliance: Alliance) -> None:
     rows.booleans[f"{prefix}/Robot/IsAirborne"] = ground.is_airborne
     rows.booleans[f"{prefix}/Robot/IsRed"] = alliance == "red"
     rows.doubles[f"{prefix}/Robot/WheelSlip"] = robot.drive.wheel_slip
-    px, py, yaw = robot.estimated_pose or robot.odometry.pose
+    # To 1 mm and 1 mrad: a gyro's noise would change it in every tick of a robot that stands.
+    px, py, yaw = (round(value, 3) for value in robot.estimated_pose or robot.odometry.pose)
     estimate = np.array((px, py, 0.0, math.cos(0.5 * yaw), 0.0, 0.0, math.sin(0.5 * yaw)))
     rows.poses[f"{prefix}/Robot/EstimatedPose"] = _rounded(estimate)
     rows.integers[f"{prefix}/Intake/HeldCount"] = held

@@ -5,7 +5,6 @@ The wall clock is read here, for the figures of the report; no time of it reache
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -14,12 +13,12 @@ from typing import Any
 
 import numpy as np
 
-from simcore.errors import ConfigError
 from simcore.match.digest import TickTimer
 from simcore.match.game import Auto, Game, RobotEntry
 from simcore.match.match import Match
 from simcore.match.report import RunReport, Spread
 from simcore.match.scoring import Alliance
+from simcore.quantities import DURATION, require
 from simcore.robot.robot_config import RobotConfig
 from simcore.telemetry.snapshot import Snapshot, TelemetrySink
 from simcore.typing import FloatArray
@@ -81,8 +80,7 @@ def play_auto(
     """
     chosen = auto if isinstance(auto, Auto) else game.auto(auto)
     length = seconds if seconds is not None else auto_seconds(game)
-    if not (math.isfinite(length) and length > 0.0):
-        raise ConfigError(f"seconds must be finite and > 0, got {seconds}")
+    require("an auto", "seconds", length, DURATION)
     entry = RobotEntry(alliance=alliance, start=chosen.start, preload=chosen.preload, config=robot)
     start = perf_counter()
     try:

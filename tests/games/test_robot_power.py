@@ -92,7 +92,7 @@ def test_full_speed_at_once_starts_any_robot_and_tells_of_brown_outs(limits, bat
     assert gone > way
     lowest = min(snapshot.doubles["Sim/Debug/BatteryVoltageMin"] for snapshot in log.snapshots)
     low_ticks = [snapshot.booleans["Sim/Debug/BrownedOut"] for snapshot in log.snapshots]
-    assert lowest == spent.min_voltage
+    assert lowest == pytest.approx(spent.min_voltage, abs=5e-4)  # telemetry rounds to 1 mV
     said = [record.getMessage() for record in caplog.records if "brown-out" in record.getMessage()]
     if not has_brownouts:
         assert spent.brownouts == 0 and not any(low_ticks) and lowest > 6.75 and said == []
