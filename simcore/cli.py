@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 from simcore import __version__
-from simcore.errors import SimcoreError
+from simcore.errors import SimcoreError, UnknownNameError
 from simcore.start_errors import print_error
 
 __all__ = ["COMMANDS", "Command", "main"]
@@ -76,7 +76,11 @@ def _run(words: list[str], program: str) -> int:
             module = importlib.import_module(command.module)
             module.add_arguments(subparser)
             subparser.set_defaults(run=module.run)
-    args = parser.parse_args(words)
+    if words and not words[0].startswith("-") and words[0] not in COMMANDS:
+        parser.error(str(UnknownNameError("command", words[0], COMMANDS)))
+    args, unknown = parser.parse_known_args(words)
+    if unknown:
+        subparsers.choices.get(args.command, parser).error(f"unrecognized arguments: {' '.join(unknown)}")
     if args.command is None:
         parser.print_help()
         return 0

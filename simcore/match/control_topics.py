@@ -14,7 +14,7 @@ from typing import Any
 
 import ntcore
 
-from simcore.errors import SimcoreError
+from simcore.errors import ConfigError, SimcoreError
 from simcore.match.match import Match
 
 __all__ = ["TABLE", "ControlTopics"]
@@ -108,10 +108,16 @@ class ControlTopics:
             self._control.refuse(f"do what {TABLE}/{name} asks for", str(error))
 
     def _place_at(self, value: Any) -> None:
-        self._control.place_robot(_pose_of(value), self._robot)
+        pose = _pose_of(value)
+        if pose is None:
+            raise ConfigError(f"a pose is x, y [m] and heading [deg], three numbers; got {_array_of(value)}")
+        self._control.place_robot(pose, self._robot)
 
     def _spawn_at(self, kind: str, value: Any) -> None:
-        self._control.spawn(kind, _places_of(value))
+        numbers = _array_of(value)
+        if len(numbers) % 2:
+            raise ConfigError(f"places are pairs x, y [m]; got {len(numbers)} numbers, {numbers}")
+        self._control.spawn(kind, [numbers[k : k + 2] for k in range(0, len(numbers), 2)])
 
     def _tell(self) -> None:
         control = self._control
@@ -156,18 +162,15 @@ class ControlTopics:
         return lambda: str(selected.get())
 
 
-def _pose_of(value: Any) -> object:
-    """x, y [m] and heading [rad] of a `Pose2d`, or of an array with degrees in the third place, as `Field2d` has it."""
+def _pose_of(value: Any) -> tuple[float, ...] | None:
+    """x, y [m] and heading [rad] of a `Pose2d`, or of an array with degrees in the third place, as `Field2d` has it.
+
+    None where it is neither.
+    """
     if value.isRaw() and len(value.getRaw()) == _POSE2D.size:
         return _POSE2D.unpack(value.getRaw())
     numbers = _array_of(value)
-    return (*numbers[:2], math.radians(numbers[2])) if len(numbers) == 3 else numbers
-
-
-def _places_of(value: Any) -> list[list[float]]:
-    """Pairs x, y of an array of numbers [m]."""
-    numbers = _array_of(value)
-    return [numbers[k : k + 2] for k in range(0, len(numbers), 2)]
+    return (*numbers[:2], math.radians(numbers[2])) if len(numbers) == 3 else None
 
 
 def _array_of(value: Any) -> list[float]:

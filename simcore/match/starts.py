@@ -138,7 +138,8 @@ def require_on_field(robot: Robot, pose: Pose, field_size: tuple[float, float], 
     (x, y, _), (length, width) = pose, field_size
     if not (0.0 <= x <= length and 0.0 <= y <= width):
         problem = f"starts outside of the field of {length:g} x {width:g} m, at {_place(x, y, as_blue)}"
-        raise StartError(robot.number, problem, "a start is in meters from the blue corner, as a blue robot")
+        hint = "" if as_blue is None else ", as a blue robot"
+        raise StartError(robot.number, problem, f"places are in meters from the blue corner{hint}")
 
 
 def require_free_place(

@@ -15,7 +15,9 @@ from typing import Any
 from phoenix6.sim import CANcoderSimState, CANdiSimState, Pigeon2SimState, TalonFXSimState, TalonFXSSimState
 from phoenix6.status_code import StatusCode
 
-__all__ = ["Ownership", "own_writer"]
+from simcore.errors import ConfigError
+
+__all__ = ["DRIVETRAIN", "Ownership", "own_writer"]
 
 _log = logging.getLogger(__name__)
 
@@ -54,6 +56,10 @@ def own_writer(state: Any, name: str) -> Any:
     return inspect.unwrap(getattr(type(state), name)).__get__(state)
 
 
+DRIVETRAIN = "drivetrain"
+"""Who owns the devices of the drivetrain."""
+
+
 class Ownership:
     """Wraps the setters when it is created; create one per program, before the robot is built."""
 
@@ -67,7 +73,18 @@ class Ownership:
                 setattr(cls, name, self._watched(model, inspect.unwrap(getattr(cls, name))))
 
     def claim(self, key: Key, owner: str) -> None:
-        """Let only physics write this device from now on; `owner` is its name in messages."""
+        """Let only physics write this device from now on; `owner` is its name in messages.
+
+        Raises:
+            ConfigError: It is a mechanism's and the drivetrain's.
+        """
+        before = self._claimed.get(key, owner)
+        if before != owner and DRIVETRAIN in (before, owner):
+            mechanism = before if owner == DRIVETRAIN else owner
+            raise ConfigError(
+                f"mechanism {mechanism!r}: {key[0]} {key[1]} is the drivetrain's; "
+                "give the device that moves the mechanism"
+            )
         self._claimed[key] = owner
 
     def may_write(self, key: Key) -> bool:

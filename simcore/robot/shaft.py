@@ -196,7 +196,7 @@ class ShaftSim:
             charge, energy = self._run_free(volts, dt)
         else:
             charge, energy = self._run_in_pieces(volts, dt)
-        if self.volts == 0.0 and self._load == 0.0 and -_REST < self.velocity < _REST:
+        if -_REST < self.velocity < _REST:
             self.velocity = 0.0
         motors = self.motors
         self.current = motors * charge / dt

@@ -20,7 +20,9 @@ from simcore.quantities import (
     ROBOT_PLACE,
     SLIP_SPEED,
     VOLTAGE_OR_NONE,
+    require,
     require_fields,
+    require_row,
 )
 from simcore.robot.dc_motor import MotorModel, controller_limits, motor
 
@@ -45,15 +47,22 @@ _USUAL_MODULE = {
     "slip_ratio": (0.001, 0.15),
     "slip_speed": (1e-4, 0.1),
 }
+_POUND = 0.45359237  # [kg]
 _USUAL_ROBOT = {"mass": (10.0, 80.0), "yaw_inertia": (0.3, 20.0)}
 
 
 def _unusual(owner: str, config: object, usual: dict[str, tuple[float, float]]) -> list[str]:
     return [
         f"{owner}: {name} = {getattr(config, name):g} is outside the usual {low:g} to {high:g}"
+        + (f" kg; as pounds that is {_POUND * getattr(config, name):.1f} kg" if _is_in_pounds(name, config) else "")
         for name, (low, high) in usual.items()
         if not low <= getattr(config, name) <= high
     ]
+
+
+def _is_in_pounds(name: str, config: object) -> bool:
+    low, high = _USUAL_ROBOT["mass"]
+    return name == "mass" and low <= _POUND * getattr(config, name) <= high
 
 
 def _limits(stator: float | None, supply: float | None, model: MotorModel) -> tuple[float, float]:
@@ -63,6 +72,8 @@ def _limits(stator: float | None, supply: float | None, model: MotorModel) -> tu
 
 def plate_inertia(mass: float, length: float, width: float) -> float:
     """Yaw inertia of a uniform rectangle [kg m^2]: m (a^2 + b^2) / 12."""
+    require("robot", "mass", mass, MASS)
+    require_row("robot", "bumper (length and width)", (length, width), (ROBOT_LENGTH, ROBOT_LENGTH))
     return mass * (length * length + width * width) / 12.0
 
 

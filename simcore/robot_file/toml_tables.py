@@ -45,6 +45,8 @@ def read_tables(path: Path) -> Table:
         raise ConfigError(f"{path.name}: is no valid TOML: {error}") from error
     except RecursionError as error:
         raise ConfigError(f"{path.name}: is nested too deep: lists or tables in each other") from error
+    except ConfigError:
+        raise
     except ValueError as error:  # the parser hands numbers to int(), which refuses thousands of digits
         raise ConfigError(f"{path.name}: has a number that is too long ({error})") from error
     return Table(data, path.name)

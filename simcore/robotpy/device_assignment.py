@@ -9,7 +9,7 @@ from typing import Protocol
 
 from simcore.errors import ConfigError
 from simcore.phoenix6.built_devices import clashes
-from simcore.phoenix6.ownership import Ownership
+from simcore.phoenix6.ownership import DRIVETRAIN, Ownership
 from simcore.robot.motor_controllers import BuiltDevice, FollowerGroup
 from simcore.robot.shaft import ShaftSim
 from simcore.robot_file.robot_settings import RobotSettings
@@ -95,7 +95,7 @@ class DeviceAssignment:
         self._ticks = 0
         self._has_decided = False
         for key in drivetrain:
-            ownership.claim(key, "drivetrain")
+            ownership.claim(key, DRIVETRAIN)
         self._guesses = self._guess()
 
     def after_tick(self, *, has_seen_loops: bool = True) -> None:

@@ -76,7 +76,8 @@ def charts_of(track: RunTrack) -> list[Chart]:
     ]
     held = _curves(recording, each("Intake/HeldCount", "in the robot"), is_stepped=True)
     work = [(f"awake {pieces}", "Sim/Performance/AwakePieces"), ("sub-steps", "Sim/Performance/SubSteps")]
-    volts = _curves(recording, each("Debug/BatteryVoltage", "at its terminals"))
+    volts = _curves(recording, each("Debug/BatteryVoltageMin", "lowest of each tick"))
+    volts = volts or _curves(recording, each("Debug/BatteryVoltage", "at its terminals"))  # logs of old versions
     slips = _curves(recording, each("Robot/WheelSlip", "fastest"))
     charts = [
         Chart(title="Score", unit="points", curves=score),

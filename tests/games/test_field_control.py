@@ -171,7 +171,7 @@ def test_a_dashboard_does_the_same_over_networktables():
         assert done(4).startswith("4 done: 1 Fuel put down at (6.5")
         spawn = table.getDoubleArrayTopic("Spawn/Fuel").publish()
         spawn.set([3.0, 6.0, 3.5])
-        assert "x, y [m], got [3.5]" in done(5)
+        assert "pairs x, y [m]; got 3 numbers" in done(5)
         spawn.set([3.0, 6.0, 3.5, 6.0])
         assert done(6) == "6 done: 2 Fuel put down from (3.00, 6.00) m on"
         assert client.getEntry("/Sim/Control/Auto/.type").getString("") == "String Chooser"
