@@ -137,6 +137,8 @@ class StagedPieces:
     """Name of their kind."""
     positions: FloatArray = dataclasses.field(default_factory=lambda: np.zeros((0, 3)))
     """Centers of those on the field, as the blue alliance sees it, field frame [m], shape (n, 3)."""
+    attitudes: FloatArray | None = None
+    """Of those, unit quaternions x, y, z, w, as the blue alliance sees them, shape (n, 4); None: upright."""
     off_field: int = 0
     """How many wait off the field, e.g. with a human player."""
 

@@ -496,10 +496,12 @@ class Match:
         is_flipped = self.entries[0].alliance == "red"
         for some in self.game.staging(rng, self.entries):
             positions = np.asarray(some.positions, dtype=np.float64).reshape(-1, 3)
+            attitudes = some.attitudes
             if is_flipped:
                 positions = self.game.field.symmetry.flip_points(positions)
+                attitudes = None if attitudes is None else self.game.field.symmetry.flip_attitudes(attitudes)
             if len(positions):
-                self.pieces.spawn(some.kind, positions)
+                self.pieces.spawn(some.kind, positions, attitudes)
             self.pieces.stage(some.kind, some.off_field)
 
     def _preload(self, robot: Robot, entry: RobotEntry) -> None:

@@ -19,6 +19,7 @@ from simcore.errors import ConfigError, NonFiniteError, UnknownNameError, requir
 from simcore.geometry.rotation import IDENTITY, Quaternion, Vector
 from simcore.physics.engine import BodyDefinition, Engine, RayHits
 from simcore.physics.engine_choice import make_engine
+from simcore.physics.mass_properties import mass_properties, principal_axes
 from simcore.physics.nearness import StaticBoxes
 from simcore.physics.rolling import FloorRolling
 from simcore.physics.shapes import Box, HalfSpace, Shape, Sphere
@@ -259,14 +260,21 @@ class PhysicsWorld:
     def add_piece_body(
         self, name: str, shape: Shape, *, mass: float, surface: TerrainSurface, pos: Sequence[float]
     ) -> int:
-        """Add the body of a game piece, awake and touchable; returns its engine row."""
+        """Add the body of a game piece, awake and touchable; returns its engine row.
+
+        Its mass is spread evenly; the origin of its shape must be its center of mass.
+        """
         require_positive(name, "mass", mass, "kg")
-        group = CollisionGroup.BALL if isinstance(shape, Sphere) else CollisionGroup.BLOCK
+        is_ball = isinstance(shape, Sphere)
+        moments, axes = (None, IDENTITY) if is_ball else principal_axes(mass * mass_properties(shape).inertia)
+        group = CollisionGroup.BALL if is_ball else CollisionGroup.BLOCK
         row = self.engine.add_body(
             BodyDefinition(
                 shape=shape,
-                surface=replace(surface, rolling=0.0) if group == CollisionGroup.BALL else surface,
+                surface=replace(surface, rolling=0.0) if is_ball else surface,
                 mass=mass,
+                inertia=moments,
+                inertia_axes=axes,
                 pos=_checked_pos(name, pos),
                 group=group,
                 mask=CollisionGroup.STATIC | CollisionGroup.PIECE | CollisionGroup.ROBOT,

@@ -16,6 +16,7 @@ import numpy as np
 from simcore.errors import CapacityError, ConfigError, NonFiniteError, UnknownNameError
 from simcore.geometry.rotation import IDENTITY, Quaternion
 from simcore.physics.world import PhysicsWorld
+from simcore.pieces.approach import Approach
 from simcore.pieces.flight_forces import FlightForces
 from simcore.pieces.free_places import free_place
 from simcore.pieces.impacts import Impacts
@@ -69,6 +70,7 @@ class GamePieceManager:
         self._chunk = np.zeros(n, dtype=np.int64)
         self._guarded = np.zeros(n, dtype=bool)  # within reach of a moving robot: may not sleep
         self._impacts = Impacts(world, self._pool, self._wake)
+        self._approach = Approach(world, self._pool)
         self._flight = FlightForces(world, self._pool, self._impacts)
         self._pressing = Pressing(world, self._pool)
         self._sleeping = Sleeping(world, self._pool, self._pressing, self._p, self._wake)
@@ -98,35 +100,54 @@ class GamePieceManager:
         self.total += len(slots)
         return slots
 
-    def spawn(self, name: str, positions: FloatArray) -> IntArray:
+    def spawn(self, name: str, positions: FloatArray, attitudes: FloatArray | None = None) -> IntArray:
         """Put new pieces on the field; those that stand on the carpet sleep at once. Returns their slots.
+
+        Args:
+            name: Of their kind.
+            positions: Centers, field frame [m], shape (n, 3).
+            attitudes: Unit quaternions x, y, z, w, shape (n, 4); None: upright, as the shape of the kind is.
 
         Raises:
             UnknownNameError: No such type.
             CapacityError: The pool is too small.
-            NonFiniteError: A place is not finite; nothing is spawned.
+            ConfigError: An attitude is no unit quaternion.
+            NonFiniteError: A place is not finite. In each case nothing is spawned.
         """
         positions = np.asarray(positions, dtype=float).reshape(-1, 3)
         if not np.isfinite(positions).all():
             raise NonFiniteError(f"{name}: spawn positions must be finite [m]")
+        quats = _quaternions(name, attitudes, len(positions))
         slots = self.stage(name, len(positions))
-        self.release(slots, positions)
+        self._release(slots, positions, quats)
         return slots
 
-    def release(self, slots: IntArray, positions: FloatArray) -> None:
+    def release(self, slots: IntArray, positions: FloatArray, attitudes: FloatArray | None = None) -> None:
         """Put pieces on the field, at rest, wherever they are now.
 
+        Args:
+            slots: Which ones.
+            positions: Centers, field frame [m], shape (n, 3).
+            attitudes: Unit quaternions x, y, z, w, shape (n, 4); None: upright.
+
         Raises:
-            ConfigError: A slot holds no piece.
+            ConfigError: A slot holds no piece, or an attitude is no quaternion.
             NonFiniteError: A place is not finite. Either way nothing has changed.
         """
         self._require("release", slots, _ALL, positions)
+        self._release(slots, positions, _quaternions("release", attitudes, len(slots)))
+
+    def _release(self, slots: IntArray, positions: FloatArray, quats: list[Quaternion]) -> None:
         self._pressing.release(slots)
-        for slot, pos in zip(slots.tolist(), positions.tolist(), strict=True):
+        for slot, pos, quat in zip(slots.tolist(), positions.tolist(), quats, strict=True):
             config = self._pool.types[self.state.kind[slot]]
-            standing = abs(pos[2] - config.rest_height) < 0.002
+            if quat == IDENTITY:
+                standing = abs(pos[2] - config.rest_height) < 0.002
+            else:
+                standing = abs(pos[2] - config.rest_height_at(quat)) < 0.002
+            standing = standing and (self._pool.is_ball[slot] or config.stands_at(quat))
             self._wake_leaning(slot)
-            self._pool.place(slot, (pos[0], pos[1], pos[2]), touchable=not standing)
+            self._pool.place(slot, (pos[0], pos[1], pos[2]), touchable=not standing, quat=quat)
             self.state.status[slot] = _AWAKE
             self.state.holder[slot] = -1
             self._sleeping.stir(slot)
@@ -347,14 +368,22 @@ class GamePieceManager:
         if now is not awake:
             speed = np.sqrt(np.einsum("ij,ij->i", state.vel[now], state.vel[now]))
         self._pressing.begin_tick(now, speed, robots, dt)
+        if self._approach.has_fine:
+            self._approach.begin_tick(now)
         return float(speed.max()) + fall if len(speed) else 0.0
 
     def before_substep(self, h: float) -> None:
         """Push on flying pieces: drag and lift, for the next sub-step of h [s]."""
+        if self._approach.is_needed:
+            self._approach.finish()
         self._flight.push(h)
+        if self._approach.is_needed:
+            self._approach.begin_step(h, self._awake_rows)
 
     def gather(self, dt: float) -> None:
         """After the engine moved: read where the awake pieces are, once."""
+        if self._approach.is_needed:
+            self._approach.finish()
         state = self.state
         awake = self.awake
         if len(awake):
@@ -492,3 +521,13 @@ class GamePieceManager:
             field_size=self._field_size,
         )
         self.release(np.array([slot]), np.array([place]))
+
+
+def _quaternions(what: str, attitudes: FloatArray | None, count: int) -> list[Quaternion]:
+    """Unit quaternions x, y, z, w of some pieces, checked."""
+    if attitudes is None:
+        return [IDENTITY] * count
+    rows = np.asarray(attitudes, dtype=float)
+    if rows.shape != (count, 4) or not np.allclose(np.linalg.norm(rows, axis=-1), 1.0, atol=1e-6):
+        raise ConfigError(f"{what}: {count} unit quaternions x, y, z, w are needed as attitudes, got {attitudes}")
+    return [(x, y, z, w) for x, y, z, w in rows.tolist()]

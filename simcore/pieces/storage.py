@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 from simcore.errors import CapacityError, ConfigError, require_finite, require_non_negative
-from simcore.geometry.rotation import Vector
+from simcore.geometry.rotation import IDENTITY, Quaternion, Vector
 
 __all__ = ["Storage", "StorageConfig"]
 
@@ -26,6 +26,8 @@ class StorageConfig:
     """Smallest corner of the room, robot frame [m]."""
     high: Vector = (0.15, 0.25, 0.50)
     """Largest corner [m]."""
+    attitude: Quaternion = IDENTITY
+    """Of the pieces in it, robot frame, x, y, z, w; a shot piece leaves with it."""
 
     def __post_init__(self) -> None:
         require_non_negative("StorageConfig", "capacity", self.capacity)
@@ -33,6 +35,8 @@ class StorageConfig:
             raise ConfigError(f"StorageConfig: capacity must be a whole number, got {self.capacity!r}")
         if self.order not in ("fifo", "lifo"):
             raise ConfigError(f"StorageConfig: order must be 'fifo' or 'lifo', got {self.order!r}")
+        if not math.isclose(math.hypot(*self.attitude), 1.0, abs_tol=1e-6):
+            raise ConfigError(f"StorageConfig: attitude must be a unit quaternion x, y, z, w, got {self.attitude}")
         for low, high in zip(self.low, self.high, strict=True):
             require_finite("StorageConfig", "low", low, "m")
             require_finite("StorageConfig", "high", high, "m")

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from simcore.errors import ConfigError, require_positive
-from simcore.physics.shapes import Cylinder, Sphere
+from simcore.physics.shapes import Cylinder, Sphere, bounding_box
 from simcore.pieces.kinds import GamePieceConfig
 from simcore.telemetry.snapshot import robot_prefix
 from simcore.typing import FloatArray
@@ -211,7 +211,9 @@ def piece_look(kind: GamePieceConfig) -> PieceLook:
         return PieceLook(radius=shape.radius, color=kind.color)
     if isinstance(shape, Cylinder):
         return PieceLook(size=(2.0 * shape.radius, 2.0 * shape.radius, shape.height), color=kind.color)
-    return PieceLook(size=shape.size, color=kind.color)
+    low, high = bounding_box(shape)
+    length, width, height = (high - low).tolist()
+    return PieceLook(size=(length, width, height), color=kind.color)
 
 
 def bare_scene(game: Game) -> Scene:
