@@ -133,7 +133,7 @@ class Engine(Protocol):
         ...
 
     def free_share(self, row: int, h: float) -> float:
-        """Share of a step of h [s] in which a body goes on without touching anything; 1 if it meets nothing.
+        """Share of a step of h [s] in which a body goes on without touching a static; 1 if it meets none.
 
         Not asked of an engine that `is_exact`: there nothing gets into anything else.
         """

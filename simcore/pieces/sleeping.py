@@ -101,6 +101,8 @@ class Sleeping:
         near = (np.einsum("ijk,ijk->ij", away, away) < reach * reach) & (slots[:, None] != others[None, :])
         deep: BoolArray = (near & self._pool.is_ball[others]).any(axis=1) & self._pool.is_ball[slots]
         doubtful |= near.any(axis=1)
+        if self._has_others:
+            doubtful |= ~self._pool.is_ball[slots]
         for number in np.nonzero(doubtful & ~deep)[0].tolist():
             deep[number] = world.engine.overlap(self._pool.rows[int(slots[number])]) > _DEEP
         return deep
