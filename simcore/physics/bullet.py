@@ -284,15 +284,15 @@ class BulletEngine:
         for row, twist in zip(rows, twists.tolist(), strict=True):
             put(ids[row], twist[:3], twist[3:], client)
 
-    def apply_forces(self, rows: Sequence[int], forces: FloatArray) -> None:
+    def apply_forces(self, rows: Sequence[int], forces: FloatArray, centers: FloatArray | None = None) -> None:
         """Forces at the centers of mass [N], shape (n, 3), field frame, for the next `step` only.
 
         In the link frame with position 0, the force acts at the center of mass but is given in body axes; in the
         world frame it acts at a world point. We use the second with the body's own center.
         """
         p, client, ids = self._p, self._open(), self._ids
-        boxes = self.centers(rows).tolist()
-        for row, force, center in zip(rows, forces.tolist(), boxes, strict=True):
+        there = (self.centers(rows) if centers is None else centers).tolist()
+        for row, force, center in zip(rows, forces.tolist(), there, strict=True):
             p.applyExternalForce(ids[row], -1, force, center, p.WORLD_FRAME, client)
 
     def wake(self, row: int) -> None:

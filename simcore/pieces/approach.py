@@ -41,7 +41,7 @@ class Approach:
         self._pool = pool
         self._is_fine = np.array([_needs_fine_steps(kind.shape) for kind in pool.types], dtype=bool)[pool.state.kind]
         limits = [_PARTS if isinstance(kind.shape, Compound) else _PLAIN for kind in pool.types]
-        self._move, self._shortest = np.array(limits)[pool.state.kind].T
+        self._move, self._shortest = np.array(limits).reshape(-1, 2)[pool.state.kind].T
         self.has_fine = bool(self._is_fine.any())
         """Whether there are pieces that need short steps while they move."""
         self._others = {row for row, ball in zip(pool.rows, pool.is_ball.tolist(), strict=True) if not ball}
