@@ -129,14 +129,12 @@ class TelemetryLog:
 
     @property
     def span(self) -> tuple[float, float]:
-        """First and last time of anything that moves, else of anything at all [s]."""
-        columns = [c for c in self.columns.values() if c.type in (POSE_TYPE, POSE_ARRAY_TYPE)] or [
-            *self.columns.values()
-        ]
-        columns = [c for c in columns if len(c)]
+        """From the first pose, if there is one, to the last value of all: poses at rest are logged no more [s]."""
+        columns = [c for c in self.columns.values() if len(c)]
         if not columns:
             return 0.0, 0.0
-        return min(float(c.times[0]) for c in columns), max(float(c.times[-1]) for c in columns)
+        moving = [c for c in columns if c.type in (POSE_TYPE, POSE_ARRAY_TYPE)] or columns
+        return min(float(c.times[0]) for c in moving), max(float(c.times[-1]) for c in columns)
 
     def column(self, key: str) -> LogColumn:
         """The column of a key.

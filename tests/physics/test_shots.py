@@ -35,7 +35,7 @@ def robot(*, forward=0.3, height=0.6, elevation=0.9, turret=False) -> RobotConfi
     return RobotConfig(
         drivetrain=SwerveConfig.square(0.5, SwerveModuleConfig(x=0.0, y=0.0)),
         mechanisms={
-            "wheels": FlywheelConfig(gearbox=GEARBOX, inertia=1e4),
+            "wheels": FlywheelConfig(gearbox=GEARBOX, inertia=1e3),
             "turret": FlywheelConfig(gearbox=GEARBOX, inertia=1.0),
         },
         storage=StorageConfig(capacity=60),

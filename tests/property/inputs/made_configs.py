@@ -40,7 +40,8 @@ from simcore.vision.quest_headset import QuestConfig
 
 PACKAGES = ("geometry", "match", "physics", "pieces", "robot", "vision")
 MADE_BY_SIMCORE = frozenset(
-    "Aim AutoRun BodyDefinition BuiltDevice ContactMaterials DriveShaft FollowerGroup Footprint GroundClearance Launch "
+    "Aim AutoRun BodyDefinition BuiltDevice CommandResult ContactMaterials DriveShaft FollowerGroup Footprint "
+    "GroundClearance Launch "
     "LimitedMotor MeshPart ModelLayout NormalLaw ObjGroup PieceCount RayHits RunReport Score ScoreEvent Shot Spread "
     "ImuReading Mounting ReleasedPiece TagLayout TickTimes WheelContact".split()
 )
