@@ -36,6 +36,7 @@ __all__ = [
     "FIELD_LENGTH",
     "FIELD_OF_VIEW",
     "FIELD_PLACE",
+    "FORCE",
     "FRACTION",
     "FRAME_RATE",
     "FRICTION",
@@ -167,6 +168,7 @@ CURRENT = Quantity("A", 0.0, 10_000.0, is_open=True)
 CURRENT_OR_NONE = Quantity("A", 0.0, 10_000.0)
 CURRENT_LIMIT = Quantity("A", 0.0, 10_000.0, may_be_infinite=True)
 RESISTANCE = Quantity("ohm", 0.0, 100.0)
+FORCE = Quantity("N", 0.0, 10_000.0, is_open=True)
 STIFFNESS = Quantity("N/m", 0.0, 1e9, is_open=True)
 DELAY = Quantity("s", 0.0, 100.0)
 DURATION = Quantity("s", 0.0, 1e6, is_open=True)

@@ -10,6 +10,8 @@ import math
 from dataclasses import dataclass
 from typing import Literal
 
+import numpy as np
+
 from simcore.errors import ConfigError
 from simcore.geometry.rotation import wrap_angle
 from simcore.quantities import FIELD_LENGTH, require_fields
@@ -70,3 +72,11 @@ class FieldSymmetry:
         if self.kind == "rotate":
             flipped[:, 1] = -vectors[:, 1]
         return flipped
+
+    def flip_attitudes(self, attitudes: FloatArray) -> FloatArray:
+        """The attitudes that correspond to some, quaternions x, y, z, w of shape (n, 4).
+
+        On a mirrored field they are those of mirrored things, which look the same if both their halves do.
+        """
+        x, y, z, w = np.asarray(attitudes, dtype=float).T
+        return np.column_stack((-y, x, w, -z) if self.kind == "rotate" else (x, -y, -z, w))

@@ -8,7 +8,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from simcore.geometry.rotation import Vector, rotate
+from simcore.geometry.rotation import IDENTITY, Vector, multiply, rotate
+from simcore.physics.shapes import Sphere
 from simcore.physics.world import PhysicsWorld
 from simcore.pieces.aerodynamics import fly
 from simcore.pieces.intake import field_to_robot
@@ -191,9 +192,12 @@ class PieceFlow:
 
     def _shoot(self, robot: Robot, shooter: Shooter, launch: Launch, time: float) -> None:
         """Release a piece at its instant within the tick that ends now, and fly it on to the tick's end."""
-        slot = robot.storage_of(shooter.config).take()
+        storage = robot.storage_of(shooter.config)
+        slot = storage.take()
         kind = self._kind_of(slot)
-        piece = shooter.released(launch, radius=kind.bounding_radius, robot=robot.motion_at(launch.delay / TICK))
+        motion = robot.motion_at(launch.delay / TICK)
+        piece = shooter.released(launch, radius=kind.bounding_radius, robot=motion)
+        quat = IDENTITY if isinstance(kind.shape, Sphere) else multiply(motion.quat, storage.config.attitude)
         flown = TICK - launch.delay
         gravity = self._world.gravity
 
@@ -204,7 +208,7 @@ class PieceFlow:
         share = free_share(self._world, piece.pos, pos, kind.inner_radius, robot=robot.chassis.row)
         if share < 1.0:  # it is held until the tick's end where it would have met something
             pos, vel = after(share * flown)
-        self._pieces.launch(robot.number, pos, vel, piece.spin, slot=slot)
+        self._pieces.launch(robot.number, pos, vel, piece.spin, slot=slot, quat=quat)
         shooter.after_shot(kind.mass, launch.aim.speed)
         shot = ShotRecord(time, slot, robot.number, [pos])
         self.shots.append(shot)

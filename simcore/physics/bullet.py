@@ -19,20 +19,26 @@ How it is set up, and why (each was measured; ratios in docs/measurements.md):
 from __future__ import annotations
 
 import contextlib
+import hashlib
 import math
 import os
 import sys
+import tempfile
 from collections.abc import Iterator, Sequence
+from contextlib import ExitStack
 from functools import lru_cache
 from itertools import chain
+from pathlib import Path
 from typing import Any
 
 import numpy as np
+from scipy.spatial import ConvexHull, HalfspaceIntersection, QhullError
 
 from simcore.errors import EngineError
-from simcore.geometry.rotation import IDENTITY, Quaternion, Vector, rotate
+from simcore.geometry.rotation import IDENTITY, Quaternion, Vector, multiply, rotate
 from simcore.physics.engine import BodyDefinition, RayHits
-from simcore.physics.shapes import Box, Compound, Cylinder, HalfSpace, Hull, Mesh, Shape, Sphere
+from simcore.physics.shape_extent import smallest_thickness
+from simcore.physics.shapes import Box, Compound, Cylinder, HalfSpace, Hull, Mesh, Part, Shape, Sphere, bounding_box
 from simcore.typing import FloatArray
 from simcore.units import GRAVITY
 
@@ -53,6 +59,9 @@ _DAMPING_RATIO = 2.0  # of sustained contacts: what was squeezed while it was ri
 _RESIDUAL = 0.0
 """No early end: islands are solved in batches, so one robot would end another's iterations (0.5 mm in 0.8 s)."""
 _CONTACT_DISTANCE = 0.001  # [m]
+_HULL_MARGIN = 0.001  # [m], that it puts around hulls
+_NEGLECTED = 0.002  # [m]; a piece that moves less in a step gets no deeper into anything than this
+_TOUCHING = 2e-5  # [m]; contacts of pieces begin at a thousandth of their size, not at _CONTACT_DISTANCE
 _flat = chain.from_iterable
 
 
@@ -137,9 +146,12 @@ class BulletEngine:
         self._is_careful = False
         self._sustained: dict[int, tuple[float, float]] = {}
         self._ids: list[int] = []
+        self._collision: list[tuple[int, int]] = []
         self._row_of: dict[int, int] = {}
-        self._com: list[Vector] = []
+        self._definitions: list[BodyDefinition] = []
+        self._uneven: set[int] = set()  # rows whose bounding boxes are not about their centers of mass
         self._shapes: dict[tuple[object, ...], int] = {}
+        self._compounds: dict[Compound | Hull, int] = {}
 
     def __enter__(self) -> BulletEngine:
         return self
@@ -167,10 +179,11 @@ class BulletEngine:
         origin = np.add(d.pos, rotate(d.quat, d.center_of_mass)).tolist()
         body = p.createMultiBody(
             baseMass=d.mass,
-            baseCollisionShapeIndex=self._collision_shape(d.shape),
+            baseCollisionShapeIndex=self._moving_shape(d.shape) if d.mass > 0.0 else self._collision_shape(d.shape),
             basePosition=d.pos if d.center_of_mass == (0.0, 0.0, 0.0) else origin,
             baseOrientation=d.quat,
             baseInertialFramePosition=d.center_of_mass,
+            baseInertialFrameOrientation=d.inertia_axes,
             useMaximalCoordinates=1,
             flags=p.URDF_ENABLE_SLEEPING,
             **self._kw,
@@ -196,22 +209,28 @@ class BulletEngine:
         p.setCollisionFilterGroupMask(body, -1, d.group, d.mask, **self._kw)
         row = len(self._ids)
         self._ids.append(body)
+        self._collision.append((d.group, d.mask))
         self._row_of[body] = row
-        self._com.append(d.center_of_mass)
+        self._definitions.append(d)
+        if d.center_of_mass != (0.0, 0.0, 0.0) or isinstance(d.shape, Hull | Compound):
+            self._uneven.add(row)
         if s.stiffness is not None and d.mass > 0.0:
             damping = 2.0 * _DAMPING_RATIO * math.sqrt(s.stiffness * d.mass)
             self._sustained[row] = s.stiffness, damping
             self.set_sustained(row, False)
-        if d.center_of_mass != (0.0, 0.0, 0.0):
+        if d.center_of_mass != (0.0, 0.0, 0.0) or d.inertia_axes != IDENTITY:
             self.set_pose(row, d.pos, d.quat)
         return row
 
     def set_pose(self, row: int, pos: Sequence[float], quat: Sequence[float]) -> None:
         """Put the origin of a body somewhere [m]; its velocity becomes zero."""
-        com = self._com[row]
-        if com != (0.0, 0.0, 0.0):  # the engine's pose is that of the center of mass
+        definition = self._definitions[row]
+        com, axes = definition.center_of_mass, definition.inertia_axes
+        if com != (0.0, 0.0, 0.0):  # the engine's pose is that of the center of mass and the principal axes
             ox, oy, oz = rotate(quat, com)
             pos = (pos[0] + ox, pos[1] + oy, pos[2] + oz)
+        if axes != IDENTITY:
+            quat = multiply(quat, axes)
         self._p.resetBasePositionAndOrientation(self._ids[row], pos, quat, self._open())
 
     def set_velocity(self, row: int, linear: Sequence[float], angular: Sequence[float]) -> None:
@@ -221,7 +240,11 @@ class BulletEngine:
     def pose(self, row: int) -> tuple[Vector, Quaternion]:
         """Origin [m] and attitude of one body, field frame."""
         pos, quat = self._p.getBasePositionAndOrientation(self._ids[row], self._open())
-        com = self._com[row]
+        definition = self._definitions[row]
+        com, axes = definition.center_of_mass, definition.inertia_axes
+        if axes != IDENTITY:
+            x, y, z, w = axes
+            quat = multiply(quat, (-x, -y, -z, w))
         if com != (0.0, 0.0, 0.0):
             ox, oy, oz = rotate(quat, com)
             pos = (pos[0] - ox, pos[1] - oy, pos[2] - oz)
@@ -233,15 +256,20 @@ class BulletEngine:
         return linear, angular
 
     def centers(self, rows: Sequence[int]) -> FloatArray:
-        """Centers of the bounding boxes, field frame [m], shape (n, 3).
+        """Centers of mass, field frame [m], shape (n, 3).
 
-        getAABB is three times cheaper than getBasePositionAndOrientation (142 against 413 us for 400 bodies) and for
-        spheres as exact.
+        getAABB is three times cheaper than getBasePositionAndOrientation (142 against 413 us for 400 bodies), and for
+        shapes that are the same on both sides of their center as exact.
         """
         client, get, ids = self._open(), self._p.getAABB, self._ids
         boxes = [get(ids[row], -1, client) for row in rows]
         corners = np.fromiter(_flat(_flat(boxes)), float, 6 * len(boxes)).reshape(-1, 6)  # half the time of np.array
         centers: FloatArray = 0.5 * (corners[:, :3] + corners[:, 3:])
+        if not self._uneven.isdisjoint(rows):
+            place = self._p.getBasePositionAndOrientation
+            for number, row in enumerate(rows):
+                if row in self._uneven:
+                    centers[number] = place(ids[row], client)[0]
         return centers
 
     def velocities(self, rows: Sequence[int]) -> FloatArray:
@@ -306,9 +334,54 @@ class BulletEngine:
         contacts = self._p.getContactPoints(self._ids[row], physicsClientId=self._open()) or ()
         return max(0.0, -min([contact[8] for contact in contacts], default=0.0))
 
+    def touching(self, row: int) -> list[int]:
+        """Rows of the bodies that a body was in contact with in the last step."""
+        contacts = self._p.getContactPoints(self._ids[row], physicsClientId=self._open()) or ()
+        others = {contact[2] for contact in contacts if contact[8] < _CONTACT_DISTANCE}
+        return sorted(self._row_of[other] for other in others if other in self._row_of)
+
+    def free_share(self, row: int, h: float) -> float:
+        """Share of a step of h [s] in which a body goes on without touching a static; 1 if it meets none.
+
+        The engine finds a contact when it is there, after a step: what is thin would be deep in a floor, or through.
+        """
+        p, client, me = self._p, self._open(), self._ids[row]
+        linear, angular = p.getBaseVelocity(me, client)
+        fall = linear[2] - self.gravity * h
+        low, high = p.getAABB(me, -1, client)
+        half = 0.5 * math.dist(low, high)
+        reach = (math.hypot(linear[0], linear[1], fall) + half * math.hypot(*angular)) * h
+        if reach < _NEGLECTED:
+            return 1.0
+        wide = reach + _CONTACT_DISTANCE
+        around = p.getOverlappingObjects([c - wide for c in low], [c + wide for c in high], client) or ()
+        share = 1.0
+        x, y, z = p.getBasePositionAndOrientation(me, client)[0]
+        for other in sorted({body for body, _ in around}):
+            number = self._row_of.get(other, row)
+            if self._definitions[number].mass > 0.0 or not self._touch(row, number):
+                continue
+            for point in p.getClosestPoints(me, other, reach, physicsClientId=client):
+                (nx, ny, nz), gap, (ax, ay, az) = point[7], point[8], point[5]
+                ax, ay, az = ax - x, ay - y, az - z
+                closing = -(
+                    nx * (linear[0] + angular[1] * az - angular[2] * ay)
+                    + ny * (linear[1] + angular[2] * ax - angular[0] * az)
+                    + nz * (fall + angular[0] * ay - angular[1] * ax)
+                )
+                if gap > 2.0 * _TOUCHING and closing * h > gap + _NEGLECTED:
+                    share = min(share, (gap - _TOUCHING) / (closing * h))
+        return share
+
+    def _touch(self, row: int, other: int) -> bool:
+        """Whether two bodies collide, by their groups and masks."""
+        (group, mask), (other_group, other_mask) = self._collision[row], self._collision[other]
+        return bool(group & other_mask and other_group & mask)
+
     def set_collision(self, row: int, group: int, mask: int) -> None:
         """Change with what a body collides; 0, 0 takes it out of the world."""
         self._p.setCollisionFilterGroupMask(self._ids[row], -1, group, mask, self._open())
+        self._collision[row] = group, mask
 
     def step(self, h: float) -> None:
         """Advance by h [s]."""
@@ -351,6 +424,14 @@ class BulletEngine:
     def _require_open(self) -> None:
         self._open()
 
+    def _moving_shape(self, shape: Shape) -> int:
+        """Collision shape id of what moves: all bodies of one shape share it, and hulls have their true size."""
+        if not isinstance(shape, Compound | Hull):
+            return self._collision_shape(shape)
+        if shape not in self._compounds:
+            self._compounds[shape] = self._compound(shape if isinstance(shape, Compound) else Compound((Part(shape),)))
+        return self._compounds[shape]
+
     def _collision_shape(self, shape: Shape) -> int:
         """Collision shape id; equal spheres, boxes and cylinders share one."""
         p, kw = self._p, self._kw
@@ -386,33 +467,83 @@ class BulletEngine:
         return self._shapes[key]
 
     def _compound(self, compound: Compound) -> int:
+        """A shape of several; it takes hulls from files only, so they are written to some that are then deleted."""
         p = self._p
-        n = len(compound.parts)
+        parts = [_plain(part) for part in compound.parts]
+        n = len(parts)
         types, radii, halves, lengths = [0] * n, [0.0] * n, [[0.0] * 3] * n, [0.0] * n
-        for i, part in enumerate(compound.parts):
-            shape = part.shape
-            if isinstance(shape, Sphere):
-                types[i], radii[i] = p.GEOM_SPHERE, shape.radius
-            elif isinstance(shape, Cylinder):
-                types[i], radii[i], lengths[i] = p.GEOM_CYLINDER, shape.radius, shape.height
-            elif isinstance(shape, Box):
-                types[i], halves[i] = p.GEOM_BOX, [s / 2 for s in shape.size]
-            else:
-                raise EngineError("PyBullet cannot put a hull into a compound; use boxes, spheres and cylinders")
-        return int(
-            p.createCollisionShapeArray(
+        files = [""] * n
+        with ExitStack() as stack:
+            folder = ""
+            for i, part in enumerate(parts):
+                shape = part.shape
+                if isinstance(shape, Sphere):
+                    types[i], radii[i] = p.GEOM_SPHERE, shape.radius
+                elif isinstance(shape, Cylinder):
+                    types[i], radii[i], lengths[i] = p.GEOM_CYLINDER, shape.radius, shape.height
+                elif isinstance(shape, Box):
+                    types[i], halves[i] = p.GEOM_BOX, [s / 2 for s in shape.size]
+                else:
+                    folder = folder or stack.enter_context(tempfile.TemporaryDirectory(prefix="simcore_hulls_"))
+                    types[i], files[i] = p.GEOM_MESH, _hull_file(Path(folder), shape)
+            made = p.createCollisionShapeArray(
                 shapeTypes=types,
                 radii=radii,
                 halfExtents=halves,
                 lengths=lengths,
-                collisionFramePositions=[part.offset for part in compound.parts],
-                collisionFrameOrientations=[IDENTITY] * n,
+                collisionFramePositions=[part.offset for part in parts],
+                collisionFrameOrientations=[part.quat for part in parts],
                 planeNormals=[[0, 0, 1]] * n,
-                fileNames=[""] * n,
+                fileNames=files,
                 meshScales=[[1, 1, 1]] * n,
                 **self._kw,
             )
-        )
+        if made < 0:
+            raise EngineError(f"PyBullet could not make a shape of {n} parts")
+        return int(made)
+
+
+def _plain(part: Part) -> Part:
+    """The same part as a box, if it is a hull that is one: a box has more than one contact with a wall at a time."""
+    if not isinstance(part.shape, Hull) or len(part.shape.points) != 8:
+        return part
+    low, high = bounding_box(part.shape)
+    middle, size = 0.5 * (low + high), high - low
+    if not np.allclose(np.abs(part.shape.points - middle), 0.5 * size, atol=1e-9):
+        return part
+    x, y, z = np.add(part.offset, rotate(part.quat, middle.tolist())).tolist()
+    length, width, height = size.tolist()
+    return Part(Box((length, width, height)), (x, y, z), part.quat)
+
+
+def _hull_file(folder: Path, hull: Hull) -> str:
+    """Write a hull as an OBJ file, within what PyBullet adds around it; returns the file's path."""
+    points = np.ascontiguousarray(hull.points, dtype=np.float64)
+    path = folder / f"{hashlib.sha256(points.tobytes()).hexdigest()[:24]}.obj"
+    if not path.exists():
+        inner = _without_margin(points.tobytes())
+        faces = ConvexHull(inner).simplices + 1
+        lines = [f"v {x!r} {y!r} {z!r}" for x, y, z in inner] + [f"f {a} {b} {c}" for a, b, c in faces.tolist()]
+        path.write_text("\n".join(lines) + "\n", encoding="ascii")
+    return str(path)
+
+
+@lru_cache(maxsize=256)
+def _without_margin(points: bytes) -> list[list[float]]:
+    """Corners of a hull whose faces are as far inside as PyBullet puts its own outside of them."""
+    corners = np.frombuffer(points).reshape(-1, 3)
+    planes = ConvexHull(corners).equations.copy()
+    planes[:, 3] += _HULL_MARGIN
+    try:
+        inner = HalfspaceIntersection(np.unique(planes.round(12), axis=0), corners.mean(axis=0)).intersections
+    except QhullError as error:
+        raise EngineError(
+            f"PyBullet needs hulls that are thicker than {2e3 * _HULL_MARGIN:.0f} mm, this one is "
+            f"{1e3 * smallest_thickness(Hull(corners)):.1f} mm"
+        ) from error
+    inner = inner[np.sort(ConvexHull(inner).vertices)]
+    rows: list[list[float]] = inner.tolist()
+    return rows
 
 
 @lru_cache(maxsize=4096)

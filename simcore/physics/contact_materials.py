@@ -11,6 +11,7 @@ import numpy as np
 
 from simcore.physics.engine import BodyDefinition
 from simcore.physics.mujoco_model import ModelLayout
+from simcore.physics.shape_extent import smallest_thickness
 from simcore.physics.shapes import Sphere, bounding_box
 from simcore.typing import FloatArray
 
@@ -48,7 +49,7 @@ def materials_of(definitions: Sequence[BodyDefinition], model: Any, layout: Mode
         corner = np.maximum(np.abs(low - one.center_of_mass), np.abs(high - one.center_of_mass))
         reach[body] = 0.0 if isinstance(one.shape, Sphere) else np.linalg.norm(corner)
         if one.surface.stiffness is not None:
-            give_of_row[layout.row_of_body[body]] = _GIVE * float((high - low).min())
+            give_of_row[layout.row_of_body[body]] = _GIVE * smallest_thickness(one.shape)
     inverse = np.repeat(1.0 / model.body_mass[1:, None], 6, axis=1)
     inverse[:, 3:] = 1.0 / model.body_inertia[1:]
     return ContactMaterials(

@@ -28,7 +28,9 @@ class BodyDefinition:
     center_of_mass: Vector = (0.0, 0.0, 0.0)
     """In the frame of the shape [m]."""
     inertia: Vector | None = None
-    """Principal moments about the center of mass, along the axes of the shape [kg m^2]; None: a uniform solid."""
+    """Principal moments about the center of mass [kg m^2]; None: a uniform solid."""
+    inertia_axes: Quaternion = (0.0, 0.0, 0.0, 1.0)
+    """Attitude of the principal axes in the frame of the shape, x, y, z, w."""
     group: int = 1
     """Collision group, one bit."""
     mask: int = 0xFFFF
@@ -85,7 +87,7 @@ class Engine(Protocol):
         ...
 
     def centers(self, rows: Sequence[int]) -> FloatArray:
-        """Centers of the bounding boxes, field frame [m], shape (n, 3): for spheres the exact position, and cheap."""
+        """Centers of mass, field frame [m], shape (n, 3): cheaper than `pose` for many bodies."""
         ...
 
     def velocities(self, rows: Sequence[int]) -> FloatArray:
@@ -130,6 +132,17 @@ class Engine(Protocol):
 
     def overlap(self, row: int) -> float:
         """How deep the body is in others, at its deepest contact in the last step [m]; 0 for none."""
+        ...
+
+    def touching(self, row: int) -> list[int]:
+        """Rows of the bodies that a body was in contact with in the last step."""
+        ...
+
+    def free_share(self, row: int, h: float) -> float:
+        """Share of a step of h [s] in which a body goes on without touching a static; 1 if it meets none.
+
+        Not asked of an engine that `is_exact`: there nothing gets into anything else.
+        """
         ...
 
     def set_collision(self, row: int, group: int, mask: int) -> None:

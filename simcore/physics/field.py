@@ -19,7 +19,8 @@ from simcore.errors import ConfigError, FieldMeshError, UnknownNameError
 from simcore.geometry.symmetry import FieldSymmetry
 from simcore.physics.mesh import decompose, plates
 from simcore.physics.obj import ObjGroup, read_obj
-from simcore.physics.shapes import Box, Compound, Cylinder, HalfSpace, Hull, Mesh, Shape
+from simcore.physics.shape_extent import outline_points
+from simcore.physics.shapes import Box, Mesh, Shape
 from simcore.physics.sheets import SAME_PLACE, Sheet, choose_sides
 from simcore.physics.surface import WALL, TerrainSurface
 from simcore.quantities import FIELD_LENGTH, FIELD_PLACE, ROBOT_LENGTH, Quantity, require, require_fields
@@ -103,7 +104,7 @@ class FieldElement:
 
     def outline(self) -> FloatArray:
         """Convex outline seen from above, counter-clockwise, field frame [m], shape (n, 2)."""
-        points = _points(self.shape)[:, :2] + self.position[:2]
+        points = outline_points(self.shape)[:, :2] + self.position[:2]
         try:
             return np.asarray(points[ConvexHull(points).vertices])
         except QhullError:  # seen edge-on: a line
@@ -240,7 +241,7 @@ class FieldGeometry:
 
     def bounds(self) -> tuple[FloatArray, FloatArray]:
         """Lowest and highest corner of everything, field frame [m], each of shape (3,)."""
-        points = np.vstack([_points(element.shape) + element.position for element in self.elements])
+        points = np.vstack([outline_points(element.shape) + element.position for element in self.elements])
         return points.min(axis=0), points.max(axis=0)
 
 
@@ -249,7 +250,7 @@ def _without_image(elements: Sequence[FieldElement], symmetry: FieldSymmetry) ->
 
     A surface may be cut up otherwise on the other half: so what is left of each group is compared as a whole, too.
     """
-    low_high = [_points(element.shape) + element.position for element in elements]
+    low_high = [outline_points(element.shape) + element.position for element in elements]
     bounds = np.array([[points.min(axis=0), points.max(axis=0)] for points in low_high])
 
     def left(bounds: FloatArray) -> list[int]:
@@ -328,22 +329,3 @@ def _check_size(path: Path, groups: Iterable[ObjGroup], max_triangles: int, size
         if count > REFUSED_OVER * max_triangles:
             raise FieldMeshError(f"{advice}, or raise max_triangles")
         warnings.warn(advice, stacklevel=3)
-
-
-def _points(shape: Shape) -> FloatArray:
-    """Points whose convex hull is the shape (round ones as a ring of 24), in its own frame [m], shape (n, 3)."""
-    if isinstance(shape, Box):
-        corners = np.array(np.meshgrid([-0.5, 0.5], [-0.5, 0.5], [-0.5, 0.5])).reshape(3, -1).T
-        return np.asarray(corners * np.array(shape.size))
-    if isinstance(shape, Hull):
-        return shape.points
-    if isinstance(shape, Mesh):
-        return shape.vertices
-    if isinstance(shape, Compound):
-        return np.vstack([_points(part.shape) + np.array(part.offset) for part in shape.parts])
-    if isinstance(shape, HalfSpace):
-        raise ConfigError("a half space has no outline; a field's floor belongs to the world, not to its elements")
-    angle = np.arange(24) * math.tau / 24
-    half = shape.height / 2.0 if isinstance(shape, Cylinder) else shape.radius
-    ring = shape.radius * np.column_stack([np.cos(angle), np.sin(angle)])
-    return np.vstack([np.column_stack([ring, np.full(24, z)]) for z in (-half, half)])

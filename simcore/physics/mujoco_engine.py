@@ -25,7 +25,7 @@ from typing import Any
 import numpy as np
 
 from simcore.errors import EngineError
-from simcore.geometry.rotation import Quaternion, Vector, rotate, rotate_back
+from simcore.geometry.rotation import IDENTITY, Quaternion, Vector, multiply, rotate, rotate_back
 from simcore.physics.collision_classes import CollisionClasses, RayGroups
 from simcore.physics.constraint_rows import ConstraintRows
 from simcore.physics.contact_materials import ContactMaterials, materials_of
@@ -33,16 +33,16 @@ from simcore.physics.contact_search import ContactSearch, spins
 from simcore.physics.engine import BodyDefinition, RayHits
 from simcore.physics.mujoco_model import ModelLayout, build_model
 from simcore.physics.mujoco_queries import ModelQueries
-from simcore.physics.shapes import Compound, Hull
 from simcore.physics.sleep_lists import SleepLists
 from simcore.physics.step_shift import step_shift
-from simcore.typing import BoolArray, FloatArray, IntArray
+from simcore.typing import FloatArray, IntArray
 from simcore.units import GRAVITY
 
 __all__ = ["MuJoCoEngine"]
 
 _LONGEST_PART = 0.01  # [s] where bodies touch each other, or two planes
 _TOLERANCE = 1e-8  # of Newton's method
+_TOUCHING = 0.001  # [m]; bodies this near count as in contact
 _NOTHING: FloatArray = np.zeros(0)
 
 
@@ -127,7 +127,8 @@ class MuJoCoEngine:
         self._collision.append((definition.group, definition.mask))
         self._is_built = False
         if definition.mass > 0.0:
-            self._starts[row] = _Start(_center(definition, definition.pos, definition.quat), definition.quat)
+            turned = multiply(definition.quat, definition.inertia_axes)
+            self._starts[row] = _Start(_center(definition, definition.pos, definition.quat), turned)
         return row
 
     def set_pose(self, row: int, pos: Sequence[float], quat: Sequence[float]) -> None:
@@ -138,6 +139,8 @@ class MuJoCoEngine:
             raise EngineError("MuJoCo: a static cannot be moved; make the world anew")
         x, y, z, w = quat
         center = _center(definition, pos, (x, y, z, w))
+        if definition.inertia_axes != IDENTITY:
+            x, y, z, w = multiply(quat, definition.inertia_axes)
         if row in self._starts:
             start = self._starts[row]
             start.pos, start.quat = center, (x, y, z, w)
@@ -174,6 +177,9 @@ class MuJoCoEngine:
         else:
             cx, cy, cz, w, x, y, z = self._qpos[self._body[row]].tolist()
             quat = (x, y, z, w)
+        if definition.inertia_axes != IDENTITY:
+            x, y, z, w = definition.inertia_axes
+            quat = multiply(quat, (-x, -y, -z, w))
         if definition.center_of_mass == (0.0, 0.0, 0.0):
             return (cx, cy, cz), quat
         ox, oy, oz = rotate(quat, definition.center_of_mass)
@@ -185,14 +191,10 @@ class MuJoCoEngine:
         return (twist[0], twist[1], twist[2]), (twist[3], twist[4], twist[5])
 
     def centers(self, rows: Sequence[int]) -> FloatArray:
-        """Centers of the bounding boxes, field frame [m], shape (n, 3)."""
+        """Centers of mass, field frame [m], shape (n, 3)."""
         self._build()
-        bodies = self._body_index[rows]
-        if (self._is_centered[bodies] & (bodies >= 0)).all():
-            centers: FloatArray = self._qpos[bodies, :3].copy()
-            return centers
-        boxes = [self._bounding_box(row) for row in rows]
-        return np.array([0.5 * (low + high) for low, high in boxes]).reshape(-1, 3)
+        centers: FloatArray = self._qpos[self._body_index[rows], :3]
+        return centers
 
     def velocities(self, rows: Sequence[int]) -> FloatArray:
         """Linear and angular velocities, field frame [m/s, rad/s], shape (n, 6)."""
@@ -281,6 +283,18 @@ class MuJoCoEngine:
         mine = (self._layout.row_of_geom[contact.geom] == row).any(axis=1)
         return max(0.0, -float(contact.dist[mine].min(initial=0.0)))
 
+    def touching(self, row: int) -> list[int]:
+        """Rows of the bodies that a body was in contact with in the last step."""
+        self._refresh()
+        contact = self._d.contact
+        rows = self._layout.row_of_geom[contact.geom[contact.dist < _TOUCHING]].reshape(-1, 2)
+        mine = rows[(rows == row).any(axis=1)]
+        return sorted(set(mine[mine != row].tolist()))
+
+    def free_share(self, row: int, h: float) -> float:
+        """All of it: a contact is found before it is reached."""
+        return 1.0
+
     def set_collision(self, row: int, group: int, mask: int) -> None:
         """Change with what a body collides; 0, 0 takes it out of the world."""
         self._require_open()
@@ -328,11 +342,6 @@ class MuJoCoEngine:
         self._classes = CollisionClasses(m, layout, self._geoms, self._groups)
         for row, (group, mask) in enumerate(self._collision):
             self._classes.write(row, group, mask)
-        moving = [self._definitions[row] for row in layout.row_of_body]
-        self._is_centered: BoolArray = np.array(
-            [one.center_of_mass == (0.0, 0.0, 0.0) and not isinstance(one.shape, Compound | Hull) for one in moving],
-            dtype=bool,
-        )
         self._materials: ContactMaterials = materials_of(self._definitions, m, layout)
         self._search = ContactSearch(self._mj, m, d, layout, self._materials.reach, sleep, self.gravity)
         self._rows = ConstraintRows(self._mj, m, d, layout, self._materials, self.gravity)
@@ -429,11 +438,6 @@ class MuJoCoEngine:
         """Rows of the bodies whose bounding boxes overlap a box [m]."""
         self._refresh()
         return self._queries.overlapping(low, high)
-
-    def _bounding_box(self, row: int) -> tuple[FloatArray, FloatArray]:
-        self._refresh()
-        least, most = self._queries.boxes(self._geoms[row])
-        return least.min(axis=0), most.max(axis=0)
 
     def _require_open(self) -> None:
         if not self._is_open:

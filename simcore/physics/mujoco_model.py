@@ -1,6 +1,6 @@
 """Builds a MuJoCo model from bodies, and knows where each row of the engine is in it.
 
-The body frame of a moving body lies in its center of mass, along the axes of its shape: then MuJoCo's velocity of a
+The body frame of a moving body lies in its center of mass, along its principal axes: then MuJoCo's velocity of a
 free joint is that of the center of mass, and the mass matrix is diagonal.
 """
 
@@ -14,12 +14,13 @@ from typing import Any
 import numpy as np
 
 from simcore.errors import EngineError
-from simcore.geometry.rotation import IDENTITY, Quaternion, Vector, rotate
+from simcore.geometry.rotation import Quaternion, Vector, multiply, rotate, rotate_back
 from simcore.physics.engine import BodyDefinition
-from simcore.physics.shapes import Box, Compound, Cylinder, HalfSpace, Hull, Mesh, Part, Shape, Sphere, bounding_box
+from simcore.physics.mass_properties import mass_properties
+from simcore.physics.shapes import Box, Cylinder, HalfSpace, Hull, Mesh, Shape, Sphere, parts_of
 from simcore.typing import FloatArray, IntArray
 
-__all__ = ["ModelLayout", "box_inertia", "build_model", "parts_of"]
+__all__ = ["ModelLayout", "build_model"]
 
 _TRIANGLE_THICKNESS = 0.001  # [m]; MuJoCo takes the convex hull of a mesh, so each triangle becomes a thin prism
 _SMALLEST_AREA = 1e-10  # [m^2]
@@ -77,11 +78,12 @@ def build_model(mujoco: Any, definitions: Sequence[BodyDefinition], gravity: flo
         else:
             body = spec.worldbody.add_body(mass=definition.mass, ipos=[0.0] * 3, iquat=[1.0, 0.0, 0.0, 0.0])
             body.explicitinertial = True
-            body.inertia = list(definition.inertia or box_inertia(definition))
+            body.inertia = list(definition.inertia or _uniform(definition))
             body.sleep = mujoco.mjtSleepPolicy.mjSLEEP_ALLOWED
             body.add_freejoint()
-            cx, cy, cz = definition.center_of_mass
-            moving_rows += [row] * geoms.add(body, definition.shape, (-cx, -cy, -cz), IDENTITY)
+            x, y, z, w = definition.inertia_axes
+            cx, cy, cz = rotate_back(definition.inertia_axes, definition.center_of_mass)
+            moving_rows += [row] * geoms.add(body, definition.shape, (-cx, -cy, -cz), (-x, -y, -z, w))
     try:
         model = spec.compile()
     except ValueError as error:
@@ -97,28 +99,10 @@ def build_model(mujoco: Any, definitions: Sequence[BodyDefinition], gravity: flo
     )
 
 
-def parts_of(shape: Shape) -> tuple[Part, ...]:
-    """The convex members of a shape; a shape that is one itself is its own."""
-    if isinstance(shape, Compound):
-        return shape.parts
-    if isinstance(shape, HalfSpace | Mesh):
-        raise EngineError(f"a {type(shape).__name__} can only be a static")
-    return (Part(shape),)
-
-
-def box_inertia(definition: BodyDefinition) -> Vector:
-    """Principal moments of a uniform solid [kg m^2]: exact for sphere, box, cylinder; else of the bounding box."""
-    m, shape = definition.mass, definition.shape
-    if isinstance(shape, Sphere):
-        i = 0.4 * m * shape.radius**2
-        return (i, i, i)
-    if isinstance(shape, Cylinder):
-        across = m * (3.0 * shape.radius**2 + shape.height**2) / 12.0
-        return (across, across, 0.5 * m * shape.radius**2)
-    parts_of(shape)  # refuses what has none
-    low, high = bounding_box(shape)
-    x, y, z = (high - low).tolist()
-    return (m * (y * y + z * z) / 12.0, m * (x * x + z * z) / 12.0, m * (x * x + y * y) / 12.0)
+def _uniform(definition: BodyDefinition) -> Vector:
+    """Moments of a uniform solid along the axes of its shape [kg m^2]."""
+    x, y, z = np.diag(mass_properties(definition.shape).inertia).tolist()
+    return (definition.mass * x, definition.mass * y, definition.mass * z)
 
 
 def _half_size(shape: Sphere | Cylinder | Box) -> Vector:
@@ -152,16 +136,16 @@ class _Geoms:
         for part in parts_of(shape):
             x, y, z = rotate(quat, part.offset)
             at = (pos[0] + x, pos[1] + y, pos[2] + z)
-            member = part.shape
+            member, attitude = part.shape, multiply(quat, part.quat)
             if isinstance(member, Hull):
-                self._add_mesh(body, member.points, at, quat)
+                self._add_mesh(body, member.points, at, attitude)
             elif isinstance(member, Sphere):
-                self._add_one(body, self._types.mjGEOM_SPHERE, (member.radius, 0.0, 0.0), at, quat)
+                self._add_one(body, self._types.mjGEOM_SPHERE, (member.radius, 0.0, 0.0), at, attitude)
             elif isinstance(member, Cylinder):
                 size = (member.radius, member.height / 2.0, 0.0)
-                self._add_one(body, self._types.mjGEOM_CYLINDER, size, at, quat)
+                self._add_one(body, self._types.mjGEOM_CYLINDER, size, at, attitude)
             else:
-                self._add_one(body, self._types.mjGEOM_BOX, _half_size(member), at, quat)
+                self._add_one(body, self._types.mjGEOM_BOX, _half_size(member), at, attitude)
         return len(parts_of(shape))
 
     def _add_one(self, body: Any, kind: Any, size: Vector, pos: Vector, quat: Quaternion, mesh: str = "") -> None:

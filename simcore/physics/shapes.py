@@ -5,15 +5,30 @@ Every shape is given in its own frame; its pose is given where it is added to a 
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import TypeAlias
 
 import numpy as np
 
+from simcore.errors import ConfigError
+from simcore.geometry.rotation import IDENTITY, Quaternion, matrix
 from simcore.quantities import FIELD_PLACE, Quantity, require_fields, require_points
 from simcore.typing import FloatArray, IntArray
 
-__all__ = ["Box", "Compound", "Cylinder", "HalfSpace", "Hull", "Mesh", "Part", "Shape", "Sphere", "bounding_box"]
+__all__ = [
+    "Box",
+    "Compound",
+    "Cylinder",
+    "HalfSpace",
+    "Hull",
+    "Mesh",
+    "Part",
+    "Shape",
+    "Sphere",
+    "bounding_box",
+    "parts_of",
+]
 
 _LENGTH = Quantity("m", 0.0, 2000.0, is_open=True)  # the floor of a world is that long
 
@@ -85,13 +100,20 @@ class Mesh:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Part:
-    """One member of a `Compound`, moved to its place without rotation."""
+    """One member of a `Compound`, at its place and attitude."""
 
     shape: Sphere | Cylinder | Box | Hull
     offset: tuple[float, float, float] = (0.0, 0.0, 0.0)
     """Origin of the member in the frame of the whole [m]."""
+    quat: Quaternion = IDENTITY
+    """Its attitude there, x, y, z, w, a unit quaternion."""
 
     def __post_init__(self) -> None:
+        if not isinstance(self.shape, Sphere | Cylinder | Box | Hull):
+            name = type(self.shape).__name__
+            raise ConfigError(f"Part: a member is a Sphere, Cylinder, Box or Hull, got a {name}")
+        if not math.isclose(math.hypot(*self.quat), 1.0, abs_tol=1e-6):
+            raise ConfigError(f"Part: quat must be a unit quaternion x, y, z, w, got {self.quat}")
         require_fields(self, offset=(FIELD_PLACE,) * 3)
 
 
@@ -101,8 +123,21 @@ class Compound:
 
     parts: tuple[Part, ...]
 
+    def __post_init__(self) -> None:
+        if not self.parts:
+            raise ConfigError("Compound: it needs at least one part")
+
 
 Shape: TypeAlias = Sphere | Cylinder | Box | HalfSpace | Hull | Mesh | Compound
+
+
+def parts_of(shape: Shape) -> tuple[Part, ...]:
+    """The convex members of a shape; a shape that is one itself is its own."""
+    if isinstance(shape, Compound):
+        return shape.parts
+    if isinstance(shape, HalfSpace | Mesh):
+        raise ConfigError(f"a {type(shape).__name__} can only be a static")
+    return (Part(shape),)
 
 
 def bounding_box(shape: Shape) -> tuple[FloatArray, FloatArray]:
@@ -113,13 +148,30 @@ def bounding_box(shape: Shape) -> tuple[FloatArray, FloatArray]:
         corners = shape.points if isinstance(shape, Hull) else shape.vertices
         return corners.min(axis=0), corners.max(axis=0)
     if isinstance(shape, Compound):
-        boxes = [(np.array(part.offset), *bounding_box(part.shape)) for part in shape.parts]
-        low = np.min([offset + least for offset, least, _ in boxes], axis=0)
-        return low, np.max([offset + most for offset, _, most in boxes], axis=0)
+        boxes = [(np.array(part.offset), *_turned_box(part)) for part in shape.parts]
+        least = np.min([offset + low for offset, low, _ in boxes], axis=0)
+        return least, np.max([offset + high for offset, _, high in boxes], axis=0)
     if isinstance(shape, Sphere):
         half = np.full(3, shape.radius)
     elif isinstance(shape, Cylinder):
         half = np.array([shape.radius, shape.radius, 0.5 * shape.height])
     else:
         half = 0.5 * np.array(shape.size)
+    return -half, half
+
+
+def _turned_box(part: Part) -> tuple[FloatArray, FloatArray]:
+    """Bounding box of a member about its own origin, along the axes of the whole [m]."""
+    if part.quat == IDENTITY:
+        return bounding_box(part.shape)
+    axes, shape = matrix(part.quat), part.shape
+    if isinstance(shape, Hull):
+        corners = shape.points @ axes.T
+        return corners.min(axis=0), corners.max(axis=0)
+    if isinstance(shape, Sphere):
+        half = np.full(3, shape.radius)
+    elif isinstance(shape, Cylinder):
+        half = shape.radius * np.sqrt(np.maximum(1.0 - axes[:, 2] ** 2, 0.0)) + 0.5 * shape.height * np.abs(axes[:, 2])
+    else:
+        half = np.abs(axes) @ (0.5 * np.array(shape.size))
     return -half, half

@@ -19,6 +19,7 @@ from simcore.errors import ConfigError, NonFiniteError, UnknownNameError
 from simcore.geometry.rotation import IDENTITY, Quaternion, Vector
 from simcore.physics.engine import BodyDefinition, Engine, RayHits
 from simcore.physics.engine_choice import make_engine
+from simcore.physics.mass_properties import mass_properties, principal_axes
 from simcore.physics.nearness import StaticBoxes
 from simcore.physics.rolling import FloorRolling
 from simcore.physics.shapes import Box, HalfSpace, Shape, Sphere
@@ -261,14 +262,21 @@ class PhysicsWorld:
     def add_piece_body(
         self, name: str, shape: Shape, *, mass: float, surface: TerrainSurface, pos: Sequence[float]
     ) -> int:
-        """Add the body of a game piece, awake and touchable; returns its engine row."""
+        """Add the body of a game piece, awake and touchable; returns its engine row.
+
+        Its mass is spread evenly; the origin of its shape must be its center of mass.
+        """
         require(name, "mass", mass, MASS)
-        group = CollisionGroup.BALL if isinstance(shape, Sphere) else CollisionGroup.BLOCK
+        is_ball = isinstance(shape, Sphere)
+        moments, axes = (None, IDENTITY) if is_ball else principal_axes(mass * mass_properties(shape).inertia)
+        group = CollisionGroup.BALL if is_ball else CollisionGroup.BLOCK
         row = self.engine.add_body(
             BodyDefinition(
                 shape=shape,
-                surface=replace(surface, rolling=0.0) if group == CollisionGroup.BALL else surface,
+                surface=replace(surface, rolling=0.0) if is_ball else surface,
                 mass=mass,
+                inertia=moments,
+                inertia_axes=axes,
                 pos=_checked_pos(name, pos),
                 group=group,
                 mask=CollisionGroup.STATIC | CollisionGroup.PIECE | CollisionGroup.ROBOT,
@@ -410,6 +418,10 @@ class PhysicsWorld:
             reach = np.maximum(np.linalg.norm(way[left], axis=1), 1e-9)
             passed[left] = np.minimum(1.0, at[own] + 1e-3 / reach)
         return fraction, rows
+
+    def touches_robot(self, row: int) -> bool:
+        """Whether a body was in contact with a robot in the last step."""
+        return bool(self._robots) and any(other in self._robots for other in self.engine.touching(row))
 
     def body_name(self, row: int) -> str:
         """Name of a body, as it was added."""

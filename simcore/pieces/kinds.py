@@ -6,14 +6,30 @@ import math
 import re
 from dataclasses import dataclass
 
+import numpy as np
+
 from simcore.errors import ConfigError
-from simcore.physics.shapes import Box, Cylinder, Sphere
+from simcore.geometry.rotation import Quaternion
+from simcore.physics.mass_properties import mass_properties
+from simcore.physics.shape_extent import (
+    bounding_radius,
+    inner_radius,
+    mean_frontal_area,
+    smallest_thickness,
+    stands,
+    support_height,
+)
+from simcore.physics.shapes import Box, Compound, Cylinder, Hull, Sphere
 from simcore.physics.surface import TerrainSurface
 from simcore.pieces.aerodynamics import Aerodynamics, AirFactors, air_factors
 from simcore.quantities import MASS, ROBOT_HEIGHT, ROBOT_LENGTH, require, require_fields
 from simcore.units import GRAVITY
 
 __all__ = ["GamePieceConfig"]
+
+_MOST_PARTS = 32
+_OFF_CENTER = 0.01  # share of the bounding radius that the center of mass may be off the origin
+_THINNEST = 0.003  # [m]; PyBullet rounds the edges of hulls with 1 mm
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -22,8 +38,9 @@ class GamePieceConfig:
 
     name: str
     """As the manual and the telemetry keys say it, e.g. `Ball`."""
-    shape: Sphere | Cylinder | Box
-    """Collision shape; a cylinder stands on its flat side, a box lies on its xy face."""
+    shape: Sphere | Cylinder | Box | Hull | Compound
+    """Collision shape, with its center of mass in its origin (see `simcore.physics.round_shapes` for tubes, rings and
+    cones, and `mass_properties.centered`). The piece stands on the ground with the z axis of its shape up."""
     mass: float
     """Mass [kg]."""
     friction: float = 0.8
@@ -46,10 +63,37 @@ class GamePieceConfig:
         if not re.fullmatch(r"#[0-9a-fA-F]{6}", self.color):
             raise ConfigError(f"{self.name}: color must be '#rrggbb', got {self.color!r}")
         require_fields(self, self.name, mass=MASS, rolling=ROBOT_HEIGHT)
+        if not isinstance(self.shape, Sphere | Cylinder | Box):
+            self._check_shape()
         require(self.name, "radius around its shape", self.bounding_radius, ROBOT_LENGTH)
         if self.air.lift > 0.0 and not isinstance(self.shape, Sphere):
             raise ConfigError(f"{self.name}: spin lift is for spheres, got a {type(self.shape).__name__}")
         self.surface  # noqa: B018  (checks friction and restitution)
+
+    def _check_shape(self) -> None:
+        """Refuse what engines cannot do well."""
+        shape = self.shape
+        if not isinstance(shape, Hull | Compound):
+            raise ConfigError(
+                f"{self.name}: shape must be a Sphere, Cylinder, Box, Hull or Compound, got a {type(shape).__name__}"
+            )
+        if isinstance(shape, Compound) and len(shape.parts) > _MOST_PARTS:
+            raise ConfigError(
+                f"{self.name}: {len(shape.parts)} parts are too many to be simulated, at most {_MOST_PARTS} are"
+            )
+        center = mass_properties(shape).center
+        if float(np.abs(center).max()) > _OFF_CENTER * bounding_radius(shape):
+            x, y, z = center.tolist()
+            raise ConfigError(
+                f"{self.name}: the origin of its shape must be its center of mass, which is at ({x:.4g}, {y:.4g}, "
+                f"{z:.4g}) m; give `centered(shape)` of simcore.physics.mass_properties"
+            )
+        thickness = smallest_thickness(shape)
+        if thickness < _THINNEST:
+            raise ConfigError(
+                f"{self.name}: a part is {1e3 * thickness:.2g} mm thick, engines need {1e3 * _THINNEST:.0f} mm; make "
+                "it thicker"
+            )
 
     @property
     def surface(self) -> TerrainSurface:
@@ -65,41 +109,33 @@ class GamePieceConfig:
     @property
     def bounding_radius(self) -> float:
         """Radius of the smallest ball around the center that holds the piece [m]."""
-        shape = self.shape
-        if isinstance(shape, Sphere):
-            return shape.radius
-        if isinstance(shape, Cylinder):
-            return math.hypot(shape.radius, shape.height / 2)
-        return 0.5 * math.hypot(*shape.size)
+        return bounding_radius(self.shape)
 
     @property
     def inner_radius(self) -> float:
-        """Radius of the largest ball around the center that the piece holds [m]."""
-        shape = self.shape
-        if isinstance(shape, Sphere):
-            return shape.radius
-        return min(shape.radius, shape.height / 2) if isinstance(shape, Cylinder) else min(shape.size) / 2
+        """Radius of the largest ball around the center within the piece, what is hollow counted in [m]."""
+        return inner_radius(self.shape)
 
     @property
     def rest_height(self) -> float:
-        """Height of the center above flat ground when staged [m]."""
-        shape = self.shape
-        if isinstance(shape, Sphere):
-            return shape.radius
-        return shape.height / 2 if isinstance(shape, Cylinder) else shape.size[2] / 2
+        """Height of the center above flat ground that it stands on, with its z axis up [m]."""
+        return support_height(self.shape)
+
+    def rest_height_at(self, quat: Quaternion) -> float:
+        """Height of the center above flat ground that the piece touches in an attitude x, y, z, w [m]."""
+        return support_height(self.shape, quat)
+
+    def stands_at(self, quat: Quaternion) -> bool:
+        """Whether it stays in an attitude x, y, z, w on flat ground."""
+        return stands(self.shape, quat)
 
     @property
     def air(self) -> AirFactors:
-        """What the air does to it; other shapes than balls count as the ball of the same frontal area."""
+        """What the air does to it; other shapes than balls count as the ball of the same mean frontal area."""
         if self.aerodynamics is None:
             return AirFactors()
         shape = self.shape
-        if isinstance(shape, Sphere):
-            radius = shape.radius
-        elif isinstance(shape, Cylinder):
-            radius = math.sqrt(2.0 * shape.radius * shape.height / math.pi)
-        else:
-            radius = math.sqrt(shape.size[0] * shape.size[2] / math.pi)
+        radius = shape.radius if isinstance(shape, Sphere) else math.sqrt(mean_frontal_area(shape) / math.pi)
         return air_factors(self.aerodynamics, radius=radius, mass=self.mass)
 
     @property

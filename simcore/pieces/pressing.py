@@ -107,7 +107,7 @@ class Pressing:
     def _is_heap(self, upper: IntArray) -> bool:
         """Whether enough pieces lie on others around one of these; those asleep count, too."""
         state = self._pool.state
-        high = state.touchable & (state.pos[:, 2] > self._raised) & (state.status == PieceStatus.ASLEEP)
+        high = state.touchable & (state.pos[:, 2] > self._raised) & self._pool.is_frozen
         high[upper] = True
         if int(np.count_nonzero(high)) < _HEAP_SIZE:
             return False

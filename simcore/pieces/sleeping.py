@@ -27,8 +27,9 @@ _STIRRED = 2e-4  # [m]; a sleeper that the engine moved farther in two ticks is 
 _PUSHED = 1e-5  # [m]; one that it moved less has only been looked at by the engine, not pressed
 _CREEP = 1.2e-3  # [m]; what is still asleep in a heap, which gives way a little as long as one of its pieces moves
 _ROCKING = 0.08  # [m/s]; pieces that are no balls count as slow below this: they rock on an edge, but do not roll on
+_TURNING = 0.5  # [rad/s]; pieces that are no balls do not sleep while they turn faster
 _DEEP = 0.005  # [m]; a piece that is this deep in something does not sleep
-_ASLEEP, _AWAKE = int(PieceStatus.ASLEEP), int(PieceStatus.AWAKE)
+_AWAKE = int(PieceStatus.AWAKE)
 
 
 class Sleeping:
@@ -57,6 +58,7 @@ class Sleeping:
         self._wake = wake
         self._slow = np.zeros(len(pool.rows), dtype=np.int64)  # ticks
         self._slow_speed = np.where(pool.is_ball, settings.slow_speed, _ROCKING)
+        self._has_others = not bool(pool.is_ball.all())
         self._readings = 0
 
     def stir(self, slot: int) -> None:
@@ -76,7 +78,13 @@ class Sleeping:
         self._slow[awake] = np.where(slow, self._slow[awake] + SETTLE_PERIOD, 0)
         # in a heap nothing is at an apex, so half the time is enough
         enough = np.where(self._pressing.is_sustained[awake], p.slow_ticks // 2, p.slow_ticks)
-        return awake[(self._slow[awake] >= enough) & ~guarded[awake]]
+        ready = awake[(self._slow[awake] >= enough) & ~guarded[awake]]
+        others = ready[~self._pool.is_ball[ready]] if self._has_others else ready[:0]
+        if len(others):  # they can turn on the spot
+            spin = self._world.engine.velocities(self._pool.rows_of(others))[:, 3:]
+            turning = others[np.einsum("ij,ij->i", spin, spin) > _TURNING * _TURNING]
+            ready = np.setdiff1d(ready, turning, assume_unique=True)
+        return ready
 
     def are_deep(self, slots: IntArray) -> BoolArray:
         """Which pieces are squeezed, shape (n,): the engine would push them out as soon as they wake."""
@@ -93,6 +101,8 @@ class Sleeping:
         near = (np.einsum("ijk,ijk->ij", away, away) < reach * reach) & (slots[:, None] != others[None, :])
         deep: BoolArray = (near & self._pool.is_ball[others]).any(axis=1) & self._pool.is_ball[slots]
         doubtful |= near.any(axis=1)
+        if self._has_others:
+            doubtful |= ~self._pool.is_ball[slots]
         for number in np.nonzero(doubtful & ~deep)[0].tolist():
             deep[number] = world.engine.overlap(self._pool.rows[int(slots[number])]) > _DEEP
         return deep
@@ -111,7 +121,7 @@ class Sleeping:
         touches awake in the engine, and awake bodies cost time.
         """
         state = self._pool.state
-        asleep = np.nonzero(state.touchable & (state.status == _ASLEEP))[0]
+        asleep = np.nonzero(state.touchable & self._pool.is_frozen)[0]
         self._readings += 1
         if self._readings % _AUDIT_PERIOD:
             boxes = [point for robot in robots for point in robot.points(_NEAR)]

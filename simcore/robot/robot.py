@@ -232,7 +232,7 @@ class Robot:
                 state = placer.held_state()
                 return state.pos, state.quat
         storage = next(storage for storage in self.storages if slot in storage.pieces)
-        return storage.config.position(storage.pieces.index(slot), radius), (0.0, 0.0, 0.0, 1.0)
+        return storage.config.position(storage.pieces.index(slot), radius), storage.config.attitude
 
     def begin_tick(self) -> None:
         """Note how the robot moves and aims as a tick begins; intakes have looked at the last tick."""

@@ -14,7 +14,7 @@ import numpy as np
 
 from simcore.errors import ConfigError
 from simcore.geometry.zones import BoxZone, CylinderZone
-from simcore.physics.shapes import Cylinder, Sphere
+from simcore.physics.shapes import Cylinder, Sphere, bounding_box
 from simcore.pieces.kinds import GamePieceConfig
 from simcore.quantities import FIELD_LENGTH, ROBOT_LENGTH, require, require_fields
 from simcore.show.palette import shade
@@ -175,7 +175,9 @@ def piece_look(kind: GamePieceConfig) -> PieceLook:
         return PieceLook(radius=shape.radius, color=kind.color)
     if isinstance(shape, Cylinder):
         return PieceLook(size=(2.0 * shape.radius, 2.0 * shape.radius, shape.height), color=kind.color)
-    return PieceLook(size=shape.size, color=kind.color)
+    low, high = bounding_box(shape)
+    length, width, height = (high - low).tolist()
+    return PieceLook(size=(length, width, height), color=kind.color)
 
 
 def bare_scene(game: Game) -> Scene:

@@ -4,10 +4,13 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
 import pytest
 
 from simcore.errors import ConfigError
-from simcore.physics.shapes import Box, Cylinder, Sphere
+from simcore.physics.mass_properties import centered
+from simcore.physics.round_shapes import tube
+from simcore.physics.shapes import Box, Compound, Cylinder, HalfSpace, Hull, Part, Sphere
 from simcore.pieces.aerodynamics import Aerodynamics
 from simcore.pieces.kinds import GamePieceConfig
 from simcore.units import GRAVITY
@@ -46,3 +49,22 @@ def test_the_aero_speed_is_where_drag_is_three_hundredths_of_the_weight():
 def test_impossible_pieces_are_refused_by_field(field, value):
     with pytest.raises(ConfigError, match=field):
         GamePieceConfig(**{"name": "Fuel", "shape": Sphere(0.075), "mass": 0.2, field: value})
+
+
+OFF_CENTER = Compound((Part(Sphere(0.1)), Part(Sphere(0.1), (0.4, 0.0, 0.0))))
+
+
+@pytest.mark.parametrize(
+    ("shape", "words"),
+    [
+        (HalfSpace(), "shape must be a Sphere, Cylinder, Box, Hull or Compound, got a HalfSpace"),
+        (Compound((Part(Sphere(0.1)),) * 40), "40 parts are too many to be simulated, at most 32"),
+        (OFF_CENTER, r"its center of mass, which is at \(0.2, 0, 0\) m; give `centered\(shape\)`"),
+        (tube(length=0.3, outer_radius=0.05, inner_radius=0.0475), "a part is 2.5 mm thick, engines need 3 mm"),
+        (Hull(np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [1.0, 1.0, 0.0]])), "one plane"),
+    ],
+)
+def test_a_shape_that_engines_cannot_do_well_is_refused(shape, words):
+    with pytest.raises(ConfigError, match=words):
+        GamePieceConfig(name="Thing", shape=shape, mass=1.0)
+    assert GamePieceConfig(name="Thing", shape=centered(OFF_CENTER), mass=1.0).rest_height == pytest.approx(0.1)
