@@ -139,6 +139,8 @@ class StagedPieces:
     """Centers of those on the field, as the blue alliance sees it, field frame [m], shape (n, 3)."""
     attitudes: FloatArray | None = None
     """Of those, unit quaternions x, y, z, w, as the blue alliance sees them, shape (n, 4); None: upright."""
+    at_rest: bool = False
+    """Whether they lie on something that holds them, so that they sleep at once wherever they are."""
     off_field: int = 0
     """How many wait off the field, e.g. with a human player."""
 

@@ -501,7 +501,9 @@ class Match:
                 positions = self.game.field.symmetry.flip_points(positions)
                 attitudes = None if attitudes is None else self.game.field.symmetry.flip_attitudes(attitudes)
             if len(positions):
-                self.pieces.spawn(some.kind, positions, attitudes)
+                slots = self.pieces.spawn(some.kind, positions, attitudes)
+                if some.at_rest:
+                    self.pieces.put_to_sleep(slots)
             self.pieces.stage(some.kind, some.off_field)
 
     def _preload(self, robot: Robot, entry: RobotEntry) -> None:

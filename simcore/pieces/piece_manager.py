@@ -259,6 +259,15 @@ class GamePieceManager:
             else:
                 self._impacts.forget(slot)
 
+    def put_to_sleep(self, slots: IntArray) -> None:
+        """Let pieces that lie on something sleep where they are, until something reaches them.
+
+        Raises:
+            ConfigError: A piece is not on the field; nothing has changed.
+        """
+        self._require("put_to_sleep", slots, ON_FIELD)
+        self._fall_asleep(slots[self.state.status[slots] != _ASLEEP])
+
     def make_room(self, robot: Footprint) -> None:
         """Move the pieces that stand where a robot has just been put, to the nearest free places beside it."""
         here = self.on_field()
