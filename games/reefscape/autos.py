@@ -28,6 +28,9 @@ _SETTINGS = ScriptSettings(acceleration=7.0, roller_volts=6.0)
 _BEYOND = {4: 0.02, 3: -0.18, 2: -0.18}
 """By level, from the end of a branch to the near end of the coral that is let go [m]: over level 4 it falls on by
 itself, on the others most of it is on the branch already."""
+_PAST_LEFT_MARK = ((2.3, 6.7),)
+_PAST_RIGHT_MARK = ((2.3, dim.FIELD_WIDTH - 6.7),)
+"""Between a station and the reef, so that the algae on the mark in between stays there [m]."""
 _TUCKED = degrees(85.0)  # of the arm while driving
 _CARRY = elevator_turns(0.75)
 
@@ -59,13 +62,13 @@ def _at_station(side: str, out: float, aside: float = 0.0) -> Pose:
     return x + out * c - aside * s, y + out * s + aside * c, yaw
 
 
-def _place(robot: ScriptedRobot, face: int, side: str, level: int) -> Steps:
-    """From near a face: put the coral on a branch (left or right as seen from there), and back off."""
+def _place(robot: ScriptedRobot, face: int, side: str, level: int, way: tuple[tuple[float, float], ...] = ()) -> Steps:
+    """Drive to a face, put the coral on a branch (left or right as seen from there), and back off."""
     out, drum, arm = _reach(level)
     aside = -dim.BRANCH_OFFSET if side == "left" else dim.BRANCH_OFFSET
     robot.set_position("elevator", drum)
     x, y, yaw = _before_face(face, out + 0.35, aside)
-    yield from robot.drive_to(x, y, yaw, speed=3.5, tolerance=0.10)
+    yield from robot.drive_through([*way, (x, y)], yaw, speed=3.5, tolerance=0.10)
     robot.set_position("arm", arm)
     x, y, yaw = _before_face(face, out, aside)
     yield from robot.drive_to(x, y, yaw, speed=1.5, tolerance=0.012, timeout=1.2)
@@ -103,9 +106,9 @@ def three_l4(robot: ScriptedRobot) -> Steps:
     _begin(robot)
     yield from _place(robot, 2, "right", 4)
     yield from _load(robot, "left", ((4.6, 5.9),))
-    yield from _place(robot, 1, "right", 4)
-    yield from _load(robot, "left")
-    yield from _place(robot, 1, "left", 4)
+    yield from _place(robot, 1, "right", 4, _PAST_LEFT_MARK)
+    yield from _load(robot, "left", _PAST_LEFT_MARK)
+    yield from _place(robot, 1, "left", 4, _PAST_LEFT_MARK)
 
 
 def station_cycle(robot: ScriptedRobot) -> Steps:
@@ -113,9 +116,9 @@ def station_cycle(robot: ScriptedRobot) -> Steps:
     _begin(robot)
     yield from _place(robot, 4, "left", 4)
     yield from _load(robot, "right", ((4.6, 2.15),))
-    yield from _place(robot, 5, "left", 3)
-    yield from _load(robot, "right")
-    yield from _place(robot, 5, "right", 2)
+    yield from _place(robot, 5, "left", 3, _PAST_RIGHT_MARK)
+    yield from _load(robot, "right", _PAST_RIGHT_MARK)
+    yield from _place(robot, 5, "right", 2, _PAST_RIGHT_MARK)
 
 
 def _take_algae(robot: ScriptedRobot, face: int) -> Steps:
