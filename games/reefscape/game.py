@@ -7,6 +7,7 @@ import math
 from games.reefscape.autos import AUTOS
 from games.reefscape.field import FIELD, scoring_zones
 from games.reefscape.pieces import ALGAE, CORAL
+from games.reefscape.places import PLACES
 from games.reefscape.robot import reefscape_robot
 from games.reefscape.rules import MATCH, ReefscapeRules
 from games.reefscape.staging import ALGAE_COUNT, CORAL_COUNT, ROBOTS, stage
@@ -22,6 +23,7 @@ REEFSCAPE = Game(
     clock=MATCH,
     staging=stage,
     zones=scoring_zones(),
+    places=PLACES,
     rules=ReefscapeRules,
     robot=reefscape_robot,
     starts=((7.2, 5.9, math.pi), (7.2, 2.15, math.pi), (7.2, 4.0259, math.pi)),

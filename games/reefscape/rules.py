@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Mapping
 
 import numpy as np
@@ -9,10 +10,11 @@ import numpy as np
 from games.reefscape import dimensions as dim
 from games.reefscape.field import ALLIANCES, FIELD, cage_rungs
 from games.reefscape.human_players import HumanPlayers
-from games.reefscape.placement import LEVELS, Placed, placed_pieces
+from games.reefscape.places import BRANCH_ROWS, level_of
 from simcore.match.clock import MatchClock, Phase
 from simcore.match.game import MatchState, Rules
 from simcore.match.scoring import Alliance, ScoreEvent
+from simcore.pieces.resting_places import PlaceEvent, RestingPlace
 from simcore.robot.ground_clearance import ground_clearance
 from simcore.robot.robot import Robot
 from simcore.typing import FloatArray
@@ -35,8 +37,6 @@ _NET_POINTS, _LEAVE_POINTS = 4, 3
 _END_POINTS = {"None": 0, "Parked": 2, "ShallowCage": 6, "DeepCage": 12}
 _CORAL_A_LEVEL, _BARGE_BONUS, _COOP_ALGAE = 5, 14, 2  # for ranking points, before championships
 _ASSESSMENT = 3.0  # [s] after auto and after the match, in which pieces come to rest
-_PERIOD = 5  # ticks between two looks at the field
-_ROWS = {4: "topRow", 3: "midRow", 2: "botRow"}  # as The Blue Alliance calls the levels
 _RUNGS = {rung.name: "DeepCage" for rung in cage_rungs("deep")} | {
     rung.name: "ShallowCage" for rung in cage_rungs("shallow")
 }
@@ -53,8 +53,9 @@ class ReefscapeRules(Rules):
         self._forget()
 
     def _forget(self) -> None:
-        self._now = {alliance: Placed() for alliance in ALLIANCES}
-        self._auto = {alliance: Placed() for alliance in ALLIANCES}
+        self._where: dict[int, RestingPlace] = {}  # by slot
+        self._auto_branches: frozenset[str] = frozenset()  # names of the places
+        self._auto_count: Counter[str] = Counter()  # by level
         self._left: dict[int, bool] = {}
         self._ends: dict[int, str] = {}
         self._points: dict[Alliance, int] = dict.fromkeys(ALLIANCES, 0)
@@ -78,14 +79,23 @@ class ReefscapeRules(Rules):
         """An algae through the processor is the other alliance's."""
         self.human_players.take_algae(event.alliance, event.slot)
 
+    def placed(self, event: PlaceEvent) -> None:
+        """A coral is on a branch or in the trough, or an algae in a net."""
+        self._where[event.slot] = event.place
+        self._judge()
+
+    def removed(self, event: PlaceEvent) -> None:
+        """It fell off, or a robot took it."""
+        self._where.pop(event.slot, None)
+        self._judge()
+
     def after_tick(self) -> None:
-        """Look at the field some times a second, and at the end of auto."""
+        """Robots have left at the end of auto; after the match they are looked at until the assessment is over."""
         time = self.match.timer.time
-        has_auto_ended = time >= MATCH.start("pause") - 1e-9
-        if has_auto_ended and not self._left and time < MATCH.start("teleop"):
+        if MATCH.start("pause") - 1e-9 <= time < MATCH.start("teleop") and not self._left:
             self._left = {robot.number: self._has_left(robot) for robot in self.match.robots}
             self._judge()
-        elif self.match.ticks % _PERIOD == 0 and time <= MATCH.duration + _ASSESSMENT:
+        elif MATCH.duration < time <= MATCH.duration + _ASSESSMENT:
             self._judge()
 
     def end(self) -> None:
@@ -95,23 +105,21 @@ class ReefscapeRules(Rules):
     def breakdown(self) -> Mapping[str, int]:
         """Counts by alliance, in the names of The Blue Alliance's score breakdown."""
         rows: dict[str, int] = {}
-        coop = self._is_coop
+        now, auto = self._count(), self._auto_count
         for alliance in ALLIANCES:
-            now, auto = self._now[alliance], self._auto[alliance]
             own = {
-                "netAlgaeCount": now.net,
+                "netAlgaeCount": now[level_of(alliance, "net")],
                 "wallAlgaeCount": self._processed(alliance),
                 "autoMobilityPoints": self._mobility(alliance),
-                "autoCoralCount": auto.trough + sum(len(auto.branches[level]) for level in LEVELS),
+                "autoCoralCount": self._auto_coral(alliance),
                 "endGameBargePoints": self._barge(alliance),
                 "coopertitionCriteriaMet": int(self._processed(alliance) >= _COOP_ALGAE),
                 "autoBonusAchieved": int(self._has_auto_bonus(alliance)),
-                "coralBonusAchieved": int(self._full_levels(alliance) >= (3 if coop else 4)),
+                "coralBonusAchieved": int(self._full_levels(alliance) >= (3 if self._is_coop else 4)),
                 "bargeBonusAchieved": int(self._barge(alliance) >= _BARGE_BONUS),
             }
-            for period, placed in (("autoReef", auto), ("teleopReef", now)):
-                own |= {f"{period}/{row}": len(placed.branches[level]) for level, row in _ROWS.items()}
-                own[f"{period}/trough"] = placed.trough
+            for period, counts in (("autoReef", auto), ("teleopReef", now)):
+                own |= {f"{period}/{row}": counts[level_of(alliance, row)] for row in (*BRANCH_ROWS.values(), "trough")}
             rows |= {f"{alliance.capitalize()}/{name}": count for name, count in own.items()}
         return rows
 
@@ -129,28 +137,39 @@ class ReefscapeRules(Rules):
     # --- what counts ----------------------------------------------------------------------------------------------
 
     def _judge(self) -> None:
-        """Look at the field, and give or take the difference in points."""
+        """Look at what is placed, and give or take the difference in points."""
         time = self.match.timer.time
         if time >= MATCH.duration - 1e-9:
+            if time > MATCH.duration + _ASSESSMENT + 1e-9:
+                return
             self._ends = {robot.number: self._end_of(robot) for robot in self.match.robots}
+        if time < MATCH.start("teleop"):
+            self._auto_branches = frozenset(place.name for place in self._where.values())
+            self._auto_count = self._count()
         for alliance in ALLIANCES:
-            placed = self._now[alliance] = placed_pieces(self.match, alliance, self._now[alliance])
-            if time < MATCH.start("teleop"):
-                self._auto[alliance] = placed
             points = self._worth_of(alliance)
             if points != self._points[alliance]:
                 self.match.tracker.add(alliance, points - self._points[alliance])
                 self._points[alliance] = points
 
+    def _count(self) -> Counter[str]:
+        """Pieces by level."""
+        return Counter(place.level for place in self._where.values())
+
     def _worth_of(self, alliance: Alliance) -> int:
         """Points of an alliance, but for its processor."""
-        now, auto = self._now[alliance], self._auto[alliance]
-        points = _NET_POINTS * now.net + self._mobility(alliance) + self._barge(alliance)
-        for level in LEVELS:
-            for branch in now.branches[level]:
-                points += (_AUTO_CORAL if branch in auto.branches[level] else _TELEOP_CORAL)[level]
-        early = min(now.trough, auto.trough)
-        return points + early * _AUTO_CORAL[1] + (now.trough - early) * _TELEOP_CORAL[1]
+        points = self._mobility(alliance) + self._barge(alliance)
+        for level, row in BRANCH_ROWS.items():
+            for place in self._where.values():
+                if place.level == level_of(alliance, row):
+                    points += (_AUTO_CORAL if place.name in self._auto_branches else _TELEOP_CORAL)[level]
+        now, trough = self._count(), level_of(alliance, "trough")
+        early = min(now[trough], self._auto_count[trough])
+        points += early * _AUTO_CORAL[1] + (now[trough] - early) * _TELEOP_CORAL[1]
+        return points + _NET_POINTS * now[level_of(alliance, "net")]
+
+    def _auto_coral(self, alliance: Alliance) -> int:
+        return sum(self._auto_count[level_of(alliance, row)] for row in (*BRANCH_ROWS.values(), "trough"))
 
     def _robots_of(self, alliance: Alliance) -> list[Robot]:
         return [robot for robot in self.match.robots if self.match.alliances[robot.number] == alliance]
@@ -171,15 +190,14 @@ class ReefscapeRules(Rules):
         return all(self._processed(alliance) >= _COOP_ALGAE for alliance in ALLIANCES)
 
     def _full_levels(self, alliance: Alliance) -> int:
-        now = self._now[alliance]
-        counts = [now.trough, *(len(now.branches[level]) for level in LEVELS)]
+        now = self._count()
+        counts = [now[level_of(alliance, row)] for row in (*BRANCH_ROWS.values(), "trough")]
         return len([1 for count in counts if count >= _CORAL_A_LEVEL])
 
     def _has_auto_bonus(self, alliance: Alliance) -> bool:
         """All robots have left, and one coral is placed in auto."""
-        robots, auto = self._robots_of(alliance), self._auto[alliance]
-        coral = auto.trough + sum(len(auto.branches[level]) for level in LEVELS)
-        return bool(robots) and all(self._left.get(robot.number) for robot in robots) and coral > 0
+        robots = self._robots_of(alliance)
+        return bool(robots) and all(self._left.get(r.number) for r in robots) and self._auto_coral(alliance) > 0
 
     def _has_left(self, robot: Robot) -> bool:
         """Whether no part of its bumpers is over its alliance's starting line."""

@@ -23,6 +23,7 @@ STATION_STOCK = 60
 CORAL_COUNT = 2 * (STATION_STOCK + len(dim.MARK_YS))
 ALGAE_COUNT = 2 * (6 + len(dim.MARK_YS))
 _ABOVE_BORE = 0.5 * math.sqrt(dim.ALGAE_DIAMETER**2 - dim.CORAL_INNER_DIAMETER**2)  # of an algae that lies on it [m]
+_LODGED = 20.0  # [N] to pull an algae out of the reef's pipes; estimate, 15 to 30
 _JITTER = 0.001  # [m] either way: hands put them on their marks
 
 
@@ -59,9 +60,10 @@ def stage(rng: np.random.Generator, entries: Sequence[RobotEntry]) -> list[Stage
         marks = mark_places() + rng.uniform(-_JITTER, _JITTER, (len(dim.MARK_YS), 2))
         coral = np.column_stack([marks, np.full(len(marks), CORAL.rest_height)])
         on_top = np.column_stack([marks, np.full(len(marks), dim.CORAL_LENGTH + _ABOVE_BORE)])
-        algae = np.vstack([on_top, reef_algae_places()])
-        staged.append(StagedPieces(kind=CORAL.name, positions=_of(alliance, coral), at_rest=True))
-        staged.append(StagedPieces(kind=ALGAE.name, positions=_of(alliance, algae), at_rest=True))
+        on_reef = _of(alliance, reef_algae_places())
+        staged.append(StagedPieces(kind=CORAL.name, positions=_of(alliance, coral)))
+        staged.append(StagedPieces(kind=ALGAE.name, positions=_of(alliance, on_top), resting=True))
+        staged.append(StagedPieces(kind=ALGAE.name, positions=on_reef, lodged=_LODGED))
     return [*staged, StagedPieces(kind=CORAL.name, off_field=2 * STATION_STOCK - preloads)]
 
 

@@ -25,6 +25,7 @@ from simcore.physics.shapes import Box, Cylinder, Sphere
 from simcore.physics.surface import TerrainSurface
 from simcore.pieces.kinds import GamePieceConfig
 from simcore.pieces.piece_manager import GamePieceManager
+from simcore.pieces.resting_places import PlaceEvent, RestingPlace
 from simcore.robot.climber import Rung
 from simcore.robot.robot import Controller, Robot
 from simcore.robot.robot_config import RobotConfig
@@ -139,8 +140,11 @@ class StagedPieces:
     """Centers of those on the field, as the blue alliance sees it, field frame [m], shape (n, 3)."""
     attitudes: FloatArray | None = None
     """Of those, unit quaternions x, y, z, w, as the blue alliance sees them, shape (n, 4); None: upright."""
-    at_rest: bool = False
-    """Whether they lie on something that holds them, so that they sleep at once wherever they are."""
+    resting: bool = False
+    """Whether those that do not stand on the carpet lie on what was staged before them, or on the field, and sleep;
+    otherwise they fall as the match begins."""
+    lodged: float | None = None
+    """Force at which they come free, where they are wedged in [N]; None: they are not."""
     off_field: int = 0
     """How many wait off the field, e.g. with a human player."""
 
@@ -259,6 +263,12 @@ class Rules:
     def scored(self, event: ScoreEvent) -> None:
         """A piece has scored, and is off the field."""
 
+    def placed(self, event: PlaceEvent) -> None:
+        """A piece has come to rest in a place where it counts."""
+
+    def removed(self, event: PlaceEvent) -> None:
+        """A piece has left such a place: it fell, or a robot took it."""
+
     def after_tick(self) -> None:
         """Everything has moved and scored; telemetry comes next."""
 
@@ -296,6 +306,8 @@ class Game:
     clock: MatchClock
     staging: Staging
     zones: tuple[ScoringZone, ...] = ()
+    places: tuple[RestingPlace, ...] = ()
+    """Where pieces stay and count as placed."""
     rules: Callable[[MatchState], Rules] = Rules
     robot: Callable[[], RobotConfig]
     """Its default robot."""
@@ -349,6 +361,7 @@ class Game:
         pieces: Sequence[PieceSupply] = (),
         robot: Callable[[], RobotConfig],
         zones: Sequence[ScoringZone] = (),
+        places: Sequence[RestingPlace] = (),
     ) -> Game:
         """No year's game: a carpet with a wall around it, for experiments and tests.
 
@@ -358,6 +371,7 @@ class Game:
             pieces: Kinds of pieces; none lies anywhere until `match.pieces.spawn` puts it there.
             robot: The default robot.
             zones: Where pieces score.
+            places: Where pieces stay and count.
         """
         from simcore.physics.field import FieldBoundary
 
@@ -374,6 +388,7 @@ class Game:
             clock=MatchClock([Phase("auto", 15.0, "auto"), Phase("teleop", 1e6)]),
             staging=lambda rng, entries: (),
             zones=tuple(zones),
+            places=tuple(places),
             robot=robot,
             starts=((0.25 * size[0], 0.5 * size[1], 0.0),),
         )

@@ -31,6 +31,7 @@ from simcore.physics.substeps import Substepping, Surroundings
 from simcore.physics.world import PhysicsWorld
 from simcore.pieces.piece_manager import GamePieceManager
 from simcore.pieces.pool import PieceStatus
+from simcore.pieces.resting_places import RestingPlace
 from simcore.pieces.wake_grid import Footprint, WakeSettings
 from simcore.robot.robot import Controller, Robot
 from simcore.robot.robot_config import RobotConfig
@@ -160,6 +161,7 @@ class Match:
         elements: Sequence[FieldElement] = (),
         pieces: Sequence[PieceSupply] = (),
         zones: Sequence[ScoringZone] = (),
+        places: Sequence[RestingPlace] = (),
         **settings: Any,
     ) -> Match:
         """A match of no game: a carpet with a wall around it, for experiments and tests.
@@ -171,6 +173,7 @@ class Match:
             elements: What stands on it, beside the wall.
             pieces: Kinds of pieces; none lies anywhere until `match.pieces.spawn` puts it there.
             zones: Where pieces score.
+            places: Where pieces stay and count.
             settings: Further arguments of `Match`.
 
         Example:
@@ -189,7 +192,7 @@ class Match:
             steer_supply_limit=20.0,
         )
         config = robot or RobotConfig(drivetrain=SwerveConfig.square(0.53, module))
-        game = Game.bare(size=size, elements=elements, pieces=pieces, zones=zones, robot=lambda: config)
+        game = Game.bare(size=size, elements=elements, pieces=pieces, zones=zones, places=places, robot=lambda: config)
         return cls(game, robots=(RobotEntry(start=start),), **settings)
 
     def __enter__(self) -> Match:
@@ -324,6 +327,12 @@ class Match:
             self.pieces.score(np.array([event.slot for event in events]))
             for event in events:
                 self.rules.scored(event)
+        if self.game.places:
+            placed, removed = self.pieces.places.update()
+            for stay in removed:
+                self.rules.removed(stay)
+            for stay in placed:
+                self.rules.placed(stay)
         if self.timer.is_over and not self._has_ended:
             self._has_ended = True
             self.rules.end()
@@ -419,6 +428,7 @@ class Match:
             in_flight=count(PieceStatus.IN_FLIGHT),
             held=count(PieceStatus.HELD),
             scored=count(PieceStatus.SCORED),
+            placed=count(PieceStatus.PLACED),
             off_field=count(PieceStatus.STAGED),
         )
 
@@ -460,6 +470,7 @@ class Match:
             [(supply.kind, supply.count) for supply in game.pieces],
             field_size=game.field.size,
             wake=self._wake_settings,
+            places=game.places,
         )
         self._stage(staging_rng)
         self.robots = []
@@ -501,9 +512,7 @@ class Match:
                 positions = self.game.field.symmetry.flip_points(positions)
                 attitudes = None if attitudes is None else self.game.field.symmetry.flip_attitudes(attitudes)
             if len(positions):
-                slots = self.pieces.spawn(some.kind, positions, attitudes)
-                if some.at_rest:
-                    self.pieces.put_to_sleep(slots)
+                self.pieces.spawn(some.kind, positions, attitudes, resting=some.resting, lodged=some.lodged)
             self.pieces.stage(some.kind, some.off_field)
 
     def _preload(self, robot: Robot, entry: RobotEntry) -> None:

@@ -40,13 +40,16 @@ class PieceCount:
     in_flight: int
     held: int
     scored: int
+    placed: int = 0
+    """At rest in a place where they count; `on_field` is without them."""
     off_field: int
     """Not on the field yet: e.g. with a human player."""
 
     @property
     def is_conserved(self) -> bool:
         """Whether every piece is accounted for."""
-        return self.on_field + self.in_flight + self.held + self.scored + self.off_field == self.staged
+        somewhere = self.on_field + self.in_flight + self.held + self.scored + self.placed + self.off_field
+        return somewhere == self.staged
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -136,9 +139,19 @@ def print_report(report: RunReport, console: Console, *, verbose: bool = False) 
 
     kinds = f"{report.piece_name.capitalize()}: where all {pieces.staged} of them are"
     where = Table(title=kinds, box=style, title_justify="left", width=_width(console))
-    for name in ("on the field", "in the air", "in robots", "scored", "not in play yet"):
+    found = {
+        "on the field": pieces.on_field,
+        "in the air": pieces.in_flight,
+        "in robots": pieces.held,
+        "placed": pieces.placed,
+        "scored": pieces.scored,
+        "not in play yet": pieces.off_field,
+    }
+    if not pieces.placed:
+        del found["placed"]
+    counts = tuple(found.values())
+    for name in found:
         where.add_column(name, justify="right")
-    counts = (pieces.on_field, pieces.in_flight, pieces.held, pieces.scored, pieces.off_field)
     where.add_row(*(str(count) for count in counts))
     console.print(where)
     if not pieces.is_conserved:

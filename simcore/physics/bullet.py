@@ -334,6 +334,12 @@ class BulletEngine:
         contacts = self._p.getContactPoints(self._ids[row], physicsClientId=self._open()) or ()
         return max(0.0, -min([contact[8] for contact in contacts], default=0.0))
 
+    def touching(self, row: int) -> list[int]:
+        """Rows of the bodies that a body was in contact with in the last step."""
+        contacts = self._p.getContactPoints(self._ids[row], physicsClientId=self._open()) or ()
+        others = {contact[2] for contact in contacts if contact[8] < _CONTACT_DISTANCE}
+        return sorted(self._row_of[other] for other in others if other in self._row_of)
+
     def free_share(self, row: int, h: float) -> float:
         """Share of a step of h [s] in which a body goes on without touching anything; 1 if it meets nothing.
 

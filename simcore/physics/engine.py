@@ -128,6 +128,10 @@ class Engine(Protocol):
         """How deep the body is in others, at its deepest contact in the last step [m]; 0 for none."""
         ...
 
+    def touching(self, row: int) -> list[int]:
+        """Rows of the bodies that a body was in contact with in the last step."""
+        ...
+
     def free_share(self, row: int, h: float) -> float:
         """Share of a step of h [s] in which a body goes on without touching anything; 1 if it meets nothing.
 

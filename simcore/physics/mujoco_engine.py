@@ -42,6 +42,7 @@ __all__ = ["MuJoCoEngine"]
 
 _LONGEST_PART = 0.01  # [s] where bodies touch each other, or two planes
 _TOLERANCE = 1e-8  # of Newton's method
+_TOUCHING = 0.001  # [m]; bodies this near count as in contact
 _NOTHING: FloatArray = np.zeros(0)
 
 
@@ -281,6 +282,14 @@ class MuJoCoEngine:
         contact = self._d.contact
         mine = (self._layout.row_of_geom[contact.geom] == row).any(axis=1)
         return max(0.0, -float(contact.dist[mine].min(initial=0.0)))
+
+    def touching(self, row: int) -> list[int]:
+        """Rows of the bodies that a body was in contact with in the last step."""
+        self._refresh()
+        contact = self._d.contact
+        rows = self._layout.row_of_geom[contact.geom[contact.dist < _TOUCHING]].reshape(-1, 2)
+        mine = rows[(rows == row).any(axis=1)]
+        return sorted(set(mine[mine != row].tolist()))
 
     def free_share(self, row: int, h: float) -> float:
         """All of it: a contact is found before it is reached."""

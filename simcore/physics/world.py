@@ -404,6 +404,10 @@ class PhysicsWorld:
             passed[left] = np.minimum(1.0, at[own] + 1e-3 / reach)
         return fraction, rows
 
+    def touches_robot(self, row: int) -> bool:
+        """Whether a body was in contact with a robot in the last step."""
+        return bool(self._robots) and any(other in self._robots for other in self.engine.touching(row))
+
     def body_name(self, row: int) -> str:
         """Name of a body, as it was added."""
         return self._bodies[row].name

@@ -18,7 +18,7 @@ from simcore.geometry.rotation import Vector
 from simcore.physics.surface import TerrainSurface
 from simcore.physics.world import PhysicsWorld
 from simcore.pieces.impact_law import hit_ball, hit_surface
-from simcore.pieces.pool import PiecePool, PieceStatus
+from simcore.pieces.pool import PiecePool
 from simcore.pieces.touching import TOUCH, touching_chain
 from simcore.typing import BoolArray, FloatArray, IntArray
 
@@ -120,7 +120,7 @@ class Impacts:
         meets = (np.einsum("ijk,ijk->ij", aside, aside) < touch * touch) & (fast[:, None] != others[None, :])
         if meets.any():
             reached = touching_chain(state.pos[others], radius[others], meets.any(axis=0), _KNOCK_LENGTH)
-            for slot in others[reached & (state.status[others] == PieceStatus.ASLEEP)].tolist():
+            for slot in others[reached & self._pool.is_frozen[others]].tolist():
                 self._wake(slot)
             if self._is_needed:
                 self._near, self._moves = others, moves > _STANDS * dt

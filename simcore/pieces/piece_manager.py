@@ -1,4 +1,4 @@
-"""The life of the pieces: staged, asleep, awake, held, in flight, scored; and who is awake when.
+"""The life of the pieces: staged, asleep, awake, held, in flight, placed, scored; and who is awake when.
 
 Only what can move is simulated. A piece sleeps when it has been slow for a while: under gravity nothing stays slow in
 the air, so a sleeper is always supported. It wakes before anything can reach it: each tick, before the engine moves,
@@ -13,7 +13,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from simcore.errors import CapacityError, ConfigError, NonFiniteError, UnknownNameError
+from simcore.errors import CapacityError, ConfigError, NonFiniteError, UnknownNameError, require_positive
 from simcore.geometry.rotation import IDENTITY, Quaternion
 from simcore.physics.world import PhysicsWorld
 from simcore.pieces.approach import Approach
@@ -21,8 +21,10 @@ from simcore.pieces.flight_forces import FlightForces
 from simcore.pieces.free_places import free_place
 from simcore.pieces.impacts import Impacts
 from simcore.pieces.kinds import GamePieceConfig
+from simcore.pieces.lodging import Lodging
 from simcore.pieces.pool import ON_FIELD, PiecePool, PieceStatus
 from simcore.pieces.pressing import Pressing
+from simcore.pieces.resting_places import RestingPlace, RestingPlaces
 from simcore.pieces.sleeping import SETTLE_PERIOD, Sleeping
 from simcore.pieces.wake_grid import ChunkGrid, Footprint, WakeSettings
 from simcore.typing import BoolArray, FloatArray, IntArray
@@ -31,8 +33,9 @@ __all__ = ["GamePieceManager"]
 
 _HEAP_WAKING = 0.2  # [m/s]; in a heap, a slower piece wakes others by touch alone
 _ROBOT_HEIGHT = 0.6  # [m]; pieces above it fly over a robot
+_BESIDE = 0.02  # [m]; what is within this of a piece may carry it
 _KNOCK_TICKS = 3.0  # how much farther the field is shown to the engine: a row of balls passes a knock on within a tick
-_FREE, _STAGED, _ASLEEP, _AWAKE, _HELD, _IN_FLIGHT, _SCORED = (int(status) for status in PieceStatus)
+_FREE, _STAGED, _ASLEEP, _AWAKE, _HELD, _IN_FLIGHT, _SCORED, _PLACED = (int(status) for status in PieceStatus)
 _ALL = (_STAGED, *ON_FIELD, _HELD, _SCORED)
 
 
@@ -44,6 +47,7 @@ class GamePieceManager:
         types: Each type with the most pieces of it that there can be.
         field_size: Length and width [m]; pieces that come to rest beyond it, or are 0.5 m beyond it, are brought back.
         wake: When pieces wake and sleep.
+        places: Where pieces stay and count.
     """
 
     def __init__(
@@ -53,6 +57,7 @@ class GamePieceManager:
         *,
         field_size: tuple[float, float],
         wake: WakeSettings | None = None,
+        places: Sequence[RestingPlace] = (),
     ) -> None:
         self._world = world
         self._p = wake or WakeSettings()
@@ -73,6 +78,9 @@ class GamePieceManager:
         self._approach = Approach(world, self._pool)
         self._flight = FlightForces(world, self._pool, self._impacts)
         self._pressing = Pressing(world, self._pool)
+        self._lodging = Lodging(world, self._pool)
+        self.places = RestingPlaces(places, self._pool)
+        """Where pieces stay and count."""
         self._sleeping = Sleeping(world, self._pool, self._pressing, self._p, self._wake)
         self._quats = np.tile((1.0, 0.0, 0.0, 0.0), (n, 1))
         self._awake: IntArray = np.zeros(0, dtype=np.int64)
@@ -100,26 +108,43 @@ class GamePieceManager:
         self.total += len(slots)
         return slots
 
-    def spawn(self, name: str, positions: FloatArray, attitudes: FloatArray | None = None) -> IntArray:
+    def spawn(
+        self,
+        name: str,
+        positions: FloatArray,
+        attitudes: FloatArray | None = None,
+        *,
+        resting: bool = False,
+        lodged: float | None = None,
+    ) -> IntArray:
         """Put new pieces on the field; those that stand on the carpet sleep at once. Returns their slots.
 
         Args:
             name: Of their kind.
             positions: Centers, field frame [m], shape (n, 3).
             attitudes: Unit quaternions x, y, z, w, shape (n, 4); None: upright, as the shape of the kind is.
+            resting: Whether they sleep at once where they are, because they lie on other pieces or on the field.
+            lodged: Force at which they come free, because they are wedged in there [N]; None: they are not.
 
         Raises:
             UnknownNameError: No such type.
             CapacityError: The pool is too small.
-            ConfigError: An attitude is no unit quaternion.
+            ConfigError: An attitude is no unit quaternion, nothing is there to rest on, or the force is not above 0.
             NonFiniteError: A place is not finite. In each case nothing is spawned.
         """
         positions = np.asarray(positions, dtype=float).reshape(-1, 3)
         if not np.isfinite(positions).all():
             raise NonFiniteError(f"{name}: spawn positions must be finite [m]")
         quats = _quaternions(name, attitudes, len(positions))
+        if lodged is not None:
+            require_positive(name, "force that lodged pieces come free at", lodged, "N")
+        if resting:
+            self._require_support(name, positions)
         slots = self.stage(name, len(positions))
-        self._release(slots, positions, quats)
+        self._release(slots, positions, quats, resting=resting or lodged is not None)
+        if lodged is not None:
+            for slot in slots.tolist():
+                self._lodging.lodge(slot, lodged)
         return slots
 
     def release(self, slots: IntArray, positions: FloatArray, attitudes: FloatArray | None = None) -> None:
@@ -137,15 +162,18 @@ class GamePieceManager:
         self._require("release", slots, _ALL, positions)
         self._release(slots, positions, _quaternions("release", attitudes, len(slots)))
 
-    def _release(self, slots: IntArray, positions: FloatArray, quats: list[Quaternion]) -> None:
+    def _release(
+        self, slots: IntArray, positions: FloatArray, quats: list[Quaternion], *, resting: bool = False
+    ) -> None:
         self._pressing.release(slots)
+        self._lodging.free(slots)
         for slot, pos, quat in zip(slots.tolist(), positions.tolist(), quats, strict=True):
             config = self._pool.types[self.state.kind[slot]]
             if quat == IDENTITY:
                 standing = abs(pos[2] - config.rest_height) < 0.002
             else:
                 standing = abs(pos[2] - config.rest_height_at(quat)) < 0.002
-            standing = standing and (self._pool.is_ball[slot] or config.stands_at(quat))
+            standing = resting or (standing and (self._pool.is_ball[slot] or config.stands_at(quat)))
             self._wake_leaning(slot)
             self._pool.place(slot, (pos[0], pos[1], pos[2]), touchable=not standing, quat=quat)
             self.state.status[slot] = _AWAKE
@@ -166,6 +194,7 @@ class GamePieceManager:
         """
         self._require("hold", slots, _ALL)
         self._pressing.release(slots)
+        self._lodging.free(slots)
         for slot in slots.tolist():
             self._wake_leaning(slot)
             self._flight.forget(slot)
@@ -229,6 +258,7 @@ class GamePieceManager:
         """
         self._require("score", slots, ON_FIELD)
         self._pressing.release(slots)
+        self._lodging.free(slots)
         for slot in slots.tolist():
             self._wake_leaning(slot)
             self._flight.forget(slot)
@@ -258,15 +288,6 @@ class GamePieceManager:
                 self._flight.start(slot)
             else:
                 self._impacts.forget(slot)
-
-    def put_to_sleep(self, slots: IntArray) -> None:
-        """Let pieces that lie on something sleep where they are, until something reaches them.
-
-        Raises:
-            ConfigError: A piece is not on the field; nothing has changed.
-        """
-        self._require("put_to_sleep", slots, ON_FIELD)
-        self._fall_asleep(slots[self.state.status[slots] != _ASLEEP])
 
     def make_room(self, robot: Footprint) -> None:
         """Move the pieces that stand where a robot has just been put, to the nearest free places beside it."""
@@ -359,7 +380,7 @@ class GamePieceManager:
         self._apply_chunks(*chunks.update())
 
         self._guarded[:] = False
-        asleep = np.nonzero(state.touchable & (state.status == _ASLEEP))[0]
+        asleep = np.nonzero(state.touchable & self._pool.is_frozen)[0]
         moving = [robot for robot in robots if robot.speed > 0.005]
         near = np.concatenate((asleep, awake)) if moving else asleep
         for robot in moving:
@@ -386,6 +407,8 @@ class GamePieceManager:
         if self._approach.is_needed:
             self._approach.finish()
         self._flight.push(h)
+        if self._lodging.is_used:
+            self._lodging.hold(h, self.awake)
         if self._approach.is_needed:
             self._approach.begin_step(h, self._awake_rows)
 
@@ -435,6 +458,19 @@ class GamePieceManager:
         if rows is not None and not (np.shape(rows) == (len(slots), 3) and np.isfinite(rows).all()):
             raise NonFiniteError(f"{what}: {len(slots)} rows of three finite numbers are needed, got {rows}")
 
+    def _require_support(self, name: str, positions: FloatArray) -> None:
+        """Check that there is something that new pieces of a kind can lie on."""
+        reach = self._pool.types[self._kind(name)].bounding_radius + _BESIDE
+        others = self.on_field()
+        is_near = self._world.near_field(positions, np.full(len(positions), reach)) | (positions[:, 2] < reach)
+        for place, near in zip(positions, is_near.tolist(), strict=True):
+            away = np.linalg.norm(self.state.pos[others] - place, axis=1)
+            if not (near or (away < reach + self._pool.radius[others]).any()):
+                raise ConfigError(
+                    f"{name}: a piece at {place.tolist()} m has nothing to rest on; stage what is below it before it, "
+                    "or let it fall"
+                )
+
     def _kind(self, name: str) -> int:
         if name not in self._kinds:
             raise UnknownNameError("game piece type", name, self._kinds)
@@ -467,7 +503,7 @@ class GamePieceManager:
         """Show the sleepers of woken chunks to the engine and hide those of quiet ones."""
         if not (woken.any() or quiet.any()):
             return
-        asleep = np.nonzero(self.state.status == _ASLEEP)[0]
+        asleep = np.nonzero(self._pool.is_frozen)[0]
         chunk = self._chunk[asleep]
         for slot in asleep[woken[chunk]].tolist():
             self._pool.set_touchable(slot, True)
@@ -477,7 +513,7 @@ class GamePieceManager:
             self._pool.set_touchable(slot, False)
 
     def _wake(self, slot: int) -> None:
-        if self.state.status[slot] == _ASLEEP:
+        if self.state.status[slot] in (_ASLEEP, _PLACED):
             self.state.status[slot] = _AWAKE
             self._pool.set_touchable(slot, True)
             self._awake_stale = True
@@ -487,9 +523,9 @@ class GamePieceManager:
     def _wake_leaning(self, slot: int) -> None:
         """Wake the sleepers around a piece that leaves its place on the field: they may have leaned on it."""
         state = self.state
-        if state.status[slot] not in (_ASLEEP, _AWAKE, _IN_FLIGHT):
+        if state.status[slot] not in ON_FIELD:
             return
-        asleep = np.nonzero(state.status == _ASLEEP)[0]
+        asleep = np.nonzero(self._pool.is_frozen)[0]
         away = state.pos[asleep] - state.pos[slot]
         reach = self._pool.radius[asleep] + 1.5 * self._pool.radius[slot]
         for other in asleep[np.einsum("ij,ij->i", away, away) < reach * reach].tolist():
@@ -504,6 +540,10 @@ class GamePieceManager:
         for slot, shown in zip(slots.tolist(), self._chunks.active[chunk].tolist(), strict=True):
             self._world.engine.sleep(self._pool.rows[slot])
             self._pool.set_touchable(slot, shown)
+        if self.places.places:
+            for slot in slots.tolist():
+                w, x, y, z = self._quats[slot].tolist()
+                self.places.judge(slot, (x, y, z, w), self._world.touches_robot(self._pool.rows[slot]))
         self._awake_stale = True
 
     def _recover(self, awake: IntArray, pos: FloatArray) -> None:

@@ -37,11 +37,15 @@ class PieceStatus(IntEnum):
     """Shot, and nothing touched yet."""
     SCORED = 6
     """Scored and taken off the field."""
+    PLACED = 7
+    """At rest and frozen in a place where it counts."""
 
 
-ON_FIELD = (PieceStatus.ASLEEP, PieceStatus.AWAKE, PieceStatus.IN_FLIGHT)
+ON_FIELD = (PieceStatus.ASLEEP, PieceStatus.AWAKE, PieceStatus.IN_FLIGHT, PieceStatus.PLACED)
 """The statuses of pieces on the field or in the air."""
 _IS_ON_FIELD: BoolArray = np.isin([int(status) for status in PieceStatus], ON_FIELD)
+"""By status."""
+_IS_FROZEN: BoolArray = np.isin([int(status) for status in PieceStatus], (PieceStatus.ASLEEP, PieceStatus.PLACED))
 """By status."""
 
 
@@ -111,6 +115,12 @@ class PiecePool:
         """Whether each slot is on the field or in the air, shape (n,)."""
         here: BoolArray = _IS_ON_FIELD.take(self.state.status)  # 1.3 us, three comparisons 4
         return here
+
+    @property
+    def is_frozen(self) -> BoolArray:
+        """Whether each slot is on the field and sleeps, placed or not, shape (n,)."""
+        frozen: BoolArray = _IS_FROZEN.take(self.state.status)
+        return frozen
 
     def take(self, kind: int, count: int) -> IntArray:
         """Reserve free slots of a type; they stay parked.

@@ -109,7 +109,7 @@ class Pressing:
         if len(upper) >= _HEAP_SIZE:
             return True
         state = self._pool.state
-        high = state.touchable & (state.pos[:, 2] > self._raised) & (state.status == PieceStatus.ASLEEP)
+        high = state.touchable & (state.pos[:, 2] > self._raised) & self._pool.is_frozen
         high[upper] = True
         return int(np.count_nonzero(high)) >= _HEAP_SIZE
 

@@ -28,7 +28,7 @@ _CREEP = 1.2e-3  # [m]; what is still asleep in a heap, which gives way a little
 _ROCKING = 0.08  # [m/s]; pieces that are no balls count as slow below this: they rock on an edge, but do not roll on
 _TURNING = 0.5  # [rad/s]; pieces that are no balls do not sleep while they turn faster
 _DEEP = 0.005  # [m]; a piece that is this deep in something does not sleep
-_ASLEEP, _AWAKE = int(PieceStatus.ASLEEP), int(PieceStatus.AWAKE)
+_AWAKE = int(PieceStatus.AWAKE)
 
 
 class Sleeping:
@@ -111,7 +111,7 @@ class Sleeping:
         Those that hardly move stay asleep, and are stopped now and then, all at once: one awake body keeps all that it
         touches awake in the engine, and awake bodies cost time.
         """
-        asleep = np.nonzero(self._pool.state.touchable & (self._pool.state.status == _ASLEEP))[0]
+        asleep = np.nonzero(self._pool.state.touchable & self._pool.is_frozen)[0]
         still, moved = self.follow(asleep)
         pushed = moved > _PUSHED
         self._pressing.stirred = still[pushed]

@@ -2,14 +2,22 @@
 
 from __future__ import annotations
 
+import dataclasses
+import math
+from collections import Counter
+
 import numpy as np
 
-from simcore.match.game import Game
+from simcore.match.game import Game, MatchState, Rules
 from simcore.match.match import Match
 from simcore.match.runner import AutoRun, play_auto
 from simcore.match.scoring import Alliance
+from simcore.physics.shapes import Sphere
+from simcore.pieces.kinds import GamePieceConfig
+from simcore.pieces.resting_places import PlaceEvent
+from simcore.typing import FloatArray, IntArray
 
-__all__ = ["check_conserved", "check_mirrored", "check_on_the_floor", "check_repeatable"]
+__all__ = ["check_conserved", "check_mirrored", "check_on_the_floor", "check_placed", "check_repeatable"]
 
 _NEAR = 0.02  # [m]; how far mirrored paths may part: sums round differently, and contacts make more of it
 _SUNK = 0.03  # [m]; how deep a piece may dip into the carpet when it lands
@@ -65,10 +73,49 @@ def check_on_the_floor(game: Game, auto: str, *, seconds: float | None = None) -
             pos = match.pieces.state.pos[slots]
             if not len(pos):
                 continue
-            low = float(pos[:, 2].min()) - supply.kind.rest_height
+            low = float((pos[:, 2] - _rest_heights(match, supply.kind, slots)).min())
             assert low > -_SUNK, f"{game.name}, tick {match.ticks}: a {supply.kind.name} is {-low:.3f} m too low"
             inside = (pos[:, 0] > 0.0) & (pos[:, 0] < length) & (pos[:, 1] > 0.0) & (pos[:, 1] < width)
             high = pos[:, 2] > 1.0  # what is shot over the wall comes back by hand
             assert (inside | high).all(), f"{game.name}, tick {match.ticks}: {supply.kind.name} outside, kind {number}"
 
     play_auto(game, auto, seconds=seconds, on_tick=look).match.close()
+
+
+def _rest_heights(match: Match, kind: GamePieceConfig, slots: IntArray) -> FloatArray:
+    """Heights that pieces of a kind have on the carpet as they are turned [m], shape (n,)."""
+    if isinstance(kind.shape, Sphere):
+        return np.full(len(slots), kind.rest_height)
+    return np.array([kind.rest_height_at((x, y, z, w)) for w, x, y, z in match.pieces.attitudes(slots).tolist()])
+
+
+def check_placed(game: Game, auto: str, *, seconds: float | None = None) -> None:
+    """What is placed lies in its place, in no more than its number, and what came and went adds up to it."""
+    events: Counter[str] = Counter()
+
+    def counted(match: MatchState) -> Rules:
+        rules = game.rules(match)
+        placed, removed = rules.placed, rules.removed
+
+        def note_placed(event: PlaceEvent) -> None:
+            events[event.place.name] += 1
+            placed(event)
+
+        def note_removed(event: PlaceEvent) -> None:
+            events[event.place.name] -= 1
+            removed(event)
+
+        rules.placed, rules.removed = note_placed, note_removed  # type: ignore[method-assign]
+        return rules
+
+    def look(match: Match) -> None:
+        for place in game.places:
+            where = f"{game.name}, tick {match.ticks}, {place.name}"
+            slots = match.pieces.places.slots(place.name)
+            assert place.zone.contains(match.pieces.state.pos[slots]).all(), f"{where}: a placed piece is outside"
+            assert len(slots) <= (place.capacity or math.inf), (
+                f"{where}: {len(slots)} pieces, capacity {place.capacity}"
+            )
+            assert len(slots) == events[place.name], f"{where}: {len(slots)} pieces, by events {events[place.name]}"
+
+    play_auto(dataclasses.replace(game, rules=counted), auto, seconds=seconds, on_tick=look).match.close()

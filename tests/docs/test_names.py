@@ -27,6 +27,8 @@ from simcore import (
     StorageConfig,
 )
 from simcore.geometry.linkage import Joint
+from simcore.geometry.zones import BoxZone
+from simcore.pieces.resting_places import RestingPlace
 from simcore.telemetry.sinks import MemorySink
 from simcore.vision.camera import CameraConfig
 
@@ -124,7 +126,8 @@ def published():
         mechanisms={**rebuilt_robot().mechanisms, "lift": lift},
         climbers=(ClimberConfig(joints=(up,)),),
     )
-    with Match.bare(climbs, sinks=[bare]) as match:
+    shelf = RestingPlace(name="shelf", level="<Level>", zone=BoxZone((0.0, 0.0, 0.0), (1.0, 1.0, 1.0)))
+    with Match.bare(climbs, sinks=[bare], places=[shelf]) as match:
         (robot,) = match.robots
         robot.sensor_states["<sensor>"] = True  # adapters fill these in
         robot.light_colors["<name>"] = np.zeros(8, dtype=np.int64)

@@ -12,14 +12,14 @@ from scipy.spatial import ConvexHull
 
 from simcore.match.game import Game, RobotEntry
 from simcore.match.match import Match
-from simcore.physics.field import _points
+from simcore.physics.shape_extent import outline_points
 from simcore.pieces.pool import PieceStatus
 
 
 def walls(match: Match) -> Iterator[tuple[str, np.ndarray, np.ndarray]]:
     """Name, normals and offsets of the faces of every element of the field: inside is normals @ p + offsets < 0."""
     for element in match.field.elements:
-        planes = ConvexHull(_points(element.shape) + element.position).equations
+        planes = ConvexHull(outline_points(element.shape) + element.position).equations
         yield element.name, planes[:, :3], planes[:, 3]
 
 

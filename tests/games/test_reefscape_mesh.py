@@ -11,7 +11,7 @@ from mesh_checks import is_free, points, span
 
 from games.reefscape import dimensions as dim
 from games.reefscape.field import FIELD
-from games.reefscape.placement import branch_pipes
+from games.reefscape.places import branch_ends
 from games.reefscape.staging import mark_places, reef_algae_places
 from simcore.physics.obj import read_obj
 from simcore.physics.shapes import Box, Hull
@@ -72,17 +72,17 @@ def test_reef_faces_and_trough(field):
 @pytest.mark.parametrize(("level", "height"), [(2, 0.7966), (3, 1.1967), (4, 1.8288)])
 def test_branch_tips(field, level, height):
     """In the table of 6328: 30.738 in out from the center and 6.469 in to both sides of each face's middle."""
-    pipes = branch_pipes("blue")[level - 2]
+    ends = {number: np.array(branch_ends(number, level)) for number in range(12)}
     for number, yaw_deg in ((0, 180), (1, 180), (2, 240), (7, 0), (11, 120)):
         yaw, side = math.radians(yaw_deg), -1.0 if number % 2 == 0 else 1.0
         c, s, out, aside = math.cos(yaw), math.sin(yaw), 0.7807, side * 0.1643
         want = (4.4893 + out * c - aside * s, 4.0259 + out * s + aside * c, height)
-        assert pipes[number, 0] == pytest.approx(want, abs=3e-4)
+        assert ends[number][1] == pytest.approx(want, abs=3e-4)
     element = points(field.element(f"blue_reef_branch_l{level}_0_left"))
-    ring = element[np.argsort(np.linalg.norm(element - pipes[0, 0], axis=1))[:8]]
-    assert ring.mean(axis=0) == pytest.approx(pipes[0, 0], abs=1e-5)
-    assert np.linalg.norm(ring - pipes[0, 0], axis=1) == pytest.approx(0.02222, abs=2e-5)  # area of the round pipe
-    way = pipes[0, 0] - pipes[0, -1]
+    ring = element[np.argsort(np.linalg.norm(element - ends[0][1], axis=1))[:8]]
+    assert ring.mean(axis=0) == pytest.approx(ends[0][1], abs=1e-5)
+    assert np.linalg.norm(ring - ends[0][1], axis=1) == pytest.approx(0.02222, abs=2e-5)  # area of the round pipe
+    way = ends[0][1] - ends[0][0]
     slope = math.degrees(math.atan2(way[2], math.hypot(way[0], way[1])))
     assert slope == pytest.approx(90.0 if level == 4 else 35.0, abs=1e-6)
 

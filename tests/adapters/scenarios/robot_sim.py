@@ -66,7 +66,12 @@ class Play:
                     "hits": match.flow.hits,
                     "taken_in": len(match.flow.intakes),
                     "staged": count.staged,
-                    "counted": count.on_field + count.in_flight + count.held + count.scored + count.off_field,
+                    "counted": count.on_field
+                    + count.in_flight
+                    + count.placed
+                    + count.held
+                    + count.scored
+                    + count.off_field,
                     "lateness_ms": 1e3 * max(0.0, float(np.percentile(gaps, 99)) - 0.02),
                     "wall_per_sim": real,
                     "tick_median_ms": times.median_ms,

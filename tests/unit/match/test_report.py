@@ -66,7 +66,7 @@ def test_json_has_the_fields_that_programs_read() -> None:
         *("distance_m", "tick_ms", "substeps", "awake", "min_battery_v", "digest", "outputs"),
     ]
     assert got["score"] == {"red": 0, "blue": 27, "total": 27}
-    assert list(got["pieces"]) == ["staged", "on_field", "in_flight", "held", "scored", "off_field"]
+    assert list(got["pieces"]) == ["staged", "on_field", "in_flight", "held", "scored", "placed", "off_field"]
     assert got["tick_ms"] == {"median": 1.83, "p95": 3.2, "p99": 4.1, "max": 9.77}
     assert got["substeps"] == {"mean": 4.2, "max": 11}
     assert "\n" not in REPORT.to_json()

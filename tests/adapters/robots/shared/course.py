@@ -126,7 +126,8 @@ class Course:
         match = self.physics.match
         count = match.count
         self.results["staged"] = count.staged
-        self.results["counted"] = count.on_field + count.in_flight + count.held + count.scored + count.off_field
+        on_field = count.on_field + count.in_flight + count.placed
+        self.results["counted"] = on_field + count.held + count.scored + count.off_field
         self.results["min_volts"] = self.physics.robot_sim.battery.min_voltage
         self.results["ticks"] = self.physics.times.ticks
         self.results["digest"] = match.digest.hexdigest()

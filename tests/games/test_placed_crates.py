@@ -1,0 +1,50 @@
+"""A game in which pieces stay where they are placed: counted, and the same for red and blue."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from crates import CRATE, CRATES, FIELD, SYMMETRY
+
+from simcore import play_auto
+from simcore.geometry.zones import BoxZone
+from simcore.match.game import StagedPieces
+from simcore.pieces.resting_places import RestingPlace
+from simcore.testing.game_laws import check_placed
+
+_DOCK = np.array([[0.0, 4.4, 0.5], [0.5, 5.6, 0.8]])
+_DOCKS = {"blue": _DOCK, "red": np.sort(SYMMETRY.flip_points(_DOCK), axis=0)}
+PLACES = tuple(
+    RestingPlace(name=f"{name} dock", level=f"{name.capitalize()}Dock", zone=BoxZone(*map(tuple, dock.tolist())))
+    for name, dock in _DOCKS.items()
+)
+
+
+def staging(rng, entries):
+    """One crate to fetch, and one that lies turned on the dock already."""
+    lies = np.array([[0.25, 4.6, 0.5 + 0.18]])
+    turned = np.array([[0.0, np.sqrt(0.5), 0.0, np.sqrt(0.5)]])
+    return [
+        StagedPieces(kind=CRATE.name, positions=np.array([(3.6, 5.0, 0.12)])),
+        StagedPieces(kind=CRATE.name, positions=lies, attitudes=turned, resting=True),
+    ]
+
+
+GAME = replace(CRATES, zones=(), places=PLACES, staging=staging, field=FIELD)
+
+
+@pytest.mark.parametrize("alliance", ["blue", "red"])
+def test_a_crate_that_a_robot_puts_down_counts_with_the_one_that_lay_there(alliance):
+    run = play_auto(GAME, "crate", alliance=alliance, seconds=10.0)
+    with run.match as match:
+        places = match.pieces.places
+        assert run.report.pieces.placed == places.count(level=f"{alliance.capitalize()}Dock") == 2
+        assert run.report.pieces.is_conserved and not match.pieces.awake.size
+        kinds = {float(z) for z in match.pieces.state.pos[places.slots(), 2].round(2)}
+        assert kinds == {0.62, 0.68}, "one upright, one on its end"
+
+
+def test_what_is_placed_obeys_the_law():
+    check_placed(GAME, "crate", seconds=8.0)
