@@ -97,11 +97,11 @@ def pipe_with_branches(face: int, name: str, aside: float) -> list[ObjGroup]:
     yaw = math.radians(dim.REEF_FACE_YAWS_DEG[face])
     across = (-math.sin(yaw), math.cos(yaw), 0.0)
     *sloping, top = dim.BRANCH_TIP_HEIGHTS
-    bend = dim.RISER_TOP + (tip - riser) * slope
-    runs = [("riser", (riser, dim.TROUGH_WALL_HEIGHT), (riser, dim.RISER_TOP))]
+    bend = dim.L4_BEND_HEIGHT
+    runs = [("riser", (riser, dim.TROUGH_WALL_HEIGHT), (riser, bend))]
     for level, z in zip((2, 3), sloping, strict=True):
         runs.append((f"branch_l{level}", (riser, z - (tip - riser) * slope), (tip, z)))
-    runs += [("arm_l4", (riser, dim.RISER_TOP), (tip, bend)), ("branch_l4", (tip, bend), (tip, top))]
+    runs += [("arm_l4", (riser, bend), (tip, bend)), ("branch_l4", (tip, bend), (tip, top))]
     return [
         pipe_group(
             f"reef_{kind}_{name}",

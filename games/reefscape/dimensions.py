@@ -46,6 +46,8 @@ __all__ = [
     "FIELD_WIDTH",
     "GUARDRAIL_HEIGHT",
     "HIGH_ALGAE_FACES",
+    "L4_BEND_HEIGHT",
+    "L4_STRAIGHT",
     "MARK_X",
     "MARK_YS",
     "NET_FLOOR_HEIGHT",
@@ -70,7 +72,6 @@ __all__ = [
     "REEF_FACE_YAWS_DEG",
     "REEF_ZONE_APOTHEM",
     "RISER_RADIUS",
-    "RISER_TOP",
     "STARTING_LINE_WIDTH",
     "STARTING_LINE_X",
     "STATION_DEPTH",
@@ -124,8 +125,9 @@ BRANCH_TIP_HEIGHTS: Final = (inches(31.875) - _HALF_END, inches(47.625) - _HALF_
 RISER_RADIUS: Final = BRANCH_TIP_RADIUS - 0.27
 """The upright pipe from which branches rise. Estimate; algae that rest between it and two branches then lie 0.91 and
 1.31 m high, as teams measured them."""
-RISER_TOP: Final = 1.42
-"""From where the pipe slopes out to level 4. Estimate: the lowest that leaves room for an algae under it."""
+L4_STRAIGHT: Final = 0.27
+"""Of the upright end on level 4, estimate. Under it the pipe is taken as level to the riser: a coral stops there."""
+L4_BEND_HEIGHT: Final = BRANCH_TIP_HEIGHTS[2] - L4_STRAIGHT
 TROUGH_EDGE_HEIGHT: Final = inches(18.0)  # manual
 TROUGH_FLOOR_DROP: Final = 0.14  # lowest place of the sloping floor under the edge, estimate
 TROUGH_DEPTH: Final = 0.25  # from the face to the upright inner wall, estimate

@@ -26,6 +26,7 @@ __all__ = ["HumanPlayers", "station_faces"]
 _DROP_PERIOD = 1.1  # [s] between two coral of one station
 _THROW_PERIOD = 4.0  # [s] between two algae
 _DROP_DEPTH = 0.30  # [m] behind the chute's mouth
+_DROP_SPREAD = 0.03  # [m] to both sides, standard deviation
 _DROP_GAP = 0.003  # [m] over the chute
 _REACH = 0.7  # [m] from a station's face to the middle of a robot that waits for coral, and
 _WAITING = 0.7  # [m/s] its greatest speed
@@ -59,7 +60,7 @@ class HumanPlayers:
         self._algae: dict[Alliance, list[int]] = {alliance: [] for alliance in ALLIANCES}
         self._faces = {alliance: station_faces(alliance) for alliance in ALLIANCES}
         self._dropped: dict[tuple[Alliance, str], float] = {}
-        self._thrown = dict.fromkeys(ALLIANCES, 0.0)
+        self._thrown = dict.fromkeys(ALLIANCES, -math.inf)
 
     @property
     def waiting_algae(self) -> Mapping[Alliance, int]:
@@ -95,7 +96,8 @@ class HumanPlayers:
             is_there = out < _REACH and abs(aside) < reach and robot.chassis.speed < _WAITING
             if owner == alliance and is_there and not self._has_coral(robot):
                 slot = self._next_coral()
-                place, attitude = _in_chute(x, y, yaw, aside)
+                spread = _DROP_SPREAD * float(self._match.rules_rng.standard_normal())
+                place, attitude = _in_chute(x, y, yaw, min(max(aside + spread, -reach), reach))
                 self._match.pieces.release(slot, place[None], attitude[None])
                 self._dropped[alliance, side] = time
                 self.stock[alliance] -= 1

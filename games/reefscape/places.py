@@ -40,7 +40,7 @@ def branch_ends(number: int, level: int) -> tuple[tuple[float, float, float], tu
     tip_z = dim.BRANCH_TIP_HEIGHTS[level - 2]
     start = (dim.RISER_RADIUS, tip_z - run * math.tan(dim.BRANCH_SLOPE))
     if level == 4:
-        start = (dim.BRANCH_TIP_RADIUS, dim.RISER_TOP + run * math.tan(dim.BRANCH_SLOPE))
+        start = (dim.BRANCH_TIP_RADIUS, dim.L4_BEND_HEIGHT)
     (cx, cy), c, s = dim.REEF_CENTER, math.cos(yaw), math.sin(yaw)
 
     def at(out: float, z: float) -> tuple[float, float, float]:

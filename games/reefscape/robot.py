@@ -59,13 +59,13 @@ _MECHANISMS: dict[str, MechanismConfig] = {
     "algae_wheel": RollerConfig(gearbox=_gearbox(6.0, limit=40.0), inertia=0.002, radius=0.05),
     "funnel": RollerConfig(gearbox=_gearbox(3.0, limit=40.0), inertia=0.001, radius=0.025),
     "climber": ElevatorConfig(
-        gearbox=_gearbox(80.0, motors=2), carriage_mass=2.0, drum_radius=_HOOK_DRUM, max_height=0.55
+        gearbox=_gearbox(50.0, motors=2), carriage_mass=2.0, drum_radius=_HOOK_DRUM, max_height=0.55
     ),
 }
 
 _LIFT = Joint(mechanism="elevator", axis=(0.0, 0.0, 1.0), origin=PIVOT, slides=True, ratio=_DRUM)
 _SWING = Joint(mechanism="arm", axis=(0.0, -1.0, 0.0))
-_HOOK = Joint(mechanism="climber", axis=(0.0, 0.0, 1.0), origin=(0.0, -0.25, 0.30), slides=True, ratio=_HOOK_DRUM)
+_HOOK = Joint(mechanism="climber", axis=(0.0, 0.0, 1.0), origin=(-0.10, 0.0, 0.30), slides=True, ratio=_HOOK_DRUM)
 
 
 def _around(reach: float, spare: float) -> IntakeZone:
