@@ -97,7 +97,7 @@ def test_a_red_robot_drives_the_corresponding_path(played, name, auto):
     flipped = np.array([symmetry.flip_pose(*pose) for pose in red.run.path])
     apart = np.linalg.norm(flipped[:, :2] - blue.run.path[:, :2], axis=1)
     turned = np.abs(np.remainder(flipped[:, 2] - blue.run.path[:, 2] + math.pi, math.tau) - math.pi)
-    alone = min(blue.touched or len(apart), red.touched or len(apart))
+    alone = min(blue.touched or len(apart), red.touched or len(apart)) - 1  # a tick with pieces has other sub-steps
     print(f"{name} {auto}: alone for {alone} ticks, {apart[:alone].max():.2e} m apart, {apart.max():.2e} m at last")
     assert alone >= 50
     tolerance = 1e-9 if symmetry.keeps_hands else 1e-4
