@@ -1,9 +1,12 @@
 """Leaves out what needs a vendor's library that is not installed: the adapters are optional extras."""
 
-import os
+from importlib.machinery import ExtensionFileLoader
 from importlib.util import find_spec
+from pathlib import Path
 
 import pytest
+
+import simcore
 
 collect_ignore_glob = ["examples/*", "tests/adapters/robots/*", "tests/adapters/scenarios/*"]
 if find_spec("phoenix6") is None or find_spec("wpilib") is None:
@@ -68,20 +71,21 @@ def whole(request):
     return bool(request.config.getoption("--whole"))
 
 
-@pytest.fixture(scope="session")
-def compiled_store(tmp_path_factory):
-    """A store with a fresh build of the present sources; the one that SIMCORE_COMPILED names, if it does."""
-    from simcore.compiled import build, store
-    from simcore.errors import CompileError
+def is_compiled() -> bool:
+    """Whether the simcore that is tested has compiled parts."""
+    found = find_spec("simcore.robot.battery")
+    return found is not None and isinstance(found.loader, ExtensionFileLoader)
 
-    place = os.environ.get(store.VARIABLE, "")
-    if place in ("", "0", "1"):
-        place = str(tmp_path_factory.mktemp("compiled"))
-    try:
-        build.check_tools()
-        build.build({**os.environ, store.VARIABLE: place})
-    except CompileError as error:
-        if "not installed" in str(error) or "no C compiler" in str(error) or "headers" in str(error):
-            pytest.skip(f"nothing to compile with: {error}")
-        raise
-    return place
+
+def pytest_runtest_setup(item):
+    """Leave out what only plain Python takes."""
+    if item.get_closest_marker("plain") and is_compiled():
+        pytest.skip("simcore is compiled")
+
+
+@pytest.fixture(scope="session")
+def compiled() -> Path:
+    """The folder of the simcore that is tested, if its wheel has compiled parts; else the test skips."""
+    if not is_compiled():
+        pytest.skip("needs compiled parts: SIMCORE_COMPILE=1 python -m pip install ., then `pytest`")
+    return Path(simcore.__file__).parents[1]

@@ -33,7 +33,10 @@ from simcore.units import GRAVITY
 
 TRACKWIDTH = 0.527
 STEP = 0.005
-MK4I = SwerveModuleConfig(x=0.0, y=0.0, drive_friction_volts=0.0)
+UNLIMITED = dict.fromkeys(
+    ("drive_stator_limit", "drive_supply_limit", "steer_stator_limit", "steer_supply_limit"), math.inf
+)
+MK4I = SwerveModuleConfig(x=0.0, y=0.0, drive_friction_volts=0.0, **UNLIMITED)
 IDEAL = replace(
     MK4I,
     drive_motor=replace(MK4I.drive_motor, rotor_inertia=0.0),

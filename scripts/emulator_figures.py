@@ -8,6 +8,7 @@ tick. Only the time inside of `Emulator.step` counts: control loops, output stag
 
 from __future__ import annotations
 
+import argparse
 import os
 import statistics
 import sys
@@ -73,6 +74,7 @@ def main() -> None:
 
 
 if __name__ == "__main__":
+    argparse.ArgumentParser(description=__doc__.partition("\n")[0]).parse_args()
     main()
     sys.stdout.flush()
     os._exit(0)  # no waiting for the HAL's threads

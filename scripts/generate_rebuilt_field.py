@@ -1,6 +1,6 @@
 """Writes models/rebuilt/field_collision.obj from the dimensions in the game manual.
 
-    python scripts/generate_rebuilt_field.py
+    python scripts/generate_rebuilt_field.py [FILE.obj]
 
 Every group is a box or a convex prism, so an engine needs no triangle mesh for it. What is left out on purpose:
 
@@ -12,6 +12,7 @@ Every group is a box or a convex prism, so an engine needs no triangle mesh for 
 
 from __future__ import annotations
 
+import argparse
 import math
 import sys
 from pathlib import Path
@@ -195,11 +196,14 @@ def generate() -> str:
 
 def main() -> int:
     """Write the file."""
-    OUTPUT.parent.mkdir(parents=True, exist_ok=True)
-    OUTPUT.write_text(generate(), encoding="utf-8", newline="\n")
+    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
+    parser.add_argument("file", nargs="?", type=Path, default=OUTPUT, help="default: %(default)s")
+    output: Path = parser.parse_args().file
+    output.parent.mkdir(parents=True, exist_ok=True)
+    output.write_text(generate(), encoding="utf-8", newline="\n")
     made = groups()
     triangles = sum(len(group.triangles()) for group in made)
-    print(f"{OUTPUT}: {len(made)} groups, {triangles} triangles")
+    print(f"{output}: {len(made)} groups, {triangles} triangles")
     return 0
 
 

@@ -9,6 +9,7 @@ without CAD.
 
 from __future__ import annotations
 
+import argparse
 import json
 import math
 import sys
@@ -29,10 +30,13 @@ from games.rebuilt.game import REBUILT
 from games.rebuilt.robot import rebuilt_robot
 from simcore.physics.obj import ObjGroup, read_obj
 from simcore.show.glb import linear_rgba
-from simcore.typing import FloatArray
+from simcore.show.scope_assets import IN_FLIGHT, field_config
+from simcore.show.scope_assets import RED as RED_MODEL
 
 OUTPUT = Path(__file__).resolve().parents[1] / "models" / "advantagescope"
-ROBOT, FIELD = "Robot_Rebuilt", "Field3d_SimcoreRebuilt"
+ROBOTS = {"Robot_Rebuilt": "blue", "Robot_RebuiltRed": "red"}
+"""Folders, and the alliance of their bumpers."""
+FIELD = "Field3d_SimcoreRebuilt"
 ROBOT_NAME, FIELD_NAME = "Simcore Rebuilt", "Simcore REBUILT"
 
 BLUE, RED = (30, 84, 183), (196, 40, 40)
@@ -117,17 +121,17 @@ def save(path: Path, meshes: Iterable[trimesh.Trimesh], names: Iterable[str] | N
 # --- robot ------------------------------------------------------------------------------------------------------------
 
 
-def chassis() -> dict[str, trimesh.Trimesh]:
-    """What does not move. Bumpers are named so, for the browser view paints them in the alliance's color."""
+def chassis(bumpers: Color) -> dict[str, trimesh.Trimesh]:
+    """What does not move, with bumpers in a color. They are named so: the browser view paints them itself."""
     c = rebuilt_robot().body
     length, width, thick = c.bumper_length / 2.0, c.bumper_width / 2.0, c.bumper_thickness
     low, high = c.clearance + 0.02, c.bumper_top
     frame_x, frame_y = length - thick, width - thick
     meshes = {
-        "bumper_front": box((frame_x, -width, low), (length, width, high), BLUE),
-        "bumper_back": box((-length, -width, low), (-frame_x, width, high), BLUE),
-        "bumper_left": box((-frame_x, frame_y, low), (frame_x, width, high), BLUE),
-        "bumper_right": box((-frame_x, -width, low), (frame_x, -frame_y, high), BLUE),
+        "bumper_front": box((frame_x, -width, low), (length, width, high), bumpers),
+        "bumper_back": box((-length, -width, low), (-frame_x, width, high), bumpers),
+        "bumper_left": box((-frame_x, frame_y, low), (frame_x, width, high), bumpers),
+        "bumper_right": box((-frame_x, -width, low), (frame_x, -frame_y, high), bumpers),
         "front_mark": box((length, -0.11, 0.12), (length + 0.004, 0.11, 0.20), WHITE),
         "front_arrow": painted(arrow(length - thick / 2.0, high), YELLOW),
         "belly_pan": box((-frame_x, -frame_y, c.clearance), (frame_x, frame_y, c.clearance + 0.02), DARK),
@@ -219,10 +223,10 @@ PARTS: dict[str, Callable[[], list[trimesh.Trimesh]]] = {
 """By the names of the robot's components."""
 
 
-def robot_config() -> dict[str, Any]:
+def robot_config(alliance: str) -> dict[str, Any]:
     """For AdvantageScope; the cameras are views from the robot, not the simulated ones."""
     return {
-        "name": ROBOT_NAME,
+        "name": ROBOT_NAME + RED_MODEL * (alliance == "red"),
         "isFTC": False,
         "disableSimplification": True,
         "rotations": [],
@@ -296,30 +300,6 @@ def _mesh(group: ObjGroup) -> trimesh.Trimesh:
     return trimesh.Trimesh(group.vertices, group.triangles(), process=False)
 
 
-def to_model(points: FloatArray) -> FloatArray:
-    """Field frame (blue corner) to AdvantageScope's model frame: origin in the middle, the red wall at -x [m]."""
-    return np.column_stack((dim.FIELD_LENGTH / 2 - points[:, 0], dim.FIELD_WIDTH / 2 - points[:, 1], points[:, 2]))
-
-
-def field_config() -> dict[str, Any]:
-    """Of the field; without `isFTC` AdvantageScope skips the folder in silence."""
-    stations = [(-1.0, dim.FIELD_WIDTH * k / 4.0) for k in (3, 2, 1)]
-    blue = [to_model(np.array([(*xy, 0.0)]))[0, :2] for xy in stations]
-    return {
-        "name": FIELD_NAME,
-        "isFTC": False,
-        "coordinateSystem": "wall-blue",
-        "rotations": [],
-        "position": [0, 0, 0],
-        "widthInches": round(dim.FIELD_LENGTH / 0.0254, 3),
-        "heightInches": round(dim.FIELD_WIDTH / 0.0254, 3),
-        "defaultOrigin": "blue",
-        "driverStations": [np.round(p, 3).tolist() for p in (*blue, *(-p for p in blue))],
-        "gamePieces": [{"name": FUEL.name, "rotations": [], "position": [0, 0, 0], "stagedObjects": []}],
-        "aprilTags": [],
-    }
-
-
 # --- output -----------------------------------------------------------------------------------------------------------
 
 
@@ -329,29 +309,36 @@ def write_json(path: Path, content: dict[str, Any]) -> None:
 
 
 def write_all(output: Path) -> None:
-    """Write both folders."""
-    robot, field = output / ROBOT, output / FIELD
-    for folder in (robot, field):
+    """Write all folders."""
+    field = output / FIELD
+    for folder in (field, *(output / name for name in ROBOTS)):
         folder.mkdir(parents=True, exist_ok=True)
         for old in folder.glob("*.glb"):
             old.unlink()
-    base = chassis()
-    save(robot / "model.glb", base.values(), base)
-    for i, part in enumerate(rebuilt_robot().components):
-        save(robot / f"model_{i}.glb", PARTS[part.name]())
-    write_json(robot / "config.json", robot_config())
+    for name, alliance in ROBOTS.items():
+        base = chassis({"blue": BLUE, "red": RED}[alliance])
+        save(output / name / "model.glb", base.values(), base)
+        for i, part in enumerate(rebuilt_robot().components):
+            save(output / name / f"model_{i}.glb", PARTS[part.name]())
+        write_json(output / name / "config.json", robot_config(alliance))
     meshes = field_meshes()
     for mesh in meshes.values():
         mesh.apply_transform(translation_matrix((-dim.FIELD_LENGTH / 2, -dim.FIELD_WIDTH / 2, 0.0)))
         mesh.apply_transform(rotation_matrix(math.pi, (0.0, 0.0, 1.0)))
     save(field / "model.glb", meshes.values(), meshes)
-    save(field / "model_0.glb", [painted(trimesh.creation.icosphere(1, FUEL.bounding_radius), YELLOW)])
-    write_json(field / "config.json", field_config())
+    radius = FUEL.bounding_radius
+    save(field / "model_0.glb", [painted(trimesh.creation.icosphere(1, radius), YELLOW)])
+    # a little larger, for those in the air are drawn among all fuel, too
+    save(field / "model_1.glb", [painted(trimesh.creation.icosphere(1, 1.15 * radius), ORANGE)])
+    pieces = (FUEL.name, FUEL.name + IN_FLIGHT)
+    write_json(field / "config.json", field_config(FIELD_NAME, REBUILT.field, pieces, dim.DRIVER_STATIONS))
 
 
 def main() -> int:
     """Write the folders, by default into the source tree."""
-    output = Path(sys.argv[1]) if len(sys.argv) > 1 else OUTPUT
+    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
+    parser.add_argument("folder", nargs="?", type=Path, default=OUTPUT, help="default: %(default)s")
+    output: Path = parser.parse_args().folder
     write_all(output)
     files = [path for path in output.rglob("*") if path.is_file()]
     print(f"{output}: {len(files)} files, {sum(path.stat().st_size for path in files) / 1e3:.0f} kB")

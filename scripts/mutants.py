@@ -6,6 +6,7 @@ then the test, or the code that nothing tests, is missing something. The words c
 
 from __future__ import annotations
 
+import argparse
 import os
 import shutil
 import subprocess
@@ -154,7 +155,7 @@ def survives(mutant: Mutant, folder: Path) -> bool:
     path.write_text(text.replace(mutant.old, mutant.new))
     try:
         command = [sys.executable, "-m", "pytest", "-q", "-x", "-p", "no:cacheprovider", mutant.test]
-        environment = {**os.environ, "PYTHONPATH": str(folder), "SIMCORE_COMPILED": "0", "PYTHONDONTWRITEBYTECODE": "1"}
+        environment = {**os.environ, "PYTHONPATH": str(folder), "PYTHONDONTWRITEBYTECODE": "1"}
         done = subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True, check=False)
     finally:
         path.write_text(text)
@@ -163,8 +164,11 @@ def survives(mutant: Mutant, folder: Path) -> bool:
     return done.returncode == 0
 
 
-def main(words: list[str]) -> int:
+def main() -> int:
     """Try all mutants, or those whose name holds one of the words; 1 if one survives."""
+    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
+    parser.add_argument("words", nargs="*", metavar="WORD", help="try mutants whose name holds one of these")
+    words = parser.parse_args().words
     chosen = [m for m in MUTANTS if not words or any(word in m.name for word in words)]
     left = 0
     with tempfile.TemporaryDirectory() as name:
@@ -184,4 +188,4 @@ def main(words: list[str]) -> int:
 
 
 if __name__ == "__main__":
-    sys.exit(main(sys.argv[1:]))
+    sys.exit(main())

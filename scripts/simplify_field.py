@@ -129,7 +129,10 @@ def main(argv: list[str] | None = None) -> int:
     if not (np.isfinite(args.scale) and args.scale > 0.0):
         parser.error(f"--scale must be finite and > 0, got {args.scale}")
     try:
-        before = tuple(ObjGroup(g.name, g.vertices * args.scale, g.faces) for g in read_obj(args.input))
+        before = tuple(
+            ObjGroup(g.name, g.vertices * args.scale, g.faces)
+            for g in read_obj(args.input, most_faces=10**8, most_groups=10**6)
+        )
         after = simplify(before, args.triangles)
         header = f"{args.input.name} simplified to a budget of {args.triangles} triangles. Meters."
         args.output.write_text(format_obj(after, header=header), encoding="utf-8", newline="\n")

@@ -10,11 +10,9 @@ physics engine nor wpilib.
 
 from __future__ import annotations
 
-import os
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from simcore.compiled.finder import install as _install
 from simcore.errors import SimcoreError
 
 if TYPE_CHECKING:
@@ -52,7 +50,7 @@ if TYPE_CHECKING:
     from simcore.robot.robot_config import RobotConfig
     from simcore.robot.swerve_config import SwerveConfig, SwerveModuleConfig
     from simcore.robot.tank_drive import TankConfig
-    from simcore.robotpy.robot_physics import RobotPhysics
+    from simcore.robotpy.robot_physics import RobotPhysics, field_control
     from simcore.robotpy.robot_program import part_of
     from simcore.telemetry.networktables_sink import NetworkTablesSink
     from simcore.telemetry.wpilog import WpilogSink
@@ -87,7 +85,7 @@ _HOMES = {
     "robot.robot_config": ("RobotConfig",),
     "robot.swerve_config": ("SwerveConfig", "SwerveModuleConfig"),
     "robot.tank_drive": ("TankConfig",),
-    "robotpy.robot_physics": ("RobotPhysics",),
+    "robotpy.robot_physics": ("RobotPhysics", "field_control"),
     "robotpy.robot_program": ("part_of",),
     "telemetry.networktables_sink": ("NetworkTablesSink",),
     "telemetry.wpilog": ("WpilogSink",),
@@ -104,12 +102,10 @@ __all__ = [
     "PlacerConfig", "RackConfig", "Robot", "RobotConfig", "RobotEntry", "RobotPhysics", "RollerConfig", "Rules",
     "ScoringTracker", "ScoringZone", "ScriptSettings", "ScriptedRobot", "ShooterConfig", "SimcoreError",
     "StagedPieces", "StorageConfig", "SwerveConfig", "SwerveDrivetrainSim", "SwerveModuleConfig", "TagPipeline",
-    "TalonFXMotorSim", "TankConfig", "WpilogSink", "__version__", "limelight_type", "part_of", "play_auto",
-    "swerve_config",
+    "TalonFXMotorSim", "TankConfig", "WpilogSink", "__version__", "field_control", "limelight_type", "part_of",
+    "play_auto", "swerve_config",
 ]  # fmt: skip
-__version__ = "0.1.0"
-
-_install(os.environ)  # before any module that may be compiled
+__version__ = "1.0.0rc1"
 
 
 def __getattr__(name: str) -> Any:

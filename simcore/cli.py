@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import argparse
 import importlib
+import os
 import sys
 from collections.abc import Sequence
 from typing import NamedTuple
 
 from simcore import __version__
 from simcore.errors import SimcoreError
+from simcore.start_errors import print_error
 
 __all__ = ["COMMANDS", "Command", "main"]
 
@@ -26,9 +28,7 @@ COMMANDS = {
     "play": Command("simcore.show.play_command", "play an auto of a game: score, picture, page and log"),
     "view": Command("simcore.show.view_command", "replay a log in the browser"),
     "page": Command("simcore.show.log_page", "the page and the picture of a run of which only the log is left"),
-    "compile": Command(
-        "simcore.compiled.command", "compile what is hot: simulations run faster, with the same results"
-    ),
+    "layout": Command("simcore.show.scope_layout", "a layout for AdvantageScope, of a game or of what a log holds"),
     "new-game": Command("simcore.new_game.new_game_command", "write a package for a new year's game, ready to play"),
     "check": Command(
         "simcore.robotpy.check_command", "draw the described robot, run each mechanism, and say what cannot be right"
@@ -46,9 +46,26 @@ def main(argv: Sequence[str] | None = None, *, program: str = "simcore") -> int:
         program: How it was called, for messages: `simcore`, or all words up to the options of a subcommand.
 
     Returns:
-        0 if all is well, 1 for a mistake that was explained, 2 for a wrong call.
+        0 if all is well, 1 for a mistake that was explained, 2 for a wrong call, 130 after Ctrl-C.
     """
     words = list(sys.argv[1:] if argv is None else argv)
+    if any("\0" in word for word in words):
+        print(f"{program}: an argument has a NUL character, which no name of a file can have", file=sys.stderr)
+        return 2
+    if sys.stdout is None:  # closed by who called
+        sys.stdout = open(os.devnull, "w")
+    try:
+        status = _run(words, program)
+        sys.stdout.flush()
+        return status
+    except KeyboardInterrupt:
+        return 130
+    except BrokenPipeError:  # whoever read our output has gone, e.g. `| head -1`: nothing is wrong
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # else Python complains at its end
+        return 0
+
+
+def _run(words: list[str], program: str) -> int:
     parser = argparse.ArgumentParser(prog="simcore", description="A physics simulator for FRC robot code.")
     parser.add_argument("--version", action="version", version=f"simcore {__version__}")
     subparsers = parser.add_subparsers(dest="command", metavar="COMMAND")
@@ -67,7 +84,7 @@ def main(argv: Sequence[str] | None = None, *, program: str = "simcore") -> int:
     try:
         return int(args.run(args))
     except SimcoreError as error:
-        print(f"{called}: {error}", file=sys.stderr)
+        print_error(called, str(error))
         return 1
 
 

@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 import difflib
-import math
 from collections.abc import Iterable
 
 __all__ = [
     "CapacityError",
-    "CompileError",
     "ConfigError",
     "EngineError",
     "FieldMeshError",
@@ -19,9 +17,6 @@ __all__ = [
     "SimcoreError",
     "UnknownNameError",
     "VendorError",
-    "require_finite",
-    "require_non_negative",
-    "require_positive",
 ]
 
 
@@ -39,10 +34,6 @@ class NonFiniteError(SimcoreError, ValueError):
 
 class CapacityError(SimcoreError, RuntimeError):
     """More pieces than there is room for."""
-
-
-class CompileError(SimcoreError, RuntimeError):
-    """The hot modules could not be compiled; plain Python goes on."""
 
 
 class EngineError(SimcoreError, RuntimeError):
@@ -83,25 +74,3 @@ class UnknownNameError(SimcoreError, KeyError):
 
     def __str__(self) -> str:
         return self.message  # KeyError would show the repr of it
-
-
-def require_finite(owner: str, name: str, value: float, unit: str = "") -> None:
-    """Raise `ConfigError` unless `value` is a finite number."""
-    if not math.isfinite(value):
-        raise ConfigError(f"{owner}: {name} must be a finite number{_in(unit)}, got {value}")
-
-
-def require_positive(owner: str, name: str, value: float, unit: str = "") -> None:
-    """Raise `ConfigError` unless `value` is finite and above zero."""
-    if not (math.isfinite(value) and value > 0.0):
-        raise ConfigError(f"{owner}: {name} must be finite and > 0{_in(unit)}, got {value}")
-
-
-def require_non_negative(owner: str, name: str, value: float, unit: str = "") -> None:
-    """Raise `ConfigError` unless `value` is finite and zero or above."""
-    if not (math.isfinite(value) and value >= 0.0):
-        raise ConfigError(f"{owner}: {name} must be finite and >= 0{_in(unit)}, got {value}")
-
-
-def _in(unit: str) -> str:
-    return f" {unit}" if unit else ""

@@ -35,6 +35,7 @@ __all__ = [
     "DEPOT_DEPTH",
     "DEPOT_WIDTH",
     "DEPOT_Y",
+    "DRIVER_STATIONS",
     "FIELD_CENTER",
     "FIELD_LENGTH",
     "FIELD_WIDTH",
@@ -187,6 +188,19 @@ TOWER_RUNG_DIAMETER: Final = inches(1.66)  # manual 5.8
 TOWER_RUNG_LENGTH: Final = TOWER_UPRIGHT_GAP + 2.0 * (TOWER_UPRIGHT_THICKNESS + inches(5.875))  # manual 5.8
 TOWER_BRACE_BOTTOM: Final = inches(28.40)  # structure from uprights to wall, manual 5.8 (approximately)
 TOWER_BRACE_TOP: Final = inches(43.38)  # manual 5.8 (approximately)
+
+# --- Driver stations --------------------------------------------------------------------------------------------------
+
+_STATION_WIDTH: Final = inches(72.0)
+"""Of one driver station. Estimate: it fills what walls of the tower and the outpost leave."""
+_TOWER_WALL_WIDTH: Final = inches(49.25)  # manual 5.8
+_STATION_X: Final = -0.01  # behind the face of the alliance wall, where its panel hangs
+DRIVER_STATIONS: Final = (
+    (_STATION_X, TOWER_Y + _TOWER_WALL_WIDTH / 2.0 + 1.5 * _STATION_WIDTH),
+    (_STATION_X, TOWER_Y + _TOWER_WALL_WIDTH / 2.0 + 0.5 * _STATION_WIDTH),
+    (_STATION_X, TOWER_Y - _TOWER_WALL_WIDTH / 2.0 - 0.5 * _STATION_WIDTH),
+)
+"""Middles of stations 1 to 3, from the drivers' left to their right: the third is beyond the tower's wall."""
 
 # --- Depot -----------------------------------------------------------------------------------------------------------
 

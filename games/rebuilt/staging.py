@@ -16,6 +16,7 @@ from games.rebuilt.field import FIELD
 from games.rebuilt.fuel import FUEL
 from simcore.errors import ConfigError
 from simcore.match.game import RobotEntry, StagedPieces
+from simcore.quantities import COUNT, Quantity, require_fields
 from simcore.typing import FloatArray
 from simcore.units import inches
 
@@ -44,12 +45,8 @@ class Staging:
     """For which preloads are counted; those of robots that are not there go to the neutral zone."""
 
     def __post_init__(self) -> None:
-        for name in ("neutral", "depot", "chute", "preload_per_robot", "robots"):
-            count = getattr(self, name)
-            if not isinstance(count, int) or count < 0:
-                raise ConfigError(f"Staging: {name} must be a whole number >= 0, got {count!r}")
-        if self.depot > 24:
-            raise ConfigError(f"Staging: a depot holds 24 fuel, got {self.depot}")
+        depot = Quantity("fuel", 0, 24, is_whole=True)  # what one holds
+        require_fields(self, neutral=COUNT, depot=depot, chute=COUNT, preload_per_robot=COUNT, robots=COUNT)
 
     def __call__(self, rng: np.random.Generator, entries: Sequence[RobotEntry]) -> list[StagedPieces]:
         """Where the fuel of a match lies, seen from blue; preloads that robots leave out go to the neutral zone.

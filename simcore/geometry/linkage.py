@@ -11,8 +11,9 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple, Protocol
 
-from simcore.errors import ConfigError, UnknownNameError, require_finite
+from simcore.errors import ConfigError, UnknownNameError
 from simcore.geometry.rotation import IDENTITY, Quaternion, Vector, multiply, rotate
+from simcore.quantities import RATIO, ROBOT_PLACE, require_fields
 
 __all__ = ["Joint", "MechanismMotion", "PartState", "part_pose", "part_state", "require_mechanisms"]
 
@@ -47,11 +48,10 @@ class Joint:
     """Turn [rad] or travel [m] of the joint per radian of the mechanism's shaft."""
 
     def __post_init__(self) -> None:
-        for value in (*self.axis, *self.origin):
-            require_finite("Joint", "axis and origin", value)
-        require_finite("Joint", "ratio", self.ratio)
+        owner = f"Joint of {self.mechanism!r}"
+        require_fields(self, owner, axis=(RATIO,) * 3, origin=(ROBOT_PLACE,) * 3, ratio=RATIO)
         if not math.isclose(math.hypot(*self.axis), 1.0, abs_tol=1e-6):
-            raise ConfigError(f"Joint of {self.mechanism!r}: axis must be a unit vector, got {self.axis}")
+            raise ConfigError(f"{owner}: axis must be a unit vector, got {self.axis}")
 
 
 class PartState(NamedTuple):

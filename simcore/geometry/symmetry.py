@@ -12,8 +12,9 @@ from typing import Literal
 
 import numpy as np
 
-from simcore.errors import ConfigError, require_positive
+from simcore.errors import ConfigError
 from simcore.geometry.rotation import wrap_angle
+from simcore.quantities import FIELD_LENGTH, require_fields
 from simcore.typing import FloatArray
 
 __all__ = ["FieldSymmetry", "Pose"]
@@ -40,8 +41,7 @@ class FieldSymmetry:
     def __post_init__(self) -> None:
         if self.kind not in ("rotate", "mirror"):
             raise ConfigError(f"FieldSymmetry: kind must be 'rotate' or 'mirror', got {self.kind!r}")
-        for extent in self.size:
-            require_positive("FieldSymmetry", "size", extent, "m")
+        require_fields(self, size=(FIELD_LENGTH, FIELD_LENGTH))
 
     @property
     def keeps_hands(self) -> bool:

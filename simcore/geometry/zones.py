@@ -7,7 +7,8 @@ from typing import Protocol
 
 import numpy as np
 
-from simcore.errors import ConfigError, require_positive
+from simcore.errors import ConfigError
+from simcore.quantities import FIELD_LENGTH, FIELD_PLACE, require_fields
 from simcore.typing import BoolArray, FloatArray
 
 __all__ = ["BoxZone", "CapsuleZone", "CylinderZone", "Zone"]
@@ -40,6 +41,7 @@ class BoxZone:
     """Largest corner [m]."""
 
     def __post_init__(self) -> None:
+        require_fields(self, low=(FIELD_PLACE,) * 3, high=(FIELD_PLACE,) * 3)
         if not all(a < b for a, b in zip(self.low, self.high, strict=True)):
             raise ConfigError(f"BoxZone: low must be below high on every axis, got {self.low} and {self.high}")
 
@@ -75,7 +77,9 @@ class CylinderZone:
     """Upper end [m]."""
 
     def __post_init__(self) -> None:
-        require_positive("CylinderZone", "radius", self.radius, "m")
+        require_fields(
+            self, center=(FIELD_PLACE, FIELD_PLACE), radius=FIELD_LENGTH, bottom=FIELD_PLACE, top=FIELD_PLACE
+        )
         if not self.bottom < self.top:
             raise ConfigError(f"CylinderZone: bottom must be below top, got {self.bottom} and {self.top} m")
 

@@ -6,7 +6,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal, TypeAlias
 
-from simcore.errors import ConfigError, require_positive
+from simcore.errors import ConfigError
+from simcore.quantities import DURATION, require_fields
 from simcore.units import plain_sum
 
 __all__ = ["MatchClock", "MatchTimer", "Mode", "Phase"]
@@ -25,7 +26,7 @@ class Phase:
     mode: Mode = "teleop"
 
     def __post_init__(self) -> None:
-        require_positive(f"Phase {self.name!r}", "duration", self.duration, "s")
+        require_fields(self, f"Phase {self.name!r}", duration=DURATION)
         if self.mode not in ("auto", "disabled", "teleop"):
             raise ConfigError(f"Phase {self.name!r}: mode must be 'auto', 'disabled' or 'teleop', got {self.mode!r}")
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from fnmatch import fnmatchcase
@@ -26,6 +25,7 @@ from simcore.physics.surface import TerrainSurface
 from simcore.pieces.kinds import GamePieceConfig
 from simcore.pieces.piece_manager import GamePieceManager
 from simcore.pieces.resting_places import PlaceEvent, RestingPlace
+from simcore.quantities import COUNT, FIELD_LENGTH, FIELD_PLACE, FORCE, POSE, require_fields, require_points
 from simcore.robot.climber import Rung
 from simcore.robot.robot import Controller, Robot
 from simcore.robot.robot_config import RobotConfig
@@ -67,6 +67,7 @@ class FieldDefinition:
     """What climbers can hang on."""
 
     def __post_init__(self) -> None:
+        require_fields(self, size=(FIELD_LENGTH, FIELD_LENGTH))
         if self.symmetry.size != self.size:
             raise ConfigError(f"FieldDefinition: symmetry is of a field of {self.symmetry.size} m, got {self.size} m")
         if (self.mesh is None) == (not self.elements):
@@ -126,8 +127,7 @@ class PieceSupply:
     count: int
 
     def __post_init__(self) -> None:
-        if not isinstance(self.count, int) or self.count < 0:
-            raise ConfigError(f"PieceSupply of {self.kind.name}: count must be a whole number >= 0, got {self.count!r}")
+        require_fields(self, f"PieceSupply of {self.kind.name}", count=COUNT)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -148,6 +148,11 @@ class StagedPieces:
     off_field: int = 0
     """How many wait off the field, e.g. with a human player."""
 
+    def __post_init__(self) -> None:
+        owner = f"StagedPieces of {self.kind}"
+        require_fields(self, owner, off_field=COUNT, lodged=FORCE)
+        require_points(owner, "positions", self.positions, FIELD_PLACE)
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RobotEntry:
@@ -165,10 +170,7 @@ class RobotEntry:
     def __post_init__(self) -> None:
         if self.alliance not in ("blue", "red"):
             raise ConfigError(f"RobotEntry: alliance must be 'blue' or 'red', got {self.alliance!r}")
-        if self.start is not None and not (len(self.start) == 3 and all(map(math.isfinite, self.start))):
-            raise ConfigError(f"RobotEntry: start must be three finite numbers (m, m, rad), got {self.start}")
-        if self.preload is not None and not (isinstance(self.preload, int) and self.preload >= 0):
-            raise ConfigError(f"RobotEntry: preload must be a whole number >= 0, got {self.preload!r}")
+        require_fields(self, start=POSE, preload=COUNT)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -191,6 +193,9 @@ class Auto:
     """As a blue robot, field frame [m, m, rad]."""
     preload: int | None = None
     """As in `RobotEntry`."""
+
+    def __post_init__(self) -> None:
+        require_fields(self, f"Auto {self.name!r}", start=POSE, preload=COUNT)
 
 
 class MatchState(Protocol):
@@ -331,6 +336,7 @@ class Game:
             raise ConfigError(f"Game {self.name}: kinds of pieces must differ, got {names}")
         if not self.starts:
             raise ConfigError(f"Game {self.name}: give at least one start")
+        require_fields(self, f"Game {self.name}", year=COUNT, preload=COUNT, robots=COUNT, starts=[POSE])
 
     @property
     def heading(self) -> str:

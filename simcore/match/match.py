@@ -19,12 +19,19 @@ from simcore.geometry.symmetry import Pose
 from simcore.match.camera_rig import CameraRig, tag_layout
 from simcore.match.clock import MatchTimer, Mode
 from simcore.match.digest import TrajectoryDigest
+from simcore.match.field_control import FieldControl
 from simcore.match.game import Game, PieceSupply, RobotEntry, Rules
 from simcore.match.piece_flow import PieceFlow
 from simcore.match.publish import build_snapshot
 from simcore.match.report import PieceCount, Score
 from simcore.match.scoring import Alliance, ScoringTracker, ScoringZone
-from simcore.match.starts import require_free_starts, require_playable, start_pose
+from simcore.match.starts import (
+    require_free_place,
+    require_free_starts,
+    require_on_field,
+    require_playable,
+    start_pose,
+)
 from simcore.physics.engine import Engine
 from simcore.physics.field import FieldElement
 from simcore.physics.substeps import Substepping, Surroundings
@@ -33,6 +40,7 @@ from simcore.pieces.piece_manager import GamePieceManager
 from simcore.pieces.pool import PieceStatus
 from simcore.pieces.resting_places import RestingPlace
 from simcore.pieces.wake_grid import Footprint, WakeSettings
+from simcore.quantities import POSE, Quantity, require, require_row, shown
 from simcore.robot.robot import Controller, Robot
 from simcore.robot.robot_config import RobotConfig
 from simcore.robot.swerve_config import SwerveConfig, SwerveModuleConfig
@@ -98,6 +106,9 @@ class Match:
     digest: TrajectoryDigest
     """Of the state of every tick so far."""
     _has_ended: bool
+    _has_told: bool
+    _started: Mode | None
+    """Which mode a driver station has enabled last; None: there is none."""
     flow: PieceFlow
     """Pieces into robots and out of them, and the record of it."""
 
@@ -132,8 +143,11 @@ class Match:
         """Wall time of the last tick [ms], for telemetry, if whoever runs the match measures it."""
         self.field = game.field.load(field_mesh)  # before the engine starts: a broken mesh ends the build
         self.world = PhysicsWorld(engine=engine, substepping=substepping)
-        self.before: tuple[Callable[[], None], ...] = (self._read, self._wake, self._take_in)
-        """What comes before motion: robot code looks and commands; sleeping pieces wake; intakes take pieces in."""
+        self.control = FieldControl(self)
+        """What people do to the field; it outlives `reset`."""
+        self.before: tuple[Callable[[], None], ...] = (self.control.before_tick, self._read, self._wake, self._take_in)
+        """What comes before motion: people act on the field; robot code looks and commands; sleeping pieces wake;
+        intakes take pieces in."""
         self.part: tuple[Callable[[float], None], ...] = (self._command, self._step_mechanisms, self._move, self._sense)
         """Motion, once a tick or in several parts: devices; mechanisms and their currents; sub-steps; sensors."""
         self.after: tuple[Callable[[], None], ...] = (
@@ -203,6 +217,7 @@ class Match:
 
     def close(self) -> None:
         """Close sinks and engine, each even if another fails; may be called twice."""
+        self._tell_end()
         with ExitStack() as stack:
             stack.callback(self.world.close)
             stack.callback(self.cameras.close)
@@ -240,6 +255,7 @@ class Match:
             seconds: Simulated; rounded to whole ticks.
             controllers: What commands each robot from now on; None leaves them.
         """
+        require("Match.play", "seconds", seconds, Quantity("s", 0.0, 1e6))
         for number, controller in enumerate(controllers or ()):
             self.set_controller(number, controller)
         for _ in range(round(seconds / TICK)):
@@ -343,10 +359,11 @@ class Match:
         self.flow.let_go(self.time)
 
     def _publish(self) -> None:
-        """One snapshot for the sinks that are due, and the digest of the state."""
+        """One snapshot for the sinks that are due, the digest of the state, and a line where a battery gave way."""
         state = self.pieces.state
         awake = self.pieces.awake
         for robot in self.robots:
+            robot.brownouts.after_tick(self.time)
             self.digest.update(np.array((*robot.chassis.pos, *robot.chassis.quat, *robot.chassis.vel)))
         self.digest.update(state.pos[awake], state.status.astype(np.int64))
         due = [sink for sink in self.sinks if sink.due(self.time)]
@@ -359,14 +376,17 @@ class Match:
 
     def set_controller(self, number: int, controller: Controller | None) -> None:
         """Choose what commands a robot from the next tick on."""
-        if not 0 <= number < len(self.robots):
-            raise ConfigError(f"there are robots 0 to {len(self.robots) - 1}, got {number}")
+        self._require_robot(number)
         self._controllers[number] = controller
+
+    def _require_robot(self, number: int) -> None:
+        if not isinstance(number, int) or not 0 <= number < len(self.robots):
+            raise ConfigError(f"there are robots 0 to {len(self.robots) - 1}, got {shown(number)}")
 
     def set_alliance(self, number: int, alliance: Alliance) -> None:
         """Put a robot, at rest, where it starts as one of an alliance; its gyro keeps its reading."""
         self.alliances[number] = alliance
-        self.carry_to(number, self.start_pose(number))
+        self._carry(number, self.start_pose(number))
 
     def carry_to(self, number: int, pose: tuple[float, float, float]) -> None:
         """Put a robot somewhere at rest, as people carry it; its gyro keeps its reading, and pieces make room.
@@ -374,7 +394,19 @@ class Match:
         Args:
             number: Of the robot.
             pose: Where, field frame [m, m, rad].
+
+        Raises:
+            ConfigError: There is no such robot, or the pose is no three numbers.
+            StartError: The place is beyond the field, or inside of something solid.
         """
+        self._require_robot(number)
+        require_row(f"robot {number}", "pose", pose, POSE)
+        robot, size = self.robots[number], self.game.field.size
+        require_on_field(robot, pose, size)
+        require_free_place(self.world, robot, pose, size)
+        self._carry(number, pose)
+
+    def _carry(self, number: int, pose: Pose) -> None:
         self.robots[number].carry_to(pose)
         self.pieces.make_room(Footprint(*self.robots[number].chassis.footprint))
 
@@ -385,7 +417,30 @@ class Match:
             self.tracker.reset()
             self.flow.clear()
             self._has_ended = False
+        self._started = mode
         self.rules.start_mode(mode)
+
+    def reset_field(self) -> None:
+        """Put all pieces back to where the match began, the preloads into the robots; score and rules begin anew.
+
+        Robots stay where they are, and pieces make room for them. The clock goes on.
+        """
+        self.pieces.clear()
+        for robot in self.robots:
+            robot.forget_pieces()
+        self.rules_rng, _, staging_rng, _ = np.random.default_rng(self.seed).spawn(4)
+        self._stage(staging_rng)
+        for robot, entry in zip(self.robots, self.entries, strict=True):
+            self._preload(robot, entry)
+        for robot in self.robots:
+            self.pieces.make_room(Footprint(*robot.chassis.footprint))
+        self.flow.clear()
+        self.tracker.reset()
+        self._has_ended = self.timer.is_over
+        self.rules = self.game.rules(self)
+        self.rules.start()
+        if self._started is not None:
+            self.rules.start_mode(self._started)
 
     def set_network_time(self, now: float) -> None:
         """Tell cameras what NetworkTables' clock shows at the end of the present tick [s], so that stamps agree."""
@@ -402,6 +457,7 @@ class Match:
         """
         if seed is not None:
             require_playable(self.game, self.entries, options=(), controllers=0, seed=seed)
+        self._tell_end()
         with ExitStack() as stack:
             stack.callback(self.cameras.close)
             for sink in self.sinks:
@@ -463,6 +519,8 @@ class Match:
         self._piece_speed = 0.0
         self._near = Surroundings.OPEN
         self._has_ended = False
+        self._started = None
+        self._has_told = False
         self.alliances = [entry.alliance for entry in self.entries]
         self.world.add_field(self.field.elements, drivable=game.field.drivable_in(self.field))
         self.pieces = GamePieceManager(
@@ -481,7 +539,7 @@ class Match:
             robot = Robot(self.world, config, number=number, pose=pose, rng=own_rng, rungs=game.field.rungs)
             self.robots.append(robot)
             self._preload(robot, entry)
-        require_free_starts(self.world, self.robots, game.field.size)
+        require_free_starts(self.world, self.robots, game.field, self.alliances)
         for robot in self.robots:
             self.pieces.make_room(Footprint(*robot.chassis.footprint))
         self.flow = PieceFlow(self.world, self.pieces, self.robots)
@@ -525,6 +583,13 @@ class Match:
             slots = self.pieces.stage(self.game.pieces[0].kind.name, count)
             self.pieces.hold(slots, robot.number)
             robot.storage.add(slots.tolist())
+
+    def _tell_end(self) -> None:
+        """Of a run, once."""
+        if not self._has_told:
+            self._has_told = True
+            for robot in self.robots:
+                robot.brownouts.tell_total()
 
     def _worth(self, zone: ScoringZone) -> int:
         return self.rules.worth(zone)

@@ -24,6 +24,12 @@ if TYPE_CHECKING:
 
 __all__ = ["build_snapshot"]
 
+_DECIMALS = 6
+"""Of the poses of robots and of what they carry [um, 1e-6]: the engine holds a robot at rest to some 1e-9 m, and a
+log would take up every tick of it."""
+_VOLT_DECIMALS = 3
+"""Of the battery's voltage [mV], which comes back after a load for minutes."""
+
 
 @dataclass(slots=True)
 class _Rows:
@@ -54,7 +60,7 @@ def build_snapshot(match: MatchState) -> Snapshot:
     rows = _Rows()
     _add_pieces(rows, match)
     _add_match(rows, match)
-    rows.pose_arrays |= match.cameras.lines(match.robots)
+    rows.pose_arrays |= {key: _rounded(line) for key, line in match.cameras.lines(match.robots).items()}
     for robot in match.robots:
         _add_robot(rows, robot, match.alliances[robot.number])
     for key, value in match.rules.telemetry().items():
@@ -86,11 +92,10 @@ def _add_pieces(rows: _Rows, match: MatchState) -> None:
         in_flight = here[np.searchsorted(slots, mine)]  # a piece in flight is one of those here, which are in order
         in_flight.setflags(write=False)
         rows.pose_arrays[f"Sim/InFlight/{name}"] = in_flight
+        rows.integer_arrays[f"Sim/InFlightIds/{name}"] = _frozen_ids(mine)
         inside = [(slot, robot) for slot, robot in held if pieces.state.kind[slot] == number]
         poses = np.array([_held_pose(slot, robot, supply.kind.bounding_radius) for slot, robot in inside])
-        poses = poses.reshape(-1, 7)
-        poses.setflags(write=False)
-        rows.pose_arrays[f"Sim/Held/{name}"] = poses
+        rows.pose_arrays[f"Sim/Held/{name}"] = _rounded(poses.reshape(-1, 7))
         rows.integer_arrays[f"Sim/HeldIds/{name}"] = _frozen_ids(np.array([slot for slot, _ in inside], dtype=np.int64))
 
 
@@ -102,6 +107,12 @@ def _held_pose(slot: int, robot: Robot, radius: float) -> tuple[float, ...]:
     return c.pos[0] + dx, c.pos[1] + dy, c.pos[2] + dz, w, x, y, z
 
 
+def _rounded(poses: FloatArray) -> FloatArray:
+    rows: FloatArray = np.round(poses, _DECIMALS)
+    rows.setflags(write=False)
+    return rows
+
+
 def _frozen(positions: FloatArray, attitudes: FloatArray) -> FloatArray:
     rows = np.empty((len(positions), 7))
     rows[:, :3] = positions
@@ -110,7 +121,7 @@ def _frozen(positions: FloatArray, attitudes: FloatArray) -> FloatArray:
     return rows
 
 
-def _frozen_ids(slots: IntArray) -> IntArray:
+def _frozen_ids(slots: IntArray | list[int]) -> IntArray:
     ids = np.array(slots, dtype=np.int64)
     ids.setflags(write=False)
     return ids
@@ -131,6 +142,12 @@ def _add_match(rows: _Rows, match: MatchState) -> None:
         "Sim/Shots": len(match.flow.shots),
         "Sim/Hits": match.flow.hits,
     }
+    shots = match.flow.shots
+    rows.integer_arrays |= {
+        "Sim/ShotIds": _frozen_ids([shot.slot for shot in shots]),
+        "Sim/ShotRobots": _frozen_ids([shot.robot for shot in shots]),
+        "Sim/ShotHits": _frozen_ids([shot.scored for shot in shots]),
+    }
     for name, count in (*match.tracker.pieces.items(), *match.rules.breakdown().items()):
         rows.integers[f"Sim/Score/{name}"] = count
     for level in match.pieces.places.levels:
@@ -143,17 +160,24 @@ def _add_match(rows: _Rows, match: MatchState) -> None:
 def _add_robot(rows: _Rows, robot: Robot, alliance: Alliance) -> None:
     prefix = robot_prefix(robot.number)
     x, y, z, w = robot.chassis.quat
-    rows.poses[f"{prefix}/Robot/Pose3d"] = np.array((*robot.chassis.pos, w, x, y, z))
+    rows.poses[f"{prefix}/Robot/Pose3d"] = _rounded(np.array((*robot.chassis.pos, w, x, y, z)))
     rows.pose_arrays[f"{prefix}/Robot/ComponentPoses"] = robot.component_poses()
     held = len(robot.held)
     ground = ground_clearance(*robot.chassis.wheel_ground())
-    rows.doubles[f"{prefix}/Robot/GroundClearance"] = ground.height
+    rows.doubles[f"{prefix}/Robot/GroundClearance"] = round(ground.height, _DECIMALS)
     rows.booleans[f"{prefix}/Robot/IsAirborne"] = ground.is_airborne
     rows.booleans[f"{prefix}/Robot/IsRed"] = alliance == "red"
+    rows.doubles[f"{prefix}/Robot/WheelSlip"] = robot.drive.wheel_slip
+    # To 1 mm and 1 mrad: a gyro's noise would change it in every tick of a robot that stands.
+    px, py, yaw = (round(value, 3) for value in robot.estimated_pose or robot.odometry.pose)
+    estimate = np.array((px, py, 0.0, math.cos(0.5 * yaw), 0.0, 0.0, math.sin(0.5 * yaw)))
+    rows.poses[f"{prefix}/Robot/EstimatedPose"] = _rounded(estimate)
     rows.integers[f"{prefix}/Intake/HeldCount"] = held
     rows.integers[f"{prefix}/Debug/HeldCount"] = held
     debug = f"{prefix}/Debug/"
-    rows.doubles[f"{debug}BatteryVoltage"] = robot.battery.voltage
+    rows.doubles[f"{debug}BatteryVoltage"] = round(robot.battery.voltage, _VOLT_DECIMALS)
+    rows.doubles[f"{debug}BatteryVoltageMin"] = round(robot.battery.tick_min_voltage, _VOLT_DECIMALS)
+    rows.booleans[f"{debug}BrownedOut"] = robot.battery.tick_browned_out
     rows.doubles[f"{debug}BatteryCurrent"] = robot.battery.current
     rows.doubles[f"{debug}DrivetrainCurrent"] = robot.battery.current - robot.drive.other_current
     for name, mechanism in robot.mechanisms.items():
@@ -171,6 +195,8 @@ def _add_robot(rows: _Rows, robot: Robot, alliance: Alliance) -> None:
             rows.doubles[f"{key}ExtendedPct"] = 100.0 * mechanism.extended_fraction
         elif isinstance(mechanism, ElevatorSim):
             rows.doubles[f"{key}HeightM"] = mechanism.height
+    for name, goal in robot.setpoints.items():
+        rows.doubles[f"{debug}{name}Setpoint"] = goal
     for number, intake in enumerate(robot.intakes):
         rows.booleans[f"{debug}{_numbered('IntakeZoneActive', number)}"] = intake.is_active
     for number, shooter in enumerate(robot.shooters):

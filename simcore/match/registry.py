@@ -4,15 +4,21 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Callable
-from importlib.metadata import entry_points
+from importlib import import_module
+from importlib.metadata import EntryPoint, entry_points
+from pathlib import Path
 
 from simcore.errors import ConfigError, UnknownNameError
+from simcore.install_text import install_command
 from simcore.match.game import Game
 
 __all__ = ["GROUP", "find_game", "installed_games"]
 
 GROUP = "simcore.games"
 """Of the entry points; the name of each is the game's."""
+
+_BESIDE = Path(__file__).resolve().parents[2]
+"""The folder that simcore lies in."""
 
 _log = logging.getLogger(__name__)
 
@@ -25,7 +31,7 @@ def installed_games() -> dict[str, Game]:
     """
     games: dict[str, Game] = {}
     for point in entry_points(group=GROUP):
-        game = point.load()
+        game = _load(point)
         if not isinstance(game, Game):
             raise ConfigError(f"entry point {point.name!r} of {GROUP} must be a Game, got {point.value}")
         if game.name != point.name:
@@ -47,7 +53,7 @@ def find_game(name: str | None = None, *, say: Callable[[str], object] | None = 
     """
     games = installed_games()
     if not games:
-        raise ConfigError(f"no game is installed (entry points {GROUP}); `pip install .` of simcore brings one")
+        raise ConfigError(f"no game is installed (entry points {GROUP}); {install_command()} brings one")
     if name is None:
         newest = next(iter(games.values()))
         if len(games) > 1:
@@ -57,3 +63,19 @@ def find_game(name: str | None = None, *, say: Callable[[str], object] | None = 
     if name not in games:
         raise UnknownNameError("game", name, games)
     return games[name]
+
+
+def _load(point: EntryPoint) -> object:
+    """What an entry point names, also where a robot project has a `games.py` or a package `games` of its own.
+
+    That one comes first on the path and stays what `import games` gives; modules of the folder beside simcore are then
+    found as well.
+    """
+    first, dot, _ = point.module.partition(".")
+    folder = str(_BESIDE / first)
+    if dot and (_BESIDE / first).is_dir():
+        package = import_module(first)
+        path = list(getattr(package, "__path__", ()))
+        if folder not in path:
+            package.__path__ = [*path, folder]
+    return point.load()

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import re
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
 from typing import Any
@@ -79,6 +80,8 @@ class RunReport:
     """Simulated over real time."""
     ticks: int
     score: Score
+    match_state: Mapping[str, float | int | bool | str]
+    """The match clock, its period and what counts, at the end: by the names of the keys `Sim/Match/...`."""
     pieces: PieceCount
     """Of all kinds."""
     piece_name: str
@@ -94,6 +97,8 @@ class RunReport:
     awake: Spread
     min_battery_v: float
     """Lowest battery voltage [V]."""
+    brownouts: int
+    """How many times the battery's voltage switched the first robot's motors off."""
     digest: str
     """SHA-256 over the state trajectory."""
     outputs: Mapping[str, str] = field(default_factory=dict)
@@ -161,8 +166,11 @@ def print_report(report: RunReport, console: Console, *, verbose: bool = False) 
     run = Table(title="Run", box=style, title_justify="left", show_header=False, width=_width(console))
     run.add_column(ratio=2)
     run.add_column(ratio=5, overflow="fold")
+    for what, value in _clock(report.match_state).items():
+        run.add_row(what, value)
     run.add_row("way driven", f"{report.distance_m:.1f} m")
-    run.add_row("lowest battery voltage", f"{report.min_battery_v:.2f} V")
+    off = f"; {report.brownouts} brown-outs" if report.brownouts else ""
+    run.add_row("lowest battery voltage", f"{report.min_battery_v:.2f} V{off}")
     times = f"{report.wall_seconds:.1f} s, {report.realtime_factor:.1f} times as fast as a real match"
     run.add_row("time to compute it", times)
     if verbose:
@@ -180,6 +188,19 @@ def print_report(report: RunReport, console: Console, *, verbose: bool = False) 
         shown = path.encode(console.encoding, "replace").decode(console.encoding)
         run.add_row(escape(kind), escape(shown))
     console.print(run)
+
+
+def _clock(state: Mapping[str, float | int | bool | str]) -> dict[str, str]:
+    """Match clock and period, and what the game adds to them, as people read them."""
+    rest = dict(state)
+    rest.pop("Game", None)
+    time, left, period = rest.pop("Time"), rest.pop("TimeLeft"), rest.pop("Period")
+    can_move = "robots may move" if rest.pop("Enabled") else "robots are disabled"
+    rows = {"match clock": f"{time:.1f} s, {left:.1f} s left", "period": f"{escape(str(period))}; {can_move}"}
+    for name, value in rest.items():
+        words = re.sub(r"(?<=[a-z0-9])(?=[A-Z])", " ", name).lower()
+        rows[words] = ("yes" if value else "no") if isinstance(value, bool) else escape(str(value))
+    return rows
 
 
 def _width(console: Console) -> int:

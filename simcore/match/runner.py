@@ -5,7 +5,6 @@ The wall clock is read here, for the figures of the report; no time of it reache
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -14,14 +13,14 @@ from typing import Any
 
 import numpy as np
 
-from simcore.errors import ConfigError
 from simcore.match.digest import TickTimer
 from simcore.match.game import Auto, Game, RobotEntry
 from simcore.match.match import Match
 from simcore.match.report import RunReport, Spread
 from simcore.match.scoring import Alliance
+from simcore.quantities import DURATION, require
 from simcore.robot.robot_config import RobotConfig
-from simcore.telemetry.snapshot import TelemetrySink
+from simcore.telemetry.snapshot import Snapshot, TelemetrySink
 from simcore.typing import FloatArray
 from simcore.units import TICK
 
@@ -81,8 +80,7 @@ def play_auto(
     """
     chosen = auto if isinstance(auto, Auto) else game.auto(auto)
     length = seconds if seconds is not None else auto_seconds(game)
-    if not (math.isfinite(length) and length > 0.0):
-        raise ConfigError(f"seconds must be finite and > 0, got {seconds}")
+    require("an auto", "seconds", length, DURATION)
     entry = RobotEntry(alliance=alliance, start=chosen.start, preload=chosen.preload, config=robot)
     start = perf_counter()
     try:
@@ -148,6 +146,7 @@ def _play(
         realtime_factor=match.time / max(wall, 1e-9),
         ticks=match.ticks,
         score=match.score,
+        match_state=_match_state(match.snapshot()),
         pieces=match.count,
         piece_name=" and ".join(supply.kind.name.lower() for supply in match.game.pieces) or "pieces",
         breakdown={**match.tracker.pieces, **match.rules.breakdown()},
@@ -158,6 +157,16 @@ def _play(
         substeps=Spread(mean=float(np.mean(substeps or [0])), max=max(substeps, default=0)),
         awake=Spread(mean=float(np.mean(awake or [0])), max=max(awake, default=0)),
         min_battery_v=match.robots[0].battery.min_voltage,
+        brownouts=match.robots[0].battery.brownouts,
         digest=match.digest.hexdigest(),
     )
     return AutoRun(report, match, track, pieces_at_start, interrupted)
+
+
+def _match_state(snapshot: Snapshot) -> dict[str, float | int | bool | str]:
+    """What the keys `Sim/Match/...` say, by the rest of their names."""
+    prefix = "Sim/Match/"
+    values: dict[str, float | int | bool | str] = {}
+    for kind in (snapshot.doubles, snapshot.integers, snapshot.booleans, snapshot.strings):
+        values.update(kind)
+    return {key.removeprefix(prefix): value for key, value in values.items() if key.startswith(prefix)}

@@ -11,6 +11,7 @@ import numpy as np
 
 from simcore.errors import ConfigError
 from simcore.geometry.zones import Zone
+from simcore.quantities import Quantity, require_fields
 from simcore.typing import BoolArray, FloatArray, IntArray
 
 __all__ = ["Alliance", "ScoreEvent", "ScoringTracker", "ScoringZone"]
@@ -37,8 +38,7 @@ class ScoringZone:
     def __post_init__(self) -> None:
         if self.alliance not in ("blue", "red"):
             raise ConfigError(f"ScoringZone {self.name!r}: alliance must be 'blue' or 'red', got {self.alliance!r}")
-        if not isinstance(self.points, int):
-            raise ConfigError(f"ScoringZone {self.name!r}: points must be a whole number, got {self.points!r}")
+        require_fields(self, f"ScoringZone {self.name!r}", points=Quantity("points", -1000, 1000, is_whole=True))
 
 
 @dataclass(frozen=True, slots=True)

@@ -14,14 +14,16 @@ from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
 
-from simcore.errors import ConfigError, require_finite, require_positive
+from simcore.errors import ConfigError
 from simcore.geometry.rotation import wrap_angle
 from simcore.geometry.symmetry import Pose
 from simcore.match.scoring import Alliance
 from simcore.pieces.shot_solver import NoShotError, Shot, solve_shot
+from simcore.quantities import ACCELERATION, ANGLE, ROBOT_PLACE, SIGNED_VOLTAGE, require, require_fields, shown
 from simcore.robot.mechanism_control import PositionController, VelocityController
 from simcore.robot.mechanisms import ArmSim, ElevatorSim
 from simcore.robot.robot import Robot
+from simcore.robot.robot_config import telemetry_name
 from simcore.robot.swerve_drive import SwerveDrive
 from simcore.typing import FloatArray
 from simcore.units import TICK, degrees
@@ -59,9 +61,13 @@ class ScriptSettings:
     """Where the intake takes pieces, ahead of the robot's center [m]."""
 
     def __post_init__(self) -> None:
-        require_positive("ScriptSettings", "acceleration", self.acceleration, "m/s^2")
-        for name in ("shot_elevation", "roller_volts", "intake_x"):
-            require_finite("ScriptSettings", name, getattr(self, name))
+        require_fields(
+            self, acceleration=ACCELERATION, shot_elevation=ANGLE, roller_volts=SIGNED_VOLTAGE, intake_x=ROBOT_PLACE
+        )
+        if not isinstance(self.feed_volts, Mapping):
+            raise ConfigError(f"ScriptSettings: feed_volts must be volts by mechanism, got {shown(self.feed_volts)}")
+        for name, volts in self.feed_volts.items():
+            require("ScriptSettings", f"feed_volts[{name!r}]", volts, SIGNED_VOLTAGE)
 
 
 class ScriptedRobot:
@@ -343,8 +349,10 @@ class ScriptedRobot:
 
     def _command_mechanisms(self) -> None:
         robot, s = self.robot, self.settings
+        robot.setpoints.clear()
         for name, loop in self._wheel_loops.items():
             robot.mechanisms[name].set_volts(loop.volts(self._wheel_goal, robot.mechanisms[name].velocity))
+            robot.setpoints[f"{telemetry_name(name)}VelocityRPS"] = self._wheel_goal / math.tau
         hood_name = robot.shooters[0].config.hood if robot.shooters else None
         if hood_name is not None:
             self._hold(hood_name, self._hood_goal)
@@ -359,12 +367,14 @@ class ScriptedRobot:
                 deploy = robot.mechanisms[intake.deploy]
                 low, high = deploy.stops if intake.deployed_at == "upper" else deploy.stops[::-1]
                 goal = high if self._intake else low
+                robot.setpoints[f"{telemetry_name(intake.deploy)}PositionRot"] = goal / math.tau
                 deploy.set_volts(self._deploy_loop.volts(goal, deploy.position, deploy.velocity))
             if intake.roller is not None:
                 robot.mechanisms[intake.roller].set_volts(s.roller_volts if self._intake else 0.0)
 
     def _hold(self, name: str, goal: float) -> None:
         mechanism = self.robot.mechanisms[name]
+        self.robot.setpoints[f"{telemetry_name(name)}PositionRot"] = goal / math.tau
         weight = mechanism.holding_volts if isinstance(mechanism, (ArmSim, ElevatorSim)) else 0.0
         position, velocity = mechanism.position, mechanism.velocity
         mechanism.set_volts(self._position_loop.volts(goal, position, velocity, feedforward=weight))

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
+from typing import TypeAlias
 
 from simcore.errors import ConfigError, UnknownNameError
 from simcore.geometry.symmetry import Pose
-from simcore.match.game import Game, RobotEntry
+from simcore.match.game import FieldDefinition, Game, RobotEntry
 from simcore.match.scoring import Alliance
 from simcore.physics.substeps import Surroundings
 from simcore.physics.world import PhysicsWorld
@@ -21,6 +22,8 @@ __all__ = [
     "require_playable",
     "start_pose",
 ]
+
+Flip: TypeAlias = Callable[[float, float, float], Pose]
 
 _RING, _RINGS = 0.1, 20  # [m], [-]; where a free place is looked for
 
@@ -89,15 +92,24 @@ class StartError(ConfigError):
         super().__init__(f"robot {number} {problem}; {hint or 'give its RobotEntry another start'}")
 
 
-def require_free_starts(world: PhysicsWorld, robots: Sequence[Robot], field_size: tuple[float, float]) -> None:
+def require_free_starts(
+    world: PhysicsWorld, robots: Sequence[Robot], field: FieldDefinition, alliances: Sequence[Alliance]
+) -> None:
     """Refuse robots that start beyond the field, inside of each other or of a solid element.
+
+    Args:
+        world: With the field and the robots.
+        robots: Where they start.
+        field: Theirs.
+        alliances: Of each robot; of a red one the text says places as blue, too: so its entry has them.
 
     Raises:
         StartError: One does.
     """
+    as_blue = [field.symmetry.flip_pose if alliance == "red" else None for alliance in alliances]
     for robot in robots:
         (x, y, _), c = robot.chassis.pose, robot.chassis.config
-        require_on_field(robot, robot.chassis.pose, field_size)
+        require_on_field(robot, robot.chassis.pose, field.size, as_blue=as_blue[robot.number])
         half = 0.5 * min(c.bumper_length, c.bumper_width)
         for other in robots[: robot.number]:
             ox, oy, _ = other.chassis.pose
@@ -108,27 +120,30 @@ def require_free_starts(world: PhysicsWorld, robots: Sequence[Robot], field_size
                     f"and ({x:.2f}, {y:.2f}) m; give their RobotEntry other starts"
                 )
     for robot in robots:
-        require_free_place(world, robot, robot.chassis.pose, field_size)
+        require_free_place(world, robot, robot.chassis.pose, field.size, as_blue=as_blue[robot.number])
 
 
-def require_on_field(robot: Robot, pose: Pose, field_size: tuple[float, float]) -> None:
+def require_on_field(robot: Robot, pose: Pose, field_size: tuple[float, float], *, as_blue: Flip | None = None) -> None:
     """Refuse a start beyond the field.
 
     Args:
         robot: Who would start there.
         pose: Where, field frame [m, m, rad].
         field_size: Length and width [m].
+        as_blue: Turns a place into that of a blue robot, where the start was given so; None: it was not.
 
     Raises:
         StartError: It is.
     """
     (x, y, _), (length, width) = pose, field_size
     if not (0.0 <= x <= length and 0.0 <= y <= width):
-        problem = f"starts outside of the field of {length:g} x {width:g} m, at ({x:g}, {y:g})"
-        raise StartError(robot.number, problem, "a start is in meters from the blue corner")
+        problem = f"starts outside of the field of {length:g} x {width:g} m, at {_place(x, y, as_blue)}"
+        raise StartError(robot.number, problem, "a start is in meters from the blue corner, as a blue robot")
 
 
-def require_free_place(world: PhysicsWorld, robot: Robot, pose: Pose, field_size: tuple[float, float]) -> None:
+def require_free_place(
+    world: PhysicsWorld, robot: Robot, pose: Pose, field_size: tuple[float, float], *, as_blue: Flip | None = None
+) -> None:
     """Refuse a start inside of a solid element or of another robot; the text names a place nearby that is free.
 
     Args:
@@ -136,6 +151,7 @@ def require_free_place(world: PhysicsWorld, robot: Robot, pose: Pose, field_size
         robot: Who would start there.
         pose: Where, field frame [m, m, rad].
         field_size: Length and width [m].
+        as_blue: As in `require_on_field`.
 
     Raises:
         StartError: It is.
@@ -156,8 +172,16 @@ def require_free_place(world: PhysicsWorld, robot: Robot, pose: Pose, field_size
         if edge <= px <= length - edge and edge <= py <= width - edge and _is_free(world, robot, px, py, whole=True)
     )
     near = next(free, None)
-    hint = f"({near[0]:.2f}, {near[1]:.2f}) m is free" if near else ""
-    raise StartError(robot.number, f"starts inside of a field element, at ({x:.2f}, {y:.2f}) m", hint)
+    hint = f"{_place(*near, as_blue)} is free" if near else ""
+    raise StartError(robot.number, f"starts inside of a field element, at {_place(x, y, as_blue)}", hint)
+
+
+def _place(x: float, y: float, as_blue: Flip | None) -> str:
+    text = f"({x:.2f}, {y:.2f}) m"
+    if as_blue is None:
+        return text
+    x, y, _ = as_blue(x, y, 0.0)
+    return f"{text}, as blue ({x:.2f}, {y:.2f}) m"
 
 
 def _is_free(world: PhysicsWorld, robot: Robot, x: float, y: float, *, whole: bool = False) -> bool:

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from simcore.errors import ConfigError, OutputError
+from simcore.quantities import Quantity, number_flag
 
 if TYPE_CHECKING:
     from importlib.resources.abc import Traversable
@@ -19,11 +20,17 @@ __all__ = ["add_arguments", "run", "write_game"]
 
 _NAME = re.compile(r"[a-z][a-z0-9_]{1,30}")
 
+_YEAR = Quantity("", 1992, 2992, is_whole=True)
+
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Options of the command."""
     parser.add_argument("name", metavar="NAME", help="of the game: lower-case letters, digits and _, e.g. discs")
-    parser.add_argument("--year", type=int, help="of the game (default: the next season's)")
+    parser.add_argument(
+        "--year",
+        type=number_flag(_YEAR),
+        help="of the game (default: the next season's)",
+    )
     parser.add_argument("--folder", type=Path, metavar="FOLDER", help="where to write it (default: ./NAME)")
 
 

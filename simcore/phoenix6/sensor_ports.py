@@ -11,9 +11,10 @@ from phoenix6.hardware import CANcoder, CANdi, CANrange, Pigeon2
 from phoenix6.signals import S1StateValue, S2StateValue, SensorDirectionValue
 from phoenix6.sim import ChassisReference
 
-from simcore.errors import ConfigError, require_non_negative
+from simcore.errors import ConfigError
 from simcore.phoenix6.ownership import own_writer
 from simcore.phoenix6.sim_states import sim_state_of
+from simcore.quantities import Quantity, require
 
 __all__ = ["CANcoderSim", "CANdiEncoderSim", "CANdiSwitchSim", "CANrangeSim", "Pigeon2Sim"]
 
@@ -178,7 +179,7 @@ class CANrangeSim(_SensorPort):
         Raises:
             ConfigError: Below zero, or not finite.
         """
-        require_non_negative("CANrangeSim", "distance", distance, "m")
+        require("CANrangeSim", "distance", distance, Quantity("m", 0.0, 100.0))
         self._state.set_distance(distance)
 
 

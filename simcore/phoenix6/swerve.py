@@ -239,6 +239,11 @@ class SwerveDrivetrainSim(SwerveDevicesSim):
         """Call `tell` whenever robot code sets the drivetrain's pose anew."""
         on_pose_reset(self._drivetrain, tell)
 
+    def estimated_pose(self) -> tuple[float, float, float]:
+        """Where the drivetrain believes to be, field frame [m, m, rad]."""
+        pose = self._drivetrain.get_state().pose
+        return pose.x, pose.y, pose.rotation().radians()
+
 
 def _pin(constants: Any) -> int | None:
     """Which pin of a CANdi the azimuth's encoder is on; None if it is no CANdi."""

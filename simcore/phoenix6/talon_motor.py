@@ -10,8 +10,9 @@ from phoenix6.hardware import TalonFX
 from phoenix6.sim import TalonFXSimState
 from wpilib import RobotController
 
-from simcore.errors import ConfigError, require_finite
+from simcore.errors import ConfigError
 from simcore.phoenix6.talon_port import Talon, TalonPort, is_configured_clockwise
+from simcore.quantities import ANGLE, require
 from simcore.robot.gearbox import SimMotor
 
 __all__ = ["AngleSensor", "MotorType", "TalonFXMotorSim"]
@@ -79,7 +80,7 @@ class TalonFXMotorSim:
         name = f"{type(talon).__name__} {talon.device_id}"
         if not isinstance(mechanism, SimMotor):
             raise ConfigError(f"{name}: mechanism must be a SimMotor such as FlywheelSim, got {mechanism!r}")
-        require_finite(name, "zero_at", zero_at, "rad")
+        require(name, "zero_at", zero_at, ANGLE)
         motors = getattr(mechanism, "motors", None)
         devices = 1 + len(followers)
         if followers and motors is not None and motors != devices:

@@ -284,15 +284,15 @@ class BulletEngine:
         for row, twist in zip(rows, twists.tolist(), strict=True):
             put(ids[row], twist[:3], twist[3:], client)
 
-    def apply_forces(self, rows: Sequence[int], forces: FloatArray) -> None:
+    def apply_forces(self, rows: Sequence[int], forces: FloatArray, centers: FloatArray | None = None) -> None:
         """Forces at the centers of mass [N], shape (n, 3), field frame, for the next `step` only.
 
         In the link frame with position 0, the force acts at the center of mass but is given in body axes; in the
         world frame it acts at a world point. We use the second with the body's own center.
         """
         p, client, ids = self._p, self._open(), self._ids
-        boxes = self.centers(rows).tolist()
-        for row, force, center in zip(rows, forces.tolist(), boxes, strict=True):
+        there = (self.centers(rows) if centers is None else centers).tolist()
+        for row, force, center in zip(rows, forces.tolist(), there, strict=True):
             p.applyExternalForce(ids[row], -1, force, center, p.WORLD_FRAME, client)
 
     def wake(self, row: int) -> None:
@@ -341,7 +341,7 @@ class BulletEngine:
         return sorted(self._row_of[other] for other in others if other in self._row_of)
 
     def free_share(self, row: int, h: float) -> float:
-        """Share of a step of h [s] in which a body goes on without touching anything; 1 if it meets nothing.
+        """Share of a step of h [s] in which a body goes on without touching a static; 1 if it meets none.
 
         The engine finds a contact when it is there, after a step: what is thin would be deep in a floor, or through.
         """
@@ -359,19 +359,15 @@ class BulletEngine:
         x, y, z = p.getBasePositionAndOrientation(me, client)[0]
         for other in sorted({body for body, _ in around}):
             number = self._row_of.get(other, row)
-            if number == row or not self._touch(row, number):
+            if self._definitions[number].mass > 0.0 or not self._touch(row, number):
                 continue
-            theirs, turning = p.getBaseVelocity(other, client)
-            ox, oy, oz = p.getBasePositionAndOrientation(other, client)[0]
-            for point in p.getClosestPoints(me, other, 2.0 * reach, physicsClientId=client):
-                (nx, ny, nz), gap, (ax, ay, az), (bx, by, bz) = point[7], point[8], point[5], point[6]
-                ax, ay, az, bx, by, bz = ax - x, ay - y, az - z, bx - ox, by - oy, bz - oz
-                wx, wy, wz = angular
-                ux, uy, uz = turning
+            for point in p.getClosestPoints(me, other, reach, physicsClientId=client):
+                (nx, ny, nz), gap, (ax, ay, az) = point[7], point[8], point[5]
+                ax, ay, az = ax - x, ay - y, az - z
                 closing = -(
-                    nx * (linear[0] + wy * az - wz * ay - theirs[0] - uy * bz + uz * by)
-                    + ny * (linear[1] + wz * ax - wx * az - theirs[1] - uz * bx + ux * bz)
-                    + nz * (fall + wx * ay - wy * ax - theirs[2] - ux * by + uy * bx)
+                    nx * (linear[0] + angular[1] * az - angular[2] * ay)
+                    + ny * (linear[1] + angular[2] * ax - angular[0] * az)
+                    + nz * (fall + angular[0] * ay - angular[1] * ax)
                 )
                 if gap > 2.0 * _TOUCHING and closing * h > gap + _NEGLECTED:
                     share = min(share, (gap - _TOUCHING) / (closing * h))

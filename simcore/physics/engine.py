@@ -98,8 +98,14 @@ class Engine(Protocol):
         """`set_velocity` of several bodies, linear and angular, shape (n, 6)."""
         ...
 
-    def apply_forces(self, rows: Sequence[int], forces: FloatArray) -> None:
-        """Forces at the centers of mass [N], shape (n, 3), field frame, for the next `step` only."""
+    def apply_forces(self, rows: Sequence[int], forces: FloatArray, centers: FloatArray | None = None) -> None:
+        """Forces at the centers of mass [N], shape (n, 3), field frame, for the next `step` only.
+
+        Args:
+            rows: Whose.
+            forces: On each.
+            centers: What `centers` says of these rows now, if known: an engine then need not ask itself.
+        """
         ...
 
     def wake(self, row: int) -> None:
@@ -133,7 +139,7 @@ class Engine(Protocol):
         ...
 
     def free_share(self, row: int, h: float) -> float:
-        """Share of a step of h [s] in which a body goes on without touching anything; 1 if it meets nothing.
+        """Share of a step of h [s] in which a body goes on without touching a static; 1 if it meets none.
 
         Not asked of an engine that `is_exact`: there nothing gets into anything else.
         """

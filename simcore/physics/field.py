@@ -15,7 +15,7 @@ from types import MappingProxyType
 import numpy as np
 from scipy.spatial import ConvexHull, QhullError
 
-from simcore.errors import ConfigError, FieldMeshError, UnknownNameError, require_positive
+from simcore.errors import ConfigError, FieldMeshError, UnknownNameError
 from simcore.geometry.symmetry import FieldSymmetry
 from simcore.physics.mesh import decompose, plates
 from simcore.physics.obj import ObjGroup, read_obj
@@ -23,16 +23,20 @@ from simcore.physics.shape_extent import outline_points
 from simcore.physics.shapes import Box, Mesh, Shape
 from simcore.physics.sheets import SAME_PLACE, Sheet, choose_sides
 from simcore.physics.surface import WALL, TerrainSurface
+from simcore.quantities import FIELD_LENGTH, FIELD_PLACE, ROBOT_LENGTH, Quantity, require, require_fields
 from simcore.typing import FloatArray
 
 __all__ = ["FieldBoundary", "FieldElement", "FieldGeometry", "box_element"]
 
-MAX_EXTENT = 100.0
-"""No field is longer than this [m]; a mesh that is has other units."""
+MAX_EXTENT = 40.0
+"""No field is longer than this, nor farther from the origin [m]; a mesh that is has other units."""
 MIN_EXTENT = 0.5
 """Nor shorter than this [m]."""
 REFUSED_OVER = 20
 """A mesh over this many times `max_triangles` is an error and no longer a warning."""
+
+_BEYOND, _HIGHEST = 3.0, 6.0  # [m]; stations and chutes stand outside, and nothing on a field was ever that high
+_UNITS = {"meters": 1.0, "feet": 0.3048, "inches": 0.0254, "centimeters": 0.01, "millimeters": 0.001}
 
 _log = logging.getLogger(__name__)
 
@@ -53,8 +57,14 @@ class FieldBoundary:
     """Outward [m]: so thick that a ball at 40 m/s cannot pass in one sub-step."""
 
     def __post_init__(self) -> None:
-        for name in ("length", "width", "side_height", "end_height", "thickness"):
-            require_positive("FieldBoundary", name, getattr(self, name), "m")
+        require_fields(
+            self,
+            length=FIELD_LENGTH,
+            width=FIELD_LENGTH,
+            side_height=FIELD_LENGTH,
+            end_height=FIELD_LENGTH,
+            thickness=FIELD_LENGTH,
+        )
 
     def elements(self, surface: TerrainSurface = WALL) -> tuple[FieldElement, ...]:
         """`boundary_right` (y = 0), `boundary_left`, and the end walls `boundary_blue` and `boundary_red`."""
@@ -87,9 +97,8 @@ class FieldElement:
     surface: TerrainSurface = WALL
 
     def __post_init__(self) -> None:
+        require_fields(self, self.name, position=(FIELD_PLACE,) * 3)
         position = np.array(self.position, dtype=np.float64)
-        if position.shape != (3,) or not np.isfinite(position).all():
-            raise ConfigError(f"{self.name}: position must be 3 finite numbers in m, got {self.position}")
         position.setflags(write=False)
         object.__setattr__(self, "position", position)
 
@@ -170,10 +179,10 @@ class FieldGeometry:
             FieldMeshError: The file is missing, broken or empty, or holds what cannot be a field in meters.
             UnknownNameError: A pattern in `surfaces` matches no group.
         """
-        require_positive("FieldGeometry.load", "max_triangles", max_triangles)
-        require_positive("FieldGeometry.load", "plate_thickness", plate_thickness, "m")
-        groups = read_obj(path)
-        _check_size(Path(path), groups, max_triangles)
+        require("FieldGeometry.load", "max_triangles", max_triangles, Quantity("", 1, 10_000_000, is_whole=True))
+        require("FieldGeometry.load", "plate_thickness", plate_thickness, ROBOT_LENGTH)
+        groups = read_obj(path, most_faces=REFUSED_OVER * max_triangles)
+        _check_size(Path(path), groups, max_triangles, None if symmetry is None else symmetry.size)
         walls = () if boundary is None else boundary.elements()
         names = [group.name for group in groups] + [wall.name for wall in walls]
         for pattern in surfaces:
@@ -259,7 +268,38 @@ def _without_image(elements: Sequence[FieldElement], symmetry: FieldSymmetry) ->
     return [names[i] for i in left(whole)]
 
 
-def _check_size(path: Path, groups: Iterable[ObjGroup], max_triangles: int) -> None:
+def _misread(low: FloatArray, high: FloatArray, size: tuple[float, float]) -> str:
+    """How a mesh that is not where its field is would be: in other units, with y up, or about its middle; or nothing.
+
+    Args:
+        low: Smallest corner, as the file has it.
+        high: Largest corner.
+        size: Length and width of the field [m].
+    """
+    for unit, scale in _UNITS.items():
+        for is_y_up in (False, True):
+            a, b = scale * low, scale * high
+            if is_y_up:  # x stays, y becomes z, and z becomes -y
+                a, b = np.array([a[0], -b[2], a[1]]), np.array([b[0], -a[2], b[1]])
+            for is_centered in (False, True):
+                shift = np.array([size[0] / 2.0, size[1] / 2.0, 0.0]) if is_centered else np.zeros(3)
+                length, width = b[0] - a[0], b[1] - a[1]
+                is_whole = length > 0.7 * size[0] and width > 0.7 * size[1]
+                if is_whole and _is_within(a + shift, b + shift, size):
+                    hints = [f"in {unit} (scale it by {scale:g})"] if scale != 1.0 else []
+                    hints += ["with y up (export it with z up)"] if is_y_up else []
+                    hints += [f"about its middle (move it by {shift[0]:g}, {shift[1]:g} m)"] if is_centered else []
+                    return f". It is {' and '.join(hints)}" if hints else ""
+    return ""
+
+
+def _is_within(low: FloatArray, high: FloatArray, size: tuple[float, float]) -> bool:
+    """Whether a box is on a field, or little beyond it [m]."""
+    below, above = (-_BEYOND, -_BEYOND, -1.0), (size[0] + _BEYOND, size[1] + _BEYOND, _HIGHEST)
+    return bool((low >= below).all() and (high <= above).all())
+
+
+def _check_size(path: Path, groups: Iterable[ObjGroup], max_triangles: int, size: tuple[float, float] | None) -> None:
     points = np.vstack([group.vertices for group in groups])
     extent = float((points.max(axis=0) - points.min(axis=0)).max())
     farthest = float(np.abs(points).max())
@@ -267,10 +307,18 @@ def _check_size(path: Path, groups: Iterable[ObjGroup], max_triangles: int) -> N
         raise FieldMeshError(
             f"{path} is only {extent:g} m long; no field is under {MIN_EXTENT:g} m. Was it scaled twice?"
         )
-    if max(extent, farthest) > MAX_EXTENT:
+    if size is None and max(extent, farthest) > MAX_EXTENT:
+        units = [f"{unit} (scale it by {scale:g})" for unit, scale in _UNITS.items() if 5.0 <= scale * extent <= 30.0]
         raise FieldMeshError(
             f"{path} reaches {farthest:g} from the origin and is {extent:g} long; in meters no field is over "
-            f"{MAX_EXTENT:g}. It is probably in millimeters (scale it by 0.001) or inches (0.0254)"
+            f"{MAX_EXTENT:g}. It is probably in {', '.join(units) or 'another unit'}"
+        )
+    low, high = points.min(axis=0), points.max(axis=0)
+    if size is not None and not _is_within(low, high, size):
+        box = " to ".join(f"({x:.4g}, {y:.4g}, {z:.4g})" for x, y, z in (low, high))
+        raise FieldMeshError(
+            f"{path} reaches from {box}; the field is {size[0]:g} x {size[1]:g} m with its blue corner at the origin, "
+            f"in meters, z up{_misread(low, high, size)}"
         )
     count = sum(len(face) - 2 for group in groups for face in group.faces)
     if count > max_triangles:

@@ -14,9 +14,11 @@ import numpy as np
 import trimesh
 from scipy.spatial import ConvexHull, QhullError
 
-from simcore.errors import require_positive
+from simcore.errors import FieldMeshError
+from simcore.physics.obj import MOST_GROUPS
 from simcore.physics.shapes import Box, Hull, Mesh
 from simcore.physics.sheets import Sheet, components, with_even_winding
+from simcore.quantities import ROBOT_LENGTH, require
 from simcore.typing import BoolArray, FloatArray, IntArray
 
 __all__ = ["MAX_PLATES", "TOLERANCE", "MeshPart", "classify", "decompose", "plates"]
@@ -46,7 +48,7 @@ def classify(vertices: FloatArray, triangles: IntArray, *, plate_thickness: floa
         triangles: Vertex rows, shape (m, 3).
         plate_thickness: Of the plates made of open surfaces [m].
     """
-    require_positive("classify", "plate_thickness", plate_thickness, "m")
+    require("plates", "plate_thickness", plate_thickness, ROBOT_LENGTH)
     parts: list[MeshPart] = []
     for piece in decompose(vertices, triangles):
         parts += plates(piece, plate_thickness) if isinstance(piece, Sheet) else [piece]
@@ -73,7 +75,7 @@ def decompose(vertices: FloatArray, triangles: IntArray, *, group: str = "") -> 
     if solid is not None:
         return (solid,)
     parts: list[MeshPart | Sheet] = []
-    for piece in _pieces(vertices, triangles, mesh):
+    for piece in _pieces(vertices, triangles, mesh, group):
         solid = _solid(piece)
         if solid is not None:
             parts.append(solid)
@@ -117,10 +119,12 @@ def _has_area(mesh: Any) -> BoolArray:
     return np.asarray(2.0 * mesh.area_faces > 1e-5 * longest)  # its height is over 10 micrometers
 
 
-def _pieces(vertices: FloatArray, triangles: IntArray, mesh: Any) -> list[Any]:
+def _pieces(vertices: FloatArray, triangles: IntArray, mesh: Any, group: str) -> list[Any]:
     """Connected pieces; solids that merely touch are kept apart if the file gave them vertices of their own."""
     edges = np.vstack([triangles[:, [0, 1]], triangles[:, [1, 2]]])
     labels = components(edges, len(vertices))[triangles[:, 0]]
+    if (count := len(np.unique(labels))) > MOST_GROUPS:
+        raise FieldMeshError(f"group {group!r} has {count} separate bodies, over the limit of {MOST_GROUPS}")
     if labels.max() > labels.min():
         apart = [_clean(vertices, triangles[labels == label]) for label in np.unique(labels)]
         apart = [piece for piece in apart if _has_area(piece).any()]

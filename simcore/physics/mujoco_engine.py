@@ -212,7 +212,7 @@ class MuJoCoEngine:
         for row, twist in zip(rows, twists.tolist(), strict=True):
             self.set_velocity(row, twist[:3], twist[3:])
 
-    def apply_forces(self, rows: Sequence[int], forces: FloatArray) -> None:
+    def apply_forces(self, rows: Sequence[int], forces: FloatArray, centers: FloatArray | None = None) -> None:
         """Forces at the centers of mass [N], shape (n, 3), field frame, for the next `step` only."""
         self._require_open()
         self._forces.append((np.asarray(rows, dtype=np.int64), np.array(forces, dtype=np.float64).reshape(-1, 3)))

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from simcore.geometry.rotation import Quaternion, Vector, matrix
@@ -10,9 +12,18 @@ from simcore.typing import BoolArray, FloatArray
 
 __all__ = ["StaticBoxes"]
 
+_CELL = 0.25
+"""Side of a cell of the map of clearances [m]."""
+_MOST_CELLS = 100_000
+"""Larger fields get larger cells."""
+
 
 class StaticBoxes:
-    """Bounding boxes of elements of the field, field frame."""
+    """Bounding boxes of elements of the field, field frame.
+
+    A map of the floor knows how far each of its cells is from the nearest box, so that places in the open, which are
+    most, are told with one look.
+    """
 
     def __init__(self) -> None:
         self._boxes: list[tuple[FloatArray, FloatArray]] = []
@@ -38,15 +49,68 @@ class StaticBoxes:
             pos: Places [m], shape (n, 3).
             reach: Of each [m], shape (n,).
         """
+        near: BoolArray = np.zeros(len(pos), dtype=bool)
         if not self._boxes or not len(pos):
-            return np.zeros(len(pos), dtype=bool)
-        if self._corners is None:
-            low, high = (np.array(corners) for corners in zip(*self._boxes, strict=True))
-            self._corners = low.T[:, None, :].copy(), high.T[:, None, :].copy()
-        distance2 = np.zeros((len(pos), len(self._boxes)))
-        for axis, (low, high) in enumerate(zip(*self._corners, strict=True)):
-            x = pos[:, axis, None]
-            away = np.maximum(np.maximum(low - x, x - high), 0.0)
-            distance2 += away * away
-        near: BoolArray = np.any(distance2 < np.square(reach)[:, None], axis=1)
+            return near
+        low, high = self._prepared()
+        cell = np.minimum(np.fmax((pos[:, :2] - self._origin) * self._scale, 0.0), self._last).astype(np.int64)
+        doubtful = np.nonzero(self._clearance[cell[:, 0], cell[:, 1]] < reach)[0]
+        if len(doubtful):
+            near[doubtful] = (_distances2(low, high, pos[doubtful]) < np.square(reach[doubtful])[:, None]).any(axis=1)
         return near
+
+    def is_clear(self, x: float, y: float, reach: float) -> bool:
+        """Whether no box at any height is within reach of a place [m]; False may also mean that the map is too coarse.
+
+        >>> from simcore.physics.shapes import Box
+        >>> boxes = StaticBoxes()
+        >>> boxes.add(Box((1.0, 1.0, 1.0)), (5.0, 5.0, 0.5), (0.0, 0.0, 0.0, 1.0))
+        >>> boxes.is_clear(3.0, 5.0, 1.0), boxes.is_clear(4.0, 5.0, 1.0)
+        (True, False)
+        """
+        if not self._boxes:
+            return True
+        self._prepared()
+        scale = self._scale
+        column = min(self._last[0], max(0.0, (x - self._origin[0]) * scale))
+        line = min(self._last[1], max(0.0, (y - self._origin[1]) * scale))
+        return bool(self._clearance[int(column), int(line)] >= reach)
+
+    def _prepared(self) -> tuple[FloatArray, FloatArray]:
+        """Corners of the boxes, shape (3, n) each; the map is made where one was added since."""
+        if self._corners is None:
+            low, high = (np.array(corners).T.copy() for corners in zip(*self._boxes, strict=True))
+            self._corners = low, high
+            self._map(low, high)
+        return self._corners
+
+    def _map(self, low: FloatArray, high: FloatArray) -> None:
+        """Least distance in plan from each cell to the boxes; the border cells reach to infinity."""
+        bounded = np.isfinite(low[:2]).all(axis=0) & np.isfinite(high[:2]).all(axis=0)
+        least = low[:2, bounded].min(axis=1, initial=0.0) - 1.0
+        most = high[:2, bounded].max(axis=1, initial=0.0) + 1.0
+        side = max(_CELL, math.sqrt(float(np.prod(most - least)) / _MOST_CELLS))
+        count = np.ceil((most - least) / side).astype(np.int64)
+        self._origin, self._scale = least, 1.0 / side
+        self._last = count - 1.0
+        edges = [least[axis] + side * np.arange(count[axis] + 1) for axis in (0, 1)]
+        away2 = np.full(tuple(count), np.inf)
+        for number in range(low.shape[1]):
+            flat = []
+            for axis in (0, 1):
+                left, right = edges[axis][:-1].copy(), edges[axis][1:].copy()
+                left[0], right[-1] = -np.inf, np.inf  # beyond the map
+                gap = np.maximum(np.maximum(low[axis, number] - right, left - high[axis, number]), 0.0)
+                flat.append(np.square(gap))
+            np.minimum(away2, flat[0][:, None] + flat[1][None, :], out=away2)
+        self._clearance = np.sqrt(away2)
+
+
+def _distances2(low: FloatArray, high: FloatArray, pos: FloatArray) -> FloatArray:
+    """Square of the distance from each place to each box [m^2], shape (places, boxes)."""
+    distance2: FloatArray = np.zeros((len(pos), low.shape[1]))
+    for axis in range(3):
+        x = pos[:, axis, None]
+        away = np.maximum(np.maximum(low[axis] - x, x - high[axis]), 0.0)
+        distance2 += away * away
+    return distance2

@@ -23,6 +23,10 @@ __all__ = ["ObjGroup", "format_obj", "read_obj", "triangulate"]
 UNNAMED = "default"
 """Name of faces that come before any `o` or `g`; the OBJ specification calls that group so."""
 
+MOST_FACES, MOST_GROUPS = 100_000, 1000
+"""A field of more is not worth the wait: it would load for minutes."""
+_MOST_CORNERS = 256
+
 _IGNORED = frozenset(
     "vt vn vp s usemtl mtllib usemap maplib l p mg cstype deg bmat step curv curv2 surf parm trim hole scrv sp end con "
     "bevel c_interp d_interp lod shadow_obj trace_obj ctech stech call csh".split()
@@ -45,21 +49,37 @@ class ObjGroup:
         return np.array(rows, dtype=np.int64).reshape(-1, 3)
 
 
-def read_obj(path: str | PathLike[str]) -> tuple[ObjGroup, ...]:
+def read_obj(
+    path: str | PathLike[str], *, most_faces: int = MOST_FACES, most_groups: int = MOST_GROUPS
+) -> tuple[ObjGroup, ...]:
     """Groups of an OBJ file in the order in which they first appear.
 
     The latest `o` or `g` statement names the faces after it; faces under a name that comes again join the first ones.
 
+    Args:
+        path: The file.
+        most_faces: More are refused before they are read.
+        most_groups: So are more `o` and `g` statements.
+
     Raises:
-        FieldMeshError: The file is missing, unreadable, not an OBJ, broken in some line, or holds no faces.
+        FieldMeshError: The file is missing, unreadable, not an OBJ, broken in some line, too large, or holds no faces.
     """
     path = Path(path)
     try:
         raw = path.read_bytes()
-    except OSError as error:
+    except (OSError, ValueError) as error:  # a path with a NUL is a ValueError
+        reason = getattr(error, "strerror", None) or error
+        raise FieldMeshError(f"cannot read the field mesh {path}: {reason}. Give the path of an OBJ file") from error
+    count, names = raw.count(b"\nf "), raw.count(b"\ng ") + raw.count(b"\no ")
+    if count > most_faces:
         raise FieldMeshError(
-            f"cannot read the field mesh {path}: {error.strerror or error}. Give the path of an OBJ file"
-        ) from error
+            f"{path} has {count} faces, over the limit of {most_faces}. Reduce it with "
+            f"`python scripts/simplify_field.py {path} OUT.obj`, or raise max_triangles"
+        )
+    if names > most_groups:
+        raise FieldMeshError(
+            f"{path} has {names} groups ('o' and 'g'), over the limit of {most_groups}. Join those of one material"
+        )
     if b"\0" in raw:
         raise FieldMeshError(f"{path} is a binary file, not a text OBJ. Export the mesh as Wavefront OBJ")
     text = raw.decode("utf-8", errors="replace").lstrip("\ufeff").replace("\\\r\n", " ").replace("\\\n", " ")
@@ -163,6 +183,8 @@ def _vertex(values: list[str]) -> list[float]:
 
 
 def _face(values: list[str], count: int) -> tuple[int, ...]:
+    if len(values) > _MOST_CORNERS:
+        raise ValueError(f"a face has at most {_MOST_CORNERS} corners, got {len(values)}; export it as triangles")
     rows: list[int] = []
     for value in values:
         index = int(value.partition("/")[0])

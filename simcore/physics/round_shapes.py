@@ -6,10 +6,11 @@ import math
 
 import numpy as np
 
-from simcore.errors import ConfigError, require_positive
+from simcore.errors import ConfigError
 from simcore.geometry.rotation import from_yaw
 from simcore.physics.mass_properties import centered
 from simcore.physics.shapes import Compound, Hull, Part
+from simcore.quantities import ROBOT_HEIGHT, ROBOT_LENGTH, require
 from simcore.typing import FloatArray
 
 __all__ = ["cone", "torus", "tube"]
@@ -39,8 +40,9 @@ def tube(*, length: float, outer_radius: float, inner_radius: float, staves: int
     >>> len(tube(length=0.3, outer_radius=0.06, inner_radius=0.05).parts)
     24
     """
-    require_positive("tube", "length", length, "m")
-    require_positive("tube", "inner_radius", inner_radius, "m")
+    require("tube", "length", length, ROBOT_LENGTH)
+    require("tube", "inner_radius", inner_radius, ROBOT_LENGTH)
+    require("tube", "outer_radius", outer_radius, ROBOT_LENGTH)
     _require_staves("tube", staves)
     half = math.pi / staves
     if not inner_radius / math.cos(half) < outer_radius * math.cos(half / _OUTER_FACES):
@@ -68,7 +70,8 @@ def torus(*, ring_radius: float, tube_radius: float, segments: int = 12) -> Comp
         ConfigError: A radius is not above zero, the section is as large as the ring, or a number of segments that does
             not do.
     """
-    require_positive("torus", "tube_radius", tube_radius, "m")
+    require("torus", "tube_radius", tube_radius, ROBOT_LENGTH)
+    require("torus", "ring_radius", ring_radius, ROBOT_LENGTH)
     _require_staves("torus", segments)
     if not tube_radius < ring_radius:
         raise ConfigError(f"torus: ring_radius must be above tube_radius, got {ring_radius} and {tube_radius} m")
@@ -90,10 +93,11 @@ def cone(*, height: float, bottom_radius: float, top_radius: float = 0.0, sides:
         top_radius: 0 for a pointed one [m].
         sides: Faces around it.
     """
-    require_positive("cone", "height", height, "m")
-    require_positive("cone", "bottom_radius", bottom_radius, "m")
-    if not top_radius >= 0.0 or sides < 6:
-        raise ConfigError(f"cone: top_radius must be >= 0 m and sides at least 6, got {top_radius} and {sides}")
+    require("cone", "height", height, ROBOT_LENGTH)
+    require("cone", "bottom_radius", bottom_radius, ROBOT_LENGTH)
+    require("cone", "top_radius", top_radius, ROBOT_HEIGHT)
+    if not (isinstance(sides, int) and 6 <= sides <= 96):
+        raise ConfigError(f"cone: sides must be a whole number from 6 to 96, got {sides!r}")
     turn = np.arange(sides) * math.tau / sides
     circle = np.column_stack((np.cos(turn), np.sin(turn)))
     bottom = np.column_stack((bottom_radius * circle, np.zeros(sides)))

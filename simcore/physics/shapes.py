@@ -11,8 +11,9 @@ from typing import TypeAlias
 
 import numpy as np
 
-from simcore.errors import ConfigError, require_positive
+from simcore.errors import ConfigError
 from simcore.geometry.rotation import IDENTITY, Quaternion, matrix
+from simcore.quantities import FIELD_PLACE, Quantity, require_fields, require_points
 from simcore.typing import FloatArray, IntArray
 
 __all__ = [
@@ -29,6 +30,8 @@ __all__ = [
     "parts_of",
 ]
 
+_LENGTH = Quantity("m", 0.0, 2000.0, is_open=True)  # the floor of a world is that long
+
 
 @dataclass(frozen=True, slots=True)
 class Sphere:
@@ -38,7 +41,7 @@ class Sphere:
     """Radius [m]."""
 
     def __post_init__(self) -> None:
-        require_positive("Sphere", "radius", self.radius, "m")
+        require_fields(self, radius=_LENGTH)
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,8 +59,7 @@ class Cylinder:
     """Whole height [m]."""
 
     def __post_init__(self) -> None:
-        require_positive("Cylinder", "radius", self.radius, "m")
-        require_positive("Cylinder", "height", self.height, "m")
+        require_fields(self, radius=_LENGTH, height=_LENGTH)
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,8 +70,7 @@ class Box:
     """Whole edge lengths along x, y and z [m]."""
 
     def __post_init__(self) -> None:
-        for axis, length in zip("xyz", self.size, strict=True):
-            require_positive("Box", f"size along {axis}", length, "m")
+        require_fields(self, size=(_LENGTH,) * 3)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -80,10 +81,7 @@ class Hull:
     """Corners [m], shape (n, 3), n >= 4."""
 
     def __post_init__(self) -> None:
-        if self.points.ndim != 2 or self.points.shape[1] != 3 or len(self.points) < 4:
-            raise ConfigError(f"Hull: points must have shape (n >= 4, 3), got {self.points.shape}")
-        if not np.isfinite(self.points).all():
-            raise ConfigError("Hull: points must be finite")
+        require_points("Hull", "points", self.points, FIELD_PLACE, least=4)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -94,6 +92,10 @@ class Mesh:
     """Vertices [m], shape (n, 3)."""
     faces: IntArray
     """Vertex rows of each triangle, shape (m, 3)."""
+
+    def __post_init__(self) -> None:
+        require_points("Mesh", "vertices", self.vertices, FIELD_PLACE, least=3)
+        require_points("Mesh", "faces", self.faces, Quantity("", 0, len(self.vertices) - 1, is_whole=True), least=1)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -112,6 +114,7 @@ class Part:
             raise ConfigError(f"Part: a member is a Sphere, Cylinder, Box or Hull, got a {name}")
         if not math.isclose(math.hypot(*self.quat), 1.0, abs_tol=1e-6):
             raise ConfigError(f"Part: quat must be a unit quaternion x, y, z, w, got {self.quat}")
+        require_fields(self, offset=(FIELD_PLACE,) * 3)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

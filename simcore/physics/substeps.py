@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass
 from enum import IntEnum
 
-from simcore.errors import ConfigError, require_positive
+from simcore.quantities import ROBOT_LENGTH, Quantity, require_fields
 
 __all__ = ["Substepping", "Surroundings"]
 
@@ -44,10 +44,14 @@ class Substepping:
     """Most sub-steps a tick; a piece of r = 0.075 m is covered up to cap * max_move / dt = 56 m/s at 20 ms."""
 
     def __post_init__(self) -> None:
-        for name in ("max_move", "robot_move", "robot_ramp_move", "robot_wall_move"):
-            require_positive("Substepping", name, getattr(self, name), "m")
-        if self.cap < 1:
-            raise ConfigError(f"Substepping: cap must be at least 1, got {self.cap}")
+        require_fields(
+            self,
+            max_move=ROBOT_LENGTH,
+            robot_move=ROBOT_LENGTH,
+            robot_ramp_move=ROBOT_LENGTH,
+            robot_wall_move=ROBOT_LENGTH,
+            cap=Quantity("sub-steps", 1, 1000, is_whole=True),
+        )
 
     def count(
         self, dt: float, piece_speed: float, robot_speed: float = 0.0, near: Surroundings = Surroundings.OPEN

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from simcore.errors import ConfigError, require_non_negative, require_positive
+from simcore.quantities import FRACTION, FRICTION, ROBOT_HEIGHT, STIFFNESS, require_fields
 
 __all__ = ["CARPET", "FRICTIONLESS", "POLYCARBONATE", "PRESETS", "RUBBER", "WALL", "TerrainSurface"]
 
@@ -29,12 +29,9 @@ class TerrainSurface:
     """Of a contact that is held, force over depth [N/m]; None: rigid. A pair gives way by the sum of both depths."""
 
     def __post_init__(self) -> None:
-        if self.stiffness is not None:
-            require_positive(self.name, "stiffness", self.stiffness, "N/m")
-        require_non_negative(self.name, "friction", self.friction)
-        require_non_negative(self.name, "rolling", self.rolling, "m")
-        if not 0.0 <= self.restitution <= 1.0:
-            raise ConfigError(f"{self.name}: restitution must be within 0..1, got {self.restitution}")
+        require_fields(
+            self, self.name, friction=FRICTION, restitution=FRACTION, rolling=ROBOT_HEIGHT, stiffness=STIFFNESS
+        )
 
 
 # Estimates, +-30 %: nobody has published measurements of FRC field materials against foam balls. Against a foam ball

@@ -15,7 +15,7 @@ from typing import Protocol
 
 import numpy as np
 
-from simcore.errors import ConfigError, NonFiniteError, UnknownNameError, require_positive
+from simcore.errors import ConfigError, NonFiniteError, UnknownNameError
 from simcore.geometry.rotation import IDENTITY, Quaternion, Vector
 from simcore.physics.engine import BodyDefinition, Engine, RayHits
 from simcore.physics.engine_choice import make_engine
@@ -25,12 +25,14 @@ from simcore.physics.rolling import FloorRolling
 from simcore.physics.shapes import Box, HalfSpace, Shape, Sphere
 from simcore.physics.substeps import Substepping, Surroundings
 from simcore.physics.surface import CARPET, FRICTIONLESS, TerrainSurface
+from simcore.quantities import MASS, require
 from simcore.typing import BoolArray, FloatArray, IntArray
 from simcore.units import GRAVITY, plain_sum
 
 __all__ = ["CollisionGroup", "PhysicsWorld", "StaticElement"]
 
 _MOST_PARTS = 8  # of a robot's own body that a line of sight passes
+_FAT = 0.1  # [m]; bounding boxes of the engine are larger than what is in them by less
 _FLOOR_THICKNESS = 1.0  # [m]; under robots: a plane gives one contact a tick and driven boxes sink into it
 _FLOOR_LENGTH = 2_000.0  # [m]; nothing gets to its end. From 4 km on, cylinders wobble on it for longer
 
@@ -239,7 +241,7 @@ class PhysicsWorld:
         quat: Quaternion = IDENTITY,
     ) -> int:
         """Add the body of a robot; returns its engine row."""
-        require_positive(name, "mass", mass, "kg")
+        require(name, "mass", mass, MASS)
         row = self.engine.add_body(
             BodyDefinition(
                 shape=shape,
@@ -264,7 +266,7 @@ class PhysicsWorld:
 
         Its mass is spread evenly; the origin of its shape must be its center of mass.
         """
-        require_positive(name, "mass", mass, "kg")
+        require(name, "mass", mass, MASS)
         is_ball = isinstance(shape, Sphere)
         moments, axes = (None, IDENTITY) if is_ball else principal_axes(mass * mass_properties(shape).inertia)
         group = CollisionGroup.BALL if is_ball else CollisionGroup.BLOCK
@@ -330,6 +332,12 @@ class PhysicsWorld:
     def surroundings(self, row: int, low: Sequence[float], high: Sequence[float]) -> Surroundings:
         """What else than the robot `row` and pieces has its bounding box in this box [m]."""
         found = Surroundings.OPEN
+        if self._robots == [row] and self._boxes.is_clear(
+            0.5 * (low[0] + high[0]),
+            0.5 * (low[1] + high[1]),
+            _FAT + 0.5 * math.hypot(high[0] - low[0], high[1] - low[1]),
+        ):
+            return found  # the engine need not be asked, which takes 50 times as long
         for other in self.engine.overlapping(low, high):
             if other in self._solid or (other != row and other in self._robots):
                 return Surroundings.WALL
@@ -349,6 +357,13 @@ class PhysicsWorld:
     def near_field(self, pos: FloatArray, reach: FloatArray) -> BoolArray:
         """The same for all elements of the field, those that robots drive over too; the floor is left out."""
         return self._boxes.are_near(pos, reach)
+
+    def is_open(self, x: float, y: float, reach: float) -> bool:
+        """Whether no wall or other solid element, at any height, is within reach of a place of the field [m].
+
+        It answers at once from a map with cells of 0.25 m, so near the limit it may say False.
+        """
+        return self._solid_boxes.is_clear(x, y, reach)
 
     def is_free(self, low: Sequence[float], high: Sequence[float]) -> bool:
         """Whether no bounding box of the field, the floor left out, reaches into this box [m]."""

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from simcore.errors import require_non_negative, require_positive
 from simcore.geometry.rotation import Vector
+from simcore.quantities import FACTOR, GAIN, MASS, POSITIVE, ROBOT_LENGTH, Quantity, require, require_fields
 from simcore.typing import FloatArray
 
 __all__ = [
@@ -46,10 +46,13 @@ class Aerodynamics:
     """At 20 degrees Celsius and sea level [kg/m^3]."""
 
     def __post_init__(self) -> None:
-        require_non_negative("Aerodynamics", "drag_coefficient", self.drag_coefficient)
-        require_non_negative("Aerodynamics", "lift_slope", self.lift_slope)
-        require_positive("Aerodynamics", "lift_limit", self.lift_limit)
-        require_non_negative("Aerodynamics", "air_density", self.air_density, "kg/m^3")
+        require_fields(
+            self,
+            drag_coefficient=FACTOR,
+            lift_slope=FACTOR,
+            lift_limit=POSITIVE,
+            air_density=Quantity("kg/m^3", 0.0, 100.0),
+        )
 
     def lift_coefficient(self, spin_ratio: float) -> float:
         """Lift coefficient at a spin ratio r omega / v [-]."""
@@ -68,8 +71,7 @@ class AirFactors:
     """r slope / limit: how soon the lift levels off [m]."""
 
     def __post_init__(self) -> None:
-        for name in ("drag", "lift", "lift_saturation"):
-            require_non_negative("AirFactors", name, getattr(self, name))
+        require_fields(self, drag=GAIN, lift=GAIN, lift_saturation=GAIN)
 
 
 def air_factors(aerodynamics: Aerodynamics, *, radius: float, mass: float) -> AirFactors:
@@ -86,8 +88,8 @@ def air_factors(aerodynamics: Aerodynamics, *, radius: float, mass: float) -> Ai
     >>> round(air_factors(Aerodynamics(), radius=0.075, mass=0.215).drag, 4)
     0.0232
     """
-    require_positive("air_factors", "radius", radius, "m")
-    require_positive("air_factors", "mass", mass, "kg")
+    require("air_factors", "radius", radius, ROBOT_LENGTH)
+    require("air_factors", "mass", mass, MASS)
     per_coefficient = 0.5 * aerodynamics.air_density * math.pi * radius * radius / mass  # [1/m]
     return AirFactors(
         drag=per_coefficient * aerodynamics.drag_coefficient,

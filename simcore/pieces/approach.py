@@ -16,15 +16,16 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from simcore.physics.shapes import Box, Shape, Sphere, parts_of
+from simcore.physics.shapes import Box, Compound, Shape, Sphere, parts_of
 from simcore.physics.world import PhysicsWorld
 from simcore.pieces.pool import PiecePool
 from simcore.typing import FloatArray, IntArray
 
 __all__ = ["Approach"]
 
-_MOVE = 0.005  # [m] a step: a disc 3 cm thick that falls flat from 1.3 m sinks by 2 mm, by 33 mm with 5 ms
-_STEPS = 0.00125, 0.004  # [s], shortest and longest
+_STEP = 0.004  # [s], longest; a tube that rolls is 8 to 14 % late by then, 35 % with 20 ms
+_PLAIN = 0.005, 0.00125  # [m, s], move and shortest step: a disc that falls flat from 1.3 m sinks by 3 mm (5 ms: 33 mm)
+_PARTS = 0.02, 0.0025  # the same of what has more than one part, so more places of contact
 
 
 class Approach:
@@ -39,6 +40,8 @@ class Approach:
         self._world = world
         self._pool = pool
         self._is_fine = np.array([_needs_fine_steps(kind.shape) for kind in pool.types], dtype=bool)[pool.state.kind]
+        limits = [_PARTS if isinstance(kind.shape, Compound) else _PLAIN for kind in pool.types]
+        self._move, self._shortest = np.array(limits).reshape(-1, 2)[pool.state.kind].T
         self.has_fine = bool(self._is_fine.any())
         """Whether there are pieces that need short steps while they move."""
         self._others = {row for row, ball in zip(pool.rows, pool.is_ball.tolist(), strict=True) if not ball}
@@ -48,16 +51,15 @@ class Approach:
 
     def begin_tick(self, awake: IntArray) -> None:
         """Shorten the steps of the tick to come, for those of the awake slots that need it."""
-        self._world.longest_step = math.inf if self._world.engine.is_exact else self._world.longest_step
-        slots = awake[self._is_fine[awake]]
-        if not len(slots):
-            return
-        twist = self._world.engine.velocities(self._pool.rows_of(slots))
-        rim = np.sqrt(np.einsum("ij,ij->i", twist[:, :3], twist[:, :3]))
-        rim += self._pool.radius[slots] * np.sqrt(np.einsum("ij,ij->i", twist[:, 3:], twist[:, 3:]))
-        shortest, longest = _STEPS
-        step = min(longest, max(shortest, _MOVE / max(float(rim.max()), 1e-6)))
-        self._world.longest_step = min(self._world.longest_step, step)
+        world, slots = self._world, awake[self._is_fine[awake]]
+        if world.engine.is_exact:
+            world.longest_step = _STEP if len(slots) else math.inf
+        elif len(slots):
+            twist = world.engine.velocities(self._pool.rows_of(slots))
+            rim = np.sqrt(np.einsum("ij,ij->i", twist[:, :3], twist[:, :3]))
+            rim += self._pool.radius[slots] * np.sqrt(np.einsum("ij,ij->i", twist[:, 3:], twist[:, 3:]))
+            steps = np.maximum(self._shortest[slots], self._move[slots] / np.maximum(rim, 1e-6))
+            world.longest_step = min(world.longest_step, _STEP, float(steps.min()))
 
     def finish(self) -> None:
         """Give the pieces that were held back in the last sub-step the velocity that was taken from them."""

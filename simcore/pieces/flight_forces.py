@@ -89,12 +89,13 @@ class FlightForces:
         for kind in self._lifting:
             mine = self._pool.state.kind[slots] == kind
             air[mine] += lift_acceleration(middle[mine], twist[mine, 3:], self._air[kind])
-        taken = self._impacts.play(h, slots, middle, twist[:, 3:])
+        centers = self._world.engine.centers(self._rows)
+        taken = self._impacts.play(h, slots, centers, middle, twist)
         acceleration = air if self._is_exact else air + (air + self._gravity) * ((h_before - h) / (2.0 * h))
         if taken.any():
             self._h_before[slots[taken]] = 0.0
-            slots, acceleration = slots[~taken], acceleration[~taken]
-        self._world.engine.apply_forces(self._pool.rows_of(slots), self._mass[slots][:, None] * acceleration)
+            slots, acceleration, centers = slots[~taken], acceleration[~taken], centers[~taken]
+        self._world.engine.apply_forces(self._pool.rows_of(slots), self._mass[slots][:, None] * acceleration, centers)
         self._h_before[slots] = h
 
     def note_falls(self, awake: IntArray, speed: FloatArray, before: FloatArray, dt: float) -> None:

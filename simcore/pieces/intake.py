@@ -13,10 +13,11 @@ from typing import Literal, Protocol
 
 import numpy as np
 
-from simcore.errors import ConfigError, require_finite, require_positive
+from simcore.errors import ConfigError
 from simcore.geometry.linkage import Joint, MechanismMotion, part_pose, require_mechanisms
 from simcore.geometry.rotation import IDENTITY, Quaternion, Vector, matrix
 from simcore.geometry.zones import BoxZone
+from simcore.quantities import FIELD_PLACE, TURN_RATE, require_fields
 from simcore.typing import BoolArray, FloatArray
 
 __all__ = ["Intake", "IntakeConfig", "IntakeZone", "StoppedMotion", "field_to_robot", "is_deployed"]
@@ -47,10 +48,9 @@ class IntakeZone:
     """[m]"""
 
     def __post_init__(self) -> None:
+        require_fields(self, **dict.fromkeys(("x_min", "x_max", "y_min", "y_max", "z_min", "z_max"), FIELD_PLACE))
         for axis in "xyz":
             low, high = getattr(self, f"{axis}_min"), getattr(self, f"{axis}_max")
-            require_finite("IntakeZone", f"{axis}_min", low, "m")
-            require_finite("IntakeZone", f"{axis}_max", high, "m")
             if not low < high:
                 raise ConfigError(f"IntakeZone: {axis}_min must be below {axis}_max, got {low} and {high} m")
 
@@ -168,7 +168,7 @@ class IntakeConfig:
     """Kinds of pieces that it takes; none named: all."""
 
     def __post_init__(self) -> None:
-        require_positive("IntakeConfig", "roller_speed", self.roller_speed, "rad/s")
+        require_fields(self, roller_speed=TURN_RATE)
         if self.deployed_at not in ("upper", "lower"):
             raise ConfigError(f"IntakeConfig: deployed_at must be 'upper' or 'lower', got {self.deployed_at!r}")
         if self.stretch is not None and not self.stretch.slides:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from simcore.errors import ConfigError, require_non_negative, require_positive
+from simcore.errors import ConfigError
 from simcore.geometry.rotation import Quaternion
 from simcore.physics.mass_properties import mass_properties
 from simcore.physics.shape_extent import (
@@ -22,6 +22,7 @@ from simcore.physics.shape_extent import (
 from simcore.physics.shapes import Box, Compound, Cylinder, Hull, Sphere
 from simcore.physics.surface import TerrainSurface
 from simcore.pieces.aerodynamics import Aerodynamics, AirFactors, air_factors
+from simcore.quantities import MASS, ROBOT_HEIGHT, ROBOT_LENGTH, require, require_fields
 from simcore.units import GRAVITY
 
 __all__ = ["GamePieceConfig"]
@@ -61,13 +62,13 @@ class GamePieceConfig:
             raise ConfigError(f"GamePieceConfig: name must be non-empty without '/', got {self.name!r}")
         if not re.fullmatch(r"#[0-9a-fA-F]{6}", self.color):
             raise ConfigError(f"{self.name}: color must be '#rrggbb', got {self.color!r}")
-        require_positive(self.name, "mass", self.mass, "kg")
-        require_non_negative(self.name, "rolling", self.rolling, "m")
+        require_fields(self, self.name, mass=MASS, rolling=ROBOT_HEIGHT)
+        if not isinstance(self.shape, Sphere | Cylinder | Box):
+            self._check_shape()
+        require(self.name, "radius around its shape", self.bounding_radius, ROBOT_LENGTH)
         if self.air.lift > 0.0 and not isinstance(self.shape, Sphere):
             raise ConfigError(f"{self.name}: spin lift is for spheres, got a {type(self.shape).__name__}")
         self.surface  # noqa: B018  (checks friction and restitution)
-        if not isinstance(self.shape, Sphere | Cylinder | Box):
-            self._check_shape()
 
     def _check_shape(self) -> None:
         """Refuse what engines cannot do well."""

@@ -10,8 +10,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from simcore.errors import require_finite, require_non_negative, require_positive
 from simcore.geometry.rotation import matrix
+from simcore.quantities import ANGLE, ROBOT_HEIGHT, ROBOT_PLACE, Quantity, require, require_fields
 from simcore.typing import FloatArray
 
 __all__ = [
@@ -42,12 +42,16 @@ class LaunchParameters:
     """Sideways offset of each barrel, left positive [m]."""
 
     def __post_init__(self) -> None:
-        require_non_negative("LaunchParameters", "height", self.height, "m")
-        for name in ("forward", "pivot_x", "pivot_y", "heading"):
-            require_finite("LaunchParameters", name, getattr(self, name))
-        require_positive("LaunchParameters", "number of barrels", len(self.barrels))
-        for offset in self.barrels:
-            require_finite("LaunchParameters", "barrels", offset, "m")
+        require_fields(
+            self,
+            height=ROBOT_HEIGHT,
+            forward=ROBOT_PLACE,
+            pivot_x=ROBOT_PLACE,
+            pivot_y=ROBOT_PLACE,
+            heading=ANGLE,
+            barrels=[ROBOT_PLACE],
+        )
+        require("LaunchParameters", "number of barrels", len(self.barrels), Quantity("", 1, 100, is_whole=True))
 
 
 @dataclass(frozen=True, slots=True)

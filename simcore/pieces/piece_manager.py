@@ -13,7 +13,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from simcore.errors import CapacityError, ConfigError, NonFiniteError, UnknownNameError, require_positive
+from simcore.errors import CapacityError, ConfigError, NonFiniteError, UnknownNameError
 from simcore.geometry.rotation import IDENTITY, Quaternion
 from simcore.physics.world import PhysicsWorld
 from simcore.pieces.approach import Approach
@@ -27,6 +27,7 @@ from simcore.pieces.pressing import Pressing
 from simcore.pieces.resting_places import RestingPlace, RestingPlaces
 from simcore.pieces.sleeping import SETTLE_PERIOD, Sleeping
 from simcore.pieces.wake_grid import ChunkGrid, Footprint, WakeSettings
+from simcore.quantities import FORCE, require
 from simcore.typing import BoolArray, FloatArray, IntArray
 
 __all__ = ["GamePieceManager"]
@@ -137,7 +138,7 @@ class GamePieceManager:
             raise NonFiniteError(f"{name}: spawn positions must be finite [m]")
         quats = _quaternions(name, attitudes, len(positions))
         if lodged is not None:
-            require_positive(name, "force that lodged pieces come free at", lodged, "N")
+            require(name, "force that lodged pieces come free at", lodged, FORCE)
         if resting:
             self._require_support(name, positions)
         slots = self.stage(name, len(positions))
@@ -289,6 +290,53 @@ class GamePieceManager:
             else:
                 self._impacts.forget(slot)
 
+    def clear(self) -> None:
+        """Take all pieces out of the match; none is counted any more."""
+        slots = np.nonzero(self.state.status != _FREE)[0]
+        self._pressing.release(slots)
+        for slot in slots.tolist():
+            self._flight.forget(slot)
+            self._pool.park(slot)
+        self.state.status[slots] = _FREE
+        self.state.holder[slots] = -1
+        self.total = 0
+        self._awake_stale = True
+
+    def spare(self, name: str, count: int) -> IntArray:
+        """Pieces that could be put on the field; returns their slots.
+
+        Those that have not come into the match yet are staged by it; after them come those that wait off the field, and
+        then those that have scored.
+
+        Raises:
+            UnknownNameError: No such type.
+            CapacityError: Fewer are off the field and in no robot; nothing has changed.
+        """
+        mine = self.state.kind == self._kind(name)
+        slots = np.concatenate([np.nonzero(mine & (self.state.status == s))[0] for s in (_FREE, _STAGED, _SCORED)])
+        if len(slots) < count:
+            raise CapacityError(
+                f"{len(slots)} of the game's {int(mine.sum())} {name} are neither on the field nor in a robot, "
+                f"got {count} to put down; resetting the field takes them all back"
+            )
+        slots = slots[:count]
+        self.stage(name, int((self.state.status[slots] == _FREE).sum()))
+        return slots
+
+    def put_down(self, slots: IntArray, places: FloatArray) -> None:
+        """Put pieces on the carpet, at rest, each at the free place nearest to one that is given.
+
+        Args:
+            slots: Which ones.
+            places: Field frame [m], shape (n, 2).
+
+        Raises:
+            ConfigError: A slot holds no piece; nothing has changed.
+        """
+        self._require("put_down", slots, _ALL)
+        for slot, (x, y) in zip(slots.tolist(), places.tolist(), strict=True):
+            self._move_to_free_place(slot, (x, y))
+
     def make_room(self, robot: Footprint) -> None:
         """Move the pieces that stand where a robot has just been put, to the nearest free places beside it."""
         here = self.on_field()
@@ -430,7 +478,7 @@ class GamePieceManager:
             self._recover(awake, now)
         self._tick += 1
         if self._tick % 2:
-            self._sleeping.read()
+            self._sleeping.read(state.pos[awake], self._robots)
 
     def settle(self) -> None:
         """Put to sleep what has been slow for long enough; looks at every second tick, which costs half."""

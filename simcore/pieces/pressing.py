@@ -26,8 +26,8 @@ _PIN_MOVE = 0.011  # [m] a step; at 4.5 m/s with 5 ms the center of a ball comes
 _PIN_STEPS = 0.0025, 0.01  # [s], shortest and longest
 _HEAP_STEP = 0.005  # [s]; 100 balls, 7 deep: overlaps of 4 mm at 10 ms, 1.4 mm at 5 ms
 _LAYER_STEP = 0.01  # [s], for a second layer alone
-_HEAP_SIZE = 5  # pieces that lie on others; fewer get along with impacts
-_ROBOT_MIDDLE = 0.15  # [m], above the carpet
+_HEAP_SIZE = 5  # pieces that lie on others, so near to one of them; fewer get along with impacts
+_HEAP_REACH = 0.5  # [m]
 _CHAIN = 1.0  # [m], from a robot's bumpers to the farthest piece that it can press against something
 _LOW = 1.0  # [m]; pieces above this are over the robots
 
@@ -105,13 +105,16 @@ class Pressing:
         self.is_sustained[slots] = sustained
 
     def _is_heap(self, upper: IntArray) -> bool:
-        """Whether enough pieces lie on others, those asleep counted, too."""
-        if len(upper) >= _HEAP_SIZE:
-            return True
+        """Whether enough pieces lie on others around one of these; those asleep count, too."""
         state = self._pool.state
         high = state.touchable & (state.pos[:, 2] > self._raised) & self._pool.is_frozen
         high[upper] = True
-        return int(np.count_nonzero(high)) >= _HEAP_SIZE
+        if int(np.count_nonzero(high)) < _HEAP_SIZE:
+            return False
+        here, there = state.pos[upper], state.pos[high]
+        away2 = np.square(np.subtract.outer(here[:, 0], there[:, 0]))
+        away2 += np.square(np.subtract.outer(here[:, 1], there[:, 1]))
+        return bool(((away2 < _HEAP_REACH**2).sum(axis=1) >= _HEAP_SIZE).any())
 
     def _heap(self, calm: IntArray, upper: IntArray) -> IntArray:
         """Those of the calm pieces that touch one that lies on others, or one that does, and so on.
@@ -159,14 +162,14 @@ class Pressing:
         return pinned, hit
 
     def _is_anything_near(self, robot: Footprint, robots: Sequence[Footprint]) -> bool:
-        """Whether the field or another robot is near enough to press pieces against it."""
+        """Whether the field or another robot may be near enough to press pieces against it."""
         reach = math.hypot(robot.half_length, robot.half_width) + _CHAIN
         if len(robots) > 1:
             for other in robots:
                 far = reach + math.hypot(other.half_length, other.half_width)
                 if other is not robot and math.hypot(other.x - robot.x, other.y - robot.y) < far:
                     return True
-        return bool(self._world.near_solid(np.array([[robot.x, robot.y, _ROBOT_MIDDLE]]), np.array([reach]))[0])
+        return not self._world.is_open(robot.x, robot.y, reach)
 
     def _is_held(self, slots: IntArray, pos: FloatArray, move: FloatArray) -> bool:
         """Whether one of some pieces can touch something solid within the tick."""

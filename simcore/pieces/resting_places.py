@@ -16,11 +16,16 @@ from simcore.errors import ConfigError, UnknownNameError
 from simcore.geometry.rotation import Vector, rotate
 from simcore.geometry.zones import Zone
 from simcore.pieces.pool import PiecePool, PieceStatus
+from simcore.quantities import Quantity, require_fields
 from simcore.typing import IntArray
 
 __all__ = ["PlaceEvent", "RestingPlace", "RestingPlaces"]
 
 _AWAKE, _PLACED = int(PieceStatus.AWAKE), int(PieceStatus.PLACED)
+
+_CAPACITY = Quantity("", 1, 10_000, is_whole=True)
+_SHARE = Quantity("", -1.0, 1.0)
+_TILT = Quantity("rad", 0.0, 0.5 * math.pi, is_open=True)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -44,12 +49,10 @@ class RestingPlace:
     def __post_init__(self) -> None:
         if not self.name:
             raise ConfigError("RestingPlace: name must not be empty")
-        if self.capacity is not None and not (isinstance(self.capacity, int) and self.capacity > 0):
-            raise ConfigError(f"RestingPlace {self.name!r}: capacity must be a whole number > 0, got {self.capacity!r}")
+        owner = f"RestingPlace {self.name!r}"
+        require_fields(self, owner, capacity=_CAPACITY, axis=(_SHARE,) * 3, max_tilt=_TILT)
         if self.axis is not None and not math.isclose(math.hypot(*self.axis), 1.0, abs_tol=1e-6):
-            raise ConfigError(f"RestingPlace {self.name!r}: axis must be a unit vector, got {self.axis}")
-        if not 0.0 < self.max_tilt <= math.pi / 2:
-            raise ConfigError(f"RestingPlace {self.name!r}: max_tilt must be in (0, pi / 2] rad, got {self.max_tilt}")
+            raise ConfigError(f"{owner}: axis must be a unit vector, got {self.axis}")
 
 
 @dataclass(frozen=True, slots=True)

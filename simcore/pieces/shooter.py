@@ -13,11 +13,21 @@ from typing import Literal, Protocol
 
 import numpy as np
 
-from simcore.errors import ConfigError, require_finite, require_positive
+from simcore.errors import ConfigError
 from simcore.geometry.linkage import MechanismMotion, PartState, require_mechanisms
 from simcore.geometry.rotation import Vector, from_yaw, multiply, rotate
 from simcore.pieces.launch import Aim, LaunchParameters, launch_state
 from simcore.pieces.shot_schedule import Launch, ShotSchedule
+from simcore.quantities import (
+    ANGLE,
+    EFFICIENCY,
+    RATE,
+    RATIO,
+    ROBOT_LENGTH,
+    TURN_RATE,
+    TURN_RATE_OR_NONE,
+    require_fields,
+)
 
 __all__ = ["ReleasedPiece", "Shooter", "ShooterConfig", "SpinningMotion"]
 
@@ -79,16 +89,22 @@ class ShooterConfig:
 
     def __post_init__(self) -> None:
         owner = "ShooterConfig"
-        for name in ("wheel_radius", "exit_efficiency", "shot_rate", "gate_speed"):
-            require_positive(owner, name, getattr(self, name))
-        for name in ("elevation", "elevation_per_hood", "turret_ratio", "min_wheel_speed"):
-            require_finite(owner, name, getattr(self, name))
+        require_fields(
+            self,
+            wheel_radius=ROBOT_LENGTH,
+            second_wheel_radius=ROBOT_LENGTH,
+            exit_efficiency=EFFICIENCY,
+            elevation=ANGLE,
+            elevation_per_hood=RATIO,
+            turret_ratio=RATIO,
+            gate_speed=TURN_RATE,
+            min_wheel_speed=TURN_RATE_OR_NONE,
+            shot_rate=RATE,
+        )
         if len(self.wheels) not in (1, 2):
             raise ConfigError(f"{owner}: wheels must name one or two mechanisms, got {self.wheels}")
-        if self.second_wheel_radius is not None:
-            require_positive(owner, "second_wheel_radius", self.second_wheel_radius)
-            if len(self.wheels) == 1:
-                raise ConfigError(f"{owner}: second_wheel_radius needs two wheels, got {self.wheels}")
+        if self.second_wheel_radius is not None and len(self.wheels) == 1:
+            raise ConfigError(f"{owner}: second_wheel_radius needs two wheels, got {self.wheels}")
         if self.wheel_places not in ("lower and upper", "left and right"):
             raise ConfigError(
                 f"{owner}: wheel_places must be 'lower and upper' or 'left and right', got {self.wheel_places!r}"

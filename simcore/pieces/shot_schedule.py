@@ -6,8 +6,9 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from simcore.errors import ConfigError, NonFiniteError, require_non_negative, require_positive
+from simcore.errors import ConfigError, NonFiniteError
 from simcore.pieces.launch import Aim, LaunchParameters
+from simcore.quantities import RATE, SPEED, require
 from simcore.typing import BoolSupplier
 
 __all__ = ["Launch", "ShotSchedule"]
@@ -52,8 +53,8 @@ class ShotSchedule:
         gate_open: BoolSupplier,
         min_speed: float = 0.5,
     ) -> None:
-        require_positive("ShotSchedule", "shot_rate", shot_rate, "1/s")
-        require_non_negative("ShotSchedule", "min_speed", min_speed, "m/s")
+        require("ShotSchedule", "shot_rate", shot_rate, RATE)
+        require("ShotSchedule", "min_speed", min_speed, SPEED)
         self.launch = launch
         self.shots = 0
         """Pieces launched since the start."""

@@ -6,14 +6,14 @@ supported. The engine moves sleepers when something touches them; those that rea
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
 from simcore.physics.world import PhysicsWorld
 from simcore.pieces.pool import PiecePool, PieceStatus
 from simcore.pieces.pressing import Pressing
-from simcore.pieces.wake_grid import WakeSettings
+from simcore.pieces.wake_grid import Footprint, WakeSettings, near_some
 from simcore.typing import BoolArray, FloatArray, IntArray
 
 __all__ = ["SETTLE_PERIOD", "Sleeping"]
@@ -21,7 +21,8 @@ __all__ = ["SETTLE_PERIOD", "Sleeping"]
 SETTLE_PERIOD = 2
 """Ticks from one look for pieces that have come to rest to the next."""
 _AUDIT_PERIOD = 3  # readings of the sleepers
-_AUDIT_SIZE = 30  # sleepers stopped in each audit: all 408 within 2 s, at 20-35 us a tick
+_NEAR = 0.5
+"""Cells in which sleepers are looked for around what moves [m]: two balls of 0.15 m, and then some."""
 _STIRRED = 2e-4  # [m]; a sleeper that the engine moved farther in two ticks is awake: 5 mm/s
 _PUSHED = 1e-5  # [m]; one that it moved less has only been looked at by the engine, not pressed
 _CREEP = 1.2e-3  # [m]; what is still asleep in a heap, which gives way a little as long as one of its pieces moves
@@ -58,7 +59,6 @@ class Sleeping:
         self._slow = np.zeros(len(pool.rows), dtype=np.int64)  # ticks
         self._slow_speed = np.where(pool.is_ball, settings.slow_speed, _ROCKING)
         self._has_others = not bool(pool.is_ball.all())
-        self._audit_at = 0
         self._readings = 0
 
     def stir(self, slot: int) -> None:
@@ -101,25 +101,39 @@ class Sleeping:
         near = (np.einsum("ijk,ijk->ij", away, away) < reach * reach) & (slots[:, None] != others[None, :])
         deep: BoolArray = (near & self._pool.is_ball[others]).any(axis=1) & self._pool.is_ball[slots]
         doubtful |= near.any(axis=1)
+        if self._has_others:
+            doubtful |= ~self._pool.is_ball[slots]
         for number in np.nonzero(doubtful & ~deep)[0].tolist():
             deep[number] = world.engine.overlap(self._pool.rows[int(slots[number])]) > _DEEP
         return deep
 
-    def read(self) -> None:
+    def read(self, movers: FloatArray, robots: Sequence[Footprint]) -> None:
         """Follow the sleepers that the engine woke by touch: those that move join the awake.
+
+        Only those near something that moves are looked at, or near one that was pushed when it was last looked at; now
+        and then all that the engine sees.
+
+        Args:
+            movers: Where the awake pieces are [m], shape (n, 3).
+            robots: Where robots are.
 
         Those that hardly move stay asleep, and are stopped now and then, all at once: one awake body keeps all that it
         touches awake in the engine, and awake bodies cost time.
         """
-        asleep = np.nonzero(self._pool.state.touchable & self._pool.is_frozen)[0]
+        state = self._pool.state
+        asleep = np.nonzero(state.touchable & self._pool.is_frozen)[0]
+        self._readings += 1
+        if self._readings % _AUDIT_PERIOD:
+            boxes = [point for robot in robots for point in robot.points(_NEAR)]
+            around = np.concatenate(
+                (movers[:, :2], state.pos[self._pressing.stirred, :2], np.array(boxes).reshape(-1, 2))
+            )
+            asleep = asleep[near_some(state.pos[asleep], around, _NEAR)]
         still, moved = self.follow(asleep)
         pushed = moved > _PUSHED
         self._pressing.stirred = still[pushed]
-        self._readings += 1
         if self._readings % _AUDIT_PERIOD == 0:
-            stopped = moved > 0.0
-            stopped[(np.arange(min(_AUDIT_SIZE, len(still))) + self._audit_at) % max(1, len(still))] = True
-            self._audit_at += _AUDIT_SIZE
+            stopped = moved > 0.0  # what the engine has awake never lies quite still
             doubtful = still[pushed]
             deep = doubtful[self.are_deep(doubtful)]
             for slot in deep.tolist():

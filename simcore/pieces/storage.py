@@ -6,8 +6,9 @@ import math
 from dataclasses import dataclass
 from typing import Literal
 
-from simcore.errors import CapacityError, ConfigError, require_finite, require_non_negative
+from simcore.errors import CapacityError, ConfigError
 from simcore.geometry.rotation import IDENTITY, Quaternion, Vector
+from simcore.quantities import COUNT, ROBOT_PLACE, require_fields
 
 __all__ = ["Storage", "StorageConfig"]
 
@@ -30,16 +31,12 @@ class StorageConfig:
     """Of the pieces in it, robot frame, x, y, z, w; a shot piece leaves with it."""
 
     def __post_init__(self) -> None:
-        require_non_negative("StorageConfig", "capacity", self.capacity)
-        if not isinstance(self.capacity, int):
-            raise ConfigError(f"StorageConfig: capacity must be a whole number, got {self.capacity!r}")
+        require_fields(self, capacity=COUNT, low=(ROBOT_PLACE,) * 3, high=(ROBOT_PLACE,) * 3)
         if self.order not in ("fifo", "lifo"):
             raise ConfigError(f"StorageConfig: order must be 'fifo' or 'lifo', got {self.order!r}")
         if not math.isclose(math.hypot(*self.attitude), 1.0, abs_tol=1e-6):
             raise ConfigError(f"StorageConfig: attitude must be a unit quaternion x, y, z, w, got {self.attitude}")
         for low, high in zip(self.low, self.high, strict=True):
-            require_finite("StorageConfig", "low", low, "m")
-            require_finite("StorageConfig", "high", high, "m")
             if not low < high:
                 raise ConfigError(f"StorageConfig: low must be below high on every axis, got {self.low}, {self.high}")
 

@@ -9,5 +9,5 @@ instead (`spark_loop`), on the clock of the physics: the same in real time and i
 - `spark_port` is one controller in the SimDevices, `spark_motor` connects it with a mechanism.
 - `spark_guess` guesses a mechanism, `spark_ownership` notes what a team's own simulation writes.
 
-All need `simcore[rev]`.
+All need the extra 'rev'.
 """

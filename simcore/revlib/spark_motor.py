@@ -8,7 +8,8 @@ from typing import Any
 
 from wpilib import RobotController
 
-from simcore.errors import ConfigError, require_finite, require_positive
+from simcore.errors import ConfigError
+from simcore.quantities import ANGLE, GEARING, require
 from simcore.revlib.built_sparks import built_sparks
 from simcore.revlib.spark_port import SparkPort
 from simcore.robot.motor_controllers import BuiltDevice
@@ -58,8 +59,8 @@ class SparkMotorSim:
         name = str(leader)
         if not isinstance(mechanism, ShaftSim):
             raise ConfigError(f"{name}: mechanism must be a ShaftSim such as RollerSim, got {mechanism!r}")
-        require_finite(name, "zero_at", zero_at, "rad")
-        require_positive(name, "encoder_gearing", encoder_gearing)
+        require(name, "zero_at", zero_at, ANGLE)
+        require(name, "encoder_gearing", encoder_gearing, GEARING)
         devices = 1 + len(followers)
         if followers and mechanism.motors != devices:
             raise ConfigError(

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 
-from simcore.errors import ConfigError, NonFiniteError, require_non_negative, require_positive
+from simcore.errors import ConfigError, NonFiniteError
+from simcore.quantities import DELAY, DURATION, FRACTION, RESISTANCE, VOLTAGE_OR_NONE, Quantity, require_fields
 
 __all__ = ["Battery", "BatteryConfig"]
 
@@ -33,27 +35,35 @@ class BatteryConfig:
     initial_charge: float = 1.0
     """State of charge at the start [0..1]."""
     brownout_voltage: float = 6.75
-    """The roboRIO cuts its outputs below this [V]. roboRIO 2 default, software settable; a roboRIO 1 has 6.3 V."""
+    """The roboRIO cuts its outputs below this [V], and motors turn with open circuits. roboRIO 2 default, software
+    settable; a roboRIO 1 has 6.3 V."""
     recovered_voltage: float = 7.5
     """And restores them above this [V]. Source: NI roboRIO user manual, table 2."""
+    brownout_hold: float = 0.020
+    """For how long outputs stay off at least [s]: motor controllers on CAN hear with the roboRIO's heartbeat whether
+    they may run, every 20 ms. Source: WPILib documentation, "FRC CAN Device Specifications"."""
     brownout_enabled: bool = True
     """False: never cut the outputs (to study a motor, or to repeat a figure that ignores the roboRIO)."""
 
     def __post_init__(self) -> None:
-        require_non_negative("battery", "full_voltage", self.full_voltage, "V")
-        require_non_negative("battery", "empty_voltage", self.empty_voltage, "V")
-        require_non_negative("battery", "resistance", self.resistance, "ohm")
-        require_non_negative("battery", "recovery_resistance", self.recovery_resistance, "ohm")
-        require_positive("battery", "recovery_time", self.recovery_time, "s")
-        require_positive("battery", "capacity_ah", self.capacity_ah, "A h")
-        require_non_negative("battery", "brownout_voltage", self.brownout_voltage, "V")
-        require_non_negative("battery", "recovered_voltage", self.recovered_voltage, "V")
+        require_fields(
+            self,
+            "battery",
+            full_voltage=VOLTAGE_OR_NONE,
+            empty_voltage=VOLTAGE_OR_NONE,
+            resistance=RESISTANCE,
+            recovery_resistance=RESISTANCE,
+            recovery_time=DURATION,
+            capacity_ah=Quantity("A h", 0.0, 10_000.0, is_open=True, may_be_infinite=True),
+            initial_charge=FRACTION,
+            brownout_voltage=VOLTAGE_OR_NONE,
+            recovered_voltage=VOLTAGE_OR_NONE,
+            brownout_hold=DELAY,
+        )
         if self.empty_voltage > self.full_voltage:
             raise ConfigError(
                 f"battery: empty_voltage must not exceed full_voltage, got {self.empty_voltage} > {self.full_voltage} V"
             )
-        if not 0.0 <= self.initial_charge <= 1.0:
-            raise ConfigError(f"battery: initial_charge must be within 0..1, got {self.initial_charge}")
         if self.recovered_voltage < self.brownout_voltage:
             raise ConfigError(
                 "battery: recovered_voltage must not be below brownout_voltage, "
@@ -82,17 +92,24 @@ class Battery:
     __slots__ = (
         "_charge",
         "_drawn_as",
-        "_held_off",
+        "_off_for",
         "_slow_drop",
         "browned_out",
+        "brownouts",
         "config",
         "current",
         "min_voltage",
+        "off_time",
+        "on_brownout",
+        "tick_browned_out",
+        "tick_min_voltage",
         "voltage",
     )
 
     def __init__(self, config: BatteryConfig | None = None) -> None:
         self.config = config or BatteryConfig()
+        self.on_brownout: Callable[[], None] | None = None
+        """Called as a brown-out begins, with `voltage` and `current` of that moment."""
         self.reset()
 
     def reset(self) -> None:
@@ -108,7 +125,20 @@ class Battery:
         """Lowest since the start [V]."""
         self.browned_out = False
         """Whether the roboRIO holds its outputs off."""
-        self._update_brownout()
+        self.brownouts = 0
+        """How many times it began to, since the start."""
+        self.off_time = 0.0
+        """For how long it did, since the start [s]."""
+        self._off_for = 0.0  # in the present brown-out [s]
+        self._update_brownout(0.0)
+        self.begin_tick()
+
+    def begin_tick(self) -> None:
+        """Forget what has been lowest in the last tick."""
+        self.tick_min_voltage = self.voltage
+        """Lowest since the tick began [V]."""
+        self.tick_browned_out = self.browned_out
+        """Whether outputs were off at any moment since the tick began."""
 
     @property
     def charge(self) -> float:
@@ -151,14 +181,23 @@ class Battery:
         self._slow_drop += (current * c.recovery_resistance - self._slow_drop) * -math.expm1(-h / c.recovery_time)
         self.voltage = max(0.0, self.open_voltage - c.resistance * current)
         self.min_voltage = min(self.min_voltage, self.voltage)
-        self._update_brownout()
+        self.tick_min_voltage = min(self.tick_min_voltage, self.voltage)
+        self._update_brownout(h)
         return self.voltage
 
-    def _update_brownout(self) -> None:
+    def _update_brownout(self, h: float) -> None:
+        """Begin a brown-out, or end it after a step of h [s]."""
         c = self.config
         if not c.brownout_enabled:
             return
         if self.browned_out:
-            self.browned_out = self.voltage <= c.recovered_voltage
-        else:
-            self.browned_out = self.voltage < c.brownout_voltage
+            self.off_time += h
+            self._off_for += h
+            # the time is a sum of steps: rounding must not cost one more
+            self.browned_out = self.voltage <= c.recovered_voltage or self._off_for < c.brownout_hold - 1e-9
+        elif self.voltage < c.brownout_voltage:
+            self.browned_out = self.tick_browned_out = True
+            self.brownouts += 1
+            self._off_for = 0.0
+            if self.on_brownout is not None:
+                self.on_brownout()

@@ -29,6 +29,7 @@ from simcore.errors import ConfigError, EngineError, NonFiniteError
 from simcore.geometry.rotation import Quaternion, Vector, from_yaw, matrix, rotate, rotate_back, rpy, yaw_of
 from simcore.physics.substeps import Surroundings
 from simcore.physics.world import PhysicsWorld
+from simcore.quantities import POSE, require_row
 from simcore.robot.chassis_config import ChassisConfig
 from simcore.robot.wheel_loads import LoadTransfer, WheeledRobot
 from simcore.typing import FloatArray
@@ -175,8 +176,14 @@ class ChassisSimulation:
         self._force, self._torque = force, torque
 
     def set_pose(self, x: float, y: float, yaw: float) -> None:
-        """Put the robot somewhere on the carpet, at rest [m, m, rad]."""
+        """Put the robot somewhere on the carpet, at rest [m, m, rad].
+
+        Raises:
+            NonFiniteError: A value is not finite; the robot stays.
+            ConfigError: One is on no field; the robot stays.
+        """
         self._require_finite("pose", (x, y, yaw))
+        require_row(self.name, "pose", (x, y, yaw), POSE)
         self._world.set_pose(self.row, (x, y, _START_HEIGHT), from_yaw(yaw))
         self._h_before = 0.0
         self._is_pushed = False

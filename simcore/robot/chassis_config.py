@@ -6,10 +6,11 @@ import math
 from dataclasses import dataclass, replace
 from typing import Protocol
 
-from simcore.errors import ConfigError, require_finite, require_non_negative, require_positive
+from simcore.errors import ConfigError
 from simcore.geometry.rotation import Vector
 from simcore.physics.shapes import Box, Compound, Part, Sphere
 from simcore.physics.surface import RUBBER, TerrainSurface
+from simcore.quantities import FRICTION, INERTIA, MASS, ROBOT_LENGTH, ROBOT_PLACE, require_fields
 from simcore.units import plain_sum
 
 __all__ = ["BUMPER", "ChassisConfig", "DrivetrainConfig"]
@@ -90,15 +91,21 @@ class ChassisConfig:
 
     def __post_init__(self) -> None:
         owner = "ChassisConfig"
-        require_positive(owner, "mass", self.mass, "kg")
-        require_non_negative(owner, "friction", self.friction)
-        for name in (
-            "bumper_length", "bumper_width", "clearance", "bumper_top", "height", "center_of_mass_height",
-            "wheel_radius", "bumper_thickness",
-        ):  # fmt: skip
-            require_positive(owner, name, getattr(self, name), "m")
-        if self.yaw_inertia is not None:
-            require_positive(owner, "yaw_inertia", self.yaw_inertia, "kg m^2")
+        require_fields(
+            self,
+            mass=MASS,
+            bumper_length=ROBOT_LENGTH,
+            bumper_width=ROBOT_LENGTH,
+            clearance=ROBOT_LENGTH,
+            bumper_top=ROBOT_LENGTH,
+            height=ROBOT_LENGTH,
+            bumper_thickness=ROBOT_LENGTH,
+            center_of_mass_height=ROBOT_LENGTH,
+            yaw_inertia=INERTIA,
+            wheel_radius=ROBOT_LENGTH,
+            friction=FRICTION,
+            wheel_positions=[(ROBOT_PLACE, ROBOT_PLACE)],
+        )
         if not self.clearance < self.bumper_top <= self.height:
             raise ConfigError(
                 f"{owner}: clearance < bumper_top <= height must hold, got {self.clearance}, {self.bumper_top}, "
@@ -107,8 +114,6 @@ class ChassisConfig:
         if len(self.wheel_positions) < 3:
             raise ConfigError(f"{owner}: at least 3 wheels are needed to stand, got {len(self.wheel_positions)}")
         for x, y in self.wheel_positions:
-            require_finite(owner, "wheel position x", x, "m")
-            require_finite(owner, "wheel position y", y, "m")
             if abs(x) > self.bumper_length / 2 or abs(y) > self.bumper_width / 2:
                 raise ConfigError(f"{owner}: wheel at ({x}, {y}) m lies outside of the bumpers")
 

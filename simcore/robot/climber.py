@@ -10,9 +10,10 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from simcore.errors import ConfigError, require_finite, require_positive
+from simcore.errors import ConfigError
 from simcore.geometry.linkage import Joint, part_state, require_mechanisms
 from simcore.geometry.rotation import Vector, rotate, rotate_back
+from simcore.quantities import FIELD_PLACE, ROBOT_LENGTH, ROBOT_PLACE, require_fields
 from simcore.robot.chassis import ChassisSimulation
 from simcore.robot.shaft import ShaftSim
 
@@ -34,8 +35,7 @@ class Rung:
     """The other end [m]."""
 
     def __post_init__(self) -> None:
-        for value in (*self.start, *self.end):
-            require_finite(f"Rung {self.name!r}", "ends", value, "m")
+        require_fields(self, f"Rung {self.name!r}", start=(FIELD_PLACE,) * 3, end=(FIELD_PLACE,) * 3)
         if math.dist(self.start, self.end) < 1e-3:
             raise ConfigError(f"Rung {self.name!r}: its ends must differ, got {self.start} and {self.end}")
 
@@ -60,7 +60,7 @@ class ClimberConfig:
     """How far from the hook's inside a rung may be when it is caught [m]: half of the hook's mouth."""
 
     def __post_init__(self) -> None:
-        require_positive("ClimberConfig", "reach", self.reach, "m")
+        require_fields(self, offset=(ROBOT_PLACE,) * 3, reach=ROBOT_LENGTH)
         if not self.joints:
             raise ConfigError("ClimberConfig: a climber needs at least one joint")
 

@@ -10,6 +10,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from simcore.errors import ConfigError, UnknownNameError
+from simcore.quantities import GEARING, ROBOT_LENGTH, require_fields
 from simcore.robot.dc_motor import MotorModel, motor
 from simcore.robot.swerve_config import SwerveModuleConfig
 from simcore.units import inches
@@ -28,6 +29,9 @@ class SwerveModuleType:
     """[-]"""
     wheel_radius: float = inches(2.0)
     """New tread [m]."""
+
+    def __post_init__(self) -> None:
+        require_fields(self, self.name, drive_gearings=[GEARING], steer_gearing=GEARING, wheel_radius=ROBOT_LENGTH)
 
 
 def _row(name: str, gearings: tuple[float, ...], steer: float, radius: float = inches(2.0)) -> SwerveModuleType:
@@ -78,8 +82,8 @@ def swerve_module(
     drive_motor: MotorModel | None = None,
     steer_motor: MotorModel | None = None,
     wheel_cof: float = 1.2,
-    drive_stator_limit: float = float("inf"),
-    drive_supply_limit: float = float("inf"),
+    drive_stator_limit: float | None = None,
+    drive_supply_limit: float | None = None,
 ) -> SwerveModuleConfig:
     """A module of the catalogue at the robot center, to be placed by `SwerveConfig.square` or `replace`.
 
@@ -93,8 +97,8 @@ def swerve_module(
         drive_motor: Kraken X60 if not given.
         steer_motor: Kraken X60 if not given.
         wheel_cof: Coefficient of friction of the wheels on carpet; see `tread`.
-        drive_stator_limit: [A].
-        drive_supply_limit: [A].
+        drive_stator_limit: [A]; None: as the motor's controller is delivered.
+        drive_supply_limit: The same [A].
 
     Raises:
         UnknownNameError: For an unknown product.

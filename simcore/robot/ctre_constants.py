@@ -77,7 +77,7 @@ def _module(
     stator, supply = _limits(drive)
     # CTRE applies the slip current as the drive motors' stator limit.
     if isinstance(slip_current, (int, float)) and slip_current > 0.0:
-        stator = min(stator, float(slip_current))
+        stator = float(slip_current) if stator is None else min(stator, float(slip_current))
     steer_stator, steer_supply = _limits(steer)
     return SwerveModuleConfig(
         name=owner,
@@ -102,9 +102,11 @@ def _motor(constants: object, name: str) -> MotorModel:
     return motor(_ARRANGEMENTS.get(kind, "Kraken X60 FOC"))
 
 
-def _limits(configs: object) -> tuple[float, float]:
-    """Stator and supply limit of a TalonFX configuration, infinite where disabled or absent [A]."""
+def _limits(configs: object) -> tuple[float | None, float | None]:
+    """Stator and supply limit of a TalonFX configuration [A], infinite where disabled; None: it says nothing."""
     limits = getattr(configs, "current_limits", None)
+    if limits is None:
+        return None, None
 
     def one(kind: str) -> float:
         value = getattr(limits, f"{kind}_current_limit", None)

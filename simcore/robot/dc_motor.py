@@ -2,12 +2,23 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from functools import cache
 
-from simcore.errors import UnknownNameError, require_non_negative, require_positive
+from simcore.errors import UnknownNameError
+from simcore.quantities import (
+    CURRENT,
+    CURRENT_OR_NONE,
+    INERTIA_OR_NONE,
+    TORQUE,
+    TURN_RATE,
+    VOLTAGE,
+    require,
+    require_fields,
+)
 
-__all__ = ["MOTOR_NAMES", "MotorModel", "motor"]
+__all__ = ["MOTOR_NAMES", "MotorModel", "controller_limits", "motor"]
 
 MOTOR_NAMES = (
     "Andymark 9015",
@@ -60,17 +71,18 @@ class MotorModel:
     """Inertia of the rotor about its own axis [kg m^2]."""
 
     def __post_init__(self) -> None:
-        for field, unit in (
-            ("stall_torque", "N m"),
-            ("stall_current", "A"),
-            ("free_speed", "rad/s"),
-            ("nominal_voltage", "V"),
-        ):
-            require_positive(self.name, field, getattr(self, field), unit)
-        require_non_negative(self.name, "free_current", self.free_current, "A")
-        require_non_negative(self.name, "rotor_inertia", self.rotor_inertia, "kg m^2")
+        require_fields(
+            self,
+            self.name,
+            stall_torque=TORQUE,
+            stall_current=CURRENT,
+            free_current=CURRENT_OR_NONE,
+            free_speed=TURN_RATE,
+            nominal_voltage=VOLTAGE,
+            rotor_inertia=INERTIA_OR_NONE,
+        )
         # 0 < free current < stall current keeps R, kt and kv positive: a motor without resistance cannot be written.
-        require_positive(self.name, "stall_current - free_current", self.stall_current - self.free_current, "A")
+        require(self.name, "stall_current - free_current", self.stall_current - self.free_current, CURRENT)
 
     @property
     def resistance(self) -> float:
@@ -104,6 +116,29 @@ def motor(name: str) -> MotorModel:
         if _plain(known) == wanted:
             return _from_wpilib(known)
     raise UnknownNameError("motor", name, MOTOR_NAMES)
+
+
+_TALON_MOTORS = ("Kraken", "Falcon", "Minion")
+_TALON_LIMITS = (120.0, 70.0)
+_SPARK_LIMITS = (80.0, math.inf)
+
+
+def controller_limits(model: MotorModel) -> tuple[float, float]:
+    """Stator and supply limit of the controller that a motor is sold for, until somebody configures others [A].
+
+    A TalonFX or TalonFXS limits a Kraken, Falcon or Minion to 120 A and 70 A, a SPARK a NEO or Vortex to 80 A. For
+    other motors, mostly brushed ones behind a PWM controller, there are none: what ends them is a breaker of 40 A, that
+    takes seconds.
+
+    Source: defaults of CurrentLimitsConfigs in Phoenix 6, 2025 and 2026 (that supply current falls to 40 A after a
+    second at 70 A is left out); default smart current limit of REV's SPARK MAX and Flex.
+
+    >>> controller_limits(motor("Kraken X60")), controller_limits(motor("NEO")), controller_limits(motor("CIM"))
+    ((120.0, 70.0), (80.0, inf), (inf, inf))
+    """
+    if model.name.startswith(_TALON_MOTORS):
+        return _TALON_LIMITS
+    return _SPARK_LIMITS if model.name.startswith("NEO") else (math.inf, math.inf)
 
 
 def _plain(name: str) -> str:

@@ -3,15 +3,26 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Protocol, runtime_checkable
 
 from wpimath.system.plant import DCMotor
 
-from simcore.errors import ConfigError, require_finite, require_non_negative, require_positive
+from simcore.quantities import (
+    CURRENT_LIMIT,
+    GEARING,
+    MOTORS,
+    SIGNED_VOLTAGE,
+    TORQUE_OR_NONE,
+    Quantity,
+    require,
+    require_fields,
+)
 from simcore.robot.limited_motor import within
 
 __all__ = ["GearboxConfig", "SimMotor"]
+
+_LIMIT = replace(CURRENT_LIMIT, is_open=True)
 
 
 @runtime_checkable
@@ -88,15 +99,16 @@ class GearboxConfig:
     """Coulomb friction at the mechanism, against the motion and before it starts [N m]."""
 
     def __post_init__(self) -> None:
-        if self.motors < 1:
-            raise ConfigError(f"GearboxConfig: motors must be 1 or more, got {self.motors}")
-        require_positive("GearboxConfig", "gearing", self.gearing)
-        require_non_negative("GearboxConfig", "friction_torque", self.friction_torque, "N m")
-        for name in ("stator_current_limit", "supply_current_limit"):
-            if not getattr(self, name) > 0.0:
-                raise ConfigError(f"GearboxConfig: {name} must be > 0 A, got {getattr(self, name)}")
+        require_fields(
+            self,
+            motors=MOTORS,
+            gearing=GEARING,
+            stator_current_limit=_LIMIT,
+            supply_current_limit=_LIMIT,
+            friction_torque=TORQUE_OR_NONE,
+        )
         for name in ("R", "Kt", "Kv"):
-            require_positive("GearboxConfig", f"motor.{name}", getattr(self.motor, name))
+            require("GearboxConfig", f"motor.{name}", getattr(self.motor, name), Quantity("", 0.0, 1e9, is_open=True))
 
     @property
     def torque_per_amp(self) -> float:
@@ -119,7 +131,7 @@ class GearboxConfig:
 
     def stall_torque(self, volts: float) -> float:
         """Torque at rest, before friction and within the current limit [N m]."""
-        require_finite("GearboxConfig.stall_torque", "volts", volts, "V")
+        require("GearboxConfig.stall_torque", "volts", volts, SIGNED_VOLTAGE)
         return self.torque_per_amp * within(volts / self.resistance, self.stator_current_limit)
 
     def holding_volts(self, torque: float) -> float:

@@ -8,7 +8,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from simcore.errors import NonFiniteError, UnknownNameError, require_non_negative
+from simcore.errors import NonFiniteError, UnknownNameError
+from simcore.quantities import FRACTION, NOISE_DEGREES, Quantity, require_fields
 from simcore.typing import FloatArray
 
 __all__ = ["GYROS", "Gyro", "GyroConfig", "gyro_config"]
@@ -35,11 +36,17 @@ class GyroConfig:
     """Yaw acceleration from which a hit upsets the sensor [rad/s^2]."""
 
     def __post_init__(self) -> None:
-        for name in (
-            *("drift_deg_per_30s", "scale_error", "rate_noise", "rate_noise_floor_dps", "tilt_noise_deg"),
-            *("impact_deg", "impact_accel"),
-        ):
-            require_non_negative(f"gyro {self.name}", name, getattr(self, name))
+        require_fields(
+            self,
+            f"gyro {self.name}",
+            drift_deg_per_30s=NOISE_DEGREES,
+            scale_error=FRACTION,
+            rate_noise=FRACTION,
+            rate_noise_floor_dps=Quantity("deg/s", 0.0, 1000.0),
+            tilt_noise_deg=NOISE_DEGREES,
+            impact_deg=NOISE_DEGREES,
+            impact_accel=Quantity("rad/s^2", 0.0, 1e6),
+        )
 
 
 # Drift and rate noise: MapleSim's COTS table, read as what the names say. Scale and tilt errors are

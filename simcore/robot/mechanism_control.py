@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from simcore.errors import require_non_negative, require_positive
+from simcore.quantities import GAIN, VOLTAGE, VOLTAGE_OR_NONE, require_fields
 from simcore.robot.gearbox import GearboxConfig
 
 __all__ = ["PositionController", "VelocityController"]
@@ -24,9 +24,7 @@ class VelocityController:
     """Either way [V]."""
 
     def __post_init__(self) -> None:
-        for name in ("kv", "kp", "ks"):
-            require_non_negative("VelocityController", name, getattr(self, name))
-        require_positive("VelocityController", "max_volts", self.max_volts, "V")
+        require_fields(self, kv=GAIN, kp=GAIN, ks=VOLTAGE_OR_NONE, max_volts=VOLTAGE)
 
     @classmethod
     def for_gearbox(cls, gearbox: GearboxConfig, *, kp: float = 0.0, max_volts: float = 12.0) -> VelocityController:
@@ -56,9 +54,7 @@ class PositionController:
     """Either way [V]."""
 
     def __post_init__(self) -> None:
-        require_non_negative("PositionController", "kp", self.kp)
-        require_non_negative("PositionController", "kd", self.kd)
-        require_positive("PositionController", "max_volts", self.max_volts, "V")
+        require_fields(self, kp=GAIN, kd=GAIN, max_volts=VOLTAGE)
 
     def volts(self, goal: float, position: float, velocity: float, feedforward: float = 0.0) -> float:
         """Volts that bring `position` to `goal` and stop there.

@@ -5,7 +5,18 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from simcore.errors import ConfigError, require_finite, require_non_negative, require_positive
+from simcore.errors import ConfigError
+from simcore.quantities import (
+    ACCELERATION,
+    ANGLE,
+    INERTIA,
+    MASS,
+    MASS_OR_NONE,
+    ROBOT_LENGTH,
+    ROBOT_PLACE,
+    Quantity,
+    require_fields,
+)
 from simcore.robot.gearbox import GearboxConfig
 from simcore.robot.shaft import ShaftSim
 from simcore.units import GRAVITY
@@ -47,16 +58,24 @@ class ArmConfig:
     """Gravity is held for this long, then looked at again [s]."""
 
     def __post_init__(self) -> None:
-        require_positive("ArmConfig", "inertia", self.inertia, "kg m^2")
-        require_non_negative("ArmConfig", "mass", self.mass, "kg")
-        require_non_negative("ArmConfig", "gravity", self.gravity, "m/s^2")
-        require_positive("ArmConfig", "max_step", self.max_step, "s")
-        for name in ("center_of_mass", "min_angle", "max_angle", "start"):
-            require_finite("ArmConfig", name, getattr(self, name))
+        require_fields(
+            self,
+            inertia=INERTIA,
+            mass=MASS_OR_NONE,
+            center_of_mass=ROBOT_PLACE,
+            min_angle=ANGLE,
+            max_angle=ANGLE,
+            start_angle=ANGLE,
+            gravity=ACCELERATION,
+            max_step=Quantity("s", 1e-6, 1.0),
+        )
         if not self.min_angle < self.max_angle:
             raise ConfigError(f"ArmConfig: min_angle must be below max_angle, got {self.min_angle}, {self.max_angle}")
         if not self.min_angle <= self.start <= self.max_angle:
-            raise ConfigError(f"ArmConfig: start_angle must be between the stops, got {self.start_angle}")
+            raise ConfigError(
+                f"ArmConfig: start_angle must be between the stops, min_angle = {self.min_angle:g} and max_angle = "
+                f"{self.max_angle:g} rad, got {self.start_angle:g}"
+            )
 
     @property
     def start(self) -> float:
@@ -130,11 +149,15 @@ class ElevatorConfig:
     """Along the elevator; zero if a spring carries the weight [m/s^2]."""
 
     def __post_init__(self) -> None:
-        require_positive("ElevatorConfig", "carriage_mass", self.carriage_mass, "kg")
-        require_positive("ElevatorConfig", "drum_radius", self.drum_radius, "m")
-        require_non_negative("ElevatorConfig", "gravity", self.gravity, "m/s^2")
-        for name in ("min_height", "max_height", "start"):
-            require_finite("ElevatorConfig", name, getattr(self, name), "m")
+        require_fields(
+            self,
+            carriage_mass=MASS,
+            drum_radius=ROBOT_LENGTH,
+            min_height=ROBOT_PLACE,
+            max_height=ROBOT_PLACE,
+            start_height=ROBOT_PLACE,
+            gravity=ACCELERATION,
+        )
         if not self.min_height < self.max_height:
             raise ConfigError(
                 f"ElevatorConfig: min_height must be below max_height, got {self.min_height}, {self.max_height}"
@@ -197,7 +220,7 @@ class FlywheelConfig:
     """Of wheels, shafts and rotors, seen at the wheel [kg m^2]."""
 
     def __post_init__(self) -> None:
-        require_positive("FlywheelConfig", "inertia", self.inertia, "kg m^2")
+        require_fields(self, inertia=INERTIA)
 
 
 class FlywheelSim(ShaftSim):
@@ -224,10 +247,7 @@ class RackConfig:
     """Where the slide is at first [m]."""
 
     def __post_init__(self) -> None:
-        require_positive("RackConfig", "mass", self.mass, "kg")
-        require_positive("RackConfig", "pinion_radius", self.pinion_radius, "m")
-        require_positive("RackConfig", "travel", self.travel, "m")
-        require_finite("RackConfig", "start_extension", self.start_extension, "m")
+        require_fields(self, mass=MASS, pinion_radius=ROBOT_LENGTH, travel=ROBOT_LENGTH, start_extension=ROBOT_PLACE)
         if not 0.0 <= self.start_extension <= self.travel:
             raise ConfigError(
                 f"RackConfig: start_extension must be between 0 and {self.travel} m, got {self.start_extension}"
@@ -283,8 +303,7 @@ class RollerConfig:
     """Of the surface that touches the pieces [m]."""
 
     def __post_init__(self) -> None:
-        require_positive("RollerConfig", "inertia", self.inertia, "kg m^2")
-        require_positive("RollerConfig", "radius", self.radius, "m")
+        require_fields(self, inertia=INERTIA, radius=ROBOT_LENGTH)
 
 
 class RollerSim(ShaftSim):

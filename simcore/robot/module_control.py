@@ -104,7 +104,7 @@ class ModuleController:
             loads: Of the robot at rest, for rolling drag and scrub [N].
         """
         self._modules = modules
-        self._stator_limits = [m.drive_stator_limit for m in modules]
+        self._stator_limits = [m.drive_limits[0] for m in modules]
         self._coasting = any(not (m.drive_brake and m.steer_brake) for m in modules)
         # Feed-forward against friction, rolling drag and scrub, as a team's kS would hold [V].
         self._gains = [
@@ -143,7 +143,7 @@ class ModuleController:
             h: Time step [s].
             state: Wheels and azimuths now.
             bus: Battery voltage [V].
-            neutral: Whether outputs are off: disabled or browned out. Motors then brake or coast as configured.
+            neutral: Whether the robot is disabled: motors then brake or coast as configured.
 
         Returns:
             Voltage wanted from every drive and from every steer motor [V], None for an open circuit, and the stator

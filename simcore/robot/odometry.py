@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
-from simcore.errors import require_finite
+from simcore.quantities import ANGLE, require
 from simcore.typing import FloatArray
 
 __all__ = ["SwerveOdometry"]
@@ -42,7 +42,7 @@ class SwerveOdometry:
             gyro_yaw: What the gyro shows now [rad]; None: the pose's own heading.
         """
         for name, value in zip(("x", "y", "yaw"), pose, strict=True):
-            require_finite("odometry", name, value)
+            require("odometry", name, value, ANGLE)
         self.pose = pose
         """Field frame [m, m, rad]; the heading is continuous."""
         self._distances = [0.0] * len(self._positions) if distances is None else [float(d) for d in distances]

@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable, Sequence
 from typing import Protocol
 
-from simcore.errors import require_finite, require_positive
+from simcore.quantities import ANGLE, DURATION, require
 from simcore.robot.wheel_loads import LoadTransfer, WheeledRobot
 from simcore.units import GRAVITY
 
@@ -67,7 +67,7 @@ class PlanarChassis:
             drive: Any drivetrain.
             slope: Of the ground, up along x [rad].
         """
-        require_finite("planar chassis", "slope", slope, "rad")
+        require("planar chassis", "slope", slope, ANGLE)
         self.drive = drive
         self.slope = slope
         self._transfer = LoadTransfer(drive.robot)
@@ -118,7 +118,7 @@ class PlanarChassis:
 
     def run(self, seconds: float, *, h: float = 0.005, each: Callable[[], None] | None = None) -> None:
         """Advance by a time in steps of `h` [s], calling `each` after every one."""
-        require_positive("planar chassis", "h", h, "s")
+        require("planar chassis", "h", h, DURATION)
         for _ in range(round(seconds / h)):
             self.step(h)
             if each is not None:

@@ -7,7 +7,8 @@ from dataclasses import dataclass
 
 from wpimath.system.plant import DCMotor
 
-from simcore.errors import ConfigError, require_finite, require_positive
+from simcore.errors import ConfigError
+from simcore.quantities import ANGLE, DURATION, ROBOT_LENGTH, TURN_RATE, require, require_fields
 from simcore.robot.gearbox import GearboxConfig
 from simcore.robot.mechanisms import ArmConfig, ArmSim, RackConfig, RackSim
 
@@ -38,8 +39,7 @@ class PistonConfig:
     """Where it is at first."""
 
     def __post_init__(self) -> None:
-        require_positive("PistonConfig", "stroke", self.stroke, "m")
-        require_positive("PistonConfig", "stroke_time", self.stroke_time, "s")
+        require_fields(self, stroke=ROBOT_LENGTH, stroke_time=DURATION)
 
     @property
     def speed(self) -> float:
@@ -119,9 +119,7 @@ class ServoConfig:
     """Where it is at first; None is the lower end [rad]."""
 
     def __post_init__(self) -> None:
-        require_positive("ServoConfig", "speed", self.speed, "rad/s")
-        for name in ("min_angle", "max_angle"):
-            require_finite("ServoConfig", name, getattr(self, name), "rad")
+        require_fields(self, min_angle=ANGLE, max_angle=ANGLE, speed=TURN_RATE, start_angle=ANGLE)
         if not self.min_angle < self.max_angle:
             raise ConfigError(f"ServoConfig: min_angle must be below max_angle, got {self.min_angle}, {self.max_angle}")
 
@@ -162,7 +160,7 @@ class ServoSim(ArmSim):
 
     def set_goal(self, angle: float) -> None:
         """Go there [rad]; within its travel."""
-        require_finite("ServoSim", "goal", angle, "rad")
+        require("ServoSim", "goal", angle, ANGLE)
         self.goal = min(max(angle, self._lower), self._upper)
         self._is_held = False
 

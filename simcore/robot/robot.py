@@ -16,6 +16,7 @@ from simcore.pieces.placer import Placer, PlacerConfig
 from simcore.pieces.shooter import Shooter, ShooterConfig
 from simcore.pieces.storage import Storage
 from simcore.robot.battery import Battery
+from simcore.robot.brownout_log import BrownoutLog
 from simcore.robot.chassis import ChassisSimulation
 from simcore.robot.climber import Climber, Rung
 from simcore.robot.gyro import Gyro
@@ -101,6 +102,12 @@ class Robot:
         """What robot code's lights show, by their name: 0xRRGGBB of each LED, shape (n,); for telemetry."""
         self.light_requests: dict[str, str] = {}
         """The same in words, of those that have them."""
+        self.brownouts = BrownoutLog(number, self.battery, self._consumers)
+        """Tells of brown-outs."""
+        self.setpoints: dict[str, float] = {}
+        """What a closed loop wants of a mechanism, by its telemetry name and quantity, e.g. `HoodPositionRot`."""
+        self.estimated_pose: tuple[float, float, float] | None = None
+        """Where robot code's drivetrain believes to be, field frame [m, m, rad]; None: `odometry` stands for it."""
         self._estimated: list[ShaftSim] = []
         self._before: PartState
         self.reset(pose)
@@ -184,6 +191,11 @@ class Robot:
         """Step a mechanism no more that `add_estimated_mechanism` added."""
         self._estimated.remove(mechanism)
 
+    def _consumers(self) -> dict[str, float]:
+        """What each mechanism and the drive take from the battery [A]."""
+        drawn = {name: mechanism.supply_current for name, mechanism in self.mechanisms.items()}
+        return drawn | {"drive": self.battery.current - self.drive.other_current}
+
     # --- pieces ---------------------------------------------------------------------------------------------------
 
     @property
@@ -200,6 +212,13 @@ class Robot:
     def storage_of(self, part: IntakeConfig | ShooterConfig | PlacerConfig) -> Storage:
         """The storage that an intake, shooter or placer works with."""
         return self._storages[part.storage]
+
+    def forget_pieces(self) -> None:
+        """Hold none any more, as when the field is reset."""
+        for storage in self.storages:
+            storage.pieces.clear()
+        for placer in self.placers:
+            placer.piece = None
 
     def held_pose(self, slot: int, radius: float) -> tuple[Vector, Quaternion]:
         """Where a piece that it holds is, robot frame [m].
@@ -218,6 +237,7 @@ class Robot:
     def begin_tick(self) -> None:
         """Note how the robot moves and aims as a tick begins; intakes have looked at the last tick."""
         self._before = self._motion
+        self.battery.begin_tick()
         for shooter in self.shooters:
             shooter.begin_tick()
         for placer in self.placers:

@@ -14,6 +14,7 @@ from simcore.pieces.intake import IntakeConfig
 from simcore.pieces.placer import PlacerConfig
 from simcore.pieces.shooter import ShooterConfig
 from simcore.pieces.storage import StorageConfig
+from simcore.quantities import ROBOT_LENGTH, ROBOT_PLACE, require_fields
 from simcore.robot.battery import BatteryConfig
 from simcore.robot.chassis_config import ChassisConfig
 from simcore.robot.climber import ClimberConfig
@@ -77,6 +78,9 @@ class ComponentConfig:
     joints: tuple[Joint, ...] = ()
     """What moves it, from the robot outward."""
 
+    def __post_init__(self) -> None:
+        require_fields(self, f"component {self.name!r}", offset=(ROBOT_PLACE,) * 3)
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RobotConfig:
@@ -111,6 +115,7 @@ class RobotConfig:
     """Parts with models of their own, in the order of the model files."""
 
     def __post_init__(self) -> None:
+        require_fields(self, bumper=(ROBOT_LENGTH, ROBOT_LENGTH))
         body = self.body
         d = self.drivetrain
         if len(d.positions) != len(body.wheel_positions):

@@ -12,7 +12,8 @@ import math
 from collections.abc import Callable
 from typing import TypeAlias
 
-from simcore.errors import ConfigError, NonFiniteError, require_finite, require_positive
+from simcore.errors import ConfigError, NonFiniteError
+from simcore.quantities import ANGLE, INERTIA, require
 from simcore.robot.gearbox import GearboxConfig
 from simcore.robot.limited_motor import within, within_supply
 
@@ -21,6 +22,8 @@ __all__ = ["ShaftSim"]
 _Travel: TypeAlias = Callable[[float], float]
 _MAX_PIECES = 16  # a step needs at most: limited, free, turn round, free, limited, stop
 _EDGE = 1e-12  # relative width of "exactly at the current limit"
+_REST = 1e-9  # [rad/s], a turn in 200 years: a shaft that nothing drives stands still from here on, and does not
+# approach zero for ever, so that a robot at rest changes nothing in its log
 
 
 class ShaftSim:
@@ -72,8 +75,8 @@ class ShaftSim:
         upper_stop: float = math.inf,
         position: float = 0.0,
     ) -> None:
-        require_positive(type(self).__name__, "inertia", inertia, "kg m^2")
-        require_finite(type(self).__name__, "position", position, "rad")
+        require(type(self).__name__, "inertia", inertia, INERTIA)
+        require(type(self).__name__, "position", position, ANGLE)
         if not lower_stop <= position <= upper_stop or not lower_stop < upper_stop:
             raise ConfigError(
                 f"{type(self).__name__}: want lower stop <= start <= upper stop,"
@@ -193,6 +196,8 @@ class ShaftSim:
             charge, energy = self._run_free(volts, dt)
         else:
             charge, energy = self._run_in_pieces(volts, dt)
+        if self.volts == 0.0 and self._load == 0.0 and -_REST < self.velocity < _REST:
+            self.velocity = 0.0
         motors = self.motors
         self.current = motors * charge / dt
         self.supply_current = motors * energy / (battery_voltage * dt) if battery_voltage > 0.0 else 0.0

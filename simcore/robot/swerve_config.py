@@ -3,11 +3,26 @@
 from __future__ import annotations
 
 import logging
-import math
 from dataclasses import dataclass, field, replace
 
-from simcore.errors import ConfigError, require_finite, require_non_negative, require_positive
-from simcore.robot.dc_motor import MotorModel, motor
+from simcore.errors import ConfigError
+from simcore.quantities import (
+    CURRENT_LIMIT,
+    EFFICIENCY,
+    FRICTION,
+    GAIN,
+    GEARING,
+    INERTIA,
+    MASS,
+    RATIO,
+    ROBOT_HEIGHT,
+    ROBOT_LENGTH,
+    ROBOT_PLACE,
+    SLIP_SPEED,
+    VOLTAGE_OR_NONE,
+    require_fields,
+)
+from simcore.robot.dc_motor import MotorModel, controller_limits, motor
 
 __all__ = ["SwerveConfig", "SwerveModuleConfig", "plate_inertia"]
 
@@ -39,6 +54,11 @@ def _unusual(owner: str, config: object, usual: dict[str, tuple[float, float]]) 
         for name, (low, high) in usual.items()
         if not low <= getattr(config, name) <= high
     ]
+
+
+def _limits(stator: float | None, supply: float | None, model: MotorModel) -> tuple[float, float]:
+    usual_stator, usual_supply = controller_limits(model)
+    return usual_stator if stator is None else stator, usual_supply if supply is None else supply
 
 
 def plate_inertia(mass: float, length: float, width: float) -> float:
@@ -92,13 +112,13 @@ class SwerveModuleConfig:
     steer_efficiency: float = 0.90
     """Of the steer gears [-]."""
 
-    drive_stator_limit: float = math.inf
+    drive_stator_limit: float | None = None
+    """[A]; None: as the motor's controller is delivered (`controller_limits`), `math.inf`: none."""
+    drive_supply_limit: float | None = None
+    """The same, drawing and regenerating [A]."""
+    steer_stator_limit: float | None = None
     """[A]"""
-    drive_supply_limit: float = math.inf
-    """[A], drawing and regenerating."""
-    steer_stator_limit: float = math.inf
-    """[A]"""
-    steer_supply_limit: float = math.inf
+    steer_supply_limit: float | None = None
     """[A], drawing and regenerating."""
     drive_brake: bool = True
     """At zero command: True shorts the motor (brake), False opens the circuit (coast)."""
@@ -111,31 +131,48 @@ class SwerveModuleConfig:
 
     def __post_init__(self) -> None:
         owner = self.name or "module"
-        require_finite(owner, "x", self.x, "m")
-        require_finite(owner, "y", self.y, "m")
-        require_finite(owner, "coupling_ratio", self.coupling_ratio)
-        for name in (
-            *("drive_gearing", "steer_gearing", "wheel_radius", "wheel_inertia", "steer_inertia"),
-            *("slip_ratio", "slip_speed", "drive_efficiency", "steer_efficiency"),
-        ):
-            require_positive(owner, name, getattr(self, name))
-        for name in (
-            *("wheel_cof", "rolling_resistance", "scrub_radius", "drive_friction_volts", "steer_friction_volts"),
-            *("drive_kp", "steer_kp"),
-        ):
-            require_non_negative(owner, name, getattr(self, name))
-        for name in ("drive_efficiency", "steer_efficiency"):
-            if getattr(self, name) > 1.0:
-                raise ConfigError(f"{owner}: {name} must be within 0..1, got {getattr(self, name)}")
-        for name in ("drive_stator_limit", "drive_supply_limit", "steer_stator_limit", "steer_supply_limit"):
-            limit = getattr(self, name)
-            if not limit >= 0.0:
-                raise ConfigError(f"{owner}: {name} must be >= 0 A (math.inf for none), got {limit}")
+        require_fields(
+            self,
+            owner,
+            x=ROBOT_PLACE,
+            y=ROBOT_PLACE,
+            drive_gearing=GEARING,
+            steer_gearing=GEARING,
+            coupling_ratio=RATIO,
+            wheel_radius=ROBOT_LENGTH,
+            wheel_cof=FRICTION,
+            wheel_inertia=INERTIA,
+            rolling_resistance=FRICTION,
+            slip_ratio=EFFICIENCY,
+            slip_speed=SLIP_SPEED,
+            scrub_radius=ROBOT_HEIGHT,
+            steer_inertia=INERTIA,
+            drive_friction_volts=VOLTAGE_OR_NONE,
+            steer_friction_volts=VOLTAGE_OR_NONE,
+            drive_efficiency=EFFICIENCY,
+            steer_efficiency=EFFICIENCY,
+            drive_stator_limit=CURRENT_LIMIT,
+            drive_supply_limit=CURRENT_LIMIT,
+            steer_stator_limit=CURRENT_LIMIT,
+            steer_supply_limit=CURRENT_LIMIT,
+            drive_kp=GAIN,
+            steer_kp=GAIN,
+        )
         if abs(self.coupling_ratio) >= self.steer_gearing:
             raise ConfigError(
                 f"{owner}: coupling_ratio must be smaller than steer_gearing ({self.steer_gearing:g}), "
                 f"got {self.coupling_ratio:g}"
             )
+
+    @property
+    def drive_limits(self) -> tuple[float, float]:
+        """Stator and supply limit in force [A]."""
+        return _limits(self.drive_stator_limit, self.drive_supply_limit, self.drive_motor)
+
+    @property
+    def steer_limits(self) -> tuple[float, float]:
+        """Stator and supply limit in force [A]."""
+        return _limits(self.steer_stator_limit, self.steer_supply_limit, self.steer_motor)
 
     @property
     def drive_inertia(self) -> float:
@@ -166,13 +203,9 @@ class SwerveConfig:
         if not self.modules:
             raise ConfigError("swerve: modules must name at least one module, got none")
         object.__setattr__(self, "modules", tuple(self.modules))
-        require_positive("swerve", "mass", self.mass, "kg")
-        require_positive("swerve", "yaw_inertia", self.yaw_inertia, "kg m^2")
-        if len(self.center_of_mass) != 3:
-            raise ConfigError(f"swerve: center_of_mass must be (x, y, z) in m, got {self.center_of_mass!r}")
-        for axis, value in zip("xyz", self.center_of_mass, strict=True):
-            require_finite("swerve", f"center_of_mass {axis}", value, "m")
-        require_non_negative("swerve", "center_of_mass z", self.center_of_mass[2], "m")
+        require_fields(
+            self, "swerve", mass=MASS, yaw_inertia=INERTIA, center_of_mass=(ROBOT_PLACE, ROBOT_PLACE, ROBOT_HEIGHT)
+        )
         cx, cy, _ = self.center_of_mass
         object.__setattr__(self, "positions", tuple((m.x - cx, m.y - cy) for m in self.modules))
         # Warned of here and not in each module: four equal modules are one remark.

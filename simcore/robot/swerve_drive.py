@@ -47,8 +47,8 @@ class SwerveDrive(WheeledDrive[SwerveConfig]):
                 gearing=m.drive_gearing,
                 efficiency=m.drive_efficiency,
                 friction_volts=m.drive_friction_volts,
-                stator_limit=m.drive_stator_limit,
-                supply_limit=m.drive_supply_limit,
+                stator_limit=m.drive_limits[0],
+                supply_limit=m.drive_limits[1],
             )
             for m in modules
         ]
@@ -174,6 +174,10 @@ class SwerveDrive(WheeledDrive[SwerveConfig]):
     def _requests(self, h: float, bus: float, neutral: bool) -> tuple[Sequence[float | None], Sequence[float]]:
         drive, self._steer_volts, limits = self._controller.requests(h, self.state, bus, neutral)
         return drive, limits
+
+    def _open_circuits(self) -> tuple[Sequence[float | None], Sequence[float]]:
+        self._steer_volts = [None] * self._n
+        return super()._open_circuits()
 
     def _turn_azimuths(self, h: float, loads: Sequence[float], bus: float) -> float:
         state, solver = self.state, self._solver

@@ -45,8 +45,8 @@ class SteerBank:
                 gearing=m.steer_gearing,
                 efficiency=m.steer_efficiency,
                 friction_volts=m.steer_friction_volts,
-                stator_limit=m.steer_stator_limit,
-                supply_limit=m.steer_supply_limit,
+                stator_limit=m.steer_limits[0],
+                supply_limit=m.steer_limits[1],
             )
             for m in modules
         ]

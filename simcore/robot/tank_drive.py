@@ -2,13 +2,28 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
-from simcore.errors import ConfigError, require_finite, require_non_negative, require_positive
+from simcore.errors import ConfigError
+from simcore.quantities import (
+    CURRENT_LIMIT,
+    EFFICIENCY,
+    FRICTION,
+    GAIN,
+    GEARING,
+    INERTIA,
+    MASS,
+    MOTORS,
+    ROBOT_HEIGHT,
+    ROBOT_LENGTH,
+    ROBOT_PLACE,
+    SLIP_SPEED,
+    VOLTAGE_OR_NONE,
+    require_fields,
+)
 from simcore.robot.battery import Battery
-from simcore.robot.dc_motor import MotorModel, motor
+from simcore.robot.dc_motor import MotorModel, controller_limits, motor
 from simcore.robot.drive_shaft import DriveShaft, WheelContact
 from simcore.robot.limited_motor import LimitedMotor
 from simcore.robot.wheeled_drive import WheeledDrive, checked_number
@@ -44,10 +59,10 @@ class TankConfig:
     """Voltage that just turns a free side [V]."""
     efficiency: float = 0.90
     """Of gearbox and chains, both ways [-]."""
-    stator_limit: float = math.inf
-    """Per motor [A]."""
-    supply_limit: float = math.inf
-    """Per motor [A], drawing and regenerating."""
+    stator_limit: float | None = None
+    """Per motor [A]; None: as the motor's controller is delivered (`controller_limits`), `math.inf`: none."""
+    supply_limit: float | None = None
+    """The same, drawing and regenerating [A]."""
     brake: bool = True
     """At zero command: short the motors, or else open the circuit."""
     kp: float = 1.0
@@ -64,22 +79,28 @@ class TankConfig:
     def __post_init__(self) -> None:
         if not self.wheel_xs:
             raise ConfigError("tank: wheel_xs must name at least one wheel per side, got none")
-        for x in (*self.wheel_xs, *self.center_of_mass):
-            require_finite("tank", "wheel_xs and center_of_mass", x, "m")
-        for name in (
-            *("trackwidth", "gearing", "wheel_radius", "wheel_inertia", "slip_ratio", "slip_speed", "efficiency"),
-            *("mass", "yaw_inertia"),
-        ):
-            require_positive("tank", name, getattr(self, name))
-        for name in ("wheel_cof", "rolling_resistance", "friction_volts", "kp"):
-            require_non_negative("tank", name, getattr(self, name))
-        if self.efficiency > 1.0:
-            raise ConfigError(f"tank: efficiency must be within 0..1, got {self.efficiency}")
-        if self.motors_per_side < 1:
-            raise ConfigError(f"tank: motors_per_side must be at least 1, got {self.motors_per_side}")
-        for name in ("stator_limit", "supply_limit"):
-            if not getattr(self, name) >= 0.0:
-                raise ConfigError(f"tank: {name} must be >= 0 A (math.inf for none), got {getattr(self, name)}")
+        require_fields(
+            self,
+            "tank",
+            wheel_xs=[ROBOT_PLACE],
+            trackwidth=ROBOT_LENGTH,
+            motors_per_side=MOTORS,
+            gearing=GEARING,
+            wheel_radius=ROBOT_LENGTH,
+            wheel_cof=FRICTION,
+            wheel_inertia=INERTIA,
+            rolling_resistance=FRICTION,
+            slip_ratio=EFFICIENCY,
+            slip_speed=SLIP_SPEED,
+            friction_volts=VOLTAGE_OR_NONE,
+            efficiency=EFFICIENCY,
+            stator_limit=CURRENT_LIMIT,
+            supply_limit=CURRENT_LIMIT,
+            kp=GAIN,
+            mass=MASS,
+            yaw_inertia=INERTIA,
+            center_of_mass=(ROBOT_PLACE, ROBOT_PLACE, ROBOT_HEIGHT),
+        )
         cx, cy, _ = self.center_of_mass
         object.__setattr__(self, "positions", tuple((x - cx, y - cy) for x, y in self.wheel_positions))
 
@@ -102,13 +123,14 @@ class TankDrive(WheeledDrive[TankConfig]):
     def __init__(self, config: TankConfig, *, battery: Battery | None = None) -> None:
         """Stand at rest; `battery` None is a stiff 12 V supply."""
         c = config
+        usual = controller_limits(c.motor)
         side = LimitedMotor.of(
             c.motor,
             gearing=c.gearing,
             efficiency=c.efficiency,
             friction_volts=c.friction_volts,
-            stator_limit=c.stator_limit,
-            supply_limit=c.supply_limit,
+            stator_limit=usual[0] if c.stator_limit is None else c.stator_limit,
+            supply_limit=usual[1] if c.supply_limit is None else c.supply_limit,
             count=c.motors_per_side,
         )
         n = len(c.wheel_xs)

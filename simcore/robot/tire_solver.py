@@ -414,6 +414,11 @@ class TireSolver:
                 miss = t0 - old0 - (t1 - old1) * w
                 if t1 == LOCKED or old1 == LOCKED or abs(miss) > 0.02 * s0 * rc:
                     settled = False
+                    turned = w < 0.0 < new_speed[g] or new_speed[g] < 0.0 < w
+                    if turned and friction > 0.0 and t1 != LOCKED:
+                        # The chassis made this shaft turn round, with friction that acted the other way: between the
+                        # two, friction may hold it. Without this try a braked robot rocked to and fro, for good.
+                        t0, t1 = 0.0, LOCKED
                 lines[g] = (t0, t1)
             new_speed[g] = w
             current[g] = i

@@ -122,6 +122,7 @@ class WheeledDrive(ABC, Generic[ConfigT]):
         self.battery.reset()
         self._bus = self.battery.voltage
         self._bus_due = 0.0
+        self._was_off = self.battery.browned_out
 
     # ---------------------------------------------------------------- the step
 
@@ -245,7 +246,13 @@ class WheeledDrive(ABC, Generic[ConfigT]):
         if self.before_inner is not None:
             self.before_inner(h, omega)
         solver, battery = self._solver, self.battery
-        volts, limits = self._requests(h, self._bus, battery.browned_out or not self.enabled)
+        if battery.browned_out != self._was_off:
+            self._was_off = battery.browned_out
+            self._new_command()
+        if self._was_off:
+            volts, limits = self._open_circuits()
+        else:
+            volts, limits = self._requests(h, self._bus, not self.enabled)
         bus = self._bus = self._bus_voltage(volts, limits)
         azimuth_supply = self._turn_azimuths(h, loads, bus)
         speeds = self.shaft_speeds
@@ -286,8 +293,12 @@ class WheeledDrive(ABC, Generic[ConfigT]):
         Args:
             h: Time step [s].
             bus: Voltage of the last inner step [V].
-            neutral: Whether outputs are off: disabled or browned out.
+            neutral: Whether the robot is disabled: motors then brake or coast as configured.
         """
+
+    def _open_circuits(self) -> tuple[Sequence[float | None], Sequence[float]]:
+        """The same in a brown-out: every bridge is off."""
+        return [None] * len(self._motors), self._stator_limits
 
     def _turn_azimuths(self, h: float, loads: Sequence[float], bus: float) -> float:
         """Move what steers; the current that its motors take from the battery [A]."""
@@ -340,6 +351,11 @@ class WheeledDrive(ABC, Generic[ConfigT]):
             return np.zeros((self._wheels, 2))
         mean: FloatArray = np.tensordot(self._shares, np.array(self._forces), axes=1).T
         return mean
+
+    @property
+    def wheel_slip(self) -> float:
+        """Speed of the fastest sliding tire over the ground in the last inner step [m/s]; 0 while all of them hold."""
+        return max(self._solver.slip) if self._solver.is_sliding else 0.0
 
     @property
     def robot(self) -> ConfigT:

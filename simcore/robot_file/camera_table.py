@@ -6,6 +6,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import replace
 
+from simcore.quantities import DEGREES, FIELD_OF_VIEW, FRAME_RATE, NOISE_PIXELS, ROBOT_HEIGHT, ROBOT_PLACE, Quantity
 from simcore.robot_file.toml_tables import Table
 from simcore.vision.camera import (
     LIMELIGHTS,
@@ -26,7 +27,6 @@ MAKERS = ("limelight", "photonvision", "questnav")
 """What `maker` can be."""
 _MODES = ("tags", "pieces")
 _MOST_PIPELINES = 10
-_MOST_FRAMES = 500.0  # [1/s]; no camera of a robot has more
 
 
 def read_cameras(file: Table) -> tuple[tuple[CameraConfig, ...], QuestConfig | None]:
@@ -77,10 +77,7 @@ def _pipelines(t: Table, modes: Sequence[str], maker: str) -> tuple[Pipeline, ..
 
 
 def _rate(t: Table, default: float) -> float:
-    rate: float = t.number("fps", default, above=0.0, unit="1/s")
-    if rate > _MOST_FRAMES:
-        raise t.error("fps", f"must be at most {_MOST_FRAMES:g} frames a second, got {rate:g}")
-    return rate
+    return float(t.number("fps", FRAME_RATE, default))
 
 
 def _headset(t: Table) -> QuestConfig:
@@ -89,9 +86,9 @@ def _headset(t: Table) -> QuestConfig:
 
 
 def _mount(t: Table) -> CameraMount:
-    degrees = {f"{axis}_deg": t.number(f"{axis}_deg", 0.0, unit="deg") for axis in ("roll", "pitch", "yaw")}
+    degrees = {f"{axis}_deg": t.number(f"{axis}_deg", DEGREES, 0.0) for axis in ("roll", "pitch", "yaw")}
     return CameraMount(
-        x=t.number("x", unit="m"), y=t.number("y", unit="m"), z=t.number("z", least=0.0, unit="m"), **degrees
+        x=t.number("x", ROBOT_PLACE), y=t.number("y", ROBOT_PLACE), z=t.number("z", ROBOT_HEIGHT), **degrees
     )
 
 
@@ -104,11 +101,8 @@ def _lens(t: Table, base: LimelightType) -> LimelightType:
     across, down = base.horizontal_fov_deg, base.vertical_fov_deg
     if size:  # the same lens, of whose picture a part of another shape is used
         down = vertical_fov_deg(across, width, height)
-    horizontal = t.number("horizontal_fov_deg", None, above=0.0, unit="deg")
-    diagonal = t.number("diagonal_fov_deg", None, above=0.0, unit="deg")
-    for key, angle in (("horizontal_fov_deg", horizontal), ("diagonal_fov_deg", diagonal)):
-        if angle is not None and angle >= 180.0:
-            raise t.error(key, f"must be below 180 degrees, got {angle:g}")
+    horizontal = t.number("horizontal_fov_deg", FIELD_OF_VIEW, None)
+    diagonal = t.number("diagonal_fov_deg", FIELD_OF_VIEW, None)
     if horizontal is not None and diagonal is not None:
         raise t.error("diagonal_fov_deg", "says the same as horizontal_fov_deg; write one of them")
     if diagonal is not None:
@@ -117,7 +111,7 @@ def _lens(t: Table, base: LimelightType) -> LimelightType:
     if horizontal is not None:
         across, down = horizontal, vertical_fov_deg(horizontal, width, height)
     capture, pipeline = base.capture_latency, base.pipeline_latency
-    latency = t.number("latency_ms", None, least=0.0, unit="ms")
+    latency = t.number("latency_ms", Quantity("ms", 0.0, 10_000.0), None)
     if latency is not None:  # its stages keep their shares
         factor = 1e-3 * latency / (capture + pipeline)
         capture, pipeline = factor * capture, factor * pipeline
@@ -130,5 +124,5 @@ def _lens(t: Table, base: LimelightType) -> LimelightType:
         frame_rate=_rate(t, base.frame_rate),
         capture_latency=capture,
         pipeline_latency=pipeline,
-        corner_noise=t.number("noise_px", base.corner_noise, least=0.0, unit="px"),
+        corner_noise=t.number("noise_px", NOISE_PIXELS, base.corner_noise),
     )

@@ -4,8 +4,20 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 from simcore.errors import ConfigError
+from simcore.quantities import (
+    DEGREES,
+    DELAY,
+    DURATION,
+    GEARING,
+    RATIO,
+    ROBOT_HEIGHT,
+    ROBOT_LENGTH,
+    ROBOT_PLACE,
+    Quantity,
+)
 from simcore.robot.mechanisms import ArmConfig, ElevatorConfig, FlywheelConfig, RackConfig, RollerConfig
 from simcore.robot.positioned_mechanisms import PistonConfig, ServoConfig
 from simcore.robot.robot_config import MechanismConfig, telemetry_name
@@ -51,17 +63,17 @@ def positioned_mechanism(t: Table, name: str, kind: str) -> MechanismSettings:
 
 def _servo(t: Table, name: str) -> MechanismSettings:
     channel = t.whole("pwm", most=_MOST_PWM)
-    low, high = t.number("min_deg", unit="deg"), t.number("max_deg", unit="deg")
+    low, high = t.number("min_deg", DEGREES), t.number("max_deg", DEGREES)
     if not low < high:
         raise t.error("min_deg", f"must be below max_deg, got {low:g} and {high:g}")
-    start = t.number("start_deg", low, unit="deg")
+    start = t.number("start_deg", DEGREES, low)
     if not low <= start <= high:
         raise t.error("start_deg", f"must be between min_deg and max_deg, got {start:g}")
     config = ServoConfig(
         min_angle=math.radians(low),
         max_angle=math.radians(high),
         start_angle=math.radians(start),
-        speed=math.radians(t.number("deg_per_second", above=0.0, unit="deg/s")),
+        speed=math.radians(t.number("deg_per_second", Quantity("deg/s", 0.0, 10_000.0, is_open=True))),
     )
     return MechanismSettings(
         name=name,
@@ -80,8 +92,8 @@ def _piston(t: Table, name: str) -> MechanismSettings:
     is_reversed = t.flag("reversed", False)
     springs_out = is_reversed and len(channels) == 1
     config = PistonConfig(
-        stroke=t.number("stroke", above=0.0, unit="m"),
-        stroke_time=t.number("stroke_time", above=0.0, unit="s"),
+        stroke=t.number("stroke", ROBOT_LENGTH),
+        stroke_time=t.number("stroke_time", DURATION),
         is_double=len(channels) == 2,
         springs_out=springs_out,
         starts_extended=t.choice("start", ("in", "out"), "out" if springs_out else "in") == "out",
@@ -170,10 +182,7 @@ def _sensor(t: Table, mechanisms: Mapping[str, MechanismSettings]) -> SensorSett
 
 
 def _volts(t: Table, key: str) -> float:
-    volts = float(t.number(key, least=0.0, unit="V"))
-    if volts > _ANALOG_VOLTS:
-        raise t.error(key, f"must be at most {_ANALOG_VOLTS:g} V, got {volts:g}")
-    return volts
+    return float(t.number(key, Quantity("V", 0.0, _ANALOG_VOLTS)))
 
 
 def _encoder(t: Table, name: str, kind: str, mechanism: str) -> EncoderSettings:
@@ -182,7 +191,7 @@ def _encoder(t: Table, name: str, kind: str, mechanism: str) -> EncoderSettings:
         channels = t.wholes("dio", most=_MOST_DIO)
         if len(channels) != 2 or channels[0] == channels[1]:
             raise t.error("dio", f"must be the two channels of the encoder, e.g. [0, 1]; got {list(channels)}")
-        pulses = t.number("pulses_per_turn", above=0.0)
+        pulses = t.number("pulses_per_turn", GEARING)
     elif kind == "analog encoder":
         channels = (t.whole("analog", most=_MOST_ANALOG),)
     else:
@@ -192,10 +201,10 @@ def _encoder(t: Table, name: str, kind: str, mechanism: str) -> EncoderSettings:
         mechanism=mechanism,
         kind=kind,
         channels=channels,
-        gearing=t.number("gearing", 1.0, above=0.0),
+        gearing=t.number("gearing", GEARING, 1.0),
         reversed=t.flag("reversed", False),
         pulses_per_turn=pulses,
-        zero=0.0 if kind == "encoder" else t.number("zero", 0.0),
+        zero=0.0 if kind == "encoder" else t.number("zero", RATIO, 0.0),
     )
 
 
@@ -225,22 +234,20 @@ def _piece_view(t: Table) -> PieceView:
         place=place,
         at_least=t.whole("at_least", 1, least=1, most=500),
         kinds=t.texts("kinds"),
-        delay=t.number("delay", 0.0, least=0.0, unit="s"),
-        passing_time=t.number("passing_time", 0.1, above=0.0, unit="s"),
+        delay=t.number("delay", DELAY, 0.0),
+        passing_time=t.number("passing_time", DURATION, 0.1),
     )
 
 
 def _range(t: Table, name: str, mechanisms: Mapping[str, MechanismSettings]) -> RangeSettings:
     number = t.whole("id", most=_MOST_CAN_ID)
     if "mechanism" not in t:
-        near, far = t.number("distance", 0.05, least=0.0, unit="m"), t.number("empty", 0.5, least=0.0, unit="m")
+        near, far = t.number("distance", ROBOT_HEIGHT, 0.05), t.number("empty", ROBOT_HEIGHT, 0.5)
         return RangeSettings(name=name, device_id=number, distance=near, empty=far, sees=_piece_view(t))
     mechanism = t.choice("mechanism", tuple(mechanisms))
     if not isinstance(mechanisms[mechanism].config, (ElevatorConfig, RackConfig, PistonConfig)):
         raise t.error("mechanism", f"must be an elevator, rack or piston, which slide; got {mechanism!r}")
-    return RangeSettings(
-        name=name, device_id=number, distance=t.number("distance", least=0.0, unit="m"), mechanism=mechanism
-    )
+    return RangeSettings(name=name, device_id=number, distance=t.number("distance", ROBOT_HEIGHT), mechanism=mechanism)
 
 
 # --- where mechanisms are -----------------------------------------------------------------------------------------
@@ -263,19 +270,19 @@ def _pressed_range(t: Table, config: MechanismConfig) -> tuple[float, float]:
     """From where to where a switch is pressed: the last hundredth of the way to a stop, or around a place."""
     low, high = _stops(t, config)
     if isinstance(config, (ArmConfig, ServoConfig)):
-        key, per_unit, unit = "deg", math.pi / 180.0, "deg"
+        key, per_unit, quantity = "deg", math.pi / 180.0, DEGREES
     elif isinstance(config, ElevatorConfig):
-        key, per_unit, unit = "height", 1.0 / config.drum_radius, "m"
+        key, per_unit, quantity = "height", 1.0 / config.drum_radius, ROBOT_PLACE
     else:
         radius = config.pinion_radius if isinstance(config, RackConfig) else 1.0
-        key, per_unit, unit = "extension", 1.0 / radius, "m"
+        key, per_unit, quantity = "extension", 1.0 / radius, ROBOT_PLACE
     least = 0.01 * (high - low) / per_unit
-    within = t.number("within", least, above=0.0, unit=unit) * per_unit
+    within = t.number("within", replace(quantity, least=0.0, is_open=True), least) * per_unit
     if f"at_{key}" in t and "at" not in t:
-        place = t.number(f"at_{key}", unit=unit) * per_unit
+        place = t.number(f"at_{key}", quantity) * per_unit
         if not low <= place <= high:
             raise t.error(
-                f"at_{key}", f"must be between the stops, {low / per_unit:g} and {high / per_unit:g} {unit}; "
+                f"at_{key}", f"must be between the stops, {low / per_unit:g} and {high / per_unit:g} {quantity.unit}; "
                 f"got {place / per_unit:g}"
             )  # fmt: skip
         return place - within, place + within

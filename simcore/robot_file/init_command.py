@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from simcore.errors import ConfigError, OutputError
+from simcore.robot_file.camera_template import FoundCamera
 from simcore.robot_file.port_templates import FoundPort
 from simcore.robot_file.robot_settings import FILE_NAME
 from simcore.robot_file.template import FoundMotor, template
@@ -47,22 +48,30 @@ def run(args: argparse.Namespace) -> int:
         raise ConfigError(f"{path} is there already; simcore init --force overwrites it")
     motors: list[FoundMotor] | None = None
     ports: list[FoundPort] = []
+    cameras: list[FoundCamera] = []
     if args.no_look:
         print("not looked at the robot program: fill in the mechanisms by hand")
     else:
-        motors, ports, why_not = find_devices(robot_file)
-        if why_not and (motors or ports):
+        motors, ports, cameras, why_not = find_devices(robot_file)
+        if why_not and (motors or ports or cameras):
             print(f"the robot program ended early ({why_not}); these are the devices that it had built")
         elif why_not:
             print(f"could not look at the robot program ({why_not}): fill in the mechanisms by hand")
     try:
-        path.write_text(template(motors, ports), encoding="utf-8")
+        path.write_text(template(motors, ports, cameras), encoding="utf-8")
     except OSError as error:
         raise OutputError(f"cannot write {path}: {error.strerror}") from error
     if motors:
         print(f"found {len(motors)} motors or groups of motors besides the drivetrain")
     if ports:
         print(f"found {len(ports)} devices on ports of the roboRIO, solenoids and sensors")
+    if cameras:
+        names = ", ".join(camera.name or camera.maker for camera in cameras)
+        unplaced = ", ".join(c.name for c in cameras if c.name and not c.source)
+        print(
+            f"found {_count(len(cameras), 'camera')}: {names}"
+            + (f"; say in the file where {unplaced} sit" if unplaced else "")
+        )
     main = "" if folder.resolve() == Path().resolve() else f"--main {robot_file} "
     print(f"wrote {path}; now: python -m robotpy {main}sim --simcore")
     return 0
@@ -105,19 +114,23 @@ def _project_of(robot_file: Path) -> Path:
     return next((f for f in (folder, *folder.parents) if (f / "pyproject.toml").is_file()), folder)
 
 
-def find_devices(place: Path) -> tuple[list[FoundMotor] | None, list[FoundPort], str]:
+def _count(number: int, what: str) -> str:
+    return f"{number} {what}" + ("" if number == 1 else "s")
+
+
+def find_devices(place: Path) -> tuple[list[FoundMotor] | None, list[FoundPort], list[FoundCamera], str]:
     """Build the robot in a process of its own and ask it for its motors, and for what else it has.
 
     Args:
         place: Its robot.py, or the folder of it.
 
     Returns:
-        The motors, what is on ports, and ""; or None, what is on ports, and why not. All of them, where a program
-        failed after it had built some.
+        The motors, what is on ports, cameras, and ""; or None, what is on ports, cameras, and why not. All of them,
+        where a program failed after it had built some.
     """
     for module in ("phoenix6", "wpilib"):
         if find_spec(module) is None:
-            return None, [], f"{module} is not installed"
+            return None, [], [], f"{module} is not installed"
     robot_file = find_robot_py(place).resolve()
     answer = survey(robot_file, "simcore.robotpy.motor_survey")
     motors = [
@@ -126,7 +139,8 @@ def find_devices(place: Path) -> tuple[list[FoundMotor] | None, list[FoundPort],
     ]
     why_not = answer.get("error", answer.get("not_modelled", ""))
     ports = [FoundPort(**{**p, "channels": tuple(p["channels"])}) for p in answer.get("ports", ())]
-    return (None if why_not and not motors else motors), ports, why_not
+    cameras = [FoundCamera(**{**c, "place": tuple(c.get("place", ()))}) for c in answer.get("cameras", ())]
+    return (None if why_not and not motors else motors), ports, cameras, why_not
 
 
 def survey(robot_file: Path, module: str) -> dict[str, Any]:

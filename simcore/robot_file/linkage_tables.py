@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 
 from simcore.geometry.linkage import Joint
 from simcore.geometry.rotation import Vector
+from simcore.quantities import DEGREES, ROBOT_PLACE
 from simcore.robot.mechanisms import ArmConfig, ElevatorConfig, FlywheelConfig, RackConfig, RollerConfig
 from simcore.robot.robot_config import MechanismConfig
 from simcore.robot_file.robot_settings import MechanismSettings
@@ -31,15 +32,15 @@ def read_joint(t: Table, name: str, kind: str, config: MechanismConfig) -> Joint
         return None
     origin = lengths(t, ("x", "y", "z"))
     if isinstance(config, ElevatorConfig):
-        lean = math.radians(t.number("lean_deg", 0.0, unit="deg"))
+        lean = math.radians(t.number("lean_deg", DEGREES, 0.0))
         axis = (math.sin(lean), 0.0, math.cos(lean))
         return Joint(mechanism=name, axis=axis, origin=origin, slides=True, ratio=config.drum_radius)
     if kind == "turret":
         return Joint(mechanism=name, axis=(0.0, 0.0, 1.0), origin=origin)
-    yaw = math.radians(t.number("yaw_deg", 0.0, unit="deg"))
+    yaw = math.radians(t.number("yaw_deg", DEGREES, 0.0))
     c, s = math.cos(yaw), math.sin(yaw)
     if isinstance(config, RackConfig):
-        rise = math.radians(t.number("rise_deg", 0.0, unit="deg"))
+        rise = math.radians(t.number("rise_deg", DEGREES, 0.0))
         axis = (math.cos(rise) * c, math.cos(rise) * s, math.sin(rise))
         return Joint(mechanism=name, axis=axis, origin=origin, slides=True, ratio=config.pinion_radius)
     assert isinstance(config, ArmConfig)
@@ -81,5 +82,5 @@ def joints_to(name: str | None, mechanisms: Mapping[str, MechanismSettings]) -> 
 
 def lengths(t: Table, keys: Sequence[str]) -> Vector:
     """Three lengths on a robot, each 0 where it is not there [m]."""
-    x, y, z = (t.length(key, 0.0) for key in keys)
+    x, y, z = (t.number(key, ROBOT_PLACE, 0.0) for key in keys)
     return x, y, z

@@ -12,6 +12,7 @@ from simcore.pieces.launch import LaunchParameters
 from simcore.pieces.placer import PlacerConfig
 from simcore.pieces.shooter import ShooterConfig
 from simcore.pieces.storage import StorageConfig
+from simcore.quantities import DEGREES, EFFICIENCY, RATE, RATIO, ROBOT_LENGTH, ROBOT_PLACE, WHEEL_RADIUS, Quantity
 from simcore.robot.climber import ClimberConfig
 from simcore.robot.mechanisms import FlywheelConfig, RollerConfig
 from simcore.robot_file.linkage_tables import joints_to, lengths
@@ -33,7 +34,7 @@ def read_storage(t: Table, capacity: int | None) -> StorageConfig:
     """
     d = StorageConfig()
     low, high = (
-        tuple(t.length(f"{axis}_{end}", corner[k]) for k, axis in enumerate("xyz"))
+        tuple(t.number(f"{axis}_{end}", ROBOT_PLACE, corner[k]) for k, axis in enumerate("xyz"))
         for end, corner in (("min", d.low), ("max", d.high))
     )
     for axis, below, above in zip("xyz", low, high, strict=True):
@@ -51,8 +52,8 @@ def read_storage(t: Table, capacity: int | None) -> StorageConfig:
 
 def read_intake(t: Table, mechanisms: _Mechanisms, storages: Sequence[str]) -> IntakeConfig:
     """A box where pieces are taken in."""
-    zone = {key: t.length(key) for key in ("x_min", "x_max", "y_min", "y_max")}
-    zone["z_min"], zone["z_max"] = t.length("z_min", -0.10), t.length("z_max", 0.2)
+    zone = {key: t.number(key, ROBOT_PLACE) for key in ("x_min", "x_max", "y_min", "y_max")}
+    zone["z_min"], zone["z_max"] = t.number("z_min", ROBOT_PLACE, -0.10), t.number("z_max", ROBOT_PLACE, 0.2)
     for axis in "xyz":
         _require_order(t, axis, zone[f"{axis}_min"], zone[f"{axis}_max"])
     intake = IntakeConfig(
@@ -97,22 +98,22 @@ def read_shooter(t: Table, mechanisms: _Mechanisms, storages: Sequence[str]) -> 
         gate=feeders,
         gate_reversed=backward,
         hood=hood,
-        elevation=math.radians(t.number("elevation_deg", unit="deg")),
-        elevation_per_hood=float(t.number("elevation_per_hood", -1.0)),
+        elevation=math.radians(t.number("elevation_deg", DEGREES)),
+        elevation_per_hood=float(t.number("elevation_per_hood", RATIO, -1.0)),
         turret=turret,
-        turret_ratio=float(t.number("turret_ratio", 1.0)),
+        turret_ratio=float(t.number("turret_ratio", RATIO, 1.0)),
         wheel_radius=radii[0],
         second_wheel_radius=radii[1] if len(radii) > 1 else None,
-        exit_efficiency=t.number("exit_efficiency", 0.49 if len(wheels) == 1 else 0.98, above=0.0),
+        exit_efficiency=t.number("exit_efficiency", EFFICIENCY, 0.49 if len(wheels) == 1 else 0.98),
         launch=LaunchParameters(
-            height=t.length("height", above=0.0),
-            forward=t.length("forward", 0.0),
-            pivot_x=t.length("turret_x", axis[0]),
-            pivot_y=t.length("turret_y", axis[1]),
-            heading=math.radians(t.number("yaw_deg", 0.0, unit="deg")),
-            barrels=t.numbers("barrels", (0.0,)),
+            height=t.number("height", ROBOT_LENGTH),
+            forward=t.number("forward", ROBOT_PLACE, 0.0),
+            pivot_x=t.number("turret_x", ROBOT_PLACE, axis[0]),
+            pivot_y=t.number("turret_y", ROBOT_PLACE, axis[1]),
+            heading=math.radians(t.number("yaw_deg", DEGREES, 0.0)),
+            barrels=t.numbers("barrels", [ROBOT_PLACE], (0.0,)),
         ),
-        shot_rate=t.number("shots_per_second", 8.0, above=0.0, unit="1/s"),
+        shot_rate=t.number("shots_per_second", RATE, 8.0),
         storage=_storage(t, storages),
         kinds=t.texts("kinds"),
     )
@@ -134,9 +135,7 @@ def read_claw(t: Table, mechanisms: _Mechanisms, storages: Sequence[str]) -> Pla
     if not joints:
         raise t.error("on", "is missing; it must be the mechanism that carries the claw: an arm, elevator or rack")
     offset = lengths(t, ("x", "y", "z"))
-    size = t.numbers("size", (0.3, 0.3, 0.3))
-    if len(size) != 3 or not all(0.0 < edge <= 2.0 for edge in size):
-        raise t.error("size", f"must be three lengths [m] of the box where it takes pieces, got {list(size)}")
+    size = t.numbers("size", (Quantity("m", 0.0, 2.0, is_open=True),) * 3, (0.3, 0.3, 0.3))
     (x, y, z), (dx, dy, dz) = offset, (0.5 * edge for edge in size)
     claw = PlacerConfig(
         joints=joints,
@@ -159,7 +158,7 @@ def read_climber(t: Table, mechanisms: _Mechanisms) -> ClimberConfig:
     if not joints:
         raise t.error("on", "is missing; it must be the mechanism that pulls the hook: an elevator or an arm")
     climber = ClimberConfig(
-        joints=joints, offset=lengths(t, ("x", "y", "z")), reach=t.length("reach", 0.04, above=0.0, most=0.3)
+        joints=joints, offset=lengths(t, ("x", "y", "z")), reach=t.number("reach", WHEEL_RADIUS, 0.04)
     )
     t.finish()
     return climber
@@ -173,16 +172,13 @@ def _require_order(t: Table, axis: str, low: float, high: float) -> None:
 def _wheel_radii(t: Table, wheels: int) -> tuple[float, ...]:
     """One radius, or that of each of two wheels [m]."""
     if not t.is_list("wheel_radius"):
-        return (t.length("wheel_radius", 0.05, above=0.0, most=0.3),)
-    radii = t.numbers("wheel_radius", ())
-    if len(radii) != wheels or not all(0.0 < radius <= 0.3 for radius in radii):
-        raise t.error("wheel_radius", f"must be a length of up to 0.3 m, or one for each wheel; got {list(radii)}")
-    return radii
+        return (t.number("wheel_radius", WHEEL_RADIUS, 0.05),)
+    return t.numbers("wheel_radius", (WHEEL_RADIUS,) * wheels)
 
 
 def _attitude(t: Table) -> Quaternion:
     """Of a held piece, against what carries it."""
-    angles = [math.radians(t.number(f"{axis}_deg", 0.0, unit="deg")) for axis in ("roll", "pitch", "yaw")]
+    angles = [math.radians(t.number(f"{axis}_deg", DEGREES, 0.0)) for axis in ("roll", "pitch", "yaw")]
     return from_rpy(*angles)
 
 

@@ -11,6 +11,21 @@ from wpimath.system.plant import DCMotor
 
 from simcore.errors import ConfigError
 from simcore.physics.engine_choice import ENGINES
+from simcore.quantities import (
+    DEGREES,
+    FIELD_PLACE,
+    GEARING,
+    INERTIA,
+    MASS,
+    MASS_OR_NONE,
+    ROBOT_HEIGHT,
+    ROBOT_LENGTH,
+    ROBOT_PLACE,
+    TORQUE_OR_NONE,
+    VOLTAGE_OR_NONE,
+    WHEEL_RADIUS,
+    Quantity,
+)
 from simcore.robot.dc_motor import MOTOR_NAMES, motor
 from simcore.robot.gearbox import GearboxConfig
 from simcore.robot.mechanism_friction import default_friction, friction_from_volts
@@ -21,14 +36,15 @@ from simcore.robot_file.device_tables import POSITIONED_KINDS, positioned_mechan
 from simcore.robot_file.linkage_tables import read_joint, require_chains
 from simcore.robot_file.manipulator_tables import read_claw, read_climber, read_intake, read_shooter, read_storage
 from simcore.robot_file.robot_settings import CONTROLLERS, MechanismSettings, RobotSettings
-from simcore.robot_file.toml_tables import Table, in_meters, read_tables
-from simcore.units import GRAVITY, pounds
+from simcore.robot_file.toml_tables import Table, read_tables
+from simcore.units import GRAVITY
 
 __all__ = ["gearbox_motor", "read_settings"]
 
 _KINDS = ("flywheel", "roller", "arm", "turret", "elevator", "rack")
-_LIGHTEST, _HEAVIEST = 20.0, 75.0  # [kg]; the 2026 manual allows 115 lb and some 33 lb of bumpers and battery: 67 kg
-_BUMPERS = (0.4, 1.2)  # [m]; the 2026 manual allows a frame of 110 in around, so 0.76 m square, and bumpers
+_MASS = Quantity("kg", 20.0, 75.0)  # the 2026 manual allows 115 lb and some 33 lb of bumpers and battery: 67 kg
+_BUMPER = Quantity("m", 0.4, 1.2)  # the 2026 manual allows a frame of 110 in around, so 0.76 m square, and bumpers
+_CENTER_HEIGHT = Quantity("m", 0.0, 1.0, is_open=True)
 _MAX_CAN_ID = 62
 _USUAL_MOTORS = {"SPARK MAX": "NEO", "SPARK Flex": "NEO Vortex"}
 
@@ -67,25 +83,27 @@ def read_settings(path: Path) -> RobotSettings:
     sensors = read_sensors(file.tables("sensor"), by_name)
     file.finish()
     d = RobotSettings()
-    length, width = (_bumper(robot, f"bumper_{edge}") for edge in ("length", "width"))
+    length, width = (robot.number(f"bumper_{edge}", _BUMPER, None) for edge in ("length", "width"))
     if (length is None) != (width is None):
         missing = "bumper_length" if length is None else "bumper_width"
         raise robot.error(missing, "is missing beside the other; it must be a length in meters")
     settings = RobotSettings(
         game=game,
         engine=engine,
-        mass=_mass(robot, d.mass),
+        mass=robot.number("mass", _MASS, d.mass),
         bumper=None if length is None or width is None else (length, width),
-        center_of_mass_height=robot.length("center_of_mass_height", d.center_of_mass_height, above=0.0, most=1.0),
-        wheel_cof=robot.number("tread", d.wheel_cof, above=0.0),
+        center_of_mass_height=robot.number(
+            "center_of_mass_height", Quantity("m", 0.0, 1.0, is_open=True), d.center_of_mass_height
+        ),
+        wheel_cof=robot.number("tread", Quantity("", 0.0, 10.0, is_open=True), d.wheel_cof),
         drive_motor=robot.choice("drive_motor", MOTOR_NAMES, None),
         steer_motor=robot.choice("steer_motor", MOTOR_NAMES, None),
         capacity=capacity,
         preload=start.whole("preload", d.preload, most=500),
         start=(
-            start.number("x", d.start[0], unit="m"),
-            start.number("y", d.start[1], unit="m"),
-            math.radians(start.number("heading_deg", math.degrees(d.start[2]), unit="deg")),
+            start.number("x", FIELD_PLACE, d.start[0]),
+            start.number("y", FIELD_PLACE, d.start[1]),
+            math.radians(start.number("heading_deg", DEGREES, math.degrees(d.start[2]))),
         ),
         mechanisms=mechanisms,
         intakes=intakes,
@@ -107,30 +125,11 @@ def read_settings(path: Path) -> RobotSettings:
     return settings
 
 
-def _mass(t: Table, default: float) -> float:
-    """In kg; what cannot be is probably in pounds."""
-    mass = float(t.number("mass", default, above=0.0, unit="kg"))
-    if not _LIGHTEST <= mass <= _HEAVIEST:
-        in_kg = pounds(mass)
-        hint = f" As pounds that is {in_kg:.1f} kg" if _LIGHTEST <= in_kg <= _HEAVIEST else ""
-        raise t.error("mass", f"must be in kg, from {_LIGHTEST:g} to {_HEAVIEST:g}, got {mass:g}.{hint}".rstrip("."))
-    return mass
-
-
-def _bumper(t: Table, key: str) -> float | None:
-    """In meters; what cannot be is probably in inches. None: not given."""
-    low, high = _BUMPERS
-    size: float | None = t.number(key, None, unit="m")
-    if size is not None and not low <= size <= high:
-        hint = in_meters(size, least=low, most=high)
-        raise t.error(key, f"must be in meters, from {low:g} to {high:g}, got {size:g}.{hint}".rstrip("."))
-    return size
-
-
 def _auto_start(t: Table) -> tuple[float, float, float]:
-    start = t.numbers("start", ())
-    if len(start) != 3:
-        raise t.error("start", f"must be [x, y, heading_deg] as a blue robot, e.g. [2.0, 1.2, 0.0]; got {list(start)}")
+    try:
+        start = t.numbers("start", (FIELD_PLACE, FIELD_PLACE, DEGREES))
+    except ConfigError as error:
+        raise ConfigError(f"{error}; it is [x, y, heading_deg] as a blue robot, e.g. [2.0, 1.2, 0.0]") from error
     t.finish()
     return start[0], start[1], math.radians(start[2])
 
@@ -155,7 +154,7 @@ def _mechanism(t: Table) -> MechanismSettings:
     controller = t.choice("controller", CONTROLLERS, CONTROLLERS[0])
     motor_name = t.choice("motor", MOTOR_NAMES, _USUAL_MOTORS.get(controller, "Kraken X60"))
     gearbox = GearboxConfig(
-        motor=gearbox_motor(motor_name), motors=1 + len(followers), gearing=t.number("gearing", above=0.0)
+        motor=gearbox_motor(motor_name), motors=1 + len(followers), gearing=t.number("gearing", GEARING)
     )
     gearbox = replace(gearbox, friction_torque=_friction(t, kind, gearbox))
     try:
@@ -176,8 +175,8 @@ def _mechanism(t: Table) -> MechanismSettings:
         opposed=opposed,
         reversed=t.flag("reversed", False),
         cancoder=t.whole("cancoder", None, most=_MAX_CAN_ID),
-        cancoder_gearing=t.number("cancoder_gearing", 1.0, above=0.0),
-        encoder_gearing=t.number("encoder_gearing", 1.0, above=0.0),
+        cancoder_gearing=t.number("cancoder_gearing", GEARING, 1.0),
+        encoder_gearing=t.number("encoder_gearing", GEARING, 1.0),
     )
     is_spark = controller.startswith("SPARK")
     if is_spark and settings.cancoder is not None:
@@ -196,8 +195,8 @@ def _mechanism(t: Table) -> MechanismSettings:
 
 def _friction(t: Table, kind: str, gearbox: GearboxConfig) -> float:
     """As the file says, in either unit; else the default of its kind and motor [N m]."""
-    torque = t.number("friction_torque", None, least=0.0, unit="N m")
-    volts = t.number("friction_volts", None, least=0.0, unit="V")
+    torque = t.number("friction_torque", TORQUE_OR_NONE, None)
+    volts = t.number("friction_volts", VOLTAGE_OR_NONE, None)
     if torque is not None and volts is not None:
         raise t.error("friction_volts", "says the same as friction_torque; keep one of them")
     if volts is not None:
@@ -207,50 +206,50 @@ def _friction(t: Table, kind: str, gearbox: GearboxConfig) -> float:
 
 def _config(t: Table, kind: str, gearbox: GearboxConfig) -> MechanismConfig:
     if kind == "flywheel":
-        return FlywheelConfig(gearbox=gearbox, inertia=t.number("inertia", above=0.0, unit="kg m^2"))
+        return FlywheelConfig(gearbox=gearbox, inertia=t.number("inertia", INERTIA))
     if kind == "roller":
         return RollerConfig(
             gearbox=gearbox,
-            inertia=t.number("inertia", 0.001, above=0.0, unit="kg m^2"),
-            radius=t.length("radius", 0.025, above=0.0, most=0.3),
+            inertia=t.number("inertia", INERTIA, 0.001),
+            radius=t.number("radius", WHEEL_RADIUS, 0.025),
         )
     if kind == "arm":
-        low, high = t.number("min_deg", unit="deg"), t.number("max_deg", unit="deg")
+        low, high = t.number("min_deg", DEGREES), t.number("max_deg", DEGREES)
         return ArmConfig(
             gearbox=gearbox,
-            inertia=t.number("inertia", above=0.0, unit="kg m^2"),
-            mass=t.number("mass", 0.0, least=0.0, unit="kg"),
-            center_of_mass=t.length("center_of_mass", 0.0),
+            inertia=t.number("inertia", INERTIA),
+            mass=t.number("mass", MASS_OR_NONE, 0.0),
+            center_of_mass=t.number("center_of_mass", ROBOT_PLACE, 0.0),
             min_angle=math.radians(low),
             max_angle=math.radians(high),
-            start_angle=math.radians(t.number("start_deg", low, unit="deg")),
+            start_angle=math.radians(t.number("start_deg", DEGREES, low)),
         )
     if kind == "turret":
-        low, high = t.number("min_deg", unit="deg"), t.number("max_deg", unit="deg")
+        low, high = t.number("min_deg", DEGREES), t.number("max_deg", DEGREES)
         return ArmConfig(
             gearbox=gearbox,
-            inertia=t.number("inertia", above=0.0, unit="kg m^2"),
+            inertia=t.number("inertia", INERTIA),
             min_angle=math.radians(low),
             max_angle=math.radians(high),
-            start_angle=math.radians(t.number("start_deg", min(max(0.0, low), high), unit="deg")),
+            start_angle=math.radians(t.number("start_deg", DEGREES, min(max(0.0, low), high))),
         )
     if kind == "elevator":
-        low = t.length("min_height", 0.0)
+        low = t.number("min_height", ROBOT_PLACE, 0.0)
         return ElevatorConfig(
             gearbox=gearbox,
-            carriage_mass=t.number("mass", above=0.0, unit="kg"),
-            drum_radius=t.length("drum_radius", above=0.0, most=0.3),
+            carriage_mass=t.number("mass", MASS),
+            drum_radius=t.number("drum_radius", WHEEL_RADIUS),
             min_height=low,
-            max_height=t.length("max_height"),
-            start_height=t.length("start_height", low),
-            gravity=GRAVITY * math.cos(math.radians(t.number("lean_deg", 0.0, unit="deg"))),
+            max_height=t.number("max_height", ROBOT_PLACE),
+            start_height=t.number("start_height", ROBOT_PLACE, low),
+            gravity=GRAVITY * math.cos(math.radians(t.number("lean_deg", DEGREES, 0.0))),
         )
     return RackConfig(
         gearbox=gearbox,
-        mass=t.number("mass", above=0.0, unit="kg"),
-        pinion_radius=t.length("pinion_radius", above=0.0, most=0.3),
-        travel=t.length("travel", above=0.0),
-        start_extension=t.length("start_extension", 0.0, least=0.0),
+        mass=t.number("mass", MASS),
+        pinion_radius=t.number("pinion_radius", WHEEL_RADIUS),
+        travel=t.number("travel", ROBOT_LENGTH),
+        start_extension=t.number("start_extension", ROBOT_HEIGHT, 0.0),
     )
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from simcore.robot_file.camera_template import FoundCamera, cameras_text
 from simcore.robot_file.port_templates import FoundPort, ports_text
 
 __all__ = ["FoundMotor", "template"]
@@ -151,55 +152,23 @@ _KINDS = """\
 # y = 0.0
 # z = 0.0
 # reach = 0.04                  # half of the hook's mouth
-
-# Cameras: one [[camera]] each. One of PhotonVision needs none if robot code says where it sits (VisionSystemSim,
-# PhotonPoseEstimator), and a headset of QuestNav none if robot code tells it at the start where it is.
-
-# [[camera]]
-# maker = "limelight"           # or photonvision, questnav
-# name = "limelight"            # of its NetworkTables table
-# type = "LL4"                  # LL3, LL3A, LL3G or LL4
-# mode = "tags"                 # or "pieces"; ["tags", "pieces"] are pipelines 0 and 1
-# json = false                  # whether each frame is also told as JSON
-# x = 0.30
-# y = 0.0
-# z = 0.40
-# pitch_deg = -20.0             # below zero looks up
-# yaw_deg = 0.0                 # 180 looks back
-# roll_deg = 0.0
-
-# [[camera]]
-# maker = "photonvision"
-# name = "front"                # as in PhotonCamera("front")
-# resolution = [1280, 720]
-# diagonal_fov_deg = 76.0       # or horizontal_fov_deg
-# fps = 30
-# latency_ms = 30               # from exposure until robot code can read it
-# noise_px = 0.25               # of a tag's corners
-# x = 0.30
-# y = 0.0
-# z = 0.40
-# pitch_deg = -20.0
-# yaw_deg = 0.0
-
-# [[camera]]
-# maker = "questnav"
-# x = -0.20
-# y = 0.0
-# z = 0.60
-# yaw_deg = 180.0
 """
 
 
-def template(motors: Sequence[FoundMotor] | None = None, ports: Sequence[FoundPort] = ()) -> str:
+def template(
+    motors: Sequence[FoundMotor] | None = None,
+    ports: Sequence[FoundPort] = (),
+    cameras: Sequence[FoundCamera] = (),
+) -> str:
     """The text.
 
     Args:
         motors: Of the robot program; None if nobody could look.
         ports: What else it has.
+        cameras: That it builds or asks for.
     """
     found = _FOUND + "".join(_mechanism(m) for m in motors) if motors else _NOTHING_FOUND
-    return _HEAD + found + _KINDS + ports_text(ports)
+    return _HEAD + found + _KINDS + "\n" + cameras_text(cameras) + ports_text(ports)
 
 
 def _mechanism(m: FoundMotor) -> str:

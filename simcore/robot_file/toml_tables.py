@@ -3,22 +3,23 @@
 from __future__ import annotations
 
 import difflib
-import math
 import sys
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 from simcore.errors import ConfigError
+from simcore.quantities import Quantity, Row, require, require_row, row_text, shown
 
 if sys.version_info >= (3, 11):
     import tomllib
 else:
     import tomli as tomllib
 
-__all__ = ["Table", "in_meters", "read_tables"]
+__all__ = ["Table", "read_tables"]
 
 _REQUIRED: Any = object()
+_MOST_BYTES, _MOST_DOTS = 100_000, 100  # a whole robot takes 5 kB and two dots; the parser is slow in what is nested
 
 
 def read_tables(path: Path) -> Table:
@@ -28,13 +29,24 @@ def read_tables(path: Path) -> Table:
         ConfigError: It cannot be read, or is no TOML; the message has the line.
     """
     try:
-        data = tomllib.loads(path.read_text(encoding="utf-8"))
+        size = path.stat().st_size
+        if size > _MOST_BYTES:
+            raise ConfigError(f"{path.name}: must be a text of at most {_MOST_BYTES} bytes, got {size}")
+        text = path.read_text(encoding="utf-8")
+        for number, line in enumerate(text.splitlines(), 1):
+            if line.count(".") > _MOST_DOTS:
+                raise ConfigError(f"{path.name}: line {number} is nested too deep: a key with over {_MOST_DOTS} dots")
+        data = tomllib.loads(text)
     except OSError as error:
         raise ConfigError(f"{path.name}: cannot be read ({error.strerror})") from error
     except UnicodeDecodeError as error:
         raise ConfigError(f"{path.name}: is not UTF-8 text; save it as UTF-8") from error
     except tomllib.TOMLDecodeError as error:
         raise ConfigError(f"{path.name}: is no valid TOML: {error}") from error
+    except RecursionError as error:
+        raise ConfigError(f"{path.name}: is nested too deep: lists or tables in each other") from error
+    except ValueError as error:  # the parser hands numbers to int(), which refuses thousands of digits
+        raise ConfigError(f"{path.name}: has a number that is too long ({error})") from error
     return Table(data, path.name)
 
 
@@ -45,11 +57,12 @@ class Table:
         data: As the TOML parser gives it.
         where: How messages call it, e.g. `simcore.toml [robot]`.
 
+    >>> from simcore.quantities import MASS, ROBOT_LENGTH
     >>> robot = Table({"mass": -3, "bumbers": 1}, "simcore.toml [robot]")
-    >>> robot.number("mass", above=0.0, unit="kg")
+    >>> robot.number("mass", MASS)
     Traceback (most recent call last):
-    simcore.errors.ConfigError: simcore.toml [robot]: mass must be a number above 0 kg, got -3
-    >>> _ = robot.number("bumpers", 0.8)
+    simcore.errors.ConfigError: simcore.toml [robot]: mass must be a number above 0 and up to 1000 kg, got -3
+    >>> _ = robot.number("bumpers", ROBOT_LENGTH, 0.8)
     >>> robot.finish()
     Traceback (most recent call last):
     simcore.errors.ConfigError: simcore.toml [robot]: no key 'bumbers'. Did you mean 'bumpers'? Known: bumpers, mass
@@ -67,56 +80,32 @@ class Table:
     def __contains__(self, key: str) -> bool:
         return key in self._data
 
-    def number(
-        self, key: str, default: Any = _REQUIRED, *, above: float = -math.inf, least: float = -math.inf, unit: str = ""
-    ) -> Any:
-        """A finite number.
+    def number(self, key: str, quantity: Quantity, default: Any = _REQUIRED) -> Any:
+        """A number.
 
         Args:
             key: Its name.
+            quantity: What it may be.
             default: If it is not there; without one it must be.
-            above: It must be more than this.
-            least: It must be at least this.
-            unit: For messages.
-        """
-        value = self._value(key, default, _number_text(above, least, unit))
-        if key not in self._data:
-            return value
-        good = isinstance(value, (int, float)) and not isinstance(value, bool) and math.isfinite(value)
-        if not (good and value > above and value >= least):
-            raise self.error(key, f"must be {_number_text(above, least, unit)}, got {value!r}")
-        return float(value)
 
-    def length(
-        self,
-        key: str,
-        default: Any = _REQUIRED,
-        *,
-        above: float = -math.inf,
-        least: float = -math.inf,
-        most: float = 3.0,
-    ) -> Any:
-        """A length or place on a robot [m], of at most `most` either way: more is in another unit.
-
-        >>> Table({"x_min": -24}, "simcore.toml [intake]").length("x_min")
+        >>> from simcore.quantities import ROBOT_PLACE
+        >>> Table({"x_min": -24}, "simcore.toml [intake]").number("x_min", ROBOT_PLACE)
         Traceback (most recent call last):
-        simcore.errors.ConfigError: simcore.toml [intake]: x_min must be in meters, from -3 to 3, got -24. As inches \
+        simcore.errors.ConfigError: simcore.toml [intake]: x_min must be a number from -3 to 3 m, got -24. As inches \
 that is -0.61 m
         """
-        value = self.number(key, default, above=above, least=least, unit="m")
-        if key in self._data and abs(value) > most:
-            low = max(-most, above, least)
-            raise self.error(
-                key, f"must be in meters, from {low:g} to {most:g}, got {value:g}.{in_meters(value, most=most)}"
-            )
-        return value
+        value = self._value(key, default, str(quantity))
+        if key not in self._data:
+            return value
+        require(self.where, key, value, quantity)
+        return float(value)
 
     def whole(self, key: str, default: Any = _REQUIRED, *, least: int = 0, most: int = 2**31) -> Any:
         """A whole number, e.g. a CAN id."""
         wanted = f"a whole number from {least} to {most}"
         value = self._value(key, default, wanted)
         if key in self._data and not (type(value) is int and least <= value <= most):
-            raise self.error(key, f"must be {wanted}, got {value!r}")
+            raise self.error(key, f"must be {wanted}, got {shown(value)}")
         return value
 
     def wholes(self, key: str, *, least: int = 0, most: int = 2**31) -> tuple[int, ...]:
@@ -124,7 +113,7 @@ that is -0.61 m
         wanted = f"a list of whole numbers from {least} to {most}, e.g. [21, 22]"
         value = self._value(key, [], wanted)
         if not (isinstance(value, list) and all(type(v) is int and least <= v <= most for v in value)):
-            raise self.error(key, f"must be {wanted}, got {value!r}")
+            raise self.error(key, f"must be {wanted}, got {shown(value)}")
         return tuple(value)
 
     def one_or_more_wholes(self, key: str, *, least: int = 0, most: int = 2**31) -> tuple[int, ...]:
@@ -133,7 +122,8 @@ that is -0.61 m
         values = value if isinstance(value, list) else [value]
         if not (values and all(type(v) is int and least <= v <= most for v in values)):
             raise self.error(
-                key, f"must be a whole number from {least} to {most}, or a list of such, e.g. [0, 1]; got {value!r}"
+                key,
+                f"must be a whole number from {least} to {most}, or a list of such, e.g. [0, 1]; got {shown(value)}",
             )
         return tuple(values)
 
@@ -141,33 +131,39 @@ that is -0.61 m
         """Whether a list is written there."""
         return isinstance(self._data.get(key), list)
 
-    def numbers(self, key: str, default: tuple[float, ...]) -> tuple[float, ...]:
-        """A list of one or more finite numbers."""
-        value = self._value(key, list(default), "a list of numbers")
-        good = isinstance(value, list) and value
-        if not (good and all(type(v) in (int, float) and math.isfinite(v) for v in value)):
-            raise self.error(key, f"must be a list of numbers, e.g. [0.08, -0.08], got {value!r}")
+    def numbers(self, key: str, row: Row, default: Any = _REQUIRED) -> tuple[float, ...]:
+        """A list of numbers.
+
+        Args:
+            key: Its name.
+            row: What they may be: as many as there are quantities, or for a list of one quantity one or more.
+            default: If it is not there; without one it must be.
+        """
+        value = self._value(key, default, row_text(row))
+        if not (isinstance(value, list | tuple) and value):
+            raise self.error(key, f"must be {row_text(row)}, got {shown(value)}")
+        require_row(self.where, key, value, row)
         return tuple(float(v) for v in value)
 
     def flag(self, key: str, default: bool) -> bool:
         """True or false."""
         value = self._value(key, default, "true or false")
         if not isinstance(value, bool):
-            raise self.error(key, f"must be true or false, got {value!r}")
+            raise self.error(key, f"must be true or false, got {shown(value)}")
         return value
 
     def text(self, key: str, default: Any = _REQUIRED) -> Any:
-        """A text that is not empty."""
+        """A text of letters that can be seen."""
         value = self._value(key, default, "a text in quotes")
-        if key in self._data and not (isinstance(value, str) and value.strip()):
-            raise self.error(key, f"must be a text in quotes, got {value!r}")
+        if key in self._data and not (isinstance(value, str) and value.strip() and value.isprintable()):
+            raise self.error(key, f"must be a text in quotes, got {shown(value)}")
         return value
 
     def choice(self, key: str, known: Sequence[str], default: Any = _REQUIRED) -> Any:
         """One of a closed set of names."""
         value = self.text(key, default)
         if key in self._data and value not in known:
-            raise self.error(key, f"must be one of {', '.join(known)}, got {value!r}.{_nearest(value, known)}")
+            raise self.error(key, f"must be one of {', '.join(known)}, got {shown(value)}.{_nearest(value, known)}")
         return value
 
     def texts(self, key: str) -> tuple[str, ...]:
@@ -175,7 +171,7 @@ that is -0.61 m
         value = self._value(key, [], "")
         texts = value if isinstance(value, list) else [value]
         if not all(isinstance(v, str) and v.strip() for v in texts) or (key in self._data and not texts):
-            raise self.error(key, f"must be a text in quotes, or a list of such; got {value!r}")
+            raise self.error(key, f"must be a text in quotes, or a list of such; got {shown(value)}")
         return tuple(texts)
 
     def choices(self, key: str, known: Sequence[str]) -> tuple[str, ...]:
@@ -185,7 +181,7 @@ that is -0.61 m
             raise self.error(key, f"is missing; it must be one or more of {', '.join(known)}")
         for value in texts:
             if value not in known:
-                raise self.error(key, f"must be one of {', '.join(known)}, got {value!r}.{_nearest(value, known)}")
+                raise self.error(key, f"must be one of {', '.join(known)}, got {shown(value)}.{_nearest(value, known)}")
         return texts
 
     def table(self, key: str) -> Table | None:
@@ -194,14 +190,14 @@ that is -0.61 m
         if value is None:
             return None
         if not isinstance(value, dict):
-            raise self.error(key, f"must be a table, written [{key}] on a line of its own; got {value!r}")
+            raise self.error(key, f"must be a table, written [{key}] on a line of its own; got {shown(value)}")
         return Table(value, f"{self.where} [{key}]")
 
     def tables(self, key: str) -> list[Table]:
         """The tables of a list of tables; each is called by its name, where it has one."""
         value = self._value(key, [], "")
         if not (isinstance(value, list) and all(isinstance(v, dict) for v in value)):
-            raise self.error(key, f"must be tables, each under a line [[{key}]]; got {value!r}")
+            raise self.error(key, f"must be tables, each under a line [[{key}]]; got {shown(value)}")
         return [Table(v, f"{self.where} [[{key}]] {v.get('name', number)!r}") for number, v in enumerate(value, 1)]
 
     def table_or_tables(self, key: str) -> list[Table]:
@@ -221,7 +217,7 @@ that is -0.61 m
         for name, value in table._data.items():
             if not isinstance(value, dict):
                 line = f"[{key}.{name!r}]"
-                raise table.error(name, f"must be a table, written {line} on a line of its own; got {value!r}")
+                raise table.error(name, f"must be a table, written {line} on a line of its own; got {shown(value)}")
             tables[name] = Table(value, f"{self.where} [{key}.{name!r}]")
         return tables
 
@@ -245,31 +241,6 @@ that is -0.61 m
         return default
 
 
-def in_meters(value: float, *, least: float = 0.0, most: float) -> str:
-    """What a length is in meters if it was meant in inches, cm or mm; empty if none of these makes sense.
-
-    Args:
-        value: As written.
-        least: Smallest length that makes sense [m].
-        most: Largest one [m].
-    """
-    for unit, size in (("inches", 0.0254), ("cm", 0.01), ("mm", 0.001)):
-        if least <= abs(value) * size <= most:
-            return f" As {unit} that is {value * size:.3g} m"
-    return ""
-
-
 def _nearest(value: str, known: Sequence[str]) -> str:
     near = difflib.get_close_matches(value, known, n=1, cutoff=0.5)
     return f" Did you mean {near[0]!r}?" if near else ""
-
-
-def _number_text(above: float, least: float, unit: str) -> str:
-    text = "a number"
-    if above > -math.inf:
-        text += f" above {above:g}"
-    elif least > -math.inf:
-        text += f" of at least {least:g}"
-    return (
-        f"{text} {unit}" if unit and (above > -math.inf or least > -math.inf) else f"{text} [{unit}]" if unit else text
-    )

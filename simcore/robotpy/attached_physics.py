@@ -52,6 +52,8 @@ class AttachedPhysics(RobotPhysics):
     """As the flag `--game` says; None: it was not given."""
     engine_name: ClassVar[str | None] = None
     """As the flag `--engine` says; None: it was not given."""
+    is_on_network: ClassVar[bool | None] = None
+    """Whether `robotpy sim` has the ports to itself; None: it is not `robotpy sim`."""
     ownership: ClassVar[Ownership]
     """Made before the robot is built."""
 
@@ -122,6 +124,7 @@ class AttachedPhysics(RobotPhysics):
             cameras=", ".join(self.cameras.running),
             unseen=", ".join(self.cameras.blind),
             has_file=self._path.exists(),
+            is_on_network=self.is_on_network,
         )
         _log.info("%s", "\n".join(summary.lines()))
 

@@ -61,9 +61,13 @@ class AutoStart:
             StartError: It is not on the field, or not free.
         """
         self._require_free(pose)
+        self.note_place(pose)
+        self._match.carry_to(self._number, pose)
+
+    def note_place(self, pose: Pose | None) -> None:
+        """Somebody has put the robot there [m, m, rad], where it stays; None: at its start, as if nobody had."""
         self._given = pose
         self._is_open = False
-        self._match.carry_to(self._number, pose)
 
     def keep_place(self) -> None:
         """The alliance has changed, and with it the start: a place that was given stays."""

@@ -10,6 +10,8 @@ import sys
 import time
 from collections.abc import Iterator, Mapping
 from importlib import metadata
+from importlib.machinery import ExtensionFileLoader
+from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -18,7 +20,6 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
-from simcore.compiled import finder, store
 from simcore.robotpy.checks import computer_checks, install_checks, project_checks
 from simcore.robotpy.checks.findings import Finding, Level
 
@@ -61,7 +62,8 @@ def examine(folder: Path, *, with_physics: bool = True) -> Iterator[Finding]:
     yield install_checks.check_engine(installed, _load_engine, install_checks.engine_of(system, machine, version[:2]))
     yield from install_checks.check_requirements(installed, _requirements())
     yield install_checks.check_year(installed)
-    yield _compiled()
+    hot = find_spec("simcore.robot.battery")  # one of the modules that may be compiled
+    yield install_checks.check_compiled(is_compiled=hot is not None and isinstance(hot.loader, ExtensionFileLoader))
     yield computer_checks.check_ports(computer_checks.is_taken, computer_checks.owner_of)
     yield computer_checks.check_screen(platform.system(), os.environ, installed)
     yield project_checks.check_writable(folder)
@@ -100,16 +102,6 @@ def print_findings(findings: list[Finding], console: Console) -> None:
 
 def _printable(text: str, console: Console) -> str:
     return text.encode(console.encoding, "replace").decode(console.encoding)
-
-
-def _compiled() -> Finding:
-    build = finder.installed()
-    return install_checks.check_compiled(
-        is_off=store.is_off(os.environ),
-        folder=build.folder if build else None,
-        trouble=build.trouble if build else "",
-        old=len(store.others(store.places(os.environ), store.tag())),
-    )
 
 
 def _glibc() -> tuple[int, int] | None:

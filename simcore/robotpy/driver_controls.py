@@ -8,6 +8,7 @@ import ntcore
 from wpilib.simulation import DriverStationSim
 
 from simcore.errors import ConfigError, UnknownNameError
+from simcore.match.control_topics import TABLE
 
 __all__ = ["Joystick", "XboxPad", "auto_choices", "choose_auto", "chosen_autos"]
 
@@ -95,12 +96,12 @@ class XboxPad(Joystick):
 
 
 def auto_choices() -> dict[str, list[str]]:
-    """Options of every `SendableChooser` on NetworkTables, by its key such as `/SmartDashboard/Auto`."""
+    """Options of every `SendableChooser` of robot code on NetworkTables, by its key such as `/SmartDashboard/Auto`."""
     instance = ntcore.NetworkTableInstance.getDefault()
     found = {}
     for topic in instance.getTopics():
         name = topic.getName()
-        if name.endswith("/options"):
+        if name.endswith("/options") and not name.startswith(f"{TABLE}/"):
             key = name.removesuffix("/options")
             if instance.getEntry(f"{key}/.type").getString("") == "String Chooser":
                 found[key] = list(instance.getEntry(name).getStringArray([]))
@@ -118,6 +119,12 @@ def chosen_autos() -> list[str]:
                 chosen.append(name)
                 break
     return chosen
+
+
+def active_choices() -> list[str]:
+    """What each chooser on the dashboard has active now."""
+    table = ntcore.NetworkTableInstance.getDefault()
+    return [active for key in auto_choices() if (active := table.getEntry(f"{key}/active").getString(""))]
 
 
 def choose_auto(name: str) -> str:

@@ -1,149 +1,153 @@
-"""`robotpy sim --simcore`: puts any robot with a Phoenix 6 swerve drivetrain on the field, with no line of code."""
+"""The flag `--simcore` of `robotpy sim`: always there, so that a start that cannot work says what is missing.
+
+pyfrc loads this module for every `robotpy` command and leaves out an extension that does not import. So nothing but the
+standard library is imported here before the flag is seen.
+"""
 
 from __future__ import annotations
 
 import argparse
-import inspect
+import functools
 import logging
-import socket
+import os
 import sys
 import types
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
+from typing import Any, NoReturn
 
-from pyfrc.physics.core import PhysicsInterface
-
-from simcore.physics.engine_choice import ENGINES
-from simcore.robotpy.attached_physics import AttachedPhysics
-from simcore.robotpy.motor_families import watch_devices
-from simcore.robotpy.own_loops import with_own_loop
-from simcore.robotpy.robot_cameras import watch_cameras
-from simcore.robotpy.robot_physics import RobotPhysics
+from simcore.errors import ConfigError, SimcoreError, VendorError
+from simcore.install_text import install_command
+from simcore.robotpy.console_noise import restore_stderr
 from simcore.robotpy.sim_window import prepare_window
+from simcore.start_errors import leave, print_error
 
-__all__ = ["attach_physics", "loadExtension", "warn_of_taken_port"]
+__all__ = ["loadExtension"]
 
 _log = logging.getLogger(__name__)
 
-NETWORKTABLES = 5810
-"""Port of the NT4 server."""
+_PROGRAM = "robotpy sim"
+_chosen: dict[str, str] = {}
+"""What the flags `--game` and `--engine` say."""
 
 
 def loadExtension() -> None:
     """What `robotpy sim` calls when the flag is given, after robot.py is imported and before the robot is built."""
-    create = PhysicsInterface._create_and_attach
-    warn_of_taken_port()
+    _load()
+    from simcore.robotpy.attached_physics import AttachedPhysics
+    from simcore.robotpy.console_noise import filter_stderr
+    from simcore.robotpy.robot_attachment import is_port_taken
 
-    def create_and_attach(cls: Any, robot_class: Any, robot_path: Path) -> tuple[Any, Any]:
-        interface, program = create(robot_class, robot_path)
-        return attach_physics(interface, program, Path(robot_path))
-
-    PhysicsInterface._create_and_attach = classmethod(create_and_attach)  # type: ignore[assignment]
-
-
-def attach_physics(interface: Any, robot_class: Any, folder: Path, *, joins: bool = True) -> tuple[Any, Any]:
-    """Put simcore under a robot program, before its robot is built.
-
-    Args:
-        interface: pyfrc's, of the team's own physics.py; None: there is none.
-        robot_class: Of the program.
-        folder: Where robot.py is.
-        joins: Whether simcore comes beside a physics.py that knows nothing of it.
-
-    Returns:
-        Interface and robot class to go on with.
-    """
-    if interface is not None and (not joins or _is_ours(interface.module.PhysicsEngine)):
-        return interface, with_own_loop(robot_class, interface)  # it is ours, with more knowledge of the robot
-    AttachedPhysics.ownership = watch_devices()
-    watch_cameras()
-    AttachedPhysics.folder = folder
-    if interface is not None:
-        _join(interface.module)
-        return interface, with_own_loop(robot_class, interface)
-    ours = PhysicsInterface(types.SimpleNamespace(PhysicsEngine=AttachedPhysics))  # type: ignore[no-untyped-call]
-    return ours, with_own_loop(_with_physics(robot_class, ours), ours)
+    AttachedPhysics.is_on_network = not is_port_taken()
+    filter_stderr()
 
 
-def warn_of_taken_port(port: int = NETWORKTABLES) -> bool:
-    """Say it when another program holds NetworkTables' port: dashboards would go on to show that one.
-
-    Asked before the robot program starts its own server, which would fail with one line among many.
-
-    Args:
-        port: On this machine.
-
-    Returns:
-        Whether somebody listens there.
-    """
+def _load() -> None:
+    """Import what puts a robot on the field; drivetrains that are built from now on are noted."""
     try:
-        socket.create_connection(("127.0.0.1", port), timeout=0.2).close()
-    except OSError:
-        return False
-    _log.warning(
-        "another program (a simulation that is still open?) holds port %d of NetworkTables: dashboards will show that "
-        "one, not this; close it and start again",
-        port,
+        import simcore.robotpy.robot_attachment  # noqa: F401
+    except VendorError as error:
+        _leave(error, Path())
+    except ImportError as error:
+        needs = install_command("phoenix6", "robotpy")
+        print_error(_PROGRAM, f"--simcore cannot load what it needs ({error}); {needs} brings it")
+        os._exit(1)
+
+
+def _attach(create: Any, robot_class: Any, folder: Path) -> tuple[Any, Any]:
+    """In place of pyfrc's own: load the project's physics.py, and put simcore under the robot."""
+    from simcore.robotpy.robot_attachment import attach_physics, choose
+
+    try:
+        choose(folder, **_chosen)
+        with _own_words():
+            interface, program = create(robot_class, folder)
+        interface, program = attach_physics(interface, program, folder)
+    except Exception as error:
+        _leave(_cause(error), folder)
+    _leave_on_errors(interface, folder)
+    return interface, program
+
+
+def _guard(create: Any, robot_class: Any, folder: Path) -> tuple[Any, Any]:
+    """In place of pyfrc's own where the flag is not given: a physics.py of simcore's ends with a sentence as well."""
+    try:
+        interface, program = create(robot_class, folder)
+    except Exception as error:
+        if isinstance(error.__context__, SimcoreError):
+            leave(error.__context__, program=_PROGRAM, folder=folder)
+        raise
+    if interface is not None and "simcore.robotpy.robot_physics" in sys.modules:
+        from simcore.robotpy.robot_attachment import is_ours
+
+        if is_ours(interface.module.PhysicsEngine):
+            _leave_on_errors(interface, folder)
+    return interface, program
+
+
+def _leave(error: BaseException, folder: Path) -> NoReturn:
+    restore_stderr()
+    leave(error, program=_PROGRAM, folder=folder)
+
+
+def _silence_joysticks() -> None:
+    """Switch off WPILib's warning of missing joysticks, lines each second: a window or another program brings them."""
+    from wpilib import DriverStation
+
+    DriverStation.silenceJoystickConnectionWarning(True)
+    _log.info("without a window there are no joysticks: WPILib's warnings of missing ones are off")
+
+
+def _cause(error: Exception) -> BaseException:
+    """What is wrong with a physics.py, for which pyfrc raises an error of its own without a word."""
+    if type(error).__name__ != "PhysicsInitException":
+        return error
+    return error.__context__ or ConfigError(
+        "physics.py has no class PhysicsEngine: it needs one (docs/connect.md), or --simcore does without a physics.py"
     )
-    return True
 
 
-def _is_ours(engine: Any) -> bool:
-    return isinstance(engine, type) and issubclass(engine, (RobotPhysics, _JoinedPhysics))
+def _leave_on_errors(interface: Any, folder: Path) -> None:
+    """End the program with one sentence if its physics cannot be built; pyfrc would log the error three times over."""
+    build = interface._simulationInit
+    interface.log_init_errors = False
+
+    def build_or_leave(robot: Any) -> None:
+        try:
+            build(robot)
+        except Exception as error:
+            _leave(error, folder)
+
+    interface._simulationInit = build_or_leave
 
 
-def _join(module: Any) -> None:
-    """Let a team's own PhysicsEngine run as before, and ours beside it."""
-    theirs = module.PhysicsEngine
-    takes_robot = len(inspect.signature(theirs).parameters) == 2
-
-    class PhysicsEngine(_JoinedPhysics):
-        def __init__(self, physics_controller: Any, robot: Any) -> None:
-            self.theirs = theirs(physics_controller, robot) if takes_robot else theirs(physics_controller)
-            self.ours = AttachedPhysics(physics_controller, robot)
-
-    _log.info("the project's own physics.py runs beside simcore, which owns the drivetrain")
-    module.PhysicsEngine = PhysicsEngine
+_THEIR_WORDS = ("Cannot enable physics support", "Error loading user physics module", "User physics module does not")
 
 
-class _JoinedPhysics:
-    """A team's own PhysicsEngine and ours, one after the other."""
+@contextmanager
+def _own_words() -> Iterator[None]:
+    """Without pyfrc's lines of a physics.py that is not there, which is no lack here, or that failed, which we say."""
 
-    theirs: Any
-    ours: AttachedPhysics
+    def is_for_us(record: logging.LogRecord) -> bool:
+        return not str(record.msg).startswith(_THEIR_WORDS)
 
-    def update_sim(self, now: float, tm_diff: float) -> None:
-        self.theirs.update_sim(now, tm_diff)
-        self.ours.update_sim(now, tm_diff)
-
-
-def _with_physics(robot_class: Any, interface: Any) -> Any:
-    """The robot class with pyfrc's hooks after its own."""
-
-    class PhysicsRobot(robot_class):  # type: ignore[misc]
-        def _simulationInit(self) -> None:
-            if hasattr(super(), "_simulationInit"):  # a plain RobotBase has no hooks
-                super()._simulationInit()
-            interface._simulationInit(self)
-
-        def _simulationPeriodic(self) -> None:
-            if hasattr(super(), "_simulationPeriodic"):
-                super()._simulationPeriodic()
-            interface._simulationPeriodic()
-
-    for name in ("__name__", "__module__", "__qualname__"):
-        setattr(PhysicsRobot, name, getattr(robot_class, name))
-    return PhysicsRobot
+    logger = logging.getLogger("pyfrc.physics")
+    logger.addFilter(is_for_us)
+    try:
+        yield
+    finally:
+        logger.removeFilter(is_for_us)
 
 
-# --- the flags --game and --engine --------------------------------------------------------------------------------
+# --- while pyfrc makes its flags ------------------------------------------------------------------------------------
 
 
 class _Choose(argparse.Action):
     """Keeps a name for when physics is built: `robotpy sim` hands extensions no options."""
 
     def __call__(self, parser: Any, namespace: Any, values: Any, option_string: str | None = None) -> None:
-        setattr(AttachedPhysics, f"{self.dest}_name", values)
+        _chosen[self.dest] = values
 
 
 def _add_flags() -> None:
@@ -154,8 +158,8 @@ def _add_flags() -> None:
     """
     frame: types.FrameType | None = sys._getframe()
     while frame is not None:
-        parser = frame.f_locals.get("parser")
-        if type(frame.f_locals.get("self")).__name__ == "PyFrcSim" and isinstance(parser, argparse.ArgumentParser):
+        command, parser = (frame.f_locals.get(name) for name in ("self", "parser"))
+        if type(command).__name__ == "PyFrcSim" and isinstance(parser, argparse.ArgumentParser):
             parser.add_argument(
                 "--game",
                 metavar="NAME",
@@ -164,13 +168,59 @@ def _add_flags() -> None:
             )
             parser.add_argument(
                 "--engine",
-                choices=tuple(ENGINES),
+                metavar="NAME",
                 action=_Choose,
-                help="with --simcore: the physics engine (default: bullet where it is installed)",
+                help="with --simcore: the physics engine, bullet or mujoco (default: bullet where it is installed)",
             )
-            prepare_window(frame.f_locals["self"])
+            prepare_window(command)
+            _run_guarded(command)
+            if any(word == "sim" for word in sys.argv) and any(_is_flag(word) for word in sys.argv):
+                _load()  # before robot.py is imported: it may build its drivetrain then
             return
         frame = frame.f_back
+
+
+def _is_flag(word: str) -> bool:
+    """Whether a word of the command line is `--simcore`, or short for it."""
+    return len(word) > 2 and "--simcore".startswith(word)
+
+
+def _run_guarded(command: Any) -> None:
+    """Let a start that fails end with its error.
+
+    After a robot program that failed the process ends at once: vendors' threads may crash while Python ends.
+    """
+    run = command.run
+
+    @functools.wraps(run)
+    def run_guarded(options: Any, *args: Any, **kwargs: Any) -> Any:
+        from pyfrc.physics.core import PhysicsInterface
+
+        create = PhysicsInterface._create_and_attach
+        replacement = _attach if options.simcore else _guard
+
+        def create_and_attach(cls: Any, robot_class: Any, robot_path: Path) -> tuple[Any, Any]:
+            return replacement(create, robot_class, Path(robot_path))
+
+        if (
+            options.simcore
+            and options.nogui
+            and not any(
+                getattr(options, name.replace("-", "_"), False) for name in command.simexts if name != "simcore"
+            )
+        ):
+            _silence_joysticks()
+        PhysicsInterface._create_and_attach = classmethod(create_and_attach)  # type: ignore[assignment, method-assign]
+        result = run(options, *args, **kwargs)
+        if options.simcore:
+            sys.stdout.flush()
+            sys.stderr.flush()
+            restore_stderr()
+            if result is False:
+                os._exit(1)
+        return result
+
+    command.run = run_guarded
 
 
 _add_flags()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any
 
 import simcore.phoenix6.swerve as swerve
@@ -9,7 +10,9 @@ from simcore.errors import ConfigError
 from simcore.phoenix6.built_devices import built_devices
 from simcore.robot.motor_controllers import FollowerGroup
 from simcore.robotpy.built_ports import built_ports  # from here on ports are noted; the robot object is built later
+from simcore.robotpy.camera_survey import surveyed_cameras
 from simcore.robotpy.motor_families import FAMILIES, MotorFamily, watch_devices
+from simcore.robotpy.robot_cameras import watch_cameras
 from simcore.robotpy.surveyed_robot import print_survey
 
 __all__ = ["main"]
@@ -17,7 +20,16 @@ __all__ = ["main"]
 
 def main() -> None:
     """Print one line of JSON and leave."""
-    print_survey(lambda _: {"motors": _motors(), "ports": _ports()}, before=watch_devices)
+    print_survey(_look, before=_watch)
+
+
+def _watch() -> None:
+    watch_devices()
+    watch_cameras()
+
+
+def _look(robot_file: Path) -> dict[str, Any]:
+    return {"motors": _motors(), "ports": _ports(), "cameras": surveyed_cameras(robot_file.parent)}
 
 
 def _ports() -> list[dict[str, Any]]:

@@ -60,9 +60,22 @@ def pytest_configure(config: pytest.Config) -> None:
         raise pytest.UsageError(f"SIMCORE_PHOENIX must be {' or '.join(_MODES)}, got {mode!r}")
 
 
-def pytest_unconfigure() -> None:
-    """Let go of what `pytest_configure` opened."""
+def pytest_runtest_logreport(report: pytest.TestReport) -> None:
+    """Note why a robot could not start."""
+    _start_sentences.update({str(value): None for name, value in report.user_properties if name == _START})
+
+
+_START = "why the robot did not start"
+_start_sentences: dict[str, None] = {}
+
+
+def pytest_unconfigure(config: pytest.Config) -> None:
+    """Say last why robots could not start, and let go of what `pytest_configure` opened."""
     global _complaints
+    reporter: Any = config.pluginmanager.get_plugin("terminalreporter")
+    for sentence in _start_sentences if reporter is not None else ():
+        reporter.write(f"\n{sentence}\n")
+    _start_sentences.clear()
     if _complaints is not None:
         _complaints.close()
         _complaints = None
@@ -177,8 +190,27 @@ def pytest_fixture_setup(fixturedef: Any, request: pytest.FixtureRequest) -> Gen
             _install()
             _make_repeatable(Path(request.getfixturevalue("robot_path")))
         if plugin is not None and hasattr(plugin, "_robot_class"):
-            _attach(plugin, wants_field="sim" in request.fixturenames)
+            with _start_errors(plugin._robot_file.parent):
+                _attach(plugin, wants_field="sim" in request.fixturenames)
     return (yield)
+
+
+@contextlib.contextmanager
+def _start_errors(folder: Path) -> Generator[None, None, None]:
+    """Make one sentence of what simcore has to say of a project, without the way there through simcore's own code."""
+    from simcore.errors import SimcoreError
+    from simcore.start_errors import start_sentence
+
+    global _start_failure
+    try:
+        yield
+    except SimcoreError as error:
+        _start_failure = pytest.fail.Exception(start_sentence(error, folder), pytrace=False)
+        raise _start_failure from None
+
+
+_start_failure: BaseException | None = None
+"""As it was raised in this process."""
 
 
 def _install() -> None:
@@ -227,13 +259,14 @@ def _attach(plugin: Any, *, wants_field: bool) -> None:
                 "without"
             )
     elif wants_field or physics is not None or (folder / FILE_NAME).exists():
-        from simcore.robotpy.extension import attach_physics
+        from simcore.robotpy.robot_attachment import attach_physics
 
         # A physics.py of the team's alone is left alone where nobody asked for the field.
         plugin._physics, plugin._robot_class = attach_physics(
             physics, plugin._robot_class, folder, joins=wants_field or (folder / FILE_NAME).exists()
         )
         plugin._physics.log_init_errors = False  # as pyfrc has it in tests
+        plugin._physics._simulationInit = _start_errors(folder)(plugin._physics._simulationInit)
         # pyfrc gives robotInit 2 s; building the field counts into them, 1 s on a quiet computer
         plugin._init_timeout = max(plugin._init_timeout, _INIT_TIMEOUT)
 
@@ -279,6 +312,8 @@ def _remove(folder: Path) -> None:
 @pytest.hookimpl(wrapper=True)
 def pytest_runtest_makereport(item: pytest.Item, call: pytest.CallInfo[Any]) -> Generator[None, Any, Any]:
     """Leave log, page and picture of a failed test; tell when the machine was too slow for the real Phoenix 6."""
+    if call.excinfo is not None and call.excinfo.value is _start_failure:
+        item.user_properties.append((_START, str(call.excinfo.value)))
     report = yield
     if report.when != "call":
         return report

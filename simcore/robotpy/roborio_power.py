@@ -34,7 +34,6 @@ class RoboRioPower:
     def __init__(self, battery: Battery) -> None:
         self._battery = battery
         self._is_low = False
-        self._faults = 0
         controller: Any = RobotController
         controller.isBrownedOut = staticmethod(lambda: self._battery.browned_out)
         self._level = battery.config.brownout_voltage
@@ -56,14 +55,13 @@ class RoboRioPower:
         if is_low == self._is_low:
             return
         self._is_low = is_low
-        self._faults += is_low
         for active, count in (
             (RoboRioSim.setUserActive6V, RoboRioSim.setUserFaults6V),
             (RoboRioSim.setUserActive5V, RoboRioSim.setUserFaults5V),
             (RoboRioSim.setUserActive3V3, RoboRioSim.setUserFaults3V3),
         ):
             active(not is_low)
-            count(self._faults)
+            count(self._battery.brownouts)
 
     def _follow_level(self, level: float) -> None:
         """Robot code has set the voltage below which outputs are cut [V]."""

@@ -13,6 +13,7 @@ import ntcore
 from wpimath.geometry import Pose3d, Quaternion, Rotation3d, Translation3d
 
 from simcore.errors import ConfigError
+from simcore.install_text import install_command
 from simcore.match.match import Match
 from simcore.photonvision.photon_mounts import FoundMount, lens_of, mounts, pipeline_of
 from simcore.photonvision.photon_program import HOOKS, photon_program
@@ -25,11 +26,11 @@ from simcore.vision.questnav_table import TABLE, QuestNavTable
 if TYPE_CHECKING:
     from simcore.vision.limelight import LimelightSim
 
-__all__ = ["RobotCameras", "watch_cameras"]
+__all__ = ["LIMELIGHT", "RobotCameras", "watch_cameras"]
 
 _log = logging.getLogger(__name__)
 
-_LIMELIGHT = re.compile(r"limelight(-[\w-]+)?")
+LIMELIGHT = re.compile(r"limelight(-[\w-]+)?")
 """Names that Limelights can have; robot code's own tables may begin alike."""
 
 
@@ -195,8 +196,8 @@ class RobotCameras:
             from simcore.photonvision.photon_port import PhotonCameraPort
         except ImportError as error:
             raise ConfigError(
-                f"camera {camera.config.name!r} of {self._file} is one of PhotonVision, which needs photonlibpy: "
-                'pip install "simcore[photonvision]"'
+                f"camera {camera.config.name!r} of {self._file} is one of PhotonVision, which needs photonlibpy "
+                f"(from Python 3.11 on): {install_command('photonvision')}"
             ) from error
         camera.ports.append(PhotonCameraPort(camera.config, self._match.cameras.clock))
         self._program.fed.add(camera.config.name)
@@ -205,7 +206,7 @@ class RobotCameras:
 
     def _follow_tables(self) -> None:
         for name in self._watch.names:
-            if _LIMELIGHT.fullmatch(name) and name not in self._described and name not in self._reported:
+            if LIMELIGHT.fullmatch(name) and name not in self._described and name not in self._reported:
                 self._reported.add(name)
                 self._unplaced.add(name)
                 near = [n for n, c in self._described.items() if c.maker == "limelight"]

@@ -13,11 +13,14 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+import ntcore
 import numpy as np
 from hal.simulation import isTimingPaused
 from wpilib import IterativeRobotBase, TimedRobot, Timer
 
 from simcore.errors import ConfigError
+from simcore.match.control_topics import ControlTopics
+from simcore.match.field_control import FieldControl
 from simcore.match.match import Match
 from simcore.robotpy.auto_start import AutoStart
 from simcore.robotpy.connected_devices import ConnectedDevices, DrivetrainDevices, MotorDevices
@@ -31,7 +34,7 @@ from simcore.units import TICK
 if TYPE_CHECKING:
     from simcore.robotpy.simulated_phoenix import PhoenixTime
 
-__all__ = ["PhysicsTimes", "RobotPhysics", "latest_physics"]
+__all__ = ["PhysicsTimes", "RobotPhysics", "field_control", "latest_physics"]
 
 _log = logging.getLogger(__name__)
 
@@ -134,9 +137,15 @@ class RobotPhysics:
         self._view = FieldView(physics_controller.field, every=10 if self._phoenix is None else 50)
         self.auto_start = AutoStart(match, number, auto_starts or {})
         """Where the robot stands as autonomous begins."""
+        self._estimated_pose = getattr(drivetrain, "estimated_pose", None)
         listen = getattr(drivetrain, "on_pose_reset", None)
         if listen is not None:
             listen(self.auto_start.see_reset)
+        match.control.placed.append(self._note_place)
+        network = ntcore.NetworkTableInstance.getDefault()
+        # In tests, where the instance is local, nobody's clicks may change what a run does.
+        if not network.getNetworkMode() & ntcore.NetworkTableInstance.NetworkMode.kNetModeLocal.value:
+            ControlTopics(match, network, robot=number)
         self._driver_station = DriverStationLink(match, number, placed=self.auto_start.keep_place)
         self._power = RoboRioPower(self.robot_sim.battery)
         self._panels = PowerDistributionView(self.robot_sim)
@@ -157,6 +166,11 @@ class RobotPhysics:
 
     replaces_hooks = True
     """Whether pyfrc runs this in place of the robot's own hooks, as it does with a physics.py."""
+
+    @property
+    def control(self) -> FieldControl:
+        """Resets the field, puts pieces down, places robots: from the next tick on."""
+        return self.match.control
 
     def after_tick(self) -> None:
         """Called after each tick of 20 ms; for subclasses, e.g. to log or to feed cameras."""
@@ -223,7 +237,7 @@ class RobotPhysics:
             self._done += given_up
             owed = self._most_owed
             if not isTimingPaused():
-                self._lateness.note(given_up * self._h)
+                self._lateness.note(given_up * self._h, tick_ms=self.times.median_ms)
         self._late_parts += max(0, owed - 1)
         for k in range(owed):
             if self._pace_tests and isTimingPaused():
@@ -236,6 +250,10 @@ class RobotPhysics:
             self._done += 1
             if self._part == self._parts:
                 self._end_tick()
+
+    def _note_place(self, robot: int, pose: tuple[float, float, float] | None) -> None:
+        if robot == self.robot_sim.number:
+            self.auto_start.note_place(pose)
 
     def _do_part(self) -> None:
         if self._part == 0:
@@ -252,6 +270,8 @@ class RobotPhysics:
         assert self._start is not None
         # when it was due, not when the thread came to it
         self.match.set_network_time(self._start + self._done * self._h)
+        if self._estimated_pose is not None:
+            self.robot_sim.estimated_pose = self._estimated_pose()
         self.match.end_tick()
         self._driver_station.update()
         self._panels.update()
@@ -277,6 +297,15 @@ _latest: weakref.ref[RobotPhysics] | None = None
 def latest_physics() -> RobotPhysics | None:
     """The physics that was built last in this process, if it still lives; for test fixtures."""
     return None if _latest is None else _latest()
+
+
+def field_control() -> FieldControl | None:
+    """What acts on the field of the running simulation; None: there is none, or its physics is not built yet.
+
+    For robot code; it is built after `robotInit`.
+    """
+    physics = latest_physics()
+    return None if physics is None else physics.control
 
 
 def _period_of(robot: Any) -> float:

@@ -22,7 +22,7 @@ from simcore.match.match import Match
 from simcore.match.report import PieceCount, Score
 from simcore.robot.battery import Battery
 from simcore.robot.robot import Robot
-from simcore.robotpy.driver_controls import Joystick, XboxPad, choose_auto
+from simcore.robotpy.driver_controls import Joystick, XboxPad, active_choices, choose_auto
 from simcore.robotpy.own_loops import loop_waits
 from simcore.robotpy.repeatable_runs import own_threads
 from simcore.robotpy.robot_physics import RobotPhysics, latest_physics
@@ -87,6 +87,7 @@ class RobotTest:
         self._steps = 0
         self._sinks: list[TelemetrySink] = []
         self._mode = "disabled"
+        self._auto = ""
         self._alliance = "blue"
         self.alliance("blue")
 
@@ -204,6 +205,7 @@ class RobotTest:
             choose_auto(name)
             if self._mode == "disabled":
                 self.run(2 * TICK)  # a chooser hears of it at the end of a loop
+        self._auto = name or ", ".join(active_choices())
         self._enter("autonomous")
         self.run(seconds)
 
@@ -329,8 +331,10 @@ class RobotTest:
     # --- what a failed test leaves -----------------------------------------------------------------------------------
 
     def add_sink(self, sink: TelemetrySink) -> None:
-        """Log telemetry there; before the robot starts."""
+        """Log telemetry there, from the next tick on."""
         self._sinks.append(sink)
+        if self._physics is not None:
+            self._physics.match.sinks.append(sink)
 
     @property
     def has_run(self) -> bool:
@@ -338,10 +342,11 @@ class RobotTest:
         return self._physics is not None
 
     def summary(self) -> str:
-        """One line: where robot and score stand."""
+        """One line: the auto, and where robot and score stand."""
         x, y, yaw = self.robot_sim.chassis.pose
+        auto = f"auto {self._auto!r}, " if self._auto else ""
         return (
-            f"{self.time:.2f} s, {self._alliance}, {self._mode}, robot at ({x:.2f}, {y:.2f}) m, "
+            f"{self.time:.2f} s, {auto}{self._alliance}, {self._mode}, robot at ({x:.2f}, {y:.2f}) m, "
             f"{math.degrees(yaw):.0f} deg, score blue {self.score.blue} red {self.score.red}"
         )
 

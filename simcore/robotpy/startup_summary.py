@@ -13,6 +13,11 @@ __all__ = ["StartupSummary", "unknown_sim_devices"]
 _WIDTH = 118
 _MOST = 6  # rows of one kind; what is left is counted
 _LABEL = 13
+_ON_NETWORK = "WPILib (5810, 1735) and Phoenix (1250) listen on every interface of this computer"
+_NOT_ON_NETWORK = (
+    "another program (a simulation that is still open?) holds port 5810 of NetworkTables: dashboards show that one, "
+    "not this; close it and start again"
+)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -41,6 +46,8 @@ class StartupSummary:
     """Cameras that the program talks to and that nobody runs."""
     has_file: bool = True
     """Whether there is a simcore.toml."""
+    is_on_network: bool | None = None
+    """Whether the program listens on its ports, False if another one does; None: it does not."""
 
     def lines(self) -> list[str]:
         """The screen: at most 30 lines of some 120 characters.
@@ -64,6 +71,8 @@ class StartupSummary:
             rows.append(("lights", f"{self.lights}: shown as Sim/Lights in telemetry"))
         cameras = self.cameras or f"none that simcore runs; [[camera]] in {FILE_NAME} adds one"
         rows.append(("cameras", cameras + (f"; your program asks for {self.unseen}" if self.unseen else "")))
+        if self.is_on_network is not None:
+            rows.append(("network", _ON_NETWORK if self.is_on_network else _NOT_ON_NETWORK))
         rows.append(("to change", self._advice()))
         lines = [self.robot]
         for label, text in rows:

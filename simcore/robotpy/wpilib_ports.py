@@ -27,7 +27,8 @@ from wpilib.simulation import (
     SimDeviceSim,
 )
 
-from simcore.errors import ConfigError, UnknownNameError, require_positive
+from simcore.errors import ConfigError, UnknownNameError
+from simcore.quantities import GEARING, POSITIVE, require
 from simcore.robotpy.port_devices import PWMChannelPort, QuadratureInput
 
 __all__ = ["AbsoluteEncoderPort", "EncoderPort", "PWMMotorPort", "SimDeviceGyroPort", "WPILibGyroPort"]
@@ -63,8 +64,8 @@ class EncoderPort(QuadratureInput):
     """
 
     def __init__(self, encoder: Encoder, *, pulses_per_turn: float, gearing: float = 1.0) -> None:
-        require_positive("EncoderPort", "pulses_per_turn", pulses_per_turn)
-        require_positive("EncoderPort", "gearing", gearing)
+        require("EncoderPort", "pulses_per_turn", pulses_per_turn, GEARING)
+        require("EncoderPort", "gearing", gearing, GEARING)
         super().__init__(EncoderSim(encoder), pulses_per_turn=pulses_per_turn, gearing=gearing)
 
 
@@ -89,7 +90,7 @@ class AbsoluteEncoderPort:
         full_range: float = 1.0,
         reversed: bool = False,
     ) -> None:
-        require_positive("AbsoluteEncoderPort", "full_range", full_range)
+        require("AbsoluteEncoderPort", "full_range", full_range, POSITIVE)
         if isinstance(encoder, DutyCycleEncoder):
             self._sim: Any = DutyCycleEncoderSim(encoder)
         elif isinstance(encoder, AnalogEncoder):

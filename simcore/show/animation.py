@@ -11,9 +11,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from simcore.errors import ConfigError, OutputError, require_positive
-from simcore.show.frame_painter import FramePainter
-from simcore.show.scene import CARPET, HIT, INK, MISS, MUTED, Scene, rgb, tint
+from simcore.errors import ConfigError, OutputError
+from simcore.quantities import POSITIVE, require
+from simcore.show.frames import FramePainter
+from simcore.show.palette import COLORS, rgb
+from simcore.show.scene import Scene
 from simcore.telemetry.recording import Recording
 from simcore.telemetry.sinks import output_error, require_writable
 
@@ -93,7 +95,7 @@ def frame_times(start: float, end: float, speed: float = 1.0) -> list[float]:
     Raises:
         ConfigError: A speed that is not > 0.
     """
-    require_positive("animate", "speed", speed)
+    require("animate", "speed", speed, POSITIVE)
     period = FRAME_PERIOD * speed
     between = range(math.floor(start / period + 1e-6) + 1, math.ceil(end / period - 1e-6))
     return [start, *(round(number * period, 6) for number in between), *([end] if end > start else [])]
@@ -127,33 +129,37 @@ def _write_gif(path: Path, frames: Iterator[Image], pieces: list[str]) -> None:
         append_images=(indexed(frame) for frame in frames),
         duration=round(1000.0 * FRAME_PERIOD),
         loop=0,
-        optimize=False,
+        optimize=True,  # what stays is written as transparent
+        transparency=255,
     )
 
 
 def _palette(picture: Image, pieces: list[str]) -> tuple[list[int], np.ndarray[Any, np.dtype[np.uint8]]]:
-    """256 colors: those that we draw with, and their blends at edges; and the nearest of them for each 16-bit color."""
+    """Up to 255 colors and the nearest of them for each 16-bit color; number 255 is left for what stays.
+
+    They are those that we draw with, and their blends at edges.
+    """
     from PIL import Image
 
     edges = pieces[2 * len(pieces) // 3 :]
-    names = (CARPET, INK, MUTED, *pieces[: 2 * len(pieces) // 3], HIT, MISS)
-    tints = (color for alliance in ("blue", "red", "") for color in tint(alliance))
-    solid = [(255, 255, 255), *map(rgb, (*names, *tints))]
+    solid = [*(rgb(light) for light, _ in COLORS.values()), *map(rgb, pieces[: 2 * len(pieces) // 3])]
     blends = [
         tuple(round(a + part * (b - a)) for a, b in zip(one, other, strict=True))
-        for other in map(rgb, (CARPET, "#ffffff", *edges))
+        for other in map(rgb, (COLORS["carpet"][0], COLORS["paper"][0], *edges))
         for one in solid
-        for part in (0.25, 0.5, 0.75)
+        for part in (0.33, 0.67)
     ]
     seen = picture.quantize(64, method=Image.Quantize.FASTOCTREE).getpalette() or []
     found = [tuple(seen[i : i + 3]) for i in range(0, len(seen), 3)]
-    table = np.array(list(dict.fromkeys((*solid, *map(rgb, edges), *found, *blends)))[:256], dtype=np.int32)
+    table = np.array(list(dict.fromkeys((*solid, *map(rgb, edges), *found, *blends)))[:255], dtype=np.int32)
     codes = np.arange(65536)
     values = np.stack((((codes >> 11) << 3) + 4, ((codes >> 5) % 64 << 2) + 2, (codes % 32 << 3) + 4), axis=1)
     distance = np.zeros((65536, len(table)), dtype=np.int32)
     for channel, weight in enumerate((3, 6, 1)):  # as the eye weighs red, green and blue
         distance += weight * (values[:, channel, None] - table[None, :, channel]) ** 2
-    return table.ravel().tolist(), distance.argmin(axis=1).astype(np.uint8)
+    palette = np.zeros((256, 3), dtype=int)
+    palette[: len(table)] = table
+    return palette.ravel().tolist(), distance.argmin(axis=1).astype(np.uint8)
 
 
 def _write_mp4(path: Path, frames: Iterator[Image]) -> None:

@@ -1,26 +1,31 @@
-"""The curves of a run: which telemetry becomes which chart, for picture and page alike."""
+"""The curves of a run: which telemetry becomes which chart, and the one drawing of a chart."""
 
 from __future__ import annotations
 
+import math
+import re
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
-from typing import TYPE_CHECKING
+from typing import Any
 
 import numpy as np
 
-from simcore.show.scene import GRID, HIT, INK, MISS, MUTED, PATH, Scene, tint
+from simcore.show.palette import LINE_STYLES, color, tint
+from simcore.show.run_events import key_in_words
+from simcore.show.run_track import RunTrack
+from simcore.show.svg import document, element, line, polyline, ticks, words
 from simcore.telemetry.recording import Recording
 from simcore.typing import FloatArray
 
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
+__all__ = ["PLOT", "Chart", "Curve", "bounds", "chart_drawing", "charts_of", "thinned"]
 
-__all__ = ["Chart", "Curve", "bounds", "charts_of", "draw_chart", "thinned"]
-
-_EACH_ROBOT = (PATH, HIT, MISS, INK, tint("blue")[1], tint("red")[1])
-BROWNOUT = 6.75  # [V]; of a roboRIO 2
-TICK_BUDGET = 20.0  # [ms]
+_INKS = tuple(color(name) for name in ("path", "hit", "miss", "ink", "blue", "red"))
+_BROWNOUT = 6.75  # [V]; of a roboRIO 2
+_TICK_BUDGET = 20.0  # [ms]
+_SETPOINT = re.compile(r"/Debug/(\w+?)(VelocityRPS|PositionRot)Setpoint$")
+PLOT = {"total": 360, "left": 44, "width": 306, "top": 8, "height": 132, "bottom": 178}
+"""Where a chart's axes are, in units of its drawing; page.js needs it too."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -35,6 +40,8 @@ class Curve:
     """Shape (n,)."""
     is_stepped: bool = False
     """A count, which keeps its value until it jumps."""
+    dashes: str = ""
+    """As in `LINE_STYLES`."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -50,75 +57,90 @@ class Chart:
     from_zero: bool = True
 
 
-def charts_of(recording: Recording, scene: Scene) -> list[Chart]:
-    """The charts of a run; what was not published is left out."""
+def charts_of(track: RunTrack) -> list[Chart]:
+    """The charts of a run, what matters most first; what was not published is left out."""
+    recording, scene = track.recording, track.scene
     robots = list(enumerate(scene.robots))
-    several = len(robots) > 1
+    several, of_each = len(robots) > 1, ", by robot" if len(robots) > 1 else ""
 
-    def name(number: int, one: str) -> str:
-        return str(number) if several else one
+    def each(key: str, one: str) -> list[tuple[str, str]]:
+        return [(str(number) if several else one, f"{robot.prefix}/{key}") for number, robot in robots]
 
-    def each(key: str, one: str, *, is_stepped: bool = False) -> Iterable[tuple[str, str, str, bool]]:
-        for number, robot in robots:
-            yield name(number, one), _EACH_ROBOT[number % 6], f"{robot.prefix}/{key}", is_stepped
-
-    currents = list(each("Debug/BatteryCurrent", "battery"))
+    pieces = scene.piece_names
+    currents = each("Debug/BatteryCurrent", "battery")
     if len(robots) == 1:
-        currents.append(("drivetrain", MISS, f"{scene.robots[0].prefix}/Debug/DrivetrainCurrent", False))
-    pieces, by_robot = scene.piece_names, ", by robot" if several else ""
-    wanted: list[tuple[str, str, Iterable[tuple[str, str, str, bool]], float | None, str, bool]] = [
-        (
-            "Score",
-            "points",
-            [("blue", tint("blue")[1], "Sim/Score/Blue", True), ("red", tint("red")[1], "Sim/Score/Red", True)],
-            None,
-            "",
-            True,
-        ),
-        (f"Battery{by_robot}", "V", each("Debug/BatteryVoltage", "at its terminals"), BROWNOUT, "brown-out", False),
-        (
-            "Tick time",
-            "ms",
-            [("wall time of a tick", INK, "Sim/Performance/TickMs", False)],
-            TICK_BUDGET,
-            "budget",
-            True,
-        ),
-        (
-            f"{pieces.capitalize()} held{by_robot}",
-            "",
-            each("Intake/HeldCount", "in the robot", is_stepped=True),
-            None,
-            "",
-            True,
-        ),
-        (f"Current{by_robot}", "A", currents, None, "", True),
-        (
-            "Work",
-            "",
-            [
-                (f"awake {pieces}", PATH, "Sim/Performance/AwakePieces", True),
-                ("sub-steps", MISS, "Sim/Performance/SubSteps", True),
-            ],
-            None,
-            "",
-            True,
-        ),
+        currents.append(("drivetrain", f"{scene.robots[0].prefix}/Debug/DrivetrainCurrent"))
+    score = [
+        replace(curve, color=tint(curve.label)[1])
+        for curve in _curves(recording, [("blue", "Sim/Score/Blue"), ("red", "Sim/Score/Red")], is_stepped=True)
     ]
-    charts = []
-    for title, unit, lines, limit, label, from_zero in wanted:
-        curves = [
-            Curve(label=text, color=color, times=times, values=values, is_stepped=is_stepped)
-            for text, color, key, is_stepped in lines
-            if recording.has(key)
-            for times, values in (recording.series(key),)
-            if len(times)
-        ]
-        if curves:
-            charts.append(
-                Chart(title=title, unit=unit, curves=curves, limit=limit, limit_label=label, from_zero=from_zero)
-            )
-    return charts
+    held = _curves(recording, each("Intake/HeldCount", "in the robot"), is_stepped=True)
+    work = [(f"awake {pieces}", "Sim/Performance/AwakePieces"), ("sub-steps", "Sim/Performance/SubSteps")]
+    volts = _curves(recording, each("Debug/BatteryVoltage", "at its terminals"))
+    slips = _curves(recording, each("Robot/WheelSlip", "fastest"))
+    charts = [
+        Chart(title="Score", unit="points", curves=score),
+        Chart(title=f"Battery{of_each}", unit="V", curves=volts, limit=_BROWNOUT, limit_label="brown-out",
+              from_zero=False),
+        Chart(title=f"{pieces.capitalize()} held{of_each}", unit="pieces", curves=held),
+        Chart(title=f"Current{of_each}", unit="A", curves=_curves(recording, currents)),
+        Chart(title=f"Pose estimate off by{of_each}", unit="m", curves=_pose_errors(track)),
+        Chart(title=f"Sliding tires{of_each}", unit="m/s", curves=slips),
+        *(chart for number, robot in robots
+          for chart in _mechanism_charts(recording, robot.prefix, f", robot {number}" if several else "")),
+        Chart(title="Tick time", unit="ms", limit=_TICK_BUDGET, limit_label="budget",
+              curves=_curves(recording, [("wall time of a tick", "Sim/Performance/TickMs")])),
+        Chart(title="Work", unit="count", curves=_curves(recording, work, is_stepped=True)),
+    ]  # fmt: skip
+    return [chart for chart in charts if chart.curves]
+
+
+def _curves(recording: Recording, wanted: Iterable[tuple[str, str]], *, is_stepped: bool = False) -> list[Curve]:
+    """A curve for each label and key that was recorded; colors and dashes by their number."""
+    return [
+        Curve(
+            label=label,
+            color=_INKS[number % len(_INKS)],
+            dashes=LINE_STYLES[number % len(LINE_STYLES)],
+            times=times,
+            values=values,
+            is_stepped=is_stepped,
+        )
+        for number, (label, key) in enumerate(wanted)
+        if recording.has(key)
+        for times, values in (recording.series(key),)
+        if len(times)
+    ]
+
+
+def _pose_errors(track: RunTrack) -> list[Curve]:
+    """How far each robot was from where it believed to be."""
+    curves = []
+    for number, ((times, true), (at, believed)) in enumerate(zip(track.robots, track.estimates, strict=True)):
+        if not (len(times) and len(at)):
+            continue
+        rows = np.clip(np.searchsorted(times, at + 1e-9) - 1, 0, None)
+        values = np.hypot(*(believed[:, :2] - true[rows, :2]).T)
+        label = str(number) if len(track.robots) > 1 else "estimate to truth"
+        style = LINE_STYLES[number % len(LINE_STYLES)]
+        curves.append(Curve(label=label, color=_INKS[number % len(_INKS)], dashes=style, times=at, values=values))
+    return curves
+
+
+def _mechanism_charts(recording: Recording, prefix: str, whose: str) -> Iterable[Chart]:
+    """What closed loops wanted beside what came of it, and the currents of all mechanisms."""
+    for key in recording.keys:
+        found = _SETPOINT.search(key)
+        if found and key == f"{prefix}{found[0]}":
+            curves = _curves(recording, [("is", key.removesuffix("Setpoint")), ("set-point", key)])
+            quantity, unit = ("velocity", "turns/s") if found[2] == "VelocityRPS" else ("position", "turns")
+            yield Chart(title=f"{key_in_words(found[1]).capitalize()} {quantity}{whose}", unit=unit, curves=curves)
+    head = f"{prefix}/Debug/"
+    currents = [key for key in recording.keys if key.startswith(head) and key.endswith("CurrentA")]
+    named = [(key_in_words(key.removeprefix(head).removesuffix("CurrentA")), key) for key in currents]
+    for first in range(0, len(named), 4):
+        curves = _curves(recording, named[first : first + 4])
+        yield Chart(title=f"Mechanism currents{whose}", unit="A", curves=curves)
 
 
 def bounds(chart: Chart) -> tuple[float, float]:
@@ -146,61 +168,62 @@ def thinned(curve: Curve, buckets: int = 400) -> Curve:
         part = curve.values[start:end]
         keep |= {int(start + part.argmin()), int(start + part.argmax())}
     rows = np.array(sorted(keep))
-    return Curve(
-        label=curve.label,
-        color=curve.color,
-        times=curve.times[rows],
-        values=curve.values[rows],
-        is_stepped=curve.is_stepped,
-    )
+    return replace(curve, times=curve.times[rows], values=curve.values[rows])
 
 
-def draw_chart(axes: Axes, chart: Chart, *, is_last: bool) -> None:
-    """Draw curves and limit with matplotlib; only the last row of charts names the time axis."""
+def chart_drawing(chart: Chart, start: float, end: float, *, titled: bool = False) -> str:
+    """Axes, curves and limit of a chart over a stretch of time [s].
+
+    Args:
+        chart: What is drawn.
+        start: Left end of the time axis.
+        end: Right end of it.
+        titled: Write title and labels of the curves over it, as a picture needs; a page has them beside the values.
+    """
     low, high = bounds(chart)
-    for curve in chart.curves:
-        style = "steps-post" if curve.is_stepped else "default"
-        thin = thinned(curve)
-        axes.plot(thin.times, thin.values, color=curve.color, linewidth=1.5, drawstyle=style, label=curve.label)
-    axes.set_ylim(low, high)
+    left, right, top, bottom = PLOT["left"], PLOT["left"] + PLOT["width"], PLOT["top"], PLOT["top"] + PLOT["height"]
+
+    def across(time: float) -> float:
+        return left + (time - start) / ((end - start) or 1.0) * (right - left)
+
+    def down(value: float) -> float:
+        return top + (high - value) / (high - low) * (bottom - top)
+
+    parts = []
+    for level in ticks(low, high, 5):
+        parts.append(line(left, down(level), right, down(level), stroke=color("grid")))
+        parts.append(words(left - 5, down(level) + 4, f"{level:g}", 11.5, anchor="end"))
+    for time in ticks(start, end, 7):
+        parts.append(words(across(time), bottom + 16, f"{time:g}", 11.5, anchor="middle"))
+    parts.append(words(right, PLOT["bottom"] - 5, "time [s]", 11.5, anchor="end"))
+    middle = f"translate(10 {top + PLOT['height'] / 2:g}) rotate(-90)"
+    parts.append(words(0.0, 0.0, f"[{chart.unit}]", 11.5, anchor="middle", transform=middle))
     if chart.limit is not None and low <= chart.limit <= high:
-        axes.axhline(chart.limit, color=INK, linewidth=1.0, linestyle=(0, (4, 3)))
-        place = (1.0, chart.limit)
-        axes.text(
-            *place,
-            f"{chart.limit_label} {chart.limit:g} {chart.unit} ",
-            transform=axes.get_yaxis_transform(),
-            ha="right",
-            va="bottom",
-            fontsize=8.5,
-            color=MUTED,
-        )
-    axes.set_xlim(min(float(c.times[0]) for c in chart.curves), max(float(c.times[-1]) for c in chart.curves) + 1e-9)
-    axes.set_title(
-        f"{chart.title} [{chart.unit}]" if chart.unit else chart.title,
-        fontsize=10.5,
-        fontweight="bold",
-        color=INK,
-        loc="left",
-        pad=5,
-    )
-    axes.grid(True, color=GRID, linewidth=0.8)
-    axes.set_axisbelow(True)
-    axes.set_facecolor("#f7f8f9")
-    axes.tick_params(labelsize=9, colors=MUTED, length=3)
-    for spine in axes.spines.values():
-        spine.set_visible(False)
-    if is_last:
-        axes.set_xlabel("time [s]", fontsize=9, color=MUTED, labelpad=2)
-    # a fixed place: looking for the best one costs a tenth of a second
-    axes.legend(
-        loc="lower right",
-        bbox_to_anchor=(1.01, 0.97),
-        ncols=len(chart.curves),
-        frameon=False,
-        fontsize=9,
-        handlelength=1.2,
-        columnspacing=1.0,
-        labelcolor=INK,
-        borderaxespad=0.3,
-    )
+        label = f"{chart.limit_label} {chart.limit:g} {chart.unit}"
+        look: dict[str, Any] = {"stroke": color("ink"), "stroke_dasharray": "4 3"}
+        parts.append(line(left, down(chart.limit), right, down(chart.limit), **look))
+        parts.append(words(right, down(chart.limit) - 4, label, 11.5, anchor="end"))
+    for curve in chart.curves:
+        thin, corners = thinned(curve), []
+        previous = math.nan
+        for time, value in zip(thin.times.tolist(), thin.values.tolist(), strict=True):
+            if not math.isfinite(value):
+                continue
+            if curve.is_stepped and math.isfinite(previous) and value != previous:
+                corners.append((across(time), down(previous)))
+            corners.append((across(time), down(value)))
+            previous = value
+        look = {"stroke": curve.color, "stroke_width": 1.6, "stroke_dasharray": curve.dashes or None}
+        parts.append(polyline(corners, **look))
+    if not titled:
+        parts.append(line(left, top, left, bottom, class_="cursor", visibility="hidden", stroke=color("ink")))
+        return document((0, 0, PLOT["total"], PLOT["bottom"]), *parts)
+    parts.append(words(left, -8, chart.title, 13, ink=color("ink"), bold=True))
+    x = float(right)
+    for curve in reversed(chart.curves):
+        parts.append(words(x, -8, curve.label, 11.5, anchor="end"))
+        x -= 5.6 * len(curve.label) + 8
+        look = {"stroke": curve.color, "stroke_width": 2, "stroke_dasharray": curve.dashes or None}
+        parts.append(line(x - 18, -12, x, -12, **look))
+        x -= 30
+    return document((0, -22, PLOT["total"], PLOT["bottom"] + 22), element("g", *parts))

@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 
 from simcore.errors import ModelError
-from simcore.show.scene import PieceLook, rgb
+from simcore.show.palette import rgb
+from simcore.show.scene import PieceLook
 from simcore.show.view_models import Model
 from simcore.typing import FloatArray, IntArray
 

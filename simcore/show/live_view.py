@@ -2,15 +2,23 @@
 
 from __future__ import annotations
 
+import html
 import time
 from collections.abc import Callable
 
+from simcore.match.match import Match
 from simcore.show.pacing import FrameRate, Pacer
+from simcore.show.shot_preview import ShotPreview
+from simcore.show.view_buttons import FieldButtons
+from simcore.show.view_charts import RecentSignals, ViewCharts
 from simcore.show.view_models import ViewModels
-from simcore.show.view_page import SPEEDS, ViewPage
+from simcore.show.view_page import CHARTS, SPEEDS, ViewPage
 from simcore.telemetry.snapshot import Snapshot, TelemetrySink
 
 __all__ = ["LiveView"]
+
+_PREVIEW_TIME = 0.004  # [s] of a tick's spare time that previews of shots may take
+_PREVIEW_TICKS = 5  # a run that is late spares a little time each so many ticks
 
 
 class LiveView:
@@ -46,14 +54,20 @@ class LiveView:
         self.page = ViewPage(models, host=host, port=port, robot=robot, title=title)
         self.url = self.page.url
         self.pacer = Pacer()
-        self._rate = FrameRate(rate)
+        self._rate, self._state_rate = FrameRate(rate), FrameRate(3.0)
         self._restart: int | None = None
-        gui = self.page.server.gui
-        self._state = gui.add_markdown("running")
+        self._match: Match | None = None
+        self._preview: ShotPreview | None = None
+        self._signals = RecentSignals()
+        server = self.page.server
+        gui = server.gui
+        self._state = gui.add_html(_state_html(["waiting for the run"]))
         self._pause = gui.add_button("pause")
         self._speed = gui.add_dropdown("speed", tuple(SPEEDS), initial_value="1x")
         self._seed = gui.add_number("seed", seed, min=0, step=1)
         self._again = gui.add_button("restart with this seed")
+        self._buttons = FieldButtons(server, lambda: self.page.robot, order=CHARTS - 1)
+        self._charts = ViewCharts(server, self._signals, order=CHARTS)
         self._pause.on_click(lambda _: self.set_paused(not self.pacer.paused))
         self._speed.on_update(lambda _: self._set_speed())
         self._again.on_click(lambda _: self.restart(int(self._seed.value)))
@@ -62,9 +76,30 @@ class LiveView:
         """What a run writes to; each run gets its own, the page stays when it is closed."""
         return _ViewSink(self)
 
-    def after_tick(self, simulated: float, *, should_stop: Callable[[], bool] = lambda: False) -> None:
+    def wait_for_viewer(self, *, should_stop: Callable[[], bool] = lambda: False) -> None:
+        """Return when somebody looks, or `should_stop` returns true."""
+        while not (self.page.has_viewers or should_stop()):
+            time.sleep(0.05)
+
+    def after_tick(self, match: Match, *, should_stop: Callable[[], bool] = lambda: False) -> None:
         """Wait until the next tick is due, by the speed or the pause chosen on the page."""
-        self.pacer.wait(simulated, should_stop=lambda: should_stop() or self.wants_restart)
+        if match is not self._match:
+            self._begin(match)
+        self._work_on_preview(match)
+        if self._state_rate.due():
+            self._say(self._progress())
+        while True:
+            self.pacer.wait(
+                match.time, should_stop=lambda: should_stop() or self.wants_restart or self._buttons.is_pressed
+            )
+            if not self._buttons.is_pressed:
+                return
+            self._buttons.is_pressed = False
+            if not self.pacer.paused:
+                return  # the next tick begins with it
+            match.control.before_tick()
+            self.page.show(match.snapshot())
+            self._say(self._progress())
 
     @property
     def wants_restart(self) -> bool:
@@ -74,30 +109,85 @@ class LiveView:
     def restart(self, seed: int) -> None:
         """Request another run."""
         self.set_paused(False)
-        self._restart = seed
+        self._restart = max(0, seed)
 
     def set_paused(self, paused: bool) -> None:
         """Stop or go on."""
         self.pacer.paused = paused
         self._pause.label = "go on" if paused else "pause"
+        if paused:
+            self._say("paused")
 
     def next_seed(self, last: Snapshot, *, should_stop: Callable[[], bool] = lambda: False) -> int | None:
         """Show how a run ended and wait for a restart; its seed, or None when `should_stop` returns true first."""
+        self._end()
         if not self.wants_restart:
-            self.page.show(last)
-            self._state.content = "the run is over"
+            self.show(last)
+            self._charts.update(now=True)
+            self._say("the run is over: restart it here, or press Ctrl-C where it was started to leave")
         while not self.wants_restart:
             if should_stop():
                 return None
             time.sleep(0.05)
         seed, self._restart = self._restart, None
-        self._state.content = "running"
+        self._say("the next run begins")
         self.page.scene.forget()
         return seed
 
+    def show(self, snapshot: Snapshot) -> None:
+        """Draw a snapshot, and take its numbers into the charts."""
+        self._signals.note(snapshot)
+        self.page.show(snapshot)
+        self._charts.update()
+
     def close(self) -> None:
         """Stop serving."""
+        self._end()
         self.page.close()
+
+    # --- inside -------------------------------------------------------------------------------------------------
+
+    def _begin(self, match: Match) -> None:
+        self._end()
+        self._match = match
+        self._buttons.attach(match)
+        if any(robot.shooters for robot in match.robots):
+            self._preview = ShotPreview(match)
+
+    def _end(self) -> None:
+        if self._preview is not None:
+            self._preview.close()
+        self._preview = self._match = None
+        self.page.scene.previews = []
+
+    def _work_on_preview(self, match: Match) -> None:
+        if self._preview is None:
+            return
+        spare = self.pacer.spare(match.time)
+        if spare > _PREVIEW_TIME or match.ticks % _PREVIEW_TICKS == 0:
+            self._preview.work(min(_PREVIEW_TIME, max(0.0, 0.5 * spare)))
+            self.page.scene.previews = self._preview.paths
+
+    def _progress(self) -> str:
+        if self.pacer.paused:
+            return "paused"
+        reached, asked = self.pacer.reached, self.pacer.speed
+        if reached is None:
+            return "running"
+        words = f"running at <b>{reached:.2g}x</b> real time"
+        return words if reached > 0.9 * asked or asked > 10.0 else f"{words}, not {asked:g}x: this computer is too slow"
+
+    def _say(self, progress: str) -> None:
+        self._state_rate.take()
+        lines = [progress]
+        if self._preview is not None:
+            paths = self._preview.paths
+            several = len(self._match.robots) > 1 if self._match is not None else False
+            lines += [f"shot now{f' of robot {path.robot}' if several else ''}: {path}" for path in paths]
+            lines += [] if paths else ["shot now: none, the shooter's wheels are too slow"]
+        if self._buttons.result:
+            lines.append(html.escape(self._buttons.result))
+        self._state.content = _state_html(lines)
 
     def _set_speed(self) -> None:
         self.pacer.speed = SPEEDS[self._speed.value]
@@ -117,8 +207,15 @@ class _ViewSink:
     def write(self, snapshot: Snapshot) -> None:
         """Show it."""
         self._view._rate.take()
-        self._view.page.show(snapshot)
+        self._view.show(snapshot)
 
     def close(self) -> None:
         """The run is over."""
         self._closed = True
+
+
+def _state_html(lines: list[str]) -> str:
+    return (
+        '<div style="padding:4px 14px;font:14px/1.5 system-ui,sans-serif" aria-live="polite">'
+        f"{'<br>'.join(lines)}</div>"
+    )

@@ -10,13 +10,15 @@ from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
+
 from simcore.errors import LogError, OutputError
 from simcore.match.registry import find_game, installed_games
 from simcore.show.animation import animate, check_animation
 from simcore.show.failed_run import empty_scene, recorded_robots
-from simcore.show.flights import flights_of
 from simcore.show.page import write_page
 from simcore.show.picture import draw_summary
+from simcore.show.raster import writable_picture
 from simcore.show.scene import Scene, bare_scene
 from simcore.telemetry.log_reader import TelemetryLog, read_log
 from simcore.telemetry.recording import Recording
@@ -25,6 +27,7 @@ from simcore.units import TICK
 
 __all__ = ["add_arguments", "recording_of", "run", "scene_of_log"]
 
+_LONGEST_GAP = 60.0  # [s]
 _OURS = re.compile(r"^(Sim|Robot)/")
 
 
@@ -47,9 +50,10 @@ def run(args: argparse.Namespace) -> int:
     """
     if args.animation is not None:
         check_animation(args.animation)
-    for kind, path in (("page", args.page), ("picture", args.picture)):
-        if path is not None:
-            require_writable(kind, path)
+    if args.page is not None:
+        require_writable("page", args.page)
+    if args.picture is not None:
+        writable_picture(args.picture)
     recording = recording_of(read_log(args.log))
     name = find_game(args.game).name if args.game else recorded_game(recording) or next(iter(installed_games()), None)
     scene = scene_of_log(recording, name)
@@ -85,7 +89,7 @@ def recording_of(log: TelemetryLog) -> Recording:
             f"the log {str(log.path)!r} has no run of a simulation: neither Sim/Robot/Pose3d nor Sim/GamePieces/..."
         )
     ours = replace(log, columns=columns, _latest={})
-    start, end = ours.span
+    start, end = _longest_part(ours)
     first = math.ceil(start / TICK - 1e-6)
     last = max(first, math.floor(end / TICK + 1e-6))
     recording = Recording(seconds=max(1.0, end - start), bulk_period=max(0.04, (end - start) / 4000))
@@ -93,6 +97,23 @@ def recording_of(log: TelemetryLog) -> Recording:
         snapshot = ours.snapshot_at(tick * TICK + 1e-6)  # a microsecond is what a log's times are rounded to
         recording.write(replace(snapshot, time=tick * TICK, tick=tick - first))
     return recording
+
+
+def _longest_part(log: TelemetryLog) -> tuple[float, float]:
+    """From when to when a log has a run [s]: all of it, or between the gaps that broken stamps and pauses make."""
+    start, end = log.span
+    times = np.unique(np.concatenate([column.times for column in log.columns.values()]))
+    times = times[(times >= start) & (times <= end)]
+    parts = np.split(times, np.nonzero(np.diff(times) > _LONGEST_GAP)[0] + 1)
+    if len(parts) < 2:
+        return start, end
+    part = max(parts, key=len)
+    print(
+        f"simcore: nothing was logged for over {_LONGEST_GAP:g} s at {len(parts) - 1} places between {start:g} and "
+        f"{end:g} s; shown is what was from {part[0]:g} to {part[-1]:g} s",
+        file=sys.stderr,
+    )
+    return float(part[0]), float(part[-1])
 
 
 def scene_of_log(recording: Recording, game: str | None = None) -> Scene:
@@ -104,8 +125,7 @@ def scene_of_log(recording: Recording, game: str | None = None) -> Scene:
     """
     known, name = installed_games(), game or recorded_game(recording)
     scene = bare_scene(known[name]) if name in known else empty_scene(recording)
-    flights = [flights_of(recording, key) for key in recording.keys if key.startswith("Sim/InFlight/")]
-    return replace(scene, robots=recorded_robots(recording), shots=[shot for shots in flights for shot in shots])
+    return replace(scene, robots=recorded_robots(recording))
 
 
 def recorded_game(recording: Recording) -> str | None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import time
+from collections import deque
 from collections.abc import Callable
 
 from simcore.errors import ConfigError
@@ -12,6 +13,7 @@ __all__ = ["FrameRate", "Pacer"]
 
 _NAP = 0.02  # [s]; the longest sleep, so that pause, speed and Ctrl-C act at once
 _BEHIND = 0.25  # [s]; what is lost beyond this is not caught up with
+_MEASURED = 1.0  # [s] of wall time over which the reached speed is a mean
 
 
 class Pacer:
@@ -34,6 +36,7 @@ class Pacer:
         self._speed = 1.0
         self.paused = False
         self._anchor: tuple[float, float] | None = None  # (wall, simulated)
+        self._passed: deque[tuple[float, float]] = deque()
         self.speed = speed
 
     @property
@@ -47,12 +50,31 @@ class Pacer:
             raise ConfigError(f"a speed must be > 0, got {value}")
         self._speed = value
         self._anchor = None
+        self._passed.clear()
+
+    @property
+    def reached(self) -> float | None:
+        """Simulated seconds a second, as they really went by in the last second; None while that is not known."""
+        if len(self._passed) < 2:
+            return None
+        (start, first), (end, last) = self._passed[0], self._passed[-1]
+        return (last - first) / (end - start) if end > start + 0.2 * _MEASURED else None
+
+    def spare(self, simulated: float) -> float:
+        """Time until a simulated time [s] is due [s]; 0 if it is, and without a pace; 1 while paused."""
+        if self.paused:
+            return 1.0
+        if self._anchor is None or math.isinf(self._speed):
+            return 0.0
+        return max(0.0, self._anchor[0] + (simulated - self._anchor[1]) / self._speed - self._clock())
 
     def wait(self, simulated: float, *, should_stop: Callable[[], bool] = lambda: False) -> None:
         """Return when the simulated time [s] is due; at once if `should_stop` returns true."""
+        self._measure(simulated)
         while not should_stop():
             if self.paused:
                 self._anchor = None
+                self._passed.clear()
                 self._sleep(_NAP)
                 continue
             if math.isinf(self._speed):
@@ -68,6 +90,14 @@ class Pacer:
                     self._anchor = (now, simulated)
                 return
             self._sleep(min(rest, _NAP))
+
+    def _measure(self, simulated: float) -> None:
+        now = self._clock()
+        if self._passed and simulated < self._passed[-1][1]:  # another run
+            self._passed.clear()
+        self._passed.append((now, simulated))
+        while self._passed[0][0] < now - _MEASURED and len(self._passed) > 2:
+            self._passed.popleft()
 
 
 class FrameRate:

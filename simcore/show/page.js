@@ -1,138 +1,115 @@
-// Plays the run that is written in this page: robots and pieces on the field, and one time cursor in all charts.
+// Plays the run that is written in this page: moves and shows what is drawn in it, and puts one time cursor in all charts.
 (() => {
   "use strict";
   const run = JSON.parse(document.getElementById("run").textContent);
   const frames = run.frames;
   if (!frames.length) return;
-  const svg = document.querySelector(".field svg");
-  const [left, top, width, height] = svg.getAttribute("viewBox").split(" ").map(Number);
-  const canvas = document.querySelector(".field canvas");
-  const pen = canvas.getContext("2d");
-  const bar = document.querySelector(".bar");
-  const slider = bar.querySelector("input");
-  const clock = bar.querySelector("output");
-  const button = bar.querySelector("button");
-  const speed = bar.querySelector("select");
-  const figures = [...document.querySelectorAll("figure")];
+  const find = (selector, inside = document) => inside.querySelector(selector);
+  const all = (selector, inside = document) => [...inside.querySelectorAll(selector)];
+  const slider = find(".bar input"), clock = find(".bar output"), button = find("#play"), speed = find(".bar select");
+  const figures = all("figure.chart"), timed = all("[data-t]").map((node) => [Number(node.dataset.t), node]);
+  const robots = all("#now .robot"), ghosts = all("#now .ghost"), lying = find("#now .pieces");
+  const off = find(".board .off"), boards = all(".board li:not(.off) b");
 
-  // Frames tell what changed; every 32nd is kept whole, so that a jump is cheap.
-  const whole = [];
-  let held = { at: -1, pieces: new Map() };
-  function step(pieces, frame) {
-    for (const place of frame.gone) {
-      const count = pieces.get(place) - 1;
-      if (count > 0) pieces.set(place, count); else pieces.delete(place);
-    }
-    for (const place of frame.come) pieces.set(place, (pieces.get(place) || 0) + 1);
+  // Rows of pieces as Python's `Placed` has them: holder, x, y, scale_x, scale_y, angle, in_air.
+  const kinds = run.kinds.flatMap((count, kind) => Array(count).fill(kind));
+  const uses = kinds.map((kind, row) => {
+    const found = document.getElementById("i" + row);
+    return found || document.createElementNS("http://www.w3.org/2000/svg", "use");
+  });
+  const shown = kinds.map(() => "");
+  function full(entry) {
+    const [row, holder, ...rest] = entry;
+    if (holder < 0) return [-1, 0, 0, 100, 100, 0, 0];
+    return run.round[kinds[row]] ? [holder, rest[0], rest[1], rest[2], rest[2], 0, rest[3]] : [holder, ...rest];
   }
-  {
-    const pieces = new Map();
-    frames.forEach((frame, i) => {
-      step(pieces, frame);
-      if (i % 32 === 0) whole.push(new Map(pieces));
-    });
+  const changes = frames.map((frame) => new Map(frame.moved.map((entry) => [entry[0], full(entry)])));
+  const whole = [];  // every 32nd state, so that a jump is cheap
+  let state = run.first.map((entry) => entry.slice(1)), at = 0;
+  const step = (i) => changes[i].forEach((values, row) => { state[row] = values; });
+  frames.forEach((_, i) => {
+    step(i);
+    if (i % 32 === 0) whole.push(state.slice());
+  });
+  function goTo(i) {
+    if (at > i || i - at > 32) { at = 32 * (i >> 5); state = whole[i >> 5].slice(); }
+    while (at < i) step(++at);
   }
-  function piecesAt(i) {
-    if (held.at > i || i - held.at > 32) held = { at: 32 * (i >> 5), pieces: new Map(whole[i >> 5]) };
-    while (held.at < i) step(held.pieces, frames[++held.at]);
-    return held.pieces;
-  }
+  state = whole[0].slice();
 
-  function frameAt(time) {
-    let low = 0, high = frames.length;
+  function rowAt(times, time) {
+    let low = 0, high = times.length;
     while (high - low > 1) {
       const middle = (low + high) >> 1;
-      if (frames[middle].time <= time + 1e-9) low = middle; else high = middle;
+      if (times[middle] <= time + 1e-9) low = middle; else high = middle;
     }
     return low;
   }
+  const frameTimes = frames.map((frame) => frame.time);
+
+  function placePiece(row, from, to, part) {
+    const [holder, x, y, sx, sy, angle, air] = from;
+    const use = uses[row], near = to && to[0] === holder && Math.hypot(to[1] - x, to[2] - y) < 120;
+    const k = near ? part : 0, goal = near ? to : from;
+    const words = holder < 0 ? "" : `translate(${(x + k * (goal[1] - x)).toFixed(1)} ${(y + k * (goal[2] - y)).toFixed(1)}) ` +
+      `rotate(${angle}) scale(${(sx + k * (goal[3] - sx)) / 100} ${(sy + k * (goal[4] - sy)) / 100})`;
+    const key = holder + words + air;
+    if (shown[row] === key) return;
+    shown[row] = key;
+    const home = holder < 0 ? null : holder ? find(".held", robots[holder - 1]) : lying;
+    if (!home) { use.remove(); return; }
+    use.setAttribute("href", `#p${kinds[row]}${air ? "a" : ""}`);
+    use.setAttribute("transform", words);
+    if (use.parentNode !== home) home.appendChild(use);
+  }
+
+  function placeRobot(node, pose, next, part) {
+    node.setAttribute("visibility", pose ? "visible" : "hidden");
+    if (!pose) return null;
+    const to = next || pose, turn = Math.atan2(Math.sin(to[2] - pose[2]), Math.cos(to[2] - pose[2]));
+    const x = pose[0] + part * (to[0] - pose[0]), y = pose[1] + part * (to[1] - pose[1]), yaw = pose[2] + part * turn;
+    const degrees = yaw * 180 / Math.PI, label = find(".label", node);
+    node.setAttribute("transform", `translate(${x.toFixed(1)} ${(run.height - y).toFixed(1)}) rotate(${(-degrees).toFixed(1)})`);
+    if (label) label.setAttribute("transform", `rotate(${degrees.toFixed(1)})`);
+    return [x, y];
+  }
 
   function draw(time) {
-    const scale = canvas.width / width;
-    pen.setTransform(1, 0, 0, 1, 0, 0);
-    pen.clearRect(0, 0, canvas.width, canvas.height);
-    pen.setTransform(scale, 0, 0, scale, -left * scale, -top * scale);
-    const i = frameAt(time);
-    const frame = frames[i], next = frames[Math.min(i + 1, frames.length - 1)];
-    const part = next.time > frame.time ? Math.min(1, Math.max(0, (time - frame.time) / (next.time - frame.time))) : 0;
-    pen.lineWidth = 1.2;
-    for (const place of piecesAt(i).keys()) {
-      // see _piece_codes in page.py
-      const z = place % 16, y = Math.floor(place / 16) % 2048 - 500, x = Math.floor(place / 32768) % 65536 - 500;
-      const high = Math.floor(place / 2147483648), look = run.pieces[high % 16], larger = 1 + 0.06 * z;
-      pen.beginPath();
-      if (look.isRound) {
-        pen.arc(x, run.width - y, look.reach * larger, 0, 2 * Math.PI);
-      } else {
-        const outline = Math.floor(high / 16), unit = 2 * look.reach * larger / 63;
-        const length = Math.floor(outline / 4096) * unit, width = Math.floor(outline / 64) % 64 * unit;
-        pen.save();
-        pen.translate(x, run.width - y);
-        pen.rotate(-(outline % 64) * Math.PI / 64);
-        pen.rect(-length / 2, -width / 2, length, width);
-        pen.restore();
-      }
-      pen.fillStyle = z > 2 ? look.air : look.color;
-      pen.strokeStyle = look.edge;
-      pen.fill();
-      pen.stroke();
-    }
-    frame.robots.forEach((pose, k) => {
-      if (!pose) return;
-      const to = next.robots[k] || pose, look = run.robots[k];
-      const turn = Math.atan2(Math.sin(to[2] - pose[2]), Math.cos(to[2] - pose[2]));
-      const x = pose[0] + part * (to[0] - pose[0]), y = pose[1] + part * (to[1] - pose[1]);
-      pen.save();
-      pen.translate(x, run.width - y);
-      pen.rotate(-(pose[2] + part * turn));
-      pen.lineWidth = 5;
-      pen.fillStyle = "rgba(255,255,255,.75)";
-      pen.strokeStyle = look.color;
-      pen.beginPath();
-      pen.rect(-look.length / 2, -look.width / 2, look.length, look.width);
-      pen.fill();
-      pen.stroke();
-      pen.fillStyle = look.color;  // an arrow to the front
-      pen.beginPath();
-      pen.moveTo(0.42 * look.length, 0);
-      pen.lineTo(0.05 * look.length, 0.3 * look.width);
-      pen.lineTo(0.05 * look.length, -0.3 * look.width);
-      pen.fill();
-      if (run.robots.length > 1) {
-        pen.translate(-0.2 * look.length, 0);
-        pen.rotate(pose[2] + part * turn);  // upright, whatever the robot does
-        pen.font = "bold 30px system-ui, sans-serif";
-        pen.textAlign = "center";
-        pen.textBaseline = "middle";
-        pen.fillText(k, 0, 0);
-      }
-      pen.restore();
+    const i = rowAt(frameTimes, time), j = Math.min(i + 1, frames.length - 1);
+    const frame = frames[i], next = frames[j], span = next.time - frame.time;
+    const part = span > 0 ? Math.min(1, Math.max(0, (time - frame.time) / span)) : 0;
+    goTo(i);
+    state.forEach((values, row) => placePiece(row, values, j > i && changes[j].get(row), part));
+    const apart = frame.robots.map((pose, k) => {
+      const truth = placeRobot(robots[k], pose, next.robots[k], part);
+      const belief = placeRobot(ghosts[k], frame.ghosts[k], next.ghosts[k], part);
+      robots[k].classList.toggle("active", Boolean(frame.active[k]));
+      return truth && belief ? Math.hypot(truth[0] - belief[0], truth[1] - belief[1]) / 100 : null;
+    });
+    const known = apart.filter((value) => value !== null);
+    off.hidden = !known.length;
+    find("b", off).textContent = known.map((value) => value.toFixed(2)).join(", ") + " m";
+    for (const [from, node] of timed) node.classList.toggle("later", from > time + 1e-9);
+    run.board.forEach((steps, k) => {
+      boards[k].textContent = steps[rowAt(steps.map((one) => one[0]), time)][1];
     });
   }
 
-  function valueAt(curve, time) {
-    let low = 0, high = curve.times.length;
-    while (high - low > 1) {
-      const middle = (low + high) >> 1;
-      if (curve.times[middle] <= time + 1e-9) low = middle; else high = middle;
-    }
-    return curve.values[low];
-  }
-
-  let now = run.end;
+  let now = run.start;
   function show(time) {
     now = Math.min(run.end, Math.max(run.start, time));
     slider.value = now;
+    slider.setAttribute("aria-valuetext", `${now.toFixed(2)} seconds`);
     clock.textContent = `${now.toFixed(2)} s`;
     draw(now);
     figures.forEach((figure, k) => {
-      const cursor = figure.querySelector(".cursor");
+      const cursor = find(".cursor", figure);
       const x = run.plot.left + (now - run.start) / (run.end - run.start || 1) * run.plot.width;
       cursor.setAttribute("x1", x);
       cursor.setAttribute("x2", x);
       cursor.removeAttribute("visibility");
-      figure.querySelectorAll(".value").forEach((label, j) => {
-        const value = valueAt(run.charts[k][j], now);
+      all(".value", figure).forEach((label, j) => {
+        const curve = run.charts[k][j], value = curve.values[rowAt(curve.times, now)];
         label.textContent = Math.abs(value) >= 100 || Number.isInteger(value) ? value.toFixed(0) : value.toFixed(2);
       });
     });
@@ -157,15 +134,10 @@
     button.textContent = "Pause";
     requestAnimationFrame(play);
   }
+  function jump(time) { stop(); show(time); }
 
-  function resize() {
-    const box = svg.getBoundingClientRect();
-    canvas.width = Math.round(box.width * devicePixelRatio);
-    canvas.height = Math.round(box.width * devicePixelRatio * height / width);
-    draw(now);
-  }
   for (const figure of figures) {
-    const chart = figure.querySelector("svg");
+    const chart = find("svg:last-child", figure);
     chart.addEventListener("pointermove", (event) => {
       if (last !== null) return;
       const box = chart.getBoundingClientRect();
@@ -176,18 +148,24 @@
   slider.min = run.start;
   slider.max = run.end;
   slider.step = 0.02;
-  slider.addEventListener("input", () => { stop(); show(Number(slider.value)); });
+  slider.addEventListener("input", () => jump(Number(slider.value)));
   button.addEventListener("click", toggle);
-  addEventListener("resize", resize);
+  all("[data-to]").forEach((mark) => mark.addEventListener("click", () => jump(Number(mark.dataset.to))));
+  all("input[data-heat]").forEach((box) => box.addEventListener("change", () => {
+    find(`g[data-heat="${box.dataset.heat}"]`).setAttribute("visibility", box.checked ? "visible" : "hidden");
+  }));
   addEventListener("keydown", (event) => {
-    if (event.target !== document.body) return;
-    if (event.key === " ") { event.preventDefault(); toggle(); }
-    if (event.key === "ArrowRight") show(now + 0.1);
-    if (event.key === "ArrowLeft") show(now - 0.1);
+    const typing = event.target.closest && event.target.closest("select, summary, button, input[type=checkbox]");
+    if (typing && (event.key === " " || event.key === "Enter" || event.target.tagName === "SELECT")) return;
+    const size = event.shiftKey ? 1 : 0.1;
+    const actions = { " ": toggle, ArrowRight: () => jump(now + size), ArrowLeft: () => jump(now - size),
+      Home: () => jump(run.start), End: () => jump(run.end) };
+    if (!actions[event.key] || event.ctrlKey || event.metaKey || event.altKey) return;
+    event.preventDefault();
+    actions[event.key]();
   });
-  bar.hidden = false;
-  svg.querySelector(".end").remove();  // the canvas shows pieces and robots from here on
+  find(".bar").hidden = false;
+  find(".keys").hidden = false;
   const wanted = Number(new URLSearchParams(location.hash.slice(1)).get("t"));
-  resize();
-  show(location.hash.includes("t=") && Number.isFinite(wanted) ? wanted : run.end);
+  show(location.hash.includes("t=") && Number.isFinite(wanted) ? wanted : run.start);
 })();

@@ -1,23 +1,29 @@
-"""The summary of a run as one HTML file: it plays the run, and needs nothing but a browser.
+"""A run as one HTML file: it plays the run, and needs nothing but a browser.
 
-Field and curves are SVG, drawn here; a script in the page moves robots, pieces and a time cursor. Nothing is loaded
-from anywhere, and the page forbids itself to.
+Field, pieces, robots and curves are drawn here, by the same code as pictures and animations; a script in the page moves
+and shows them. Nothing is loaded from anywhere, and the page forbids itself to.
 """
 
 from __future__ import annotations
 
 import json
 import math
-from collections import Counter
+from collections.abc import Sequence
 from html import escape
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from simcore.show.charts import charts_of, thinned
-from simcore.show.page_svg import PLOT, field_svg, figure_html, key_html
-from simcore.show.scene import PieceLook, Scene, tint
+from simcore.show.charts import PLOT, Chart, chart_drawing, charts_of, thinned
+from simcore.show.field_drawing import FieldDrawing, side_view
+from simcore.show.palette import css_variables
+from simcore.show.picture import legend
+from simcore.show.run_events import BoardItem, RunEvent, board_of, events_of
+from simcore.show.run_track import RunTrack, Table
+from simcore.show.scene import Scene
+from simcore.show.shots import intake_places, shot_rows, shots_of
+from simcore.show.svg import document
 from simcore.telemetry.recording import Recording
 from simcore.telemetry.sinks import output_error
 from simcore.typing import FloatArray
@@ -26,7 +32,12 @@ __all__ = ["write_page"]
 
 _HERE = Path(__file__).parent
 _MOST_FRAMES = 800
-_PIECES = "Sim/GamePieces/"
+_MARKS = {
+    "mode": "\u25b6", "hit": "\u25cf", "miss": "\u2715", "flying": "\u25cb", "score": "\u002b",
+    "slip": "\u2248", "bump": "\u25b2", "brown-out": "\u25bc", "foul": "\u25c6",
+}  # fmt: skip
+_ROWS = ("mode", "hit miss flying", "score foul", "slip bump brown-out")
+"""Of the time line, by the kinds of their events."""
 
 
 def write_page(path: str | Path, recording: Recording, scene: Scene, *, title: str = "run", subtitle: str = "") -> None:
@@ -43,53 +54,55 @@ def write_page(path: str | Path, recording: Recording, scene: Scene, *, title: s
         OutputError: The file cannot be written.
     """
     path = Path(path)
-    times = recording.times
-    start, end = (float(times[0]), float(times[-1])) if len(times) else (0.0, 0.0)
-    charts = [(chart, [thinned(curve) for curve in chart.curves]) for chart in charts_of(recording, scene)]
+    track = RunTrack(recording, scene)
+    shots = shots_of(recording, scene)
+    field = FieldDrawing(track, shots)
+    events = events_of(recording, scene, shots)
+    start, end = track.span
+    charts = charts_of(track)
+    board = board_of(recording)
+    taken = intake_places(recording)
+    frames, tables = _frames(track)
+    heat = field.heat_maps()
+    layers = "".join(
+        f'<g class="heat" data-heat="{name}" visibility="hidden">{cells}</g>' for name, cells in heat.items()
+    )
+    still = "".join((field.ground(), layers, field.paths(), field.intake_marks(taken), field.shot_traces()))
     run = {
         "start": round(start, 3),
         "end": round(end, 3),
-        "width": round(100.0 * scene.field_size[1]),
-        "pieces": [
-            {
-                "isRound": look.size is None,
-                "reach": round(100.0 * look.reach, 1),
-                "color": look.color,
-                "air": look.air_color,
-                "edge": look.edge_color,
-            }
-            for look in map(scene.look, _types(recording))
+        "height": round(field.width),
+        "kinds": [track.kinds.count(kind) for kind in range(len(track.types))],
+        "round": [scene.look(name).size is None for name in track.types],
+        "first": [[row, *values] for row, values in enumerate(tables.tolist())],
+        "frames": frames,
+        "board": [
+            [[round(time, 2), text] for time, text in zip(item.times, item.texts, strict=True)] for item in board
         ],
-        "robots": [
-            {
-                "color": tint(robot.alliance)[1],
-                "length": round(100.0 * robot.bumpers[0]),
-                "width": round(100.0 * robot.bumpers[1]),
-            }
-            for robot in scene.robots
-        ],
-        "frames": _frames(recording, scene),
-        "charts": [
-            [{"times": _short(curve.times, 3), "values": _short(curve.values, 3)} for curve in curves]
-            for _, curves in charts
-        ],
+        "charts": [_curve_data(chart) for chart in charts],
         "plot": PLOT,
     }
-    figures = "\n".join(figure_html(chart, start, end) for chart, _ in charts)
+    side = side_view(scene, shots)
     text = _PAGE.format(
         title=escape(title),
         subtitle=f'<p class="note">{escape(subtitle)}</p>' if subtitle else "",
         facts="".join(
-            f"<li><span>{escape(name)}</span><b>{escape(value)}</b></li>" for name, value in _facts(recording, scene)
+            f"<li><span>{escape(name)}</span><b>{escape(value)}</b></li>" for name, value in _facts(track, len(taken))
         ),
-        field=field_svg(recording, scene, end),
-        key=key_html(scene),
-        charts=figures,
-        style=_HERE.joinpath("page.css").read_text(encoding="utf-8"),
+        board="".join(_board_html(item, start) for item in board),
+        field=field.drawing(field.symbols(), still, f'<g id="now">{field.moment(start)}</g>'),
+        heat="".join(f'<label><input type="checkbox" data-heat="{name}"> heat map: {name}</label>' for name in heat),
+        timeline=_timeline_html(events, start, end),
+        key=_key_html(field, len(taken)),
+        events=_events_html(events),
+        shots=_shots_html(track, shots),
+        side=_SIDE.format(side) if side else "",
+        charts="\n".join(_figure_html(chart, start, end) for chart in charts),
+        style=css_variables() + _HERE.joinpath("page.css").read_text(encoding="utf-8"),
         script=_HERE.joinpath("page.js").read_text(encoding="utf-8"),
         # "</script>" in a name must not end the script that carries it
         run=json.dumps(run, separators=(",", ":"), allow_nan=False).replace("</", "<\\/"),
-    )
+    )  # fmt: skip
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_text(text, encoding="utf-8")
@@ -112,19 +125,24 @@ _PAGE = """<!DOCTYPE html>
 <h1>{title}</h1>
 {subtitle}
 <ul class="facts">{facts}</ul>
+<ul class="board" aria-label="score board">{board}
+<li class="off" hidden><span>pose estimate off by</span><b></b></li></ul>
 <div class="field">
 {field}
-<canvas></canvas>
 </div>
 <div class="bar" hidden>
-<button type="button">Play</button>
-<input type="range" aria-label="time">
+<button type="button" id="play" aria-label="play or pause (space)">Play</button>
+<input type="range" aria-label="time (arrow keys; home and end)">
 <output></output>
-<select aria-label="speed"><option value="0.25">1/4 x</option><option value="1" selected>1 x</option>
-<option value="2">2 x</option><option value="4">4 x</option><option value="16">16 x</option></select>
+<select aria-label="speed"><option value="0.25">0.25x</option><option value="0.5">0.5x</option>
+<option value="1" selected>1x</option><option value="2">2x</option><option value="4">4x</option></select>
 </div>
-<p class="key">{key}</p>
+{timeline}
+<div class="key">{key}{heat}<span class="keys" hidden>keys: <kbd>space</kbd> plays, <kbd>&larr;</kbd>
+<kbd>&rarr;</kbd> step 0.1 s (with <kbd>shift</kbd> 1 s), <kbd>home</kbd> <kbd>end</kbd></span></div>
+<div class="tables">{shots}{events}</div>
 <div class="charts">
+{side}
 {charts}
 </div>
 <script type="application/json" id="run">{run}</script>
@@ -135,101 +153,158 @@ _PAGE = """<!DOCTYPE html>
 """
 
 
-def _facts(recording: Recording, scene: Scene) -> list[tuple[str, str]]:
-    """Score, shots, distance, lowest voltage and duration."""
-    facts: list[tuple[str, str]] = []
-    for name, key in (("blue", "Sim/Score/Blue"), ("red", "Sim/Score/Red")):
-        if recording.has(key):
-            facts.append((f"{name} points", f"{recording.series(key)[1][-1]:.0f}"))
-    if scene.shots:
-        facts.append(("shots hit", f"{scene.hits} of {len(scene.shots)}"))
-    elif recording.has("Sim/Shots") and recording.has("Sim/Hits"):
-        hits, shots = (recording.series(key)[1][-1] for key in ("Sim/Hits", "Sim/Shots"))
+_SIDE = '<figure class="side"><figcaption><strong>Shots from the side</strong></figcaption>{}</figure>'
+
+
+def _facts(track: RunTrack, taken: int) -> list[tuple[str, str]]:
+    """What the whole run came to."""
+    recording, scene = track.recording, track.scene
+
+    def last(key: str) -> float | None:
+        return float(recording.series(key)[1][-1]) if recording.has(key) and len(recording.series(key)[1]) else None
+
+    facts = []
+    for alliance in ("Blue", "Red"):
+        points = last(f"Sim/Score/{alliance}")
+        if points is not None:
+            facts.append((f"score {alliance.lower()}", f"{points:.0f}"))
+    shots, hits = last("Sim/Shots"), last("Sim/Hits")
+    if shots is not None and hits is not None:
         facts.append(("shots hit", f"{hits:.0f} of {shots:.0f}"))
-    if len(scene.intakes):
-        facts.append((f"{scene.piece_names} taken in", str(len(scene.intakes))))
-    whose = " by robot 0" if len(scene.robots) > 1 else ""
-    path = recording.path(scene.robots[0].pose_key) if scene.robots else np.empty((0, 3))
-    if len(path):
-        facts.append((f"driven{whose}", f"{np.linalg.norm(np.diff(path[:, :2], axis=0), axis=1).sum():.1f} m"))
-    volts = f"{scene.robots[0].prefix}/Debug/BatteryVoltage" if scene.robots else ""
-    if recording.has(volts):
-        facts.append(
-            (f"battery{whose.replace('by', 'of')}, lowest of all ticks", f"{recording.series(volts)[1].min():.2f} V")
-        )
-    times = recording.times
-    if len(times):
-        facts.append(("simulated", f"{times[-1]:.2f} s"))
+    if taken:
+        facts.append((f"{scene.piece_names} taken in", str(taken)))
+    several = len(scene.robots) > 1
+    if scene.robots:
+        _, path = track.robots[0]
+        if len(path):
+            driven = float(np.linalg.norm(np.diff(path[:, :2], axis=0), axis=1).sum())
+            facts.append((f"driven{' by robot 0' if several else ''}", f"{driven:.1f} m"))
+        battery = f"{scene.robots[0].prefix}/Debug/BatteryVoltage"
+        volts = f"{battery}Min" if recording.has(f"{battery}Min") else battery  # logs of old versions have one only
+        if recording.has(volts):
+            whose = " of robot 0" if several else ""
+            facts.append((f"lowest battery voltage{whose}", f"{recording.series(volts)[1].min():.2f} V"))
+    if len(recording):
+        facts.append(("simulated", f"{track.span[1]:.2f} s"))
     return facts
 
 
-def _frames(recording: Recording, scene: Scene) -> list[dict[str, Any]]:
-    """Robots [cm, cm, rad] and what changed among the pieces, so that a page of 20 s is half a megabyte."""
-    times = recording.times
-    if not len(times):
-        return []
-    keys = [key for key in recording.keys if key.startswith("Sim/GamePieces/")]
-    marks = recording.array_times(keys[0]) if keys else times[:: max(1, len(times) // 300)]
-    marks = np.unique(np.append(marks[:: -(-len(marks) // _MOST_FRAMES)], times[-1]))
-    robots = []
-    for robot in scene.robots:
-        if recording.has(robot.pose_key):
-            robots.append((recording.poses(robot.pose_key)[0], recording.path(robot.pose_key)))
-        else:
-            robots.append((np.empty(0), np.empty((0, 3))))
-    types = _types(recording)
-    before: Counter[int] = Counter()
+def _frames(track: RunTrack) -> tuple[list[dict[str, Any]], Table]:
+    """Robots, and what changed among the pieces, so that a page of 20 s is half a megabyte; and the first table.
+
+    A piece that changed is `row, holder, x, y, scale_x, scale_y, angle, in_air` of `Placed`; of a ball, whose symbol
+    needs no more, `row, holder, x, y, scale, in_air`; of one that is nowhere any more `row, -1`.
+    """
+    first = before = track.table(track.span[0])
     frames = []
-    for time in marks.tolist():
-        pieces = recording.pieces_at(time)
-        now = Counter(
-            code for kind, name in enumerate(types) for code in _piece_codes(pieces[name], scene.look(name), kind)
-        )
-        poses: list[list[float] | None] = []
-        for at, rows in robots:
-            row = int(np.searchsorted(at, time + 1e-9)) - 1
-            x, y, yaw = rows[row] if row >= 0 else (math.nan,) * 3
-            poses.append([round(100.0 * x, 1), round(100.0 * y, 1), round(float(yaw), 3)] if row >= 0 else None)
-        come, gone = now - before, before - now
+    kinds = np.array(track.kinds)
+    is_round = np.array([track.scene.look(name).size is None for name in track.types] or [True])
+    for time in track.frame_times(_MOST_FRAMES):
+        table = track.table(time)
+        moved = []
+        for row in np.nonzero((table != before).any(axis=1))[0].tolist():
+            holder, x, y, scale_x, scale_y, angle, in_air = table[row].tolist()
+            if holder < 0:
+                moved.append([row, holder])
+            elif is_round[kinds[row]]:
+                moved.append([row, holder, x, y, scale_x, in_air])
+            else:
+                moved.append([row, holder, x, y, scale_x, scale_y, angle, in_air])
+        robots = range(len(track.robots))
         frames.append(
             {
                 "time": round(time, 3),
-                "robots": poses,
-                "come": sorted(come.elements()),
-                "gone": sorted(gone.elements()),
+                "robots": [_pose(track.robot_at(number, time)) for number in robots],
+                "ghosts": [_pose(track.robot_at(number, time, estimate=True)) for number in robots],
+                "active": [int(track.intake_is_active(number, time)) for number in robots],
+                "moved": moved,
             }
         )
-        before = now
-    return frames
+        before = table
+    return frames, first
 
 
-def _types(recording: Recording) -> list[str]:
-    """Types of pieces in the order of their numbers in the page."""
-    return [key.removeprefix(_PIECES) for key in recording.keys if key.startswith(_PIECES)]
+def _pose(pose: tuple[float, float, float] | None) -> list[float] | None:
+    """In centimeters and radians."""
+    return None if pose is None else [round(100.0 * pose[0], 1), round(100.0 * pose[1], 1), round(pose[2], 3)]
 
 
-def _piece_codes(rows: FloatArray, look: PieceLook, kind: int) -> list[int]:
-    """A whole number below 2^53 for each piece; page.js takes it apart.
+def _curve_data(chart: Chart) -> list[dict[str, list[float]]]:
+    return [{"times": _short(thin.times, 3), "values": _short(thin.values, 3)} for thin in map(thinned, chart.curves)]
 
-    From the lowest bit: height in decimeters (4 bits), y and x in centimeters and 500 (11 and 16), number of the type
-    (4), and of a box its outline: heading in 64ths of half a turn, width and length in 63rds of twice the reach (6
-    bits each).
-    """
-    rows = rows[np.isfinite(rows).all(axis=1)]
-    x = np.clip(np.rint(100.0 * rows[:, 0]) + 500, 0, 65535).astype(np.int64)
-    y = np.clip(np.rint(100.0 * rows[:, 1]) + 500, 0, 2047).astype(np.int64)
-    z = np.clip(10.0 * rows[:, 2], 0, 15).astype(np.int64)
-    outline = np.zeros(len(rows), dtype=np.int64)
-    if look.size is not None:
-        length, width, heading = look.rectangles(rows).T
-        across, along = (np.rint(63.0 * size / (2.0 * look.reach)).astype(np.int64) for size in (width, length))
-        outline = (along * 64 + across) * 64 + np.rint(64.0 * heading / np.pi).astype(np.int64) % 64
-    codes: list[int] = ((((outline * 16 + kind % 16) * 65536 + x) * 2048 + y) * 16 + z).tolist()
-    return codes
+
+def _figure_html(chart: Chart, start: float, end: float) -> str:
+    """One chart, and above it its title and the values at the cursor."""
+    caption = [f"<strong>{escape(chart.title)} [{escape(chart.unit)}]</strong>"]
+    for curve in chart.curves:
+        dashes = f' stroke-dasharray="{curve.dashes}"' if curve.dashes else ""
+        mark = f'<svg viewBox="0 0 20 6"><path d="M0 3h20" stroke="{curve.color}" stroke-width="2.5"{dashes}/></svg>'
+        caption.append(f'<span>{mark} {escape(curve.label)} <span class="value"></span></span>')
+    drawing = chart_drawing(chart, start, end)
+    return f'<figure class="chart"><figcaption>{"".join(caption)}</figcaption>{drawing}</figure>'
+
+
+def _key_html(field: FieldDrawing, taken: int) -> str:
+    marks = legend(field, intakes=taken)
+    return "".join(f"<span>{document((-14, -8, 32, 16), mark)} {escape(words)}</span>" for mark, words in marks)
+
+
+def _timeline_html(events: Sequence[RunEvent], start: float, end: float) -> str:
+    """Rows of marks over the time; each is a button that goes there."""
+    rows = []
+    for kinds in _ROWS:
+        mine = [event for event in events if event.kind in kinds.split()]
+        marks = []
+        for event in mine:
+            at = 100.0 * (event.time - start) / ((end - start) or 1.0)
+            tip = escape(f"{event.time:.2f} s: {event.text}")
+            marks.append(
+                f'<button type="button" tabindex="-1" class="{event.kind}" style="left:{at:.2f}%" title="{tip}" '
+                f'data-to="{event.time:.2f}">{_MARKS[event.kind]}</button>'
+            )
+        if mine:
+            rows.append(f'<div class="row"><span>{_row_name(kinds, mine)}</span><div>{"".join(marks)}</div></div>')
+    return f'<div class="timeline" aria-hidden="true">{"".join(rows)}</div>' if rows else ""
+
+
+def _row_name(kinds: str, events: Sequence[RunEvent]) -> str:
+    """Those of a row's kinds that there are."""
+    return ", ".join(kind for kind in kinds.split() if any(event.kind == kind for event in events))
+
+
+def _events_html(events: Sequence[RunEvent]) -> str:
+    """The same as a list, for readers without a pointer."""
+    if not events:
+        return ""
+    lines = "".join(
+        f'<li><button type="button" data-to="{event.time:.2f}">{event.time:.2f} s</button> '
+        f'<span class="{event.kind}" aria-hidden="true">{_MARKS[event.kind]}</span> {escape(event.text)}</li>'
+        for event in events
+    )
+    return f"<details><summary>Events ({len(events)})</summary><ol>{lines}</ol></details>"
+
+
+def _shots_html(track: RunTrack, shots: Sequence[Any]) -> str:
+    if not shots:
+        return ""
+    count = len(track.scene.robots)
+    heads = "".join(f"<th scope=col>{f'robot {number}' if count > 1 else 'all'}</th>" for number in range(count))
+    rows = "".join(
+        f"<tr><th scope=row>{escape(name)}</th>{''.join(f'<td>{escape(value)}</td>' for value in values)}</tr>"
+        for name, values in shot_rows(shots, count)
+    )
+    return (
+        f'<details open class="shots"><summary>Shots ({len(shots)})</summary><div class="wide"><table>'
+        f"<thead><tr><td></td>{heads}</tr></thead><tbody>{rows}</tbody></table></div></details>"
+    )
+
+
+def _board_html(item: BoardItem, time: float) -> str:
+    kind = item.label if item.label in ("blue", "red", "period") else "other"
+    return f'<li class="{kind}"><span>{escape(item.label)}</span><b>{escape(item.at(time))}</b></li>'
 
 
 def _short(values: FloatArray, digits: int) -> list[float]:
     """Rounded; what is not finite becomes 0, for JSON knows no other numbers."""
-    return [
-        int(v) if v == int(v) else v for v in np.round(np.nan_to_num(values, posinf=0.0, neginf=0.0), digits).tolist()
-    ]
+    found = np.round(np.nan_to_num(values, posinf=0.0, neginf=0.0), digits).tolist()
+    return [int(value) if math.isfinite(value) and value == int(value) else value for value in found]

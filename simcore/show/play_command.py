@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import math
-import os
 import signal
 import sys
 from collections.abc import Callable, Sequence
@@ -21,12 +19,16 @@ from simcore.match.registry import find_game, installed_games
 from simcore.match.report import print_report
 from simcore.match.runner import AutoRun, auto_seconds, play_auto
 from simcore.physics.engine_choice import add_engine_option
+from simcore.quantities import Quantity, number_flag
 from simcore.show.run_outputs import RunOutputs
 from simcore.show.watch import Watch, add_options
 from simcore.telemetry.snapshot import TelemetrySink
 from simcore.units import TICK
 
 __all__ = ["InterruptFlag", "add_arguments", "run"]
+
+_SEED = number_flag(Quantity("", 0, 2**32 - 1, is_whole=True))
+_SECONDS = number_flag(Quantity("s", 0.0, 3600.0, is_open=True))
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -35,8 +37,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--auto", metavar="NAME", help="which auto (see --list; default: the game's first)")
     parser.add_argument("--list", action="store_true", help="list the games and their autos, and stop")
     parser.add_argument("--alliance", choices=("blue", "red"), default="blue", help="whose robot (default: blue)")
-    parser.add_argument("--seed", type=_whole, default=0, metavar="N", help="seed of everything left to chance")
-    parser.add_argument("--seconds", type=_positive, metavar="S", help="simulated time (default: as long as auto is)")
+    parser.add_argument("--seed", type=_SEED, default=0, metavar="N", help="seed of everything left to chance")
+    parser.add_argument("--seconds", type=_SECONDS, metavar="S", help="simulated time (default: as long as auto is)")
     parser.add_argument("--field", type=Path, metavar="FILE.obj", help="another field mesh than the game's own")
     parser.add_argument("--log", type=Path, metavar="FILE.wpilog", help="default: out/NAME.wpilog")
     parser.add_argument("--picture", type=Path, metavar="FILE.png", help="default: out/NAME.png")
@@ -80,11 +82,7 @@ def run(options: argparse.Namespace) -> int:
     try:
         status = _list(options.game) if options.list else _play(options)
         sys.stdout.flush()
-    except BrokenPipeError:  # whoever read our output has gone, e.g. `| head -1`: nothing is wrong
-        with open(os.devnull, "w") as nowhere:
-            os.dup2(nowhere.fileno(), sys.stdout.fileno())  # else the interpreter complains at its end
-        return 0
-    except SimcoreError:
+    except (BrokenPipeError, SimcoreError):
         raise
     except OSError as error:
         print(f"OutputError: cannot print: {error.strerror or error}", file=sys.stderr)
@@ -111,6 +109,9 @@ def _play(options: argparse.Namespace) -> int:
     seed: int | None = options.seed
     try:
         with InterruptFlag() as interrupted:
+            watch.wait(interrupted)
+            if interrupted():
+                return 130
             while seed is not None:
                 played = _run(options, game, auto, seed, [*sinks, *watch.sinks()], watch, interrupted)
                 final = played.match.snapshot()
@@ -163,7 +164,7 @@ def _run(
     progress = Progress(
         TextColumn("{task.description}"),
         BarColumn(),
-        TextColumn("{task.fields[score]} points"),
+        TextColumn("{task.fields[period]}, {task.fields[score]} points"),
         TimeRemainingColumn(),
         console=Console(stderr=True),
         transient=True,
@@ -171,11 +172,11 @@ def _run(
     )
     ticks = max(1, round((options.seconds or auto_seconds(game)) / TICK))
     with progress:
-        task = progress.add_task(f"auto {auto.name!r}", total=ticks, score=0)
+        task = progress.add_task(f"auto {auto.name!r}", total=ticks, score=0, period=game.clock.phases[0].name)
 
         def show(match: Match) -> None:
             if match.ticks % 10 == 0:
-                progress.update(task, completed=match.ticks, score=match.score.total)
+                progress.update(task, completed=match.ticks, score=match.score.total, period=match.timer.phase.name)
             watch.after_tick(match, interrupted)
 
         return play_auto(
@@ -213,23 +214,3 @@ class InterruptFlag:
     def _on_interrupt(self, number: int, frame: object) -> None:
         self._is_set = True
         signal.signal(signal.SIGINT, signal.default_int_handler)
-
-
-def _positive(text: str) -> float:
-    try:
-        value = float(text)
-    except ValueError:
-        value = math.nan
-    if not (math.isfinite(value) and value > 0.0):
-        raise argparse.ArgumentTypeError(f"must be a finite number > 0, got {text!r}")
-    return value
-
-
-def _whole(text: str) -> int:
-    try:
-        value = int(text)
-    except ValueError:
-        value = -1
-    if value < 0:
-        raise argparse.ArgumentTypeError(f"must be a whole number >= 0, got {text!r}")
-    return value

@@ -9,8 +9,9 @@ from dataclasses import replace
 import numpy as np
 
 from simcore.show.pacing import FrameRate, Pacer
+from simcore.show.view_charts import LogSignals, ViewCharts
 from simcore.show.view_models import ViewModels
-from simcore.show.view_page import SPEEDS, ViewPage
+from simcore.show.view_page import CHARTS, SPEEDS, ViewPage
 from simcore.telemetry.log_reader import TelemetryLog
 from simcore.telemetry.snapshot import POSE_ARRAY_TYPE, POSE_TYPE, Snapshot
 from simcore.typing import FloatArray
@@ -20,6 +21,12 @@ __all__ = ["Replay", "can_draw", "smooth_snapshot"]
 _JUMP = 1.2  # [m]
 _GAP = 0.25  # [s]; a longer time without a value is rest
 _FRAME = 1.0 / 30.0  # [s] of wall time
+_PANEL, _EDGE = 320.0, 10.0  # width of the page's panel, and of the gap around the timeline [pixels]
+# The page lets a window have a width in pixels only; this one is as wide as what the panel leaves.
+_TIMELINE = f"""<style>@media (min-width: 36em) {{
+[data-floating-window]:has(#simcore-timeline) {{ width: calc(100% - {_PANEL + 2 * _EDGE:.0f}px) !important; }} }}
+</style><span id="simcore-timeline"></span>"""
+_COVERED = 0.16  # share of the window, from below, that the timeline takes
 _MAX_SPEED = 20.0  # what "max" means here: a replay has no slowest computer to wait for
 
 
@@ -106,23 +113,17 @@ class Replay:
         self.speed = 1.0
         self._drawn = math.nan
         self._slider_rate = FrameRate(10.0)
-        self._is_moving_slider = False
-        gui = self.page.server.gui
-        length = max(round(self.end - self.start, 2), 0.02)
-        self._slider = gui.add_slider("time", min=0.0, max=length, step=0.02, initial_value=0.0)
-        self._play = gui.add_button("pause")
-        self._speed = gui.add_dropdown("speed", tuple(SPEEDS), initial_value="1x")
+        self._signals = LogSignals(log)
+        self._charts = ViewCharts(self.page.server, self._signals, order=CHARTS)
+        self._build_timeline()
         self.page.on_camera = self._redraw  # type: ignore[method-assign]
-        self._slider.on_update(lambda event: self._on_slider(event.client is not None))
-        self._play.on_click(lambda _: self.set_playing(not self.playing))
-        self._speed.on_update(lambda _: self._on_speed())
 
     def set_playing(self, playing: bool) -> None:
         """Play or stand; at the end, play begins anew."""
         if playing and self.time >= self.end:
             self.seek(self.start)
         self.playing = playing
-        self._play.label = "pause" if playing else "play"
+        self._buttons.options = ("pause" if playing else "play", *SPEEDS)
 
     def seek(self, time: float) -> None:
         """Show another time [s]."""
@@ -147,6 +148,8 @@ class Replay:
         if self.time != self._drawn:
             self._drawn = self.time
             self.page.show(smooth_snapshot(self.log, self.time))
+            self._signals.time = self.time
+            self._charts.update(now=not self.playing)
             if self._slider_rate.due() or not self.playing:
                 self._slider_rate.take()
                 self._slider.value = round(self.time - self.start, 2)
@@ -155,12 +158,34 @@ class Replay:
         """Stop serving."""
         self.page.close()
 
+    # --- inside -------------------------------------------------------------------------------------------------
+
+    def _build_timeline(self) -> None:
+        """A strip along the lower edge of the window; on a phone a section of the sheet."""
+        gui = self.page.server.gui
+        length = max(round(self.end - self.start, 2), 0.02)
+        panel = gui.add_panel(order=0.0)
+        with panel.add_tab("time of the log [s]"):
+            gui.add_html(_TIMELINE)
+            self._slider = gui.add_slider("time", min=0.0, max=length, step=0.02, initial_value=0.0)
+            self._buttons = gui.add_button_group("speed 1x", ("pause", *SPEEDS))
+        panel.float(x=_EDGE, y=-_EDGE, width=600.0)
+        panel.expand()
+        gui.main_panel.set_width(_PANEL)
+        self._slider.on_update(lambda event: self._on_slider(event.client is not None))
+        self._buttons.on_click(lambda _: self._on_button(self._buttons.value))
+        self.page.cameras.covered = _COVERED
+
     def _on_slider(self, by_user: bool) -> None:
         if by_user:
             self.seek(self.start + float(self._slider.value))
 
-    def _on_speed(self) -> None:
-        self.speed = min(SPEEDS[self._speed.value], _MAX_SPEED)
+    def _on_button(self, name: str) -> None:
+        if name in SPEEDS:
+            self.speed = min(SPEEDS[name], _MAX_SPEED)
+            self._buttons.label = f"speed {name}"
+        else:
+            self.set_playing(not self.playing)
 
     def _redraw(self) -> None:
         self._drawn = math.nan

@@ -1,41 +1,28 @@
-"""A described robot as one picture: from above and from the left, to scale, with a legend."""
+"""A described robot as one picture: from above and from its right side, to one scale, with a legend."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from simcore.show.figure_file import new_figure, picture_path, save_figure
-from simcore.show.robot_sketch import RobotSketch, SketchWay
-from simcore.show.scene import GRID, HIT, INK, MISS, MUTED, PATH, tint
+from simcore.show.palette import color, tint
+from simcore.show.raster import save_drawing, writable_picture
+from simcore.show.robot_sketch import RobotSketch, SketchWay, hull
+from simcore.show.svg import document, element, line, polygon, polyline, words
 from simcore.typing import FloatArray
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
 __all__ = ["draw_robot"]
 
-_COLORS = {
-    "intake": HIT,
-    "shooter": MISS,
-    "storage": "#b08900",
-    "camera": "#0f7c8f",
-    "claw": PATH,
-    "hook": "#a3195b",
-    "way": "#2f5fae",
-}
-_FRONT = tint("blue")[1]
-_WHITE: dict[str, Any] = {
-    "fontsize": 8.5, "fontweight": "bold", "color": "white", "ha": "center", "va": "center", "zorder": 9,
+_INKS = {
+    "intake": color("hit"), "shooter": color("miss"), "storage": "#8a6a00", "camera": "#0b6675", "claw": color("path"),
+    "hook": "#a3195b", "way": color("blue"),
 }  # fmt: skip
-_WIDE, _VIEW_TOP, _VIEW_HIGH = 16.0, 1.15, 6.55  # [in]
-_VIEW_LEFT, _VIEW_WIDE, _GAP = 0.75, 7.0, 0.75  # [in]
-_LEGEND_ROW, _LEGEND_COLUMNS = 0.29, 2  # [in], [-]
+_WIDTH, _TOP, _LEFT = 1600.0, 128.0, 84.0  # [px]
+_VIEW, _GAP = (700.0, 655.0), 84.0  # [px]
+_LEGEND_ROW, _LEGEND_COLUMNS = 29.0, 2
 _MARGIN = 0.12  # [m]
 _ABOVE, _SIDE = (0, 1), (0, 2)  # columns of a point in the two views
 
@@ -52,232 +39,224 @@ def draw_robot(path: str | Path, sketch: RobotSketch, *, title: str, subtitle: s
     Raises:
         OutputError: The picture cannot be written there, or as that kind of file.
     """
-    path = picture_path(path)
-
-    ways = [way for way in sketch.ways if len(way.way)]
-    rows = -(-(len(sketch.notes) + bool(ways)) // _LEGEND_COLUMNS)
-    high = _VIEW_TOP + _VIEW_HIGH + 0.75 + _LEGEND_ROW * rows + 0.1
-    figure = new_figure(path, (_WIDE, high))
+    path = writable_picture(path)
     points = sketch.points()
-    low, top = points.min(axis=0) - _MARGIN, points.max(axis=0) + _MARGIN
+    low, high = points.min(axis=0) - _MARGIN, points.max(axis=0) + _MARGIN
     low[2] = min(low[2], -_MARGIN)
-    size = top - low
-    scale = min(_VIEW_WIDE / size[0], _VIEW_HIGH / max(size[1], size[2]))  # [in/m]
+    size = high - low
+    scale = min(_VIEW[0] / size[0], _VIEW[1] / max(size[1], size[2]))  # [px/m]
+    parts = [words(_LEFT, 44, title, 27, ink=color("ink"), bold=True), words(_LEFT, 76, subtitle, 16)]
     for number, (columns, name) in enumerate(((_ABOVE, "from above"), (_SIDE, "from its right side"))):
-        left = _VIEW_LEFT + number * (_VIEW_WIDE + _GAP)
-        axes = figure.add_axes(
-            (left / _WIDE, 1.0 - (_VIEW_TOP + _VIEW_HIGH) / high, _VIEW_WIDE / _WIDE, _VIEW_HIGH / high)
-        )
-        _frame(axes, low, top, columns, scale)
-        axes.set_title(name, fontsize=11, color=MUTED, loc="left", pad=6)
-        _draw_view(axes, sketch, columns)
-    head: dict[str, Any] = {"va": "center", "parse_math": False}
-    figure.text(_VIEW_LEFT / _WIDE, 1.0 - 0.38 / high, title, fontsize=19, fontweight="bold", color=INK, **head)
-    figure.text(_VIEW_LEFT / _WIDE, 1.0 - 0.72 / high, subtitle, fontsize=11.5, color=MUTED, **head)
-    _draw_legend(figure, sketch, ways, high, rows)
-    save_figure(figure, path)
+        left = _LEFT + number * (_VIEW[0] + _GAP)
+        parts.append(words(left, _TOP - 12, name, 15))
+        view = _View(sketch, columns, low, high, scale)
+        parts.append(element("g", view.drawing(), transform=f"translate({left:g} {_TOP:g})"))
+    legend, height = _legend(sketch)
+    parts.append(element("g", legend, transform=f"translate({_LEFT:g} {_TOP + _VIEW[1] + 84:g})"))
+    save_drawing(document((0, 0, _WIDTH, _TOP + _VIEW[1] + 84 + height), *parts), path, round(_WIDTH))
 
 
-def _frame(axes: Axes, low: FloatArray, top: FloatArray, columns: tuple[int, int], scale: float) -> None:
-    """Axes in meters with a grid of 10 cm, the robot in their middle; both views have the same scale."""
-    from matplotlib.ticker import MultipleLocator
+class _View:
+    """One view of a robot, its lower left corner at the lower left of a frame of pixels."""
 
-    across, up = columns
-    middle_x, half_x = 0.5 * (low[across] + top[across]), 0.5 * _VIEW_WIDE / scale
-    half_y = 0.5 * _VIEW_HIGH / scale
-    # on the floor: what is left over is above the robot
-    middle_y = low[up] + half_y if up == _SIDE[1] else 0.5 * (low[up] + top[up])
-    axes.set_xlim(middle_x - half_x, middle_x + half_x)
-    axes.set_ylim(middle_y - half_y, middle_y + half_y)
-    axes.set_aspect("equal")
-    step = 0.2 if half_x < 1.2 else 0.5
-    for axis in (axes.xaxis, axes.yaxis):
-        axis.set_major_locator(MultipleLocator(step))
-        axis.set_minor_locator(MultipleLocator(step / 2))
-    axes.grid(True, which="major", color=GRID, linewidth=0.9)
-    axes.grid(True, which="minor", color=GRID, linewidth=0.4)
-    axes.set_axisbelow(True)
-    axes.tick_params(labelsize=9, colors=MUTED, length=0, which="both")
-    for spine in axes.spines.values():
-        spine.set_visible(False)
-    axes.set_xlabel("x, to the front [m]", fontsize=9.5, color=MUTED)
-    axes.set_ylabel("y, to the left [m]" if up == _ABOVE[1] else "z, up [m]", fontsize=9.5, color=MUTED)
+    def __init__(
+        self, sketch: RobotSketch, columns: tuple[int, int], low: FloatArray, high: FloatArray, scale: float
+    ) -> None:
+        self._sketch, self._columns, self._scale = sketch, columns, scale
+        across, up = columns
+        self._left = 0.5 * (low[across] + high[across]) - 0.5 * _VIEW[0] / scale  # [m] at the frame's edge
+        # from the side on the floor: what is left over is above the robot
+        self._bottom = low[up] if up == _SIDE[1] else 0.5 * (low[up] + high[up]) - 0.5 * _VIEW[1] / scale
 
+    def drawing(self) -> str:
+        """Grid, robot, and everything that its sketch shows."""
+        is_above = self._columns == _ABOVE
+        body = self._from_above() if is_above else self._from_the_side()
+        volumes, tags = self._volumes()
+        parts = [self._grid(), *body, *volumes]
+        labels: dict[tuple[float, float], list[str]] = {}
+        for way in self._sketch.ways:
+            drawn, at = self._way(way)
+            parts += drawn
+            if at is not None:
+                labels.setdefault((round(at[0]), round(at[1])), []).append(way.name)
+        for (x, y), names in labels.items():
+            text = ", ".join(names)
+            back = {"x": x + 13, "y": y - 24, "width": 5.9 * len(text) + 6, "height": 16, "rx": 3}
+            parts.append(element("rect", **back, fill=color("paper"), opacity=0.8))
+            parts.append(words(x + 16, y - 12, text, 12, ink=_INKS["way"]))
+        return "".join((*parts, *tags, *self._arrows()))
 
-def _draw_view(axes: Axes, sketch: RobotSketch, columns: tuple[int, int]) -> None:
-    from matplotlib.patches import Polygon
+    # --- places -------------------------------------------------------------------------------------------------
 
-    is_above = columns == _ABOVE
-    if is_above:
-        _draw_from_above(axes, sketch)
-    else:
-        _draw_from_the_side(axes, sketch)
-    for volume in sketch.volumes:
-        color = _COLORS[volume.role]
-        outline = _hull(volume.corners[:, columns])
-        look: dict[str, Any] = {"facecolor": "none", "linestyle": (0, (4, 3)), "alpha": 0.8}
-        if not volume.is_outline:
-            strength = {"camera": 0.13, "storage": 0.10}.get(volume.role, 0.28)
-            look = {"facecolor": (*_rgb(color), strength)}
-        axes.add_patch(Polygon(outline, edgecolor=color, linewidth=1.3, zorder=5, **look))
-        if volume.tag:
-            apex = volume.role == "camera"
-            center = volume.corners[0, columns] if apex else outline.mean(axis=0)
-            if volume.role == "storage":  # out of the way of what stands in it
-                center = np.array([outline[:, 0].min() + 0.035, outline[:, 1].max() - 0.03])
-            _tag(axes, volume.tag, center, color)
-    labels: dict[tuple[float, float], list[str]] = {}
-    for way in sketch.ways:
-        at = _draw_way(axes, way, columns)
-        if at is not None:
-            labels.setdefault((round(at[0], 2), round(at[1], 2)), []).append(way.name)
-    for place, names in labels.items():
-        axes.annotate(
-            ", ".join(names), place, (6, 5), textcoords="offset points", fontsize=8.5, color=_COLORS["way"], zorder=9,
-            bbox={"boxstyle": "round,pad=0.12", "facecolor": "white", "edgecolor": "none", "alpha": 0.75},
-        )  # fmt: skip
-    for arrow in sketch.arrows:
-        start, end = arrow.start[list(columns)], arrow.end[list(columns)]
-        color = _COLORS["shooter"]
-        width, alpha = (1.6, 0.45) if arrow.is_faint else (3.0, 1.0)
-        if math.dist(start, end) > 0.02:
-            shape = {"arrowstyle": "-|>,head_width=0.35,head_length=0.7", "color": color, "linewidth": width}
-            axes.annotate(
-                "",
-                _point(end),
-                _point(start),
-                arrowprops={**shape, "alpha": alpha, "shrinkA": 0, "shrinkB": 0},
-                zorder=8,
-            )
-        axes.plot(*start, "o", color=color, markersize=6, markeredgecolor="white", zorder=8.5)
-        if arrow.tag:
-            _tag(axes, arrow.tag, start + (start - end) / max(math.dist(start, end), 1e-9) * 0.05, color)
+    def _at(self, across: float, up: float) -> tuple[float, float]:
+        return (across - self._left) * self._scale, _VIEW[1] - (up - self._bottom) * self._scale
 
+    def _places(self, rows: FloatArray) -> list[tuple[float, float]]:
+        return [self._at(row[self._columns[0]], row[self._columns[1]]) for row in rows.tolist()]
 
-def _draw_from_above(axes: Axes, sketch: RobotSketch) -> None:
-    from matplotlib.patches import FancyBboxPatch, Rectangle
+    def _box(self, low: tuple[float, float], high: tuple[float, float], **look: object) -> str:
+        (x, y), (right, top) = self._at(low[0], low[1]), self._at(high[0], high[1])
+        return element("rect", x=x, y=top, width=right - x, height=y - top, **look)
 
-    (length, width), thick = sketch.bumper, sketch.bumper_thickness
-    fill, edge = tint("blue")
-    corner: dict[str, Any] = {"boxstyle": f"round,pad=0,rounding_size={0.4 * thick:.4f}", "linewidth": 1.4}
-    axes.add_patch(
-        FancyBboxPatch((-length / 2, -width / 2), length, width, facecolor=fill, edgecolor=edge, zorder=2, **corner)
-    )
-    inner = (length - 2 * thick, width - 2 * thick)
-    axes.add_patch(
-        Rectangle(
-            (-inner[0] / 2, -inner[1] / 2), *inner, facecolor="#f6f7f9", edgecolor=edge, linewidth=0.8, zorder=2.1
-        )
-    )
-    for name, x, y in sketch.wheels:
+    # --- parts --------------------------------------------------------------------------------------------------
+
+    def _grid(self) -> str:
+        """Lines and numbers in meters."""
+        wide, tall = (size / self._scale for size in _VIEW)
+        step = 0.2 if wide < 2.4 else 0.5
+        parts = []
+
+        def lines(first: float, length: float, draw: Callable[[float, bool], str]) -> None:
+            for k in range(math.ceil(2 * first / step), math.floor(2 * (first + length) / step) + 1):
+                parts.append(draw(0.5 * k * step, k % 2 == 0))
+
+        def upright(x: float, is_bold: bool) -> str:
+            place = self._at(x, self._bottom)[0]
+            label = words(place, _VIEW[1] + 20, f"{x:.2g}", 12.5, anchor="middle") if is_bold else ""
+            return line(place, 0, place, _VIEW[1], stroke=color("grid"), stroke_width=1.0 if is_bold else 0.5) + label
+
+        def level(y: float, is_bold: bool) -> str:
+            place = self._at(self._left, y)[1]
+            label = words(-7, place + 4, f"{y:.2g}", 12.5, anchor="end") if is_bold else ""
+            return line(0, place, _VIEW[0], place, stroke=color("grid"), stroke_width=1.0 if is_bold else 0.5) + label
+
+        lines(self._left, wide, upright)
+        lines(self._bottom, tall, level)
+        parts.append(words(_VIEW[0] / 2, _VIEW[1] + 44, "x, to the front [m]", 13, anchor="middle"))
+        name = "y, to the left [m]" if self._columns == _ABOVE else "z, up [m]"
+        turn = f"translate(-48 {_VIEW[1] / 2:g}) rotate(-90)"
+        parts.append(words(0.0, 0.0, name, 13, anchor="middle", transform=turn))
+        return element("g", *parts)
+
+    def _from_above(self) -> list[str]:
+        sketch, (fill, edge) = self._sketch, tint("blue")
+        (length, width), thick = sketch.bumper, sketch.bumper_thickness
+        inner = (length / 2 - thick, width / 2 - thick)
+        parts = [
+            self._box((-length / 2, -width / 2), (length / 2, width / 2), fill=fill, stroke=edge, rx=10),
+            self._box((-inner[0], -inner[1]), inner, fill=color("soft"), stroke=edge),
+            self._box((length / 2 - thick, -inner[1]), (length / 2, inner[1]), fill=edge),
+        ]
         r = sketch.wheel_radius
-        axes.add_patch(Rectangle((x - r, y - 0.019), 2 * r, 0.038, facecolor=INK, edgecolor="none", zorder=3))
-        inward = -1.0 if y > 0.0 else 1.0
-        reach = min(abs(x) + r, 0.5 * inner[0] - 0.012)  # its name stays inside of the frame
-        edge_x, side = (reach, "right") if x > 0.0 else (-reach, "left")
-        axes.text(edge_x, y + inward * 0.045, name, fontsize=8, color=MUTED, ha=side, va="center", zorder=3.1)
-    front = (length - thick) / 2
-    band = Rectangle(
-        (length / 2 - thick, -inner[1] / 2), thick, inner[1], facecolor=_FRONT, edgecolor="none", zorder=2.2
-    )
-    axes.add_patch(band)
-    for y in (-1.0, 0.0, 1.0):
-        axes.plot(front, y * inner[1] / 3, marker=">", color="white", markersize=10, zorder=9)
-    for y in (-0.5, 0.5):
-        axes.text(front, y * inner[1] / 3, "FRONT", rotation=-90, **_WHITE)
-    axes.plot(0.0, 0.0, "+", color=MUTED, markersize=11, zorder=3)
+        for name, x, y in sketch.wheels:
+            parts.append(self._box((x - r, y - 0.019), (x + r, y + 0.019), fill=color("ink")))
+            reach = min(abs(x) + r, inner[0] - 0.012)  # its name stays inside of the frame
+            place = self._at(math.copysign(reach, x), y + (-0.055 if y > 0.0 else 0.035))
+            parts.append(words(*place, name, 11.5, anchor="end" if x > 0.0 else "start"))
+        front = (length - thick) / 2
+        for share in (-0.6, 0.0, 0.6):
+            parts.append(self._front_arrow(front, share * inner[1] * 1.1))
+        for share in (-0.33, 0.33):
+            across, down = self._at(front, share * inner[1])
+            turned = f"translate({across - 5:g} {down:g}) rotate(90)"
+            parts.append(words(0.0, 0.0, "FRONT", 13, ink=color("paper"), anchor="middle", bold=True, transform=turned))
+        x, y = self._at(0.0, 0.0)
+        parts.append(element("path", d=f"M{x - 8:g} {y:g}h16m-8 -8v16", stroke=color("muted"), stroke_width=1.5))
+        return parts
+
+    def _front_arrow(self, x: float, y: float) -> str:
+        across, down = self._at(x, y)
+        corners = [(across + 9, down), (across - 7, down - 8), (across - 7, down + 8)]
+        return polygon(corners, fill=color("paper"))
+
+    def _from_the_side(self) -> list[str]:
+        sketch, (fill, edge) = self._sketch, tint("blue")
+        half, (low, high), thick = sketch.bumper[0] / 2, sketch.bumper_heights, sketch.bumper_thickness
+        floor = self._at(0.0, 0.0)[1]
+        body = {"fill": color("soft"), "stroke": edge, "stroke_dasharray": "3 3"}
+        parts = [
+            line(0, floor, _VIEW[0], floor, stroke=color("ink"), stroke_width=3),
+            self._box((thick - half, high), (half - thick, sketch.height), **body),
+        ]
+        for x in sorted({round(x, 6) for _, x, _ in sketch.wheels}):
+            across, down = self._at(x, sketch.wheel_radius)
+            parts.append(element("circle", cx=across, cy=down, r=sketch.wheel_radius * self._scale, fill=color("ink")))
+        parts.append(self._box((-half, low), (half, high), fill=fill, stroke=edge, stroke_width=1.5, rx=6))
+        across, down = self._at(half - 0.03, 0.5 * (low + high))
+        parts.append(words(across - 18, down + 5, "FRONT", 13, ink=edge, anchor="end", bold=True))
+        parts.append(polygon([(across, down), (across - 13, down - 7), (across - 13, down + 7)], fill=edge))
+        return parts
+
+    def _volumes(self) -> tuple[list[str], list[str]]:
+        """Bodies and their tags, which go over all lines."""
+        parts, tags = [], []
+        for volume in self._sketch.volumes:
+            ink = _INKS[volume.role]
+            outline = hull(volume.corners[:, self._columns])
+            corners = [self._at(x, y) for x, y in outline.tolist()]
+            strength = {"camera": 0.13, "storage": 0.10}.get(volume.role, 0.28)
+            look: dict[str, object] = {"fill": ink, "fill_opacity": strength}
+            if volume.is_outline:
+                look = {"fill": "none", "stroke_dasharray": "6 4", "opacity": 0.8}
+            parts.append(polygon(corners, stroke=ink, stroke_width=1.8, **look))
+            if volume.tag:
+                middle = outline.mean(axis=0)
+                if volume.role == "camera":
+                    middle = volume.corners[0, self._columns]
+                elif volume.role == "storage":  # out of the way of what stands in it
+                    middle = np.array([outline[:, 0].min() + 0.035, outline[:, 1].max() - 0.03])
+                tags.append(_tag(volume.tag, *self._at(*middle.tolist()), ink))
+        return parts, tags
+
+    def _way(self, way: SketchWay) -> tuple[list[str], tuple[float, float] | None]:
+        """The joint, the link to what it carries, and the way of that from stop to stop; and where its name goes."""
+        ink, parts = _INKS["way"], []
+        link, places = self._places(way.link), self._places(way.way)
+        if way.has_place and np.ptp(link, axis=0).max() > 1e-3:
+            parts.append(polyline(link, stroke=ink, stroke_width=4.5, opacity=0.55, stroke_linecap="round"))
+        has_way = len(places) > 0 and np.ptp(places, axis=0).max() > 0.005 * self._scale
+        if has_way:
+            parts.append(polyline(places, stroke=ink, stroke_width=1.8, stroke_dasharray="8 3"))
+            parts.append(_arrow_head(places[-3], places[-1], 11.0, ink))
+        is_seen_along = abs(way.axis[2 if self._columns == _ABOVE else 1]) > 0.9
+        if not (has_way or is_seen_along):
+            return parts, None
+        if way.has_place:
+            x, y = link[0]
+            parts.append(element("circle", cx=x, cy=y, r=4.5, fill=color("paper"), stroke=ink, stroke_width=2))
+        return parts, places[-1] if has_way else link[0]
+
+    def _arrows(self) -> list[str]:
+        parts, tags, ink = [], [], _INKS["shooter"]
+        for arrow in self._sketch.arrows:
+            start, end = self._places(np.stack((arrow.start, arrow.end)))
+            away = math.dist(start, end)
+            wide = 2.2 if arrow.is_faint else 4.0
+            strength = 0.5 if arrow.is_faint else 1.0
+            if away > 0.02 * self._scale:
+                head = _arrow_head(start, end, 15.0, ink)
+                parts.append(element("g", line(*start, *end, stroke=ink, stroke_width=wide), head, opacity=strength))
+            parts.append(element("circle", cx=start[0], cy=start[1], r=4.5, fill=ink, stroke=color("paper")))
+            if arrow.tag:
+                back = [a + (a - b) / max(away, 1e-9) * 0.05 * self._scale for a, b in zip(start, end, strict=True)]
+                tags.append(_tag(arrow.tag, back[0], back[1], ink))
+        return parts + tags
 
 
-def _draw_from_the_side(axes: Axes, sketch: RobotSketch) -> None:
-    from matplotlib.patches import Circle, FancyBboxPatch, Rectangle
-
-    length, (low, high) = sketch.bumper[0], sketch.bumper_heights
-    fill, edge = tint("blue")
-    axes.axhline(0.0, color=INK, linewidth=2.2, zorder=1.5)
-    thick = sketch.bumper_thickness
-    frame = length - 2 * thick
-    axes.add_patch(
-        Rectangle((-frame / 2, high), frame, sketch.height - high, facecolor="#f6f7f9", edgecolor=edge, linewidth=0.8,
-                  linestyle=(0, (2, 2)), zorder=1.8)
-    )  # fmt: skip
-    for x in {round(x, 6) for _, x, _ in sketch.wheels}:
-        axes.add_patch(Circle((x, sketch.wheel_radius), sketch.wheel_radius, facecolor=INK, edgecolor="none", zorder=2))
-    corner = f"round,pad=0,rounding_size={0.25 * thick:.4f}"
-    axes.add_patch(
-        FancyBboxPatch((-length / 2, low), length, high - low, boxstyle=corner, facecolor=(*_rgb(fill), 0.85),
-                       edgecolor=edge, linewidth=1.4, zorder=2.2)
-    )  # fmt: skip
-    axes.text(length / 2 - 0.03, 0.5 * (low + high), "FRONT \u25b6", **(_WHITE | {"ha": "right"}))
+def _arrow_head(start: tuple[float, float], end: tuple[float, float], size: float, ink: str) -> str:
+    """A tip at the end of a line."""
+    angle = math.atan2(end[1] - start[1], end[0] - start[0])
+    sides = [(end[0] - size * math.cos(angle + turn), end[1] - size * math.sin(angle + turn)) for turn in (0.4, -0.4)]
+    return polygon([end, *sides], fill=ink)
 
 
-def _draw_way(axes: Axes, way: SketchWay, columns: tuple[int, int]) -> tuple[float, float] | None:
-    """The joint, the link to what it carries, and the way of that from stop to stop.
-
-    Returns:
-        Where its name goes; None: it is not seen in this view.
-    """
-    color, pick = _COLORS["way"], list(columns)
-    joint = way.link[0, pick]
-    if way.has_place and np.ptp(way.link[:, pick], axis=0).max() > 1e-6:
-        axes.plot(*way.link[:, pick].T, color=color, linewidth=3.2, alpha=0.55, solid_capstyle="round", zorder=6)
-    has_way = len(way.way) and np.ptp(way.way[:, pick], axis=0).max() > 5e-3
-    if has_way:
-        places = way.way[:, pick]
-        axes.plot(*places.T, color=color, linewidth=1.3, linestyle=(0, (5, 2)), zorder=6)
-        shape = {"arrowstyle": "-|>,head_width=0.22,head_length=0.5", "color": color, "linewidth": 1.3}
-        axes.annotate(
-            "", _point(places[-1]), _point(places[-3]), arrowprops={**shape, "shrinkA": 0, "shrinkB": 0}, zorder=6.1
-        )
-        axes.plot(*places[0], "|" if columns == _ABOVE else "_", color=color, markersize=8, zorder=6.1)
-    is_seen_along = abs(way.axis[2 if columns == _ABOVE else 1]) > 0.9
-    if not (has_way or is_seen_along):
-        return None
-    if way.has_place:
-        axes.plot(*joint, "o", color="white", markersize=7, markeredgecolor=color, markeredgewidth=1.6, zorder=6.2)
-    return _point(way.way[-1, pick] if has_way else joint)
+def _tag(tag: str, x: float, y: float, ink: str) -> str:
+    """White letters on a badge."""
+    wide = 9.0 * len(tag) + 8.0
+    badge = element("rect", x=x - wide / 2, y=y - 10, width=wide, height=20, rx=4, fill=ink, stroke=color("paper"))
+    return badge + words(x, y + 4.5, tag, 12.5, ink=color("paper"), anchor="middle", bold=True)
 
 
-def _draw_legend(figure: Figure, sketch: RobotSketch, ways: Sequence[SketchWay], high: float, rows: int) -> None:
-    notes = [(note.tag, _COLORS[note.role], note.text) for note in sketch.notes]
-    if ways:
-        notes.append(("", _COLORS["way"], "dashed: the way of a mechanism, its arrow at the end of positive motion"))
-    for number, (tag, color, text) in enumerate(notes):
+def _legend(sketch: RobotSketch) -> tuple[str, float]:
+    """Its drawing and its height [px]."""
+    notes = [(note.tag, _INKS[note.role], note.text) for note in sketch.notes]
+    if any(len(way.way) for way in sketch.ways):
+        notes.append(("--", _INKS["way"], "dashed: the way of a mechanism, its arrow at the end of positive motion"))
+    rows = -(-len(notes) // _LEGEND_COLUMNS)
+    parts = []
+    for number, (tag, ink, text) in enumerate(notes):
         column, row = divmod(number, rows)
-        x = (_VIEW_LEFT + column * (_WIDE - _VIEW_LEFT) / _LEGEND_COLUMNS) / _WIDE
-        y = 1.0 - (_VIEW_TOP + _VIEW_HIGH + 0.85 + _LEGEND_ROW * row) / high
-        badge = {"boxstyle": "round,pad=0.22", "facecolor": color, "edgecolor": "none"}
-        bold: dict[str, Any] = {"fontsize": 8.5, "fontweight": "bold", "color": "white", "ha": "center"}
-        figure.text(x + 0.008, y, tag or "--", va="center", bbox=badge, **bold)
-        figure.text(x + 0.024, y, text, fontsize=10, color=INK, va="center", parse_math=False)
-
-
-def _tag(axes: Axes, tag: str, at: FloatArray, color: str) -> None:
-    badge = {"boxstyle": "round,pad=0.22", "facecolor": color, "edgecolor": "white", "linewidth": 0.8}
-    look: dict[str, Any] = {"fontsize": 8.5, "fontweight": "bold", "color": "white", "ha": "center", "va": "center"}
-    axes.text(float(at[0]), float(at[1]), tag, bbox=badge, zorder=10, clip_on=True, **look)
-
-
-def _point(row: FloatArray) -> tuple[float, float]:
-    return float(row[0]), float(row[1])
-
-
-def _rgb(color: str) -> tuple[float, float, float]:
-    r, g, b = (int(color[k : k + 2], 16) / 255.0 for k in (1, 3, 5))
-    return r, g, b
-
-
-def _hull(points: FloatArray) -> FloatArray:
-    """Corners of the convex hull, counter-clockwise, shape (n, 2)."""
-    ordered = sorted({(round(float(x), 9), round(float(y), 9)) for x, y in points})
-
-    def half(rows: Sequence[tuple[float, float]]) -> list[tuple[float, float]]:
-        chain: list[tuple[float, float]] = []
-        for x, y in rows:
-            while len(chain) > 1 and (chain[-1][0] - chain[-2][0]) * (y - chain[-2][1]) <= (
-                chain[-1][1] - chain[-2][1]
-            ) * (x - chain[-2][0]):
-                chain.pop()
-            chain.append((x, y))
-        return chain[:-1]
-
-    return np.array(half(ordered) + half(ordered[::-1]) or ordered)
+        x, y = column * (_WIDTH - _LEFT) / _LEGEND_COLUMNS, _LEGEND_ROW * row
+        parts.append(_tag(tag, x + 14, y, ink) + words(x + 38, y + 5, text, 14, ink=color("ink")))
+    return "".join(parts), _LEGEND_ROW * rows + 10

@@ -19,7 +19,16 @@ from simcore.robot.shaft import ShaftSim
 from simcore.typing import FloatArray
 from simcore.vision.camera import CameraConfig
 
-__all__ = ["RobotSketch", "SketchArrow", "SketchNote", "SketchVolume", "SketchWay", "sketch_robot"]
+__all__ = [
+    "RobotSketch",
+    "SketchArrow",
+    "SketchNote",
+    "SketchVolume",
+    "SketchWay",
+    "hull",
+    "intake_outlines",
+    "sketch_robot",
+]
 
 SHOT, CONE = 0.38, 0.55  # [m]; lengths of drawn arrows and cones
 _STEPS = 24  # of the way of a mechanism
@@ -153,6 +162,33 @@ def sketch_robot(config: RobotConfig, *, chains: Sequence[Sequence[Joint]] = ())
         _add_camera(sketch, f"C{number}", camera)
     _add_ways(sketch, config, mechanisms, chains)
     return sketch
+
+
+def intake_outlines(config: RobotConfig) -> list[FloatArray]:
+    """Corners from above of the zone of each intake while it is out, robot frame [m], shape (n, 2)."""
+    mechanisms = {name: build_mechanism(one) for name, one in config.mechanisms.items()}
+    zones = []
+    for intake in config.intakes:
+        posed: dict[str, ShaftSim | _Posed] = {**mechanisms, **_deployed(intake, mechanisms)}
+        zones.append(hull(_zone_corners(intake, posed)[:, :2]))
+    return zones
+
+
+def hull(points: FloatArray) -> FloatArray:
+    """Corners of the convex hull, counter-clockwise, shape (n, 2)."""
+    ordered = sorted({(round(float(x), 9), round(float(y), 9)) for x, y in points})
+
+    def half(rows: Sequence[tuple[float, float]]) -> list[tuple[float, float]]:
+        chain: list[tuple[float, float]] = []
+        for x, y in rows:
+            while len(chain) > 1 and (chain[-1][0] - chain[-2][0]) * (y - chain[-2][1]) <= (
+                chain[-1][1] - chain[-2][1]
+            ) * (x - chain[-2][0]):
+                chain.pop()
+            chain.append((x, y))
+        return chain[:-1]
+
+    return np.array(half(ordered) + half(ordered[::-1]) or ordered)
 
 
 def _add_storages(sketch: RobotSketch, config: RobotConfig) -> None:

@@ -1,4 +1,7 @@
-"""What a drawing of a run needs beside its telemetry: the field, the looks of robots and pieces, the shots, colors."""
+"""What is drawn of a run and is in no telemetry key: the field, its goals, and the looks of robots and pieces.
+
+What moves is in the telemetry: `simcore.show.run_track` reads it from a recording.
+"""
 
 from __future__ import annotations
 
@@ -9,51 +12,22 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from simcore.errors import ConfigError, require_positive
+from simcore.errors import ConfigError
+from simcore.geometry.zones import BoxZone, CylinderZone
 from simcore.physics.shapes import Cylinder, Sphere, bounding_box
 from simcore.pieces.kinds import GamePieceConfig
+from simcore.quantities import FIELD_LENGTH, ROBOT_LENGTH, require, require_fields
+from simcore.show.palette import shade
 from simcore.telemetry.snapshot import robot_prefix
 from simcore.typing import FloatArray
 
 if TYPE_CHECKING:
     from simcore.match.game import Game
     from simcore.match.match import Match
+    from simcore.match.scoring import ScoringZone
+    from simcore.physics.field import FieldGeometry
 
-__all__ = [
-    "CARPET", "GRID", "HIT", "INK", "MISS", "MUTED", "PATH", "PLAIN_PIECE",
-    "PieceLook", "RobotLook", "Scene", "ShotTrace", "bare_scene", "piece_look", "rgb", "scene_of", "tint",
-]  # fmt: skip
-
-CARPET, INK, MUTED, GRID = "#d3d6da", "#20242b", "#5b6470", "#dfe2e6"
-HIT, MISS = "#0e8a43", "#e0620d"
-"""The same in pictures, pages and animations."""
-PATH = "#6a3fb5"
-"""A hue that neither shots nor alliances use."""
-
-_TINTS = {"blue": ("#9db4dd", "#2f5fae"), "red": ("#e3a9a6", "#b3312b")}
-_NEUTRAL = ("#b4b9c0", "#7d858f")
-
-
-def tint(name: str) -> tuple[str, str]:
-    """Fill and edge of what belongs to an alliance, by its name or by one that begins so.
-
-    >>> tint("blue_tower")
-    ('#9db4dd', '#2f5fae')
-    """
-    return next((colors for alliance, colors in _TINTS.items() if name.lower().startswith(alliance)), _NEUTRAL)
-
-
-def rgb(color: str) -> tuple[int, int, int]:
-    """As whole numbers of 0 to 255.
-
-    >>> rgb("#0e8a43")
-    (14, 138, 67)
-    """
-    return int(color[1:3], 16), int(color[3:5], 16), int(color[5:7], 16)
-
-
-def _shade(color: str, part: float) -> str:
-    return "#" + "".join(f"{round(part * value):02x}" for value in rgb(color))
+__all__ = ["PLAIN_PIECE", "Goal", "PieceLook", "RobotLook", "Scene", "bare_scene", "piece_look", "scene_of"]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -80,9 +54,9 @@ class PieceLook:
             raise ConfigError(f"PieceLook: give radius or size, one of them; got {self.radius} and {self.size}")
         for name, value in (("radius", self.radius), *(("size", value) for value in self.size or ())):
             if value is not None:
-                require_positive("PieceLook", name, value, "m")
-        object.__setattr__(self, "air_color", self.air_color or _shade(self.color, 0.75))
-        object.__setattr__(self, "edge_color", self.edge_color or _shade(self.color, 0.5))
+                require("PieceLook", name, value, FIELD_LENGTH)
+        object.__setattr__(self, "air_color", self.air_color or shade(self.color, 0.75))
+        object.__setattr__(self, "edge_color", self.edge_color or shade(self.color, 0.5))
 
     @property
     def reach(self) -> float:
@@ -131,19 +105,6 @@ PLAIN_PIECE = PieceLook(radius=0.1, color="#f2c511")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class ShotTrace:
-    """The flight of one piece."""
-
-    points: FloatArray
-    """Centers from the muzzle to where it scored or first touched, field frame [m], shape (m, 3)."""
-    scored: bool
-    time: float = 0.0
-    """When it left the muzzle, simulated [s]."""
-    robot: int = 0
-    """Number of the robot that shot it."""
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
 class RobotLook:
     """How one robot is drawn, and which telemetry is its own."""
 
@@ -152,15 +113,25 @@ class RobotLook:
     alliance: str = "blue"
     prefix: str = "Sim"
     """Its keys begin so: `<prefix>/Robot/Pose3d`, `<prefix>/Debug/BatteryVoltage`."""
+    intakes: Sequence[FloatArray] = ()
+    """Corners from above of the zone of each intake while it is out, robot frame [m], shape (n, 2)."""
 
     def __post_init__(self) -> None:
-        require_positive("RobotLook", "bumpers[0]", self.bumpers[0], "m")
-        require_positive("RobotLook", "bumpers[1]", self.bumpers[1], "m")
+        require_fields(self, bumpers=(ROBOT_LENGTH, ROBOT_LENGTH))
 
     @property
     def pose_key(self) -> str:
         """Of its true pose."""
         return f"{self.prefix}/Robot/Pose3d"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Goal:
+    """A place where pieces score."""
+
+    alliance: str
+    center: tuple[float, float, float]
+    """Middle of its opening, field frame [m]."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -174,21 +145,14 @@ class Scene:
     robots: Sequence[RobotLook] = ()
     pieces: Mapping[str, PieceLook] = field(default_factory=dict)
     """By type name, as in `Sim/GamePieces/<Type>`."""
-    shots: Sequence[ShotTrace] = ()
-    """In the order in which they were shot."""
-    intakes: FloatArray = field(default_factory=lambda: np.empty((0, 3)))
-    """Where pieces were taken in, field frame [m], shape (n, 3)."""
+    goals: Sequence[Goal] = ()
+    """What shots are aimed at."""
 
     def __post_init__(self) -> None:
-        require_positive("Scene", "field_size[0]", self.field_size[0], "m")
-        require_positive("Scene", "field_size[1]", self.field_size[1], "m")
-        if self.intakes.ndim != 2 or self.intakes.shape[1] != 3:
-            raise ConfigError(f"Scene: intakes need shape (n, 3), got {self.intakes.shape}")
-
-    @property
-    def hits(self) -> int:
-        """Shots that scored."""
-        return sum(shot.scored for shot in self.shots)
+        require_fields(self, field_size=(FIELD_LENGTH, FIELD_LENGTH))
+        for name, corners in self.field_outlines:
+            if np.ndim(corners) != 2 or np.shape(corners)[1] != 2:
+                raise ConfigError(f"Scene: the outline {name!r} needs shape (n, 2), got {np.shape(corners)}")
 
     @property
     def piece_names(self) -> str:
@@ -218,32 +182,42 @@ def piece_look(kind: GamePieceConfig) -> PieceLook:
 
 def bare_scene(game: Game) -> Scene:
     """The field alone, for a run of which only the log is left."""
+    return _scene(game, game.field.load(), ())
+
+
+def scene_of(match: Match) -> Scene:
+    """The scene of a match, also after it was closed."""
+    from simcore.show.robot_sketch import intake_outlines  # brings all of a robot: a page of a log needs none
+
+    robots = []
+    for robot in match.robots:
+        body = robot.chassis.config
+        look = RobotLook(
+            alliance=match.alliances[robot.number],
+            bumpers=(body.bumper_length, body.bumper_width),
+            prefix=robot_prefix(robot.number),
+            intakes=intake_outlines(robot.config),
+        )
+        robots.append(look)
+    return _scene(match.game, match.field, robots)
+
+
+def _scene(game: Game, geometry: FieldGeometry, robots: Sequence[RobotLook]) -> Scene:
     return Scene(
         field_size=game.field.size,
-        field_outlines=game.field.load().outlines(),
+        field_outlines=geometry.outlines(),
+        robots=robots,
+        goals=[goal for zone in game.zones for goal in _goals(zone)],
         pieces={supply.kind.name: piece_look(supply.kind) for supply in game.pieces},
     )
 
 
-def scene_of(match: Match) -> Scene:
-    """The scene of a match as it is now, also after it was closed."""
-    robots = []
-    for robot in match.robots:
-        c = robot.chassis.config
-        look = RobotLook(
-            alliance=match.alliances[robot.number],
-            bumpers=(c.bumper_length, c.bumper_width),
-            prefix=robot_prefix(robot.number),
-        )
-        robots.append(look)
-    return Scene(
-        field_size=match.game.field.size,
-        field_outlines=match.field.outlines(),
-        robots=robots,
-        shots=[
-            ShotTrace(points=np.array(shot.points), scored=shot.scored, time=shot.time, robot=shot.robot)
-            for shot in match.flow.shots
-        ],
-        intakes=np.array(match.flow.intakes, dtype=np.float64).reshape(-1, 3),
-        pieces={supply.kind.name: piece_look(supply.kind) for supply in match.game.pieces},
-    )
+def _goals(scoring: ScoringZone) -> list[Goal]:
+    """Where a zone opens to pieces that fall into it; none for a region of another shape than those of simcore."""
+    zone = scoring.zone
+    if isinstance(zone, BoxZone):
+        low, high = zone.low, zone.high
+        return [Goal(alliance=scoring.alliance, center=(0.5 * (low[0] + high[0]), 0.5 * (low[1] + high[1]), high[2]))]
+    if isinstance(zone, CylinderZone):
+        return [Goal(alliance=scoring.alliance, center=(*zone.center, zone.top))]
+    return []

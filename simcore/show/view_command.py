@@ -8,12 +8,15 @@ import math
 from pathlib import Path
 
 from simcore.match.registry import installed_games
+from simcore.quantities import PORT, Quantity, number_flag
 from simcore.show.replay import Replay, can_draw
 from simcore.show.view_models import find_models, load_models
-from simcore.show.view_page import open_browser
+from simcore.show.view_server import open_browser
 from simcore.telemetry.log_reader import TelemetryLog, read_log
 
 __all__ = ["add_arguments", "run"]
+
+_SECONDS = number_flag(Quantity("s", 0.0, 1e6, is_open=True, may_be_infinite=True))
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -25,9 +28,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--robot", default="", metavar="NAME", help="which robot model (default: the first)")
     parser.add_argument("--game", default="", metavar="NAME", help="whose models (default: as the log says)")
     parser.add_argument("--host", default="127.0.0.1", help="where to listen (default: this computer only)")
-    parser.add_argument("--port", type=int, default=0, help="default: a free one")
+    parser.add_argument("--port", type=number_flag(PORT), default=0, help="default: a free one")
     parser.add_argument("--no-browser", action="store_true", help="do not open a browser")
-    parser.add_argument("--seconds", type=float, default=math.inf, help="stop serving after so long (default: Ctrl-C)")
+    parser.add_argument(
+        "--seconds", type=_SECONDS, default=math.inf, help="stop serving after so long (default: Ctrl-C)"
+    )
 
 
 def run(options: argparse.Namespace) -> int:

@@ -44,6 +44,8 @@ class FieldModels:
     """In the field frame: blue origin."""
     pieces: Mapping[str, Model]
     """By name, as in `Sim/GamePieces/<name>`."""
+    stations: tuple[tuple[float, float], ...] = ()
+    """Of the drivers, blue 1 to 3 and red 1 to 3, field frame [m]; empty if the model does not say."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -186,7 +188,20 @@ def _field(folder: Path) -> FieldModels:
         matrix = transform(folder.name, piece.get("rotations", []), piece.get("position", [0, 0, 0]))
         pieces[str(piece.get("name", i))] = _model(folder, f"model_{i}.glb", matrix)
     name = str(config.get("name", folder.name))
-    return FieldModels(name=name, size=size, body=_model(folder, "model.glb", to_field @ own), pieces=pieces)
+    body = _model(folder, "model.glb", to_field @ own)
+    return FieldModels(name=name, size=size, body=body, pieces=pieces, stations=_stations(folder, config, size))
+
+
+def _stations(folder: Path, config: Mapping[str, Any], size: tuple[float, float]) -> tuple[tuple[float, float], ...]:
+    """The driver stations, which the file has from the middle of the field, blue's at +x."""
+    listed = config.get("driverStations", [])
+    try:
+        places = tuple((0.5 * size[0] - float(x), 0.5 * size[1] - float(y)) for x, y in listed)
+    except (TypeError, ValueError):
+        places = ()
+    if listed and (len(places) != 6 or not np.isfinite(places).all()):
+        raise ModelError(f"{folder.name}: driverStations must be six pairs [x, y] in meters, got {listed!r}")
+    return places
 
 
 def _robot(folder: Path) -> RobotModels:

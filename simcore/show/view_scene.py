@@ -8,20 +8,23 @@ from __future__ import annotations
 
 import math
 import re
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from simcore.geometry.rotation import matrix
-from simcore.show.flights import Trails
 from simcore.show.glb import PieceMesh, box_glb, linear_rgba, look_mesh, painted_glb, piece_mesh
 from simcore.show.scene import PLAIN_PIECE
 from simcore.show.view_models import Model, RobotModels, ViewModels
+from simcore.show.view_trails import Trails
 from simcore.telemetry.snapshot import Snapshot
 from simcore.typing import FloatArray
 
 if TYPE_CHECKING:
     import viser
+
+    from simcore.show.shot_preview import ShotPath
 
 __all__ = ["ViewScene", "robot_keys"]
 
@@ -30,9 +33,14 @@ _CAMERA = re.compile(r"^Sim/Limelights/.+/(DirectionLine|SeenTags)$")
 _PIECES, _FLYING = "Sim/GamePieces/", "Sim/InFlight/"
 _BLUE, _RED = (30, 84, 183), (196, 40, 40)
 _TRAIL, _CAMERA_COLOR = (255, 120, 20), (20, 200, 140)
+_PREVIEW = (235, 60, 200)  # a hue of nothing else here; hit and miss differ by form
 _PLAIN_FIELD = (16.0, 8.0)  # [m]; without a model of a field
 _PLAIN_ROBOT = (0.8, 0.8, 0.25)  # [m]; without a model of a robot
 _FRUSTUM = 0.35  # [m] long, drawn as a sign of where a camera looks
+_MARK_SIZE = 0.15  # [m]
+_CROSS = np.array([((-1, -1, 0), (1, 1, 0)), ((-1, 1, 0), (1, -1, 0)), ((0, 0, -1), (0, 0, 1))], dtype=np.float64)
+_CORNERS = np.array([(-1, -1, 0), (1, -1, 0), (1, 1, 0), (-1, 1, 0)], dtype=np.float64)
+_SQUARE = np.stack((_CORNERS, np.roll(_CORNERS, -1, axis=0)), axis=1)
 _NO_LINES = np.zeros((1, 2, 3), dtype=np.float32)  # viser takes no empty lines
 
 
@@ -63,6 +71,8 @@ class ViewScene:
         """Length and width of the field [m]."""
         self.follow: tuple[int, bool] | None = None
         """The robot that stays in the middle, and whether the view turns with it; None for the whole field."""
+        self.previews: Sequence[ShotPath] = ()
+        """What shots would do now; drawn with the next snapshot."""
         self._robots: dict[int, _RobotNode] = {}
         self._pieces: dict[str, _PieceNode] = {}
         self._trails: dict[str, Trails] = {}
@@ -93,6 +103,7 @@ class ViewScene:
             for name in self._pieces.keys() - {key.removeprefix(_PIECES) for key in snapshot.pose_arrays}:
                 self._pieces[name].draw(np.zeros((0, 7)))
             self._draw_trails(snapshot)
+            self._draw_previews()
             self._draw_cameras(snapshot)
             self._move_world(snapshot, robots)
         self._server.flush()
@@ -144,9 +155,19 @@ class ViewScene:
         for key, rows in snapshot.pose_arrays.items():
             if key.startswith(_FLYING):
                 trails = self._trails.setdefault(key, Trails())
-                trails.update(snapshot.time, rows[:, :3])
-                lines.append(trails.segments(snapshot.time))
+                ids = snapshot.integer_arrays.get(key.replace(_FLYING, "Sim/InFlightIds/"), ())
+                trails.update(snapshot.time, list(ids), rows[:, :3])
+                lines.append(trails.segments())
         self._set_lines("/world/trails", np.concatenate(lines), _TRAIL, 3.0)
+
+    def _draw_previews(self) -> None:
+        """A whole line and a cross at its end for a shot that would score, a dashed one with a square for a miss."""
+        lines = [np.zeros((0, 2, 3))]
+        for path in self.previews:
+            segments = np.stack((path.points[:-1], path.points[1:]), axis=1)
+            lines.append(segments if path.zone else segments[::2])
+            lines.append(path.landing + _MARK_SIZE * (_CROSS if path.zone else _SQUARE))
+        self._set_lines("/world/previews", np.concatenate(lines), _PREVIEW, 3.0)
 
     def _draw_cameras(self, snapshot: Snapshot) -> None:
         lines = [np.zeros((0, 2, 3))]

@@ -7,16 +7,18 @@ from __future__ import annotations
 
 import argparse
 import sys
+import time
 from collections.abc import Callable
 from typing import Any
 
 from simcore.errors import SimcoreError
 from simcore.match.game import Game
 from simcore.match.match import Match
+from simcore.quantities import PORT, number_flag
 from simcore.show.live_view import LiveView
 from simcore.show.pacing import Pacer
 from simcore.show.view_models import ViewModels, load_models
-from simcore.show.view_page import open_browser
+from simcore.show.view_server import open_browser
 from simcore.telemetry.snapshot import Snapshot, TelemetrySink
 
 __all__ = ["Watch", "add_options"]
@@ -25,11 +27,13 @@ __all__ = ["Watch", "add_options"]
 def add_options(parser: argparse.ArgumentParser) -> None:
     """The options of `simcore play` that are about watching."""
     group = parser.add_argument_group("watching, in real time")
-    group.add_argument("--view", action="store_true", help="show the run in a browser (extra: view)")
+    group.add_argument("--view", action="store_true", help="show the run in a browser, once it is open (extra: view)")
     group.add_argument("--live", action="store_true", help="publish over NetworkTables, e.g. for AdvantageScope")
     group.add_argument("--host", default="127.0.0.1", help="where the view listens (default: this computer only)")
-    group.add_argument("--port", type=int, default=0, help="of the view (default: a free one)")
-    group.add_argument("--nt-port", type=int, default=5810, help="of --live (default: 5810, as AdvantageScope expects)")
+    group.add_argument("--port", type=number_flag(PORT), default=0, help="of the view (default: a free one)")
+    group.add_argument(
+        "--nt-port", type=number_flag(PORT), default=5810, help="of --live (default: 5810, as AdvantageScope expects)"
+    )
     group.add_argument("--no-browser", action="store_true", help="do not open a browser")
     group.add_argument("--models", metavar="FOLDER", help="your own Robot_... and Field3d_... folders for --view")
 
@@ -45,6 +49,8 @@ class Watch:
     def __init__(self, options: argparse.Namespace, game: Game) -> None:
         self._view: LiveView | None = None
         self._tables: Any = None
+        self._control: Any = None
+        self._controlled: Match | None = None
         self._pacer = Pacer() if options.view or options.live else None
         if options.live:
             self._tables = _attempt(lambda: _serve(options.nt_port))
@@ -79,25 +85,48 @@ class Watch:
 
     def after_tick(self, match: Match, should_stop: Callable[[], bool]) -> None:
         """Wait until the next tick is due."""
+        if self._tables is not None and self._controlled is not match:
+            self._listen(match)
         if self._view is not None:
-            self._view.after_tick(match.time, should_stop=should_stop)
+            self._view.after_tick(match, should_stop=should_stop)
         elif self._pacer is not None:
             self._pacer.wait(match.time, should_stop=should_stop)
 
+    def wait(self, should_stop: Callable[[], bool]) -> None:
+        """Before the first run: wait until somebody looks at the page."""
+        if self._view is not None and not self._view.page.has_viewers:
+            _say("the run begins when the page is open; Ctrl-C leaves")
+            self._view.wait_for_viewer(should_stop=should_stop)
+
     def next_seed(self, final: Snapshot, should_stop: Callable[[], bool]) -> int | None:
-        """After a run that ended like this: the seed of the next one, or None for no other."""
-        if self._view is None:
+        """After a run that ended like this: the seed of the next one, or None for no other; waits for Ctrl-C."""
+        if self._view is None and self._tables is None:
             return None
         if not self.wants_restart:
-            _say("the run is over; the page stays. Ctrl-C ends it")
-        return self._view.next_seed(final, should_stop=should_stop)
+            stays = "the page stays" if self._view is not None else "its last values stay on NetworkTables"
+            _say(f"the run is over; {stays}. Press Ctrl-C to leave")
+        if self._view is not None:
+            return self._view.next_seed(final, should_stop=should_stop)
+        while not should_stop():
+            time.sleep(0.05)
+        return None
 
     def close(self) -> None:
         """Stop serving; may be called twice."""
         if self._view is not None:
             self._view.close()
+        if self._control is not None:
+            self._control.close()
         if self._tables is not None:
             self._tables.stopServer()
+
+    def _listen(self, match: Match) -> None:
+        """Let dashboards act on the field of this run."""
+        from simcore.match.control_topics import ControlTopics
+
+        if self._control is not None:
+            self._control.close()
+        self._controlled, self._control = match, ControlTopics(match, self._tables)
 
 
 def _open(options: argparse.Namespace, game: Game) -> LiveView:

@@ -31,6 +31,7 @@ _NUMBERS: dict[str, tuple[str, int]] = {
     "boolean": ("<u1", 1),
 }
 _INTEGERS = "int64[]"
+_LATEST = 2**62  # [us]; a later record has a broken stamp
 _TEXT = "string"
 _PREFIX = re.compile(r"^(NT:)?/?(AdvantageKit/)?(RealOutputs/|ReplayOutputs/)?")
 
@@ -229,8 +230,8 @@ def read_log(path: str | Path) -> TelemetryLog:
     path = Path(path)
     try:
         data = path.read_bytes()
-    except OSError as error:
-        raise LogError(f"cannot read the log {str(path)!r}: {error.strerror or error}") from error
+    except (OSError, ValueError) as error:  # a path with a NUL is a ValueError
+        raise LogError(f"cannot read the log {str(path)!r}: {getattr(error, 'strerror', None) or error}") from error
     if data[:6] != b"WPILOG" or len(data) < 12:
         kind = "empty" if not data else "not a .wpilog file (it does not start with WPILOG)"
         raise LogError(f"the log {str(path)!r} is {kind}; give one that simcore, DataLogManager or AdvantageKit wrote")
@@ -260,8 +261,9 @@ def _scan(data: bytes, at: int) -> tuple[list[_Entry], bool]:
         entry = integer(data[at + 1 : first], "little")
         if entry:
             known = open_entries.get(entry)
-            if known is not None:
-                known.micros.append(integer(data[second:start], "little"))
+            micros = integer(data[second:start], "little")
+            if known is not None and micros <= _LATEST:
+                known.micros.append(micros)
                 known.places.append(start)
                 known.sizes.append(size)
         elif not _control(data[start : start + size], open_entries, by_key):

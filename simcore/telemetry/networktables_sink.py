@@ -130,7 +130,9 @@ class NetworkTablesSink:
 def start_local_server(instance: ntcore.NetworkTableInstance, *, port: int = 5810, address: str = "127.0.0.1") -> None:
     """Serve NetworkTables 4 from this process, by default to programs on this computer only.
 
-    Nothing is persisted and the NT3 port stays shut. `instance.stopServer()` ends it.
+    Nothing is persisted and the NT3 port stays shut. `instance.stopServer()` ends it. NetworkTables' clock counts from
+    the first call in a process, as it does in a robot program, and not from 1970: time axes then read seconds. So call
+    it before anything is published.
 
     Args:
         instance: The instance that serves.
@@ -153,4 +155,6 @@ def start_local_server(instance: ntcore.NetworkTableInstance, *, port: int = 581
                 f"cannot serve NetworkTables on {address or 'any address'}:{port}: {error.strerror or error}. "
                 "Another robot program or simulation may be running: end it, or choose another port"
             ) from error
+    import hal  # noqa: F401  # loading it sets the clock that ntcore stamps and answers with; nothing else of it runs
+
     instance.startServer("", address, 0, port)

@@ -10,7 +10,8 @@ from typing import Generic, Literal, TypeAlias, TypeVar
 import numpy as np
 import numpy.typing as npt
 
-from simcore.errors import UnknownNameError, require_positive
+from simcore.errors import UnknownNameError
+from simcore.quantities import DURATION, require
 from simcore.telemetry.sinks import Cadence
 from simcore.telemetry.snapshot import Snapshot
 from simcore.typing import FloatArray, IntArray
@@ -51,7 +52,7 @@ class Recording:
         Raises:
             ConfigError: One of them is not finite and > 0.
         """
-        require_positive("Recording", "seconds", seconds, "s")
+        require("Recording", "seconds", seconds, DURATION)
         self.closed = False
         self.bulk_period = bulk_period
         """Simulated time between two of the long arrays that are kept [s]."""
@@ -137,6 +138,10 @@ class Recording:
         """Whether anything of that key was kept."""
         return key in self.keys
 
+    def is_boolean(self, key: str) -> bool:
+        """Whether a key is of a boolean."""
+        return self._kinds.get(key) == "boolean"
+
     def series(self, key: str) -> tuple[FloatArray, FloatArray]:
         """Times [s] and values of one number or boolean, as far as it was published, each of shape (m,).
 
@@ -188,6 +193,14 @@ class Recording:
             raise UnknownNameError("recorded array of integers", key, self._integer_arrays)
         kept = self._integer_arrays[key]
         return kept[_newest(kept, time)][1]
+
+    def integers(self, key: str) -> list[tuple[float, IntArray]]:
+        """All kept arrays of integers of one key with their times [s], shape (n,) each; none where nothing was kept."""
+        return list(self._integer_arrays.get(key, ()))
+
+    def most_poses(self, key: str) -> int:
+        """Rows of the longest kept array of poses of one key."""
+        return max((len(rows) for _, rows in self._arrays.get(key, ())), default=0)
 
     def strings(self, key: str) -> tuple[FloatArray, list[str]]:
         """Times [s], shape (m,), and the m texts of one key, as far as it was published.

@@ -7,7 +7,8 @@ from collections import deque
 from collections.abc import Callable
 from pathlib import Path
 
-from simcore.errors import ConfigError, OutputError, UnknownNameError, require_positive
+from simcore.errors import ConfigError, OutputError, UnknownNameError
+from simcore.quantities import DURATION, require
 from simcore.telemetry.snapshot import Snapshot, TelemetrySink
 
 __all__ = ["Cadence", "GuardedSink", "MemorySink", "discard_empty", "output_error", "require_writable"]
@@ -87,7 +88,7 @@ class Cadence:
 
     def __init__(self, period: float) -> None:
         """Set the time between two snapshots [s]."""
-        require_positive("telemetry sink", "period", period, "s")
+        require("telemetry sink", "period", period, DURATION)
         self.period = period
         self._last: int | None = None
 
@@ -178,6 +179,8 @@ def require_writable(kind: str, path: str | Path) -> Path:
             path.unlink()
     except OSError as error:
         raise output_error(kind, path, error) from error
+    except ValueError as error:
+        raise OutputError(f"cannot write the {kind} {str(path)!r}: {error}; give a path without it") from error
     return path
 
 

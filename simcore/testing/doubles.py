@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from simcore.errors import require_non_negative
+from simcore.quantities import Quantity, require
 from simcore.telemetry.sinks import MemorySink
 
 __all__ = ["ManualClock", "MemorySink"]
@@ -31,5 +31,5 @@ class ManualClock:
         Raises:
             ConfigError: A negative or non-finite amount.
         """
-        require_non_negative("ManualClock", "seconds", seconds, "s")
+        require("ManualClock", "seconds", seconds, Quantity("s", 0.0, 1e6))
         self.time += seconds

@@ -12,14 +12,23 @@ from typing import Literal
 
 import numpy as np
 
-from simcore.errors import (
-    ConfigError,
-    UnknownNameError,
-    require_finite,
-    require_non_negative,
-    require_positive,
-)
+from simcore.errors import ConfigError, UnknownNameError
 from simcore.geometry.rotation import Quaternion, Vector, from_rpy, multiply, rotate
+from simcore.quantities import (
+    COUNT,
+    DEGREES,
+    DELAY,
+    FIELD_LENGTH,
+    FIELD_OF_VIEW,
+    FRACTION,
+    FRAME_RATE,
+    NOISE_DEGREES,
+    NOISE_PIXELS,
+    PIXELS,
+    ROBOT_PLACE,
+    Quantity,
+    require_fields,
+)
 from simcore.typing import FloatArray
 
 __all__ = [
@@ -79,14 +88,19 @@ class LimelightType:
 
     def __post_init__(self) -> None:
         owner = f"LimelightType {self.name!r}"
-        for name in ("width", "height", "frame_rate"):
-            require_positive(owner, name, getattr(self, name))
-        for name in ("horizontal_fov_deg", "vertical_fov_deg"):
-            if not 0.0 < getattr(self, name) < 180.0:
-                raise ConfigError(f"{owner}: {name} must be between 0 and 180 degrees, got {getattr(self, name)}")
-        for name in ("capture_latency", "pipeline_latency"):
-            require_non_negative(owner, name, getattr(self, name), "s")
-        require_non_negative(owner, "corner_noise", self.corner_noise, "px")
+        require_fields(
+            self,
+            owner,
+            width=PIXELS,
+            height=PIXELS,
+            horizontal_fov_deg=FIELD_OF_VIEW,
+            vertical_fov_deg=FIELD_OF_VIEW,
+            frame_rate=FRAME_RATE,
+            capture_latency=DELAY,
+            pipeline_latency=DELAY,
+            imu_drift_deg=NOISE_DEGREES,
+            corner_noise=NOISE_PIXELS,
+        )
         across = math.tan(math.radians(self.horizontal_fov_deg) / 2.0)
         down = math.tan(math.radians(self.vertical_fov_deg) / 2.0)
         object.__setattr__(self, "focal_length", (0.5 * self.width / across, 0.5 * self.height / down))
@@ -152,8 +166,15 @@ class CameraMount:
     """Counter-clockwise: 180 looks back."""
 
     def __post_init__(self) -> None:
-        for name in ("x", "y", "z", "roll_deg", "pitch_deg", "yaw_deg"):
-            require_finite("CameraMount", name, getattr(self, name))
+        require_fields(
+            self,
+            x=ROBOT_PLACE,
+            y=ROBOT_PLACE,
+            z=ROBOT_PLACE,
+            roll_deg=DEGREES,
+            pitch_deg=DEGREES,
+            yaw_deg=DEGREES,
+        )
 
     @property
     def position(self) -> Vector:
@@ -184,11 +205,13 @@ class TagPipeline:
     """Tags to use; empty: all."""
 
     def __post_init__(self) -> None:
-        require_positive("TagPipeline", "min_side", self.min_side, "px")
-        if not 1.0 <= self.downscale <= 8.0:
-            raise ConfigError(f"TagPipeline: downscale must be from 1 to 8, got {self.downscale}")
-        if not 0.0 < self.max_angle_deg < 90.0:
-            raise ConfigError(f"TagPipeline: max_angle_deg must be between 0 and 90, got {self.max_angle_deg}")
+        require_fields(
+            self,
+            downscale=Quantity("", 1.0, 8.0),
+            min_side=Quantity("px", 0.0, 10_000.0, is_open=True),
+            max_angle_deg=Quantity("deg", 0.0, 89.9, is_open=True),
+            id_filters=[COUNT],
+        )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -210,12 +233,9 @@ class PiecePipeline:
     """Standard deviation of each edge of a detection's box [px]. Estimate."""
 
     def __post_init__(self) -> None:
-        require_positive("PiecePipeline", "near", self.near, "m")
-        if not (math.isfinite(self.far) and self.near < self.far):
+        require_fields(self, near=FIELD_LENGTH, far=FIELD_LENGTH, min_visible=FRACTION, box_noise=NOISE_PIXELS)
+        if not self.near < self.far:
             raise ConfigError(f"PiecePipeline: far must be beyond near ({self.near} m), got {self.far}")
-        require_non_negative("PiecePipeline", "box_noise", self.box_noise, "px")
-        if not 0.0 <= self.min_visible <= 1.0:
-            raise ConfigError(f"PiecePipeline: min_visible must be from 0 to 1, got {self.min_visible}")
 
 
 Pipeline = TagPipeline | PiecePipeline
@@ -245,8 +265,7 @@ class CameraConfig:
         owner = f"camera {self.name!r}"
         if not 1 <= len(self.pipelines) <= 10:
             raise ConfigError(f"{owner}: a Limelight has 1 to 10 pipelines, got {len(self.pipelines)}")
-        if self.frame_rate is not None:
-            require_positive(owner, "frame_rate", self.frame_rate, "1/s")
+        require_fields(self, owner, frame_rate=FRAME_RATE)
 
     @property
     def rate(self) -> float:

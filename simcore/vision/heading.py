@@ -8,8 +8,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from simcore.errors import ConfigError, require_positive
+from simcore.errors import ConfigError
 from simcore.geometry.rotation import Quaternion, Rows, Vector, rotate_back, rpy
+from simcore.quantities import DURATION, require
 from simcore.typing import FloatArray
 from simcore.vision.camera_frame import ImuReading
 
@@ -36,7 +37,7 @@ class PoseHistory:
 
     def __init__(self, span: float = 2.0) -> None:
         """Keep poses for `span` [s]."""
-        require_positive("PoseHistory", "span", span, "s")
+        require("PoseHistory", "span", span, DURATION)
         self._span = span
         self._times: list[float] = []
         self._poses: list[tuple[Vector, Quaternion]] = []
@@ -84,7 +85,7 @@ class ScalarHistory:
 
     def __init__(self, span: float = 2.0) -> None:
         """Keep readings for `span` [s]."""
-        require_positive("ScalarHistory", "span", span, "s")
+        require("ScalarHistory", "span", span, DURATION)
         self._span = span
         self._times: list[float] = []
         self._values: list[float] = []

@@ -9,8 +9,8 @@ from typing import Protocol
 
 import numpy as np
 
-from simcore.errors import require_non_negative, require_positive
 from simcore.geometry.rotation import Quaternion, Vector, from_rpy, multiply, rotate, rotate_back, rpy
+from simcore.quantities import FRAME_RATE, NOISE_DEGREES, ROBOT_HEIGHT, require_fields
 from simcore.vision.camera import CameraMount, camera_pose
 from simcore.vision.heading import PoseHistory
 
@@ -41,9 +41,14 @@ class QuestConfig:
     """How far yaw wanders in 150 s, standard deviation [deg]."""
 
     def __post_init__(self) -> None:
-        require_positive("QuestConfig", "frame_rate", self.frame_rate, "1/s")
-        for name in ("position_noise", "angle_noise_deg", "position_drift", "yaw_drift_deg"):
-            require_non_negative("QuestConfig", name, getattr(self, name))
+        require_fields(
+            self,
+            frame_rate=FRAME_RATE,
+            position_noise=ROBOT_HEIGHT,
+            angle_noise_deg=NOISE_DEGREES,
+            position_drift=ROBOT_HEIGHT,
+            yaw_drift_deg=NOISE_DEGREES,
+        )
 
 
 @dataclass(slots=True)

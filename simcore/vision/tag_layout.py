@@ -12,6 +12,7 @@ import numpy as np
 
 from simcore.errors import ConfigError, UnknownNameError
 from simcore.geometry.rotation import Quaternion, Vector, matrix
+from simcore.quantities import FIELD_LENGTH, FIELD_PLACE, Quantity, require, require_row, shown
 from simcore.typing import FloatArray, IntArray
 from simcore.units import inches, plain_sum
 
@@ -19,6 +20,12 @@ __all__ = ["OFFICIAL_LAYOUTS", "TAG_SIZE", "TagLayout", "load_layout", "official
 
 TAG_SIZE = inches(6.5)
 """Edge of the black square of an FRC AprilTag, family 36h11 [m]. 2026 manual, section 5."""
+
+_TAG_ID = Quantity("", 0, 586, is_whole=True)  # of family 36h11
+_TAG_SIZE = Quantity("m", 0.0, 1.0, is_open=True)
+_QUATERNION = Quantity("", -1.0 - 1e-3, 1.0 + 1e-3)
+_ROUNDING = 1e-3  # [-]; files have three digits or more
+_MOST_BYTES = 1_000_000
 
 OFFICIAL_LAYOUTS = {
     "2026-welded": "k2026RebuiltWelded",
@@ -73,15 +80,20 @@ class TagLayout:
             size: Edge of the black square [m].
 
         Raises:
-            ConfigError: An id comes twice, or a number is not finite.
+            ConfigError: An id comes twice, or a number cannot be what it should be.
         """
-        rows = sorted(tags)
+        owner = "tag layout"
+        require(owner, "size", size, _TAG_SIZE)
+        require_row(owner, "field_size", field_size, (FIELD_LENGTH, FIELD_LENGTH))
+        rows = list(tags)
+        for number, pos, quat in rows:
+            _require_tag(number, pos, quat)
+        rows.sort()
         ids = [number for number, _, _ in rows]
         if len(set(ids)) != len(ids):
-            raise ConfigError(f"tag layout: ids must differ, got {ids}")
-        if not all(math.isfinite(c) for _, pos, quat in rows for c in (*pos, *quat)) or not size > 0.0:
-            raise ConfigError("tag layout: places, attitudes and size must be finite numbers")
-        centers = np.array([pos for _, pos, _ in rows]).reshape(-1, 3)
+            twice = sorted({number for number in ids if ids.count(number) > 1})
+            raise ConfigError(f"{owner}: ids must differ, got {twice} more than once")
+        centers = np.array([tuple(map(float, pos)) for _, pos, _ in rows]).reshape(-1, 3)
         rotations = np.array([matrix(quat) for _, _, quat in rows]).reshape(-1, 3, 3)
         h = size / 2.0
         square = np.array([(0.0, -h, -h), (0.0, h, -h), (0.0, h, h), (0.0, -h, h)])
@@ -117,6 +129,20 @@ class TagLayout:
         return most
 
 
+def _require_tag(number: int, pos: Vector, quat: Quaternion) -> None:
+    require("tag layout", "id", number, _TAG_ID)
+    require_row("tag layout", f"place of tag {number}", pos, (FIELD_PLACE,) * 3)
+    require_row("tag layout", f"attitude of tag {number}", quat, (_QUATERNION,) * 4)
+    if abs(math.hypot(*quat) - 1.0) > _ROUNDING:
+        raise ConfigError(f"tag layout: attitude of tag {number} must be a unit quaternion, got {shown(quat)}")
+
+
+def _unit(quat: Quaternion) -> Quaternion:
+    x, y, z, w = quat
+    norm = math.sqrt(plain_sum([float(c) ** 2 for c in quat]))
+    return x / norm, y / norm, z / norm, w / norm
+
+
 def _vector(v: Sequence[float]) -> Vector:
     x, y, z = v
     return x, y, z
@@ -150,18 +176,23 @@ def load_layout(path: Path, *, size: float = TAG_SIZE) -> TagLayout:
         ConfigError: It is missing or broken; the message names the file.
     """
     try:
+        if path.stat().st_size > _MOST_BYTES:
+            raise ValueError(f"the file is over {_MOST_BYTES} bytes")
         data = json.loads(path.read_text(encoding="utf-8"))
         tags = []
         for tag in data["tags"]:
             p, q = tag["pose"]["translation"], tag["pose"]["rotation"]["quaternion"]
-            place = (float(p["x"]), float(p["y"]), float(p["z"]))
-            norm = math.sqrt(plain_sum([float(q[k]) ** 2 for k in "XYZW"]))
-            turn = tuple(float(q[k]) / norm for k in "XYZW")
-            tags.append((int(tag["ID"]), place, (turn[0], turn[1], turn[2], turn[3])))
-        field_size = (float(data["field"]["length"]), float(data["field"]["width"]))
-    except (OSError, ValueError, KeyError, TypeError, ZeroDivisionError) as error:
+            tags.append((tag["ID"], (p["x"], p["y"], p["z"]), (q["X"], q["Y"], q["Z"], q["W"])))
+        field_size = (data["field"]["length"], data["field"]["width"])
+    except (OSError, ValueError, KeyError, TypeError, RecursionError) as error:
         raise ConfigError(
             f"{path}: not a tag layout in WPILib's JSON ('tags' with ID and pose, 'field' with length and width): "
             f"{type(error).__name__}: {error}"
         ) from error
-    return TagLayout.of(tags, field_size=field_size, size=size)
+    try:
+        for tag in tags:
+            _require_tag(*tag)
+        tags = [(number, pos, _unit(quat)) for number, pos, quat in tags]
+        return TagLayout.of(tags, field_size=field_size, size=size)
+    except ConfigError as error:
+        raise ConfigError(f"{path}: {error}") from error

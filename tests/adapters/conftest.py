@@ -15,7 +15,11 @@ from typing import Any
 
 import pytest
 
+import simcore
+
 ROOT = Path(__file__).resolve().parents[2]
+PACKAGES = Path(simcore.__file__).resolve().parents[1]
+"""The folder of the simcore that is tested: this checkout, or where its wheel is installed."""
 SCENARIOS = Path(__file__).parent / "scenarios"
 ROBOTS = Path(__file__).parent / "robots"
 PYPROJECT = ROOT / "pyproject.toml"
@@ -28,7 +32,7 @@ def require_vendors() -> None:
     """Skip where a library that robot code needs is not installed."""
     for module in ("phoenix6", "wpilib", "commands2", "pyfrc"):
         if find_spec(module) is None:
-            pytest.skip(f"needs {module}: pip install simcore[phoenix6,robotpy]")
+            pytest.skip(f"needs {module}: pip install .[phoenix6,robotpy]")
 
 
 @pytest.fixture(scope="session")
@@ -39,7 +43,7 @@ def scenario(tmp_path_factory, distribution) -> Scenario:
     def run(
         name: str, *args: str, timeout: float = 90.0, path: tuple[Path, ...] = (), **environment: str
     ) -> dict[str, Any]:
-        places = os.pathsep.join(map(str, (*path, distribution, ROOT, SCENARIOS)))
+        places = os.pathsep.join(map(str, (*path, distribution, PACKAGES, SCENARIOS)))
         done = subprocess.run(
             [sys.executable, str(SCENARIOS / f"{name}.py"), *args],
             cwd=tmp_path_factory.mktemp(name),
@@ -100,7 +104,7 @@ def project_of(tmp_path, distribution):
 
         def run(text: str, *arguments: str, command: tuple[str, ...] = ("-m", "pytest", "-q"), **environment: str):
             (folder / "tests" / "test_robot.py").write_text(text)
-            path = os.pathsep.join(map(str, (distribution, ROOT)))
+            path = os.pathsep.join(map(str, (distribution, PACKAGES)))
             done = subprocess.run(
                 [sys.executable, *command, *arguments],
                 cwd=folder,

@@ -12,13 +12,14 @@ from pathlib import Path
 
 import pytest
 
+import simcore
 from simcore.cli import main
 
 pytestmark = pytest.mark.skipif(
-    any(find_spec(m) is None for m in ("phoenix6", "wpilib", "commands2")), reason="needs simcore[phoenix6,robotpy]"
+    any(find_spec(m) is None for m in ("phoenix6", "wpilib", "commands2")), reason="needs .[phoenix6,robotpy]"
 )
 
-ROOT = Path(__file__).resolve().parents[2]
+PACKAGES = Path(simcore.__file__).resolve().parents[1]
 ROBOTS = Path(__file__).parent / "robots"
 
 
@@ -45,7 +46,7 @@ def test_a_program_is_built_and_what_it_and_the_file_say_differently_is_wrong(tm
     done = subprocess.run(
         [sys.executable, "-m", "simcore.cli", "check"],
         cwd=folder,
-        env={**os.environ, "PYTHONPATH": os.pathsep.join(map(str, (distribution, ROOT)))},
+        env={**os.environ, "PYTHONPATH": os.pathsep.join(map(str, (distribution, PACKAGES)))},
         capture_output=True,
         text=True,
         timeout=150,
@@ -84,7 +85,8 @@ def test_a_program_that_is_not_looked_at_and_a_file_that_makes_no_sense(tmp_path
     Path("simcore.toml").write_text(text.replace("mass = 48.5", "mass = 107"))
     assert main(["check"]) == 1
     assert capsys.readouterr().err == (
-        "simcore check: simcore.toml [robot]: mass must be in kg, from 20 to 75, got 107. As pounds that is 48.5 kg\n"
+        "\nsimcore check: simcore.toml [robot]: mass must be a number from 20 to 75 kg, got 107. As pounds that is "
+        "48.5 kg\n"
     )
 
 

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import os
 import re
+from pathlib import Path
 
 import pytest
 
 pytestmark = [pytest.mark.slow, pytest.mark.compiled]
 
+ROOT = Path(__file__).resolve().parents[2]
 AUTO = """
 import sys
 from importlib.machinery import ExtensionFileLoader
@@ -20,12 +23,12 @@ def test_auto(sim):
 """
 
 
-def test_a_robot_test_is_the_same_to_the_last_bit(project, compiled_store):
+def test_a_robot_test_is_the_same_to_the_last_bit(project, distribution, compiled):
     told = []
-    for where in ("0", compiled_store):
-        code, output = project(AUTO, "-rP", SIMCORE_COMPILED=where)
+    for package in (ROOT, compiled):
+        code, output = project(AUTO, "-rP", PYTHONPATH=os.pathsep.join(map(str, (distribution, package))))
         assert code == 0, output[-3000:]
         told.append(re.search(r"DIGEST (\w+) COMPILED (\d+) EMULATOR (\d+)", output).groups())
-    (plain, none, _), (compiled, many, devices) = told
+    (plain, none, _), (native, many, devices) = told
     assert int(none) == 0 and int(many) > 50 and int(devices) > 20
-    assert compiled == plain
+    assert native == plain

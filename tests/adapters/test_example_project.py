@@ -11,7 +11,10 @@ from pathlib import Path
 
 import pytest
 
+import simcore
+
 ROOT = Path(__file__).resolve().parents[2]
+PACKAGES = Path(simcore.__file__).resolve().parents[1]
 EXAMPLE = ROOT / "examples" / "rebuilt_robot"
 
 
@@ -19,7 +22,7 @@ EXAMPLE = ROOT / "examples" / "rebuilt_robot"
 def project(tmp_path):
     """A copy without what earlier runs left."""
     if find_spec("phoenix6") is None or find_spec("pyfrc") is None:
-        pytest.skip("needs phoenix6 and pyfrc: pip install simcore[phoenix6,robotpy]")
+        pytest.skip("needs phoenix6 and pyfrc: pip install .[phoenix6,robotpy]")
     folder = tmp_path / "project"
     shutil.copytree(EXAMPLE, folder, ignore=shutil.ignore_patterns("ctre_sim", "__pycache__", "networktables*"))
     return folder
@@ -30,7 +33,7 @@ def run(*command: str, cwd: Path, timeout: float = 90.0) -> subprocess.Completed
     return subprocess.run(
         [sys.executable, *command],
         cwd=cwd,
-        env={**os.environ, "PYTHONPATH": os.pathsep.join((str(ROOT), str(cwd)))},
+        env={**os.environ, "PYTHONPATH": os.pathsep.join((str(PACKAGES), str(cwd)))},
         capture_output=True,
         text=True,
         timeout=timeout,

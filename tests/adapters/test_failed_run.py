@@ -13,9 +13,11 @@ from pathlib import Path
 
 import pytest
 
+import simcore
+
 pytestmark = [pytest.mark.slow, pytest.mark.realtime]
 
-ROOT = Path(__file__).resolve().parents[2]
+PACKAGES = Path(simcore.__file__).resolve().parents[1]
 PLAIN = Path(__file__).parent / "robots" / "plain"
 
 TEST = """
@@ -48,7 +50,7 @@ def test_drives_ten_meters(control, robot, monkeypatch):
 def test_what_is_left_of_a_failed_robotpy_test(tmp_path):
     for module in ("phoenix6", "pyfrc", "robotpy_cli" if find_spec("robotpy_cli") else "robotpy"):
         if find_spec(module) is None:
-            pytest.skip(f"needs {module}: pip install simcore[phoenix6,robotpy]")
+            pytest.skip(f"needs {module}: pip install .[phoenix6,robotpy]")
     project = tmp_path / "project"
     shutil.copytree(PLAIN, project)
     (project / "tests").mkdir()
@@ -56,7 +58,7 @@ def test_what_is_left_of_a_failed_robotpy_test(tmp_path):
     run = subprocess.run(
         [sys.executable, "-m", "robotpy", "test", "--", "-s"],
         cwd=project,
-        env={**os.environ, "PYTHONPATH": str(ROOT)},
+        env={**os.environ, "PYTHONPATH": str(PACKAGES)},
         capture_output=True,
         text=True,
         timeout=90,
@@ -70,3 +72,8 @@ def test_what_is_left_of_a_failed_robotpy_test(tmp_path):
     run_in_page = json.loads(page.partition('id="run">')[2].partition("</script>")[0])
     (x, y, _), (to_x, to_y, _) = (run_in_page["frames"][row]["robots"][0] for row in (0, -1))
     assert math.hypot(to_x - x, to_y - y) > 50.0, "half a meter [cm]"
+    (at_x, at_y, _), (believed_x, believed_y, _) = (run_in_page["frames"][0][key][0] for key in ("robots", "ghosts"))
+    assert (at_x, at_y) != (believed_x, believed_y), (
+        "CTRE's drivetrain begins at the corner of the field, the robot not"
+    )
+    assert "Pose estimate off by [m]" in page and "transition" in page

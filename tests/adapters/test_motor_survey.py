@@ -8,11 +8,12 @@ from pathlib import Path
 
 import pytest
 
+from simcore.cli import main
 from simcore.robot_file.init_command import find_devices
 from simcore.robot_file.template import FoundMotor
 
 pytestmark = pytest.mark.skipif(
-    any(find_spec(m) is None for m in ("phoenix6", "wpilib", "commands2")), reason="needs simcore[phoenix6,robotpy]"
+    any(find_spec(m) is None for m in ("phoenix6", "wpilib", "commands2")), reason="needs .[phoenix6,robotpy]"
 )
 
 ROBOTS = Path(__file__).parent / "robots"
@@ -26,8 +27,8 @@ def project(tmp_path):
 
 
 def test_groups_of_motors_and_their_gears_are_found_and_the_drivetrain_left_out(project):
-    motors, ports, why_not = find_devices(project)
-    assert (ports, why_not) == ([], "")
+    motors, ports, cameras, why_not = find_devices(project)
+    assert (ports, cameras, why_not) == ([], [], "")
     assert motors == [
         FoundMotor(controller="TalonFX", leader=31, followers=(32, 33), opposed=(33,), gearing=0.75),
         FoundMotor(controller="TalonFX", leader=34, gearing=9.0, has_gravity=True),
@@ -40,7 +41,7 @@ def test_groups_of_motors_and_their_gears_are_found_and_the_drivetrain_left_out(
 
 def test_what_is_on_ports_is_found_with_its_class(project):
     shutil.copy(ROBOTS / "ports" / "robot.py", project)
-    motors, ports, why_not = find_devices(project)
+    motors, ports, _, why_not = find_devices(project)
     assert why_not == "" and motors == [FoundMotor(controller="TalonFX", leader=31)]
     found = {(port.model, port.channels, port.made_by) for port in ports}
     assert len(ports) == len(found) == 21
@@ -59,12 +60,32 @@ def test_what_is_on_ports_is_found_with_its_class(project):
     } <= found
 
 
+def test_cameras_are_found_and_written_with_the_place_that_the_program_tells(project, capsys):
+    """Limelights and a headset by the tables that are asked for, PhotonCameras by their names."""
+    shutil.copy(ROBOTS / "sighted" / "robot.py", project)
+    assert main(["init", str(project)]) == 0
+    said = capsys.readouterr().out
+    assert (
+        "found 3 cameras: limelight-front, limelight, questnav; say in the file where limelight-front, limelight sit\n"
+    ) in said
+    text = (project / "simcore.toml").read_text()
+    one = text[text.index("# Your program has these cameras") :].split("# [[camera]]")
+    assert len(one) == 4 and 'name = "limelight-front"' in one[1] and 'maker = "questnav"' in one[3]
+    if find_spec("photonlibpy") is None:
+        return
+    shutil.copy(ROBOTS / "photon" / "robot.py", project)
+    found = {camera.name: camera for camera in find_devices(project)[2]}
+    assert found["front"].source == "VisionSystemSim.addCamera" and not found["unknown"].source
+    assert found["rear"].place == pytest.approx((-0.25, -0.1, 0.5, 0.0, -10.0, 180.0))
+
+
 def test_a_program_that_cannot_start_says_why(project):
     (project / "robot.py").write_text("import wpilib\nraise OSError('no gamepad')\n")
-    assert find_devices(project) == (None, [], "OSError: no gamepad")
+    assert find_devices(project) == (None, [], [], "OSError: no gamepad")
     (project / "robot.py").write_text("import wpilib\n")
     assert find_devices(project) == (
         None,
+        [],
         [],
         f"ConfigError: {project}/robot.py: want one class derived from wpilib.RobotBase, got []",
     )
@@ -77,7 +98,7 @@ def test_motors_that_a_program_had_built_before_it_failed_are_found_too(project)
             "        self.mechanisms = Mechanisms()\n", "        self.mechanisms = Mechanisms()\n        1 / 0\n"
         )
     )
-    motors, _, why_not = find_devices(project)
+    motors, _, _, why_not = find_devices(project)
     assert why_not == "ZeroDivisionError: division by zero"
     assert [motor.leader for motor in motors] == [31, 34, 35, 36, 37]
 
@@ -91,7 +112,7 @@ def test_one_motor_that_does_not_answer_does_not_hide_the_others(project):
             "signals.StatusCode", "phoenix6.StatusCode"
         )
     )
-    motors, _, why_not = find_devices(project)
+    motors, _, _, why_not = find_devices(project)
     assert why_not == "" and [motor.leader for motor in motors] == [31, 34, 35, 36, 37]
     assert "could not read its configuration (RX_TIMEOUT" in motors[-1].problem
     assert not any(motor.problem for motor in motors[:-1])

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-pytest.importorskip("photonlibpy", reason="needs photonlibpy: pip install simcore[photonvision]")
+pytest.importorskip("photonlibpy", reason="needs photonlibpy: pip install .[photonvision]")
 ntcore = pytest.importorskip("ntcore")
 
 from photonlibpy import PhotonCamera  # noqa: E402

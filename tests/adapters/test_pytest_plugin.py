@@ -35,11 +35,44 @@ def test_a_whole_auto_repeats_to_the_last_bit_and_leaves_nothing(project):
 
 
 def test_robotpy_test_runs_the_same(project):
+    """And its telemetry has one clock, which stands while the driver station disables the robot."""
     code, said = project(
         """
+from simcore.telemetry.sinks import MemorySink
+
 def test_auto(sim):
+    memory = MemorySink()
+    sim.start()
+    sim.add_sink(memory)
+    sim.disable(seconds=0.5)
     sim.autonomous("preload", seconds=4)
     assert sim.score.blue >= 1
+    sim.disable(seconds=0.5)
+    sim.teleop(seconds=0.5)
+    rows = []
+    for seen in memory.snapshots:
+        time, period = seen.doubles["Sim/Match/Time"], seen.strings["Sim/Match/Period"]
+        phase = sim.game.game.clock.phase(time)
+        assert abs(seen.doubles["Sim/Match/TimeLeft"] - (sim.game.game.clock.duration - time)) < 1e-9
+        assert period == phase.name and seen.booleans["Sim/Match/BlueHubActive"]
+        rows.append((time, period, seen.booleans["Sim/Match/Enabled"]))
+    waits = [row for row in rows if not row[2]]
+    assert {row[0] for row in waits[:20]} == {0.0} and len({row[0] for row in waits[-20:]}) == 1
+    assert 3.9 < waits[-1][0] < 4.1 and rows[-1][1] == "transition" and 23.4 < rows[-1][0] < 23.6, rows[-1]
+
+def test_the_field_hears_tests_but_no_dashboard(sim):
+    import ntcore
+    sim.start()
+    network = ntcore.NetworkTableInstance.getDefault()
+    assert not network.getTopics("/Sim/Control/")
+    button, pose = (network.getTable("Sim/Control").getEntry(name) for name in ("ResetField", "RobotPose"))
+    button.setBoolean(True), pose.setDoubleArray([3.0, 6.0, 90.0])
+    sim.run(0.1)
+    assert sim.match.control.count == 0
+    sim.physics.control.place_robot((3.0, 6.0, 1.0))
+    sim.physics.control.spawn("Fuel", [(3.0, 6.8)])
+    sim.run(0.02)
+    assert sim.match.control.count == 2 and abs(sim.pose.Y() - 6.0) < 0.01 and sim.pieces.on_field == 449
 
 def test_old(control, robot):
     with control.run_robot():
@@ -48,7 +81,7 @@ def test_old(control, robot):
 """,
         command=("-m", "robotpy", "test"),
     )
-    assert code == 0 and "2 passed" in said, said
+    assert code == 0 and "3 passed" in said, said
 
 
 def test_what_goes_wrong_is_said(project):
@@ -89,11 +122,18 @@ def test_robot_raises(sim):
     assert left == {"test_fails/run.wpilog", "test_fails/run.png", "test_fails/run.html"}
 
 
-def test_without_physics_it_attaches_and_without_a_robot_it_says_so(project):
+def test_without_physics_it_attaches_and_what_cannot_start_ends_with_a_sentence(project):
     test = "def test_it(sim):\n    sim.start()\n"
     (project.folder / "physics.py").unlink()
     code, said = project(test)  # attached as by --simcore
     assert code == 0 and "1 passed" in said, said
+    (project.folder / "simcore.toml").write_text("[start]\nx = 4.6\ny = 4.03\n")
+    code, said = project(test)
+    assert code == 1 and "Traceback" not in said and "simcore/match" not in said, said
+    last = said.rstrip().rpartition("\n\n")[2]
+    assert last.startswith("simcore.toml [start]: the robot starts inside of a field element") and "\n" not in last, (
+        said
+    )
     (project.folder / "robot.py").unlink()
     code, said = project(test)
     assert code == 1 and "no robot.py in" in said, said

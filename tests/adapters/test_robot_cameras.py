@@ -185,7 +185,7 @@ def test_limelights_and_a_headset(sim, caplog):
 
 def test_a_photon_robot_finds_its_place_and_its_own_simulation_cannot_spoil_it(project_of):
     if find_spec("photonlibpy") is None:
-        pytest.skip("needs photonlibpy: pip install simcore[photonvision]")
+        pytest.skip("needs photonlibpy: pip install .[photonvision]")
     run = project_of(ROBOTS / "photon")
     (run.folder / "simcore.toml").write_text(PHOTON_TOML)
     code, said = run(PHOTON, "-rP")

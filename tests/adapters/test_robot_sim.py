@@ -106,6 +106,20 @@ def test_a_brown_out_reaches_robot_code(scenario):
     assert run["volts_after"] > 12.0 and run["rail_after"]
 
 
+def test_a_dashboard_and_robot_code_act_on_the_field(scenario):
+    """Robot code has its own chooser of autos, so there is none of ours."""
+    run = scenario("robot_sim", PLAIN, "control", "blue")
+    assert "/Sim/Control/Piece/options" in run["topics"] and not any("Auto" in topic for topic in run["topics"])
+    pose, said = run["placed"]
+    assert pose == pytest.approx([3.0, 6.5, math.pi / 2], abs=0.01)
+    assert said == "1 done: robot 0 stands at (3.00, 6.50) m, 90 deg"
+    on_field, said = run["spawned"]
+    assert on_field == 457 and said.startswith("2 done: 1 Fuel put down at")
+    assert run["said"][2] == "3 refused: robot 0 is driven by robot code, whose own chooser says which auto it plays"
+    assert run["said"][3].startswith("4 done: robot 0 stands at its start")
+    assert run["counted"] == run["staged"]
+
+
 def test_a_shot_waits_for_the_wheels_and_for_the_feeder(teleop):
     """Robot code feeds within 2.5 % of the goal, as its motors say; without a feeder nothing leaves."""
     assert teleop["wheels_rps"] == pytest.approx(teleop["goal_rps"], rel=0.035)  # and 10 ms of spinning up

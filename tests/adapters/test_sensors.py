@@ -30,4 +30,4 @@ def test_a_talonfxs_closes_its_loop_over_an_encoder_of_its_own(read):
 def test_mistakes_are_named(read):
     assert "TalonFXS 4: motor_type is of a TalonFX; a TalonFXS has it in its configuration" in read["wrong_type"]
     assert read["wrong_pin"] == "CANdi 1: pin must be 1 or 2, got 3"
-    assert "distance must be finite and >= 0 m, got -0.1" in read["too_near"]
+    assert "distance must be a number from 0 to 100 m, got -0.1" in read["too_near"]

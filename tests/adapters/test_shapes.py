@@ -31,7 +31,7 @@ def run(request, scenario):
         pytest.importorskip("magicbot", reason="needs magicbot: pip install robotpy-wpilib-utilities")
     path = ()
     if request.param == "sparked":
-        rev = pytest.importorskip("rev", reason="needs rev: pip install simcore[rev]")
+        rev = pytest.importorskip("rev", reason="needs rev: pip install .[rev]")
         path = (Path(rev.__file__).parents[1],)
     arguments = (str(ROBOTS / request.param), "shape", "blue", "--simcore", "--game", "rebuilt")
     return {**scenario("robot_sim", *arguments, path=path), "robot": request.param}

@@ -12,7 +12,7 @@ import pytest
 def sparks(scenario):
     found = find_spec("rev")
     if found is None or found.origin is None:
-        pytest.skip("needs rev: pip install simcore[rev]")
+        pytest.skip("needs rev: pip install .[rev]")
     return scenario("sparks", path=(Path(found.origin).parents[1],))
 
 

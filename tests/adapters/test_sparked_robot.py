@@ -9,17 +9,18 @@ from pathlib import Path
 
 import pytest
 
+import simcore
 from simcore.robot_file.init_command import find_devices
 from simcore.robot_file.template import FoundMotor
 
-ROOT = Path(__file__).resolve().parents[2]
+PACKAGES = Path(simcore.__file__).resolve().parents[1]
 ROBOTS = Path(__file__).parent / "robots"
 
 pytestmark = [
     pytest.mark.slow,
-    pytest.mark.skipif(find_spec("rev") is None, reason="needs rev: pip install simcore[rev]"),
+    pytest.mark.skipif(find_spec("rev") is None, reason="needs rev: pip install .[rev]"),
     pytest.mark.skipif(
-        any(find_spec(m) is None for m in ("phoenix6", "wpilib", "pyfrc")), reason="needs simcore[phoenix6,robotpy]"
+        any(find_spec(m) is None for m in ("phoenix6", "wpilib", "pyfrc")), reason="needs .[phoenix6,robotpy]"
     ),
 ]
 
@@ -66,7 +67,7 @@ def test_again(sim):
 @pytest.fixture
 def path(distribution):
     rev = Path(find_spec("rev").origin).parents[1]
-    return os.pathsep.join(map(str, (distribution, ROOT, rev)))
+    return os.pathsep.join(map(str, (distribution, PACKAGES, rev)))
 
 
 def test_sparks_shoot_and_what_is_let_go_stops(project_of, path):
@@ -82,7 +83,7 @@ def test_init_finds_motors_of_a_program_in_a_src_folder_that_reads_its_deploy_fo
     (tmp_path / "pyproject.toml").write_text("[tool.robotpy]\nrobotpy_version = '2026.2.2'\n")
     shutil.copytree(ROBOTS / "sparked", tmp_path / "src", ignore=shutil.ignore_patterns("simcore.toml", "__pycache__"))
     shutil.copy(ROBOTS / "shared" / "measures.py", tmp_path / "src")
-    motors, _, why_not = find_devices(tmp_path)
+    motors, _, _, why_not = find_devices(tmp_path)
     assert why_not == ""
     assert motors == [
         FoundMotor(controller="TalonFX", leader=45, gearing=2.0),

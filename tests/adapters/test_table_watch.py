@@ -10,10 +10,12 @@ from pathlib import Path
 
 import pytest
 
-pytest.importorskip("ntcore", reason="pyntcore is not installed")
-pytest.importorskip("pyfrc", reason="needs simcore[robotpy]")
+import simcore
 
-ROOT = Path(__file__).resolve().parents[2]
+pytest.importorskip("ntcore", reason="pyntcore is not installed")
+pytest.importorskip("pyfrc", reason="needs the extra 'robotpy'")
+
+PACKAGES = Path(simcore.__file__).resolve().parents[1]
 
 PROGRAM = """
 import json, sys
@@ -50,7 +52,7 @@ def test_every_way_of_asking_is_noted(tmp_path):
     done = subprocess.run(
         [sys.executable, "program.py", str(tmp_path)],
         cwd=tmp_path,
-        env={**os.environ, "PYTHONPATH": str(ROOT)},
+        env={**os.environ, "PYTHONPATH": str(PACKAGES)},
         capture_output=True,
         text=True,
         timeout=60,

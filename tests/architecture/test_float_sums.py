@@ -15,8 +15,6 @@ WHOLE_NUMBERS = {
     "simcore/match/report.py:print_report": "counts of pieces",
     "simcore/pieces/pool.py:__init__": "counts of pieces",
     "simcore/phoenix6_emulator/talon_requests.py:receive": "asks only whether a field is NaN",
-    "simcore/show/picture.py:draw_match": "booleans",
-    "simcore/show/scene.py:hits": "booleans",
 }
 """Where `sum` adds no floats, or only their being finite counts: file:function and the reason."""
 

@@ -119,6 +119,7 @@ def test_messages_that_troubleshooting_quotes_are_said_by_the_code():
         "robotInit",
         "--no-isolation",
         "CapacityError",
+        "mass must be a number",  # put together from the name of a field and what its quantity may be
         "cannot write the log",  # put together from "cannot write the" and what it is
     )
     said = said_by_the_code()

@@ -8,20 +8,23 @@ import signal
 import socket
 import subprocess
 import sys
+import threading
 import time
 from pathlib import Path
 
 import pytest
 from wpiutil.log import DataLogReader
 
+import simcore
 from simcore import cli
+from simcore.install_text import install_command
 from simcore.telemetry.log_reader import read_log
 
-ROOT = Path(__file__).resolve().parents[2]
+PACKAGES = Path(simcore.__file__).resolve().parents[1]
 
 KEYS = {
     "auto", "seed", "sim_seconds", "wall_seconds", "realtime_factor", "ticks", "score", "pieces", "shots", "hits",
-    "tick_ms", "substeps", "awake", "min_battery_v", "digest",
+    "tick_ms", "substeps", "awake", "min_battery_v", "brownouts", "digest",
 }  # fmt: skip
 NESTED = {
     "score": {"red", "blue", "total"},
@@ -48,7 +51,7 @@ def command(*arguments: str) -> list[str]:
 
 
 def environment() -> dict[str, str]:
-    return {**os.environ, "PYTHONPATH": str(ROOT)}
+    return {**os.environ, "PYTHONPATH": str(PACKAGES)}
 
 
 def refused(capsys, *arguments: str) -> str:
@@ -88,7 +91,7 @@ def test_json_is_one_object_alone_on_stdout_with_the_promised_keys(here):
 def test_the_readable_report_names_score_fuel_and_outputs(here, capsys):
     assert main(["--seconds", "0.1"]) == 0
     said = capsys.readouterr().out
-    for word in ("points", "staged", "504", "battery", "median", "sub-steps", "depot.wpilog", "depot.png"):
+    for word in ("points", "504", "not in play yet", "battery", "times as fast", "depot.wpilog", "depot.png"):
         assert word in said
 
 
@@ -120,12 +123,14 @@ def test_an_unknown_auto_offers_the_nearest(here, capsys):
 
 @pytest.mark.parametrize("seconds", ["-1", "0", "nan", "inf", "ten"])
 def test_seconds_must_be_a_positive_number(here, capsys, seconds):
-    assert f"--seconds: must be a finite number > 0, got '{seconds}'" in refused(capsys, f"--seconds={seconds}")
+    assert f"--seconds: must be a number above 0 and up to 3600 s, got '{seconds}'" in refused(
+        capsys, f"--seconds={seconds}"
+    )
 
 
 @pytest.mark.parametrize("seed", ["1.5", "-1", "x", "nan"])
 def test_a_seed_must_be_whole(here, capsys, seed):
-    assert f"--seed: must be a whole number >= 0, got '{seed}'" in refused(capsys, f"--seed={seed}")
+    assert f"--seed: must be a whole number from 0 to 4294967295, got '{seed}'" in refused(capsys, f"--seed={seed}")
 
 
 def test_an_unknown_alliance_and_an_unknown_option_are_refused(here, capsys):
@@ -145,20 +150,20 @@ def test_a_broken_mesh_is_named(here, capsys, content):
     assert "broken.obj" in refused(capsys, "--field", "broken.obj")
 
 
-@pytest.mark.parametrize("what", ["--log", "--picture"])
-def test_an_output_that_is_a_folder_is_refused_before_the_run(here, capsys, what):
-    (here / "folder.x").mkdir()
+@pytest.mark.parametrize(("what", "name"), [("--log", "folder.x"), ("--picture", "folder.png")])
+def test_an_output_that_is_a_folder_is_refused_before_the_run(here, capsys, what, name):
+    (here / name).mkdir()
     start = time.perf_counter()
-    said = refused(capsys, what, "folder.x", "--seconds", "160")
-    assert "folder.x" in said and "cannot write" in said
+    said = refused(capsys, what, name, "--seconds", "160")
+    assert name in said and "cannot write" in said
     assert time.perf_counter() - start < 2.0
 
 
-@pytest.mark.parametrize("what", ["--log", "--picture"])
-def test_an_output_below_a_file_is_refused(here, capsys, what):
+@pytest.mark.parametrize(("what", "name"), [("--log", "run.x"), ("--picture", "run.png")])
+def test_an_output_below_a_file_is_refused(here, capsys, what, name):
     (here / "file").write_text("keep me")
-    said = refused(capsys, what, "file/run.x", "--seconds", "160")
-    assert "run.x" in said and "cannot write" in said
+    said = refused(capsys, what, f"file/{name}", "--seconds", "160")
+    assert name in said and "cannot write" in said
     assert (here / "file").read_text() == "keep me"
 
 
@@ -167,7 +172,7 @@ def test_bad_input_through_the_shell_gives_status_1_and_no_traceback(here):
         command("--auto", "center"), cwd=here, env=environment(), capture_output=True, text=True, timeout=60
     )
     assert (run.returncode, run.stdout) == (1, "")
-    assert run.stderr.startswith("python -m games.rebuilt: no auto named 'center'") and "Traceback" not in run.stderr
+    assert run.stderr.startswith("\npython -m games.rebuilt: no auto named 'center'") and "Traceback" not in run.stderr
 
 
 # --- Ctrl-C -------------------------------------------------------------------------------------------------------
@@ -229,23 +234,47 @@ def free_port() -> int:
 
 
 @pytest.mark.realtime
-def test_live_publishes_at_the_pace_of_the_wall_clock(here, capsys):
-    """A client that never asked us anything sees the match time go by."""
+def test_live_publishes_at_the_pace_of_the_wall_clock_and_hears_a_dashboard(here, capsys):
+    """A client that never asked us anything sees the match time go by; its button resets the field."""
     ntcore = pytest.importorskip("ntcore")
     port = free_port()
     client = ntcore.NetworkTableInstance.create()
     times = client.getDoubleTopic("/Sim/Match/Time").subscribe(-1.0, ntcore.PubSubOptions(sendAll=True, periodic=0.02))
+    status = client.getStringTopic("/Sim/Control/Status").subscribe("")
+    button = client.getBooleanTopic("/Sim/Control/ResetField").publish()
+    seen_status = []
+
+    def press(event):
+        if event.data.value.value() == "0 ready":
+            button.set(True)
+        seen_status.append(event.data.value.value())
+
+    client.addListener(status, ntcore.EventFlags.kValueAll, press)
     client.startClient4("watcher")
     client.setServer("127.0.0.1", port)
     start = time.monotonic()
+    seen: list[float] = []
+
+    def leave() -> None:
+        end = time.monotonic() + 30.0
+        while not (here / "out" / "depot.html").exists() and time.monotonic() < end:
+            time.sleep(0.05)
+        time.sleep(1.0)
+        seen.extend(value.value for value in times.readQueue())
+        os.kill(os.getpid(), signal.SIGINT)
+
+    leaving = threading.Thread(target=leave)
+    leaving.start()
     assert main(["--live", "--nt-port", str(port), "--seconds", "3", "--json"]) == 0
-    assert time.monotonic() - start > 2.9
-    seen = [value.value for value in times.readQueue()]
+    leaving.join()
+    assert time.monotonic() - start > 3.4
     ntcore.NetworkTableInstance.destroy(client)
     assert len(seen) > 10 and seen == sorted(seen) and 2.0 < seen[-1] <= 3.0
+    assert seen_status[-1] == "1 done: the field is reset: 504 pieces staged, no points"
     said = capsys.readouterr()
     assert json.loads(said.out)["ticks"] == 150
     assert f"live on NetworkTables 4, 127.0.0.1:{port}" in said.err
+    assert "the run is over; its last values stay on NetworkTables. Press Ctrl-C to leave" in said.err
 
 
 @pytest.mark.parametrize("option", ["--live --nt-port", "--view --no-browser --port"])
@@ -267,7 +296,7 @@ def test_without_the_extra_the_view_is_missed_in_one_sentence(here, capsys, monk
     monkeypatch.setitem(sys.modules, "viser", None)
     assert main(["--view", "--seconds", "0.1", "--json"]) == 0
     (line,) = capsys.readouterr().err.strip().splitlines()
-    assert "python -m pip install 'simcore[view]'" in line and "the run goes on" in line
+    assert install_command("view") in line and "the run goes on" in line
 
 
 def test_models_that_are_not_there_are_one_sentence(here, capsys):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 
 import pytest
 from game_table import GAMES
@@ -57,14 +58,39 @@ def test_robots_that_cannot_start_are_refused(game):
 
 
 def test_a_red_robots_start_is_checked_where_it_stands(game):
-    assert "starts inside of a field element" in refused(game, RobotEntry(alliance="red", start=INSIDE[game.name]))
+    """Its entry has the start as blue, so the text says both places."""
+    x, y, _ = INSIDE[game.name]
+    said = refused(game, RobotEntry(alliance="red", start=INSIDE[game.name]))
+    there = game.field.symmetry.flip_point(x, y)
+    assert (
+        f"starts inside of a field element, at ({there[0]:.2f}, {there[1]:.2f}) m, as blue ({x:.2f}, {y:.2f}) m" in said
+    )
+    *_, as_blue = re.findall(r"as blue \(([-.\d]+), ([-.\d]+)\) m is free", said)
+    Match(game, robots=(RobotEntry(alliance="red", start=(float(as_blue[0]), float(as_blue[1]), 0.0)),)).close()
+
+
+def test_a_robot_is_carried_only_to_where_it_can_stand(game):
+    with Match(game, robots=(RobotEntry(preload=0),)) as match:
+        before = match.robots[0].chassis.pose
+        for number, pose, said in (
+            (0, (100.0, 50.0, 0.0), "outside of the field"),
+            (0, INSIDE[game.name], r"inside of a field element.* m is free"),
+            (0, (2.0, math.nan, 0.0), r"pose\[1\] must be a number"),
+            (0, None, "pose must be 3 numbers"),
+            (1, (2.0, 2.0, 0.0), "there are robots 0 to 0, got 1"),
+        ):
+            with pytest.raises(ConfigError, match=said):
+                match.carry_to(number, pose)
+        with pytest.raises(ConfigError, match=r"pose\[0\] must be a number from -100 to 100 m"):
+            match.robots[0].reset((1e6, 0.0, 0.0))
+        assert match.robots[0].chassis.pose == before
 
 
 def test_entries_that_cannot_be_are_refused():
     for bad, words in (
         ({"alliance": "green"}, "alliance must be 'blue' or 'red'"),
-        ({"start": (1.0, math.nan, 0.0)}, "three finite numbers"),
-        ({"start": (1.0, 2.0)}, "three finite numbers"),
+        ({"start": (1.0, math.nan, 0.0)}, r"start\[1\] must be a number from -100 to 100 m, got nan"),
+        ({"start": (1.0, 2.0)}, r"start must be 3 numbers \(m, m, rad\), got \(1.0, 2.0\)"),
         ({"preload": -1}, "preload must be a whole number"),
         ({"preload": 1.5}, "preload must be a whole number"),
     ):
@@ -98,7 +124,7 @@ def test_a_missing_mesh_ends_the_build(game, tmp_path):
 
 @pytest.mark.parametrize("seconds", [0.0, -1.0, math.nan, math.inf])
 def test_an_auto_takes_a_finite_time(game, seconds):
-    with pytest.raises(ConfigError, match="seconds must be finite and > 0"):
+    with pytest.raises(ConfigError, match="seconds must be a number above 0"):
         play_auto(game, seconds=seconds)
 
 

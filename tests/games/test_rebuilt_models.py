@@ -10,15 +10,17 @@ from pathlib import Path
 import numpy as np
 import pytest
 import trimesh
+from robotpy_apriltag import AprilTagField, AprilTagFieldLayout
+from wpimath.geometry import Pose3d, Rotation3d, Transform3d, Translation3d
 
-from games.rebuilt import RebuiltSim
+from games.rebuilt import REBUILT, RebuiltSim
 from games.rebuilt import dimensions as dim
 from games.rebuilt.field import models_folder
 from games.rebuilt.robot import rebuilt_robot
 from simcore.geometry.rotation import rotate
+from simcore.show.scope_layout import game_snapshot
 from simcore.show.view_check import check_folder
 from simcore.show.view_models import load_models
-from simcore.telemetry.sinks import MemorySink
 
 ROOT = Path(__file__).resolve().parents[2]
 FOLDER = ROOT / "models" / "advantagescope"
@@ -51,14 +53,16 @@ def made(tmp_path_factory):
 def test_the_committed_files_are_what_the_scripts_make(made):
     wanted = sorted(path.relative_to(made) for path in made.rglob("*") if path.is_file())
     committed = sorted(path.relative_to(FOLDER) for path in FOLDER.rglob("*") if path.is_file())
-    assert committed == sorted([*wanted, Path("layout.json")])
+    layouts = script("make_layout")
+    assert committed == sorted([*wanted, *map(Path, layouts.LAYOUTS)])
     for name in wanted:
         if name.suffix == ".glb":
             assert shapes(FOLDER / name) == shapes(made / name), f"{name}: run python scripts/make_models.py"
         else:
             assert (FOLDER / name).read_bytes() == (made / name).read_bytes(), name
-    layout = json.loads((FOLDER / "layout.json").read_text())
-    assert layout == script("make_layout").layout(), "run python scripts/make_layout.py"
+    layouts.write_layouts(made)
+    for name in layouts.LAYOUTS:
+        assert json.loads((FOLDER / name).read_text()) == json.loads((made / name).read_text()), "run make_layout.py"
 
 
 def test_nothing_is_wrong_with_them_and_they_are_small():
@@ -140,31 +144,74 @@ def test_rollers_ride_on_the_intake_and_clear_the_bumper():
         assert 0.15 < roller[2] + 0.027 and roller[2] - 0.027 < 0.15, "it touches fuel that lies on the carpet"
 
 
-def test_the_layout_shows_only_what_is_published_and_what_there_are_models_for():
-    sink = MemorySink()
-    with RebuiltSim(sinks=[sink]) as sim:
-        sim.last_tick_ms = 1.0
-        sim.tick()
-    s = sink.snapshots[-1]
-    kinds = {"Pose3d": s.poses, "Pose3d[]": s.pose_arrays, "Boolean": s.booleans, "Number": {**s.doubles, **s.integers}}
-    layout = json.loads((FOLDER / "layout.json").read_text())
-    (hub,) = layout["hubs"]
+def test_tags_and_driver_stations_stand_where_they_are_on_the_field():
+    """In the frame of the model: origin in the middle, the red wall at -x."""
+    config = json.loads((FOLDER / "Field3d_SimcoreRebuilt" / "config.json").read_text())
+    blue = [(8.28, -3.08), (8.28, -1.25), (8.28, 1.83)]
+    stations = [*blue, *((-x, -y) for x, y in blue)]
+    assert np.array(config["driverStations"]) == pytest.approx(np.array(stations), abs=2e-3)
+    layout = AprilTagFieldLayout.loadField(AprilTagField.k2026RebuiltWelded)
+    turned = Transform3d(Translation3d(dim.FIELD_LENGTH / 2, dim.FIELD_WIDTH / 2, 0.0), Rotation3d(0, 0, math.pi))
+    shown = {tag["id"]: tag for tag in config["aprilTags"]}
+    assert len(shown) == len(layout.getTags()) == 32 and {tag["variant"] for tag in shown.values()} == {"36h11-6.5in"}
+    for tag in layout.getTags():
+        turn = Rotation3d()
+        for step in shown[tag.ID]["rotations"]:  # one after the other, about fixed axes
+            axis = {"x": (1, 0, 0), "y": (0, 1, 0), "z": (0, 0, 1)}[step["axis"]]
+            turn = turn.rotateBy(Rotation3d(np.array(axis, dtype=float), math.radians(step["degrees"])))
+        own = Pose3d(Translation3d(*shown[tag.ID]["position"]), turn)
+        back = Pose3d().transformBy(turned).transformBy(own - Pose3d())
+        assert back.translation().distance(tag.pose.translation()) < 2e-4
+        away = (back.rotation() - tag.pose.rotation()).angle
+        assert math.remainder(away, math.tau) == pytest.approx(0.0, abs=1e-4)
+
+
+def test_red_robots_have_a_model_of_their_own():
+    blue, red = load_models(FOLDER).robots
+    assert red.name == blue.name + " (red)" and len(red.parts) == len(blue.parts)
+    for robot, channel in ((blue, 2), (red, 0)):
+        for name, mesh in trimesh.load_scene(robot.body.path).geometry.items():
+            if "bumper" in name:
+                assert np.argmax(mesh.visual.material.baseColorFactor[:3]) == channel, name
+
+
+@pytest.mark.parametrize(("file", "robots"), [("layout.json", 1), ("layout_six.json", 6)])
+def test_the_layouts_show_only_what_is_published_and_what_there_are_models_for(file, robots):
+    s = game_snapshot(REBUILT, robots=robots)
+    kinds = {
+        "Pose3d": s.poses,
+        "Pose3d[]": s.pose_arrays,
+        "Boolean": s.booleans,
+        "String": s.strings,
+        "Number": {**s.doubles, **s.integers},
+    }
+    (hub,) = json.loads((FOLDER / file).read_text())["hubs"]
     tabs = hub["state"]["tabs"]["tabs"]
-    sources = [item for tab in tabs if isinstance(tab["controller"], dict)
-               for key in ("sources", "leftSources", "rightSources", "discreteSources")
-               for item in tab["controller"].get(key, [])]  # fmt: skip
-    assert len(sources) > 12
+    sources = [
+        item
+        for tab in tabs
+        if isinstance(tab["controller"], dict)
+        for key in ("sources", "leftSources", "rightSources", "discreteSources")
+        for item in tab["controller"].get(key, [])
+    ]
     for source in sources:
         assert source["logKey"].startswith("NT:/")
-        if "Limelights" not in source["logKey"]:  # those of robots with cameras
-            assert source["logKey"].removeprefix("NT:/") in kinds[source["logType"]]
-    (table,) = [tab["controller"] for tab in tabs if tab["type"] == 4]
-    shown = [*kinds.values(), s.strings]
-    assert all(any(key.removeprefix("NT:/") in kind for kind in shown) for key in table)
+        assert source["logKey"].removeprefix("NT:/") in kinds[source["logType"]]
+    table = next(tab["controller"] for tab in tabs if tab["type"] == 4)
+    assert all(any(key.removeprefix("NT:/") in kind for kind in kinds.values()) for key in table)
+    assert {"NT:/Sim/Match/Period", "NT:/Sim/Match/BlueHubActive", "NT:/Sim/Score/Red"} <= set(table)
+    assert all(tab["controller"]["leftLockedRange"] is None for tab in tabs if tab["type"] == 1), "an axis that cuts"
+    currents = next(tab["controller"]["leftSources"] for tab in tabs if tab["title"] == "Currents")
+    assert len(currents) == 1 + len(rebuilt_robot().mechanisms)
     models = load_models(FOLDER)
     field = tabs[0]["controller"]
     assert field["game"] == f"FRC:{models.field.name}"
-    robot, component, piece = field["sources"][:3]
-    assert robot["options"]["model"] == models.robot().name
-    assert component["type"] == "component", "right after its robot"
-    assert piece["options"]["variant"] in models.field.pieces
+    drawn = [item for item in field["sources"] if item["type"] == "robot"]
+    assert [item["options"]["model"] for item in drawn] == [
+        "Simcore Rebuilt (red)" if number % 2 else "Simcore Rebuilt" for number in range(robots)
+    ]
+    for item in field["sources"]:
+        if item["type"] == "gamePiece":
+            assert item["options"]["variant"] in models.field.pieces
+    following = [b["type"] for a, b in zip(field["sources"], field["sources"][1:], strict=False) if a in drawn]
+    assert following == ["component"] * robots, "right after its robot"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 from pathlib import Path
 
@@ -12,8 +13,15 @@ from games.rebuilt.robot import rebuilt_robot
 from games.rebuilt.staging import Staging
 from simcore.errors import ConfigError
 from simcore.match.game import RobotEntry
+from simcore.match.match import Match
 from simcore.robot.battery import BatteryConfig
+from simcore.robot.robot_config import RobotConfig
+from simcore.robot.swerve_config import SwerveConfig, SwerveModuleConfig
+from simcore.telemetry.sinks import MemorySink
 
+UNLIMITED = dict.fromkeys(
+    ("drive_stator_limit", "drive_supply_limit", "steer_stator_limit", "steer_supply_limit"), math.inf
+)
 NO_FUEL = Staging(neutral=0, depot=0, chute=0, preload_per_robot=0, robots=1)
 
 
@@ -57,6 +65,50 @@ def test_a_browned_out_robot_runs_nothing():
         assert robot.battery.browned_out
         assert robot.mechanisms["shooter"].velocity == 0.0
         assert robot.chassis.pose == pytest.approx(match.start_pose(0), abs=1e-3)
+
+
+def full_speed(robot, time):
+    robot.drive.set_volts([12.0] * 4, [0.0] * 4)
+
+
+@pytest.mark.parametrize(
+    ("limits", "battery", "way", "has_brownouts"),
+    [
+        ({}, BatteryConfig(), 7.5, False),  # as Phoenix 6 delivers a TalonFX
+        (UNLIMITED, BatteryConfig(), 5.0, True),
+        ({}, BatteryConfig(resistance=0.03, initial_charge=0.5), 3.0, True),
+        (UNLIMITED, BatteryConfig(resistance=0.08, initial_charge=0.2), 0.5, True),
+    ],
+)
+def test_full_speed_at_once_starts_any_robot_and_tells_of_brown_outs(limits, battery, way, has_brownouts, caplog):
+    """2 s at 12 V from rest. Each brown-out lasts for a heartbeat; one line says when and why, one how many."""
+    module = SwerveModuleConfig(x=0.0, y=0.0, **limits)
+    config = RobotConfig(drivetrain=SwerveConfig.square(0.53, module), battery=battery)
+    log = MemorySink(period=0.02)
+    with Match.bare(config, start=(1.0, 4.0, 0.0), controllers=[full_speed], sinks=[log]) as match:
+        match.play(2.0)
+        robot = match.robots[0]
+        gone, spent = robot.chassis.pose[0] - 1.0, robot.battery
+    assert gone > way
+    lowest = min(snapshot.doubles["Sim/Debug/BatteryVoltageMin"] for snapshot in log.snapshots)
+    low_ticks = [snapshot.booleans["Sim/Debug/BrownedOut"] for snapshot in log.snapshots]
+    assert lowest == pytest.approx(spent.min_voltage, abs=5e-4)  # telemetry rounds to 1 mV
+    said = [record.getMessage() for record in caplog.records if "brown-out" in record.getMessage()]
+    if not has_brownouts:
+        assert spent.brownouts == 0 and not any(low_ticks) and lowest > 6.75 and said == []
+        return
+    # a battery behind its resistance, and four motors as resistors
+    r = battery.resistance + battery.recovery_resistance
+    stalled = module.drive_motor.resistance / 4.0
+    assert lowest > battery.empty_voltage * stalled / (stalled + r)
+    assert spent.off_time == pytest.approx(0.02 * spent.brownouts, abs=0.02)
+    assert sum(low_ticks) >= spent.brownouts > 10
+    begin, end = said
+    assert begin.startswith("robot 0: brown-out at 0.0 s: ") and ", drive " in begin and "7.5 V are back" in begin
+    assert end == (
+        f"robot 0: {spent.brownouts} brown-outs in this run, {spent.off_time:.2f} s without motors; "
+        f"lowest {lowest:.1f} V"
+    )
 
 
 def test_a_velocity_to_follow_is_refused_where_a_drivetrain_drives(match):

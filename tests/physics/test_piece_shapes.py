@@ -85,7 +85,7 @@ def test_pieces_of_any_shape_land_without_sinking_and_come_to_rest_as_they_lie()
 def test_a_tube_rolls_and_slides_down_a_ramp_as_theory_says(rolls, engine_name):
     """A = g sin a / (1 + I / m r^2) across the slope, g (sin a - mu cos a) along it.
 
-    A tube of 96 faces loses what each face takes: 12 % of the way after 0.8 s in steps of 4 ms on PyBullet, 7 % on
+    A tube of 96 faces loses what each face takes: 15 % of the way after 0.8 s in steps of 4 ms on PyBullet, 8 % on
     MuJoCo.
     """
     slope, mu = math.radians(20.0), 1.0 if rolls else 0.2
@@ -109,7 +109,7 @@ def test_a_tube_rolls_and_slides_down_a_ramp_as_theory_says(rolls, engine_name):
     theory = GRAVITY * (math.sin(slope) / (1.0 + inertia) if rolls else math.sin(slope) - mu * math.cos(slope))
     way = 0.5 * theory * 0.8**2
     assert (0.83 if rolls else 0.98) * way < away @ down < 1.02 * way
-    assert away @ up == pytest.approx(0.0, abs=0.002)
+    assert away @ up == pytest.approx(0.0, abs=0.005)
 
 
 def test_a_pipe_enters_the_bore_and_one_beside_it_does_not():

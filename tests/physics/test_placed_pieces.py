@@ -165,9 +165,9 @@ def test_places_that_cannot_be_are_refused():
     zone = FLAT.zone
     for words, what in (
         ("name must not be empty", {"name": ""}),
-        ("capacity must be a whole number > 0", {"capacity": 0}),
-        ("axis must be a unit vector", {"axis": (0.0, 0.0, 2.0)}),
-        ("max_tilt must be in", {"max_tilt": 0.0}),
+        ("capacity must be a whole number from 1", {"capacity": 0}),
+        ("axis must be a unit vector", {"axis": (0.0, 0.0, 0.5)}),
+        ("max_tilt must be a number above 0", {"max_tilt": 0.0}),
     ):
         with pytest.raises(ConfigError, match=words):
             RestingPlace(**{"name": "x", "zone": zone, **what})

@@ -1,4 +1,4 @@
-"""A made-up run: one robot that drives in a circle, pieces that stand, roll or fly, and a score."""
+"""A made-up run: one robot in a circle that believes to be elsewhere, and pieces that lie, roll, fly or are held."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from simcore.show.scene import PieceLook, RobotLook, Scene, ShotTrace
+from simcore.show.scene import Goal, PieceLook, RobotLook, Scene
 from simcore.telemetry.recording import Recording
 from simcore.telemetry.snapshot import Snapshot
 
@@ -19,11 +19,7 @@ SCENE = Scene(
     ],
     robots=(RobotLook(alliance="red", bumpers=(0.8, 0.8)),),
     pieces={"Fuel": PieceLook(radius=0.075, color="#ffd923", air_color="#ff9800", edge_color="#7d6400")},
-    shots=(
-        ShotTrace(points=np.array([[3.0, 1.0, 0.5], [3.5, 1.0, 1.0], [4.0, 1.0, 0.9]]), scored=True, time=0.4),
-        ShotTrace(points=np.array([[3.0, 1.0, 0.5], [3.0, 3.0, 0.1]]), scored=False, time=0.6),
-    ),
-    intakes=np.array([[2.0, 2.0, 0.08]]),
+    goals=(Goal(alliance="red", center=(4.0, 3.0, 0.9)), Goal(alliance="blue", center=(3.0, 1.0, 0.9))),
 )
 
 
@@ -36,6 +32,24 @@ def places(time: float) -> np.ndarray:
     return rows
 
 
+SHOTS = {2000: (0.4, 0.2, True), 2001: (0.6, 0.1, False)}
+"""Start and length of each flight [s], and whether it scored, by the piece."""
+HELD = (0.1, -0.2)
+"""Ahead and left of the robot's center [m]: a piece in it."""
+
+
+def flight(time: float, start: float) -> np.ndarray:
+    """Along x at 5 m/s, up at 3 m/s."""
+    t = time - start
+    return np.array((3.0 + 5.0 * t, 3.0, 0.5 + 3.0 * t - 0.5 * 9.80665 * t * t, 1.0, 0.0, 0.0, 0.0))
+
+
+def held(time: float) -> np.ndarray:
+    (x, y, *_), yaw = pose(time), 0.8 * time
+    cos, sin = math.cos(yaw), math.sin(yaw)
+    return np.array((x + cos * HELD[0] - sin * HELD[1], y + sin * HELD[0] + cos * HELD[1], 0.3, *pose(time)[3:]))
+
+
 def pose(time: float) -> np.ndarray:
     yaw = 0.8 * time
     return np.array((2.5 + math.sin(yaw), 2.0 - math.cos(yaw), 0.0, math.cos(yaw / 2), 0.0, 0.0, math.sin(yaw / 2)))
@@ -45,15 +59,34 @@ def snapshot(tick: int) -> Snapshot:
     time = 0.02 * (tick + 1)
     fuel = np.zeros((PIECES, 7))
     fuel[:, :3], fuel[:, 3] = places(time), 1.0
+    flying = [
+        (piece, start) for piece, (start, lasts, _) in SHOTS.items() if start - 1e-9 < time < start + lasts + 1e-9
+    ]
+    shot = [(piece, start, lasts, hit) for piece, (start, lasts, hit) in SHOTS.items() if start < time + 1e-9]
     return Snapshot(
         time=time,
         tick=tick,
-        poses={"Sim/Robot/Pose3d": pose(time)},
-        pose_arrays={"Sim/GamePieces/Fuel": fuel},
+        poses={
+            "Sim/Robot/Pose3d": pose(time),
+            "Sim/Robot/EstimatedPose": pose(time) + np.array([0.3, 0.4, 0, 0, 0, 0, 0]),
+        },
+        pose_arrays={
+            "Sim/GamePieces/Fuel": fuel,
+            "Sim/InFlight/Fuel": np.array([flight(time, start) for _, start in flying]).reshape(-1, 7),
+            "Sim/Held/Fuel": held(time)[None],
+        },
         doubles={"Sim/Debug/BatteryVoltage": 12.0 - time, "Sim/Debug/BatteryCurrent": 40.0 * time},
-        integers={"Sim/Score/Blue": tick // 10, "Sim/Score/Red": 0, "Sim/Intake/HeldCount": 3},
+        integers={"Sim/Score/Blue": tick // 10, "Sim/Score/Red": 0, "Sim/Intake/HeldCount": 1},
         booleans={"Sim/Robot/IsAirborne": tick > 20},
-        integer_arrays={"Sim/PieceIds/Fuel": np.arange(PIECES) + 1000, "few": np.arange(tick % 3)},
+        integer_arrays={
+            "Sim/PieceIds/Fuel": np.arange(PIECES) + 1000,
+            "Sim/InFlightIds/Fuel": np.array([piece for piece, _ in flying], dtype=np.int64),
+            "Sim/HeldIds/Fuel": np.array([3000]),
+            "Sim/ShotIds": np.array([piece for piece, *_ in shot], dtype=np.int64),
+            "Sim/ShotRobots": np.zeros(len(shot), dtype=np.int64),
+            "Sim/ShotHits": np.array([hit and time > start + lasts for _, start, lasts, hit in shot], dtype=np.int64),
+            "few": np.arange(tick % 3),
+        },
         strings={"Sim/Match/Period": "auto" if tick < 4 else "teleop"},
     )
 

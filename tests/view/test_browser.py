@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
-import importlib.util
+import json
+import os
+import signal
+import subprocess
 import sys
 import time
-from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
@@ -26,32 +28,11 @@ from simcore.telemetry.sinks import MemorySink
 from simcore.telemetry.snapshot import Snapshot
 from simcore.telemetry.wpilog import WpilogSink
 
-_spec = importlib.util.spec_from_file_location("chromium", Path(__file__).with_name("chromium.py"))
-assert _spec is not None and _spec.loader is not None
-chromium = importlib.util.module_from_spec(_spec)
-sys.modules["chromium"] = chromium
-_spec.loader.exec_module(chromium)
+pytestmark = pytest.mark.slow
 
-pytestmark = [
-    pytest.mark.slow,
-    pytest.mark.skipif(chromium.find_chromium() is None, reason="no Chromium or Chrome on this computer"),
-]
-
+ROOT = Path(__file__).resolve().parents[2]
 SIZE = (360, 640)
 """Height and width of a picture [pixels]."""
-
-
-@pytest.fixture
-def browser(tmp_path: Path) -> Iterator[type]:
-    pages = []
-
-    def visit(url: str):
-        pages.append(chromium.Chromium(url, tmp_path / f"profile{len(pages)}"))
-        return pages[-1]
-
-    yield visit
-    for page in pages:
-        page.close()
 
 
 def picture(page: ViewPage, eye, target, fov: float = 0.8) -> tuple[np.ndarray, object]:
@@ -177,27 +158,80 @@ def test_parts_move_with_their_poses(browser) -> None:
         assert not orange(image, pixel, pose[:3] + np.array((-0.37, 0.345, 0.395)))
 
 
-def test_buttons_of_a_live_run(browser) -> None:
-    view = LiveView(load_models(models_folder()), seed=3)
-    try:
+def wait_until(condition, seconds: float = 20.0) -> None:
+    end = time.monotonic() + seconds
+    while not condition():
+        assert time.monotonic() < end
+        time.sleep(0.02)
+
+
+def test_a_live_run_is_paused_slowed_touched_and_restarted(browser) -> None:
+    """Buttons, the speed that is reached and the preview of a shot, in one run of a robot that spins its shooter."""
+    view = LiveView(load_models(models_folder()).with_field(None), seed=3)
+    with RebuiltSim(sinks=[view.sink()], robots=(RobotEntry(start=(2.5, 4.03, 0.0)),)) as match:
+        view.wait_for_viewer(should_stop=lambda: True)  # nobody looks yet
         visitor = browser(view.url)
+        view.wait_for_viewer()
         visitor.wait_for_text("restart with this seed")
-        for label, paused in (("pause", True), ("go on", False)):
-            visitor.wait_for_text(label)
-            visitor.click(label)
-            end = time.monotonic() + 10.0
-            while view.pacer.paused != paused:
-                assert time.monotonic() < end
-                time.sleep(0.02)
+        robot = match.robots[0]
+
+        def spin(robot, time):
+            robot.mechanisms["shooter"].velocity = robot.shooters[0].config.wheel_speed_for(6.0)
+
+        match.set_controller(0, spin)
+
+        def play(until, ticks: int = 500) -> None:
+            for _ in range(ticks):
+                match.tick()
+                view.after_tick(match)
+                if until():
+                    return
+            raise AssertionError("it never came")
+
+        seen = ""
+
+        def says(text: str):
+            def look() -> bool:
+                nonlocal seen
+                if match.ticks % 10 == 0:
+                    seen = visitor.evaluate("document.body.innerText")
+                return text in seen
+
+            return look
+
+        play(says("shot now: misses, touches at x"))
+        play(lambda: "period: auto" in seen and "x real time" in seen and "blue hub active" in seen)
+        assert view.pacer.reached is not None and 0.05 < view.pacer.reached < 1.2
+        count = len(match.pieces.on_field())
+        visitor.click("pause")
+        wait_until(lambda: view.pacer.paused)
+        visitor.evaluate("[...document.querySelectorAll('*')].filter(e => e.innerText === 'field').pop().click()")
+        visitor.wait_for_text("put a piece before the robot")
+        visitor.click("put a piece before the robot")
+        ticks = match.ticks
+        view.after_tick(match, should_stop=lambda: len(match.pieces.on_field()) > count)  # acts while it stands
+        assert match.ticks == ticks and len(match.pieces.on_field()) == count + 1 and match.count.is_conserved
+        near = match.pieces.state.pos[match.pieces.on_field()][:, :2] - (
+            robot.chassis.pos[0] + 1.2,
+            robot.chassis.pos[1],
+        )
+        assert np.linalg.norm(near, axis=1).min() < 0.5
+        visitor.wait_for_text("1 Fuel put down")
+        visitor.click("go on")
+        wait_until(lambda: not view.pacer.paused)
+        robot.carry_to((4.0, 2.0, 1.0))
+        visitor.click("put the robot at its start")
+        play(lambda: np.allclose(robot.chassis.pose, match.start_pose(0), atol=0.05))
+        visitor.click("put all pieces back")
+        play(lambda: len(match.pieces.on_field()) == count)
         visitor.click("restart with this seed")
-        end = time.monotonic() + 10.0
-        while not view.wants_restart:
-            assert time.monotonic() < end
-            time.sleep(0.02)
-        view.after_tick(5.0)  # does not wait: the run shall end
-        assert view.next_seed(Snapshot(time=0.0, tick=0)) == 3
+        wait_until(lambda: view.wants_restart)
+        view.after_tick(match)  # does not wait: the run shall end
+        final = match.snapshot()
+    try:
+        assert view.next_seed(final) == 3
         assert not view.wants_restart
-        assert view.next_seed(Snapshot(time=0.0, tick=0), should_stop=lambda: True) is None
+        assert view.next_seed(final, should_stop=lambda: True) is None
         visitor.wait_for_text("the run is over")
     finally:
         view.close()
@@ -212,6 +246,8 @@ def test_replay_plays_seeks_and_stops_at_the_end(browser, tmp_path: Path) -> Non
     try:
         visitor = browser(replay.url)
         visitor.wait_for_text("run.wpilog")
+        width = "document.querySelector('.mantine-Slider-root').getBoundingClientRect().width"
+        assert visitor.evaluate(width) > 0.55 * visitor.evaluate("innerWidth"), "as wide as the panel leaves"
         replay.step(0.5)
         visitor.wait_for_text("0:00.5")
         visitor.wait_for_text("fuel on the field 448")
@@ -270,7 +306,8 @@ def test_cameras_look_along_their_lines_and_shots_leave_trails(browser) -> None:
         for i, point in enumerate(flight):
             shot = np.array([[*point, 1.0, 0.0, 0.0, 0.0]])
             arrays = {"Sim/Limelights/front/DirectionLine": aim, "Sim/InFlight/Fuel": shot}
-            page.show(Snapshot(time=0.02 * i, tick=i, pose_arrays=arrays))
+            ids = {"Sim/InFlightIds/Fuel": np.array([7])}
+            page.show(Snapshot(time=0.02 * i, tick=i, pose_arrays=arrays, integer_arrays=ids))
         browser(page.url).wait_for_text("0:00.4")
 
         def near(image, pixel, point, good) -> bool:
@@ -292,3 +329,29 @@ def test_cameras_look_along_their_lines_and_shots_leave_trails(browser) -> None:
         page.show(Snapshot(time=9.0, tick=450))
         image, pixel = settled(page, *view, lambda i, p: not both(i, p))
         assert not near(image, pixel, (7.5, 4.0, 0.5), green) and not near(image, pixel, flight[10], orange)
+
+
+def test_a_run_waits_for_its_first_viewer_and_stays_until_ctrl_c(browser, tmp_path: Path) -> None:
+    """The command as it is typed: nothing moves before the page is open; Ctrl-C leaves at once, before and after."""
+    words = [sys.executable, "-m", "simcore", "play", "rebuilt", "--view", "--no-browser", "--seconds", "1", "--json"]
+    log = tmp_path / "out" / "depot.wpilog"
+    for opens, status in ((False, 130), (True, 0)):
+        with subprocess.Popen(
+            words, cwd=tmp_path, env={**os.environ, "PYTHONPATH": str(ROOT)}, text=True,
+            stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+        ) as run:  # fmt: skip
+            assert run.stderr is not None and run.stdout is not None
+            url = run.stderr.readline().split()[-1]
+            assert run.stderr.readline() == "the run begins when the page is open; Ctrl-C leaves\n"
+            time.sleep(0.5)
+            size = log.stat().st_size
+            time.sleep(0.5)
+            assert log.stat().st_size == size, "it has not begun"
+            if opens:
+                browser(url).wait_for_text("the run is over: restart it here, or press Ctrl-C", 60.0)
+                assert run.stderr.readline() == "the run is over; the page stays. Press Ctrl-C to leave\n"
+                assert run.poll() is None
+            run.send_signal(signal.SIGINT)
+            out, _ = run.communicate(timeout=20)
+            assert run.returncode == status
+            assert (json.loads(out)["ticks"] == 50) if opens else out == ""

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from simcore.install_text import install_command
 from simcore.robotpy.checks.findings import Finding, fail, ok, warn
 from simcore.units import TICK
 
@@ -124,8 +125,7 @@ def check_games(find: Callable[[], Mapping[str, Game]]) -> tuple[Finding, Game |
     except Exception as error:  # whatever stands in a broken installation's way is what was found
         return fail("game", f"a game does not load: {error}", "install simcore again"), None
     if not games:
-        advice = "in the folder of simcore: `python -m pip install -e .`, or install again"
-        return fail("game", "no game is installed", advice), None
+        return fail("game", "no game is installed", install_command()), None
     newest, *others = (f"{game.name} ({game.year})" for game in games.values())
     also = f", the newest, is played if none is named; also installed: {', '.join(others)}" if others else ""
     return ok("game", newest + also), next(iter(games.values()))

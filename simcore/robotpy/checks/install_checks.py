@@ -8,6 +8,7 @@ from packaging.markers import default_environment
 from packaging.requirements import Requirement
 from packaging.version import Version
 
+from simcore.install_text import install_command
 from simcore.robotpy.checks.findings import Finding, fail, ok, warn
 
 __all__ = [
@@ -22,7 +23,6 @@ __all__ = [
 
 OLDEST, NEWEST = (3, 10), (3, 14)
 _ADVISED = "3.13"  # the newest for which both engines have wheels
-_COMPILE = "`python -m simcore compile`"
 PYBULLET = ("pybullet", "pybullet-arm64")
 """The same module from two projects: upstream, and the fork that has wheels."""
 ENGINES = (*PYBULLET, "mujoco", "mujoco-core")
@@ -60,7 +60,7 @@ def engine_of(system: str, machine: str, version: tuple[int, int]) -> str:
         return "PyBullet" if version in ((3, 11), (3, 12)) else "MuJoCo"
     if where in (("Windows", "x86_64"), ("Linux", "x86_64"), ("Darwin", "arm64")):
         return "PyBullet" if version <= (3, 13) else "MuJoCo"
-    return "MuJoCo" if where == ("Linux", "arm64") else ""
+    return "MuJoCo" if where == ("Linux", "arm64") and version >= (3, 11) else ""  # 3.10: nor is there one of WPILib
 
 
 def check_wheels(system: str, machine: str, version: tuple[int, int, int], glibc: tuple[int, int] | None) -> Finding:
@@ -85,7 +85,8 @@ def check_wheels(system: str, machine: str, version: tuple[int, int, int], glibc
     return warn(
         "platform",
         f"{where}: no wheel of a physics engine",
-        "`python -m pip install pybullet` compiles it in 5 minutes and needs a C++ compiler",
+        f"try Python {_ADVISED}; else `python -m pip install pybullet`"
+        " compiles it in 5 minutes and needs a C++ compiler",
     )
 
 
@@ -138,7 +139,7 @@ def check_requirements(
             warn(
                 "simcore",
                 "runs from a folder and is not installed: `robotpy sim --simcore` and other programs do not find it",
-                "in its folder: `python -m pip install -e .`",
+                install_command(),
             )
         ]
     findings = [ok("simcore", installed.get("simcore", ""))]
@@ -175,11 +176,10 @@ def _of_extra(extra: str, wrong: list[tuple[str, bool]], good: list[str]) -> Fin
     if not wrong:
         return ok(check, ", ".join(good))
     said = "; ".join(text for text, _ in wrong)
-    wanted = f"simcore[{extra}]" if extra else "simcore"
+    extras = (extra,) if extra else ()
     if extra and not good and all(is_missing for _, is_missing in wrong):
-        return warn(check, f"not installed ({EXTRAS[extra]})", f'`python -m pip install "{wanted}"`, if you want those')
-    advice = f'`python -m pip install --upgrade "{wanted}"`; -e . in a checkout'
-    return fail(check, said, advice)
+        return warn(check, f"not installed ({EXTRAS[extra]})", f"{install_command(*extras)}, if you want those")
+    return fail(check, said, install_command(*extras, upgrade=True))
 
 
 def check_year(installed: Mapping[str, str]) -> Finding:
@@ -195,7 +195,7 @@ def check_year(installed: Mapping[str, str]) -> Finding:
     ours = {name: version for name, version in ours.items() if version.major > 2000}
     releases = {(version.major, version.minor) for version in ours.values()}
     if not ours:
-        return fail("WPILib", "nothing of WPILib is installed", "`python -m pip install simcore`")
+        return fail("WPILib", "nothing of WPILib is installed", install_command())
     newest = max(releases)
     behind = [f"{name} {version}" for name, version in ours.items() if (version.major, version.minor) != newest]
     if behind:
@@ -209,27 +209,8 @@ def check_year(installed: Mapping[str, str]) -> Finding:
     return ok("WPILib", f"{newest[0]}.{newest[1]} ({len(ours)} packages)")
 
 
-def check_compiled(*, is_off: bool, folder: str | None, trouble: str, old: int) -> Finding:
-    """What `simcore compile` made, and whether it is in use.
-
-    Args:
-        is_off: The environment asks for plain Python.
-        folder: Of the build in use, or None.
-        trouble: Why a build that fits is not in use; empty if there is none.
-        old: Builds of this Python from other sources.
-    """
-    if is_off:
-        return ok("compiled", "plain Python: SIMCORE_COMPILED=0 switches compiled parts off")
-    if folder is not None:
-        return ok("compiled", f"in use: {folder}")
-    if trouble:
-        return warn(
-            "compiled",
-            f"plain Python: the compiled parts do not load: {trouble}",
-            "`python -m simcore compile --remove`, then `python -m simcore compile`",
-        )
-    if old:
-        return warn(
-            "compiled", "plain Python: the compiled parts are of another version of simcore", f"{_COMPILE} again"
-        )
-    return ok("compiled", f"plain Python; {_COMPILE} makes robot tests a quarter faster")
+def check_compiled(*, is_compiled: bool) -> Finding:
+    """Whether hot modules run as native code; they do if the wheel that was installed has them."""
+    if is_compiled:
+        return ok("compiled", "hot modules run as native code")
+    return ok("compiled", "plain Python; installed with SIMCORE_COMPILE=1 set, robot tests are a quarter faster")

@@ -97,7 +97,7 @@ class Bench:
 @pytest.fixture
 def bench():
     """A bench with fresh devices; the robot is enabled without delay unless a test says otherwise."""
-    pytest.importorskip("phoenix6", reason="needs phoenix6: pip install simcore[phoenix6]")
+    pytest.importorskip("phoenix6", reason="needs phoenix6: pip install .[phoenix6]")
     from wpilib.simulation import pauseTiming, resumeTiming
 
     from simcore.phoenix6_emulator import EnableDelays, install, uninstall

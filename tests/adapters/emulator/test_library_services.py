@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-pytest.importorskip("phoenix6", reason="needs phoenix6: pip install simcore[phoenix6]")
+pytest.importorskip("phoenix6", reason="needs phoenix6: pip install .[phoenix6]")
 
 DEVICES = ("TalonFX", "TalonFXS", "CANcoder", "Pigeon2", "CANrange", "CANdi", "CANdle")
 

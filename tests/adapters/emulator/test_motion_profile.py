@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-pytest.importorskip("phoenix6", reason="needs phoenix6: pip install simcore[phoenix6]")
+pytest.importorskip("phoenix6", reason="needs phoenix6: pip install .[phoenix6]")
 
 from simcore.phoenix6_emulator.motion_profile import Expo, SCurve, VelocityRamp
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import logging
 import os
 import socket
 import sys
@@ -21,7 +20,7 @@ from simcore.phoenix6 import require_phoenix6
 from simcore.phoenix6.built_devices import clashes
 from simcore.phoenix6.ownership import Ownership
 from simcore.robotpy.attached_physics import AttachedPhysics
-from simcore.robotpy.extension import warn_of_taken_port
+from simcore.robotpy.robot_attachment import is_port_taken
 
 PORTS = {
     "PWM": '[[mechanism]]\nname = "hood"\nkind = "servo"\npwm = 7\nmin_deg = 0\nmax_deg = 90\ndeg_per_second = 400\n',
@@ -90,13 +89,12 @@ def main() -> None:
     said["clashes"] = clashes()
     said["versions"] = [message(lambda v=v: require_phoenix6(v)) for v in ("25.4.0", "27.0.0", None, "26.1.0")]
 
-    logging.basicConfig(stream=sys.stdout)
     with socket.socket() as listener:
         listener.bind(("127.0.0.1", 0))
         listener.listen()
-        said["taken"] = warn_of_taken_port(listener.getsockname()[1])
+        said["taken"] = is_port_taken(listener.getsockname()[1])
         free = listener.getsockname()[1]
-    said["free"] = warn_of_taken_port(free)
+    said["free"] = is_port_taken(free)
     assert roller is not None and ports is not None and other_bus is not None
     print(json.dumps(said), flush=True)
     os._exit(0)

@@ -23,7 +23,7 @@ from wpilib.simulation import DriverStationSim
 from wpimath.geometry import Pose2d, Rotation2d
 
 import simcore.phoenix6.swerve as swerve
-from simcore.robotpy.robot_physics import RobotPhysics
+from simcore.robotpy.robot_physics import RobotPhysics, field_control
 
 A, B, X, Y, LEFT_BUMPER = 1, 2, 3, 4, 5
 
@@ -214,6 +214,28 @@ class Play:
         self.results["drawn_robot_off"] = math.hypot(shown.X() - end[0], shown.Y() - end[1])
         self.results["own_hook"] = getattr(type(physics.robot), "own_hook", None)
         self.results["volts_seen"] = RobotController.getBatteryVoltage()
+
+    def control(self, physics):
+        """A dashboard places the robot and puts a piece before it; robot code asks for the same."""
+        DriverStationSim.notifyNewData()
+        yield from self.wait(0.4)
+        tables = NetworkTableInstance.getDefault()
+        table = tables.getTable("Sim/Control")
+        status = table.getStringTopic("Status").subscribe("none")
+        self.results["topics"] = sorted(t.getName() for t in tables.getTopics("/Sim/Control/"))
+        pose = table.getDoubleArrayTopic("RobotPose").publish()
+        pose.set([3.0, 6.5, 90.0])
+        yield from self.wait(0.1)
+        self.results["placed"] = (physics.robot_sim.chassis.pose, status.get())
+        button = table.getBooleanTopic("SpawnPiece").publish()
+        button.set(True)
+        yield from self.wait(0.1)
+        self.results["spawned"] = (physics.match.count.on_field, status.get())
+        field = field_control()
+        field.start_auto("depot")
+        field.place_at_start()
+        yield from self.wait(0.1)
+        self.results["said"] = [str(result) for result in field.results]
 
     def cameras(self, physics):
         """Odometry is told a wrong place, and cameras see the right one; then the driver asks for fuel."""

@@ -7,8 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.integrate import solve_ivp
 
-from simcore.errors import NonFiniteError, require_positive
+from simcore.errors import NonFiniteError
 from simcore.pieces.aerodynamics import AirFactors, air_acceleration
+from simcore.quantities import DURATION, require
 from simcore.typing import FloatArray
 from simcore.units import GRAVITY
 
@@ -61,8 +62,8 @@ def fly(
     omega = np.zeros((1, 3)) if spin is None else np.asarray(spin, dtype=np.float64).reshape(1, 3)
     if start.shape != (6,) or not (np.isfinite(start).all() and np.isfinite(omega).all()):
         raise NonFiniteError(f"fly: position, velocity and spin must be 3 finite numbers each, got {pos}, {velocity}")
-    require_positive("fly", "max_time", max_time, "s")
-    require_positive("fly", "sample_period", sample_period, "s")
+    require("fly", "max_time", max_time, DURATION)
+    require("fly", "sample_period", sample_period, DURATION)
 
     def law(_: float, state: FloatArray) -> FloatArray:
         acceleration = air_acceleration(state[None, 3:], omega, air)[0]

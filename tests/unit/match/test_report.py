@@ -24,6 +24,14 @@ REPORT = RunReport(
     realtime_factor=8.547,
     ticks=1000,
     score=Score(red=0, blue=27, total=27),
+    match_state={
+        "Time": 20.0,
+        "TimeLeft": 143.0,
+        "Enabled": False,
+        "BlueHubActive": True,
+        "Game": "rebuilt",
+        "Period": "pause",
+    },
     pieces=PieceCount(staged=408, on_field=377, in_flight=1, held=3, scored=27, off_field=0),
     piece_name="fuel",
     breakdown={"BlueHub": 27},
@@ -34,6 +42,7 @@ REPORT = RunReport(
     substeps=Spread(mean=4.2, max=11),
     awake=Spread(mean=33.4, max=88),
     min_battery_v=9.87,
+    brownouts=0,
     digest="ab" * 32,
     outputs={"log": "out/run.wpilog"},
 )
@@ -62,13 +71,14 @@ def test_json_has_the_fields_that_programs_read() -> None:
             "realtime_factor",
             "ticks",
         ),
-        *("score", "pieces", "piece_name", "breakdown", "shots", "hits"),
-        *("distance_m", "tick_ms", "substeps", "awake", "min_battery_v", "digest", "outputs"),
+        *("score", "match_state", "pieces", "piece_name", "breakdown", "shots", "hits"),
+        *("distance_m", "tick_ms", "substeps", "awake", "min_battery_v", "brownouts", "digest", "outputs"),
     ]
     assert got["score"] == {"red": 0, "blue": 27, "total": 27}
     assert list(got["pieces"]) == ["staged", "on_field", "in_flight", "held", "scored", "placed", "off_field"]
     assert got["tick_ms"] == {"median": 1.83, "p95": 3.2, "p99": 4.1, "max": 9.77}
     assert got["substeps"] == {"mean": 4.2, "max": 11}
+    assert got["match_state"]["Period"] == "pause" and got["match_state"]["BlueHubActive"] is True
     assert "\n" not in REPORT.to_json()
 
 
@@ -90,6 +100,9 @@ def test_report_fits_80_columns_in_any_terminal(encoding: str) -> None:
     assert all(len(line) <= 80 for line in text.splitlines())
     for part in ("27 points", "27 of 31 shots scored (87%)", "all 408", "377", "9.87 V", "8.5 times as", "[bold]"):
         assert part in text
+    rows = [line.strip("|\u2502 ").split(maxsplit=3) for line in text.splitlines()]
+    assert ["blue", "hub", "active"] in [row[:3] for row in rows]
+    assert "20.0 s, 143.0 s left" in text and "pause; robots are disabled" in text
     for part in ("p95 3.20", "abababab", "mean 4.2"):
         assert part in text and part not in printed(report, encoding)
 

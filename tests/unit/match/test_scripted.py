@@ -18,6 +18,7 @@ from simcore.robot.swerve_drive import SwerveDrive
 DT = 0.02
 SIZE = (16.0, 8.0)
 GEARBOX = GearboxConfig(motor=DCMotor.krakenX60(1), gearing=50.0)
+pytestmark = pytest.mark.plain  # `Ideal` derives from a class that may be compiled
 
 
 class Ideal(SwerveDrive):
@@ -28,7 +29,7 @@ class Ideal(SwerveDrive):
         self.number = 0
         self.chassis = self.drive = self
         self.intakes = [SimpleNamespace(zone=SimpleNamespace(y_max=0.33))]
-        self.shooters, self.mechanisms, self.held = [], {}, []
+        self.shooters, self.mechanisms, self.setpoints, self.held = [], {}, {}, []
         self.storage = SimpleNamespace(room=1)
         self.__dict__["config"] = SimpleNamespace(intakes=())
 

@@ -8,6 +8,7 @@ import pytest
 import trimesh
 
 from simcore.errors import ConfigError, FieldMeshError, UnknownNameError
+from simcore.geometry.symmetry import FieldSymmetry
 from simcore.physics.field import FieldBoundary, FieldElement, FieldGeometry
 from simcore.physics.obj import ObjGroup, format_obj
 from simcore.physics.shapes import Box, Compound, Cylinder, Hull, Mesh, Part, Sphere
@@ -88,8 +89,24 @@ def test_boundary_is_checked_at_the_door(name, value):
 @pytest.mark.parametrize("scale", [1000.0, 39.37])
 def test_a_field_in_other_units_is_refused_with_the_likely_reason(save, scale):
     floor = trimesh.creation.box(extents=(16.5 * scale, 8.0 * scale, 1.0))
-    with pytest.raises(FieldMeshError, match=r"millimeters .*0\.001.* inches"):
+    with pytest.raises(FieldMeshError, match=r"in (millimeters \(scale it by 0\.001|inches \(scale it by 0\.0254)"):
         FieldGeometry.load(save(group("floor", floor)))
+
+
+@pytest.mark.parametrize(
+    ("place", "said"),
+    [
+        (lambda p: p / 0.3048, r"in feet \(scale it by 0\.3048\)$"),
+        (lambda p: p - (8.0, 4.0, 0.0), r"It is about its middle \(move it by 8, 4 m\)$"),
+        (lambda p: p[:, (0, 2, 1)] * (1, 1, -1), r"It is with y up \(export it with z up\)$"),
+        (lambda p: (p - (8.0, 4.0, 0.0))[:, (0, 2, 1)] * (1, 1, -1) / 0.0254, "in inches .* with y up .* its middle"),
+    ],
+)
+def test_a_field_whose_size_is_known_says_how_a_mesh_of_it_was_exported(save, place, said):
+    box = trimesh.creation.box(extents=(16.0, 8.0, 0.2))
+    box.vertices = place(np.asarray(box.vertices) + np.array((8.0, 4.0, 0.1)))
+    with pytest.raises(FieldMeshError, match=said):
+        FieldGeometry.load(save(group("floor", box)), symmetry=FieldSymmetry("rotate", (16.0, 8.0)))
 
 
 def test_a_field_far_from_the_origin_is_refused(save):

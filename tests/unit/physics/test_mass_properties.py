@@ -75,7 +75,7 @@ def test_what_has_no_volume_is_refused():
         (lambda: tube(length=0.3, outer_radius=0.05, inner_radius=0.05), "leaves no wall"),
         (lambda: tube(length=0.3, outer_radius=0.05, inner_radius=0.03, staves=3), "parts of a ring, got 3"),
         (lambda: torus(ring_radius=0.1, tube_radius=0.2), "ring_radius must be above"),
-        (lambda: cone(height=0.1, bottom_radius=0.1, top_radius=-1.0), "top_radius must be >= 0"),
+        (lambda: cone(height=0.1, bottom_radius=0.1, top_radius=-1.0), "top_radius must be a number from 0"),
         (lambda: Part(HalfSpace()), "got a HalfSpace"),
         (lambda: Part(Sphere(0.1), quat=(0.0, 0.0, 0.0, 2.0)), "unit quaternion"),
         (lambda: Compound(()), "at least one part"),

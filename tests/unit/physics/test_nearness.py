@@ -46,6 +46,31 @@ def test_many_places_are_answered_in_their_order_and_nothing_is_near_nothing():
     assert boxes.are_near(places[:0], reach[:0]).tolist() == []
 
 
+@given(data=st.data())
+def test_the_map_of_clearances_agrees_with_each_box_asked_by_itself(data):
+    middles = data.draw(st.lists(st.tuples(COORDINATES, COORDINATES, COORDINATES), min_size=1, max_size=4))
+    boxes, alone = StaticBoxes(), []
+    for middle in middles:
+        boxes.add(Box((1.0, 0.3, 0.5)), middle, IDENTITY)
+        one = StaticBoxes()
+        one.add(Box((1.0, 0.3, 0.5)), middle, IDENTITY)
+        alone.append(one)
+    far = st.floats(-30.0, 30.0)
+    x, y, z, reach = data.draw(st.tuples(far, far, COORDINATES, st.floats(0.01, 40.0)))
+    half = np.array((0.5, 0.15, 0.25))
+    low, high = np.array(middles) - half, np.array(middles) + half
+    away = np.maximum(np.maximum(low - (x, y, z), (x, y, z) - high), 0.0)
+    distance = np.sqrt(np.square(away).sum(axis=1)).min()
+    if abs(distance - reach) > 1e-9:
+        assert near(boxes, (x, y, z), reach) == (distance < reach)
+    assert near(boxes, (x, y, z), reach) == any(near(one, (x, y, z), reach) for one in alone)
+    flat = np.hypot(away[:, 0], away[:, 1]).min()
+    if boxes.is_clear(x, y, reach):
+        assert flat >= reach - 1e-9
+    elif max(abs(x), abs(y)) < 5.0:
+        assert flat < reach + 0.36, "no farther than the diagonal of a cell"
+
+
 def test_below_a_half_space_everything_is_near():
     boxes = StaticBoxes()
     boxes.add(HalfSpace(), (0.0, 0.0, 0.0), IDENTITY)

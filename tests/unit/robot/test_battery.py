@@ -10,7 +10,7 @@ from simcore.robot.battery import Battery, BatteryConfig
 
 def test_load_drops_the_voltage_at_once_and_then_slowly():
     """V = V_open - R I - R_slow I (1 - exp(-t / tau)), charge apart."""
-    c = BatteryConfig(capacity_ah=1e9)
+    c = BatteryConfig(capacity_ah=math.inf)
     battery = Battery(c)
     battery.step(1e-6, 100.0)
     assert battery.voltage == pytest.approx(c.full_voltage - c.resistance * 100.0, abs=1e-3)
@@ -37,19 +37,42 @@ def test_charge_counts_ampere_hours():
 
 
 def test_brownout_enters_below_6_75_and_leaves_above_7_5():
-    battery = Battery(BatteryConfig(recovery_resistance=0.0, resistance=0.02, capacity_ah=1e9))
+    battery = Battery(BatteryConfig(recovery_resistance=0.0, resistance=0.02, capacity_ah=math.inf))
     seen = []
     for volts in (7.0, 6.8, 6.7, 7.0, 7.49, 7.51, 7.0):
-        battery.step(0.001, (12.9 - volts) / 0.02)
+        battery.step(0.01, (12.9 - volts) / 0.02)
         seen.append(battery.browned_out)
     assert seen == [False, False, True, True, True, False, False]
     assert battery.min_voltage == pytest.approx(6.7, abs=1e-6)
+    assert (battery.brownouts, battery.off_time) == (1, pytest.approx(0.03))
+
+
+@pytest.mark.parametrize("h", [0.00125, 0.005, 0.02])
+def test_a_brown_out_lasts_for_a_heartbeat_and_the_tick_that_saw_it_tells(h):
+    """The load vanishes at once, and the voltage with it comes back; motors stay off for 20 ms whatever the step is."""
+    battery = Battery(BatteryConfig(recovery_resistance=0.0, capacity_ah=math.inf))
+    begun = []
+    battery.on_brownout = lambda: begun.append((battery.voltage, battery.current))
+    for _ in range(3):
+        battery.begin_tick()
+        battery.step(h, 320.0)
+        off = 0
+        while battery.browned_out:
+            battery.step(h, 0.0)
+            off += 1
+        assert off * h == pytest.approx(0.02)
+        assert battery.voltage > 12.8 and battery.tick_browned_out
+        assert battery.tick_min_voltage == pytest.approx(6.5, abs=1e-6)
+        battery.begin_tick()
+        assert battery.tick_min_voltage > 12.8 and not battery.tick_browned_out
+    assert begun == [pytest.approx((6.5, 320.0), abs=1e-6)] * 3
+    assert battery.brownouts == 3 and battery.off_time == pytest.approx(0.06)
 
 
 @pytest.mark.parametrize("load", [0.005, 0.02, 0.1])
 def test_currents_that_fall_with_the_voltage_end_where_a_resistor_does(load):
     """Worked out with the voltage before, they overshoot at once: 12.9 V over 5 mohm would leave -38.7 V."""
-    battery = Battery(BatteryConfig(recovery_resistance=0.0, capacity_ah=1e9, brownout_enabled=False))
+    battery = Battery(BatteryConfig(recovery_resistance=0.0, capacity_ah=math.inf, brownout_enabled=False))
     divided = 12.9 * load / (load + battery.config.resistance)
     lowest = math.inf
     for _ in range(20):
@@ -87,6 +110,7 @@ def test_bad_current_changes_nothing(bad):
         {"initial_charge": 1.5},
         {"empty_voltage": 13.0},
         {"recovered_voltage": 5.0},
+        {"brownout_hold": -0.1},
     ],
 )
 def test_impossible_batteries_are_refused(wrong):

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from types import SimpleNamespace
 
 import pytest
@@ -34,7 +33,7 @@ def test_from_ctre_by_attribute_names():
     config = swerve_config_from_ctre([constants] * 4, mass=50.0)
     m = config.modules[0]
     assert (m.x, m.y, m.drive_gearing, m.coupling_ratio) == (0.25, -0.25, 6.746, 3.57)
-    assert (m.drive_stator_limit, m.drive_supply_limit, m.steer_stator_limit) == (90.0, 70.0, math.inf)
+    assert (m.drive_stator_limit, m.drive_supply_limit, m.steer_stator_limit) == (90.0, 70.0, None)
     assert m.drive_motor is motor("Kraken X60 FOC")
     assert m.steer_inertia == 0.004
     del constants.wheel_radius

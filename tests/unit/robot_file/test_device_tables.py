@@ -155,7 +155,7 @@ def test_a_limit_switch_at_a_stop_is_pressed_in_the_last_hundredth_of_the_way(re
         ),
         (
             HOOD + '[[sensor]]\nname = "p"\nkind = "potentiometer"\nmechanism = "hood"\nanalog = 0\nlower_volts = 6\n',
-            "lower_volts must be at most 5 V, got 6",
+            "lower_volts must be a number from 0 to 5 V, got 6",
         ),
     ],
 )

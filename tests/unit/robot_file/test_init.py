@@ -8,6 +8,7 @@ import re
 import pytest
 
 from simcore.cli import COMMANDS, main
+from simcore.robot_file.camera_template import FoundCamera
 from simcore.robot_file.reader import read_settings
 from simcore.robot_file.robot_settings import RobotSettings
 from simcore.robot_file.template import FoundMotor, template
@@ -15,6 +16,15 @@ from simcore.robot_file.template import FoundMotor, template
 MOTORS = [
     FoundMotor(controller="TalonFX", leader=20, followers=(21, 22), opposed=(22,), gearing=0.75),
     FoundMotor(controller="TalonFXS", leader=20, gearing=45.0, has_gravity=True),
+]
+
+
+CAMERAS = [
+    FoundCamera(maker="limelight", name="limelight-front"),
+    FoundCamera(
+        maker="photonvision", name="rear", place=(-0.25, 0.1, 0.5, 180.0, -10.0, 175.5), source="its estimator"
+    ),
+    FoundCamera(maker="questnav"),
 ]
 
 
@@ -33,8 +43,22 @@ def uncommented(text: str) -> str:
 @pytest.mark.parametrize("motors", [None, MOTORS])
 def test_the_file_as_written_means_the_defaults(tmp_path, motors):
     path = tmp_path / "simcore.toml"
-    path.write_text(template(motors))
+    path.write_text(template(motors, cameras=CAMERAS))
     assert read_settings(path) == RobotSettings()
+
+
+def test_a_camera_that_was_found_becomes_one_with_its_place(tmp_path):
+    path = tmp_path / "simcore.toml"
+    text = template(cameras=CAMERAS)
+    found = text.index("# Your program has these cameras")
+    path.write_text(uncommented(text[found : text.index("# Sensors: one")]))
+    settings = read_settings(path)
+    front, rear = settings.cameras
+    assert (front.name, front.maker, front.mount.z) == ("limelight-front", "limelight", 0.4)
+    assert (rear.name, rear.maker) == ("rear", "photonvision")
+    m = rear.mount
+    assert (m.x, m.y, m.z, m.roll_deg, m.pitch_deg, m.yaw_deg) == (-0.25, 0.1, 0.5, 180.0, -10.0, 175.5)
+    assert settings.headset is not None
 
 
 def test_every_key_in_the_comments_is_one_that_is_read(tmp_path):

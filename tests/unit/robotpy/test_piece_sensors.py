@@ -6,7 +6,7 @@ from types import SimpleNamespace
 
 import pytest
 
-pytest.importorskip("wpilib", reason="needs simcore[robotpy]")
+pytest.importorskip("wpilib", reason="needs the extra 'robotpy'")
 
 from simcore.pieces.storage import Storage, StorageConfig
 from simcore.robot_file.device_settings import PieceView

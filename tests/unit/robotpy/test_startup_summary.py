@@ -17,6 +17,7 @@ def test_a_robot_of_many_devices_fits_on_one_screen_and_every_kind_is_there():
         nobody="CANrange 3, " + ", ".join(f"navX-Sensor[{k}]" for k in range(40)),
         cameras="limelight",
         unseen="front",
+        is_on_network=True,
     ).lines()
     assert len(lines) <= 30 and max(map(len, lines)) <= 120
     text = "\n".join(lines)
@@ -26,6 +27,7 @@ def test_a_robot_of_many_devices_fits_on_one_screen_and_every_kind_is_there():
         "own physics  SPARK MAX 61",
         "nobody moves CANrange 3",
         "cameras      limelight; your program asks for front",
+        "network      WPILib (5810, 1735) and Phoenix (1250) listen on every interface of this computer",
         "leader = 30 and gearing in simcore.toml",
     ):  # fmt: skip
         assert expected in text, expected
@@ -34,6 +36,12 @@ def test_a_robot_of_many_devices_fits_on_one_screen_and_every_kind_is_there():
 def test_without_a_file_it_says_how_to_get_one():
     lines = StartupSummary(robot="Robot", drivetrain="TalonFX 1-8", has_file=False).lines()
     assert "`simcore init` writes a simcore.toml" in lines[-1]
+    assert not any("network" in line for line in lines), "a test listens nowhere"
+
+
+def test_a_second_simulation_is_said():
+    lines = StartupSummary(robot="Robot", drivetrain="TalonFX 1-8", is_on_network=False).lines()
+    assert "holds port 5810 of NetworkTables: dashboards show that one" in " ".join(" ".join(lines).split())
 
 
 def test_devices_of_other_makers_are_named_once():

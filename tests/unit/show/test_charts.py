@@ -6,7 +6,10 @@ import numpy as np
 from made_up_run import SCENE, recorded
 
 from simcore.show.charts import Chart, Curve, bounds, charts_of, thinned
+from simcore.show.run_track import RunTrack
 from simcore.show.scene import RobotLook
+from simcore.telemetry.recording import Recording
+from simcore.telemetry.snapshot import Snapshot
 
 
 def curve(values: np.ndarray) -> Curve:
@@ -14,20 +17,34 @@ def curve(values: np.ndarray) -> Curve:
 
 
 def test_what_was_not_published_is_left_out() -> None:
-    charts = {chart.title: [curve.label for curve in chart.curves] for chart in charts_of(recorded(), SCENE)}
+    charts = {chart.title: [curve.label for curve in chart.curves] for chart in charts_of(RunTrack(recorded(), SCENE))}
     assert charts == {
         "Score": ["blue", "red"],
         "Battery": ["at its terminals"],
         "Fuel held": ["in the robot"],
         "Current": ["battery"],
+        "Pose estimate off by": ["estimate to truth"],
     }
+
+
+def test_a_set_point_is_drawn_beside_what_came_of_it_and_dashes_tell_them_apart() -> None:
+    recording = Recording()
+    for tick in range(3):
+        doubles = {"ArmPositionRot": 0.1 * tick, "ArmPositionRotSetpoint": 0.5, "ArmCurrentA": 7.0}
+        numbers = {f"Sim/Debug/{key}": value for key, value in doubles.items()}
+        recording.write(Snapshot(time=0.02 * tick, tick=tick, doubles=numbers))
+    arm, currents = charts_of(RunTrack(recording, SCENE))
+    assert (arm.title, arm.unit) == ("Arm position", "turns")
+    assert [(curve.label, curve.values[-1]) for curve in arm.curves] == [("is", 0.2), ("set-point", 0.5)]
+    assert len({curve.dashes for curve in arm.curves}) == 2
+    assert (currents.title, [curve.label for curve in currents.curves]) == ("Mechanism currents", ["arm"])
 
 
 def test_several_robots_are_told_apart_by_number() -> None:
     scene = replace(
         SCENE, robots=(SCENE.robots[0], RobotLook(prefix="Sim/Robots/1", alliance="red", bumpers=(0.7, 0.9)))
     )
-    battery = next(chart for chart in charts_of(recorded(), scene) if chart.title == "Battery, by robot")
+    battery = next(chart for chart in charts_of(RunTrack(recorded(), scene)) if chart.title == "Battery, by robot")
     assert [curve.label for curve in battery.curves] == ["0"], "the second published none"
 
 

@@ -57,6 +57,22 @@ def test_a_stall_is_not_caught_up_with(wall: Wall) -> None:
     assert wall.now - before == pytest.approx(0.02)
 
 
+def test_the_speed_that_was_reached_is_told(wall: Wall) -> None:
+    """Ticks that take 50 ms of work: 0.4 of real time, whatever was asked for; and nothing while it stands."""
+    pacer = Pacer(1.0, clock=wall.clock, sleep=wall.sleep)
+    assert pacer.reached is None
+    for tick in range(200):
+        pacer.wait(0.02 * tick)
+        wall.now += 0.05
+    assert pacer.reached == pytest.approx(0.4, rel=0.01) and pacer.spare(4.0) == 0.0
+    pacer.speed = 0.1
+    for tick in range(200, 230):
+        pacer.wait(0.02 * tick)
+    assert pacer.reached == pytest.approx(0.1, rel=0.02) and pacer.spare(0.02 * 230) == pytest.approx(0.2, rel=0.01)
+    pacer.wait(0.0)  # another run
+    assert pacer.reached is None
+
+
 def test_a_small_delay_is_made_up_for(wall: Wall) -> None:
     pacer = Pacer(clock=wall.clock, sleep=wall.sleep)
     pacer.wait(0.0)

@@ -61,7 +61,7 @@ def test_bad_looks() -> None:
     for options in ({}, {"radius": 0.1, "size": (0.1, 0.1, 0.1)}):
         with pytest.raises(ConfigError, match="radius or size"):
             PieceLook(color="#ffffff", **options)
-    with pytest.raises(ConfigError, match="> 0"):
+    with pytest.raises(ConfigError, match="above 0"):
         PieceLook(color="#ffffff", size=(0.1, 0.0, 0.1))
     with pytest.raises(ConfigError, match="bumpers"):
         RobotLook(bumpers=(0.8, 0.0))

@@ -46,8 +46,10 @@ def test_snapshots_come_back_as_they_went_in() -> None:
         assert np.array_equal(back.poses["Sim/Robot/Pose3d"], sent.poses["Sim/Robot/Pose3d"])
         assert back.strings == sent.strings
         assert back.integer_arrays["few"].tolist() == sent.integer_arrays["few"].tolist()
-        assert ("Sim/PieceIds/Fuel" in back.integer_arrays) == bool(back.pose_arrays), "ids go with their poses"
-        assert bool(back.pose_arrays) == (tick in (0, 1, 3, 5)), "where pieces were due"
+        assert ("Sim/PieceIds/Fuel" in back.integer_arrays) == ("Sim/GamePieces/Fuel" in back.pose_arrays), (
+            "ids go with their poses"
+        )
+        assert ("Sim/GamePieces/Fuel" in back.pose_arrays) == (tick in (0, 1, 3, 5)), "where pieces were due"
     assert tick == 6
 
 
@@ -127,5 +129,5 @@ def test_unknown_names_and_bad_settings() -> None:
     with pytest.raises(UnknownNameError):
         recording.strings("Sim/Match/Perio")
     for option in ("period", "bulk_period", "seconds"):
-        with pytest.raises(ConfigError, match="> 0"):
+        with pytest.raises(ConfigError, match="above 0"):
             Recording(**{option: 0.0})

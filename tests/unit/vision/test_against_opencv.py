@@ -20,6 +20,11 @@ MOUNT = CameraMount(x=0.2, y=0.1, z=0.5, roll_deg=3.0, pitch_deg=-15.0, yaw_deg=
 MOUNTING = Mounting.of(MOUNT.position, MOUNT.rotation)
 
 
+def tuples(corners):
+    """Corners as a camera has them: of each tag four pairs of floats."""
+    return [tuple(map(tuple, four)) for four in corners.tolist()]
+
+
 def intrinsics(lens):
     (fx, fy), (cx, cy) = lens.focal_length, lens.principal_point
     return np.array([(fx, 0.0, cx), (0.0, fy, cy), (0.0, 0.0, 1.0)])
@@ -63,7 +68,7 @@ def test_both_poses_of_a_single_tag_are_those_of_ippe(noise):
     compared = 0
     for lens, _, _, _, _, rows, exact in views("LL4", 60):
         corners = exact + noise * rng.standard_normal(exact.shape)
-        for tag in TagPicture(LAYOUT, rows, corners, lens, MOUNTING).tags:
+        for tag in TagPicture(LAYOUT, rows, tuples(corners), lens, MOUNTING).tags:
             assert tag.poses is not None
             _, turns, places, _ = cv2.solvePnPGeneric(
                 square, tag.corners[[3, 2, 1, 0]], intrinsics(lens), None, flags=cv2.SOLVEPNP_IPPE_SQUARE
@@ -86,7 +91,7 @@ def test_megatag_1_agrees_with_an_independent_pnp_and_with_the_truth():
     worst_mm = worst_deg = 0.0
     compared = 0
     for lens, pos, quat, _, _, rows, corners in views("LL4", 100):
-        found = TagPicture(LAYOUT, rows, corners, lens, MOUNTING).megatag1()
+        found = TagPicture(LAYOUT, rows, tuples(corners), lens, MOUNTING).megatag1()
         assert found is not None
         worst_mm = max(worst_mm, 1e3 * math.dist(found.position, pos))
         turn = matrix(from_rpy(*map(math.radians, (found.roll_deg, found.pitch_deg, found.yaw_deg))))
@@ -116,7 +121,7 @@ def test_refinement_ends_where_opencv_ends_with_noise():
         if len(rows) < 2:
             continue
         corners = exact + 0.5 * rng.standard_normal(exact.shape)
-        found = TagPicture(LAYOUT, rows, corners, lens, MOUNTING).megatag1()
+        found = TagPicture(LAYOUT, rows, tuples(corners), lens, MOUNTING).megatag1()
         assert found is not None
         turn = matrix(from_rpy(*map(math.radians, (found.roll_deg, found.pitch_deg, found.yaw_deg))))
         eye = np.array(found.position) + turn @ MOUNTING.position

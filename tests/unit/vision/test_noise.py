@@ -39,7 +39,8 @@ def errors(tags: TagLayout, distance: float, frames: int, yaw: float = 0.0, off:
         rows, exact = finder.find(eye, optical_rotation(turn), min_side=8.0, max_angle_deg=75.0)
         assert len(rows) == len(tags.ids)
         corners = np.array(exact) + LENS.corner_noise * rng.standard_normal((len(rows), 4, 2))
-        picture = TagPicture(tags, rows, corners, LENS, MOUNTING)
+        quads = [tuple(map(tuple, four)) for four in corners.tolist()]
+        picture = TagPicture(tags, rows, quads, LENS, MOUNTING)
         first, second = picture.megatag1(), picture.megatag2(matrix(quat))
         assert first is not None and second is not None
         x, y = pos[:2]
@@ -99,7 +100,7 @@ def test_a_wrong_heading_gives_a_wrong_place():
     pos, quat = (6.9, 4.0, 0.0), from_yaw(0.0)
     eye, turn = camera_pose(pos, quat, MOUNT.position, MOUNT.rotation)
     rows, exact = finder.find(eye, optical_rotation(turn), min_side=8.0, max_angle_deg=75.0)
-    picture = TagPicture(ONE, rows, np.array(exact), LENS, MOUNTING)
+    picture = TagPicture(ONE, rows, exact, LENS, MOUNTING)
     right, wrong = picture.megatag2(matrix(quat)), picture.megatag2(matrix(from_yaw(math.radians(10.0))))
     assert right is not None and wrong is not None
     assert math.dist(right.position, pos) < 1e-9

@@ -60,6 +60,24 @@ def test_a_broken_file_is_named(tmp_path, text):
         load_layout(tmp_path / "missing.json")
 
 
+@pytest.mark.parametrize(
+    ("tag", "size", "said"),
+    [
+        (
+            (1, (0.0, math.nan, 0.0), from_yaw(0.0)),
+            TAG_SIZE,
+            r"place of tag 1\[1\] must be a number from -100 to 100 m",
+        ),
+        ((1, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.5)), TAG_SIZE, "attitude of tag 1 must be a unit quaternion"),
+        ((1.5, (0.0, 0.0, 0.0), from_yaw(0.0)), TAG_SIZE, "id must be a whole number from 0 to 586, got 1.5"),
+        ((1, (0.0, 0.0, 0.0), from_yaw(0.0)), -0.1, "size must be a number above 0 and up to 1 m, got -0.1"),
+    ],
+)
+def test_a_tag_that_cannot_be_is_refused(tag, size, said):
+    with pytest.raises(ConfigError, match=said):
+        TagLayout.of([tag], field_size=(16.0, 8.0), size=size)
+
+
 def test_one_id_twice_is_refused():
     tags = [(1, (0.0, 0.0, 0.0), from_yaw(0.0)), (1, (1.0, 0.0, 0.0), from_yaw(0.0))]
     with pytest.raises(ConfigError, match="ids must differ"):
@@ -73,9 +91,9 @@ def test_one_id_twice_is_refused():
         (lambda: limelight_type("LL5"), "no Limelight type named 'LL5'"),
         (lambda: CameraConfig(name=""), "name without '/'"),
         (lambda: CameraConfig(name="a/b"), "name without '/'"),
-        (lambda: CameraConfig(frame_rate=0.0), "frame_rate must be finite and > 0"),
+        (lambda: CameraConfig(frame_rate=0.0), "frame_rate must be a number above 0 and up to 500 1/s"),
         (lambda: CameraConfig(pipelines=()), "1 to 10 pipelines"),
-        (lambda: TagPipeline(downscale=0.5), "downscale must be from 1 to 8"),
+        (lambda: TagPipeline(downscale=0.5), "downscale must be a number from 1 to 8"),
         (lambda: TagPipeline(max_angle_deg=90.0), "max_angle_deg"),
         (lambda: PiecePipeline(near=1.0, far=0.5), "far must be beyond near"),
         (lambda: PiecePipeline(min_visible=2.0), "min_visible"),
@@ -88,7 +106,7 @@ def test_settings_that_cannot_work_are_refused(make, message):
 
 
 def test_a_lens_of_180_degrees_is_refused():
-    with pytest.raises(ConfigError, match="between 0 and 180"):
+    with pytest.raises(ConfigError, match="from 1 to 179 deg"):
         LimelightType(
             name="flat",
             width=640,

@@ -5,9 +5,9 @@ from robotcontainer import RobotContainer
 
 
 class MyRobot(commands2.TimedCommandRobot):
-    def __init__(self) -> None:
-        super().__init__()
-        self.auto = None
+    auto: commands2.Command | None = None
+
+    def robotInit(self) -> None:
         self.container = RobotContainer()
 
     def autonomousInit(self) -> None:

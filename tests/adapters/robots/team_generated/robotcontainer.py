@@ -1,10 +1,10 @@
 import commands2
-from commands2 import cmd
 from commands2.button import CommandXboxController, Trigger
 from commands2.sysid import SysIdRoutine
+from pathplannerlib.auto import AutoBuilder
 from phoenix6 import swerve
 from telemetry import Telemetry
-from wpilib import DriverStation
+from wpilib import DriverStation, SmartDashboard
 from wpimath.geometry import Rotation2d
 
 
@@ -25,7 +25,12 @@ class RobotContainer:
         )
         self.brake = swerve.requests.SwerveDriveBrake()
         self.point = swerve.requests.PointWheelsAt()
+        self.straight = swerve.requests.RobotCentric().with_drive_request_type(
+            swerve.SwerveModule.DriveRequestType.OPEN_LOOP_VOLTAGE
+        )
         self.configure_bindings()
+        self.autos = AutoBuilder.buildAutoChooser("Ahead")
+        SmartDashboard.putData("Auto Mode", self.autos)
 
     def configure_bindings(self) -> None:
         pad, drivetrain = self.joystick, self.drivetrain
@@ -47,15 +52,12 @@ class RobotContainer:
                 lambda: self.point.with_module_direction(Rotation2d(-pad.getLeftY(), -pad.getLeftX()))
             )
         )
-        (pad.back() & pad.y()).whileTrue(drivetrain.sys_id_dynamic(SysIdRoutine.Direction.kForward))
-        (pad.start() & pad.y()).whileTrue(drivetrain.sys_id_quasistatic(SysIdRoutine.Direction.kForward))
+        pad.povUp().whileTrue(drivetrain.apply_request(lambda: self.straight.with_velocity_x(0.5).with_velocity_y(0)))
+        for held, routine in ((pad.back(), drivetrain.sys_id_dynamic), (pad.start(), drivetrain.sys_id_quasistatic)):
+            (held & pad.y()).whileTrue(routine(SysIdRoutine.Direction.kForward))
+            (held & pad.x()).whileTrue(routine(SysIdRoutine.Direction.kReverse))
         pad.leftBumper().onTrue(drivetrain.runOnce(drivetrain.seed_field_centric))
         drivetrain.register_telemetry(self.logger.telemeterize)
 
     def get_autonomous_command(self) -> commands2.Command:
-        forward = swerve.requests.FieldCentric().with_velocity_x(0.5)
-        return cmd.sequence(
-            self.drivetrain.runOnce(lambda: self.drivetrain.seed_field_centric(Rotation2d.fromDegrees(0))),
-            self.drivetrain.apply_request(lambda: forward).withTimeout(2.0),
-            self.drivetrain.apply_request(lambda: swerve.requests.Idle()),
-        )
+        return self.autos.getSelected()

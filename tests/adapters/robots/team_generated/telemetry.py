@@ -15,8 +15,11 @@ class Telemetry:
         self.pose = table.getStructTopic("Pose", Pose2d).publish()
         self.speeds = table.getStructTopic("Speeds", ChassisSpeeds).publish()
         self.states = table.getStructArrayTopic("ModuleStates", SwerveModuleState).publish()
+        self.targets = table.getStructArrayTopic("ModuleTargets", SwerveModuleState).publish()
         self.positions = table.getStructArrayTopic("ModulePositions", SwerveModulePosition).publish()
         self.frequency = table.getDoubleTopic("OdometryFrequency").publish()
+        self.timestamp = table.getDoubleTopic("Timestamp").publish()
+        self.kind = NetworkTableInstance.getDefault().getStringTopic("/Pose/.type").publish()
         self.field = NetworkTableInstance.getDefault().getDoubleArrayTopic("/Pose/robotPose").publish()
         self.arrows = []
         for k in range(4):
@@ -30,12 +33,16 @@ class Telemetry:
         self.speeds.set(state.speeds)
         self.states.set(state.module_states)
         self.positions.set(state.module_positions)
+        self.targets.set(state.module_targets)
+        self.timestamp.set(state.timestamp)
         self.frequency.set(1.0 / state.odometry_period)
         SignalLogger.write_struct("DriveState/Pose", Pose2d, state.pose)
         SignalLogger.write_struct("DriveState/Speeds", ChassisSpeeds, state.speeds)
         SignalLogger.write_struct_array("DriveState/ModuleStates", SwerveModuleState, state.module_states)
+        SignalLogger.write_struct_array("DriveState/ModuleTargets", SwerveModuleState, state.module_targets)
         SignalLogger.write_struct_array("DriveState/ModulePositions", SwerveModulePosition, state.module_positions)
         SignalLogger.write_double("DriveState/OdometryPeriod", state.odometry_period, "seconds")
+        self.kind.set("Field2d")
         self.field.set([state.pose.x, state.pose.y, state.pose.rotation().degrees()])
         for arrow, module in zip(self.arrows, state.module_states, strict=True):
             arrow.setAngle(module.angle.degrees())

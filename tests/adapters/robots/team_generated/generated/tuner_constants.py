@@ -1,5 +1,9 @@
+from typing import TYPE_CHECKING
+
 from phoenix6 import CANBus, configs, hardware, signals, swerve
-from subsystems.command_swerve_drivetrain import CommandSwerveDrivetrain
+
+if TYPE_CHECKING:
+    from subsystems.command_swerve_drivetrain import CommandSwerveDrivetrain
 
 INCH = 0.0254
 
@@ -51,11 +55,17 @@ class TunerConstants:
     back_right = _creator.create_module_constants(8, 7, 14, -0.0562, -10.75 * INCH, -10.75 * INCH, True, True, False)
 
     @classmethod
-    def create_drivetrain(cls) -> CommandSwerveDrivetrain:
-        return CommandSwerveDrivetrain(
-            hardware.TalonFX,
-            hardware.TalonFX,
-            hardware.CANcoder,
-            cls.drivetrain_constants,
-            [cls.front_left, cls.front_right, cls.back_left, cls.back_right],
+    def create_drivetrain(cls) -> "CommandSwerveDrivetrain":
+        from subsystems.command_swerve_drivetrain import CommandSwerveDrivetrain
+
+        modules = [cls.front_left, cls.front_right, cls.back_left, cls.back_right]
+        return CommandSwerveDrivetrain(cls.drivetrain_constants, modules)
+
+
+class TunerSwerveDrivetrain(swerve.SwerveDrivetrain[hardware.TalonFX, hardware.TalonFX, hardware.CANcoder]):
+    """The library's drivetrain of these devices; `None` fills up what was not given."""
+
+    def __init__(self, constants, arg0=None, arg1=None, arg2=None, arg3=None) -> None:
+        swerve.SwerveDrivetrain.__init__(
+            self, hardware.TalonFX, hardware.TalonFX, hardware.CANcoder, constants, arg0, arg1, arg2, arg3
         )

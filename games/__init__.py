@@ -1,1 +1,0 @@
-"""One small package a year: the field, the pieces and the rules of a game."""

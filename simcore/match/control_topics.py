@@ -1,0 +1,181 @@
+"""The commands of `FieldControl` as NetworkTables topics under `Sim/Control/`, for any dashboard.
+
+Buttons are booleans that somebody sets to true and that are set back here; numbers say where a button acts; choosers
+look like a `SendableChooser` of WPILib. Programs write a pose or places, and that is the command.
+"""
+
+from __future__ import annotations
+
+import math
+import struct
+from collections.abc import Callable, Sequence
+from functools import partial
+from typing import Any
+
+import ntcore
+
+from simcore.errors import SimcoreError
+from simcore.match.match import Match
+
+__all__ = ["TABLE", "ControlTopics"]
+
+TABLE = "/Sim/Control"
+
+_POSE2D = struct.Struct("<3d")  # x, y [m], angle [rad]: the struct schema of WPILib's Pose2d
+# What this publishes itself is no command. Each write of a program counts, also of the same value as before.
+_OPTIONS = ntcore.PubSubOptions(periodic=0.02, pollStorage=100, sendAll=True, keepDuplicates=True, excludeSelf=True)
+
+
+class ControlTopics:
+    """Listens for commands to one robot and its field, and publishes what became of them.
+
+    Not for tests: values arrive with the wall clock, so that two runs would differ.
+
+    Args:
+        match: Its `control` gets the commands; it looks for them before every tick.
+        instance: On which dashboards are; stays the caller's.
+        robot: Which robot of the match is placed.
+    """
+
+    def __init__(self, match: Match, instance: ntcore.NetworkTableInstance, *, robot: int = 0) -> None:
+        self._match = match
+        self._control = match.control
+        self._instance = instance
+        self._robot = robot
+        self._open: list[Any] = []
+        self._choices: list[tuple[Any, Any]] = []
+        x, y, yaw = match.start_pose(robot)
+        self._numbers = {
+            name: self._number(name, value) for name, value in (("X", x), ("Y", y), ("HeadingDeg", math.degrees(yaw)))
+        }
+        buttons: dict[str, Callable[[], object]] = {
+            "ResetField": self._control.reset_field,
+            "PlaceRobot": lambda: self._control.place_robot(self._place(), robot),
+            "PlaceAtStart": lambda: self._control.place_at_start(robot),
+        }
+        kinds = [supply.kind.name for supply in match.game.pieces]
+        if kinds:
+            piece = self._chooser("Piece", kinds)
+            buttons["SpawnPiece"] = lambda: self._control.spawn(piece(), [self._place()[:2]])
+        if match.game.autos and match.robots[robot].devices is None:
+            auto = self._chooser("Auto", list(match.game.autos))
+            buttons["StartAuto"] = lambda: self._control.start_auto(auto(), robot)
+        self._buttons = [(name, self._button(name), act) for name, act in buttons.items()]
+        self._pose = self._listen("RobotPose")
+        self._places = [(kind, self._listen(f"Spawn/{kind}")) for kind in kinds]
+        self._status = self._keep(instance.getStringTopic(f"{TABLE}/Status").publish(_OPTIONS))
+        self._count = self._keep(instance.getIntegerTopic(f"{TABLE}/Count").getEntry(0, _OPTIONS))
+        self._told = -1
+        self._tell()
+        self._since = self._count.getAtomic().time  # what a dashboard has kept from a run before is no command
+        self._control.sources.append(self.read)
+
+    def read(self) -> None:
+        """Give the commands that have arrived, in the order of their time stamps, and tell of those carried out."""
+        self._tell()
+        found: list[tuple[int, str, Callable[[], object]]] = []
+        for name, button, act in self._buttons:
+            for pressed in button.readQueue():
+                if pressed.value:
+                    button.set(False)
+                    found.append((pressed.time, name, act))
+        for value in self._pose.readQueue():
+            found.append((value.time(), "RobotPose", partial(self._place_at, value)))
+        for kind, places in self._places:
+            for value in places.readQueue():
+                found.append((value.time(), f"Spawn/{kind}", partial(self._spawn_at, kind, value)))
+        for selected, active in self._choices:
+            for choice in selected.readQueue():
+                active.set(choice.value)
+        for time, name, act in sorted(found, key=lambda one: one[0]):
+            if time > self._since:
+                self._try(name, act)
+
+    def close(self) -> None:
+        """Withdraw the topics and listen no more; may be called twice."""
+        if self.read in self._control.sources:
+            self._control.sources.remove(self.read)
+        for one in self._open:
+            one.close()
+        self._open.clear()
+
+    # --- inside ---------------------------------------------------------------------------------------------------
+
+    def _try(self, name: str, act: Callable[[], object]) -> None:
+        try:
+            act()
+        except SimcoreError as error:
+            self._control.refuse(f"do what {TABLE}/{name} asks for", str(error))
+
+    def _place_at(self, value: Any) -> None:
+        self._control.place_robot(_pose_of(value), self._robot)
+
+    def _spawn_at(self, kind: str, value: Any) -> None:
+        self._control.spawn(kind, _places_of(value))
+
+    def _tell(self) -> None:
+        control = self._control
+        if control.count != self._told:
+            self._told = control.count
+            self._status.set(str(control.results[-1]) if control.results else "0 ready")
+            self._count.set(control.count)
+
+    def _place(self) -> tuple[float, float, float]:
+        x, y, degrees = (self._numbers[name].get() for name in ("X", "Y", "HeadingDeg"))
+        return x, y, math.radians(degrees)
+
+    def _keep(self, one: Any) -> Any:
+        self._open.append(one)
+        return one
+
+    def _button(self, name: str) -> Any:
+        button = self._keep(self._instance.getBooleanTopic(f"{TABLE}/{name}").getEntry(False, _OPTIONS))
+        button.set(False)
+        return button
+
+    def _number(self, name: str, value: float) -> Any:
+        number = self._keep(self._instance.getDoubleTopic(f"{TABLE}/{name}").getEntry(value, _OPTIONS))
+        number.setDefault(value)
+        return number
+
+    def _listen(self, name: str) -> Any:
+        """Values of whatever type: a struct or an array, as the dashboard has it."""
+        return self._instance.getTopic(f"{TABLE}/{name}").genericSubscribe(_OPTIONS)
+
+    def _chooser(self, name: str, options: Sequence[str]) -> Callable[[], str]:
+        """Publish what `SmartDashboard.putData` publishes of a SendableChooser; returns what asks for the choice."""
+        table = f"{TABLE}/{name}"
+        for key, text in ((".type", "String Chooser"), (".name", name), ("default", options[0])):
+            self._keep(self._instance.getStringTopic(f"{table}/{key}").publish()).set(text)
+        self._keep(self._instance.getIntegerTopic(f"{table}/.instance").publish()).set(0)
+        self._keep(self._instance.getStringArrayTopic(f"{table}/options").publish()).set(list(options))
+        active = self._keep(self._instance.getStringTopic(f"{table}/active").publish())
+        active.set(options[0])
+        selected = self._keep(self._instance.getStringTopic(f"{table}/selected").subscribe(options[0], _OPTIONS))
+        self._choices.append((selected, active))
+        return lambda: str(selected.get())
+
+
+def _pose_of(value: Any) -> object:
+    """x, y [m] and heading [rad] of a `Pose2d`, or of an array with degrees in the third place, as `Field2d` has it."""
+    if value.isRaw() and len(value.getRaw()) == _POSE2D.size:
+        return _POSE2D.unpack(value.getRaw())
+    numbers = _array_of(value)
+    return (*numbers[:2], math.radians(numbers[2])) if len(numbers) == 3 else numbers
+
+
+def _places_of(value: Any) -> list[list[float]]:
+    """Pairs x, y of an array of numbers [m]."""
+    numbers = _array_of(value)
+    return [numbers[k : k + 2] for k in range(0, len(numbers), 2)]
+
+
+def _array_of(value: Any) -> list[float]:
+    for is_one, get in (
+        (value.isDoubleArray, value.getDoubleArray),
+        (value.isFloatArray, value.getFloatArray),
+        (value.isIntegerArray, value.getIntegerArray),
+    ):
+        if is_one():
+            return [float(number) for number in get()]
+    return []

@@ -1,0 +1,323 @@
+"""Where a number from outside becomes a number inside: what a quantity may be, in which unit, and the sentence if not.
+
+Configs name the quantity of each of their fields (`require_fields`), functions that of an argument (`require`), and
+readers of files ask `Quantity.problem`. Bounds leave room for every robot and field that can be built, and for none
+that is written in another unit.
+"""
+
+from __future__ import annotations
+
+import math
+from argparse import ArgumentTypeError
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from numbers import Real
+from typing import TYPE_CHECKING, Any, TypeAlias
+
+import numpy as np
+
+from simcore.errors import ConfigError
+
+if TYPE_CHECKING:
+    from _typeshed import DataclassInstance
+
+__all__ = [
+    "ACCELERATION",
+    "ANGLE",
+    "COUNT",
+    "CURRENT",
+    "CURRENT_LIMIT",
+    "CURRENT_OR_NONE",
+    "DEGREES",
+    "DELAY",
+    "DURATION",
+    "EFFICIENCY",
+    "FACTOR",
+    "FIELD_LENGTH",
+    "FIELD_OF_VIEW",
+    "FIELD_PLACE",
+    "FORCE",
+    "FRACTION",
+    "FRAME_RATE",
+    "FRICTION",
+    "GAIN",
+    "GEARING",
+    "INERTIA",
+    "INERTIA_OR_NONE",
+    "MASS",
+    "MASS_OR_NONE",
+    "MOTORS",
+    "NOISE_DEGREES",
+    "NOISE_PIXELS",
+    "PIXELS",
+    "PORT",
+    "POSE",
+    "POSITIVE",
+    "RATE",
+    "RATIO",
+    "RESISTANCE",
+    "ROBOT_HEIGHT",
+    "ROBOT_LENGTH",
+    "ROBOT_PLACE",
+    "SIGNED_VOLTAGE",
+    "SLIP_SPEED",
+    "SPEED",
+    "STIFFNESS",
+    "TORQUE",
+    "TORQUE_OR_NONE",
+    "TURN_RATE",
+    "TURN_RATE_OR_NONE",
+    "VOLTAGE",
+    "VOLTAGE_OR_NONE",
+    "WHEEL_RADIUS",
+    "Quantity",
+    "Row",
+    "number_flag",
+    "require",
+    "require_fields",
+    "require_points",
+    "require_row",
+    "row_text",
+    "shown",
+]
+
+_OTHER_UNITS = {
+    "m": (("inches", 0.0254), ("cm", 0.01), ("mm", 0.001)),
+    "kg": (("pounds", 0.45359237), ("g", 0.001)),
+}
+"""Of the units that people think in, what one is in ours."""
+
+
+@dataclass(frozen=True, slots=True)
+class Quantity:
+    """What a number may be.
+
+    >>> ROBOT_LENGTH.problem(34.0)
+    'must be a number above 0 and up to 3 m, got 34.0. As inches that is 0.864 m'
+    >>> MOTORS.problem(True)
+    'must be a whole number from 1 to 20, got True'
+    """
+
+    unit: str
+    least: float
+    most: float
+    is_open: bool = False
+    """Whether `least` itself is too little."""
+    is_whole: bool = False
+    """Whether it counts something."""
+    may_be_infinite: bool = False
+    """Whether `math.inf` stands for no limit."""
+
+    def problem(self, value: object) -> str | None:
+        """What is wrong with a value, as what follows after its name; None: nothing is."""
+        number = value if type(value) is float else _number(value)
+        if number is not None and self.least <= number <= self.most:
+            good = number > self.least or not self.is_open
+            if good and (not self.is_whole or type(value) is int or _is_whole(value)):
+                return None
+        if self.may_be_infinite and number == math.inf:
+            return None
+        hint = "" if number is None or abs(number) <= self.most else self._in_other_units(number)
+        return f"must be {self}, got {shown(value)}{hint}"
+
+    def _in_other_units(self, number: float) -> str:
+        """What a length or mass is if it was meant in another unit; empty if none makes sense."""
+        for name, size in _OTHER_UNITS.get(self.unit, ()):
+            if self.least <= number * size <= self.most:
+                return f". As {name} that is {number * size:.3g} {self.unit}"
+        return ""
+
+    def __str__(self) -> str:
+        least, most = (f"{bound:.0f}" if self.is_whole else f"{bound:g}" for bound in (self.least, self.most))
+        kind = "a whole number" if self.is_whole else "a number"
+        text = f"{kind} above {least} and up to" if self.is_open else f"{kind} from {least} to"
+        text += f" {most}{f' {self.unit}' if self.unit else ''}"
+        return f"{text}, or math.inf for no limit" if self.may_be_infinite else text
+
+
+MASS = Quantity("kg", 0.0, 1000.0, is_open=True)
+MASS_OR_NONE = Quantity("kg", 0.0, 1000.0)
+ROBOT_LENGTH = Quantity("m", 0.0, 3.0, is_open=True)
+"""Of a part of a robot, or of a piece."""
+WHEEL_RADIUS = Quantity("m", 0.0, 0.3, is_open=True)
+"""Also of rollers, drums and pinions."""
+ROBOT_HEIGHT = Quantity("m", 0.0, 3.0)
+ROBOT_PLACE = Quantity("m", -3.0, 3.0)
+"""Relative to a robot, or along a mechanism."""
+FIELD_LENGTH = Quantity("m", 0.0, 100.0, is_open=True)
+FIELD_PLACE = Quantity("m", -100.0, 100.0)
+ANGLE = Quantity("rad", -10_000.0, 10_000.0)
+POSE = (FIELD_PLACE, FIELD_PLACE, ANGLE)
+"""Place and heading on the field."""
+DEGREES = Quantity("deg", -36_000.0, 36_000.0)
+FIELD_OF_VIEW = Quantity("deg", 1.0, 179.0)
+NOISE_DEGREES = Quantity("deg", 0.0, 360.0)
+SPEED = Quantity("m/s", 0.0, 100.0)
+SLIP_SPEED = Quantity("m/s", 0.0, 10.0, is_open=True)
+TURN_RATE = Quantity("rad/s", 0.0, 10_000.0, is_open=True)
+TURN_RATE_OR_NONE = Quantity("rad/s", 0.0, 10_000.0)
+ACCELERATION = Quantity("m/s^2", 0.0, 1000.0)
+INERTIA = Quantity("kg m^2", 0.0, 1000.0, is_open=True)
+INERTIA_OR_NONE = Quantity("kg m^2", 0.0, 1000.0)
+TORQUE = Quantity("N m", 0.0, 10_000.0, is_open=True)
+TORQUE_OR_NONE = Quantity("N m", 0.0, 10_000.0)
+VOLTAGE = Quantity("V", 0.0, 100.0, is_open=True)
+VOLTAGE_OR_NONE = Quantity("V", 0.0, 100.0)
+SIGNED_VOLTAGE = Quantity("V", -100.0, 100.0)
+CURRENT = Quantity("A", 0.0, 10_000.0, is_open=True)
+CURRENT_OR_NONE = Quantity("A", 0.0, 10_000.0)
+CURRENT_LIMIT = Quantity("A", 0.0, 10_000.0, may_be_infinite=True)
+RESISTANCE = Quantity("ohm", 0.0, 100.0)
+FORCE = Quantity("N", 0.0, 10_000.0, is_open=True)
+STIFFNESS = Quantity("N/m", 0.0, 1e9, is_open=True)
+DELAY = Quantity("s", 0.0, 100.0)
+DURATION = Quantity("s", 0.0, 1e6, is_open=True)
+RATE = Quantity("1/s", 0.0, 1000.0, is_open=True)
+FRAME_RATE = Quantity("1/s", 0.0, 500.0, is_open=True)
+PIXELS = Quantity("px", 1, 10_000, is_whole=True)
+NOISE_PIXELS = Quantity("px", 0.0, 1000.0)
+FRACTION = Quantity("", 0.0, 1.0)
+EFFICIENCY = Quantity("", 0.0, 1.0, is_open=True)
+FRICTION = Quantity("", 0.0, 10.0)
+FACTOR = Quantity("", 0.0, 1000.0)
+POSITIVE = Quantity("", 0.0, 1000.0, is_open=True)
+GEARING = Quantity("", 0.0, 10_000.0, is_open=True)
+"""Rotor turns per turn of what they drive."""
+RATIO = Quantity("", -1000.0, 1000.0)
+GAIN = Quantity("", 0.0, 1e6)
+COUNT = Quantity("", 0, 10_000, is_whole=True)
+MOTORS = Quantity("", 1, 20, is_whole=True)
+PORT = Quantity("", 0, 65_535, is_whole=True)
+
+Row: TypeAlias = "tuple[Quantity | Row, ...] | list[Quantity | Row]"
+"""Quantities of the numbers of a row of that length; a list of one is of a row of any length. Rows may hold rows."""
+
+
+def require(owner: str, name: str, value: object, quantity: Quantity) -> None:
+    """Refuse a number that cannot be what it should be.
+
+    Args:
+        owner: What it is of, for the message.
+        name: What it is.
+        value: What was given, of whatever type.
+        quantity: What it may be.
+
+    Raises:
+        ConfigError: It is not; the message has what was got, what would work and the unit.
+
+    >>> require("ArmConfig", "mass", "5", MASS)
+    Traceback (most recent call last):
+    simcore.errors.ConfigError: ArmConfig: mass must be a number above 0 and up to 1000 kg, got '5'
+    """
+    problem = quantity.problem(value)
+    if problem is not None:
+        raise ConfigError(f"{owner}: {name} {problem}")
+
+
+def require_row(owner: str, name: str, values: Any, row: Row) -> None:
+    """Refuse a row of numbers, e.g. a place, of which one cannot be, or of which there are too many or too few.
+
+    Raises:
+        ConfigError: With which of them, counted from 0.
+    """
+    if isinstance(values, str) or (not isinstance(values, Sequence) and not hasattr(values, "__array__")):
+        raise ConfigError(f"{owner}: {name} must be {row_text(row)}, got {shown(values)}")
+    try:
+        numbers = list(values)
+    except TypeError:  # an array of no dimension
+        raise ConfigError(f"{owner}: {name} must be {row_text(row)}, got {shown(values)}") from None
+    quantities = row * len(numbers) if isinstance(row, list) else row
+    if len(numbers) != len(quantities):
+        raise ConfigError(f"{owner}: {name} must be {row_text(row)}, got {shown(values)}")
+    for number, (value, quantity) in enumerate(zip(numbers, quantities, strict=True)):
+        check = require if isinstance(quantity, Quantity) else require_row
+        check(owner, f"{name}[{number}]", value, quantity)  # type: ignore[arg-type]
+
+
+def require_points(owner: str, name: str, points: Any, quantity: Quantity, *, least: int = 0) -> None:
+    """Refuse rows of three numbers that are not such, of which one cannot be, or of which there are too few.
+
+    Raises:
+        ConfigError: With the row, counted from 0.
+    """
+    array = points if isinstance(points, np.ndarray) else np.asarray(points, dtype=object)
+    if array.ndim != 2 or array.shape[1] != 3 or array.dtype.kind not in "fiu" or len(array) < least:
+        raise ConfigError(f"{owner}: {name} must be an array of shape (n >= {least}, 3), got {shown(points)}")
+    inside = (array >= quantity.least) & (array <= quantity.most)
+    if not inside.all():
+        row, axis = (int(i) for i in np.argwhere(~inside)[0])
+        require(owner, f"{name}[{row}, {axis}]", array[row, axis].item(), quantity)
+
+
+def require_fields(config: DataclassInstance, owner: str = "", /, **fields: Quantity | Row) -> None:
+    """Refuse a config of which a field cannot be; call it in `__post_init__`.
+
+    Args:
+        config: The config.
+        owner: How messages call it; empty: by its class.
+        fields: What each field may be. None is fine where it is the default.
+
+    Raises:
+        ConfigError: With owner, field, what was got, what would work and the unit.
+    """
+    for name, quantity in fields.items():
+        value = getattr(config, name)
+        if value is None and config.__dataclass_fields__[name].default is None:
+            continue
+        if isinstance(quantity, Quantity):
+            require(owner or type(config).__name__, name, value, quantity)
+        else:
+            require_row(owner or type(config).__name__, name, value, quantity)
+
+
+def number_flag(quantity: Quantity) -> Callable[[str], float]:
+    """The `type` of an option of a command that is a number.
+
+    >>> number_flag(PORT)("99999")
+    Traceback (most recent call last):
+    argparse.ArgumentTypeError: must be a whole number from 0 to 65535, got '99999'
+    """
+
+    def read(text: str) -> float:
+        try:
+            number = int(text) if quantity.is_whole else float(text)
+        except ValueError:
+            number = math.nan
+        if quantity.problem(number) is not None:
+            raise ArgumentTypeError(f"must be {quantity}, got {shown(text)}")
+        return number
+
+    return read
+
+
+def row_text(row: Quantity | Row) -> str:
+    """What a row must be, for messages."""
+    if isinstance(row, Quantity):
+        return str(row)
+    if isinstance(row, list):
+        return f"a row, each {row_text(row[0])}"
+    units = ", ".join(part.unit or "-" if isinstance(part, Quantity) else row_text(part) for part in row)
+    return f"{len(row)} numbers ({units})"
+
+
+def shown(value: object) -> str:
+    """A value as messages show it: whatever it is, within eighty characters."""
+    try:
+        text = repr(value)
+    except (ValueError, RecursionError):  # over 4300 digits, or nested deeper than the stack
+        text = f"{type(value).__name__} too large to show"
+    return text if len(text) <= 80 else f"{text[:60]}... ({len(text)} characters)"
+
+
+def _number(value: object) -> float | None:
+    """As a float; None for what is no number, booleans among it."""
+    if isinstance(value, bool) or not isinstance(value, Real):
+        return None
+    try:
+        return float(value)
+    except OverflowError:  # a whole number of over 308 digits
+        return None
+
+
+def _is_whole(value: object) -> bool:
+    return hasattr(value, "__index__")

@@ -1,0 +1,331 @@
+"""The one drawing of a field from above: page, picture and animation are made of these elements.
+
+Lengths are centimeters, x to the right, y down from the field's upper edge.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from simcore.show.palette import color, tint
+from simcore.show.run_track import Placed, RunTrack
+from simcore.show.scene import PieceLook, RobotLook, Scene
+from simcore.show.shots import ShotResult, ShotTrace
+from simcore.show.svg import document, element, line, polygon, polyline, ticks, words
+from simcore.typing import FloatArray
+
+__all__ = ["MARGIN", "FieldDrawing", "end_mark", "piece_symbol", "robot_symbol", "side_view"]
+
+MARGIN = 78.0
+"""Around the field, where its scale is written [cm]."""
+_BUMPER = 8.0  # wide, as drawn
+_CELL = 50.0  # of a heat map
+_STAMP = 30  # outlines of a robot along its path, at most
+
+
+class FieldDrawing:
+    """Draws a run.
+
+    Args:
+        track: Where everything was.
+        shots: Of the run.
+    """
+
+    def __init__(self, track: RunTrack, shots: Sequence[ShotTrace]) -> None:
+        self.track, self.shots = track, shots
+        self.scene: Scene = track.scene
+        self.length, self.width = (100.0 * size for size in self.scene.field_size)
+        self.box = (-1.25 * MARGIN, -MARGIN / 2, self.length + 1.75 * MARGIN, self.width + 1.35 * MARGIN)
+        """Left, top, width and height of what is seen."""
+
+    def drawing(self, *inside: str, **attributes: object) -> str:
+        """A drawing of the field with these elements."""
+        return document(self.box, *inside, role="img", aria_label="the field from above", **attributes)
+
+    def points(self, rows: FloatArray) -> FloatArray:
+        """Places of the field [m] as places of the drawing, shape (n, 2)."""
+        return np.column_stack((100.0 * rows[:, 0], self.width - 100.0 * rows[:, 1]))
+
+    # --- what stands still ----------------------------------------------------------------------------------------
+
+    def ground(self) -> str:
+        """Carpet, walls, field elements, and the scale in meters."""
+        length, width = self.length, self.width
+        parts = [element("rect", width=length, height=width, fill=color("carpet"))]
+        scale = []
+        along, up = ticks(0.0, length, 9), ticks(0.0, width, 6)
+        for x in along:
+            parts.append(line(x, 0, x, width, stroke=color("seams")))
+            scale.append(words(x, width + 54.0, f"{x / 100:g}", 22, anchor="middle"))
+        for y in up:
+            parts.append(line(0, width - y, length, width - y, stroke=color("seams")))
+            scale.append(words(-38.0, width - y + 7.0, f"{y / 100:g}", 22, anchor="end"))
+        scale.append(words(_last_gap(along), width + 54.0, "x [m]", 22, anchor="middle"))
+        scale.append(words(self.box[0] + 2.0, width - _last_gap(up) + 7.0, "y [m]", 22))
+        for name, corners in self.scene.field_outlines:
+            fill, edge = tint(name)
+            look = {"fill": fill, "stroke": edge, "stroke_width": 1.5, "opacity": 0.8}
+            parts.append(polygon(self.points(corners), element("title", _plain(name)), **look))
+        for y in (0.0, width):
+            parts.append(line(0, y, length, y, stroke=color("ink"), stroke_width=3))
+        for x, alliance in ((0.0, "blue"), (length, "red")):
+            parts.append(line(x, 0, x, width, stroke=color(alliance), stroke_width=6))
+        return element("g", *parts) + element("g", *scale, class_="scale")
+
+    def paths(self, *, stamps: bool = False) -> str:
+        """Where robots drove: darker with time, a part each second; dashed where they believed to be.
+
+        Args:
+            stamps: Draw the robot's outline along it, too.
+        """
+        parts = []
+        for number, robot in enumerate(self.scene.robots):
+            ink = color("path") if len(self.scene.robots) == 1 else tint(robot.alliance)[1]
+            times, believed = self.track.estimates[number]
+            if len(believed):
+                way = self.points(believed[:: max(1, len(believed) // 500)])
+                look = {"stroke": color("ghost"), "stroke_width": 2.5, "stroke_dasharray": "9 7"}
+                parts.append(polyline(way, opacity=0.9, class_="believed", **look))
+            times, path = self.track.robots[number]
+            if not len(path):
+                continue
+            start, end = float(times[0]), float(times[-1])
+            step = max(1.0, (end - start) / _STAMP)
+            for part in range(max(1, math.ceil((end - start) / step))):
+                begin = start + part * step
+                rows = np.nonzero((times >= begin - 0.021) & (times <= begin + step + 1e-9))[0]
+                rows = np.append(rows[:: max(1, len(rows) // 40)], rows[-1:])
+                strength = 0.35 + 0.65 * (begin - start) / max(end - start, step)
+                look = {"stroke": ink, "stroke_width": 5, "stroke_linecap": "round", "opacity": strength}
+                if len(self.scene.robots) > 1 and robot.alliance == "red":
+                    look |= {"stroke_dasharray": "18 9", "stroke_linecap": "butt"}
+                parts.append(polyline(self.points(path[rows]), data_t=round(begin, 2), **look))
+                if stamps:
+                    parts.append(self._stamp(robot, path[rows[0]], ink, strength))
+        return element("g", *parts, class_="paths")
+
+    def _stamp(self, robot: RobotLook, pose: FloatArray, ink: str, strength: float) -> str:
+        length, width = (100.0 * size for size in robot.bumpers)
+        box = element("rect", x=-length / 2, y=-width / 2, width=length, height=width, fill="none")
+        front = line(length / 2, -width / 2, length / 2, width / 2, stroke_width=5)
+        place = self.place(*pose.tolist())
+        return element("g", box, front, stroke=ink, stroke_width=1.5, opacity=strength, transform=place)
+
+    def shot_traces(self, until: float | None = None, since: float = -math.inf) -> str:
+        """Flights from above: solid to a dot for hits, dashed to a cross for misses.
+
+        Args:
+            until: Draw them as far as they came until then [s]; None: whole.
+            since: Leave out those that ended before [s].
+        """
+        parts = []
+        for shot in self.shots:
+            rows = len(shot.times) if until is None else int(np.searchsorted(shot.times, until + 1e-9))
+            if not rows or shot.times[-1] < since:
+                continue
+            way = self.points(shot.points[:rows])
+            tip = (
+                f"{shot.result}{f', {shot.side}' if shot.side else ''}, shot at {shot.time:.2f} s by robot {shot.robot}"
+            )
+            body = _flight(way, shot.result, is_whole=rows == len(shot.times))
+            parts.append(element("g", element("title", tip), body, class_="shot", data_t=round(shot.time, 2)))
+        return element("g", *parts)
+
+    def intake_marks(self, places: FloatArray) -> str:
+        """Where pieces lay that were taken in."""
+        marks = [_plus(x, y, 5.0) for x, y in self.points(places).tolist()]
+        return element("path", d="".join(marks), stroke=color("path"), stroke_width=2, fill="none") if marks else ""
+
+    def heat_maps(self) -> dict[str, str]:
+        """By name: where robots were for how long, and where shots came down that missed."""
+        driven = [rows[:, :2] for _, rows in self.track.robots if len(rows)]
+        fell = [shot.points[-1:, :2] for shot in self.shots if shot.result == "miss"]
+        maps = {"robot": (driven, "path"), "misses": (fell, "miss")}
+        return {name: self._heat(np.concatenate(rows), ink) for name, (rows, ink) in maps.items() if rows}
+
+    def _heat(self, rows: FloatArray, ink: str) -> str:
+        across, down = (math.ceil(size / _CELL) for size in (self.length, self.width))
+        places = self.points(rows)
+        counts, _, _ = np.histogram2d(
+            places[:, 0], places[:, 1], bins=(across, down), range=((0, across * _CELL), (0, down * _CELL))
+        )
+        most = float(counts.max()) or 1.0
+        cells = [
+            element("rect", x=_CELL * i, y=_CELL * j, width=_CELL, height=_CELL,
+                    opacity=0.15 + 0.75 * math.sqrt(counts[i, j] / most))
+            for i, j in zip(*np.nonzero(counts), strict=True)
+        ]  # fmt: skip
+        return element("g", *cells, fill=color(ink))
+
+    # --- what moves -----------------------------------------------------------------------------------------------
+
+    def place(self, x: float, y: float, yaw: float) -> str:
+        """The transform that puts a robot's symbol to a pose [m, m, rad]."""
+        return f"translate({100.0 * x:.1f} {self.width - 100.0 * y:.1f}) rotate({-math.degrees(yaw):.1f})"
+
+    def symbols(self) -> str:
+        """Definitions of each type of piece: `p0` on the floor, `p0a` in the air, and so on."""
+        found = []
+        for kind, name in enumerate(self.track.types):
+            for suffix, in_air in (("", False), ("a", True)):
+                symbol = piece_symbol(self.scene.look(name), in_air=in_air)
+                found.append(element("g", symbol, id=f"p{kind}{suffix}"))
+        return element("defs", *found)
+
+    def piece(self, placed: Placed) -> str:
+        """One piece as a use of its symbol."""
+        return element(
+            "use",
+            href=f"#p{self.track.kinds[placed.row]}{'a' if placed.in_air else ''}",
+            transform=f"translate({placed.x} {placed.y}) rotate({placed.angle}) "
+            f"scale({placed.scale_x / 100:g} {placed.scale_y / 100:g})",
+            id=f"i{placed.row}",
+        )
+
+    def moment(self, time: float, *, pieces: bool = True) -> str:
+        """Everything that moves, at a time [s].
+
+        Args:
+            time: When.
+            pieces: Draw those on the field too, not only those in robots.
+        """
+        placed = self.track.placed(self.track.table(time))
+        lying = element("g", *(self.piece(one) for one in placed if one.holder == 0 and pieces), class_="pieces")
+        several = len(self.scene.robots) > 1
+        robots, ghosts = [], []
+        for number, look in enumerate(self.scene.robots):
+            pose, believed = (self.track.robot_at(number, time, estimate=estimate) for estimate in (False, True))
+            ghosts.append(robot_symbol(look, is_ghost=True, **self._pose_of(believed)))
+            held = "".join(self.piece(one) for one in placed if one.holder == number + 1)
+            label = str(number) if several else ""
+            yaw = 0.0 if pose is None else pose[2]
+            is_active = self.track.intake_is_active(number, time)
+            robots.append(
+                robot_symbol(look, held=held, label=label, yaw=yaw, is_active=is_active, **self._pose_of(pose))
+            )
+        return lying + element("g", *ghosts) + element("g", *robots)
+
+    def _pose_of(self, pose: tuple[float, float, float] | None) -> dict[str, Any]:
+        return {"visibility": "hidden"} if pose is None else {"transform": self.place(*pose)}
+
+
+def piece_symbol(look: PieceLook, *, in_air: bool) -> str:
+    """A piece as it is scaled and placed: a disk of its own size, or a square of 1 m."""
+    colors = {"fill": look.air_color if in_air else look.color, "stroke": look.edge_color}
+    if look.size is None:
+        return element("circle", r=100.0 * look.reach, stroke_width=1.2, **colors)
+    return element(
+        "rect", x=-50, y=-50, width=100, height=100, stroke_width=1.4, vector_effect="non-scaling-stroke", **colors
+    )
+
+
+def robot_symbol(
+    look: RobotLook,
+    *,
+    held: str = "",
+    label: str = "",
+    yaw: float = 0.0,
+    is_active: bool = False,
+    is_ghost: bool = False,
+    **attributes: object,
+) -> str:
+    """A robot with its front to the right: bumpers, what it holds, an arrow whose tip is at the front edge.
+
+    Args:
+        look: Its sizes and alliance.
+        held: Pieces in it, in its own frame.
+        label: Its number, which stays upright.
+        yaw: Its heading, for that [rad].
+        is_active: Show the zones of its intakes.
+        is_ghost: Draw only a dashed outline: where it believes to be.
+        attributes: Of the group.
+    """
+    length, width = (100.0 * size for size in look.bumpers)
+    fill, edge = tint(look.alliance)
+    box = {"x": -length / 2, "y": -width / 2, "width": length, "height": width, "rx": 5}
+    tip, neck, head = length / 2 - _BUMPER, 0.5 * length - _BUMPER - 0.34 * length, 0.17 * width
+    arrow = [(tip, 0.0), (neck, head), (neck, -head)]
+    if is_ghost:
+        look_of = {"fill": "none", "stroke": color("ghost"), "stroke_width": 3, "stroke_dasharray": "9 6"}
+        return element("g", element("rect", **box, **look_of), polygon(arrow, **look_of), class_="ghost", **attributes)
+    inner = {
+        "x": -length / 2 + _BUMPER, "y": -width / 2 + _BUMPER, "width": length - 2 * _BUMPER,
+        "height": width - 2 * _BUMPER, "rx": 2,
+    }  # fmt: skip
+    parts = [
+        *(
+            polygon([(100.0 * x, -100.0 * y) for x, y in zone], class_="intake", fill=color("path"),
+                    fill_opacity=0.25, stroke=color("path"), stroke_width=2, stroke_dasharray="5 4",
+                    visibility=None if is_active else "hidden")
+            for zone in look.intakes
+        ),
+        element("rect", **box, fill=edge, stroke=color("paper"), stroke_width=1),
+        element("rect", **inner, fill=fill, stroke="none"),
+        element("rect", **inner, fill=color("paper"), opacity=0.72, stroke="none"),
+        element("g", held or element("desc", "empty"), class_="held"),
+        line(-0.5 * length + 2 * _BUMPER, 0, neck, 0, stroke=edge, stroke_width=5, opacity=0.9),
+        polygon(arrow, fill=edge, stroke=color("paper"), stroke_width=1),
+    ]  # fmt: skip
+    if label:
+        upright = f"rotate({math.degrees(yaw):.1f})"
+        badge = element("circle", r=17, fill=color("paper"), stroke=edge, stroke_width=2)
+        number = words(0.0, 9.5, label, 27, ink=color("ink"), anchor="middle", bold=True)
+        parts.append(element("g", badge, number, class_="label", transform=upright))
+    return element("g", *parts, class_="robot active" if is_active else "robot", **attributes)
+
+
+def end_mark(x: float, y: float, size: float, result: ShotResult) -> str:
+    """Where a shot ended: a dot for a hit, a cross for a miss, nothing for one that flies."""
+    if result == "flying":
+        return ""
+    if result == "hit":
+        return element("circle", cx=x, cy=y, r=size * 0.8, fill=color("hit"), stroke=color("paper"), stroke_width=1)
+    cross = f"M{x - size:.1f} {y - size:.1f}l{2 * size:g} {2 * size:g}m0 {-2 * size:g}l{-2 * size:g} {2 * size:g}"
+    return element("path", d=cross, stroke=color("miss"), stroke_width=size / 2.2, fill="none")
+
+
+def _flight(way: FloatArray, result: ShotResult, *, is_whole: bool = True) -> str:
+    """A flight in a view: solid for hits, dashed for misses, and its mark if it is drawn to its end."""
+    ink, dashes = {"hit": ("hit", None), "miss": ("miss", "10 6"), "flying": ("muted", "3 4")}[result]
+    look = {"stroke": color(ink), "stroke_width": 2.5, "stroke_dasharray": dashes, "opacity": 0.85}
+    return polyline(way, **look) + (end_mark(float(way[-1, 0]), float(way[-1, 1]), 7.0, result) if is_whole else "")
+
+
+def side_view(scene: Scene, shots: Sequence[ShotTrace]) -> str:
+    """The shots from the side, x to the right and z up; empty without shots."""
+    if not shots:
+        return ""
+    length = 100.0 * scene.field_size[0]
+    highest = 100.0 * max(2.5, max(float(shot.points[:, 2].max()) for shot in shots) + 0.25)
+    parts = [element("rect", width=length, height=highest, fill=color("soft"))]
+    along, up = ticks(0.0, length, 9), ticks(0.0, highest, 5)
+    for z in up:
+        parts.append(line(0, highest - z, length, highest - z, stroke=color("grid"), stroke_width=1.5))
+        parts.append(words(-12.0, highest - z + 7.0, f"{z / 100:g}", 22, anchor="end", class_="scale"))
+    for x in along:
+        parts.append(words(x, highest + 32.0, f"{x / 100:g}", 22, anchor="middle", class_="scale"))
+    parts.append(line(0, highest, length, highest, stroke=color("ink"), stroke_width=3))
+    parts.append(words(_last_gap(along), highest + 32.0, "x [m]", 22, anchor="middle", class_="scale"))
+    parts.append(words(2.0 - 1.25 * MARGIN, highest - _last_gap(up) + 7.0, "z [m]", 22, class_="scale"))
+    for shot in shots:
+        way = np.column_stack((100.0 * shot.points[:, 0], highest - 100.0 * shot.points[:, 2]))
+        parts.append(element("g", _flight(way, shot.result), class_="shot", data_t=round(shot.time, 2)))
+    box = (-1.25 * MARGIN, -12.0, length + 1.75 * MARGIN, highest + 54.0)
+    return document(box, *parts, role="img", aria_label="shots from the side")
+
+
+def _last_gap(marks: Sequence[float]) -> float:
+    """The middle between the last two marks of a scale, where its name goes."""
+    return 0.5 * (marks[-1] + marks[-2]) if len(marks) > 1 else 0.5 * marks[-1]
+
+
+def _plus(x: float, y: float, size: float) -> str:
+    return f"M{x - size:.1f} {y:.1f}h{2 * size:g}m{-size:g} {-size:g}v{2 * size:g}"
+
+
+def _plain(text: str) -> str:
+    return text.replace("&", "&amp;").replace("<", "&lt;")

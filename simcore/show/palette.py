@@ -1,0 +1,92 @@
+"""Colors of all drawings by name, for light and dark; a drawing writes them as CSS variables."""
+
+from __future__ import annotations
+
+import re
+
+__all__ = ["COLORS", "LINE_STYLES", "color", "css_variables", "flat", "rgb", "shade", "tint"]
+
+COLORS: dict[str, tuple[str, str]] = {
+    "paper": ("#ffffff", "#14171c"),
+    "soft": ("#f4f5f7", "#1e2229"),
+    "ink": ("#20242b", "#e8eaee"),
+    "muted": ("#56606b", "#a6aeb9"),
+    "grid": ("#dfe2e6", "#343a44"),
+    "control": ("#7f8792", "#6f7884"),
+    "carpet": ("#d3d6da", "#2a2f37"),
+    "seams": ("#c3c7cc", "#3a414c"),
+    "hit": ("#00685a", "#35d0b4"),
+    "miss": ("#b04400", "#ffa060"),
+    "path": ("#6a3fb5", "#b8a1f2"),
+    "ghost": ("#7a1254", "#ff9bd0"),
+    "blue": ("#2f5fae", "#82abf2"),
+    "blue-fill": ("#9db4dd", "#294370"),
+    "red": ("#b3312b", "#f28d87"),
+    "red-fill": ("#e3a9a6", "#6b2b29"),
+    "neutral": ("#666e78", "#a0a7b1"),
+    "neutral-fill": ("#b4b9c0", "#474e58"),
+}
+"""On light and on dark paper. `tests/unit/show/test_palette.py` computes their contrasts (WCAG 2.2: text 4.5 : 1,
+graphics 3 : 1) and how far hits and misses, blue and red are apart for readers who see no red or no green."""
+
+LINE_STYLES = ("", "6 3", "2 2.5", "8 3 2 3")
+"""Dashes that tell curves of one chart apart without their colors."""
+
+_VARIABLE = re.compile(r"var\(--([a-z-]+)\)")
+
+
+def color(name: str) -> str:
+    """As a drawing writes it.
+
+    >>> color("hit")
+    'var(--hit)'
+    """
+    assert name in COLORS, name
+    return f"var(--{name})"
+
+
+def css_variables() -> str:
+    """The style sheet's head: all colors, light and dark as the reader's system asks for."""
+    light, dark = ("".join(f"--{name}:{pair[k]};" for name, pair in COLORS.items()) for k in (0, 1))
+    return (
+        f":root{{color-scheme:light dark;{light}}}\n"
+        f"@media (prefers-color-scheme:dark){{:root{{{dark}}}}}\n"
+        f"@media print{{:root{{color-scheme:light;{light}}}}}\n"
+    )
+
+
+def flat(drawing: str) -> str:
+    """The drawing with the colors of light paper in place of variables, for programs that know no CSS.
+
+    >>> flat('fill="var(--paper)"')
+    'fill="#ffffff"'
+    """
+    return _VARIABLE.sub(lambda found: COLORS[found[1]][0], drawing)
+
+
+def tint(name: str) -> tuple[str, str]:
+    """Fill and edge of what belongs to an alliance, by its name or by one that begins so.
+
+    >>> tint("blue_tower")
+    ('var(--blue-fill)', 'var(--blue)')
+    """
+    alliance = next((alliance for alliance in ("blue", "red") if name.lower().startswith(alliance)), "neutral")
+    return color(f"{alliance}-fill"), color(alliance)
+
+
+def rgb(hexadecimal: str) -> tuple[int, int, int]:
+    """As whole numbers of 0 to 255.
+
+    >>> rgb("#0e8a43")
+    (14, 138, 67)
+    """
+    return int(hexadecimal[1:3], 16), int(hexadecimal[3:5], 16), int(hexadecimal[5:7], 16)
+
+
+def shade(hexadecimal: str, part: float) -> str:
+    """A part of a color's brightness.
+
+    >>> shade("#804020", 0.5)
+    '#402010'
+    """
+    return "#" + "".join(f"{round(part * value):02x}" for value in rgb(hexadecimal))

@@ -1,0 +1,183 @@
+"""What happened when in a run, and what the score board says: read from its telemetry."""
+
+from __future__ import annotations
+
+import re
+from bisect import bisect_right
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from simcore.show.scene import Scene
+from simcore.show.shots import ShotTrace
+from simcore.telemetry.recording import Recording
+from simcore.typing import BoolArray, FloatArray
+from simcore.units import TICK
+
+__all__ = ["BoardItem", "EventKind", "RunEvent", "board_of", "events_of", "key_in_words"]
+
+EventKind = Literal["mode", "hit", "miss", "flying", "score", "slip", "bump", "brown-out", "foul"]
+
+_SLIP = 0.5  # [m/s] of a tire over the ground that is worth a word
+_BUMP = 0.6  # [m/s] in a tick, 30 m/s^2: twice of what tires can do
+_TOGETHER = 0.5  # [s]; what happens again within this time is one event
+_BROWNOUT = 6.75  # [V]; of a roboRIO 2, for logs that do not say whether it held outputs off
+
+
+@dataclass(frozen=True, slots=True)
+class RunEvent:
+    """Something at a time [s]."""
+
+    time: float
+    kind: EventKind
+    text: str
+
+
+@dataclass(frozen=True, slots=True)
+class BoardItem:
+    """A line of the score board: its label, and what it says from which time [s] on."""
+
+    label: str
+    times: list[float]
+    texts: list[str]
+
+    def at(self, time: float) -> str:
+        """What it says at a time [s]."""
+        return self.texts[max(bisect_right(self.times, time + 1e-9) - 1, 0)]
+
+
+def events_of(recording: Recording, scene: Scene, shots: Sequence[ShotTrace]) -> list[RunEvent]:
+    """Modes, shots, scores, fouls, slips, bumps and brown-outs in the order of time."""
+    events = [RunEvent(time, "mode", text) for time, text in zip(*_modes(recording), strict=True)]
+    for shot in shots:
+        whose = f"robot {shot.robot}: " if len(scene.robots) > 1 else ""
+        side = f", {shot.side}" if shot.side else ""
+        numbers = f" ({shot.distance:.1f} m, {shot.speed:.1f} m/s)" if shot.is_over else " at the end"
+        events.append(RunEvent(shot.time, shot.result, f"{whose}shot, {shot.result}{side}{numbers}"))
+    for alliance in ("Blue", "Red"):
+        for time, rise in _rises(recording, f"Sim/Score/{alliance}"):
+            events.append(RunEvent(time, "score", f"{alliance.lower()} {rise:+.0f}"))
+    for key in recording.keys:
+        if key.startswith("Sim/Score/") and "foul" in key.lower():
+            name = key_in_words(key.removeprefix("Sim/Score/"))
+            events += [RunEvent(time, "foul", f"{name} {rise:+.0f}") for time, rise in _rises(recording, key)]
+    for number, robot in enumerate(scene.robots):
+        whose = f"robot {number}: " if len(scene.robots) > 1 else ""
+        events += [RunEvent(t, kind, whose + text) for t, kind, text in _troubles(recording, robot.prefix)]
+    return sorted(events, key=lambda event: event.time)
+
+
+def board_of(recording: Recording) -> list[BoardItem]:
+    """The lines of the score board: period, time left, scores, and what counts now."""
+    items = []
+    if recording.has("Sim/Match/Period") or recording.has("Sim/Match/Enabled"):
+        items.append(BoardItem("period", *_modes(recording)))
+    if recording.has("Sim/Match/TimeLeft"):
+        times, left = recording.series("Sim/Match/TimeLeft")
+        clocks = [f"{int(second) // 60}:{int(second) % 60:02d}" for second in np.ceil(left - 1e-6).tolist()]
+        items.append(BoardItem("time left", *_changes(times, clocks)))
+    for alliance in ("blue", "red"):
+        key = f"Sim/Score/{alliance.capitalize()}"
+        if recording.has(key):
+            times, points = recording.series(key)
+            items.append(BoardItem(alliance, *_changes(times, [f"{value:.0f}" for value in points.tolist()])))
+    for key in recording.keys:
+        if re.match(r"Sim/Match/(?!Enabled$)\w+$", key) and recording.is_boolean(key):
+            times, flags = recording.series(key)
+            words = _changes(times, ["yes" if flag else "no" for flag in flags.tolist()])
+            items.append(BoardItem(key_in_words(key.removeprefix("Sim/Match/")), *words))
+    return items
+
+
+# --- inside -------------------------------------------------------------------------------------------------------
+
+
+def _modes(recording: Recording) -> tuple[list[float], list[str]]:
+    """The period of the match, and whether robots may move."""
+    times, names = recording.times, [""] * len(recording)
+    if recording.has("Sim/Match/Period"):
+        at, periods = recording.strings("Sim/Match/Period")
+        rows = np.clip(np.searchsorted(at, times + 1e-9) - 1, 0, None)
+        names = [periods[row] for row in rows.tolist()]
+    if recording.has("Sim/Match/Enabled"):
+        at, enabled = recording.series("Sim/Match/Enabled")
+        rows = np.clip(np.searchsorted(at, times + 1e-9) - 1, 0, None)
+        names = [
+            name if on else ", ".join(filter(None, (name, "disabled")))
+            for name, on in zip(names, enabled[rows].tolist(), strict=True)
+        ]
+    return _changes(times, names)
+
+
+def _changes(times: FloatArray, values: list[str]) -> tuple[list[float], list[str]]:
+    """The first of each run of equal values."""
+    rows = [row for row, value in enumerate(values) if not row or value != values[row - 1]]
+    return [float(times[row]) for row in rows], [values[row] for row in rows]
+
+
+def _rises(recording: Recording, key: str) -> list[tuple[float, float]]:
+    """When a count changed and by how much; what came within half a second is one change."""
+    if not recording.has(key):
+        return []
+    times, counts = recording.series(key)
+    found: list[tuple[float, float]] = []
+    last = -1e9
+    for row in np.nonzero(np.diff(counts))[0].tolist():
+        time, rise = float(times[row + 1]), float(counts[row + 1] - counts[row])
+        if found and time - last < _TOGETHER:
+            found[-1] = (found[-1][0], found[-1][1] + rise)
+        else:
+            found.append((time, rise))
+        last = time
+    return found
+
+
+def _troubles(recording: Recording, prefix: str) -> list[tuple[float, EventKind, str]]:
+    found: list[tuple[float, EventKind, str]] = []
+    if recording.has(f"{prefix}/Robot/WheelSlip"):
+        times, slip = recording.series(f"{prefix}/Robot/WheelSlip")
+        for start, end in _stretches(times, slip > _SLIP):
+            most = slip[(times >= start) & (times <= end)].max()
+            found.append((start, "slip", f"tires slide for {end - start + TICK:.2f} s, up to {most:.1f} m/s"))
+    if recording.has(f"{prefix}/Robot/Pose3d"):
+        times, poses = recording.poses(f"{prefix}/Robot/Pose3d")
+        speed = np.diff(poses[:, :2], axis=0) / np.maximum(np.diff(times), 1e-6)[:, None]
+        jump = np.linalg.norm(np.diff(speed, axis=0), axis=1)
+        steps = np.diff(times)
+        is_smooth = (np.abs(steps[1:] - steps[:-1]) < 1e-6) & (np.linalg.norm(speed, axis=1)[1:] < 10.0)
+        for start, end in _stretches(times[1:-1], (jump > _BUMP) & is_smooth):
+            most = jump[(times[1:-1] >= start) & (times[1:-1] <= end)].max()
+            found.append((start, "bump", f"bump: {most:.1f} m/s within a tick"))
+    if recording.has(f"{prefix}/Debug/BrownedOut"):
+        times, flags = recording.series(f"{prefix}/Debug/BrownedOut")
+        low = flags > 0.5
+    elif recording.has(f"{prefix}/Debug/BatteryVoltage"):
+        times, volts = recording.series(f"{prefix}/Debug/BatteryVoltage")
+        low = volts < _BROWNOUT
+    else:
+        return found
+    for start, end in _stretches(times, low):
+        found.append((start, "brown-out", f"brown-out, {end - start + TICK:.2f} s"))
+    return found
+
+
+def _stretches(times: FloatArray, is_so: BoolArray) -> list[tuple[float, float]]:
+    """First and last time of each stretch in which something is so, with pauses of less than half a second."""
+    found: list[tuple[float, float]] = []
+    for time in times[is_so].tolist():
+        if found and time - found[-1][1] < _TOGETHER:
+            found[-1] = (found[-1][0], time)
+        else:
+            found.append((time, time))
+    return found
+
+
+def key_in_words(name: str) -> str:
+    """A key's last part as people read it.
+
+    >>> key_in_words("IntakeZoneActive")
+    'intake zone active'
+    """
+    return re.sub(r"(?<=[a-z0-9])(?=[A-Z])", " ", name).lower()

@@ -1,0 +1,246 @@
+"""`simcore layout`: a layout for AdvantageScope with a tab for all that a game, or a log, publishes; live and for logs.
+
+What is not published gets no row: AdvantageScope strikes such rows out.
+
+Source: the file that AdvantageScope 26.0.2 exports, and the names of kinds, options and colors in its source code,
+https://github.com/Mechanical-Advantage/AdvantageScope (`*Controller_Config.ts`, `Colors.ts`).
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import re
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+from typing import Any
+
+from simcore.errors import ConfigError, OutputError
+from simcore.match.game import Game, RobotEntry
+from simcore.match.match import Match
+from simcore.match.registry import find_game
+from simcore.show.scope_assets import IN_FLIGHT, RED, write_assets
+from simcore.show.view_models import ViewModels, load_models
+from simcore.telemetry.log_reader import read_log
+from simcore.telemetry.snapshot import Snapshot
+
+__all__ = ["add_arguments", "game_snapshot", "run", "scope_layout"]
+
+_VERSION = "26.0.2"
+_COLORS = ("#2b66a2", "#e48b32", "#3b875a", "#af2437", "#80588e", "#e5b31b", "#858584", "#d993aa", "#5f4528", "#c0b487")
+"""AdvantageScope's own for graphs."""
+_BLUE, _RED, _GOLD, _GRAY = "#2b66a2", "#af2437", "#e5b31b", "#858584"
+_LINE = "#00ffff"  # cyan, of AdvantageScope's for the field
+_TAB_GRAPH, _TAB_FIELD, _TAB_TABLE = 1, 3, 4
+
+
+def scope_layout(snapshot: Snapshot, models: ViewModels = ViewModels()) -> dict[str, Any]:  # noqa: B008  # frozen
+    """The whole file.
+
+    Args:
+        snapshot: Whose keys are shown.
+        models: The field's and the robots' names; where there are none, AdvantageScope's own stand in.
+    """
+    debug = {key.removeprefix("Sim/Debug/"): key for key in snapshot.doubles if key.startswith("Sim/Debug/")}
+    volts = _in_order(key for key in snapshot.doubles if key.endswith("/Debug/BatteryVoltage"))
+    ticks = _present(snapshot.doubles, "Sim/Performance/TickMs", "Sim/Performance/RealTimeFactor")
+    turning = [key for name, key in debug.items() if name.endswith("VelocityRPS")]
+    placed = [key for name, key in debug.items() if re.search(r"(AngleDeg|ExtendedPct|HeightM)$", name)]
+    flags = [key for key in snapshot.booleans if re.match(r"Sim/(Debug|Sensors)/", key)]
+    battery = ("Sim/Debug/BatteryCurrent", "Sim/Debug/DrivetrainCurrent")
+    currents = [key for name, key in debug.items() if name.endswith("CurrentA")]
+    tabs = [
+        _field_tab(snapshot, models),
+        _graph(
+            "Score",
+            {key: _alliance_color(key) for key in _present(snapshot.integers, "Sim/Score/Blue", "Sim/Score/Red")},
+            _colored(_present(snapshot.integers, "Sim/Intake/HeldCount", "Sim/Shots", "Sim/Hits"), start=5),
+            discrete=_match_states(snapshot),
+        ),
+        _graph("Battery", _colored(volts), _colored(_present(snapshot.doubles, *battery), start=len(volts))),
+        _graph(
+            "Currents", _colored([*_present(snapshot.doubles, battery[1]), *currents]), _colored(volts[:1], start=9)
+        ),
+        _graph(
+            "Mechanisms",
+            _colored(turning),
+            _colored(placed, start=len(turning)),
+            discrete={key: ("Boolean", color) for key, color in _colored(flags).items()},
+        ),
+        _graph("Tick time", _colored(ticks), {"Sim/Performance/AwakePieces": _GRAY}),
+        _tab(_TAB_TABLE, "Table", [_key(name) for name in _table(snapshot)]),
+    ]
+    expanded = ["/Sim", "/Sim/Robot", "/Sim/Match", "NT:", "NT:/Sim", "NT:/Sim/Robot", "NT:/Sim/Match"]
+    state = {"sidebar": {"width": 300, "expanded": expanded}, "tabs": {"selected": 0, "tabs": tabs}}
+    window = {"x": 60, "y": 60, "width": 1400, "height": 900, "state": state}
+    return {"version": _VERSION, "hubs": [window], "satellites": []}
+
+
+def game_snapshot(game: Game, *, robots: int = 1) -> Snapshot:
+    """What a match of a game publishes, with so many of its own robots; blue and red in turn.
+
+    Raises:
+        ConfigError: The game has not so many robots.
+    """
+    if not 1 <= robots <= game.robots:
+        raise ConfigError(f"--robots: a match of {game.name} has 1 to {game.robots} robots, got {robots}")
+    entries = [RobotEntry(alliance="red" if number % 2 else "blue") for number in range(robots)]
+    with Match(game, robots=entries) as match:
+        match.last_tick_ms = 1.0
+        match.tick()
+        return match.snapshot()
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Options of the command."""
+    parser.add_argument("game", nargs="?", metavar="GAME", help="which game (default: the newest that is installed)")
+    parser.add_argument("--robots", type=int, default=1, metavar="N", help="how many of its robots (default: 1)")
+    parser.add_argument("--log", type=Path, metavar="FILE.wpilog", help="show what this log holds instead")
+    parser.add_argument("--models", metavar="FOLDER", help="your own Robot_... and Field3d_... folders")
+    parser.add_argument(
+        "--assets", type=Path, metavar="FOLDER", help="write plain models of the game there, and show with them"
+    )
+    parser.add_argument("--output", type=Path, default=Path("out/layout.json"), metavar="FILE.json")
+
+
+def run(options: argparse.Namespace) -> int:
+    """Write the file; returns 0.
+
+    Raises:
+        SimcoreError: What was asked for cannot be.
+    """
+    game = find_game(options.game)
+    folder = options.models or game.models
+    if options.assets is not None:
+        for path in write_assets(game, options.assets):
+            print(path)
+        folder = options.models or options.assets
+    models = ViewModels() if folder is None else load_models(folder)
+    if options.log is None:
+        snapshot = game_snapshot(game, robots=options.robots)
+    else:
+        log = read_log(options.log)
+        snapshot = log.snapshot_at(log.span[1])
+    output: Path = options.output
+    try:
+        output.parent.mkdir(parents=True, exist_ok=True)
+        output.write_text(json.dumps(scope_layout(snapshot, models), indent=1) + "\n", encoding="utf-8", newline="\n")
+    except OSError as error:
+        raise OutputError(f"cannot write the layout {str(output)!r}: {error.strerror or error}") from error
+    print(f"{output}: in AdvantageScope, File > Import Layout")
+    return 0
+
+
+# --- tabs -------------------------------------------------------------------------------------------------------------
+
+
+def _field_tab(snapshot: Snapshot, models: ViewModels) -> dict[str, Any]:
+    things = []
+    for key in _in_order(key for key in snapshot.poses if key.endswith("/Robot/Pose3d")):
+        prefix = key.removesuffix("/Robot/Pose3d")
+        is_red = snapshot.booleans.get(f"{prefix}/Robot/IsRed", False)
+        things.append(_thing("robot", key, "Pose3d", model=_robot_name(models, is_red)))
+        if len(snapshot.pose_arrays.get(f"{prefix}/Robot/ComponentPoses", ())):  # a child of the robot before it
+            things.append(_thing("component", f"{prefix}/Robot/ComponentPoses", "Pose3d[]"))
+    known = models.field.pieces if models.field is not None else {}
+    for key in snapshot.pose_arrays:
+        where, _, kind = key.removeprefix("Sim/").partition("/")
+        if where in ("GamePieces", "Held"):
+            things.append(_thing("gamePiece", key, "Pose3d[]", variant=kind))
+        elif where == "InFlight" and kind + IN_FLIGHT in known:  # they are among all pieces, too
+            things.append(_thing("gamePiece", key, "Pose3d[]", variant=kind + IN_FLIGHT))
+        elif key.endswith(("/DirectionLine", "/SeenTags")):
+            things.append(_thing("trajectory", key, "Pose3d[]", color=_LINE, size="normal"))
+    name = models.field.name if models.field is not None else "Evergreen"
+    view = {"cameraIndex": -1, "orbitFov": 50, "cameraPosition": [0, 9, 10.5], "cameraTarget": [0, 0.5, 0]}
+    return _tab(_TAB_FIELD, "3D Field", {"game": f"FRC:{name}", "sources": things}, renderer=view)
+
+
+def _robot_name(models: ViewModels, is_red: bool) -> str:
+    names = [robot.name for robot in models.robots]
+    if not names:
+        return "KitBot"
+    own = next(name for name in names if not name.endswith(RED) or len(names) == 1)
+    return own + RED if is_red and own + RED in names else own
+
+
+def _graph(
+    title: str,
+    left: Mapping[str, str],
+    right: Mapping[str, str],
+    *,
+    discrete: Mapping[str, tuple[str, str]] | None = None,
+) -> dict[str, Any]:
+    """A line graph with two axes, each as high as its values; `discrete` has type and color of stripes."""
+    plain = {"autoTarget": None, "preset": None}
+    stripes = [_thing("stripes", key, kind, color=color) for key, (kind, color) in (discrete or {}).items()]
+    controller = {
+        "leftSources": [_thing("stepped", key, "Number", color=color, size="normal") for key, color in left.items()],
+        "rightSources": [_thing("stepped", key, "Number", color=color, size="normal") for key, color in right.items()],
+        "discreteSources": stripes,
+        "leftLockedRange": None,
+        "rightLockedRange": None,
+        "leftUnitConversion": plain,
+        "rightUnitConversion": plain,
+        "leftFilter": 0,
+        "rightFilter": 0,
+    }
+    return _tab(_TAB_GRAPH, title, controller, height=220)
+
+
+def _match_states(snapshot: Snapshot) -> dict[str, tuple[str, str]]:
+    """Period, whether robots may move, and what the game adds: what counts when."""
+    keys = [key for key in snapshot.booleans if key.startswith("Sim/Match/")]
+    states = {"Sim/Match/Period": ("String", _GOLD)}
+    return states | {key: ("Boolean", _alliance_color(key)) for key in keys}
+
+
+def _table(snapshot: Snapshot) -> list[str]:
+    values = {**snapshot.doubles, **snapshot.strings, **snapshot.booleans, **snapshot.integers}
+    first = ("Sim/Match/", "Sim/Score/", "Sim/Shots", "Sim/Hits", "Sim/Intake/", "Sim/Robot/")
+    rows = [key for start in first for key in values if key.startswith(start)]
+    rest = ("BatteryVoltage", "AngleDeg", "ExtendedPct", "HeightM")
+    rows += [key for key in values if key.startswith("Sim/Debug/") and key.endswith(rest)]
+    return [*rows, *(key for key in values if key.startswith("Sim/Performance/"))]
+
+
+# --- parts of a tab ---------------------------------------------------------------------------------------------------
+
+
+def _tab(kind: int, title: str, controller: Any, *, height: int = 200, renderer: Any = None) -> dict[str, Any]:
+    return {
+        "type": kind,
+        "title": title,
+        "controller": controller,
+        "controllerUUID": "simcore-" + title.lower().replace(" ", "-"),
+        "renderer": renderer,
+        "controlsHeight": height,
+    }
+
+
+def _thing(kind: str, name: str, log_type: str, **options: str) -> dict[str, Any]:
+    """A row of a list of sources."""
+    return {"type": kind, "logKey": _key(name), "logType": log_type, "visible": True, "options": options}
+
+
+def _key(name: str) -> str:
+    """As AdvantageScope calls it, live and in our logs."""
+    return f"NT:/{name}"
+
+
+def _present(values: Mapping[str, Any], *names: str) -> list[str]:
+    return [name for name in names if name in values]
+
+
+def _in_order(keys: Iterable[str]) -> list[str]:
+    """Of the first robot, then of the others by their numbers."""
+    return sorted(keys, key=lambda key: int((re.findall(r"Sim/Robots/(\d+)/", key) or [0])[0]))
+
+
+def _colored(keys: Iterable[str], *, start: int = 0) -> dict[str, str]:
+    return {key: _COLORS[(start + number) % len(_COLORS)] for number, key in enumerate(keys)}
+
+
+def _alliance_color(key: str) -> str:
+    name = key.rpartition("/")[2].lower()
+    return _BLUE if name.startswith("blue") else _RED if name.startswith("red") else _GRAY

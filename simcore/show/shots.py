@@ -1,0 +1,206 @@
+"""The shots of a run: where each flew, whether it scored, and on which side of its goal it missed."""
+
+from __future__ import annotations
+
+import math
+from collections import defaultdict
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Literal
+
+import numpy as np
+
+from simcore.show.scene import Goal, Scene
+from simcore.telemetry.recording import Recording
+from simcore.typing import FloatArray
+from simcore.units import GRAVITY
+
+__all__ = ["MISS_SIDES", "MissSide", "ShotResult", "ShotTrace", "intake_places", "shot_rows", "shots_of"]
+
+MissSide = Literal["short", "long", "left", "right"]
+ShotResult = Literal["hit", "miss", "flying"]
+MISS_SIDES: tuple[MissSide, ...] = ("short", "long", "left", "right")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ShotTrace:
+    """One shot piece, from the end of the tick in which it left to its first touch."""
+
+    times: FloatArray
+    """[s], shape (n,)."""
+    points: FloatArray
+    """Its center at these times, field frame [m], shape (n, 3)."""
+    scored: bool
+    is_over: bool = True
+    """False: the run ended while it flew."""
+    robot: int = 0
+    """Number of the robot that shot it."""
+    side: MissSide | None = None
+    """Of a miss, as its robot sees the goal; None without a goal."""
+    distance: float = math.nan
+    """From where it left to the goal along the ground [m]; of a goal that nobody knows to where it touched."""
+
+    @property
+    def time(self) -> float:
+        """When it left [s]."""
+        return float(self.times[0])
+
+    @property
+    def result(self) -> ShotResult:
+        """What came of it."""
+        return "hit" if self.scored else "miss" if self.is_over else "flying"
+
+    @property
+    def seconds(self) -> float:
+        """Its flight until the first touch [s]."""
+        return float(self.times[-1] - self.times[0])
+
+    @property
+    def speed(self) -> float:
+        """With which it left, over the ground [m/s]: mean of its first tick, gravity taken back."""
+        if len(self.times) < 2:
+            return math.nan
+        dt = float(self.times[1] - self.times[0])
+        x, y, z = ((self.points[1] - self.points[0]) / dt).tolist()
+        return math.hypot(x, y, z + 0.5 * GRAVITY * dt)
+
+
+@dataclass(slots=True)
+class _Flight:
+    times: list[float] = field(default_factory=list)
+    points: list[FloatArray] = field(default_factory=list)
+
+
+def shots_of(recording: Recording, scene: Scene) -> list[ShotTrace]:
+    """The shots of a run, oldest first; none of a log in which pieces in flight have no ids."""
+    kept = recording.integers("Sim/ShotIds")
+    if not kept:
+        return []
+    flights = _flights(recording)
+    pieces = kept[-1][1].tolist()
+    robots, hits = (recording.integers_at(key, math.inf).tolist() for key in ("Sim/ShotRobots", "Sim/ShotHits"))
+    shots = []
+    for piece, robot, hit in zip(pieces, robots, hits, strict=False):
+        if flights[piece]:
+            flight = flights[piece].pop(0)
+            is_over = bool(hit) or flight.times[-1] < recording.times[-1] - 1e-6
+            shots.append(_trace(scene, flight, bool(hit), is_over, robot))
+    return shots
+
+
+def _flights(recording: Recording) -> dict[int, list[_Flight]]:
+    """Flights of each piece by its id, in order: it is in the air at all times of one, and between two it is not."""
+    found: dict[int, list[_Flight]] = defaultdict(list)
+    for key in recording.keys:
+        if not key.startswith("Sim/InFlightIds/"):
+            continue
+        poses = key.replace("InFlightIds", "InFlight")
+        flying: dict[int, _Flight] = {}
+        for time, ids in recording.integers(key):
+            rows = recording.array_at(poses, time)
+            before, flying = flying, {}
+            for piece, row in zip(ids.tolist(), rows, strict=False):
+                flight = before.get(piece)
+                if flight is None:
+                    flight = _Flight()
+                    found[piece].append(flight)
+                flight.times.append(time)
+                flight.points.append(row[:3])
+                flying[piece] = flight
+    return found
+
+
+def _trace(scene: Scene, flight: _Flight, scored: bool, is_over: bool, robot: int) -> ShotTrace:
+    points = np.array(flight.points)
+    goal = _goal_of(scene, points, robot) if is_over else None
+    target = points[-1] if goal is None else np.array(goal.center)
+    return ShotTrace(
+        times=np.array(flight.times),
+        points=points,
+        scored=scored,
+        is_over=is_over,
+        robot=robot,
+        side=None if scored or goal is None else _side(points, target),
+        distance=float(np.linalg.norm(target[:2] - points[0, :2])) if is_over else math.nan,
+    )
+
+
+def _goal_of(scene: Scene, points: FloatArray, robot: int) -> Goal | None:
+    """The goal of the robot's alliance that lies nearest to the shot's direction; the nearest one to a shot without."""
+    alliance = scene.robots[robot].alliance if robot < len(scene.robots) else ""
+    goals = [goal for goal in scene.goals if goal.alliance == alliance] or list(scene.goals)
+    ahead = points[-1, :2] - points[0, :2]
+
+    def aside(goal: Goal) -> tuple[float, float]:
+        to_goal = np.array(goal.center[:2]) - points[0, :2]
+        distance = float(np.linalg.norm(to_goal))
+        return -float(to_goal @ ahead) / max(distance, 1e-9), distance
+
+    return min(goals, key=aside, default=None)
+
+
+def _side(points: FloatArray, goal: FloatArray) -> MissSide:
+    """On which side of the goal's middle a miss came down through its height, or touched something before."""
+    ahead = goal[:2] - points[0, :2]
+    ahead /= max(float(np.linalg.norm(ahead)), 1e-9)
+    place = points[-1, :2]
+    falls = np.nonzero((points[:-1, 2] >= goal[2]) & (points[1:, 2] < goal[2]))[0]
+    if len(falls):
+        a, b = points[falls[-1]], points[falls[-1] + 1]
+        place = a[:2] + (a[2] - goal[2]) / (a[2] - b[2]) * (b[:2] - a[:2])
+    off = place - goal[:2]
+    along, left = float(off @ ahead), float(ahead[0] * off[1] - ahead[1] * off[0])
+    if abs(along) >= abs(left):
+        return "long" if along > 0.0 else "short"
+    return "left" if left > 0.0 else "right"
+
+
+def intake_places(recording: Recording) -> FloatArray:
+    """Where pieces lay before robots took them in, field frame [m], shape (n, 3)."""
+    places: list[FloatArray] = []
+    for key in recording.keys:
+        if not key.startswith("Sim/HeldIds/"):
+            continue
+        name = key.removeprefix("Sim/HeldIds/")
+        held: set[int] | None = None
+        for time, ids in recording.integers(key):
+            now = set(ids.tolist())
+            fresh = now - held if held is not None else set()
+            held = now
+            if fresh and recording.has(f"Sim/PieceIds/{name}"):
+                before = time - 0.02 - recording.bulk_period
+                lying = recording.integers_at(f"Sim/PieceIds/{name}", before)
+                rows = recording.array_at(f"Sim/GamePieces/{name}", before)
+                places += [row[:3] for piece, row in zip(lying.tolist(), rows, strict=False) if piece in fresh]
+    return np.array(places).reshape(-1, 3)
+
+
+def shot_rows(shots: Sequence[ShotTrace], robots: int) -> list[tuple[str, list[str]]]:
+    """The table of a run's shots: what each row counts, and its value for each robot."""
+    of_each = [[shot for shot in shots if shot.robot == number] for number in range(robots)]
+
+    def span(values: list[float], unit: str, digits: int) -> str:
+        real = [value for value in values if math.isfinite(value)]
+        if not real:
+            return "-"
+        low, high = f"{min(real):.{digits}f}", f"{max(real):.{digits}f}"
+        return f"{low} {unit}" if low == high else f"{low} to {high} {unit}"
+
+    rows = [
+        ("shots", [str(len(mine)) for mine in of_each]),
+        ("hits", [_share([shot for shot in mine if shot.scored], mine) for mine in of_each]),
+        ("distance to the goal", [span([shot.distance for shot in mine], "m", 2) for mine in of_each]),
+        ("exit speed", [span([shot.speed for shot in mine], "m/s", 1) for mine in of_each]),
+        ("time of flight", [span([shot.seconds for shot in mine if shot.is_over], "s", 2) for mine in of_each]),
+    ]
+    endings: list[tuple[str, ShotResult, MissSide | None]] = [(f"missed {side}", "miss", side) for side in MISS_SIDES]
+    endings += [("missed, no goal known", "miss", None), ("flying at the end", "flying", None)]
+    for name, result, side in endings:
+        counts = [len([shot for shot in mine if (shot.result, shot.side) == (result, side)]) for mine in of_each]
+        if side is not None or any(counts):
+            rows.append((name, [str(count) for count in counts]))
+    return rows
+
+
+def _share(part: Sequence[object], whole: Sequence[object]) -> str:
+    return f"{len(part)} ({100.0 * len(part) / len(whole):.0f} %)" if whole else "0"

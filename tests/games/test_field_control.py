@@ -1,0 +1,194 @@
+"""People act on the field: by Python and by NetworkTables, in order, before a tick, and no piece is lost."""
+
+from __future__ import annotations
+
+import logging
+import math
+import socket
+import time
+
+import numpy as np
+import pytest
+from game_table import GAMES
+
+from simcore.errors import ConfigError
+from simcore.match.control_topics import ControlTopics
+from simcore.match.game import PieceSupply
+from simcore.match.match import Match
+from simcore.physics.shapes import Sphere
+from simcore.pieces.kinds import GamePieceConfig
+
+BALL = GamePieceConfig(name="Ball", shape=Sphere(0.08), mass=0.2)
+
+
+def last(match: Match) -> tuple[bool, str]:
+    result = match.control.results[-1]
+    return result.is_done, result.text
+
+
+@pytest.mark.parametrize("name", GAMES)
+def test_a_field_that_is_reset_is_as_at_the_start_and_the_robot_stays(name):
+    """After four seconds of an auto: every piece is back where the seed puts it, and nothing counts any more."""
+    game = GAMES[name]
+    auto = next(iter(game.autos))
+    with Match(game, seed=4) as match:
+        match.control.start_auto(auto)  # which may begin with other preloads
+        match.tick()
+        begin, places = match.count, match.pieces.state.pos[match.pieces.on_field()].copy()
+        match.play(4.0)
+        assert match.pieces.awake.size or match.flow.intakes or match.flow.shots
+        match.set_controller(0, None)
+        match.control.place_at_start()  # away from pieces: its intake may still run
+        match.control.reset_field()
+        match.tick()
+        assert last(match)[0], last(match)
+        assert match.count == begin and match.score.total == 0 and not match.flow.shots
+        x, y, _ = match.start_pose(0)
+        now = match.pieces.state.pos[match.pieces.on_field()]
+        away = np.hypot(*(places[:, :2] - (x, y)).T) > 1.5  # the robot's place is not free
+        assert np.abs(now[away] - places[away]).max() < 0.03
+        assert math.dist(match.robots[0].chassis.pose[:2], (x, y)) < 0.1
+        match.play(0.5)
+        assert match.count.is_conserved and match.pieces.recovered == 0
+
+
+def test_spawned_pieces_are_staged_lie_free_and_come_to_an_end():
+    with Match.bare(pieces=[PieceSupply(BALL, 6)]) as match:
+        match.control.spawn("Ball", [(2.0, 2.0), (6.0, 4.0), (6.0, 4.0), (6.0, 4.0)])  # the first one under the robot
+        match.tick()
+        assert last(match)[0] and match.count.staged == match.count.on_field == 4
+        lie = match.pieces.state.pos[match.pieces.on_field()]
+        gaps = [math.dist(a, b) for k, a in enumerate(lie.tolist()) for b in lie[:k].tolist()]
+        assert min(gaps) > 0.16 and math.hypot(*(lie[0, :2] - 2.0)) > 0.4
+        before = match.pieces.state.pos.copy()
+        match.control.spawn("Ball", [(3.0, 3.0)] * 3)
+        match.control.spawn("Bell", [(3.0, 3.0)])
+        match.control.spawn("Ball", [(30.0, 3.0)])
+        match.play(0.5)
+        said = [result.text for result in list(match.control.results)[1:]]
+        assert said[0].startswith("2 of the game's 6 Ball are neither on the field nor in a robot, got 3")
+        assert said[1].startswith("no game piece type named 'Bell'. Did you mean 'Ball'?")
+        assert said[2] == "a piece at (30, 3) m would lie outside of the field of 16 x 8 m"
+        assert np.abs(match.pieces.state.pos - before).max() < 1e-6 and match.count.staged == 4
+        match.pieces.score(match.pieces.on_field()[:1])
+        match.control.spawn("Ball", [(3.0, 3.0)] * 3)
+        match.tick()
+        assert match.count.on_field == match.count.staged == 6 and match.count.is_conserved
+        for bad in ([(1.0, math.nan)], [(1.0,)], [], ["ab"]):
+            with pytest.raises(ConfigError, match="spawn"):
+                match.control.spawn("Ball", bad)
+
+
+def test_a_robot_is_placed_among_pieces_and_never_into_anything(caplog):
+    """Commands of one tick go in their order; a refused one changes nothing and says where there is room."""
+    game = GAMES["rebuilt"]
+    heard = []
+    with Match(game, seed=1) as match, caplog.at_level(logging.INFO, "simcore.match.field_control"):
+        match.control.placed.append(lambda robot, pose: heard.append((robot, pose)))
+        goal = (8.27, 4.03, 0.5)  # in the middle of the neutral zone's fuel
+        numbers = [match.control.place_robot(pose) for pose in (goal, (99.0, 4.0, 0.0), (4.6, 4.03, 0.0))]
+        numbers.append(match.control.place_robot(goal, 3))
+        assert numbers == [1, 2, 3, 4] and match.control.count == 0
+        start = match.robots[0].chassis.pose
+        match.tick()
+        assert match.control.count == 4 and heard == [(0, goal)]
+        said = [str(result) for result in match.control.results]
+        assert said[0] == "1 done: robot 0 stands at (8.27, 4.03) m, 29 deg"
+        assert said[1].startswith("2 refused: ") and "outside of the field of 16.541 x 8.069 m" in said[1]
+        assert "inside of a field element" in said[2] and "m is free" in said[2]
+        assert said[3] == "4 refused: there are robots 0 to 0, got 3"
+        assert [record.levelname for record in caplog.records] == ["INFO", *["WARNING"] * 3]
+        chassis = match.robots[0].chassis
+        assert math.dist(chassis.pose[:2], goal[:2]) < 0.01 and match.count.is_conserved
+        x, y = (match.pieces.state.pos[match.pieces.on_field(), :2] - goal[:2]).T
+        c, s = math.cos(goal[2]), math.sin(goal[2])
+        inside = (np.abs(c * x + s * y) < 0.4) & (np.abs(c * y - s * x) < 0.4)
+        assert len(x) == 448 and not inside.any()
+        match.play(0.5)
+        assert math.dist(chassis.pose[:2], goal[:2]) < 0.02  # nothing pushes it away
+        match.control.place_at_start()
+        match.tick()
+        assert chassis.pose == pytest.approx(start, abs=1e-3) and heard[-1] == (0, None)
+        with pytest.raises(ConfigError, match="a pose is 3 finite numbers"):
+            match.control.place_robot((1.0, 2.0))
+
+
+def test_a_dashboard_does_the_same_over_networktables():
+    """A client that only knows the topics: buttons, numbers, a chooser, a Pose2d; what it had kept is no command."""
+    ntcore = pytest.importorskip("ntcore")
+    from wpimath.geometry import Pose2d, Rotation2d
+
+    from simcore.telemetry.networktables_sink import start_local_server
+
+    server, client = ntcore.NetworkTableInstance.create(), ntcore.NetworkTableInstance.create()
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        port = int(probe.getsockname()[1])
+    start_local_server(server, port=port)
+    kept = client.getBooleanTopic("/Sim/Control/ResetField").publish()
+    kept.set(True)  # of a simulation that was here before
+    everything = ntcore.MultiSubscriber(client, ["/Sim/Control/"])
+    client.startClient4("dashboard")
+    client.setServer("127.0.0.1", port)
+    with Match(GAMES["rebuilt"], seed=2) as match:
+        deadline = time.monotonic() + 10.0
+        while not client.isConnected() and time.monotonic() < deadline:
+            time.sleep(0.01)
+        time.sleep(0.1)
+        topics = ControlTopics(match, server)
+        table = client.getTable("Sim/Control")
+        status = table.getStringTopic("Status").subscribe("")
+        count = table.getIntegerTopic("Count").subscribe(-1)
+
+        def done(number: int) -> str:
+            """Play until so many commands are done and the dashboard knows of it."""
+            deadline = time.monotonic() + 10.0
+            while count.get() != number and time.monotonic() < deadline:
+                match.tick()
+                client.flush()
+                server.flush()
+                time.sleep(0.005)
+            assert (count.get(), match.control.count) == (number, number), (status.get(), match.control.results)
+            return str(status.get())
+
+        assert done(0) == "0 ready"
+        x, y = (table.getDoubleTopic(name).publish() for name in "XY")
+        x.set(6.5), y.set(6.0)
+        button = table.getBooleanTopic("PlaceRobot").getEntry(False)
+        button.set(True)
+        assert done(1) == "1 done: robot 0 stands at (6.50, 6.00) m, 0 deg"
+        deadline = time.monotonic() + 10.0
+        while button.get() and time.monotonic() < deadline:
+            time.sleep(0.01)
+        assert not button.get()  # it is let go of
+        pose = table.getStructTopic("RobotPose", Pose2d).publish()
+        pose.set(Pose2d(3.0, 2.5, Rotation2d(1.0)))
+        assert done(2) == "2 done: robot 0 stands at (3.00, 2.50) m, 57 deg"
+        pose.set(Pose2d(-3.0, 2.5, Rotation2d(1.0)))
+        assert done(3).startswith("3 refused: ") and match.robots[0].chassis.pose[0] == pytest.approx(3.0, abs=0.01)
+        drop = table.getBooleanTopic("SpawnPiece").publish()
+        drop.set(True)
+        assert done(4).startswith("4 done: 1 Fuel put down at (6.5")
+        spawn = table.getDoubleArrayTopic("Spawn/Fuel").publish()
+        spawn.set([3.0, 6.0, 3.5])
+        assert "x, y [m], got [3.5]" in done(5)
+        spawn.set([3.0, 6.0, 3.5, 6.0])
+        assert done(6) == "6 done: 2 Fuel put down from (3.00, 6.00) m on"
+        assert client.getEntry("/Sim/Control/Auto/.type").getString("") == "String Chooser"
+        assert client.getEntry("/Sim/Control/Auto/options").getStringArray([]) == list(match.game.autos)
+        selected = table.getStringTopic("Auto/selected").publish()
+        selected.set("neutral")
+        go = table.getBooleanTopic("StartAuto").publish()
+        go.set(True)
+        assert done(7) == "7 done: auto 'neutral' begins"
+        assert match.timer.time < 5.0 and match.count.staged == 504 and match.count.held == 8
+        match.play(2.0)
+        assert match.robots[0].chassis.pose[0] > match.start_pose(0)[0] + 0.2
+        topics.close()
+        button.set(True)
+        time.sleep(0.2)
+        match.play(0.1)
+        assert match.control.count == 7
+    everything.close()
+    for instance in (client, server):
+        ntcore.NetworkTableInstance.destroy(instance)

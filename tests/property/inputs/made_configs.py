@@ -1,0 +1,175 @@
+"""Every public config of simcore and its games, found by looking, with an example and the units of its fields."""
+
+from __future__ import annotations
+
+import ast
+import dataclasses
+import importlib
+import inspect
+import itertools
+import pkgutil
+import re
+from collections.abc import Iterator, Mapping
+from functools import cache
+from typing import Any
+
+import numpy as np
+from wpimath.system.plant import DCMotor
+
+import games
+import simcore
+from simcore.geometry.linkage import Joint
+from simcore.geometry.symmetry import FieldSymmetry
+from simcore.geometry.zones import BoxZone, CylinderZone
+from simcore.match.clock import Phase
+from simcore.match.registry import installed_games
+from simcore.physics.field import FieldBoundary
+from simcore.physics.shapes import Compound, Cylinder, Hull, Mesh, Part, Sphere
+from simcore.pieces.intake import IntakeZone
+from simcore.pieces.placer import PlacerConfig
+from simcore.robot.chassis_config import ChassisConfig
+from simcore.robot.climber import ClimberConfig
+from simcore.robot.cots import MODULES
+from simcore.robot.gearbox import GearboxConfig
+from simcore.robot.mechanism_control import PositionController, VelocityController
+from simcore.robot.mechanisms import ArmConfig, ElevatorConfig, FlywheelConfig, RackConfig, RollerConfig
+from simcore.robot.positioned_mechanisms import PistonConfig, ServoConfig
+from simcore.robot.tank_drive import TankConfig
+from simcore.vision.camera import CameraConfig, CameraMount
+from simcore.vision.quest_headset import QuestConfig
+
+PACKAGES = ("geometry", "match", "physics", "pieces", "robot", "vision")
+MADE_BY_SIMCORE = frozenset(
+    "Aim AutoRun BodyDefinition BuiltDevice ContactMaterials DriveShaft FollowerGroup Footprint GroundClearance Launch "
+    "LimitedMotor MeshPart ModelLayout NormalLaw ObjGroup PieceCount RayHits RunReport Score ScoreEvent Shot Spread "
+    "ImuReading Mounting ReleasedPiece TagLayout TickTimes WheelContact".split()
+)
+"""Records of what simcore works out: nobody writes them down."""
+
+BOX = GearboxConfig(motor=DCMotor.krakenX60(1), gearing=10.0)
+ARM = ArmConfig(gearbox=BOX, inertia=0.2, mass=2.0, center_of_mass=0.3, min_angle=-1.0, max_angle=1.0, start_angle=0.0)
+JOINT = Joint(mechanism="arm", axis=(0.0, 0.0, 1.0), origin=(0.1, 0.0, 0.2))
+ZONE = IntakeZone(x_min=-0.5, x_max=-0.3, y_min=-0.2, y_max=0.2, z_max=0.2)
+EXAMPLES = (
+    BOX,
+    ARM,
+    JOINT,
+    ZONE,
+    ElevatorConfig(gearbox=BOX, carriage_mass=5.0, drum_radius=0.02, max_height=1.0, start_height=0.5),
+    FlywheelConfig(gearbox=BOX, inertia=0.01),
+    RackConfig(gearbox=BOX, mass=3.0, pinion_radius=0.02, travel=0.3),
+    RollerConfig(gearbox=BOX, inertia=0.001, radius=0.03),
+    PistonConfig(stroke=0.2, stroke_time=0.4),
+    ServoConfig(min_angle=0.0, max_angle=2.0, speed=5.0, start_angle=1.0),
+    VelocityController(kv=0.1),
+    PositionController(kp=10.0),
+    ClimberConfig(joints=(JOINT,)),
+    PlacerConfig(joints=(JOINT,), roller="arm", zone=ZONE),
+    FieldSymmetry("rotate", (16.0, 8.0)),
+    BoxZone((0.0, 0.0, 0.0), (1.0, 1.0, 1.0)),
+    CylinderZone((1.0, 1.0), 0.5, 0.0, 1.0),
+    FieldBoundary(length=16.0, width=8.0, side_height=0.5, end_height=2.0),
+    FieldBoundary(length=16.0, width=8.0, side_height=0.5, end_height=2.0).elements(),
+    Cylinder(0.2, 0.4),
+    Hull(np.vstack([np.zeros(3), np.eye(3)])),
+    Phase("auto", 15.0, "auto"),
+    MODULES["SDS MK4"],
+    CameraConfig(frame_rate=30.0),
+    QuestConfig(mount=CameraMount()),
+    TankConfig(),
+    ChassisConfig(yaw_inertia=5.0),
+    Mesh(np.eye(3), np.array([[0, 1, 2]])),
+    Compound((Part(Sphere(0.1), (0.0, 0.0, 0.1)),)),
+)
+
+
+def config_types() -> list[type]:
+    """All public frozen dataclasses of the packages that users write configs of, but for records of results."""
+    modules = [
+        module.name
+        for package in PACKAGES
+        for module in pkgutil.walk_packages(
+            importlib.import_module(f"{simcore.__name__}.{package}").__path__, f"simcore.{package}."
+        )
+    ]
+    modules += [m.name for m in pkgutil.walk_packages(games.__path__, "games.") if not m.name.endswith("__main__")]
+    found = []
+    for name in modules:
+        for kind in vars(importlib.import_module(name)).values():
+            is_config = inspect.isclass(kind) and dataclasses.is_dataclass(kind) and kind.__module__ == name
+            if is_config and kind.__dataclass_params__.frozen and not kind.__name__.startswith("_"):
+                found.append(kind)
+    return [kind for kind in found if kind.__name__ not in MADE_BY_SIMCORE and any(number_places(kind))]
+
+
+@cache
+def examples() -> dict[type, Any]:
+    """A working instance of each config: of the table above, of an installed game, or with its defaults."""
+    known: dict[type, Any] = {}
+    for game in installed_games().values():
+        _collect((*EXAMPLES, game, game.robot(), game.staging, *_staged(game)), known)
+    for kind in config_types():
+        if kind not in known:
+            known[kind] = kind()  # it has no field without a default, or it belongs into the table above
+    return known
+
+
+def _staged(game: Any) -> tuple[Any, ...]:
+    from simcore.match.game import RobotEntry
+
+    entry = RobotEntry(start=(2.0, 2.0, 0.0), preload=0)
+    return entry, *game.staging(np.random.default_rng(0), (entry,))
+
+
+def _collect(value: Any, known: dict[type, Any]) -> None:
+    if isinstance(value, Mapping):
+        value = tuple(value.values())
+    if isinstance(value, tuple | list):
+        for part in value:
+            _collect(part, known)
+    elif dataclasses.is_dataclass(value) and not isinstance(value, type):
+        known.setdefault(type(value), value)
+        for field in dataclasses.fields(value):
+            _collect(getattr(value, field.name), known)
+
+
+@cache
+def number_places(kind: type) -> tuple[str, ...]:
+    """Names of the fields of a config that hold numbers."""
+    numbers = re.compile(r"\b(float|int|Vector|Quaternion|Pose|FloatArray|IntArray)\b")
+    return tuple(f.name for f in dataclasses.fields(kind) if f.init and numbers.search(_text_of(f.type)))
+
+
+def _text_of(annotation: Any) -> str:
+    text = annotation if isinstance(annotation, str) else getattr(annotation, "__name__", str(annotation))
+    return "" if text.startswith("Callable") else text
+
+
+@cache
+def units(kind: type) -> dict[str, str]:
+    """The unit of each field, as its docstring says it in brackets."""
+    try:
+        tree = ast.parse(inspect.getsource(importlib.import_module(kind.__module__)))
+    except OSError:
+        return {}
+    (body,) = [node.body for node in ast.walk(tree) if isinstance(node, ast.ClassDef) and node.name == kind.__name__]
+    found = {}
+    for line, below in itertools.pairwise(body):
+        if isinstance(line, ast.AnnAssign) and isinstance(below, ast.Expr) and isinstance(below.value, ast.Constant):
+            brackets = re.findall(r"\[([^\]]*)\]", str(below.value.value))
+            if brackets:
+                found[line.target.id] = brackets[-1]
+    return found
+
+
+def numbers_in(value: Any) -> Iterator[Any]:
+    """All that stands where numbers should: of a row, an array or a table, too."""
+    if isinstance(value, Mapping):
+        value = tuple(value.values())
+    if isinstance(value, np.ndarray):
+        value = value.tolist()
+    if isinstance(value, tuple | list):
+        for part in value:
+            yield from numbers_in(part)
+    else:
+        yield value
