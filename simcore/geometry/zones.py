@@ -119,7 +119,7 @@ class CapsuleZone:
     """[m]"""
 
     def __post_init__(self) -> None:
-        require_positive("CapsuleZone", "radius", self.radius, "m")
+        require_fields(self, start=(FIELD_PLACE,) * 3, end=(FIELD_PLACE,) * 3, radius=FIELD_LENGTH)
         if self.start == self.end:
             raise ConfigError(f"CapsuleZone: start and end must differ, got {self.start}")
 

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from simcore.errors import ConfigError, require_positive
+from simcore.errors import ConfigError
 from simcore.geometry.symmetry import FieldSymmetry
 from simcore.physics.obj import ObjGroup
 from simcore.typing import FloatArray
@@ -68,13 +68,13 @@ def pipe_group(
     Raises:
         ConfigError: The pipe has no length or diameter, or `aside` is along it.
     """
-    require_positive(name, "diameter", diameter, "m")
     ends = np.array([start, end])
     way = ends[1] - ends[0]
     u = np.array(aside) - way * (way @ np.array(aside)) / max(float(way @ way), 1e-12)
-    if not (float(way @ way) > 0.0 and float(u @ u) > 1e-12):
+    if not (diameter > 0.0 and float(way @ way) > 0.0 and float(u @ u) > 1e-12):
         raise ConfigError(
-            f"{name}: start and end must differ and aside be across the pipe, got {start}, {end}, {aside}"
+            f"{name}: diameter must be > 0 m, start and end differ and aside be across, got {diameter}, {start}, {end}, "
+            f"{aside}"
         )
     u /= np.linalg.norm(u)
     v = np.cross(way / np.linalg.norm(way), u)
