@@ -169,7 +169,8 @@ class ReefscapeRules(Rules):
         return points + _NET_POINTS * now[level_of(alliance, "net")]
 
     def _auto_coral(self, alliance: Alliance) -> int:
-        return sum(self._auto_count[level_of(alliance, row)] for row in (*BRANCH_ROWS.values(), "trough"))
+        rows = [level_of(alliance, row) for row in (*BRANCH_ROWS.values(), "trough")]
+        return Counter({level: count for level, count in self._auto_count.items() if level in rows}).total()
 
     def _robots_of(self, alliance: Alliance) -> list[Robot]:
         return [robot for robot in self.match.robots if self.match.alliances[robot.number] == alliance]

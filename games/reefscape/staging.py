@@ -23,9 +23,7 @@ STATION_STOCK = 60
 CORAL_COUNT = 2 * (STATION_STOCK + len(dim.MARK_YS))
 ALGAE_COUNT = 2 * (6 + len(dim.MARK_YS))
 _ABOVE_BORE = 0.5 * math.sqrt(dim.ALGAE_DIAMETER**2 - dim.CORAL_INNER_DIAMETER**2)  # of an algae that lies on it [m]
-_LODGED = 12.0
-"""Holds an algae in the reef's pipes [N]: with their slope and friction it comes off at a level pull of about 22 N.
-Estimate: 15 to 30 N are told."""
+_LODGED = 20.0  # [N] to pull an algae out of the reef's pipes, along them; estimate: 15 to 30 are told
 _JITTER = 0.001  # [m] either way: hands put them on their marks
 
 

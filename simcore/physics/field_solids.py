@@ -73,8 +73,8 @@ def pipe_group(
     u = np.array(aside) - way * (way @ np.array(aside)) / max(float(way @ way), 1e-12)
     if not (diameter > 0.0 and float(way @ way) > 0.0 and float(u @ u) > 1e-12):
         raise ConfigError(
-            f"{name}: diameter must be > 0 m, start and end differ and aside be across, got {diameter}, {start}, {end}, "
-            f"{aside}"
+            f"{name}: diameter must be > 0 m, start and end differ and aside be across, got {diameter}, {start}, "
+            f"{end}, {aside}"
         )
     u /= np.linalg.norm(u)
     v = np.cross(way / np.linalg.norm(way), u)

@@ -13,6 +13,7 @@ from games.reefscape.places import branch_ends
 from games.reefscape.rules import MATCH
 from simcore.match.game import RobotEntry
 from simcore.match.match import Match
+from simcore.match.scripted import ScriptedRobot
 from simcore.pieces.pool import PieceStatus
 
 FAR = (RobotEntry(start=(7.0, 6.9, 0.0), preload=0), RobotEntry(alliance="red", start=(7.0, 6.9, 0.0), preload=0))
@@ -59,7 +60,7 @@ def test_coral_counts_by_level_and_period_and_takes_its_points_along():
         match.pieces.release(staged(match, "Coral"), np.array([[dim.REEF_CENTER[0] - 0.7, 4.0259, 0.55]]), lying)
         match.play(2.0)
         assert match.score.blue == 3 + 4 + 6 + 7
-        assert match.count.placed == 4 and match.count.is_conserved
+        assert match.pieces.places.count() == 4 and match.count.is_conserved
         at(match, 14.9)
         match.play(0.2)
         assert match.score.blue == 20 + 3 and match.score.red == 3, "both robots have left their lines"
@@ -95,12 +96,15 @@ def test_human_players_feed_who_waits_and_throw_what_came_through_the_processor(
     """A robot without coral at a station gets one; algae through blue's processor come from red's human in teleop."""
     x, y, yaw = station_faces("blue")["right"]
 
-    def take(robot, time):
-        robot.mechanisms["funnel"].set_volts(6.0)
+    def wait(robot):
+        robot.intake(True)
+        yield from robot.drive_to(x + 0.46 * math.cos(yaw), y + 0.46 * math.sin(yaw), yaw)
+        yield from robot.wait(30.0)
 
-    with Match(REEFSCAPE, robots=FAR[:1], controllers=[take]) as match:
-        match.carry_to(0, (x + 0.46 * math.cos(yaw), y + 0.46 * math.sin(yaw), yaw))
-        match.play(2.0)
+    start = (x + 1.2 * math.cos(yaw), y + 1.2 * math.sin(yaw), yaw)
+    with Match(REEFSCAPE, robots=(RobotEntry(start=start, preload=0),)) as match:
+        match.set_controller(0, ScriptedRobot(wait, match, "blue"))
+        match.play(3.0)
         assert [match.pieces.types[match.pieces.state.kind[slot]].name for slot in match.robots[0].held] == ["Coral"]
         assert match.rules.human_players.stock == {"blue": 59, "red": 60}
         assert len(match.pieces.on_field("Coral")) == 6, "nobody drops a second one"
@@ -135,7 +139,8 @@ def test_reef_algae_stay_for_as_long_as_nobody_pulls_and_come_off_with_15_to_30_
             yaw = math.radians(dim.REEF_FACE_YAWS_DEG[face])
             match.pieces.push(np.array([slot]), np.full((1, 3), 1e-3))
             row, own = match.pieces._pool.rows[slot], match.pieces.before_substep
-            pull = force * np.array([[math.cos(yaw), math.sin(yaw), 0.0]])
+            level, up = math.cos(dim.BRANCH_SLOPE), math.sin(dim.BRANCH_SLOPE)  # along the branches
+            pull = force * np.array([[level * math.cos(yaw), level * math.sin(yaw), up]])
 
             def pulled(h, row=row, pull=pull, own=own):
                 own(h)
