@@ -20,10 +20,13 @@ from pathlib import Path
 import numpy as np
 
 from games.rebuilt import dimensions as dim
+from simcore.geometry.symmetry import FieldSymmetry
+from simcore.physics.field_solids import box_group, flipped_group, solid_group
 from simcore.physics.obj import ObjGroup, format_obj
-from simcore.typing import FloatArray
 
 OUTPUT = Path(__file__).resolve().parents[1] / "models" / "rebuilt" / "field_collision.obj"
+
+FIELD_SYMMETRY = FieldSymmetry("rotate", (dim.FIELD_LENGTH, dim.FIELD_WIDTH))
 
 QUADRANTS = ((1, 1), (-1, 1), (-1, -1), (1, -1))
 """Signs of x and y around a center, counter-clockwise."""
@@ -32,12 +35,6 @@ HEADER = """\
 FRC 2026 REBUILT field, collision shapes. Meters, z up, origin at the blue alliance's right-hand corner.
 Written by scripts/generate_rebuilt_field.py from games/rebuilt/dimensions.py; change those, not this file.
 Red is blue rotated by 180 degrees about the field center."""
-
-
-def box(name: str, low: tuple[float, float, float], high: tuple[float, float, float]) -> ObjGroup:
-    """An axis-aligned box between two corners [m]."""
-    ring = [(low[0], low[1]), (high[0], low[1]), (high[0], high[1]), (low[0], high[1])]
-    return solid(name, np.array([(*xy, low[2]) for xy in ring]), np.array([(*xy, high[2]) for xy in ring]))
 
 
 def ridge(
@@ -52,40 +49,21 @@ def ridge(
         (high[0] - bx, high[1] - by),
         (low[0] + bx, high[1] - by),
     ]
-    return solid(name, np.array([(*xy, 0.0) for xy in ring]), np.array([(*xy, height) for xy in top]))
-
-
-def solid(name: str, bottom: FloatArray, top: FloatArray) -> ObjGroup:
-    """A prism or frustum: two flat polygons with equally many corners, and flat faces between them.
-
-    Args:
-        name: Of the group.
-        bottom: Corners, counter-clockwise seen from the top [m], shape (n, 3).
-        top: The corner over each of them [m], shape (n, 3).
-    """
-    n = len(bottom)
-    sides = [(i, (i + 1) % n, n + (i + 1) % n, n + i) for i in range(n)]
-    return ObjGroup(name, np.vstack([bottom, top]), (tuple(reversed(range(n))), tuple(range(n, 2 * n)), *sides))
-
-
-def turned(group: ObjGroup, name: str) -> ObjGroup:
-    """A copy rotated by 180 degrees about the field center; a rotation keeps the winding."""
-    x, y, z = group.vertices.T
-    return ObjGroup(name, np.column_stack([dim.FIELD_LENGTH - x, dim.FIELD_WIDTH - y, z]), group.faces)
+    return solid_group(name, np.array([(*xy, 0.0) for xy in ring]), np.array([(*xy, height) for xy in top]))
 
 
 def perimeter() -> list[ObjGroup]:
     """Both guardrails; the alliance walls belong to the alliances and cover the corners."""
     t, length, width, height = dim.PERIMETER_THICKNESS, dim.FIELD_LENGTH, dim.FIELD_WIDTH, dim.GUARDRAIL_HEIGHT
-    right = box("guardrail_right", (0.0, -t, 0.0), (length, 0.0, height))
-    left = box("guardrail_left", (0.0, width, 0.0), (length, width + t, height))
+    right = box_group("guardrail_right", (0.0, -t, 0.0), (length, 0.0, height))
+    left = box_group("guardrail_left", (0.0, width, 0.0), (length, width + t, height))
     return [right, left]
 
 
 def alliance_wall() -> ObjGroup:
     """The wall of driver stations, tower wall and outpost as one solid box."""
     t = dim.PERIMETER_THICKNESS
-    return box("alliance_wall", (-t, -t, 0.0), (0.0, dim.FIELD_WIDTH + t, dim.ALLIANCE_WALL_HEIGHT))
+    return box_group("alliance_wall", (-t, -t, 0.0), (0.0, dim.FIELD_WIDTH + t, dim.ALLIANCE_WALL_HEIGHT))
 
 
 def hub() -> list[ObjGroup]:
@@ -97,7 +75,7 @@ def hub() -> list[ObjGroup]:
     """
     cx, cy = dim.HUB_CENTER
     half = dim.HUB_SIZE / 2.0
-    groups = [box("hub_base", (cx - half, cy - half, 0.0), (cx + half, cy + half, dim.HUB_BOX_TOP))]
+    groups = [box_group("hub_base", (cx - half, cy - half, 0.0), (cx + half, cy + half, dim.HUB_BOX_TOP))]
     outer = dim.HUB_OPENING_APOTHEM + dim.HUB_RIM_THICKNESS
     section = [
         (dim.HUB_THROAT_APOTHEM, dim.HUB_BOX_TOP),
@@ -111,10 +89,10 @@ def hub() -> list[ObjGroup]:
         for angle in (math.radians(60.0 * i + 30.0), math.radians(60.0 * i - 30.0)):
             corner = np.array([math.cos(angle), math.sin(angle)]) * 2.0 / math.sqrt(3.0)  # per meter of apothem
             ends.append(np.array([(cx + r * corner[0], cy + r * corner[1], z) for r, z in section]))
-        groups.append(solid(f"hub_funnel_{i}", ends[0], ends[1]))
+        groups.append(solid_group(f"hub_funnel_{i}", ends[0], ends[1]))
     groups += [hub_shoulder(f"hub_shoulder_{i}", sx, sy) for i, (sx, sy) in enumerate(QUADRANTS)]
     back = (cx + dim.HUB_OPENING_APOTHEM, cy - half, dim.HUB_BOX_TOP)
-    groups.append(box("hub_backboard", back, (cx + half, cy + half, dim.HUB_BACKBOARD_TOP)))
+    groups.append(box_group("hub_backboard", back, (cx + half, cy + half, dim.HUB_BACKBOARD_TOP)))
     return groups
 
 
@@ -145,7 +123,7 @@ def bumps() -> list[ObjGroup]:
     for side, y in (("left", dim.BUMP_LEFT_Y), ("right", dim.BUMP_RIGHT_Y)):
         profile = [(dim.BUMP_X - half, 0.0), (dim.BUMP_X + half, 0.0), (dim.BUMP_X, dim.BUMP_HEIGHT)]
         ends = [np.array([(x, y + dy, z) for x, z in profile]) for dy in (dim.BUMP_WIDTH / 2.0, -dim.BUMP_WIDTH / 2.0)]
-        groups.append(solid(f"bump_{side}", ends[0], ends[1]))
+        groups.append(solid_group(f"bump_{side}", ends[0], ends[1]))
     return groups
 
 
@@ -160,9 +138,9 @@ def trenches() -> list[ObjGroup]:
             return (dim.FIELD_WIDTH - b, dim.FIELD_WIDTH - a) if mirrored else (a, b)
 
         y0, y1 = across(clear, bump_edge)
-        groups.append(box(f"trench_{side}_leg", (x - leg, y0, 0.0), (x + leg, y1, top)))
+        groups.append(box_group(f"trench_{side}_leg", (x - leg, y0, 0.0), (x + leg, y1, top)))
         y0, y1 = across(0.0, clear)
-        groups.append(box(f"trench_{side}_arm", (x - arm, y0, dim.TRENCH_CLEAR_HEIGHT), (x + arm, y1, top)))
+        groups.append(box_group(f"trench_{side}_arm", (x - arm, y0, dim.TRENCH_CLEAR_HEIGHT), (x + arm, y1, top)))
     return groups
 
 
@@ -171,18 +149,18 @@ def tower() -> list[ObjGroup]:
     x, y = dim.TOWER_UPRIGHT_X, dim.TOWER_Y
     dx, dy = dim.TOWER_UPRIGHT_DEPTH / 2.0, dim.TOWER_UPRIGHT_THICKNESS / 2.0
     half = dim.TOWER_BASE_WIDTH / 2.0
-    groups = [box("tower_base", (0.0, y - half, 0.0), (dim.TOWER_BASE_DEPTH, y + half, dim.TOWER_BASE_HEIGHT))]
+    groups = [box_group("tower_base", (0.0, y - half, 0.0), (dim.TOWER_BASE_DEPTH, y + half, dim.TOWER_BASE_HEIGHT))]
     for side, post in zip(("right", "left"), dim.TOWER_UPRIGHT_YS, strict=True):
         base = dim.TOWER_BASE_HEIGHT
         groups.append(
-            box(f"tower_upright_{side}", (x - dx, post - dy, base), (x + dx, post + dy, dim.TOWER_UPRIGHT_HEIGHT))
+            box_group(f"tower_upright_{side}", (x - dx, post - dy, base), (x + dx, post + dy, dim.TOWER_UPRIGHT_HEIGHT))
         )
         # estimate: the manual prints how high these are, not how thick; as thick as the upright
         brace = (0.0, post - dy, dim.TOWER_BRACE_BOTTOM)
-        groups.append(box(f"tower_brace_{side}", brace, (x - dx, post + dy, dim.TOWER_BRACE_TOP)))
+        groups.append(box_group(f"tower_brace_{side}", brace, (x - dx, post + dy, dim.TOWER_BRACE_TOP)))
     r, reach = dim.TOWER_RUNG_DIAMETER / 2.0, dim.TOWER_RUNG_LENGTH / 2.0
     for level, z in zip(("low", "mid", "high"), dim.TOWER_RUNG_HEIGHTS, strict=True):
-        groups.append(box(f"tower_rung_{level}", (x - r, y - reach, z - r), (x + r, y + reach, z + r)))
+        groups.append(box_group(f"tower_rung_{level}", (x - r, y - reach, z - r), (x + r, y + reach, z + r)))
     return groups
 
 
@@ -207,7 +185,7 @@ def groups() -> list[ObjGroup]:
     """The whole field in the order of the file."""
     own = [alliance_wall(), *hub(), *bumps(), *trenches(), *tower(), *depot()]
     blue = [ObjGroup(f"blue_{group.name}", group.vertices, group.faces) for group in own]
-    red = [turned(group, f"red_{group.name}") for group in own]
+    red = [flipped_group(group, f"red_{group.name}", FIELD_SYMMETRY) for group in own]
     return [*perimeter(), *blue, *red]
 
 

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
-from importlib import resources
 from pathlib import Path
 
 import numpy as np
 
 from games.rebuilt import dimensions as dim
+from games.shipped import shipped
 from simcore.geometry.symmetry import FieldSymmetry
 from simcore.geometry.zones import CylinderZone
 from simcore.match.game import FieldDefinition
@@ -39,15 +39,9 @@ _SURFACES = {
 }
 
 
-def _shipped(installed: str, source: str) -> Path:
-    """A file or folder that comes with the game: inside an installed package, or in the source tree."""
-    packaged = Path(str(resources.files("games.rebuilt"))) / "models" / installed
-    return packaged if packaged.exists() else Path(__file__).resolve().parents[2] / "models" / source
-
-
 def models_folder() -> Path:
     """The models for AdvantageScope and the browser view."""
-    return _shipped("advantagescope", "advantagescope")
+    return shipped("games.rebuilt", "advantagescope", "advantagescope")
 
 
 _SYMMETRY = FieldSymmetry("rotate", FIELD_SIZE)
@@ -68,7 +62,7 @@ def _rungs() -> tuple[Rung, ...]:
 FIELD = FieldDefinition(
     size=FIELD_SIZE,
     symmetry=_SYMMETRY,
-    mesh=_shipped("field_collision.obj", "rebuilt/field_collision.obj"),
+    mesh=shipped("games.rebuilt", "field_collision.obj", "rebuilt/field_collision.obj"),
     materials=_SURFACES,
     drivable=("*_bump_*", "*_depot_barrier_*", "*_tower_base"),
     tags="2026-welded",

@@ -11,7 +11,7 @@ from simcore.errors import ConfigError
 from simcore.quantities import FIELD_LENGTH, FIELD_PLACE, require_fields
 from simcore.typing import BoolArray, FloatArray
 
-__all__ = ["BoxZone", "CylinderZone", "Zone"]
+__all__ = ["BoxZone", "CapsuleZone", "CylinderZone", "Zone"]
 
 
 class Zone(Protocol):
@@ -104,6 +104,62 @@ class CylinderZone:
         t = np.clip(nearest, t0, t1)
         closest = flat + t[:, None] * move
         hit: BoolArray = meets & (np.hypot(closest[:, 0], closest[:, 1]) <= self.radius)
+        return hit
+
+
+@dataclass(frozen=True, slots=True)
+class CapsuleZone:
+    """Everything within a radius of a straight line between two ends, field frame: along a pipe, a bar or a ledge."""
+
+    start: tuple[float, float, float]
+    """One end of the line [m]."""
+    end: tuple[float, float, float]
+    """The other end [m]."""
+    radius: float
+    """[m]"""
+
+    def __post_init__(self) -> None:
+        require_fields(self, start=(FIELD_PLACE,) * 3, end=(FIELD_PLACE,) * 3, radius=FIELD_LENGTH)
+        if self.start == self.end:
+            raise ConfigError(f"CapsuleZone: start and end must differ, got {self.start}")
+
+    @property
+    def bottom(self) -> float:
+        """Lowest height [m]."""
+        return min(self.start[2], self.end[2]) - self.radius
+
+    def contains(self, points: FloatArray) -> BoolArray:
+        """Which points (n, 3) [m] lie inside, shape (n,)."""
+        line = np.asarray(self.end) - self.start
+        away = points - self.start
+        share = np.clip(away @ line / (line @ line), 0.0, 1.0)
+        inside: BoolArray = np.linalg.norm(away - share[:, None] * line, axis=1) <= self.radius
+        return inside
+
+    def crossed(self, start: FloatArray, end: FloatArray) -> BoolArray:
+        """Which segments (n, 3) to (n, 3) [m] touch the capsule, shape (n,).
+
+        Where two lines are nearest within their ends, or one of the four ends is nearest to the other line.
+        """
+        line, move = np.asarray(self.end) - self.start, end - start
+        away = start - self.start
+        a, b, e = line @ line, move @ line, np.einsum("ij,ij->i", move, move)
+        c, f = away @ line, np.einsum("ij,ij->i", away, move)
+        steep = a * e - b * b
+        t = np.clip(np.where(steep > 1e-12 * a, b * c - a * f, 0.0) / np.where(steep > 1e-12 * a, steep, 1.0), 0.0, 1.0)
+        nearest = np.full(len(start), np.inf)
+        free = np.where(e > 0.0, e, 1.0)
+        for guess in (
+            t,
+            np.zeros_like(t),
+            np.ones_like(t),
+            np.clip(-f / free, 0.0, 1.0),
+            np.clip((b - f) / free, 0.0, 1.0),
+        ):
+            point = away + guess[:, None] * move
+            share = np.clip(point @ line / a, 0.0, 1.0)
+            nearest = np.minimum(nearest, np.linalg.norm(point - share[:, None] * line, axis=1))
+        hit: BoolArray = nearest <= self.radius
         return hit
 
 

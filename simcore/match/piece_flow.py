@@ -64,6 +64,8 @@ class PieceFlow:
         """In order."""
         self.intakes: list[list[float]] = []
         """Where each piece was taken in, field frame [m]."""
+        self.put_down = 0
+        """Pieces that placers have let go."""
         self._followed: dict[int, ShotRecord] = {}
         self._is_blocked: set[tuple[int, int]] = set()  # robot and shooter by number
 
@@ -215,6 +217,7 @@ class PieceFlow:
         self._followed[slot] = shot
 
     def _put_down(self, robot: Robot, placer: Placer) -> None:
+        self.put_down += 1
         part = robot.part_in_field(placer.held_state())
         self._pieces.launch(
             robot.number, part.pos, part.vel, part.rate, slot=placer.let_go(), quat=part.quat, flying=False

@@ -118,11 +118,10 @@ class Climber:
         return force, (ly * fz - lz * fy, lz * fx - lx * fz, lx * fy - ly * fx)
 
     def _force(self, hook: Vector, vel: Vector) -> Vector:
-        if self.rung is None:
+        if self.rung is None and vel[2] < 0.0:
             for rung in self._rungs:
                 near = rung.nearest(hook)
-                above = hook[2] - near[2]
-                if math.dist(near, hook) < self.config.reach and above > 0.0 > vel[2]:
+                if math.dist(near, hook) < self.config.reach and hook[2] > near[2]:
                     self.rung = rung
         if self.rung is None:
             return (0.0, 0.0, 0.0)

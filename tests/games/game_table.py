@@ -8,12 +8,13 @@ import numpy as np
 from crates import CRATES
 
 from games.rebuilt import REBUILT
+from games.reefscape import REEFSCAPE
 from simcore.match.game import Auto, Game
 from simcore.match.match import Match
 from simcore.match.runner import AutoRun, play_auto
 from simcore.pieces.pool import PieceStatus
 
-GAMES: dict[str, Game] = {"rebuilt": REBUILT, "crates": CRATES}
+GAMES: dict[str, Game] = {"rebuilt": REBUILT, "reefscape": REEFSCAPE, "crates": CRATES}
 AUTOS = [(name, auto) for name, game in GAMES.items() for auto in game.autos]
 
 

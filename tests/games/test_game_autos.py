@@ -27,8 +27,7 @@ def test_the_tracker_the_pieces_and_the_shots_tell_one_story(run):
     assert report.score.red == 0
     assert report.hits <= report.shots == len(match.flow.shots)
     preload = run.auto.preload if run.auto.preload is not None else match.game.preload
-    released = report.pieces.scored - report.hits if match.robots[0].placers else 0
-    assert report.pieces.held == preload + len(match.flow.intakes) - report.shots - released
+    assert report.pieces.held == preload + len(match.flow.intakes) - report.shots - match.flow.put_down
     room = match.robots[0].config.storage.capacity + len(match.robots[0].placers)
     assert max(run.held) <= room
     assert report.ticks == round(report.sim_seconds / 0.02) == len(run.poses)
@@ -98,7 +97,7 @@ def test_a_red_robot_drives_the_corresponding_path(played, name, auto):
     flipped = np.array([symmetry.flip_pose(*pose) for pose in red.run.path])
     apart = np.linalg.norm(flipped[:, :2] - blue.run.path[:, :2], axis=1)
     turned = np.abs(np.remainder(flipped[:, 2] - blue.run.path[:, 2] + math.pi, math.tau) - math.pi)
-    alone = min(blue.touched or len(apart), red.touched or len(apart))
+    alone = min(blue.touched or len(apart), red.touched or len(apart)) - 1  # a tick with pieces has other sub-steps
     print(f"{name} {auto}: alone for {alone} ticks, {apart[:alone].max():.2e} m apart, {apart.max():.2e} m at last")
     assert alone >= 50
     tolerance = 1e-9 if symmetry.keeps_hands else 1e-4
@@ -113,7 +112,9 @@ def test_the_red_match_is_staged_as_the_blue_one_flipped(played, name, auto):
     assert flipped == pytest.approx(blue, abs=1e-9)
 
 
-@pytest.mark.parametrize(("name", "auto"), [(name, auto) for name, auto in AUTOS if auto not in ("tour", "crate")])
+@pytest.mark.parametrize(
+    ("name", "auto"), [(name, auto) for name, auto in AUTOS if auto in ("depot", "neutral", "balls")]
+)
 def test_a_red_shot_flies_as_the_corresponding_blue_one(played, name, auto):
     """The first, before anything was touched: aim, muzzle, speed and spin are mirrored, so the flight is."""
     blue, red = (played[name, auto, alliance].run.match.flow.shots[0] for alliance in ("blue", "red"))

@@ -19,7 +19,8 @@ from simcore.telemetry.sinks import MemorySink
 from simcore.telemetry.wpilog import WpilogSink
 
 HERE = Path(__file__).resolve().parent
-SECONDS = 3.0
+SECONDS = {"rebuilt": 3.0, "reefscape": 5.0, "crates": 3.0}
+"""Until something that chance decides has been met."""
 
 CODE = """
 import sys
@@ -31,7 +32,7 @@ print(run.report.digest)
 
 
 def digest(game: Game, seed: int, **settings) -> str:
-    run = play_auto(game, seconds=SECONDS, seed=seed, **settings)
+    run = play_auto(game, seconds=SECONDS[game.name], seed=seed, **settings)
     run.match.close()
     return run.report.digest
 
@@ -42,7 +43,7 @@ def test_the_same_seed_is_the_same_match_in_another_process_and_after_other_matc
     mine = digest(game, 3)
     path = os.pathsep.join((str(HERE.parents[1]), str(HERE)))
     other = subprocess.run(
-        [sys.executable, "-c", CODE, game.name, str(SECONDS), "3"],
+        [sys.executable, "-c", CODE, game.name, str(SECONDS[game.name]), "3"],
         env={**os.environ, "PYTHONPATH": path}, capture_output=True, text=True, timeout=120,
     )  # fmt: skip
     assert other.returncode == 0, other.stderr
@@ -124,7 +125,7 @@ def test_a_second_auto_begins_at_zero(game):
     with with_auto(game) as match:
         match.start_mode("auto")
         match.play(5.0)
-        assert match.flow.shots or match.flow.intakes
+        assert match.flow.shots or match.flow.intakes or match.flow.put_down
         match.start_mode("teleop")
         assert match.timer.time == game.clock.start_of_mode("teleop")
         match.play(0.2)

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from simcore.errors import ConfigError
-from simcore.geometry.zones import BoxZone, CylinderZone
+from simcore.geometry.zones import BoxZone, CapsuleZone, CylinderZone
 
 BOX = BoxZone((1.0, 2.0, 0.0), (2.0, 4.0, 1.0))
 TUBE = CylinderZone(center=(5.0, 5.0), radius=0.3, bottom=1.2, top=1.435)
@@ -83,3 +83,24 @@ def test_impossible_zones_are_refused():
         CylinderZone((0.0, 0.0), -1.0, 0.0, 1.0)
     with pytest.raises(ConfigError, match="bottom must be below top"):
         CylinderZone((0.0, 0.0), 1.0, 2.0, 1.0)
+
+
+def test_a_capsule_is_what_is_near_its_line():
+    """Against the distances of many points on both lines."""
+    capsule = CapsuleZone((1.0, 1.0, 1.0), (1.3, 1.0, 1.4), 0.1)
+    line = np.array(capsule.start) + np.linspace(0.0, 1.0, 400)[:, None] * np.subtract(capsule.end, capsule.start)
+    rng = np.random.default_rng(1)
+    start, end = rng.uniform(0.7, 1.7, (2, 200, 3))
+    end[:20] = start[:20]  # pieces that stand still
+    way = start[:, None] + np.linspace(0.0, 1.0, 400)[None, :, None] * (end - start)[:, None]
+    apart = np.array([np.linalg.norm(one[:, None] - line[None], axis=2).min() for one in way])
+    clear = np.abs(apart - capsule.radius) > 0.003
+    assert np.array_equal(capsule.crossed(start, end)[clear], (apart <= capsule.radius)[clear])
+    near = np.linalg.norm(start[:, None] - line[None], axis=2).min(axis=1)
+    assert np.array_equal(
+        capsule.contains(start)[np.abs(near - 0.1) > 0.002], (near <= 0.1)[np.abs(near - 0.1) > 0.002]
+    )
+    assert 10 < capsule.crossed(start, end).sum() < 190
+    assert capsule.bottom == pytest.approx(0.9)
+    with pytest.raises(ConfigError, match="start and end must differ"):
+        CapsuleZone((1.0, 1.0, 1.0), (1.0, 1.0, 1.0), 0.1)

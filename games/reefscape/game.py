@@ -1,0 +1,34 @@
+"""REEFSCAPE, the game of 2025."""
+
+from __future__ import annotations
+
+import math
+
+from games.reefscape.autos import AUTOS
+from games.reefscape.field import FIELD, scoring_zones
+from games.reefscape.pieces import ALGAE, CORAL
+from games.reefscape.places import PLACES
+from games.reefscape.robot import reefscape_robot
+from games.reefscape.rules import MATCH, ReefscapeRules
+from games.reefscape.staging import ALGAE_COUNT, CORAL_COUNT, ROBOTS, stage
+from simcore.match.game import Game, PieceSupply
+
+__all__ = ["REEFSCAPE"]
+
+REEFSCAPE = Game(
+    name="reefscape",
+    year=2025,
+    field=FIELD,
+    pieces=(PieceSupply(CORAL, CORAL_COUNT), PieceSupply(ALGAE, ALGAE_COUNT)),
+    clock=MATCH,
+    staging=stage,
+    zones=scoring_zones(),
+    places=PLACES,
+    rules=ReefscapeRules,
+    robot=reefscape_robot,
+    starts=((7.2, 5.9, math.pi), (7.2, 2.15, math.pi), (7.2, 4.0259, math.pi)),
+    preload=1,
+    robots=ROBOTS,
+    autos=AUTOS,
+)
+"""The whole game."""

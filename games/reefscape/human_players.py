@@ -1,0 +1,150 @@
+"""Human players: they drop coral into the stations' chutes, and throw algae from their processor into their net."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+
+import numpy as np
+
+from games.reefscape import dimensions as dim
+from games.reefscape.field import ALLIANCES, FIELD, other_alliance
+from games.reefscape.pieces import ALGAE, CORAL
+from games.reefscape.staging import STATION_STOCK
+from simcore.geometry.rotation import from_rpy, rotate
+from simcore.match.game import MatchState
+from simcore.match.scoring import Alliance
+from simcore.pieces.pool import PieceStatus
+from simcore.pieces.shot_solver import solve_shot
+from simcore.robot.robot import Robot
+from simcore.typing import FloatArray
+from simcore.units import TICK, degrees
+
+__all__ = ["HumanPlayers", "station_faces"]
+
+# Estimates.
+_DROP_PERIOD = 1.1  # [s] between two coral of one station
+_THROW_PERIOD = 4.0  # [s] between two algae
+_DROP_DEPTH = 0.30  # [m] behind the chute's mouth
+_DROP_SPREAD = 0.03  # [m] to both sides, standard deviation
+_DROP_GAP = 0.003  # [m] over the chute
+_REACH = 0.7  # [m] from a station's face to the middle of a robot that waits for coral, and
+_WAITING = 0.7  # [m/s] its greatest speed
+_THROW_HEIGHT = 2.0  # [m]
+_THROW_ELEVATION = degrees(60.0)
+_THROW_ERROR = 0.03  # of the speed, and [rad] of the direction; standard deviation
+
+
+def station_faces(alliance: Alliance) -> dict[str, tuple[float, float, float]]:
+    """Middle of each of an alliance's two stations' faces and the direction out of it [m, m, rad]."""
+    (x, y), yaw = dim.STATION_FACE_CENTER, math.radians(dim.STATION_YAW_DEG)
+    faces = {"right": (x, y, yaw), "left": (x, dim.FIELD_WIDTH - y, -yaw)}
+    if alliance == "blue":
+        return faces
+    return {side: FIELD.symmetry.flip_pose(*face) for side, face in faces.items()}
+
+
+class HumanPlayers:
+    """All of them in one match.
+
+    Args:
+        match: With pieces staged and robots in their places.
+    """
+
+    def __init__(self, match: MatchState) -> None:
+        self._match = match
+        self.stock: dict[Alliance, int] = dict.fromkeys(ALLIANCES, STATION_STOCK)
+        """Coral at each alliance's stations."""
+        for robot, alliance in zip(match.robots, match.alliances, strict=True):
+            self.stock[alliance] -= len(robot.held)
+        self._algae: dict[Alliance, list[int]] = {alliance: [] for alliance in ALLIANCES}
+        self._faces = {alliance: station_faces(alliance) for alliance in ALLIANCES}
+        self._dropped: dict[tuple[Alliance, str], float] = {}
+        self._thrown = dict.fromkeys(ALLIANCES, -math.inf)
+
+    @property
+    def waiting_algae(self) -> Mapping[Alliance, int]:
+        """Algae at each alliance's human player."""
+        return {alliance: len(slots) for alliance, slots in self._algae.items()}
+
+    def take_algae(self, scored_by: Alliance, slot: int) -> None:
+        """An algae came through a processor: the other alliance's human player has it."""
+        self._algae[other_alliance(scored_by)].append(slot)
+
+    def act(self) -> None:
+        """Drop and throw what is due; once a tick."""
+        if not self._match.timer.is_enabled:
+            return
+        for alliance in ALLIANCES:
+            for side in self._faces[alliance]:
+                if self.stock[alliance] > 0:
+                    self._feed(alliance, side)
+            if self._match.timer.phase.mode == "teleop":
+                self._throw(alliance)
+
+    def _feed(self, alliance: Alliance, side: str) -> None:
+        """Drop a coral where a robot without one waits."""
+        time = self._match.time
+        if time - self._dropped.get((alliance, side), -math.inf) < _DROP_PERIOD - 0.5 * TICK:
+            return
+        x, y, yaw = self._faces[alliance][side]
+        c, s = math.cos(yaw), math.sin(yaw)
+        for robot, owner in zip(self._match.robots, self._match.alliances, strict=True):
+            rx, ry, _ = robot.chassis.pose
+            out, aside = c * (rx - x) + s * (ry - y), c * (ry - y) - s * (rx - x)
+            reach = 0.5 * (dim.STATION_OPENING_WIDTH - dim.CORAL_LENGTH)
+            is_there = out < _REACH and abs(aside) < reach and robot.chassis.speed < _WAITING
+            if owner == alliance and is_there and not self._has_coral(robot):
+                slot = self._next_coral()
+                spread = _DROP_SPREAD * float(self._match.rules_rng.standard_normal())
+                place, attitude = _in_chute(x, y, yaw, min(max(aside + spread, -reach), reach))
+                self._match.pieces.release(slot, place[None], attitude[None])
+                self._dropped[alliance, side] = time
+                self.stock[alliance] -= 1
+                return
+
+    def _has_coral(self, robot: Robot) -> bool:
+        state, types = self._match.pieces.state, self._match.pieces.types
+        return any(types[state.kind[slot]].name == CORAL.name for slot in robot.held)
+
+    def _next_coral(self) -> np.ndarray:
+        state, types = self._match.pieces.state, self._match.pieces.types
+        number = [kind.name for kind in types].index(CORAL.name)
+        return np.nonzero((state.status == PieceStatus.STAGED) & (state.kind == number))[0][:1]
+
+    def _throw(self, alliance: Alliance) -> None:
+        """Throw an algae at the net, as well as people do."""
+        match, waiting = self._match, self._algae[alliance]
+        if not waiting or match.time - self._thrown[alliance] < _THROW_PERIOD:
+            return
+        target = (dim.FIELD_CENTER[0], dim.FIELD_WIDTH - dim.NET_Y, dim.NET_RIM_HEIGHT + ALGAE.rest_height)
+        muzzle = (dim.PROCESSOR_X, -0.3, _THROW_HEIGHT)  # red's, behind blue's processor
+        shot = solve_shot(muzzle, target, elevation=_THROW_ELEVATION, drag=ALGAE.air.drag)
+        error = _THROW_ERROR * match.rules_rng.standard_normal(2)
+        yaw, speed = shot.yaw + error[0], shot.speed * (1.0 + error[1])
+        level = speed * math.cos(_THROW_ELEVATION)
+        pos = np.array([muzzle])
+        vel = np.array([[level * math.cos(yaw), level * math.sin(yaw), speed * math.sin(_THROW_ELEVATION)]])
+        if alliance == "blue":
+            pos, vel = FIELD.symmetry.flip_points(pos), FIELD.symmetry.flip_vectors(vel)
+        slot = np.array([waiting.pop(0)])
+        match.pieces.release(slot, pos)
+        match.pieces.push(slot, vel, flying=True)
+        self._thrown[alliance] = match.time
+
+
+def _in_chute(x: float, y: float, yaw: float, aside: float) -> tuple[FloatArray, FloatArray]:
+    """Place and attitude of a coral that lies across a chute, to roll down it.
+
+    Args:
+        x: Of the middle of the station's face [m].
+        y: Of the same [m].
+        yaw: Out of the face [rad].
+        aside: From the middle to the left as seen from the station [m].
+    """
+    lip = dim.STATION_OPENING_BOTTOM + dim.CHUTE_LIP_LENGTH * math.tan(dim.CHUTE_LIP_SLOPE)
+    floor = lip + (_DROP_DEPTH - dim.CHUTE_LIP_LENGTH) * math.tan(dim.CHUTE_SLOPE)
+    up = (0.5 * dim.CORAL_OUTER_DIAMETER + _DROP_GAP) / math.cos(dim.CHUTE_SLOPE)
+    across = rotate(from_rpy(0.0, 0.0, yaw), (-_DROP_DEPTH, aside, 0.0))
+    place = np.array([x + across[0], y + across[1], floor + up])
+    return place, np.array(from_rpy(-math.pi / 2, 0.0, yaw))

@@ -1,0 +1,90 @@
+"""Where coral and algae stay and count: the branches and the trough of each reef, and the nets."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from games.reefscape import dimensions as dim
+from games.reefscape.field import ALLIANCES, FIELD, flipped_box
+from simcore.geometry.zones import BoxZone, CapsuleZone
+from simcore.match.scoring import Alliance
+from simcore.pieces.resting_places import RestingPlace
+
+__all__ = ["BRANCH_ROWS", "PLACES", "branch_ends", "level_of"]
+
+BRANCH_ROWS = {4: "topRow", 3: "midRow", 2: "botRow"}
+"""Branches of a level, as The Blue Alliance calls them."""
+_BORE_SPARE = 0.04
+"""How far the middle of a coral on a branch may be from the branch's axis [m]: 30 mm are free in its bore; beside the
+branch it would be 78 mm away."""
+_TROUGH_SPARE = 0.15  # [m] about the line along a trough's floor: all of it, and a coral that stands in it
+
+
+def level_of(alliance: Alliance, row: str) -> str:
+    """Name of a level: one alliance's places of a row, e.g. `BlueTopRow`."""
+    return f"{alliance.capitalize()}{row[:1].upper()}{row[1:]}"
+
+
+def branch_ends(number: int, level: int) -> tuple[tuple[float, float, float], tuple[float, float, float]]:
+    """Where the last straight stretch of one of blue's branches begins, and its tip [m].
+
+    Args:
+        number: 0 to 11: A to L of the manual, counter-clockwise from the face to the alliance wall.
+        level: 2 to 4.
+    """
+    yaw = math.radians(dim.REEF_FACE_YAWS_DEG[-(number // 2) % 6])  # faces are numbered the other way round
+    aside = dim.BRANCH_OFFSET if number % 2 else -dim.BRANCH_OFFSET
+    run = dim.BRANCH_TIP_RADIUS - dim.RISER_RADIUS
+    tip_z = dim.BRANCH_TIP_HEIGHTS[level - 2]
+    start = (dim.RISER_RADIUS, tip_z - run * math.tan(dim.BRANCH_SLOPE))
+    if level == 4:
+        start = (dim.BRANCH_TIP_RADIUS, dim.L4_BEND_HEIGHT)
+    (cx, cy), c, s = dim.REEF_CENTER, math.cos(yaw), math.sin(yaw)
+
+    def at(out: float, z: float) -> tuple[float, float, float]:
+        return cx + out * c - aside * s, cy + out * s + aside * c, z
+
+    return at(*start), at(dim.BRANCH_TIP_RADIUS, tip_z)
+
+
+def _of(alliance: Alliance, point: tuple[float, float, float]) -> tuple[float, float, float]:
+    return point if alliance == "blue" else (*FIELD.symmetry.flip_point(*point[:2]), point[2])
+
+
+def _places(alliance: Alliance) -> list[RestingPlace]:
+    name, coral, places = alliance.capitalize(), ("Coral",), []
+    for level, row in BRANCH_ROWS.items():
+        for number in range(12):
+            start, tip = (_of(alliance, end) for end in branch_ends(number, level))
+            way = np.subtract(tip, start)
+            x, y, z = (way / np.linalg.norm(way)).tolist()
+            places.append(
+                RestingPlace(
+                    name=f"{name} {'ABCDEFGHIJKL'[number]} L{level}",
+                    level=level_of(alliance, row),
+                    zone=CapsuleZone(start, tip, _BORE_SPARE),
+                    capacity=1,
+                    kinds=coral,
+                    axis=(x, y, z),
+                )
+            )
+    out = dim.REEF_APOTHEM - 0.5 * dim.TROUGH_DEPTH
+    half, z = out * math.tan(math.radians(30.0)), dim.TROUGH_EDGE_HEIGHT
+    for face, yaw_deg in enumerate(dim.REEF_FACE_YAWS_DEG):
+        (cx, cy), c, s = dim.REEF_CENTER, math.cos(math.radians(yaw_deg)), math.sin(math.radians(yaw_deg))
+        ends = [(cx + out * c - t * s, cy + out * s + t * c, z) for t in (-half, half)]
+        zone = CapsuleZone(_of(alliance, ends[0]), _of(alliance, ends[1]), _TROUGH_SPARE)
+        level_name = level_of(alliance, "trough")
+        places.append(RestingPlace(name=f"{name} trough {face}", level=level_name, zone=zone, kinds=coral))
+    w, length, t = dim.NET_WIDTH / 2.0, dim.NET_LENGTH / 2.0, dim.NET_FRAME_THICKNESS
+    low = (dim.FIELD_CENTER[0] - w + t, dim.NET_Y - length + t, dim.NET_FLOOR_HEIGHT)
+    high = (dim.FIELD_CENTER[0] + w - t, dim.NET_Y + length - t, dim.NET_RIM_HEIGHT + 0.5 * dim.ALGAE_DIAMETER)
+    zone_of_net = BoxZone(*flipped_box(low, high, alliance))
+    net_level = level_of(alliance, "net")
+    return [*places, RestingPlace(name=f"{name} net", level=net_level, zone=zone_of_net, kinds=("Algae",))]
+
+
+PLACES = tuple(place for alliance in ALLIANCES for place in _places(alliance))
+"""All of both alliances."""

@@ -1,0 +1,122 @@
+"""The default robot of REEFSCAPE: swerve, elevator, an arm with a coral claw and an algae wheel, funnel and climber.
+
+Numbers without a source are a plausible robot's, chosen by us.
+"""
+
+from __future__ import annotations
+
+from wpimath.system.plant import DCMotor
+
+from simcore.geometry.linkage import Joint
+from simcore.geometry.rotation import from_rpy
+from simcore.pieces.intake import IntakeConfig, IntakeZone
+from simcore.pieces.placer import PlacerConfig
+from simcore.pieces.storage import StorageConfig
+from simcore.robot.climber import ClimberConfig
+from simcore.robot.gearbox import GearboxConfig
+from simcore.robot.mechanisms import ArmConfig, ElevatorConfig, RollerConfig
+from simcore.robot.robot_config import ComponentConfig, MechanismConfig, RobotConfig
+from simcore.robot.swerve_config import SwerveConfig, SwerveModuleConfig
+from simcore.units import degrees
+
+__all__ = ["ALGAE_REACH", "BUMPER", "CORAL_REACH", "CORAL_TILT", "PIVOT", "elevator_turns", "reefscape_robot"]
+
+_DRUM = 0.064  # [m]; travel of the elevator per radian: two stages, so twice its drum's radius, and
+_HOOK_DRUM = 0.012  # of the climber's winch
+BUMPER = 0.80
+"""Length and width with bumpers [m]."""
+PIVOT = (0.12, 0.0, 0.45)
+"""Of the arm, with the elevator down [m]."""
+CORAL_REACH = 0.46
+"""From the arm's pivot to the middle of the coral [m]."""
+CORAL_TILT = degrees(35.0)
+"""Of the coral in the claw, from across the arm back to the robot: upright while the arm points so far down."""
+ALGAE_REACH = 0.73
+"""From the arm's pivot to the middle of the algae, which is held farther out [m]."""
+
+
+def elevator_turns(pivot_height: float) -> float:
+    """Angle of the elevator's drum that brings the arm's pivot to a height [m]; [rad]."""
+    return (pivot_height - PIVOT[2]) / _DRUM
+
+
+def _gearbox(gearing: float, *, motors: int = 1, limit: float = 60.0) -> GearboxConfig:
+    return GearboxConfig(motor=DCMotor.krakenX60(1), motors=motors, gearing=gearing, stator_current_limit=limit)
+
+
+_MECHANISMS: dict[str, MechanismConfig] = {
+    "elevator": ElevatorConfig(gearbox=_gearbox(26.0, motors=2), carriage_mass=8.0, drum_radius=_DRUM, max_height=1.90),
+    "arm": ArmConfig(
+        gearbox=_gearbox(60.0),
+        inertia=0.6,
+        mass=3.0,
+        center_of_mass=0.3,
+        min_angle=degrees(-60.0),
+        max_angle=degrees(90.0),
+        start_angle=degrees(85.0),
+    ),
+    "claw": RollerConfig(gearbox=_gearbox(4.0, limit=40.0), inertia=0.001, radius=0.025),
+    "algae_wheel": RollerConfig(gearbox=_gearbox(6.0, limit=40.0), inertia=0.002, radius=0.05),
+    "funnel": RollerConfig(gearbox=_gearbox(3.0, limit=40.0), inertia=0.001, radius=0.025),
+    "climber": ElevatorConfig(
+        gearbox=_gearbox(50.0, motors=2), carriage_mass=2.0, drum_radius=_HOOK_DRUM, max_height=0.55
+    ),
+}
+
+_LIFT = Joint(mechanism="elevator", axis=(0.0, 0.0, 1.0), origin=PIVOT, slides=True, ratio=_DRUM)
+_SWING = Joint(mechanism="arm", axis=(0.0, -1.0, 0.0))
+_HOOK = Joint(mechanism="climber", axis=(0.0, 0.0, 1.0), origin=(-0.10, 0.0, 0.30), slides=True, ratio=_HOOK_DRUM)
+
+
+def _around(reach: float, spare: float) -> IntakeZone:
+    """A box about a place so far out on the arm [m]."""
+    return IntakeZone(x_min=reach - spare, x_max=reach + spare, y_min=-spare, y_max=spare, z_min=-spare, z_max=spare)
+
+
+def reefscape_robot() -> RobotConfig:
+    """52 kg; a coral comes in at the back from a station and leaves at the front, algae are held beyond it."""
+    module = SwerveModuleConfig(
+        x=0.0,
+        y=0.0,
+        drive_stator_limit=60.0,
+        drive_supply_limit=40.0,
+        steer_stator_limit=40.0,
+        steer_supply_limit=20.0,
+    )
+    return RobotConfig(
+        drivetrain=SwerveConfig.square(0.5334, module, mass=52.0, bumper=BUMPER),
+        bumper=(BUMPER, BUMPER),
+        mechanisms=_MECHANISMS,
+        intakes=(
+            IntakeConfig(
+                zone=IntakeZone(x_min=-0.48, x_max=-0.10, y_min=-0.33, y_max=0.33, z_min=0.55, z_max=1.10),
+                roller="funnel",
+                kinds=("Coral",),
+            ),
+        ),
+        storage=StorageConfig(capacity=1, low=(-0.30, -0.20, 0.45), high=(0.0, 0.20, 0.75)),
+        placers=(
+            PlacerConfig(
+                joints=(_LIFT, _SWING),
+                offset=(CORAL_REACH, 0.0, 0.0),
+                attitude=from_rpy(0.0, -CORAL_TILT, 0.0),
+                roller="claw",
+                zone=_around(CORAL_REACH, 0.06),
+                from_storage=True,
+                kinds=("Coral",),
+            ),
+            PlacerConfig(
+                joints=(_LIFT, _SWING),
+                offset=(ALGAE_REACH, 0.0, 0.0),
+                roller="algae_wheel",
+                zone=_around(ALGAE_REACH, 0.14),
+                kinds=("Algae",),
+            ),
+        ),
+        climbers=(ClimberConfig(joints=(_HOOK,)),),
+        components=(
+            ComponentConfig(name="carriage", joints=(_LIFT,)),
+            ComponentConfig(name="arm", joints=(_LIFT, _SWING)),
+            ComponentConfig(name="hook", joints=(_HOOK,)),
+        ),
+    )

@@ -1,0 +1,232 @@
+"""The rules of scoring: phases of the match, points by level, what is judged when, ranking points."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Mapping
+
+import numpy as np
+
+from games.reefscape import dimensions as dim
+from games.reefscape.field import ALLIANCES, FIELD, cage_rungs
+from games.reefscape.human_players import HumanPlayers
+from games.reefscape.places import BRANCH_ROWS, level_of
+from simcore.match.clock import MatchClock, Phase
+from simcore.match.game import MatchState, Rules
+from simcore.match.scoring import Alliance, ScoreEvent
+from simcore.pieces.resting_places import PlaceEvent, RestingPlace
+from simcore.robot.ground_clearance import ground_clearance
+from simcore.robot.robot import Robot
+from simcore.typing import FloatArray
+
+__all__ = ["MATCH", "ReefscapeRules"]
+
+MATCH = MatchClock(
+    [
+        Phase("auto", 15.0, "auto"),
+        Phase("pause", 3.0, "disabled"),
+        Phase("teleop", 115.0),
+        Phase("end game", 20.0),
+    ]
+)
+"""2:33 of match: 15 s auto, 3 s pause, 2:15 teleop."""
+
+_AUTO_CORAL = {1: 3, 2: 4, 3: 6, 4: 7}
+_TELEOP_CORAL = {1: 2, 2: 3, 3: 4, 4: 5}
+_NET_POINTS, _LEAVE_POINTS = 4, 3
+_END_POINTS = {"None": 0, "Parked": 2, "ShallowCage": 6, "DeepCage": 12}
+_CORAL_A_LEVEL, _BARGE_BONUS, _COOP_ALGAE = 5, 14, 2  # for ranking points, before championships
+_ASSESSMENT = 3.0  # [s] after auto and after the match, in which pieces come to rest
+_RUNGS = {rung.name: "DeepCage" for rung in cage_rungs("deep")} | {
+    rung.name: "ShallowCage" for rung in cage_rungs("shallow")
+}
+
+
+class ReefscapeRules(Rules):
+    """Counts what is in its place, again and again: a coral that falls off takes its points along.
+
+    Auto points stay with the branches that held a coral at the end of auto, and with as many coral of the trough.
+    """
+
+    def __init__(self, match: MatchState) -> None:
+        super().__init__(match)
+        self._forget()
+
+    def _forget(self) -> None:
+        self._where: dict[int, RestingPlace] = {}  # by slot
+        self._auto_branches: frozenset[str] = frozenset()  # names of the places
+        self._auto_count: Counter[str] = Counter()  # by level
+        self._left: dict[int, bool] = {}
+        self._ends: dict[int, str] = {}
+        self._points: dict[Alliance, int] = dict.fromkeys(ALLIANCES, 0)
+
+    # --- hooks ----------------------------------------------------------------------------------------------------
+
+    def start(self) -> None:
+        """The human players take their coral."""
+        self.human_players = HumanPlayers(self.match)
+
+    def start_mode(self, mode: str) -> None:
+        """An auto begins without points."""
+        if mode == "auto":
+            self._forget()
+
+    def before_tick(self) -> None:
+        """Human players act."""
+        self.human_players.act()
+
+    def scored(self, event: ScoreEvent) -> None:
+        """An algae through the processor is the other alliance's."""
+        self.human_players.take_algae(event.alliance, event.slot)
+
+    def placed(self, event: PlaceEvent) -> None:
+        """A coral is on a branch or in the trough, or an algae in a net."""
+        self._where[event.slot] = event.place
+        self._judge()
+
+    def removed(self, event: PlaceEvent) -> None:
+        """It fell off, or a robot took it."""
+        self._where.pop(event.slot, None)
+        self._judge()
+
+    def after_tick(self) -> None:
+        """Robots have left at the end of auto; after the match they are looked at until the assessment is over."""
+        time = self.match.timer.time
+        if MATCH.start("pause") - 1e-9 <= time < MATCH.start("teleop") and not self._left:
+            self._left = {robot.number: self._has_left(robot) for robot in self.match.robots}
+            self._judge()
+        elif MATCH.duration < time <= MATCH.duration + _ASSESSMENT:
+            self._judge()
+
+    def end(self) -> None:
+        """Robots park or hang; they are looked at until the assessment is over."""
+        self._judge()
+
+    def breakdown(self) -> Mapping[str, int]:
+        """Counts by alliance, in the names of The Blue Alliance's score breakdown."""
+        rows: dict[str, int] = {}
+        now, auto = self._count(), self._auto_count
+        for alliance in ALLIANCES:
+            own = {
+                "netAlgaeCount": now[level_of(alliance, "net")],
+                "wallAlgaeCount": self._processed(alliance),
+                "autoMobilityPoints": self._mobility(alliance),
+                "autoCoralCount": self._auto_coral(alliance),
+                "endGameBargePoints": self._barge(alliance),
+                "coopertitionCriteriaMet": int(self._processed(alliance) >= _COOP_ALGAE),
+                "autoBonusAchieved": int(self._has_auto_bonus(alliance)),
+                "coralBonusAchieved": int(self._full_levels(alliance) >= (3 if self._is_coop else 4)),
+                "bargeBonusAchieved": int(self._barge(alliance) >= _BARGE_BONUS),
+            }
+            for period, counts in (("autoReef", auto), ("teleopReef", now)):
+                own |= {f"{period}/{row}": counts[level_of(alliance, row)] for row in (*BRANCH_ROWS.values(), "trough")}
+            rows |= {f"{alliance.capitalize()}/{name}": count for name, count in own.items()}
+        return rows
+
+    def telemetry(self) -> Mapping[str, float | int | bool | str]:
+        """What the human players have, and how each robot ended."""
+        rows: dict[str, float | int | bool | str] = {}
+        for alliance in ALLIANCES:
+            name = alliance.capitalize()
+            rows[f"Sim/Match/{name}StationCoral"] = self.human_players.stock[alliance]
+            rows[f"Sim/Match/{name}HumanPlayerAlgae"] = self.human_players.waiting_algae[alliance]
+        for number, end in self._ends.items():
+            rows[f"Sim/Match/EndGameRobot{number + 1}"] = end
+        return rows
+
+    # --- what counts ----------------------------------------------------------------------------------------------
+
+    def _judge(self) -> None:
+        """Look at what is placed, and give or take the difference in points."""
+        time = self.match.timer.time
+        if time >= MATCH.duration - 1e-9:
+            if time > MATCH.duration + _ASSESSMENT + 1e-9:
+                return
+            self._ends = {robot.number: self._end_of(robot) for robot in self.match.robots}
+        if time < MATCH.start("teleop"):
+            self._auto_branches = frozenset(place.name for place in self._where.values())
+            self._auto_count = self._count()
+        for alliance in ALLIANCES:
+            points = self._worth_of(alliance)
+            if points != self._points[alliance]:
+                self.match.tracker.add(alliance, points - self._points[alliance])
+                self._points[alliance] = points
+
+    def _count(self) -> Counter[str]:
+        """Pieces by level."""
+        return Counter(place.level for place in self._where.values())
+
+    def _worth_of(self, alliance: Alliance) -> int:
+        """Points of an alliance, but for its processor."""
+        points = self._mobility(alliance) + self._barge(alliance)
+        for level, row in BRANCH_ROWS.items():
+            for place in self._where.values():
+                if place.level == level_of(alliance, row):
+                    points += (_AUTO_CORAL if place.name in self._auto_branches else _TELEOP_CORAL)[level]
+        now, trough = self._count(), level_of(alliance, "trough")
+        early = min(now[trough], self._auto_count[trough])
+        points += early * _AUTO_CORAL[1] + (now[trough] - early) * _TELEOP_CORAL[1]
+        return points + _NET_POINTS * now[level_of(alliance, "net")]
+
+    def _auto_coral(self, alliance: Alliance) -> int:
+        rows = [level_of(alliance, row) for row in (*BRANCH_ROWS.values(), "trough")]
+        return Counter({level: count for level, count in self._auto_count.items() if level in rows}).total()
+
+    def _robots_of(self, alliance: Alliance) -> list[Robot]:
+        return [robot for robot in self.match.robots if self.match.alliances[robot.number] == alliance]
+
+    def _mobility(self, alliance: Alliance) -> int:
+        return _LEAVE_POINTS * len([1 for robot in self._robots_of(alliance) if self._left.get(robot.number)])
+
+    def _barge(self, alliance: Alliance) -> int:
+        """Points of parked and hanging robots."""
+        ends = [self._ends.get(robot.number, "None") for robot in self._robots_of(alliance)]
+        return int(np.array([_END_POINTS[end] for end in ends], dtype=np.int64).sum())
+
+    def _processed(self, alliance: Alliance) -> int:
+        return self.match.tracker.pieces[f"{alliance.capitalize()}Processor"]
+
+    @property
+    def _is_coop(self) -> bool:
+        return all(self._processed(alliance) >= _COOP_ALGAE for alliance in ALLIANCES)
+
+    def _full_levels(self, alliance: Alliance) -> int:
+        now = self._count()
+        counts = [now[level_of(alliance, row)] for row in (*BRANCH_ROWS.values(), "trough")]
+        return len([1 for count in counts if count >= _CORAL_A_LEVEL])
+
+    def _has_auto_bonus(self, alliance: Alliance) -> bool:
+        """All robots have left, and one coral is placed in auto."""
+        robots = self._robots_of(alliance)
+        return bool(robots) and all(self._left.get(r.number) for r in robots) and self._auto_coral(alliance) > 0
+
+    def _has_left(self, robot: Robot) -> bool:
+        """Whether no part of its bumpers is over its alliance's starting line."""
+        x = self._corners(robot)[:, 0]
+        return bool(x.max() < dim.STARTING_LINE_X - dim.STARTING_LINE_WIDTH or x.min() > dim.STARTING_LINE_X)
+
+    def _end_of(self, robot: Robot) -> str:
+        """How a robot ends the match: on a cage of its alliance, off the carpet, or partly in the barge zone."""
+        alliance = self.match.alliances[robot.number]
+        for climber in robot.climbers:
+            rung = climber.rung
+            if rung is not None and rung.name.startswith(alliance):
+                if ground_clearance(*robot.chassis.wheel_ground()).is_airborne:
+                    return _RUNGS[rung.name]
+        half, x = 0.5 * dim.BARGE_ZONE_DEPTH, dim.FIELD_CENTER[0]
+        corners = self._corners(robot)
+        low, high = corners.min(axis=0), corners.max(axis=0)
+        is_in = high[0] > x - half and low[0] < x + half and high[1] > dim.FIELD_WIDTH - dim.BARGE_ZONE_WIDTH
+        return "Parked" if is_in else "None"
+
+    def _corners(self, robot: Robot) -> FloatArray:
+        """Of its bumpers, as those of a blue robot [m], shape (4, 2)."""
+        x, y, yaw = robot.chassis.pose
+        if self.match.alliances[robot.number] == "red":
+            x, y, yaw = FIELD.symmetry.flip_pose(x, y, yaw)
+        c, s = np.cos(yaw), np.sin(yaw)
+        body = robot.chassis.config
+        half = 0.5 * np.array([body.bumper_length, body.bumper_width])
+        corners: FloatArray = np.array([(1, 1), (-1, 1), (-1, -1), (1, -1)]) * half
+        turned: FloatArray = corners @ np.array([(c, s), (-s, c)]) + (x, y)
+        return turned

@@ -1,0 +1,71 @@
+"""Where coral and algae are when a match starts: 126 and 18 in all."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from games.reefscape import dimensions as dim
+from games.reefscape.field import ALLIANCES, FIELD
+from games.reefscape.pieces import ALGAE, CORAL
+from simcore.errors import ConfigError
+from simcore.match.game import RobotEntry, StagedPieces
+from simcore.match.scoring import Alliance
+from simcore.typing import FloatArray
+
+__all__ = ["ALGAE_COUNT", "CORAL_COUNT", "ROBOTS", "STATION_STOCK", "mark_places", "reef_algae_places", "stage"]
+
+ROBOTS = 6
+STATION_STOCK = 60
+"""Coral of an alliance's two stations, its preloads included."""
+CORAL_COUNT = 2 * (STATION_STOCK + len(dim.MARK_YS))
+ALGAE_COUNT = 2 * (6 + len(dim.MARK_YS))
+_ABOVE_BORE = 0.5 * math.sqrt(dim.ALGAE_DIAMETER**2 - dim.CORAL_INNER_DIAMETER**2)  # of an algae that lies on it [m]
+_LODGED = 20.0  # [N] to pull an algae out of the reef's pipes, along them; estimate: 15 to 30 are told
+_JITTER = 0.001  # [m] either way: hands put them on their marks
+
+
+def mark_places() -> FloatArray:
+    """Middles of blue's three marks on the carpet [m], shape (3, 2)."""
+    return np.array([(dim.MARK_X, y) for y in dim.MARK_YS])
+
+
+def reef_algae_places() -> FloatArray:
+    """Centers of the six algae on blue's reef [m], shape (6, 3): one on each face, high and low in turn."""
+    low, high = dim.REEF_ALGAE_HEIGHTS
+    (cx, cy), r = dim.REEF_CENTER, dim.REEF_ALGAE_RADIUS
+    places = []
+    for face, yaw_deg in enumerate(dim.REEF_FACE_YAWS_DEG):
+        yaw = math.radians(yaw_deg)
+        z = high if face in dim.HIGH_ALGAE_FACES else low
+        places.append((cx + r * math.cos(yaw), cy + r * math.sin(yaw), z))
+    return np.array(places)
+
+
+def stage(rng: np.random.Generator, entries: Sequence[RobotEntry]) -> list[StagedPieces]:
+    """Where the pieces of a match are, seen from blue; a preload that a robot leaves out is at its stations.
+
+    Raises:
+        ConfigError: A robot would begin with more than one coral.
+    """
+    preloads = 0
+    for entry in entries:
+        if entry.preload is not None and entry.preload > 1:
+            raise ConfigError(f"a robot of REEFSCAPE begins with one coral at most, got {entry.preload}")
+        preloads += 1 if entry.preload is None else entry.preload
+    staged = []
+    for alliance in ALLIANCES:
+        marks = mark_places() + rng.uniform(-_JITTER, _JITTER, (len(dim.MARK_YS), 2))
+        coral = np.column_stack([marks, np.full(len(marks), CORAL.rest_height)])
+        on_top = np.column_stack([marks, np.full(len(marks), dim.CORAL_LENGTH + _ABOVE_BORE)])
+        on_reef = _of(alliance, reef_algae_places())
+        staged.append(StagedPieces(kind=CORAL.name, positions=_of(alliance, coral)))
+        staged.append(StagedPieces(kind=ALGAE.name, positions=_of(alliance, on_top), resting=True))
+        staged.append(StagedPieces(kind=ALGAE.name, positions=on_reef, lodged=_LODGED))
+    return [*staged, StagedPieces(kind=CORAL.name, off_field=2 * STATION_STOCK - preloads)]
+
+
+def _of(alliance: Alliance, places: FloatArray) -> FloatArray:
+    return places if alliance == "blue" else FIELD.symmetry.flip_points(places)

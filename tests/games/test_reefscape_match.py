@@ -1,0 +1,185 @@
+"""Rules of the 2025 game: points by level and period, what is judged when, human players, ranking points."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from games.reefscape import REEFSCAPE
+from games.reefscape import dimensions as dim
+from games.reefscape.human_players import station_faces
+from games.reefscape.places import branch_ends
+from games.reefscape.rules import MATCH
+from simcore.match.game import RobotEntry
+from simcore.match.match import Match
+from simcore.match.scripted import ScriptedRobot
+from simcore.pieces.pool import PieceStatus
+
+FAR = (RobotEntry(start=(7.0, 6.9, 0.0), preload=0), RobotEntry(alliance="red", start=(7.0, 6.9, 0.0), preload=0))
+
+
+def staged(match: Match, kind: str, count: int = 1) -> np.ndarray:
+    """Slots of pieces that are off the field; of algae, which all are on it, some of red's half."""
+    number = [supply.kind.name for supply in REEFSCAPE.pieces].index(kind)
+    state = match.pieces.state
+    if kind == "Algae":
+        return np.nonzero((state.kind == number) & (state.pos[:, 0] > 16.0))[0][:count]
+    return np.nonzero((state.kind == number) & (state.status == PieceStatus.STAGED))[0][:count]
+
+
+def put_on(match: Match, number: int, level: int) -> int:
+    """Put a coral on one of blue's branches, to slide on and come to rest; returns its slot."""
+    start, tip = (np.array(end) for end in branch_ends(number, level))
+    way = (tip - start) / np.linalg.norm(tip - start)
+    tilt = math.acos(way[2])
+    axis = np.cross((0.0, 0.0, 1.0), way)
+    axis = axis / np.linalg.norm(axis) if tilt > 1e-6 else np.array([1.0, 0.0, 0.0])
+    quat = np.array([*(math.sin(tilt / 2) * axis), math.cos(tilt / 2)])
+    out = 0.17 if level == 4 else -0.03
+    slot = staged(match, "Coral")
+    match.pieces.release(slot, (tip + out * way)[None], quat[None])
+    return int(slot[0])
+
+
+def at(match: Match, time: float) -> None:
+    """Let the match clock show a time [s]."""
+    match.timer._start, match.timer._ticks = time, 0
+    match.timer.time = time
+
+
+def rows(match: Match, prefix: str = "Blue/") -> dict[str, int]:
+    return {name.removeprefix(prefix): n for name, n in match.rules.breakdown().items() if n and prefix in name}
+
+
+def test_coral_counts_by_level_and_period_and_takes_its_points_along():
+    """One coral a level in auto, the trough too; the same again in teleop; then a robot takes one off."""
+    with Match(REEFSCAPE, robots=FAR) as match:
+        slots = {level: put_on(match, 2 * level, level) for level in (2, 3, 4)}
+        lying = np.array([[*(math.sin(math.pi / 4) * np.array([1.0, 0.0, 0.0])), math.cos(math.pi / 4)]])
+        match.pieces.release(staged(match, "Coral"), np.array([[dim.REEF_CENTER[0] - 0.7, 4.0259, 0.55]]), lying)
+        match.play(2.0)
+        assert match.score.blue == 3 + 4 + 6 + 7
+        assert match.pieces.places.count() == 4 and match.count.is_conserved
+        at(match, 14.9)
+        match.play(0.2)
+        assert match.score.blue == 20 + 3 and match.score.red == 3, "both robots have left their lines"
+        at(match, 20.0)
+        late = [put_on(match, 2 * level + 1, level) for level in (2, 3, 4)]
+        match.play(2.0)
+        assert match.score.blue == 23 + 3 + 4 + 5
+        assert rows(match)["autoReef/midRow"] == 1 and rows(match)["teleopReef/midRow"] == 2
+        assert rows(match)["autoCoralCount"] == 4 and rows(match)["autoBonusAchieved"] == 1
+        match.pieces.hold(np.array([slots[4]]), 0)
+        match.tick()
+        assert match.score.blue == 23 + 12 - 7
+        match.pieces.launch(0, (2.5, 4.0, 0.2), (0.0, 0.0, 0.0), slot=slots[4], flying=False)
+        put_on(match, 8, 4)
+        match.play(2.0)
+        assert match.score.blue == 23 + 12, "a branch that is filled again keeps its auto points"
+        assert set(late) <= set(match.pieces.places.slots(level="BlueTopRow")) | set(
+            match.pieces.places.slots(level="BlueMidRow")
+        ) | set(match.pieces.places.slots(level="BlueBotRow"))
+
+
+def test_a_coral_that_is_let_go_beside_a_branch_falls_and_does_not_count():
+    with Match(REEFSCAPE, robots=FAR) as match:
+        _, tip = branch_ends(0, 4)
+        slot = staged(match, "Coral")
+        match.pieces.release(slot, np.array([[tip[0] - 0.09, tip[1], tip[2] + 0.17]]))
+        match.play(3.0)
+        assert match.pieces.state.pos[slot[0], 2] < 1.0 and match.count.is_conserved
+        assert not rows(match).get("teleopReef/topRow") and match.count.placed in (0, 1)
+
+
+def test_human_players_feed_who_waits_and_throw_what_came_through_the_processor():
+    """A robot without coral at a station gets one; algae through blue's processor come from red's human in teleop."""
+    x, y, yaw = station_faces("blue")["right"]
+
+    def wait(robot):
+        robot.intake(True)
+        yield from robot.drive_to(x + 0.46 * math.cos(yaw), y + 0.46 * math.sin(yaw), yaw)
+        yield from robot.wait(30.0)
+
+    start = (x + 1.2 * math.cos(yaw), y + 1.2 * math.sin(yaw), yaw)
+    with Match(REEFSCAPE, robots=(RobotEntry(start=start, preload=0),)) as match:
+        match.set_controller(0, ScriptedRobot(wait, match, "blue"))
+        match.play(3.0)
+        assert [match.pieces.types[match.pieces.state.kind[slot]].name for slot in match.robots[0].held] == ["Coral"]
+        assert match.rules.human_players.stock == {"blue": 59, "red": 60}
+        assert len(match.pieces.on_field("Coral")) == 6, "nobody drops a second one"
+        algae = staged(match, "Algae", 2)
+        for slot in algae:
+            match.pieces.release(np.array([slot]), np.array([[dim.PROCESSOR_X, 0.3, 0.45]]))
+            match.pieces.push(np.array([slot]), np.array([[0.0, -3.0, 0.0]]))
+            match.play(0.4)
+        assert match.score.blue == 12 and rows(match)["wallAlgaeCount"] == 2
+        assert rows(match)["coopertitionCriteriaMet"] == 1
+        assert match.rules.human_players.waiting_algae == {"blue": 0, "red": 2}
+        at(match, 18.0)
+        match.play(0.1)
+        assert match.rules.human_players.waiting_algae["red"] == 1
+        match.play(7.0)
+        assert match.rules.human_players.waiting_algae["red"] == 0
+        assert match.count.scored == 0 and match.count.is_conserved
+        assert match.score.red == 4 * rows(match, "Red/").get("netAlgaeCount", 0) > 0
+
+
+def test_reef_algae_stay_for_as_long_as_nobody_pulls_and_come_off_with_15_to_30_newtons():
+    from games.reefscape.staging import reef_algae_places
+
+    with Match(REEFSCAPE, robots=FAR) as match:
+        places = match.pieces.state.pos[match.pieces.on_field("Algae")].copy()
+        match.play(3.0)
+        assert np.array_equal(match.pieces.state.pos[match.pieces.on_field("Algae")], places)
+        freed = []
+        for face, force in ((0, 15.0), (2, 30.0)):
+            place = reef_algae_places()[face]
+            slot = int(np.argmin(np.linalg.norm(match.pieces.state.pos - place, axis=1)))
+            yaw = math.radians(dim.REEF_FACE_YAWS_DEG[face])
+            match.pieces.push(np.array([slot]), np.full((1, 3), 1e-3))
+            row, own = match.pieces._pool.rows[slot], match.pieces.before_substep
+            level, up = math.cos(dim.BRANCH_SLOPE), math.sin(dim.BRANCH_SLOPE)  # along the branches
+            pull = force * np.array([[level * math.cos(yaw), level * math.sin(yaw), up]])
+
+            def pulled(h, row=row, pull=pull, own=own):
+                own(h)
+                match.world.engine.apply_forces([row], pull)
+
+            match.pieces.before_substep = pulled
+            match.play(0.2)
+            match.pieces.before_substep = own
+            match.play(0.5)
+            freed.append(bool(np.linalg.norm(match.pieces.state.pos[slot] - place) > 0.2))
+        assert freed == [False, True]
+
+
+def test_robots_park_and_hang():
+    """Blue's robot hangs on a cage without power, red's stands in its zone; without a rung it would park too."""
+    entries = (
+        RobotEntry(start=(dim.CAGE_X + 0.10, dim.CAGE_YS[1], 0.0), preload=0),
+        RobotEntry(alliance="red", start=(8.6, 5.0, 0.0), preload=0),
+    )
+
+    def climb(robot, time):
+        volts = 12.0 if time < 3.6 else -12.0 if time < 6.0 else 0.0
+        robot.mechanisms["climber"].set_volts(volts)
+
+    with Match(REEFSCAPE, robots=entries, controllers=[climb]) as match:
+        at(match, MATCH.duration - 6.5)
+        match.play(6.4)
+        assert match.score.total == 0
+        match.play(0.2)
+        assert (match.score.blue, match.score.red) == (12, 2)
+        match.play(3.0)
+        assert match.score.blue == 12, "it holds without power"
+        assert match.rules.telemetry()["Sim/Match/EndGameRobot1"] == "DeepCage"
+        assert rows(match)["endGameBargePoints"] == 12
+
+
+def test_stocks_add_up_to_126_coral_and_18_algae():
+    with Match(REEFSCAPE) as match:
+        assert (match.count.staged, match.count.held) == (144, 1)
+        assert len(match.pieces.on_field("Coral")) == 6 and len(match.pieces.on_field("Algae")) == 18
+        assert match.rules.human_players.stock == {"blue": 59, "red": 60}
+        assert not len(match.pieces.awake)
