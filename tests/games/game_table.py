@@ -16,6 +16,8 @@ from simcore.pieces.pool import PieceStatus
 
 GAMES: dict[str, Game] = {"rebuilt": REBUILT, "reefscape": REEFSCAPE, "crates": CRATES}
 AUTOS = [(name, auto) for name, game in GAMES.items() for auto in game.autos]
+LONG = {("reefscape", "station_cycle"), ("reefscape", "algae")}
+"""Autos that are played with `--whole` only: another of their game stands for them."""
 
 
 @dataclass
