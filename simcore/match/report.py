@@ -136,9 +136,8 @@ def print_report(report: RunReport, console: Console, *, verbose: bool = False) 
     score, pieces, tick = report.score, report.pieces, report.tick_ms
 
     headline = f"[bold]{score.total}[/bold] points   [red]red {score.red}[/red]   [blue]blue {score.blue}[/blue]"
-    headline += f"   {report.hits} of {report.shots} shots scored"
     if report.shots:
-        headline += f" ({report.hits / report.shots:.0%})"
+        headline += f"   {report.hits} of {report.shots} shots scored ({report.hits / report.shots:.0%})"
     title = f"{report.game}, auto '{escape(report.auto)}', {report.sim_seconds:g} s"
     console.print(Panel(headline, title=title, box=style, width=_width(console), padding=(0, 1)))
 

@@ -169,7 +169,7 @@ def _facts(track: RunTrack, taken: int) -> list[tuple[str, str]]:
         if points is not None:
             facts.append((f"score {alliance.lower()}", f"{points:.0f}"))
     shots, hits = last("Sim/Shots"), last("Sim/Hits")
-    if shots is not None and hits is not None:
+    if shots and hits is not None:
         facts.append(("shots hit", f"{hits:.0f} of {shots:.0f}"))
     if taken:
         facts.append((f"{scene.piece_names} taken in", str(taken)))

@@ -156,10 +156,8 @@ def _title(run: AutoRun) -> str:
 
 
 def _result(report: RunReport) -> str:
-    return (
-        f"{report.score.total} points, {report.hits} of {report.shots} shots hit, "
-        f"{report.distance_m:.1f} m driven, {report.sim_seconds:g} s"
-    )
+    shots = f"{report.hits} of {report.shots} shots hit, " if report.shots else ""
+    return f"{report.score.total} points, {shots}{report.distance_m:.1f} m driven, {report.sim_seconds:g} s"
 
 
 def _speed(report: RunReport) -> str:
