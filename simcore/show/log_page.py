@@ -54,11 +54,17 @@ def run(args: argparse.Namespace) -> int:
         require_writable("page", args.page)
     if args.picture is not None:
         writable_picture(args.picture)
-    recording = recording_of(read_log(args.log))
+    log = read_log(args.log)
+    if log.ends_early:
+        print(
+            f"simcore: {args.log} is cut off or damaged at {log.span[1]:.2f} s; shown is what comes before",
+            file=sys.stderr,
+        )
+    recording = recording_of(log)
     name = find_game(args.game).name if args.game else recorded_game(recording) or next(iter(installed_games()), None)
     scene = scene_of_log(recording, name)
     print(f"{'game':9}  {name or 'none'}")
-    title = args.log.stem
+    title = f"{name.upper()}, {args.log.stem}" if name else args.log.stem
     drawings: list[tuple[str, Path | None, Callable[..., None]]] = [
         ("page", args.page or args.log.with_suffix(".html"), write_page),
         ("picture", args.picture or args.log.with_suffix(".png"), draw_summary),
