@@ -74,6 +74,7 @@ __all__ = [
     "Row",
     "number_flag",
     "require",
+    "require_attitude",
     "require_fields",
     "require_points",
     "require_row",
@@ -232,6 +233,17 @@ def require_row(owner: str, name: str, values: Any, row: Row) -> None:
     for number, (value, quantity) in enumerate(zip(numbers, quantities, strict=True)):
         check = require if isinstance(quantity, Quantity) else require_row
         check(owner, f"{name}[{number}]", value, quantity)  # type: ignore[arg-type]
+
+
+def require_attitude(owner: str, name: str, quat: Any) -> None:
+    """Refuse what is no unit quaternion x, y, z, w.
+
+    Raises:
+        ConfigError: It is none.
+    """
+    require_row(owner, name, quat, (Quantity("", -1.001, 1.001),) * 4)
+    if not math.isclose(math.hypot(*quat), 1.0, abs_tol=1e-6):
+        raise ConfigError(f"{owner}: {name} must be a unit quaternion x, y, z, w, got {shown(quat)}")
 
 
 def require_points(owner: str, name: str, points: Any, quantity: Quantity, *, least: int = 0) -> None:

@@ -25,7 +25,17 @@ from simcore.physics.surface import TerrainSurface
 from simcore.pieces.kinds import GamePieceConfig
 from simcore.pieces.piece_manager import GamePieceManager
 from simcore.pieces.resting_places import PlaceEvent, RestingPlace
-from simcore.quantities import COUNT, FIELD_LENGTH, FIELD_PLACE, FORCE, POSE, require_fields, require_points
+from simcore.quantities import (
+    COUNT,
+    FIELD_LENGTH,
+    FIELD_PLACE,
+    FORCE,
+    POSE,
+    require_attitude,
+    require_fields,
+    require_points,
+    shown,
+)
 from simcore.robot.climber import Rung
 from simcore.robot.robot import Controller, Robot
 from simcore.robot.robot_config import RobotConfig
@@ -152,6 +162,14 @@ class StagedPieces:
         owner = f"StagedPieces of {self.kind}"
         require_fields(self, owner, off_field=COUNT, lodged=FORCE)
         require_points(owner, "positions", self.positions, FIELD_PLACE)
+        if self.attitudes is not None:
+            if np.shape(self.attitudes) != (len(self.positions), 4):
+                raise ConfigError(
+                    f"{owner}: attitudes must have shape ({len(self.positions)}, 4), one to each of positions, "
+                    f"got {shown(self.attitudes)}"
+                )
+            for number, quat in enumerate(np.asarray(self.attitudes).tolist()):
+                require_attitude(owner, f"attitudes[{number}]", quat)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

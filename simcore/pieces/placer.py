@@ -12,11 +12,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from simcore.errors import ConfigError
 from simcore.geometry.linkage import Joint, PartState, part_pose, part_state, require_mechanisms
 from simcore.geometry.rotation import IDENTITY, Quaternion, Vector, matrix, multiply
 from simcore.pieces.intake import IntakeZone, StoppedMotion
-from simcore.quantities import RATIO, ROBOT_PLACE, TURN_RATE, require_fields
+from simcore.quantities import ROBOT_PLACE, TURN_RATE, require_attitude, require_fields
 from simcore.typing import BoolArray, FloatArray
 
 __all__ = ["Placer", "PlacerConfig"]
@@ -53,13 +52,10 @@ class PlacerConfig:
         require_fields(
             self,
             offset=(ROBOT_PLACE,) * 3,
-            attitude=(RATIO,) * 4,
             take_speed=TURN_RATE,
             release_speed=TURN_RATE,
         )
-        norm = math.hypot(*self.attitude)
-        if not math.isclose(norm, 1.0, abs_tol=1e-6):
-            raise ConfigError(f"PlacerConfig: attitude must be a unit quaternion x, y, z, w, got {self.attitude}")
+        require_attitude("PlacerConfig", "attitude", self.attitude)
 
     @property
     def mechanism_names(self) -> tuple[str, ...]:

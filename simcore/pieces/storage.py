@@ -8,7 +8,7 @@ from typing import Literal
 
 from simcore.errors import CapacityError, ConfigError
 from simcore.geometry.rotation import IDENTITY, Quaternion, Vector
-from simcore.quantities import COUNT, ROBOT_PLACE, require_fields
+from simcore.quantities import COUNT, ROBOT_PLACE, require_attitude, require_fields
 
 __all__ = ["Storage", "StorageConfig"]
 
@@ -34,8 +34,7 @@ class StorageConfig:
         require_fields(self, capacity=COUNT, low=(ROBOT_PLACE,) * 3, high=(ROBOT_PLACE,) * 3)
         if self.order not in ("fifo", "lifo"):
             raise ConfigError(f"StorageConfig: order must be 'fifo' or 'lifo', got {self.order!r}")
-        if not math.isclose(math.hypot(*self.attitude), 1.0, abs_tol=1e-6):
-            raise ConfigError(f"StorageConfig: attitude must be a unit quaternion x, y, z, w, got {self.attitude}")
+        require_attitude("StorageConfig", "attitude", self.attitude)
         for low, high in zip(self.low, self.high, strict=True):
             if not low < high:
                 raise ConfigError(f"StorageConfig: low must be below high on every axis, got {self.low}, {self.high}")

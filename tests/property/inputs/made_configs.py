@@ -20,13 +20,14 @@ import games
 import simcore
 from simcore.geometry.linkage import Joint
 from simcore.geometry.symmetry import FieldSymmetry
-from simcore.geometry.zones import BoxZone, CylinderZone
+from simcore.geometry.zones import BoxZone, CapsuleZone, CylinderZone
 from simcore.match.clock import Phase
 from simcore.match.registry import installed_games
 from simcore.physics.field import FieldBoundary
 from simcore.physics.shapes import Compound, Cylinder, Hull, Mesh, Part, Sphere
 from simcore.pieces.intake import IntakeZone
 from simcore.pieces.placer import PlacerConfig
+from simcore.pieces.resting_places import RestingPlace
 from simcore.robot.chassis_config import ChassisConfig
 from simcore.robot.climber import ClimberConfig
 from simcore.robot.cots import MODULES
@@ -41,7 +42,7 @@ from simcore.vision.quest_headset import QuestConfig
 PACKAGES = ("geometry", "match", "physics", "pieces", "robot", "vision")
 MADE_BY_SIMCORE = frozenset(
     "Aim AutoRun BodyDefinition BuiltDevice CommandResult ContactMaterials DriveShaft FollowerGroup Footprint "
-    "GroundClearance Launch "
+    "GroundClearance Launch MassProperties PlaceEvent "
     "LimitedMotor MeshPart ModelLayout NormalLaw ObjGroup PieceCount RayHits RunReport Score ScoreEvent Shot Spread "
     "ImuReading Mounting ReleasedPiece TagLayout TickTimes WheelContact".split()
 )
@@ -69,6 +70,8 @@ EXAMPLES = (
     FieldSymmetry("rotate", (16.0, 8.0)),
     BoxZone((0.0, 0.0, 0.0), (1.0, 1.0, 1.0)),
     CylinderZone((1.0, 1.0), 0.5, 0.0, 1.0),
+    CapsuleZone((1.0, 1.0, 1.0), (1.0, 1.0, 2.0), 0.1),
+    RestingPlace(name="shelf", zone=BoxZone((0.0, 0.0, 0.0), (1.0, 1.0, 1.0)), axis=(0.0, 0.0, 1.0)),
     FieldBoundary(length=16.0, width=8.0, side_height=0.5, end_height=2.0),
     FieldBoundary(length=16.0, width=8.0, side_height=0.5, end_height=2.0).elements(),
     Cylinder(0.2, 0.4),
