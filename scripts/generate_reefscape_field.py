@@ -11,6 +11,7 @@ Every group is convex, so an engine needs no triangle mesh for it. What is left 
 
 from __future__ import annotations
 
+import argparse
 import math
 import sys
 from pathlib import Path
@@ -184,11 +185,14 @@ def generate() -> str:
 
 def main() -> int:
     """Write the file."""
-    OUTPUT.parent.mkdir(parents=True, exist_ok=True)
-    OUTPUT.write_text(generate(), encoding="utf-8", newline="\n")
+    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
+    parser.add_argument("file", nargs="?", type=Path, default=OUTPUT, help="default: %(default)s")
+    output: Path = parser.parse_args().file
+    output.parent.mkdir(parents=True, exist_ok=True)
+    output.write_text(generate(), encoding="utf-8", newline="\n")
     made = groups()
     triangles = sum(len(group.triangles()) for group in made)
-    print(f"{OUTPUT}: {len(made)} groups, {triangles} triangles")
+    print(f"{output}: {len(made)} groups, {triangles} triangles")
     return 0
 
 

@@ -38,7 +38,7 @@ def mass_properties(shape: Shape) -> MassProperties:
     Raises:
         ConfigError: The shape has no volume: a half space, a mesh, or a hull of points in one plane.
 
-    >>> mass_properties(Sphere(0.5)).inertia[0, 0]
+    >>> float(mass_properties(Sphere(0.5)).inertia[0, 0])
     0.1
     """
     if isinstance(shape, Compound):

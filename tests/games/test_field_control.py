@@ -36,7 +36,7 @@ def test_a_field_that_is_reset_is_as_at_the_start_and_the_robot_stays(name):
         match.tick()
         begin, places = match.count, match.pieces.state.pos[match.pieces.on_field()].copy()
         match.play(4.0)
-        assert match.pieces.awake.size or match.flow.intakes or match.flow.shots
+        assert match.pieces.awake.size or match.flow.intakes or match.flow.shots or match.count.placed
         match.set_controller(0, None)
         match.control.place_at_start()  # away from pieces: its intake may still run
         match.control.reset_field()
