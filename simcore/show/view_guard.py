@@ -109,11 +109,11 @@ class ViewGuard:
             def serve(*args: Any, process_request: Any = None, **options: Any) -> Any:
                 return real(*args, process_request=self._before(process_request), logger=_silent(), **options)
 
-            library.serve = serve  # type: ignore[assignment,misc]
+            library.serve = serve
             try:
                 yield
             finally:
-                library.serve = real  # type: ignore[misc]
+                library.serve = real
 
     @staticmethod
     def is_asked(host: str, port: int) -> bool:
