@@ -13,7 +13,7 @@ def said(scenario):
 def test_a_claimed_device_keeps_what_physics_wrote(said):
     assert said["ours"]
     assert said["theirs"] and said["foreign"] == [["TalonFX", 2]]
-    assert said["output"].count("TalonFX 1 belongs to simcore's shooter") == 1
+    assert said["output"].count("TalonFX 1 belongs to simcore's drivetrain") == 1
 
 
 def test_followers_go_with_their_leader(said):

@@ -36,7 +36,7 @@ def main() -> None:
     hal.initialize(500, 0)
     ownership = Ownership()
     ours, theirs = hardware.TalonFX(1), hardware.TalonFX(2)
-    ownership.claim(("TalonFX", 1), "shooter")
+    ownership.claim(("TalonFX", 1), "drivetrain")
     own_writer(ours.sim_state, "set_raw_rotor_position")(5.0)
     for _ in range(200):
         ours.sim_state.set_raw_rotor_position(9.0)
