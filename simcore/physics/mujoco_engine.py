@@ -325,7 +325,8 @@ class MuJoCoEngine:
         sleep = SleepLists(d, n)
         self._sleep = sleep
         order = np.argsort(layout.row_of_geom, kind="stable")
-        first = np.searchsorted(layout.row_of_geom[order], np.arange(len(self._definitions) + 1))
+        rows = np.arange(len(self._definitions) + 1)
+        first: list[int] = np.searchsorted(layout.row_of_geom[order], rows).tolist()
         self._geoms = [order[a:b] for a, b in itertools.pairwise(first)]
         if old is not None:
             bodies = layout.body_of_row[old_rows]
