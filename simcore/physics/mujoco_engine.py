@@ -326,8 +326,8 @@ class MuJoCoEngine:
         self._sleep = sleep
         order = np.argsort(layout.row_of_geom, kind="stable")
         rows = np.arange(len(self._definitions) + 1)
-        first: list[int] = np.searchsorted(layout.row_of_geom[order], rows).tolist()
-        self._geoms = [order[a:b] for a, b in itertools.pairwise(first)]
+        first: Any = np.searchsorted(layout.row_of_geom[order], rows)
+        self._geoms = [order[a:b] for a, b in itertools.pairwise(first.tolist())]
         if old is not None:
             bodies = layout.body_of_row[old_rows]
             self._qpos[bodies], self._qvel[bodies], self._warm[bodies], sleep.asleep[bodies] = old
