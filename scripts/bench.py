@@ -166,7 +166,7 @@ def churn(seconds: float) -> dict[str, Any]:
     """All 408 awake, each kicked with 2 m/s every second."""
     engine = TimedEngine()
     rng = np.random.default_rng(2)
-    with _match(engine, pose=(2.5, 2.5, 0.0), wake=WakeSettings(slow_ticks=10**6)) as match:  # nobody falls asleep
+    with _match(engine, pose=(2.5, 2.5, 0.0), wake=WakeSettings(slow_ticks=10_000)) as match:  # nobody falls asleep
 
         def kick(number: int) -> None:
             if number % 50 == 0:
