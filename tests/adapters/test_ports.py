@@ -65,7 +65,7 @@ def test_every_port_does_what_the_file_says(sim):
     snapshot = sim.match.snapshot()
     sensors = {key.split("/")[-1]: on for key, on in snapshot.booleans.items() if "/Sensors/" in key}
     assert sensors == {
-        "AnyFuel": True, "ThreeFuel": True, "Passing": False, "TwoFuel": True, "HoodDown": False, "DeployOut": True
+        "AnyFuel": True, "ThreeFuel": True, "Passing": facts["passes"], "TwoFuel": True, "HoodDown": False, "DeployOut": True
     }
     assert snapshot.strings["Sim/Lights/CANdle40/Shows"] == "SolidColor 0-7 #00FF00, RainbowAnimation 8-37"
     assert snapshot.integer_arrays["Sim/Lights/CANdle40/Colors"].tolist() == [0x00FF00] * 8 + [-1] * 30
