@@ -118,10 +118,10 @@ class Quantity:
                 return None
         if self.may_be_infinite and number == math.inf:
             return None
-        hint = "" if number is None or abs(number) <= self.most else self._in_other_units(number)
+        hint = "" if number is None or abs(number) <= self.most else self.in_other_units(number)
         return f"must be {self}, got {shown(value)}{hint}"
 
-    def _in_other_units(self, number: float) -> str:
+    def in_other_units(self, number: float) -> str:
         """What a length or mass is if it was meant in another unit; empty if none makes sense."""
         for name, size in _OTHER_UNITS.get(self.unit, ()):
             if self.least <= number * size <= self.most:

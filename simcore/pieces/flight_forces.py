@@ -90,7 +90,7 @@ class FlightForces:
             mine = self._pool.state.kind[slots] == kind
             air[mine] += lift_acceleration(middle[mine], twist[mine, 3:], self._air[kind])
         centers = self._world.engine.centers(self._rows)
-        taken = self._impacts.play(h, slots, centers, middle, twist)
+        taken = self._impacts.play(h, slots, centers, middle, twist[:, 3:])
         acceleration = air if self._is_exact else air + (air + self._gravity) * ((h_before - h) / (2.0 * h))
         if taken.any():
             self._h_before[slots[taken]] = 0.0

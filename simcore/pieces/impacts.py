@@ -147,7 +147,7 @@ class Impacts:
         """A ball was put elsewhere or given a velocity: what it was about to have is of no use."""
         self._pending.pop(slot, None)
 
-    def play(self, h: float, slots: IntArray, centers: FloatArray, middle: FloatArray, twist: FloatArray) -> BoolArray:
+    def play(self, h: float, slots: IntArray, centers: FloatArray, middle: FloatArray, spin: FloatArray) -> BoolArray:
         """Play the impacts of the sub-step to come; those who have one are on their way already.
 
         Args:
@@ -155,7 +155,7 @@ class Impacts:
             slots: Balls in free flight.
             centers: Where each is [m], shape (n, 3).
             middle: Velocity of each in the middle of the sub-step, if nothing is met [m/s], shape (n, 3).
-            twist: Velocity and angular velocity of each in the engine [m/s, rad/s], shape (n, 6).
+            spin: Angular velocity of each [rad/s], shape (n, 3).
 
         Returns:
             Which of `slots` are on their way: nothing else may push them in this sub-step, shape (n,).
@@ -172,7 +172,6 @@ class Impacts:
             played = balls & self._may_meet(h, centers, middle, self._pool.radius[slots])
             if not played.any():
                 return taken
-        spin = twist[:, 3:]
         for number in np.nonzero(played)[0].tolist():
             slot = int(slots[number])
             flying[slot] = _Path(slot, centers[number].tolist(), middle[number].tolist(), spin[number].tolist(), True)
