@@ -21,7 +21,7 @@ import numpy as np
 from games.reefscape import dimensions as dim
 from simcore.geometry.symmetry import FieldSymmetry
 from simcore.physics.field_solids import box_group, flipped_group, pipe_group, prism_group, solid_group
-from simcore.physics.obj import ObjGroup, format_obj
+from simcore.physics.obj import ObjGroup, format_obj, write_obj
 from simcore.typing import FloatArray
 
 OUTPUT = Path(__file__).resolve().parents[1] / "models" / "reefscape" / "field_collision.obj"
@@ -187,12 +187,7 @@ def main() -> int:
     """Write the file."""
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
     parser.add_argument("file", nargs="?", type=Path, default=OUTPUT, help="default: %(default)s")
-    output: Path = parser.parse_args().file
-    output.parent.mkdir(parents=True, exist_ok=True)
-    output.write_text(generate(), encoding="utf-8", newline="\n")
-    made = groups()
-    triangles = sum(len(group.triangles()) for group in made)
-    print(f"{output}: {len(made)} groups, {triangles} triangles")
+    print(write_obj(parser.parse_args().file, groups(), header=HEADER))
     return 0
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
 
 from games.rebuilt.dimensions import (
     BUMP_LEFT_Y,
@@ -16,15 +15,8 @@ from games.rebuilt.dimensions import (
 )
 from games.rebuilt.field import HUB_TARGET
 from simcore.match.game import Auto
-from simcore.match.scoring import Alliance
-from simcore.match.scripted import Script, ScriptedRobot, ScriptSettings, Steps
-from simcore.robot.robot import Controller
+from simcore.match.scripted import ScriptedRobot, ScriptSettings, Steps
 from simcore.units import degrees
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from simcore.match.game import MatchState
 
 __all__ = ["AUTOS"]
 
@@ -80,29 +72,25 @@ def tour(robot: ScriptedRobot) -> Steps:
     yield from robot.drive_to(2.5, y, 0.0)
 
 
-def _scripted(script: Script) -> Callable[[MatchState, Alliance], Controller]:
-    return lambda match, alliance: ScriptedRobot(script, match, alliance, _SETTINGS)
-
-
 AUTOS: dict[str, Auto] = {
     auto.name: auto
     for auto in (
         Auto(
             name="depot",
             summary="shoot the preload, collect the depot, shoot again",
-            controller=_scripted(depot),
+            controller=_SETTINGS.controller(depot),
             start=(2.6, 5.3, -0.5),
         ),
         Auto(
             name="neutral",
             summary="shoot the preload, cross the bump, collect in the neutral zone, come back, shoot",
-            controller=_scripted(neutral),
+            controller=_SETTINGS.controller(neutral),
             start=(2.9, 5.3, -0.5),
         ),
         Auto(
             name="tour",
             summary="drive only: over a bump and back through a trench",
-            controller=_scripted(tour),
+            controller=_SETTINGS.controller(tour),
             start=(2.5, 5.6, 0.0),
             preload=0,
         ),

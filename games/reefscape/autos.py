@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
 
 from games.reefscape import dimensions as dim
 from games.reefscape.human_players import station_faces
@@ -11,15 +10,8 @@ from games.reefscape.robot import ALGAE_REACH, CORAL_REACH, CORAL_TILT, PIVOT, e
 from games.reefscape.staging import reef_algae_places
 from simcore.geometry.symmetry import Pose
 from simcore.match.game import Auto
-from simcore.match.scoring import Alliance
-from simcore.match.scripted import Script, ScriptedRobot, ScriptSettings, Steps
-from simcore.robot.robot import Controller
+from simcore.match.scripted import ScriptedRobot, ScriptSettings, Steps
 from simcore.units import degrees
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from simcore.match.game import MatchState
 
 __all__ = ["AUTOS"]
 
@@ -176,29 +168,25 @@ def algae(robot: ScriptedRobot) -> Steps:
     robot.set_position("elevator", _CARRY)
 
 
-def _scripted(script: Script) -> Callable[[MatchState, Alliance], Controller]:
-    return lambda match, alliance: ScriptedRobot(script, match, alliance, _SETTINGS)
-
-
 AUTOS: dict[str, Auto] = {
     auto.name: auto
     for auto in (
         Auto(
             name="three_l4",
             summary="the preload and two coral of the left station on level 4",
-            controller=_scripted(three_l4),
+            controller=_SETTINGS.controller(three_l4),
             start=(7.2, 5.9, degrees(-120.0)),
         ),
         Auto(
             name="station_cycle",
             summary="the preload on level 4, coral of the right station on levels 3 and 2",
-            controller=_scripted(station_cycle),
+            controller=_SETTINGS.controller(station_cycle),
             start=(7.2, 2.15, degrees(120.0)),
         ),
         Auto(
             name="algae",
             summary="the preload on level 4, algae of the reef through the processor and into the net",
-            controller=_scripted(algae),
+            controller=_SETTINGS.controller(algae),
             start=(7.2, 4.0259, math.pi),
         ),
     )

@@ -69,6 +69,10 @@ class ScriptSettings:
         for name, volts in self.feed_volts.items():
             require("ScriptSettings", f"feed_volts[{name!r}]", volts, SIGNED_VOLTAGE)
 
+    def controller(self, script: Script) -> Callable[[MatchState, Alliance], ScriptedRobot]:
+        """What makes a robot that follows a script so, for `Auto.controller`."""
+        return lambda match, alliance: ScriptedRobot(script, match, alliance, self)
+
 
 class ScriptedRobot:
     """A controller that follows a script; for robots with swerve.

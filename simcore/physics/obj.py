@@ -8,7 +8,7 @@ few statements that a collision mesh needs and errors name the line.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from os import PathLike
 from pathlib import Path
@@ -18,7 +18,7 @@ import numpy as np
 from simcore.errors import FieldMeshError
 from simcore.typing import FloatArray, IntArray
 
-__all__ = ["ObjGroup", "format_obj", "read_obj", "triangulate"]
+__all__ = ["ObjGroup", "format_obj", "read_obj", "triangulate", "write_obj"]
 
 UNNAMED = "default"
 """Name of faces that come before any `o` or `g`; the OBJ specification calls that group so."""
@@ -128,6 +128,20 @@ def format_obj(groups: Iterable[ObjGroup], *, header: str = "", decimals: int = 
         lines += ["f " + " ".join(str(i + offset) for i in face) for face in group.faces]
         offset += len(group.vertices)
     return "\n".join(lines) + "\n"
+
+
+def write_obj(path: Path, groups: Sequence[ObjGroup], *, header: str = "") -> str:
+    """Write an OBJ file, and its folder if it is missing; says in one line what is in it.
+
+    Args:
+        path: Where to.
+        groups: As in `format_obj`.
+        header: Likewise.
+    """
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_text(format_obj(groups, header=header), encoding="utf-8", newline="\n")
+    triangles = sum([len(group.triangles()) for group in groups])
+    return f"{path}: {len(groups)} groups, {triangles} triangles"
 
 
 def triangulate(vertices: FloatArray, face: tuple[int, ...]) -> list[tuple[int, int, int]]:

@@ -5,7 +5,6 @@ Every shape is given in its own frame; its pose is given where it is added to a 
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from typing import TypeAlias
 
@@ -13,7 +12,7 @@ import numpy as np
 
 from simcore.errors import ConfigError
 from simcore.geometry.rotation import IDENTITY, Quaternion, matrix
-from simcore.quantities import FIELD_PLACE, Quantity, require_fields, require_points
+from simcore.quantities import FIELD_PLACE, Quantity, require_attitude, require_fields, require_points
 from simcore.typing import FloatArray, IntArray
 
 __all__ = [
@@ -112,8 +111,7 @@ class Part:
         if not isinstance(self.shape, Sphere | Cylinder | Box | Hull):
             name = type(self.shape).__name__
             raise ConfigError(f"Part: a member is a Sphere, Cylinder, Box or Hull, got a {name}")
-        if not math.isclose(math.hypot(*self.quat), 1.0, abs_tol=1e-6):
-            raise ConfigError(f"Part: quat must be a unit quaternion x, y, z, w, got {self.quat}")
+        require_attitude("Part", "quat", self.quat)
         require_fields(self, offset=(FIELD_PLACE,) * 3)
 
 

@@ -20,6 +20,7 @@ from simcore.quantities import (
     ROBOT_PLACE,
     SLIP_SPEED,
     VOLTAGE_OR_NONE,
+    Quantity,
     require,
     require_fields,
     require_row,
@@ -47,22 +48,19 @@ _USUAL_MODULE = {
     "slip_ratio": (0.001, 0.15),
     "slip_speed": (1e-4, 0.1),
 }
-_POUND = 0.45359237  # [kg]
 _USUAL_ROBOT = {"mass": (10.0, 80.0), "yaw_inertia": (0.3, 20.0)}
+_UNITS = {"mass": "kg"}
+"""Of the fields that people give in other units."""
 
 
 def _unusual(owner: str, config: object, usual: dict[str, tuple[float, float]]) -> list[str]:
-    return [
-        f"{owner}: {name} = {getattr(config, name):g} is outside the usual {low:g} to {high:g}"
-        + (f" kg; as pounds that is {_POUND * getattr(config, name):.1f} kg" if _is_in_pounds(name, config) else "")
-        for name, (low, high) in usual.items()
-        if not low <= getattr(config, name) <= high
-    ]
-
-
-def _is_in_pounds(name: str, config: object) -> bool:
-    low, high = _USUAL_ROBOT["mass"]
-    return name == "mass" and low <= _POUND * getattr(config, name) <= high
+    remarks = []
+    for name, (low, high) in usual.items():
+        value = getattr(config, name)
+        if not low <= value <= high:
+            hint = Quantity(_UNITS.get(name, ""), low, high).in_other_units(value)
+            remarks.append(f"{owner}: {name} = {value:g} is outside the usual {low:g} to {high:g}{hint}")
+    return remarks
 
 
 def _limits(stator: float | None, supply: float | None, model: MotorModel) -> tuple[float, float]:

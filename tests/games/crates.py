@@ -6,7 +6,7 @@ It uses the public parts of simcore only, so that what holds for every game can 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from itertools import product
 
 import numpy as np
@@ -17,9 +17,8 @@ from simcore.geometry.symmetry import FieldSymmetry
 from simcore.geometry.zones import BoxZone
 from simcore.match.clock import MatchClock, Phase
 from simcore.match.game import Auto, FieldDefinition, Game, GameOption, PieceSupply, RobotEntry, Rules, StagedPieces
-from simcore.match.match import Match
 from simcore.match.scoring import Alliance, ScoreEvent, ScoringZone
-from simcore.match.scripted import Script, ScriptedRobot, ScriptSettings, Steps
+from simcore.match.scripted import ScriptedRobot, ScriptSettings, Steps
 from simcore.physics.field import FieldBoundary, FieldElement
 from simcore.physics.shapes import Box, Sphere
 from simcore.pieces.aerodynamics import Aerodynamics
@@ -33,7 +32,6 @@ from simcore.pieces.storage import StorageConfig
 from simcore.robot.climber import ClimberConfig, Rung
 from simcore.robot.gearbox import GearboxConfig
 from simcore.robot.mechanisms import ArmConfig, ElevatorConfig, FlywheelConfig, RollerConfig
-from simcore.robot.robot import Controller
 from simcore.robot.robot_config import MechanismConfig, RobotConfig
 from simcore.robot.swerve_config import SwerveConfig, SwerveModuleConfig
 from simcore.units import degrees
@@ -234,13 +232,13 @@ def balls(robot: ScriptedRobot) -> Steps:
     yield from robot.shoot_until_empty(SLOT, timeout=3.0)
 
 
-def _scripted(script: Script) -> Callable[[Match, Alliance], Controller]:
-    return lambda match, alliance: ScriptedRobot(script, match, alliance, _SETTINGS)
-
-
 AUTOS = {
-    "crate": Auto(name="crate", summary="place a crate", controller=_scripted(crate), start=(2.2, 4.6, 0.0), preload=0),
-    "balls": Auto(name="balls", summary="shoot balls", controller=_scripted(balls), start=(2.8, 3.0, math.pi)),
+    "crate": Auto(
+        name="crate", summary="place a crate", controller=_SETTINGS.controller(crate), start=(2.2, 4.6, 0.0), preload=0
+    ),
+    "balls": Auto(
+        name="balls", summary="shoot balls", controller=_SETTINGS.controller(balls), start=(2.8, 3.0, math.pi)
+    ),
 }
 
 CRATES = Game(
