@@ -241,7 +241,7 @@ def require_attitude(owner: str, name: str, quat: Any) -> None:
     Raises:
         ConfigError: It is none.
     """
-    require_row(owner, name, quat, (Quantity("", -1.001, 1.001),) * 4)
+    require_row(owner, name, quat, (Quantity("", -1e6, 1e6),) * 4)  # numbers; the norm says the rest
     if not math.isclose(math.hypot(*quat), 1.0, abs_tol=1e-6):
         raise ConfigError(f"{owner}: {name} must be a unit quaternion x, y, z, w, got {shown(quat)}")
 
