@@ -18,7 +18,7 @@ from simcore.pieces.touching import TOUCH, touching_chain
 from simcore.pieces.wake_grid import Footprint
 from simcore.typing import BoolArray, FloatArray, IntArray
 
-__all__ = ["Pressing"]
+__all__ = ["CHAIN", "Pressing"]
 
 _CALM_SPEED = 0.5  # [m/s]; below this an impact is too weak for its restitution to matter: it rises by 13 mm e^2
 _LEANING = 0.001  # [m]; pieces this near lean on each other
@@ -28,7 +28,7 @@ _HEAP_STEP = 0.005  # [s]; 100 balls, 7 deep: overlaps of 4 mm at 10 ms, 1.4 mm 
 _LAYER_STEP = 0.01  # [s], for a second layer alone
 _HEAP_SIZE = 5  # pieces that lie on others, so near to one of them; fewer get along with impacts
 _HEAP_REACH = 0.5  # [m]
-_CHAIN = 1.0  # [m], from a robot's bumpers to the farthest piece that it can press against something
+CHAIN = 1.0  # [m], from a robot's bumpers to the farthest piece that it can press against something
 _LOW = 1.0  # [m]; pieces above this are over the robots
 
 
@@ -151,7 +151,7 @@ class Pressing:
                 hit |= near
             if robot not in crowded or not near.any():
                 continue
-            some = np.nonzero(low & (gap < _CHAIN))[0]
+            some = np.nonzero(low & (gap < CHAIN))[0]
             chain = some[touching_chain(pos[some], radius[awake[some]], near[some])]
             if self._is_held(awake[chain], pos[chain], (robot.speed + speed[chain]) * dt) or any(
                 (other_gap[chain] < TOUCH + (other.speed + speed[chain]) * dt).any()
@@ -163,7 +163,7 @@ class Pressing:
 
     def _is_anything_near(self, robot: Footprint, robots: Sequence[Footprint]) -> bool:
         """Whether the field or another robot may be near enough to press pieces against it."""
-        reach = math.hypot(robot.half_length, robot.half_width) + _CHAIN
+        reach = math.hypot(robot.half_length, robot.half_width) + CHAIN
         if len(robots) > 1:
             for other in robots:
                 far = reach + math.hypot(other.half_length, other.half_width)
