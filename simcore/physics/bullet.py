@@ -149,6 +149,7 @@ class BulletEngine:
         self._collision: list[tuple[int, int]] = []
         self._row_of: dict[int, int] = {}
         self._definitions: list[BodyDefinition] = []
+        self._fixed: set[int] = set()
         self._uneven: set[int] = set()  # rows whose bounding boxes are not about their centers of mass
         self._shapes: dict[tuple[object, ...], int] = {}
         self._compounds: dict[Compound | Hull, int] = {}
@@ -226,6 +227,7 @@ class BulletEngine:
         """Put the origin of a body somewhere [m]; its velocity becomes zero."""
         definition = self._definitions[row]
         com, axes = definition.center_of_mass, definition.inertia_axes
+        self._loosen(row)  # a static that is put elsewhere would lose its inertia
         if com != (0.0, 0.0, 0.0):  # the engine's pose is that of the center of mass and the principal axes
             ox, oy, oz = rotate(quat, com)
             pos = (pos[0] + ox, pos[1] + oy, pos[2] + oz)
@@ -298,13 +300,39 @@ class BulletEngine:
     def wake(self, row: int) -> None:
         """Let a body move again."""
         p = self._p
+        if row in self._fixed:
+            self._loosen(row, activationState=p.ACTIVATION_STATE_WAKE_UP)
+            return
         p.changeDynamics(self._ids[row], -1, activationState=p.ACTIVATION_STATE_WAKE_UP, physicsClientId=self._open())
 
     def sleep(self, row: int) -> None:
         """Freeze a body until it is touched by a moving one or woken; its velocity becomes zero."""
         p, client = self._p, self._open()
+        if row in self._fixed:  # it stands still
+            self._loosen(row, activationState=p.ACTIVATION_STATE_SLEEP)
+            return
         p.resetBaseVelocity(self._ids[row], (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), client)
         p.changeDynamics(self._ids[row], -1, activationState=p.ACTIVATION_STATE_SLEEP, physicsClientId=client)
+
+    def fix(self, row: int) -> None:
+        """Freeze a body until it is woken, or put to sleep; what touches it meets a static.
+
+        An awake body keeps all sleepers awake that it touches, and those that they touch, and so on; statics it does
+        not. And in each step a static costs a fifth of a sleeper: 500 of them 18 us instead of 85.
+        """
+        if row not in self._fixed:
+            self.sleep(row)
+            self._p.changeDynamics(self._ids[row], -1, mass=0.0, physicsClientId=self._open())
+            self._fixed.add(row)
+
+    def _loosen(self, row: int, **extra: Any) -> None:
+        """Give a body its mass back."""
+        if row in self._fixed:
+            self._fixed.remove(row)
+            d = self._definitions[row]
+            if d.inertia is not None:
+                extra["localInertiaDiagonal"] = d.inertia
+            self._p.changeDynamics(self._ids[row], -1, mass=d.mass, **extra, **self._kw)
 
     def set_sustained(self, row: int, sustained: bool) -> None:
         """Choose the law of a body's contacts: its stiffness, or impacts with restitution."""

@@ -116,6 +116,13 @@ class Engine(Protocol):
         """Freeze a body until it is touched by a moving one or woken; its velocity becomes zero."""
         ...
 
+    def fix(self, row: int) -> None:
+        """Freeze a body until it is woken, or put to sleep; what touches it meets a static.
+
+        An engine in which a sleeper costs no more than a static may put it to sleep instead.
+        """
+        ...
+
     def set_sustained(self, row: int, sustained: bool) -> None:
         """Choose the law of a body's contacts.
 

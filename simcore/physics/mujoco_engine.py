@@ -244,6 +244,10 @@ class MuJoCoEngine:
                 self._moved.add(body)  # MuJoCo wakes what is not where it was last computed to be
                 self._is_stale = True
 
+    def fix(self, row: int) -> None:
+        """As `sleep`, which costs nothing here."""
+        self.sleep(row)
+
     def _refresh(self) -> None:
         """Bring the poses of all shapes up to date, also of sleepers that were put elsewhere."""
         self._build()
