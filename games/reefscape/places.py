@@ -16,6 +16,7 @@ __all__ = ["BRANCH_ROWS", "PLACES", "branch_ends", "level_of"]
 
 BRANCH_ROWS = {4: "topRow", 3: "midRow", 2: "botRow"}
 """Branches of a level, as The Blue Alliance calls them."""
+_LABELS = {row: f"L{level}" for level, row in BRANCH_ROWS.items()} | {"trough": "L1", "net": "Net"}
 _BORE_SPARE = 0.04
 """How far the middle of a coral on a branch may be from the branch's axis [m]: 30 mm are free in its bore; beside the
 branch it would be 78 mm away."""
@@ -23,8 +24,8 @@ _TROUGH_SPARE = 0.15  # [m] about the line along a trough's floor: all of it, an
 
 
 def level_of(alliance: Alliance, row: str) -> str:
-    """Name of a level: one alliance's places of a row, e.g. `BlueTopRow`."""
-    return f"{alliance.capitalize()}{row[:1].upper()}{row[1:]}"
+    """Name of a level: one alliance's places of a row, e.g. `BlueL4`."""
+    return f"{alliance.capitalize()}{_LABELS[row]}"
 
 
 def branch_ends(number: int, level: int) -> tuple[tuple[float, float, float], tuple[float, float, float]]:
@@ -72,12 +73,14 @@ def _places(alliance: Alliance) -> list[RestingPlace]:
             )
     out = dim.REEF_APOTHEM - 0.5 * dim.TROUGH_DEPTH
     half, z = out * math.tan(math.radians(30.0)), dim.TROUGH_EDGE_HEIGHT
-    for face, yaw_deg in enumerate(dim.REEF_FACE_YAWS_DEG):
+    for face in range(6):  # counter-clockwise, as the branches over them
+        yaw_deg = dim.REEF_FACE_YAWS_DEG[-face % 6]
         (cx, cy), c, s = dim.REEF_CENTER, math.cos(math.radians(yaw_deg)), math.sin(math.radians(yaw_deg))
         ends = [(cx + out * c - t * s, cy + out * s + t * c, z) for t in (-half, half)]
         zone = CapsuleZone(_of(alliance, ends[0]), _of(alliance, ends[1]), _TROUGH_SPARE)
         level_name = level_of(alliance, "trough")
-        places.append(RestingPlace(name=f"{name} trough {face}", level=level_name, zone=zone, kinds=coral))
+        over = "ABCDEFGHIJKL"[2 * face : 2 * face + 2]
+        places.append(RestingPlace(name=f"{name} {over} L1", level=level_name, zone=zone, kinds=coral))
     w, length, t = dim.NET_WIDTH / 2.0, dim.NET_LENGTH / 2.0, dim.NET_FRAME_THICKNESS
     low = (dim.FIELD_CENTER[0] - w + t, dim.NET_Y - length + t, dim.NET_FLOOR_HEIGHT)
     high = (dim.FIELD_CENTER[0] + w - t, dim.NET_Y + length - t, dim.NET_RIM_HEIGHT + 0.5 * dim.ALGAE_DIAMETER)

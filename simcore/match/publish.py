@@ -150,8 +150,9 @@ def _add_match(rows: _Rows, match: MatchState) -> None:
     }
     for name, count in (*match.tracker.pieces.items(), *match.rules.breakdown().items()):
         rows.integers[f"Sim/Score/{name}"] = count
-    for level in match.pieces.places.levels:
-        rows.integers[f"Sim/Placed/{level}"] = match.pieces.places.count(level=level)
+    for level, counts in match.pieces.places.counts().items():
+        rows.integers[f"Sim/Placed/{level}"] = int(counts.sum())
+        rows.integer_arrays[f"Sim/Places/{level}"] = _frozen_ids(counts)
     if match.last_tick_ms is not None:
         rows.doubles["Sim/Performance/TickMs"] = match.last_tick_ms
         rows.doubles["Sim/Performance/RealTimeFactor"] = 1e3 * TICK / max(match.last_tick_ms, 1e-6)

@@ -19,7 +19,7 @@ from rich.table import Table
 from simcore.errors import NonFiniteError
 from simcore.match.digest import TickTimes
 
-__all__ = ["PieceCount", "RunReport", "Score", "Spread", "print_report"]
+__all__ = ["PieceCount", "RunReport", "Score", "Spread", "print_report", "split_level"]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -88,6 +88,8 @@ class RunReport:
     """What people call them."""
     breakdown: Mapping[str, int]
     """Pieces by zone, and what else the score is made of."""
+    placed: Mapping[str, int] = field(default_factory=dict)
+    """Pieces by level, of a game with resting places."""
     shots: int
     hits: int
     distance_m: float
@@ -162,6 +164,9 @@ def print_report(report: RunReport, console: Console, *, verbose: bool = False) 
         lost = f"{sum(counts)} of {pieces.staged} pieces accounted for: this is a bug"
         console.print(f"[bold red]{lost}[/bold red]")
 
+    if pieces.placed:
+        console.print(_placed(report.placed, style, _width(console)))
+
     run = Table(title="Run", box=style, title_justify="left", show_header=False, width=_width(console))
     run.add_column(ratio=2)
     run.add_column(ratio=5, overflow="fold")
@@ -187,6 +192,29 @@ def print_report(report: RunReport, console: Console, *, verbose: bool = False) 
         shown = path.encode(console.encoding, "replace").decode(console.encoding)
         run.add_row(escape(kind), escape(shown))
     console.print(run)
+
+
+def split_level(name: str) -> tuple[str, str]:
+    """Whose a level of resting places is, and what it is called beside that.
+
+    >>> split_level("BlueL4"), split_level("Shelf")
+    (('blue', 'L4'), ('', 'Shelf'))
+    """
+    whose = next((word for word in ("Blue", "Red") if name.startswith(word) and name != word), "")
+    return whose.lower(), name.removeprefix(whose)
+
+
+def _placed(levels: Mapping[str, int], style: box.Box, width: int) -> Table:
+    """A row an alliance and a column a level."""
+    counts = {split_level(name): count for name, count in levels.items()}
+    labels = list(dict.fromkeys(label for _, label in counts))
+    table = Table(title="Placed, by level", box=style, title_justify="left", width=width)
+    table.add_column("")
+    for label in labels:
+        table.add_column(escape(label), justify="right")
+    for whose in dict.fromkeys(whose for whose, _ in counts):
+        table.add_row(whose, *(str(counts.get((whose, label), "")) for label in labels))
+    return table
 
 
 def _clock(state: Mapping[str, float | int | bool | str]) -> dict[str, str]:

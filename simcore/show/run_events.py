@@ -18,7 +18,7 @@ from simcore.units import TICK
 
 __all__ = ["BoardItem", "EventKind", "RunEvent", "board_of", "events_of", "key_in_words"]
 
-EventKind = Literal["mode", "hit", "miss", "flying", "score", "slip", "bump", "brown-out", "foul"]
+EventKind = Literal["mode", "hit", "miss", "flying", "score", "slip", "bump", "brown-out", "foul", "placed"]
 
 _SLIP = 0.5  # [m/s] of a tire over the ground that is worth a word
 _BUMP = 0.6  # [m/s] in a tick, 30 m/s^2: twice of what tires can do
@@ -60,6 +60,9 @@ def events_of(recording: Recording, scene: Scene, shots: Sequence[ShotTrace]) ->
         for time, rise in _rises(recording, f"Sim/Score/{alliance}"):
             events.append(RunEvent(time, "score", f"{alliance.lower()} {rise:+.0f}"))
     for key in recording.keys:
+        if key.startswith("Sim/Placed/"):
+            name = key_in_words(key.removeprefix("Sim/Placed/"))
+            events += [RunEvent(time, "placed", f"placed, {name} {rise:+.0f}") for time, rise in _rises(recording, key)]
         if key.startswith("Sim/Score/") and "foul" in key.lower():
             name = key_in_words(key.removeprefix("Sim/Score/"))
             events += [RunEvent(time, "foul", f"{name} {rise:+.0f}") for time, rise in _rises(recording, key)]

@@ -77,9 +77,9 @@ def test_coral_counts_by_level_and_period_and_takes_its_points_along():
         put_on(match, 8, 4)
         match.play(2.0)
         assert match.score.blue == 23 + 12, "a branch that is filled again keeps its auto points"
-        assert set(late) <= set(match.pieces.places.slots(level="BlueTopRow")) | set(
-            match.pieces.places.slots(level="BlueMidRow")
-        ) | set(match.pieces.places.slots(level="BlueBotRow"))
+        assert set(late) <= set(match.pieces.places.slots(level="BlueL4")) | set(
+            match.pieces.places.slots(level="BlueL3")
+        ) | set(match.pieces.places.slots(level="BlueL2"))
 
 
 def test_a_coral_that_is_let_go_beside_a_branch_falls_and_does_not_count():

@@ -71,7 +71,7 @@ def test_json_has_the_fields_that_programs_read() -> None:
             "realtime_factor",
             "ticks",
         ),
-        *("score", "match_state", "pieces", "piece_name", "breakdown", "shots", "hits"),
+        *("score", "match_state", "pieces", "piece_name", "breakdown", "placed", "shots", "hits"),
         *("distance_m", "tick_ms", "substeps", "awake", "min_battery_v", "brownouts", "digest", "outputs"),
     ]
     assert got["score"] == {"red": 0, "blue": 27, "total": 27}
