@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 
@@ -18,7 +17,7 @@ from simcore.physics.surface import POLYCARBONATE, RUBBER, WALL
 from simcore.robot.climber import Rung
 from simcore.typing import FloatArray
 
-__all__ = ["FIELD", "FIELD_SIZE", "HUB_TARGET", "hub_exit", "models_folder", "scoring_zones"]
+__all__ = ["FIELD", "FIELD_SIZE", "HUB_TARGET", "hub_exit", "scoring_zones"]
 
 FIELD_SIZE = (dim.FIELD_LENGTH, dim.FIELD_WIDTH)
 """Length and width [m]."""
@@ -39,11 +38,6 @@ _SURFACES = {
 }
 
 
-def models_folder() -> Path:
-    """The models for AdvantageScope and the browser view."""
-    return shipped("games.rebuilt", "advantagescope", "advantagescope")
-
-
 _SYMMETRY = FieldSymmetry("rotate", FIELD_SIZE)
 
 
@@ -62,7 +56,7 @@ def _rungs() -> tuple[Rung, ...]:
 FIELD = FieldDefinition(
     size=FIELD_SIZE,
     symmetry=_SYMMETRY,
-    mesh=shipped("games.rebuilt", "field_collision.obj", "rebuilt/field_collision.obj"),
+    mesh=shipped("rebuilt", "field_collision.obj"),
     materials=_SURFACES,
     drivable=("*_bump_*", "*_depot_barrier_*", "*_tower_base"),
     tags="2026-welded",

@@ -55,7 +55,7 @@ def cage_rungs(depth: Literal["shallow", "deep"]) -> tuple[Rung, ...]:
 FIELD = FieldDefinition(
     size=FIELD_SIZE,
     symmetry=_SYMMETRY,
-    mesh=shipped("games.reefscape", "field_collision.obj", "reefscape/field_collision.obj"),
+    mesh=shipped("reefscape", "field_collision.obj"),
     materials=_SURFACES,
     tags="2025-welded",
     rungs=cage_rungs("deep") + cage_rungs("shallow"),

@@ -11,6 +11,7 @@ from games.reefscape.places import PLACES
 from games.reefscape.robot import reefscape_robot
 from games.reefscape.rules import MATCH, ReefscapeRules
 from games.reefscape.staging import ALGAE_COUNT, CORAL_COUNT, ROBOTS, stage
+from games.shipped import shipped
 from simcore.match.game import Game, PieceSupply
 
 __all__ = ["REEFSCAPE"]
@@ -30,5 +31,6 @@ REEFSCAPE = Game(
     preload=1,
     robots=ROBOTS,
     autos=AUTOS,
+    models=shipped("reefscape", "advantagescope"),
 )
 """The whole game."""

@@ -5,6 +5,8 @@ Numbers without a source are a plausible robot's, chosen by us.
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from wpimath.system.plant import DCMotor
 
 from simcore.geometry.linkage import Joint
@@ -21,7 +23,7 @@ from simcore.units import degrees
 
 __all__ = ["ALGAE_REACH", "BUMPER", "CORAL_REACH", "CORAL_TILT", "PIVOT", "elevator_turns", "reefscape_robot"]
 
-_DRUM = 0.064  # [m]; travel of the elevator per radian: two stages, so twice its drum's radius, and
+_DRUM = 0.064  # [m]; travel of the elevator per radian: two stages and the carriage, thrice its drum's radius; and
 _HOOK_DRUM = 0.012  # of the climber's winch
 BUMPER = 0.80
 """Length and width with bumpers [m]."""
@@ -66,6 +68,11 @@ _MECHANISMS: dict[str, MechanismConfig] = {
 _LIFT = Joint(mechanism="elevator", axis=(0.0, 0.0, 1.0), origin=PIVOT, slides=True, ratio=_DRUM)
 _SWING = Joint(mechanism="arm", axis=(0.0, -1.0, 0.0))
 _HOOK = Joint(mechanism="climber", axis=(0.0, 0.0, 1.0), origin=(-0.10, 0.0, 0.30), slides=True, ratio=_HOOK_DRUM)
+
+
+def _roller(name: str, x: float, z: float) -> Joint:
+    """About an axle across the robot [m]."""
+    return Joint(mechanism=name, axis=(0.0, 1.0, 0.0), origin=(x, 0.0, z))
 
 
 def _around(reach: float, spare: float) -> IntakeZone:
@@ -115,8 +122,13 @@ def reefscape_robot() -> RobotConfig:
         ),
         climbers=(ClimberConfig(joints=(_HOOK,)),),
         components=(
+            ComponentConfig(name="elevator stage 1", joints=(replace(_LIFT, ratio=_DRUM / 3.0),)),
+            ComponentConfig(name="elevator stage 2", joints=(replace(_LIFT, ratio=2.0 * _DRUM / 3.0),)),
             ComponentConfig(name="carriage", joints=(_LIFT,)),
             ComponentConfig(name="arm", joints=(_LIFT, _SWING)),
+            ComponentConfig(name="coral roller", joints=(_LIFT, _SWING, _roller("claw", 0.395, -0.045))),
+            ComponentConfig(name="algae wheel", joints=(_LIFT, _SWING, _roller("algae_wheel", 0.543, -0.158))),
+            ComponentConfig(name="funnel roller", joints=(_roller("funnel", -0.15, 0.68),)),
             ComponentConfig(name="hook", joints=(_HOOK,)),
         ),
     )

@@ -60,7 +60,7 @@ def board_html(snapshot: Snapshot, robots: Mapping[int, str]) -> str:
     lines = [*_placed(snapshot), *_counting(snapshot)]
     pieces = {k.removeprefix("Sim/GamePieces/"): len(v) for k, v in snapshot.pose_arrays.items() if "/GamePieces/" in k}
     lines += [f"{html.escape(name.lower())} on the field <b>{count}</b>" for name, count in pieces.items()]
-    if "Sim/Shots" in score:
+    if score.get("Sim/Shots"):
         lines.append(f"shots <b>{score['Sim/Shots']}</b>, hits <b>{score.get('Sim/Hits', 0)}</b>")
     for number, prefix in robots.items():
         lines += _robot(snapshot, prefix, "robot" if len(robots) == 1 else f"robot {number}")
