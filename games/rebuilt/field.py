@@ -46,10 +46,10 @@ def _rungs() -> tuple[Rung, ...]:
     x, reach = dim.TOWER_UPRIGHT_X, 0.5 * dim.TOWER_RUNG_LENGTH
     rungs = []
     for level, z in zip(("low", "mid", "high"), dim.TOWER_RUNG_HEIGHTS, strict=True):
-        ends = ((x, dim.TOWER_Y - reach), (x, dim.TOWER_Y + reach))
+        ends = ((x, dim.TOWER_Y - reach, z), (x, dim.TOWER_Y + reach, z))
         for alliance in ("blue", "red"):
-            (x0, y0), (x1, y1) = ends if alliance == "blue" else (_SYMMETRY.flip_point(*end) for end in ends)
-            rungs.append(Rung(name=f"{alliance}_tower_rung_{level}", start=(x0, y0, z), end=(x1, y1, z)))
+            start, end = _SYMMETRY.points_of(alliance, *ends)
+            rungs.append(Rung(name=f"{alliance}_tower_rung_{level}", start=start, end=end))
     return tuple(rungs)
 
 

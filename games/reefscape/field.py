@@ -46,9 +46,8 @@ def cage_rungs(depth: Literal["shallow", "deep"]) -> tuple[Rung, ...]:
     rungs = []
     for alliance in ALLIANCES:
         for number, y in enumerate(dim.CAGE_YS):
-            ends = ((dim.CAGE_X, y - half), (dim.CAGE_X, y + half))
-            (x0, y0), (x1, y1) = ends if alliance == "blue" else (_SYMMETRY.flip_point(*end) for end in ends)
-            rungs.append(Rung(name=f"{alliance}_{depth}_cage_{number}", start=(x0, y0, z), end=(x1, y1, z)))
+            start, end = _SYMMETRY.points_of(alliance, (dim.CAGE_X, y - half, z), (dim.CAGE_X, y + half, z))
+            rungs.append(Rung(name=f"{alliance}_{depth}_cage_{number}", start=start, end=end))
     return tuple(rungs)
 
 
@@ -68,10 +67,8 @@ def flipped_box(
     low: tuple[float, float, float], high: tuple[float, float, float], alliance: Alliance
 ) -> tuple[tuple[float, float, float], tuple[float, float, float]]:
     """Smallest and largest corner of an alliance's box that blue has between two corners [m]."""
-    if alliance == "blue":
-        return low, high
-    (x0, y0), (x1, y1) = _SYMMETRY.flip_point(*low[:2]), _SYMMETRY.flip_point(*high[:2])
-    return (min(x0, x1), min(y0, y1), low[2]), (max(x0, x1), max(y0, y1), high[2])
+    (x0, y0, z0), (x1, y1, z1) = _SYMMETRY.points_of(alliance, low, high)
+    return (min(x0, x1), min(y0, y1), z0), (max(x0, x1), max(y0, y1), z1)
 
 
 def scoring_zones() -> tuple[ScoringZone, ...]:

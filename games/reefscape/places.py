@@ -50,15 +50,11 @@ def branch_ends(number: int, level: int) -> tuple[tuple[float, float, float], tu
     return at(*start), at(dim.BRANCH_TIP_RADIUS, tip_z)
 
 
-def _of(alliance: Alliance, point: tuple[float, float, float]) -> tuple[float, float, float]:
-    return point if alliance == "blue" else (*FIELD.symmetry.flip_point(*point[:2]), point[2])
-
-
 def _places(alliance: Alliance) -> list[RestingPlace]:
     name, coral, places = alliance.capitalize(), ("Coral",), []
     for level, row in BRANCH_ROWS.items():
         for number in range(12):
-            start, tip = (_of(alliance, end) for end in branch_ends(number, level))
+            start, tip = FIELD.symmetry.points_of(alliance, *branch_ends(number, level))
             way = np.subtract(tip, start)
             x, y, z = (way / np.linalg.norm(way)).tolist()
             places.append(
@@ -77,7 +73,8 @@ def _places(alliance: Alliance) -> list[RestingPlace]:
         yaw_deg = dim.REEF_FACE_YAWS_DEG[-face % 6]
         (cx, cy), c, s = dim.REEF_CENTER, math.cos(math.radians(yaw_deg)), math.sin(math.radians(yaw_deg))
         ends = [(cx + out * c - t * s, cy + out * s + t * c, z) for t in (-half, half)]
-        zone = CapsuleZone(_of(alliance, ends[0]), _of(alliance, ends[1]), _TROUGH_SPARE)
+        start, end = FIELD.symmetry.points_of(alliance, *ends)
+        zone = CapsuleZone(start, end, _TROUGH_SPARE)
         level_name = level_of(alliance, "trough")
         over = "ABCDEFGHIJKL"[2 * face : 2 * face + 2]
         places.append(RestingPlace(name=f"{name} {over} L1", level=level_name, zone=zone, kinds=coral))

@@ -38,6 +38,7 @@ from simcore.robot_file.manipulator_tables import read_claw, read_climber, read_
 from simcore.robot_file.robot_settings import CONTROLLERS, MechanismSettings, RobotSettings
 from simcore.robot_file.toml_tables import Table, read_tables
 from simcore.units import GRAVITY
+from simcore.vision.tag_layout import OFFICIAL_LAYOUTS
 
 __all__ = ["gearbox_motor", "read_settings"]
 
@@ -60,6 +61,7 @@ def read_settings(path: Path) -> RobotSettings:
     file = read_tables(path)
     game = file.text("game", None)
     engine = file.choice("engine", tuple(ENGINES), None)
+    tags = file.choice("tags", tuple(OFFICIAL_LAYOUTS), None)
     robot = file.table("robot") or Table({}, f"{file.where} [robot]")
     start = file.table("start") or Table({}, f"{file.where} [start]")
     mechanisms = tuple(_mechanism(table) for table in file.tables("mechanism"))
@@ -90,6 +92,7 @@ def read_settings(path: Path) -> RobotSettings:
     settings = RobotSettings(
         game=game,
         engine=engine,
+        tags=tags,
         mass=robot.number("mass", _MASS, d.mass),
         bumper=None if length is None or width is None else (length, width),
         center_of_mass_height=robot.number(

@@ -101,6 +101,8 @@ class RobotSettings:
     """Name of the game to play; None: whichever is chosen elsewhere."""
     engine: str | None = None
     """Name of the physics engine; None: see `engine_choice`."""
+    tags: str | None = None
+    """Name of the AprilTag layout; None: the game's."""
     mass: float = 55.0
     """With bumpers and battery [kg]."""
     bumper: tuple[float, float] | None = None
@@ -230,7 +232,13 @@ def practice_match(
     entry = RobotEntry(config=config, start=settings.start, preload=settings.preload)
     try:
         match = Match(
-            game, robots=(entry,), practice=True, sinks=sinks, network=network, engine=engine or settings.engine
+            game,
+            robots=(entry,),
+            practice=True,
+            sinks=sinks,
+            network=network,
+            engine=engine or settings.engine,
+            tags=settings.tags,
         )
     except StartError as error:
         raise _start_refused("[start]", error) from error

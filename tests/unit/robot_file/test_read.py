@@ -55,6 +55,12 @@ roller = "roller"
 """
 
 
+def test_the_tags_of_the_other_field_are_chosen_by_name(read):
+    assert read('tags = "2025-andymark"').tags == "2025-andymark"
+    with pytest.raises(ConfigError, match="2025-andymark"):
+        read('tags = "andymark"')
+
+
 def test_without_a_file_a_robot_gets_the_defaults(tmp_path):
     assert read_settings(tmp_path / "simcore.toml") == RobotSettings()
 
