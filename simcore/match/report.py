@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import math
-import re
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
 from typing import Any
@@ -18,6 +17,7 @@ from rich.table import Table
 
 from simcore.errors import NonFiniteError
 from simcore.match.digest import TickTimes
+from simcore.telemetry.snapshot import key_in_words
 
 __all__ = ["PieceCount", "RunReport", "Score", "Spread", "print_report", "split_level"]
 
@@ -225,8 +225,7 @@ def _clock(state: Mapping[str, float | int | bool | str]) -> dict[str, str]:
     can_move = "robots may move" if rest.pop("Enabled") else "robots are disabled"
     rows = {"match clock": f"{time:.1f} s, {left:.1f} s left", "period": f"{escape(str(period))}; {can_move}"}
     for name, value in rest.items():
-        words = re.sub(r"(?<=[a-z0-9])(?=[A-Z])", " ", name).lower()
-        rows[words] = ("yes" if value else "no") if isinstance(value, bool) else escape(str(value))
+        rows[key_in_words(name)] = ("yes" if value else "no") if isinstance(value, bool) else escape(str(value))
     return rows
 
 

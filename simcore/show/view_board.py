@@ -9,7 +9,7 @@ import re
 from collections.abc import Iterator, Mapping, Sequence
 
 from simcore.match.report import split_level
-from simcore.telemetry.snapshot import Snapshot
+from simcore.telemetry.snapshot import Snapshot, key_in_words
 
 __all__ = ["board_html", "clock_text", "lights_html"]
 
@@ -102,7 +102,7 @@ def _counting(snapshot: Snapshot) -> list[str]:
 
 def _words(key: str) -> str:
     """The last part of a key in small words: `Sim/Match/BlueGoalActive` is `blue goal active`."""
-    return html.escape(re.sub(r"(?<=[a-z0-9])(?=[A-Z])", " ", key.rsplit("/", 1)[-1]).lower())
+    return html.escape(key_in_words(key.rsplit("/", 1)[-1]))
 
 
 def _robot(snapshot: Snapshot, prefix: str, name: str) -> Iterator[str]:
