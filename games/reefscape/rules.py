@@ -8,7 +8,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from games.reefscape import dimensions as dim
-from games.reefscape.field import ALLIANCES, FIELD, cage_rungs
+from games.reefscape.field import ALLIANCES, FIELD
 from games.reefscape.human_players import HumanPlayers
 from games.reefscape.places import BRANCH_ROWS, level_of
 from simcore.match.clock import MatchClock, Phase
@@ -37,9 +37,6 @@ _NET_POINTS, _LEAVE_POINTS = 4, 3
 _END_POINTS = {"None": 0, "Parked": 2, "ShallowCage": 6, "DeepCage": 12}
 _CORAL_A_LEVEL, _BARGE_BONUS, _COOP_ALGAE = 5, 14, 2  # for ranking points, before championships
 _ASSESSMENT = 3.0  # [s] after auto and after the match, in which pieces come to rest
-_RUNGS = {rung.name: "DeepCage" for rung in cage_rungs("deep")} | {
-    rung.name: "ShallowCage" for rung in cage_rungs("shallow")
-}
 
 
 class ReefscapeRules(Rules):
@@ -210,9 +207,9 @@ class ReefscapeRules(Rules):
         alliance = self.match.alliances[robot.number]
         for climber in robot.climbers:
             rung = climber.rung
-            if rung is not None and rung.name.startswith(alliance):
+            if rung is not None and rung.mount.startswith(alliance):
                 if ground_clearance(*robot.chassis.wheel_ground()).is_airborne:
-                    return _RUNGS[rung.name]
+                    return "ShallowCage" if f"{rung.mount}_shallow" in self.match.options else "DeepCage"
         half, x = 0.5 * dim.BARGE_ZONE_DEPTH, dim.FIELD_CENTER[0]
         corners = self._corners(robot)
         low, high = corners.min(axis=0), corners.max(axis=0)

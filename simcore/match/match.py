@@ -34,6 +34,7 @@ from simcore.match.starts import (
 )
 from simcore.physics.engine import Engine
 from simcore.physics.field import FieldElement
+from simcore.physics.hanging import HangingBody
 from simcore.physics.substeps import Substepping, Surroundings
 from simcore.physics.world import PhysicsWorld
 from simcore.pieces.piece_manager import GamePieceManager
@@ -95,6 +96,8 @@ class Match:
     timer: MatchTimer
     """The time of the match, for scores and rules."""
     pieces: GamePieceManager
+    hanging: list[HangingBody]
+    """What hangs from the field and swings."""
     robots: list[Robot]
     alliances: list[Alliance]
     """Of each robot, as last set."""
@@ -141,7 +144,9 @@ class Match:
         self.sinks = list(sinks)
         self.last_tick_ms: float | None = None
         """Wall time of the last tick [ms], for telemetry, if whoever runs the match measures it."""
-        self.field = game.field.load(field_mesh)  # before the engine starts: a broken mesh ends the build
+        definition = game.field if game.arrange is None else game.arrange(game.field, self.options)
+        self._rungs, self._hanging = definition.rungs, definition.hanging
+        self.field = definition.load(field_mesh)  # before the engine starts: a broken mesh ends the build
         self.world = PhysicsWorld(engine=engine, substepping=substepping)
         self.control = FieldControl(self)
         """What people do to the field; it outlives `reset`."""
@@ -273,6 +278,11 @@ class Match:
     def _wake(self) -> None:
         """Sleepers that can be reached within the tick wake."""
         movers = [Footprint(*robot.chassis.footprint) for robot in self.robots]
+        movers += [
+            Footprint(body.pos[0], body.pos[1], 0.0, body.radius, body.radius, body.speed)
+            for body in self.hanging
+            if body.is_awake
+        ]
         self._piece_speed = self.pieces.wake_reachable(movers, TICK)
 
     def _take_in(self) -> None:
@@ -303,8 +313,12 @@ class Match:
         self.substeps += self.world.step(h, substeps=substeps, before_substep=self._before_substep)
 
     def _before_substep(self, h: float) -> None:
+        for body in self.hanging:
+            body.read()
         for robot in self.robots:
             robot.before_substep(h)
+        for body in self.hanging:
+            body.before_substep(h)
         self.pieces.before_substep(h)
 
     def _sense(self, h: float) -> None:
@@ -324,6 +338,8 @@ class Match:
         self.timer.advance(TICK)
         self.pieces.gather(TICK)
         self.flow.follow()
+        for body in self.hanging:
+            body.after_tick(TICK)
 
     def _see(self) -> None:
         """Cameras expose the frames that are due and publish those that are ready."""
@@ -365,6 +381,9 @@ class Match:
         for robot in self.robots:
             robot.brownouts.after_tick(self.time)
             self.digest.update(np.array((*robot.chassis.pos, *robot.chassis.quat, *robot.chassis.vel)))
+        for body in self.hanging:
+            if body.is_awake:
+                self.digest.update(np.array((*body.pos, *body.rate)))
         self.digest.update(state.pos[awake], state.status.astype(np.int64))
         due = [sink for sink in self.sinks if sink.due(self.time)]
         if due:
@@ -523,6 +542,7 @@ class Match:
         self._has_told = False
         self.alliances = [entry.alliance for entry in self.entries]
         self.world.add_field(self.field.elements, drivable=game.field.drivable_in(self.field))
+        self.hanging = [HangingBody(self.world, config) for config in self._hanging]
         self.pieces = GamePieceManager(
             self.world,
             [(supply.kind, supply.count) for supply in game.pieces],
@@ -532,11 +552,12 @@ class Match:
         )
         self._stage(staging_rng)
         self.robots = []
+        mounts = {body.config.name: body for body in self.hanging}
         own_rngs = robot_rng.spawn(len(self.entries))  # one robot's noise does not depend on how many there are
         for number, (entry, own_rng) in enumerate(zip(self.entries, own_rngs, strict=True)):
             config = entry.config or game.robot()
             pose = self.start_pose(number)
-            robot = Robot(self.world, config, number=number, pose=pose, rng=own_rng, rungs=game.field.rungs)
+            robot = Robot(self.world, config, number=number, pose=pose, rng=own_rng, rungs=self._rungs, mounts=mounts)
             self.robots.append(robot)
             self._preload(robot, entry)
         require_free_starts(self.world, self.robots, game.field, self.alliances)

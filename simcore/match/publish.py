@@ -60,6 +60,9 @@ def build_snapshot(match: MatchState) -> Snapshot:
     rows = _Rows()
     _add_pieces(rows, match)
     _add_match(rows, match)
+    if match.hanging:
+        bodies = [(*body.pos, body.quat[3], *body.quat[:3]) for body in match.hanging]
+        rows.pose_arrays["Sim/Hanging"] = _rounded(np.array(bodies))
     rows.pose_arrays |= {key: _rounded(line) for key, line in match.cameras.lines(match.robots).items()}
     for robot in match.robots:
         _add_robot(rows, robot, match.alliances[robot.number])

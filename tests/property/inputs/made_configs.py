@@ -81,7 +81,7 @@ EXAMPLES = (
     CameraConfig(frame_rate=30.0),
     QuestConfig(mount=CameraMount()),
     TankConfig(),
-    ChassisConfig(yaw_inertia=5.0),
+    ChassisConfig(yaw_inertia=5.0, bay=(0.4, 0.3)),
     Mesh(np.eye(3), np.array([[0, 1, 2]])),
     Compound((Part(Sphere(0.1), (0.0, 0.0, 0.1)),)),
 )
