@@ -16,16 +16,8 @@ from simcore.physics.surface import POLYCARBONATE, WALL
 from simcore.robot.climber import Rung
 
 __all__ = [
-    "ALLIANCES",
-    "CAGE_OPTIONS",
-    "FIELD",
-    "FIELD_SIZE",
-    "arrange",
-    "cage_name",
-    "flipped_box",
-    "other_alliance",
-    "scoring_zones",
-]
+    "ALLIANCES", "CAGE_OPTIONS", "FIELD", "FIELD_SIZE", "arrange", "scoring_zones"
+]  # fmt: skip
 
 ALLIANCES: tuple[Alliance, Alliance] = ("blue", "red")
 FIELD_SIZE = (dim.FIELD_LENGTH, dim.FIELD_WIDTH)
@@ -45,12 +37,7 @@ _SURFACES = {
 _SYMMETRY = FieldSymmetry("rotate", FIELD_SIZE)
 
 
-def other_alliance(alliance: Alliance) -> Alliance:
-    """The opponent."""
-    return "red" if alliance == "blue" else "blue"
-
-
-def cage_name(alliance: Alliance, number: int) -> str:
+def _cage_name(alliance: Alliance, number: int) -> str:
     """Of a cage; 1 is the one beside the guardrail. It is also the option by which it hangs shallow."""
     return f"{alliance}_cage_{number}"
 
@@ -60,7 +47,7 @@ def arrange(field: FieldDefinition, options: frozenset[str]) -> FieldDefinition:
     cages, rungs, half = [], [], dim.CAGE_SIZE / 2.0
     for alliance in ALLIANCES:
         for number, y in enumerate(dim.CAGE_YS, start=1):
-            name = cage_name(alliance, number)
+            name = _cage_name(alliance, number)
             bottom = dim.CAGE_SHALLOW_BOTTOM if f"{name}_shallow" in options else dim.CAGE_DEEP_BOTTOM
             ends = ((dim.CAGE_X, y - half), (dim.CAGE_X, y), (dim.CAGE_X, y + half))
             (x0, y0), (x, y), (x1, y1) = ends if alliance == "blue" else [_SYMMETRY.flip_point(*end) for end in ends]
@@ -81,7 +68,7 @@ def arrange(field: FieldDefinition, options: frozenset[str]) -> FieldDefinition:
 
 CAGE_OPTIONS = tuple(
     GameOption(
-        name=f"{cage_name(alliance, number)}_shallow",
+        name=f"{_cage_name(alliance, number)}_shallow",
         help=f"{alliance}'s cage {number}, counted from the guardrail, hangs shallow; otherwise deep",
     )
     for alliance in ALLIANCES
@@ -101,16 +88,6 @@ FIELD = arrange(
 """The whole field, with all cages deep."""
 
 
-def flipped_box(
-    low: tuple[float, float, float], high: tuple[float, float, float], alliance: Alliance
-) -> tuple[tuple[float, float, float], tuple[float, float, float]]:
-    """Smallest and largest corner of an alliance's box that blue has between two corners [m]."""
-    if alliance == "blue":
-        return low, high
-    (x0, y0), (x1, y1) = _SYMMETRY.flip_point(*low[:2]), _SYMMETRY.flip_point(*high[:2])
-    return (min(x0, x1), min(y0, y1), low[2]), (max(x0, x1), max(y0, y1), high[2])
-
-
 def scoring_zones() -> tuple[ScoringZone, ...]:
     """The processors: an algae in the opening has scored. What stays on the reef or in a net is judged by the rules."""
     half, bottom = dim.PROCESSOR_OPENING_WIDTH / 2.0, dim.PROCESSOR_OPENING_BOTTOM
@@ -120,7 +97,7 @@ def scoring_zones() -> tuple[ScoringZone, ...]:
         ScoringZone(
             name=f"{alliance.capitalize()}Processor",
             alliance=alliance,
-            zone=BoxZone(*flipped_box(low, high, alliance)),
+            zone=BoxZone(*((low, high) if alliance == "blue" else _SYMMETRY.flip_box(low, high))),
             points=6,
             downward=False,
             kinds=("Algae",),

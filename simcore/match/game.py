@@ -17,6 +17,7 @@ from simcore.match.camera_rig import CameraRig
 from simcore.match.clock import MatchClock, MatchTimer, Phase
 from simcore.match.piece_flow import PieceFlow
 from simcore.match.report import PieceCount, Score
+from simcore.match.robot_contacts import RobotContacts
 from simcore.match.scoring import Alliance, ScoreEvent, ScoringTracker, ScoringZone
 from simcore.physics.field import FieldElement, FieldGeometry
 from simcore.physics.hanging import HangingBody, HangingConfig
@@ -243,6 +244,8 @@ class MatchState(Protocol):
     timer: MatchTimer
     """The time of the match."""
     pieces: GamePieceManager
+    contacts: RobotContacts
+    """Who touched whom in this tick."""
     hanging: list[HangingBody]
     """What hangs from the field and swings."""
     robots: list[Robot]
@@ -255,6 +258,10 @@ class MatchState(Protocol):
     rules_rng: np.random.Generator
     """For what the rules leave to chance."""
     cameras: CameraRig
+
+    def outline(self, number: int) -> FloatArray:
+        """Corners of a robot's bumpers, as those of a blue robot if its alliance is red [m], shape (4, 2)."""
+        ...
 
     @property
     def score(self) -> Score:

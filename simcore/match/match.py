@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from simcore.errors import ConfigError
+from simcore.geometry.footprints import corners
 from simcore.geometry.symmetry import Pose
 from simcore.match.camera_rig import CameraRig, tag_layout
 from simcore.match.clock import MatchTimer, Mode
@@ -24,6 +25,7 @@ from simcore.match.game import Game, PieceSupply, RobotEntry, Rules
 from simcore.match.piece_flow import PieceFlow
 from simcore.match.publish import build_snapshot
 from simcore.match.report import PieceCount, Score
+from simcore.match.robot_contacts import RobotContacts
 from simcore.match.scoring import Alliance, ScoringTracker, ScoringZone
 from simcore.match.starts import (
     require_free_place,
@@ -98,6 +100,8 @@ class Match:
     pieces: GamePieceManager
     hanging: list[HangingBody]
     """What hangs from the field and swings."""
+    contacts: RobotContacts
+    """Who touched whom in this tick."""
     robots: list[Robot]
     alliances: list[Alliance]
     """Of each robot, as last set."""
@@ -289,6 +293,7 @@ class Match:
         """Before the step, so that a fresh shot is not taken in again."""
         self.flow.take_in(self._piece_speed)
         self.substeps = 0
+        self.contacts.begin_tick()
         self._near = max((robot.chassis.surroundings(TICK) for robot in self.robots), default=Surroundings.OPEN)
 
     # --- one part -------------------------------------------------------------------------------------------------
@@ -313,6 +318,7 @@ class Match:
         self.substeps += self.world.step(h, substeps=substeps, before_substep=self._before_substep)
 
     def _before_substep(self, h: float) -> None:
+        self.contacts.note()
         for body in self.hanging:
             body.read()
         for robot in self.robots:
@@ -336,6 +342,7 @@ class Match:
         self.ticks += 1
         self.time = self.ticks * TICK
         self.timer.advance(TICK)
+        self.contacts.note()
         self.pieces.gather(TICK)
         self.flow.follow()
         for body in self.hanging:
@@ -518,6 +525,13 @@ class Match:
         """Where a robot starts as one of its present alliance, field frame [m, m, rad]."""
         return start_pose(self.game, self.entries, self.alliances, number)
 
+    def outline(self, number: int) -> FloatArray:
+        """Corners of a robot's bumpers, as those of a blue robot if its alliance is red [m], shape (4, 2)."""
+        body, pose = self.robots[number].chassis.config, self.robots[number].chassis.pose
+        if self.alliances[number] == "red":
+            pose = self.game.field.symmetry.flip_pose(*pose)
+        return corners(*pose, body.bumper_length, body.bumper_width)
+
     def snapshot(self) -> Snapshot:
         """Everything that telemetry shows of the last tick."""
         return build_snapshot(self)
@@ -563,6 +577,7 @@ class Match:
         require_free_starts(self.world, self.robots, game.field, self.alliances)
         for robot in self.robots:
             self.pieces.make_room(Footprint(*robot.chassis.footprint))
+        self.contacts = RobotContacts(self.world, self.robots, self.hanging)
         self.flow = PieceFlow(self.world, self.pieces, self.robots)
         kinds = [game.pieces[kind].kind.name for kind in self.pieces.state.kind.tolist()]
         self.tracker = ScoringTracker(game.zones, worth=self._worth, kinds=kinds)

@@ -153,6 +153,8 @@ def _add_match(rows: _Rows, match: MatchState) -> None:
     }
     for name, count in (*match.tracker.pieces.items(), *match.rules.breakdown().items()):
         rows.integers[f"Sim/Score/{name}"] = count
+    if fouls := match.tracker.fouls:
+        rows.strings["Sim/Match/LastFoul"] = f"{len(fouls)}. {fouls[-1]}"
     for level in match.pieces.places.levels:
         rows.integers[f"Sim/Placed/{level}"] = match.pieces.places.count(level=level)
     if match.last_tick_ms is not None:

@@ -42,7 +42,7 @@ from simcore.vision.quest_headset import QuestConfig
 PACKAGES = ("geometry", "match", "physics", "pieces", "robot", "vision")
 MADE_BY_SIMCORE = frozenset(
     "Aim AutoRun BodyDefinition BuiltDevice CommandResult ContactMaterials DriveShaft FollowerGroup Footprint "
-    "GroundClearance Launch MassProperties PlaceEvent "
+    "FoulEvent GroundClearance Launch MassProperties PieceRelease PlaceEvent "
     "LimitedMotor MeshPart ModelLayout NormalLaw ObjGroup PieceCount RayHits RunReport Score ScoreEvent Shot Spread "
     "ImuReading Mounting ReleasedPiece TagLayout TickTimes WheelContact".split()
 )
