@@ -74,9 +74,11 @@ def test_who_lets_go_falls_and_does_not_count(hung):
     assert (match.score.blue, match.score.red) == (12 + 6, 12 + 2), "it parks"
     ends = [match.rules.telemetry()[f"Sim/Match/EndGameRobot{n}"] for n in (1, 2, 3, 4)]
     assert ends == ["DeepCage", "DeepCage", "ShallowCage", "Parked"]
-    assert match.rules.breakdown()["Blue/endGameBargePoints"] == 18
-    assert match.rules.breakdown()["Blue/bargeBonusAchieved"] == 1
-    assert match.rules.breakdown()["Red/bargeBonusAchieved"] == 1
+    rows = match.rules.breakdown()
+    assert rows["Blue/endGameBargePoints"] == rows["Blue/teleopPoints"] == 18
+    assert rows["Blue/bargeBonusAchieved"] == 1 and rows["Red/bargeBonusAchieved"] == 1
+    assert (rows["Blue/rp"], rows["Red/rp"]) == (3 + 1, 1), "red's 14 points are enough for its barge"
+    assert [match.rules.worth(zone) for zone in REEFSCAPE.zones] == [0, 0], "nothing counts any more"
 
 
 def test_red_hangs_as_blue_does(hung):

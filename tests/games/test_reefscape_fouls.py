@@ -24,33 +24,32 @@ def flipped(alliance, pose):
 
 @pytest.fixture(scope="module")
 def play():
-    """`play(poses, time, ...)`: fouls and points of a second that robots drive from poses, at a time of the match.
+    """`play(poses, time, ...)`: a match in which robots drive from poses for a while, from a time of its clock on.
 
-    Blue's and red's robots in turn; poses are in the field frame of blue, or of red with `side="red"`, when the
-    alliances are exchanged as well.
+    Robots 0 and 2 are blue, 1 is red, and they stand far away if they have no pose; with `side="red"` alliances and
+    places are exchanged.
     """
-    far = ((2.5, 7.0, 0.0), (15.0, 1.0, 0.0), (2.5, 1.0, 0.0), (15.0, 7.0, 0.0))
-    entries = {
-        side: tuple(RobotEntry(alliance=a, preload=0) for a in ((side, other) * 2))
-        for side, other in (("blue", "red"), ("red", "blue"))
-    }
+    far = ((2.5, 7.0, 0.0), (15.0, 1.0, 0.0), (2.5, 1.0, 0.0))
     matches = {}
 
-    def run(poses, time, *, drive=None, act=None, side="blue", seconds=0.6):
-        if side not in matches:
-            matches[side] = Match(REEFSCAPE, robots=entries[side])
-        match = matches[side]
+    def begin(match, time):
+        match.start_mode("auto")
+        match.timer._start, match.timer._ticks = time, 0
+        match.timer.time = time
+
+    def run(poses, time, *, drive=None, act=None, side="blue", seconds=0.4):
+        crew = max([1, *poses]) + 1
+        if (side, crew) not in matches:
+            other = "red" if side == "blue" else "blue"
+            entries = tuple(RobotEntry(alliance=a, preload=0) for a in (side, other, side)[:crew])
+            matches[side, crew] = Match(REEFSCAPE, robots=entries)
+        match = matches[side, crew]
+        begin(match, time)
         for robot in match.robots:
             robot.drive.set_chassis_speeds(0.0, 0.0, 0.0)
-        match.start_mode("auto")
-        match.timer._start, match.timer._ticks = time, 0
-        match.timer.time = time
-        for number, pose in enumerate(far):
-            match.robots[number].carry_to(flipped(side, poses.get(number, pose)))
+            robot.carry_to(flipped(side, poses.get(robot.number, far[robot.number])))
         match.tick()
-        match.start_mode("auto")
-        match.timer._start, match.timer._ticks = time, 0
-        match.timer.time = time
+        begin(match, time)
         for number, speeds in (drive or {}).items():
             match.robots[number].drive.set_chassis_speeds(*speeds)
         if act is not None:
@@ -104,15 +103,18 @@ def test_in_auto_contact_counts_beyond_the_barge_only(play):
 
 def test_an_opponents_cage_is_not_to_be_touched(play):
     """G405 in auto, G418 in teleop, which gives away the ranking point of the barge; one's own may be touched."""
-    start = (dim.CAGE_X + HALF + 0.15, dim.CAGE_YS[1], math.pi)
+
+    def at(cage):
+        return (dim.CAGE_X + HALF + 0.15, dim.CAGE_YS[cage], math.pi)
+
     push = {1: (0.5, 0.0, 0.0)}
-    assert told(play({1: start}, 5.0, drive=push)) == [("G405", "red", 6)]
-    match = play({1: start}, 60.0, drive=push)
+    assert told(play({1: at(0)}, 5.0, drive=push)) == [("G405", "red", 6)]
+    match = play({1: at(1)}, 60.0, drive=push)
     assert told(match) == [("G418", "red", 6)]
     rows = match.rules.breakdown()
     assert rows["Red/g418Penalty"] == 1 and rows["Blue/bargeBonusAchieved"] == 1 and not rows["Red/bargeBonusAchieved"]
-    match = play({0: start}, 60.0, drive={0: (0.5, 0.0, 0.0)})
-    assert match.hanging[1].is_awake and told(match) == []
+    match = play({0: at(2)}, 60.0, drive={0: (0.5, 0.0, 0.0)})
+    assert match.hanging[2].is_awake and told(match) == []
 
 
 def test_a_climber_is_not_to_be_touched_in_the_end_game(play):
@@ -120,13 +122,13 @@ def test_a_climber_is_not_to_be_touched_in_the_end_game(play):
 
     def beside(cage):
         x, y = dim.CAGE_X - HALF - 0.11, dim.CAGE_YS[cage]
-        return {0: (x, y, 0.0), 1: (x - 2 * HALF - 0.05, y, 0.0)}
+        return {0: (x, y, 0.0), 1: (x - 2 * HALF - 0.15, y, 0.0)}
 
     drive = {0: (0.6, 0.0, 0.0), 1: (1.2, 0.0, 0.0)}
-    match = play(beside(0), 140.0, drive=drive)
+    match = play(beside(0), 140.0, drive=drive, seconds=0.7)
     assert told(match) == [("G428", "red", 6)]
     assert match.rules.breakdown()["Blue/bargeBonusAchieved"] == 1
-    assert told(play(beside(2), 60.0, drive=drive)) == [("G427", "red", 6)]
+    assert told(play(beside(2), 60.0, drive=drive, seconds=0.7)) == [("G427", "red", 6)]
 
 
 def test_more_than_one_coral_and_one_algae_is_g409(play):
@@ -145,7 +147,7 @@ def test_more_than_one_coral_and_one_algae_is_g409(play):
 
     match = play({}, 60.0, act=take("Coral", "Algae"))
     assert told(match) == []
-    match = play({}, 60.0, act=take("Coral"), seconds=3.0)
+    match = play({}, 60.0, act=take("Coral"), seconds=1.5)
     assert told(match) == [("G409", "blue", 2)]
     assert match.rules.breakdown()["Blue/foulCount"] == 1
     match.robots[0].forget_pieces()
@@ -212,13 +214,13 @@ def test_algae_are_not_to_be_laid_on_the_other_reef(play):
         return act
 
     (x, y), top = dim.REEF_CENTER, dim.TROUGH_WALL_HEIGHT + 0.5 * dim.ALGAE_DIAMETER
-    assert told(play({}, 60.0, act=lay(1, (x, y, top + 0.02)), seconds=3.0)) == [("G411", "red", 6)]
-    assert told(play({}, 60.0, act=lay(1, (x + 2.0, y - 1.0, 0.3)), seconds=3.0)) == []
+    assert told(play({}, 60.0, act=lay(1, (x, y, top + 0.02)), seconds=2.0)) == [("G411", "red", 6)]
+    assert told(play({}, 60.0, act=lay(1, (x + 2.0, y - 1.0, 0.21)), seconds=2.0)) == []
 
 
 def test_a_second_robot_beyond_the_barge_costs_more_the_longer_it_stays(play):
     """G421: minor, and major every three seconds."""
     poses = {0: (11.0, 7.0, 0.0), 2: (11.0, 1.0, 0.0)}
-    match = play(poses, 60.0, seconds=6.5)
+    match = play(poses, 60.0, seconds=6.1)
     assert told(match) == [("G421", "blue", 2), ("G421", "blue", 6), ("G421", "blue", 6)]
     assert told(play({0: poses[0]}, 60.0)) == []

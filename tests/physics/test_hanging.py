@@ -58,32 +58,32 @@ def swing(seconds, angle, config=HEAVY, h=0.005):
 def test_it_swings_with_the_period_of_a_pendulum_and_gains_no_energy():
     """T = 2 pi sqrt(I / (m g d)) (1 + a^2 / 16 + 11 a^4 / 3072) at an amplitude a."""
     angle = 0.3
-    passes, energies, gap = swing(8.0, angle)
+    passes, energies, gap = swing(5.0, angle)
     period = 2.0 * math.pi * math.sqrt(INERTIA / (MASS * GRAVITY * DROP)) * (1.0 + angle**2 / 16 + 11 * angle**4 / 3072)
     assert 2.0 * np.diff(passes).mean() == pytest.approx(period, rel=1e-3)
     start = MASS * GRAVITY * DROP * (1.0 - math.cos(angle))
     assert energies.max() < 1.01 * start, "semi-implicit Euler errs by up to h w / 2 within a swing"
-    assert energies[-400:].max() < energies[:400].max() + 1e-3 * start
+    assert energies[-430:].max() < energies[:430].max() + 1e-3 * start
     assert gap < 0.001
 
 
 def test_friction_takes_what_it_says():
     """The amplitude of a swing decays with exp(-c t / 2), so the energy with exp(-c t)."""
-    _, energies, _ = swing(6.0, 0.2, replace(HEAVY, damping=0.4))
-    assert energies[-1] / energies[0] == pytest.approx(math.exp(-0.4 * 6.0), rel=0.1)
+    _, energies, _ = swing(3.0, 0.2, replace(HEAVY, damping=0.4))
+    assert energies[-1] / energies[0] == pytest.approx(math.exp(-0.4 * 3.0), rel=0.1)
 
 
 def field_with(rungs=(), **changes):
     config = SwerveConfig.square(0.53, SwerveModuleConfig(x=0.0, y=0.0))
     game = Game.bare(robot=lambda: RobotConfig(drivetrain=config), pieces=(PieceSupply(BALL, 2),))
-    hanging = (replace(HEAVY, damping=1.5, **changes),)
+    hanging = (replace(HEAVY, **{"damping": 1.5} | changes),)
     return replace(game, field=replace(game.field, hanging=hanging, rungs=rungs), starts=((2.0, 4.0, 0.0),))
 
 
 def test_a_robot_pushes_it_away_and_it_comes_to_rest_and_sleeps_at_no_cost():
     digests = []
-    for _ in range(2):
-        with Match(field_with()) as match:
+    for seconds in (4.0, 0.0):
+        with Match(field_with(damping=4.0)) as match:
             body, robot = match.hanging[0], match.robots[0]
             match.play(0.5)
             assert not body.is_awake
@@ -99,11 +99,13 @@ def test_a_robot_pushes_it_away_and_it_comes_to_rest_and_sleeps_at_no_cost():
             robot.drive.set_chassis_speeds(-2.0, 0.0, 0.0)
             match.play(1.0)
             robot.drive.set_chassis_speeds(0.0, 0.0, 0.0)
-            match.play(9.0)
+            digests.append(match.digest.hexdigest())
+            match.play(seconds)
+            if not seconds:
+                break
             assert not body.is_awake
             assert math.dist(body.pos, (4.0, 4.0, 1.5 - DROP)) < 0.003
             assert body.quat[3] == pytest.approx(1.0, abs=1e-5)
-            digests.append(match.digest.hexdigest())
     assert digests[0] == digests[1]
 
 
