@@ -97,8 +97,7 @@ class Fouls:
                 self.book.call("G428", number, _MAJOR, f"touches robot {other} at its cage", other)
             elif overlaps(outline, REEF_ZONE) or overlaps(outline, BARGE_ZONE):
                 self.book.call("G427", number, _MAJOR, f"touches robot {other} in its zone", other)
-        placed = match.pieces.places.slots()
-        for slot in placed[match.pieces.state.status[placed] == PieceStatus.AWAKE].tolist():
+        for slot in match.pieces.places.woken.tolist():
             for number in contacts.touching(match.pieces.row(slot)):
                 self._touched[slot] = number, match.time
 

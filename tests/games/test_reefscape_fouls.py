@@ -159,7 +159,7 @@ def test_who_takes_a_coral_off_the_other_reef_gives_away_its_ranking_point(play)
 
     def put_and_take(number):
         def act(match):
-            start, tip = (np.array(end) for end in branch_ends(2 + number, 4))
+            _, tip = (np.array(end) for end in branch_ends(2 + number, 4))
             state = match.pieces.state
             slot = np.nonzero((state.kind == 0) & (state.status == PieceStatus.STAGED))[0][:1]
             match.pieces.release(slot, tip[None] + (0.0, 0.0, 0.17))
