@@ -63,10 +63,10 @@ def body(bumpers: Color) -> dict[str, Any]:
     x, z = PIVOT[0] - 0.06, _LOW + 0.5 * _TALL
     meshes = {
         **chassis(reefscape_robot().body, bumpers),
-        "battery": box((-0.30, 0.13, 0.09), (-0.13, 0.21, 0.26), BLACK),
-        "electronics": box((-0.30, -0.24, 0.09), (-0.13, -0.12, 0.13), GREEN),
+        "battery": box((-0.30, 0.16, 0.09), (-0.13, 0.24, 0.26), BLACK),
+        "electronics": box((-0.30, -0.28, 0.09), (-0.13, -0.16, 0.13), GREEN),
         "elevator_top": bar((x - 0.035, 0.0, _LOW + _TALL - 0.02), (0.02, 0.50, 0.03), STEEL),
-        "elevator_foot": bar((x, 0.0, _LOW), (0.05, 0.50, 0.03), STEEL),
+        "elevator_foot": bar((0.11, 0.0, _LOW), (0.02, 0.50, 0.03), STEEL),
     }
     for side, y in (("left", 0.235), ("right", -0.235)):
         meshes[f"rail_{side}"] = bar((x, y, z), (0.05, 0.025, _TALL), STEEL)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from games.reefscape.autos import AUTOS
-from games.reefscape.field import FIELD, scoring_zones
+from games.reefscape.field import CAGE_OPTIONS, FIELD, arrange, scoring_zones
 from games.reefscape.pieces import ALGAE, CORAL
 from games.reefscape.places import PLACES
 from games.reefscape.robot import reefscape_robot
@@ -32,5 +32,7 @@ REEFSCAPE = Game(
     robots=ROBOTS,
     autos=AUTOS,
     models=shipped("reefscape", "advantagescope"),
+    options=CAGE_OPTIONS,
+    arrange=arrange,
 )
 """The whole game."""

@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from games.reefscape import dimensions as dim
-from games.reefscape.field import ALLIANCES, FIELD, flipped_box
+from games.reefscape.field import ALLIANCES, FIELD
 from simcore.geometry.zones import BoxZone, CapsuleZone
 from simcore.match.scoring import Alliance
 from simcore.pieces.resting_places import RestingPlace
@@ -81,7 +81,7 @@ def _places(alliance: Alliance) -> list[RestingPlace]:
     w, length, t = dim.NET_WIDTH / 2.0, dim.NET_LENGTH / 2.0, dim.NET_FRAME_THICKNESS
     low = (dim.FIELD_CENTER[0] - w + t, dim.NET_Y - length + t, dim.NET_FLOOR_HEIGHT)
     high = (dim.FIELD_CENTER[0] + w - t, dim.NET_Y + length - t, dim.NET_RIM_HEIGHT + 0.5 * dim.ALGAE_DIAMETER)
-    zone_of_net = BoxZone(*flipped_box(low, high, alliance))
+    zone_of_net = BoxZone(*((low, high) if alliance == "blue" else FIELD.symmetry.flip_box(low, high)))
     net_level = level_of(alliance, "net")
     return [*places, RestingPlace(name=f"{name} net", level=net_level, zone=zone_of_net, kinds=("Algae",))]
 

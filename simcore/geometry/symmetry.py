@@ -60,6 +60,11 @@ class FieldSymmetry:
         """
         return tuple((*self.flip_point(x, y), z) for x, y, z in points) if alliance == "red" else points
 
+    def flip_box(self, low: Vector, high: Vector) -> tuple[Vector, Vector]:
+        """Smallest and largest corner of the box that corresponds to one with these [m]."""
+        (x0, y0, z0), (x1, y1, z1) = self.points_of("red", low, high)
+        return (min(x0, x1), min(y0, y1), z0), (max(x0, x1), max(y0, y1), z1)
+
     def flip_pose(self, x: float, y: float, yaw: float) -> Pose:
         """The planar pose that corresponds to a pose [m, m, rad]."""
         turned = yaw + math.pi if self.kind == "rotate" else math.pi - yaw

@@ -90,6 +90,8 @@ class RunReport:
     """Pieces by zone, and what else the score is made of."""
     placed: Mapping[str, int] = field(default_factory=dict)
     """Pieces by level, of a game with resting places."""
+    fouls: tuple[str, ...] = ()
+    """Each with its time, in order."""
     shots: int
     hits: int
     distance_m: float
@@ -118,6 +120,8 @@ class RunReport:
 def _plain(name: str, value: Any) -> Any:
     if isinstance(value, Mapping):
         return {str(key): _plain(f"{name}.{key}", item) for key, item in value.items()}
+    if isinstance(value, tuple | list):
+        return [_plain(f"{name}[{number}]", item) for number, item in enumerate(value)]
     if isinstance(value, np.generic):
         value = value.item()
     if isinstance(value, float) and not math.isfinite(value):
@@ -172,6 +176,8 @@ def print_report(report: RunReport, console: Console, *, verbose: bool = False) 
     run.add_column(ratio=5, overflow="fold")
     for what, value in _clock(report.match_state).items():
         run.add_row(what, value)
+    for foul in report.fouls:
+        run.add_row("foul", escape(foul))
     run.add_row("way driven", f"{report.distance_m:.1f} m")
     off = f"; {report.brownouts} brown-outs" if report.brownouts else ""
     run.add_row("lowest battery voltage", f"{report.min_battery_v:.2f} V{off}")
@@ -220,7 +226,8 @@ def _placed(levels: Mapping[str, int], style: box.Box, width: int) -> Table:
 def _clock(state: Mapping[str, float | int | bool | str]) -> dict[str, str]:
     """Match clock and period, and what the game adds to them, as people read them."""
     rest = dict(state)
-    rest.pop("Game", None)
+    for told_elsewhere in ("Game", "LastFoul"):
+        rest.pop(told_elsewhere, None)
     time, left, period = rest.pop("Time"), rest.pop("TimeLeft"), rest.pop("Period")
     can_move = "robots may move" if rest.pop("Enabled") else "robots are disabled"
     rows = {"match clock": f"{time:.1f} s, {left:.1f} s left", "period": f"{escape(str(period))}; {can_move}"}

@@ -130,6 +130,11 @@ class RestingPlaces:
         placed, self._placed = self._placed, []
         return placed, removed
 
+    @property
+    def woken(self) -> IntArray:
+        """Slots of the pieces that count in a place, but have been woken there."""
+        return np.nonzero((self._place >= 0) & (self._pool.state.status == _AWAKE))[0]
+
     def slots(self, name: str | None = None, *, level: str | None = None) -> IntArray:
         """Slots of the pieces in a place, in all places of a level, or in all places.
 

@@ -110,13 +110,19 @@ def chassis(body: ChassisConfig, color: Color) -> dict[str, Any]:
     middle = 0.5 * (low + high)
     meshes = {
         "bumper_front": box((frame_x, -width, low), (length, width, high), color),
-        "bumper_back": box((-length, -width, low), (-frame_x, width, high), color),
         "bumper_left": box((-frame_x, frame_y, low), (frame_x, width, high), color),
         "bumper_right": box((-frame_x, -width, low), (frame_x, -frame_y, high), color),
         "front_mark": box((length, -0.11, middle - 0.04), (length + 0.004, 0.11, middle + 0.04), WHITE),
         "front_arrow": painted(_arrow(length - thick / 2.0, high), YELLOW),
-        "belly_pan": box((-frame_x, -frame_y, body.clearance), (frame_x, frame_y, low), DARK),
     }
+    end, half = (body.bay[0] - length, 0.5 * body.bay[1]) if body.bay else (-frame_x, 0.0)  # of what is cut out
+    meshes["belly_pan"] = box((end, -frame_y, body.clearance), (frame_x, frame_y, low), DARK)
+    for side, sign in (("left", 1), ("right", -1)):
+        inner, outer = sorted((sign * half, sign * width))
+        meshes[f"bumper_back_{side}"] = box((-length, inner, low), (-frame_x, outer, high), color)
+        inner, outer = sorted((sign * half, sign * frame_y))
+        if end > -frame_x:
+            meshes[f"belly_pan_{side}"] = box((-frame_x, inner, body.clearance), (end, outer, low), DARK)
     for i, (x, y) in enumerate(body.wheel_positions):
         tire, stripe = wheel(body.wheel_radius, 0.038, BLACK, DARK, at=(x, y, body.wheel_radius))
         meshes |= {f"drive_wheel_{i}": tire, f"drive_wheel_mark_{i}": stripe}

@@ -65,9 +65,9 @@ def events_of(recording: Recording, scene: Scene, shots: Sequence[ShotTrace]) ->
         if key.startswith("Sim/Placed/"):
             name = key_in_words(key.removeprefix("Sim/Placed/"))
             events += [RunEvent(time, "placed", f"placed, {name} {rise:+.0f}") for time, rise in _rises(recording, key)]
-        if key.startswith("Sim/Score/") and "foul" in key.lower():
-            name = key_in_words(key.removeprefix("Sim/Score/"))
-            events += [RunEvent(time, "foul", f"{name} {rise:+.0f}") for time, rise in _rises(recording, key)]
+    if recording.has("Sim/Match/LastFoul"):
+        for time, text in zip(*_changes(*recording.strings("Sim/Match/LastFoul")), strict=True):
+            events.append(RunEvent(time, "foul", text.partition(" ")[2]))
     for number, robot in enumerate(scene.robots):
         whose = f"robot {number}: " if len(scene.robots) > 1 else ""
         events += [RunEvent(t, kind, whose + text) for t, kind, text in _troubles(recording, robot.prefix)]
