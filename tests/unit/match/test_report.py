@@ -100,7 +100,16 @@ def test_report_fits_80_columns_in_any_terminal(encoding: str) -> None:
     report = replace(REPORT, outputs={"log": "out/" + "長い/" * 40 + " [bold]run.wpilog"})
     text = printed(report, encoding, verbose=True)
     assert all(len(line) <= 80 for line in text.splitlines())
-    for part in ("27 points", "27 of 31 shots scored (87%)", "all 408", "377", "9.87 V", "8.5 times as", "[bold]", "G7, red robot 1"):
+    for part in (
+        "27 points",
+        "27 of 31 shots scored (87%)",
+        "all 408",
+        "377",
+        "9.87 V",
+        "8.5 times as",
+        "[bold]",
+        "G7, red robot 1",
+    ):
         assert part in text
     rows = [line.strip("|\u2502 ").split(maxsplit=3) for line in text.splitlines()]
     assert ["blue", "hub", "active"] in [row[:3] for row in rows]
