@@ -150,8 +150,8 @@ class ReefscapeRules(Rules):
             name = alliance.capitalize()
             rows[f"Sim/Match/{name}StationCoral"] = self.human_players.stock[alliance]
             rows[f"Sim/Match/{name}HumanPlayerAlgae"] = self.human_players.waiting_algae[alliance]
-        for number, end in self._ends.items():
-            rows[f"Sim/Match/EndGameRobot{number + 1}"] = end
+        for robot in self.match.robots:
+            rows[f"Sim/Match/EndGameRobot{robot.number + 1}"] = self._ends.get(robot.number, "None")
         return rows
 
     # --- what counts ----------------------------------------------------------------------------------------------

@@ -164,7 +164,7 @@ def test_who_takes_a_coral_off_the_other_reef_gives_away_its_ranking_point(play)
             slot = np.nonzero((state.kind == 0) & (state.status == PieceStatus.STAGED))[0][:1]
             match.pieces.release(slot, tip[None] + (0.0, 0.0, 0.17))
             match.play(1.5)
-            assert match.pieces.places.count(level="BlueTopRow") > 0
+            assert match.pieces.places.count(f"Blue {'ABCD'[2 + number]} L4") == 1
             match.pieces.hold(slot, number)
 
         return act
