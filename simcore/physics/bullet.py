@@ -35,7 +35,7 @@ import numpy as np
 from scipy.spatial import ConvexHull, HalfspaceIntersection, QhullError
 
 from simcore.errors import EngineError
-from simcore.geometry.rotation import IDENTITY, Quaternion, Vector, multiply, rotate
+from simcore.geometry.rotation import IDENTITY, Quaternion, Vector, multiply, rotate, rotate_back
 from simcore.physics.engine import BodyDefinition, RayHits
 from simcore.physics.shape_extent import smallest_thickness
 from simcore.physics.shapes import Box, Compound, Cylinder, HalfSpace, Hull, Mesh, Part, Shape, Sphere, bounding_box
@@ -62,6 +62,7 @@ _CONTACT_DISTANCE = 0.001  # [m]
 _HULL_MARGIN = 0.001  # [m], that it puts around hulls
 _NEGLECTED = 0.002  # [m]; a piece that moves less in a step gets no deeper into anything than this
 _TOUCHING = 2e-5  # [m]; contacts of pieces begin at a thousandth of their size, not at _CONTACT_DISTANCE
+_POINT_RADIUS = 0.01  # [m], of the static that a body hangs from
 _flat = chain.from_iterable
 
 
@@ -221,7 +222,21 @@ class BulletEngine:
             self.set_sustained(row, False)
         if d.center_of_mass != (0.0, 0.0, 0.0) or d.inertia_axes != IDENTITY:
             self.set_pose(row, d.pos, d.quat)
+        if d.pivot is not None:
+            self._hang(body, d, d.pivot)
         return row
+
+    def _hang(self, body: int, definition: BodyDefinition, pivot: Vector) -> None:
+        """Tie a body to its pivot: to a static that nothing touches, because it takes no joint to the world."""
+        p, d = self._p, definition
+        point = self._collision_shape(Sphere(_POINT_RADIUS))
+        fixed = p.createMultiBody(0.0, point, basePosition=pivot, useMaximalCoordinates=1, **self._kw)
+        p.setCollisionFilterGroupMask(fixed, -1, 0, 0, **self._kw)
+        center = np.add(d.pos, rotate(d.quat, d.center_of_mass))
+        arm = rotate_back(multiply(d.quat, d.inertia_axes), np.subtract(pivot, center).tolist())
+        p.createConstraint(
+            *(body, -1, fixed, -1, p.JOINT_POINT2POINT, (0.0, 0.0, 0.0), arm, (0.0, 0.0, 0.0)), **self._kw
+        )
 
     def set_pose(self, row: int, pos: Sequence[float], quat: Sequence[float]) -> None:
         """Put the origin of a body somewhere [m]; its velocity becomes zero."""

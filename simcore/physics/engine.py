@@ -38,6 +38,8 @@ class BodyDefinition:
     pos: Vector = (0.0, 0.0, 0.0)
     """Origin of the shape, field frame [m]."""
     quat: Quaternion = (0.0, 0.0, 0.0, 1.0)
+    pivot: Vector | None = None
+    """A place of a moving body that stays where it is, field frame [m]: the body turns about it; None: it is free."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -377,6 +377,14 @@ class GamePieceManager:
         """The types, in the order of `PieceState.kind`."""
         return self._pool.types
 
+    def kind_name(self, slot: int) -> str:
+        """Name of the kind of a slot's piece."""
+        return str(self._pool.types[self.state.kind[slot]].name)
+
+    def row(self, slot: int) -> int:
+        """Engine row of a slot's body."""
+        return self._pool.rows[slot]
+
     @property
     def radius(self) -> FloatArray:
         """Bounding radius of each slot's piece [m], shape (n,)."""

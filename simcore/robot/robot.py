@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Protocol, TypeAlias
 
 import numpy as np
 
 from simcore.geometry.linkage import PartState, part_pose
 from simcore.geometry.rotation import Quaternion, Vector, interpolate, multiply, rotate
+from simcore.physics.hanging import HangingBody
 from simcore.physics.world import PhysicsWorld
 from simcore.pieces.intake import Intake, IntakeConfig
 from simcore.pieces.placer import Placer, PlacerConfig
@@ -61,6 +62,7 @@ class Robot:
         pose: Start, field frame [m, m, rad].
         rng: For the noise of its sensors.
         rungs: What its climbers can hang on.
+        mounts: Hanging bodies that rungs are parts of, by name.
     """
 
     def __init__(
@@ -72,6 +74,7 @@ class Robot:
         pose: tuple[float, float, float] = (0.0, 0.0, 0.0),
         rng: np.random.Generator,
         rungs: Sequence[Rung] = (),
+        mounts: Mapping[str, HangingBody] | None = None,
     ) -> None:
         self.config = config
         self.number = number
@@ -94,7 +97,7 @@ class Robot:
         self._storages |= {c.name: Storage(c) for c in config.more_storages}
         self.shooters = [Shooter(c, self.mechanisms) for c in config.shooters]
         self.placers = [Placer(c, self.mechanisms) for c in config.placers]
-        self.climbers = [Climber(c, self.mechanisms, self.chassis, rungs) for c in config.climbers]
+        self.climbers = [Climber(c, self.mechanisms, self.chassis, rungs, mounts or {}) for c in config.climbers]
         self.devices: RobotDevices | None = None
         self.sensor_states: dict[str, bool] = {}
         """Whether each switch and beam break of robot code sees something, by name; for telemetry."""
@@ -156,7 +159,7 @@ class Robot:
             self.chassis.read()  # a stiff hook must not push against where the robot was a sub-step ago
             force, torque = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
             for climber in self.climbers:
-                (fx, fy, fz), (tx, ty, tz) = climber.push()
+                (fx, fy, fz), (tx, ty, tz) = climber.push(h)
                 force = (force[0] + fx, force[1] + fy, force[2] + fz)
                 torque = (torque[0] + tx, torque[1] + ty, torque[2] + tz)
             self.chassis.apply_forces(force, torque)

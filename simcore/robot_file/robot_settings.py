@@ -15,6 +15,7 @@ from simcore.pieces.intake import IntakeConfig
 from simcore.pieces.placer import PlacerConfig
 from simcore.pieces.shooter import ShooterConfig
 from simcore.pieces.storage import StorageConfig
+from simcore.robot.chassis_config import ChassisConfig
 from simcore.robot.climber import ClimberConfig
 from simcore.robot.mechanism_friction import friction_from_volts
 from simcore.robot.positioned_mechanisms import PistonConfig, ServoConfig
@@ -101,10 +102,14 @@ class RobotSettings:
     """Name of the game to play; None: whichever is chosen elsewhere."""
     engine: str | None = None
     """Name of the physics engine; None: see `engine_choice`."""
+    tags: str | None = None
+    """Name of the AprilTag layout; None: the game's."""
     mass: float = 55.0
     """With bumpers and battery [kg]."""
     bumper: tuple[float, float] | None = None
     """Length and width over the bumpers [m]; None: 15 cm beyond the wheels' centers."""
+    bay: tuple[float, float] | None = None
+    """Depth and width of an opening in the back of bumpers and frame [m]; None: there is none."""
     center_of_mass_height: float = 0.2
     """[m]"""
     wheel_cof: float = 1.2
@@ -185,9 +190,11 @@ class RobotSettings:
         if self.capacity is not None:
             room = replace(room, capacity=self.capacity)
         first, *more = self.storages or (room,)
+        body = None if self.bay is None else replace(ChassisConfig.around(drivetrain, bumper=bumper), bay=self.bay)
         return RobotConfig(
             drivetrain=drivetrain,
             bumper=bumper,
+            chassis=body,
             mechanisms={m.name: m.config for m in self.mechanisms},
             intakes=self.intakes,
             storage=first,
@@ -230,7 +237,13 @@ def practice_match(
     entry = RobotEntry(config=config, start=settings.start, preload=settings.preload)
     try:
         match = Match(
-            game, robots=(entry,), practice=True, sinks=sinks, network=network, engine=engine or settings.engine
+            game,
+            robots=(entry,),
+            practice=True,
+            sinks=sinks,
+            network=network,
+            engine=engine or settings.engine,
+            tags=settings.tags,
         )
     except StartError as error:
         raise _start_refused("[start]", error) from error

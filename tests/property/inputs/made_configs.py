@@ -42,7 +42,7 @@ from simcore.vision.quest_headset import QuestConfig
 PACKAGES = ("geometry", "match", "physics", "pieces", "robot", "vision")
 MADE_BY_SIMCORE = frozenset(
     "Aim AutoRun BodyDefinition BuiltDevice CommandResult ContactMaterials DriveShaft FollowerGroup Footprint "
-    "GroundClearance Launch MassProperties PlaceEvent "
+    "FoulEvent GroundClearance Launch MassProperties PieceRelease PlaceEvent "
     "LimitedMotor MeshPart ModelLayout NormalLaw ObjGroup PieceCount RayHits RunReport Score ScoreEvent Shot Spread "
     "ImuReading Mounting ReleasedPiece TagLayout TickTimes WheelContact".split()
 )
@@ -81,7 +81,7 @@ EXAMPLES = (
     CameraConfig(frame_rate=30.0),
     QuestConfig(mount=CameraMount()),
     TankConfig(),
-    ChassisConfig(yaw_inertia=5.0),
+    ChassisConfig(yaw_inertia=5.0, bay=(0.4, 0.3)),
     Mesh(np.eye(3), np.array([[0, 1, 2]])),
     Compound((Part(Sphere(0.1), (0.0, 0.0, 0.1)),)),
 )
