@@ -7,17 +7,18 @@ import itertools
 import json
 from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass, field, fields, replace
+from importlib.metadata import entry_points
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import Any, Literal
 
 from simcore.errors import ConfigError, UnknownNameError
-from simcore.match.registry import GROUP
+from simcore.match.registry import GROUP, find_game
+from simcore.match.scatter import Scatter
+from simcore.physics.engine_choice import choose_engine
 from simcore.quantities import COUNT, DURATION, Quantity, require, require_fields, shown
 from simcore.sweep.code_version import code_version, files_digest, module_digest, project_digest
 from simcore.sweep.factors import Factor, FactorValue
-
-if TYPE_CHECKING:
-    from simcore.match.scatter import Scatter
+from simcore.sweep.run_metrics import metric_name
 
 __all__ = ["DESIGNS", "Experiment", "PlannedRun", "StopRule"]
 
@@ -115,8 +116,6 @@ class Experiment:
     stop: StopRule = field(default_factory=StopRule)
 
     def __post_init__(self) -> None:
-        from simcore.sweep.run_metrics import metric_name
-
         for name in ("options", "factors", "seeds"):
             object.__setattr__(self, name, tuple(getattr(self, name)))
         object.__setattr__(self, "points", tuple(tuple(point) for point in self.points))
@@ -214,8 +213,6 @@ class Experiment:
 
     def run_keys(self, runs: list[PlannedRun]) -> list[str]:
         """Of runs, each 20 hexadecimal digits: equal where the result is, in this experiment and in others."""
-        from simcore.physics.engine_choice import choose_engine
-
         apart = ("factors", "design", "samples", "points", "seeds", "timeout", "stop")
         common = {name: value for name, value in self.to_json().items() if name not in apart}
         common |= {"engine": choose_engine(self.engine), "code": self._code()}
@@ -236,12 +233,8 @@ class Experiment:
         return found
 
     def _game_module(self) -> str:
-        from importlib.metadata import entry_points
-
         if self.game is not None and ":" in self.game:
             return self.game.partition(":")[0]
-        from simcore.match.registry import find_game
-
         game = find_game(self.game, say=str)
         (point,) = (point for point in entry_points(group=GROUP) if point.name == game.name)
         return point.module
@@ -263,8 +256,6 @@ class Experiment:
         values["factors"] = tuple(Factor.from_json(factor) for factor in data["factors"])
         values["stop"] = StopRule(**data["stop"])
         if data["scatter"] is not None:
-            from simcore.match.scatter import Scatter
-
             values["scatter"] = Scatter.parse(data["scatter"])
         return cls(**values)
 

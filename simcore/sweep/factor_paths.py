@@ -11,17 +11,15 @@ import dataclasses
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from simcore.errors import ConfigError, UnknownNameError
 from simcore.match.game import Auto, Game, PieceSupply
+from simcore.match.scatter import Scatter
 from simcore.physics.engine_choice import choose_engine
 from simcore.quantities import ANGLE, COUNT, FACTOR, FIELD_PLACE, MASS, Quantity, require, shown
 from simcore.robot.robot_config import RobotConfig
 from simcore.sweep.factors import FactorValue
-
-if TYPE_CHECKING:
-    from simcore.match.scatter import Scatter
 
 __all__ = ["RunSetup", "vary", "vary_pieces", "vary_robot", "vary_scatter"]
 
@@ -92,8 +90,6 @@ def vary_scatter(scatter: Scatter | None, values: Mapping[str, FactorValue]) -> 
         parts = name.split(".")
         if parts[0] != "scatter":
             continue
-        from simcore.match.scatter import Scatter
-
         with _named(name):
             if len(parts) == 1:
                 require("scatter", "factor of the default spreads", value, FACTOR)
