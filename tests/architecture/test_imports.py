@@ -41,6 +41,7 @@ ALLOWED = {
     **dict.fromkeys(
         ("cli", "__main__"), BASE | {"cli", "__version__"}
     ),  # a table of names: commands are imported when they run
+    "sweep": CORE | {"robot_file", "show"},  # pages and pictures of results are drawn as those of runs
     "testing": CORE,
     "new_game": BASE,
     "show": CORE,
