@@ -5,12 +5,11 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
 from simcore.show.palette import color
-from simcore.show.svg import document, element, line, polygon, polyline, ticks, words
+from simcore.show.svg import document, element, line, polyline, ticks, words
 from simcore.sweep.sensitivity import FactorEffect
 from simcore.typing import FloatArray
 
@@ -83,7 +82,9 @@ def distribution_chart(values: FloatArray, name: str, unit: str = "") -> str:
     return _document(parts, f"distribution of {name}")
 
 
-def response_chart(points: Sequence[ChartPoint], factor: str, name: str, unit: str = "", *, is_share: bool = False) -> str:
+def response_chart(
+    points: Sequence[ChartPoint], factor: str, name: str, unit: str = "", *, is_share: bool = False
+) -> str:
     """A value over a factor, each with its whisker; joined by a line where the factor is a number.
 
     Args:
