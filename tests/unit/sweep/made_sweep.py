@@ -15,7 +15,8 @@ from simcore.sweep.results import Results
 def described(*factors, design="grid", **rest):
     """What Results asks of an experiment."""
     named = tuple(SimpleNamespace(name=name) for name in factors)
-    return SimpleNamespace(factors=named, design=design, game="made", auto="depot", **rest)
+    stop = SimpleNamespace(condition="")
+    return SimpleNamespace(factors=named, design=design, game="made", project=None, auto="depot", stop=stop, **rest)
 
 
 def runs_of(points, columns, *, seeds=1):
