@@ -9,6 +9,7 @@ from collections.abc import Callable, Generator, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Executor, Future, ThreadPoolExecutor, as_completed, wait
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import ExitStack
+from importlib import import_module
 from typing import Any, TypeAlias
 
 from simcore.errors import ConfigError, UnknownNameError, VendorError
@@ -123,7 +124,9 @@ def _play_in_pool(
 def _row_of(future: Future[Row], planned: PlannedRun) -> Row:
     """What a worker has returned, or why it has not."""
     error = future.exception()
-    return future.result() if error is None else failed_row(planned, f"its worker failed: {' '.join(str(error).split())}")
+    return (
+        future.result() if error is None else failed_row(planned, f"its worker failed: {' '.join(str(error).split())}")
+    )
 
 
 def _start_worker() -> None:
@@ -136,12 +139,9 @@ def _start_worker() -> None:
 # --- a cluster ----------------------------------------------------------------------------------------------------
 
 
-def _play_on_dask(
-    common: Experiment, runs: Sequence[PlannedRun], count: int, scheduler: str | None
-) -> Iterator[Row]:
+def _play_on_dask(common: Experiment, runs: Sequence[PlannedRun], count: int, scheduler: str | None) -> Iterator[Row]:
     try:
-        import dask
-        import distributed
+        dask, distributed = (import_module(name) for name in ("dask", "distributed"))
     except ImportError as error:
         raise VendorError(f"a cluster needs Dask: {install_command('sweep')}") from error
 
@@ -162,9 +162,10 @@ def _play_on_dask(
             address = scheduler
         try:
             client = stack.enter_context(distributed.Client(address, timeout=_CONNECT, set_as_default=False))
-        except (OSError, ValueError) as error:
+            client.wait_for_workers(1, timeout=_CONNECT)
+        except (OSError, ValueError) as error:  # a TimeoutError is one
             raise ConfigError(
-                f"no Dask scheduler answers at {scheduler}: {' '.join(str(error).split())}; start one with "
+                f"no Dask scheduler with a worker answers at {scheduler} within {_CONNECT:g} s; start one with "
                 "`dask scheduler`, and workers with `dask worker ADDRESS --nthreads 1`"
             ) from error
         _require_same_code(client.run(code_version))
@@ -195,7 +196,8 @@ def _play_on_client(
         return future
 
     width = max(4, 2 * sum(client.nthreads().values()))
-    results = as_completed([future for _ in range(width) if (future := begin()) is not None])
+    first = [future for _ in range(width) if (future := begin()) is not None]
+    results = as_completed(first, loop=client.loop)
     for future in results:
         planned = planned_by_key.pop(future.key)
         if (following := begin()) is not None:

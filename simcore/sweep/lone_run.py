@@ -29,9 +29,10 @@ def play_alone(experiment: Experiment, planned: PlannedRun) -> dict[str, Any]:
     """The row of a run that is played in a process of its own; if that dies, the row says how."""
     task = {"experiment": experiment.to_json(), "planned": asdict(planned)}
     try:
-        return ask_process("simcore.sweep.lone_run", task, timeout=experiment.timeout)
+        row: dict[str, Any] = ask_process("simcore.sweep.lone_run", task, timeout=experiment.timeout)
     except SimcoreError as error:
         return failed_row(planned, str(error))
+    return row
 
 
 def ask_process(module: str, task: Any, *, timeout: float | None) -> Any:

@@ -25,7 +25,9 @@ from simcore.sweep.factor_paths import RunSetup, vary
 from simcore.sweep.run_metrics import PlayedRun, measure, named_object
 from simcore.sweep.time_limit import time_limit
 
-__all__ = ["failed_row", "play_run", "play_values", "require_playable_runs", "setup_of"]
+__all__ = [
+    "failed_row", "planned_values", "play_run", "play_values", "require_playable_runs", "sentence_of", "setup_of",
+]  # fmt: skip
 
 _one_at_a_time = Lock()  # a worker of a cluster may have several threads; a run has the process to itself
 
@@ -48,7 +50,7 @@ def play_run(experiment: Experiment, planned: PlannedRun) -> dict[str, Any]:
         except Exception as error:
             row = failed_row(planned, sentence_of(error))
         else:
-            row = {**_head(planned), **measured, "version": code_version(), "error": ""}
+            row = {**planned_values(planned), **measured, "version": code_version(), "error": ""}
         row["cpu_seconds"] = process_time() - start
         return row
 
@@ -79,10 +81,11 @@ def play_values(experiment: Experiment, planned: PlannedRun) -> dict[str, Any]:
 
 def failed_row(planned: PlannedRun, error: str) -> dict[str, Any]:
     """The row of a run that has come to nothing."""
-    return {**_head(planned), "version": code_version(), "error": error, "cpu_seconds": 0.0}
+    return {**planned_values(planned), "version": code_version(), "error": error, "cpu_seconds": 0.0}
 
 
-def _head(planned: PlannedRun) -> dict[str, Any]:
+def planned_values(planned: PlannedRun) -> dict[str, Any]:
+    """Those columns of a run's row that the plan knows."""
     return {"run": planned.number, "point": planned.point, "seed": planned.seed, **planned.values}
 
 
