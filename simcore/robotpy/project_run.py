@@ -55,8 +55,8 @@ class ProjectRun:
         """Play the auto with the robot of a test."""
         try:
             self.answer = self._played(sim)
-        except Exception as error:
-            self.answer = {"error": " ".join(start_sentence(error, self._folder).split())}
+        except (Exception, pytest.fail.Exception) as error:  # the latter for what a project must mend
+            self.answer = {"error": _sentence(error, self._folder)}
 
     def _played(self, sim: RobotTest) -> dict[str, Any]:
         task = self._task
@@ -79,8 +79,13 @@ def _main() -> None:
     try:
         _play(task, run, folder)
     except Exception as error:
-        run.answer = {"error": " ".join(start_sentence(error, folder).split())}
+        run.answer = {"error": _sentence(error, folder)}
     answer_task({**run.answer, "cpu_seconds": process_time()})
+
+
+def _sentence(error: BaseException, folder: Path) -> str:
+    text = str(error) if isinstance(error, pytest.fail.Exception) else start_sentence(error, folder)
+    return " ".join(text.split())
 
 
 def _play(task: dict[str, Any], run: ProjectRun, folder: Path) -> None:

@@ -52,7 +52,7 @@ ALLOWED = {
     "phoenix6": CORE | {"robot_file", "phoenix6_emulator"},
     "revlib": CORE | {"robot_file"},
     "phoenix6_emulator": BASE,  # emulates CTRE's library; knows neither simulation nor adapters
-    "robotpy": CORE | {"robot_file", "phoenix6", "phoenix6_emulator", "photonvision", "revlib", "show"},
+    "robotpy": CORE | {"robot_file", "phoenix6", "phoenix6_emulator", "photonvision", "revlib", "show", "sweep"},
 }
 
 VENDORS = ("pybullet", "mujoco", "wpilib", "hal", "phoenix6", "rev")
