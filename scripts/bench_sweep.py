@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import json
+import sys
 import tempfile
+from functools import partial
 from pathlib import Path
 from time import perf_counter, process_time
 from typing import Any
@@ -25,18 +27,23 @@ _TINY = 10_000
 def measure_sweep(runs: int, *, auto: str = "neutral", seconds: float | None = None) -> dict[str, Any]:
     """Figures of a sweep over seeds.
 
+    Each is on stderr as soon as it is measured.
+
     Args:
         runs: How many, for the throughput of two processes.
         auto: Which.
         seconds: Of each, simulated [s]; None: the whole auto.
     """
     experiment = Experiment(auto=auto, seconds=seconds, scatter=Scatter(), seeds=tuple(range(runs)))
-    return {
-        "auto": auto,
-        "overhead": _overhead(experiment),
-        "throughput": _throughput(experiment),
-        "tiny_tasks_on_dask": _tiny_tasks(),
-    }
+    figures: dict[str, Any] = {"auto": auto}
+    for name, measure in (
+        ("tiny_tasks_on_dask", _tiny_tasks),
+        ("overhead", partial(_overhead, experiment)),
+        ("throughput", partial(_throughput, experiment)),
+    ):
+        figures[name] = measure()
+        print(f"{name}: {figures[name]}", file=sys.stderr, flush=True)
+    return figures
 
 
 def _overhead(experiment: Experiment) -> dict[str, Any]:
@@ -91,12 +98,12 @@ def _throughput(experiment: Experiment) -> dict[str, Any]:
 
 
 def _tiny_tasks() -> dict[str, Any]:
-    """What a Dask scheduler costs for each of many tasks that do nothing, and what their results hold."""
+    """What Dask's client and scheduler, in this process, cost for each of many tasks that do nothing."""
     import distributed
 
     with (
         distributed.LocalCluster(
-            n_workers=1, threads_per_worker=2, processes=False, dashboard_address=None, host="127.0.0.1"
+            n_workers=2, threads_per_worker=1, dashboard_address=None, host="127.0.0.1"
         ) as cluster,
         distributed.Client(cluster) as client,
     ):
