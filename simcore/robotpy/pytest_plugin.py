@@ -11,6 +11,7 @@ import os
 import shutil
 import sys
 from collections.abc import Callable, Generator
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TextIO
 
@@ -315,11 +316,11 @@ def _make_repeatable(folder: Path) -> None:
 def _vary(config: pytest.Config) -> None:
     """Say to whoever builds the match which of many runs this is."""
     from simcore.match.scatter import Scatter
-    from simcore.robotpy.run_variation import RunVariation, set_run_variation
+    from simcore.robotpy.run_variation import run_variation, set_run_variation
 
     text = config.getoption("sim_scatter")
     scatter = None if text is None else Scatter.parse(text)
-    set_run_variation(RunVariation(seed=config.getoption("sim_seed") or 0, scatter=scatter))
+    set_run_variation(replace(run_variation(), seed=config.getoption("sim_seed") or 0, scatter=scatter))
 
 
 def _attach(plugin: Any, *, wants_field: bool) -> None:

@@ -148,14 +148,14 @@ def _play_on_dask(common: Experiment, runs: Sequence[PlannedRun], count: int, sc
     with ExitStack() as stack:
         if scheduler is None:
             # a run that ends its worker is not worth three more workers
-            stack.enter_context(dask.config.set({"distributed.scheduler.allowed-failures": 1}))
+            stack.enter_context(dask.config.set({"distributed.scheduler.allowed-failures": 0}))
             address: Any = stack.enter_context(
                 distributed.LocalCluster(
                     n_workers=count,
                     threads_per_worker=1,
                     host="127.0.0.1",
                     dashboard_address=None,
-                    silence_logs=logging.ERROR,
+                    silence_logs=logging.CRITICAL,
                 )
             )
         else:
@@ -185,30 +185,37 @@ def _play_on_client(
     client: Any, as_completed: Callable[..., Any], common: Experiment, runs: Sequence[PlannedRun]
 ) -> Iterator[Row]:
     """Twice as many runs under way as there are workers, so that none of them waits for the next one."""
-    rest, planned_by_key = iter(runs), {}
+    rest = iter(runs)
+    under_way: dict[str, PlannedRun] = {}
 
-    def begin() -> Any:
-        planned = next(rest, None)
+    def begin(planned: PlannedRun | None, *, alone: bool = False) -> Any:
         if planned is None:
             return None
-        future = client.submit(_play_on_worker, common, planned, code_version(), pure=False)
-        planned_by_key[future.key] = planned
+        future = client.submit(_play_on_worker, common, planned, code_version(), alone=alone, pure=False)
+        under_way[future.key] = planned
         return future
 
     width = max(4, 2 * sum(client.nthreads().values()))
-    first = [future for _ in range(width) if (future := begin()) is not None]
+    first = [future for _ in range(width) if (future := begin(next(rest, None))) is not None]
     results = as_completed(first, loop=client.loop)
+    suspects: set[int] = set()
     for future in results:
-        planned = planned_by_key.pop(future.key)
-        if (following := begin()) is not None:
+        planned = under_way.pop(future.key)
+        error = future.exception()
+        is_suspect = type(error).__name__ == "KilledWorker" and planned.number not in suspects
+        if is_suspect:  # or it was only waiting at a worker that another run has ended
+            suspects.add(planned.number)
+        following = begin(planned, alone=True) if is_suspect else begin(next(rest, None))
+        if following is not None:
             results.add(following)
-        yield _row_of(future, planned)
+        if not is_suspect:
+            yield _row_of(future, planned)
         future.release()
 
 
-def _play_on_worker(common: Experiment, planned: PlannedRun, version: str) -> Row:
+def _play_on_worker(common: Experiment, planned: PlannedRun, version: str, *, alone: bool) -> Row:
     logging.getLogger("simcore").setLevel(logging.ERROR)
     be_worker()
     if version != code_version():
         return failed_row(planned, f"a worker has simcore {code_version()}, the sweep was started with {version}")
-    return play_run(common, planned)
+    return play_alone(common, planned) if alone else play_run(common, planned)

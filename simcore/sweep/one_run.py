@@ -22,6 +22,7 @@ from simcore.robot_file.reader import read_settings
 from simcore.sweep.code_version import code_version
 from simcore.sweep.experiment import Experiment, PlannedRun
 from simcore.sweep.factor_paths import RunSetup, vary
+from simcore.sweep.project_runs import play_project, require_project
 from simcore.sweep.run_metrics import PlayedRun, measure, named_object
 from simcore.sweep.time_limit import time_limit
 
@@ -51,7 +52,7 @@ def play_run(experiment: Experiment, planned: PlannedRun) -> dict[str, Any]:
             row = failed_row(planned, sentence_of(error))
         else:
             row = {**planned_values(planned), **measured, "version": code_version(), "error": ""}
-        row["cpu_seconds"] = process_time() - start
+        row["cpu_seconds"] = row.get("cpu_seconds", 0.0) + process_time() - start
         return row
 
 
@@ -61,18 +62,19 @@ def play_values(experiment: Experiment, planned: PlannedRun) -> dict[str, Any]:
     Raises:
         SimcoreError: The run cannot be.
     """
+    if experiment.project is not None:
+        return play_project(experiment, planned)
     setup = vary(setup_of(experiment), planned.values)
-    settings: dict[str, Any] = {} if setup.scatter is None else {"scatter": setup.scatter}
     played = play_auto(
         setup.game,
         setup.auto,
-        alliance=setup.alliance,  # type: ignore[arg-type]
+        alliance=setup.alliance,
         seconds=setup.seconds,
         seed=planned.seed,
         robot=setup.robot,
+        scatter=setup.scatter,
         options=experiment.options,
         engine=setup.engine,
-        **settings,
     )
     with played.match:
         metrics = measure(PlayedRun(played.match, played.path), experiment.metrics)
@@ -124,6 +126,9 @@ def require_playable_runs(experiment: Experiment) -> None:
     Raises:
         SimcoreError: A game, auto, robot, factor or value cannot be; the text says what would work.
     """
+    if experiment.project is not None:
+        require_project(experiment)
+        return
     setup = setup_of(experiment)
     for factor in experiment.factors:
         values = factor.values or (factor.at(0.5),)
