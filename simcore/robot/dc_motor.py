@@ -111,6 +111,8 @@ class MotorModel:
         >>> round(one.kt / m.kt, 9), round(m.kv / one.kv, 9), round(one.resistance / m.resistance, 9)
         (1.02, 1.02, 1.1)
         """
+        if kt == resistance == 1.0:
+            return self  # to the last bit
         free_current = self.free_current / kt
         return replace(
             self,

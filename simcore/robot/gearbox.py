@@ -132,6 +132,8 @@ class GearboxConfig:
             kt: Mean factor of torque per current, and of volts per speed [-].
             resistance: Mean factor of the resistance [-].
         """
+        if kt == resistance == 1.0:
+            return self
         m = self.motor
         free_current = m.freeCurrent / kt
         motor = DCMotor(
