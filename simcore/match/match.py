@@ -24,6 +24,7 @@ from simcore.match.game import Game, PieceSupply, RobotEntry, Rules
 from simcore.match.piece_flow import PieceFlow
 from simcore.match.publish import build_snapshot
 from simcore.match.report import PieceCount, Score
+from simcore.match.scatter import Scatter, ScatterDraws
 from simcore.match.scoring import Alliance, ScoringTracker, ScoringZone
 from simcore.match.starts import (
     require_free_place,
@@ -61,6 +62,7 @@ class Match:
         game: What is played.
         robots: Who plays; none: one blue robot of the game's own kind.
         seed: Of everything that is left to chance, a whole number >= 0.
+        scatter: By how much robots, pieces and shots differ from match to match; None: not at all.
         controllers: What commands each robot, in their order; None: it stands.
         options: Names of the game's options that are on.
         practice: Every piece counts, whatever the match clock says.
@@ -92,6 +94,8 @@ class Match:
     """Of the last tick."""
     seed: int
     """Of everything that is left to chance."""
+    draws: ScatterDraws
+    """What the scatter of this run comes to."""
     timer: MatchTimer
     """The time of the match, for scores and rules."""
     pieces: GamePieceManager
@@ -118,6 +122,7 @@ class Match:
         *,
         robots: Sequence[RobotEntry] = (),
         seed: int = 0,
+        scatter: Scatter | None = None,
         controllers: Sequence[Controller | None] = (),
         options: Iterable[str] = (),
         practice: bool = False,
@@ -133,6 +138,10 @@ class Match:
         self.entries = tuple(robots) or (RobotEntry(),)
         self.options = frozenset(options)
         self.practice = practice
+        if not isinstance(scatter, Scatter | None):
+            raise ConfigError(f"scatter must be a Scatter or None, got {shown(scatter)}")
+        self.scatter = scatter or Scatter.none()
+        """By how much things differ from run to run."""
         require_playable(game, self.entries, options=self.options, controllers=len(controllers), seed=seed)
         self._network = network
         self._tags = tags or game.field.tags
@@ -509,6 +518,7 @@ class Match:
         """Build everything that a run changes, in an empty world."""
         game = self.game
         self.seed = seed
+        self.draws = ScatterDraws(self.scatter, seed)
         rng = np.random.default_rng(seed)
         self.rules_rng, robot_rng, staging_rng, camera_rng = rng.spawn(4)
         self.time = 0.0

@@ -21,6 +21,7 @@ BASE = {"errors", "quantities", "units", "typing", "install_text", "start_errors
 TOOLS = {
     "simcore/match/runner.py",  # measures how long ticks take; hands no time to the simulation
     "simcore/new_game/new_game_command.py",  # the year of a new game
+    "simcore/sweep/one_run.py",  # measures what a run cost
 }
 """Commands for the developer, no part of a simulation: may read a clock to say how long they took."""
 INNER = BASE | {"geometry", "physics"}
@@ -41,6 +42,7 @@ ALLOWED = {
     **dict.fromkeys(
         ("cli", "__main__"), BASE | {"cli", "__version__"}
     ),  # a table of names: commands are imported when they run
+    "sweep": CORE | {"robot_file"},
     "testing": CORE,
     "new_game": BASE,
     "show": CORE,
