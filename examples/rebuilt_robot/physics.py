@@ -17,6 +17,7 @@ from simcore import (
     SwerveDrivetrainSim,
     TalonFXMotorSim,
     limelight_type,
+    run_variation,
     swerve_config,
 )
 from simcore.phoenix6.talon_motor import MotorType
@@ -51,9 +52,12 @@ class PhysicsEngine(RobotPhysics):
         tables = ntcore.NetworkTableInstance.getDefault()
         build = replace(REBUILT.robot(), drivetrain=swerve_config(r.drivetrain), cameras=CAMERAS)
         start = (START_BLUE.X(), START_BLUE.Y(), START_BLUE.rotation().radians())
+        variation = run_variation()  # which of many runs this is
         match = Match(
             REBUILT,
             robots=[RobotEntry(config=build, start=start)],
+            seed=variation.seed,
+            scatter=variation.scatter,
             practice=True,
             sinks=[NetworkTablesSink(tables)],
             network=tables,

@@ -191,8 +191,7 @@ class ScatterDraws:
             name: Of the spread.
             numbers: Which thing: e.g. numbers of robot and shooter.
         """
-        key = (zlib.crc32(name.encode()), *numbers)  # not hash(), which differs between processes
-        return np.random.default_rng(np.random.SeedSequence(self._seed, spawn_key=key))
+        return np.random.default_rng((self._seed, zlib.crc32(name.encode()), *numbers))
 
     def normal(self, name: str, *numbers: int) -> float:
         """A normal number times the size of a spread."""

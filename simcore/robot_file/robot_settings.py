@@ -10,6 +10,7 @@ from simcore.errors import ConfigError, UnknownNameError
 from simcore.geometry.linkage import Joint
 from simcore.match.game import Game, RobotEntry
 from simcore.match.match import Match
+from simcore.match.scatter import Scatter
 from simcore.match.starts import StartError, require_free_place, require_on_field
 from simcore.pieces.intake import IntakeConfig
 from simcore.pieces.placer import PlacerConfig
@@ -101,6 +102,8 @@ class RobotSettings:
     """Name of the game to play; None: whichever is chosen elsewhere."""
     engine: str | None = None
     """Name of the physics engine; None: see `engine_choice`."""
+    scatter: Scatter | None = None
+    """By how much things differ from run to run; None: not at all."""
     mass: float = 55.0
     """With bumpers and battery [kg]."""
     bumper: tuple[float, float] | None = None
@@ -205,6 +208,8 @@ def practice_match(
     drivetrain: SwerveConfig | TankConfig,
     *,
     engine: str | None = None,
+    seed: int = 0,
+    scatter: Scatter | None = None,
     sinks: Sequence[TelemetrySink] = (),
     network: ntcore.NetworkTableInstance | None = None,
 ) -> Match:
@@ -215,6 +220,8 @@ def practice_match(
         settings: The robot's.
         drivetrain: The robot's.
         engine: Name of the physics engine; None: that of the settings.
+        seed: Of everything left to chance.
+        scatter: By how much things differ from run to run; None: as the settings say.
         sinks: Who wants telemetry.
         network: Where its cameras publish and listen.
 
@@ -230,7 +237,14 @@ def practice_match(
     entry = RobotEntry(config=config, start=settings.start, preload=settings.preload)
     try:
         match = Match(
-            game, robots=(entry,), practice=True, sinks=sinks, network=network, engine=engine or settings.engine
+            game,
+            robots=(entry,),
+            seed=seed,
+            scatter=settings.scatter if scatter is None else scatter,
+            practice=True,
+            sinks=sinks,
+            network=network,
+            engine=engine or settings.engine,
         )
     except StartError as error:
         raise _start_refused("[start]", error) from error

@@ -41,6 +41,20 @@ def pytest_addoption(parser: pytest.Parser) -> None:
         help="folder for log and picture of failed tests; default: test_output by robot.py",
     )
     group.addoption(
+        "--sim-seed",
+        type=int,
+        default=0,
+        metavar="N",
+        help="seed of all that is left to chance in robot tests; default: 0",
+    )
+    group.addoption(
+        "--sim-scatter",
+        default=None,
+        metavar="SPREADS",
+        help="scatter in robot tests: a factor of the default spreads and single ones by name, e.g. 1,exit_speed=0.03; "
+        "default: as simcore.toml says",
+    )
+    group.addoption(
         "--sim-in-process", action="store_true", help="robot tests in pytest's own process, for a debugger: one a run"
     )
     parser.addini("simcore_robot", "robot.py of the tests; default: the nearest above a test", default="")
@@ -49,7 +63,7 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 
 
 def pytest_configure(config: pytest.Config) -> None:
-    """Keep the terminal's own stderr, for the stacks of a program that hangs."""
+    """Keep the terminal's own stderr, for the stacks of a program that hangs; refuse options that cannot be."""
     global _complaints
     if _complaints is None:
         _complaints = os.fdopen(os.dup(2), "w")
@@ -58,6 +72,16 @@ def pytest_configure(config: pytest.Config) -> None:
     mode = os.environ.get("SIMCORE_PHOENIX", "simulated")
     if mode not in _MODES:
         raise pytest.UsageError(f"SIMCORE_PHOENIX must be {' or '.join(_MODES)}, got {mode!r}")
+    if config.getoption("sim_seed") < 0:
+        raise pytest.UsageError(f"--sim-seed must be a whole number >= 0, got {config.getoption('sim_seed')}")
+    if config.getoption("sim_scatter") is not None:
+        from simcore.errors import SimcoreError
+        from simcore.match.scatter import Scatter
+
+        try:
+            Scatter.parse(config.getoption("sim_scatter"))
+        except SimcoreError as error:
+            raise pytest.UsageError(f"--sim-scatter: {error}") from None
 
 
 def pytest_runtest_logreport(report: pytest.TestReport) -> None:
@@ -164,6 +188,9 @@ def _child_arguments(config: pytest.Config) -> list[str]:
         arguments += ["-c", str(config.inipath)]
     for setting in options.override_ini or ():
         arguments += ["-o", setting]
+    arguments.append(f"--sim-seed={options.sim_seed}")
+    if options.sim_scatter is not None:
+        arguments.append(f"--sim-scatter={options.sim_scatter}")
     if options.showlocals:
         arguments.append("--showlocals")
     if options.sim_output:
@@ -189,6 +216,8 @@ def pytest_fixture_setup(fixturedef: Any, request: pytest.FixtureRequest) -> Gen
         if plugin is not None and _mode(request.config) == "simulated":
             _install()
             _make_repeatable(Path(request.getfixturevalue("robot_path")))
+        if plugin is not None:
+            _vary(request.config)
         if plugin is not None and hasattr(plugin, "_robot_class"):
             with _start_errors(plugin._robot_file.parent):
                 _attach(plugin, wants_field="sim" in request.fixturenames)
@@ -229,6 +258,16 @@ def _make_repeatable(folder: Path) -> None:
     seed_generators()
     use_robot_clock(folder)
     order_notifiers()
+
+
+def _vary(config: pytest.Config) -> None:
+    """Say to whoever builds the match which of many runs this is."""
+    from simcore.match.scatter import Scatter
+    from simcore.robotpy.run_variation import RunVariation, set_run_variation
+
+    text = config.getoption("sim_scatter")
+    scatter = None if text is None else Scatter.parse(text)
+    set_run_variation(RunVariation(seed=config.getoption("sim_seed"), scatter=scatter))
 
 
 def _attach(plugin: Any, *, wants_field: bool) -> None:

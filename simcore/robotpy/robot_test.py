@@ -26,6 +26,7 @@ from simcore.robotpy.driver_controls import Joystick, XboxPad, active_choices, c
 from simcore.robotpy.own_loops import loop_waits
 from simcore.robotpy.repeatable_runs import own_threads
 from simcore.robotpy.robot_physics import RobotPhysics, latest_physics
+from simcore.robotpy.run_variation import require_varied
 from simcore.telemetry.snapshot import TelemetrySink
 from simcore.units import TICK
 
@@ -144,6 +145,7 @@ class RobotTest:
                 f"no physics: the loop of {self._robot_name} is its own, and the program neither calls "
                 "_simulationInit() nor hal.observeUserProgramStarting(), nor has it waited for a loop"
             )
+        require_varied(physics.match)
         self._physics = physics
         self._stack.callback(gc.unfreeze)  # the physics has frozen what was built
         physics.match.sinks.extend(self._sinks)
