@@ -112,11 +112,14 @@ def fly_to_opening(
         depth_before, depth = (start - middle) @ inward, (pos - middle) @ inward
         passes = (depth_before < 0.0) & (depth >= 0.0)
         if passes.any():
-            share = (depth_before / (depth_before - depth))[passes, None]
+            share = (depth_before[passes] / (depth_before - depth)[passes])[:, None]
             found.place[row[passes]] = start[passes] + share * (pos - start)[passes]
             found.vel[row[passes]] = start_vel[passes] + share * (vel - start_vel)[passes]
             found.time[row[passes]] = TICK * (tick + share[:, 0])
             touches[passes] |= ~opening.holds(found.place[row[passes]]) | (vel[passes, 2] >= 0.0)
+        comes_out = (depth_before >= 0.0) & (depth < 0.0)
+        if comes_out.any():  # what has never been in has come through a wall from below
+            touches[comes_out] |= ~is_within[comes_out] & opening.holds(pos[comes_out])
         is_within = (is_within | passes) & (depth >= 0.0)
         scores = is_within & (vel[:, 2] < 0.0) & zone.crossed(start, pos)
         # What is deep enough to be clear of the rim, and has not the energy to rise to it any more, falls in.

@@ -43,6 +43,7 @@ ALLOWED = {
         ("cli", "__main__"), BASE | {"cli", "__version__"}
     ),  # a table of names: commands are imported when they run
     "sweep": CORE | {"robot_file"},
+    "shooting": CORE | {"robot_file", "show", "sweep"},
     "testing": CORE,
     "new_game": BASE,
     "show": CORE,
