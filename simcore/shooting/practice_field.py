@@ -35,6 +35,8 @@ class RealShot:
     vel: FloatArray
     """At the first of them [m/s], shape (3,)."""
     scored: bool
+    substeps: int
+    """Fewest in a tick of its flight."""
 
 
 class PracticeField:
@@ -105,11 +107,11 @@ class PracticeField:
         x, y = stand.place(self.task.opening.middle)
         self._match.carry_to(0, (x, y, yaw - self.task.shooter.launch.heading))
 
-    def obstacle_free(self, stand: Stand, elevation: float, speed: float) -> bool:
+    def is_way_free(self, stand: Stand, elevation: float, speed: float) -> bool:
         """Whether nothing is in the way of a shot as meant, until it is over the opening.
 
         Args:
-            stand: Of the robot, which stands there now.
+            stand: Of the robot.
             elevation: [rad]
             speed: [m/s]
         """
@@ -130,7 +132,7 @@ class PracticeField:
 
     # --- real shots -------------------------------------------------------------------------------------------------
 
-    def shoot(self, stand: Stand, elevation: float, speed: float) -> RealShot | None:
+    def shoot(self, stand: Stand, elevation: float, speed: float, *, turn: float = 0.0) -> RealShot | None:
         """Let the robot shoot once from a stand, at rest; None if the piece has not left.
 
         Wheels and hood are where they have to be as the gate opens; scatter, flight and bounces are the match's.
@@ -139,10 +141,11 @@ class PracticeField:
             stand: Of the robot.
             elevation: [rad]
             speed: [m/s]
+            turn: Of the robot beyond the aim, counter-clockwise [rad].
         """
         match, task, slot = self._match, self.task, int(self._slot[0])
         yaw = task.lead(stand, np.array([elevation]), np.array([speed]))
-        self._carry(stand, float(yaw[0]))
+        self._carry(stand, float(yaw[0]) + turn)
         match.pieces.hold(self._slot, 0)
         storage = self._robot.storage_of(task.shooter)
         storage.discard(slot)
@@ -156,15 +159,18 @@ class PracticeField:
         else:
             return None
         self._close_gate()
+        scored = match.tracker.pieces[task.zone.name]
         vel = match.pieces.state.vel[slot].copy()
         shot = match.flow.shots[-1]
-        radius = task.kind.bounding_radius
+        radius, substeps = task.kind.bounding_radius, match.substeps
         for _ in range(_LONGEST):
             match.tick()
+            substeps = min(substeps, match.substeps)
+            has_scored = match.tracker.pieces[task.zone.name] > scored  # `shot.scored` is of the first 2 s
             status = match.pieces.state.status[slot]
-            if shot.scored or (status != PieceStatus.IN_FLIGHT and match.pieces.state.pos[slot, 2] < 2.0 * radius):
+            if has_scored or (status != PieceStatus.IN_FLIGHT and match.pieces.state.pos[slot, 2] < 2.0 * radius):
                 break
-        return RealShot(np.array(shot.points), vel, shot.scored)
+        return RealShot(np.array(shot.points), vel, has_scored, substeps)
 
     def _set(self, elevation: float, speed: float) -> None:
         """Wheels, hood and gate as a shot needs them, this tick."""

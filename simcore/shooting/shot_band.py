@@ -1,8 +1,9 @@
-"""Which elevations and speeds go in from a place, and which of them has the widest margin on all sides."""
+"""Which elevations and speeds go in from a place, and how wide their margins are on all sides."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,12 +15,15 @@ from simcore.shooting.shot_task import ShotTask, Stand
 from simcore.typing import BoolArray, FloatArray
 from simcore.units import degrees
 
-__all__ = ["BestShot", "ShotBand"]
+__all__ = ["BestShot", "ShotBand", "smoothest"]
 
 _ELEVATION_STEP = degrees(0.5)
 _SPEED_STEP = 0.0075  # of the speed
 _SPARE_ELEVATION, _SPARE_SPEED = degrees(3.0), 0.05  # beyond the shooter's limits: scatter does not stop there
 _SLOWER, _FASTER = 0.8, 1.5  # times the speed that meets the middle: from the rim in front to the top of a board
+_ENOUGH = 6.0  # standard deviations: one shot in 10^9 is farther off
+_LITTLE = 0.01  # what more than enough is worth
+_DEAR = degrees(10.0)
 _FINE_SPEED, _FINE_ELEVATION = 0.001, degrees(0.05)
 
 
@@ -33,6 +37,39 @@ class BestShot:
     """Relative to the muzzle [m/s]."""
     margin: float
     """To the nearest elevation and speed that do not go in, in standard deviations of the scatter [-]."""
+
+
+def smoothest(rows: Sequence[FloatArray]) -> list[int]:
+    """Of each of several bands, one after the other in distance, the row of the grid to shoot at.
+
+    A margin is worth what it is up to 6 standard deviations, more is worth nothing; a change of 10 deg from one band to
+    the next costs 1. So the table can be interpolated, and gives up margin only where there is plenty.
+
+    Args:
+        rows: Widest margin of each elevation of the grid, of each band, shape (n,).
+
+    Returns:
+        A row for each; what is best overall (Viterbi's algorithm).
+    """
+    count = len(rows[0])
+    steps = (_ELEVATION_STEP / _DEAR) * np.arange(count)
+    cost = np.square(steps[:, None] - steps[None, :])
+    best, came_from = _worth(rows[0]), []
+    for margins in rows[1:]:
+        reached = best[:, None] - cost
+        came_from.append(np.argmax(reached, axis=0))
+        best = reached.max(axis=0) + _worth(margins)
+    chosen = [int(np.argmax(best))]
+    for origins in reversed(came_from):
+        chosen.append(int(origins[chosen[-1]]))
+    return chosen[::-1]
+
+
+def _worth(margins: FloatArray) -> FloatArray:
+    """Minus infinity for what does not go in."""
+    with np.errstate(divide="ignore"):
+        worth: FloatArray = np.where(margins > 0.0, np.minimum(margins, _ENOUGH) + _LITTLE * margins, -np.inf)
+    return worth
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,11 +103,13 @@ class ShotBand:
         ratio = speeds[None, :] / middles[:, None]
         row, column = np.nonzero((ratio > _SLOWER) & (ratio < _FASTER))
         inside: BoolArray = np.zeros(ratio.shape, dtype=bool)
-        inside[row, column] = task.outcomes(stand, elevations[row], speeds[column]) > 0.0
+        inside[row, column] = task.outcomes(stand, elevations[row], speeds[column])
         return cls(task, stand, elevations, speeds, inside)
 
-    def best(self, scatter: Scatter) -> BestShot | None:
-        """The shot within the shooter's limits with the widest margin; None: nothing goes in.
+    def margins(self, scatter: Scatter) -> FloatArray:
+        """How far each shot of the grid is from the nearest that does not go in, in standard deviations, shape (n, m).
+
+        Zero for what does not go in, and beyond the limits of the shooter.
 
         Args:
             scatter: Measures the margins; where it has no exit speed or elevation, the default ones do.
@@ -80,19 +119,21 @@ class ShotBand:
             _ELEVATION_STEP / (scatter.elevation or usual.elevation),
             _SPEED_STEP / (scatter.exit_speed or usual.exit_speed),
         )
-        margins = distance_transform_edt(np.pad(self.inside, 1), sampling=sizes)[1:-1, 1:-1]
+        margins: FloatArray = distance_transform_edt(np.pad(self.inside, 1), sampling=sizes)[1:-1, 1:-1]
         low, high = self.task.elevations
         margins[(self.elevations < low - 1e-9) | (self.elevations > high + 1e-9)] = 0.0
         margins[:, self.speeds > self.task.max_speed] = 0.0
-        if not margins.size or not margins.max() > 0.0:
-            return None
-        row, column = np.unravel_index(int(np.argmax(margins)), margins.shape)
+        return margins
+
+    def best_at(self, row: int, margins: FloatArray) -> BestShot:
+        """The shot with the widest margin of those of a row of the grid."""
+        column = int(np.argmax(margins[row]))
         return BestShot(float(self.elevations[row]), float(self.speeds[column]), float(margins[row, column]))
 
     def speed_limits(self, shot: BestShot) -> tuple[float, float]:
         """Slowest and fastest shot at the same elevation that goes in [m/s]."""
         speeds = shot.speed * np.exp(np.arange(math.log(_SLOWER), math.log(_FASTER), _FINE_SPEED))
-        inside = self.task.outcomes(self.stand, np.full(len(speeds), shot.elevation), speeds) > 0.0
+        inside = self.task.outcomes(self.stand, np.full(len(speeds), shot.elevation), speeds)
         return _around(speeds, inside, shot.speed)
 
     def elevation_limits(self, shot: BestShot) -> tuple[float, float]:
@@ -100,7 +141,7 @@ class ShotBand:
         elevations = np.arange(_FINE_ELEVATION, 0.5 * math.pi, _FINE_ELEVATION)
         near = np.abs(elevations - shot.elevation) < degrees(25.0)
         elevations = elevations[near]
-        inside = self.task.outcomes(self.stand, elevations, np.full(len(elevations), shot.speed)) > 0.0
+        inside = self.task.outcomes(self.stand, elevations, np.full(len(elevations), shot.speed))
         return _around(elevations, inside, shot.elevation)
 
 

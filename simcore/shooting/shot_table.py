@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.stats import binomtest, qmc
@@ -12,14 +13,14 @@ from scipy.stats import binomtest, qmc
 from simcore.geometry.rotation import wrap_angle
 from simcore.match.scatter import Scatter
 from simcore.shooting.practice_field import PracticeField
-from simcore.shooting.shot_band import BestShot, ShotBand
-from simcore.shooting.shot_task import ShotDraws, ShotTask, Stand
-from simcore.typing import FloatArray
+from simcore.shooting.shot_band import BestShot, ShotBand, smoothest
+from simcore.shooting.shot_task import SPREADS, ShotDraws, ShotTask, Stand
+from simcore.typing import BoolArray, FloatArray
 
 __all__ = ["ShotShare", "ShotTable", "ShotTableRow", "make_table", "scattered_hits"]
 
-_CLAIM_SHOTS = 2048
-"""Of a row's share: a power of 2, as Sobol's sequence wants."""
+_CLAIM_SHOTS, _BETWEEN_SHOTS = 2048, 512
+"""Of a row's shares: powers of 2, as Sobol's sequence wants."""
 _LEVEL = 0.95
 _MOST_PLACES = 6  # that are tried before a row is given up
 
@@ -87,6 +88,8 @@ class ShotTableRow:
     """To the nearest shot that does not go in, in standard deviations of the scatter [-]."""
     share: ShotShare | None = None
     """Of scattered shots that go in."""
+    between: ShotShare | None = None
+    """The same half way to the next distance, with elevation and speed half way between; None: there is none."""
 
     @property
     def is_feasible(self) -> bool:
@@ -144,77 +147,119 @@ def make_table(
         on_row: Called with each row as it is done.
     """
     spread = Scatter() if scatter is None else scatter
-    radials, tangentials = list(radial), list(tangential)
-    rows, bands = [], []
+    aways = sorted(distances)
+    rows: list[ShotTableRow] = []
+    bands: list[ShotBand | None] = []
     with PracticeField(task, engine=engine) as field:
-        for distance in distances:
-            for along in radials:
-                for across in tangentials:
-                    row, band = _row(task, field, distance, along, across, spread, seed + len(rows))
-                    rows.append(row)
-                    bands.append(band)
-                    on_row(row)
-    return ShotTable(task, spread, tuple(rows), tuple(bands))
+        for along, across in itertools.product(radial, tangential):
+            found = [_Place(task, field, Stand(away, 0.0, along, across), spread) for away in aways]
+            _choose(found)
+            before: ShotTableRow | None = None
+            for place in found:
+                row = place.row(spread, seed)
+                if before is not None and before.is_feasible and row.is_feasible:
+                    rows[-1] = replace(before, between=_between(task, before, row, spread, seed))
+                rows.append(row)
+                bands.append(place.band)
+                on_row(row)
+                before = row
+    order = sorted(range(len(rows)), key=lambda number: (rows[number].distance, number))
+    return ShotTable(task, spread, tuple(rows[n] for n in order), tuple(bands[n] for n in order))
 
 
-def _row(
-    task: ShotTask, field: PracticeField, distance: float, radial: float, tangential: float, scatter: Scatter, seed: int
-) -> tuple[ShotTableRow, ShotBand | None]:
-    here = {"distance": distance, "radial": radial, "tangential": tangential}
-    stands = field.stands(distance, radial, tangential)
-    if not stands:
-        return ShotTableRow(**here, problem="the robot has no place on the field there"), None
-    band = None
-    problem = ""
-    for stand in stands[:_MOST_PLACES]:
-        band = ShotBand.of(task, stand)
-        best = band.best(scatter)
-        if best is None:
-            problem = "no elevation and speed of this shooter go in"
-            continue
-        if not field.obstacle_free(stand, best.elevation, best.speed):
-            problem = "something on the field is in the way"
-            continue
-        return _worked_out(task, band, best, scatter, seed, here), band
-    return ShotTableRow(**here, problem=problem), band
+class _Place:
+    """A place of the robot for a row, and the band of shots from there.
+
+    Where the widest shot is in something's way, the next place to the side is tried.
+    """
+
+    def __init__(self, task: ShotTask, field: PracticeField, wanted: Stand, scatter: Scatter) -> None:
+        self.task, self.wanted = task, wanted
+        self.band: ShotBand | None = None
+        self.margins: FloatArray = np.zeros((0, 0))
+        self.best: BestShot | None = None
+        self.problem = "the robot has no place on the field there"
+        for stand in field.stands(wanted.distance, wanted.radial, wanted.tangential)[:_MOST_PLACES]:
+            self.band = ShotBand.of(task, stand)
+            margins = self.band.margins(scatter)
+            self.problem = "no elevation and speed of this shooter go in"
+            if not margins.size or not margins.max() > 0.0:
+                continue
+            for number in np.nonzero(margins.max(axis=1) > 0.0)[0].tolist():
+                shot = self.band.best_at(number, margins)
+                if not field.is_way_free(stand, shot.elevation, shot.speed):
+                    margins[number] = 0.0
+            self.problem = "something on the field is in the way of every shot"
+            if margins.max() > 0.0:
+                self.margins, self.problem = margins, ""
+                return
+
+    def choose(self, number: int) -> None:
+        """Take the shot of a row of the grid."""
+        assert self.band is not None
+        self.best = self.band.best_at(number, self.margins)
+
+    def row(self, scatter: Scatter, seed: int) -> ShotTableRow:
+        """The row of the chosen shot, or of why there is none."""
+        wanted, best, band, task = self.wanted, self.best, self.band, self.task
+        here = {"distance": wanted.distance, "radial": wanted.radial, "tangential": wanted.tangential}
+        if best is None or band is None:
+            return ShotTableRow(**here, problem=self.problem)
+        stand = band.stand
+        elevation, speed = np.array([best.elevation]), np.array([best.speed])
+        yaw = task.lead(stand, elevation, speed)
+        seen = task.fly(task.rows(stand, elevation, speed, yaw, np.zeros(1, dtype=np.int64)))
+        vx, vy, vz = seen.vel[0].tolist()
+        slowest, fastest = band.speed_limits(best)
+        flattest, steepest = band.elevation_limits(best)
+        return ShotTableRow(
+            **here,
+            bearing=stand.bearing,
+            elevation=best.elevation,
+            hood=task.hood_for(best.elevation),
+            speed=best.speed,
+            wheel_speed=task.shooter.wheel_speed_for(best.speed),
+            lead=wrap_angle(float(yaw[0]) - stand.bearing),
+            time_of_flight=float(seen.time[0]),
+            entry_angle=math.atan2(-vz, math.hypot(vx, vy)),
+            by_board=bool(seen.by_board[0]),
+            slowest=slowest,
+            fastest=fastest,
+            flattest=flattest,
+            steepest=steepest,
+            margin=best.margin,
+            share=_share(task, stand, best, scatter, seed, _CLAIM_SHOTS),
+        )
 
 
-def _worked_out(
-    task: ShotTask, band: ShotBand, best: BestShot, scatter: Scatter, seed: int, here: dict[str, float]
-) -> ShotTableRow:
-    stand = band.stand
-    elevation, speed = np.array([best.elevation]), np.array([best.speed])
-    yaw = task.lead(stand, elevation, speed)
-    seen = task.fly(task.rows(stand, elevation, speed, yaw, np.zeros(1, dtype=np.int64)))
-    vx, vy, vz = seen.vel[0].tolist()
-    slowest, fastest = band.speed_limits(best)
-    flattest, steepest = band.elevation_limits(best)
-    shares = np.clip(qmc.Sobol(7, seed=seed).random(_CLAIM_SHOTS), 1e-9, 1.0 - 1e-9)
-    hits = int(scattered_hits(task, stand, best, ShotDraws.of(scatter, shares)).sum())
-    return ShotTableRow(
-        **here,
-        bearing=stand.bearing,
-        elevation=best.elevation,
-        hood=task.hood_for(best.elevation),
-        speed=best.speed,
-        wheel_speed=task.shooter.wheel_speed_for(best.speed),
-        lead=wrap_angle(float(yaw[0]) - stand.bearing),
-        time_of_flight=float(seen.time[0]),
-        entry_angle=math.atan2(-vz, math.hypot(vx, vy)),
-        by_board=bool(seen.by_board[0]),
-        slowest=slowest,
-        fastest=fastest,
-        flattest=flattest,
-        steepest=steepest,
-        margin=best.margin,
-        share=ShotShare.of(hits, _CLAIM_SHOTS),
-    )
+def _choose(places: list[_Place]) -> None:
+    """The shots of one velocity, distance by distance; a row without any begins anew."""
+    together: list[_Place] = []
+    for place in [*places, None]:
+        if place is not None and not place.problem:
+            together.append(place)
+        elif together:
+            for one, number in zip(together, smoothest([one.margins.max(axis=1) for one in together]), strict=True):
+                one.choose(number)
+            together = []
 
 
-def scattered_hits(task: ShotTask, stand: Stand, shot: BestShot, draws: ShotDraws) -> FloatArray:
-    """Which of many scattered shots go in, from all barrels in turn, as 0 or 1, shape (n,)."""
+def _between(task: ShotTask, row: ShotTableRow, after: ShotTableRow, scatter: Scatter, seed: int) -> ShotShare:
+    """Of the shots half way between two rows, from where the first was worked out."""
+    shot = BestShot(0.5 * (row.elevation + after.elevation), 0.5 * (row.speed + after.speed), 0.0)
+    stand = replace(row.stand, distance=0.5 * (row.distance + after.distance))
+    return _share(task, stand, shot, scatter, seed, _BETWEEN_SHOTS)
+
+
+def _share(task: ShotTask, stand: Stand, shot: BestShot, scatter: Scatter, seed: int, count: int) -> ShotShare:
+    shares = np.clip(qmc.Sobol(SPREADS, seed=seed).random(count), 1e-9, 1.0 - 1e-9)
+    return ShotShare.of(int(scattered_hits(task, stand, shot, ShotDraws.of(scatter, shares)).sum()), count)
+
+
+def scattered_hits(task: ShotTask, stand: Stand, shot: BestShot, draws: ShotDraws) -> BoolArray:
+    """Which of many scattered shots go in, from all barrels in turn, shape (n,)."""
     n = len(draws.elevation)
     elevation, speed = np.full(n, shot.elevation), np.full(n, shot.speed)
     yaw = np.repeat(task.lead(stand, elevation[:1], speed[:1]), n)
     found = task.fly(task.rows(stand, elevation, speed, yaw, task.barrel_numbers(n), draws))
-    return found.goes_in.astype(float)
+    return found.goes_in

@@ -25,11 +25,13 @@ from simcore.pieces.shot_flight import ShotOutcomes, ShotRows, fly_to_opening
 from simcore.pieces.shot_opening import ShotOpening
 from simcore.robot.mechanisms import ArmConfig, ElevatorConfig, RackConfig
 from simcore.robot.robot_config import RobotConfig
-from simcore.typing import FloatArray, IntArray
+from simcore.typing import BoolArray, FloatArray, IntArray
 from simcore.units import GRAVITY, degrees
 
-__all__ = ["ShotDraws", "ShotTask", "Stand"]
+__all__ = ["SPREADS", "ShotDraws", "ShotTask", "Stand"]
 
+SPREADS = 7
+"""Spreads of a shot: as many as `ShotDraws` has fields."""
 _VOLTS = 12.0  # of a battery in good order
 _SPEED_RESERVE = 0.9  # of the wheels' free speed: what is left regulates, and serves when the battery sags; estimate
 _FLATTEST, _STEEPEST = degrees(5.0), degrees(87.0)
@@ -318,14 +320,14 @@ class ShotTask:
 
     def outcomes(
         self, stand: Stand, elevation: FloatArray | Sequence[float], speed: FloatArray | Sequence[float]
-    ) -> FloatArray:
-        """Whether shots as meant go in from every barrel, as 0 or 1, shape (n,); arguments as `lead`."""
+    ) -> BoolArray:
+        """Whether shots as meant go in from every barrel, shape (n,); arguments as `lead`."""
         elevations, speeds = np.asarray(elevation, dtype=float), np.asarray(speed, dtype=float)
         yaw = self.lead(stand, elevations, speeds)
         good = np.nonzero(np.isfinite(yaw))[0]
         n, k = len(good), len(self.barrels)
         shots = [np.tile(part[good], k) for part in (elevations, speeds, yaw)]
         found = self.fly(self.rows(stand, *shots, np.repeat(np.arange(k), n)))
-        result = np.zeros(len(speeds))
+        result: BoolArray = np.zeros(len(speeds), dtype=bool)
         result[good] = found.goes_in.reshape(k, n).all(axis=0)
         return result
