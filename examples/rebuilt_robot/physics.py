@@ -54,8 +54,8 @@ class PhysicsEngine(RobotPhysics):
         start = (START_BLUE.X(), START_BLUE.Y(), START_BLUE.rotation().radians())
         variation = run_variation()  # which of many runs this is
         match = Match(
-            REBUILT,
-            robots=[RobotEntry(config=build, start=start)],
+            variation.game(REBUILT),
+            robots=[RobotEntry(config=variation.robot(build), start=start)],
             seed=variation.seed,
             scatter=variation.scatter,
             practice=True,

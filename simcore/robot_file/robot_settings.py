@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
@@ -210,6 +210,7 @@ def practice_match(
     engine: str | None = None,
     seed: int = 0,
     scatter: Scatter | None = None,
+    vary: Callable[[RobotConfig], RobotConfig] | None = None,
     sinks: Sequence[TelemetrySink] = (),
     network: ntcore.NetworkTableInstance | None = None,
 ) -> Match:
@@ -222,6 +223,7 @@ def practice_match(
         engine: Name of the physics engine; None: that of the settings.
         seed: Of everything left to chance.
         scatter: By how much things differ from run to run; None: as the settings say.
+        vary: Makes another robot of the one that is described; None: it stays.
         sinks: Who wants telemetry.
         network: Where its cameras publish and listen.
 
@@ -231,6 +233,7 @@ def practice_match(
     """
     settings.require_pieces([supply.kind.name for supply in game.pieces])
     config = settings.robot_config(drivetrain, storage=game.robot().storage)
+    config = config if vary is None else vary(config)
     most = min(game.preload, config.storage.capacity)
     if settings.preload > most:
         raise ConfigError(f"{FILE_NAME} [start]: preload must be at most {most} in {game.name}, got {settings.preload}")

@@ -69,7 +69,8 @@ class AttachedPhysics(RobotPhysics):
         sinks = [NetworkTablesSink(network)]
         variation = run_variation()
         match = practice_match(
-            *(game, settings, config),
+            *(variation.game(game), settings, config),
+            vary=variation.robot,
             engine=self.engine_name,
             seed=variation.seed,
             scatter=variation.scatter,

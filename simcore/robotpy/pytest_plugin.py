@@ -5,11 +5,13 @@ Loads with pytest itself, in projects that have no robot too: whatever is heavy 
 
 from __future__ import annotations
 
+import argparse
 import contextlib
 import os
 import shutil
 import sys
-from collections.abc import Generator
+from collections.abc import Callable, Generator
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TextIO
 
@@ -20,6 +22,10 @@ if TYPE_CHECKING:
 
 __all__ = ["sim"]
 
+_SEEDS_MARK = (
+    "seeds(n, scatter=None): run a robot test once for each of n seeds, or of a list of seeds, with scatter on; see "
+    "sim.success"
+)
 _ROBOT_FIXTURES = ("sim", "robot", "control")
 _LATE_MS = 5.0  # a steer loop that sees rotors so old overshoots
 _MODES = ("simulated", "real")
@@ -43,9 +49,9 @@ def pytest_addoption(parser: pytest.Parser) -> None:
     group.addoption(
         "--sim-seed",
         type=int,
-        default=0,
+        default=None,
         metavar="N",
-        help="seed of all that is left to chance in robot tests; default: 0",
+        help="seed of all that is left to chance in robot tests; default: 0, with the mark seeds(...) all of its seeds",
     )
     group.addoption(
         "--sim-scatter",
@@ -54,6 +60,17 @@ def pytest_addoption(parser: pytest.Parser) -> None:
         help="scatter in robot tests: a factor of the default spreads and single ones by name, e.g. 1,exit_speed=0.03; "
         "default: as simcore.toml says",
     )
+    group.addoption(
+        "--seeds", type=int, default=None, metavar="N", help="of tests marked with seeds(...) the first N seeds only"
+    )
+    group.addoption(
+        "--seed-workers",
+        type=int,
+        default=None,
+        metavar="N",
+        help="runs of such a test at a time; default: one a core, with xdist 1",
+    )
+    group.addoption("--sim-one-of-many", action="store_true", help=argparse.SUPPRESS)  # a run for one of the seeds
     group.addoption(
         "--sim-in-process", action="store_true", help="robot tests in pytest's own process, for a debugger: one a run"
     )
@@ -72,8 +89,11 @@ def pytest_configure(config: pytest.Config) -> None:
     mode = os.environ.get("SIMCORE_PHOENIX", "simulated")
     if mode not in _MODES:
         raise pytest.UsageError(f"SIMCORE_PHOENIX must be {' or '.join(_MODES)}, got {mode!r}")
-    if config.getoption("sim_seed") < 0:
-        raise pytest.UsageError(f"--sim-seed must be a whole number >= 0, got {config.getoption('sim_seed')}")
+    config.addinivalue_line("markers", _SEEDS_MARK)
+    for option, least in (("sim_seed", 0), ("seeds", 1), ("seed_workers", 1)):
+        number = config.getoption(option)
+        if number is not None and number < least:
+            raise pytest.UsageError(f"--{option.replace('_', '-')} must be a whole number >= {least}, got {number}")
     if config.getoption("sim_scatter") is not None:
         from simcore.errors import SimcoreError
         from simcore.match.scatter import Scatter
@@ -118,16 +138,19 @@ def pytest_collect_file(file_path: Path, parent: pytest.Collector) -> None:
 @pytest.hookimpl(tryfirst=True)
 def pytest_runtest_protocol(item: pytest.Item) -> bool | None:
     """Under plain pytest: hand a robot test to a process of its own."""
-    if not _is_robot_test(item) or _pyfrc(item.config) is not None:
+    config, hook = item.config, item.ihook
+    has_seeds = item.get_closest_marker("seeds") is not None and not config.getoption("sim_one_of_many")
+    # Under `robotpy test` this is the process of one test already; one with seeds starts further ones all the same.
+    if not _is_robot_test(item) or (_pyfrc(config) is not None and not has_seeds):
         return None
-    from simcore.errors import ConfigError
+    from simcore.errors import SimcoreError
     from simcore.robotpy.isolation import run_isolated
 
-    config, hook = item.config, item.ihook
     hook.pytest_runtest_logstart(nodeid=item.nodeid, location=item.location)
     try:
         robot_file = _robot_file(item)
-    except ConfigError as error:
+        seeds, spreads = _seeds(item, robot_file) if has_seeds else ((), [])
+    except SimcoreError as error:
         reports = [
             pytest.TestReport(
                 nodeid=item.nodeid,
@@ -140,17 +163,44 @@ def pytest_runtest_protocol(item: pytest.Item) -> bool | None:
         ]
     else:
         real = _mode(config) == "real"  # configurations persist in ./ctre_sim: a fresh folder
-        reports = run_isolated(
-            item,
-            robot_file,
-            _child_arguments(config),
-            timeout=float(config.getini("simcore_timeout")),
-            folder=None if real else config.invocation_params.dir,
-        )
+
+        def play(*further: str) -> list[pytest.TestReport]:
+            return run_isolated(
+                item,
+                robot_file,
+                [*_child_arguments(config), *spreads, *further],
+                timeout=float(config.getini("simcore_timeout")),
+                folder=None if real else config.invocation_params.dir,
+            )
+
+        reports = _play_seeds(item, robot_file, seeds, play) if seeds else play()
     for report in reports:
         hook.pytest_runtest_logreport(report=report)
     hook.pytest_runtest_logfinish(nodeid=item.nodeid, location=item.location)
     return True
+
+
+def _seeds(item: pytest.Item, robot_file: Path) -> tuple[tuple[int, ...], list[str]]:
+    """Seeds of a marked test, none where `--sim-seed` names one, and the option that turns scatter on."""
+    from simcore.robotpy.seed_runs import seeds_of, spreads_of
+
+    seeds = seeds_of(item)
+    return () if item.config.getoption("sim_seed") is not None else seeds, spreads_of(item, robot_file)
+
+
+def _play_seeds(
+    item: pytest.Item, robot_file: Path, seeds: tuple[int, ...], play: Callable[..., list[pytest.TestReport]]
+) -> list[pytest.TestReport]:
+    from simcore.robotpy.seed_runs import judge_runs, play_seeds, usual_workers
+
+    output = _output_folder(item, robot_file.parent)
+    _remove(output)
+
+    def play_seed(seed: int) -> list[pytest.TestReport]:
+        return play("--sim-one-of-many", f"--sim-seed={seed}")
+
+    runs = list(play_seeds(play_seed, seeds, usual_workers(item.config)))
+    return judge_runs(runs, item.nodeid, output)
 
 
 def _is_robot_test(item: pytest.Item) -> bool:
@@ -188,7 +238,8 @@ def _child_arguments(config: pytest.Config) -> list[str]:
         arguments += ["-c", str(config.inipath)]
     for setting in options.override_ini or ():
         arguments += ["-o", setting]
-    arguments.append(f"--sim-seed={options.sim_seed}")
+    if options.sim_seed is not None:
+        arguments.append(f"--sim-seed={options.sim_seed}")
     if options.sim_scatter is not None:
         arguments.append(f"--sim-scatter={options.sim_scatter}")
     if options.showlocals:
@@ -263,11 +314,11 @@ def _make_repeatable(folder: Path) -> None:
 def _vary(config: pytest.Config) -> None:
     """Say to whoever builds the match which of many runs this is."""
     from simcore.match.scatter import Scatter
-    from simcore.robotpy.run_variation import RunVariation, set_run_variation
+    from simcore.robotpy.run_variation import run_variation, set_run_variation
 
     text = config.getoption("sim_scatter")
     scatter = None if text is None else Scatter.parse(text)
-    set_run_variation(RunVariation(seed=config.getoption("sim_seed"), scatter=scatter))
+    set_run_variation(replace(run_variation(), seed=config.getoption("sim_seed") or 0, scatter=scatter))
 
 
 def _attach(plugin: Any, *, wants_field: bool) -> None:
@@ -320,9 +371,14 @@ def sim(request: pytest.FixtureRequest, robot: Any, control: Any) -> Generator[R
     from simcore.telemetry.recording import Recording
 
     hang = float(request.config.getini("simcore_hang"))
-    request.node.stash[_OUTPUT] = folder = _output(request)
-    _remove(folder)
-    with RobotTest(control, robot, hang=hang, complaints=_complaints) as test:
+    is_one_of_many = bool(request.config.getoption("sim_one_of_many"))
+    folder = _output_folder(request.node, request.getfixturevalue("robot_path"))
+    if is_one_of_many:
+        folder /= f"seed_{request.config.getoption('sim_seed')}"
+    else:
+        _remove(folder)
+    request.node.stash[_OUTPUT] = folder
+    with RobotTest(control, robot, hang=hang, complaints=_complaints, is_one_of_many=is_one_of_many) as test:
         # as often as NetworkTables wants a snapshot here
         request.node.stash[_RECORDING] = recording = Recording(period=0.1, bulk_period=0.1)
         test.add_sink(recording)
@@ -333,12 +389,11 @@ _RECORDING: pytest.StashKey[Any] = pytest.StashKey()
 _OUTPUT: pytest.StashKey[Path] = pytest.StashKey()
 
 
-def _output(request: pytest.FixtureRequest) -> Path:
+def _output_folder(item: pytest.Item, robot_path: Path) -> Path:
     """Where log, page and picture of this test go if it fails."""
-    named = request.config.getoption("sim_output")
-    robot_path: Path = request.getfixturevalue("robot_path")
+    named = item.config.getoption("sim_output")
     base = Path(named) if named else robot_path / "test_output"
-    return base / "".join(c if c.isalnum() or c in "-_." else "_" for c in request.node.name)
+    return base / "".join(c if c.isalnum() or c in "-_." else "_" for c in item.name)
 
 
 def _remove(folder: Path) -> None:
@@ -360,7 +415,10 @@ def pytest_runtest_makereport(item: pytest.Item, call: pytest.CallInfo[Any]) -> 
         _judge_lateness(item, report)
     test = getattr(item, "funcargs", {}).get("sim")
     recording = item.stash.get(_RECORDING, None)
-    if report.failed and recording is not None and test is not None and test.has_run:
+    if item.config.getoption("sim_one_of_many"):
+        report.user_properties.append(_of_one_run(test, call))
+    is_lost = report.failed or (test is not None and not all(claim.held for claim in test.claims))
+    if is_lost and recording is not None and test is not None and test.has_run:
         from simcore.show.failed_run import save_failed_run
         from simcore.show.scene import scene_of
 
@@ -368,6 +426,24 @@ def pytest_runtest_makereport(item: pytest.Item, call: pytest.CallInfo[Any]) -> 
         left = save_failed_run(recording, item.stash[_OUTPUT], scene=scene, title=item.nodeid, note=note)
         report.sections.append(("simcore", f"{left}\nat its end: {test.summary()}"))
     return report
+
+
+def _of_one_run(test: RobotTest | None, call: pytest.CallInfo[Any]) -> tuple[str, dict[str, Any]]:
+    """What the process that judges all seeds wants to know of this one."""
+    from dataclasses import asdict
+
+    from simcore.robotpy.seed_runs import RUN
+
+    is_refuted = call.excinfo is not None and call.excinfo.errisinstance((AssertionError, pytest.fail.Exception))
+    said: dict[str, Any] = {"is_refuted": is_refuted and call.excinfo.value is not _start_failure}  # type: ignore[union-attr]
+    if test is not None and test.has_run:
+        said |= {
+            "claims": [asdict(claim) for claim in test.claims],
+            "points": getattr(test.score, test.match.alliances[test.robot_sim.number]),
+            "summary": test.summary(),
+            "digest": test.digest,
+        }
+    return RUN, said
 
 
 def _judge_lateness(item: pytest.Item, report: Any) -> None:

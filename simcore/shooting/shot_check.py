@@ -142,8 +142,9 @@ def check_by_engine(table: ShotTable, shots: int, *, seed: int, engine: str | No
 def _flown(task: ShotTask, row: ShotTableRow, shot: RealShot) -> tuple[bool, float, float]:
     """Whether the same launch goes in by its flight, how far the engine's path is from it [m], and how far it may be.
 
-    The engine takes the drag of a sub-step h from a velocity that lacks the drag of the sub-step before: too large by
-    k v^2 h. So its deceleration is off by 2 k^2 v^3 h, and its place by the integral of the integral of that.
+    A sub-step h of the engine moves by leapfrog, whose kick wants the drag at its start; the engine takes it from a
+    velocity that is gravity's half step later and lacks the drag's own. So the drag is that of a velocity that is off
+    by up to (g + k v^2) h / 2, and off by 2 k v times that; the place is off by the integral of the integral of it.
     """
     one = np.ones(1)
     launched = task.rows(row.stand, row.elevation * one, row.speed * one, row.bearing * one, np.zeros(1, dtype=np.int64))
@@ -157,7 +158,8 @@ def _flown(task: ShotTask, row: ShotTableRow, shot: RealShot) -> tuple[bool, flo
     error = limit = late = 0.0
     near = task.opening.reach + 2.0 * float(rows.radius[0])
     for point in shot.points[1:]:
-        late += 2.0 * drag**2 * float(np.linalg.norm(vel)) ** 3 * h * TICK
+        speed = float(np.linalg.norm(vel))
+        late += drag * speed * (GRAVITY + drag * speed * speed) * h * TICK
         limit += late * TICK
         pos, vel = fly_rows(pos, vel, spin, TICK, gravity=GRAVITY, factors=rows.air)
         if math.dist(point, task.opening.middle) < near:

@@ -9,6 +9,7 @@ from collections.abc import Callable, Generator, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Executor, Future, ThreadPoolExecutor, as_completed, wait
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import ExitStack
+from importlib import import_module
 from typing import Any, TypeAlias
 
 from simcore.errors import ConfigError, UnknownNameError, VendorError
@@ -123,7 +124,9 @@ def _play_in_pool(
 def _row_of(future: Future[Row], planned: PlannedRun) -> Row:
     """What a worker has returned, or why it has not."""
     error = future.exception()
-    return future.result() if error is None else failed_row(planned, f"its worker failed: {' '.join(str(error).split())}")
+    return (
+        future.result() if error is None else failed_row(planned, f"its worker failed: {' '.join(str(error).split())}")
+    )
 
 
 def _start_worker() -> None:
@@ -136,35 +139,33 @@ def _start_worker() -> None:
 # --- a cluster ----------------------------------------------------------------------------------------------------
 
 
-def _play_on_dask(
-    common: Experiment, runs: Sequence[PlannedRun], count: int, scheduler: str | None
-) -> Iterator[Row]:
+def _play_on_dask(common: Experiment, runs: Sequence[PlannedRun], count: int, scheduler: str | None) -> Iterator[Row]:
     try:
-        import dask
-        import distributed
+        dask, distributed = (import_module(name) for name in ("dask", "distributed"))
     except ImportError as error:
         raise VendorError(f"a cluster needs Dask: {install_command('sweep')}") from error
 
     with ExitStack() as stack:
         if scheduler is None:
             # a run that ends its worker is not worth three more workers
-            stack.enter_context(dask.config.set({"distributed.scheduler.allowed-failures": 1}))
+            stack.enter_context(dask.config.set({"distributed.scheduler.allowed-failures": 0}))
             address: Any = stack.enter_context(
                 distributed.LocalCluster(
                     n_workers=count,
                     threads_per_worker=1,
                     host="127.0.0.1",
                     dashboard_address=None,
-                    silence_logs=logging.ERROR,
+                    silence_logs=logging.CRITICAL,
                 )
             )
         else:
             address = scheduler
         try:
             client = stack.enter_context(distributed.Client(address, timeout=_CONNECT, set_as_default=False))
-        except (OSError, ValueError) as error:
+            client.wait_for_workers(1, timeout=_CONNECT)
+        except (OSError, ValueError) as error:  # a TimeoutError is one
             raise ConfigError(
-                f"no Dask scheduler answers at {scheduler}: {' '.join(str(error).split())}; start one with "
+                f"no Dask scheduler with a worker answers at {scheduler} within {_CONNECT:g} s; start one with "
                 "`dask scheduler`, and workers with `dask worker ADDRESS --nthreads 1`"
             ) from error
         _require_same_code(client.run(code_version))
@@ -184,29 +185,37 @@ def _play_on_client(
     client: Any, as_completed: Callable[..., Any], common: Experiment, runs: Sequence[PlannedRun]
 ) -> Iterator[Row]:
     """Twice as many runs under way as there are workers, so that none of them waits for the next one."""
-    rest, planned_by_key = iter(runs), {}
+    rest = iter(runs)
+    under_way: dict[str, PlannedRun] = {}
 
-    def begin() -> Any:
-        planned = next(rest, None)
+    def begin(planned: PlannedRun | None, *, alone: bool = False) -> Any:
         if planned is None:
             return None
-        future = client.submit(_play_on_worker, common, planned, code_version(), pure=False)
-        planned_by_key[future.key] = planned
+        future = client.submit(_play_on_worker, common, planned, code_version(), alone=alone, pure=False)
+        under_way[future.key] = planned
         return future
 
     width = max(4, 2 * sum(client.nthreads().values()))
-    results = as_completed([future for _ in range(width) if (future := begin()) is not None])
+    first = [future for _ in range(width) if (future := begin(next(rest, None))) is not None]
+    results = as_completed(first, loop=client.loop)
+    suspects: set[int] = set()
     for future in results:
-        planned = planned_by_key.pop(future.key)
-        if (following := begin()) is not None:
+        planned = under_way.pop(future.key)
+        error = future.exception()
+        is_suspect = type(error).__name__ == "KilledWorker" and planned.number not in suspects
+        if is_suspect:  # or it was only waiting at a worker that another run has ended
+            suspects.add(planned.number)
+        following = begin(planned, alone=True) if is_suspect else begin(next(rest, None))
+        if following is not None:
             results.add(following)
-        yield _row_of(future, planned)
+        if not is_suspect:
+            yield _row_of(future, planned)
         future.release()
 
 
-def _play_on_worker(common: Experiment, planned: PlannedRun, version: str) -> Row:
+def _play_on_worker(common: Experiment, planned: PlannedRun, version: str, *, alone: bool) -> Row:
     logging.getLogger("simcore").setLevel(logging.ERROR)
     be_worker()
     if version != code_version():
         return failed_row(planned, f"a worker has simcore {code_version()}, the sweep was started with {version}")
-    return play_run(common, planned)
+    return play_alone(common, planned) if alone else play_run(common, planned)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import itertools
 import json
+import math
 from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass, field, fields, replace
 from importlib.metadata import entry_points
@@ -20,11 +21,14 @@ from simcore.sweep.code_version import code_version, files_digest, module_digest
 from simcore.sweep.factors import Factor, FactorValue
 from simcore.sweep.run_metrics import metric_name
 
-__all__ = ["DESIGNS", "Experiment", "PlannedRun", "StopRule"]
+__all__ = ["DESIGNS", "SAMPLED", "Experiment", "PlannedRun", "StopRule"]
 
-DESIGNS = ("grid", "list", "random", "latin", "sobol", "points")
-"""How the values of several factors are combined: all with all; the first of each, the second of each, ...; drawn by
-chance; Latin hypercube; Sobol sequence; or as `points` says."""
+SAMPLED = ("random", "latin", "sobol", "morris", "saltelli")
+"""Designs that take values from all of a factor's range or distribution: drawn by chance; Latin hypercube; Sobol
+sequence; trajectories of Morris; Saltelli's design for Sobol indices. The last two have more points than `samples`."""
+DESIGNS = ("grid", "list", *SAMPLED, "points")
+"""How the values of several factors are combined: all with all; the first of each, the second of each, and so on;
+sampled; or as `points` says."""
 _SEED = Quantity("", 0, 2**63 - 1, is_whole=True)
 _MOST_RUNS = 10_000_000
 
@@ -103,7 +107,7 @@ class Experiment:
     design: str = "grid"
     """One of `DESIGNS`."""
     samples: int = 0
-    """Points of `random`, `latin` and `sobol`."""
+    """Size of a design in `SAMPLED`: its points, trajectories of `morris`, base samples of `saltelli`."""
     points: tuple[tuple[FactorValue, ...], ...] = ()
     """Of the design `points`: a row a point, a value for each factor in their order."""
     seeds: tuple[int, ...] = (0,)
@@ -143,13 +147,13 @@ class Experiment:
         drawn = [factor.name for factor in self.factors if factor.distribution is not None]
         if self.design in ("grid", "list") and drawn:
             raise ConfigError(
-                f"Experiment: {', '.join(drawn)} is drawn from a distribution, so the design must be 'random', 'latin' "
-                f"or 'sobol' with a number of samples, got {self.design!r}"
+                f"Experiment: {', '.join(drawn)} is drawn from a distribution, so the design must be one of "
+                f"{', '.join(SAMPLED)} with a number of samples, got {self.design!r}"
             )
         lengths = {len(factor.values) for factor in self.factors}
         if self.design == "list" and len(lengths) > 1:
             raise ConfigError(f"Experiment: a list needs as many values of each factor, got {sorted(lengths)}")
-        if self.design in ("random", "latin", "sobol") and not (self.samples and self.factors):
+        if self.design in SAMPLED and not (self.samples and self.factors):
             raise ConfigError(f"Experiment: design {self.design!r} needs factors and samples > 0, got {self.samples}")
         if self.design == "points":
             for point in self.points:
@@ -170,13 +174,14 @@ class Experiment:
     @property
     def count(self) -> int:
         """Of all runs."""
-        points = {"list": len(self.factors[0].values) if self.factors else 1, "points": len(self.points)}.get(
-            self.design, self.samples
-        )
-        if self.design == "grid":
-            points = 1
-            for factor in self.factors:
-                points *= len(factor.values)
+        lengths = [len(factor.values) for factor in self.factors]
+        points = {
+            "grid": math.prod(lengths),
+            "list": lengths[0] if lengths else 1,
+            "points": len(self.points),
+            "morris": self.samples * (len(self.factors) + 1),
+            "saltelli": self.samples * (len(self.factors) + 2),
+        }.get(self.design, self.samples)
         return points * len(self.seeds)
 
     def design_points(self) -> list[tuple[FactorValue, ...]]:
@@ -265,10 +270,14 @@ def _shares(design: str, samples: int, factors: int) -> list[list[float]]:
     import numpy as np
     from scipy.stats import qmc
 
+    from simcore.sweep.sensitivity import morris_points, saltelli_points
+
     makers: dict[str, Callable[[], Any]] = {
         "random": lambda: np.random.default_rng(0).random((samples, factors)),
         "latin": lambda: qmc.LatinHypercube(factors, seed=0).random(samples),
         "sobol": lambda: qmc.Sobol(factors, seed=0).random(samples),
+        "morris": lambda: morris_points(samples, factors),
+        "saltelli": lambda: saltelli_points(samples, factors),
     }
     rows: list[list[float]] = np.clip(makers[design](), 1e-9, 1.0 - 1e-9).tolist()
     return rows

@@ -16,14 +16,16 @@ from typing import Any
 from simcore.errors import ConfigError, UnknownNameError
 from simcore.match.game import Auto, Game, PieceSupply
 from simcore.match.scatter import Scatter
+from simcore.match.scoring import Alliance
 from simcore.physics.engine_choice import choose_engine
 from simcore.quantities import ANGLE, COUNT, FACTOR, FIELD_PLACE, MASS, Quantity, require, shown
 from simcore.robot.robot_config import RobotConfig
 from simcore.sweep.factors import FactorValue
 
-__all__ = ["RunSetup", "vary", "vary_pieces", "vary_robot", "vary_scatter"]
+__all__ = ["PLAYED", "RunSetup", "vary", "vary_pieces", "vary_robot", "vary_scatter"]
 
-_PLAYED = ("alliance", "auto", "engine", "preload", "seconds", "start")
+PLAYED = ("alliance", "auto", "engine", "preload", "seconds", "start")
+"""First words of factors that say how a run is played."""
 _PARTS = {
     "intake": "intakes",
     "shooter": "shooters",
@@ -43,7 +45,7 @@ class RunSetup:
     auto: Auto
     robot: RobotConfig
     scatter: Scatter | None = None
-    alliance: str = "blue"
+    alliance: Alliance = "blue"
     seconds: float | None = None
     """None: as long as the game's autonomous period."""
     engine: str | None = None
@@ -57,7 +59,7 @@ def vary(setup: RunSetup, values: Mapping[str, FactorValue]) -> RunSetup:
             would work.
     """
     for name, value in sorted(values.items(), key=lambda item: item[0] != "auto"):  # it brings a start of its own
-        if name.partition(".")[0] in _PLAYED:
+        if name.partition(".")[0] in PLAYED:
             with _named(name):
                 setup = _vary_played(setup, name, value)
     return replace(
@@ -72,7 +74,7 @@ def vary_robot(robot: RobotConfig, values: Mapping[str, FactorValue]) -> RobotCo
     """The robot with those of the factors that are of a robot; errors as `vary`."""
     for name, value in values.items():
         parts = tuple(name.split("."))
-        if parts[0] not in (*_PLAYED, "scatter", "pieces"):
+        if parts[0] not in (*PLAYED, "scatter", "pieces"):
             with _named(name):
                 path = parts[1:] if parts[0] == "robot" else _whole_path(robot, parts)
                 robot = _with(robot, _ALIASES.get(path, path), value, "robot")
@@ -142,7 +144,7 @@ def _vary_played(setup: RunSetup, name: str, value: FactorValue) -> RunSetup:
     if name == "alliance":
         if value not in ("blue", "red"):
             raise ConfigError(f"must be 'blue' or 'red', got {shown(value)}")
-        return replace(setup, alliance=str(value))
+        return replace(setup, alliance="blue" if value == "blue" else "red")
     if name == "engine":
         return replace(setup, engine=choose_engine(str(value)))
     x, y, heading = setup.auto.start
@@ -156,7 +158,7 @@ def _vary_played(setup: RunSetup, name: str, value: FactorValue) -> RunSetup:
         require("auto", name, value, ANGLE)
         heading = float(value)
     else:
-        raise UnknownNameError("factor", name, [*_PLAYED[:-1], "start.x", "start.y", "start.heading"])
+        raise UnknownNameError("factor", name, [*PLAYED[:-1], "start.x", "start.y", "start.heading"])
     return replace(setup, auto=replace(setup.auto, start=(x, y, heading)))
 
 
@@ -175,7 +177,7 @@ def _whole_path(robot: RobotConfig, parts: tuple[str, ...]) -> tuple[str, ...]:
     names = [field.name for field in dataclasses.fields(robot)]
     if first not in names:
         shorts = [short for short, row in _PARTS.items() if getattr(robot, row)]
-        known = {"robot", "scatter", "pieces", *_PLAYED, *names, *shorts, *robot.mechanisms}
+        known = {"robot", "scatter", "pieces", *PLAYED, *names, *shorts, *robot.mechanisms}
         raise UnknownNameError("factor", first, known)
     return parts
 

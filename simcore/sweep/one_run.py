@@ -22,10 +22,14 @@ from simcore.robot_file.reader import read_settings
 from simcore.sweep.code_version import code_version
 from simcore.sweep.experiment import Experiment, PlannedRun
 from simcore.sweep.factor_paths import RunSetup, vary
+from simcore.sweep.project_runs import play_project, require_project
 from simcore.sweep.run_metrics import PlayedRun, measure, named_object
 from simcore.sweep.time_limit import time_limit
 
-__all__ = ["failed_row", "play_run", "play_values", "require_playable_runs", "setup_of"]
+__all__ = [
+    "failed_row", "planned_values", "play_run", "play_values", "require_playable_runs", "robot_of", "sentence_of",
+    "setup_of",
+]  # fmt: skip
 
 _one_at_a_time = Lock()  # a worker of a cluster may have several threads; a run has the process to itself
 
@@ -48,8 +52,8 @@ def play_run(experiment: Experiment, planned: PlannedRun) -> dict[str, Any]:
         except Exception as error:
             row = failed_row(planned, sentence_of(error))
         else:
-            row = {**_head(planned), **measured, "version": code_version(), "error": ""}
-        row["cpu_seconds"] = process_time() - start
+            row = {**planned_values(planned), **measured, "version": code_version(), "error": ""}
+        row["cpu_seconds"] = row.get("cpu_seconds", 0.0) + process_time() - start
         return row
 
 
@@ -59,18 +63,19 @@ def play_values(experiment: Experiment, planned: PlannedRun) -> dict[str, Any]:
     Raises:
         SimcoreError: The run cannot be.
     """
+    if experiment.project is not None:
+        return play_project(experiment, planned)
     setup = vary(setup_of(experiment), planned.values)
-    settings: dict[str, Any] = {} if setup.scatter is None else {"scatter": setup.scatter}
     played = play_auto(
         setup.game,
         setup.auto,
-        alliance=setup.alliance,  # type: ignore[arg-type]
+        alliance=setup.alliance,
         seconds=setup.seconds,
         seed=planned.seed,
         robot=setup.robot,
+        scatter=setup.scatter,
         options=experiment.options,
         engine=setup.engine,
-        **settings,
     )
     with played.match:
         metrics = measure(PlayedRun(played.match, played.path), experiment.metrics)
@@ -79,10 +84,11 @@ def play_values(experiment: Experiment, planned: PlannedRun) -> dict[str, Any]:
 
 def failed_row(planned: PlannedRun, error: str) -> dict[str, Any]:
     """The row of a run that has come to nothing."""
-    return {**_head(planned), "version": code_version(), "error": error, "cpu_seconds": 0.0}
+    return {**planned_values(planned), "version": code_version(), "error": error, "cpu_seconds": 0.0}
 
 
-def _head(planned: PlannedRun) -> dict[str, Any]:
+def planned_values(planned: PlannedRun) -> dict[str, Any]:
+    """Those columns of a run's row that the plan knows."""
     return {"run": planned.number, "point": planned.point, "seed": planned.seed, **planned.values}
 
 
@@ -107,7 +113,7 @@ def setup_of(experiment: Experiment) -> RunSetup:
     return RunSetup(
         game=game,
         auto=game.auto(experiment.auto),
-        robot=_robot(experiment.robot, game),
+        robot=robot_of(experiment.robot, game),
         scatter=experiment.scatter,
         alliance=experiment.alliance,
         seconds=experiment.seconds,
@@ -121,6 +127,9 @@ def require_playable_runs(experiment: Experiment) -> None:
     Raises:
         SimcoreError: A game, auto, robot, factor or value cannot be; the text says what would work.
     """
+    if experiment.project is not None:
+        require_project(experiment)
+        return
     setup = setup_of(experiment)
     for factor in experiment.factors:
         values = factor.values or (factor.at(0.5),)
@@ -137,8 +146,16 @@ def _game(name: str | None) -> Game:
     return game
 
 
-def _robot(name: str | None, game: Game) -> RobotConfig:
-    """The game's own robot, what a function returns, or what a file describes on the game's own drivetrain."""
+def robot_of(name: str | None, game: Game) -> RobotConfig:
+    """The game's own robot, what a function returns, or what a file describes on the game's own drivetrain.
+
+    Args:
+        name: None; `module:function`; or the path of a `simcore.toml`.
+        game: Whose drivetrain a file's robot has.
+
+    Raises:
+        ConfigError: There is no such file or function, or it gives no robot.
+    """
     own = game.robot()
     if name is None:
         return own

@@ -17,7 +17,7 @@ from simcore.match.piece_flow import ShotRecord
 from simcore.quantities import shown
 from simcore.typing import FloatArray
 
-__all__ = ["METRICS", "PlayedRun", "measure", "metric_name", "named_object"]
+__all__ = ["LANDINGS", "METRICS", "PlayedRun", "measure", "metric_name", "named_object"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,7 +48,7 @@ def _distance(run: PlayedRun) -> float:
 
 
 def _landings(run: PlayedRun) -> list[list[float]]:
-    return [[*map(float, _landing(shot)), float(shot.scored)] for shot in run.match.flow.shots]
+    return [[*(round(c, 3) for c in _landing(shot)), int(shot.scored)] for shot in run.match.flow.shots]
 
 
 METRICS: dict[str, Callable[[PlayedRun], Any]] = {
@@ -67,11 +67,12 @@ METRICS: dict[str, Callable[[PlayedRun], Any]] = {
 }
 """What is measured in every run, in this order: points of the robot's own alliance and of the other one; pieces shot,
 of those scored, and their share; pieces scored, placed and held by anybody at the end; way driven [m]; lowest battery
-voltage [V] and brown-outs; simulated time [s]. `breakdown.<name>` follows for what the game counts."""
+voltage [V] and brown-outs; simulated time [s]. `breakdown.<name>` follows for what the game counts, and `landings`."""
 
-_ROWS: dict[str, Callable[[PlayedRun], Any]] = {"landings": _landings, "path": lambda run: run.path[::5].tolist()}
-"""Measured where they are named. `landings`: of each shot x, y, z of where it first came down [m], and 1 if it scored.
-`path`: x, y, yaw of the robot, ten a second [m, m, rad]."""
+LANDINGS = "landings"
+_ROWS: dict[str, Callable[[PlayedRun], Any]] = {LANDINGS: _landings, "path": lambda run: run.path[::5].tolist()}
+"""Arrays, as text. `landings`: of each shot x, y, z of where it first came down [m], and 1 if it scored. `path`: x, y,
+yaw of the robot, ten a second [m, m, rad]; only where it is named."""
 
 
 def measure(run: PlayedRun, names: Sequence[str]) -> dict[str, Any]:
@@ -79,7 +80,7 @@ def measure(run: PlayedRun, names: Sequence[str]) -> dict[str, Any]:
 
     Args:
         run: At its end.
-        names: Which; none: all of `METRICS` and the game's breakdown.
+        names: Which; none: all of `METRICS`, the game's breakdown, and of robots that shoot `landings`.
 
     Raises:
         UnknownNameError: There is no such metric.
@@ -88,7 +89,8 @@ def measure(run: PlayedRun, names: Sequence[str]) -> dict[str, Any]:
     counts = {**run.match.tracker.pieces, **run.match.rules.breakdown()}
     breakdown = {f"breakdown.{name}": count for name, count in counts.items()}
     found: dict[str, Any] = {}
-    for name in names or (*METRICS, *breakdown):
+    shot = [LANDINGS] if run.match.robots[0].shooters else []
+    for name in names or (*METRICS, *breakdown, *shot):
         if name in METRICS or name in _ROWS:
             found[name] = _plain(name, (METRICS.get(name) or _ROWS[name])(run))
         elif name in breakdown:

@@ -5,25 +5,25 @@ from __future__ import annotations
 import ctypes
 import faulthandler
 import os
-import sys
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
+from typing import TextIO
 
 from simcore.errors import SimcoreError
 
 __all__ = ["GRACE", "TimeLimitError", "be_worker", "time_limit"]
 
-GRACE = 10.0
+GRACE = 5.0
 """Wall time after the limit in which an exception must have ended a run, before its worker ends itself [s]."""
 
-_is_worker = False
+_nowhere: TextIO | None = None
 
 
 def be_worker() -> None:
     """Let `time_limit` end this process where nothing else helps: others play on."""
-    global _is_worker
-    _is_worker = True
+    global _nowhere
+    _nowhere = _nowhere or open(os.devnull, "w")
 
 
 class TimeLimitError(SimcoreError, TimeoutError):
@@ -35,7 +35,7 @@ def time_limit(seconds: float | None) -> Iterator[None]:
     """Raise in the calling thread when a time is over.
 
     The exception comes between two steps of Python code. Where none comes by, as in a library that hangs, a worker
-    (`be_worker`) ends after `GRACE` more, with the stack of every thread on stderr.
+    (`be_worker`) ends after `GRACE` more.
 
     Args:
         seconds: Wall time [s]; None: no limit.
@@ -58,8 +58,8 @@ def time_limit(seconds: float | None) -> Iterator[None]:
     timer = threading.Timer(seconds, interrupt)
     timer.daemon = True
     timer.start()
-    if _is_worker:
-        faulthandler.dump_traceback_later(seconds + GRACE, exit=True, file=sys.__stderr__ or os.devnull)  # type: ignore[arg-type]
+    if _nowhere is not None:
+        faulthandler.dump_traceback_later(seconds + GRACE, exit=True, file=_nowhere)  # needs no step of Python
     try:
         yield
     except TimeLimitError:
@@ -69,7 +69,7 @@ def time_limit(seconds: float | None) -> Iterator[None]:
             is_over = True
             _set_exception(thread, None)  # one that is due would come after the run
         timer.cancel()
-        if _is_worker:
+        if _nowhere is not None:
             faulthandler.cancel_dump_traceback_later()
 
 
