@@ -161,6 +161,20 @@ class ShooterConfig:
         squeeze = max(_LEAST_SQUEEZE, 1.0 + (size - 1.0) / _SQUEEZE)
         return max(0.0, 1.0 - slip / squeeze) / (1.0 - slip)
 
+    def spin_speed(self, exit_speed: float, wheel_speeds: Sequence[float]) -> float:
+        """Speed of a piece's rim about its center by the spin with which it leaves [m/s].
+
+        Along a fixed hood it rolls: its rim there stands still. Between two wheels its rims move with theirs.
+
+        Args:
+            exit_speed: [m/s]
+            wheel_speeds: Of each wheel [rad/s].
+        """
+        if len(self.wheels) == 1:
+            return exit_speed
+        lower, upper = (speed * radius for speed, radius in zip(wheel_speeds, self.wheel_radii, strict=True))
+        return 0.5 * (lower - upper) * self.exit_efficiency
+
 
 @dataclass(frozen=True, slots=True)
 class ReleasedPiece:
@@ -226,9 +240,13 @@ class Shooter:
         return 0.5 * (self._wheels[0].velocity + self._wheels[1].velocity)
 
     @property
+    def _wheel_speeds(self) -> list[float]:
+        return [wheel.velocity for wheel in self._wheels]
+
+    @property
     def exit_speed(self) -> float:
         """Of a piece relative to the muzzle, at the wheels' present speed [m/s]."""
-        return self.config.exit_speed([wheel.velocity for wheel in self._wheels])
+        return self.config.exit_speed(self._wheel_speeds)
 
     @property
     def gate_open(self) -> bool:
@@ -289,7 +307,7 @@ class Shooter:
             barrel=launch.barrel,
         )
         heading = self.config.launch.heading + aim.turret_angle
-        rate = launch.spin * self._spin_speed(aim.speed) / radius
+        rate = launch.spin * self.config.spin_speed(aim.speed, self._wheel_speeds) / radius
         if self.config.wheel_places == "lower and upper":
             axis = (0.0, -rate, 0.0)  # backspin is about the axis to the right of the shot
         else:  # a faster left wheel turns it clockwise about what is upright to the shot
@@ -311,7 +329,7 @@ class Shooter:
             mass: Of the piece [kg].
             speed: At which it left [m/s].
         """
-        share = 0.2 * self._spin_speed(speed)
+        share = 0.2 * self.config.spin_speed(speed, self._wheel_speeds)
         impulses = (0.5 * speed + share, 0.5 * speed - share)
         # a fixed hood's share moves nothing
         for wheel, radius, impulse in zip(self._wheels, self._radii, impulses, strict=False):
@@ -355,13 +373,3 @@ class Shooter:
             back * before.turret_angle + share * now.turret_angle,
             back * before.turret_rate + share * now.turret_rate,
         )
-
-    def _spin_speed(self, speed: float) -> float:
-        """Speed of a piece's rim about its center by the spin with which it leaves at a speed [m/s].
-
-        Along a fixed hood it rolls: its rim there stands still. Between two wheels its rims move with theirs.
-        """
-        if len(self._wheels) == 1:
-            return speed
-        rims = [wheel.velocity * radius for wheel, radius in zip(self._wheels, self._radii, strict=True)]
-        return 0.5 * (rims[0] - rims[1]) * self.config.exit_efficiency
