@@ -27,7 +27,8 @@ from simcore.sweep.run_metrics import PlayedRun, measure, named_object
 from simcore.sweep.time_limit import time_limit
 
 __all__ = [
-    "failed_row", "planned_values", "play_run", "play_values", "require_playable_runs", "sentence_of", "setup_of",
+    "failed_row", "planned_values", "play_run", "play_values", "require_playable_runs", "robot_of", "sentence_of",
+    "setup_of",
 ]  # fmt: skip
 
 _one_at_a_time = Lock()  # a worker of a cluster may have several threads; a run has the process to itself
@@ -112,7 +113,7 @@ def setup_of(experiment: Experiment) -> RunSetup:
     return RunSetup(
         game=game,
         auto=game.auto(experiment.auto),
-        robot=_robot(experiment.robot, game),
+        robot=robot_of(experiment.robot, game),
         scatter=experiment.scatter,
         alliance=experiment.alliance,
         seconds=experiment.seconds,
@@ -145,8 +146,16 @@ def _game(name: str | None) -> Game:
     return game
 
 
-def _robot(name: str | None, game: Game) -> RobotConfig:
-    """The game's own robot, what a function returns, or what a file describes on the game's own drivetrain."""
+def robot_of(name: str | None, game: Game) -> RobotConfig:
+    """The game's own robot, what a function returns, or what a file describes on the game's own drivetrain.
+
+    Args:
+        name: None; `module:function`; or the path of a `simcore.toml`.
+        game: Whose drivetrain a file's robot has.
+
+    Raises:
+        ConfigError: There is no such file or function, or it gives no robot.
+    """
     own = game.robot()
     if name is None:
         return own
