@@ -8,6 +8,7 @@ from html import escape
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from simcore.match.registry import find_game
 from simcore.show.page import page_style
 from simcore.sweep.result_drawings import ResultDrawing, effects_of, main_metric, varied_metrics
 from simcore.sweep.sweep_charts import number_text
@@ -111,7 +112,8 @@ _PAGE = """<!DOCTYPE html>
 <meta http-equiv="Content-Security-Policy" content="default-src 'none'; style-src 'unsafe-inline'">
 <title>{title}</title>
 <style>
-{style}</style>
+{style}.wide th, .wide td {{ white-space: nowrap; }}
+</style>
 </head>
 <body>
 <h1>{title}</h1>
@@ -131,7 +133,7 @@ _PAGE = """<!DOCTYPE html>
 
 def _title(results: Results) -> str:
     experiment = results.experiment
-    what = experiment.project or experiment.game or "the newest game"
+    what = experiment.project or experiment.game or find_game(None, say=str).name
     return f"Sweep: {what}, {f'auto {experiment.auto}' if experiment.auto else 'its first auto'}"
 
 
