@@ -145,7 +145,6 @@ class ShotBand:
         return _around(elevations, inside, shot.elevation)
 
 
-
 def _around(values: FloatArray, inside: BoolArray, middle: float) -> tuple[float, float]:
     """Ends of the unbroken stretch around a value."""
     here = int(np.argmin(np.abs(values - middle)))

@@ -74,7 +74,9 @@ def _panel(row: ShotTableRow, band: ShotBand | None, box: tuple[float, float, fl
         parts.append(line(left, down(angle), left + width, down(angle), stroke=color("grid")))
         parts.append(words(left - 5.0, down(angle) + 4.0, f"{angle:g}", 11.5, anchor="end"))
     parts.append(words(left + width, top + height + 30.0, "speed [m/s]", 11.5, anchor="end"))
-    parts.append(words(0.0, 0.0, "[deg]", 11.5, anchor="middle", transform=f"translate(12 {top + 0.5 * height:g}) rotate(-90)"))
+    parts.append(
+        words(0.0, 0.0, "[deg]", 11.5, anchor="middle", transform=f"translate(12 {top + 0.5 * height:g}) rotate(-90)")
+    )
     if band is not None:
         parts.append(element("g", *_runs(band, across, down), fill=color("hit"), opacity=0.45))
     if row.is_feasible:

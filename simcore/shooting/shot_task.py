@@ -170,7 +170,9 @@ class ShotTask:
         return targets[name]
 
     def _kind(self) -> GamePieceConfig:
-        thrown = [supply.kind for supply in self.game.pieces if supply.kind.name in (self.shooter.kinds or [supply.kind.name])]
+        thrown = [
+            supply.kind for supply in self.game.pieces if supply.kind.name in (self.shooter.kinds or [supply.kind.name])
+        ]
         fitting = [kind for kind in thrown if kind.name in (self.zone.kinds or [kind.name])]
         if not fitting:
             names = ", ".join(kind.name for kind in thrown) or "nothing of this game"
