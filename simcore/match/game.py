@@ -17,6 +17,7 @@ from simcore.match.camera_rig import CameraRig
 from simcore.match.clock import MatchClock, MatchTimer, Phase
 from simcore.match.piece_flow import PieceFlow
 from simcore.match.report import PieceCount, Score
+from simcore.match.scatter import ScatterDraws
 from simcore.match.scoring import Alliance, ScoreEvent, ScoringTracker, ScoringZone
 from simcore.physics.field import FieldElement, FieldGeometry
 from simcore.physics.obj import read_obj
@@ -245,6 +246,8 @@ class MatchState(Protocol):
     rules: Rules
     rules_rng: np.random.Generator
     """For what the rules leave to chance."""
+    draws: ScatterDraws
+    """By how much things differ in this match."""
     cameras: CameraRig
 
     @property

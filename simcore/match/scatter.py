@@ -38,48 +38,59 @@ class Scatter:
         (0.5, 0.0)
     """
 
-    exit_speed: float = 0.015
-    """Of each shot: speed at which it leaves the shooter [-]."""
-    elevation: float = degrees(0.5)
-    """Of each shot: its elevation [rad]."""
-    azimuth: float = degrees(0.4)
-    """Of each shot: its direction to the side [rad]."""
+    exit_speed: float = 0.03
+    """Of each shot: speed at which it leaves the shooter [-].
+
+    Estimate, 2 to 5 % for foam balls, most of it the balls': the same wheels throw balls of other density up to 2 m
+    farther (vexforum.com/t/29718), used ones shorter than new ones (chiefdelphi.com/t/150445, /t/117361)."""
+    elevation: float = degrees(1.0)
+    """Of each shot: its elevation [rad]. Estimate: play of the hood, and where on it a piece lets go."""
+    azimuth: float = degrees(0.7)
+    """Of each shot: its direction to the side [rad]. Estimate: where across the wheels a piece lies."""
     spin: float = 0.1
-    """Of each shot: its spin [-]."""
-    feed_time: float = 0.015
-    """Of each shot: the time from the one before it [s]."""
+    """Of each shot: its spin [-]. Estimate; it matters where pieces have lift, and after the first bounce."""
+    feed_time: float = 0.02
+    """Of each shot: the time from the one before it [s]. Estimate: pieces do not lie touching one another."""
     piece_mass: float = 0.055
-    """Of each piece: its mass, even from this much below to this much above [-]."""
+    """Of each piece: its mass, even from this much below to this much above [-]. The 2026 manual gives fuel 0.448 to
+    0.500 lb; boulders of 2016 were within 2 % (chiefdelphi.com/t/147506)."""
     piece_diameter: float = 0.01
-    """Of each piece: its diameter, even from this much below to this much above [-]."""
+    """Of each piece: its diameter, even from this much below to this much above [-]. Estimate, a factor of 2 either
+    way: no manual says a tolerance."""
     restitution: float = 0.05
-    """Of each piece: its coefficient of restitution [-]."""
+    """Of each piece: its coefficient of restitution [-]. Estimate."""
     drag: float = 0.05
-    """Of each piece: its drag coefficient [-]."""
+    """Of each piece: its drag coefficient [-]. Estimate: skins wear, and a ball that is not round tumbles."""
     tread_friction: float = 0.08
-    """Of each robot: friction of its treads on this carpet [-]."""
-    wheel_wear: float = 0.02
-    """Of each wheel: by how much its radius is less than robot code believes, even from 0 to this [-]."""
+    """Of each robot: friction of its treads on this carpet [-]. Estimate: a field's own carpet holds here and slides
+    there (chiefdelphi.com/t/160925)."""
+    wheel_wear: float = 0.025
+    """Of each wheel: by how much its radius is less than robot code believes, even from 0 to this [-]. Of a tread of
+    3.75 in 0.05 in are gone after an event (chiefdelphi.com/t/406728)."""
     battery_charge: float = 0.1
-    """Of each battery: how much charge it lacks at the start, even from 0 to this [-]."""
-    battery_resistance: float = 0.15
-    """Of each battery: its resistances [-]."""
-    motor_kt: float = 0.02
-    """Of each motor: torque per current, and with it volts per speed [-]."""
+    """Of each battery: how much charge it lacks at the start, even from 0 to this [-]. Estimate: the queue."""
+    battery_resistance: float = 0.12
+    """Of each battery: its resistances [-]. One team's batteries in use have 13 to 21 mohm inside
+    (chiefdelphi.com/t/368572); with 5 mohm of cable that is 22 +- 2.5."""
+    motor_kt: float = 0.03
+    """Of each motor: torque per current, and with it volts per speed [-]. Makers promise +-10 % (HIWIN, torque motors,
+    "tolerances"); taken for three standard deviations."""
     motor_resistance: float = 0.04
-    """Of each motor: resistance of the winding with its leads [-]."""
+    """Of each motor: resistance of the winding with its leads [-]. The same, and 10 K of copper at 0.4 %/K."""
     encoder: float = degrees(0.5)
-    """Of each absolute encoder, on the azimuths of swerve modules, hoods and turrets: its zero [rad]."""
+    """Of each absolute encoder, on the azimuths of swerve modules, hoods and turrets: its zero [rad]. Estimate: wheels
+    are zeroed along a bar, hoods at a stop."""
     gyro: float = degrees(0.01)
-    """Of each gyro: the yaw rate that it shows at rest [rad/s]."""
+    """Of each gyro: the yaw rate that it shows at rest [rad/s]. Estimate: 0.6 degrees a minute are left of the
+    calibration at power-up, when the robot stands on a cart."""
     start_position: float = 0.015
-    """Of each robot: where people put it, along x and along y [m]."""
+    """Of each robot: where people put it, along x and along y [m]. Estimate: by eye, along a mark."""
     start_heading: float = degrees(1.0)
-    """Of each robot: which way they turn it [rad]."""
+    """Of each robot: which way they turn it [rad]. Estimate: 14 mm at the end of a bumper."""
     camera_noise: float = 0.3
-    """Of each camera: the noise of its pictures [-]."""
+    """Of each camera: the noise of its pictures [-]. Estimate: focus, exposure, light."""
     human_players: float = 0.2
-    """Of each human player: times and errors [-]."""
+    """Of each human player: times and errors [-]. Estimate."""
 
     def __post_init__(self) -> None:
         require_fields(

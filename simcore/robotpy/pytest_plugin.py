@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 
 __all__ = ["sim"]
 
+_ALONE, _ONE_OF_MANY = "alone", "one-of-many"
 _SEEDS_MARK = (
     "seeds(n, scatter=None): run a robot test once for each of n seeds, or of a list of seeds, with scatter on; see "
     "sim.success"
@@ -70,7 +71,8 @@ def pytest_addoption(parser: pytest.Parser) -> None:
         metavar="N",
         help="runs of such a test at a time; default: one a core, with xdist 1",
     )
-    group.addoption("--sim-one-of-many", action="store_true", help=argparse.SUPPRESS)  # a run for one of the seeds
+    # Set for the processes of single runs by the one that starts them.
+    group.addoption("--sim-run", choices=(_ALONE, _ONE_OF_MANY), default=None, help=argparse.SUPPRESS)
     group.addoption(
         "--sim-in-process", action="store_true", help="robot tests in pytest's own process, for a debugger: one a run"
     )
@@ -139,7 +141,7 @@ def pytest_collect_file(file_path: Path, parent: pytest.Collector) -> None:
 def pytest_runtest_protocol(item: pytest.Item) -> bool | None:
     """Under plain pytest: hand a robot test to a process of its own."""
     config, hook = item.config, item.ihook
-    has_seeds = item.get_closest_marker("seeds") is not None and not config.getoption("sim_one_of_many")
+    has_seeds = item.get_closest_marker("seeds") is not None and config.getoption("sim_run") is None
     # Under `robotpy test` this is the process of one test already; one with seeds starts further ones all the same.
     if not _is_robot_test(item) or (_pyfrc(config) is not None and not has_seeds):
         return None
@@ -164,11 +166,11 @@ def pytest_runtest_protocol(item: pytest.Item) -> bool | None:
     else:
         real = _mode(config) == "real"  # configurations persist in ./ctre_sim: a fresh folder
 
-        def play(*further: str) -> list[pytest.TestReport]:
+        def play(kind: str = _ALONE, *further: str) -> list[pytest.TestReport]:
             return run_isolated(
                 item,
                 robot_file,
-                [*_child_arguments(config), *spreads, *further],
+                [*_child_arguments(config), *spreads, f"--sim-run={kind}", *further],
                 timeout=float(config.getini("simcore_timeout")),
                 folder=None if real else config.invocation_params.dir,
             )
@@ -197,7 +199,7 @@ def _play_seeds(
     _remove(output)
 
     def play_seed(seed: int) -> list[pytest.TestReport]:
-        return play("--sim-one-of-many", f"--sim-seed={seed}")
+        return play(_ONE_OF_MANY, f"--sim-seed={seed}")
 
     runs = list(play_seeds(play_seed, seeds, usual_workers(item.config)))
     return judge_runs(runs, item.nodeid, output)
@@ -371,7 +373,7 @@ def sim(request: pytest.FixtureRequest, robot: Any, control: Any) -> Generator[R
     from simcore.telemetry.recording import Recording
 
     hang = float(request.config.getini("simcore_hang"))
-    is_one_of_many = bool(request.config.getoption("sim_one_of_many"))
+    is_one_of_many = request.config.getoption("sim_run") == _ONE_OF_MANY
     folder = _output_folder(request.node, request.getfixturevalue("robot_path"))
     if is_one_of_many:
         folder /= f"seed_{request.config.getoption('sim_seed')}"
@@ -415,7 +417,7 @@ def pytest_runtest_makereport(item: pytest.Item, call: pytest.CallInfo[Any]) -> 
         _judge_lateness(item, report)
     test = getattr(item, "funcargs", {}).get("sim")
     recording = item.stash.get(_RECORDING, None)
-    if item.config.getoption("sim_one_of_many"):
+    if item.config.getoption("sim_run") == _ONE_OF_MANY:
         report.user_properties.append(_of_one_run(test, call))
     is_lost = report.failed or (test is not None and not all(claim.held for claim in test.claims))
     if is_lost and recording is not None and test is not None and test.has_run:

@@ -226,8 +226,7 @@ def _reports_of(runs: Sequence[SeededRun], outcome: Any, text: str) -> list[pyte
             report.outcome, report.longrepr = outcome, text if outcome == "failed" else None
             report.duration = math.fsum(r.duration for run in runs for r in run.reports if r.when == "call")
             report.sections = [] if outcome == "failed" else [("simcore", text)]
-            digests = {str(run.seed): run.digest for run in runs}
-            report.user_properties = [("seeds", digests)]
+        report.user_properties = [("seeds", {str(run.seed): run.digest for run in runs})]
         found.append(report)
     return found
 

@@ -18,7 +18,7 @@ from simcore.match.game import Auto, Game, PieceSupply
 from simcore.match.scatter import Scatter
 from simcore.match.scoring import Alliance
 from simcore.physics.engine_choice import choose_engine
-from simcore.quantities import ANGLE, COUNT, FACTOR, FIELD_PLACE, MASS, Quantity, require, shown
+from simcore.quantities import ANGLE, FACTOR, FIELD_PLACE, MASS, Quantity, require, shown
 from simcore.robot.robot_config import RobotConfig
 from simcore.sweep.factors import FactorValue
 
@@ -136,8 +136,8 @@ def _vary_played(setup: RunSetup, name: str, value: FactorValue) -> RunSetup:
     if name == "auto":
         return replace(setup, auto=setup.game.auto(str(value)))
     if name == "preload":
-        require("auto", name, value, COUNT)
-        return replace(setup, auto=replace(setup.auto, preload=int(value)))
+        preload = _converted(0, value, name)
+        return replace(setup, auto=replace(setup.auto, preload=preload))  # which judges it
     if name == "seconds":
         require("auto", name, value, Quantity("s", 0.0, 3600.0, is_open=True))
         return replace(setup, seconds=float(value))

@@ -212,6 +212,9 @@ class Results:
         points = self.by_point(metric)
         means = points.pop("value")
         design = self.experiment.design
+        has_own_values = any(points[factor].nunique() == len(points) for factor in self.factors)
+        if design == "points" and has_own_values and len(points) > 2:
+            design = "random"  # points that somebody else has scattered
         if design in _OF_DESIGNS:
             return ranked(_OF_DESIGNS[design](points, self.factors, means))
         known = means.notna()
@@ -257,7 +260,7 @@ class Results:
         Args:
             folder: Where to.
             condition: What a success is; empty: that of the experiment's stop rule, if it has one.
-            scene: The bare field, for heat maps of `landings`; None: none.
+            scene: The bare field, for heat maps of `landings`; None: that of the game.
 
         Returns:
             The files by their names.
@@ -267,6 +270,8 @@ class Results:
         """
         folder = Path(folder)
         condition = condition or self.experiment.stop.condition
+        if scene is None and "landings" in self.table.columns:
+            scene = _field_of(self.experiment)
         drawings = drawings_of(self, condition, scene)
         written = list(self.save_tables(folder))
         page = folder / "page.html"
@@ -296,6 +301,16 @@ class Results:
         except OSError as error:
             raise output_error("table", path, error) from error
         return parquet, csv
+
+
+def _field_of(experiment: Experiment) -> Scene:
+    """The bare field of the game that was played."""
+    from simcore.match.registry import find_game
+    from simcore.show.scene import bare_scene
+    from simcore.sweep.one_run import setup_of
+
+    is_named = experiment.project is not None
+    return bare_scene(find_game(experiment.game, say=str) if is_named else setup_of(experiment).game)
 
 
 _OF_DESIGNS = {

@@ -205,12 +205,9 @@ def _scene(experiment: Experiment) -> Scene | None:
 
 
 def _tell_failures(results: Results, out: Path) -> None:
-    """One line an error that runs have failed with, and how to see one of them alone."""
-    failures = results.failures
-    for error, rows in failures.groupby("error", sort=False):
-        again = f"simcore sweep --out {shlex.quote(str(out))} --repeat {int(rows['run'].iloc[0])}"
-        which = "1 run" if len(rows) == 1 else f"{len(rows)} runs"
-        print(f"\n{which} failed: {error}\n    again, alone: {again}")
+    """How to see one run of each error alone; the summary has the errors."""
+    for number in results.failures.drop_duplicates("error")["run"]:
+        print(f"run {number} alone: simcore sweep --out {shlex.quote(str(out))} --repeat {number}")
 
 
 def _repeat(options: argparse.Namespace) -> int:

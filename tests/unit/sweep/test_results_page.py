@@ -95,7 +95,7 @@ def test_a_sweep_in_which_nothing_worked_has_a_page_that_says_so(tmp_path):
 def test_a_page_that_cannot_be_written_is_said(tmp_path):
     (tmp_path / "page.html").mkdir()
     with pytest.raises(OutputError, match="cannot write the page"):
-        made_sweep.tired_battery().save(tmp_path)
+        made_sweep.tired_battery().save(tmp_path, scene=SCENE)
 
 
 def bars(drawing):
