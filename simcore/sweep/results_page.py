@@ -51,8 +51,10 @@ def summary_text(results: Results, condition: str = "") -> str:
         lines += ["", f"what moves {main}:", *_aligned([list(effects[0]), *effects[1]])]
     failures = results.failures
     if len(failures):
-        lines += ["", f"{len(failures)} runs ended with an error:"]
-        lines += [f"  {said} ({count} runs)" for said, count in failures["error"].value_counts().head(5).items()]
+        lines += ["", f"{_count(len(failures), 'run')} ended with an error:"]
+        lines += [
+            f"  {said} ({_count(count, 'run')})" for said, count in failures["error"].value_counts().head(5).items()
+        ]
     return "\n".join(lines)
 
 
@@ -140,10 +142,14 @@ def _title(results: Results) -> str:
 def _headline(results: Results) -> str:
     table = results.table
     points, seeds = table["point"].nunique(), table["seed"].nunique()
-    varied = f" at {points} points of {', '.join(results.factors)}" if results.factors else ""
+    varied = f" at {_count(points, 'point')} of {', '.join(results.factors)}" if results.factors else ""
     failed = len(results.failures)
     errors = f"; {failed} ended with an error" if failed else ""
-    return f"{len(table)} runs{varied}, {seeds} seed{'s' if seeds != 1 else ''}{errors}"
+    return f"{_count(len(table), 'run')}{varied}, {_count(seeds, 'seed')}{errors}"
+
+
+def _count(number: int, noun: str) -> str:
+    return f"{number} {noun}" if number == 1 else f"{number} {noun}s"
 
 
 def _facts(results: Results, condition: str) -> Iterator[tuple[str, str]]:
