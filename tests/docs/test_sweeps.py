@@ -39,7 +39,8 @@ def test_a_worked_question_leaves_what_the_page_shows(command, tmp_path, monkeyp
     assert len(table) == 1 + runs and f"{runs} run" in said
     assert {path.name for path in out.iterdir()} >= {"page.html", "results.parquet", "runs.sqlite"}
     if "--success" in command:
-        assert re.search(r"score >= 30: 0 of \d+ = 0 % \(95 % interval 0 to \d+ %\)", said), said
+        condition = re.search(r'--success "(.+?)"', command)[1]
+        assert re.search(rf"{condition}: 0 of \d+ = 0 % \(95 % interval 0 to \d+ %\)", said), said
 
 
 def test_the_other_commands_are_understood(whole, tmp_path, monkeypatch):
