@@ -23,7 +23,7 @@ _SPARE_ELEVATION, _SPARE_SPEED = degrees(3.0), 0.05  # beyond the shooter's limi
 _SLOWER, _FASTER = 0.8, 1.5  # times the speed that meets the middle: from the rim in front to the top of a board
 _ENOUGH = 6.0  # standard deviations: one shot in 10^9 is farther off
 _LITTLE = 0.01  # what more than enough is worth
-_DEAR = degrees(10.0)
+_DEAR = degrees(20.0)
 _FINE_SPEED, _FINE_ELEVATION = 0.001, degrees(0.05)
 
 
@@ -42,7 +42,7 @@ class BestShot:
 def smoothest(rows: Sequence[FloatArray]) -> list[int]:
     """Of each of several bands, one after the other in distance, the row of the grid to shoot at.
 
-    A margin is worth what it is up to 6 standard deviations, more is worth nothing; a change of 10 deg from one band to
+    A margin is worth what it is up to 6 standard deviations, more is worth nothing; a change of 20 deg from one band to
     the next costs 1. So the table can be interpolated, and gives up margin only where there is plenty.
 
     Args:

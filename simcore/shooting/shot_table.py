@@ -257,7 +257,7 @@ def _share(task: ShotTask, stand: Stand, shot: BestShot, scatter: Scatter, seed:
 
 
 def scattered_hits(task: ShotTask, stand: Stand, shot: BestShot, draws: ShotDraws) -> BoolArray:
-    """Which of many scattered shots go in, from all barrels in turn, shape (n,)."""
+    """Which of many scattered shots go in, as many from each barrel, shape (n,)."""
     n = len(draws.elevation)
     elevation, speed = np.full(n, shot.elevation), np.full(n, shot.speed)
     yaw = np.repeat(task.lead(stand, elevation[:1], speed[:1]), n)

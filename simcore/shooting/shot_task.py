@@ -317,8 +317,8 @@ class ShotTask:
         return fly_to_opening(rows, self.opening, self.zone.zone, self.kind.surface, gravity=GRAVITY)
 
     def barrel_numbers(self, n: int) -> IntArray:
-        """Of n shots in turn, shape (n,)."""
-        return np.arange(n) % len(self.barrels)
+        """Of n shots, as many from each: the first ones from the first, so that no sequence of draws beats with them."""
+        return np.arange(n) * len(self.barrels) // n
 
     def outcomes(
         self, stand: Stand, elevation: FloatArray | Sequence[float], speed: FloatArray | Sequence[float]
