@@ -41,8 +41,8 @@ from simcore.vision.quest_headset import QuestConfig
 
 PACKAGES = ("geometry", "match", "physics", "pieces", "robot", "vision")
 MADE_BY_SIMCORE = frozenset(
-    "Aim AutoRun BodyDefinition BuiltDevice BuiltRobot CommandResult ContactMaterials DriveShaft FollowerGroup Footprint "
-    "GroundClearance Launch MassProperties PlaceEvent "
+    "Aim AutoRun BodyDefinition BuiltDevice BuiltRobot CommandResult ContactMaterials DriveShaft FollowerGroup "
+    "Footprint GroundClearance Launch MassProperties PlaceEvent "
     "LimitedMotor MeshPart ModelLayout NormalLaw ObjGroup PieceCount RayHits RunReport Score ScoreEvent Shot Spread "
     "ImuReading Mounting PieceVariation ShotErrors ReleasedPiece TagLayout TickTimes WheelContact".split()
 )
