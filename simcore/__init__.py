@@ -32,6 +32,7 @@ if TYPE_CHECKING:
     from simcore.match.match import Match
     from simcore.match.registry import find_game
     from simcore.match.runner import play_auto
+    from simcore.match.scatter import Scatter
     from simcore.match.scoring import ScoringTracker, ScoringZone
     from simcore.match.scripted import ScriptedRobot, ScriptSettings
     from simcore.phoenix6.swerve import SwerveDrivetrainSim, swerve_config
@@ -53,6 +54,7 @@ if TYPE_CHECKING:
     from simcore.robot.tank_drive import TankConfig
     from simcore.robotpy.robot_physics import RobotPhysics, field_control
     from simcore.robotpy.robot_program import part_of
+    from simcore.robotpy.run_variation import run_variation
     from simcore.telemetry.networktables_sink import NetworkTablesSink
     from simcore.telemetry.wpilog import WpilogSink
     from simcore.vision.camera import CameraConfig, CameraMount, PiecePipeline, TagPipeline, limelight_type
@@ -68,6 +70,7 @@ _HOMES = {
     "match.match": ("Match",),
     "match.registry": ("find_game",),
     "match.runner": ("play_auto",),
+    "match.scatter": ("Scatter",),
     "match.scoring": ("ScoringTracker", "ScoringZone"),
     "match.scripted": ("ScriptedRobot", "ScriptSettings"),
     "physics.field": ("FieldElement", "FieldGeometry"),
@@ -89,6 +92,7 @@ _HOMES = {
     "robot.tank_drive": ("TankConfig",),
     "robotpy.robot_physics": ("RobotPhysics", "field_control"),
     "robotpy.robot_program": ("part_of",),
+    "robotpy.run_variation": ("run_variation",),
     "telemetry.networktables_sink": ("NetworkTablesSink",),
     "telemetry.wpilog": ("WpilogSink",),
     "vision.camera": ("CameraConfig", "CameraMount", "PiecePipeline", "TagPipeline", "limelight_type"),
@@ -102,10 +106,10 @@ __all__ = [
     "GamePieceConfig", "GamePieceManager", "IntakeConfig", "IntakeZone", "LaunchParameters", "LimelightSim", "Match",
     "MatchClock", "NetworkTablesSink", "Phase", "PhysicsWorld", "PiecePipeline", "PieceSupply",
     "PlacerConfig", "RackConfig", "Robot", "RobotConfig", "RobotEntry", "RobotPhysics", "RollerConfig", "Rules",
-    "ScoringTracker", "ScoringZone", "ScriptSettings", "ScriptedRobot", "ShooterConfig", "SimcoreError",
+    "Scatter", "ScoringTracker", "ScoringZone", "ScriptSettings", "ScriptedRobot", "ShooterConfig", "SimcoreError",
     "StagedPieces", "StorageConfig", "SwerveConfig", "SwerveDrivetrainSim", "SwerveModuleConfig", "TagPipeline",
     "TalonFXMotorSim", "TankConfig", "WpilogSink", "__version__", "field_control", "find_game", "limelight_type",
-    "part_of", "play_auto", "swerve_config",
+    "part_of", "play_auto", "run_variation", "swerve_config",
 ]  # fmt: skip
 __version__ = "1.0.0rc1"
 

@@ -17,6 +17,7 @@ from simcore import (
     TalonFXMotorSim,
     find_game,
     limelight_type,
+    run_variation,
     swerve_config,
 )
 from simcore.phoenix6.talon_motor import MotorType
@@ -52,9 +53,12 @@ class PhysicsEngine(RobotPhysics):
         game = find_game("rebuilt")
         build = replace(game.robot(), drivetrain=swerve_config(r.drivetrain), cameras=CAMERAS)
         start = (START_BLUE.X(), START_BLUE.Y(), START_BLUE.rotation().radians())
+        variation = run_variation()  # which of many runs this is
         match = Match(
-            game,
-            robots=[RobotEntry(config=build, start=start)],
+            variation.game(game),
+            robots=[RobotEntry(config=variation.robot(build), start=start)],
+            seed=variation.seed,
+            scatter=variation.scatter,
             practice=True,
             sinks=[NetworkTablesSink(tables)],
             network=tables,

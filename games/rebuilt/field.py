@@ -14,6 +14,7 @@ from simcore.geometry.zones import CylinderZone
 from simcore.match.game import FieldDefinition
 from simcore.match.scoring import Alliance, ScoringZone
 from simcore.physics.surface import POLYCARBONATE, RUBBER, WALL
+from simcore.pieces.shot_opening import Panel, ShotOpening
 from simcore.robot.climber import Rung
 from simcore.typing import FloatArray
 
@@ -77,8 +78,38 @@ def scoring_zones() -> tuple[ScoringZone, ...]:
             bottom=dim.HUB_BOX_TOP,
             top=dim.HUB_THROAT_HEIGHT,
         )
-        zones.append(ScoringZone(name=f"{alliance.capitalize()}Hub", alliance=alliance, zone=zone))
+        name = f"{alliance.capitalize()}Hub"
+        zones.append(ScoringZone(name=name, alliance=alliance, zone=zone, opening=_hub_opening(alliance)))
     return tuple(zones)
+
+
+def _hub_opening(alliance: Alliance) -> ShotOpening:
+    """The hexagon over the funnel, with the net behind it and the funnel's walls."""
+
+    def on_field(*points: tuple[float, float, float]) -> tuple[tuple[float, float, float], ...]:
+        if alliance == "blue":
+            return points
+        return tuple((*_SYMMETRY.flip_point(x, y), z) for x, y, z in points)
+
+    def hexagon(circumradius: float, z: float) -> tuple[tuple[float, float, float], ...]:
+        (cx, cy), sixth = dim.HUB_CENTER, math.tau / 6
+        corners = [(math.cos((k + 0.5) * sixth), math.sin((k + 0.5) * sixth)) for k in range(6)]
+        return on_field(*((cx + circumradius * c, cy + circumradius * s, z) for c, s in corners))
+
+    rim = hexagon(dim.HUB_OPENING_CIRCUMRADIUS, dim.HUB_OPENING_HEIGHT)
+    throat = hexagon(dim.HUB_THROAT_CIRCUMRADIUS, dim.HUB_THROAT_HEIGHT)
+    x = dim.HUB_CENTER[0] + dim.HUB_OPENING_APOTHEM + dim.HUB_RIM_THICKNESS
+    right, left = (dim.HUB_CENTER[1] + side * dim.HUB_SIZE / 2.0 for side in (-1.0, 1.0))
+    low, high = dim.HUB_BOX_TOP, dim.HUB_BACKBOARD_TOP
+    net = on_field((x, right, low), (x, left, low), (x, left, high), (x, right, high))
+    return ShotOpening(
+        corners=rim,
+        approach=0.0 if alliance == "blue" else math.pi,
+        boards=(Panel(corners=net, surface=_NET),),
+        walls=tuple(
+            Panel(corners=(rim[k - 1], rim[k], throat[k], throat[k - 1]), surface=POLYCARBONATE) for k in range(6)
+        ),
+    )
 
 
 def hub_exit(alliance: Alliance, rng: np.random.Generator) -> tuple[FloatArray, FloatArray]:

@@ -61,6 +61,11 @@ class HumanPlayers:
         self._faces = {alliance: station_faces(alliance) for alliance in ALLIANCES}
         self._dropped: dict[tuple[Alliance, str], float] = {}
         self._thrown = dict.fromkeys(ALLIANCES, -math.inf)
+        own = match.entries[0].alliance  # so that red is blue flipped
+        self._clumsiness = {
+            alliance: match.draws.factor("human_players", int(alliance != own)) for alliance in ALLIANCES
+        }
+        """Factor of times and errors."""
 
     @property
     def waiting_algae(self) -> Mapping[Alliance, int]:
@@ -85,7 +90,8 @@ class HumanPlayers:
     def _feed(self, alliance: Alliance, side: str) -> None:
         """Drop a coral where a robot without one waits."""
         time = self._match.time
-        if time - self._dropped.get((alliance, side), -math.inf) < _DROP_PERIOD - 0.5 * TICK:
+        clumsiness = self._clumsiness[alliance]
+        if time - self._dropped.get((alliance, side), -math.inf) < clumsiness * _DROP_PERIOD - 0.5 * TICK:
             return
         x, y, yaw = self._faces[alliance][side]
         c, s = math.cos(yaw), math.sin(yaw)
@@ -96,7 +102,7 @@ class HumanPlayers:
             is_there = out < _REACH and abs(aside) < reach and robot.chassis.speed < _WAITING
             if owner == alliance and is_there and not self._has_coral(robot):
                 slot = self._next_coral()
-                spread = _DROP_SPREAD * float(self._match.rules_rng.standard_normal())
+                spread = clumsiness * _DROP_SPREAD * float(self._match.rules_rng.standard_normal())
                 place, attitude = _in_chute(x, y, yaw, min(max(aside + spread, -reach), reach))
                 self._match.pieces.release(slot, place[None], attitude[None])
                 self._dropped[alliance, side] = time
@@ -114,12 +120,13 @@ class HumanPlayers:
     def _throw(self, alliance: Alliance) -> None:
         """Throw an algae at the net, as well as people do."""
         match, waiting = self._match, self._algae[alliance]
-        if not waiting or match.time - self._thrown[alliance] < _THROW_PERIOD:
+        clumsiness = self._clumsiness[alliance]
+        if not waiting or match.time - self._thrown[alliance] < clumsiness * _THROW_PERIOD:
             return
         target = (dim.FIELD_CENTER[0], dim.FIELD_WIDTH - dim.NET_Y, dim.NET_RIM_HEIGHT + ALGAE.rest_height)
         muzzle = (dim.PROCESSOR_X, -0.3, _THROW_HEIGHT)  # red's, behind blue's processor
         shot = solve_shot(muzzle, target, elevation=_THROW_ELEVATION, drag=ALGAE.air.drag)
-        error = _THROW_ERROR * match.rules_rng.standard_normal(2)
+        error = clumsiness * _THROW_ERROR * match.rules_rng.standard_normal(2)
         yaw, speed = shot.yaw + error[0], shot.speed * (1.0 + error[1])
         level = speed * math.cos(_THROW_ELEVATION)
         pos = np.array([muzzle])

@@ -8,10 +8,11 @@ from typing import Protocol
 import numpy as np
 
 from simcore.errors import ConfigError
+from simcore.geometry.rotation import Vector
 from simcore.quantities import FIELD_LENGTH, FIELD_PLACE, require_fields
 from simcore.typing import BoolArray, FloatArray
 
-__all__ = ["BoxZone", "CapsuleZone", "CylinderZone", "Zone"]
+__all__ = ["BoxZone", "CapsuleZone", "CylinderZone", "Zone", "line_distance"]
 
 
 class Zone(Protocol):
@@ -137,30 +138,35 @@ class CapsuleZone:
         return inside
 
     def crossed(self, start: FloatArray, end: FloatArray) -> BoolArray:
-        """Which segments (n, 3) to (n, 3) [m] touch the capsule, shape (n,).
-
-        Where two lines are nearest within their ends, or one of the four ends is nearest to the other line.
-        """
-        line, move = np.asarray(self.end) - self.start, end - start
-        away = start - self.start
-        a, b, e = line @ line, move @ line, np.einsum("ij,ij->i", move, move)
-        c, f = away @ line, np.einsum("ij,ij->i", away, move)
-        steep = a * e - b * b
-        t = np.clip(np.where(steep > 1e-12 * a, b * c - a * f, 0.0) / np.where(steep > 1e-12 * a, steep, 1.0), 0.0, 1.0)
-        nearest = np.full(len(start), np.inf)
-        free = np.where(e > 0.0, e, 1.0)
-        for guess in (
-            t,
-            np.zeros_like(t),
-            np.ones_like(t),
-            np.clip(-f / free, 0.0, 1.0),
-            np.clip((b - f) / free, 0.0, 1.0),
-        ):
-            point = away + guess[:, None] * move
-            share = np.clip(point @ line / a, 0.0, 1.0)
-            nearest = np.minimum(nearest, np.linalg.norm(point - share[:, None] * line, axis=1))
-        hit: BoolArray = nearest <= self.radius
+        """Which segments (n, 3) to (n, 3) [m] touch the capsule, shape (n,)."""
+        hit: BoolArray = line_distance(start, end, self.start, self.end) <= self.radius
         return hit
+
+
+def line_distance(start: FloatArray, end: FloatArray, a: Vector, b: Vector) -> FloatArray:
+    """How near straight segments (n, 3) to (n, 3) come to the one from a to b [m], shape (n,).
+
+    Where two lines are nearest within their ends, or one of the four ends is nearest to the other line.
+    """
+    line, move = np.asarray(b) - np.asarray(a), end - start
+    away = start - np.asarray(a)
+    aa, ab, bb = line @ line, move @ line, np.einsum("ij,ij->i", move, move)
+    c, f = away @ line, np.einsum("ij,ij->i", away, move)
+    steep = aa * bb - ab * ab
+    t = np.clip(np.where(steep > 1e-12 * aa, ab * c - aa * f, 0.0) / np.where(steep > 1e-12 * aa, steep, 1.0), 0.0, 1.0)
+    nearest: FloatArray = np.full(len(start), np.inf)
+    free = np.where(bb > 0.0, bb, 1.0)
+    for guess in (
+        t,
+        np.zeros_like(t),
+        np.ones_like(t),
+        np.clip(-f / free, 0.0, 1.0),
+        np.clip((ab - f) / free, 0.0, 1.0),
+    ):
+        point = away + guess[:, None] * move
+        share = np.clip(point @ line / aa, 0.0, 1.0)
+        nearest = np.minimum(nearest, np.linalg.norm(point - share[:, None] * line, axis=1))
+    return nearest
 
 
 def _slab(start: FloatArray, end: FloatArray, low: FloatArray, high: FloatArray) -> tuple[FloatArray, FloatArray]:

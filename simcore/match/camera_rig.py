@@ -2,18 +2,21 @@
 
 from __future__ import annotations
 
+import zlib
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from simcore.geometry.rotation import Vector
+from simcore.match.scatter import ScatterDraws
 from simcore.physics.world import PhysicsWorld
 from simcore.pieces.piece_manager import GamePieceManager
 from simcore.robot.robot import Robot
 from simcore.typing import FloatArray
-from simcore.vision.camera import CameraConfig
+from simcore.vision.camera import CameraConfig, PiecePipeline
 from simcore.vision.camera_manager import NetworkClock, VisionSimManager, direction_line, sighting_lines
 from simcore.vision.camera_scene import CameraScene
 from simcore.vision.limelight import LimelightSim
@@ -53,6 +56,7 @@ class CameraRig(VisionSimManager):
         field_size: Length and width [m].
         rng: For all noise.
         network: Where cameras publish; None: nowhere, their frames can be read all the same.
+        draws: By how much the noise of single cameras differs; None: not at all.
     """
 
     def __init__(
@@ -64,6 +68,7 @@ class CameraRig(VisionSimManager):
         field_size: tuple[float, float],
         rng: np.random.Generator,
         network: ntcore.NetworkTableInstance | None = None,
+        draws: ScatterDraws | None = None,
     ) -> None:
         super().__init__(TagLayout.of([], field_size=field_size), rng)
         self.headsets: list[QuestHeadset] = []
@@ -75,6 +80,7 @@ class CameraRig(VisionSimManager):
         self._robots = list(robots)
         self._load_layout: Callable[[], TagLayout] | None = layout
         self._network = network
+        self._draws = draws
         self._carriers: list[Robot] = []
         self._sight = _WorldSight(world, [robot.chassis.row for robot in self._robots])
         for robot in self._robots:
@@ -93,6 +99,8 @@ class CameraRig(VisionSimManager):
         """
         if self._load_layout is not None:
             self.layout, self._load_layout = self._load_layout(), None
+        if self._draws is not None:
+            config = _with_noise(config, self._draws.factor("camera_noise", robot, zlib.crc32(config.name.encode())))
         camera = self.add(config, robot=robot)
         self._carry(robot)
         if self._network is not None and config.maker == "limelight":
@@ -109,6 +117,10 @@ class CameraRig(VisionSimManager):
             robot: Number of the robot.
             ports: Where it publishes and listens, e.g. a `QuestNavTable`.
         """
+        if self._draws is not None:
+            noise = self._draws.factor("camera_noise", robot, len(self.headsets))
+            names = ("position_noise", "angle_noise_deg", "position_drift", "yaw_drift_deg")
+            config = replace(config, **{name: noise * getattr(config, name) for name in names})
         (rng,) = self._rng.spawn(1)
         headset = QuestHeadset(config, rng, robot=robot, ports=ports)
         self.headsets.append(headset)
@@ -158,6 +170,19 @@ class CameraRig(VisionSimManager):
             found[f"Sim/Limelights/{name}/DirectionLine"] = direction_line(pos, quat, camera.last)
             found[f"Sim/Limelights/{name}/SeenTags"] = sighting_lines(pos, quat, camera.last, self.layout)
         return found
+
+
+def _with_noise(config: CameraConfig, factor: float) -> CameraConfig:
+    """The same camera with pictures that are noisier by a factor."""
+    if factor == 1.0:
+        return config
+    pipelines = tuple(
+        replace(pipeline, box_noise=factor * pipeline.box_noise) if isinstance(pipeline, PiecePipeline) else pipeline
+        for pipeline in config.pipelines
+    )
+    return replace(
+        config, type=replace(config.type, corner_noise=factor * config.type.corner_noise), pipelines=pipelines
+    )
 
 
 class _WorldSight:

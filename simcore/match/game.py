@@ -18,6 +18,7 @@ from simcore.match.clock import MatchClock, MatchTimer, Phase
 from simcore.match.piece_flow import PieceFlow
 from simcore.match.report import PieceCount, Score
 from simcore.match.robot_contacts import RobotContacts
+from simcore.match.scatter import ScatterDraws
 from simcore.match.scoring import Alliance, ScoreEvent, ScoringTracker, ScoringZone
 from simcore.physics.field import FieldElement, FieldGeometry
 from simcore.physics.hanging import HangingBody, HangingConfig
@@ -257,6 +258,8 @@ class MatchState(Protocol):
     rules: Rules
     rules_rng: np.random.Generator
     """For what the rules leave to chance."""
+    draws: ScatterDraws
+    """By how much things differ in this match."""
     cameras: CameraRig
 
     def outline(self, number: int) -> FloatArray:

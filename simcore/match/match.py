@@ -26,8 +26,12 @@ from simcore.match.piece_flow import PieceFlow
 from simcore.match.publish import build_snapshot
 from simcore.match.report import PieceCount, Score
 from simcore.match.robot_contacts import RobotContacts
+from simcore.match.scatter import Scatter, ScatterDraws
+from simcore.match.scattered_pieces import piece_variation
+from simcore.match.scattered_robot import built_robot, start_error
 from simcore.match.scoring import Alliance, ScoringTracker, ScoringZone
 from simcore.match.starts import (
+    missed_place,
     require_free_place,
     require_free_starts,
     require_on_field,
@@ -64,6 +68,7 @@ class Match:
         game: What is played.
         robots: Who plays; none: one blue robot of the game's own kind.
         seed: Of everything that is left to chance, a whole number >= 0.
+        scatter: By how much robots, pieces and shots differ from match to match; None: not at all.
         controllers: What commands each robot, in their order; None: it stands.
         options: Names of the game's options that are on.
         practice: Every piece counts, whatever the match clock says.
@@ -95,6 +100,8 @@ class Match:
     """Of the last tick."""
     seed: int
     """Of everything that is left to chance."""
+    draws: ScatterDraws
+    """What the scatter of this run comes to."""
     timer: MatchTimer
     """The time of the match, for scores and rules."""
     pieces: GamePieceManager
@@ -125,6 +132,7 @@ class Match:
         *,
         robots: Sequence[RobotEntry] = (),
         seed: int = 0,
+        scatter: Scatter | None = None,
         controllers: Sequence[Controller | None] = (),
         options: Iterable[str] = (),
         practice: bool = False,
@@ -140,6 +148,10 @@ class Match:
         self.entries = tuple(robots) or (RobotEntry(),)
         self.options = frozenset(options)
         self.practice = practice
+        if not isinstance(scatter, Scatter | None):
+            raise ConfigError(f"scatter must be a Scatter or None, got {shown(scatter)}")
+        self.scatter = scatter or Scatter.none()
+        """By how much things differ from run to run."""
         require_playable(game, self.entries, options=self.options, controllers=len(controllers), seed=seed)
         self._network = network
         self._tags = tags or game.field.tags
@@ -412,14 +424,15 @@ class Match:
     def set_alliance(self, number: int, alliance: Alliance) -> None:
         """Put a robot, at rest, where it starts as one of an alliance; its gyro keeps its reading."""
         self.alliances[number] = alliance
-        self._carry(number, self.start_pose(number))
+        self._carry(number, self.start_pose(number), by_people=True)
 
-    def carry_to(self, number: int, pose: tuple[float, float, float]) -> None:
+    def carry_to(self, number: int, pose: Pose, *, by_people: bool = False) -> None:
         """Put a robot somewhere at rest, as people carry it; its gyro keeps its reading, and pieces make room.
 
         Args:
             number: Of the robot.
             pose: Where, field frame [m, m, rad].
+            by_people: Whether they miss the place, as the scatter says; otherwise it is there exactly.
 
         Raises:
             ConfigError: There is no such robot, or the pose is no three numbers.
@@ -430,10 +443,14 @@ class Match:
         robot, size = self.robots[number], self.game.field.size
         require_on_field(robot, pose, size)
         require_free_place(self.world, robot, pose, size)
-        self._carry(number, pose)
+        self._carry(number, pose, by_people=by_people)
 
-    def _carry(self, number: int, pose: Pose) -> None:
-        self.robots[number].carry_to(pose)
+    def _carry(self, number: int, pose: Pose, *, by_people: bool) -> None:
+        missed = self._missed(number, pose) if by_people else None
+        if missed is None:
+            self.robots[number].carry_to(pose)
+        else:
+            self.robots[number].carry_to(missed, believed=pose)
         self.pieces.make_room(Footprint(*self.robots[number].chassis.footprint))
 
     def start_mode(self, mode: Mode) -> None:
@@ -521,8 +538,8 @@ class Match:
             for supply in self.game.pieces
         }
 
-    def start_pose(self, number: int) -> tuple[float, float, float]:
-        """Where a robot starts as one of its present alliance, field frame [m, m, rad]."""
+    def start_pose(self, number: int) -> Pose:
+        """Where a robot should start as one of its present alliance, field frame [m, m, rad]."""
         return start_pose(self.game, self.entries, self.alliances, number)
 
     def outline(self, number: int) -> FloatArray:
@@ -542,6 +559,8 @@ class Match:
         """Build everything that a run changes, in an empty world."""
         game = self.game
         self.seed = seed
+        self.draws = ScatterDraws(self.scatter, seed)
+        is_scattered = self.scatter != Scatter.none()
         rng = np.random.default_rng(seed)
         self.rules_rng, robot_rng, staging_rng, camera_rng = rng.spawn(4)
         self.time = 0.0
@@ -563,6 +582,7 @@ class Match:
             field_size=game.field.size,
             wake=self._wake_settings,
             places=game.places,
+            variation=piece_variation(self.draws, [supply.count for supply in game.pieces]) if is_scattered else None,
         )
         self._stage(staging_rng)
         self.robots = []
@@ -571,10 +591,24 @@ class Match:
         for number, (entry, own_rng) in enumerate(zip(self.entries, own_rngs, strict=True)):
             config = entry.config or game.robot()
             pose = self.start_pose(number)
-            robot = Robot(self.world, config, number=number, pose=pose, rng=own_rng, rungs=self._rungs, mounts=mounts)
+            built = built_robot(config, self.draws, number) if is_scattered else None
+            robot = Robot(
+                *(self.world, config),
+                number=number,
+                pose=pose,
+                rng=own_rng,
+                rungs=self._rungs,
+                mounts=mounts,
+                built=built,
+            )
             self.robots.append(robot)
             self._preload(robot, entry)
         require_free_starts(self.world, self.robots, game.field, self.alliances)
+        for robot in self.robots:
+            pose = self.start_pose(robot.number)
+            missed = self._missed(robot.number, pose)
+            if missed is not None:
+                robot.reset(missed, believed=pose)
         for robot in self.robots:
             self.pieces.make_room(Footprint(*robot.chassis.footprint))
         self.contacts = RobotContacts(self.world, self.robots, self.hanging)
@@ -589,6 +623,7 @@ class Match:
             game.field.size,
             camera_rng,
             self._network,
+            self.draws,
         )
         self.rules = game.rules(self)
         self.rules.start()
@@ -608,6 +643,14 @@ class Match:
             if len(positions):
                 self.pieces.spawn(some.kind, positions, attitudes, resting=some.resting, lodged=some.lodged)
             self.pieces.stage(some.kind, some.off_field)
+
+    def _missed(self, number: int, pose: Pose) -> Pose | None:
+        """Where people put a robot who want it somewhere; None: there."""
+        ahead, left, turn = start_error(self.draws, number)
+        if self.alliances[number] == "red" and not self.game.field.symmetry.keeps_hands:
+            left, turn = -left, -turn
+        error = (ahead, left, turn)
+        return missed_place(self.world, self.robots[number], pose, error) if any(error) else None
 
     def _preload(self, robot: Robot, entry: RobotEntry) -> None:
         count = entry.preload

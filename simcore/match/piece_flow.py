@@ -198,20 +198,22 @@ class PieceFlow:
         slot = storage.take()
         kind = self._kind_of(slot)
         motion = robot.motion_at(launch.delay / TICK)
-        piece = shooter.released(launch, radius=kind.bounding_radius, robot=motion)
+        size = float(self._pieces.size[slot])
+        launch = shooter.gripped(launch, size)
+        piece = shooter.released(launch, radius=size * kind.bounding_radius, robot=motion)
         quat = IDENTITY if isinstance(kind.shape, Sphere) else multiply(motion.quat, storage.config.attitude)
         flown = TICK - launch.delay
-        gravity = self._world.gravity
+        gravity, air = self._world.gravity, self._pieces.air_of(slot)
 
         def after(dt: float) -> tuple[Vector, Vector]:
-            return fly(piece.pos, piece.vel, piece.spin, dt, gravity=gravity, factors=kind.air)
+            return fly(piece.pos, piece.vel, piece.spin, dt, gravity=gravity, factors=air)
 
         pos, vel = after(flown)
         share = free_share(self._world, piece.pos, pos, kind.inner_radius, robot=robot.chassis.row)
         if share < 1.0:  # it is held until the tick's end where it would have met something
             pos, vel = after(share * flown)
         self._pieces.launch(robot.number, pos, vel, piece.spin, slot=slot, quat=quat)
-        shooter.after_shot(kind.mass, launch.aim.speed)
+        shooter.after_shot(float(self._pieces.mass[slot]), launch.aim.speed)
         shot = ShotRecord(time, slot, robot.number, [pos])
         self.shots.append(shot)
         self._followed[slot] = shot

@@ -69,6 +69,8 @@ class RunReport:
     auto: str
     alliance: str
     seed: int
+    scatter: str = "0"
+    """The line that `Scatter.parse` makes the match's scatter of; 0 is none."""
     engine: str
     """Name of the physics engine."""
     sim_seconds: float
@@ -185,6 +187,9 @@ def print_report(report: RunReport, console: Console, *, verbose: bool = False) 
     run.add_row("time to compute it", times)
     if verbose:
         run.add_row("seed", str(report.seed))
+        run.add_row(
+            "scatter", "none" if report.scatter == "0" else report.scatter.removeprefix("0,").replace(",", ", ")
+        )
         run.add_row("physics engine", report.engine)
         ticks = (
             f"{report.ticks}; median {tick.median:.2f}, p95 {tick.p95:.2f}, p99 {tick.p99:.2f}, max {tick.max:.2f} ms"

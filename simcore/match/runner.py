@@ -139,6 +139,7 @@ def _play(
         auto=auto.name,
         alliance=match.alliances[0],
         seed=match.seed,
+        scatter=match.scatter.text,
         engine=match.world.engine.name,
         sim_seconds=match.time,
         startup_seconds=run_start - wall_start,

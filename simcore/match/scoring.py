@@ -11,6 +11,7 @@ import numpy as np
 
 from simcore.errors import ConfigError
 from simcore.geometry.zones import Zone
+from simcore.pieces.shot_opening import ShotOpening
 from simcore.quantities import Quantity, require_fields
 from simcore.typing import BoolArray, FloatArray, IntArray
 
@@ -39,6 +40,8 @@ class ScoringZone:
     """Whether only pieces on their way down count."""
     kinds: tuple[str, ...] = ()
     """Kinds of pieces that score in it; none named: all."""
+    opening: ShotOpening | None = None
+    """What shots have to fall through to score in it; None: nobody shoots at it."""
 
     def __post_init__(self) -> None:
         if self.alliance not in ("blue", "red"):

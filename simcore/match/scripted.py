@@ -21,7 +21,7 @@ from simcore.match.scoring import Alliance
 from simcore.pieces.shot_solver import NoShotError, Shot, solve_shot
 from simcore.quantities import ACCELERATION, ANGLE, ROBOT_PLACE, SIGNED_VOLTAGE, require, require_fields, shown
 from simcore.robot.mechanism_control import PositionController, VelocityController
-from simcore.robot.mechanisms import ArmSim, ElevatorSim
+from simcore.robot.mechanisms import ArmSim, ElevatorSim, FlywheelConfig
 from simcore.robot.robot import Robot
 from simcore.robot.robot_config import telemetry_name
 from simcore.robot.swerve_drive import SwerveDrive
@@ -128,8 +128,9 @@ class ScriptedRobot:
         self._volts.clear()
         if robot.shooters:
             for name in robot.shooters[0].config.wheels:
-                gearbox = robot.mechanisms[name].gearbox
-                self._wheel_loops[name] = VelocityController.for_gearbox(gearbox, kp=0.08)
+                wheel = robot.config.mechanisms[name]
+                assert isinstance(wheel, FlywheelConfig), "a shooter's wheels are flywheels"
+                self._wheel_loops[name] = VelocityController.for_gearbox(wheel.gearbox, kp=0.08)
         self._steps = self._script(self)
 
     # --- what a script sees -------------------------------------------------------------------------------------
@@ -142,8 +143,8 @@ class ScriptedRobot:
 
     @property
     def pose(self) -> Pose:
-        """Where the robot is, as a blue one [m, m, rad]."""
-        pose = self.robot.chassis.pose
+        """Where the robot believes to be since it was put down, as a blue one [m, m, rad]."""
+        pose = self.robot.reckoned_pose
         return pose if self._alliance == "blue" else self._symmetry.flip_pose(*pose)
 
     @property

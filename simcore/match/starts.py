@@ -16,6 +16,7 @@ from simcore.robot.robot import Robot
 
 __all__ = [
     "StartError",
+    "missed_place",
     "require_free_place",
     "require_free_starts",
     "require_on_field",
@@ -175,6 +176,35 @@ def require_free_place(
     near = next(free, None)
     hint = f"{_place(*near, as_blue)} is free" if near else ""
     raise StartError(robot.number, f"starts inside of a field element, at {_place(x, y, as_blue)}", hint)
+
+
+def missed_place(world: PhysicsWorld, robot: Robot, pose: Pose, error: Pose) -> Pose:
+    """Where people put a robot who miss a place: to the other side where it would be in a wall, else not at all.
+
+    Args:
+        world: With the field and the robots.
+        robot: Who is put there.
+        pose: Where it should be, field frame [m, m, rad].
+        error: How far ahead, to its left and turned it ends up [m, m, rad].
+    """
+    (x, y, yaw), (ahead, left, turn) = pose, error
+    c, s = math.cos(yaw), math.sin(yaw)
+    around = _around(world, robot, pose)
+    for side in (1.0, -1.0):
+        missed = (x + side * (c * ahead - s * left), y + side * (s * ahead + c * left), yaw + turn)
+        if _around(world, robot, missed) in (Surroundings.OPEN, around) and around is not Surroundings.WALL:
+            return missed
+    return pose
+
+
+def _around(world: PhysicsWorld, robot: Robot, pose: Pose) -> Surroundings:
+    """What is in the box around a robot that stands there."""
+    c, (x, y, yaw) = robot.chassis.config, pose
+    along, across = abs(math.cos(yaw)), abs(math.sin(yaw))
+    half_x = 0.5 * (along * c.bumper_length + across * c.bumper_width)
+    half_y = 0.5 * (across * c.bumper_length + along * c.bumper_width)
+    low, high = (x - half_x, y - half_y, c.clearance), (x + half_x, y + half_y, c.bumper_top)
+    return world.surroundings(robot.chassis.row, low, high)
 
 
 def _place(x: float, y: float, as_blue: Flip | None) -> str:

@@ -79,7 +79,6 @@ class Impacts:
         self._pool = pool
         self._wake = wake
         self._is_needed = not world.engine.is_exact
-        self._surfaces = [kind.surface for kind in pool.types]
         self._near: IntArray = np.zeros(0, dtype=np.int64)
         self._moves: BoolArray = np.zeros(0, dtype=bool)  # of those near
         self._was_hit = np.zeros(len(pool.rows), dtype=bool)
@@ -262,14 +261,13 @@ class Impacts:
         if not (a.is_falling or b.is_falling) and abs(away[2]) < _SKIN:
             away[2] = 0.0  # both roll on one surface, a little pressed into it
         distance = math.hypot(*away)
-        kinds = pool.state.kind[a.slot], pool.state.kind[b.slot]
-        sa, sb = self._surfaces[kinds[0]], self._surfaces[kinds[1]]
+        sa, sb = pool.surfaces[a.slot], pool.surfaces[b.slot]
         (va, vb), (wa, wb) = hit_ball(
             (a.vel, b.vel),
             (a.spin, b.spin),
             (away[0] / distance, away[1] / distance, away[2] / distance),
             radii=(float(pool.radius[a.slot]), float(pool.radius[b.slot])),
-            masses=(pool.types[kinds[0]].mass, pool.types[kinds[1]].mass),
+            masses=(float(pool.mass[a.slot]), float(pool.mass[b.slot])),
             restitution=sa.restitution * sb.restitution,
             friction=sa.friction * sb.friction,
         )
@@ -292,7 +290,7 @@ class Impacts:
                 if hit is None:
                     continue
                 time, normal, surface = hit
-                own = self._surfaces[self._pool.state.kind[path.slot]]
+                own = self._pool.surfaces[path.slot]
                 late = 0.5 * self._world.gravity * (path.time + h - 2.0 * time)  # from the mean of the rest to now
                 vx, vy, vz = path.vel
                 vel, spin = hit_surface(

@@ -36,7 +36,7 @@ class Lodging:
         self._force = np.zeros(n)  # 0: not lodged
         self._anchors: dict[int, tuple[Vector, Quaternion]] = {}
         self._h = 0.0  # of the last sub-step
-        self._mass = np.array([kind.mass for kind in pool.types])[pool.state.kind]
+        self._mass = pool.mass
         self.is_used = False
         """Whether any piece is lodged."""
 

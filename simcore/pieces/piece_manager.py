@@ -16,12 +16,14 @@ import numpy as np
 from simcore.errors import CapacityError, ConfigError, NonFiniteError, UnknownNameError
 from simcore.geometry.rotation import IDENTITY, Quaternion
 from simcore.physics.world import PhysicsWorld
+from simcore.pieces.aerodynamics import AirFactors
 from simcore.pieces.approach import Approach
 from simcore.pieces.flight_forces import FlightForces
 from simcore.pieces.free_places import free_place
 from simcore.pieces.impacts import Impacts
 from simcore.pieces.kinds import GamePieceConfig
 from simcore.pieces.lodging import Lodging
+from simcore.pieces.piece_variation import PieceVariation
 from simcore.pieces.pool import ON_FIELD, PiecePool, PieceStatus
 from simcore.pieces.pressing import CHAIN, PRESSING_PERIOD, Pressing
 from simcore.pieces.resting_places import RestingPlace, RestingPlaces
@@ -53,6 +55,7 @@ class GamePieceManager:
         field_size: Length and width [m]; pieces that come to rest beyond it, or are 0.5 m beyond it, are brought back.
         wake: When pieces wake and sleep.
         places: Where pieces stay and count.
+        variation: By which factors pieces differ from their kind; None: not at all.
     """
 
     def __init__(
@@ -63,12 +66,13 @@ class GamePieceManager:
         field_size: tuple[float, float],
         wake: WakeSettings | None = None,
         places: Sequence[RestingPlace] = (),
+        variation: PieceVariation | None = None,
     ) -> None:
         self._world = world
         self._p = wake or WakeSettings()
         self._field_size = field_size
         self._kinds = {config.name: kind for kind, (config, _) in enumerate(types)}
-        self._pool = PiecePool(world, list(types))
+        self._pool = PiecePool(world, list(types), variation)
         self.state = self._pool.state
         n = len(self._pool.rows)
         self._chunks = ChunkGrid(
@@ -389,6 +393,20 @@ class GamePieceManager:
     def radius(self) -> FloatArray:
         """Bounding radius of each slot's piece [m], shape (n,)."""
         return self._pool.radius
+
+    @property
+    def mass(self) -> FloatArray:
+        """Of each slot's piece [kg], shape (n,)."""
+        return self._pool.mass
+
+    @property
+    def size(self) -> FloatArray:
+        """Diameter of each slot's piece over that of its kind [-], shape (n,)."""
+        return self._pool.size
+
+    def air_of(self, slot: int) -> AirFactors:
+        """What the air does to one piece."""
+        return self._pool.air_of(slot)
 
     def held(self, holder: int) -> IntArray:
         """Slots that a robot holds."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import IntEnum
 
 import numpy as np
@@ -11,8 +11,11 @@ import numpy.typing as npt
 from simcore.errors import CapacityError, ConfigError
 from simcore.geometry.rotation import IDENTITY, Quaternion
 from simcore.physics.shapes import Sphere
+from simcore.physics.surface import TerrainSurface
 from simcore.physics.world import PhysicsWorld
+from simcore.pieces.aerodynamics import AirFactors
 from simcore.pieces.kinds import GamePieceConfig
+from simcore.pieces.piece_variation import PieceVariation
 from simcore.typing import BoolArray, FloatArray, IntArray
 
 __all__ = ["ON_FIELD", "PiecePool", "PieceState", "PieceStatus"]
@@ -72,12 +75,18 @@ class PieceState:
 class PiecePool:
     """Bodies and state of all pieces of a world. Slots of one type are contiguous."""
 
-    def __init__(self, world: PhysicsWorld, types: list[tuple[GamePieceConfig, int]]) -> None:
+    def __init__(
+        self,
+        world: PhysicsWorld,
+        types: list[tuple[GamePieceConfig, int]],
+        variation: PieceVariation | None = None,
+    ) -> None:
         """Make all bodies.
 
         Args:
             world: Where the bodies live.
             types: Each type with the most pieces of it that there can be.
+            variation: By which factors pieces differ from their kind; None: not at all.
         """
         self._world = world
         self.types = [config for config, _ in types]
@@ -95,11 +104,34 @@ class PiecePool:
         """Engine row of each slot."""
         self.radius = np.zeros(n)
         """Bounding radius of each slot's piece [m], shape (n,)."""
+        self.mass = np.zeros(n)
+        """Of each slot's piece [kg], shape (n,)."""
+        self.size = np.ones(n) if variation is None else variation.diameter
+        """Diameter of each slot's piece over that of its kind [-], shape (n,)."""
+        self.drag = np.zeros(n)
+        """See `AirFactors`; of each slot's piece [1/m], shape (n,)."""
+        self.lift_share = np.ones(n) if variation is None else variation.diameter**3 / variation.mass
+        """Spin lift of each slot's piece over that of its kind [-], shape (n,)."""
+        self.surfaces: list[TerrainSurface] = []
+        """Material of each slot's piece."""
+        self._air = [config.air for config in self.types]
         slot = 0
         for kind, (config, count) in enumerate(types):
-            for _ in range(count):
+            mine = slice(slot, slot + count)
+            self.mass[mine] = config.mass
+            self.drag[mine] = self._air[kind].drag
+            surfaces = [config.surface] * count
+            if variation is not None:
+                self.mass[mine] *= variation.mass[mine]
+                self.drag[mine] *= variation.drag[mine] * variation.diameter[mine] ** 2 / variation.mass[mine]
+                surfaces = [
+                    replace(surface, restitution=min(1.0, surface.restitution * factor))
+                    for surface, factor in zip(surfaces, variation.restitution[mine].tolist(), strict=True)
+                ]
+            self.surfaces += surfaces
+            for mass, surface in zip(self.mass[mine].tolist(), surfaces, strict=True):
                 row = world.add_piece_body(
-                    config.name, config.shape, mass=config.mass, surface=config.surface, pos=self._parking(slot)
+                    config.name, config.shape, mass=mass, surface=surface, pos=self._parking(slot)
                 )
                 world.set_piece_touchable(row, False)
                 world.engine.fix(row)
@@ -121,6 +153,12 @@ class PiecePool:
         """Whether each slot is on the field and sleeps, placed or not, shape (n,)."""
         frozen: BoolArray = _IS_FROZEN.take(self.state.status)
         return frozen
+
+    def air_of(self, slot: int) -> AirFactors:
+        """What the air does to one piece."""
+        air = self._air[self.state.kind[slot]]
+        drag, lift = float(self.drag[slot]), air.lift * float(self.lift_share[slot])
+        return AirFactors(drag=drag, lift=lift, lift_saturation=air.lift_saturation)
 
     def take(self, kind: int, count: int) -> IntArray:
         """Reserve free slots of a type; they stay parked.

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal, Protocol
 
 import numpy as np
@@ -17,6 +17,7 @@ from simcore.errors import ConfigError
 from simcore.geometry.linkage import MechanismMotion, PartState, require_mechanisms
 from simcore.geometry.rotation import Vector, from_yaw, multiply, rotate
 from simcore.pieces.launch import Aim, LaunchParameters, launch_state
+from simcore.pieces.shot_errors import ShotErrors
 from simcore.pieces.shot_schedule import Launch, ShotSchedule
 from simcore.quantities import (
     ANGLE,
@@ -28,6 +29,11 @@ from simcore.quantities import (
     TURN_RATE_OR_NONE,
     require_fields,
 )
+
+_SQUEEZE = 0.15
+"""By how much of its diameter a piece is squeezed [-]. Estimate, within a factor of 1.5: foam balls of 13 to 25 cm get
+two to four centimeters."""
+_LEAST_SQUEEZE = 0.3  # of that; a piece that is squeezed less is not fed at all
 
 __all__ = ["ReleasedPiece", "Shooter", "ShooterConfig", "SpinningMotion"]
 
@@ -140,6 +146,35 @@ class ShooterConfig:
         rims = 0.5 * (wheel_speeds[0] * radii[0] + wheel_speeds[-1] * radii[-1])
         return max(0.0, rims) * self.exit_efficiency
 
+    def grip(self, size: float) -> float:
+        """Factor of the exit speed of a piece that is thicker or thinner than others [-].
+
+        A piece that does not slip leaves at half the rim's speed along a fixed hood, and at the rims' between two
+        wheels, whatever its size. What `exit_efficiency` lacks of that is slip, which falls as the piece is squeezed
+        harder: the gap stays the same.
+
+        Args:
+            size: Its diameter over that of its kind [-].
+        """
+        most = 0.5 if len(self.wheels) == 1 else 1.0
+        slip = max(0.0, 1.0 - self.exit_efficiency / most)
+        squeeze = max(_LEAST_SQUEEZE, 1.0 + (size - 1.0) / _SQUEEZE)
+        return max(0.0, 1.0 - slip / squeeze) / (1.0 - slip)
+
+    def spin_speed(self, exit_speed: float, wheel_speeds: Sequence[float]) -> float:
+        """Speed of a piece's rim about its center by the spin with which it leaves [m/s].
+
+        Along a fixed hood it rolls: its rim there stands still. Between two wheels its rims move with theirs.
+
+        Args:
+            exit_speed: [m/s]
+            wheel_speeds: Of each wheel [rad/s].
+        """
+        if len(self.wheels) == 1:
+            return exit_speed
+        lower, upper = (speed * radius for speed, radius in zip(wheel_speeds, self.wheel_radii, strict=True))
+        return 0.5 * (lower - upper) * self.exit_efficiency
+
 
 @dataclass(frozen=True, slots=True)
 class ReleasedPiece:
@@ -159,12 +194,15 @@ class Shooter:
     Args:
         config: What it is.
         mechanisms: Of the robot, by name.
+        errors: What single shots are off by; None: nothing.
 
     Raises:
         UnknownNameError: The config names a mechanism that the robot does not have.
     """
 
-    def __init__(self, config: ShooterConfig, mechanisms: Mapping[str, SpinningMotion]) -> None:
+    def __init__(
+        self, config: ShooterConfig, mechanisms: Mapping[str, SpinningMotion], errors: ShotErrors | None = None
+    ) -> None:
         require_mechanisms("a shooter", config.mechanism_names, mechanisms)
         self.config = config
         self._wheels = [mechanisms[name] for name in config.wheels]
@@ -177,7 +215,9 @@ class Shooter:
             shot_rate=config.shot_rate,
             aim=self._aim_at,
             gate_open=lambda: self.gate_open,
+            lateness=None if errors is None else errors.feed_time,
         )
+        self._errors = errors
         self._aim_before: Aim | None = None
         self._gate_before: list[float] = []
 
@@ -200,9 +240,13 @@ class Shooter:
         return 0.5 * (self._wheels[0].velocity + self._wheels[1].velocity)
 
     @property
+    def _wheel_speeds(self) -> list[float]:
+        return [wheel.velocity for wheel in self._wheels]
+
+    @property
     def exit_speed(self) -> float:
         """Of a piece relative to the muzzle, at the wheels' present speed [m/s]."""
-        return self.config.exit_speed([wheel.velocity for wheel in self._wheels])
+        return self.config.exit_speed(self._wheel_speeds)
 
     @property
     def gate_open(self) -> bool:
@@ -231,7 +275,18 @@ class Shooter:
         launches = self._schedule.update(dt, held, is_free, opened=self._opening() * dt)
         self._aim_before = None
         self._gate_before = []
-        return launches
+        return launches if self._errors is None else [self._with_errors(launch, self._errors) for launch in launches]
+
+    def gripped(self, launch: Launch, size: float) -> Launch:
+        """A launch as it is of a piece that is thicker or thinner than others.
+
+        Args:
+            launch: One of `update`.
+            size: Diameter of the piece over that of its kind [-].
+        """
+        if size == 1.0:
+            return launch
+        return replace(launch, aim=replace(launch.aim, speed=launch.aim.speed * self.config.grip(size)))
 
     def released(self, launch: Launch, *, radius: float, robot: PartState) -> ReleasedPiece:
         """A piece as it leaves the muzzle.
@@ -252,7 +307,7 @@ class Shooter:
             barrel=launch.barrel,
         )
         heading = self.config.launch.heading + aim.turret_angle
-        rate = self._spin_speed(aim.speed) / radius
+        rate = launch.spin * self.config.spin_speed(aim.speed, self._wheel_speeds) / radius
         if self.config.wheel_places == "lower and upper":
             axis = (0.0, -rate, 0.0)  # backspin is about the axis to the right of the shot
         else:  # a faster left wheel turns it clockwise about what is upright to the shot
@@ -274,11 +329,24 @@ class Shooter:
             mass: Of the piece [kg].
             speed: At which it left [m/s].
         """
-        share = 0.2 * self._spin_speed(speed)
+        share = 0.2 * self.config.spin_speed(speed, self._wheel_speeds)
         impulses = (0.5 * speed + share, 0.5 * speed - share)
         # a fixed hood's share moves nothing
         for wheel, radius, impulse in zip(self._wheels, self._radii, impulses, strict=False):
             wheel.velocity += -mass * impulse * radius / wheel.inertia
+
+    def _with_errors(self, launch: Launch, errors: ShotErrors) -> Launch:
+        aim = launch.aim
+        return replace(
+            launch,
+            aim=replace(
+                aim,
+                elevation=aim.elevation + errors.elevation() + self.config.elevation_per_hood * errors.hood,
+                speed=aim.speed * errors.exit_speed(),
+                turret_angle=aim.turret_angle + errors.azimuth() + self.config.turret_ratio * errors.turret,
+            ),
+            spin=errors.spin(),
+        )
 
     def _gate_spares(self) -> list[float]:
         """By how much gate and wheels turn faster than they must for pieces to leave [rad/s]."""
@@ -305,13 +373,3 @@ class Shooter:
             back * before.turret_angle + share * now.turret_angle,
             back * before.turret_rate + share * now.turret_rate,
         )
-
-    def _spin_speed(self, speed: float) -> float:
-        """Speed of a piece's rim about its center by the spin with which it leaves at a speed [m/s].
-
-        Along a fixed hood it rolls: its rim there stands still. Between two wheels its rims move with theirs.
-        """
-        if len(self._wheels) == 1:
-            return speed
-        rims = [wheel.velocity * radius for wheel, radius in zip(self._wheels, self._radii, strict=True)]
-        return 0.5 * (rims[0] - rims[1]) * self.config.exit_efficiency

@@ -9,10 +9,11 @@ from dataclasses import dataclass
 from simcore.errors import ConfigError, NonFiniteError
 from simcore.pieces.launch import Aim, LaunchParameters
 from simcore.quantities import RATE, SPEED, require
-from simcore.typing import BoolSupplier
+from simcore.typing import BoolSupplier, FloatSupplier
 
 __all__ = ["Launch", "ShotSchedule"]
 
+_EARLIEST = -0.2  # of the period: pieces behind each other do not leave at once
 _SAME_INSTANT = 1e-9  # an event this close to the end of a tick belongs to the next one [s]
 
 
@@ -26,6 +27,8 @@ class Launch:
     """From the start of the tick to the launch [s]."""
     aim: Aim
     """Speed and direction at that instant, relative to the robot."""
+    spin: float = 1.0
+    """Factor of the spin that the wheels would give it [-]."""
 
 
 class ShotSchedule:
@@ -42,6 +45,8 @@ class ShotSchedule:
         aim: Speed and direction of a launch at a share of the tick, from 0 at its start to 1 at its end.
         gate_open: Whether pieces are fed to the wheels.
         min_speed: Below this a piece jams instead of leaving [m/s].
+        lateness: Of each event against its turn after the one before it [s], a fifth of the period earlier at most;
+            None: none.
     """
 
     def __init__(
@@ -52,6 +57,7 @@ class ShotSchedule:
         aim: Callable[[float], Aim],
         gate_open: BoolSupplier,
         min_speed: float = 0.5,
+        lateness: FloatSupplier | None = None,
     ) -> None:
         require("ShotSchedule", "shot_rate", shot_rate, RATE)
         require("ShotSchedule", "min_speed", min_speed, SPEED)
@@ -62,6 +68,7 @@ class ShotSchedule:
         self._min_speed = min_speed
         self._aim = aim
         self._gate_open = gate_open
+        self._lateness = lateness
         self._until_next = 0.0
 
     @property
@@ -113,6 +120,8 @@ class ShotSchedule:
                 launches += event[:ready]
                 ready = max(0, ready - len(event))
                 self._until_next += self._period
+                if self._lateness is not None:
+                    self._until_next += max(_EARLIEST * self._period, self._lateness())
         self._until_next -= dt
         if self._until_next < -_SAME_INSTANT:  # no event was due, or none could be: ready, and no more than that
             self._until_next = 0.0

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 
 from simcore.errors import UnknownNameError
@@ -98,6 +98,29 @@ class MotorModel:
     def kv(self) -> float:
         """Speed per volt of back-EMF [rad/s/V]."""
         return self.free_speed / (self.nominal_voltage - self.resistance * self.free_current)
+
+    def varied(self, *, kt: float, resistance: float) -> MotorModel:
+        """One of its kind with stronger magnets or a warmer winding; the friction torque stays.
+
+        Args:
+            kt: Factor of torque per current, and of volts per speed [-].
+            resistance: Factor of the resistance [-].
+
+        >>> m = motor("Kraken X60")
+        >>> one = m.varied(kt=1.02, resistance=1.1)
+        >>> round(one.kt / m.kt, 9), round(m.kv / one.kv, 9), round(one.resistance / m.resistance, 9)
+        (1.02, 1.02, 1.1)
+        """
+        if kt == resistance == 1.0:
+            return self  # to the last bit
+        free_current = self.free_current / kt
+        return replace(
+            self,
+            stall_torque=self.stall_torque * kt / resistance,
+            stall_current=self.stall_current / resistance,
+            free_current=free_current,
+            free_speed=self.kv / kt * (self.nominal_voltage - self.resistance * resistance * free_current),
+        )
 
 
 def motor(name: str) -> MotorModel:

@@ -125,6 +125,27 @@ class GearboxConfig:
         """Of one motor's winding [ohm]."""
         return float(self.motor.R)
 
+    def varied(self, *, kt: float, resistance: float) -> GearboxConfig:
+        """The same with motors that differ from their kind.
+
+        Args:
+            kt: Mean factor of torque per current, and of volts per speed [-].
+            resistance: Mean factor of the resistance [-].
+        """
+        if kt == resistance == 1.0:
+            return self
+        m = self.motor
+        free_current = m.freeCurrent / kt
+        motor = DCMotor(
+            m.nominalVoltage,
+            m.stallTorque * kt / resistance,
+            m.stallCurrent / resistance,
+            free_current,
+            m.Kv / kt * (m.nominalVoltage - m.R * resistance * free_current),
+            1,
+        )
+        return replace(self, motor=motor)
+
     def free_speed(self, volts: float) -> float:
         """Speed at which the back-EMF equals `volts`, without friction [rad/s]."""
         return volts / self.volts_per_speed

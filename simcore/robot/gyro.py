@@ -22,6 +22,8 @@ class GyroConfig:
     name: str = "ideal"
     drift_deg_per_30s: float = 0.0
     """1-sigma of the yaw error after 30 s, a random walk [deg]."""
+    bias_dps: float = 0.0
+    """Yaw rate that it shows at rest, always the same [deg/s]."""
     scale_error: float = 0.0
     """1-sigma of the constant share by which every turn is misread, drawn once per run [-]; 0.01 is 3.6 deg a turn."""
     rate_noise: float = 0.0
@@ -40,6 +42,7 @@ class GyroConfig:
             self,
             f"gyro {self.name}",
             drift_deg_per_30s=NOISE_DEGREES,
+            bias_dps=Quantity("deg/s", -1000.0, 1000.0),
             scale_error=FRACTION,
             rate_noise=FRACTION,
             rate_noise_floor_dps=Quantity("deg/s", 0.0, 1000.0),
@@ -151,7 +154,8 @@ class Gyro:
         noise = self._noise[-7:]
         del self._noise[-7:]
         turned = math.remainder(yaw - self._true_yaw, math.tau)
-        self.yaw += turned * self._scale
+        bias = math.radians(c.bias_dps)
+        self.yaw += turned * self._scale + bias * dt
         # Variances of independent steps add up, so sqrt(dt / 30) gives exactly the named size after 30 s.
         self.yaw += math.radians(c.drift_deg_per_30s) * math.sqrt(dt / 30.0) * noise[0]
         if self._true_rate is not None and c.impact_deg > 0.0 and dt > 0.0:
@@ -167,3 +171,4 @@ class Gyro:
         self.rates = np.array(
             [r + math.hypot(c.rate_noise * r, floor) * n for r, n in zip(rates, noise[4:], strict=True)]
         )
+        self.rates[2] += bias

@@ -9,7 +9,8 @@ from typing import Protocol, TypeAlias
 import numpy as np
 
 from simcore.geometry.linkage import PartState, part_pose
-from simcore.geometry.rotation import Quaternion, Vector, interpolate, multiply, rotate
+from simcore.geometry.rotation import Quaternion, Vector, interpolate, multiply, rotate, wrap_angle
+from simcore.geometry.symmetry import Pose
 from simcore.physics.hanging import HangingBody
 from simcore.physics.world import PhysicsWorld
 from simcore.pieces.intake import Intake, IntakeConfig
@@ -18,6 +19,7 @@ from simcore.pieces.shooter import Shooter, ShooterConfig
 from simcore.pieces.storage import Storage
 from simcore.robot.battery import Battery
 from simcore.robot.brownout_log import BrownoutLog
+from simcore.robot.built_robot import BuiltRobot
 from simcore.robot.chassis import ChassisSimulation
 from simcore.robot.climber import Climber, Rung
 from simcore.robot.gyro import Gyro
@@ -63,6 +65,7 @@ class Robot:
         rng: For the noise of its sensors.
         rungs: What its climbers can hang on.
         mounts: Hanging bodies that rungs are parts of, by name.
+        built: What it really is, where that is not what the config says; None: it is.
     """
 
     def __init__(
@@ -71,31 +74,38 @@ class Robot:
         config: RobotConfig,
         *,
         number: int = 0,
-        pose: tuple[float, float, float] = (0.0, 0.0, 0.0),
+        pose: Pose = (0.0, 0.0, 0.0),
         rng: np.random.Generator,
         rungs: Sequence[Rung] = (),
         mounts: Mapping[str, HangingBody] | None = None,
+        built: BuiltRobot | None = None,
     ) -> None:
+        built = built or BuiltRobot.exactly(config)
         self.config = config
+        """What it was designed to be, and robot code believes."""
         self.number = number
-        self.battery = Battery(config.battery)
+        self.battery = Battery(built.battery)
         drivetrain = config.drivetrain
         self.drive: SwerveDrive | TankDrive
         if isinstance(drivetrain, SwerveConfig):
-            self.drive = SwerveDrive(drivetrain, battery=self.battery)
+            assert isinstance(built.drivetrain, SwerveConfig)
+            self.drive = SwerveDrive(drivetrain, battery=self.battery, built=built.drivetrain)
         else:
-            self.drive = TankDrive(drivetrain, battery=self.battery)
+            assert not isinstance(built.drivetrain, SwerveConfig)
+            self.drive = TankDrive(drivetrain, battery=self.battery, built=built.drivetrain)
         self.chassis = ChassisSimulation(world, config.body, pose=pose, drivetrain=self.drive, name=f"robot {number}")
-        self.gyro = Gyro(config.gyro, rng)
+        self.gyro = Gyro(built.gyro, rng)
         self.odometry = SwerveOdometry(drivetrain.positions)
-        self.mechanisms: dict[str, ShaftSim] = {name: build_mechanism(c) for name, c in config.mechanisms.items()}
+        self.mechanisms: dict[str, ShaftSim] = {name: build_mechanism(c) for name, c in built.mechanisms.items()}
         """By name, in the order in which they are stepped."""
         self.intakes = [Intake(c, self.mechanisms) for c in config.intakes]
         self.storage = Storage(config.storage)
         """The first of its storages."""
         self._storages = {"": self.storage, config.storage.name: self.storage}
         self._storages |= {c.name: Storage(c) for c in config.more_storages}
-        self.shooters = [Shooter(c, self.mechanisms) for c in config.shooters]
+        self.shooters = [
+            Shooter(c, self.mechanisms, errors) for c, errors in zip(config.shooters, built.shot_errors, strict=True)
+        ]
         self.placers = [Placer(c, self.mechanisms) for c in config.placers]
         self.climbers = [Climber(c, self.mechanisms, self.chassis, rungs, mounts or {}) for c in config.climbers]
         self.devices: RobotDevices | None = None
@@ -113,34 +123,59 @@ class Robot:
         """Where robot code's drivetrain believes to be, field frame [m, m, rad]; None: `odometry` stands for it."""
         self._estimated: list[ShaftSim] = []
         self._before: PartState
+        self._start: tuple[Pose, Pose] | None = None  # where it was put and where it was meant to be
         self.reset(pose)
 
     # --- sensors and drivetrain ---------------------------------------------------------------------------------
 
-    def reset(self, pose: tuple[float, float, float]) -> None:
-        """Put the robot somewhere at rest; truth, gyro and odometry agree again [m, m, rad].
+    def reset(self, pose: Pose, *, believed: Pose | None = None) -> None:
+        """Put the robot somewhere at rest; truth, gyro and odometry agree again.
 
         Robot code that only wants to believe something else calls `odometry.reset`; the robot then stays where it is.
+
+        Args:
+            pose: Where, field frame [m, m, rad].
+            believed: Where people meant to put it, and gyro and odometry therefore believe it to be; None: there.
 
         Raises:
             NonFiniteError: The pose is not finite; nothing has changed.
         """
+        meant = pose if believed is None else believed
         self.chassis.set_pose(*pose)
         self.drive.reset()
-        self.gyro.reset(yaw=pose[2], true_yaw=pose[2])
-        self.odometry.reset(pose, gyro_yaw=pose[2])
-        self._before = self._motion
+        self.gyro.reset(yaw=meant[2], true_yaw=pose[2])
+        self.odometry.reset(meant, gyro_yaw=meant[2])
+        self._note_start(pose, believed)
 
-    def carry_to(self, pose: tuple[float, float, float]) -> None:
+    def carry_to(self, pose: Pose, *, believed: Pose | None = None) -> None:
         """Put the robot somewhere at rest while its gyro keeps its reading, as when a team carries it.
 
         Args:
             pose: Where, field frame [m, m, rad].
+            believed: Where people meant to put it, and odometry therefore believes it to be; None: there.
         """
         self.chassis.set_pose(*pose)
         self.gyro.reset(yaw=self.gyro.yaw, true_yaw=pose[2])
-        self.odometry.reset(pose, gyro_yaw=self.gyro.yaw)
+        self.odometry.reset(pose if believed is None else believed, gyro_yaw=self.gyro.yaw)
+        self._note_start(pose, believed)
+
+    def _note_start(self, pose: Pose, believed: Pose | None) -> None:
+        self._start = None if believed is None else (pose, believed)
         self._before = self._motion
+
+    @property
+    def reckoned_pose(self) -> Pose:
+        """Where a program that measures its way without an error believes it to be, field frame [m, m, rad].
+
+        That is where it is, unless people have put it elsewhere than they meant.
+        """
+        pose = self.chassis.pose
+        if self._start is None:
+            return pose
+        (tx, ty, t_yaw), (bx, by, b_yaw) = self._start
+        turn = b_yaw - t_yaw
+        c, s, dx, dy = math.cos(turn), math.sin(turn), pose[0] - tx, pose[1] - ty
+        return bx + c * dx - s * dy, by + s * dx + c * dy, wrap_angle(pose[2] + turn)
 
     def sense(self, dt: float) -> None:
         """Let gyro and odometry follow what happened in the last dt [s]."""

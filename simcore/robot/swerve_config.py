@@ -7,6 +7,7 @@ from dataclasses import dataclass, field, replace
 
 from simcore.errors import ConfigError
 from simcore.quantities import (
+    ANGLE,
     CURRENT_LIMIT,
     EFFICIENCY,
     FRICTION,
@@ -95,6 +96,9 @@ class SwerveModuleConfig:
     coupling_ratio: float = 0.0
     """Drive rotor turns per azimuth turn while the wheel stands still [-]; CTRE's `CouplingGearRatio`."""
 
+    steer_offset: float = 0.0
+    """How far to the left of what its encoder shows the wheel points, where it is not zeroed well [rad]."""
+
     wheel_radius: float = 0.0508
     """[m]"""
     wheel_cof: float = 1.2
@@ -148,6 +152,7 @@ class SwerveModuleConfig:
             drive_gearing=GEARING,
             steer_gearing=GEARING,
             coupling_ratio=RATIO,
+            steer_offset=ANGLE,
             wheel_radius=ROBOT_LENGTH,
             wheel_cof=FRICTION,
             wheel_inertia=INERTIA,

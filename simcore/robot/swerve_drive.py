@@ -13,7 +13,7 @@ from simcore.robot.drive_shaft import DriveShaft, WheelContact, launch_accel
 from simcore.robot.limited_motor import LimitedMotor
 from simcore.robot.module_control import DriveMode, ModuleController, module_targets
 from simcore.robot.motor_bus import MotorReadout
-from simcore.robot.swerve_config import SwerveConfig
+from simcore.robot.swerve_config import SwerveConfig, SwerveModuleConfig
 from simcore.robot.swerve_module import ModuleState, SteerBank
 from simcore.robot.wheeled_drive import WheeledDrive, checked_number
 from simcore.typing import FloatArray
@@ -33,25 +33,18 @@ class SwerveDrive(WheeledDrive[SwerveConfig]):
         True
     """
 
-    def __init__(self, config: SwerveConfig, *, battery: Battery | None = None) -> None:
+    def __init__(
+        self, config: SwerveConfig, *, battery: Battery | None = None, built: SwerveConfig | None = None
+    ) -> None:
         """Wheels at rest, pointing forward.
 
         Args:
-            config: The robot.
+            config: The robot, as robot code and the loops on board know it.
             battery: Its battery; None is a stiff 12 V supply. The drive steps it: nobody else must.
+            built: What motors, wheels and encoders really are; None: what the config says.
         """
-        modules = config.modules
-        motors = [
-            LimitedMotor.of(
-                m.drive_motor,
-                gearing=m.drive_gearing,
-                efficiency=m.drive_efficiency,
-                friction_volts=m.drive_friction_volts,
-                stator_limit=m.drive_limits[0],
-                supply_limit=m.drive_limits[1],
-            )
-            for m in modules
-        ]
+        modules = config.modules if built is None else built.modules
+        motors = _drive_motors(modules)
         super().__init__(
             config,
             battery=battery,
@@ -59,6 +52,7 @@ class SwerveDrive(WheeledDrive[SwerveConfig]):
                 WheelContact(x=x, y=y, wheel_cof=m.wheel_cof, rolling_resistance=m.rolling_resistance)
                 for (x, y), m in zip(config.positions, modules, strict=True)
             ],
+            radii=[m.wheel_radius for m in config.modules],
             shafts=[
                 DriveShaft(
                     inertia=m.drive_inertia,
@@ -78,7 +72,9 @@ class SwerveDrive(WheeledDrive[SwerveConfig]):
         self._coupled_emf = [m.coupling_ratio / m.drive_motor.kv for m in modules]
         self._coupled_inertia = [m.drive_motor.rotor_inertia * m.drive_gearing * m.coupling_ratio for m in modules]
         self._coupled = any(m.coupling_ratio != 0.0 for m in modules)
-        self._controller = ModuleController(modules, motors, self._steer.motors, self._static_loads)
+        self._modules = modules
+        known = _drive_motors(config.modules), SteerBank(config.modules).motors
+        self._controller = ModuleController(config.modules, *known, self._static_loads)
         self.reset()
 
     # ---------------------------------------------------------------- commands
@@ -154,11 +150,12 @@ class SwerveDrive(WheeledDrive[SwerveConfig]):
             turned = [math.atan2(wy, wx) if math.hypot(wx, wy) > 1e-6 else 0.0 for wx, wy in ways]
         else:
             turned = self._checked("steer angle", angles)
-        cos, sin = [math.cos(a) for a in turned], [math.sin(a) for a in turned]
+        stands = [a + m.steer_offset for a, m in zip(turned, self._modules, strict=True)]
+        cos, sin = [math.cos(a) for a in stands], [math.sin(a) for a in stands]
         self._rest(
             [  # 0.0 first: no wheel starts at minus zero
                 (0.0 + c * wx + s * wy) / m.wheel_radius
-                for (wx, wy), c, s, m in zip(ways, cos, sin, self.config.modules, strict=True)
+                for (wx, wy), c, s, m in zip(ways, cos, sin, self._modules, strict=True)
             ]
         )
         self.state = ModuleState(self.shaft_angles, self.shaft_speeds, turned, [0.0] * self._n, cos, sin, cos, sin)
@@ -294,3 +291,17 @@ class SwerveDrive(WheeledDrive[SwerveConfig]):
             v if type(v) is float and math.isfinite(v) else checked_number(f"{what} of {self.config.module_name(k)}", v)
             for k, v in enumerate(values)
         ]
+
+
+def _drive_motors(modules: Sequence[SwerveModuleConfig]) -> list[LimitedMotor]:
+    return [
+        LimitedMotor.of(
+            m.drive_motor,
+            gearing=m.drive_gearing,
+            efficiency=m.drive_efficiency,
+            friction_volts=m.drive_friction_volts,
+            stator_limit=m.drive_limits[0],
+            supply_limit=m.drive_limits[1],
+        )
+        for m in modules
+    ]

@@ -22,17 +22,17 @@ class ModuleState:
     wheel_speed: list[float]
     """[rad/s]"""
     steer_angle: list[float]
-    """Of the azimuth, counter-clockwise from forward, any number of turns [rad]."""
+    """Of the azimuth as its encoder shows it, counter-clockwise from forward, any number of turns [rad]."""
     steer_speed: list[float]
     """[rad/s]"""
     cos: list[float]
-    """Of the steer angle."""
+    """Of the angle at which the wheel truly stands."""
     sin: list[float]
-    """Of the steer angle."""
+    """Of the same."""
     mid_cos: list[float]
-    """Of the steer angle in the middle of the last inner step."""
+    """Of the same in the middle of the last inner step."""
     mid_sin: list[float]
-    """Of the steer angle in the middle of the last inner step."""
+    """Of the same in the middle of the last inner step."""
 
 
 class SteerBank:
@@ -58,6 +58,7 @@ class SteerBank:
             )
             for motor, m in zip(self.motors, modules, strict=True)
         ]
+        self._zeros = [m.steer_offset for m in modules]
         self._weighted = 0.0  # step that the weights are of [s]
         self._end_weights: list[float] = []
 
@@ -133,10 +134,12 @@ class SteerBank:
             speed[row] = end
             turn = 0.5 * (w + end) * h
             if turn != 0.0:
-                angle = steer_angle[row] + 0.5 * turn
+                zero = self._zeros[row]
+                angle = steer_angle[row] + 0.5 * turn + zero
                 state.mid_cos[row] = math.cos(angle)
                 state.mid_sin[row] = math.sin(angle)
                 steer_angle[row] = angle = steer_angle[row] + turn
+                angle += zero
                 state.cos[row] = math.cos(angle)
                 state.sin[row] = math.sin(angle)
             terminal.append(offset + emf_end * end + i * m.resistance)

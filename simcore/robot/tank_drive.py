@@ -120,39 +120,45 @@ class TankDrive(WheeledDrive[TankConfig]):
         True
     """
 
-    def __init__(self, config: TankConfig, *, battery: Battery | None = None) -> None:
-        """Stand at rest; `battery` None is a stiff 12 V supply."""
-        c = config
-        usual = controller_limits(c.motor)
-        side = LimitedMotor.of(
-            c.motor,
-            gearing=c.gearing,
-            efficiency=c.efficiency,
-            friction_volts=c.friction_volts,
-            stator_limit=usual[0] if c.stator_limit is None else c.stator_limit,
-            supply_limit=usual[1] if c.supply_limit is None else c.supply_limit,
-            count=c.motors_per_side,
-        )
-        n = len(c.wheel_xs)
+    def __init__(
+        self,
+        config: TankConfig,
+        *,
+        battery: Battery | None = None,
+        built: tuple[TankConfig, TankConfig] | None = None,
+    ) -> None:
+        """Stand at rest.
+
+        Args:
+            config: The robot, as robot code and the loops on board know it.
+            battery: Its battery; None is a stiff 12 V supply.
+            built: What motors and wheels of the left and of the right side really are; None: what the config says.
+        """
+        n = len(config.wheel_xs)
+        sides = built or (config, config)
         super().__init__(
             config,
             battery=battery,
             wheels=[
-                WheelContact(x=x, y=y, wheel_cof=c.wheel_cof, rolling_resistance=c.rolling_resistance)
-                for x, y in c.positions
+                WheelContact(
+                    x=x, y=y, wheel_cof=sides[k // n].wheel_cof, rolling_resistance=sides[k // n].rolling_resistance
+                )
+                for k, (x, y) in enumerate(config.positions)
             ],
             shafts=[
                 DriveShaft(
                     inertia=n * c.wheel_inertia + c.motors_per_side * c.motor.rotor_inertia * c.gearing**2,
-                    motor=side,
+                    motor=_side_motor(c),
                     radius=c.wheel_radius,
                     slip_ratio=c.slip_ratio,
                     slip_speed=c.slip_speed,
                     wheels=wheels,
                 )
-                for wheels in (tuple(range(n)), tuple(range(n, 2 * n)))
+                for c, wheels in zip(sides, (tuple(range(n)), tuple(range(n, 2 * n))), strict=True)
             ],
+            radii=[config.wheel_radius] * (2 * n),
         )
+        self._known_emf = _side_motor(config).emf
         self._volts: tuple[float, float] = (0.0, 0.0)
         self._targets: tuple[float, float] | None = None
 
@@ -209,8 +215,8 @@ class TankDrive(WheeledDrive[TankConfig]):
             request = [0.0, 0.0]
         elif self._targets is not None:
             request = [
-                emf * v / c.wheel_radius + c.kp * (v - w * c.wheel_radius)
-                for emf, v, w in zip(self._emf_per_speed, self._targets, self.shaft_speeds, strict=True)
+                self._known_emf * v / c.wheel_radius + c.kp * (v - w * c.wheel_radius)
+                for v, w in zip(self._targets, self.shaft_speeds, strict=True)
             ]
         if not c.brake:
             request = [v if v != 0.0 else None for v in request]
@@ -242,6 +248,20 @@ class TankDrive(WheeledDrive[TankConfig]):
         """Speed of the treads against the robot, left and right [m/s]."""
         left, right = self.shaft_speeds
         return left * self.config.wheel_radius, right * self.config.wheel_radius
+
+
+def _side_motor(c: TankConfig) -> LimitedMotor:
+    """All motors of one side."""
+    usual = controller_limits(c.motor)
+    return LimitedMotor.of(
+        c.motor,
+        gearing=c.gearing,
+        efficiency=c.efficiency,
+        friction_volts=c.friction_volts,
+        stator_limit=usual[0] if c.stator_limit is None else c.stator_limit,
+        supply_limit=usual[1] if c.supply_limit is None else c.supply_limit,
+        count=c.motors_per_side,
+    )
 
 
 def _pair(what: str, left: float, right: float) -> tuple[float, float]:

@@ -68,6 +68,7 @@ class WheeledDrive(ABC, Generic[ConfigT]):
         battery: Battery | None,
         wheels: Sequence[WheelContact],
         shafts: Sequence[DriveShaft],
+        radii: Sequence[float],
     ) -> None:
         """At rest, not bound to a chassis yet.
 
@@ -76,6 +77,7 @@ class WheeledDrive(ABC, Generic[ConfigT]):
             battery: Its battery; None is a stiff 12 V supply. The drive steps it: nobody else must.
             wheels: In the order of `config.positions`.
             shafts: What turns them; each wheel is on one shaft.
+            radii: Of the wheels, as robot code knows them [m]; a shaft has the true one.
         """
         self.config = config
         self.battery = battery if battery is not None else Battery(BatteryConfig.stiff(12.0))
@@ -97,7 +99,7 @@ class WheeledDrive(ABC, Generic[ConfigT]):
         self._static_loads = normal_loads(config, [True] * self._wheels, (0.0, 0.0, -GRAVITY))
         self._free_speeds = [free_speed(s, self._solver.wheels, self._static_loads) for s in shafts]
         self._shaft_of_wheel = [g for k in range(self._wheels) for g, s in enumerate(shafts) if k in s.wheels]
-        self._wheel_radii = [shafts[g].radius for g in self._shaft_of_wheel]
+        self._wheel_radii = list(radii)
         self._forces: list[tuple[list[float], list[float]]] = []
         self._loads: list[Sequence[float]] = []
         self._shares: list[float] = []
@@ -328,12 +330,12 @@ class WheeledDrive(ABC, Generic[ConfigT]):
     # ---------------------------------------------------------------- readings
 
     def wheel_distances(self) -> list[float]:
-        """How far each wheel has rolled since the reset, in the order of `config.positions` [m]."""
+        """How far each wheel has rolled since the reset, by encoder and config, as `config.positions` has them [m]."""
         angles = self.shaft_angles
         return [angles[g] * r for g, r in zip(self._shaft_of_wheel, self._wheel_radii, strict=True)]
 
     def wheel_speeds(self) -> list[float]:
-        """Speed of each tread against the robot, in the order of `config.positions` [m/s]."""
+        """Speed of each tread against the robot, by encoder and config, as `config.positions` has them [m/s]."""
         speeds = self.shaft_speeds
         return [speeds[g] * r for g, r in zip(self._shaft_of_wheel, self._wheel_radii, strict=True)]
 

@@ -10,9 +10,11 @@ from pathlib import Path
 from wpimath.system.plant import DCMotor
 
 from simcore.errors import ConfigError
+from simcore.match.scatter import Scatter
 from simcore.physics.engine_choice import ENGINES
 from simcore.quantities import (
     DEGREES,
+    FACTOR,
     FIELD_PLACE,
     GEARING,
     INERTIA,
@@ -84,6 +86,7 @@ def read_settings(path: Path) -> RobotSettings:
     cameras, headset = read_cameras(file)
     _require_own_names(file.where, "camera", (c.name for c in cameras))
     sensors = read_sensors(file.tables("sensor"), by_name)
+    scatter = _scatter(file.table("scatter"))
     file.finish()
     d = RobotSettings()
     bumper = _both(robot, ("bumper_length", "bumper_width"), _BUMPER)
@@ -91,6 +94,7 @@ def read_settings(path: Path) -> RobotSettings:
         game=game,
         engine=engine,
         tags=tags,
+        scatter=scatter,
         mass=robot.number("mass", _MASS, d.mass),
         bumper=bumper,
         bay=_both(robot, ("bay_depth", "bay_width"), _BAY),
@@ -125,6 +129,19 @@ def read_settings(path: Path) -> RobotSettings:
     if capacity is not None and settings.preload > capacity:
         raise start.error("preload", f"must be at most the robot's capacity, {capacity}; got {settings.preload}")
     return settings
+
+
+def _scatter(t: Table | None) -> Scatter | None:
+    """The default spreads times `scale`, but for those that the table names."""
+    if t is None:
+        return None
+    try:
+        spreads = Scatter().scaled(t.number("scale", FACTOR, 1.0))
+        own = {name: t.number(name, FACTOR, getattr(spreads, name)) for name in Scatter.names()}
+        t.finish()
+        return replace(spreads, **own)
+    except ConfigError as error:
+        raise error if str(error).startswith(t.where) else ConfigError(f"{t.where}: {error}") from error
 
 
 def _auto_start(t: Table) -> tuple[float, float, float]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
@@ -10,6 +10,7 @@ from simcore.errors import ConfigError, UnknownNameError
 from simcore.geometry.linkage import Joint
 from simcore.match.game import Game, RobotEntry
 from simcore.match.match import Match
+from simcore.match.scatter import Scatter
 from simcore.match.starts import StartError, require_free_place, require_on_field
 from simcore.pieces.intake import IntakeConfig
 from simcore.pieces.placer import PlacerConfig
@@ -104,6 +105,8 @@ class RobotSettings:
     """Name of the physics engine; None: see `engine_choice`."""
     tags: str | None = None
     """Name of the AprilTag layout; None: the game's."""
+    scatter: Scatter | None = None
+    """By how much things differ from run to run; None: not at all."""
     mass: float = 55.0
     """With bumpers and battery [kg]."""
     bumper: tuple[float, float] | None = None
@@ -212,6 +215,9 @@ def practice_match(
     drivetrain: SwerveConfig | TankConfig,
     *,
     engine: str | None = None,
+    seed: int = 0,
+    scatter: Scatter | None = None,
+    vary: Callable[[RobotConfig], RobotConfig] | None = None,
     sinks: Sequence[TelemetrySink] = (),
     network: ntcore.NetworkTableInstance | None = None,
 ) -> Match:
@@ -222,6 +228,9 @@ def practice_match(
         settings: The robot's.
         drivetrain: The robot's.
         engine: Name of the physics engine; None: that of the settings.
+        seed: Of everything left to chance.
+        scatter: By how much things differ from run to run; None: as the settings say.
+        vary: Makes another robot of the one that is described; None: it stays.
         sinks: Who wants telemetry.
         network: Where its cameras publish and listen.
 
@@ -231,6 +240,7 @@ def practice_match(
     """
     settings.require_pieces([supply.kind.name for supply in game.pieces])
     config = settings.robot_config(drivetrain, storage=game.robot().storage)
+    config = config if vary is None else vary(config)
     most = min(game.preload, config.storage.capacity)
     if settings.preload > most:
         raise ConfigError(f"{FILE_NAME} [start]: preload must be at most {most} in {game.name}, got {settings.preload}")
@@ -239,6 +249,8 @@ def practice_match(
         match = Match(
             game,
             robots=(entry,),
+            seed=seed,
+            scatter=settings.scatter if scatter is None else scatter,
             practice=True,
             sinks=sinks,
             network=network,

@@ -24,6 +24,7 @@ from simcore.robotpy.device_assignment import DeviceAssignment, short_names
 from simcore.robotpy.port_assignment import PORT_CONTROLLERS, PortAssignment
 from simcore.robotpy.robot_cameras import RobotCameras
 from simcore.robotpy.robot_physics import RobotPhysics
+from simcore.robotpy.run_variation import run_variation
 from simcore.robotpy.startup_summary import StartupSummary, unknown_sim_devices
 from simcore.telemetry.networktables_sink import NetworkTablesSink
 
@@ -66,7 +67,16 @@ class AttachedPhysics(RobotPhysics):
         game = choose_game(self.game_name, settings.game)
         network = ntcore.NetworkTableInstance.getDefault()
         sinks = [NetworkTablesSink(network)]
-        match = practice_match(game, settings, config, engine=self.engine_name, sinks=sinks, network=network)
+        variation = run_variation()
+        match = practice_match(
+            *(variation.game(game), settings, config),
+            vary=variation.robot,
+            engine=self.engine_name,
+            seed=variation.seed,
+            scatter=variation.scatter,
+            sinks=sinks,
+            network=network,
+        )
         robot_sim = match.robots[0]
         assert isinstance(robot_sim.drive, SwerveDrive)
         devices = swerve.SwerveDrivetrainSim(drivetrain, robot_sim.drive)

@@ -106,8 +106,8 @@ class AutoStart:
                 "the auto begins at %s, but there the robot %s: it stays where it is", _text(goal), error.problem
             )
             return
-        self._match.carry_to(self._number, goal)
-        self._found = goal
+        self._match.carry_to(self._number, goal, by_people=True)
+        self._found = self._robot.chassis.pose
         _log.info("the auto begins at %s, as it has reset its odometry: the robot is carried there", _text(goal))
 
     # --- inside ---------------------------------------------------------------------------------------------------
@@ -153,7 +153,7 @@ class AutoStart:
             if self._match.alliances[self._number] == "red":
                 pose = self._match.game.field.symmetry.flip_pose(*pose)
             if math.dist(pose[:2], self._robot.chassis.pose[:2]) > _SAME[0] or again:
-                self._match.carry_to(self._number, pose)
+                self._match.carry_to(self._number, pose, by_people=True)
                 self._found = self._robot.chassis.pose
                 _log.info("auto %r starts at %s, as the file says", name, _text(pose))
         return True

@@ -5,11 +5,13 @@ Loads with pytest itself, in projects that have no robot too: whatever is heavy 
 
 from __future__ import annotations
 
+import argparse
 import contextlib
 import os
 import shutil
 import sys
 from collections.abc import Generator
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TextIO
 
@@ -20,6 +22,11 @@ if TYPE_CHECKING:
 
 __all__ = ["sim"]
 
+_ALONE, _ONE_OF_MANY = "alone", "one-of-many"
+_SEEDS_MARK = (
+    "seeds(n, scatter=None): run a robot test once for each of n seeds, or of a list of seeds, with scatter on; see "
+    "sim.success"
+)
 _ROBOT_FIXTURES = ("sim", "robot", "control")
 _LATE_MS = 5.0  # a steer loop that sees rotors so old overshoots
 _MODES = ("simulated", "real")
@@ -41,6 +48,32 @@ def pytest_addoption(parser: pytest.Parser) -> None:
         help="folder for log and picture of failed tests; default: test_output by robot.py",
     )
     group.addoption(
+        "--sim-seed",
+        type=int,
+        default=None,
+        metavar="N",
+        help="seed of all that is left to chance in robot tests; default: 0, with the mark seeds(...) all of its seeds",
+    )
+    group.addoption(
+        "--sim-scatter",
+        default=None,
+        metavar="SPREADS",
+        help="scatter in robot tests: a factor of the default spreads and single ones by name, e.g. 1,exit_speed=0.03; "
+        "default: as simcore.toml says",
+    )
+    group.addoption(
+        "--seeds", type=int, default=None, metavar="N", help="of tests marked with seeds(...) the first N seeds only"
+    )
+    group.addoption(
+        "--seed-workers",
+        type=int,
+        default=None,
+        metavar="N",
+        help="runs of such a test at a time; default: one a core, with xdist 1",
+    )
+    # Set for the processes of single runs by the one that starts them.
+    group.addoption("--sim-run", choices=(_ALONE, _ONE_OF_MANY), default=None, help=argparse.SUPPRESS)
+    group.addoption(
         "--sim-in-process", action="store_true", help="robot tests in pytest's own process, for a debugger: one a run"
     )
     parser.addini("simcore_robot", "robot.py of the tests; default: the nearest above a test", default="")
@@ -49,7 +82,7 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 
 
 def pytest_configure(config: pytest.Config) -> None:
-    """Keep the terminal's own stderr, for the stacks of a program that hangs."""
+    """Keep the terminal's own stderr, for the stacks of a program that hangs; refuse options that cannot be."""
     global _complaints
     if _complaints is None:
         _complaints = os.fdopen(os.dup(2), "w")
@@ -58,6 +91,19 @@ def pytest_configure(config: pytest.Config) -> None:
     mode = os.environ.get("SIMCORE_PHOENIX", "simulated")
     if mode not in _MODES:
         raise pytest.UsageError(f"SIMCORE_PHOENIX must be {' or '.join(_MODES)}, got {mode!r}")
+    config.addinivalue_line("markers", _SEEDS_MARK)
+    for option, least in (("sim_seed", 0), ("seeds", 1), ("seed_workers", 1)):
+        number = config.getoption(option)
+        if number is not None and number < least:
+            raise pytest.UsageError(f"--{option.replace('_', '-')} must be a whole number >= {least}, got {number}")
+    if config.getoption("sim_scatter") is not None:
+        from simcore.errors import SimcoreError
+        from simcore.match.scatter import Scatter
+
+        try:
+            Scatter.parse(config.getoption("sim_scatter"))
+        except SimcoreError as error:
+            raise pytest.UsageError(f"--sim-scatter: {error}") from None
 
 
 def pytest_runtest_logreport(report: pytest.TestReport) -> None:
@@ -94,16 +140,20 @@ def pytest_collect_file(file_path: Path, parent: pytest.Collector) -> None:
 @pytest.hookimpl(tryfirst=True)
 def pytest_runtest_protocol(item: pytest.Item) -> bool | None:
     """Under plain pytest: hand a robot test to a process of its own."""
-    if not _is_robot_test(item) or _pyfrc(item.config) is not None:
-        return None
-    from simcore.errors import ConfigError
-    from simcore.robotpy.isolation import run_isolated
-
     config, hook = item.config, item.ihook
+    has_seeds = item.get_closest_marker("seeds") is not None and config.getoption("sim_run") is None
+    # Under `robotpy test` this is the process of one test already; one with seeds starts further ones all the same.
+    if not _is_robot_test(item) or (_pyfrc(config) is not None and not has_seeds):
+        return None
+    from simcore.errors import SimcoreError
+    from simcore.robotpy.isolation import run_isolated
+    from simcore.robotpy.seed_runs import judged_seeds, seeds_and_spreads
+
     hook.pytest_runtest_logstart(nodeid=item.nodeid, location=item.location)
     try:
         robot_file = _robot_file(item)
-    except ConfigError as error:
+        seeds, spreads = seeds_and_spreads(item, robot_file) if has_seeds else ((), [])
+    except SimcoreError as error:
         reports = [
             pytest.TestReport(
                 nodeid=item.nodeid,
@@ -116,13 +166,22 @@ def pytest_runtest_protocol(item: pytest.Item) -> bool | None:
         ]
     else:
         real = _mode(config) == "real"  # configurations persist in ./ctre_sim: a fresh folder
-        reports = run_isolated(
-            item,
-            robot_file,
-            _child_arguments(config),
-            timeout=float(config.getini("simcore_timeout")),
-            folder=None if real else config.invocation_params.dir,
-        )
+
+        def play(kind: str = _ALONE, *further: str) -> list[pytest.TestReport]:
+            return run_isolated(
+                item,
+                robot_file,
+                [*_child_arguments(config), *spreads, f"--sim-run={kind}", *further],
+                timeout=float(config.getini("simcore_timeout")),
+                folder=None if real else config.invocation_params.dir,
+            )
+
+        if seeds:
+            output = _output_folder(item, robot_file.parent)
+            _remove(output)
+            reports = judged_seeds(item, seeds, lambda seed: play(_ONE_OF_MANY, f"--sim-seed={seed}"), output)
+        else:
+            reports = play()
     for report in reports:
         hook.pytest_runtest_logreport(report=report)
     hook.pytest_runtest_logfinish(nodeid=item.nodeid, location=item.location)
@@ -164,6 +223,10 @@ def _child_arguments(config: pytest.Config) -> list[str]:
         arguments += ["-c", str(config.inipath)]
     for setting in options.override_ini or ():
         arguments += ["-o", setting]
+    if options.sim_seed is not None:
+        arguments.append(f"--sim-seed={options.sim_seed}")
+    if options.sim_scatter is not None:
+        arguments.append(f"--sim-scatter={options.sim_scatter}")
     if options.showlocals:
         arguments.append("--showlocals")
     if options.sim_output:
@@ -189,6 +252,8 @@ def pytest_fixture_setup(fixturedef: Any, request: pytest.FixtureRequest) -> Gen
         if plugin is not None and _mode(request.config) == "simulated":
             _install()
             _make_repeatable(Path(request.getfixturevalue("robot_path")))
+        if plugin is not None:
+            _vary(request.config)
         if plugin is not None and hasattr(plugin, "_robot_class"):
             with _start_errors(plugin._robot_file.parent):
                 _attach(plugin, wants_field="sim" in request.fixturenames)
@@ -229,6 +294,16 @@ def _make_repeatable(folder: Path) -> None:
     seed_generators()
     use_robot_clock(folder)
     order_notifiers()
+
+
+def _vary(config: pytest.Config) -> None:
+    """Say to whoever builds the match which of many runs this is."""
+    from simcore.match.scatter import Scatter
+    from simcore.robotpy.run_variation import run_variation, set_run_variation
+
+    text = config.getoption("sim_scatter")
+    scatter = None if text is None else Scatter.parse(text)
+    set_run_variation(replace(run_variation(), seed=config.getoption("sim_seed") or 0, scatter=scatter))
 
 
 def _attach(plugin: Any, *, wants_field: bool) -> None:
@@ -281,9 +356,14 @@ def sim(request: pytest.FixtureRequest, robot: Any, control: Any) -> Generator[R
     from simcore.telemetry.recording import Recording
 
     hang = float(request.config.getini("simcore_hang"))
-    request.node.stash[_OUTPUT] = folder = _output(request)
-    _remove(folder)
-    with RobotTest(control, robot, hang=hang, complaints=_complaints) as test:
+    is_one_of_many = request.config.getoption("sim_run") == _ONE_OF_MANY
+    folder = _output_folder(request.node, request.getfixturevalue("robot_path"))
+    if is_one_of_many:
+        folder /= f"seed_{request.config.getoption('sim_seed')}"
+    else:
+        _remove(folder)
+    request.node.stash[_OUTPUT] = folder
+    with RobotTest(control, robot, hang=hang, complaints=_complaints, is_one_of_many=is_one_of_many) as test:
         # as often as NetworkTables wants a snapshot here
         request.node.stash[_RECORDING] = recording = Recording(period=0.1, bulk_period=0.1)
         test.add_sink(recording)
@@ -294,12 +374,11 @@ _RECORDING: pytest.StashKey[Any] = pytest.StashKey()
 _OUTPUT: pytest.StashKey[Path] = pytest.StashKey()
 
 
-def _output(request: pytest.FixtureRequest) -> Path:
+def _output_folder(item: pytest.Item, robot_path: Path) -> Path:
     """Where log, page and picture of this test go if it fails."""
-    named = request.config.getoption("sim_output")
-    robot_path: Path = request.getfixturevalue("robot_path")
+    named = item.config.getoption("sim_output")
     base = Path(named) if named else robot_path / "test_output"
-    return base / "".join(c if c.isalnum() or c in "-_." else "_" for c in request.node.name)
+    return base / "".join(c if c.isalnum() or c in "-_." else "_" for c in item.name)
 
 
 def _remove(folder: Path) -> None:
@@ -321,7 +400,14 @@ def pytest_runtest_makereport(item: pytest.Item, call: pytest.CallInfo[Any]) -> 
         _judge_lateness(item, report)
     test = getattr(item, "funcargs", {}).get("sim")
     recording = item.stash.get(_RECORDING, None)
-    if report.failed and recording is not None and test is not None and test.has_run:
+    if item.config.getoption("sim_run") == _ONE_OF_MANY:
+        from simcore.robotpy.seed_runs import said_of_run
+
+        refuted = call.excinfo is not None and call.excinfo.errisinstance((AssertionError, pytest.fail.Exception))
+        started = call.excinfo is None or call.excinfo.value is not _start_failure
+        report.user_properties.append(said_of_run(test, is_refuted=refuted and started))
+    is_lost = report.failed or (test is not None and not all(claim.held for claim in test.claims))
+    if is_lost and recording is not None and test is not None and test.has_run:
         from simcore.show.failed_run import save_failed_run
         from simcore.show.scene import scene_of
 

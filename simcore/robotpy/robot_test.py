@@ -20,12 +20,15 @@ from wpimath.geometry import Pose2d
 from simcore.errors import ConfigError, SimcoreError
 from simcore.match.match import Match
 from simcore.match.report import PieceCount, Score
+from simcore.quantities import EFFICIENCY, require
 from simcore.robot.battery import Battery
 from simcore.robot.robot import Robot
 from simcore.robotpy.driver_controls import Joystick, XboxPad, active_choices, choose_auto
 from simcore.robotpy.own_loops import loop_waits
 from simcore.robotpy.repeatable_runs import own_threads
 from simcore.robotpy.robot_physics import RobotPhysics, latest_physics
+from simcore.robotpy.run_variation import require_varied
+from simcore.robotpy.seed_runs import RunClaim
 from simcore.telemetry.snapshot import TelemetrySink
 from simcore.units import TICK
 
@@ -62,6 +65,7 @@ class RobotTest:
         robot: Proxy of the robot object.
         hang: Wall time that one robot loop may take before the test ends with a stack of every thread [s].
         complaints: Where those stacks go.
+        is_one_of_many: Whether this run is one of those of `@pytest.mark.seeds`, which are judged together.
 
     Example:
         def test_the_auto_scores(sim):
@@ -71,14 +75,23 @@ class RobotTest:
     """
 
     def __init__(
-        self, control: TestController, robot: Any, *, hang: float = 30.0, complaints: TextIO | None = None
+        self,
+        control: TestController,
+        robot: Any,
+        *,
+        hang: float = 30.0,
+        complaints: TextIO | None = None,
+        is_one_of_many: bool = False,
     ) -> None:
         self.robot = robot
         """The robot object, to look at what it believes; a proxy."""
         self.own_threads: list[str] = []
         """Names of the program's own threads: while there are any, two runs may differ."""
+        self.claims: list[RunClaim] = []
+        """What `success` was asked so far."""
         self._control = control
         self._hang = hang
+        self._is_one_of_many = is_one_of_many
         self._complaints = complaints
         self._stack = ExitStack()
         self._physics: RobotPhysics | None = None
@@ -144,6 +157,7 @@ class RobotTest:
                 f"no physics: the loop of {self._robot_name} is its own, and the program neither calls "
                 "_simulationInit() nor hal.observeUserProgramStarting(), nor has it waited for a loop"
             )
+        require_varied(physics.match)
         self._physics = physics
         self._stack.callback(gc.unfreeze)  # the physics has frozen what was built
         physics.match.sinks.extend(self._sinks)
@@ -257,6 +271,30 @@ class RobotTest:
         raise ConditionError(
             f"the condition did not hold within {timeout:g} s; at its end the robot is at {self.pose}, {self._mode}"
         )
+
+    # --- how often ------------------------------------------------------------------------------------------------
+
+    def success(self, condition: object, *, at_least: float, sure: bool = False, what: str = "") -> None:
+        """Say whether this run was a success; in a test with `@pytest.mark.seeds` enough of the runs have to be.
+
+        Without the mark, or with one seed alone, it is an assertion.
+
+        Args:
+            condition: What should hold in the end, e.g. `sim.score.blue >= 8`.
+            at_least: In which share of the runs, above 0 and up to 1.
+            sure: Ask more: that the lower bound of the share (Wilson's 95 % interval) is as high. Then 50 runs prove
+                0.92 at most.
+            what: The same in words, for the report.
+
+        Raises:
+            ConditionError: It does not hold, in the only run.
+            ConfigError: `at_least` is no share.
+        """
+        require("success", "at_least", at_least, EFFICIENCY)
+        held = bool(condition)
+        self.claims.append(RunClaim(what=what, held=held, at_least=float(at_least), sure=bool(sure)))
+        if not (held or self._is_one_of_many):
+            raise ConditionError(f"no success{f': {what}' if what else ''}; {self.summary()}")
 
     # --- truth ----------------------------------------------------------------------------------------------------
 

@@ -29,7 +29,7 @@ from simcore.telemetry.recording import Recording
 from simcore.telemetry.sinks import output_error
 from simcore.typing import FloatArray
 
-__all__ = ["write_page"]
+__all__ = ["page_style", "write_page"]
 
 _HERE = Path(__file__).parent
 _MOST_FRAMES = 800
@@ -102,7 +102,7 @@ def write_page(path: str | Path, recording: Recording, scene: Scene, *, title: s
         shots=_shots_html(track, shots),
         side=_SIDE.format(side) if side else "",
         charts="\n".join(_figure_html(chart, start, end) for chart in charts),
-        style=css_variables() + _HERE.joinpath("page.css").read_text(encoding="utf-8"),
+        style=page_style(),
         script=_HERE.joinpath("page.js").read_text(encoding="utf-8"),
         # "</script>" in a name must not end the script that carries it
         run=json.dumps(run, separators=(",", ":"), allow_nan=False).replace("</", "<\\/"),
@@ -112,6 +112,11 @@ def write_page(path: str | Path, recording: Recording, scene: Scene, *, title: s
         path.write_text(text, encoding="utf-8")
     except OSError as error:
         raise output_error("page", path, error) from error
+
+
+def page_style() -> str:
+    """The style sheet of all pages, with the colors for light and dark."""
+    return css_variables() + _HERE.joinpath("page.css").read_text(encoding="utf-8")
 
 
 _PAGE = """<!DOCTYPE html>

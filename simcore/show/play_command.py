@@ -18,6 +18,7 @@ from simcore.match.match import Match
 from simcore.match.registry import find_game, installed_games
 from simcore.match.report import print_report
 from simcore.match.runner import AutoRun, auto_seconds, play_auto
+from simcore.match.scatter import Scatter
 from simcore.physics.engine_choice import add_engine_option
 from simcore.quantities import Quantity, number_flag
 from simcore.show.run_outputs import RunOutputs
@@ -38,6 +39,15 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--list", action="store_true", help="list the games and their autos, and stop")
     parser.add_argument("--alliance", choices=("blue", "red"), default="blue", help="whose robot (default: blue)")
     parser.add_argument("--seed", type=_SEED, default=0, metavar="N", help="seed of everything left to chance")
+    parser.add_argument(
+        "--scatter",
+        type=_scatter,
+        nargs="?",
+        const=Scatter(),
+        metavar="SPREADS",
+        help="let robot, pieces and shots differ from seed to seed: by the default spreads, by a factor of them (0.5), "
+        "with single ones by name (1,exit_speed=0.03; 0,elevation=0.01: that one alone)",
+    )
     parser.add_argument("--seconds", type=_SECONDS, metavar="S", help="simulated time (default: as long as auto is)")
     parser.add_argument("--field", type=Path, metavar="FILE.obj", help="another field mesh than the game's own")
     parser.add_argument("--log", type=Path, metavar="FILE.wpilog", help="default: out/NAME.wpilog")
@@ -62,6 +72,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_options(parser)
     for name, sentence in _game_options().items():
         parser.add_argument("--" + name.replace("_", "-"), action="store_true", help=sentence)
+
+
+def _scatter(text: str) -> Scatter:
+    try:
+        return Scatter.parse(text)
+    except SimcoreError as error:
+        raise argparse.ArgumentTypeError(str(error)) from None
 
 
 def _game_options() -> dict[str, str]:
@@ -185,6 +202,7 @@ def _run(
             alliance=options.alliance,
             seconds=options.seconds,
             seed=seed,
+            scatter=options.scatter,
             options=[name for name in _game_options() if getattr(options, name)],
             field_mesh=options.field,
             engine=options.engine,

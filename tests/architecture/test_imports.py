@@ -21,6 +21,9 @@ BASE = {"errors", "quantities", "units", "typing", "install_text", "start_errors
 TOOLS = {
     "simcore/match/runner.py",  # measures how long ticks take; hands no time to the simulation
     "simcore/new_game/new_game_command.py",  # the year of a new game
+    "simcore/sweep/one_run.py",  # measures what a run cost
+    "simcore/sweep/api.py",  # stops after some time
+    "simcore/sweep/sweep_command.py",  # says how much is left
 }
 """Commands for the developer, no part of a simulation: may read a clock to say how long they took."""
 INNER = BASE | {"geometry", "physics"}
@@ -41,6 +44,8 @@ ALLOWED = {
     **dict.fromkeys(
         ("cli", "__main__"), BASE | {"cli", "__version__"}
     ),  # a table of names: commands are imported when they run
+    "sweep": CORE | {"robot_file", "show"},  # pages and pictures of results are drawn as those of runs
+    "shooting": CORE | {"robot_file", "show", "sweep"},  # robots as sweeps know them; bands are drawn as pictures
     "testing": CORE,
     "new_game": BASE,
     "show": CORE,
@@ -48,7 +53,7 @@ ALLOWED = {
     "phoenix6": CORE | {"robot_file", "phoenix6_emulator"},
     "revlib": CORE | {"robot_file"},
     "phoenix6_emulator": BASE,  # emulates CTRE's library; knows neither simulation nor adapters
-    "robotpy": CORE | {"robot_file", "phoenix6", "phoenix6_emulator", "photonvision", "revlib", "show"},
+    "robotpy": CORE | {"robot_file", "phoenix6", "phoenix6_emulator", "photonvision", "revlib", "show", "sweep"},
 }
 
 VENDORS = ("pybullet", "mujoco", "wpilib", "hal", "phoenix6", "rev")

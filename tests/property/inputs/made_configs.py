@@ -41,10 +41,10 @@ from simcore.vision.quest_headset import QuestConfig
 
 PACKAGES = ("geometry", "match", "physics", "pieces", "robot", "vision")
 MADE_BY_SIMCORE = frozenset(
-    "Aim AutoRun BodyDefinition BuiltDevice CommandResult ContactMaterials DriveShaft FollowerGroup Footprint "
-    "FoulEvent GroundClearance Launch MassProperties PieceRelease PlaceEvent "
+    "Aim AutoRun BodyDefinition BuiltDevice BuiltRobot CommandResult ContactMaterials DriveShaft FollowerGroup "
+    "Footprint FoulEvent GroundClearance Launch MassProperties PieceRelease PlaceEvent "
     "LimitedMotor MeshPart ModelLayout NormalLaw ObjGroup PieceCount RayHits RunReport Score ScoreEvent Shot Spread "
-    "ImuReading Mounting ReleasedPiece TagLayout TickTimes WheelContact".split()
+    "ImuReading Mounting PieceVariation ShotErrors ReleasedPiece TagLayout TickTimes WheelContact".split()
 )
 """Records of what simcore works out: nobody writes them down."""
 

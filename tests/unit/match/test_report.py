@@ -65,6 +65,7 @@ def test_json_has_the_fields_that_programs_read() -> None:
             "auto",
             "alliance",
             "seed",
+            "scatter",
             "engine",
             "sim_seconds",
             "startup_seconds",

@@ -1,0 +1,121 @@
+"""What a sweep costs beside its matches, and what two processes gain: `python scripts/bench.py --sweep 200`."""
+
+from __future__ import annotations
+
+import json
+import sys
+import tempfile
+from functools import partial
+from pathlib import Path
+from time import perf_counter, process_time
+from typing import Any
+
+from simcore.match.registry import find_game
+from simcore.match.runner import play_auto
+from simcore.match.scatter import Scatter
+from simcore.sweep.api import sweep
+from simcore.sweep.experiment import Experiment
+from simcore.sweep.one_run import play_run
+from simcore.sweep.run_store import RunStore
+
+__all__ = ["measure_sweep"]
+
+_PAIRS = 4  # of a bare match and the same one in a sweep
+_TINY = 10_000
+
+
+def measure_sweep(runs: int, *, auto: str = "neutral", seconds: float | None = None) -> dict[str, Any]:
+    """Figures of a sweep over seeds.
+
+    Each is on stderr as soon as it is measured.
+
+    Args:
+        runs: How many, for the throughput of two processes.
+        auto: Which.
+        seconds: Of each, simulated [s]; None: the whole auto.
+    """
+    experiment = Experiment(auto=auto, seconds=seconds, scatter=Scatter(), seeds=tuple(range(runs)))
+    figures: dict[str, Any] = {"auto": auto}
+    for name, measure in (
+        ("tiny_tasks_on_dask", _tiny_tasks),
+        ("overhead", partial(_overhead, experiment)),
+        ("throughput", partial(_throughput, experiment)),
+    ):
+        figures[name] = measure()
+        print(f"{name}: {figures[name]}", file=sys.stderr, flush=True)
+    return figures
+
+
+def _overhead(experiment: Experiment) -> dict[str, Any]:
+    """CPU time of runs of a sweep over that of the same bare matches, in turn, so that both see the same machine."""
+    game = find_game(experiment.game, say=str)
+    planned = experiment.runs()[:_PAIRS]
+    keys = experiment.run_keys(planned)
+    play_auto(game, experiment.auto, seconds=0.1).match.close()  # what is loaded once
+    bare = swept = 0.0
+    row: dict[str, Any] = {}
+    with tempfile.TemporaryDirectory() as folder:
+        store = RunStore(Path(folder))
+        for one, key in zip(planned, keys, strict=True):
+            start = process_time()
+            play_auto(
+                game, experiment.auto, seed=one.seed, seconds=experiment.seconds, scatter=experiment.scatter
+            ).match.close()
+            middle = process_time()
+            row = play_run(experiment.common, one)
+            store.add(key, row)
+            bare += middle - start
+            swept += process_time() - middle
+        store.close()
+        size = store.path.stat().st_size
+    return {
+        "cpu_seconds_per_match": round(bare / len(planned), 3),
+        "cpu_seconds_per_run": round(swept / len(planned), 3),
+        "overhead_percent": round(100.0 * (swept / bare - 1.0), 2),
+        "bytes_per_row": len(json.dumps(row)),
+        "bytes_of_store": size,
+    }
+
+
+def _throughput(experiment: Experiment) -> dict[str, Any]:
+    """Runs a second of wall time with one process and with two, a quarter of the runs in turn."""
+    spent = {1: 0.0, 2: 0.0}
+    share = max(2, experiment.count // 4)
+    tables = []
+    for first in range(0, experiment.count, share):
+        part = Experiment.from_json({**experiment.to_json(), "seeds": experiment.seeds[first : first + share]})
+        for workers in (1, 2):
+            start = perf_counter()
+            results = sweep(part, workers=workers, executor="process" if workers == 1 else "joblib")
+            spent[workers] += perf_counter() - start
+            tables.append(results.table["digest"].tolist())
+        assert tables[-1] == tables[-2], "two processes gave another table"
+    return {
+        "runs": experiment.count,
+        "wall_seconds": {str(workers): round(wall, 1) for workers, wall in spent.items()},
+        "speedup_of_two": round(spent[1] / spent[2], 2),
+    }
+
+
+def _tiny_tasks() -> dict[str, Any]:
+    """What Dask's client and scheduler, in this process, cost for each of many tasks that do nothing."""
+    import distributed
+
+    with (
+        distributed.LocalCluster(
+            n_workers=2, threads_per_worker=1, dashboard_address=None, host="127.0.0.1"
+        ) as cluster,
+        distributed.Client(cluster) as client,
+    ):
+        cpu, wall = process_time(), perf_counter()
+        futures = client.map(_nothing, range(_TINY), pure=False)
+        count = len(client.gather(futures))
+        return {
+            "tasks": count,
+            "cpu_ms_per_task": round(1e3 * (process_time() - cpu) / count, 3),
+            "tasks_per_second": round(count / (perf_counter() - wall)),
+        }
+
+
+def _nothing(number: int) -> int:
+    return number

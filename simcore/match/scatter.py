@@ -1,0 +1,219 @@
+"""Scatter: by how much robots, pieces, sensors and people differ from match to match and from shot to shot.
+
+A `Scatter` says how large each spread is. What comes of it in a match is drawn by `ScatterDraws`, from a generator of
+its own for each name, so that a draw depends on the seed of the match and on nothing else: not on which other spreads
+are on, on the order of draws, or on how many robots play.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+import zlib
+from dataclasses import dataclass
+
+import numpy as np
+
+from simcore.errors import ConfigError, UnknownNameError
+from simcore.quantities import FACTOR, Quantity, require, require_fields, shown
+from simcore.units import degrees
+
+__all__ = ["Scatter", "ScatterDraws"]
+
+_SHARE = Quantity("", 0.0, 0.5)
+_ANGLE = Quantity("rad", 0.0, 0.5)
+_RATE = Quantity("rad/s", 0.0, 0.5)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Scatter:
+    """How large each spread is. `Scatter()` has the default ones, `Scatter.none()` none.
+
+    Where nothing else is said, a spread is the standard deviation of a normal distribution, and relative to what the
+    config of game or robot says. Make variants with `dataclasses.replace`, `scaled` or `parse`.
+
+    Example:
+        >>> half = Scatter().scaled(0.5)
+        >>> round(half.exit_speed / Scatter().exit_speed, 9), Scatter.none().exit_speed
+        (0.5, 0.0)
+    """
+
+    exit_speed: float = 0.03
+    """Of each shot: speed at which it leaves the shooter [-].
+
+    Estimate, 2 to 5 % for foam balls, most of it the balls': the same wheels throw balls of other density up to 2 m
+    farther (vexforum.com/t/29718), used ones shorter than new ones (chiefdelphi.com/t/150445, /t/117361)."""
+    elevation: float = degrees(1.0)
+    """Of each shot: its elevation [rad]. Estimate: play of the hood, and where on it a piece lets go."""
+    azimuth: float = degrees(0.7)
+    """Of each shot: its direction to the side [rad]. Estimate: where across the wheels a piece lies."""
+    spin: float = 0.1
+    """Of each shot: its spin [-]. Estimate; it matters where pieces have lift, and after the first bounce."""
+    feed_time: float = 0.02
+    """Of each shot: the time from the one before it [s]. Estimate: pieces do not lie touching one another."""
+    piece_mass: float = 0.055
+    """Of each piece: its mass, even from this much below to this much above [-]. The 2026 manual gives fuel 0.448 to
+    0.500 lb; boulders of 2016 were within 2 % (chiefdelphi.com/t/147506)."""
+    piece_diameter: float = 0.01
+    """Of each piece: its diameter, even from this much below to this much above [-]. Estimate, a factor of 2 either
+    way: no manual says a tolerance."""
+    restitution: float = 0.05
+    """Of each piece: its coefficient of restitution [-]. Estimate."""
+    drag: float = 0.05
+    """Of each piece: its drag coefficient [-]. Estimate: skins wear, and a ball that is not round tumbles."""
+    tread_friction: float = 0.08
+    """Of each robot: friction of its treads on this carpet [-]. Estimate: a field's own carpet holds here and slides
+    there (chiefdelphi.com/t/160925)."""
+    wheel_wear: float = 0.025
+    """Of each wheel: by how much its radius is less than robot code believes, even from 0 to this [-]. Of a tread of
+    3.75 in 0.05 in are gone after an event (chiefdelphi.com/t/406728)."""
+    battery_charge: float = 0.1
+    """Of each battery: how much charge it lacks at the start, even from 0 to this [-]. Estimate: the queue."""
+    battery_resistance: float = 0.12
+    """Of each battery: its resistances [-]. One team's batteries in use have 13 to 21 mohm inside
+    (chiefdelphi.com/t/368572); with 5 mohm of cable that is 22 +- 2.5."""
+    motor_kt: float = 0.03
+    """Of each motor: torque per current, and with it volts per speed [-]. Makers promise +-10 % (HIWIN, torque motors,
+    "tolerances"); taken for three standard deviations."""
+    motor_resistance: float = 0.04
+    """Of each motor: resistance of the winding with its leads [-]. The same, and 10 K of copper at 0.4 %/K."""
+    encoder: float = degrees(0.5)
+    """Of each absolute encoder, on the azimuths of swerve modules, hoods and turrets: its zero [rad]. Estimate: wheels
+    are zeroed along a bar, hoods at a stop."""
+    gyro: float = degrees(0.01)
+    """Of each gyro: the yaw rate that it shows at rest [rad/s]. Estimate: 0.6 degrees a minute are left of the
+    calibration at power-up, when the robot stands on a cart."""
+    start_position: float = 0.015
+    """Of each robot: where people put it, along x and along y [m]. Estimate: by eye, along a mark."""
+    start_heading: float = degrees(1.0)
+    """Of each robot: which way they turn it [rad]. Estimate: 14 mm at the end of a bumper."""
+    camera_noise: float = 0.3
+    """Of each camera: the noise of its pictures [-]. Estimate: focus, exposure, light."""
+    human_players: float = 0.2
+    """Of each human player: times and errors [-]. Estimate."""
+
+    def __post_init__(self) -> None:
+        require_fields(
+            self,
+            exit_speed=_SHARE,
+            elevation=_ANGLE,
+            azimuth=_ANGLE,
+            spin=_SHARE,
+            feed_time=Quantity("s", 0.0, 1.0),
+            piece_mass=_SHARE,
+            piece_diameter=Quantity("", 0.0, 0.1),
+            restitution=_SHARE,
+            drag=_SHARE,
+            tread_friction=_SHARE,
+            wheel_wear=_SHARE,
+            battery_charge=Quantity("", 0.0, 1.0),
+            battery_resistance=_SHARE,
+            motor_kt=_SHARE,
+            motor_resistance=_SHARE,
+            encoder=_ANGLE,
+            gyro=_RATE,
+            start_position=Quantity("m", 0.0, 0.5),
+            start_heading=_ANGLE,
+            camera_noise=_SHARE,
+            human_players=_SHARE,
+        )
+
+    @classmethod
+    def none(cls) -> Scatter:
+        """No spread at all: the exact run."""
+        return cls(**dict.fromkeys(cls.names(), 0.0))
+
+    @classmethod
+    def names(cls) -> tuple[str, ...]:
+        """Of all spreads."""
+        return tuple(field.name for field in dataclasses.fields(cls))
+
+    def scaled(self, factor: float) -> Scatter:
+        """All spreads times a factor.
+
+        Raises:
+            ConfigError: It is no number >= 0, or makes a spread larger than can be.
+        """
+        require("Scatter", "factor", factor, FACTOR)
+        return Scatter(**{name: factor * getattr(self, name) for name in self.names()})
+
+    @classmethod
+    def parse(cls, text: str) -> Scatter:
+        """Spreads as one line: a factor of the default ones (1 if it is left out), then single ones that are otherwise.
+
+        >>> Scatter.parse("0.5") == Scatter().scaled(0.5)
+        True
+        >>> only = Scatter.parse("0, exit_speed=0.03")
+        >>> only.exit_speed, only.elevation
+        (0.03, 0.0)
+
+        Raises:
+            ConfigError: A part is no number, or a spread cannot be so large.
+            UnknownNameError: There is no such spread.
+        """
+        first, *rest = text.split(",")
+        if "=" in first:
+            first, rest = "1", [first, *rest]
+        own: dict[str, float] = {}
+        for part in rest:
+            name, _, value = part.partition("=")
+            if name.strip() not in cls.names():
+                raise UnknownNameError("spread", name.strip(), cls.names())
+            own[name.strip()] = _number(text, value)
+        return dataclasses.replace(cls().scaled(_number(text, first)), **own)
+
+    @property
+    def text(self) -> str:
+        """The line that `parse` makes this of.
+
+        >>> Scatter.parse(Scatter().text) == Scatter(), Scatter.none().text
+        (True, '0')
+        """
+        values = {name: float(getattr(self, name)) for name in self.names()}
+        return ",".join(["0", *(f"{name}={value!r}" for name, value in values.items() if value)])
+
+
+def _number(text: str, part: str) -> float:
+    try:
+        return float(part)
+    except ValueError:
+        raise ConfigError(
+            f"scatter must be a factor of the default spreads and spreads by name, e.g. '0.5' or '1,exit_speed=0.03', "
+            f"got {shown(text)}"
+        ) from None
+
+
+class ScatterDraws:
+    """What the scatter of one match comes to.
+
+    Args:
+        scatter: How large each spread is.
+        seed: Of the match.
+    """
+
+    def __init__(self, scatter: Scatter, seed: int) -> None:
+        self.scatter = scatter
+        self._seed = seed
+
+    def generator(self, name: str, *numbers: int) -> np.random.Generator:
+        """The generator of one spread of one thing.
+
+        Args:
+            name: Of the spread.
+            numbers: Which thing: e.g. numbers of robot and shooter.
+        """
+        return np.random.default_rng((self._seed, zlib.crc32(name.encode()), *numbers))
+
+    def normal(self, name: str, *numbers: int) -> float:
+        """A normal number times the size of a spread."""
+        size: float = getattr(self.scatter, name)
+        return size * float(self.generator(name, *numbers).standard_normal()) if size else 0.0
+
+    def factor(self, name: str, *numbers: int) -> float:
+        """A factor around 1: e to the power of `normal`, so that it is never below zero."""
+        return math.exp(self.normal(name, *numbers))
+
+    def share(self, name: str, *numbers: int) -> float:
+        """A number spread evenly from 0 to the size of a spread."""
+        size: float = getattr(self.scatter, name)
+        return size * float(self.generator(name, *numbers).random()) if size else 0.0

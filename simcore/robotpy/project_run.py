@@ -1,0 +1,116 @@
+"""One run of a robot project for a sweep, in this process: `python -m simcore.robotpy.project_run FILE`.
+
+The robot is built, put on its field and driven as in a robot test (`pytest_plugin`), of which this is one.
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+from pathlib import Path
+from time import process_time
+from typing import Any
+
+import numpy as np
+import pytest
+
+from simcore.match.runner import auto_seconds
+from simcore.robotpy import project_auto
+from simcore.robotpy.robot_test import RobotTest
+from simcore.start_errors import start_sentence
+from simcore.sweep.child_process import answer_task, read_task
+from simcore.sweep.run_metrics import PlayedRun, measure
+from simcore.units import TICK
+
+__all__ = ["ProjectRun"]
+
+_INIT_TIMEOUT = 30.0  # [s]
+
+
+class ProjectRun:
+    """A plugin of pytest for one run.
+
+    Args:
+        task: As `simcore.sweep.project_runs` describes it.
+    """
+
+    def __init__(self, task: dict[str, Any]) -> None:
+        self._task = task
+        self._folder = Path(task["project"])
+        self.answer: dict[str, Any] = {"error": "the robot test of the run has not begun"}
+        """Metrics and digest, or an error."""
+
+    @pytest.fixture
+    def project_run(self) -> ProjectRun:
+        """For the test."""
+        return self
+
+    def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
+        """Note why the robot could not be built."""
+        if report.failed and report.when == "setup":
+            lines = [line for line in report.longreprtext.splitlines() if line.strip()]
+            self.answer = {"error": lines[-1].removeprefix("E").strip() if lines else "the robot could not be built"}
+
+    def play(self, sim: RobotTest) -> None:
+        """Play the auto with the robot of a test."""
+        try:
+            self.answer = self._played(sim)
+        except (Exception, pytest.fail.Exception) as error:  # the latter for what a project must mend
+            self.answer = {"error": _sentence(error, self._folder)}
+
+    def _played(self, sim: RobotTest) -> dict[str, Any]:
+        task = self._task
+        sim.alliance(task["alliance"])
+        sim.start()
+        seconds = task["seconds"] or auto_seconds(sim.match.game)
+        sim.autonomous(task["auto"], seconds=0.0)
+        path = []
+        for _ in range(max(1, round(seconds / TICK))):
+            sim.run(TICK)
+            path.append(sim.robot_sim.chassis.pose)
+        metrics = measure(PlayedRun(sim.match, np.array(path)), task["metrics"])
+        return {**metrics, "digest": sim.digest}
+
+
+def _main() -> None:
+    task = read_task()
+    run = ProjectRun(task)
+    folder = Path(task["project"])
+    try:
+        _play(task, run, folder)
+    except Exception as error:
+        run.answer = {"error": _sentence(error, folder)}
+    answer_task({**run.answer, "cpu_seconds": process_time()})
+
+
+def _sentence(error: BaseException, folder: Path) -> str:
+    text = str(error) if isinstance(error, pytest.fail.Exception) else start_sentence(error, folder)
+    return " ".join(text.split())
+
+
+def _play(task: dict[str, Any], run: ProjectRun, folder: Path) -> None:
+    from pyfrc.test_support.pytest_plugin import PyFrcPlugin
+
+    from simcore.match.scatter import Scatter
+    from simcore.robotpy.attached_physics import AttachedPhysics
+    from simcore.robotpy.repeatable_runs import seed_generators
+    from simcore.robotpy.robot_program import load_robot_class
+    from simcore.robotpy.run_variation import set_factors
+
+    AttachedPhysics.game_name, AttachedPhysics.engine_name = task["game"], task["engine"]
+    set_factors(task["values"])
+    seed_generators()  # a program may draw while it is imported
+    robot_file = folder / "robot.py"
+    robot = PyFrcPlugin(load_robot_class(robot_file), robot_file, True, _INIT_TIMEOUT)
+    spreads = [] if task["scatter"] is None else [f"--sim-scatter={Scatter.parse(task['scatter']).text}"]
+    own_settings = ["--noconftest", f"--rootdir={folder}", "-c", os.devnull]  # not those of the project's tests
+    without = [f"-pno:{name}" for name in ("cacheprovider", "cov", "terminal", "xdist")]
+    varied = [f"--sim-seed={task['seed']}", *spreads]
+    pytest.main([str(project_auto.__file__), *own_settings, *without, *varied], plugins=[robot, run])
+
+
+if __name__ == "__main__":
+    _main()
+    sys.stdout.flush()
+    sys.stderr.flush()
+    os._exit(0)  # the interpreter's own end can hang on HAL threads

@@ -1,0 +1,192 @@
+"""A field with one robot and no pieces but those it shoots: where it can stand, and real shots of the engine."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from simcore.match.game import RobotEntry
+from simcore.match.match import Match
+from simcore.match.scatter import Scatter
+from simcore.match.starts import StartError
+from simcore.pieces.aerodynamics import fly
+from simcore.pieces.muzzle_clearance import free_share
+from simcore.pieces.pool import PieceStatus
+from simcore.shooting.shot_task import ShotTask, Stand
+from simcore.typing import FloatArray
+from simcore.units import GRAVITY, TICK, degrees
+
+__all__ = ["PracticeField", "RealShot"]
+
+_TURN = degrees(5.0)
+_FARTHEST_TURN = degrees(90.0)
+_LONGEST = 300  # ticks of a shot
+_FLIGHT = 250  # ticks
+_MOST_WAITS = 20  # ticks until a shot must have left
+
+
+@dataclass(frozen=True, slots=True)
+class RealShot:
+    """A shot that the engine played."""
+
+    points: FloatArray
+    """Of its flight, from the end of the tick in which it left, a row a tick [m], shape (n, 3)."""
+    vel: FloatArray
+    """At the first of them [m/s], shape (3,)."""
+    scored: bool
+    substeps: int
+    """Fewest in a tick of its flight."""
+
+
+class PracticeField:
+    """The game's field without its pieces, and the robot on it. Use as a context manager.
+
+    Args:
+        task: Which shooter, at what.
+        barrel: Number of the only barrel that shoots.
+        scatter: Of the shots; None: none.
+        seed: Of what is left to chance.
+        engine: Name of the physics engine; None: see `engine_choice`.
+    """
+
+    def __init__(
+        self,
+        task: ShotTask,
+        *,
+        barrel: int = 0,
+        scatter: Scatter | None = None,
+        seed: int = 0,
+        engine: str | None = None,
+    ) -> None:
+        self.task = task
+        shooter = task.shooter
+        number = task.robot.shooters.index(shooter)
+        launch = replace(shooter.launch, barrels=(shooter.launch.barrels[barrel],))
+        shooters = [*task.robot.shooters]
+        shooters[number] = replace(shooter, launch=launch)
+        robot = replace(task.robot, shooters=tuple(shooters))
+        game = replace(task.game, staging=lambda rng, entries: [], preload=0)
+        self._match = Match(
+            game, robots=[RobotEntry(config=robot, preload=0)], practice=True, scatter=scatter, seed=seed, engine=engine
+        )
+        self._robot = self._match.robots[0]
+        self._shooter = self._robot.shooters[number]
+        self._slot = self._match.pieces.stage(task.kind.name, 1)
+        self._match.pieces.hold(self._slot, 0)
+
+    def __enter__(self) -> PracticeField:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._match.close()
+
+    # --- where the robot can stand ----------------------------------------------------------------------------------
+
+    def stands(self, distance: float, radial: float = 0.0, tangential: float = 0.0) -> list[Stand]:
+        """Where the robot can stand at a distance [m] and look at the target, the most straight on first.
+
+        Up to 90 degrees to either side of where a shot comes straight at the opening.
+        """
+        found = []
+        for number in range(round(_FARTHEST_TURN / _TURN) + 1):
+            for side in (1.0, -1.0) if number else (1.0,):
+                stand = Stand(distance, self.task.opening.approach + side * number * _TURN, radial, tangential)
+                if self._fits(stand):
+                    found.append(stand)
+        return found
+
+    def _fits(self, stand: Stand) -> bool:
+        try:
+            self._carry(stand, stand.bearing)
+        except StartError:
+            return False
+        return True
+
+    def _carry(self, stand: Stand, yaw: float) -> None:
+        x, y = stand.place(self.task.opening.middle)
+        self._match.carry_to(0, (x, y, yaw - self.task.shooter.launch.heading))
+
+    def is_way_free(self, stand: Stand, elevation: float, speed: float) -> bool:
+        """Whether nothing is in the way of a shot as meant, until it is over the opening.
+
+        Args:
+            stand: Of the robot.
+            elevation: [rad]
+            speed: [m/s]
+        """
+        task = self.task
+        yaw = task.lead(stand, np.array([elevation]), np.array([speed]))
+        rows = task.rows(stand, np.array([elevation]), np.array([speed]), yaw, np.zeros(1, dtype=np.int64))
+        pos, vel, spin = (tuple(row[0].tolist()) for row in (rows.pos, rows.vel, rows.spin))
+        opening = task.opening
+        for _ in range(_FLIGHT):
+            after, faster = fly(pos, vel, spin, TICK, gravity=GRAVITY, factors=task.kind.air)
+            at = np.array([after])
+            if opening.holds(at)[0] and -opening.reach < float((at[0] - opening.middle) @ opening.inward) <= 0.0:
+                return True
+            if free_share(self._match.world, pos, after, task.kind.inner_radius, robot=self._robot.chassis.row) < 1.0:
+                return False
+            pos, vel = after, faster
+        return False
+
+    # --- real shots -------------------------------------------------------------------------------------------------
+
+    def shoot(self, stand: Stand, elevation: float, speed: float, *, turn: float = 0.0) -> RealShot | None:
+        """Let the robot shoot once from a stand, at rest; None if the piece has not left.
+
+        Wheels and hood are where they have to be as the gate opens; scatter, flight and bounces are the match's.
+
+        Args:
+            stand: Of the robot.
+            elevation: [rad]
+            speed: [m/s]
+            turn: Of the robot beyond the aim, counter-clockwise [rad].
+        """
+        match, task, slot = self._match, self.task, int(self._slot[0])
+        yaw = task.lead(stand, np.array([elevation]), np.array([speed]))
+        self._carry(stand, float(yaw[0]) + turn)
+        match.pieces.hold(self._slot, 0)
+        storage = self._robot.storage_of(task.shooter)
+        storage.discard(slot)
+        storage.add([slot])
+        shots = len(match.flow.shots)
+        for _ in range(_MOST_WAITS):
+            self._set(elevation, speed)
+            match.tick()
+            if len(match.flow.shots) > shots:
+                break
+        else:
+            return None
+        self._close_gate()
+        scored = match.tracker.pieces[task.zone.name]
+        vel = match.pieces.state.vel[slot].copy()
+        shot = match.flow.shots[-1]
+        radius, substeps = task.kind.bounding_radius, match.substeps
+        for _ in range(_LONGEST):
+            match.tick()
+            substeps = min(substeps, match.substeps)
+            has_scored = match.tracker.pieces[task.zone.name] > scored  # `shot.scored` is of the first 2 s
+            status = match.pieces.state.status[slot]
+            if has_scored or (status != PieceStatus.IN_FLIGHT and match.pieces.state.pos[slot, 2] < 2.0 * radius):
+                break
+        return RealShot(np.array(shot.points), vel, has_scored, substeps)
+
+    def _set(self, elevation: float, speed: float) -> None:
+        """Wheels, hood and gate as a shot needs them, this tick."""
+        shooter, mechanisms = self.task.shooter, self._robot.mechanisms
+        for name in shooter.wheels:
+            mechanisms[name].velocity = shooter.wheel_speed_for(speed)
+            mechanisms[name].coast()
+        hood = self.task.hood_for(elevation)
+        if shooter.hood is not None and hood is not None:
+            mechanisms[shooter.hood].position = hood
+            mechanisms[shooter.hood].velocity = 0.0
+        for name in shooter.gate:
+            forward = -1.0 if name in shooter.gate_reversed else 1.0
+            mechanisms[name].velocity = forward * (2.0 * shooter.gate_speed + 1.0)
+            mechanisms[name].coast()
+
+    def _close_gate(self) -> None:
+        for name in self.task.shooter.gate:
+            self._robot.mechanisms[name].velocity = 0.0

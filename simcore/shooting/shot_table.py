@@ -1,0 +1,265 @@
+"""A shooter table: for each distance and velocity of the robot the shot with the widest margin, and what it is worth."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.stats import binomtest, qmc
+
+from simcore.geometry.rotation import wrap_angle
+from simcore.match.scatter import Scatter
+from simcore.shooting.practice_field import PracticeField
+from simcore.shooting.shot_band import BestShot, ShotBand, smoothest
+from simcore.shooting.shot_task import SPREADS, ShotDraws, ShotTask, Stand
+from simcore.typing import BoolArray, FloatArray
+
+__all__ = ["ShotShare", "ShotTable", "ShotTableRow", "make_table", "scattered_hits"]
+
+_CLAIM_SHOTS, _BETWEEN_SHOTS = 2048, 512
+"""Of a row's shares: powers of 2, as Sobol's sequence wants."""
+_LEVEL = 0.95
+_MOST_PLACES = 6  # that are tried before a row is given up
+
+
+@dataclass(frozen=True, slots=True)
+class ShotShare:
+    """A share of shots with its interval by Wilson (scipy.stats.binomtest)."""
+
+    hits: int
+    shots: int
+    lower: float
+    upper: float
+
+    @classmethod
+    def of(cls, hits: int, shots: int, level: float = _LEVEL) -> ShotShare:
+        """At a level of confidence [-]."""
+        interval = binomtest(hits, shots).proportion_ci(level, method="wilson")
+        return cls(hits, shots, float(interval.low), float(interval.high))
+
+    @property
+    def share(self) -> float:
+        """[-]"""
+        return self.hits / self.shots
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ShotTableRow:
+    """One place and velocity of the robot."""
+
+    distance: float
+    """From the robot's origin to the middle of the target, along the floor [m]."""
+    radial: float
+    """Speed of the robot toward the target [m/s]."""
+    tangential: float
+    """Speed of the robot to the left, looking at the target [m/s]."""
+    problem: str = ""
+    """Why there is no shot; empty: there is one."""
+    bearing: float = math.nan
+    """From the robot to the target, where it was worked out, field frame [rad]."""
+    elevation: float = math.nan
+    """[rad]"""
+    hood: float | None = None
+    """Angle of the hood's mechanism [rad]; None: the shooter has none."""
+    speed: float = math.nan
+    """Relative to the muzzle [m/s]."""
+    wheel_speed: float = math.nan
+    """Of all wheels [rad/s]."""
+    lead: float = math.nan
+    """Direction of the shot from that to the target, counter-clockwise [rad]."""
+    time_of_flight: float = math.nan
+    """From the muzzle to the opening [s]."""
+    entry_angle: float = math.nan
+    """Under the horizontal, at the opening [rad]."""
+    by_board: bool = False
+    """Whether it touches a board on its way in."""
+    slowest: float = math.nan
+    """At this elevation [m/s]."""
+    fastest: float = math.nan
+    """At this elevation [m/s]."""
+    flattest: float = math.nan
+    """At this speed [rad]."""
+    steepest: float = math.nan
+    """At this speed [rad]."""
+    margin: float = math.nan
+    """To the nearest shot that does not go in, in standard deviations of the scatter [-]."""
+    share: ShotShare | None = None
+    """Of scattered shots that go in."""
+    between: ShotShare | None = None
+    """The same half way to the next distance, with elevation and speed half way between; None: there is none."""
+
+    @property
+    def is_feasible(self) -> bool:
+        """Whether there is a shot."""
+        return not self.problem
+
+    @property
+    def best(self) -> BestShot:
+        """The shot."""
+        return BestShot(self.elevation, self.speed, self.margin)
+
+    @property
+    def stand(self) -> Stand:
+        """Where it was worked out."""
+        return Stand(self.distance, self.bearing, self.radial, self.tangential)
+
+
+@dataclass(frozen=True, slots=True)
+class ShotTable:
+    """All rows, and what they are of."""
+
+    task: ShotTask
+    scatter: Scatter
+    rows: tuple[ShotTableRow, ...]
+    bands: tuple[ShotBand | None, ...]
+    """Of each row; None where the robot has no place."""
+
+    @property
+    def feasible(self) -> list[ShotTableRow]:
+        """Rows with a shot."""
+        return [row for row in self.rows if row.is_feasible]
+
+
+def make_table(
+    task: ShotTask,
+    distances: Iterable[float],
+    *,
+    radial: Iterable[float] = (0.0,),
+    tangential: Iterable[float] = (0.0,),
+    scatter: Scatter | None = None,
+    seed: int = 0,
+    engine: str | None = None,
+    on_row: Callable[[ShotTableRow], object] = lambda row: None,
+) -> ShotTable:
+    """Work a table out.
+
+    Args:
+        task: Which shooter, at what.
+        distances: From the robot's origin to the target [m].
+        radial: Speeds of the robot toward the target [m/s].
+        tangential: Speeds of the robot to the left of it [m/s].
+        scatter: Of the shots; None: the default one.
+        seed: Of the scattered shots.
+        engine: Name of the physics engine, which says where the robot can stand.
+        on_row: Called with each row as it is done.
+    """
+    spread = Scatter() if scatter is None else scatter
+    aways = sorted(distances)
+    rows: list[ShotTableRow] = []
+    bands: list[ShotBand | None] = []
+    with PracticeField(task, engine=engine) as field:
+        for along, across in itertools.product(radial, tangential):
+            found = [_Place(task, field, Stand(away, 0.0, along, across), spread) for away in aways]
+            _choose(found)
+            before: ShotTableRow | None = None
+            for place in found:
+                row = place.row(spread, seed)
+                if before is not None and before.is_feasible and row.is_feasible:
+                    rows[-1] = replace(before, between=_between(task, before, row, spread, seed))
+                rows.append(row)
+                bands.append(place.band)
+                on_row(row)
+                before = row
+    order = sorted(range(len(rows)), key=lambda number: (rows[number].distance, number))
+    return ShotTable(task, spread, tuple(rows[n] for n in order), tuple(bands[n] for n in order))
+
+
+class _Place:
+    """A place of the robot for a row, and the band of shots from there.
+
+    Where the widest shot is in something's way, the next place to the side is tried.
+    """
+
+    def __init__(self, task: ShotTask, field: PracticeField, wanted: Stand, scatter: Scatter) -> None:
+        self.task, self.wanted = task, wanted
+        self.band: ShotBand | None = None
+        self.margins: FloatArray = np.zeros((0, 0))
+        self.best: BestShot | None = None
+        self.problem = "the robot has no place on the field there"
+        for stand in field.stands(wanted.distance, wanted.radial, wanted.tangential)[:_MOST_PLACES]:
+            self.band = ShotBand.of(task, stand)
+            margins = self.band.margins(scatter)
+            self.problem = "no elevation and speed of this shooter go in"
+            if not margins.size or not margins.max() > 0.0:
+                continue
+            for number in np.nonzero(margins.max(axis=1) > 0.0)[0].tolist():
+                shot = self.band.best_at(number, margins)
+                if not field.is_way_free(stand, shot.elevation, shot.speed):
+                    margins[number] = 0.0
+            self.problem = "something on the field is in the way of every shot"
+            if margins.max() > 0.0:
+                self.margins, self.problem = margins, ""
+                return
+
+    def choose(self, number: int) -> None:
+        """Take the shot of a row of the grid."""
+        assert self.band is not None
+        self.best = self.band.best_at(number, self.margins)
+
+    def row(self, scatter: Scatter, seed: int) -> ShotTableRow:
+        """The row of the chosen shot, or of why there is none."""
+        wanted, best, band, task = self.wanted, self.best, self.band, self.task
+        here = {"distance": wanted.distance, "radial": wanted.radial, "tangential": wanted.tangential}
+        if best is None or band is None:
+            return ShotTableRow(**here, problem=self.problem)
+        stand = band.stand
+        elevation, speed = np.array([best.elevation]), np.array([best.speed])
+        yaw = task.lead(stand, elevation, speed)
+        seen = task.fly(task.rows(stand, elevation, speed, yaw, np.zeros(1, dtype=np.int64)))
+        vx, vy, vz = seen.vel[0].tolist()
+        slowest, fastest = band.speed_limits(best)
+        flattest, steepest = band.elevation_limits(best)
+        return ShotTableRow(
+            **here,
+            bearing=stand.bearing,
+            elevation=best.elevation,
+            hood=task.hood_for(best.elevation),
+            speed=best.speed,
+            wheel_speed=task.shooter.wheel_speed_for(best.speed),
+            lead=wrap_angle(float(yaw[0]) - stand.bearing),
+            time_of_flight=float(seen.time[0]),
+            entry_angle=math.atan2(-vz, math.hypot(vx, vy)),
+            by_board=bool(seen.by_board[0]),
+            slowest=slowest,
+            fastest=fastest,
+            flattest=flattest,
+            steepest=steepest,
+            margin=best.margin,
+            share=_share(task, stand, best, scatter, seed, _CLAIM_SHOTS),
+        )
+
+
+def _choose(places: list[_Place]) -> None:
+    """The shots of one velocity, distance by distance; a row without any begins anew."""
+    together: list[_Place] = []
+    for place in [*places, None]:
+        if place is not None and not place.problem:
+            together.append(place)
+        elif together:
+            for one, number in zip(together, smoothest([one.margins.max(axis=1) for one in together]), strict=True):
+                one.choose(number)
+            together = []
+
+
+def _between(task: ShotTask, row: ShotTableRow, after: ShotTableRow, scatter: Scatter, seed: int) -> ShotShare:
+    """Of the shots half way between two rows, from where the first was worked out."""
+    shot = BestShot(0.5 * (row.elevation + after.elevation), 0.5 * (row.speed + after.speed), 0.0)
+    stand = replace(row.stand, distance=0.5 * (row.distance + after.distance))
+    return _share(task, stand, shot, scatter, seed, _BETWEEN_SHOTS)
+
+
+def _share(task: ShotTask, stand: Stand, shot: BestShot, scatter: Scatter, seed: int, count: int) -> ShotShare:
+    shares = np.clip(qmc.Sobol(SPREADS, seed=seed).random(count), 1e-9, 1.0 - 1e-9)
+    return ShotShare.of(int(scattered_hits(task, stand, shot, ShotDraws.of(scatter, shares)).sum()), count)
+
+
+def scattered_hits(task: ShotTask, stand: Stand, shot: BestShot, draws: ShotDraws) -> BoolArray:
+    """Which of many scattered shots go in, as many from each barrel, shape (n,)."""
+    n = len(draws.elevation)
+    elevation, speed = np.full(n, shot.elevation), np.full(n, shot.speed)
+    yaw = np.repeat(task.lead(stand, elevation[:1], speed[:1]), n)
+    found = task.fly(task.rows(stand, elevation, speed, yaw, task.barrel_numbers(n), draws))
+    return found.goes_in

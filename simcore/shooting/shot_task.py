@@ -1,0 +1,335 @@
+"""What is to be aimed: a robot's shooter, at a zone with an opening, from a place at a velocity.
+
+Launches are those of `simcore.pieces.shooter` and `simcore.pieces.launch`, for many shots at once: the robot stands
+level, does not turn, and its shooter points with the robot, a turret at zero.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from simcore.errors import ConfigError, UnknownNameError
+from simcore.match.game import Game
+from simcore.match.scatter import Scatter
+from simcore.match.scoring import Alliance, ScoringZone
+from simcore.physics.shapes import Sphere
+from simcore.pieces.aerodynamics import AirRows
+from simcore.pieces.kinds import GamePieceConfig
+from simcore.pieces.launch import muzzle_offset
+from simcore.pieces.shooter import ShooterConfig
+from simcore.pieces.shot_flight import ShotOutcomes, ShotRows, fly_to_opening
+from simcore.pieces.shot_opening import ShotOpening
+from simcore.robot.mechanisms import ArmConfig, ElevatorConfig, RackConfig
+from simcore.robot.robot_config import RobotConfig
+from simcore.typing import BoolArray, FloatArray, IntArray
+from simcore.units import GRAVITY, degrees
+
+__all__ = ["SPREADS", "ShotDraws", "ShotTask", "Stand"]
+
+SPREADS = 7
+"""Spreads of a shot: as many as `ShotDraws` has fields."""
+_VOLTS = 12.0  # of a battery in good order
+_SPEED_RESERVE = 0.9  # of the wheels' free speed: what is left regulates, and serves when the battery sags; estimate
+_FLATTEST, _STEEPEST = degrees(5.0), degrees(87.0)
+_CORRECTIONS = 4  # of the yaw; the muzzle turns with it
+
+
+@dataclass(frozen=True, slots=True)
+class Stand:
+    """Where a robot is as a shot leaves, and how it moves, seen from the target."""
+
+    distance: float
+    """From the robot's origin to the middle of the opening, along the floor [m]."""
+    bearing: float
+    """From the robot to the target, field frame [rad]."""
+    radial: float = 0.0
+    """Speed toward the target [m/s]."""
+    tangential: float = 0.0
+    """Speed to the left, looking at the target [m/s]."""
+
+    def place(self, middle: FloatArray) -> tuple[float, float]:
+        """Of the robot's origin [m], for the middle of an opening."""
+        x, y, _ = middle.tolist()
+        return x - self.distance * math.cos(self.bearing), y - self.distance * math.sin(self.bearing)
+
+    @property
+    def velocity(self) -> FloatArray:
+        """Field frame [m/s], shape (3,)."""
+        c, s = math.cos(self.bearing), math.sin(self.bearing)
+        return np.array([c * self.radial - s * self.tangential, s * self.radial + c * self.tangential, 0.0])
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ShotDraws:
+    """How shots differ from what was meant, one a row, shape (n,) each."""
+
+    exit_speed: FloatArray
+    """Factor [-]."""
+    elevation: FloatArray
+    """Added [rad]."""
+    azimuth: FloatArray
+    """Added to the yaw, counter-clockwise [rad]."""
+    spin: FloatArray
+    """Factor [-]."""
+    mass: FloatArray
+    """Factor [-]."""
+    diameter: FloatArray
+    """Factor [-]."""
+    drag: FloatArray
+    """Factor of the drag coefficient [-]."""
+
+    @staticmethod
+    def none(n: int) -> ShotDraws:
+        """Of n shots that are as meant."""
+        one, zero = np.ones(n), np.zeros(n)
+        return ShotDraws(exit_speed=one, elevation=zero, azimuth=zero, spin=one, mass=one, diameter=one, drag=one)
+
+    @staticmethod
+    def of(scatter: Scatter, shares: FloatArray) -> ShotDraws:
+        """Of a scatter, by quantiles.
+
+        Args:
+            scatter: How large each spread is.
+            shares: Evenly spread above 0 and below 1, shape (n, 7).
+        """
+        from scipy.stats import norm
+
+        normal = norm.ppf(shares)
+        even = 2.0 * shares - 1.0
+        return ShotDraws(
+            exit_speed=np.exp(scatter.exit_speed * normal[:, 0]),
+            elevation=scatter.elevation * normal[:, 1],
+            azimuth=scatter.azimuth * normal[:, 2],
+            spin=np.exp(scatter.spin * normal[:, 3]),
+            mass=1.0 + scatter.piece_mass * even[:, 4],
+            diameter=1.0 + scatter.piece_diameter * even[:, 5],
+            drag=np.exp(scatter.drag * normal[:, 6]),
+        )
+
+
+class ShotTask:
+    """A shooter and its target.
+
+    Args:
+        game: Whose field and pieces.
+        robot: Whose shooter; None: the game's own robot.
+        target: Name of a zone; None: the first of the alliance.
+        alliance: Whose zones.
+        shooter: Number of the shooter, from 0.
+
+    Raises:
+        ConfigError: The robot has no such shooter, or what it throws is no ball, or scores nowhere that is shot at.
+        UnknownNameError: There is no target of that name.
+    """
+
+    def __init__(
+        self,
+        game: Game,
+        robot: RobotConfig | None = None,
+        *,
+        target: str | None = None,
+        alliance: Alliance = "blue",
+        shooter: int = 0,
+    ) -> None:
+        self.game = game
+        self.robot = robot or game.robot()
+        shooters = self.robot.shooters
+        if not shooters:
+            raise ConfigError(f"the robot has no shooter: give one that has, as simcore.toml or `{game.name}`'s own")
+        if not 0 <= shooter < len(shooters):
+            raise ConfigError(f"the robot has shooters 0 to {len(shooters) - 1}, got {shooter}")
+        self.shooter: ShooterConfig = shooters[shooter]
+        self.zone = self._zone(target, alliance)
+        opening = self.zone.opening
+        assert opening is not None
+        self.opening: ShotOpening = opening
+        self.kind = self._kind()
+        self.max_speed = self._max_speed()
+        """The fastest shot [m/s]."""
+        self.min_speed = self.shooter.exit_speed([self.shooter.min_wheel_speed] * len(self.shooter.wheels))
+        """The slowest [m/s]."""
+        self.elevations = self._elevations()
+        """Lowest and highest elevation of a shot [rad]; equal where nothing tilts it."""
+
+    # --- what it is of ----------------------------------------------------------------------------------------------
+
+    def _zone(self, name: str | None, alliance: Alliance) -> ScoringZone:
+        targets = {zone.name: zone for zone in self.game.zones if zone.opening is not None}
+        if not targets:
+            raise ConfigError(
+                f"game {self.game.name} has no target for shots: a scoring zone needs an `opening` (docs/new_game.md)"
+            )
+        if name is None:
+            name = next((zone.name for zone in targets.values() if zone.alliance == alliance), next(iter(targets)))
+        if name not in targets:
+            raise UnknownNameError("target", name, targets)
+        return targets[name]
+
+    def _kind(self) -> GamePieceConfig:
+        thrown = [
+            supply.kind for supply in self.game.pieces if supply.kind.name in (self.shooter.kinds or [supply.kind.name])
+        ]
+        fitting = [kind for kind in thrown if kind.name in (self.zone.kinds or [kind.name])]
+        if not fitting:
+            names = ", ".join(kind.name for kind in thrown) or "nothing of this game"
+            raise ConfigError(f"{self.zone.name} takes {', '.join(self.zone.kinds)}, and the shooter throws {names}")
+        if not isinstance(fitting[0].shape, Sphere):
+            raise ConfigError(f"shooter tables are for balls, got {fitting[0].name}, which is none")
+        return fitting[0]
+
+    def _max_speed(self) -> float:
+        wheels = []
+        for name in self.shooter.wheels:
+            gearbox = getattr(self.robot.mechanisms[name], "gearbox", None)
+            if gearbox is None:
+                raise ConfigError(f"the shooter's wheel {name!r} must have a motor")
+            wheels.append(_SPEED_RESERVE * gearbox.free_speed(_VOLTS))
+        return self.shooter.exit_speed([min(wheels)] * len(wheels))
+
+    def _elevations(self) -> tuple[float, float]:
+        shooter = self.shooter
+        if shooter.hood is None:
+            return shooter.elevation, shooter.elevation
+        hood = self.robot.mechanisms[shooter.hood]
+        if isinstance(hood, ArmConfig):
+            stops = (hood.min_angle, hood.max_angle)
+        elif isinstance(hood, RackConfig):
+            stops = (0.0, hood.travel / hood.pinion_radius)
+        elif isinstance(hood, ElevatorConfig):
+            stops = (0.0, hood.max_height / hood.drum_radius)
+        else:
+            raise ConfigError(f"hood {shooter.hood!r} must be an arm, a rack or an elevator, got {type(hood).__name__}")
+        ends = sorted(shooter.elevation + shooter.elevation_per_hood * stop for stop in stops)
+        low, high = max(ends[0], _FLATTEST), min(ends[1], _STEEPEST)
+        if low > high:
+            raise ConfigError(
+                f"hood {shooter.hood!r} gives elevations of {math.degrees(ends[0]):.0f} to {math.degrees(ends[1]):.0f} "
+                f"deg; shots need some of {math.degrees(_FLATTEST):.0f} to {math.degrees(_STEEPEST):.0f}"
+            )
+        return low, high
+
+    def hood_for(self, elevation: float) -> float | None:
+        """Angle of the hood that gives an elevation [rad]; None where there is none."""
+        if self.shooter.hood is None:
+            return None
+        return (elevation - self.shooter.elevation) / self.shooter.elevation_per_hood
+
+    @property
+    def barrels(self) -> tuple[float, ...]:
+        """Sideways offset of each barrel, left positive [m]."""
+        return self.shooter.launch.barrels
+
+    # --- shots ------------------------------------------------------------------------------------------------------
+
+    def muzzle(self, stand: Stand, yaw: FloatArray | float, aside: FloatArray | float = 0.0) -> FloatArray:
+        """Where shots leave, field frame [m], shape (n, 3).
+
+        Args:
+            stand: Of the robot.
+            yaw: Direction of each shot [rad], shape (n,).
+            aside: Offset of its barrel [m].
+        """
+        yaw = np.atleast_1d(np.asarray(yaw, dtype=float))
+        launch = self.shooter.launch
+        ahead, left, height = muzzle_offset(launch).tolist()
+        turned = yaw - launch.heading  # of the robot
+        c, s = np.cos(turned), np.sin(turned)
+        beside = np.asarray(aside) - launch.barrels[0]  # barrels are across the shot
+        x, y = stand.place(self.opening.middle)
+        across = x + c * ahead - s * left - beside * np.sin(yaw)
+        along = y + s * ahead + c * left + beside * np.cos(yaw)
+        return np.column_stack([across, along, np.full(len(yaw), height)])
+
+    def lead(self, stand: Stand, elevation: FloatArray, speed: FloatArray) -> FloatArray:
+        """Direction of shots whose middle goes through the target's, NaN where the robot is too fast, shape (n,) [rad].
+
+        Args:
+            stand: Of the robot.
+            elevation: Of each shot [rad], shape (n,).
+            speed: Of each shot, relative to the muzzle [m/s], shape (n,).
+        """
+        yaw = np.full(len(speed), stand.bearing)
+        velocity, middle = stand.velocity, self.opening.middle
+        for _ in range(_CORRECTIONS):
+            way = middle[:2] - self.muzzle(stand, yaw)[:, :2]
+            bearing = np.arctan2(way[:, 1], way[:, 0])
+            across = np.cos(bearing) * velocity[1] - np.sin(bearing) * velocity[0]
+            with np.errstate(invalid="ignore"):
+                turn = np.arcsin(-across / (speed * np.cos(elevation)))
+            if not np.isfinite(turn).any():
+                return turn
+            yaw = np.where(np.isfinite(turn), bearing + turn, stand.bearing)
+        return np.where(np.isfinite(turn), yaw, np.nan)
+
+    def rows(
+        self,
+        stand: Stand,
+        elevation: FloatArray,
+        speed: FloatArray,
+        yaw: FloatArray,
+        barrel: IntArray,
+        draws: ShotDraws | None = None,
+    ) -> ShotRows:
+        """Shots as they leave their muzzles.
+
+        Args:
+            stand: Of the robot.
+            elevation: Meant [rad], shape (n,).
+            speed: Meant, relative to the muzzle [m/s], shape (n,).
+            yaw: Meant direction, field frame [rad], shape (n,).
+            barrel: Number of each shot's barrel, shape (n,).
+            draws: How they differ from that; None: not at all.
+        """
+        n = len(speed)
+        d = draws or ShotDraws.none(n)
+        pos = self.muzzle(stand, yaw, np.array(self.barrels)[barrel])
+        elevation, speed, yaw = elevation + d.elevation, speed * d.exit_speed, yaw + d.azimuth
+        level = speed * np.cos(elevation)
+        vel = np.column_stack([level * np.cos(yaw), level * np.sin(yaw), speed * np.sin(elevation)]) + stand.velocity
+        shape, air = self.kind.shape, self.kind.air
+        assert isinstance(shape, Sphere)
+        radius = shape.radius * d.diameter
+        wheels = [self.shooter.wheel_speed_for(1.0)] * len(self.shooter.wheels)
+        rate = d.spin * speed * self.shooter.spin_speed(1.0, wheels) / radius
+        if self.shooter.wheel_places == "lower and upper":
+            spin = np.column_stack([np.sin(yaw) * rate, -np.cos(yaw) * rate, np.zeros(n)])
+        else:
+            flat = rate * np.sin(elevation)
+            spin = np.column_stack([flat * np.cos(yaw), flat * np.sin(yaw), -rate * np.cos(elevation)])
+        return ShotRows(
+            pos=pos,
+            vel=vel,
+            spin=spin,
+            radius=radius,
+            air=AirRows(
+                drag=air.drag * d.drag * d.diameter**2 / d.mass,
+                lift=air.lift * d.diameter**3 / d.mass,
+                lift_saturation=air.lift_saturation * d.diameter,
+            ),
+        )
+
+    def fly(self, rows: ShotRows) -> ShotOutcomes:
+        """What becomes of shots."""
+        return fly_to_opening(rows, self.opening, self.zone.zone, self.kind.surface, gravity=GRAVITY)
+
+    def barrel_numbers(self, n: int) -> IntArray:
+        """Of n shots, as many from each: the first ones from the first, so that no sequence of draws beats with them."""
+        return np.arange(n) * len(self.barrels) // n
+
+    def outcomes(
+        self, stand: Stand, elevation: FloatArray | Sequence[float], speed: FloatArray | Sequence[float]
+    ) -> BoolArray:
+        """Whether shots as meant go in from every barrel, shape (n,); arguments as `lead`."""
+        elevations, speeds = np.asarray(elevation, dtype=float), np.asarray(speed, dtype=float)
+        yaw = self.lead(stand, elevations, speeds)
+        good = np.nonzero(np.isfinite(yaw))[0]
+        n, k = len(good), len(self.barrels)
+        shots = [np.tile(part[good], k) for part in (elevations, speeds, yaw)]
+        found = self.fly(self.rows(stand, *shots, np.repeat(np.arange(k), n)))
+        result: BoolArray = np.zeros(len(speeds), dtype=bool)
+        result[good] = found.goes_in.reshape(k, n).all(axis=0)
+        return result

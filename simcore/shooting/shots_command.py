@@ -1,0 +1,193 @@
+"""`simcore shots`: the table of a shooter, by distance, with what each shot is worth."""
+
+from __future__ import annotations
+
+import argparse
+import math
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from rich.console import Console
+from rich.table import Table
+
+from simcore.errors import ConfigError, SimcoreError
+from simcore.match.registry import find_game
+from simcore.match.scatter import Scatter
+from simcore.physics.engine_choice import add_engine_option
+from simcore.quantities import FIELD_LENGTH, Quantity, number_flag, require
+from simcore.shooting.shot_check import check_by_engine, check_by_flights
+from simcore.shooting.shot_files import table_csv, table_json, table_python
+from simcore.shooting.shot_picture import draw_bands
+from simcore.shooting.shot_table import ShotTable, ShotTableRow, make_table
+from simcore.shooting.shot_task import ShotTask
+from simcore.sweep.factor_paths import vary_robot
+from simcore.sweep.factors import parse_factor
+from simcore.sweep.one_run import robot_of
+from simcore.telemetry.sinks import output_error, require_writable
+
+__all__ = ["add_arguments", "run"]
+
+_SEED = number_flag(Quantity("", 0, 2**31, is_whole=True))
+_SHOTS = number_flag(Quantity("", 1, 1_000_000, is_whole=True))
+_REAL_SHOTS = number_flag(Quantity("", 1, 10_000, is_whole=True))
+_NUMBER = number_flag(Quantity("", 0, 100, is_whole=True))
+_DRIVE_SPEED = Quantity("m/s", -10.0, 10.0)
+_FILES = ("shots.csv", "shots.json", "shot_table.py", "shots.svg", "shots.png")
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Options of the command."""
+    parser.add_argument("game", nargs="?", metavar="GAME", help="which game (default: the newest that is installed)")
+    parser.add_argument(
+        "--robot", metavar="FILE.toml", help="another robot than the game's own: a simcore.toml, or module:function"
+    )
+    parser.add_argument(
+        "--set",
+        dest="values",
+        action="append",
+        default=[],
+        type=_checked(parse_factor),
+        metavar="PART=VALUE",
+        help="change the robot, e.g. shooter.exit_efficiency=0.45; may be given again",
+    )
+    parser.add_argument("--target", metavar="NAME", help="which zone (default: the first of the alliance)")
+    parser.add_argument("--alliance", choices=("blue", "red"), default="blue", help="whose zone (default: blue)")
+    parser.add_argument("--shooter", type=_NUMBER, default=0, metavar="N", help="which shooter, from 0 (default: 0)")
+    for name, usual, what in (
+        ("distances", "1:8:1", "from the robot's middle to the target's [m]"),
+        ("radial", "0", "speeds of the robot toward the target [m/s], e.g. --radial=-2:2:1"),
+        ("tangential", "0", "speeds of the robot to the left, looking at the target [m/s]"),
+    ):
+        parser.add_argument(
+            f"--{name}", type=_numbers(name), default=_numbers(name)(usual), metavar="FROM:TO:STEP",
+            help=f"{what}; or a list, 2,2.5,3 (default: {usual})",
+        )  # fmt: skip
+    parser.add_argument(
+        "--scatter",
+        type=_checked(Scatter.parse),
+        default=Scatter(),
+        metavar="SPREADS",
+        help="by how much shots differ: 1 is the default spreads, 0 none, 1,exit_speed=0.03 with one of them otherwise",
+    )
+    parser.add_argument("--check", type=_SHOTS, metavar="N", help="fly N scattered shots of each row, drawn anew")
+    parser.add_argument(
+        "--real-shots", type=_REAL_SHOTS, metavar="N", help="shoot N of each distance in a match, too, robot at rest"
+    )
+    parser.add_argument("--seed", type=_SEED, default=0, metavar="N", help="seed of the scattered shots")
+    add_engine_option(parser)
+    parser.add_argument("--out", type=Path, default=Path("out/shots"), metavar="FOLDER", help="default: out/shots")
+
+
+def _checked(read: Callable[[str], Any]) -> Callable[[str], Any]:
+    """The same for argparse, which shows the text of an error."""
+
+    def checked(text: str) -> Any:
+        try:
+            return read(text)
+        except SimcoreError as error:
+            raise argparse.ArgumentTypeError(str(error)) from error
+
+    return checked
+
+
+def _numbers(name: str) -> Callable[[str], tuple[float, ...]]:
+    quantity = FIELD_LENGTH if name == "distances" else _DRIVE_SPEED
+
+    def read(text: str) -> tuple[float, ...]:
+        values = parse_factor(f"{name}={text}").values
+        for value in values:
+            require("simcore shots", name, value, quantity)
+        return tuple(float(value) for value in values)
+
+    return _checked(read)
+
+
+def run(options: argparse.Namespace) -> int:
+    """Work the table out, write its files, check it; 0 if all is well, 1 if a check fails or no row has a shot.
+
+    Raises:
+        SimcoreError: What was asked for cannot be.
+    """
+    game = find_game(options.game, say=lambda which: print(f"simcore: {which}", file=sys.stderr))
+    values = {}
+    for factor in options.values:
+        if len(factor.values) != 1:
+            raise ConfigError(f"factor {factor.name}: one value is wanted here, as {factor.name}=0.45")
+        values[factor.name] = factor.values[0]
+    task = ShotTask(
+        game,
+        vary_robot(robot_of(options.robot, game), values),
+        target=options.target,
+        alliance=options.alliance,
+        shooter=options.shooter,
+    )
+    paths = [require_writable("table", options.out / name) for name in _FILES]
+    table = make_table(
+        task,
+        options.distances,
+        radial=options.radial,
+        tangential=options.tangential,
+        scatter=options.scatter,
+        seed=options.seed,
+        engine=options.engine,
+        on_row=lambda row: print(f"simcore: {_said(row)}", file=sys.stderr),
+    )
+    checks = check_by_flights(table, options.check, seed=options.seed + 1) if options.check else []
+    for path, text in zip(
+        paths, (table_csv(table, checks), table_json(table, checks), table_python(table)), strict=False
+    ):
+        try:
+            path.write_text(text, encoding="utf-8")
+        except OSError as error:
+            raise output_error("table", path, error) from error
+    for path in paths[3:]:
+        draw_bands(path, table)
+    _print(table)
+    holds = bool(table.feasible)
+    for check in checks:
+        print(f"check   {check}")
+        holds &= check.holds
+    if options.real_shots:
+        for real in check_by_engine(table, options.real_shots, seed=options.seed + 1, engine=options.engine):
+            print(f"engine  {real}")
+            holds &= real.holds
+    print(f"written {', '.join(_FILES)} in {options.out}")
+    return 0 if holds else 1
+
+
+def _said(row: ShotTableRow) -> str:
+    share = "" if row.share is None else f"{row.share.share:.1%} go in"
+    return f"{row.distance:g} m: {row.problem or share}"
+
+
+def _print(table: ShotTable) -> None:
+    task = table.task
+    shown = Table(title=f"{task.zone.name}, {task.kind.name.lower()}, all {len(task.barrels)} barrels")
+    moving = any(row.radial or row.tangential for row in table.rows)
+    for name in ("distance", *(("radial", "tangential") if moving else ()), "elevation", "hood", "speed", "wheels",
+                 *(("lead",) if moving else ()), "flight", "speed may be", "elevation may be", "goes in", "between"):  # fmt: skip
+        shown.add_column(name, justify="right")
+    for row in table.rows:
+        head = [f"{row.distance:g} m", *([f"{row.radial:g}", f"{row.tangential:g} m/s"] if moving else [])]
+        if not row.is_feasible:
+            shown.add_row(*head, row.problem)
+            continue
+        assert row.share is not None
+        shown.add_row(
+            *head,
+            f"{math.degrees(row.elevation):.1f} deg",
+            "" if row.hood is None else f"{math.degrees(row.hood):.1f} deg",
+            f"{row.speed:.2f} m/s{' *' if row.by_board else ''}",
+            f"{row.wheel_speed / math.tau:.1f} turns/s",
+            *([f"{math.degrees(row.lead):.1f} deg"] if moving else []),
+            f"{row.time_of_flight:.2f} s",
+            f"{row.slowest / row.speed - 1.0:+.0%} {row.fastest / row.speed - 1.0:+.0%}",
+            f"{math.degrees(row.flattest - row.elevation):+.0f} {math.degrees(row.steepest - row.elevation):+.0f} deg",
+            f"{row.share.share:.1%}",
+            "" if row.between is None else f"{row.between.share:.1%}",
+        )
+    Console(width=150).print(shown)
+    if any(row.by_board for row in table.rows):
+        print("* off the board behind the target")

@@ -1,0 +1,177 @@
+"""`sweep`: play an experiment, keep its rows as they come, and get its results."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping
+from contextlib import closing
+from pathlib import Path
+from time import monotonic
+from typing import TYPE_CHECKING, Any
+
+from simcore.errors import VendorError
+from simcore.install_text import install_command
+from simcore.sweep.executors import play_all
+from simcore.sweep.experiment import Experiment, PlannedRun, StopRule
+from simcore.sweep.one_run import planned_values, require_playable_runs
+from simcore.sweep.results import Results
+from simcore.sweep.run_store import RunStore
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+__all__ = ["rows_table", "sweep"]
+
+_HEAD, _TAIL = ("run", "point", "seed"), ("digest", "version", "error", "cpu_seconds")
+
+
+def sweep(
+    experiment: Experiment,
+    *,
+    workers: int = -1,
+    executor: str = "joblib",
+    scheduler: str | None = None,
+    out: str | Path | None = None,
+    on_row: Callable[[dict[str, Any], int], None] | None = None,
+    say: Callable[[str], object] = print,
+) -> Results:
+    """Play all runs of an experiment.
+
+    A run that crashes or takes too long is a row with an error. Runs that are in the store already, of this experiment
+    or of another one that they belong to as well, are not played again, but for those that failed.
+
+    Args:
+        experiment: What is played.
+        workers: Processes on this machine; 0 or -1: one for each core.
+        executor: `process` (this one), `joblib` (all cores) or `dask` (a cluster).
+        scheduler: Address of a Dask scheduler; None: with `dask`, a cluster on this machine.
+        out: Folder for the store of rows, `runs.sqlite`; None: they are kept in memory only.
+        on_row: Called with each row that is there, and with how many were taken from the store.
+        say: Told in one sentence when rows cannot be written any more; the runs go on.
+
+    Returns:
+        Their table: a row a run, by number: run, point, seed, factors, metrics, digest, version, error, cpu_seconds.
+
+    Raises:
+        SimcoreError: What was asked for cannot be played, or nobody is there to play it.
+    """
+    require_playable_runs(experiment)
+    runs = experiment.runs()
+    keys = experiment.run_keys(runs)
+    store = None if out is None else RunStore(Path(out))
+    rounds = _Rounds(experiment.stop, runs)
+    end = None if experiment.stop.seconds is None else monotonic() + experiment.stop.seconds
+    try:
+        if store is not None:
+            known = store.rows(keys)
+            store.note(experiment)
+            for planned, key in zip(runs, keys, strict=True):
+                if key in known:
+                    rounds.add({**known[key], **planned_values(planned)})
+        stored = len(rounds.rows)
+        rest = [planned for planned in runs if planned.number not in rounds.rows]
+        played = play_all(experiment, rest, executor=executor, workers=workers, scheduler=scheduler)
+        with closing(played):  # type: ignore[type-var]  # a generator
+            while not rounds.is_over and (end is None or monotonic() < end):
+                row = next(played, None)
+                if row is None:
+                    break
+                rounds.add(row)
+                if store is not None:
+                    had_problem = store.problem
+                    store.add(keys[row["run"]], row)
+                    if store.problem and not had_problem:
+                        say(f"{store.problem}; the runs go on, and are kept in memory")
+                if on_row is not None:
+                    on_row(row, stored)
+    finally:
+        if store is not None:
+            store.close()
+            if store.unsaved:
+                say(f"{store.problem}: {store.unsaved} runs are not in it")
+    return Results(rows_table(experiment, rounds.counted), experiment)
+
+
+class _Rounds:
+    """The rows so far, and whether the stop rule is met.
+
+    A round is one seed at every point. The rule is asked of whole rounds in their order, so that what counts does not
+    depend on which run was done first.
+    """
+
+    def __init__(self, rule: StopRule, runs: list[PlannedRun]) -> None:
+        self.rows: dict[int, dict[str, Any]] = {}
+        """By number of the run."""
+        self._rule = rule
+        self._points = 1 + max(planned.point for planned in runs)
+        self._count = len(runs)
+        self._whole = 0
+        self._failed = 0
+        self._last: int | None = None
+
+    def add(self, row: dict[str, Any]) -> None:
+        """One more row."""
+        self.rows[row["run"]] = row
+        while self._last is None and (self._whole + 1) * self._points <= self._count:
+            numbers = range(self._whole * self._points, (self._whole + 1) * self._points)
+            if not all(number in self.rows for number in numbers):
+                return
+            self._whole += 1
+            self._failed += len([number for number in numbers if self.rows[number]["error"]])
+            if self._is_met():
+                self._last = self._whole
+
+    @property
+    def is_over(self) -> bool:
+        """Whether no further run is needed."""
+        return self._last is not None or len(self.rows) == self._count
+
+    @property
+    def counted(self) -> list[dict[str, Any]]:
+        """The rows up to the round in which the rule was met."""
+        end = self._count if self._last is None else self._last * self._points
+        return [row for number, row in self.rows.items() if number < end]
+
+    def _is_met(self) -> bool:
+        """Whether the rule is met by the whole rounds so far."""
+        rule, whole = self._rule, self._whole
+        if rule.errors is not None and self._failed >= rule.errors:
+            return True
+        step = 10 ** max(0, len(str(whole)) - 2)  # of many rounds some ninety in each power of ten are asked
+        if not rule.condition or whole < rule.least or whole % step:
+            return False
+        return share_is_known(rule, [self.rows[number] for number in range(whole * self._points)])
+
+
+def share_is_known(rule: StopRule, rows: Iterable[Mapping[str, Any]]) -> bool:
+    """Whether the share of successes is known well enough at every point."""
+    import pandas as pd
+
+    from simcore.sweep.column_expressions import evaluate
+    from simcore.sweep.sweep_statistics import wilson_share
+
+    table = pd.DataFrame(list(rows))
+    held = evaluate(table, rule.condition).fillna(False).astype(bool) & (table["error"] == "")
+    shares = (wilson_share(int(some.sum()), len(some)) for _, some in held.groupby(table["point"]))
+    return all(0.5 * (share.upper - share.lower) <= rule.width for share in shares)
+
+
+def rows_table(experiment: Experiment, rows: Iterable[Mapping[str, Any]]) -> pd.DataFrame:
+    """The table of rows in any order.
+
+    Raises:
+        VendorError: pandas is not installed.
+    """
+    try:
+        import pandas as pd
+    except ImportError as error:
+        raise VendorError(f"a sweep's table needs pandas: {install_command('sweep')}") from error
+    ordered = sorted(rows, key=lambda row: row["run"])
+    factors = [factor.name for factor in experiment.factors]
+    metrics: dict[str, None] = {}
+    for row in ordered:
+        metrics.update(dict.fromkeys(name for name in row if name not in (*_HEAD, *factors, *_TAIL)))
+    table = pd.DataFrame(ordered, columns=[*_HEAD, *factors, *metrics, *_TAIL])
+    for name in metrics:  # what could not be measured is NaN
+        if all(value is None or isinstance(value, (int, float)) for value in table[name]):
+            table[name] = pd.to_numeric(table[name])
+    return table

@@ -1,0 +1,88 @@
+"""A question that a new Python process answers: for what may crash, hang, or wants a process to itself."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+from typing import Any
+
+from simcore.errors import SimcoreError
+from simcore.sweep.time_limit import GRACE
+
+__all__ = ["answer_task", "ask_process", "read_task"]
+
+_START = 60.0  # [s]; all imports, on a busy machine
+_LAST_WORDS = 300  # characters of what a dead process has said
+
+
+def ask_process(module: str, task: Any, *, timeout: float | None, folder: Path | None = None) -> Any:
+    """Let a new process answer.
+
+    Args:
+        module: Which it runs; it calls `read_task` and `answer_task`.
+        task: For it, in types that JSON knows.
+        timeout: Wall time in which it should answer [s], once it has started; it is ended some time later. None: no
+            limit.
+        folder: Where it runs; None: where this process does.
+
+    Returns:
+        The answer.
+
+    Raises:
+        SimcoreError: The process has ended without one; the text has its last words.
+    """
+    with tempfile.TemporaryDirectory(prefix="simcore-run-", ignore_cleanup_errors=True) as name:
+        file, said = Path(name, "task"), Path(name, "said")
+        file.write_text(json.dumps(task), encoding="utf-8")
+        with said.open("wb") as stream:
+            process = subprocess.Popen(
+                [sys.executable, "-m", module, str(file)],
+                cwd=folder,
+                stdin=subprocess.DEVNULL,
+                stdout=stream,
+                stderr=subprocess.STDOUT,
+                env={**os.environ, "PYTHONHASHSEED": "0", "PYTHONPATH": _python_path()},
+            )
+            try:
+                code = process.wait(None if timeout is None else _START + timeout + GRACE)
+            except subprocess.TimeoutExpired:
+                raise SimcoreError(f"took longer than {timeout:g} s of wall time, and its process was ended") from None
+            finally:
+                process.kill()
+                process.wait()
+        answer = Path(f"{file}.out")
+        if answer.exists():
+            return json.loads(answer.read_text(encoding="utf-8"))
+        words = " ".join(said.read_text("utf-8", "replace")[-_LAST_WORDS:].split())
+        raise SimcoreError(f"its process died ({_how(code)})" + (f"; its last words: {words}" if words else ""))
+
+
+def read_task() -> Any:
+    """What `ask_process` asks this process."""
+    return json.loads(Path(sys.argv[1]).read_text(encoding="utf-8"))
+
+
+def answer_task(answer: Any) -> None:
+    """Answer `ask_process`; half an answer cannot be seen."""
+    half = Path(f"{sys.argv[1]}.half")
+    half.write_text(json.dumps(answer), encoding="utf-8")
+    half.rename(f"{sys.argv[1]}.out")
+
+
+def _python_path() -> str:
+    """What this process imports from, the folder that it was started in as well."""
+    return os.pathsep.join(os.path.abspath(part) for part in sys.path)
+
+
+def _how(code: int) -> str:
+    if code >= 0:
+        return f"exit {code}"
+    try:
+        return signal.Signals(-code).name
+    except ValueError:
+        return f"signal {-code}"

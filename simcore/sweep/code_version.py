@@ -1,0 +1,76 @@
+"""Which code a run was played with: the version of simcore, and a digest of the sources that a result depends on."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Iterable
+from functools import cache
+from importlib.util import find_spec
+from pathlib import Path
+
+import simcore
+from simcore.errors import ConfigError
+
+__all__ = ["code_version", "files_digest", "module_digest", "project_digest"]
+
+_APART = ("new_game", "show", "testing")
+"""Packages of simcore that no result of a run depends on."""
+_SOURCES = (".json", ".obj", ".py", ".toml")
+_OUTPUTS = ("__pycache__", "out", "test_output", "tests", "venv", "env", "build", "dist", "ctre_sim", "logs")
+"""Folders of a robot project that its robot does not read."""
+
+
+@cache
+def code_version() -> str:
+    """Of simcore in this process, e.g. `1.0.0+3f2a9c01`: equal where runs come out equal.
+
+    The digest tells a changed checkout from the release that it began as.
+    """
+    package = Path(simcore.__file__).parent
+    files = (file for file in package.rglob("*.py") if file.relative_to(package).parts[0] not in _APART)
+    return f"{simcore.__version__}+{files_digest(files, package)[:8]}"
+
+
+@cache
+def module_digest(name: str) -> str:
+    """Of a module's file, or of all sources of a package.
+
+    Raises:
+        ConfigError: There is no such module.
+    """
+    try:
+        spec = find_spec(name)
+    except (ImportError, ValueError):
+        spec = None
+    if spec is None or spec.origin is None:
+        raise ConfigError(f"no module named {name!r}: it must be found from where the sweep is started")
+    file = Path(spec.origin)
+    if not spec.submodule_search_locations:
+        return files_digest([file], file.parent)
+    return files_digest((f for f in file.parent.rglob("*") if f.suffix in _SOURCES), file.parent)
+
+
+def project_digest(folder: Path) -> str:
+    """Of a robot project: its code, `simcore.toml`, and what it deploys."""
+    files = []
+    for file in folder.rglob("*"):
+        inside = file.relative_to(folder).parts
+        is_read = inside[0] == "deploy" or file.suffix in _SOURCES
+        if is_read and file.is_file() and not any(part in _OUTPUTS or part.startswith(".") for part in inside):
+            files.append(file)
+    return files_digest(files, folder)
+
+
+def files_digest(files: Iterable[Path], base: Path) -> str:
+    """Of names and contents, 64 hexadecimal digits.
+
+    Args:
+        files: In any order.
+        base: Folder that names are relative to.
+    """
+    total = hashlib.sha256()
+    for file in sorted(files):
+        total.update(f"{file.relative_to(base).as_posix()}\n".encode())
+        # as git may have checked it out on another system
+        total.update(hashlib.sha256(file.read_bytes().replace(b"\r\n", b"\n")).digest())
+    return total.hexdigest()

@@ -1,0 +1,287 @@
+"""An experiment: which runs to play, in a frozen description that any process can read and that names their results."""
+
+from __future__ import annotations
+
+import hashlib
+import itertools
+import json
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import asdict, dataclass, field, fields, replace
+from importlib.metadata import entry_points
+from pathlib import Path
+from typing import Any, Literal
+
+from simcore.errors import ConfigError, UnknownNameError
+from simcore.match.registry import GROUP, find_game
+from simcore.match.scatter import Scatter
+from simcore.physics.engine_choice import choose_engine
+from simcore.quantities import COUNT, DURATION, Quantity, require, require_fields, shown
+from simcore.sweep.code_version import code_version, files_digest, module_digest, project_digest
+from simcore.sweep.factors import Factor, FactorValue
+from simcore.sweep.run_metrics import metric_name
+
+__all__ = ["DESIGNS", "SAMPLED", "Experiment", "PlannedRun", "StopRule"]
+
+SAMPLED = ("random", "latin", "sobol", "morris", "saltelli")
+"""Designs that take values from all of a factor's range or distribution: drawn by chance; Latin hypercube; Sobol
+sequence; trajectories of Morris; Saltelli's design for Sobol indices. The last two have more points than `samples`."""
+DESIGNS = ("grid", "list", *SAMPLED, "points")
+"""How the values of several factors are combined: all with all; the first of each, the second of each, and so on;
+sampled; or as `points` says."""
+_SEED = Quantity("", 0, 2**63 - 1, is_whole=True)
+_MOST_RUNS = 10_000_000
+
+
+@dataclass(frozen=True, slots=True)
+class PlannedRun:
+    """One run of an experiment."""
+
+    number: int
+    """From 0."""
+    point: int
+    """Number of the combination of values."""
+    seed: int
+    values: dict[str, FactorValue]
+    """Of the factors, by name."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class StopRule:
+    """When enough is known: asked after each round, which is one seed at every point.
+
+    So which runs count depends neither on the number of workers nor on who is first; `seconds` alone is by the clock.
+    """
+
+    condition: str = ""
+    """What a run should achieve, e.g. `score >= 30`; stop when its share is known at every point. Empty: not asked."""
+    width: float = 0.1
+    """Half the width of the 95 % interval of this share (Wilson) that is good enough [-]."""
+    least: int = 10
+    """Rounds before the share is asked for."""
+    errors: int | None = None
+    """Stop after the round with which so many runs have failed; None: never."""
+    seconds: float | None = None
+    """Wall time after which no further run begins [s]; None: no limit."""
+
+    def __post_init__(self) -> None:
+        require_fields(
+            self,
+            width=Quantity("", 0.0, 0.5, is_open=True),
+            least=Quantity("", 1, 10_000_000, is_whole=True),
+            errors=Quantity("", 1, 10_000_000, is_whole=True),
+            seconds=Quantity("s", 0.0, 1e8, is_open=True),
+        )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Experiment:
+    """Which runs to play: of a game with its scripted autos, or of a robot project.
+
+    All of it is plain values, paths and names, so that it fits into JSON, on any machine of a cluster.
+
+    Example:
+        >>> experiment = Experiment(auto="left", factors=(Factor("robot.mass", (45.0, 60.0)),), seeds=range(3))
+        >>> [(run.number, run.point, run.seed, run.values["robot.mass"]) for run in experiment.runs()][:3]
+        [(0, 0, 0, 45.0), (1, 1, 0, 60.0), (2, 0, 1, 45.0)]
+    """
+
+    game: str | None = None
+    """Name of an installed game, or `module:name` of any; None: the newest that is installed, or the project's."""
+    auto: str | None = None
+    """Name of an auto of the game, or in the chooser of a project; None: the first, or what is chosen."""
+    alliance: Literal["blue", "red"] = "blue"
+    seconds: float | None = None
+    """How long a run is, simulated [s]; None: the game's autonomous period."""
+    options: tuple[str, ...] = ()
+    """Names of options of the game that are on."""
+    engine: str | None = None
+    """Name of the physics engine; None: see `engine_choice`."""
+    robot: str | None = None
+    """`module:function` that returns a `RobotConfig`, or the path of a `simcore.toml`; None: the game's own robot."""
+    project: str | None = None
+    """Folder of a robot project, whose own code plays, each run in a process of its own."""
+    scatter: Scatter | None = None
+    """How large the spreads are; None: every run of a setup is the same but for what the seed decides anyway."""
+    factors: tuple[Factor, ...] = ()
+    design: str = "grid"
+    """One of `DESIGNS`."""
+    samples: int = 0
+    """Size of a design in `SAMPLED`: its points, trajectories of `morris`, base samples of `saltelli`."""
+    points: tuple[tuple[FactorValue, ...], ...] = ()
+    """Of the design `points`: a row a point, a value for each factor in their order."""
+    seeds: tuple[int, ...] = (0,)
+    """Each is played at every point."""
+    metrics: tuple[str, ...] = ()
+    """Names of metrics, and `module:function` of one's own, which get a `PlayedRun`; none: all that are measured
+    anyway, and the game's breakdown."""
+    timeout: float | None = None
+    """Wall time after which a run is ended and counts as failed [s]; None: as long as it takes."""
+    stop: StopRule = field(default_factory=StopRule)
+
+    def __post_init__(self) -> None:
+        for name in ("options", "factors", "seeds"):
+            object.__setattr__(self, name, tuple(getattr(self, name)))
+        object.__setattr__(self, "points", tuple(tuple(point) for point in self.points))
+        object.__setattr__(self, "metrics", tuple(metric_name(metric) for metric in self.metrics))
+        for name in ("robot", "project"):
+            if isinstance(getattr(self, name), Path):
+                object.__setattr__(self, name, str(getattr(self, name)))
+        require_fields(self, seconds=DURATION, timeout=DURATION, samples=COUNT)
+        if self.alliance not in ("blue", "red"):
+            raise ConfigError(f"Experiment: alliance must be 'blue' or 'red', got {shown(self.alliance)}")
+        if self.robot is not None and self.project is not None:
+            raise ConfigError("Experiment: give a robot or a project; the project's own code describes its robot")
+        if not self.seeds or len(set(self.seeds)) < len(self.seeds):
+            raise ConfigError(f"Experiment: seeds must be different whole numbers, at least one, got {self.seeds}")
+        for seed in self.seeds:
+            require("Experiment", "seed", seed, _SEED)
+        names = [factor.name for factor in self.factors]
+        if len(set(names)) < len(names):
+            raise ConfigError(f"Experiment: factors must differ, got {names}")
+        self._require_design()
+
+    def _require_design(self) -> None:
+        if self.design not in DESIGNS:
+            raise UnknownNameError("design", self.design, DESIGNS)
+        drawn = [factor.name for factor in self.factors if factor.distribution is not None]
+        if self.design in ("grid", "list") and drawn:
+            raise ConfigError(
+                f"Experiment: {', '.join(drawn)} is drawn from a distribution, so the design must be one of "
+                f"{', '.join(SAMPLED)} with a number of samples, got {self.design!r}"
+            )
+        lengths = {len(factor.values) for factor in self.factors}
+        if self.design == "list" and len(lengths) > 1:
+            raise ConfigError(f"Experiment: a list needs as many values of each factor, got {sorted(lengths)}")
+        if self.design in SAMPLED and not (self.samples and self.factors):
+            raise ConfigError(f"Experiment: design {self.design!r} needs factors and samples > 0, got {self.samples}")
+        if self.design == "points":
+            for point in self.points:
+                if len(point) != len(self.factors):
+                    raise ConfigError(
+                        f"Experiment: a point needs {len(self.factors)} values, one for each factor, got {shown(point)}"
+                    )
+            if not self.points:
+                raise ConfigError("Experiment: design 'points' needs points")
+        elif self.points:
+            raise ConfigError(f"Experiment: points belong to the design 'points', got {self.design!r}")
+        count = self.count
+        if count > _MOST_RUNS:
+            raise ConfigError(f"Experiment: {count} runs are too many, at most {_MOST_RUNS} are")
+
+    # --- the runs ---------------------------------------------------------------------------------------------------
+
+    @property
+    def count(self) -> int:
+        """Of all runs."""
+        lengths = [len(factor.values) for factor in self.factors]
+        points = {
+            "grid": math.prod(lengths),
+            "list": lengths[0] if lengths else 1,
+            "points": len(self.points),
+            "morris": self.samples * (len(self.factors) + 1),
+            "saltelli": self.samples * (len(self.factors) + 2),
+        }.get(self.design, self.samples)
+        return points * len(self.seeds)
+
+    def design_points(self) -> list[tuple[FactorValue, ...]]:
+        """The combinations of values, each with a value for each factor in their order."""
+        if self.design == "points":
+            return list(self.points)
+        if self.design == "grid":
+            return list(itertools.product(*(factor.values for factor in self.factors)))
+        if self.design == "list":
+            return list(zip(*(factor.values for factor in self.factors), strict=True)) or [()]
+        return [
+            tuple(factor.at(share) for factor, share in zip(self.factors, row, strict=True))
+            for row in _shares(self.design, self.samples, len(self.factors))
+        ]
+
+    def runs(self) -> list[PlannedRun]:
+        """All runs: the first seed at every point, then the second, and so on."""
+        names = [factor.name for factor in self.factors]
+        points = [dict(zip(names, point, strict=True)) for point in self.design_points()]
+        rounds = enumerate(itertools.product(self.seeds, enumerate(points)))
+        return [PlannedRun(number, point, seed, values) for number, (seed, (point, values)) in rounds]
+
+    @property
+    def common(self) -> Experiment:
+        """What all runs share; a `PlannedRun` has the rest. This is what goes to workers with each run."""
+        return replace(self, factors=(), design="grid", samples=0, points=(), seeds=(0,), stop=StopRule())
+
+    # --- names of results -------------------------------------------------------------------------------------------
+
+    @property
+    def key(self) -> str:
+        """Of all of this description and the code that plays it, 16 hexadecimal digits."""
+        return _short_hash({**self.to_json(), "code": self._code()})
+
+    def run_keys(self, runs: list[PlannedRun]) -> list[str]:
+        """Of runs, each 20 hexadecimal digits: equal where the result is, in this experiment and in others."""
+        apart = ("factors", "design", "samples", "points", "seeds", "timeout", "stop")
+        common = {name: value for name, value in self.to_json().items() if name not in apart}
+        common |= {"engine": choose_engine(self.engine), "code": self._code()}
+        base = _short_hash(common)
+        return [_short_hash([base, run.seed, sorted(run.values.items())], 20) for run in runs]
+
+    def _code(self) -> dict[str, str]:
+        """Digests of everything that a result depends on beside the description."""
+        found = {"simcore": code_version(), "game": module_digest(self._game_module())}
+        for name in (*self.metrics, self.robot or ""):
+            module, colon, _ = name.partition(":")
+            if colon and not Path(name).exists():
+                found[name] = module_digest(module)
+        if self.robot and Path(self.robot).is_file():
+            found["robot"] = files_digest([Path(self.robot)], Path(self.robot).parent)
+        if self.project is not None:
+            found["project"] = project_digest(Path(self.project))
+        return found
+
+    def _game_module(self) -> str:
+        if self.game is not None and ":" in self.game:
+            return self.game.partition(":")[0]
+        game = find_game(self.game, say=str)
+        (point,) = (point for point in entry_points(group=GROUP) if point.name == game.name)
+        return point.module
+
+    # --- as JSON ----------------------------------------------------------------------------------------------------
+
+    def to_json(self) -> dict[str, Any]:
+        """In plain types, for `from_json`."""
+        data = {part.name: getattr(self, part.name) for part in fields(self)}
+        data["factors"] = [factor.to_json() for factor in self.factors]
+        data["stop"] = asdict(self.stop)
+        data["scatter"] = None if self.scatter is None else self.scatter.text
+        return data
+
+    @classmethod
+    def from_json(cls, data: Mapping[str, Any]) -> Experiment:
+        """What `to_json` wrote, also after JSON has made lists of its rows."""
+        values = dict(data)
+        values["factors"] = tuple(Factor.from_json(factor) for factor in data["factors"])
+        values["stop"] = StopRule(**data["stop"])
+        if data["scatter"] is not None:
+            values["scatter"] = Scatter.parse(data["scatter"])
+        return cls(**values)
+
+
+def _shares(design: str, samples: int, factors: int) -> list[list[float]]:
+    """Points of the unit cube, the same in every process; all inside it, where quantiles are finite."""
+    import numpy as np
+    from scipy.stats import qmc
+
+    from simcore.sweep.sensitivity import morris_points, saltelli_points
+
+    makers: dict[str, Callable[[], Any]] = {
+        "random": lambda: np.random.default_rng(0).random((samples, factors)),
+        "latin": lambda: qmc.LatinHypercube(factors, seed=0).random(samples),
+        "sobol": lambda: qmc.Sobol(factors, seed=0).random(samples),
+        "morris": lambda: morris_points(samples, factors),
+        "saltelli": lambda: saltelli_points(samples, factors),
+    }
+    rows: list[list[float]] = np.clip(makers[design](), 1e-9, 1.0 - 1e-9).tolist()
+    return rows
+
+
+def _short_hash(data: Any, digits: int = 16) -> str:
+    return hashlib.sha256(json.dumps(data, sort_keys=True).encode()).hexdigest()[:digits]

@@ -1,0 +1,177 @@
+"""One run of an experiment, from its plan to its row of the table. Whatever goes wrong in it is in the row."""
+
+from __future__ import annotations
+
+import os
+import traceback
+from dataclasses import replace
+from functools import lru_cache
+from pathlib import Path
+from threading import Lock
+from time import process_time
+from typing import Any
+
+from simcore.errors import ConfigError, SimcoreError
+from simcore.match.game import Game
+from simcore.match.registry import find_game
+from simcore.match.runner import play_auto
+from simcore.robot.dc_motor import motor
+from simcore.robot.robot_config import RobotConfig
+from simcore.robot.swerve_config import SwerveConfig
+from simcore.robot_file.reader import read_settings
+from simcore.sweep.code_version import code_version
+from simcore.sweep.experiment import Experiment, PlannedRun
+from simcore.sweep.factor_paths import RunSetup, vary
+from simcore.sweep.project_runs import play_project, require_project
+from simcore.sweep.run_metrics import PlayedRun, measure, named_object
+from simcore.sweep.time_limit import time_limit
+
+__all__ = [
+    "failed_row", "planned_values", "play_run", "play_values", "require_playable_runs", "robot_of", "sentence_of",
+    "setup_of",
+]  # fmt: skip
+
+_one_at_a_time = Lock()  # a worker of a cluster may have several threads; a run has the process to itself
+
+
+def play_run(experiment: Experiment, planned: PlannedRun) -> dict[str, Any]:
+    """The row of a run: run, point, seed, factors, metrics, digest, version, error, cpu_seconds.
+
+    Args:
+        experiment: What is played.
+        planned: Which run of it.
+
+    Returns:
+        A value for each column, in plain types. `error` is empty, or a sentence; metrics are left out then.
+    """
+    with _one_at_a_time:
+        start = process_time()
+        try:
+            with time_limit(experiment.timeout):
+                measured = play_values(experiment, planned)
+        except Exception as error:
+            row = failed_row(planned, sentence_of(error))
+        else:
+            row = {**planned_values(planned), **measured, "version": code_version(), "error": ""}
+        row["cpu_seconds"] = row.get("cpu_seconds", 0.0) + process_time() - start
+        return row
+
+
+def play_values(experiment: Experiment, planned: PlannedRun) -> dict[str, Any]:
+    """Metrics and digest of a run; errors pass through.
+
+    Raises:
+        SimcoreError: The run cannot be.
+    """
+    if experiment.project is not None:
+        return play_project(experiment, planned)
+    setup = vary(setup_of(experiment), planned.values)
+    played = play_auto(
+        setup.game,
+        setup.auto,
+        alliance=setup.alliance,
+        seconds=setup.seconds,
+        seed=planned.seed,
+        robot=setup.robot,
+        scatter=setup.scatter,
+        options=experiment.options,
+        engine=setup.engine,
+    )
+    with played.match:
+        metrics = measure(PlayedRun(played.match, played.path), experiment.metrics)
+        return {**metrics, "digest": played.report.digest}
+
+
+def failed_row(planned: PlannedRun, error: str) -> dict[str, Any]:
+    """The row of a run that has come to nothing."""
+    return {**planned_values(planned), "version": code_version(), "error": error, "cpu_seconds": 0.0}
+
+
+def planned_values(planned: PlannedRun) -> dict[str, Any]:
+    """Those columns of a run's row that the plan knows."""
+    return {"run": planned.number, "point": planned.point, "seed": planned.seed, **planned.values}
+
+
+def sentence_of(error: BaseException) -> str:
+    """What went wrong, in one line, with the place in the code if it was no error that simcore raises on purpose."""
+    text = " ".join(str(error).split())
+    if isinstance(error, SimcoreError):
+        return text
+    places = traceback.extract_tb(error.__traceback__)
+    at = f" ({os.path.basename(places[-1].filename)}, line {places[-1].lineno})" if places else ""
+    return f"{type(error).__name__}: {text}{at}"
+
+
+@lru_cache(maxsize=4)
+def setup_of(experiment: Experiment) -> RunSetup:
+    """What the runs of an experiment are played with before any factor.
+
+    Raises:
+        SimcoreError: Game, auto or robot are not there.
+    """
+    game = _game(experiment.game)
+    return RunSetup(
+        game=game,
+        auto=game.auto(experiment.auto),
+        robot=robot_of(experiment.robot, game),
+        scatter=experiment.scatter,
+        alliance=experiment.alliance,
+        seconds=experiment.seconds,
+        engine=experiment.engine,
+    )
+
+
+def require_playable_runs(experiment: Experiment) -> None:
+    """Refuse before the first run what no run, or no run with a listed value, can be played with.
+
+    Raises:
+        SimcoreError: A game, auto, robot, factor or value cannot be; the text says what would work.
+    """
+    if experiment.project is not None:
+        require_project(experiment)
+        return
+    setup = setup_of(experiment)
+    for factor in experiment.factors:
+        values = factor.values or (factor.at(0.5),)
+        for value in values:
+            vary(setup, {factor.name: value})
+
+
+def _game(name: str | None) -> Game:
+    if name is None or ":" not in name:
+        return find_game(name, say=str)
+    game = named_object(name, "game")
+    if not isinstance(game, Game):
+        raise ConfigError(f"game {name!r} must be a Game, got a {type(game).__name__}")
+    return game
+
+
+def robot_of(name: str | None, game: Game) -> RobotConfig:
+    """The game's own robot, what a function returns, or what a file describes on the game's own drivetrain.
+
+    Args:
+        name: None; `module:function`; or the path of a `simcore.toml`.
+        game: Whose drivetrain a file's robot has.
+
+    Raises:
+        ConfigError: There is no such file or function, or it gives no robot.
+    """
+    own = game.robot()
+    if name is None:
+        return own
+    if name.endswith(".toml"):
+        if not Path(name).is_file():
+            raise ConfigError(f"robot: there is no file {name!r}")
+        settings = read_settings(Path(name))
+        drivetrain = replace(own.drivetrain, mass=settings.mass)
+        if isinstance(drivetrain, SwerveConfig):
+            motors = {"drive_motor": settings.drive_motor, "steer_motor": settings.steer_motor}
+            given = {part: motor(kind) for part, kind in motors.items() if kind is not None}
+            modules = (replace(m, wheel_cof=settings.wheel_cof, **given) for m in drivetrain.modules)  # type: ignore[arg-type]
+            drivetrain = replace(drivetrain, modules=tuple(modules))
+        return settings.robot_config(drivetrain, storage=own.storage)
+    made = named_object(name, "robot")
+    config = made() if callable(made) else made
+    if not isinstance(config, RobotConfig):
+        raise ConfigError(f"robot {name!r} must return a RobotConfig, got a {type(config).__name__}")
+    return config

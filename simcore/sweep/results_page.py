@@ -1,0 +1,252 @@
+"""What came of a sweep as one HTML file without network, and as text for a terminal."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from html import escape
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from simcore.match.registry import find_game
+from simcore.show.page import page_style
+from simcore.sweep.result_drawings import ResultDrawing, effects_of, main_metric, varied_metrics
+from simcore.sweep.sweep_charts import number_text
+from simcore.sweep.sweep_statistics import PERCENTILES
+from simcore.telemetry.sinks import output_error
+
+if TYPE_CHECKING:
+    from simcore.sweep.results import Results
+
+__all__ = ["summary_text", "write_results_page"]
+
+_MOST_GROUPS = 12
+_MOST_RUNS = 10
+_MOST_ERRORS = 20
+_HEADS = ("metric", *("median" if q == 50 else f"{q:g} %" for q in PERCENTILES))
+
+Table = tuple[Sequence[str], list[list[str]]]
+
+
+def summary_text(results: Results, condition: str = "") -> str:
+    """What a terminal shows: counts, shares of success, percentiles, what matters most.
+
+    Args:
+        results: Of a sweep.
+        condition: What a success is; empty: nothing is.
+    """
+    lines = [_headline(results)]
+    if condition:
+        lines += ["", f"{condition}: {results.success(condition)}"]
+        for factor in results.factors:
+            if results.table[factor].nunique() in range(2, _MOST_GROUPS + 1):
+                shares = results.success_by(factor, condition)
+                lines += [f"  {factor} = {number_text(value)}: {share}" for value, share in shares.items()]
+    heads, rows = _percentile_table(results)
+    if rows:
+        lines += ["", *_aligned([list(heads), *rows])]
+    main = main_metric(results, condition)
+    effects = _effect_table(results, main)
+    if effects[1]:
+        lines += ["", f"what moves {main}:", *_aligned([list(effects[0]), *effects[1]])]
+    failures = results.failures
+    if len(failures):
+        lines += ["", f"{_count(len(failures), 'run')} ended with an error:"]
+        lines += [
+            f"  {said} ({_count(count, 'run')})" for said, count in failures["error"].value_counts().head(5).items()
+        ]
+    return "\n".join(lines)
+
+
+def write_results_page(
+    path: str | Path, results: Results, drawings: Sequence[ResultDrawing], condition: str = ""
+) -> None:
+    """Write the page; missing folders are made.
+
+    Args:
+        path: By custom a `.html` file.
+        results: Of a sweep.
+        drawings: On it.
+        condition: What a success is; empty: nothing is.
+
+    Raises:
+        OutputError: The file cannot be written.
+    """
+    path = Path(path)
+    main = main_metric(results, condition)
+    figures = "\n".join(
+        f'<figure class="{"side" if drawing.is_wide else "chart"}"><figcaption><strong>{escape(drawing.title)}</strong>'
+        f" <span>{escape(drawing.note)}</span></figcaption>{drawing.drawing}</figure>"
+        for drawing in drawings
+    )
+    tables = "".join(
+        _table_html(title, *table)
+        for title, table in (
+            (f"Share of {condition}", _share_table(results, condition)),
+            ("Percentiles of all runs", _percentile_table(results)),
+            (f"What moves {main}", _effect_table(results, main)),
+            (f"Runs with the lowest {main}", _lowest_table(results, main)),
+            ("Runs that ended with an error", _error_table(results)),
+        )
+        if table[1]
+    )
+    facts = "".join(f"<li><span>{escape(k)}</span><b>{escape(v)}</b></li>" for k, v in _facts(results, condition))
+    text = _PAGE.format(
+        title=escape(_title(results)),
+        note=escape(_headline(results)),
+        facts=facts,
+        figures=figures,
+        tables=tables,
+        style=page_style(),
+    )
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(text, encoding="utf-8")
+    except OSError as error:
+        raise output_error("page", path, error) from error
+
+
+_PAGE = """<!DOCTYPE html>
+<html lang="en">
+<head>
+<meta charset="utf-8">
+<meta name="viewport" content="width=device-width, initial-scale=1">
+<meta http-equiv="Content-Security-Policy" content="default-src 'none'; style-src 'unsafe-inline'">
+<title>{title}</title>
+<style>
+{style}.wide th, .wide td {{ white-space: nowrap; }}
+</style>
+</head>
+<body>
+<h1>{title}</h1>
+<p class="note">{note}</p>
+<ul class="facts">{facts}</ul>
+<div class="charts">
+{figures}
+</div>
+<div class="tables">{tables}</div>
+</body>
+</html>
+"""
+
+
+# --- words --------------------------------------------------------------------------------------------------------
+
+
+def _title(results: Results) -> str:
+    experiment = results.experiment
+    what = experiment.project or experiment.game or find_game(None, say=str).name
+    return f"Sweep: {what}, {f'auto {experiment.auto}' if experiment.auto else 'its first auto'}"
+
+
+def _headline(results: Results) -> str:
+    table = results.table
+    points, seeds = table["point"].nunique(), table["seed"].nunique()
+    varied = f" at {_count(points, 'point')} of {', '.join(results.factors)}" if results.factors else ""
+    failed = len(results.failures)
+    errors = f"; {failed} ended with an error" if failed else ""
+    return f"{_count(len(table), 'run')}{varied}, {_count(seeds, 'seed')}{errors}"
+
+
+def _count(number: int, noun: str) -> str:
+    return f"{number} {noun}" if number == 1 else f"{number} {noun}s"
+
+
+def _facts(results: Results, condition: str) -> Iterator[tuple[str, str]]:
+    table = results.table
+    yield "runs", str(len(table))
+    if condition:
+        share = results.success(condition)
+        yield condition, f"{100 * share.value:.0f} %"
+        yield "95 % interval of it", f"{100 * share.lower:.0f} to {100 * share.upper:.0f} %"
+    main = main_metric(results, condition)
+    if main:
+        low, middle, high = results.percentiles(main, (5, 50, 95)).iloc[0]
+        yield f"median {main}", number_text(middle)
+        yield f"{main} of 90 % of the runs", f"{number_text(low)} to {number_text(high)}"
+    if len(results.failures):
+        yield "errors", str(len(results.failures))
+    if "cpu_seconds" in table:
+        yield "processor time a run", f"{table['cpu_seconds'].median():.1f} s"
+
+
+# --- tables -------------------------------------------------------------------------------------------------------
+
+
+def _share_table(results: Results, condition: str) -> Table:
+    heads = ("runs", "successes", "share", "95 % interval")
+    rows = []
+    if condition:
+        groups = {"all": results.success(condition)}
+        for factor in results.factors:
+            if results.table[factor].nunique() in range(2, _MOST_GROUPS + 1):
+                found = results.success_by(factor, condition)
+                groups |= {f"{factor} = {number_text(value)}": share for value, share in found.items()}
+        rows = [
+            [name, f"{share.k} of {share.n}", f"{100 * share.value:.0f} %",
+             f"{100 * share.lower:.0f} to {100 * share.upper:.0f} %"]
+            for name, share in groups.items()
+        ]  # fmt: skip
+    return heads, rows
+
+
+def _percentile_table(results: Results) -> Table:
+    rows = []
+    for metric in varied_metrics(results):
+        values = results.percentiles(metric).iloc[0]
+        rows.append([metric, *(number_text(float(value)) for value in values)])
+    return _HEADS, rows
+
+
+def _effect_table(results: Results, metric: str) -> Table:
+    effects = effects_of(results, metric) if metric and results.factors else ()
+    heads: tuple[str, ...] = ("factor", effects[0].method if effects else "", "at lowest", "at highest")
+    has_total = any(math.isfinite(effect.total) for effect in effects)
+    rows = []
+    for effect in effects:
+        margin = f" ± {effect.margin:.2g}" if math.isfinite(effect.margin) else ""
+        ends = [f"{number_text(effect.at_low)} ({number_text(effect.low)})"]
+        ends.append(f"{number_text(effect.at_high)} ({number_text(effect.high)})")
+        total = [number_text(effect.total)] if has_total else []
+        rows.append([effect.factor, f"{number_text(effect.index)}{margin}", *total, *ends])
+    return ((*heads[:2], "with others", *heads[2:]) if has_total else heads), rows
+
+
+def _lowest_table(results: Results, metric: str) -> Table:
+    if not metric:
+        return (), []
+    runs = results.whole.sort_values([metric, "run"]).head(_MOST_RUNS)
+    heads = ("run", "seed", *results.factors, *varied_metrics(results)[:6])
+    return heads, [[_cell(row[name]) for name in heads] for _, row in runs.iterrows()]
+
+
+def _error_table(results: Results) -> Table:
+    heads = ("run", "seed", *results.factors, "error")
+    runs = results.failures.sort_values("run").head(_MOST_ERRORS)
+    return heads, [[_cell(row[name]) for name in heads] for _, row in runs.iterrows()]
+
+
+def _cell(value: Any) -> str:
+    return value if isinstance(value, str) else number_text(float(value))
+
+
+def _table_html(title: str, heads: Sequence[str], rows: list[list[str]]) -> str:
+    head = "".join(f"<th scope=col>{escape(name)}</th>" for name in heads)
+    body = "".join(
+        f"<tr><th scope=row>{escape(row[0])}</th>{''.join(f'<td>{escape(cell)}</td>' for cell in row[1:])}</tr>"
+        for row in rows
+    )
+    return (
+        f'<details open><summary>{escape(title)}</summary><div class="wide"><table><thead><tr>{head}</tr></thead>'
+        f"<tbody>{body}</tbody></table></div></details>"
+    )
+
+
+def _aligned(rows: list[list[str]]) -> list[str]:
+    """Columns under each other, the first to the left and the others to the right."""
+    widths = [max(len(cell) for cell in column) for column in zip(*rows, strict=True)]
+    return [
+        "  ".join(cell.rjust(width) if k else cell.ljust(width) for k, (cell, width) in
+                  enumerate(zip(row, widths, strict=True))).rstrip()
+        for row in rows
+    ]  # fmt: skip

@@ -1,0 +1,125 @@
+"""Where rows of runs are kept: an SQLite file that each row is written to as it comes, so that a sweep can go on."""
+
+from __future__ import annotations
+
+import json
+import sqlite3
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from simcore.errors import ConfigError, OutputError
+from simcore.sweep.experiment import Experiment
+
+__all__ = ["FILE_NAME", "RunStore"]
+
+FILE_NAME = "runs.sqlite"
+_TABLES = """
+CREATE TABLE IF NOT EXISTS experiments (
+    number INTEGER PRIMARY KEY AUTOINCREMENT, key TEXT UNIQUE NOT NULL, description TEXT NOT NULL
+);
+CREATE TABLE IF NOT EXISTS runs (key TEXT PRIMARY KEY, error TEXT NOT NULL, row TEXT NOT NULL);
+"""
+_AT_ONCE = 500  # names in one question; SQLite allows 999 in its oldest versions
+_BUSY = 30.0  # [s]; another sweep may be writing to the same file
+
+
+class RunStore:
+    """Rows by the keys of their runs, and the experiments that they were played for.
+
+    A disk that is full, or a file that cannot be written any more, stops no sweep: rows stay in memory, are tried again
+    with each further one, and `problem` says what is wrong.
+
+    Args:
+        folder: Of the file; made if it is not there.
+        must_exist: Refuse a folder without the file.
+
+    Raises:
+        OutputError: It cannot be made or read.
+    """
+
+    def __init__(self, folder: Path, *, must_exist: bool = False) -> None:
+        self.path = folder / FILE_NAME
+        if must_exist and not self.path.is_file():
+            raise OutputError(f"{folder}: there are no runs in it: no file {FILE_NAME}")
+        self.problem = ""
+        """Why the last row could not be written; empty: it was."""
+        self._unsaved: dict[str, tuple[str, str]] = {}
+        try:
+            folder.mkdir(parents=True, exist_ok=True)
+            self._base = sqlite3.connect(self.path, timeout=_BUSY, isolation_level=None)
+            self._base.execute("PRAGMA synchronous = NORMAL")
+            self._base.executescript(_TABLES)
+        except (OSError, sqlite3.Error) as error:
+            raise OutputError(f"{self.path} cannot be written: {_reason(error)}") from error
+
+    def close(self) -> None:
+        """Write what could not be written before, and close; `problem` says if it still cannot."""
+        self._write()
+        self._base.close()
+
+    @property
+    def unsaved(self) -> int:
+        """Rows that are in memory only."""
+        return len(self._unsaved)
+
+    def note(self, experiment: Experiment) -> None:
+        """Remember what is played, as the newest."""
+        key, description = experiment.key, json.dumps(experiment.to_json())
+        try:
+            self._base.execute("DELETE FROM experiments WHERE key = ?", (key,))
+            self._base.execute("INSERT INTO experiments (key, description) VALUES (?, ?)", (key, description))
+        except sqlite3.Error as error:
+            raise OutputError(f"{self.path} cannot be written: {_reason(error)}") from error
+
+    def experiment(self) -> Experiment:
+        """The newest one.
+
+        Raises:
+            ConfigError: There is none.
+        """
+        found = self._base.execute("SELECT description FROM experiments ORDER BY number DESC LIMIT 1").fetchone()
+        if found is None:
+            raise ConfigError(f"{self.path} has no experiment in it")
+        return Experiment.from_json(json.loads(found[0]))
+
+    def add(self, key: str, row: dict[str, Any]) -> None:
+        """Keep the row of a run; it replaces one of the same key."""
+        self._unsaved[key] = (row["error"], json.dumps(row))
+        self._write()
+
+    def rows(self, keys: Sequence[str], *, failed: bool = False) -> dict[str, dict[str, Any]]:
+        """Those of these runs that are there, by key.
+
+        Args:
+            keys: Of runs.
+            failed: Whether those that failed count, too.
+        """
+        found: dict[str, dict[str, Any]] = {}
+        for start in range(0, len(keys), _AT_ONCE):
+            some = keys[start : start + _AT_ONCE]
+            marks = ",".join("?" * len(some))
+            which = "" if failed else " AND error = ''"
+            cursor = self._base.execute(f"SELECT key, row FROM runs WHERE key IN ({marks}){which}", some)
+            found.update((key, json.loads(row)) for key, row in cursor)
+        return found
+
+    def _write(self) -> None:
+        rows = [(key, error, row) for key, (error, row) in self._unsaved.items()]
+        if not rows:
+            return
+        try:
+            self._base.execute("BEGIN IMMEDIATE")
+            self._base.executemany("INSERT OR REPLACE INTO runs VALUES (?, ?, ?)", rows)
+            self._base.execute("COMMIT")
+        except sqlite3.Error as error:
+            self.problem = f"{self.path} cannot be written: {_reason(error)}"
+            if self._base.in_transaction:
+                self._base.execute("ROLLBACK")
+        else:
+            self.problem = ""
+            self._unsaved.clear()
+
+
+def _reason(error: Exception) -> str:
+    return str(getattr(error, "strerror", None) or error)

@@ -1,0 +1,306 @@
+"""`simcore sweep`: play an auto many times, and say how often it does what it should."""
+
+from __future__ import annotations
+
+import argparse
+import shlex
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from time import monotonic
+from typing import Any
+
+from rich.console import Console
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+
+from simcore.errors import ConfigError, SimcoreError, UnknownNameError
+from simcore.match.scatter import Scatter
+from simcore.physics.engine_choice import add_engine_option
+from simcore.quantities import Quantity, number_flag
+from simcore.robot_file.reader import read_settings
+from simcore.robot_file.robot_settings import FILE_NAME as ROBOT_FILE
+from simcore.sweep.api import sweep
+from simcore.sweep.column_expressions import names_in
+from simcore.sweep.experiment import DESIGNS, SAMPLED, Experiment, StopRule
+from simcore.sweep.factors import parse_factor
+from simcore.sweep.one_run import play_values
+from simcore.sweep.results import Results
+from simcore.sweep.run_metrics import METRICS
+from simcore.sweep.run_store import RunStore
+
+__all__ = ["add_arguments", "run"]
+
+_TIMEOUT = 600.0  # [s]; a whole match takes some tens
+_SAID_EVERY = 30.0  # [s]; where no bar can be drawn
+_MOST_SEEDS = 1_000_000
+_SECONDS = number_flag(Quantity("s", 0.0, 3600.0, is_open=True))
+_WALL = number_flag(Quantity("s", 0.0, 1e6, is_open=True))
+_COUNT = number_flag(Quantity("", 1, 1_000_000, is_whole=True))
+_WORKERS = number_flag(Quantity("", 0, 100_000, is_whole=True))
+_WIDTH = number_flag(Quantity("", 0.0, 0.5, is_open=True))
+_RUN = number_flag(Quantity("", 0, 10_000_000, is_whole=True))
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Options of the command."""
+    parser.add_argument("game", nargs="?", metavar="GAME", help="which game (default: the newest that is installed)")
+    parser.add_argument("--auto", metavar="NAME", help="which auto (default: the game's first, or the chooser's)")
+    parser.add_argument("--project", type=Path, metavar="FOLDER", help="the folder of a robot.py, whose own code plays")
+    parser.add_argument(
+        "--robot", metavar="FILE.toml", help=f"another robot than the game's own: a {ROBOT_FILE}, or module:function"
+    )
+    parser.add_argument(
+        "--seeds", type=_seeds, default=range(10), metavar="N", help="so many seeds, or 5:20, or 1,7,9 (default: 10)"
+    )
+    parser.add_argument(
+        "--set",
+        dest="factors",
+        action="append",
+        default=[],
+        type=_checked(parse_factor),
+        metavar="FACTOR=VALUES",
+        help="vary something: robot.mass=45:60:5, battery.charge=0.3,1, shooter.exit_efficiency=uniform(0.4,0.5), "
+        "robot.mass=normal(55,1); may be given again",
+    )
+    parser.add_argument(
+        "--design", choices=DESIGNS[:-1], help="how several factors are combined (default: grid, or latin)"
+    )
+    parser.add_argument(
+        "--samples", type=_COUNT, metavar="N", help=f"size of the designs {', '.join(SAMPLED)} (default: 20)"
+    )
+    parser.add_argument(
+        "--scatter",
+        type=_checked(Scatter.parse),
+        metavar="SPREADS",
+        help="by how much robot, pieces and shots differ from seed to seed: 1 is the default spreads, 0 none, "
+        "1,exit_speed=0.03 with one of them otherwise",
+    )
+    parser.add_argument("--success", default="", metavar="CONDITION", help="what a run should achieve: 'score >= 30'")
+    parser.add_argument(
+        "--until",
+        type=_WIDTH,
+        metavar="WIDTH",
+        help="stop when the share of successes is known to +-WIDTH at every point, e.g. 0.1",
+    )
+    parser.add_argument("--most-errors", type=_COUNT, metavar="N", help="stop when so many runs have failed")
+    parser.add_argument(
+        "--metric",
+        dest="metrics",
+        action="append",
+        default=[],
+        metavar="NAME",
+        help="measure this only, or a function of your own, module:function; may be given again",
+    )
+    parser.add_argument("--seconds", type=_SECONDS, metavar="S", help="simulated time (default: as long as auto is)")
+    parser.add_argument("--alliance", choices=("blue", "red"), default="blue", help="whose robot (default: blue)")
+    parser.add_argument(
+        "--option", action="append", default=[], metavar="NAME", help="an option of the game that is on"
+    )
+    add_engine_option(parser)
+    parser.add_argument(
+        "--timeout", type=_WALL, default=_TIMEOUT, metavar="S", help="wall time of one run (default: 600)"
+    )
+    parser.add_argument(
+        "-j", "--workers", type=_WORKERS, default=0, metavar="N", help="processes (default: 0, one for each core)"
+    )
+    parser.add_argument(
+        "--dask",
+        nargs="?",
+        const="",
+        metavar="ADDRESS",
+        help="play on a Dask cluster, e.g. tcp://10.0.0.5:8786; without an address on one of this machine",
+    )
+    parser.add_argument("--out", type=Path, metavar="FOLDER", help="for rows, table and page (default: out/AUTO)")
+    parser.add_argument(
+        "--repeat", type=_RUN, metavar="RUN", help="play one run of --out again, here, with all that it says"
+    )
+
+
+def run(options: argparse.Namespace) -> int:
+    """Play; returns the exit status: 0 all runs are there, 1 some have failed, 130 interrupted.
+
+    Raises:
+        SimcoreError: What was asked for cannot be.
+    """
+    if options.repeat is not None:
+        return _repeat(options)
+    experiment = _experiment(options)
+    out = options.out or Path("out") / (experiment.auto or "sweep").replace("/", "_")
+    progress = _Told(experiment.count)
+    try:
+        with progress:
+            results = sweep(
+                experiment,
+                workers=options.workers,
+                executor="joblib" if options.dask is None else "dask",
+                scheduler=options.dask or None,
+                out=out,
+                on_row=progress.tell,
+                say=_say,
+            )
+    except KeyboardInterrupt:
+        _say(
+            f"interrupted; {progress.done} of {experiment.count} runs are kept, and the same command goes on with them"
+        )
+        return 130
+    written = results.save(out, options.success)
+    print(results.summary(options.success))
+    _tell_failures(results, out)
+    print(f"\n{written.get('page.html', out)}")
+    return 1 if len(results.failures) else 0
+
+
+def _experiment(options: argparse.Namespace) -> Experiment:
+    is_drawn = any(factor.distribution is not None for factor in options.factors)
+    design = options.design or ("latin" if is_drawn or options.samples else "grid")
+    samples = (options.samples or 20) if design in SAMPLED else 0
+    if options.until and not options.success:
+        raise ConfigError("--until needs --success: what a run should achieve, e.g. --success 'score >= 30'")
+    known = {*(options.metrics or METRICS), *(factor.name for factor in options.factors), "seed"}
+    for name in names_in(options.success) if options.success else ():
+        if name not in known and not name.startswith("breakdown.") and ":" not in "".join(options.metrics):
+            raise UnknownNameError("metric or factor (of --success)", name, known)
+    stop = StopRule(condition=options.success if options.until else "", errors=options.most_errors)
+    if options.until:
+        stop = StopRule(condition=options.success, width=options.until, errors=options.most_errors)
+    return Experiment(
+        game=options.game,
+        auto=options.auto,
+        alliance=options.alliance,
+        seconds=options.seconds,
+        options=tuple(options.option),
+        engine=options.engine,
+        robot=options.robot,
+        project=None if options.project is None else str(options.project),
+        scatter=_scatter(options),
+        factors=tuple(options.factors),
+        design=design,
+        samples=samples,
+        seeds=tuple(options.seeds),
+        metrics=tuple(options.metrics),
+        timeout=options.timeout,
+        stop=stop,
+    )
+
+
+def _scatter(options: argparse.Namespace) -> Scatter | None:
+    """As asked for; else a project's own, else the default one: without any, seeds would differ in little."""
+    if options.scatter is not None:
+        found: Scatter = options.scatter
+        return found
+    if options.project is not None and read_settings(options.project / ROBOT_FILE).scatter is not None:
+        return None
+    return Scatter()
+
+
+def _tell_failures(results: Results, out: Path) -> None:
+    """How to see one run of each error alone; the summary has the errors."""
+    for number in results.failures.drop_duplicates("error")["run"]:
+        print(f"run {number} alone: simcore sweep --out {shlex.quote(str(out))} --repeat {number}")
+
+
+def _repeat(options: argparse.Namespace) -> int:
+    """Play one run of a store in this process; an error comes with where it was raised."""
+    if options.out is None:
+        raise ConfigError("--repeat needs --out: the folder whose run it is")
+    store = RunStore(options.out, must_exist=True)
+    try:
+        experiment = store.experiment()
+    finally:
+        store.close()
+    runs = experiment.runs()
+    if options.repeat >= len(runs):
+        raise ConfigError(f"--repeat: {options.out} has runs 0 to {len(runs) - 1}, got {options.repeat}")
+    planned = runs[options.repeat]
+    values = "".join(f", {name} = {value}" for name, value in planned.values.items())
+    print(f"run {planned.number}: auto {experiment.auto or 'as chosen'}, seed {planned.seed}{values}", flush=True)
+    for name, value in play_values(experiment.common, planned).items():
+        print(f"    {name:24} {value}")
+    return 0
+
+
+class _Told:
+    """How far it is, and how long it takes: a bar on a terminal, else now and then a line."""
+
+    def __init__(self, count: int) -> None:
+        self._count = count
+        self._failed = 0
+        self.done = 0
+        """Runs that are there, those of the store as well."""
+        self._start = self._said = monotonic()
+        self._fresh = 0
+        self._bar = Progress(
+            TextColumn("runs"), BarColumn(), MofNCompleteColumn(), TextColumn("{task.fields[failed]}"),
+            TimeRemainingColumn(), console=Console(stderr=True), transient=True, disable=not sys.stderr.isatty(),
+        )  # fmt: skip
+        self._task = self._bar.add_task("runs", total=count, failed="")
+
+    def __enter__(self) -> _Told:
+        self._bar.start()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._bar.stop()
+
+    def tell(self, row: dict[str, Any], stored: int) -> None:
+        """One more run is there."""
+        if not self._fresh and stored:
+            _say(f"{stored} of {self._count} runs were there already")
+        self._fresh += 1
+        self.done = stored + self._fresh
+        self._failed += bool(row["error"])
+        failed = f"{self._failed} failed" if self._failed else ""
+        self._bar.update(self._task, completed=self.done, failed=failed)
+        now = monotonic()
+        if self._bar.disable and now - self._said > _SAID_EVERY:
+            self._said = now
+            left = (self._count - self.done) * (now - self._start) / self._fresh
+            _say(f"{self.done} of {self._count} runs, {failed or 'none failed'}, {_duration(left)} left")
+
+
+def _duration(seconds: float) -> str:
+    """As people say it.
+
+    >>> _duration(42.0), _duration(200.0), _duration(9000.0)
+    ('42 s', '3 min', '2.5 h')
+    """
+    if seconds < 100.0:
+        return f"{seconds:.0f} s"
+    return f"{seconds / 60.0:.0f} min" if seconds < 6000.0 else f"{seconds / 3600.0:.1f} h"
+
+
+def _say(sentence: str) -> None:
+    print(f"simcore sweep: {sentence}", file=sys.stderr, flush=True)
+
+
+def _seeds(text: str) -> tuple[int, ...]:
+    """Seeds as the command line writes them.
+
+    >>> _seeds("3"), _seeds("5:8"), _seeds("1,7")
+    ((0, 1, 2), (5, 6, 7), (1, 7))
+    """
+    try:
+        if ":" in text:
+            first, last = (int(part) for part in text.split(":"))
+            found = range(first, last)
+        elif "," in text:
+            return tuple(int(part) for part in text.split(","))
+        else:
+            found = range(int(text))
+    except ValueError:
+        found = range(0)
+    if not 0 < len(found) <= _MOST_SEEDS:
+        raise argparse.ArgumentTypeError(f"want how many, or from:to, or a list such as 1,7,9, got {text!r}")
+    return tuple(found)
+
+
+def _checked(read: Callable[[str], Any]) -> Callable[[str], Any]:
+    """The `type` of an option that a reader of simcore's own understands."""
+
+    def checked(text: str) -> Any:
+        try:
+            return read(text)
+        except SimcoreError as error:
+            raise argparse.ArgumentTypeError(str(error)) from None
+
+    return checked

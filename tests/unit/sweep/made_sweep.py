@@ -1,0 +1,58 @@
+"""Made runs of a made sweep, with the columns of a real one."""
+
+from __future__ import annotations
+
+import functools
+import json
+from types import SimpleNamespace
+
+import numpy as np
+import pandas as pd
+
+from simcore.sweep.results import Results
+
+
+def described(*factors, design="grid", **rest):
+    """What Results asks of an experiment."""
+    named = tuple(SimpleNamespace(name=name) for name in factors)
+    stop = SimpleNamespace(condition="")
+    return SimpleNamespace(factors=named, design=design, game="made", project=None, auto="depot", stop=stop, **rest)
+
+
+def runs_of(points, columns, *, seeds=1):
+    """A table with a row for each point and seed.
+
+    Args:
+        points: Values of the factors by name, an array of one value a point each.
+        columns: Called with the values of a point and a seed, returns the metrics of that run.
+        seeds: How many, from 0.
+    """
+    count = len(next(iter(points.values())))
+    rows = []
+    for point in range(count):
+        values = {name: column[point] for name, column in points.items()}
+        for seed in range(seeds):
+            beside = {"run": len(rows), "point": point, "seed": seed}
+            after = {"digest": f"{len(rows):064x}", "version": "1", "error": "", "cpu_seconds": 3.5}
+            rows.append({**beside, **values, **columns(values, seed), **after})
+    return pd.DataFrame(rows)
+
+
+@functools.cache
+def tired_battery():
+    """Scores of 20 seeds with a flat, a half and a full battery and two masses; each fuller step brings 4 points."""
+
+    def play(values, seed):
+        generator = np.random.default_rng([seed, 7])
+        luck = generator.integers(-4, 5)
+        points = int(20 + 8 * values["battery.charge"] - 0.2 * (values["robot.mass"] - 50) + luck)
+        shots = 32
+        hits = min(shots, max(0, points))
+        places = generator.normal((4.6, 4.0, 2.0), 0.5, (shots, 3)).round(3).tolist()
+        landings = [[*place, int(i < hits)] for i, place in enumerate(places)]
+        return {"score": points, "shots": shots, "hits": hits, "min_battery_v": 7.0 + 3.0 * values["battery.charge"],
+                "brownouts": 0, "landings": json.dumps(landings)}  # fmt: skip
+
+    grid = np.array([(c, m) for c in (0.3, 0.65, 1.0) for m in (45.0, 60.0)])
+    table = runs_of({"battery.charge": grid[:, 0], "robot.mass": grid[:, 1]}, play, seeds=20)
+    return Results(table, described("battery.charge", "robot.mass"))

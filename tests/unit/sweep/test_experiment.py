@@ -1,0 +1,127 @@
+"""An experiment plans its runs, and names their results."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+
+import pytest
+
+from simcore.errors import ConfigError, SimcoreError
+from simcore.match.scatter import Scatter
+from simcore.sweep.code_version import project_digest
+from simcore.sweep.experiment import Experiment, StopRule
+from simcore.sweep.factors import parse_factor
+
+MASS, CHARGE = parse_factor("robot.mass=45,60"), parse_factor("battery.charge=0.3,0.6,1")
+DRAWN = parse_factor("robot.mass=normal(55,1)")
+
+
+def own_metric(run):
+    return 1
+
+
+def test_a_grid_is_all_with_all_and_the_first_seed_comes_first():
+    runs = Experiment(factors=(MASS, CHARGE), seeds=(4, 9)).runs()
+    assert [run.number for run in runs] == list(range(12))
+    assert [run.seed for run in runs] == [4] * 6 + [9] * 6
+    assert [tuple(run.values.values()) for run in runs[:3]] == [(45.0, 0.3), (45.0, 0.6), (45.0, 1.0)]
+    assert [run.point for run in runs[6:]] == list(range(6))
+
+
+@pytest.mark.parametrize(
+    ("design", "count"), [("random", 8), ("latin", 8), ("sobol", 8), ("morris", 24), ("saltelli", 32)]
+)
+def test_sampled_designs_are_the_same_every_time(design, count):
+    experiment = Experiment(factors=(DRAWN, CHARGE), design=design, samples=8)
+    points = experiment.design_points()
+    assert len(points) == count == experiment.count == len(experiment.runs())
+    assert points == experiment.design_points()
+    assert {charge for _, charge in points} <= {0.3, 0.6, 1.0}
+    assert all(45.0 < mass < 65.0 for mass, _ in points)
+
+
+def test_a_latin_hypercube_has_one_point_in_each_slice():
+    factor = parse_factor("robot.mass=uniform(0,10)")
+    points = Experiment(factors=(factor,), design="latin", samples=10).design_points()
+    assert sorted(int(mass) for (mass,) in points) == list(range(10))
+
+
+def test_lists_and_points_are_taken_as_they_are():
+    pairs = Experiment(factors=(MASS, parse_factor("battery.charge=0.3,1")), design="list")
+    assert pairs.design_points() == [(45.0, 0.3), (60.0, 1.0)]
+    assert Experiment(factors=(MASS, CHARGE), design="points", points=[(50, 1)]).design_points() == [(50, 1)]
+
+
+def test_it_survives_json():
+    experiment = Experiment(
+        auto="depot",
+        factors=(DRAWN, CHARGE),
+        design="sobol",
+        samples=4,
+        seeds=range(3),
+        scatter=Scatter().scaled(0.5),
+        metrics=("score", "landings"),
+        timeout=9.0,
+        stop=StopRule(condition="score > 1", width=0.2),
+    )
+    again = Experiment.from_json(json.loads(json.dumps(experiment.to_json())))
+    assert again == experiment and again.key == experiment.key
+
+
+def test_a_run_keeps_its_name_where_more_is_asked_for():
+    few = Experiment(factors=(MASS,), seeds=(0, 1))
+    more = Experiment(factors=(parse_factor("robot.mass=45,50,60"),), seeds=(0, 1, 2), timeout=9.0)
+    assert set(few.run_keys(few.runs())) < set(more.run_keys(more.runs()))
+    assert few.key != more.key
+    for changed in ({"auto": "tour"}, {"scatter": Scatter()}, {"seconds": 3.0}, {"metrics": ("score",)}):
+        other = replace(few, **changed)
+        assert not set(few.run_keys(few.runs())) & set(other.run_keys(other.runs()))
+
+
+def test_a_project_has_another_name_when_its_code_changes(tmp_path):
+    robot = tmp_path / "robot.py"
+    robot.write_text("speed = 1\n")
+    before = project_digest(tmp_path)
+    (tmp_path / "out").mkdir()
+    (tmp_path / "out" / "log.json").write_text("{}")
+    assert project_digest(tmp_path) == before
+    robot.write_text("speed = 2\n")
+    assert project_digest(tmp_path) != before
+
+
+@pytest.mark.parametrize(
+    ("settings", "said"),
+    [
+        ({"factors": (DRAWN,)}, "must be one of random, latin"),
+        ({"factors": (MASS, CHARGE), "design": "list"}, "as many values of each"),
+        ({"factors": (MASS,), "design": "latin"}, "samples > 0"),
+        ({"factors": (MASS,), "design": "points"}, "needs points"),
+        ({"factors": (MASS,), "design": "points", "points": ((1, 2),)}, "a point needs 1 values"),
+        ({"factors": (MASS, MASS)}, "must differ"),
+        ({"design": "gird"}, "Did you mean 'grid'"),
+        ({"seeds": ()}, "at least one"),
+        ({"seeds": (1, 1)}, "different"),
+        ({"seeds": (-1,)}, "whole number from 0"),
+        ({"seconds": -1.0}, "seconds must be"),
+        ({"alliance": "green"}, "'blue' or 'red'"),
+        ({"metrics": ("scor",)}, "Did you mean 'score'"),
+        ({"metrics": (lambda run: 1,)}, "at the top of a module"),
+        ({"metrics": ("nowhere:hits",)}, "cannot be found"),
+        ({"robot": "a:b", "project": "."}, "a robot or a project"),
+        ({"factors": (parse_factor("a=0:90000:1"), parse_factor("b=0:90000:1"))}, "too many"),
+    ],
+)
+def test_what_cannot_be_played_is_said_at_once(settings, said):
+    with pytest.raises(SimcoreError, match=r"(?s).*") as caught:
+        Experiment(**settings)
+    assert said in str(caught.value)
+
+
+def test_a_function_is_named_so_that_workers_find_it():
+    assert Experiment(metrics=(own_metric,)).metrics == (f"{__name__}:own_metric",)
+
+
+def test_stop_rules_are_judged():
+    with pytest.raises(ConfigError, match="width must be"):
+        StopRule(width=0.0)

@@ -1,0 +1,115 @@
+"""What a table of runs says, asked as a user would."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pandas as pd
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from simcore.errors import ConfigError, OutputError, UnknownNameError
+from simcore.sweep.column_expressions import evaluate
+from simcore.sweep.results import Results
+
+from . import made_sweep
+
+
+@pytest.fixture(scope="module")
+def tired_battery():
+    return made_sweep.tired_battery()
+
+
+def test_success_is_the_share_of_runs_in_which_a_condition_holds(tired_battery):
+    table = tired_battery.table
+    share = tired_battery.success("score >= 25")
+    assert (share.k, share.n) == ((table["score"] >= 25).sum(), 120) and share.lower < share.value < share.upper
+    by = tired_battery.success_by("battery.charge", "score >= 25")
+    assert list(by) == [0.3, 0.65, 1.0] and sum(s.k for s in by.values()) == share.k
+    assert by[0.3].value < by[1.0].value
+    both = tired_battery.success("score >= 25 and battery.charge < 0.5 or not (shots == 32)")
+    assert both.k == by[0.3].k
+
+
+def test_a_run_with_an_error_is_no_success_and_in_no_percentile(tired_battery):
+    table = tired_battery.table.copy()
+    table["score"] = table["score"].astype(float)
+    table.loc[0, ["score", "error"]] = [np.nan, "EngineError: no contact"]
+    table.loc[1, "error"] = "TimeoutError"  # whatever number it has
+    hurt = replace(tired_battery, table=table)
+    assert hurt.success("score < 1000").k == 118 and hurt.success("not (score > 1000)").k == 118
+    assert hurt.success("score < 1000").n == 120 and len(hurt.failures) == 2
+    assert hurt.percentiles("score").loc["score", 50.0] == table["score"][2:].median()
+
+
+def test_percentiles_are_those_of_each_combination_of_factors(tired_battery):
+    found = tired_battery.percentiles("score", (0, 50, 100), by=("battery.charge", "robot.mass"))
+    assert found.shape == (6, 3)
+    mine = tired_battery.table.query("`battery.charge` == 0.3 and `robot.mass` == 60.0")["score"]
+    assert found.loc[(0.3, 60.0)].tolist() == [mine.min(), mine.median(), mine.max()]
+    assert tired_battery.percentiles("hits / shots", (50,)).loc["hits / shots", 50] <= 1.0
+
+
+def test_paired_runs_share_their_luck(tired_battery):
+    """From 0.3 to 1.0 of the charge the score rises by 5 or 6, for each seed and mass alike, although luck is -4..4."""
+    found = tired_battery.paired("battery.charge", 0.3, 1.0, "score")
+    assert found.n == 40 and found.less == 0 and 5.0 <= found.lower <= found.upper <= 6.0
+    back = tired_battery.paired("battery.charge", 1.0, 0.3, "score")
+    assert back.mean == -found.mean and back.more == found.less
+    assert tired_battery.paired("battery.charge", 0.3, 1.0, "score >= 25").mean > 0.0
+
+
+def test_a_pair_that_lost_a_run_is_left_out(tired_battery):
+    table = tired_battery.table.copy()
+    table.loc[[0, 3], "error"] = "crashed"
+    assert replace(tired_battery, table=table).paired("battery.charge", 0.3, 1.0, "score").n == 38
+
+
+def test_the_order_of_rows_changes_nothing(tired_battery):
+    mixed = replace(tired_battery, table=tired_battery.table.sample(frac=1.0, random_state=3))
+    assert mixed.paired("robot.mass", 45.0, 60.0, "score") == tired_battery.paired("robot.mass", 45.0, 60.0, "score")
+    assert repr(mixed.sensitivity("score")) == repr(tired_battery.sensitivity("score"))  # some are NaN
+    pd.testing.assert_frame_equal(mixed.by_point("score"), tired_battery.by_point("score"))
+
+
+def test_what_is_not_there_is_said_with_what_is(tired_battery):
+    with pytest.raises(UnknownNameError, match=r"no column named 'scroe'\. Did you mean 'score'"):
+        tired_battery.success("scroe >= 30")
+    with pytest.raises(UnknownNameError, match=r"no factor named 'battery'\. Did you mean 'battery.charge'"):
+        tired_battery.paired("battery", 0.3, 1.0, "score")
+    with pytest.raises(UnknownNameError, match=r"no value of battery.charge named '0.5'.*0.65"):
+        tired_battery.paired("battery.charge", 0.3, 0.5, "score")
+    with pytest.raises(ConfigError, match="'score' is no condition"):
+        tired_battery.success("score")
+    with pytest.raises(ConfigError, match="'digest' is text"):
+        tired_battery.percentiles("digest")
+    with pytest.raises(ConfigError, match="no column run, point"):
+        Results(pd.DataFrame({"seed": [1], "error": [""]}), tired_battery.experiment)
+
+
+@pytest.mark.parametrize(
+    "text",
+    ["score >=", "__import__('os').system('true')", "score if hits else 0", "[score]", "score ** 2", "lambda: 1"],
+)
+def test_what_is_no_expression_is_refused(tired_battery, text):
+    with pytest.raises(ConfigError, match="want columns, numbers"):
+        tired_battery.success(text)
+
+
+@given(low=st.integers(-5, 40), high=st.integers(-5, 40))
+def test_a_chain_of_comparisons_means_what_it_means_in_python(low, high):
+    table = pd.DataFrame({"score": range(30), "robot.mass": np.linspace(40, 60, 30)})
+    found = evaluate(table, f"{low} <= score < {high} and robot.mass / 2 > 21").tolist()
+    assert found == [low <= s < high and m / 2 > 21 for s, m in zip(table["score"], table["robot.mass"], strict=True)]
+
+
+def test_tables_come_back_from_parquet_and_csv_as_they_were(tired_battery, tmp_path):
+    parquet, csv = tired_battery.save_tables(tmp_path / "new" / "folder")
+    pd.testing.assert_frame_equal(pd.read_parquet(parquet), tired_battery.table)
+    read = pd.read_csv(csv, keep_default_na=False, dtype={"digest": str, "version": str})
+    pd.testing.assert_frame_equal(read, tired_battery.table, check_dtype=False)
+    (tmp_path / "file").write_text("")
+    with pytest.raises(OutputError, match="cannot write the table"):
+        tired_battery.save_tables(tmp_path / "file")

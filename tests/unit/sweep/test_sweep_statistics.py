@@ -1,0 +1,102 @@
+"""Shares, intervals and differences against published values and closed forms."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.stats import binom
+
+from simcore.errors import ConfigError
+from simcore.sweep.sweep_statistics import paired_difference, wilson_share
+
+
+@pytest.mark.parametrize(
+    ("k", "n", "lower", "upper"),
+    [
+        # R. Newcombe, Statistics in Medicine 17 (1998) 857, table I, method 3: score without continuity correction
+        (81, 263, 0.2553, 0.3662),
+        (15, 148, 0.0624, 0.1605),
+        (0, 20, 0.0000, 0.1611),
+        (1, 29, 0.0061, 0.1718),
+        # by hand: z = 1.959964, (0.76 + 0.038415 -+ 0.124460) / 1.076829
+        (38, 50, 0.6259, 0.8570),
+    ],
+)
+def test_wilsons_interval_is_that_of_published_tables(k, n, lower, upper):
+    share = wilson_share(k, n)
+    assert (share.lower, share.upper) == pytest.approx((lower, upper), abs=5e-5)
+
+
+@settings(deadline=None)  # the first draws load SciPy
+@given(n=st.integers(1, 2000), data=st.data(), confidence=st.floats(0.5, 0.999))
+def test_the_ends_are_where_the_score_test_just_holds(n, data, confidence):
+    """At each end p0 the count is z standard deviations of p0 away: (p - p0)^2 n = z^2 p0 (1 - p0)."""
+    from scipy.special import ndtri
+
+    k = data.draw(st.integers(0, n))
+    share = wilson_share(k, n, confidence)
+    z = ndtri(0.5 + confidence / 2)
+    assert 0.0 <= share.lower <= share.value <= share.upper <= 1.0
+    for end in {share.lower, share.upper} - {0.0, 1.0}:
+        assert n * (share.value - end) ** 2 == pytest.approx(z * z * end * (1 - end), rel=1e-6, abs=1e-9)
+    mirror = wilson_share(n - k, n, confidence)
+    assert mirror.lower == pytest.approx(1 - share.upper, abs=1e-12)
+
+
+def test_the_interval_holds_the_true_share_about_as_often_as_it_says():
+    """Exact coverage from the binomial distribution: on average over p within 1 % of 95 %."""
+    n = 50
+    shares = [wilson_share(k, n) for k in range(n + 1)]
+    coverage = [
+        sum(binom.pmf(k, n, p) for k, share in enumerate(shares) if share.lower <= p <= share.upper)
+        for p in np.linspace(0.05, 0.95, 37)
+    ]
+    assert np.mean(coverage) == pytest.approx(0.95, abs=0.01) and min(coverage) > 0.9
+
+
+def test_impossible_counts_and_confidences_are_refused():
+    with pytest.raises(ConfigError, match="0 <= k <= n, got 3 of 2"):
+        wilson_share(3, 2)
+    with pytest.raises(ConfigError, match=r"between 0 and 1, e\.g\. 0\.95, got 95"):
+        wilson_share(1, 2, 95)
+    nothing = wilson_share(0, 0)
+    assert (nothing.lower, nothing.upper, str(nothing)) == (0.0, 1.0, "0 of 0") and math.isnan(nothing.value)
+
+
+def test_a_known_difference_comes_out_of_noise_that_the_seeds_share():
+    """Seeds scatter by 10, variants differ by 2 with a scatter of 1: pairs see it, two unpaired groups of 40 would not.
+
+    The interval of the mean is 2 -+ 1.96 / sqrt(40) within what 40 draws of a scatter vary by.
+    """
+    generator = np.random.default_rng(5)
+    luck, own = generator.normal(0.0, 10.0, 40), generator.normal(0.0, 1.0, 40)
+    found = paired_difference(luck, luck + 2.0 + own)
+    assert found.mean == pytest.approx(2.0 + own.mean()) and found.lower < 2.0 < found.upper
+    assert found.upper - found.lower == pytest.approx(2 * 1.96 * own.std() / math.sqrt(40), rel=0.08)
+    assert found.is_clear and found.p_value < 1e-6 and found.n == 40
+    assert paired_difference(luck, luck + 2.0 + own) == found  # the bootstrap has a seed
+
+
+@settings(deadline=None, max_examples=15)  # a bootstrap each
+@given(shift=st.integers(-5, 5), values=st.lists(st.integers(0, 50), min_size=2, max_size=30))
+def test_a_difference_without_scatter_is_exact(shift, values):
+    found = paired_difference(values, [value + shift for value in values])
+    assert found.mean == found.lower == found.upper == shift
+    assert (found.more, found.less) == ((len(values), 0) if shift > 0 else (0, len(values)) if shift else (0, 0))
+    assert found.is_clear == bool(shift) and (shift or found.p_value == 1.0)
+
+
+def test_intervals_of_equal_variants_hold_zero_about_as_often_as_they_say():
+    generator = np.random.default_rng(11)
+    holds = [not paired_difference(np.zeros(30), generator.exponential(1.0, 30) - 1.0).is_clear for _ in range(120)]
+    assert 0.85 <= np.mean(holds) <= 0.99  # 95 %, less the bootstrap's shortness for 30 pairs, -+ 3 sigma of 120
+
+
+def test_what_is_no_pair_is_refused():
+    for first, second in (([1.0], [2.0]), ([1.0, 2.0], [1.0]), ([1.0, math.nan], [1.0, 2.0])):
+        with pytest.raises(ConfigError, match="paired_difference: want"):
+            paired_difference(first, second)
