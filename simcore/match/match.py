@@ -92,6 +92,8 @@ class Match:
     """Of the last tick."""
     seed: int
     """Of everything that is left to chance."""
+    field_resets: int
+    """How often `reset_field` was called since the start."""
     timer: MatchTimer
     """The time of the match, for scores and rules."""
     pieces: GamePieceManager
@@ -425,6 +427,7 @@ class Match:
 
         Robots stay where they are, and pieces make room for them. The clock goes on.
         """
+        self.field_resets += 1
         self.pieces.clear()
         for robot in self.robots:
             robot.forget_pieces()
@@ -514,6 +517,7 @@ class Match:
         self.time = 0.0
         self.ticks = 0
         self.substeps = 0
+        self.field_resets = 0
         self.timer = MatchTimer(game.clock)
         self.digest = TrajectoryDigest()
         self._piece_speed = 0.0
