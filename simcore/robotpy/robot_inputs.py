@@ -26,8 +26,8 @@ class DriverStationLink:
     The match hears which mode is enabled, and of the alliance; robot code gets match time and game data. With an FMS
     attached, somebody else gives robot code its match time and game data.
 
-    An autonomous after the robot has been enabled is a new match: the field is reset for it, if nobody has done so since
-    and no FMS is attached.
+    An autonomous after the robot has been enabled is a new match: the field is reset for it, if nobody has done so
+    since and no FMS is attached.
 
     Args:
         match: Its clock follows the driver station from now on.
