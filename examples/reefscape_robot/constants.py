@@ -50,7 +50,7 @@ LEVELS = {
     3: Level(distance=1.309, height=0.573, arm_deg=20.0),
     2: Level(distance=1.309, height=0.173, arm_deg=20.0),
 }
-CARRY_HEIGHT, TUCKED_DEG = 0.3, 85.0
+CARRY_HEIGHT, TUCKED_DEG = 0.0, 85.0  # there the funnel hands over, and so it drives
 
 
 def for_alliance(pose: Pose2d, is_red: bool) -> Pose2d:

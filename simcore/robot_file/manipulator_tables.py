@@ -137,6 +137,10 @@ def read_claw(t: Table, mechanisms: _Mechanisms, storages: Sequence[str]) -> Pla
     offset = lengths(t, ("x", "y", "z"))
     size = t.numbers("size", (Quantity("m", 0.0, 2.0, is_open=True),) * 3, (0.3, 0.3, 0.3))
     (x, y, z), (dx, dy, dz) = offset, (0.5 * edge for edge in size)
+    from_storage = t.flag("from_storage", False)
+    if "handover" in t and not from_storage:
+        raise t.error("handover", "is where the storage hands pieces on; it needs from_storage = true beside it")
+    place = t.numbers("handover", (ROBOT_PLACE,) * 3, (0.0, 0.0, 0.0))
     claw = PlacerConfig(
         joints=joints,
         offset=offset,
@@ -144,7 +148,8 @@ def read_claw(t: Table, mechanisms: _Mechanisms, storages: Sequence[str]) -> Pla
         roller=_named(t, "roller", mechanisms),
         zone=IntakeZone(x_min=x - dx, x_max=x + dx, y_min=y - dy, y_max=y + dy, z_min=z - dz, z_max=z + dz),
         passes_through=t.flag("passes_through", False),
-        from_storage=t.flag("from_storage", False),
+        from_storage=from_storage,
+        handover=(place[0], place[1], place[2]) if "handover" in t else None,
         storage=_storage(t, storages),
         kinds=t.texts("kinds"),
     )

@@ -143,7 +143,8 @@ _KINDS = """\
 # roller = "claw"               # a mechanism: forward takes, backward lets go
 # passes_through = false        # whether forward lets go, too, once the roller has stopped in between
 # pitch_deg = 0.0               # of the held piece; also roll_deg, yaw_deg
-# from_storage = false          # whether the storage hands pieces on to it
+# from_storage = true           # the storage hands pieces on to it; left out: it does not
+# handover = [0.1, 0.0, 0.5]    # where: its box must be there; left out: wherever it is
 # kinds = ["Name"]
 
 # [[climber]]                   # a hook that comes down on a rung of the field, and pulls the robot up
