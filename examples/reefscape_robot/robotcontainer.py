@@ -48,13 +48,13 @@ class RobotContainer:
                 )
             )
         )
-        pad.a().onTrue(self.coral.take())  # M
+        pad.a().toggleOnTrue(self.coral.take())  # M
         pad.b().onTrue(self.coral.let_go())  # comma
         pad.x().whileTrue(self._score_on("left"))  # period
         pad.y().whileTrue(self._score_on("right"))  # slash
         pad.leftBumper().onTrue(commands2.cmd.runOnce(self._next_level))  # N
-        pad.povUp().whileTrue(self.climber.run(lambda: self.climber.pull(10.0)))
-        pad.povDown().whileTrue(self.climber.run(lambda: self.climber.pull(-12.0)))
+        pad.povUp().whileTrue(self.climber.run(lambda: self.climber.pull(10.0)))  # arrow up
+        pad.povDown().whileTrue(self.climber.run(lambda: self.climber.pull(-12.0)))  # arrow down
         pad.start().onTrue(self.drivetrain.runOnce(self.drivetrain.seed_field_centric))
 
     def _score_on(self, side: str) -> commands2.Command:
