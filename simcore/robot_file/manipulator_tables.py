@@ -1,4 +1,4 @@
-"""What the robot of `simcore.toml` does with pieces and rungs: storages, intakes, shooters, claws and climbers."""
+"""What the mechanisms of `simcore.toml` carry: storages, intakes, shooters, claws, climbers and parts to be drawn."""
 
 from __future__ import annotations
 
@@ -15,11 +15,12 @@ from simcore.pieces.storage import StorageConfig
 from simcore.quantities import DEGREES, EFFICIENCY, RATE, RATIO, ROBOT_LENGTH, ROBOT_PLACE, WHEEL_RADIUS, Quantity
 from simcore.robot.climber import ClimberConfig
 from simcore.robot.mechanisms import FlywheelConfig, RollerConfig
+from simcore.robot.robot_config import ComponentConfig
 from simcore.robot_file.linkage_tables import joints_to, lengths
 from simcore.robot_file.robot_settings import MechanismSettings
 from simcore.robot_file.toml_tables import Table
 
-__all__ = ["read_claw", "read_climber", "read_intake", "read_shooter", "read_storage"]
+__all__ = ["read_claw", "read_climber", "read_component", "read_intake", "read_shooter", "read_storage"]
 
 _Mechanisms = Mapping[str, MechanismSettings]
 _DIRECTIONS = ("forward", "backward")
@@ -167,6 +168,16 @@ def read_climber(t: Table, mechanisms: _Mechanisms) -> ClimberConfig:
     )
     t.finish()
     return climber
+
+
+def read_component(t: Table, mechanisms: _Mechanisms) -> ComponentConfig:
+    """A part with a model of its own."""
+    joints = _joints(t, mechanisms)
+    if not joints:
+        raise t.error("on", "is missing; it must be the mechanism that moves the part, e.g. an arm or an elevator")
+    component = ComponentConfig(name=t.text("name"), joints=joints, offset=lengths(t, ("x", "y", "z")))
+    t.finish()
+    return component
 
 
 def _require_order(t: Table, axis: str, low: float, high: float) -> None:

@@ -18,7 +18,7 @@ from simcore.pieces.storage import StorageConfig
 from simcore.robot.climber import ClimberConfig
 from simcore.robot.mechanism_friction import friction_from_volts
 from simcore.robot.positioned_mechanisms import PistonConfig, ServoConfig
-from simcore.robot.robot_config import MechanismConfig, RobotConfig
+from simcore.robot.robot_config import ComponentConfig, MechanismConfig, RobotConfig
 from simcore.robot.swerve_config import SwerveConfig
 from simcore.robot.tank_drive import TankConfig
 from simcore.robot_file.device_settings import BeamBreakSettings, RangeSettings, SensorSettings
@@ -125,6 +125,7 @@ class RobotSettings:
     shooters: tuple[ShooterConfig, ...] = ()
     placers: tuple[PlacerConfig, ...] = ()
     climbers: tuple[ClimberConfig, ...] = ()
+    components: tuple[ComponentConfig, ...] = ()
     auto_starts: Mapping[str, tuple[float, float, float]] = field(default_factory=dict)
     """Where autos start, by their names, as a blue robot, field frame [m, m, rad]; others at `start`."""
     cameras: tuple[CameraConfig, ...] = ()
@@ -195,6 +196,7 @@ class RobotSettings:
             shooters=self.shooters,
             placers=self.placers,
             climbers=self.climbers,
+            components=self.components,
             cameras=self.cameras,
         )
 

@@ -153,6 +153,13 @@ _KINDS = """\
 # y = 0.0
 # z = 0.0
 # reach = 0.04                  # half of the hook's mouth
+
+# [[component]]                 # a moving part with a model of its own in AdvantageScope, in the order of the models
+# name = "forearm"
+# on = "arm"                    # a mechanism
+# x = 0.0                       # origin of the model from that joint, with all joints at 0
+# y = 0.0
+# z = 0.0
 """
 
 

@@ -92,7 +92,7 @@ def test_a_described_robot_scores_two_coral(project, distribution, whole):
         return
     (project / "tests" / "digest_test.py").write_text(DIGEST)
     for _ in range(5):
-        done = run("-m", "pytest", "-q", "tests/digest_test.py", cwd=project, path=(distribution,))
+        done = run("-m", "pytest", "-q", "tests/digest_test.py", cwd=project, path=(distribution,), timeout=300.0)
         assert done.returncode == 0, done.stdout[-4000:]
     first, *others = (project / "digests").read_text().splitlines()
     assert others == [first] * 4
