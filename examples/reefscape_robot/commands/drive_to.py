@@ -5,7 +5,7 @@ from collections.abc import Callable, Sequence
 from itertools import pairwise
 
 from commands2 import Command
-from constants import MAX_TURN, for_alliance
+from constants import for_alliance
 from phoenix6.swerve import SwerveModule, requests
 from subsystems.command_swerve_drivetrain import CommandSwerveDrivetrain
 from wpilib import DriverStation
@@ -14,6 +14,7 @@ from wpimath.kinematics import ChassisSpeeds
 
 ACCELERATION, BRAKING = 5.0, 3.0  # m/s^2
 NEAR = 4.0  # m/s per m that are left
+TURN = 3.0  # rad/s; a faster turn out of a stand makes wheels slip, and odometry with them
 PASSED = 0.35  # m
 
 
@@ -55,7 +56,7 @@ class DriveTo(Command):
         self._pace = min(self._pace + 0.02 * ACCELERATION, self._speed, math.sqrt(2 * BRAKING * left), NEAR * left)
         ahead = places[1] - places[0]
         scale = self._pace / max(ahead.norm(), 1e-6)
-        rate = min(max(6.0 * turn, -MAX_TURN), MAX_TURN)
+        rate = min(max(6.0 * turn, -TURN), TURN)
         self._drivetrain.set_control(
             self._request.with_speeds(ChassisSpeeds(ahead.X() * scale, ahead.Y() * scale, rate))
         )
