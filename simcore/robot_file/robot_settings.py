@@ -22,6 +22,7 @@ from simcore.robot.robot_config import ComponentConfig, MechanismConfig, RobotCo
 from simcore.robot.swerve_config import SwerveConfig
 from simcore.robot.tank_drive import TankConfig
 from simcore.robot_file.device_settings import BeamBreakSettings, RangeSettings, SensorSettings
+from simcore.robot_file.template import FILE_NAME
 from simcore.telemetry.snapshot import TelemetrySink
 from simcore.vision.camera import CameraConfig
 from simcore.vision.quest_headset import QuestConfig
@@ -29,9 +30,7 @@ from simcore.vision.quest_headset import QuestConfig
 if TYPE_CHECKING:
     import ntcore
 
-__all__ = ["CONTROLLERS", "FILE_NAME", "MechanismSettings", "RobotSettings", "practice_match"]
-
-FILE_NAME = "simcore.toml"
+__all__ = ["CONTROLLERS", "MechanismSettings", "RobotSettings", "practice_match"]
 
 CONTROLLERS = ("TalonFX", "TalonFXS", "SPARK MAX", "SPARK Flex", "PWM", "Relay")
 """What can drive a mechanism of the file; `PWM` is any controller on a PWM port, `Relay` a Spike."""

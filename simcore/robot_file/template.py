@@ -8,7 +8,9 @@ from dataclasses import dataclass
 from simcore.robot_file.camera_template import FoundCamera, cameras_text
 from simcore.robot_file.port_templates import FoundPort, ports_text
 
-__all__ = ["FoundMotor", "template"]
+__all__ = ["FILE_NAME", "FoundMotor", "template"]
+
+FILE_NAME = "simcore.toml"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

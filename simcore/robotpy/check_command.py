@@ -29,7 +29,8 @@ from simcore.robot_file.mechanism_runs import (
 )
 from simcore.robot_file.reader import read_settings
 from simcore.robot_file.robot_findings import RobotFinding, findings, run_findings, shot_reach
-from simcore.robot_file.robot_settings import FILE_NAME, RobotSettings, practice_match
+from simcore.robot_file.robot_settings import RobotSettings, practice_match
+from simcore.robot_file.template import FILE_NAME
 from simcore.show.robot_drawing import draw_robot
 from simcore.show.robot_sketch import sketch_robot
 
