@@ -102,6 +102,8 @@ class Match:
     """Of everything that is left to chance."""
     draws: ScatterDraws
     """What the scatter of this run comes to."""
+    field_resets: int
+    """How often `reset_field` was called since the start."""
     timer: MatchTimer
     """The time of the match, for scores and rules."""
     pieces: GamePieceManager
@@ -468,6 +470,7 @@ class Match:
 
         Robots stay where they are, and pieces make room for them. The clock goes on.
         """
+        self.field_resets += 1
         self.pieces.clear()
         for robot in self.robots:
             robot.forget_pieces()
@@ -566,6 +569,7 @@ class Match:
         self.time = 0.0
         self.ticks = 0
         self.substeps = 0
+        self.field_resets = 0
         self.timer = MatchTimer(game.clock)
         self.digest = TrajectoryDigest()
         self._piece_speed = 0.0

@@ -36,7 +36,14 @@ from simcore.robot.robot_config import MechanismConfig
 from simcore.robot_file.camera_table import read_cameras
 from simcore.robot_file.device_tables import POSITIONED_KINDS, positioned_mechanism, read_sensors
 from simcore.robot_file.linkage_tables import read_joint, require_chains
-from simcore.robot_file.manipulator_tables import read_claw, read_climber, read_intake, read_shooter, read_storage
+from simcore.robot_file.manipulator_tables import (
+    read_claw,
+    read_climber,
+    read_component,
+    read_intake,
+    read_shooter,
+    read_storage,
+)
 from simcore.robot_file.robot_settings import CONTROLLERS, MechanismSettings, RobotSettings
 from simcore.robot_file.toml_tables import Table, read_tables
 from simcore.units import GRAVITY
@@ -82,6 +89,8 @@ def read_settings(path: Path) -> RobotSettings:
     shooters = tuple(read_shooter(table, by_name, rooms) for table in file.table_or_tables("shooter"))
     claws = tuple(read_claw(table, by_name, rooms) for table in file.table_or_tables("claw"))
     climbers = tuple(read_climber(table, by_name) for table in file.table_or_tables("climber"))
+    components = tuple(read_component(table, by_name) for table in file.tables("component"))
+    _require_own_names(file.where, "component", (c.name for c in components))
     auto_starts = {name: _auto_start(table) for name, table in file.named_tables("autos").items()}
     cameras, headset = read_cameras(file)
     _require_own_names(file.where, "camera", (c.name for c in cameras))
@@ -117,6 +126,7 @@ def read_settings(path: Path) -> RobotSettings:
         storages=storages,
         placers=claws,
         climbers=climbers,
+        components=components,
         auto_starts=auto_starts,
         cameras=cameras,
         sensors=sensors,

@@ -20,10 +20,11 @@ from simcore.robot.chassis_config import ChassisConfig
 from simcore.robot.climber import ClimberConfig
 from simcore.robot.mechanism_friction import friction_from_volts
 from simcore.robot.positioned_mechanisms import PistonConfig, ServoConfig
-from simcore.robot.robot_config import MechanismConfig, RobotConfig
+from simcore.robot.robot_config import ComponentConfig, MechanismConfig, RobotConfig
 from simcore.robot.swerve_config import SwerveConfig
 from simcore.robot.tank_drive import TankConfig
 from simcore.robot_file.device_settings import BeamBreakSettings, RangeSettings, SensorSettings
+from simcore.robot_file.template import FILE_NAME
 from simcore.telemetry.snapshot import TelemetrySink
 from simcore.vision.camera import CameraConfig
 from simcore.vision.quest_headset import QuestConfig
@@ -31,9 +32,7 @@ from simcore.vision.quest_headset import QuestConfig
 if TYPE_CHECKING:
     import ntcore
 
-__all__ = ["CONTROLLERS", "FILE_NAME", "MechanismSettings", "RobotSettings", "practice_match"]
-
-FILE_NAME = "simcore.toml"
+__all__ = ["CONTROLLERS", "MechanismSettings", "RobotSettings", "practice_match"]
 
 CONTROLLERS = ("TalonFX", "TalonFXS", "SPARK MAX", "SPARK Flex", "PWM", "Relay")
 """What can drive a mechanism of the file; `PWM` is any controller on a PWM port, `Relay` a Spike."""
@@ -133,6 +132,7 @@ class RobotSettings:
     shooters: tuple[ShooterConfig, ...] = ()
     placers: tuple[PlacerConfig, ...] = ()
     climbers: tuple[ClimberConfig, ...] = ()
+    components: tuple[ComponentConfig, ...] = ()
     auto_starts: Mapping[str, tuple[float, float, float]] = field(default_factory=dict)
     """Where autos start, by their names, as a blue robot, field frame [m, m, rad]; others at `start`."""
     cameras: tuple[CameraConfig, ...] = ()
@@ -205,6 +205,7 @@ class RobotSettings:
             shooters=self.shooters,
             placers=self.placers,
             climbers=self.climbers,
+            components=self.components,
             cameras=self.cameras,
         )
 

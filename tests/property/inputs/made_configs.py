@@ -66,7 +66,7 @@ EXAMPLES = (
     VelocityController(kv=0.1),
     PositionController(kp=10.0),
     ClimberConfig(joints=(JOINT,)),
-    PlacerConfig(joints=(JOINT,), roller="arm", zone=ZONE),
+    PlacerConfig(joints=(JOINT,), roller="arm", zone=ZONE, from_storage=True, handover=(0.1, 0.0, 0.5)),
     FieldSymmetry("rotate", (16.0, 8.0)),
     BoxZone((0.0, 0.0, 0.0), (1.0, 1.0, 1.0)),
     CylinderZone((1.0, 1.0), 0.5, 0.0, 1.0),

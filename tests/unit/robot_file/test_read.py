@@ -216,6 +216,11 @@ def test_the_robot_that_the_file_describes_is_of_the_same_class_as_every_other(r
         (ARM + 'on = "pivot"', "'pivot': on goes round in a circle: pivot on pivot"),
         (ROLLER + 'on = "pivot"', "[[mechanism]] 'roller': no key 'on'"),
         (ROLLER + '[[claw]]\nroller = "roller"', "[[claw]] 1: on is missing; it must be the mechanism that carries"),
+        (ROLLER + '[[component]]\nname = "a"', "[[component]] 'a': on is missing; it must be the mechanism that moves"),
+        (
+            ROLLER + ARM + '[[claw]]\non = "pivot"\nroller = "roller"\nhandover = [0.1, 0.0, 0.5]',
+            "[[claw]] 1: handover is where the storage hands pieces on; it needs from_storage = true beside it",
+        ),
         (ROLLER + '[[climber]]\non = "roller"', "on must name a mechanism, but there is no [[mechanism]] of kind arm,"),
         ("[robot]\ndrive_motor = 'Kraken X6O'", "drive_motor must be one of"),
         ("[robot]\ndrive_motor = 'Kraken X6O'", "got 'Kraken X6O'. Did you mean 'Kraken X60'?"),
@@ -304,8 +309,11 @@ def test_an_arm_on_an_elevator_carries_a_claw(read):
         + ARM.replace("min_deg = 0", "min_deg = -90").replace("start_deg = 90", "start_deg = -90")
         + 'on = "lift"\nyaw_deg = 180\nz = 0.05\n'
         + '[[claw]]\non = "pivot"\nx = -0.4\nroller = "roller"\nsize = [0.2, 0.2, 0.1]\n'
+        + '[[component]]\nname = "carriage"\non = "lift"\n[[component]]\nname = "arm"\non = "pivot"\nz = 0.1\n'
     )
     (claw,) = robot.placers
+    carriage, arm = robot.robot_config(SwerveConfig.square(0.5, SwerveModuleConfig(x=0, y=0))).components
+    assert (carriage.joints, arm.joints, arm.offset) == (claw.joints[:1], claw.joints, (0.0, 0.0, 0.1))
     mechanisms = {name: build_mechanism(robot.mechanism(name).config) for name in ("lift", "pivot", "roller")}
     mechanisms["lift"].position = 0.5 / 0.02
     (x, y, z), _ = part_pose(claw.joints, mechanisms, claw.offset)
