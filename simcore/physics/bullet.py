@@ -35,7 +35,7 @@ import numpy as np
 from scipy.spatial import ConvexHull, HalfspaceIntersection, QhullError
 
 from simcore.errors import EngineError
-from simcore.geometry.rotation import IDENTITY, Quaternion, Vector, multiply, rotate, rotate_back
+from simcore.geometry.rotation import IDENTITY, Quaternion, Vector, matrix, multiply, rotate, rotate_back
 from simcore.physics.engine import BodyDefinition, RayHits
 from simcore.physics.shape_extent import smallest_thickness
 from simcore.physics.shapes import Box, Compound, Cylinder, HalfSpace, Hull, Mesh, Part, Shape, Sphere, bounding_box
@@ -59,6 +59,7 @@ _DAMPING_RATIO = 2.0  # of sustained contacts: what was squeezed while it was ri
 _RESIDUAL = 0.0
 """No early end: islands are solved in batches, so one robot would end another's iterations (0.5 mm in 0.8 s)."""
 _CONTACT_DISTANCE = 0.001  # [m]
+_MOST_SHAPES = 16
 _HULL_MARGIN = 0.001  # [m], that it puts around hulls
 _NEGLECTED = 0.002  # [m]; a piece that moves less in a step gets no deeper into anything than this
 _TOUCHING = 2e-5  # [m]; contacts of pieces begin at a thousandth of their size, not at _CONTACT_DISTANCE
@@ -412,8 +413,11 @@ class BulletEngine:
                     + ny * (linear[1] + angular[2] * ax - angular[0] * az)
                     + nz * (fall + angular[0] * ay - angular[1] * ax)
                 )
-                if gap > 2.0 * _TOUCHING and closing * h > gap + _NEGLECTED:
-                    share = min(share, (gap - _TOUCHING) / (closing * h))
+                if closing * h <= gap + _NEGLECTED:
+                    continue
+                if gap <= 2.0 * _TOUCHING:
+                    return 1.0  # an impact is played with all of its velocity
+                share = min(share, (gap - _TOUCHING) / (closing * h))
         return share
 
     def _touch(self, row: int, other: int) -> bool:
@@ -510,32 +514,38 @@ class BulletEngine:
         return self._shapes[key]
 
     def _compound(self, compound: Compound) -> int:
-        """A shape of several; it takes hulls from files only, so they are written to some that are then deleted."""
+        """A shape of several; it takes hulls from files only, so all of them are written to one, which is deleted.
+
+        It takes 16 shapes and says nothing about those left out; a file counts as one, however many hulls are in it.
+        """
         p = self._p
         parts = [_plain(part) for part in compound.parts]
-        n = len(parts)
-        types, radii, halves, lengths = [0] * n, [0.0] * n, [[0.0] * 3] * n, [0.0] * n
+        hulls = [part for part in parts if isinstance(part.shape, Hull)]
+        parts = [part for part in parts if not isinstance(part.shape, Hull)]
+        n = len(parts) + bool(hulls)
+        if n > _MOST_SHAPES:
+            raise EngineError(f"PyBullet takes {_MOST_SHAPES} shapes in one, all hulls counted as one, got {n}")
+        types, radii, halves, lengths = [p.GEOM_MESH] * n, [0.0] * n, [[0.0] * 3] * n, [0.0] * n
         files = [""] * n
+        for i, part in enumerate(parts):
+            shape = part.shape
+            if isinstance(shape, Sphere):
+                types[i], radii[i] = p.GEOM_SPHERE, shape.radius
+            elif isinstance(shape, Cylinder):
+                types[i], radii[i], lengths[i] = p.GEOM_CYLINDER, shape.radius, shape.height
+            elif isinstance(shape, Box):
+                types[i], halves[i] = p.GEOM_BOX, [s / 2 for s in shape.size]
         with ExitStack() as stack:
-            folder = ""
-            for i, part in enumerate(parts):
-                shape = part.shape
-                if isinstance(shape, Sphere):
-                    types[i], radii[i] = p.GEOM_SPHERE, shape.radius
-                elif isinstance(shape, Cylinder):
-                    types[i], radii[i], lengths[i] = p.GEOM_CYLINDER, shape.radius, shape.height
-                elif isinstance(shape, Box):
-                    types[i], halves[i] = p.GEOM_BOX, [s / 2 for s in shape.size]
-                else:
-                    folder = folder or stack.enter_context(tempfile.TemporaryDirectory(prefix="simcore_hulls_"))
-                    types[i], files[i] = p.GEOM_MESH, _hull_file(Path(folder), shape)
+            if hulls:
+                folder = stack.enter_context(tempfile.TemporaryDirectory(prefix="simcore_hulls_"))
+                files[-1] = _hull_file(Path(folder), hulls)
             made = p.createCollisionShapeArray(
                 shapeTypes=types,
                 radii=radii,
                 halfExtents=halves,
                 lengths=lengths,
-                collisionFramePositions=[part.offset for part in parts],
-                collisionFrameOrientations=[part.quat for part in parts],
+                collisionFramePositions=[part.offset for part in parts] + [[0, 0, 0]] * bool(hulls),
+                collisionFrameOrientations=[part.quat for part in parts] + [IDENTITY] * bool(hulls),
                 planeNormals=[[0, 0, 1]] * n,
                 fileNames=files,
                 meshScales=[[1, 1, 1]] * n,
@@ -559,15 +569,21 @@ def _plain(part: Part) -> Part:
     return Part(Box((length, width, height)), (x, y, z), part.quat)
 
 
-def _hull_file(folder: Path, hull: Hull) -> str:
-    """Write a hull as an OBJ file, within what PyBullet adds around it; returns the file's path."""
-    points = np.ascontiguousarray(hull.points, dtype=np.float64)
-    path = folder / f"{hashlib.sha256(points.tobytes()).hexdigest()[:24]}.obj"
-    if not path.exists():
-        inner = _without_margin(points.tobytes())
-        faces = ConvexHull(inner).simplices + 1
-        lines = [f"v {x!r} {y!r} {z!r}" for x, y, z in inner] + [f"f {a} {b} {c}" for a, b, c in faces.tolist()]
-        path.write_text("\n".join(lines) + "\n", encoding="ascii")
+def _hull_file(folder: Path, hulls: Sequence[Part]) -> str:
+    """Write hulls as objects of an OBJ file, each within what PyBullet adds around it; returns the file's path."""
+    lines, first = [], 1
+    for number, part in enumerate(hulls):
+        assert isinstance(part.shape, Hull)
+        points = np.ascontiguousarray(part.shape.points, dtype=np.float64)
+        inner = np.array(_without_margin(points.tobytes()))
+        faces = ConvexHull(inner).simplices + first
+        placed = (inner @ matrix(part.quat).T + part.offset).tolist()
+        lines.append(f"o part{number}")
+        lines += [f"v {x!r} {y!r} {z!r}" for x, y, z in placed] + [f"f {a} {b} {c}" for a, b, c in faces.tolist()]
+        first += len(inner)
+    content = "\n".join(lines) + "\n"
+    path = folder / f"{hashlib.sha256(content.encode()).hexdigest()[:24]}.obj"  # files of one name are read once
+    path.write_text(content, encoding="ascii")
     return str(path)
 
 

@@ -12,7 +12,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from simcore.errors import ConfigError
-from simcore.geometry.linkage import Joint, part_state, require_mechanisms
+from simcore.geometry.linkage import Joint, part_pose, part_state, require_mechanisms
 from simcore.geometry.rotation import Vector, rotate, rotate_back
 from simcore.physics.hanging import HangingBody
 from simcore.quantities import FIELD_PLACE, ROBOT_LENGTH, ROBOT_PLACE, require_fields
@@ -24,6 +24,7 @@ __all__ = ["Climber", "ClimberConfig", "Rung"]
 _STIFFNESS = 60_000.0  # [N/m]; estimate, +-50 %: a hook arm of aluminium gives about 1 cm under a robot's weight
 _DAMPING = 2_500.0  # [N s/m]; estimate: the robot comes to rest within some tenths of a second
 _GRIP = 0.3  # [-]; friction of a hook along a rung, steel on aluminium
+_FAR = 0.5  # [m]; farther from all rungs than this and its reach, a hook meets none in the coming sub-step
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -99,8 +100,31 @@ class Climber:
         self._chassis = chassis
         self._rungs = tuple(rungs)
         self._mounts = mounts
+        far = config.reach + _FAR
+        corners = [corner for rung in rungs for corner in self._reached(rung)]
+        self._low = [min(axis) - far for axis in zip(*corners, strict=True)]  # of a box around all, empty without
+        self._high = [max(axis) + far for axis in zip(*corners, strict=True)]
         self.rung: Rung | None = None
         """What it hangs on."""
+
+    def _reached(self, rung: Rung) -> list[Vector]:
+        """Corners of where a rung may be, however it swings."""
+        mount = self._mounts.get(rung.mount)
+        if mount is None:
+            return [rung.start, rung.end]
+        x, y, z = mount.config.pivot
+        far = max(math.dist(mount.config.pivot, end) for end in (rung.start, rung.end))
+        return [(x - far, y - far, z - far), (x + far, y + far, z + far)]
+
+    @property
+    def is_near(self) -> bool:
+        """Whether it hangs, or could catch a rung in the next sub-step; otherwise `push` need not be asked."""
+        if self.rung is not None:
+            return True
+        c = self._chassis
+        pos, _ = part_pose(self.config.joints, self._mechanisms, self.config.offset)
+        hook = zip(c.pos, rotate(c.quat, pos), self._low, self._high, strict=False)
+        return bool(self._low) and all(low < p + a < high for p, a, low, high in hook)
 
     def push(self, h: float) -> tuple[Vector, Vector]:
         """Load the mechanism, pull the rung, and say how it pushes the robot in the next sub-step.

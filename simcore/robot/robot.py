@@ -122,6 +122,7 @@ class Robot:
         self.estimated_pose: tuple[float, float, float] | None = None
         """Where robot code's drivetrain believes to be, field frame [m, m, rad]; None: `odometry` stands for it."""
         self._estimated: list[ShaftSim] = []
+        self._is_carried = False  # whether a climber was near a rung in the last sub-step
         self._before: PartState
         self._start: tuple[Pose, Pose] | None = None  # where it was put and where it was meant to be
         self.reset(pose)
@@ -190,14 +191,16 @@ class Robot:
 
     def before_substep(self, h: float) -> None:
         """Drive the chassis, and let climbers carry it, for the next sub-step of h [s]."""
-        if self.climbers:
+        near = [climber for climber in self.climbers if climber.is_near]
+        if near or self._is_carried:
             self.chassis.read()  # a stiff hook must not push against where the robot was a sub-step ago
             force, torque = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
-            for climber in self.climbers:
+            for climber in near:
                 (fx, fy, fz), (tx, ty, tz) = climber.push(h)
                 force = (force[0] + fx, force[1] + fy, force[2] + fz)
                 torque = (torque[0] + tx, torque[1] + ty, torque[2] + tz)
             self.chassis.apply_forces(force, torque)
+        self._is_carried = bool(near)
         self.chassis.before_substep(h)
 
     # --- mechanisms -----------------------------------------------------------------------------------------------
