@@ -49,9 +49,7 @@ class ShotRows:
         air = AirRows(
             drag=self.air.drag[rows], lift=self.air.lift[rows], lift_saturation=self.air.lift_saturation[rows]
         )
-        return ShotRows(
-            pos=self.pos[rows], vel=self.vel[rows], spin=self.spin[rows], radius=self.radius[rows], air=air
-        )
+        return ShotRows(pos=self.pos[rows], vel=self.vel[rows], spin=self.spin[rows], radius=self.radius[rows], air=air)
 
 
 @dataclass(slots=True, kw_only=True)
@@ -97,9 +95,7 @@ def fly_to_opening(
         if not len(row):
             break
         start, start_vel = flying.pos.copy(), flying.vel.copy()
-        flying.pos, flying.vel = fly_rows(
-            start, start_vel, flying.spin, TICK, gravity=gravity, factors=flying.air
-        )
+        flying.pos, flying.vel = fly_rows(start, start_vel, flying.spin, TICK, gravity=gravity, factors=flying.air)
         touches: BoolArray = np.zeros(len(row), dtype=bool)
         way = np.linalg.norm(flying.pos - start, axis=1)
         near = np.nonzero(np.linalg.norm(flying.pos - middle, axis=1) < reach + flying.radius + way)[0]
@@ -193,9 +189,7 @@ def _bounce(
         rows, pos, vel, left, first, which = rows[hit], pos[hit], vel[hit], left[hit], first[hit], which[hit]
         on_board.append(rows[which < boards])
         some = flying.only(rows)
-        pos, vel = fly_rows(
-            pos, vel, some.spin, (first * left)[:, None], gravity=gravity, factors=some.air
-        )
+        pos, vel = fly_rows(pos, vel, some.spin, (first * left)[:, None], gravity=gravity, factors=some.air)
         for number, (slot, face_number) in enumerate(zip(rows.tolist(), which.tolist(), strict=True)):
             face = faces[face_number]
             (vx, vy, vz), (wx, wy, wz) = vel[number].tolist(), some.spin[number].tolist()

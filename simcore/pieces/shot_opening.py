@@ -83,7 +83,8 @@ class ShotOpening:
         edges = self.rim
         middles = np.array([np.mean(edge, axis=0)[:2] for edge in edges])
         boarded = {
-            int(np.argmin(np.linalg.norm(middles - np.mean(board.corners, axis=0)[:2], axis=1))) for board in self.boards
+            int(np.argmin(np.linalg.norm(middles - np.mean(board.corners, axis=0)[:2], axis=1)))
+            for board in self.boards
         }
         return [edge for number, edge in enumerate(edges) if number not in boarded]
 

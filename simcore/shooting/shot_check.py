@@ -147,7 +147,9 @@ def _flown(task: ShotTask, row: ShotTableRow, shot: RealShot) -> tuple[bool, flo
     by up to (g + k v^2) h / 2, and off by 2 k v times that; the place is off by the integral of the integral of it.
     """
     one = np.ones(1)
-    launched = task.rows(row.stand, row.elevation * one, row.speed * one, row.bearing * one, np.zeros(1, dtype=np.int64))
+    launched = task.rows(
+        row.stand, row.elevation * one, row.speed * one, row.bearing * one, np.zeros(1, dtype=np.int64)
+    )
     rows = ShotRows(
         pos=shot.points[:1].copy(), vel=shot.vel[None].copy(), spin=launched.spin, radius=launched.radius,
         air=launched.air,
