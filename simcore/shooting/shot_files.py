@@ -113,8 +113,8 @@ def table_python(table: ShotTable) -> str:
         "from bisect import bisect_right",
         "",
         f"COLUMNS = {_COLUMNS!r}",
-        '"""Of a shot: over the horizontal, the hood\'s mechanism, of the piece, of the wheels, its direction from that',
-        'to the target (counter-clockwise), and from the muzzle to the opening."""',
+        '"""Of a shot: over the horizontal, the hood\'s mechanism, of the piece, of the wheels, its direction from',
+        'that to the target (counter-clockwise), and from the muzzle to the opening."""',
     ]
     units = {"DISTANCES": "from the robot's middle to the target's", "RADIAL": "of the robot toward the target",
              "TANGENTIAL": "of the robot to the left, looking at the target"}  # fmt: skip

@@ -1,4 +1,4 @@
-"""Flights of many shots: the equations of motion, what the rim and the boards do, and launches as shooters give them."""
+"""Flights of many shots at once: the equation of motion, and what rim and boards do."""
 
 from __future__ import annotations
 
