@@ -151,8 +151,8 @@ def _play(tuning: Tuning, study: Study, workers: int) -> TunedTrial:
 
     trial = study.ask()
     # Each trial's draws come from its own number, so that a study goes on as if it had never been interrupted.
-    entropy = np.random.SeedSequence((tuning.sampler_seed, trial.number))
-    study.sampler = TPESampler(seed=int(entropy.generate_state(1)[0]))
+    rng = np.random.default_rng((tuning.sampler_seed, trial.number))
+    study.sampler = TPESampler(seed=int(rng.integers(2**32)))
     try:
         values = {factor.name: _suggest(trial, factor) for factor in tuning.factors}
         point = tuple(values[factor.name] for factor in tuning.factors)
