@@ -113,7 +113,7 @@ class PieceFlow:
                     free[at[0]] = False
                     self._hold(robot, slots[at[:1]])
                     placer.take(int(slots[at[0]]))
-                elif placer.config.from_storage and robot.storage_of(placer.config).pieces:
+                elif robot.storage_of(placer.config).pieces and placer.is_at_handover:
                     placer.take(robot.storage_of(placer.config).take())
 
     def _hold(self, robot: Robot, slots: IntArray) -> None:

@@ -35,7 +35,7 @@ import numpy as np
 from scipy.spatial import ConvexHull, HalfspaceIntersection, QhullError
 
 from simcore.errors import EngineError
-from simcore.geometry.rotation import IDENTITY, Quaternion, Vector, multiply, rotate
+from simcore.geometry.rotation import IDENTITY, Quaternion, Vector, multiply, rotate, rotate_back
 from simcore.physics.engine import BodyDefinition, RayHits
 from simcore.physics.shape_extent import smallest_thickness
 from simcore.physics.shapes import Box, Compound, Cylinder, HalfSpace, Hull, Mesh, Part, Shape, Sphere, bounding_box
@@ -62,6 +62,7 @@ _CONTACT_DISTANCE = 0.001  # [m]
 _HULL_MARGIN = 0.001  # [m], that it puts around hulls
 _NEGLECTED = 0.002  # [m]; a piece that moves less in a step gets no deeper into anything than this
 _TOUCHING = 2e-5  # [m]; contacts of pieces begin at a thousandth of their size, not at _CONTACT_DISTANCE
+_POINT_RADIUS = 0.01  # [m], of the static that a body hangs from
 _flat = chain.from_iterable
 
 
@@ -149,6 +150,7 @@ class BulletEngine:
         self._collision: list[tuple[int, int]] = []
         self._row_of: dict[int, int] = {}
         self._definitions: list[BodyDefinition] = []
+        self._fixed: set[int] = set()
         self._uneven: set[int] = set()  # rows whose bounding boxes are not about their centers of mass
         self._shapes: dict[tuple[object, ...], int] = {}
         self._compounds: dict[Compound | Hull, int] = {}
@@ -220,12 +222,27 @@ class BulletEngine:
             self.set_sustained(row, False)
         if d.center_of_mass != (0.0, 0.0, 0.0) or d.inertia_axes != IDENTITY:
             self.set_pose(row, d.pos, d.quat)
+        if d.pivot is not None:
+            self._hang(body, d, d.pivot)
         return row
+
+    def _hang(self, body: int, definition: BodyDefinition, pivot: Vector) -> None:
+        """Tie a body to its pivot: to a static that nothing touches, because it takes no joint to the world."""
+        p, d = self._p, definition
+        point = self._collision_shape(Sphere(_POINT_RADIUS))
+        fixed = p.createMultiBody(0.0, point, basePosition=pivot, useMaximalCoordinates=1, **self._kw)
+        p.setCollisionFilterGroupMask(fixed, -1, 0, 0, **self._kw)
+        center = np.add(d.pos, rotate(d.quat, d.center_of_mass))
+        arm = rotate_back(multiply(d.quat, d.inertia_axes), np.subtract(pivot, center).tolist())
+        p.createConstraint(
+            *(body, -1, fixed, -1, p.JOINT_POINT2POINT, (0.0, 0.0, 0.0), arm, (0.0, 0.0, 0.0)), **self._kw
+        )
 
     def set_pose(self, row: int, pos: Sequence[float], quat: Sequence[float]) -> None:
         """Put the origin of a body somewhere [m]; its velocity becomes zero."""
         definition = self._definitions[row]
         com, axes = definition.center_of_mass, definition.inertia_axes
+        self._loosen(row)  # a static that is put elsewhere would lose its inertia
         if com != (0.0, 0.0, 0.0):  # the engine's pose is that of the center of mass and the principal axes
             ox, oy, oz = rotate(quat, com)
             pos = (pos[0] + ox, pos[1] + oy, pos[2] + oz)
@@ -298,13 +315,39 @@ class BulletEngine:
     def wake(self, row: int) -> None:
         """Let a body move again."""
         p = self._p
+        if row in self._fixed:
+            self._loosen(row, activationState=p.ACTIVATION_STATE_WAKE_UP)
+            return
         p.changeDynamics(self._ids[row], -1, activationState=p.ACTIVATION_STATE_WAKE_UP, physicsClientId=self._open())
 
     def sleep(self, row: int) -> None:
         """Freeze a body until it is touched by a moving one or woken; its velocity becomes zero."""
         p, client = self._p, self._open()
+        if row in self._fixed:  # it stands still
+            self._loosen(row, activationState=p.ACTIVATION_STATE_SLEEP)
+            return
         p.resetBaseVelocity(self._ids[row], (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), client)
         p.changeDynamics(self._ids[row], -1, activationState=p.ACTIVATION_STATE_SLEEP, physicsClientId=client)
+
+    def fix(self, row: int) -> None:
+        """Freeze a body until it is woken, or put to sleep; what touches it meets a static.
+
+        An awake body keeps all sleepers awake that it touches, and those that they touch, and so on; statics it does
+        not. And in each step a static costs a fifth of a sleeper: 500 of them 18 us instead of 85.
+        """
+        if row not in self._fixed:
+            self.sleep(row)
+            self._p.changeDynamics(self._ids[row], -1, mass=0.0, physicsClientId=self._open())
+            self._fixed.add(row)
+
+    def _loosen(self, row: int, **extra: Any) -> None:
+        """Give a body its mass back."""
+        if row in self._fixed:
+            self._fixed.remove(row)
+            d = self._definitions[row]
+            if d.inertia is not None:
+                extra["localInertiaDiagonal"] = d.inertia
+            self._p.changeDynamics(self._ids[row], -1, mass=d.mass, **extra, **self._kw)
 
     def set_sustained(self, row: int, sustained: bool) -> None:
         """Choose the law of a body's contacts: its stiffness, or impacts with restitution."""

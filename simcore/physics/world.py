@@ -22,7 +22,8 @@ from simcore.physics.engine_choice import make_engine
 from simcore.physics.mass_properties import mass_properties, principal_axes
 from simcore.physics.nearness import StaticBoxes
 from simcore.physics.rolling import FloorRolling
-from simcore.physics.shapes import Box, HalfSpace, Shape, Sphere
+from simcore.physics.shape_extent import bounding_radius
+from simcore.physics.shapes import Box, Cylinder, HalfSpace, Shape, Sphere
 from simcore.physics.substeps import Substepping, Surroundings
 from simcore.physics.surface import CARPET, FRICTIONLESS, TerrainSurface
 from simcore.quantities import MASS, require
@@ -119,6 +120,7 @@ class PhysicsWorld:
         self._bodies: dict[int, _Body] = {}
         self._solid: set[int] = set()
         self._ramps: set[int] = set()
+        self._hanging: set[int] = set()
         self._robots: list[int] = []
         self._pieces: dict[int, int] = {}  # group by row
         self._boxes, self._solid_boxes = StaticBoxes(), StaticBoxes()
@@ -288,6 +290,35 @@ class PhysicsWorld:
             self._rolling.add(row, shape.radius, surface)
         return row
 
+    def add_hanging_body(
+        self,
+        name: str,
+        shape: Box | Cylinder | Sphere,
+        *,
+        mass: float,
+        surface: TerrainSurface,
+        pos: Sequence[float],
+        pivot: Vector,
+    ) -> int:
+        """Add a body that swings about a place of the field; returns its engine row. Lines of sight pass it."""
+        at = _checked_pos(name, pos)
+        row = self.engine.add_body(
+            BodyDefinition(
+                shape=shape,
+                surface=surface,
+                mass=mass,
+                pos=at,
+                pivot=pivot,
+                group=CollisionGroup.BLOCK,
+                mask=CollisionGroup.STATIC | CollisionGroup.PIECE | CollisionGroup.ROBOT,
+            )
+        )
+        self._bodies[row] = _Body(name, surface)
+        self._hanging.add(row)
+        reach = 2.0 * (math.dist(at, pivot) + bounding_radius(shape))
+        self._boxes.add(Box((reach, reach, reach)), pivot, IDENTITY)
+        return row
+
     def set_piece_touchable(self, row: int, touchable: bool) -> None:
         """Put a piece into the world of contacts, or take it out of it."""
         mask = CollisionGroup.STATIC | CollisionGroup.PIECE | CollisionGroup.ROBOT if touchable else 0
@@ -339,7 +370,7 @@ class PhysicsWorld:
         ):
             return found  # the engine need not be asked, which takes 50 times as long
         for other in self.engine.overlapping(low, high):
-            if other in self._solid or (other != row and other in self._robots):
+            if other in self._solid or other in self._hanging or (other != row and other in self._robots):
                 return Surroundings.WALL
             if other in self._ramps:
                 found = Surroundings.RAMP

@@ -10,7 +10,7 @@ import contextlib
 import os
 import shutil
 import sys
-from collections.abc import Callable, Generator
+from collections.abc import Generator
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TextIO
@@ -147,11 +147,12 @@ def pytest_runtest_protocol(item: pytest.Item) -> bool | None:
         return None
     from simcore.errors import SimcoreError
     from simcore.robotpy.isolation import run_isolated
+    from simcore.robotpy.seed_runs import judged_seeds, seeds_and_spreads
 
     hook.pytest_runtest_logstart(nodeid=item.nodeid, location=item.location)
     try:
         robot_file = _robot_file(item)
-        seeds, spreads = _seeds(item, robot_file) if has_seeds else ((), [])
+        seeds, spreads = seeds_and_spreads(item, robot_file) if has_seeds else ((), [])
     except SimcoreError as error:
         reports = [
             pytest.TestReport(
@@ -175,34 +176,16 @@ def pytest_runtest_protocol(item: pytest.Item) -> bool | None:
                 folder=None if real else config.invocation_params.dir,
             )
 
-        reports = _play_seeds(item, robot_file, seeds, play) if seeds else play()
+        if seeds:
+            output = _output_folder(item, robot_file.parent)
+            _remove(output)
+            reports = judged_seeds(item, seeds, lambda seed: play(_ONE_OF_MANY, f"--sim-seed={seed}"), output)
+        else:
+            reports = play()
     for report in reports:
         hook.pytest_runtest_logreport(report=report)
     hook.pytest_runtest_logfinish(nodeid=item.nodeid, location=item.location)
     return True
-
-
-def _seeds(item: pytest.Item, robot_file: Path) -> tuple[tuple[int, ...], list[str]]:
-    """Seeds of a marked test, none where `--sim-seed` names one, and the option that turns scatter on."""
-    from simcore.robotpy.seed_runs import seeds_of, spreads_of
-
-    seeds = seeds_of(item)
-    return () if item.config.getoption("sim_seed") is not None else seeds, spreads_of(item, robot_file)
-
-
-def _play_seeds(
-    item: pytest.Item, robot_file: Path, seeds: tuple[int, ...], play: Callable[..., list[pytest.TestReport]]
-) -> list[pytest.TestReport]:
-    from simcore.robotpy.seed_runs import judge_runs, play_seeds, usual_workers
-
-    output = _output_folder(item, robot_file.parent)
-    _remove(output)
-
-    def play_seed(seed: int) -> list[pytest.TestReport]:
-        return play(_ONE_OF_MANY, f"--sim-seed={seed}")
-
-    runs = list(play_seeds(play_seed, seeds, usual_workers(item.config)))
-    return judge_runs(runs, item.nodeid, output)
 
 
 def _is_robot_test(item: pytest.Item) -> bool:
@@ -336,7 +319,7 @@ def _attach(plugin: Any, *, wants_field: bool) -> None:
     from importlib.util import find_spec
 
     from simcore.errors import ConfigError
-    from simcore.robot_file.robot_settings import FILE_NAME
+    from simcore.robot_file.template import FILE_NAME
 
     physics, folder = plugin._physics, plugin._robot_file.parent
     if find_spec("phoenix6") is None:
@@ -418,7 +401,11 @@ def pytest_runtest_makereport(item: pytest.Item, call: pytest.CallInfo[Any]) -> 
     test = getattr(item, "funcargs", {}).get("sim")
     recording = item.stash.get(_RECORDING, None)
     if item.config.getoption("sim_run") == _ONE_OF_MANY:
-        report.user_properties.append(_of_one_run(test, call))
+        from simcore.robotpy.seed_runs import said_of_run
+
+        refuted = call.excinfo is not None and call.excinfo.errisinstance((AssertionError, pytest.fail.Exception))
+        started = call.excinfo is None or call.excinfo.value is not _start_failure
+        report.user_properties.append(said_of_run(test, is_refuted=refuted and started))
     is_lost = report.failed or (test is not None and not all(claim.held for claim in test.claims))
     if is_lost and recording is not None and test is not None and test.has_run:
         from simcore.show.failed_run import save_failed_run
@@ -428,24 +415,6 @@ def pytest_runtest_makereport(item: pytest.Item, call: pytest.CallInfo[Any]) -> 
         left = save_failed_run(recording, item.stash[_OUTPUT], scene=scene, title=item.nodeid, note=note)
         report.sections.append(("simcore", f"{left}\nat its end: {test.summary()}"))
     return report
-
-
-def _of_one_run(test: RobotTest | None, call: pytest.CallInfo[Any]) -> tuple[str, dict[str, Any]]:
-    """What the process that judges all seeds wants to know of this one."""
-    from dataclasses import asdict
-
-    from simcore.robotpy.seed_runs import RUN
-
-    is_refuted = call.excinfo is not None and call.excinfo.errisinstance((AssertionError, pytest.fail.Exception))
-    said: dict[str, Any] = {"is_refuted": is_refuted and call.excinfo.value is not _start_failure}  # type: ignore[union-attr]
-    if test is not None and test.has_run:
-        said |= {
-            "claims": [asdict(claim) for claim in test.claims],
-            "points": getattr(test.score, test.match.alliances[test.robot_sim.number]),
-            "summary": test.summary(),
-            "digest": test.digest,
-        }
-    return RUN, said
 
 
 def _judge_lateness(item: pytest.Item, report: Any) -> None:

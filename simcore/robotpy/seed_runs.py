@@ -11,9 +11,9 @@ import os
 import shutil
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import pytest
 
@@ -21,7 +21,13 @@ from simcore.errors import ConfigError
 from simcore.quantities import shown
 from simcore.sweep.sweep_statistics import wilson_share
 
-__all__ = ["RUN", "RunClaim", "SeededRun", "judge_runs", "play_seeds", "seeds_of", "spreads_of", "usual_workers"]
+if TYPE_CHECKING:
+    from simcore.robotpy.robot_test import RobotTest
+
+__all__ = [
+    "RUN", "RunClaim", "SeededRun", "judge_runs", "judged_seeds", "play_seeds", "said_of_run", "seeds_and_spreads",
+    "seeds_of",
+]  # fmt: skip
 
 RUN = "run of one seed"
 """Name of the property in which a run's report carries what `SeededRun` reads."""
@@ -105,7 +111,17 @@ def seeds_of(item: pytest.Item) -> tuple[int, ...]:
     return seeds if most is None else seeds[:most]
 
 
-def spreads_of(item: pytest.Item, robot_file: Path) -> list[str]:
+def seeds_and_spreads(item: pytest.Item, robot_file: Path) -> tuple[tuple[int, ...], list[str]]:
+    """Seeds of a marked test, none where `--sim-seed` names one, and the option that turns scatter on.
+
+    Raises:
+        SimcoreError: The mark makes no sense, or simcore.toml cannot be read.
+    """
+    seeds = seeds_of(item)
+    return () if item.config.getoption("sim_seed") is not None else seeds, _spreads(item, robot_file)
+
+
+def _spreads(item: pytest.Item, robot_file: Path) -> list[str]:
     """The option that turns scatter on: as `--sim-scatter`, the mark or simcore.toml say, else all default spreads.
 
     Raises:
@@ -126,6 +142,41 @@ def spreads_of(item: pytest.Item, robot_file: Path) -> list[str]:
     if settings.exists() and read_settings(settings).scatter is not None:
         return []
     return ["--sim-scatter=1"]
+
+
+def judged_seeds(
+    item: pytest.Item, seeds: Sequence[int], play: Callable[[int], list[pytest.TestReport]], output: Path
+) -> list[pytest.TestReport]:
+    """Run a test once for each seed, and judge all runs together.
+
+    Args:
+        item: The test.
+        seeds: All of them.
+        play: Runs it with a seed, in a process of its own.
+        output: Folder in which runs without success leave a folder each; of these the worst stay.
+
+    Returns:
+        The reports of the whole test.
+    """
+    return judge_runs(list(play_seeds(play, seeds, _workers(item.config))), item.nodeid, output)
+
+
+def said_of_run(test: RobotTest | None, *, is_refuted: bool) -> tuple[str, dict[str, Any]]:
+    """The property of a run's report that `SeededRun` reads.
+
+    Args:
+        test: The fixture; None: the test has done without.
+        is_refuted: Whether an assertion of it has failed.
+    """
+    said: dict[str, Any] = {"is_refuted": is_refuted}
+    if test is not None and test.has_run:
+        said |= {
+            "claims": [asdict(claim) for claim in test.claims],
+            "points": getattr(test.score, test.match.alliances[test.robot_sim.number]),
+            "summary": test.summary(),
+            "digest": test.digest,
+        }
+    return RUN, said
 
 
 def play_seeds(
@@ -231,7 +282,7 @@ def _reports_of(runs: Sequence[SeededRun], outcome: Any, text: str) -> list[pyte
     return found
 
 
-def usual_workers(config: pytest.Config) -> int:
+def _workers(config: pytest.Config) -> int:
     """How many runs at a time: as `--seed-workers` says, else one a core; one where xdist has shared the cores out."""
     asked: int | None = config.getoption("seed_workers")
     if asked is not None:

@@ -16,6 +16,7 @@ from simcore.sweep.time_limit import GRACE
 
 __all__ = ["answer_task", "ask_process", "read_task"]
 
+_START = 60.0  # [s]; all imports, on a busy machine
 _LAST_WORDS = 300  # characters of what a dead process has said
 
 
@@ -25,7 +26,8 @@ def ask_process(module: str, task: Any, *, timeout: float | None, folder: Path |
     Args:
         module: Which it runs; it calls `read_task` and `answer_task`.
         task: For it, in types that JSON knows.
-        timeout: Wall time in which it should answer [s]; `GRACE` later it is ended. None: no limit.
+        timeout: Wall time in which it should answer [s], once it has started; it is ended some time later. None: no
+            limit.
         folder: Where it runs; None: where this process does.
 
     Returns:
@@ -47,7 +49,7 @@ def ask_process(module: str, task: Any, *, timeout: float | None, folder: Path |
                 env={**os.environ, "PYTHONHASHSEED": "0", "PYTHONPATH": _python_path()},
             )
             try:
-                code = process.wait(None if timeout is None else timeout + GRACE)
+                code = process.wait(None if timeout is None else _START + timeout + GRACE)
             except subprocess.TimeoutExpired:
                 raise SimcoreError(f"took longer than {timeout:g} s of wall time, and its process was ended") from None
             finally:

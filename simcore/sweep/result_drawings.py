@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 
 __all__ = ["ResultDrawing", "drawings_of", "effects_of", "main_metric", "varied_metrics"]
 
-_UNITS = {"score": "points", "distance_m": "m", "min_battery_v": "V", "seconds": "s"}
+_UNITS = {"score": "points", "distance_m": "m", "min_battery_v": "V", "seconds": "s", "last_shot_s": "s"}
 _MOST_DISTRIBUTIONS = 6
 _MOST_VALUES = 12  # of a factor that are shown each; more are put into parts of equal many runs
 _PARTS = 8

@@ -8,6 +8,7 @@ from html import escape
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from simcore.match.registry import find_game
 from simcore.show.page import page_style
 from simcore.sweep.result_drawings import ResultDrawing, effects_of, main_metric, varied_metrics
 from simcore.sweep.sweep_charts import number_text
@@ -50,8 +51,10 @@ def summary_text(results: Results, condition: str = "") -> str:
         lines += ["", f"what moves {main}:", *_aligned([list(effects[0]), *effects[1]])]
     failures = results.failures
     if len(failures):
-        lines += ["", f"{len(failures)} runs ended with an error:"]
-        lines += [f"  {said} ({count} runs)" for said, count in failures["error"].value_counts().head(5).items()]
+        lines += ["", f"{_count(len(failures), 'run')} ended with an error:"]
+        lines += [
+            f"  {said} ({_count(count, 'run')})" for said, count in failures["error"].value_counts().head(5).items()
+        ]
     return "\n".join(lines)
 
 
@@ -111,7 +114,8 @@ _PAGE = """<!DOCTYPE html>
 <meta http-equiv="Content-Security-Policy" content="default-src 'none'; style-src 'unsafe-inline'">
 <title>{title}</title>
 <style>
-{style}</style>
+{style}.wide th, .wide td {{ white-space: nowrap; }}
+</style>
 </head>
 <body>
 <h1>{title}</h1>
@@ -131,17 +135,21 @@ _PAGE = """<!DOCTYPE html>
 
 def _title(results: Results) -> str:
     experiment = results.experiment
-    what = experiment.project or experiment.game or "the newest game"
+    what = experiment.project or experiment.game or find_game(None, say=str).name
     return f"Sweep: {what}, {f'auto {experiment.auto}' if experiment.auto else 'its first auto'}"
 
 
 def _headline(results: Results) -> str:
     table = results.table
     points, seeds = table["point"].nunique(), table["seed"].nunique()
-    varied = f" at {points} points of {', '.join(results.factors)}" if results.factors else ""
+    varied = f" at {_count(points, 'point')} of {', '.join(results.factors)}" if results.factors else ""
     failed = len(results.failures)
     errors = f"; {failed} ended with an error" if failed else ""
-    return f"{len(table)} runs{varied}, {seeds} seed{'s' if seeds != 1 else ''}{errors}"
+    return f"{_count(len(table), 'run')}{varied}, {_count(seeds, 'seed')}{errors}"
+
+
+def _count(number: int, noun: str) -> str:
+    return f"{number} {noun}" if number == 1 else f"{number} {noun}s"
 
 
 def _facts(results: Results, condition: str) -> Iterator[tuple[str, str]]:

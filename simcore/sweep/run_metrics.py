@@ -43,6 +43,10 @@ def _hit_share(run: PlayedRun) -> float:
     return run.match.flow.hits / shots if shots else math.nan
 
 
+def _last_shot(run: PlayedRun) -> float:
+    return max((shot.time for shot in run.match.flow.shots), default=math.nan)
+
+
 def _distance(run: PlayedRun) -> float:
     return float(np.linalg.norm(np.diff(run.path[:, :2], axis=0), axis=1).sum())
 
@@ -57,6 +61,7 @@ METRICS: dict[str, Callable[[PlayedRun], Any]] = {
     "shots": lambda run: len(run.match.flow.shots),
     "hits": lambda run: run.match.flow.hits,
     "hit_share": _hit_share,
+    "last_shot_s": _last_shot,
     "scored": lambda run: run.match.count.scored,
     "placed": lambda run: run.match.count.placed,
     "held": lambda run: run.match.count.held,
@@ -66,8 +71,9 @@ METRICS: dict[str, Callable[[PlayedRun], Any]] = {
     "seconds": lambda run: run.match.time,
 }
 """What is measured in every run, in this order: points of the robot's own alliance and of the other one; pieces shot,
-of those scored, and their share; pieces scored, placed and held by anybody at the end; way driven [m]; lowest battery
-voltage [V] and brown-outs; simulated time [s]. `breakdown.<name>` follows for what the game counts, and `landings`."""
+of those scored, and their share; when the last one was shot, with which a shooter's cycle ends [s]; pieces scored,
+placed and held by anybody at the end; way driven [m]; lowest battery voltage [V] and brown-outs; simulated time [s].
+`breakdown.<name>` follows for what the game counts, and `landings`."""
 
 LANDINGS = "landings"
 _ROWS: dict[str, Callable[[PlayedRun], Any]] = {LANDINGS: _landings, "path": lambda run: run.path[::5].tolist()}

@@ -14,20 +14,18 @@ from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
 from simcore.errors import ConfigError, SimcoreError, UnknownNameError
-from simcore.match.match import Match
 from simcore.match.scatter import Scatter
 from simcore.physics.engine_choice import add_engine_option
 from simcore.quantities import Quantity, number_flag
 from simcore.robot_file.reader import read_settings
 from simcore.robot_file.robot_settings import FILE_NAME as ROBOT_FILE
-from simcore.show.scene import Scene, scene_of
 from simcore.sweep.api import sweep
 from simcore.sweep.column_expressions import names_in
 from simcore.sweep.experiment import DESIGNS, SAMPLED, Experiment, StopRule
 from simcore.sweep.factors import parse_factor
-from simcore.sweep.one_run import play_values, setup_of
+from simcore.sweep.one_run import play_values
 from simcore.sweep.results import Results
-from simcore.sweep.run_metrics import LANDINGS, METRICS
+from simcore.sweep.run_metrics import METRICS
 from simcore.sweep.run_store import RunStore
 
 __all__ = ["add_arguments", "run"]
@@ -145,7 +143,7 @@ def run(options: argparse.Namespace) -> int:
             f"interrupted; {progress.done} of {experiment.count} runs are kept, and the same command goes on with them"
         )
         return 130
-    written = results.save(out, options.success, scene=_scene(experiment))
+    written = results.save(out, options.success)
     print(results.summary(options.success))
     _tell_failures(results, out)
     print(f"\n{written.get('page.html', out)}")
@@ -193,15 +191,6 @@ def _scatter(options: argparse.Namespace) -> Scatter | None:
     if options.project is not None and read_settings(options.project / ROBOT_FILE).scatter is not None:
         return None
     return Scatter()
-
-
-def _scene(experiment: Experiment) -> Scene | None:
-    """The field, for maps of where pieces came down."""
-    if experiment.project is not None or (experiment.metrics and LANDINGS not in experiment.metrics):
-        return None
-    setup = setup_of(experiment)
-    with Match(setup.game, engine=setup.engine) as match:
-        return scene_of(match)
 
 
 def _tell_failures(results: Results, out: Path) -> None:

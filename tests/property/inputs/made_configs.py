@@ -43,10 +43,11 @@ from simcore.vision.quest_headset import QuestConfig
 
 PACKAGES = ("geometry", "match", "physics", "pieces", "robot", "vision")
 MADE_BY_SIMCORE = frozenset(
-    "Aim AirRows AutoRun BodyDefinition BuiltDevice CommandResult ContactMaterials DriveShaft FollowerGroup Footprint "
-    "GroundClearance Launch MassProperties PlaceEvent "
+    "Aim AirRows AutoRun BodyDefinition BuiltDevice BuiltRobot CommandResult ContactMaterials DriveShaft FollowerGroup "
+    "Footprint FoulEvent GroundClearance Launch MassProperties PieceRelease PlaceEvent "
     "LimitedMotor MeshPart ModelLayout NormalLaw ObjGroup PieceCount RayHits RunReport Score ScoreEvent Shot Spread "
-    "ImuReading Mounting ReleasedPiece ShotOutcomes ShotRows TagLayout TickTimes WheelContact".split()
+    "ImuReading Mounting PieceVariation ShotErrors ReleasedPiece ShotOutcomes ShotRows "
+    "TagLayout TickTimes WheelContact".split()
 )
 """Records of what simcore works out: nobody writes them down."""
 
@@ -71,7 +72,7 @@ EXAMPLES = (
     VelocityController(kv=0.1),
     PositionController(kp=10.0),
     ClimberConfig(joints=(JOINT,)),
-    PlacerConfig(joints=(JOINT,), roller="arm", zone=ZONE),
+    PlacerConfig(joints=(JOINT,), roller="arm", zone=ZONE, from_storage=True, handover=(0.1, 0.0, 0.5)),
     FieldSymmetry("rotate", (16.0, 8.0)),
     BoxZone((0.0, 0.0, 0.0), (1.0, 1.0, 1.0)),
     CylinderZone((1.0, 1.0), 0.5, 0.0, 1.0),
@@ -86,7 +87,7 @@ EXAMPLES = (
     CameraConfig(frame_rate=30.0),
     QuestConfig(mount=CameraMount()),
     TankConfig(),
-    ChassisConfig(yaw_inertia=5.0),
+    ChassisConfig(yaw_inertia=5.0, bay=(0.4, 0.3)),
     Mesh(np.eye(3), np.array([[0, 1, 2]])),
     Compound((Part(Sphere(0.1), (0.0, 0.0, 0.1)),)),
 )

@@ -12,6 +12,7 @@ from simcore.errors import ConfigError, UnknownNameError
 from simcore.geometry.linkage import PartState
 from simcore.pieces.launch import LaunchParameters
 from simcore.pieces.shooter import Shooter, ShooterConfig
+from simcore.pieces.shot_errors import ShotErrors
 
 STILL = PartState((1.0, 2.0, 0.0), (0.0, 0.0, 0.0, 1.0), (0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
 RADIUS = 0.075
@@ -187,6 +188,49 @@ def test_wheels_lose_at_least_the_energy_that_a_ball_gains(wheels):
     for impulse in angular_impulses(made, parts, wheels, mass, speed):
         lost += impulse * 300.0
     assert lost == pytest.approx(2.0 * gained)
+
+
+def test_shots_are_off_by_their_errors_and_the_robot_does_not_know():
+    """Each launch takes one error of each; hood and turret are where their encoders do not show them."""
+    rng = np.random.default_rng(1)
+    late = iter(rng.normal(0.0, 0.02, 2000).tolist())
+    errors = ShotErrors(
+        exit_speed=lambda: 1.1,
+        elevation=lambda: 0.02,
+        azimuth=lambda: -0.03,
+        spin=lambda: 0.5,
+        feed_time=lambda: next(late),
+        hood=0.01,
+        turret=0.04,
+    )
+    made, parts = shooter(wheels=("lower",), hood="hood", turret="turret", exit_efficiency=0.5)
+    off = Shooter(made.config, parts, errors)
+    parts["lower"].velocity = 300.0
+    (right,), (wrong,) = made.update(0.02, 1), off.update(0.02, 1)
+    assert wrong.aim.speed == pytest.approx(1.1 * right.aim.speed)
+    assert wrong.aim.elevation == pytest.approx(right.aim.elevation + 0.02 - 0.01)  # elevation_per_hood is -1
+    assert wrong.aim.turret_angle == pytest.approx(-0.03 + 0.04)
+    exact, loose = (m.released(s, radius=RADIUS, robot=STILL) for m, s in ((made, right), (off, wrong)))
+    assert np.linalg.norm(loose.spin) == pytest.approx(0.5 * 1.1 * np.linalg.norm(exact.spin))
+    assert off.aim == made.aim
+    # feed times: 8 shots a second on the mean, each 20 ms off its turn after the one before
+    times = np.array([0.02 * tick + one.delay for tick in range(10_000) for one in off.update(0.02, 9)])
+    gaps = np.diff(times)
+    n = len(gaps)
+    assert gaps.min() >= 0.8 * 0.125 - 1e-9
+    assert gaps.mean() == pytest.approx(0.125 + 0.0011, abs=4 * 0.02 / math.sqrt(n))  # the cut at -25 ms adds 1.1 ms
+    assert gaps.std() == pytest.approx(0.0181, abs=4 * 0.0181 / math.sqrt(2 * n))
+
+
+def test_a_thicker_piece_slips_less():
+    """Slip of 20 % at a squeeze of 15 % of the diameter: 1.5 % more of diameter is a tenth more squeeze."""
+    made, parts = shooter(wheels=("lower",), exit_efficiency=0.4)
+    parts["lower"].velocity = 300.0
+    (launch,) = made.update(0.02, 1)
+    assert made.gripped(launch, 1.0) is launch
+    assert made.gripped(launch, 1.015).aim.speed / launch.aim.speed == pytest.approx((1.0 - 0.2 / 1.1) / 0.8)
+    assert made.config.grip(0.985) < 1.0 and made.config.grip(0.5) >= 0.0
+    assert shooter(exit_efficiency=1.0)[0].config.grip(0.98) == 1.0, "without slip size does not matter"
 
 
 def test_shooters_that_cannot_be_are_refused():

@@ -32,6 +32,13 @@ class TestGyro:
         ends = [math.degrees(self.run(config, seed, dt=dt)[0].yaw) for seed in range(200)]
         assert np.std(ends) == pytest.approx(2.0, rel=0.15)
 
+    def test_bias_is_its_name(self):
+        gyro = Gyro(GyroConfig(bias_dps=6.0), np.random.default_rng(0))
+        for _ in range(50):
+            gyro.step(0.02, 0.0, 0.0, 0.0, (0.0, 0.0, 0.0))
+        assert math.degrees(gyro.yaw) == pytest.approx(6.0)
+        assert np.degrees(gyro.rates) == pytest.approx((0.0, 0.0, 6.0))
+
     def test_scale_error_is_its_name(self):
         config = GyroConfig(scale_error=0.01)
         ends = [

@@ -81,7 +81,7 @@ def test_the_summary_says_share_percentiles_and_what_matters(saved):
     assert any(row.split() == ["metric", "5", "%", "25", "%", "median", "75", "%", "95", "%"] for row in said)
     ranks = [row.split()[0] for row in said[said.index("what moves score:") + 2 :][:2]]
     assert ranks == ["battery.charge", "robot.mass"]
-    assert said[-1] == "  TimeoutError: <b>took more than 60 s</b> (1 runs)"
+    assert said[-1] == "  TimeoutError: <b>took more than 60 s</b> (1 run)"
 
 
 def test_a_sweep_in_which_nothing_worked_has_a_page_that_says_so(tmp_path):

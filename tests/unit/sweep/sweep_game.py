@@ -1,0 +1,68 @@
+"""A small game for sweeps: a carpet, a robot, and autos that drive, fail, hang or kill their process."""
+
+from __future__ import annotations
+
+import os
+import signal
+from dataclasses import replace
+from functools import partial
+from pathlib import Path
+
+from simcore.match.game import Auto, Game
+from simcore.match.match import Match
+
+MARK = "SWEEP_GAME_MARK"
+"""Environment variable with a file that a run has died if it is there."""
+SPOILED = 2
+"""Seed with which autos do what they are named for."""
+
+
+def controller(deed, match, alliance):
+    volts = match.rules_rng.uniform(4.0, 8.0)
+
+    def control(robot, now):
+        robot.drive.set_volts([volts] * 4, [0.0] * 4)
+        if match.seed == SPOILED and now > 0.03:
+            deed()
+
+    return control
+
+
+def drive():
+    pass
+
+
+def fail():
+    raise ZeroDivisionError("in a team's own code")
+
+
+def hang():
+    while True:
+        pass
+
+
+def die():
+    os.kill(os.getpid(), signal.SIGKILL)
+
+
+def die_once():
+    mark = Path(os.environ[MARK])
+    if not mark.exists():
+        mark.touch()
+        die()
+
+
+def ticks(run):
+    """A metric of one's own."""
+    return run.match.ticks
+
+
+with Match.bare() as match:
+    SMALL: Game = replace(
+        match.game,
+        name="small",
+        autos={
+            deed.__name__: Auto(name=deed.__name__, summary="", controller=partial(controller, deed), start=(4, 4, 0))
+            for deed in (drive, fail, hang, die, die_once)
+        },
+    )

@@ -1,0 +1,240 @@
+"""Sweeps of a small game: the same table from everybody who plays it, and nothing that goes wrong stops it."""
+
+from __future__ import annotations
+
+import random
+import sqlite3
+import subprocess
+import sys
+from pathlib import Path
+
+import pandas as pd
+import pytest
+
+from simcore import cli
+from simcore.errors import ConfigError, OutputError, UnknownNameError
+from simcore.sweep import one_run
+from simcore.sweep.api import rows_table, sweep
+from simcore.sweep.executors import play_all
+from simcore.sweep.experiment import Experiment, StopRule
+from simcore.sweep.factors import parse_factor
+from simcore.sweep.run_store import RunStore
+
+FOLDER = str(Path(__file__).parent)
+MASS = parse_factor("robot.mass=45,60")
+
+
+def experiment(**settings):
+    return Experiment(game="sweep_game:SMALL", seconds=0.1, **settings)
+
+
+def same(results):
+    """What must be equal to the bit: all but the time that runs cost."""
+    return results.table.drop(columns="cpu_seconds")
+
+
+@pytest.fixture(autouse=True, scope="module")
+def importable():
+    """Workers find the game as they would a team's own module."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.syspath_prepend(FOLDER)
+        yield
+
+
+@pytest.fixture(scope="module")
+def plain(importable):
+    """Six runs in this process."""
+    return sweep(experiment(factors=(MASS,), seeds=(0, 1, 2), metrics=("score", "distance_m", "sweep_game:ticks")),
+                 executor="process")  # fmt: skip
+
+
+def test_a_row_says_what_was_played_and_what_came_of_it(plain):
+    table = plain.table
+    assert list(table.columns) == [
+        *("run", "point", "seed", "robot.mass", "score", "distance_m", "ticks"),
+        *("digest", "version", "error", "cpu_seconds"),
+    ]
+    assert table["run"].tolist() == list(range(6)) and table["seed"].tolist() == [0, 0, 1, 1, 2, 2]
+    assert set(table["ticks"]) == {5} and set(table["error"]) == {""}
+    assert table["digest"].nunique() == 6  # mass and seed both matter
+    assert (table["cpu_seconds"] > 0.0).all()
+
+
+def test_order_does_not_matter(plain):
+    runs = plain.experiment.runs()
+    random.Random(1).shuffle(runs)
+    rows = list(play_all(plain.experiment, runs, executor="process"))
+    assert [row["run"] for row in rows] == [planned.number for planned in runs] != sorted(row["run"] for row in rows)
+    pd.testing.assert_frame_equal(
+        rows_table(plain.experiment, rows).drop(columns="cpu_seconds"), same(plain), check_exact=True
+    )
+
+
+def test_dask_with_two_processes_gives_the_same_table(plain):
+    pd.testing.assert_frame_equal(
+        same(sweep(plain.experiment, executor="dask", workers=2)), same(plain), check_exact=True
+    )
+
+
+def test_one_and_two_workers_give_the_same_table(plain, whole):
+    if not whole:
+        pytest.skip("with --whole; Dask and the one worker below are the sample")
+    for workers in (1, 2):
+        pd.testing.assert_frame_equal(same(sweep(plain.experiment, workers=workers)), same(plain), check_exact=True)
+
+
+def test_what_goes_wrong_in_a_run_is_in_its_row_alone(plain, tmp_path, monkeypatch, whole):
+    """Of one worker that is killed nothing is lost and nothing comes twice, in the store either."""
+    monkeypatch.setenv("SWEEP_GAME_MARK", str(tmp_path / "mark"))
+    deeds = ("die_once", "fail", "hang", "die") if whole else ("die_once", "fail", "hang")
+    wrong = experiment(factors=(parse_factor(f"auto={','.join(deeds)}"),), seeds=(1, 2, 3), timeout=5.0)
+    seen = []
+    results = sweep(wrong, workers=2 if whole else 1, out=tmp_path, on_row=lambda row, stored: seen.append(row["run"]))
+    assert (tmp_path / "mark").exists()
+    assert sorted(seen) == results.table["run"].tolist() == list(range(3 * len(deeds)))
+    errors = results.table[results.table["error"] != ""].set_index("auto")["error"].to_dict()
+    assert errors.pop("hang") == "took longer than 5 s of wall time, and was ended"
+    assert errors.pop("fail").startswith("ZeroDivisionError: in a team's own code (sweep_game.py, line ")
+    assert not whole or errors.pop("die") == "its process died (SIGKILL)"
+    assert errors == {}
+    assert set(results.failures["seed"]) == {2}
+    for seed, digests in results.whole.groupby("seed")["digest"]:
+        assert digests.nunique() == 1, seed  # what drives on drives as everybody
+    rows = sqlite3.connect(tmp_path / "runs.sqlite").execute("SELECT row FROM runs").fetchall()
+    assert len(rows) == 3 * len(deeds)
+
+
+# --- going on -----------------------------------------------------------------------------------------------------
+
+
+def test_a_sweep_goes_on_where_it_was(tmp_path, monkeypatch):
+    played = []
+    real = one_run.play_values
+
+    def play(common, planned):
+        played.append(planned.number)
+        if len(played) == 3:
+            raise KeyboardInterrupt
+        return real(common, planned)
+
+    monkeypatch.setattr(one_run, "play_values", play)
+    wanted = experiment(factors=(MASS,), seeds=(0, 1))
+    with pytest.raises(KeyboardInterrupt):
+        sweep(wanted, executor="process", out=tmp_path)
+    assert played == [0, 1, 2]
+    first = sweep(wanted, executor="process", out=tmp_path)
+    assert played == [0, 1, 2, 2, 3]
+    again = sweep(wanted, executor="process", out=tmp_path)
+    assert len(played) == 5 and again.table.equals(first.table)
+    more = sweep(experiment(factors=(parse_factor("robot.mass=45,50,60"),), seeds=(0, 1)), executor="process",
+                 out=tmp_path)  # fmt: skip
+    assert [more.table["robot.mass"][number] for number in played[5:]] == [50.0, 50.0]
+    assert more.table["digest"].nunique() == 6
+
+
+def test_runs_that_failed_are_tried_again(tmp_path):
+    wrong = experiment(auto="fail", seeds=(1, 2))
+    sweep(wrong, executor="process", out=tmp_path)
+    rows = []
+    sweep(wrong, executor="process", out=tmp_path, on_row=lambda row, stored: rows.append((row["seed"], stored)))
+    assert rows == [(2, 1)]
+
+
+def test_a_full_disk_stops_nothing(tmp_path):
+    code = """
+import resource, signal, sys
+from simcore.sweep.api import sweep
+from simcore.sweep.experiment import Experiment
+signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+resource.setrlimit(resource.RLIMIT_FSIZE, (40_000, 40_000))  # as a disk that is full after so many bytes
+wanted = Experiment(game="sweep_game:SMALL", seconds=0.02, seeds=range(40))
+said = []
+results = sweep(wanted, executor="process", out=sys.argv[1], say=said.append)
+print(len(results.whole), len(said), said[0], said[-1], sep="|")
+"""
+    run = subprocess.run([sys.executable, "-c", code, str(tmp_path)], capture_output=True, text=True, cwd=FOLDER)
+    there, sentences, first, last = run.stdout.strip().split("|")
+    assert (there, sentences) == ("40", "2"), run.stderr
+    assert "runs.sqlite cannot be written" in first and first.endswith("the runs go on, and are kept in memory")
+    assert last.endswith("runs are not in it")
+    kept = sqlite3.connect(tmp_path / "runs.sqlite").execute("SELECT count(*) FROM runs").fetchone()[0]
+    assert 0 < kept < 40
+
+
+def test_a_store_that_cannot_be_is_said(tmp_path):
+    (tmp_path / "file").touch()
+    with pytest.raises(OutputError, match="cannot be written"):
+        sweep(experiment(), executor="process", out=tmp_path / "file")
+    with pytest.raises(OutputError, match="no runs in it"):
+        RunStore(tmp_path, must_exist=True)
+
+
+# --- enough -------------------------------------------------------------------------------------------------------
+
+
+def test_it_stops_when_the_share_is_known():
+    rule = StopRule(condition="distance_m > 0", width=0.25, least=3)
+    results = sweep(experiment(factors=(MASS,), seeds=range(50), stop=rule), executor="process")
+    # 4 of 4 is known to +-0.245 by Wilson: z^2 / (n + z^2) / 2
+    assert results.table["seed"].tolist() == [0, 0, 1, 1, 2, 2, 3, 3]
+
+
+def test_it_stops_after_too_many_errors_or_too_long():
+    results = sweep(experiment(auto="fail", seeds=(1, 2, 3, 4), stop=StopRule(errors=1)), executor="process")
+    assert results.table["seed"].tolist() == [1, 2]
+    assert len(sweep(experiment(seeds=range(9), stop=StopRule(seconds=1e-9)), executor="process").table) == 0
+
+
+# --- what cannot be -----------------------------------------------------------------------------------------------
+
+
+def test_nobody_is_there_to_play():
+    with pytest.raises(UnknownNameError, match="Did you mean 'dask'"):
+        sweep(experiment(), executor="dusk")
+    with pytest.raises(ConfigError, match="workers must be"):
+        sweep(experiment(), workers=-5)
+
+
+def test_a_scheduler_that_does_not_answer(monkeypatch):
+    monkeypatch.setattr("simcore.sweep.executors._CONNECT", 0.2)
+    with pytest.raises(ConfigError, match=r"answers at tcp://127\.0\.0\.1:9"):
+        sweep(experiment(), executor="dask", scheduler="tcp://127.0.0.1:9")
+
+
+@pytest.mark.parametrize(
+    ("settings", "said"),
+    [
+        ({"auto": "dive"}, "Did you mean 'drive'"),
+        ({"factors": (parse_factor("robot.mas=3"),)}, "Did you mean 'mass'"),
+        ({"factors": (parse_factor("robot.mass=60,-3"),)}, "got -3.0"),
+        ({"robot": "nowhere.toml"}, "there is no file"),
+        ({"project": FOLDER}, "no robot.py"),
+    ],
+)
+def test_what_no_run_can_be_is_said_before_the_first(settings, said):
+    with pytest.raises((ConfigError, UnknownNameError)) as caught:
+        sweep(experiment(**settings), executor="process")
+    assert said in str(caught.value)
+
+
+# --- the command --------------------------------------------------------------------------------------------------
+
+
+def test_the_command_says_what_failed_and_plays_it_again(tmp_path, capsys, monkeypatch):
+    def play_here(common, runs, count):
+        return (one_run.play_run(common, planned) for planned in runs)
+
+    monkeypatch.setattr("simcore.sweep.executors._play_on_cores", play_here)
+    out = str(tmp_path / "two words")
+    words = ["sweep", "sweep_game:SMALL", "--seconds", "0.1", "--out", out]
+    assert cli.main([*words, "--auto", "fail", "--seeds", "1:3", "--success", "distance_m > 0"]) == 1
+    said = capsys.readouterr().out
+    assert "1 of 2 = 50 %" in said and "ZeroDivisionError: in a team's own code" in said
+    assert f"run 1 alone: simcore sweep --out '{out}' --repeat 1" in said
+    with pytest.raises(ZeroDivisionError):
+        cli.main(["sweep", "--out", out, "--repeat", "1"])
+    assert cli.main(["sweep", "--out", out, "--repeat", "0"]) == 0
+    table = pd.read_csv(Path(out, "results.csv"))
+    assert table["digest"].dropna().item() in capsys.readouterr().out
+    assert cli.main([*words, "--success", "scor > 0"]) == 1
+    assert "Did you mean 'score'" in capsys.readouterr().err
