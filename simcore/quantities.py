@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from numbers import Real
 from typing import TYPE_CHECKING, Any, TypeAlias
 
-from simcore.errors import ConfigError
+from simcore.errors import ConfigError, SimcoreError
 
 if TYPE_CHECKING:
     from _typeshed import DataclassInstance
@@ -78,6 +78,7 @@ __all__ = [
     "require_row",
     "row_text",
     "shown",
+    "text_flag",
 ]
 
 _OTHER_UNITS = {
@@ -300,6 +301,18 @@ def number_flag(quantity: Quantity) -> Callable[[str], float]:
         return number
 
     return read
+
+
+def text_flag(read: Callable[[str], Any]) -> Callable[[str], Any]:
+    """The `type` of an option of a command whose text a function reads that raises `SimcoreError`."""
+
+    def checked(text: str) -> Any:
+        try:
+            return read(text)
+        except SimcoreError as error:
+            raise ArgumentTypeError(str(error)) from None
+
+    return checked
 
 
 def row_text(row: Quantity | Row) -> str:

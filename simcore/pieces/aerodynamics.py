@@ -196,7 +196,7 @@ def fly(
     pos: Vector, velocity: Vector, spin: Vector, dt: float, *, gravity: float, factors: AirFactors
 ) -> tuple[Vector, Vector]:
     """Fly one piece on by a short time; arguments and returned values as of `fly_rows`, for one row."""
-    rows = (np.array([row]) for row in (pos, velocity, spin))
-    after, faster = fly_rows(*rows, dt, gravity=gravity, factors=factors)
+    at, way, turn = np.array([pos]), np.array([velocity]), np.array([spin])
+    after, faster = fly_rows(at, way, turn, dt, gravity=gravity, factors=factors)
     (x, y, z), (vx, vy, vz) = after[0].tolist(), faster[0].tolist()
     return (x, y, z), (vx, vy, vz)

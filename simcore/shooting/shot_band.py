@@ -91,15 +91,16 @@ class ShotBand:
         low, high = task.elevations
         spare = math.ceil(_SPARE_ELEVATION / _ELEVATION_STEP)
         count = math.floor((high - low) / _ELEVATION_STEP + 1e-9)
-        elevations = low + _ELEVATION_STEP * np.arange(-spare, count + spare + 1)
-        elevations = elevations[(elevations > 0.0) & (elevations < 0.5 * math.pi)]
+        grid = low + _ELEVATION_STEP * np.arange(-spare, count + spare + 1)
+        elevations: FloatArray = np.array(grid[(grid > 0.0) & (grid < 0.5 * math.pi)], dtype=np.float64)
         middles = np.array([_speed_to_middle(task, stand, elevation) for elevation in elevations.tolist()])
         reachable = middles[middles < task.max_speed * (1.0 + _SPARE_SPEED)]
         if not len(reachable):
             return cls(task, stand, elevations, np.zeros(0), np.zeros((len(elevations), 0), dtype=bool))
         least = max(_SLOWER * float(reachable.min()), task.min_speed)
         most = min(_FASTER * float(reachable.max()), task.max_speed * (1.0 + _SPARE_SPEED))
-        speeds = least * np.exp(_SPEED_STEP * np.arange(max(1, math.ceil(math.log(most / least) / _SPEED_STEP))))
+        count = max(1, math.ceil(math.log(most / least) / _SPEED_STEP))
+        speeds: FloatArray = least * np.exp(_SPEED_STEP * np.arange(count))
         ratio = speeds[None, :] / middles[:, None]
         row, column = np.nonzero((ratio > _SLOWER) & (ratio < _FASTER))
         inside: BoolArray = np.zeros(ratio.shape, dtype=bool)
@@ -138,7 +139,7 @@ class ShotBand:
 
     def elevation_limits(self, shot: BestShot) -> tuple[float, float]:
         """Flattest and steepest shot at the same speed that goes in [rad]."""
-        elevations = np.arange(_FINE_ELEVATION, 0.5 * math.pi, _FINE_ELEVATION)
+        elevations: FloatArray = np.arange(_FINE_ELEVATION, 0.5 * math.pi, _FINE_ELEVATION)
         near = np.abs(elevations - shot.elevation) < degrees(25.0)
         elevations = elevations[near]
         inside = self.task.outcomes(self.stand, elevations, np.full(len(elevations), shot.speed))

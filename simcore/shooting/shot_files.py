@@ -46,9 +46,15 @@ def row_values(row: ShotTableRow, check: FlightCheck | None = None) -> dict[str,
         "margin_sd": row.margin,
     }
     for name, number in numbers.items():
-        is_number = isinstance(number, float) and math.isfinite(number)
-        values[name] = round(number, 4) if is_number else number if isinstance(number, bool) else None
-    for name, share in (("share", row.share), ("between", row.between), ("check", check and check.found)):
+        if isinstance(number, float):
+            values[name] = round(number, 4) if math.isfinite(number) else None
+        else:
+            values[name] = number
+    for name, share in (
+        ("share", row.share),
+        ("between", row.between),
+        ("check", None if check is None else check.found),
+    ):
         values[name] = None if share is None else round(share.share, 4)
         values[f"{name}_lower"] = None if share is None else round(share.lower, 4)
         values[f"{name}_upper"] = None if share is None else round(share.upper, 4)
@@ -107,22 +113,22 @@ def table_python(table: ShotTable) -> str:
         "from bisect import bisect_right",
         "",
         f"COLUMNS = {_COLUMNS!r}",
-        '"""Of a shot: over the horizontal, the hood\'s mechanism, of the piece, of the wheels, of the direction from that',
-        'to the target (counter-clockwise), and from the muzzle to the opening."""',
+        '"""Of a shot: over the horizontal, the hood\'s mechanism, of the piece, of the wheels, its direction from',
+        'that to the target (counter-clockwise), and from the muzzle to the opening."""',
     ]
     units = {"DISTANCES": "from the robot's middle to the target's", "RADIAL": "of the robot toward the target",
              "TANGENTIAL": "of the robot to the left, looking at the target"}  # fmt: skip
-    for name, values in axes.items():
+    for name, axis in axes.items():
         unit = "m" if name == "DISTANCES" else "m/s"
-        lines.append(f"{name} = {tuple(values)!r}  # [{unit}] {units[name]}")
+        lines.append(f"{name} = {tuple(axis)!r}  # [{unit}] {units[name]}")
     lines.append("SHOTS = {")
-    gaps = []
+    gaps: list[tuple[float, float, float]] = []
     for row in table.rows:
         key = (row.distance, row.radial, row.tangential)
         values = row_values(row)
         shot = tuple(values[name] for name in _COLUMNS) if row.is_feasible else None
-        share = "" if row.share is None else f"  # {row.share.share:.1%} go in"
-        lines.append(f"    {key!r}: {shot!r},{share or f'  # {row.problem}'}")
+        note = row.problem if row.share is None else f"{row.share.share:.1%} go in"
+        lines.append(f"    {key!r}: {shot!r},  # {note}")
         if row.between is not None and row.share is not None:
             after = next(
                 other

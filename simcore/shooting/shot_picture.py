@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -40,8 +41,8 @@ def draw_bands(path: str | Path, table: ShotTable) -> None:
     box = (float(inside.min()) * 0.95, float(inside.max()) * 1.05, math.degrees(low) - 4.0, math.degrees(high) + 4.0)
     parts = [
         words(40.0, 44.0, f"Shots that go into {task.zone.name}", 27, ink=color("ink"), bold=True),
-        words(40.0, 72.0, "elevation over speed, by distance; all barrels; the cross is the shot of the table, its arms "
-              "how far speed and elevation alone may be off", 15),
+        words(40.0, 72.0, "elevation over speed, by distance, from all barrels; cross: the shot of the table; its "
+              "arms: how far speed and elevation alone may be off", 15),
     ]  # fmt: skip
     for number, (row, band) in enumerate(panels):
         y, x = divmod(number, _COLUMNS)
@@ -74,9 +75,8 @@ def _panel(row: ShotTableRow, band: ShotBand | None, box: tuple[float, float, fl
         parts.append(line(left, down(angle), left + width, down(angle), stroke=color("grid")))
         parts.append(words(left - 5.0, down(angle) + 4.0, f"{angle:g}", 11.5, anchor="end"))
     parts.append(words(left + width, top + height + 30.0, "speed [m/s]", 11.5, anchor="end"))
-    parts.append(
-        words(0.0, 0.0, "[deg]", 11.5, anchor="middle", transform=f"translate(12 {top + 0.5 * height:g}) rotate(-90)")
-    )
+    middle = f"translate(12 {top + 0.5 * height:g}) rotate(-90)"
+    parts.append(words(0.0, 0.0, "[deg]", 11.5, anchor="middle", transform=middle))
     if band is not None:
         parts.append(element("g", *_runs(band, across, down), fill=color("hit"), opacity=0.45))
     if row.is_feasible:
@@ -91,7 +91,7 @@ def _panel(row: ShotTableRow, band: ShotBand | None, box: tuple[float, float, fl
     return document((0.0, 0.0, *_PANEL), *parts)
 
 
-def _runs(band: ShotBand, across, down) -> list[str]:  # type: ignore[no-untyped-def]
+def _runs(band: ShotBand, across: Callable[[float], float], down: Callable[[float], float]) -> list[str]:
     """A bar for each unbroken stretch of speeds of each elevation."""
     bars = []
     half = 0.5 * math.degrees(float(band.elevations[1] - band.elevations[0]))

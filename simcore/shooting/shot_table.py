@@ -1,4 +1,4 @@
-"""A shooter table: for each distance and velocity of the robot the shot with the widest margin, and what it is worth."""
+"""A shooter table: for each distance and velocity of the robot a shot with a wide margin, and what it is worth."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ class ShotShare:
 
     @property
     def share(self) -> float:
-        """[-]"""
+        """Of the shots [-]."""
         return self.hits / self.shots
 
 
@@ -202,9 +202,10 @@ class _Place:
     def row(self, scatter: Scatter, seed: int) -> ShotTableRow:
         """The row of the chosen shot, or of why there is none."""
         wanted, best, band, task = self.wanted, self.best, self.band, self.task
-        here = {"distance": wanted.distance, "radial": wanted.radial, "tangential": wanted.tangential}
         if best is None or band is None:
-            return ShotTableRow(**here, problem=self.problem)
+            return ShotTableRow(
+                distance=wanted.distance, radial=wanted.radial, tangential=wanted.tangential, problem=self.problem
+            )
         stand = band.stand
         elevation, speed = np.array([best.elevation]), np.array([best.speed])
         yaw = task.lead(stand, elevation, speed)
@@ -213,7 +214,9 @@ class _Place:
         slowest, fastest = band.speed_limits(best)
         flattest, steepest = band.elevation_limits(best)
         return ShotTableRow(
-            **here,
+            distance=wanted.distance,
+            radial=wanted.radial,
+            tangential=wanted.tangential,
             bearing=stand.bearing,
             elevation=best.elevation,
             hood=task.hood_for(best.elevation),

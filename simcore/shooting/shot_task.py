@@ -139,7 +139,9 @@ class ShotTask:
         self.robot = robot or game.robot()
         shooters = self.robot.shooters
         if not shooters:
-            raise ConfigError(f"the robot has no shooter: give one that has, as simcore.toml or `{game.name}`'s own")
+            raise ConfigError(
+                f"the robot has no shooter, for {game.name}: give one that has, e.g. --robot simcore.toml"
+            )
         if not 0 <= shooter < len(shooters):
             raise ConfigError(f"the robot has shooters 0 to {len(shooters) - 1}, got {shooter}")
         self.shooter: ShooterConfig = shooters[shooter]
@@ -170,10 +172,9 @@ class ShotTask:
         return targets[name]
 
     def _kind(self) -> GamePieceConfig:
-        thrown = [
-            supply.kind for supply in self.game.pieces if supply.kind.name in (self.shooter.kinds or [supply.kind.name])
-        ]
-        fitting = [kind for kind in thrown if kind.name in (self.zone.kinds or [kind.name])]
+        kinds = [supply.kind for supply in self.game.pieces]
+        thrown = [kind for kind in kinds if not self.shooter.kinds or kind.name in self.shooter.kinds]
+        fitting = [kind for kind in thrown if not self.zone.kinds or kind.name in self.zone.kinds]
         if not fitting:
             names = ", ".join(kind.name for kind in thrown) or "nothing of this game"
             raise ConfigError(f"{self.zone.name} takes {', '.join(self.zone.kinds)}, and the shooter throws {names}")
@@ -252,7 +253,8 @@ class ShotTask:
             elevation: Of each shot [rad], shape (n,).
             speed: Of each shot, relative to the muzzle [m/s], shape (n,).
         """
-        yaw = np.full(len(speed), stand.bearing)
+        yaw: FloatArray = np.full(len(speed), stand.bearing)
+        turn: FloatArray = np.zeros(len(speed))
         velocity, middle = stand.velocity, self.opening.middle
         for _ in range(_CORRECTIONS):
             way = middle[:2] - self.muzzle(stand, yaw)[:, :2]
@@ -317,7 +319,7 @@ class ShotTask:
         return fly_to_opening(rows, self.opening, self.zone.zone, self.kind.surface, gravity=GRAVITY)
 
     def barrel_numbers(self, n: int) -> IntArray:
-        """Of n shots, as many from each: the first ones from the first, so that no sequence of draws beats with them."""
+        """Of n shots, as many from each, the first ones from the first: no sequence of draws beats with that."""
         return np.arange(n) * len(self.barrels) // n
 
     def outcomes(
@@ -328,8 +330,8 @@ class ShotTask:
         yaw = self.lead(stand, elevations, speeds)
         good = np.nonzero(np.isfinite(yaw))[0]
         n, k = len(good), len(self.barrels)
-        shots = [np.tile(part[good], k) for part in (elevations, speeds, yaw)]
-        found = self.fly(self.rows(stand, *shots, np.repeat(np.arange(k), n)))
+        elevation_rows, speed_rows, yaw_rows = (np.tile(part[good], k) for part in (elevations, speeds, yaw))
+        found = self.fly(self.rows(stand, elevation_rows, speed_rows, yaw_rows, np.repeat(np.arange(k), n)))
         result: BoolArray = np.zeros(len(speeds), dtype=bool)
         result[good] = found.goes_in.reshape(k, n).all(axis=0)
         return result

@@ -7,16 +7,15 @@ import math
 import sys
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
 from rich.console import Console
 from rich.table import Table
 
-from simcore.errors import ConfigError, SimcoreError
+from simcore.errors import ConfigError
 from simcore.match.registry import find_game
 from simcore.match.scatter import Scatter
 from simcore.physics.engine_choice import add_engine_option
-from simcore.quantities import FIELD_LENGTH, Quantity, number_flag, require
+from simcore.quantities import FIELD_LENGTH, Quantity, number_flag, require, text_flag
 from simcore.shooting.shot_check import check_by_engine, check_by_flights
 from simcore.shooting.shot_files import table_csv, table_json, table_python
 from simcore.shooting.shot_picture import draw_bands
@@ -48,7 +47,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         dest="values",
         action="append",
         default=[],
-        type=_checked(parse_factor),
+        type=text_flag(parse_factor),
         metavar="PART=VALUE",
         help="change the robot, e.g. shooter.exit_efficiency=0.45; may be given again",
     )
@@ -66,7 +65,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         )  # fmt: skip
     parser.add_argument(
         "--scatter",
-        type=_checked(Scatter.parse),
+        type=text_flag(Scatter.parse),
         default=Scatter(),
         metavar="SPREADS",
         help="by how much shots differ: 1 is the default spreads, 0 none, 1,exit_speed=0.03 with one of them otherwise",
@@ -80,18 +79,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--out", type=Path, default=Path("out/shots"), metavar="FOLDER", help="default: out/shots")
 
 
-def _checked(read: Callable[[str], Any]) -> Callable[[str], Any]:
-    """The same for argparse, which shows the text of an error."""
-
-    def checked(text: str) -> Any:
-        try:
-            return read(text)
-        except SimcoreError as error:
-            raise argparse.ArgumentTypeError(str(error)) from error
-
-    return checked
-
-
 def _numbers(name: str) -> Callable[[str], tuple[float, ...]]:
     quantity = FIELD_LENGTH if name == "distances" else _DRIVE_SPEED
 
@@ -101,7 +88,7 @@ def _numbers(name: str) -> Callable[[str], tuple[float, ...]]:
             require("simcore shots", name, value, quantity)
         return tuple(float(value) for value in values)
 
-    return _checked(read)
+    return text_flag(read)
 
 
 def run(options: argparse.Namespace) -> int:
@@ -166,8 +153,9 @@ def _print(table: ShotTable) -> None:
     task = table.task
     shown = Table(title=f"{task.zone.name}, {task.kind.name.lower()}, all {len(task.barrels)} barrels")
     moving = any(row.radial or row.tangential for row in table.rows)
-    for name in ("distance", *(("radial", "tangential") if moving else ()), "elevation", "hood", "speed", "wheels",
-                 *(("lead",) if moving else ()), "flight", "speed may be", "elevation may be", "goes in", "between"):  # fmt: skip
+    names = ["distance", *(["radial", "tangential"] if moving else []), "elevation", "hood", "speed", "wheels"]
+    names += [*(["lead"] if moving else []), "flight", "speed may be", "elevation may be", "goes in", "between"]
+    for name in names:
         shown.add_column(name, justify="right")
     for row in table.rows:
         head = [f"{row.distance:g} m", *([f"{row.radial:g}", f"{row.tangential:g} m/s"] if moving else [])]

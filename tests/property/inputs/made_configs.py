@@ -25,9 +25,11 @@ from simcore.match.clock import Phase
 from simcore.match.registry import installed_games
 from simcore.physics.field import FieldBoundary
 from simcore.physics.shapes import Compound, Cylinder, Hull, Mesh, Part, Sphere
+from simcore.physics.surface import WALL
 from simcore.pieces.intake import IntakeZone
 from simcore.pieces.placer import PlacerConfig
 from simcore.pieces.resting_places import RestingPlace
+from simcore.pieces.shot_opening import Panel, ShotOpening
 from simcore.robot.chassis_config import ChassisConfig
 from simcore.robot.climber import ClimberConfig
 from simcore.robot.cots import MODULES
@@ -41,10 +43,11 @@ from simcore.vision.quest_headset import QuestConfig
 
 PACKAGES = ("geometry", "match", "physics", "pieces", "robot", "vision")
 MADE_BY_SIMCORE = frozenset(
-    "Aim AutoRun BodyDefinition BuiltDevice BuiltRobot CommandResult ContactMaterials DriveShaft FollowerGroup "
+    "Aim AirRows AutoRun BodyDefinition BuiltDevice BuiltRobot CommandResult ContactMaterials DriveShaft FollowerGroup "
     "Footprint FoulEvent GroundClearance Launch MassProperties PieceRelease PlaceEvent "
     "LimitedMotor MeshPart ModelLayout NormalLaw ObjGroup PieceCount RayHits RunReport Score ScoreEvent Shot Spread "
-    "ImuReading Mounting PieceVariation ShotErrors ReleasedPiece TagLayout TickTimes WheelContact".split()
+    "ImuReading Mounting PieceVariation ShotErrors ReleasedPiece ShotOutcomes ShotRows "
+    "TagLayout TickTimes WheelContact".split()
 )
 """Records of what simcore works out: nobody writes them down."""
 
@@ -52,7 +55,10 @@ BOX = GearboxConfig(motor=DCMotor.krakenX60(1), gearing=10.0)
 ARM = ArmConfig(gearbox=BOX, inertia=0.2, mass=2.0, center_of_mass=0.3, min_angle=-1.0, max_angle=1.0, start_angle=0.0)
 JOINT = Joint(mechanism="arm", axis=(0.0, 0.0, 1.0), origin=(0.1, 0.0, 0.2))
 ZONE = IntakeZone(x_min=-0.5, x_max=-0.3, y_min=-0.2, y_max=0.2, z_max=0.2)
+SQUARE = ((0.0, 0.0, 2.0), (1.0, 0.0, 2.0), (1.0, 1.0, 2.0), (0.0, 1.0, 2.0))
 EXAMPLES = (
+    Panel(corners=SQUARE, surface=WALL),
+    ShotOpening(corners=SQUARE, approach=0.0),
     BOX,
     ARM,
     JOINT,

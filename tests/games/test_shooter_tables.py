@@ -1,0 +1,139 @@
+"""Shooter tables: launches, claims against flights and real shots, files that robot code can use, refusals, tuning."""
+
+from __future__ import annotations
+
+import csv
+import json
+import re
+import shlex
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from games.rebuilt import REBUILT
+from simcore.cli import main
+from simcore.geometry.rotation import from_yaw
+from simcore.match.match import Match
+from simcore.match.scatter import Scatter
+from simcore.pieces.launch import Aim
+from simcore.pieces.shot_schedule import Launch
+from simcore.shooting.shot_task import SPREADS, ShotDraws, ShotTask, Stand
+from simcore.units import degrees
+
+DOCS = Path(__file__).resolve().parents[2] / "docs"
+SMALL = {
+    "shots": ["--distances", "3", "--radial", "0", "--tangential", "0", "--check", "20", "--real-shots", "1"],
+    "tune": ["--trials", "1", "--seeds", "1", "--seconds", "0.1", "-j", "1"],
+}
+
+
+@pytest.fixture
+def here(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def test_shots_leave_as_those_of_the_robots_shooter():
+    """Place, velocity and spin are `Shooter.released`'s, of a robot that drives, from both barrels."""
+    task = ShotTask(REBUILT)
+    stand = Stand(3.0, 0.4, 1.2, -0.7)
+    elevation, speed = np.array([1.1, 0.9]), np.array([7.0, 8.0])
+    yaw = task.lead(stand, elevation, speed)
+    rows = task.rows(stand, elevation, speed, yaw, np.array([0, 1]))
+    with Match(REBUILT) as match:
+        robot = match.robots[0]
+        shooter = robot.shooters[0]
+        x, y = stand.place(task.opening.middle)
+        for row in range(2):
+            motion = robot.motion_at(0.0)
+            quat = from_yaw(float(yaw[row]))
+            vel = tuple(stand.velocity.tolist())
+            motion = type(motion)(pos=(x, y, 0.0), quat=quat, vel=vel, rate=(0.0, 0.0, 0.0))
+            launch = Launch(barrel=row, delay=0.0, aim=Aim(float(elevation[row]), float(speed[row])))
+            piece = shooter.released(launch, radius=float(rows.radius[row]), robot=motion)
+            assert rows.pos[row] == pytest.approx(piece.pos, abs=1e-12)
+            assert rows.vel[row] == pytest.approx(piece.vel, abs=1e-12)
+            assert rows.spin[row] == pytest.approx(piece.spin, abs=1e-9)
+    # without a barrel's offset it flies over the middle of the target: the lead takes the robot's way out of it
+    way = task.opening.middle[:2] - task.muzzle(stand, yaw)[:, :2]
+    across = way[:, 0] * rows.vel[:, 1] - way[:, 1] * rows.vel[:, 0]
+    assert across == pytest.approx(0.0, abs=1e-3)
+
+
+def test_draws_have_the_spreads_of_the_scatter():
+    shares = (np.arange(4000)[:, None] + 0.5) / 4000 * np.ones(SPREADS)
+    scatter = Scatter()
+    draws = ShotDraws.of(scatter, shares)
+    assert np.std(np.log(draws.exit_speed)) == pytest.approx(scatter.exit_speed, rel=0.01)
+    assert np.std(draws.elevation) == pytest.approx(scatter.elevation, rel=0.01)
+    assert np.ptp(draws.mass) == pytest.approx(2.0 * scatter.piece_mass, rel=0.01)
+    none = ShotDraws.of(Scatter.none(), shares)
+    assert (none.exit_speed == 1.0).all() and (none.azimuth == 0.0).all() and (none.drag == 1.0).all()
+
+
+def test_a_table_holds_in_flights_and_real_shots_and_pastes_into_robot_code(here, capsys, whole):
+    """Claims of each row in 1,000 flights, some in a match; rows that cannot be say why; the module interpolates."""
+    distances = "1:8:0.5" if whole else "2.5,3.5,7"
+    command = ["shots", "rebuilt", "--distances", distances, "--check", "1000", "--real-shots", "20" if whole else "2"]
+    assert main(command) == 0
+    text = capsys.readouterr().out
+    out = here / "out" / "shots"
+    with (out / "shots.csv").open(encoding="utf-8") as stream:
+        rows = list(csv.DictReader(stream))
+    told = json.loads((out / "shots.json").read_text(encoding="utf-8"))
+    assert told["target"] == "BlueHub" and len(told["rows"]) == len(rows)
+    good = [row for row in rows if row["feasible"] == "True"]
+    assert len(good) >= 2 and "does NOT hold" not in text
+    for row in good:
+        assert row["check_shots"] == "1000" and row["check_holds"] == "True"
+        assert float(row["check_lower"]) <= float(row["share"]) <= float(row["check_upper"])
+        assert float(row["slowest_mps"]) < float(row["speed_mps"]) < float(row["fastest_mps"])
+        shooter = REBUILT.robot().shooters[0]
+        speed = shooter.exit_speed([float(row["wheel_rps"]) * 2.0 * np.pi])
+        assert speed == pytest.approx(float(row["speed_mps"]), abs=1e-3)
+        hood = float(row["hood_turns"]) * 360.0
+        assert degrees(hood) == pytest.approx(shooter.elevation - degrees(float(row["elevation_deg"])), abs=1e-3)
+    (far,) = [row for row in rows if row["distance_m"] == "7.0"]
+    assert far["feasible"] == "False" and "no place" in far["problem"] and far["speed_mps"] == ""
+    assert (out / "shots.png").stat().st_size > 5_000 and "<svg" in (out / "shots.svg").read_text(encoding="utf-8")
+    module: dict = {}
+    exec((out / "shot_table.py").read_text(encoding="utf-8"), module)
+    shot_at = module["shot_at"]
+    near, next_one = good[0], good[1]
+    between = shot_at(0.5 * (float(near["distance_m"]) + float(next_one["distance_m"])))
+    middle = 0.5 * (float(near["wheel_rps"]) + float(next_one["wheel_rps"]))
+    assert between is None or between["wheel_rps"] == pytest.approx(middle)
+    assert shot_at(float(near["distance_m"]))["elevation_deg"] == pytest.approx(float(near["elevation_deg"]))
+    assert shot_at(0.1) is None and shot_at(7.0) is None and shot_at(2.6, radial=1.0) is None
+
+
+@pytest.mark.parametrize(
+    ("words", "sentence"),
+    [
+        (["shots", "reefscape"], "no shooter"),
+        (["shots", "rebuilt", "--target", "BlueHubb"], "Did you mean 'BlueHub'"),
+        (["shots", "rebuilt", "--shooter", "3"], "shooters 0 to 0, got 3"),
+        (["shots", "rebuilt", "--robot", "gone.toml"], "no file 'gone.toml'"),
+        (["shots", "rebuilt", "--set", "shooter.exit_eficiency=0.4"], "exit_efficiency"),
+        (["tune", "rebuilt", "--set", "robot.mass=uniform(45,60)", "--minimize", "mises"], "no metric named 'mises'"),
+        (["tune", "rebuilt", "--set", "robot.mass=normal(55,2)", "--minimize", "score"], "needs ends"),
+        (
+            ["tune", "rebuilt", "--set", "robot.mass=uniform(45,60)", "--minimize", "score", "--storage", "nosuch://x"],
+            "cannot be used",
+        ),
+    ],
+)
+def test_what_cannot_be_is_said_in_a_sentence(here, capsys, words, sentence):
+    assert main(words) == 1
+    assert sentence in " ".join(capsys.readouterr().err.split())
+
+
+@pytest.mark.parametrize("page", ["shots.md", "tuning.md"])
+def test_documented_commands_run(here, page):
+    """As written, but on few shots and runs."""
+    lines = re.findall(r"^simcore (?:shots|tune) .*$", (DOCS / page).read_text(encoding="utf-8"), re.MULTILINE)
+    assert lines
+    for line in lines:
+        words = shlex.split(line)[1:]
+        assert main([*words, *SMALL[words[0]]]) == 0
