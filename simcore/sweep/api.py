@@ -105,13 +105,18 @@ class _Rounds:
         self._points = 1 + max(planned.point for planned in runs)
         self._count = len(runs)
         self._whole = 0
+        self._failed = 0
         self._last: int | None = None
 
     def add(self, row: dict[str, Any]) -> None:
         """One more row."""
         self.rows[row["run"]] = row
-        while self._last is None and self._is_whole(self._whole):
+        while self._last is None and (self._whole + 1) * self._points <= self._count:
+            numbers = range(self._whole * self._points, (self._whole + 1) * self._points)
+            if not all(number in self.rows for number in numbers):
+                return
             self._whole += 1
+            self._failed += len([number for number in numbers if self.rows[number]["error"]])
             if self._is_met():
                 self._last = self._whole
 
@@ -126,18 +131,15 @@ class _Rounds:
         end = self._count if self._last is None else self._last * self._points
         return [row for number, row in self.rows.items() if number < end]
 
-    def _is_whole(self, number: int) -> bool:
-        numbers = range(number * self._points, (number + 1) * self._points)
-        return numbers.stop <= self._count and all(run in self.rows for run in numbers)
-
     def _is_met(self) -> bool:
         """Whether the rule is met by the whole rounds so far."""
-        rule, rows = self._rule, [self.rows[number] for number in range(self._whole * self._points)]
-        if rule.errors is not None and len([row for row in rows if row["error"]]) >= rule.errors:
+        rule, whole = self._rule, self._whole
+        if rule.errors is not None and self._failed >= rule.errors:
             return True
-        if not rule.condition or self._whole < rule.least:
+        step = 10 ** max(0, len(str(whole)) - 2)  # of many rounds some ninety in each power of ten are asked
+        if not rule.condition or whole < rule.least or whole % step:
             return False
-        return share_is_known(rule, rows)
+        return share_is_known(rule, [self.rows[number] for number in range(whole * self._points)])
 
 
 def share_is_known(rule: StopRule, rows: Iterable[Mapping[str, Any]]) -> bool:

@@ -18,7 +18,7 @@ _TABLES = """
 CREATE TABLE IF NOT EXISTS experiments (
     number INTEGER PRIMARY KEY AUTOINCREMENT, key TEXT UNIQUE NOT NULL, description TEXT NOT NULL
 );
-CREATE TABLE IF NOT EXISTS runs (key TEXT PRIMARY KEY, error TEXT NOT NULL, row TEXT NOT NULL) WITHOUT ROWID;
+CREATE TABLE IF NOT EXISTS runs (key TEXT PRIMARY KEY, error TEXT NOT NULL, row TEXT NOT NULL);
 """
 _AT_ONCE = 500  # names in one question; SQLite allows 999 in its oldest versions
 _BUSY = 30.0  # [s]; another sweep may be writing to the same file
