@@ -8,13 +8,12 @@ from pathlib import Path
 __all__ = ["shipped"]
 
 
-def shipped(package: str, installed: str, source: str) -> Path:
+def shipped(game: str, name: str) -> Path:
     """A file or folder of a game.
 
     Args:
-        package: Of the game, e.g. `games.rebuilt`.
-        installed: Its path in the package's folder `models`.
-        source: Its path in the source tree's folder `models`.
+        game: Name of its package in `games`.
+        name: Its path in `models` of the installed package, and in `models/<game>` of the source tree.
     """
-    packaged = Path(str(resources.files(package))) / "models" / installed
-    return packaged if packaged.exists() else Path(__file__).resolve().parents[1] / "models" / source
+    packaged = Path(str(resources.files(f"games.{game}"))) / "models" / name
+    return packaged if packaged.exists() else Path(__file__).resolve().parents[1] / "models" / game / name

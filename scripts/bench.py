@@ -25,6 +25,7 @@ from rich.table import Table
 from games.rebuilt import RebuiltSim
 from games.rebuilt.robot import rebuilt_robot
 from games.rebuilt.staging import Staging
+from games.reefscape import REEFSCAPE
 from simcore.match.game import RobotEntry
 from simcore.match.match import Match
 from simcore.match.scripted import ScriptedRobot, Steps
@@ -275,6 +276,23 @@ def cameras(seconds: float) -> dict[str, Any]:
     return result
 
 
+def reefscape_rest(seconds: float) -> dict[str, Any]:
+    """All pieces of REEFSCAPE at rest, a robot that stands."""
+    engine = TimedEngine()
+    with Match(REEFSCAPE, robots=[RobotEntry(start=(2.5, 2.5, 0.0))], seed=1, engine=engine) as match:
+        return _play(match, engine, seconds, lambda number: None)
+
+
+def reefscape_auto(_seconds: float) -> dict[str, Any]:
+    """REEFSCAPE's first auto: three coral on level 4 within its 15 s."""
+    engine, auto = TimedEngine(), REEFSCAPE.auto(None)
+    with Match(REEFSCAPE, robots=[RobotEntry(start=auto.start)], seed=1, engine=engine) as match:
+        match.set_controller(0, auto.controller(match, "blue"))
+        result = _play(match, engine, 15.0, lambda number: None)
+        result["check"]["points"] = match.score.total
+        return result
+
+
 def start_up(_seconds: float) -> dict[str, Any]:
     """A fresh interpreter from nothing to the end of the first tick, imports and all."""
     code = "from games.rebuilt import RebuiltSim; s = RebuiltSim(); s.tick(); print(s.count.staged)"
@@ -294,6 +312,8 @@ SCENARIOS: dict[str, Callable[[float], dict[str, Any]]] = {
     "rest, all in view": rest_in_view,
     "shooting": shooting,
     "cameras": cameras,
+    "reefscape-rest": reefscape_rest,
+    "reefscape-auto": reefscape_auto,
     "start-up": start_up,
 }
 

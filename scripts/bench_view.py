@@ -22,8 +22,7 @@ import ntcore
 import numpy as np
 import viser
 
-from games.rebuilt import RebuiltSim
-from games.rebuilt.field import models_folder
+from games.rebuilt import REBUILT, RebuiltSim
 from games.rebuilt.fuel import FUEL
 from games.rebuilt.staging import Staging
 from simcore.match.game import RobotEntry
@@ -149,7 +148,7 @@ def log(_seconds: float) -> dict[str, Any]:
 def view(seconds: float) -> dict[str, Any]:
     """Thirty frames a second to one reader, who counts what comes; what a browser makes of it is its own work."""
     times: list[float] = []
-    with ViewPage(load_models(models_folder())) as page:
+    with ViewPage(load_models(REBUILT.models)) as page:
         command = [sys.executable, "-c", _READER, page.url.replace("http", "ws"), viser.__version__]
         reader = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
         snapshots = list(rolling(seconds))

@@ -4,7 +4,7 @@
 
 Every group is convex, so an engine needs no triangle mesh for it. What is left out on purpose:
 
-- Cages swing freely and stop no robot; climbers hang on rungs in their place (`games/reefscape/field.py`).
+- Cages are no part of it: they swing (`games/reefscape/field.py`).
 - The bends of the reef's pipes are corners, and the pipes are octagons of the same section.
 - A net is a stiff tray between its rim and the lowest place of its sag.
 """

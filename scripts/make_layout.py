@@ -1,35 +1,36 @@
-"""Writes models/advantagescope/layout*.json: AdvantageScope's tabs for REBUILT with one robot, and with six.
+"""Writes layout.json and layout_six.json to each game's models: AdvantageScope's tabs for one robot, and for six.
 
-    python scripts/make_layout.py [FOLDER]
+    python scripts/make_layout.py
 
 As `simcore layout rebuilt` does. Each shows only what a run with so many robots publishes.
 """
 
 from __future__ import annotations
 
-import argparse
 import json
 from pathlib import Path
 
-from games.rebuilt.game import REBUILT
+from games.rebuilt import REBUILT
+from games.reefscape import REEFSCAPE
+from simcore.match.game import Game
 from simcore.show.scope_layout import game_snapshot, scope_layout
 from simcore.show.view_models import load_models
 
-FOLDER = Path(__file__).resolve().parents[1] / "models" / "advantagescope"
-LAYOUTS = {"layout.json": 1, "layout_six.json": REBUILT.robots}
+LAYOUTS = {"layout.json": 1, "layout_six.json": 6}
 """Files, and for how many robots they are."""
 
 
-def write_layouts(output: Path) -> None:
+def write_layouts(game: Game, output: Path) -> None:
     """Write both."""
-    models = load_models(FOLDER)
+    assert game.models is not None
+    models = load_models(game.models)
     for name, robots in LAYOUTS.items():
-        layout = scope_layout(game_snapshot(REBUILT, robots=robots), models)
+        layout = scope_layout(game_snapshot(game, robots=robots), models)
         (output / name).write_text(json.dumps(layout, indent=1) + "\n", encoding="utf-8", newline="\n")
         print(output / name)
 
 
 if __name__ == "__main__":
-    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
-    parser.add_argument("folder", nargs="?", type=Path, default=FOLDER, help="default: %(default)s")
-    write_layouts(parser.parse_args().folder)
+    for game in (REBUILT, REEFSCAPE):
+        assert game.models is not None
+        write_layouts(game, game.models)

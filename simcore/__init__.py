@@ -30,6 +30,7 @@ if TYPE_CHECKING:
         StagedPieces,
     )
     from simcore.match.match import Match
+    from simcore.match.registry import find_game
     from simcore.match.runner import play_auto
     from simcore.match.scatter import Scatter
     from simcore.match.scoring import ScoringTracker, ScoringZone
@@ -67,6 +68,7 @@ _HOMES = {
         "Auto", "FieldDefinition", "Game", "GameOption", "PieceSupply", "RobotEntry", "Rules", "StagedPieces",
     ),
     "match.match": ("Match",),
+    "match.registry": ("find_game",),
     "match.runner": ("play_auto",),
     "match.scatter": ("Scatter",),
     "match.scoring": ("ScoringTracker", "ScoringZone"),
@@ -106,8 +108,8 @@ __all__ = [
     "PlacerConfig", "RackConfig", "Robot", "RobotConfig", "RobotEntry", "RobotPhysics", "RollerConfig", "Rules",
     "Scatter", "ScoringTracker", "ScoringZone", "ScriptSettings", "ScriptedRobot", "ShooterConfig", "SimcoreError",
     "StagedPieces", "StorageConfig", "SwerveConfig", "SwerveDrivetrainSim", "SwerveModuleConfig", "TagPipeline",
-    "TalonFXMotorSim", "TankConfig", "WpilogSink", "__version__", "field_control", "limelight_type", "part_of",
-    "play_auto", "run_variation", "swerve_config",
+    "TalonFXMotorSim", "TankConfig", "WpilogSink", "__version__", "field_control", "find_game", "limelight_type",
+    "part_of", "play_auto", "run_variation", "swerve_config",
 ]  # fmt: skip
 __version__ = "1.0.0rc1"
 

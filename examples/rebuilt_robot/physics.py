@@ -5,7 +5,6 @@ from dataclasses import replace
 import ntcore
 from constants import PIECE_CAMERA, START_BLUE, TAG_CAMERAS
 
-from games.rebuilt import REBUILT
 from simcore import (
     CameraConfig,
     CameraMount,
@@ -16,6 +15,7 @@ from simcore import (
     RobotPhysics,
     SwerveDrivetrainSim,
     TalonFXMotorSim,
+    find_game,
     limelight_type,
     run_variation,
     swerve_config,
@@ -50,11 +50,12 @@ class PhysicsEngine(RobotPhysics):
     def __init__(self, physics_controller, robot) -> None:
         r = robot.container
         tables = ntcore.NetworkTableInstance.getDefault()
-        build = replace(REBUILT.robot(), drivetrain=swerve_config(r.drivetrain), cameras=CAMERAS)
+        game = find_game("rebuilt")
+        build = replace(game.robot(), drivetrain=swerve_config(r.drivetrain), cameras=CAMERAS)
         start = (START_BLUE.X(), START_BLUE.Y(), START_BLUE.rotation().radians())
         variation = run_variation()  # which of many runs this is
         match = Match(
-            variation.game(REBUILT),
+            variation.game(game),
             robots=[RobotEntry(config=variation.robot(build), start=start)],
             seed=variation.seed,
             scatter=variation.scatter,

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 
@@ -19,7 +18,7 @@ from simcore.pieces.shot_opening import Panel, ShotOpening
 from simcore.robot.climber import Rung
 from simcore.typing import FloatArray
 
-__all__ = ["FIELD", "FIELD_SIZE", "HUB_TARGET", "hub_exit", "models_folder", "scoring_zones"]
+__all__ = ["FIELD", "FIELD_SIZE", "HUB_TARGET", "hub_exit", "scoring_zones"]
 
 FIELD_SIZE = (dim.FIELD_LENGTH, dim.FIELD_WIDTH)
 """Length and width [m]."""
@@ -40,11 +39,6 @@ _SURFACES = {
 }
 
 
-def models_folder() -> Path:
-    """The models for AdvantageScope and the browser view."""
-    return shipped("games.rebuilt", "advantagescope", "advantagescope")
-
-
 _SYMMETRY = FieldSymmetry("rotate", FIELD_SIZE)
 
 
@@ -53,17 +47,17 @@ def _rungs() -> tuple[Rung, ...]:
     x, reach = dim.TOWER_UPRIGHT_X, 0.5 * dim.TOWER_RUNG_LENGTH
     rungs = []
     for level, z in zip(("low", "mid", "high"), dim.TOWER_RUNG_HEIGHTS, strict=True):
-        ends = ((x, dim.TOWER_Y - reach), (x, dim.TOWER_Y + reach))
+        ends = ((x, dim.TOWER_Y - reach, z), (x, dim.TOWER_Y + reach, z))
         for alliance in ("blue", "red"):
-            (x0, y0), (x1, y1) = ends if alliance == "blue" else (_SYMMETRY.flip_point(*end) for end in ends)
-            rungs.append(Rung(name=f"{alliance}_tower_rung_{level}", start=(x0, y0, z), end=(x1, y1, z)))
+            start, end = _SYMMETRY.points_of(alliance, *ends)
+            rungs.append(Rung(name=f"{alliance}_tower_rung_{level}", start=start, end=end))
     return tuple(rungs)
 
 
 FIELD = FieldDefinition(
     size=FIELD_SIZE,
     symmetry=_SYMMETRY,
-    mesh=shipped("games.rebuilt", "field_collision.obj", "rebuilt/field_collision.obj"),
+    mesh=shipped("rebuilt", "field_collision.obj"),
     materials=_SURFACES,
     drivable=("*_bump_*", "*_depot_barrier_*", "*_tower_base"),
     tags="2026-welded",

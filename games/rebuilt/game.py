@@ -7,11 +7,12 @@ from dataclasses import replace
 from typing import Any
 
 from games.rebuilt.autos import AUTOS
-from games.rebuilt.field import FIELD, models_folder, scoring_zones
+from games.rebuilt.field import FIELD, scoring_zones
 from games.rebuilt.fuel import FUEL
 from games.rebuilt.robot import rebuilt_robot
 from games.rebuilt.scoring import HUB_EXITS, MATCH, RebuiltRules
 from games.rebuilt.staging import Staging
+from games.shipped import shipped
 from simcore.match.game import Game, GameOption, PieceSupply, RobotEntry
 from simcore.match.match import Match
 
@@ -34,7 +35,7 @@ REBUILT = Game(
     robots=_STAGING.robots,
     autos=AUTOS,
     options=(GameOption(name=HUB_EXITS, help="scored fuel comes out of the hub's exits"),),
-    models=models_folder(),
+    models=shipped("rebuilt", "advantagescope"),
 )
 """The whole game."""
 

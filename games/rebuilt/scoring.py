@@ -9,7 +9,7 @@ import numpy as np
 from games.rebuilt.field import hub_exit
 from simcore.match.clock import MatchClock, Phase
 from simcore.match.game import MatchState, Rules
-from simcore.match.scoring import Alliance, ScoreEvent, ScoringZone
+from simcore.match.scoring import Alliance, ScoreEvent, ScoringZone, other_alliance
 
 __all__ = ["HUB_EXITS", "MATCH", "RebuiltRules"]
 
@@ -45,8 +45,7 @@ class RebuiltRules(Rules):
         self._auto_points: dict[Alliance, int] = {"blue": 0, "red": 0}
         # who is inactive first in a tie: counted from the first robot's alliance, so that red is blue flipped
         own: Alliance = match.entries[0].alliance
-        other: Alliance = "red" if own == "blue" else "blue"
-        self._coin: Alliance = own if match.rules_rng.random() < 0.5 else other
+        self._coin: Alliance = own if match.rules_rng.random() < 0.5 else other_alliance(own)
 
     @property
     def first_inactive(self) -> Alliance:

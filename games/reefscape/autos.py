@@ -168,6 +168,19 @@ def algae(robot: ScriptedRobot) -> Steps:
     robot.set_position("elevator", _CARRY)
 
 
+def climb(robot: ScriptedRobot) -> Steps:
+    """Take the middle cage into the bay, with the hook over it, and pull it down; then hang without power."""
+    _begin(robot)
+    robot.set_volts("climber", 12.0)
+    x, y = dim.CAGE_X, dim.CAGE_YS[1]
+    yield from robot.drive_to(x - 0.9, y, math.pi, speed=2.0, tolerance=0.02)
+    yield from robot.wait(1.5)
+    yield from robot.drive_to(x, y, math.pi, speed=0.6, tolerance=0.02, timeout=4.0)
+    robot.set_volts("climber", -12.0)
+    yield from robot.wait(3.0)
+    robot.set_volts("climber", 0.0)
+
+
 AUTOS: dict[str, Auto] = {
     auto.name: auto
     for auto in (
@@ -188,6 +201,12 @@ AUTOS: dict[str, Auto] = {
             summary="the preload on level 4, algae of the reef through the processor and into the net",
             controller=_SETTINGS.controller(algae),
             start=(7.2, 4.0259, math.pi),
+        ),
+        Auto(
+            name="climb",
+            summary="up the middle cage, which counts if it still hangs there when the match is over",
+            controller=_SETTINGS.controller(climb),
+            start=(7.2, 5.9, math.pi),
         ),
     )
 }

@@ -3,18 +3,21 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Literal
 
 from games.reefscape import dimensions as dim
 from games.shipped import shipped
 from simcore.geometry.symmetry import FieldSymmetry
 from simcore.geometry.zones import BoxZone
-from simcore.match.game import FieldDefinition
+from simcore.match.game import FieldDefinition, GameOption
 from simcore.match.scoring import Alliance, ScoringZone
+from simcore.physics.hanging import HangingConfig
+from simcore.physics.shapes import Box
 from simcore.physics.surface import POLYCARBONATE, WALL
 from simcore.robot.climber import Rung
 
-__all__ = ["ALLIANCES", "FIELD", "FIELD_SIZE", "cage_rungs", "flipped_box", "other_alliance", "scoring_zones"]
+__all__ = [
+    "ALLIANCES", "CAGE_OPTIONS", "FIELD", "FIELD_SIZE", "arrange", "scoring_zones"
+]  # fmt: skip
 
 ALLIANCES: tuple[Alliance, Alliance] = ("blue", "red")
 FIELD_SIZE = (dim.FIELD_LENGTH, dim.FIELD_WIDTH)
@@ -34,44 +37,55 @@ _SURFACES = {
 _SYMMETRY = FieldSymmetry("rotate", FIELD_SIZE)
 
 
-def other_alliance(alliance: Alliance) -> Alliance:
-    """The opponent."""
-    return "red" if alliance == "blue" else "blue"
+def _cage_name(alliance: Alliance, number: int) -> str:
+    """Of a cage; 1 is the one beside the guardrail. It is also the option by which it hangs shallow."""
+    return f"{alliance}_cage_{number}"
 
 
-def cage_rungs(depth: Literal["shallow", "deep"]) -> tuple[Rung, ...]:
-    """What a climber can hang on: the upper end of a cage, on each of the six places, along y."""
-    bottom = dim.CAGE_DEEP_BOTTOM if depth == "deep" else dim.CAGE_SHALLOW_BOTTOM
-    z, half = bottom + dim.CAGE_HEIGHT, dim.CAGE_SIZE / 2.0
-    rungs = []
+def arrange(field: FieldDefinition, options: frozenset[str]) -> FieldDefinition:
+    """The field with its six cages: each deep, or shallow if the option `<its name>_shallow` is on."""
+    cages, rungs, half = [], [], dim.CAGE_SIZE / 2.0
     for alliance in ALLIANCES:
-        for number, y in enumerate(dim.CAGE_YS):
-            ends = ((dim.CAGE_X, y - half), (dim.CAGE_X, y + half))
-            (x0, y0), (x1, y1) = ends if alliance == "blue" else (_SYMMETRY.flip_point(*end) for end in ends)
-            rungs.append(Rung(name=f"{alliance}_{depth}_cage_{number}", start=(x0, y0, z), end=(x1, y1, z)))
-    return tuple(rungs)
+        for number, y in enumerate(dim.CAGE_YS, start=1):
+            name = _cage_name(alliance, number)
+            bottom = dim.CAGE_SHALLOW_BOTTOM if f"{name}_shallow" in options else dim.CAGE_DEEP_BOTTOM
+            ends = [(dim.CAGE_X, y + aside, dim.TRUSS_BOTTOM) for aside in (-half, 0.0, half)]
+            (x0, y0, _), pivot, (x1, y1, _) = _SYMMETRY.points_of(alliance, *ends)
+            cages.append(
+                HangingConfig(
+                    name=name,
+                    shape=Box((dim.CAGE_SIZE, dim.CAGE_SIZE, dim.CAGE_HEIGHT)),
+                    mass=7.0,  # estimate: four 1 in Sch 40 pipes and two plates, 6 to 8 kg
+                    pivot=pivot,
+                    drop=dim.TRUSS_BOTTOM - bottom - dim.CAGE_HEIGHT / 2.0,
+                    surface=_PIPE,
+                )
+            )
+            for end, z in (("top", bottom + dim.CAGE_HEIGHT), ("bottom", bottom)):
+                rungs.append(Rung(name=f"{name} {end}", start=(x0, y0, z), end=(x1, y1, z), mount=name))
+    return replace(field, hanging=tuple(cages), rungs=tuple(rungs))
 
 
-FIELD = FieldDefinition(
-    size=FIELD_SIZE,
-    symmetry=_SYMMETRY,
-    mesh=shipped("games.reefscape", "field_collision.obj", "reefscape/field_collision.obj"),
-    materials=_SURFACES,
-    tags="2025-welded",
-    rungs=cage_rungs("deep") + cage_rungs("shallow"),
+CAGE_OPTIONS = tuple(
+    GameOption(
+        name=f"{_cage_name(alliance, number)}_shallow",
+        help=f"{alliance}'s cage {number}, counted from the guardrail, hangs shallow; otherwise deep",
+    )
+    for alliance in ALLIANCES
+    for number in range(1, len(dim.CAGE_YS) + 1)
 )
-"""The whole field. A cage hangs shallow or deep, as a team says before a match: here both rungs are there, and the one
-that a robot hangs on is the one that it chose."""
 
-
-def flipped_box(
-    low: tuple[float, float, float], high: tuple[float, float, float], alliance: Alliance
-) -> tuple[tuple[float, float, float], tuple[float, float, float]]:
-    """Smallest and largest corner of an alliance's box that blue has between two corners [m]."""
-    if alliance == "blue":
-        return low, high
-    (x0, y0), (x1, y1) = _SYMMETRY.flip_point(*low[:2]), _SYMMETRY.flip_point(*high[:2])
-    return (min(x0, x1), min(y0, y1), low[2]), (max(x0, x1), max(y0, y1), high[2])
+FIELD = arrange(
+    FieldDefinition(
+        size=FIELD_SIZE,
+        symmetry=_SYMMETRY,
+        mesh=shipped("reefscape", "field_collision.obj"),
+        materials=_SURFACES,
+        tags="2025-welded",
+    ),
+    frozenset(),
+)
+"""The whole field, with all cages deep."""
 
 
 def scoring_zones() -> tuple[ScoringZone, ...]:
@@ -83,7 +97,7 @@ def scoring_zones() -> tuple[ScoringZone, ...]:
         ScoringZone(
             name=f"{alliance.capitalize()}Processor",
             alliance=alliance,
-            zone=BoxZone(*flipped_box(low, high, alliance)),
+            zone=BoxZone(*((low, high) if alliance == "blue" else _SYMMETRY.flip_box(low, high))),
             points=6,
             downward=False,
             kinds=("Algae",),

@@ -5,12 +5,13 @@ from __future__ import annotations
 import math
 
 from games.reefscape.autos import AUTOS
-from games.reefscape.field import FIELD, scoring_zones
+from games.reefscape.field import CAGE_OPTIONS, FIELD, arrange, scoring_zones
 from games.reefscape.pieces import ALGAE, CORAL
 from games.reefscape.places import PLACES
 from games.reefscape.robot import reefscape_robot
 from games.reefscape.rules import MATCH, ReefscapeRules
 from games.reefscape.staging import ALGAE_COUNT, CORAL_COUNT, ROBOTS, stage
+from games.shipped import shipped
 from simcore.match.game import Game, PieceSupply
 
 __all__ = ["REEFSCAPE"]
@@ -30,5 +31,8 @@ REEFSCAPE = Game(
     preload=1,
     robots=ROBOTS,
     autos=AUTOS,
+    models=shipped("reefscape", "advantagescope"),
+    options=CAGE_OPTIONS,
+    arrange=arrange,
 )
 """The whole game."""

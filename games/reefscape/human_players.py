@@ -8,12 +8,12 @@ from collections.abc import Mapping
 import numpy as np
 
 from games.reefscape import dimensions as dim
-from games.reefscape.field import ALLIANCES, FIELD, other_alliance
+from games.reefscape.field import ALLIANCES, FIELD
 from games.reefscape.pieces import ALGAE, CORAL
 from games.reefscape.staging import STATION_STOCK
 from simcore.geometry.rotation import from_rpy, rotate
 from simcore.match.game import MatchState
-from simcore.match.scoring import Alliance
+from simcore.match.scoring import Alliance, other_alliance
 from simcore.pieces.pool import PieceStatus
 from simcore.pieces.shot_solver import solve_shot
 from simcore.robot.robot import Robot
@@ -110,8 +110,7 @@ class HumanPlayers:
                 return
 
     def _has_coral(self, robot: Robot) -> bool:
-        state, types = self._match.pieces.state, self._match.pieces.types
-        return any(types[state.kind[slot]].name == CORAL.name for slot in robot.held)
+        return any(self._match.pieces.kind_name(slot) == CORAL.name for slot in robot.held)
 
     def _next_coral(self) -> np.ndarray:
         state, types = self._match.pieces.state, self._match.pieces.types

@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from games.reefscape import dimensions as dim
-from games.reefscape.field import ALLIANCES, FIELD, flipped_box
+from games.reefscape.field import ALLIANCES, FIELD
 from simcore.geometry.zones import BoxZone, CapsuleZone
 from simcore.match.scoring import Alliance
 from simcore.pieces.resting_places import RestingPlace
@@ -16,6 +16,7 @@ __all__ = ["BRANCH_ROWS", "PLACES", "branch_ends", "level_of"]
 
 BRANCH_ROWS = {4: "topRow", 3: "midRow", 2: "botRow"}
 """Branches of a level, as The Blue Alliance calls them."""
+_LABELS = {row: f"L{level}" for level, row in BRANCH_ROWS.items()} | {"trough": "L1", "net": "Net"}
 _BORE_SPARE = 0.04
 """How far the middle of a coral on a branch may be from the branch's axis [m]: 30 mm are free in its bore; beside the
 branch it would be 78 mm away."""
@@ -23,8 +24,8 @@ _TROUGH_SPARE = 0.15  # [m] about the line along a trough's floor: all of it, an
 
 
 def level_of(alliance: Alliance, row: str) -> str:
-    """Name of a level: one alliance's places of a row, e.g. `BlueTopRow`."""
-    return f"{alliance.capitalize()}{row[:1].upper()}{row[1:]}"
+    """Name of a level: one alliance's places of a row, e.g. `BlueL4`."""
+    return f"{alliance.capitalize()}{_LABELS[row]}"
 
 
 def branch_ends(number: int, level: int) -> tuple[tuple[float, float, float], tuple[float, float, float]]:
@@ -49,15 +50,11 @@ def branch_ends(number: int, level: int) -> tuple[tuple[float, float, float], tu
     return at(*start), at(dim.BRANCH_TIP_RADIUS, tip_z)
 
 
-def _of(alliance: Alliance, point: tuple[float, float, float]) -> tuple[float, float, float]:
-    return point if alliance == "blue" else (*FIELD.symmetry.flip_point(*point[:2]), point[2])
-
-
 def _places(alliance: Alliance) -> list[RestingPlace]:
     name, coral, places = alliance.capitalize(), ("Coral",), []
     for level, row in BRANCH_ROWS.items():
         for number in range(12):
-            start, tip = (_of(alliance, end) for end in branch_ends(number, level))
+            start, tip = FIELD.symmetry.points_of(alliance, *branch_ends(number, level))
             way = np.subtract(tip, start)
             x, y, z = (way / np.linalg.norm(way)).tolist()
             places.append(
@@ -72,16 +69,19 @@ def _places(alliance: Alliance) -> list[RestingPlace]:
             )
     out = dim.REEF_APOTHEM - 0.5 * dim.TROUGH_DEPTH
     half, z = out * math.tan(math.radians(30.0)), dim.TROUGH_EDGE_HEIGHT
-    for face, yaw_deg in enumerate(dim.REEF_FACE_YAWS_DEG):
+    for face in range(6):  # counter-clockwise, as the branches over them
+        yaw_deg = dim.REEF_FACE_YAWS_DEG[-face % 6]
         (cx, cy), c, s = dim.REEF_CENTER, math.cos(math.radians(yaw_deg)), math.sin(math.radians(yaw_deg))
         ends = [(cx + out * c - t * s, cy + out * s + t * c, z) for t in (-half, half)]
-        zone = CapsuleZone(_of(alliance, ends[0]), _of(alliance, ends[1]), _TROUGH_SPARE)
+        start, end = FIELD.symmetry.points_of(alliance, *ends)
+        zone = CapsuleZone(start, end, _TROUGH_SPARE)
         level_name = level_of(alliance, "trough")
-        places.append(RestingPlace(name=f"{name} trough {face}", level=level_name, zone=zone, kinds=coral))
+        over = "ABCDEFGHIJKL"[2 * face : 2 * face + 2]
+        places.append(RestingPlace(name=f"{name} {over} L1", level=level_name, zone=zone, kinds=coral))
     w, length, t = dim.NET_WIDTH / 2.0, dim.NET_LENGTH / 2.0, dim.NET_FRAME_THICKNESS
     low = (dim.FIELD_CENTER[0] - w + t, dim.NET_Y - length + t, dim.NET_FLOOR_HEIGHT)
     high = (dim.FIELD_CENTER[0] + w - t, dim.NET_Y + length - t, dim.NET_RIM_HEIGHT + 0.5 * dim.ALGAE_DIAMETER)
-    zone_of_net = BoxZone(*flipped_box(low, high, alliance))
+    zone_of_net = BoxZone(*((low, high) if alliance == "blue" else FIELD.symmetry.flip_box(low, high)))
     net_level = level_of(alliance, "net")
     return [*places, RestingPlace(name=f"{name} net", level=net_level, zone=zone_of_net, kinds=("Algae",))]
 

@@ -5,15 +5,20 @@ Numbers without a source are a plausible robot's, chosen by us.
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from wpimath.system.plant import DCMotor
 
+from games.reefscape.dimensions import CAGE_SIZE
 from simcore.geometry.linkage import Joint
 from simcore.geometry.rotation import from_rpy
 from simcore.pieces.intake import IntakeConfig, IntakeZone
 from simcore.pieces.placer import PlacerConfig
 from simcore.pieces.storage import StorageConfig
+from simcore.robot.chassis_config import ChassisConfig
 from simcore.robot.climber import ClimberConfig
 from simcore.robot.gearbox import GearboxConfig
+from simcore.robot.mechanism_friction import default_friction
 from simcore.robot.mechanisms import ArmConfig, ElevatorConfig, RollerConfig
 from simcore.robot.robot_config import ComponentConfig, MechanismConfig, RobotConfig
 from simcore.robot.swerve_config import SwerveConfig, SwerveModuleConfig
@@ -21,7 +26,7 @@ from simcore.units import degrees
 
 __all__ = ["ALGAE_REACH", "BUMPER", "CORAL_REACH", "CORAL_TILT", "PIVOT", "elevator_turns", "reefscape_robot"]
 
-_DRUM = 0.064  # [m]; travel of the elevator per radian: two stages, so twice its drum's radius, and
+_DRUM = 0.064  # [m]; travel of the elevator per radian: two stages and the carriage, thrice its drum's radius; and
 _HOOK_DRUM = 0.012  # of the climber's winch
 BUMPER = 0.80
 """Length and width with bumpers [m]."""
@@ -44,6 +49,7 @@ def _gearbox(gearing: float, *, motors: int = 1, limit: float = 60.0) -> Gearbox
     return GearboxConfig(motor=DCMotor.krakenX60(1), motors=motors, gearing=gearing, stator_current_limit=limit)
 
 
+_WINCH = _gearbox(50.0, motors=2)
 _MECHANISMS: dict[str, MechanismConfig] = {
     "elevator": ElevatorConfig(gearbox=_gearbox(26.0, motors=2), carriage_mass=8.0, drum_radius=_DRUM, max_height=1.90),
     "arm": ArmConfig(
@@ -59,13 +65,22 @@ _MECHANISMS: dict[str, MechanismConfig] = {
     "algae_wheel": RollerConfig(gearbox=_gearbox(6.0, limit=40.0), inertia=0.002, radius=0.05),
     "funnel": RollerConfig(gearbox=_gearbox(3.0, limit=40.0), inertia=0.001, radius=0.025),
     "climber": ElevatorConfig(
-        gearbox=_gearbox(50.0, motors=2), carriage_mass=2.0, drum_radius=_HOOK_DRUM, max_height=0.55
+        # its gears' friction, 11.8 N m, is twice what the robot's weight pulls: it holds without power
+        gearbox=replace(_WINCH, friction_torque=default_friction(_WINCH)),
+        carriage_mass=2.0,
+        drum_radius=_HOOK_DRUM,
+        max_height=0.55,
     ),
 }
 
 _LIFT = Joint(mechanism="elevator", axis=(0.0, 0.0, 1.0), origin=PIVOT, slides=True, ratio=_DRUM)
 _SWING = Joint(mechanism="arm", axis=(0.0, -1.0, 0.0))
-_HOOK = Joint(mechanism="climber", axis=(0.0, 0.0, 1.0), origin=(-0.10, 0.0, 0.30), slides=True, ratio=_HOOK_DRUM)
+_HOOK = Joint(mechanism="climber", axis=(0.0, 0.0, 1.0), origin=(0.0, 0.0, 0.30), slides=True, ratio=_HOOK_DRUM)
+
+
+def _roller(name: str, x: float, z: float) -> Joint:
+    """About an axle across the robot [m]."""
+    return Joint(mechanism=name, axis=(0.0, 1.0, 0.0), origin=(x, 0.0, z))
 
 
 def _around(reach: float, spare: float) -> IntakeZone:
@@ -74,7 +89,10 @@ def _around(reach: float, spare: float) -> IntakeZone:
 
 
 def reefscape_robot() -> RobotConfig:
-    """52 kg; a coral comes in at the back from a station and leaves at the front, algae are held beyond it."""
+    """52 kg; a coral comes in at the back from a station and leaves at the front, algae are held beyond it.
+
+    A cage comes into the bay in its back until the hook is above or in it: the robot then hangs level.
+    """
     module = SwerveModuleConfig(
         x=0.0,
         y=0.0,
@@ -83,9 +101,12 @@ def reefscape_robot() -> RobotConfig:
         steer_stator_limit=40.0,
         steer_supply_limit=20.0,
     )
+    drivetrain = SwerveConfig.square(0.5334, module, mass=52.0, bumper=BUMPER)
+    body = ChassisConfig.around(drivetrain, bumper=(BUMPER, BUMPER))
     return RobotConfig(
-        drivetrain=SwerveConfig.square(0.5334, module, mass=52.0, bumper=BUMPER),
+        drivetrain=drivetrain,
         bumper=(BUMPER, BUMPER),
+        chassis=replace(body, bay=(0.5 * BUMPER + 0.5 * CAGE_SIZE + 0.04, CAGE_SIZE + 0.11)),
         mechanisms=_MECHANISMS,
         intakes=(
             IntakeConfig(
@@ -115,8 +136,13 @@ def reefscape_robot() -> RobotConfig:
         ),
         climbers=(ClimberConfig(joints=(_HOOK,)),),
         components=(
+            ComponentConfig(name="elevator stage 1", joints=(replace(_LIFT, ratio=_DRUM / 3.0),)),
+            ComponentConfig(name="elevator stage 2", joints=(replace(_LIFT, ratio=2.0 * _DRUM / 3.0),)),
             ComponentConfig(name="carriage", joints=(_LIFT,)),
             ComponentConfig(name="arm", joints=(_LIFT, _SWING)),
+            ComponentConfig(name="coral roller", joints=(_LIFT, _SWING, _roller("claw", 0.395, -0.045))),
+            ComponentConfig(name="algae wheel", joints=(_LIFT, _SWING, _roller("algae_wheel", 0.543, -0.158))),
+            ComponentConfig(name="funnel roller", joints=(_roller("funnel", -0.15, 0.68),)),
             ComponentConfig(name="hook", joints=(_HOOK,)),
         ),
     )

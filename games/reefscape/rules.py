@@ -8,16 +8,17 @@ from collections.abc import Mapping
 import numpy as np
 
 from games.reefscape import dimensions as dim
-from games.reefscape.field import ALLIANCES, FIELD, cage_rungs
+from games.reefscape.field import ALLIANCES
+from games.reefscape.fouls import BARGE_ZONE, Fouls
 from games.reefscape.human_players import HumanPlayers
 from games.reefscape.places import BRANCH_ROWS, level_of
+from simcore.geometry.footprints import overlaps
 from simcore.match.clock import MatchClock, Phase
 from simcore.match.game import MatchState, Rules
-from simcore.match.scoring import Alliance, ScoreEvent
+from simcore.match.scoring import Alliance, ScoreEvent, ScoringZone, other_alliance
 from simcore.pieces.resting_places import PlaceEvent, RestingPlace
 from simcore.robot.ground_clearance import ground_clearance
 from simcore.robot.robot import Robot
-from simcore.typing import FloatArray
 
 __all__ = ["MATCH", "ReefscapeRules"]
 
@@ -37,9 +38,6 @@ _NET_POINTS, _LEAVE_POINTS = 4, 3
 _END_POINTS = {"None": 0, "Parked": 2, "ShallowCage": 6, "DeepCage": 12}
 _CORAL_A_LEVEL, _BARGE_BONUS, _COOP_ALGAE = 5, 14, 2  # for ranking points, before championships
 _ASSESSMENT = 3.0  # [s] after auto and after the match, in which pieces come to rest
-_RUNGS = {rung.name: "DeepCage" for rung in cage_rungs("deep")} | {
-    rung.name: "ShallowCage" for rung in cage_rungs("shallow")
-}
 
 
 class ReefscapeRules(Rules):
@@ -59,6 +57,9 @@ class ReefscapeRules(Rules):
         self._left: dict[int, bool] = {}
         self._ends: dict[int, str] = {}
         self._points: dict[Alliance, int] = dict.fromkeys(ALLIANCES, 0)
+        self._processed: Counter[Alliance] = Counter()
+        self.fouls = Fouls(self.match)
+        """Finds fouls."""
 
     # --- hooks ----------------------------------------------------------------------------------------------------
 
@@ -75,9 +76,14 @@ class ReefscapeRules(Rules):
         """Human players act."""
         self.human_players.act()
 
+    def worth(self, zone: ScoringZone) -> int:
+        """Points of an algae in a processor, until the assessment after the match is over."""
+        return 0 if self._is_assessed else zone.points
+
     def scored(self, event: ScoreEvent) -> None:
         """An algae through the processor is the other alliance's."""
         self.human_players.take_algae(event.alliance, event.slot)
+        self._processed[event.alliance] += bool(event.points)
 
     def placed(self, event: PlaceEvent) -> None:
         """A coral is on a branch or in the trough, or an algae in a net."""
@@ -87,10 +93,12 @@ class ReefscapeRules(Rules):
     def removed(self, event: PlaceEvent) -> None:
         """It fell off, or a robot took it."""
         self._where.pop(event.slot, None)
+        self.fouls.removed(event)
         self._judge()
 
     def after_tick(self) -> None:
         """Robots have left at the end of auto; after the match they are looked at until the assessment is over."""
+        self.fouls.look()
         time = self.match.timer.time
         if MATCH.start("pause") - 1e-9 <= time < MATCH.start("teleop") and not self._left:
             self._left = {robot.number: self._has_left(robot) for robot in self.match.robots}
@@ -107,16 +115,28 @@ class ReefscapeRules(Rules):
         rows: dict[str, int] = {}
         now, auto = self._count(), self._auto_count
         for alliance in ALLIANCES:
+            book, (early, late), net = self.fouls.book, self._coral(alliance), now[level_of(alliance, "net")]
+            mobility, barge, processed = self._mobility(alliance), self._barge(alliance), self._processed[alliance]
+            algae, broken = 6 * processed + _NET_POINTS * net, book.rules(alliance)
+            bonuses = self._bonuses(alliance)
             own = {
-                "netAlgaeCount": now[level_of(alliance, "net")],
-                "wallAlgaeCount": self._processed(alliance),
-                "autoMobilityPoints": self._mobility(alliance),
+                "netAlgaeCount": net,
+                "wallAlgaeCount": processed,
+                "algaePoints": algae,
+                "autoMobilityPoints": mobility,
                 "autoCoralCount": self._auto_coral(alliance),
-                "endGameBargePoints": self._barge(alliance),
-                "coopertitionCriteriaMet": int(self._processed(alliance) >= _COOP_ALGAE),
-                "autoBonusAchieved": int(self._has_auto_bonus(alliance)),
-                "coralBonusAchieved": int(self._full_levels(alliance) >= (3 if self._is_coop else 4)),
-                "bargeBonusAchieved": int(self._barge(alliance) >= _BARGE_BONUS),
+                "autoCoralPoints": early,
+                "autoPoints": mobility + early,
+                "teleopCoralPoints": late,
+                "teleopPoints": late + algae + barge,
+                "endGameBargePoints": barge,
+                "coopertitionCriteriaMet": int(processed >= _COOP_ALGAE),
+                "foulCount": book.count(alliance, 2),
+                "techFoulCount": book.count(alliance, 6),
+                "foulPoints": book.gained(alliance),
+                **{f"{rule.lower()}Penalty": int(rule in broken) for rule in ("G410", "G418", "G428")},
+                **bonuses,
+                "rp": int(np.array([*bonuses.values(), self._result(alliance)]).sum()),
             }
             for period, counts in (("autoReef", auto), ("teleopReef", now)):
                 own |= {f"{period}/{row}": counts[level_of(alliance, row)] for row in (*BRANCH_ROWS.values(), "trough")}
@@ -130,8 +150,8 @@ class ReefscapeRules(Rules):
             name = alliance.capitalize()
             rows[f"Sim/Match/{name}StationCoral"] = self.human_players.stock[alliance]
             rows[f"Sim/Match/{name}HumanPlayerAlgae"] = self.human_players.waiting_algae[alliance]
-        for number, end in self._ends.items():
-            rows[f"Sim/Match/EndGameRobot{number + 1}"] = end
+        for robot in self.match.robots:
+            rows[f"Sim/Match/EndGameRobot{robot.number + 1}"] = self._ends.get(robot.number, "None")
         return rows
 
     # --- what counts ----------------------------------------------------------------------------------------------
@@ -139,9 +159,9 @@ class ReefscapeRules(Rules):
     def _judge(self) -> None:
         """Look at what is placed, and give or take the difference in points."""
         time = self.match.timer.time
+        if self._is_assessed:
+            return
         if time >= MATCH.duration - 1e-9:
-            if time > MATCH.duration + _ASSESSMENT + 1e-9:
-                return
             self._ends = {robot.number: self._end_of(robot) for robot in self.match.robots}
         if time < MATCH.start("teleop"):
             self._auto_branches = frozenset(place.name for place in self._where.values())
@@ -152,21 +172,31 @@ class ReefscapeRules(Rules):
                 self.match.tracker.add(alliance, points - self._points[alliance])
                 self._points[alliance] = points
 
+    @property
+    def _is_assessed(self) -> bool:
+        """Whether nothing counts any more; in practice everything always does."""
+        return self.match.timer.time > MATCH.duration + _ASSESSMENT + 1e-9 and not self.match.practice
+
     def _count(self) -> Counter[str]:
         """Pieces by level."""
         return Counter(place.level for place in self._where.values())
 
-    def _worth_of(self, alliance: Alliance) -> int:
-        """Points of an alliance, but for its processor."""
-        points = self._mobility(alliance) + self._barge(alliance)
-        for level, row in BRANCH_ROWS.items():
-            for place in self._where.values():
-                if place.level == level_of(alliance, row):
-                    points += (_AUTO_CORAL if place.name in self._auto_branches else _TELEOP_CORAL)[level]
+    def _coral(self, alliance: Alliance) -> tuple[int, int]:
+        """Points of an alliance's coral at auto's worth and at teleop's."""
         now, trough = self._count(), level_of(alliance, "trough")
-        early = min(now[trough], self._auto_count[trough])
-        points += early * _AUTO_CORAL[1] + (now[trough] - early) * _TELEOP_CORAL[1]
-        return points + _NET_POINTS * now[level_of(alliance, "net")]
+        first = min(now[trough], self._auto_count[trough])
+        early, late = first * _AUTO_CORAL[1], (now[trough] - first) * _TELEOP_CORAL[1]
+        for level, row in BRANCH_ROWS.items():
+            names = [place.name for place in self._where.values() if place.level == level_of(alliance, row)]
+            kept = len(self._auto_branches.intersection(names))
+            early, late = early + kept * _AUTO_CORAL[level], late + (len(names) - kept) * _TELEOP_CORAL[level]
+        return early, late
+
+    def _worth_of(self, alliance: Alliance) -> int:
+        """Points of an alliance, but for its processor and fouls."""
+        early, late = self._coral(alliance)
+        net = _NET_POINTS * self._count()[level_of(alliance, "net")]
+        return early + late + net + self._mobility(alliance) + self._barge(alliance)
 
     def _auto_coral(self, alliance: Alliance) -> int:
         rows = [level_of(alliance, row) for row in (*BRANCH_ROWS.values(), "trough")]
@@ -183,26 +213,36 @@ class ReefscapeRules(Rules):
         ends = [self._ends.get(robot.number, "None") for robot in self._robots_of(alliance)]
         return int(np.array([_END_POINTS[end] for end in ends], dtype=np.int64).sum())
 
-    def _processed(self, alliance: Alliance) -> int:
-        return self.match.tracker.pieces[f"{alliance.capitalize()}Processor"]
-
     @property
     def _is_coop(self) -> bool:
-        return all(self._processed(alliance) >= _COOP_ALGAE for alliance in ALLIANCES)
+        return all(self._processed[alliance] >= _COOP_ALGAE for alliance in ALLIANCES)
 
     def _full_levels(self, alliance: Alliance) -> int:
         now = self._count()
         counts = [now[level_of(alliance, row)] for row in (*BRANCH_ROWS.values(), "trough")]
         return len([1 for count in counts if count >= _CORAL_A_LEVEL])
 
-    def _has_auto_bonus(self, alliance: Alliance) -> bool:
-        """All robots have left, and one coral is placed in auto."""
-        robots = self._robots_of(alliance)
-        return bool(robots) and all(self._left.get(r.number) for r in robots) and self._auto_coral(alliance) > 0
+    def _bonuses(self, alliance: Alliance) -> dict[str, int]:
+        """Ranking points beside those of the result. Some fouls of the other alliance give theirs away."""
+        robots, given = self._robots_of(alliance), self.fouls.book.rules(other_alliance(alliance))
+        have_left = bool(robots) and all(self._left.get(robot.number) for robot in robots)
+        is_full = self._full_levels(alliance) >= (3 if self._is_coop else 4)
+        hangs = self._barge(alliance) >= _BARGE_BONUS
+        return {
+            "autoBonusAchieved": int(have_left and self._auto_coral(alliance) > 0),
+            "coralBonusAchieved": int(is_full or "G410" in given),
+            "bargeBonusAchieved": int(hangs or "G418" in given or "G428" in given),
+        }
+
+    def _result(self, alliance: Alliance) -> int:
+        """Ranking points of a match that is over: 3 for a win, 1 for a tie."""
+        totals = self.match.tracker.totals
+        ahead = totals[alliance] - totals[other_alliance(alliance)]
+        return 0 if not self.match.timer.is_over or ahead < 0 else 3 if ahead else 1
 
     def _has_left(self, robot: Robot) -> bool:
         """Whether no part of its bumpers is over its alliance's starting line."""
-        x = self._corners(robot)[:, 0]
+        x = self.match.outline(robot.number)[:, 0]
         return bool(x.max() < dim.STARTING_LINE_X - dim.STARTING_LINE_WIDTH or x.min() > dim.STARTING_LINE_X)
 
     def _end_of(self, robot: Robot) -> str:
@@ -210,23 +250,7 @@ class ReefscapeRules(Rules):
         alliance = self.match.alliances[robot.number]
         for climber in robot.climbers:
             rung = climber.rung
-            if rung is not None and rung.name.startswith(alliance):
+            if rung is not None and rung.mount.startswith(alliance):
                 if ground_clearance(*robot.chassis.wheel_ground()).is_airborne:
-                    return _RUNGS[rung.name]
-        half, x = 0.5 * dim.BARGE_ZONE_DEPTH, dim.FIELD_CENTER[0]
-        corners = self._corners(robot)
-        low, high = corners.min(axis=0), corners.max(axis=0)
-        is_in = high[0] > x - half and low[0] < x + half and high[1] > dim.FIELD_WIDTH - dim.BARGE_ZONE_WIDTH
-        return "Parked" if is_in else "None"
-
-    def _corners(self, robot: Robot) -> FloatArray:
-        """Of its bumpers, as those of a blue robot [m], shape (4, 2)."""
-        x, y, yaw = robot.chassis.pose
-        if self.match.alliances[robot.number] == "red":
-            x, y, yaw = FIELD.symmetry.flip_pose(x, y, yaw)
-        c, s = np.cos(yaw), np.sin(yaw)
-        body = robot.chassis.config
-        half = 0.5 * np.array([body.bumper_length, body.bumper_width])
-        corners: FloatArray = np.array([(1, 1), (-1, 1), (-1, -1), (1, -1)]) * half
-        turned: FloatArray = corners @ np.array([(c, s), (-s, c)]) + (x, y)
-        return turned
+                    return "ShallowCage" if f"{rung.mount}_shallow" in self.match.options else "DeepCage"
+        return "Parked" if overlaps(self.match.outline(robot.number), BARGE_ZONE) else "None"

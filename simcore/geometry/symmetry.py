@@ -13,7 +13,7 @@ from typing import Literal
 import numpy as np
 
 from simcore.errors import ConfigError
-from simcore.geometry.rotation import wrap_angle
+from simcore.geometry.rotation import Vector, wrap_angle
 from simcore.quantities import FIELD_LENGTH, require_fields
 from simcore.typing import FloatArray
 
@@ -51,6 +51,19 @@ class FieldSymmetry:
     def flip_point(self, x: float, y: float) -> tuple[float, float]:
         """The place that corresponds to a place [m]."""
         return self.size[0] - x, (self.size[1] - y if self.kind == "rotate" else y)
+
+    def points_of(self, alliance: str, *points: Vector) -> tuple[Vector, ...]:
+        """Places of blue [m] where an alliance has them.
+
+        >>> FieldSymmetry("rotate", (16.0, 8.0)).points_of("red", (2.0, 3.0, 0.5))
+        ((14.0, 5.0, 0.5),)
+        """
+        return tuple((*self.flip_point(x, y), z) for x, y, z in points) if alliance == "red" else points
+
+    def flip_box(self, low: Vector, high: Vector) -> tuple[Vector, Vector]:
+        """Smallest and largest corner of the box that corresponds to one with these [m]."""
+        (x0, y0, z0), (x1, y1, z1) = self.points_of("red", low, high)
+        return (min(x0, x1), min(y0, y1), z0), (max(x0, x1), max(y0, y1), z1)
 
     def flip_pose(self, x: float, y: float, yaw: float) -> Pose:
         """The planar pose that corresponds to a pose [m, m, rad]."""

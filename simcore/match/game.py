@@ -17,9 +17,11 @@ from simcore.match.camera_rig import CameraRig
 from simcore.match.clock import MatchClock, MatchTimer, Phase
 from simcore.match.piece_flow import PieceFlow
 from simcore.match.report import PieceCount, Score
+from simcore.match.robot_contacts import RobotContacts
 from simcore.match.scatter import ScatterDraws
 from simcore.match.scoring import Alliance, ScoreEvent, ScoringTracker, ScoringZone
 from simcore.physics.field import FieldElement, FieldGeometry
+from simcore.physics.hanging import HangingBody, HangingConfig
 from simcore.physics.obj import read_obj
 from simcore.physics.shapes import Box, Cylinder, Sphere
 from simcore.physics.surface import TerrainSurface
@@ -76,6 +78,8 @@ class FieldDefinition:
     empty: there are none."""
     rungs: tuple[Rung, ...] = ()
     """What climbers can hang on."""
+    hanging: tuple[HangingConfig, ...] = ()
+    """What hangs down and swings."""
 
     def __post_init__(self) -> None:
         require_fields(self, size=(FIELD_LENGTH, FIELD_LENGTH))
@@ -83,6 +87,10 @@ class FieldDefinition:
             raise ConfigError(f"FieldDefinition: symmetry is of a field of {self.symmetry.size} m, got {self.size} m")
         if (self.mesh is None) == (not self.elements):
             raise ConfigError("FieldDefinition: give either a mesh or elements")
+        if unknown := {rung.mount for rung in self.rungs} - {body.name for body in self.hanging} - {""}:
+            raise ConfigError(
+                f"FieldDefinition: no body hangs there of the name of the rungs' mounts {sorted(unknown)}"
+            )
 
     def load(self, mesh: Path | None = None) -> FieldGeometry:
         """The field as shapes with surfaces.
@@ -237,6 +245,10 @@ class MatchState(Protocol):
     timer: MatchTimer
     """The time of the match."""
     pieces: GamePieceManager
+    contacts: RobotContacts
+    """Who touched whom in this tick."""
+    hanging: list[HangingBody]
+    """What hangs from the field and swings."""
     robots: list[Robot]
     alliances: list[Alliance]
     """Of each robot, as last set."""
@@ -249,6 +261,10 @@ class MatchState(Protocol):
     draws: ScatterDraws
     """By how much things differ in this match."""
     cameras: CameraRig
+
+    def outline(self, number: int) -> FloatArray:
+        """Corners of a robot's bumpers, as those of a blue robot if its alliance is red [m], shape (4, 2)."""
+        ...
 
     @property
     def score(self) -> Score:
@@ -346,6 +362,8 @@ class Game:
     autos: Mapping[str, Auto] = dataclasses.field(default_factory=dict)
     """By name; the first is the one that is played if none is named."""
     options: tuple[GameOption, ...] = ()
+    arrange: Callable[[FieldDefinition, frozenset[str]], FieldDefinition] | None = None
+    """The field as the options that are on make it; None: they change nothing of it."""
     models: Path | None = None
     """Folder of models for AdvantageScope and the browser view."""
 

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from simcore.errors import ConfigError
+from simcore.geometry.footprints import corners
 from simcore.geometry.symmetry import Pose
 from simcore.match.camera_rig import CameraRig, tag_layout
 from simcore.match.clock import MatchTimer, Mode
@@ -24,6 +25,7 @@ from simcore.match.game import Game, PieceSupply, RobotEntry, Rules
 from simcore.match.piece_flow import PieceFlow
 from simcore.match.publish import build_snapshot
 from simcore.match.report import PieceCount, Score
+from simcore.match.robot_contacts import RobotContacts
 from simcore.match.scatter import Scatter, ScatterDraws
 from simcore.match.scattered_pieces import piece_variation
 from simcore.match.scattered_robot import built_robot, start_error
@@ -38,6 +40,7 @@ from simcore.match.starts import (
 )
 from simcore.physics.engine import Engine
 from simcore.physics.field import FieldElement
+from simcore.physics.hanging import HangingBody
 from simcore.physics.substeps import Substepping, Surroundings
 from simcore.physics.world import PhysicsWorld
 from simcore.pieces.piece_manager import GamePieceManager
@@ -99,9 +102,15 @@ class Match:
     """Of everything that is left to chance."""
     draws: ScatterDraws
     """What the scatter of this run comes to."""
+    field_resets: int
+    """How often `reset_field` was called since the start."""
     timer: MatchTimer
     """The time of the match, for scores and rules."""
     pieces: GamePieceManager
+    hanging: list[HangingBody]
+    """What hangs from the field and swings."""
+    contacts: RobotContacts
+    """Who touched whom in this tick."""
     robots: list[Robot]
     alliances: list[Alliance]
     """Of each robot, as last set."""
@@ -153,7 +162,9 @@ class Match:
         self.sinks = list(sinks)
         self.last_tick_ms: float | None = None
         """Wall time of the last tick [ms], for telemetry, if whoever runs the match measures it."""
-        self.field = game.field.load(field_mesh)  # before the engine starts: a broken mesh ends the build
+        definition = game.field if game.arrange is None else game.arrange(game.field, self.options)
+        self._rungs, self._hanging = definition.rungs, definition.hanging
+        self.field = definition.load(field_mesh)  # before the engine starts: a broken mesh ends the build
         self.world = PhysicsWorld(engine=engine, substepping=substepping)
         self.control = FieldControl(self)
         """What people do to the field; it outlives `reset`."""
@@ -285,12 +296,18 @@ class Match:
     def _wake(self) -> None:
         """Sleepers that can be reached within the tick wake."""
         movers = [Footprint(*robot.chassis.footprint) for robot in self.robots]
+        movers += [
+            Footprint(body.pos[0], body.pos[1], 0.0, body.radius, body.radius, body.speed)
+            for body in self.hanging
+            if body.is_awake
+        ]
         self._piece_speed = self.pieces.wake_reachable(movers, TICK)
 
     def _take_in(self) -> None:
         """Before the step, so that a fresh shot is not taken in again."""
         self.flow.take_in(self._piece_speed)
         self.substeps = 0
+        self.contacts.begin_tick()
         self._near = max((robot.chassis.surroundings(TICK) for robot in self.robots), default=Surroundings.OPEN)
 
     # --- one part -------------------------------------------------------------------------------------------------
@@ -315,8 +332,13 @@ class Match:
         self.substeps += self.world.step(h, substeps=substeps, before_substep=self._before_substep)
 
     def _before_substep(self, h: float) -> None:
+        self.contacts.note()
+        for body in self.hanging:
+            body.read()
         for robot in self.robots:
             robot.before_substep(h)
+        for body in self.hanging:
+            body.before_substep(h)
         self.pieces.before_substep(h)
 
     def _sense(self, h: float) -> None:
@@ -334,8 +356,11 @@ class Match:
         self.ticks += 1
         self.time = self.ticks * TICK
         self.timer.advance(TICK)
+        self.contacts.note()
         self.pieces.gather(TICK)
         self.flow.follow()
+        for body in self.hanging:
+            body.after_tick(TICK)
 
     def _see(self) -> None:
         """Cameras expose the frames that are due and publish those that are ready."""
@@ -377,6 +402,9 @@ class Match:
         for robot in self.robots:
             robot.brownouts.after_tick(self.time)
             self.digest.update(np.array((*robot.chassis.pos, *robot.chassis.quat, *robot.chassis.vel)))
+        for body in self.hanging:
+            if body.is_awake:
+                self.digest.update(np.array((*body.pos, *body.rate)))
         self.digest.update(state.pos[awake], state.status.astype(np.int64))
         due = [sink for sink in self.sinks if sink.due(self.time)]
         if due:
@@ -442,6 +470,7 @@ class Match:
 
         Robots stay where they are, and pieces make room for them. The clock goes on.
         """
+        self.field_resets += 1
         self.pieces.clear()
         for robot in self.robots:
             robot.forget_pieces()
@@ -516,6 +545,13 @@ class Match:
         """Where a robot should start as one of its present alliance, field frame [m, m, rad]."""
         return start_pose(self.game, self.entries, self.alliances, number)
 
+    def outline(self, number: int) -> FloatArray:
+        """Corners of a robot's bumpers, as those of a blue robot if its alliance is red [m], shape (4, 2)."""
+        body, pose = self.robots[number].chassis.config, self.robots[number].chassis.pose
+        if self.alliances[number] == "red":
+            pose = self.game.field.symmetry.flip_pose(*pose)
+        return corners(*pose, body.bumper_length, body.bumper_width)
+
     def snapshot(self) -> Snapshot:
         """Everything that telemetry shows of the last tick."""
         return build_snapshot(self)
@@ -533,6 +569,7 @@ class Match:
         self.time = 0.0
         self.ticks = 0
         self.substeps = 0
+        self.field_resets = 0
         self.timer = MatchTimer(game.clock)
         self.digest = TrajectoryDigest()
         self._piece_speed = 0.0
@@ -542,6 +579,7 @@ class Match:
         self._has_told = False
         self.alliances = [entry.alliance for entry in self.entries]
         self.world.add_field(self.field.elements, drivable=game.field.drivable_in(self.field))
+        self.hanging = [HangingBody(self.world, config) for config in self._hanging]
         self.pieces = GamePieceManager(
             self.world,
             [(supply.kind, supply.count) for supply in game.pieces],
@@ -552,6 +590,7 @@ class Match:
         )
         self._stage(staging_rng)
         self.robots = []
+        mounts = {body.config.name: body for body in self.hanging}
         own_rngs = robot_rng.spawn(len(self.entries))  # one robot's noise does not depend on how many there are
         for number, (entry, own_rng) in enumerate(zip(self.entries, own_rngs, strict=True)):
             config = entry.config or game.robot()
@@ -562,7 +601,8 @@ class Match:
                 number=number,
                 pose=pose,
                 rng=own_rng,
-                rungs=game.field.rungs,
+                rungs=self._rungs,
+                mounts=mounts,
                 built=built,
             )
             self.robots.append(robot)
@@ -575,6 +615,7 @@ class Match:
                 robot.reset(missed, believed=pose)
         for robot in self.robots:
             self.pieces.make_room(Footprint(*robot.chassis.footprint))
+        self.contacts = RobotContacts(self.world, self.robots, self.hanging)
         self.flow = PieceFlow(self.world, self.pieces, self.robots)
         kinds = [game.pieces[kind].kind.name for kind in self.pieces.state.kind.tolist()]
         self.tracker = ScoringTracker(game.zones, worth=self._worth, kinds=kinds)

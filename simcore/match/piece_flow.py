@@ -95,6 +95,17 @@ class PieceFlow:
         away = state.pos[slots] - robot.chassis.pos
         near = np.einsum("ij,ij->i", away, away) < reach * reach
         slots = slots[near & (state.status[slots] != PieceStatus.IN_FLIGHT)]
+        if len(slots):
+            self._take_some_of(robot, slots)
+        else:
+            for intake in robot.intakes:
+                intake.pass_tick()
+        for placer in robot.placers:
+            if placer.takes and robot.storage_of(placer.config).pieces and placer.is_at_handover:
+                placer.take(robot.storage_of(placer.config).take())
+
+    def _take_some_of(self, robot: Robot, slots: IntArray) -> None:
+        state = self._pieces.state
         pos, quat = robot.pose_before
         now = field_to_robot(state.pos[slots], np.array(robot.chassis.pos), np.array(robot.chassis.quat))
         before = field_to_robot(state.before[slots], np.array(pos), np.array(quat))
@@ -113,8 +124,6 @@ class PieceFlow:
                     free[at[0]] = False
                     self._hold(robot, slots[at[:1]])
                     placer.take(int(slots[at[0]]))
-                elif placer.config.from_storage and robot.storage_of(placer.config).pieces:
-                    placer.take(robot.storage_of(placer.config).take())
 
     def _hold(self, robot: Robot, slots: IntArray) -> None:
         if len(slots):
@@ -124,8 +133,8 @@ class PieceFlow:
     def _is_kind(self, slots: IntArray, kinds: Sequence[str]) -> BoolArray:
         if not kinds:
             return np.ones(len(slots), dtype=np.bool_)
-        wanted = [number for number, kind in enumerate(self._pieces.types) if kind.name in kinds]
-        return np.isin(self._pieces.state.kind[slots], wanted)
+        is_wanted = np.array([kind.name in kinds for kind in self._pieces.types], dtype=np.bool_)
+        return is_wanted[self._pieces.state.kind[slots]]
 
     # --- out ------------------------------------------------------------------------------------------------------
 

@@ -60,6 +60,9 @@ def build_snapshot(match: MatchState) -> Snapshot:
     rows = _Rows()
     _add_pieces(rows, match)
     _add_match(rows, match)
+    if match.hanging:
+        bodies = [(*body.pos, body.quat[3], *body.quat[:3]) for body in match.hanging]
+        rows.pose_arrays["Sim/Hanging"] = _rounded(np.array(bodies))
     rows.pose_arrays |= {key: _rounded(line) for key, line in match.cameras.lines(match.robots).items()}
     for robot in match.robots:
         _add_robot(rows, robot, match.alliances[robot.number])
@@ -150,8 +153,11 @@ def _add_match(rows: _Rows, match: MatchState) -> None:
     }
     for name, count in (*match.tracker.pieces.items(), *match.rules.breakdown().items()):
         rows.integers[f"Sim/Score/{name}"] = count
-    for level in match.pieces.places.levels:
-        rows.integers[f"Sim/Placed/{level}"] = match.pieces.places.count(level=level)
+    if fouls := match.tracker.fouls:
+        rows.strings["Sim/Match/LastFoul"] = f"{len(fouls)}. {fouls[-1]}"
+    for level, counts in match.pieces.places.counts().items():
+        rows.integers[f"Sim/Placed/{level}"] = int(counts.sum())
+        rows.integer_arrays[f"Sim/Places/{level}"] = _frozen_ids(counts)
     if match.last_tick_ms is not None:
         rows.doubles["Sim/Performance/TickMs"] = match.last_tick_ms
         rows.doubles["Sim/Performance/RealTimeFactor"] = 1e3 * TICK / max(match.last_tick_ms, 1e-6)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import math
-import re
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
 from typing import Any
@@ -18,8 +17,9 @@ from rich.table import Table
 
 from simcore.errors import NonFiniteError
 from simcore.match.digest import TickTimes
+from simcore.telemetry.snapshot import key_in_words
 
-__all__ = ["PieceCount", "RunReport", "Score", "Spread", "print_report"]
+__all__ = ["PieceCount", "RunReport", "Score", "Spread", "print_report", "split_level"]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -90,6 +90,10 @@ class RunReport:
     """What people call them."""
     breakdown: Mapping[str, int]
     """Pieces by zone, and what else the score is made of."""
+    placed: Mapping[str, int] = field(default_factory=dict)
+    """Pieces by level, of a game with resting places."""
+    fouls: tuple[str, ...] = ()
+    """Each with its time, in order."""
     shots: int
     hits: int
     distance_m: float
@@ -118,6 +122,8 @@ class RunReport:
 def _plain(name: str, value: Any) -> Any:
     if isinstance(value, Mapping):
         return {str(key): _plain(f"{name}.{key}", item) for key, item in value.items()}
+    if isinstance(value, tuple | list):
+        return [_plain(f"{name}[{number}]", item) for number, item in enumerate(value)]
     if isinstance(value, np.generic):
         value = value.item()
     if isinstance(value, float) and not math.isfinite(value):
@@ -164,11 +170,16 @@ def print_report(report: RunReport, console: Console, *, verbose: bool = False) 
         lost = f"{sum(counts)} of {pieces.staged} pieces accounted for: this is a bug"
         console.print(f"[bold red]{lost}[/bold red]")
 
+    if pieces.placed:
+        console.print(_placed(report.placed, style, _width(console)))
+
     run = Table(title="Run", box=style, title_justify="left", show_header=False, width=_width(console))
     run.add_column(ratio=2)
     run.add_column(ratio=5, overflow="fold")
     for what, value in _clock(report.match_state).items():
         run.add_row(what, value)
+    for foul in report.fouls:
+        run.add_row("foul", escape(foul))
     run.add_row("way driven", f"{report.distance_m:.1f} m")
     off = f"; {report.brownouts} brown-outs" if report.brownouts else ""
     run.add_row("lowest battery voltage", f"{report.min_battery_v:.2f} V{off}")
@@ -194,16 +205,39 @@ def print_report(report: RunReport, console: Console, *, verbose: bool = False) 
     console.print(run)
 
 
+def split_level(name: str) -> tuple[str, str]:
+    """Whose a level of resting places is, and what it is called beside that.
+
+    >>> split_level("BlueL4"), split_level("Shelf")
+    (('blue', 'L4'), ('', 'Shelf'))
+    """
+    whose = next((word for word in ("Blue", "Red") if name.startswith(word) and name != word), "")
+    return whose.lower(), name.removeprefix(whose)
+
+
+def _placed(levels: Mapping[str, int], style: box.Box, width: int) -> Table:
+    """A row an alliance and a column a level."""
+    counts = {split_level(name): count for name, count in levels.items()}
+    labels = list(dict.fromkeys(label for _, label in counts))
+    table = Table(title="Placed, by level", box=style, title_justify="left", width=width)
+    table.add_column("")
+    for label in labels:
+        table.add_column(escape(label), justify="right")
+    for whose in dict.fromkeys(whose for whose, _ in counts):
+        table.add_row(whose, *(str(counts.get((whose, label), "")) for label in labels))
+    return table
+
+
 def _clock(state: Mapping[str, float | int | bool | str]) -> dict[str, str]:
     """Match clock and period, and what the game adds to them, as people read them."""
     rest = dict(state)
-    rest.pop("Game", None)
+    for told_elsewhere in ("Game", "LastFoul"):
+        rest.pop(told_elsewhere, None)
     time, left, period = rest.pop("Time"), rest.pop("TimeLeft"), rest.pop("Period")
     can_move = "robots may move" if rest.pop("Enabled") else "robots are disabled"
     rows = {"match clock": f"{time:.1f} s, {left:.1f} s left", "period": f"{escape(str(period))}; {can_move}"}
     for name, value in rest.items():
-        words = re.sub(r"(?<=[a-z0-9])(?=[A-Z])", " ", name).lower()
-        rows[words] = ("yes" if value else "no") if isinstance(value, bool) else escape(str(value))
+        rows[key_in_words(name)] = ("yes" if value else "no") if isinstance(value, bool) else escape(str(value))
     return rows
 
 

@@ -151,6 +151,8 @@ def _play(
         pieces=match.count,
         piece_name=" and ".join(supply.kind.name.lower() for supply in match.game.pieces) or "pieces",
         breakdown={**match.tracker.pieces, **match.rules.breakdown()},
+        placed={level: int(counts.sum()) for level, counts in match.pieces.places.counts().items()},
+        fouls=tuple(f"{foul.time:.2f} s: {foul}" for foul in match.tracker.fouls),
         shots=len(match.flow.shots),
         hits=match.flow.hits,
         distance_m=float(np.linalg.norm(np.diff(track[:, :2], axis=0), axis=1).sum()),

@@ -15,9 +15,14 @@ from simcore.pieces.shot_opening import ShotOpening
 from simcore.quantities import Quantity, require_fields
 from simcore.typing import BoolArray, FloatArray, IntArray
 
-__all__ = ["Alliance", "ScoreEvent", "ScoringTracker", "ScoringZone"]
+__all__ = ["Alliance", "FoulEvent", "ScoreEvent", "ScoringTracker", "ScoringZone", "other_alliance"]
 
 Alliance = Literal["blue", "red"]
+
+
+def other_alliance(alliance: Alliance) -> Alliance:
+    """The opponent."""
+    return "red" if alliance == "blue" else "blue"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -58,6 +63,31 @@ class ScoreEvent:
     """The piece."""
 
 
+@dataclass(frozen=True, slots=True)
+class FoulEvent:
+    """A rule that a robot has broken."""
+
+    time: float
+    """Simulated time at the end of the tick [s]."""
+    rule: str
+    """As the game's manual numbers it."""
+    robot: int
+    alliance: Alliance
+    """Of that robot."""
+    points: int
+    """That the other alliance gets."""
+    text: str
+    """What it did, as people read it."""
+
+    @property
+    def gains(self) -> Alliance:
+        """Who gets the points."""
+        return other_alliance(self.alliance)
+
+    def __str__(self) -> str:
+        return f"{self.rule}, {self.alliance} robot {self.robot} {self.text}: {self.gains} {self.points:+d}"
+
+
 class ScoringTracker:
     """Counts pieces through zones, each piece once until it is let in again by its owner."""
 
@@ -88,14 +118,21 @@ class ScoringTracker:
         """Begin at zero."""
         self.events: list[ScoreEvent] = []
         """All events so far, in order."""
+        self.fouls: list[FoulEvent] = []
+        """All fouls so far, in order."""
         self.totals: dict[Alliance, int] = {"blue": 0, "red": 0}
         """Points by alliance."""
         self.pieces: dict[str, int] = dict.fromkeys((zone.name for zone in self.zones), 0)
         """Pieces by zone, whatever they were worth."""
 
     def add(self, alliance: Alliance, points: int) -> None:
-        """Give points that no piece brings: for a climb, a parked robot, a foul."""
+        """Give points that no piece brings: for a climb, a parked robot."""
         self.totals[alliance] += points
+
+    def foul(self, event: FoulEvent) -> None:
+        """Note a foul, and give its points to the other alliance."""
+        self.fouls.append(event)
+        self.totals[event.gains] += event.points
 
     @staticmethod
     def _mask(zone: ScoringZone, kinds: Sequence[str]) -> BoolArray | None:

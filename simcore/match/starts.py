@@ -219,5 +219,5 @@ def _is_free(world: PhysicsWorld, robot: Robot, x: float, y: float, *, whole: bo
     """Whether no solid is in the middle of a robot that stands there, or in the whole of it."""
     c = robot.chassis.config
     inner = 0.5 * math.hypot(c.bumper_length, c.bumper_width) if whole else 0.25 * min(c.bumper_length, c.bumper_width)
-    low, high = (x - inner, y - inner, c.clearance), (x + inner, y + inner, c.bumper_top)
-    return world.surroundings(robot.chassis.row, low, high) is not Surroundings.WALL
+    found = world.surroundings(robot.chassis.row, x, y, 0.0, inner, inner, c.clearance, c.bumper_top)
+    return found is not Surroundings.WALL

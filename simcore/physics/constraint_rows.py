@@ -31,6 +31,8 @@ _SLIP, _SLIP_OF_HEAP = 2e-3, 0.2
 are solved in fewer iterations with the second. A hundredth of it where the contact resists rolling too, whose rows are
 softer by (friction / lever)^2.
 """
+_TIE_REPAIR = 0.2  # of the gap between a body and its pivot, in a step
+_TIE_SOFTNESS = 1e-4  # regularization of such a tie, in parts of the inverse mass
 
 
 @dataclass(slots=True, eq=False)
@@ -122,6 +124,9 @@ class ConstraintRows:
         reference = np.zeros(rows_of_all)
         strict = d.efc_R
         reference[row], strict[row] = law.reference, law.regularization
+        ties = slice(0, d.ne)  # of bodies to their pivots: at the end of the step they are there
+        reference[ties] = -(speed[ties] + _TIE_REPAIR * d.efc_pos[ties] / h) / h
+        strict[ties] = _TIE_SOFTNESS * inverse[ties]
         rows_of_step = RowsOfStep(row, (a, b), dim, contact.frame[used, :3], law, reference, np.zeros(len(row)), [])
         if dim.max(initial=1) > 1:
             self._want_rest(rows_of_step, used, dim, inverse, speed, free, h)

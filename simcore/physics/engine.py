@@ -38,6 +38,8 @@ class BodyDefinition:
     pos: Vector = (0.0, 0.0, 0.0)
     """Origin of the shape, field frame [m]."""
     quat: Quaternion = (0.0, 0.0, 0.0, 1.0)
+    pivot: Vector | None = None
+    """A place of a moving body that stays where it is, field frame [m]: the body turns about it; None: it is free."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -114,6 +116,13 @@ class Engine(Protocol):
 
     def sleep(self, row: int) -> None:
         """Freeze a body until it is touched by a moving one or woken; its velocity becomes zero."""
+        ...
+
+    def fix(self, row: int) -> None:
+        """Freeze a body until it is woken, or put to sleep; what touches it meets a static.
+
+        An engine in which a sleeper costs no more than a static may put it to sleep instead.
+        """
         ...
 
     def set_sustained(self, row: int, sustained: bool) -> None:

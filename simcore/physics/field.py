@@ -13,13 +13,12 @@ from pathlib import Path
 from types import MappingProxyType
 
 import numpy as np
-from scipy.spatial import ConvexHull, QhullError
 
 from simcore.errors import ConfigError, FieldMeshError, UnknownNameError
 from simcore.geometry.symmetry import FieldSymmetry
 from simcore.physics.mesh import decompose, plates
 from simcore.physics.obj import ObjGroup, read_obj
-from simcore.physics.shape_extent import outline_points
+from simcore.physics.shape_extent import outline, outline_points
 from simcore.physics.shapes import Box, Mesh, Shape
 from simcore.physics.sheets import SAME_PLACE, Sheet, choose_sides
 from simcore.physics.surface import WALL, TerrainSurface
@@ -104,11 +103,7 @@ class FieldElement:
 
     def outline(self) -> FloatArray:
         """Convex outline seen from above, counter-clockwise, field frame [m], shape (n, 2)."""
-        points = outline_points(self.shape)[:, :2] + self.position[:2]
-        try:
-            return np.asarray(points[ConvexHull(points).vertices])
-        except QhullError:  # seen edge-on: a line
-            return np.stack([points.min(axis=0), points.max(axis=0)])
+        return outline(outline_points(self.shape)[:, :2] + self.position[:2])
 
 
 def box_element(

@@ -244,6 +244,10 @@ class MuJoCoEngine:
                 self._moved.add(body)  # MuJoCo wakes what is not where it was last computed to be
                 self._is_stale = True
 
+    def fix(self, row: int) -> None:
+        """As `sleep`, which costs nothing here."""
+        self.sleep(row)
+
     def _refresh(self) -> None:
         """Bring the poses of all shapes up to date, also of sleepers that were put elsewhere."""
         self._build()
@@ -319,6 +323,7 @@ class MuJoCoEngine:
         layout = self._layout
         self._body: list[int] = layout.body_of_row.tolist()
         self._body_index = layout.body_of_row
+        self._is_hung = np.array([self._definitions[row].pivot is not None for row in layout.row_of_body], dtype=bool)
         n = len(layout.row_of_body)
         self._qpos, self._qvel = d.qpos.reshape(n, 7), d.qvel.reshape(n, 6)
         self._warm, self._push = d.qacc_warmstart.reshape(n, 6), d.xfrc_applied[1:]
@@ -410,6 +415,7 @@ class MuJoCoEngine:
         change, free = h * d.qacc.reshape(bodies, 6)[:, :3], h * d.qacc_smooth.reshape(bodies, 6)[:, :3]
         pushes = _NOTHING if step is None else d.efc_force[step.normals]
         shift = step_shift(h, step, pushes, change, free, awake, self._layout.body_of_geom)
+        shift[self._is_hung[awake]] = 0.0
         mj.mj_Euler(m, d)
         self._qpos[awake, :3] += shift
         self._is_stale = True

@@ -84,6 +84,8 @@ def build_model(mujoco: Any, definitions: Sequence[BodyDefinition], gravity: flo
             x, y, z, w = definition.inertia_axes
             cx, cy, cz = rotate_back(definition.inertia_axes, definition.center_of_mass)
             moving_rows += [row] * geoms.add(body, definition.shape, (-cx, -cy, -cz), (-x, -y, -z, w))
+            if definition.pivot is not None:
+                _hang(mujoco, spec, body, row, definition)
     try:
         model = spec.compile()
     except ValueError as error:
@@ -97,6 +99,17 @@ def build_model(mujoco: Any, definitions: Sequence[BodyDefinition], gravity: flo
         row_of_geom=row_of_geom,
         body_of_geom=body_of_row[row_of_geom],
     )
+
+
+def _hang(mujoco: Any, spec: Any, body: Any, row: int, definition: BodyDefinition) -> None:
+    """Tie a body to its pivot. The pose of the model itself is that in which both places of the joint meet."""
+    assert definition.pivot is not None
+    quat = multiply(definition.quat, definition.inertia_axes)
+    center = np.add(definition.pos, rotate(definition.quat, definition.center_of_mass))
+    x, y, z, w = quat
+    body.name, body.pos, body.quat = f"row {row}", center.tolist(), [w, x, y, z]
+    tie = spec.add_equality(type=mujoco.mjtEq.mjEQ_CONNECT, objtype=mujoco.mjtObj.mjOBJ_BODY, name1=body.name)
+    tie.data[:3] = rotate_back(quat, np.subtract(definition.pivot, center).tolist())
 
 
 def _uniform(definition: BodyDefinition) -> Vector:

@@ -21,7 +21,7 @@ __all__ = ["FloorRolling"]
 
 _PERIOD = 0.02
 """Least time between two losses of speed [s], of 0.01 m/s on carpet."""
-_BALLS, _LONGEST = 15, 8
+_BALLS, _LONGEST = 8, 8
 """Balls for which losses are taken that often; of twice as many half as often, down to an eighth."""
 _LIFTED = 0.001
 """Balls that are higher over the floor do not touch it [m]."""

@@ -6,7 +6,7 @@ import math
 from functools import lru_cache
 
 import numpy as np
-from scipy.spatial import ConvexHull
+from scipy.spatial import ConvexHull, QhullError
 
 from simcore.errors import ConfigError
 from simcore.geometry.rotation import IDENTITY, Quaternion, Vector, matrix, rotate_back
@@ -17,6 +17,7 @@ __all__ = [
     "bounding_radius",
     "inner_radius",
     "mean_frontal_area",
+    "outline",
     "outline_points",
     "smallest_thickness",
     "stands",
@@ -48,6 +49,14 @@ def outline_points(shape: Shape) -> FloatArray:
     half = shape.height / 2.0 if isinstance(shape, Cylinder) else shape.radius
     ring = shape.radius * np.column_stack([np.cos(angle), np.sin(angle)])
     return np.vstack([np.column_stack([ring, np.full(_RING, z)]) for z in (-half, half)])
+
+
+def outline(points: FloatArray) -> FloatArray:
+    """Corners of the convex hull of points in a plane, counter-clockwise, shape (n, 2); the ends of a line."""
+    try:
+        return np.asarray(points[ConvexHull(points).vertices])
+    except QhullError:
+        return np.asarray(points[np.lexsort((points[:, 1], points[:, 0]))[[0, -1]]])
 
 
 @lru_cache(maxsize=256)

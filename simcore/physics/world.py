@@ -21,8 +21,10 @@ from simcore.physics.engine import BodyDefinition, Engine, RayHits
 from simcore.physics.engine_choice import make_engine
 from simcore.physics.mass_properties import mass_properties, principal_axes
 from simcore.physics.nearness import StaticBoxes
+from simcore.physics.plan_outlines import PlanOutlines
 from simcore.physics.rolling import FloorRolling
-from simcore.physics.shapes import Box, HalfSpace, Shape, Sphere
+from simcore.physics.shape_extent import bounding_radius
+from simcore.physics.shapes import Box, Cylinder, HalfSpace, Shape, Sphere
 from simcore.physics.substeps import Substepping, Surroundings
 from simcore.physics.surface import CARPET, FRICTIONLESS, TerrainSurface
 from simcore.quantities import MASS, require
@@ -32,7 +34,6 @@ from simcore.units import GRAVITY, plain_sum
 __all__ = ["CollisionGroup", "PhysicsWorld", "StaticElement"]
 
 _MOST_PARTS = 8  # of a robot's own body that a line of sight passes
-_FAT = 0.1  # [m]; bounding boxes of the engine are larger than what is in them by less
 _FLOOR_THICKNESS = 1.0  # [m]; under robots: a plane gives one contact a tick and driven boxes sink into it
 _FLOOR_LENGTH = 2_000.0  # [m]; nothing gets to its end. From 4 km on, cylinders wobble on it for longer
 
@@ -119,9 +120,12 @@ class PhysicsWorld:
         self._bodies: dict[int, _Body] = {}
         self._solid: set[int] = set()
         self._ramps: set[int] = set()
+        self._hanging: set[int] = set()
         self._robots: list[int] = []
         self._pieces: dict[int, int] = {}  # group by row
         self._boxes, self._solid_boxes = StaticBoxes(), StaticBoxes()
+        self._outlines = PlanOutlines()
+        self._is_ramp: BoolArray = np.zeros(0, dtype=bool)  # of the outlines
         self.longest_step = math.inf
         self.awake_pieces = None
         floor = self._floor
@@ -176,6 +180,8 @@ class PhysicsWorld:
         touchers = CollisionGroup.PIECE if drivable else CollisionGroup.PIECE | CollisionGroup.ROBOT
         row = self._add_part(name, shape, at, quat, surface, CollisionGroup.STATIC, touchers)
         self._boxes.add(shape, at, quat)
+        self._outlines.add(shape, at, quat)
+        self._is_ramp = np.append(self._is_ramp, drivable)
         if drivable:
             self._ramps.add(
                 self._add_part(name, shape, at, quat, FRICTIONLESS, CollisionGroup.DRIVABLE, CollisionGroup.ROBOT)
@@ -288,6 +294,35 @@ class PhysicsWorld:
             self._rolling.add(row, shape.radius, surface)
         return row
 
+    def add_hanging_body(
+        self,
+        name: str,
+        shape: Box | Cylinder | Sphere,
+        *,
+        mass: float,
+        surface: TerrainSurface,
+        pos: Sequence[float],
+        pivot: Vector,
+    ) -> int:
+        """Add a body that swings about a place of the field; returns its engine row. Lines of sight pass it."""
+        at = _checked_pos(name, pos)
+        row = self.engine.add_body(
+            BodyDefinition(
+                shape=shape,
+                surface=surface,
+                mass=mass,
+                pos=at,
+                pivot=pivot,
+                group=CollisionGroup.BLOCK,
+                mask=CollisionGroup.STATIC | CollisionGroup.PIECE | CollisionGroup.ROBOT,
+            )
+        )
+        self._bodies[row] = _Body(name, surface)
+        self._hanging.add(row)
+        reach = 2.0 * (math.dist(at, pivot) + bounding_radius(shape))
+        self._boxes.add(Box((reach, reach, reach)), pivot, IDENTITY)
+        return row
+
     def set_piece_touchable(self, row: int, touchable: bool) -> None:
         """Put a piece into the world of contacts, or take it out of it."""
         mask = CollisionGroup.STATIC | CollisionGroup.PIECE | CollisionGroup.ROBOT if touchable else 0
@@ -329,21 +364,37 @@ class PhysicsWorld:
         self.engine.wake(row)
         self.engine.set_velocity(row, linear, angular)
 
-    def surroundings(self, row: int, low: Sequence[float], high: Sequence[float]) -> Surroundings:
-        """What else than the robot `row` and pieces has its bounding box in this box [m]."""
-        found = Surroundings.OPEN
-        if self._robots == [row] and self._boxes.is_clear(
-            0.5 * (low[0] + high[0]),
-            0.5 * (low[1] + high[1]),
-            _FAT + 0.5 * math.hypot(high[0] - low[0], high[1] - low[1]),
-        ):
-            return found  # the engine need not be asked, which takes 50 times as long
-        for other in self.engine.overlapping(low, high):
-            if other in self._solid or (other != row and other in self._robots):
+    def surroundings(
+        self, row: int, x: float, y: float, yaw: float, half_length: float, half_width: float, bottom: float, top: float
+    ) -> Surroundings:
+        """What else than the robot `row` and pieces could reach into an upright box.
+
+        Args:
+            row: Of the robot.
+            x: Middle of the box, field frame [m].
+            y: The same [m].
+            yaw: Of its length [rad].
+            half_length: [m]
+            half_width: [m]
+            bottom: Lowest height [m].
+            top: Highest [m].
+        """
+        reach = math.hypot(half_length, half_width)
+        is_clear = self._boxes.is_clear(x, y, reach)  # of what hangs, too
+        if len(self._robots) > 1 or (self._hanging and not is_clear):
+            low, high = (x - reach, y - reach, bottom), (x + reach, y + reach, top)
+            others = self.engine.overlapping(low, high)
+            if any(other in self._hanging or (other != row and other in self._robots) for other in others):
                 return Surroundings.WALL
-            if other in self._ramps:
-                found = Surroundings.RAMP
-        return found
+        if is_clear:
+            return Surroundings.OPEN  # the outlines need not be looked at, which takes ten times as long
+        if (self._outlines.met(x, y, yaw, half_length, half_width, bottom, top) & ~self._is_ramp).any():
+            return Surroundings.WALL
+        if not self._ramps:
+            return Surroundings.OPEN
+        # all around: a robot that comes down from a ramp lands beside it
+        near = self._outlines.met(x, y, 0.0, reach, reach, bottom, top)
+        return Surroundings.RAMP if (near & self._is_ramp).any() else Surroundings.OPEN
 
     def near_solid(self, pos: FloatArray, reach: FloatArray) -> BoolArray:
         """Whether the bounding box of a wall or another solid element is within reach of each place, shape (n,).

@@ -1,8 +1,9 @@
 """Pieces that are wedged in where they were staged, and come free when something pulls or pushes hard enough.
 
-A lodged piece sleeps. While it is awake it is put back before each sub-step. What others pushed and pulled it with in
-the last one is known from the velocity that they gave it: m v / h. It comes free for good when this and its weight
-are more than it is lodged with, when something is deep in it, or when a robot takes it.
+A lodged piece sleeps. While it is awake it is held before each sub-step. What others pushed and pulled it with in the
+last one is known from the velocity that they gave it: m v / h. The hold pushes back with as much, so that it carries
+what lies on it, and leads the piece back to its place. It comes free for good when this and its weight are more than it
+is lodged with, or when a robot takes it.
 """
 
 from __future__ import annotations
@@ -11,14 +12,14 @@ import math
 
 import numpy as np
 
-from simcore.geometry.rotation import Quaternion, Vector
+from simcore.geometry.rotation import Vector
 from simcore.physics.world import PhysicsWorld
 from simcore.pieces.pool import PiecePool, PieceStatus
 from simcore.typing import IntArray
 
 __all__ = ["Lodging"]
 
-_DEEP = 0.02  # [m]; what a thing that moves slowly pushes into a piece that does not give way
+_RETURN = 0.2  # share of the way back to its place that a piece goes in a sub-step
 
 
 class Lodging:
@@ -34,7 +35,8 @@ class Lodging:
         self._pool = pool
         n = len(pool.rows)
         self._force = np.zeros(n)  # 0: not lodged
-        self._anchors: dict[int, tuple[Vector, Quaternion]] = {}
+        self._places: dict[int, Vector] = {}
+        self._given: dict[int, Vector] = {}  # velocity at the start of the last sub-step, of those held in it
         self._h = 0.0  # of the last sub-step
         self._mass = pool.mass
         self.is_used = False
@@ -43,7 +45,7 @@ class Lodging:
     def lodge(self, slot: int, force: float) -> None:
         """Wedge a piece in where it is; it comes free at a force [N]."""
         self._force[slot] = force
-        self._anchors[slot] = self._world.engine.pose(self._pool.rows[slot])
+        self._places[slot] = self._world.engine.pose(self._pool.rows[slot])[0]
         self.is_used = True
 
     def free(self, slots: IntArray) -> None:
@@ -53,18 +55,23 @@ class Lodging:
 
     def hold(self, h: float, awake: IntArray) -> None:
         """Hold the awake ones for the next sub-step of h [s], or let them come free."""
-        slots = awake[(self._force[awake] > 0.0) & (self._pool.state.status[awake] == PieceStatus.AWAKE)]
-        if not len(slots):
+        if not len(awake):
             return
+        slots = awake[(self._force[awake] > 0.0) & (self._pool.state.status[awake] == PieceStatus.AWAKE)]
         engine = self._world.engine
         before, self._h = self._h or h, h
+        given, self._given = self._given, {}
         for slot in slots.tolist():
             row, mass = self._pool.rows[slot], self._mass[slot]
-            (x, y, z), _ = engine.velocity(row)
             weight = mass * self._world.gravity
-            force = math.hypot(mass * x / before, mass * y / before, mass * z / before - weight)
-            if force > self._force[slot] or engine.overlap(row) > _DEEP:
+            was = given.get(slot)
+            vel = engine.velocity(row)[0]
+            pushed = [(v - w) / before for v, w in zip(vel, was, strict=True)] if was else [0.0, 0.0, 0.0]
+            if math.hypot(mass * pushed[0], mass * pushed[1], mass * pushed[2] - weight) > self._force[slot]:
                 self.free(np.array([slot]))
-            else:
-                engine.set_pose(row, *self._anchors[slot])
-                engine.apply_forces([row], np.array([[0.0, 0.0, weight]]))
+                continue
+            way = zip(pushed, engine.pose(row)[0], self._places[slot], strict=True)
+            x, y, z = (_RETURN * (place - at) / h - push * h for push, at, place in way)
+            self._given[slot] = (x, y, z)
+            engine.set_velocity(row, (x, y, z), (0.0, 0.0, 0.0))
+            engine.apply_forces([row], np.array([[0.0, 0.0, weight]]))

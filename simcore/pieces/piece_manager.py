@@ -25,9 +25,10 @@ from simcore.pieces.kinds import GamePieceConfig
 from simcore.pieces.lodging import Lodging
 from simcore.pieces.piece_variation import PieceVariation
 from simcore.pieces.pool import ON_FIELD, PiecePool, PieceStatus
-from simcore.pieces.pressing import Pressing
+from simcore.pieces.pressing import CHAIN, PRESSING_PERIOD, Pressing
 from simcore.pieces.resting_places import RestingPlace, RestingPlaces
 from simcore.pieces.sleeping import SETTLE_PERIOD, Sleeping
+from simcore.pieces.touching import TOUCH, touching_chain
 from simcore.pieces.wake_grid import ChunkGrid, Footprint, WakeSettings
 from simcore.quantities import FORCE, require
 from simcore.typing import BoolArray, FloatArray, IntArray
@@ -37,6 +38,9 @@ __all__ = ["GamePieceManager"]
 _HEAP_WAKING = 0.2  # [m/s]; in a heap, a slower piece wakes others by touch alone
 _ROBOT_HEIGHT = 0.6  # [m]; pieces above it fly over a robot
 _BESIDE = 0.02  # [m]; what is within this of a piece may carry it
+_KNOCK, _FAR_KNOCK, _HARD = 0.35, 3.0, 3.0  # [m, m, m/s]; how far a knock gets along a row in two ticks, and a hard one
+_PUSHING = 0.3  # [m/s]; a slower robot may push a row of pieces that touch, none of which moves by itself
+_FIX_PERIOD = 4  # ticks
 _KNOCK_TICKS = 3.0  # how much farther the field is shown to the engine: a row of balls passes a knock on within a tick
 _FREE, _STAGED, _ASLEEP, _AWAKE, _HELD, _IN_FLIGHT, _SCORED, _PLACED = (int(status) for status in PieceStatus)
 _ALL = (_STAGED, *ON_FIELD, _HELD, _SCORED)
@@ -377,6 +381,14 @@ class GamePieceManager:
         """The types, in the order of `PieceState.kind`."""
         return self._pool.types
 
+    def kind_name(self, slot: int) -> str:
+        """Name of the kind of a slot's piece."""
+        return str(self._pool.types[self.state.kind[slot]].name)
+
+    def row(self, slot: int) -> int:
+        """Engine row of a slot's body."""
+        return self._pool.rows[slot]
+
     @property
     def radius(self) -> FloatArray:
         """Bounding radius of each slot's piece [m], shape (n,)."""
@@ -454,16 +466,35 @@ class GamePieceManager:
             self._guarded[inside] = True
         to_wake = self._guarded[asleep]
         fast = speed > np.where(self._pressing.is_sustained[awake], _HEAP_WAKING, p.waking_speed)
+        is_due = self._tick % _FIX_PERIOD == 0
+        loose = np.zeros(len(asleep), dtype=bool)
         if len(asleep) and fast.any():
-            to_wake |= self._reached(awake[fast], reach[fast], asleep)
+            far = reach[fast] + np.where(speed[fast] > _HARD, _FAR_KNOCK, _KNOCK)
+            reached, loose = self._reached(awake[fast], reach[fast], far, asleep)
+            to_wake |= reached
+            if (loose & self._sleeping.is_fixed[asleep]).any():
+                some = np.nonzero(loose | to_wake)[0]
+                loose[some] &= touching_chain(state.pos[asleep[some]], self._pool.radius[asleep[some]], to_wake[some])
+        if len(asleep) and is_due:
+            slow = awake[~fast]
+            if len(slow):
+                touch = 2.0 * self._pool.radius[slow] + TOUCH
+                loose |= self._reached(slow, touch, touch, asleep)[0]
+            for robot in robots:
+                if robot.speed < _PUSHING:
+                    loose |= robot.gap(state.pos[asleep]) < CHAIN
+            self._sleeping.fix(asleep[~(loose | to_wake)])
         for slot in asleep[to_wake].tolist():
             self._wake(slot)
+        self._sleeping.loosen(asleep[loose & ~to_wake])
         self._flight.begin_tick(awake, speed)  # those that woke just now stand still
         self._impacts.begin_tick(awake, speed, self._guarded, dt)
         now = self.awake
         if now is not awake:
             speed = np.sqrt(np.einsum("ij,ij->i", state.vel[now], state.vel[now]))
-        self._pressing.begin_tick(now, speed, robots, dt)
+        if self._tick % PRESSING_PERIOD == 0:
+            self._pressing.begin_tick(now, speed, robots, PRESSING_PERIOD * dt)
+        self._world.longest_step = self._pressing.longest_step
         if self._approach.has_fine:
             self._approach.begin_tick(now)
         return float(speed.max()) + fall if len(speed) else 0.0
@@ -496,10 +527,10 @@ class GamePieceManager:
             self._recover(awake, now)
         self._tick += 1
         if self._tick % 2:
-            self._sleeping.read(state.pos[awake], self._robots)
+            self._sleeping.read()
 
     def settle(self) -> None:
-        """Put to sleep what has been slow for long enough; looks at every second tick, which costs half."""
+        """Put to sleep what has been slow for long enough; looks at every fourth tick, which costs a quarter."""
         state, awake = self.state, self.awake
         if self._tick % SETTLE_PERIOD or not len(awake):
             return
@@ -553,17 +584,25 @@ class GamePieceManager:
         )
         return inside
 
-    def _reached(self, movers: IntArray, reach: FloatArray, sleepers: IntArray) -> BoolArray:
-        """Which sleepers are within the reach of a moving piece, shape (sleepers,)."""
+    def _reached(
+        self, movers: IntArray, reach: FloatArray, wide: FloatArray, sleepers: IntArray
+    ) -> tuple[BoolArray, BoolArray]:
+        """Which sleepers are in reach of a moving piece, and which ahead of one in a wider reach, shape (sleepers,)."""
         a, b = self.state.pos[movers], self.state.pos[sleepers]
-        far = reach.max()
+        far = wide.max()
         near = np.nonzero(((b > a.min(axis=0) - far) & (b < a.max(axis=0) + far)).all(axis=1))[0]
-        away2 = np.square(np.subtract.outer(a[:, 0], b[near, 0]))
-        for axis in (1, 2):
-            away2 += np.square(np.subtract.outer(a[:, axis], b[near, axis]))
+        vel = self.state.vel[movers]
+        away2 = along = 0.0
+        for axis in range(3):
+            away = np.subtract.outer(a[:, axis], b[near, axis])
+            along = along + away * vel[:, axis, None]
+            away2 = away2 + away * away
         hit: BoolArray = np.zeros(len(sleepers), dtype=bool)
+        wider = hit.copy()
         hit[near] = (away2 < (reach * reach)[:, None]).any(axis=0)
-        return hit
+        ahead = (along < 0.0) & (along * along > 0.5 * np.einsum("ij,ij->i", vel, vel)[:, None] * away2)
+        wider[near] = (ahead & (away2 < (wide * wide)[:, None])).any(axis=0)
+        return hit, wider
 
     def _apply_chunks(self, woken: BoolArray, quiet: BoolArray) -> None:
         """Show the sleepers of woken chunks to the engine and hide those of quiet ones."""
@@ -575,8 +614,8 @@ class GamePieceManager:
             self._pool.set_touchable(slot, True)
         hide = asleep[quiet[chunk]]
         for slot in self._sleeping.follow(hide)[0].tolist():  # one that the engine woke would fall through the floor
-            self._world.engine.sleep(self._pool.rows[slot])
             self._pool.set_touchable(slot, False)
+            self._sleeping.stop(slot)
 
     def _wake(self, slot: int) -> None:
         if self.state.status[slot] in (_ASLEEP, _PLACED):
@@ -604,8 +643,8 @@ class GamePieceManager:
         self.state.vel[slots] = 0.0
         self._chunk[slots] = chunk = self._chunks.index(self.state.pos[slots])
         for slot, shown in zip(slots.tolist(), self._chunks.active[chunk].tolist(), strict=True):
-            self._world.engine.sleep(self._pool.rows[slot])
             self._pool.set_touchable(slot, shown)
+            self._sleeping.stop(slot)
         if self.places.places:
             for slot in slots.tolist():
                 w, x, y, z = self._quats[slot].tolist()

@@ -12,10 +12,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from simcore.errors import ConfigError
 from simcore.geometry.linkage import Joint, PartState, part_pose, part_state, require_mechanisms
 from simcore.geometry.rotation import IDENTITY, Quaternion, Vector, matrix, multiply
 from simcore.pieces.intake import IntakeZone, StoppedMotion
-from simcore.quantities import ROBOT_PLACE, TURN_RATE, require_attitude, require_fields
+from simcore.quantities import ROBOT_PLACE, TURN_RATE, require_attitude, require_fields, require_row
 from simcore.typing import BoolArray, FloatArray
 
 __all__ = ["Placer", "PlacerConfig"]
@@ -45,6 +46,8 @@ class PlacerConfig:
     """Whether it also takes pieces that a storage hands on."""
     storage: str = ""
     """Name of that storage; empty: the robot's first."""
+    handover: Vector | None = None
+    """Where that storage hands a piece on, robot frame [m]: this must be in the zone; None: wherever the zone is."""
     kinds: tuple[str, ...] = ()
     """Kinds of pieces that it takes; none named: all."""
 
@@ -56,6 +59,10 @@ class PlacerConfig:
             release_speed=TURN_RATE,
         )
         require_attitude("PlacerConfig", "attitude", self.attitude)
+        if self.handover is not None:
+            require_row("PlacerConfig", "handover", self.handover, (ROBOT_PLACE,) * 3)
+            if not self.from_storage:
+                raise ConfigError("PlacerConfig: handover is where a storage hands pieces on; set from_storage, too")
 
     @property
     def mechanism_names(self) -> tuple[str, ...]:
@@ -88,6 +95,12 @@ class Placer:
         if self.piece is not None or (self.config.passes_through and not self._has_stopped):
             return False
         return self._mechanisms[self.config.roller].velocity > self.config.take_speed
+
+    @property
+    def is_at_handover(self) -> bool:
+        """Whether a storage can hand a piece on to it where it is now."""
+        place = self.config.handover
+        return self.config.from_storage and (place is None or bool(self.captured(np.array([place]))[0]))
 
     @property
     def releases(self) -> bool:

@@ -134,7 +134,7 @@ class PiecePool:
                     config.name, config.shape, mass=mass, surface=surface, pos=self._parking(slot)
                 )
                 world.set_piece_touchable(row, False)
-                world.engine.sleep(row)
+                world.engine.fix(row)
                 self.rows.append(row)
                 slot += 1
             self.state.kind[slot - count : slot] = kind
@@ -194,7 +194,7 @@ class PiecePool:
         self.state.touchable[slot] = False
         world.set_piece_touchable(row, False)
         world.engine.set_pose(row, self._parking(slot), IDENTITY)
-        world.engine.sleep(row)
+        world.engine.fix(row)
         self.state.vel[slot] = 0.0
 
     def set_touchable(self, slot: int, touchable: bool) -> None:

@@ -18,8 +18,10 @@ from simcore.pieces.touching import TOUCH, touching_chain
 from simcore.pieces.wake_grid import Footprint
 from simcore.typing import BoolArray, FloatArray, IntArray
 
-__all__ = ["Pressing"]
+__all__ = ["CHAIN", "PRESSING_PERIOD", "Pressing"]
 
+PRESSING_PERIOD = 2
+"""Ticks from one choice to the next: it costs a fortieth of a tick."""
 _CALM_SPEED = 0.5  # [m/s]; below this an impact is too weak for its restitution to matter: it rises by 13 mm e^2
 _LEANING = 0.001  # [m]; pieces this near lean on each other
 _PIN_MOVE = 0.011  # [m] a step; at 4.5 m/s with 5 ms the center of a ball comes to the face, with 2.5 ms 13 mm off
@@ -28,7 +30,7 @@ _HEAP_STEP = 0.005  # [s]; 100 balls, 7 deep: overlaps of 4 mm at 10 ms, 1.4 mm 
 _LAYER_STEP = 0.01  # [s], for a second layer alone
 _HEAP_SIZE = 5  # pieces that lie on others, so near to one of them; fewer get along with impacts
 _HEAP_REACH = 0.5  # [m]
-_CHAIN = 1.0  # [m], from a robot's bumpers to the farthest piece that it can press against something
+CHAIN = 1.0  # [m], from a robot's bumpers to the farthest piece that it can press against something
 _LOW = 1.0  # [m]; pieces above this are over the robots
 
 
@@ -45,6 +47,8 @@ class Pressing:
         self._pool = pool
         self.is_sustained = np.zeros(len(pool.rows), dtype=bool)
         """Which slots have sustained contacts, shape (slots,)."""
+        self.longest_step = math.inf
+        """That what is pressed or heaped allows [s]."""
         self.stirred: IntArray = np.zeros(0, dtype=np.int64)
         """Sleepers that the engine had moved a little when they were last read."""
         rest_heights = np.array([kind.rest_height for kind in pool.types])
@@ -53,14 +57,15 @@ class Pressing:
         self._high = (rest_heights + 3.0 * radii)[pool.state.kind]
 
     def begin_tick(self, awake: IntArray, speed: FloatArray, robots: Sequence[Footprint], dt: float) -> None:
-        """Choose for a tick.
+        """Choose for the time to come.
 
         Args:
             awake: Slots that the engine moves, shape (n,).
             speed: Of each [m/s], shape (n,).
             robots: Where robots are.
-            dt: Length of the tick [s].
+            dt: How long the choice is to hold [s].
         """
+        self.longest_step = math.inf
         if self._world.engine.is_exact:
             return
         state = self._pool.state
@@ -82,14 +87,13 @@ class Pressing:
         if changed.any():
             self._set(awake[changed], sustained[changed])
         self._world.engine.set_careful(is_pinned or heaped)
-        self._world.longest_step = math.inf
         if is_pinned:
             shortest, longest = _PIN_STEPS
             fastest = max(robot.speed for robot in robots)
-            self._world.longest_step = min(longest, max(shortest, _PIN_MOVE / max(fastest, 1e-6)))
+            self.longest_step = min(longest, max(shortest, _PIN_MOVE / max(fastest, 1e-6)))
         if heaped:
             is_deep = bool((state.pos[upper, 2] > self._high[upper]).any())
-            self._world.longest_step = min(self._world.longest_step, _HEAP_STEP if is_deep else _LAYER_STEP)
+            self.longest_step = min(self.longest_step, _HEAP_STEP if is_deep else _LAYER_STEP)
 
     def release(self, slots: IntArray) -> None:
         """Give pieces back their impacts: they fall asleep or leave the field, and may be hit while nobody looks."""
@@ -151,7 +155,7 @@ class Pressing:
                 hit |= near
             if robot not in crowded or not near.any():
                 continue
-            some = np.nonzero(low & (gap < _CHAIN))[0]
+            some = np.nonzero(low & (gap < CHAIN))[0]
             chain = some[touching_chain(pos[some], radius[awake[some]], near[some])]
             if self._is_held(awake[chain], pos[chain], (robot.speed + speed[chain]) * dt) or any(
                 (other_gap[chain] < TOUCH + (other.speed + speed[chain]) * dt).any()
@@ -163,7 +167,7 @@ class Pressing:
 
     def _is_anything_near(self, robot: Footprint, robots: Sequence[Footprint]) -> bool:
         """Whether the field or another robot may be near enough to press pieces against it."""
-        reach = math.hypot(robot.half_length, robot.half_width) + _CHAIN
+        reach = math.hypot(robot.half_length, robot.half_width) + CHAIN
         if len(robots) > 1:
             for other in robots:
                 far = reach + math.hypot(other.half_length, other.half_width)

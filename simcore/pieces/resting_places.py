@@ -34,7 +34,8 @@ class RestingPlace:
 
     name: str
     level: str = ""
-    """What it is counted with, e.g. all places of one height."""
+    """What it is counted with, e.g. all places of one height. One that begins with `Blue` or `Red` is shown as that
+    alliance's: `BlueL4`."""
     zone: Zone
     """Where the center of a piece must be."""
     capacity: int | None = None
@@ -91,6 +92,10 @@ class RestingPlaces:
         self._place: IntArray = np.full(len(pool.rows), -1, dtype=np.int64)
         self._placed: list[PlaceEvent] = []
         self._numbers = {name: number for number, name in enumerate(names)}
+        self._levels: dict[str, list[int]] = {}
+        for number, place in enumerate(self.places):
+            if place.level:
+                self._levels.setdefault(place.level, []).append(number)
 
     def judge(self, slot: int, quat: tuple[float, float, float, float], touches_robot: bool) -> None:
         """Place a piece that has just fallen asleep, if it is in a place.
@@ -125,6 +130,11 @@ class RestingPlaces:
         placed, self._placed = self._placed, []
         return placed, removed
 
+    @property
+    def woken(self) -> IntArray:
+        """Slots of the pieces that count in a place, but have been woken there."""
+        return np.nonzero((self._place >= 0) & (self._pool.state.status == _AWAKE))[0]
+
     def slots(self, name: str | None = None, *, level: str | None = None) -> IntArray:
         """Slots of the pieces in a place, in all places of a level, or in all places.
 
@@ -144,10 +154,10 @@ class RestingPlaces:
         """How many pieces are in a place, in all places of a level, or in all places."""
         return len(self.slots(name, level=level))
 
-    @property
-    def levels(self) -> list[str]:
-        """Names of the levels, in the order of the places."""
-        return list(dict.fromkeys(place.level for place in self.places if place.level))
+    def counts(self) -> dict[str, IntArray]:
+        """How many pieces are in each place of each level, both in the order of the places."""
+        found = np.bincount(self._place[self._place >= 0], minlength=len(self.places))
+        return {level: found[numbers] for level, numbers in self._levels.items()}
 
     def _place_of(self, slot: int, quat: tuple[float, float, float, float]) -> int:
         """Number of the place that a piece is in and counts in, -1 for none."""

@@ -1,28 +1,29 @@
 """Which pieces come to rest, and what the engine does to those that sleep.
 
 A piece sleeps when it has been slow for a while: under gravity nothing stays slow in the air, so a sleeper is always
-supported. The engine moves sleepers when something touches them; those that really move join the awake.
+supported. The engine moves sleepers when something touches them; those that really move join the awake. Sleepers that
+nothing can touch for now are fixed, as statics are: then they cost next to nothing, and end the chain of touching
+pieces that one awake piece keeps awake in the engine.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 
 import numpy as np
 
 from simcore.physics.world import PhysicsWorld
 from simcore.pieces.pool import PiecePool, PieceStatus
 from simcore.pieces.pressing import Pressing
-from simcore.pieces.wake_grid import Footprint, WakeSettings, near_some
+from simcore.pieces.wake_grid import WakeSettings
 from simcore.typing import BoolArray, FloatArray, IntArray
 
 __all__ = ["SETTLE_PERIOD", "Sleeping"]
 
-SETTLE_PERIOD = 2
+SETTLE_PERIOD = 4
 """Ticks from one look for pieces that have come to rest to the next."""
 _AUDIT_PERIOD = 3  # readings of the sleepers
-_NEAR = 0.5
-"""Cells in which sleepers are looked for around what moves [m]: two balls of 0.15 m, and then some."""
+_CALM = 2  # times in a row
 _STIRRED = 2e-4  # [m]; a sleeper that the engine moved farther in two ticks is awake: 5 mm/s
 _PUSHED = 1e-5  # [m]; one that it moved less has only been looked at by the engine, not pressed
 _CREEP = 1.2e-3  # [m]; what is still asleep in a heap, which gives way a little as long as one of its pieces moves
@@ -60,10 +61,40 @@ class Sleeping:
         self._slow_speed = np.where(pool.is_ball, settings.slow_speed, _ROCKING)
         self._has_others = not bool(pool.is_ball.all())
         self._readings = 0
+        self._calm = np.zeros(len(pool.rows), dtype=np.int64)  # times that nothing was found near a sleeper
+        self.is_fixed = np.ones(len(pool.rows), dtype=bool)
+        """Which slots nothing moves until they are loosened or woken, shape (slots,); those off the field are among
+        them."""
 
     def stir(self, slot: int) -> None:
         """A piece moves: the time in which it must be slow begins anew."""
         self._slow[slot] = 0
+        self.is_fixed[slot] = False
+        self._calm[slot] = 0
+
+    def stop(self, slot: int) -> None:
+        """A piece has come to rest: it sleeps until something touches it, and where nothing can it is fixed."""
+        self._world.engine.sleep(self._pool.rows[slot])
+        self.is_fixed[slot] = False
+        if not self._pool.state.touchable[slot]:
+            self._fix(np.array([slot]))
+
+    def fix(self, slots: IntArray) -> None:
+        """Let nothing move those of some sleepers that nothing can touch for a while now."""
+        self._calm[slots] += 1
+        self._fix(slots[(self._calm[slots] > _CALM) & ~self.is_fixed[slots]])
+
+    def _fix(self, slots: IntArray) -> None:
+        for slot in slots.tolist():
+            self._world.engine.fix(self._pool.rows[slot])
+        self.is_fixed[slots] = True
+
+    def loosen(self, slots: IntArray) -> None:
+        """Let what touches some sleepers move them."""
+        for slot in slots[self.is_fixed[slots]].tolist():
+            self._world.engine.sleep(self._pool.rows[slot])
+        self.is_fixed[slots] = False
+        self._calm[slots] = 0
 
     def at_rest(self, awake: IntArray, guarded: BoolArray) -> IntArray:
         """Which of the awake pieces have been slow for long enough; to be asked every `SETTLE_PERIOD` ticks.
@@ -107,31 +138,19 @@ class Sleeping:
             deep[number] = world.engine.overlap(self._pool.rows[int(slots[number])]) > _DEEP
         return deep
 
-    def read(self, movers: FloatArray, robots: Sequence[Footprint]) -> None:
+    def read(self) -> None:
         """Follow the sleepers that the engine woke by touch: those that move join the awake.
-
-        Only those near something that moves are looked at, or near one that was pushed when it was last looked at; now
-        and then all that the engine sees.
-
-        Args:
-            movers: Where the awake pieces are [m], shape (n, 3).
-            robots: Where robots are.
 
         Those that hardly move stay asleep, and are stopped now and then, all at once: one awake body keeps all that it
         touches awake in the engine, and awake bodies cost time.
         """
         state = self._pool.state
-        asleep = np.nonzero(state.touchable & self._pool.is_frozen)[0]
+        asleep = np.nonzero(state.touchable & self._pool.is_frozen & ~self.is_fixed)[0]
         self._readings += 1
-        if self._readings % _AUDIT_PERIOD:
-            boxes = [point for robot in robots for point in robot.points(_NEAR)]
-            around = np.concatenate(
-                (movers[:, :2], state.pos[self._pressing.stirred, :2], np.array(boxes).reshape(-1, 2))
-            )
-            asleep = asleep[near_some(state.pos[asleep], around, _NEAR)]
         still, moved = self.follow(asleep)
         pushed = moved > _PUSHED
         self._pressing.stirred = still[pushed]
+        self._calm[still[moved > 0.0]] = 0
         if self._readings % _AUDIT_PERIOD == 0:
             stopped = moved > 0.0  # what the engine has awake never lies quite still
             doubtful = still[pushed]

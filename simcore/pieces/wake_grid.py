@@ -15,7 +15,7 @@ import numpy as np
 from simcore.quantities import COUNT, ROBOT_LENGTH, SPEED, Quantity, require, require_fields
 from simcore.typing import BoolArray, FloatArray, IntArray
 
-__all__ = ["ChunkGrid", "Footprint", "WakeSettings", "near_some"]
+__all__ = ["ChunkGrid", "Footprint", "WakeSettings"]
 
 _CHUNK_SIZE = Quantity("m", 0.1, 100.0)
 
@@ -65,15 +65,6 @@ class Footprint:
     speed: float
     """Fastest point of the box [m/s], so including spin."""
 
-    def points(self, spacing: float) -> list[tuple[float, float]]:
-        """Places all over the box, no farther apart than `spacing` [m] along its sides, field frame [m]."""
-        c, s = math.cos(self.yaw), math.sin(self.yaw)
-        found = []
-        for ahead in _spread(self.half_length, spacing):
-            for aside in _spread(self.half_width, spacing):
-                found.append((self.x + c * ahead - s * aside, self.y + s * ahead + c * aside))
-        return found
-
     def gap(self, pos: FloatArray) -> FloatArray:
         """Flat distance of places (n, 2 or 3) from the outside of the box [m], negative within, shape (n,)."""
         dx, dy = pos[:, 0] - self.x, pos[:, 1] - self.y
@@ -83,11 +74,6 @@ class Footprint:
         outside = np.hypot(np.maximum(ahead, 0.0), np.maximum(aside, 0.0))
         gap: FloatArray = outside + np.minimum(np.maximum(ahead, aside), 0.0)
         return gap
-
-
-def _spread(half: float, spacing: float) -> list[float]:
-    count = max(1, math.ceil(2.0 * half / spacing))
-    return [half * (2.0 * k / count - 1.0) for k in range(count + 1)]
 
 
 class ChunkGrid:
@@ -163,28 +149,3 @@ class ChunkGrid:
 def _cells(offset: FloatArray, size: float, count: int) -> IntArray:
     """Number of the cell of each offset, those beyond the grid in its border cells."""
     return np.minimum(np.maximum(offset, 0.0) * (1.0 / size), count - 1).astype(np.int64)
-
-
-def near_some(places: FloatArray, others: FloatArray, size: float) -> BoolArray:
-    """Which places lie in the same cell of a grid as one of some others, or in one beside it, shape (n,).
-
-    So all that are within a cell's size of another are among them.
-
-    Args:
-        places: Shape (n, 2 or 3) [m].
-        others: Shape (m, 2 or 3) [m].
-        size: Edge of the cells [m].
-    """
-    if not (len(places) and len(others)):
-        return np.zeros(len(places), dtype=bool)
-    cells = np.floor(np.concatenate((others[:, :2], places[:, :2])) * (1.0 / size)).astype(np.int64)
-    low = cells[: len(others)].min(axis=0) - 2
-    high = cells[: len(others)].max(axis=0) + 2
-    column, line = np.clip(cells, low, high).T - low[:, None]
-    nx, ny = (high - low + 1).tolist()
-    taken = np.zeros((nx, ny), dtype=bool)
-    taken[column[: len(others)], line[: len(others)]] = True
-    taken[1:-1] |= taken[2:] | taken[:-2]
-    taken[:, 1:-1] |= taken[:, 2:] | taken[:, :-2]
-    near: BoolArray = taken[column[len(others) :], line[len(others) :]]
-    return near

@@ -37,6 +37,7 @@ from simcore.typing import FloatArray
 __all__ = ["ChassisSimulation", "Drivetrain"]
 
 _CONTACT_GAP = 0.004  # [m]; a wheel this close to the ground carries load
+_BESIDE = 0.03  # [m]; what is farther from the bumpers than this and the way of a tick is not met in it
 _MOST_RESISTANCE = 1.5  # [g]; more than any tire can push against for longer than a hit
 _ZERO: Vector = (0.0, 0.0, 0.0)
 _START_HEIGHT = -2e-5  # [m]; a gap of exactly 0 is no contact yet, and the first step would fall
@@ -300,10 +301,12 @@ class ChassisSimulation:
 
     def surroundings(self, dt: float) -> Surroundings:
         """What could be met within dt [s]."""
-        reach = 0.5 * math.hypot(self.config.bumper_length, self.config.bumper_width) + self.speed * dt + 0.03
-        x, y, z = self.pos
-        low, high = (x - reach, y - reach, z + 0.01), (x + reach, y + reach, z + self.config.height)
-        return self._world.surroundings(self.row, low, high)
+        c, (x, y, z) = self.config, self.pos
+        grow = self.speed * dt + _BESIDE
+        return self._world.surroundings(
+            *(self.row, x, y, yaw_of(self.quat), 0.5 * c.bumper_length + grow, 0.5 * c.bumper_width + grow),
+            *(z + 0.01, z + c.height),
+        )
 
     # --- inside -------------------------------------------------------------------------------------------------
 

@@ -71,6 +71,9 @@ class ChassisConfig:
     """Highest part of the robot above the carpet [m]."""
     bumper_thickness: float = 0.085
     """From the outside of the bumpers to the frame [m]: 3.25 in of noodle and wood, 2026 manual R4xx."""
+    bay: tuple[float, float] | None = None
+    """Depth and width of an opening in the back of bumpers and frame, e.g. for what a climber takes in [m]; None: there
+    is none."""
     center_of_mass_height: float = 0.2
     """Above the carpet [m]."""
     yaw_inertia: float | None = None
@@ -100,6 +103,7 @@ class ChassisConfig:
             bumper_top=ROBOT_LENGTH,
             height=ROBOT_LENGTH,
             bumper_thickness=ROBOT_LENGTH,
+            bay=(ROBOT_LENGTH, ROBOT_LENGTH),
             center_of_mass_height=ROBOT_LENGTH,
             yaw_inertia=INERTIA,
             wheel_radius=ROBOT_LENGTH,
@@ -111,6 +115,12 @@ class ChassisConfig:
                 f"{owner}: clearance < bumper_top <= height must hold, got {self.clearance}, {self.bumper_top}, "
                 f"{self.height} m"
             )
+        inset = 2.0 * self.bumper_thickness
+        if self.bay is not None and not (
+            self.bumper_thickness < self.bay[0] < self.bumper_length - self.bumper_thickness
+            and self.bay[1] < self.bumper_width - inset
+        ):
+            raise ConfigError(f"{owner}: bay must leave frame in front and on both sides, got {self.bay} m")
         if len(self.wheel_positions) < 3:
             raise ConfigError(f"{owner}: at least 3 wheels are needed to stand, got {len(self.wheel_positions)}")
         for x, y in self.wheel_positions:
@@ -149,22 +159,26 @@ class ChassisConfig:
     @property
     def shape(self) -> Compound:
         """Bumpers and frame as boxes, and wheels as balls that roll over edges; origin on the carpet."""
-        parts = [
-            Part(
-                Box((self.bumper_length, self.bumper_width, self.bumper_top - self.clearance)),
-                (0.0, 0.0, (self.bumper_top + self.clearance) / 2),
-            )
-        ]
+        parts = self._around_bay(self.bumper_length, self.bumper_width, self.bumper_top)
         inset = 2.0 * self.bumper_thickness
         if self.height > self.bumper_top and min(self.bumper_length, self.bumper_width) > inset:
-            parts.append(
-                Part(
-                    Box((self.bumper_length - inset, self.bumper_width - inset, self.height - self.clearance)),
-                    (0.0, 0.0, (self.height + self.clearance) / 2),
-                )
-            )
+            parts += self._around_bay(self.bumper_length - inset, self.bumper_width - inset, self.height)
         parts += [Part(Sphere(self.wheel_radius), (x, y, self.wheel_radius)) for x, y in self.wheel_positions]
         return Compound(tuple(parts))
+
+    def _around_bay(self, length: float, width: float, top: float) -> list[Part]:
+        """A box from the clearance up to `top` [m], or three of them around the bay."""
+        z, tall = 0.5 * (top + self.clearance), top - self.clearance
+        if self.bay is None:
+            return [Part(Box((length, width, tall)), (0.0, 0.0, z))]
+        end = self.bay[0] - 0.5 * self.bumper_length  # of the bay, along x
+        side = 0.5 * (width - self.bay[1])
+        front, back = 0.5 * length - end, end + 0.5 * length
+        y = 0.5 * (self.bay[1] + side)
+        return [
+            Part(Box((front, width, tall)), (end + 0.5 * front, 0.0, z)),
+            *(Part(Box((back, side, tall)), (end - 0.5 * back, sign * y, z)) for sign in (1.0, -1.0)),
+        ]
 
     @property
     def traction_radius(self) -> float:

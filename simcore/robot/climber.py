@@ -2,6 +2,7 @@
 
 A hook that comes down on a rung catches it. From then on the rung pushes the hook back as a stiff spring does, never
 down; the push lifts the robot, and loads the mechanism through its gear. It lets go when the hook rises off the rung.
+A rung of something that hangs goes with it, and is pulled as much as it pushes.
 """
 
 from __future__ import annotations
@@ -11,8 +12,9 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from simcore.errors import ConfigError
-from simcore.geometry.linkage import Joint, part_state, require_mechanisms
+from simcore.geometry.linkage import Joint, part_pose, part_state, require_mechanisms
 from simcore.geometry.rotation import Vector, rotate, rotate_back
+from simcore.physics.hanging import HangingBody
 from simcore.quantities import FIELD_PLACE, ROBOT_LENGTH, ROBOT_PLACE, require_fields
 from simcore.robot.chassis import ChassisSimulation
 from simcore.robot.shaft import ShaftSim
@@ -22,6 +24,7 @@ __all__ = ["Climber", "ClimberConfig", "Rung"]
 _STIFFNESS = 60_000.0  # [N/m]; estimate, +-50 %: a hook arm of aluminium gives about 1 cm under a robot's weight
 _DAMPING = 2_500.0  # [N s/m]; estimate: the robot comes to rest within some tenths of a second
 _GRIP = 0.3  # [-]; friction of a hook along a rung, steel on aluminium
+_FAR = 0.5  # [m]; farther from all rungs than this and its reach, a hook meets none in the coming sub-step
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -33,6 +36,8 @@ class Rung:
     """One end, field frame [m]."""
     end: Vector
     """The other end [m]."""
+    mount: str = ""
+    """What hanging body it is part of; it is then where it is while that hangs at rest. Empty: it stays there."""
 
     def __post_init__(self) -> None:
         require_fields(self, f"Rung {self.name!r}", start=(FIELD_PLACE,) * 3, end=(FIELD_PLACE,) * 3)
@@ -78,6 +83,7 @@ class Climber:
         mechanisms: Of the robot, by name.
         chassis: Of the robot.
         rungs: What it can hang on.
+        mounts: Hanging bodies that rungs are parts of, by name.
     """
 
     def __init__(
@@ -86,17 +92,45 @@ class Climber:
         mechanisms: Mapping[str, ShaftSim],
         chassis: ChassisSimulation,
         rungs: Sequence[Rung],
+        mounts: Mapping[str, HangingBody],
     ) -> None:
         require_mechanisms("a climber", config.mechanism_names, mechanisms)
         self.config = config
         self._mechanisms = mechanisms
         self._chassis = chassis
         self._rungs = tuple(rungs)
+        self._mounts = mounts
+        far = config.reach + _FAR
+        corners = [corner for rung in rungs for corner in self._reached(rung)]
+        self._low = [min(axis) - far for axis in zip(*corners, strict=True)]  # of a box around all, empty without
+        self._high = [max(axis) + far for axis in zip(*corners, strict=True)]
         self.rung: Rung | None = None
         """What it hangs on."""
 
-    def push(self) -> tuple[Vector, Vector]:
-        """Load the mechanism, and say how the rung pushes the robot in the next sub-step.
+    def _reached(self, rung: Rung) -> list[Vector]:
+        """Corners of where a rung may be, however it swings."""
+        mount = self._mounts.get(rung.mount)
+        if mount is None:
+            return [rung.start, rung.end]
+        x, y, z = mount.config.pivot
+        far = max(math.dist(mount.config.pivot, end) for end in (rung.start, rung.end))
+        return [(x - far, y - far, z - far), (x + far, y + far, z + far)]
+
+    @property
+    def is_near(self) -> bool:
+        """Whether it hangs, or could catch a rung in the next sub-step; otherwise `push` need not be asked."""
+        if self.rung is not None:
+            return True
+        c = self._chassis
+        pos, _ = part_pose(self.config.joints, self._mechanisms, self.config.offset)
+        hook = zip(c.pos, rotate(c.quat, pos), self._low, self._high, strict=False)
+        return bool(self._low) and all(low < p + a < high for p, a, low, high in hook)
+
+    def push(self, h: float) -> tuple[Vector, Vector]:
+        """Load the mechanism, pull the rung, and say how it pushes the robot in the next sub-step.
+
+        Args:
+            h: Sub-step [s].
 
         Returns:
             Force [N] and torque about the center of mass [N m], field frame.
@@ -112,37 +146,52 @@ class Climber:
             c.vel[1] + wz * lx - wx * lz + relative[1],
             c.vel[2] + wx * ly - wy * lx + relative[2],
         )
-        force = self._force((hook[0], hook[1], hook[2]), vel)
+        force = self._force((hook[0], hook[1], hook[2]), vel, h)
         self._load(rotate_back(c.quat, force), state.pos)
         fx, fy, fz = force
         return force, (ly * fz - lz * fy, lz * fx - lx * fz, lx * fy - ly * fx)
 
-    def _force(self, hook: Vector, vel: Vector) -> Vector:
+    def _nearest(self, rung: Rung, hook: Vector) -> Vector:
+        """The place on a rung that is nearest to the hook [m]."""
+        mount = self._mounts.get(rung.mount)
+        return rung.nearest(hook) if mount is None else mount.from_rest(rung.nearest(mount.to_rest(hook)))
+
+    def _force(self, hook: Vector, vel: Vector, h: float) -> Vector:
         if self.rung is None and vel[2] < 0.0:
             for rung in self._rungs:
-                near = rung.nearest(hook)
+                near = self._nearest(rung, hook)
                 if math.dist(near, hook) < self.config.reach and hook[2] > near[2]:
                     self.rung = rung
         if self.rung is None:
             return (0.0, 0.0, 0.0)
-        near = self.rung.nearest(hook)
+        near = self._nearest(self.rung, hook)
         dx, dy, dz = (n - p for n, p in zip(near, hook, strict=True))
         if -dz > self.config.reach or math.hypot(dx, dy) > 3.0 * self.config.reach:
             self.rung = None
             return (0.0, 0.0, 0.0)
+        (x0, y0, _), (x1, y1, _), softer = self.rung.start, self.rung.end, 1.0
+        mount = self._mounts.get(self.rung.mount)
+        if mount is not None:
+            (x0, y0, _), (x1, y1, _) = mount.from_rest(self.rung.start), mount.from_rest(self.rung.end)
+            vel = _minus(vel, mount.velocity_at(near))
+            # Implicit Euler: a light body that is pulled as stiffly as a robot would jump from side to side.
+            softer += mount.mobility_at(near) * h * (_DAMPING + _STIFFNESS * h)
+            dx, dy = dx - vel[0] * h, dy - vel[1] * h
         up = _STIFFNESS * dz - _DAMPING * vel[2]
         if dz <= 0.0 or up <= 0.0:
             return (0.0, 0.0, 0.0)
-        fx, fy = _STIFFNESS * dx - _DAMPING * vel[0], _STIFFNESS * dy - _DAMPING * vel[1]
+        fx, fy = (_STIFFNESS * dx - _DAMPING * vel[0]) / softer, (_STIFFNESS * dy - _DAMPING * vel[1]) / softer
         size = math.hypot(fx, fy)
         if size > up:  # a hook that is pulled aside with more than its load slips over the rung
             fx, fy = fx * up / size, fy * up / size
-        length = math.dist(self.rung.start, self.rung.end)
-        ax = (self.rung.end[0] - self.rung.start[0]) / length
-        ay = (self.rung.end[1] - self.rung.start[1]) / length
+        length = math.hypot(x1 - x0, y1 - y0)
+        ax, ay = (x1 - x0) / length, (y1 - y0) / length
         slide = fx * ax + fy * ay
         kept = max(-_GRIP * up, min(_GRIP * up, slide))
-        return fx + (kept - slide) * ax, fy + (kept - slide) * ay, up
+        fx, fy = fx + (kept - slide) * ax, fy + (kept - slide) * ay
+        if mount is not None:
+            mount.pull(near, (-fx, -fy, -up))
+        return fx, fy, up
 
     def _load(self, force: Vector, hook: Vector) -> None:
         """The torque that a force on the hook, robot frame [N], puts on the mechanism of the last joint [N m]."""
@@ -156,3 +205,7 @@ class Climber:
             rx, ry, rz = (h - p for h, p in zip(hook, frame.pos, strict=True))
             effort = ax * (ry * fz - rz * fy) + ay * (rz * fx - rx * fz) + az * (rx * fy - ry * fx)
         self._mechanisms[joint.mechanism].set_load(effort * joint.ratio)
+
+
+def _minus(a: Vector, b: Vector) -> Vector:
+    return a[0] - b[0], a[1] - b[1], a[2] - b[2]

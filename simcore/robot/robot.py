@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Protocol, TypeAlias
 
 import numpy as np
@@ -11,6 +11,7 @@ import numpy as np
 from simcore.geometry.linkage import PartState, part_pose
 from simcore.geometry.rotation import Quaternion, Vector, interpolate, multiply, rotate, wrap_angle
 from simcore.geometry.symmetry import Pose
+from simcore.physics.hanging import HangingBody
 from simcore.physics.world import PhysicsWorld
 from simcore.pieces.intake import Intake, IntakeConfig
 from simcore.pieces.placer import Placer, PlacerConfig
@@ -63,6 +64,7 @@ class Robot:
         pose: Start, field frame [m, m, rad].
         rng: For the noise of its sensors.
         rungs: What its climbers can hang on.
+        mounts: Hanging bodies that rungs are parts of, by name.
         built: What it really is, where that is not what the config says; None: it is.
     """
 
@@ -75,6 +77,7 @@ class Robot:
         pose: Pose = (0.0, 0.0, 0.0),
         rng: np.random.Generator,
         rungs: Sequence[Rung] = (),
+        mounts: Mapping[str, HangingBody] | None = None,
         built: BuiltRobot | None = None,
     ) -> None:
         built = built or BuiltRobot.exactly(config)
@@ -104,7 +107,7 @@ class Robot:
             Shooter(c, self.mechanisms, errors) for c, errors in zip(config.shooters, built.shot_errors, strict=True)
         ]
         self.placers = [Placer(c, self.mechanisms) for c in config.placers]
-        self.climbers = [Climber(c, self.mechanisms, self.chassis, rungs) for c in config.climbers]
+        self.climbers = [Climber(c, self.mechanisms, self.chassis, rungs, mounts or {}) for c in config.climbers]
         self.devices: RobotDevices | None = None
         self.sensor_states: dict[str, bool] = {}
         """Whether each switch and beam break of robot code sees something, by name; for telemetry."""
@@ -119,6 +122,7 @@ class Robot:
         self.estimated_pose: tuple[float, float, float] | None = None
         """Where robot code's drivetrain believes to be, field frame [m, m, rad]; None: `odometry` stands for it."""
         self._estimated: list[ShaftSim] = []
+        self._is_carried = False  # whether a climber was near a rung in the last sub-step
         self._before: PartState
         self._start: tuple[Pose, Pose] | None = None  # where it was put and where it was meant to be
         self.reset(pose)
@@ -187,14 +191,16 @@ class Robot:
 
     def before_substep(self, h: float) -> None:
         """Drive the chassis, and let climbers carry it, for the next sub-step of h [s]."""
-        if self.climbers:
+        near = [climber for climber in self.climbers if climber.is_near]
+        if near or self._is_carried:
             self.chassis.read()  # a stiff hook must not push against where the robot was a sub-step ago
             force, torque = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
-            for climber in self.climbers:
-                (fx, fy, fz), (tx, ty, tz) = climber.push()
+            for climber in near:
+                (fx, fy, fz), (tx, ty, tz) = climber.push(h)
                 force = (force[0] + fx, force[1] + fy, force[2] + fz)
                 torque = (torque[0] + tx, torque[1] + ty, torque[2] + tz)
             self.chassis.apply_forces(force, torque)
+        self._is_carried = bool(near)
         self.chassis.before_substep(h)
 
     # --- mechanisms -----------------------------------------------------------------------------------------------

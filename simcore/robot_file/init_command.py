@@ -15,8 +15,7 @@ from typing import Any
 from simcore.errors import ConfigError, OutputError
 from simcore.robot_file.camera_template import FoundCamera
 from simcore.robot_file.port_templates import FoundPort
-from simcore.robot_file.robot_settings import FILE_NAME
-from simcore.robot_file.template import FoundMotor, template
+from simcore.robot_file.template import FILE_NAME, FoundMotor, template
 
 __all__ = ["add_arguments", "find_devices", "find_robot_py", "run", "survey"]
 

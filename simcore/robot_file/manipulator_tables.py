@@ -1,4 +1,4 @@
-"""What the robot of `simcore.toml` does with pieces and rungs: storages, intakes, shooters, claws and climbers."""
+"""What the mechanisms of `simcore.toml` carry: storages, intakes, shooters, claws, climbers and parts to be drawn."""
 
 from __future__ import annotations
 
@@ -15,11 +15,12 @@ from simcore.pieces.storage import StorageConfig
 from simcore.quantities import DEGREES, EFFICIENCY, RATE, RATIO, ROBOT_LENGTH, ROBOT_PLACE, WHEEL_RADIUS, Quantity
 from simcore.robot.climber import ClimberConfig
 from simcore.robot.mechanisms import FlywheelConfig, RollerConfig
+from simcore.robot.robot_config import ComponentConfig
 from simcore.robot_file.linkage_tables import joints_to, lengths
 from simcore.robot_file.robot_settings import MechanismSettings
 from simcore.robot_file.toml_tables import Table
 
-__all__ = ["read_claw", "read_climber", "read_intake", "read_shooter", "read_storage"]
+__all__ = ["read_claw", "read_climber", "read_component", "read_intake", "read_shooter", "read_storage"]
 
 _Mechanisms = Mapping[str, MechanismSettings]
 _DIRECTIONS = ("forward", "backward")
@@ -137,6 +138,10 @@ def read_claw(t: Table, mechanisms: _Mechanisms, storages: Sequence[str]) -> Pla
     offset = lengths(t, ("x", "y", "z"))
     size = t.numbers("size", (Quantity("m", 0.0, 2.0, is_open=True),) * 3, (0.3, 0.3, 0.3))
     (x, y, z), (dx, dy, dz) = offset, (0.5 * edge for edge in size)
+    from_storage = t.flag("from_storage", False)
+    if "handover" in t and not from_storage:
+        raise t.error("handover", "is where the storage hands pieces on; it needs from_storage = true beside it")
+    place = t.numbers("handover", (ROBOT_PLACE,) * 3, (0.0, 0.0, 0.0))
     claw = PlacerConfig(
         joints=joints,
         offset=offset,
@@ -144,7 +149,8 @@ def read_claw(t: Table, mechanisms: _Mechanisms, storages: Sequence[str]) -> Pla
         roller=_named(t, "roller", mechanisms),
         zone=IntakeZone(x_min=x - dx, x_max=x + dx, y_min=y - dy, y_max=y + dy, z_min=z - dz, z_max=z + dz),
         passes_through=t.flag("passes_through", False),
-        from_storage=t.flag("from_storage", False),
+        from_storage=from_storage,
+        handover=(place[0], place[1], place[2]) if "handover" in t else None,
         storage=_storage(t, storages),
         kinds=t.texts("kinds"),
     )
@@ -162,6 +168,16 @@ def read_climber(t: Table, mechanisms: _Mechanisms) -> ClimberConfig:
     )
     t.finish()
     return climber
+
+
+def read_component(t: Table, mechanisms: _Mechanisms) -> ComponentConfig:
+    """A part with a model of its own."""
+    joints = _joints(t, mechanisms)
+    if not joints:
+        raise t.error("on", "is missing; it must be the mechanism that moves the part, e.g. an arm or an elevator")
+    component = ComponentConfig(name=t.text("name"), joints=joints, offset=lengths(t, ("x", "y", "z")))
+    t.finish()
+    return component
 
 
 def _require_order(t: Table, axis: str, low: float, high: float) -> None:

@@ -18,6 +18,7 @@ from simcore.robot.mechanisms import (
 )  # fmt: skip
 from simcore.robot.robot_config import MechanismConfig, build_mechanism
 from simcore.robot.shaft import ShaftSim
+from simcore.units import inches
 
 __all__ = [
     "VOLTS",
@@ -25,6 +26,7 @@ __all__ = [
     "MechanismRun",
     "holding_share",
     "place_text",
+    "reading_unit",
     "run_mechanism",
     "speed_text",
     "with_limits",
@@ -171,6 +173,22 @@ def _soft_limit(code: CodeView, mechanism: ShaftSim, turned: float, output: floa
     if limit is None or code.reading is None:
         return None
     return mechanism.position + turned * (limit - code.reading) * code.ratio / mechanism.gearing * math.tau
+
+
+def reading_unit(mechanism: ShaftSim, code: CodeView) -> str | None:
+    """Unit of the positions that robot code reads, by what its controller makes of a turn of the mechanism.
+
+    Returns:
+        E.g. "turns", or "m" where the ratio has the drum in it; None: it is none of the usual ones.
+    """
+    per_turn = mechanism.gearing / code.ratio
+    units = {"turns": 1.0}
+    if isinstance(mechanism, ElevatorSim | RackSim):
+        way = math.tau * mechanism.travel_per_radian
+        units |= {"m": way, "in": way / inches(1.0)}
+    else:
+        units |= {"deg": 360.0, "rad": math.tau}
+    return next((unit for unit, value in units.items() if math.isclose(per_turn, value, rel_tol=0.01)), None)
 
 
 def speed_text(mechanism: ShaftSim, speed: float) -> str:

@@ -36,15 +36,24 @@ from simcore.robot.robot_config import MechanismConfig
 from simcore.robot_file.camera_table import read_cameras
 from simcore.robot_file.device_tables import POSITIONED_KINDS, positioned_mechanism, read_sensors
 from simcore.robot_file.linkage_tables import read_joint, require_chains
-from simcore.robot_file.manipulator_tables import read_claw, read_climber, read_intake, read_shooter, read_storage
+from simcore.robot_file.manipulator_tables import (
+    read_claw,
+    read_climber,
+    read_component,
+    read_intake,
+    read_shooter,
+    read_storage,
+)
 from simcore.robot_file.robot_settings import CONTROLLERS, MechanismSettings, RobotSettings
 from simcore.robot_file.toml_tables import Table, read_tables
 from simcore.units import GRAVITY
+from simcore.vision.tag_layout import OFFICIAL_LAYOUTS
 
 __all__ = ["gearbox_motor", "read_settings"]
 
 _KINDS = ("flywheel", "roller", "arm", "turret", "elevator", "rack")
 _MASS = Quantity("kg", 20.0, 75.0)  # the 2026 manual allows 115 lb and some 33 lb of bumpers and battery: 67 kg
+_BAY = Quantity("m", 0.1, 1.1)
 _BUMPER = Quantity("m", 0.4, 1.2)  # the 2026 manual allows a frame of 110 in around, so 0.76 m square, and bumpers
 _CENTER_HEIGHT = Quantity("m", 0.0, 1.0, is_open=True)
 _MAX_CAN_ID = 62
@@ -62,6 +71,7 @@ def read_settings(path: Path) -> RobotSettings:
     file = read_tables(path)
     game = file.text("game", None)
     engine = file.choice("engine", tuple(ENGINES), None)
+    tags = file.choice("tags", tuple(OFFICIAL_LAYOUTS), None)
     robot = file.table("robot") or Table({}, f"{file.where} [robot]")
     start = file.table("start") or Table({}, f"{file.where} [start]")
     mechanisms = tuple(_mechanism(table) for table in file.tables("mechanism"))
@@ -79,6 +89,8 @@ def read_settings(path: Path) -> RobotSettings:
     shooters = tuple(read_shooter(table, by_name, rooms) for table in file.table_or_tables("shooter"))
     claws = tuple(read_claw(table, by_name, rooms) for table in file.table_or_tables("claw"))
     climbers = tuple(read_climber(table, by_name) for table in file.table_or_tables("climber"))
+    components = tuple(read_component(table, by_name) for table in file.tables("component"))
+    _require_own_names(file.where, "component", (c.name for c in components))
     auto_starts = {name: _auto_start(table) for name, table in file.named_tables("autos").items()}
     cameras, headset = read_cameras(file)
     _require_own_names(file.where, "camera", (c.name for c in cameras))
@@ -86,16 +98,15 @@ def read_settings(path: Path) -> RobotSettings:
     scatter = _scatter(file.table("scatter"))
     file.finish()
     d = RobotSettings()
-    length, width = (robot.number(f"bumper_{edge}", _BUMPER, None) for edge in ("length", "width"))
-    if (length is None) != (width is None):
-        missing = "bumper_length" if length is None else "bumper_width"
-        raise robot.error(missing, "is missing beside the other; it must be a length in meters")
+    bumper = _both(robot, ("bumper_length", "bumper_width"), _BUMPER)
     settings = RobotSettings(
         game=game,
         engine=engine,
+        tags=tags,
         scatter=scatter,
         mass=robot.number("mass", _MASS, d.mass),
-        bumper=None if length is None or width is None else (length, width),
+        bumper=bumper,
+        bay=_both(robot, ("bay_depth", "bay_width"), _BAY),
         center_of_mass_height=robot.number(
             "center_of_mass_height", Quantity("m", 0.0, 1.0, is_open=True), d.center_of_mass_height
         ),
@@ -115,6 +126,7 @@ def read_settings(path: Path) -> RobotSettings:
         storages=storages,
         placers=claws,
         climbers=climbers,
+        components=components,
         auto_starts=auto_starts,
         cameras=cameras,
         sensors=sensors,
@@ -291,3 +303,13 @@ def _require_own_devices(where: str, mechanisms: tuple[MechanismSettings, ...]) 
                     "a device turns one mechanism"
                 )
             owners[device] = m.name
+
+
+def _both(t: Table, keys: tuple[str, str], quantity: Quantity) -> tuple[float, float] | None:
+    """Two lengths that a table has both of, or neither [m]."""
+    first, second = (t.number(key, quantity, None) for key in keys)
+    if first is not None and second is not None:
+        return first, second
+    if first is None and second is None:
+        return None
+    raise t.error(keys[0] if first is None else keys[1], "is missing beside the other; it must be a length in meters")

@@ -19,7 +19,7 @@ from simcore.pieces.shooter import ShooterConfig
 from simcore.robot.mechanisms import ElevatorConfig
 from simcore.robot.robot_config import RobotConfig, build_mechanism
 from simcore.robot.shaft import ShaftSim
-from simcore.robot_file.mechanism_runs import VOLTS, CodeView, MechanismRun, holding_share, with_limits
+from simcore.robot_file.mechanism_runs import VOLTS, CodeView, MechanismRun, holding_share, reading_unit, with_limits
 from simcore.typing import FloatArray
 from simcore.units import GRAVITY
 
@@ -130,7 +130,7 @@ def run_findings(runs: Sequence[MechanismRun]) -> Iterator[RobotFinding]:
                 is_wrong=False,
             )
         turns = run.mechanism.gearing / code.ratio
-        if code.ratio != 1.0 and not 0.99 < turns < 1.01:
+        if code.ratio != 1.0 and reading_unit(run.mechanism, code) is None:
             yield RobotFinding(
                 f"{run.name}: gearing = {run.mechanism.gearing:g} in the file, but the program divides the "
                 f"rotor's turns by {code.ratio:g}: it reads {turns:.3g} turns per turn of the mechanism",

@@ -16,13 +16,15 @@ from simcore.pieces.intake import IntakeConfig
 from simcore.pieces.placer import PlacerConfig
 from simcore.pieces.shooter import ShooterConfig
 from simcore.pieces.storage import StorageConfig
+from simcore.robot.chassis_config import ChassisConfig
 from simcore.robot.climber import ClimberConfig
 from simcore.robot.mechanism_friction import friction_from_volts
 from simcore.robot.positioned_mechanisms import PistonConfig, ServoConfig
-from simcore.robot.robot_config import MechanismConfig, RobotConfig
+from simcore.robot.robot_config import ComponentConfig, MechanismConfig, RobotConfig
 from simcore.robot.swerve_config import SwerveConfig
 from simcore.robot.tank_drive import TankConfig
 from simcore.robot_file.device_settings import BeamBreakSettings, RangeSettings, SensorSettings
+from simcore.robot_file.template import FILE_NAME
 from simcore.telemetry.snapshot import TelemetrySink
 from simcore.vision.camera import CameraConfig
 from simcore.vision.quest_headset import QuestConfig
@@ -30,9 +32,7 @@ from simcore.vision.quest_headset import QuestConfig
 if TYPE_CHECKING:
     import ntcore
 
-__all__ = ["CONTROLLERS", "FILE_NAME", "MechanismSettings", "RobotSettings", "practice_match"]
-
-FILE_NAME = "simcore.toml"
+__all__ = ["CONTROLLERS", "MechanismSettings", "RobotSettings", "practice_match"]
 
 CONTROLLERS = ("TalonFX", "TalonFXS", "SPARK MAX", "SPARK Flex", "PWM", "Relay")
 """What can drive a mechanism of the file; `PWM` is any controller on a PWM port, `Relay` a Spike."""
@@ -102,12 +102,16 @@ class RobotSettings:
     """Name of the game to play; None: whichever is chosen elsewhere."""
     engine: str | None = None
     """Name of the physics engine; None: see `engine_choice`."""
+    tags: str | None = None
+    """Name of the AprilTag layout; None: the game's."""
     scatter: Scatter | None = None
     """By how much things differ from run to run; None: not at all."""
     mass: float = 55.0
     """With bumpers and battery [kg]."""
     bumper: tuple[float, float] | None = None
     """Length and width over the bumpers [m]; None: 15 cm beyond the wheels' centers."""
+    bay: tuple[float, float] | None = None
+    """Depth and width of an opening in the back of bumpers and frame [m]; None: there is none."""
     center_of_mass_height: float = 0.2
     """[m]"""
     wheel_cof: float = 1.2
@@ -128,6 +132,7 @@ class RobotSettings:
     shooters: tuple[ShooterConfig, ...] = ()
     placers: tuple[PlacerConfig, ...] = ()
     climbers: tuple[ClimberConfig, ...] = ()
+    components: tuple[ComponentConfig, ...] = ()
     auto_starts: Mapping[str, tuple[float, float, float]] = field(default_factory=dict)
     """Where autos start, by their names, as a blue robot, field frame [m, m, rad]; others at `start`."""
     cameras: tuple[CameraConfig, ...] = ()
@@ -188,9 +193,11 @@ class RobotSettings:
         if self.capacity is not None:
             room = replace(room, capacity=self.capacity)
         first, *more = self.storages or (room,)
+        body = None if self.bay is None else replace(ChassisConfig.around(drivetrain, bumper=bumper), bay=self.bay)
         return RobotConfig(
             drivetrain=drivetrain,
             bumper=bumper,
+            chassis=body,
             mechanisms={m.name: m.config for m in self.mechanisms},
             intakes=self.intakes,
             storage=first,
@@ -198,6 +205,7 @@ class RobotSettings:
             shooters=self.shooters,
             placers=self.placers,
             climbers=self.climbers,
+            components=self.components,
             cameras=self.cameras,
         )
 
@@ -248,6 +256,7 @@ def practice_match(
             sinks=sinks,
             network=network,
             engine=engine or settings.engine,
+            tags=settings.tags,
         )
     except StartError as error:
         raise _start_refused("[start]", error) from error

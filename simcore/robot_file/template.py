@@ -8,7 +8,9 @@ from dataclasses import dataclass
 from simcore.robot_file.camera_template import FoundCamera, cameras_text
 from simcore.robot_file.port_templates import FoundPort, ports_text
 
-__all__ = ["FoundMotor", "template"]
+__all__ = ["FILE_NAME", "FoundMotor", "template"]
+
+FILE_NAME = "simcore.toml"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -37,6 +39,8 @@ _HEAD = """\
 mass = 55.0                     # with bumpers and battery: weigh it
 # bumper_length = 0.80          # outside of the bumpers, along x; left out: 15 cm beyond the wheels' centers
 # bumper_width = 0.80
+# bay_depth = 0.50              # opening in the back of bumpers and frame, into which a climber takes what it hangs on
+# bay_width = 0.30
 center_of_mass_height = 0.20
 # tread = 1.2                   # friction of the wheels on carpet
 # drive_motor = "Kraken X60"    # left out: Kraken X60 with FOC
@@ -143,7 +147,8 @@ _KINDS = """\
 # roller = "claw"               # a mechanism: forward takes, backward lets go
 # passes_through = false        # whether forward lets go, too, once the roller has stopped in between
 # pitch_deg = 0.0               # of the held piece; also roll_deg, yaw_deg
-# from_storage = false          # whether the storage hands pieces on to it
+# from_storage = true           # the storage hands pieces on to it; left out: it does not
+# handover = [0.1, 0.0, 0.5]    # where: its box must be there; left out: wherever it is
 # kinds = ["Name"]
 
 # [[climber]]                   # a hook that comes down on a rung of the field, and pulls the robot up
@@ -152,6 +157,13 @@ _KINDS = """\
 # y = 0.0
 # z = 0.0
 # reach = 0.04                  # half of the hook's mouth
+
+# [[component]]                 # a moving part with a model of its own in AdvantageScope, in the order of the models
+# name = "forearm"
+# on = "arm"                    # a mechanism
+# x = 0.0                       # origin of the model from that joint, with all joints at 0
+# y = 0.0
+# z = 0.0
 """
 
 

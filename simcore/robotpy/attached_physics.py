@@ -18,7 +18,8 @@ from simcore.robot.dc_motor import motor
 from simcore.robot.swerve_config import SwerveConfig
 from simcore.robot.swerve_drive import SwerveDrive
 from simcore.robot_file.reader import read_settings
-from simcore.robot_file.robot_settings import FILE_NAME, RobotSettings, practice_match
+from simcore.robot_file.robot_settings import RobotSettings, practice_match
+from simcore.robot_file.template import FILE_NAME
 from simcore.robotpy.described_mechanisms import connect_mechanism, with_configured_friction
 from simcore.robotpy.device_assignment import DeviceAssignment, short_names
 from simcore.robotpy.port_assignment import PORT_CONTROLLERS, PortAssignment

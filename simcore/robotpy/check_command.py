@@ -19,10 +19,18 @@ from simcore.robot.robot_config import RobotConfig
 from simcore.robot.swerve_config import SwerveConfig, SwerveModuleConfig
 from simcore.robot_file.init_command import survey
 from simcore.robot_file.linkage_tables import joints_to
-from simcore.robot_file.mechanism_runs import CodeView, MechanismRun, place_text, run_mechanism, speed_text
+from simcore.robot_file.mechanism_runs import (
+    CodeView,
+    MechanismRun,
+    place_text,
+    reading_unit,
+    run_mechanism,
+    speed_text,
+)
 from simcore.robot_file.reader import read_settings
 from simcore.robot_file.robot_findings import RobotFinding, findings, run_findings, shot_reach
-from simcore.robot_file.robot_settings import FILE_NAME, RobotSettings, practice_match
+from simcore.robot_file.robot_settings import RobotSettings, practice_match
+from simcore.robot_file.template import FILE_NAME
 from simcore.show.robot_drawing import draw_robot
 from simcore.show.robot_sketch import sketch_robot
 
@@ -325,8 +333,9 @@ def _reading(run: MechanismRun) -> str:
     if run.read is None or run.code is None:
         return ""
     before, after = run.read
-    text = f"{before:.2f} to {after:.2f} turns" if run.code.reading is not None else f"{after - before:+.2f} turns"
-    limits = [f"{limit:g}" if limit is not None else "-" for limit in (run.code.lower_limit, run.code.upper_limit)]
+    unit = reading_unit(run.mechanism, run.code) or "turns"
+    text = f"{before:.2f} to {after:.2f} {unit}" if run.code.reading is not None else f"{after - before:+.2f} {unit}"
+    limits = [f"{limit:.3g}" if limit is not None else "-" for limit in (run.code.lower_limit, run.code.upper_limit)]
     if limits != ["-", "-"]:
         text += f", soft limits {limits[0]} to {limits[1]}"
     return text + (", inverted" if run.code.clockwise else "")

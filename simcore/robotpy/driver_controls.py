@@ -92,7 +92,9 @@ class XboxPad(Joystick):
         elif name == "port":
             super().__setattr__(name, value)
         else:
-            raise ConfigError(f"an Xbox pad has no {name!r}; it has {', '.join((*self.AXES, *self.BUTTONS))}")
+            raise ConfigError(
+                f"an Xbox pad has no {name!r}; it has {', '.join((*self.AXES, *self.BUTTONS))}; its hat is pov(angle)"
+            )
 
 
 def auto_choices() -> dict[str, list[str]]:

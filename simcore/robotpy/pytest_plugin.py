@@ -319,7 +319,7 @@ def _attach(plugin: Any, *, wants_field: bool) -> None:
     from importlib.util import find_spec
 
     from simcore.errors import ConfigError
-    from simcore.robot_file.robot_settings import FILE_NAME
+    from simcore.robot_file.template import FILE_NAME
 
     physics, folder = plugin._physics, plugin._robot_file.parent
     if find_spec("phoenix6") is None:

@@ -14,7 +14,7 @@ from pyfrc.physics.core import PhysicsInterface
 from simcore.match.registry import find_game
 from simcore.physics.engine_choice import choose_engine
 from simcore.robot_file.reader import read_settings
-from simcore.robot_file.robot_settings import FILE_NAME
+from simcore.robot_file.template import FILE_NAME
 from simcore.robotpy.attached_physics import AttachedPhysics
 from simcore.robotpy.motor_families import watch_devices
 from simcore.robotpy.own_loops import with_own_loop

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import math
 from collections.abc import Callable, Mapping
 
@@ -16,12 +17,17 @@ from simcore.units import plain_sum
 
 __all__ = ["DriverStationLink", "FieldView"]
 
+_log = logging.getLogger(__name__)
+
 
 class DriverStationLink:
     """Ties a match to the driver station, as the field's management system does on a real field.
 
     The match hears which mode is enabled, and of the alliance; robot code gets match time and game data. With an FMS
     attached, somebody else gives robot code its match time and game data.
+
+    An autonomous after the robot has been enabled is a new match: the field is reset for it, if nobody has done so
+    since and no FMS is attached.
 
     Args:
         match: Its clock follows the driver station from now on.
@@ -38,6 +44,7 @@ class DriverStationLink:
         self._message = ""
         self._color: DriverStation.Alliance | None = None
         self._was_enabled = False
+        self._played_after = -1  # so many resets of the field
         match.timer.follow_driver_station()
 
     def update(self) -> None:
@@ -50,11 +57,21 @@ class DriverStationLink:
             mode = "auto" if DriverStation.isAutonomous() else "teleop"
         if mode != self._mode:
             self._mode = mode
+            if mode == "auto":
+                self._begin_match()
             if mode != "disabled":
                 self._match.start_mode(mode)
+        if is_enabled:
+            self._played_after = self._match.field_resets
         if not DriverStation.isFMSAttached():
             self._show_time()
             self._send(self._match.rules.game_data())
+
+    def _begin_match(self) -> None:
+        """Put the field back if it is not as people have left it: the robot has been enabled since the last reset."""
+        if self._played_after == self._match.field_resets and not DriverStation.isFMSAttached():
+            self._match.reset_field()
+            _log.info("autonomous begins again: pieces and preloads are back where a match begins")
 
     def _follow_alliance(self) -> None:
         """Until the first enable the drive team carries the robot to where the chosen alliance starts."""

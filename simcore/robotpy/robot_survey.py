@@ -13,7 +13,7 @@ from simcore.phoenix6.built_devices import built_devices, group_followers
 from simcore.phoenix6.configuration import talon_configuration
 from simcore.robot.motor_controllers import BuiltDevice
 from simcore.robot_file.reader import read_settings
-from simcore.robot_file.robot_settings import FILE_NAME
+from simcore.robot_file.template import FILE_NAME
 from simcore.robotpy.attached_physics import described_drivetrain
 from simcore.robotpy.surveyed_robot import print_survey
 

@@ -6,7 +6,7 @@ import textwrap
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from simcore.robot_file.robot_settings import FILE_NAME
+from simcore.robot_file.template import FILE_NAME
 
 __all__ = ["StartupSummary", "unknown_sim_devices"]
 

@@ -12,16 +12,16 @@ from typing import Any
 import numpy as np
 
 from simcore.show.palette import LINE_STYLES, color, tint
-from simcore.show.run_events import key_in_words
+from simcore.show.run_events import BROWNOUT
 from simcore.show.run_track import RunTrack
 from simcore.show.svg import document, element, line, polyline, ticks, words
 from simcore.telemetry.recording import Recording
+from simcore.telemetry.snapshot import key_in_words
 from simcore.typing import FloatArray
 
 __all__ = ["PLOT", "Chart", "Curve", "bounds", "chart_drawing", "charts_of", "thinned"]
 
 _INKS = tuple(color(name) for name in ("path", "hit", "miss", "ink", "blue", "red"))
-_BROWNOUT = 6.75  # [V]; of a roboRIO 2
 _TICK_BUDGET = 20.0  # [ms]
 _SETPOINT = re.compile(r"/Debug/(\w+?)(VelocityRPS|PositionRot)Setpoint$")
 PLOT = {"total": 360, "left": 44, "width": 306, "top": 8, "height": 132, "bottom": 178}
@@ -81,7 +81,7 @@ def charts_of(track: RunTrack) -> list[Chart]:
     slips = _curves(recording, each("Robot/WheelSlip", "fastest"))
     charts = [
         Chart(title="Score", unit="points", curves=score),
-        Chart(title=f"Battery{of_each}", unit="V", curves=volts, limit=_BROWNOUT, limit_label="brown-out",
+        Chart(title=f"Battery{of_each}", unit="V", curves=volts, limit=BROWNOUT, limit_label="brown-out",
               from_zero=False),
         Chart(title=f"{pieces.capitalize()} held{of_each}", unit="pieces", curves=held),
         Chart(title=f"Current{of_each}", unit="A", curves=_curves(recording, currents)),

@@ -194,6 +194,8 @@ class FieldDrawing:
             pieces: Draw those on the field too, not only those in robots.
         """
         placed = self.track.placed(self.track.table(time))
+        looks = [self.scene.look(name) for name in self.track.types]
+        placed.sort(key=lambda one: -looks[self.track.kinds[one.row]].reach)  # small ones over large ones
         lying = element("g", *(self.piece(one) for one in placed if one.holder == 0 and pieces), class_="pieces")
         several = len(self.scene.robots) > 1
         robots, ghosts = [], []

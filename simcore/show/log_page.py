@@ -12,13 +12,14 @@ from pathlib import Path
 
 import numpy as np
 
-from simcore.errors import LogError, OutputError
+from simcore.errors import LogError
 from simcore.match.registry import find_game, installed_games
 from simcore.show.animation import animate, check_animation
 from simcore.show.failed_run import empty_scene, recorded_robots
 from simcore.show.page import write_page
 from simcore.show.picture import draw_summary
 from simcore.show.raster import writable_picture
+from simcore.show.run_outputs import draw_files
 from simcore.show.scene import Scene, bare_scene
 from simcore.telemetry.log_reader import TelemetryLog, read_log
 from simcore.telemetry.recording import Recording
@@ -65,22 +66,15 @@ def run(args: argparse.Namespace) -> int:
     scene = scene_of_log(recording, name)
     print(f"{'game':9}  {name or 'none'}")
     title = f"{name.upper()}, {args.log.stem}" if name else args.log.stem
-    drawings: list[tuple[str, Path | None, Callable[..., None]]] = [
-        ("page", args.page or args.log.with_suffix(".html"), write_page),
-        ("picture", args.picture or args.log.with_suffix(".png"), draw_summary),
-        ("animation", args.animation, animate),
-    ]
-    failed = False
-    for kind, path, draw in drawings:
-        if path is None:
-            continue
-        try:
-            draw(path, recording, scene, title=title)
-            print(f"{kind:9}  {path}")
-        except OutputError as error:
-            failed = True
-            print(f"simcore: {error}", file=sys.stderr)
-    return int(failed)
+    drawings: dict[str, tuple[Path | None, Callable[..., None]]] = {
+        "page": (args.page or args.log.with_suffix(".html"), write_page),
+        "picture": (args.picture or args.log.with_suffix(".png"), draw_summary),
+        "animation": (args.animation, animate),
+    }
+    written = draw_files(drawings, recording, scene, title, lambda text: print(f"simcore: {text}", file=sys.stderr))
+    for kind, path in written.items():
+        print(f"{kind:9}  {path}")
+    return int(len(written) < len([kind for kind, (path, _) in drawings.items() if path is not None]))
 
 
 def recording_of(log: TelemetryLog) -> Recording:

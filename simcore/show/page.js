@@ -9,6 +9,7 @@
   const slider = find(".bar input"), clock = find(".bar output"), button = find("#play"), speed = find(".bar select");
   const figures = all("figure.chart"), timed = all("[data-t]").map((node) => [Number(node.dataset.t), node]);
   const robots = all("#now .robot"), ghosts = all("#now .ghost"), lying = find("#now .pieces");
+  const cells = all("[data-cell]").map((node) => [node, run.cells[node.dataset.cell] || []]);
   const off = find(".board .off"), boards = all(".board li:not(.off) b");
 
   // Rows of pieces as Python's `Placed` has them: holder, x, y, scale_x, scale_y, angle, in_air.
@@ -90,9 +91,13 @@
     off.hidden = !known.length;
     find("b", off).textContent = known.map((value) => value.toFixed(2)).join(", ") + " m";
     for (const [from, node] of timed) node.classList.toggle("later", from > time + 1e-9);
-    run.board.forEach((steps, k) => {
-      boards[k].textContent = steps[rowAt(steps.map((one) => one[0]), time)][1];
-    });
+    const valueAt = (steps) => steps.length ? steps[rowAt(steps.map((one) => one[0]), time)][1] : 0;
+    run.board.forEach((steps, k) => { boards[k].textContent = valueAt(steps); });
+    for (const [node, steps] of cells) {
+      const count = valueAt(steps), number = find(".n", node);
+      node.classList.toggle("full", count > 0);
+      if (number) number.textContent = count;
+    }
   }
 
   let now = run.start;

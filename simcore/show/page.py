@@ -19,6 +19,7 @@ from simcore.show.charts import PLOT, Chart, chart_drawing, charts_of, thinned
 from simcore.show.field_drawing import FieldDrawing, side_view
 from simcore.show.palette import css_variables
 from simcore.show.picture import legend
+from simcore.show.place_board import PlaceBoard
 from simcore.show.run_events import BoardItem, RunEvent, board_of, events_of
 from simcore.show.run_track import RunTrack, Table
 from simcore.show.scene import Scene
@@ -34,9 +35,9 @@ _HERE = Path(__file__).parent
 _MOST_FRAMES = 800
 _MARKS = {
     "mode": "\u25b6", "hit": "\u25cf", "miss": "\u2715", "flying": "\u25cb", "score": "\u002b",
-    "slip": "\u2248", "bump": "\u25b2", "brown-out": "\u25bc", "foul": "\u25c6",
+    "slip": "\u2248", "bump": "\u25b2", "brown-out": "\u25bc", "foul": "\u25c6", "placed": "\u25a3",
 }  # fmt: skip
-_ROWS = ("mode", "hit miss flying", "score foul", "slip bump brown-out")
+_ROWS = ("mode", "hit miss flying", "placed score foul", "slip bump brown-out")
 """Of the time line, by the kinds of their events."""
 
 
@@ -60,13 +61,14 @@ def write_page(path: str | Path, recording: Recording, scene: Scene, *, title: s
     events = events_of(recording, scene, shots)
     start, end = track.span
     charts = charts_of(track)
-    board = board_of(recording)
+    board, places = board_of(recording), PlaceBoard(recording, scene)
     taken = intake_places(recording)
     frames, tables = _frames(track)
     heat = field.heat_maps()
     layers = "".join(
         f'<g class="heat" data-heat="{name}" visibility="hidden">{cells}</g>' for name, cells in heat.items()
     )
+    counts = places.field_counts(start, field.width)
     still = "".join((field.ground(), layers, field.paths(), field.intake_marks(taken), field.shot_traces()))
     run = {
         "start": round(start, 3),
@@ -79,6 +81,7 @@ def write_page(path: str | Path, recording: Recording, scene: Scene, *, title: s
         "board": [
             [[round(time, 2), text] for time, text in zip(item.times, item.texts, strict=True)] for item in board
         ],
+        "cells": {name: [[round(time, 2), count] for time, count in cell] for name, cell in places.steps().items()},
         "charts": [_curve_data(chart) for chart in charts],
         "plot": PLOT,
     }
@@ -90,8 +93,9 @@ def write_page(path: str | Path, recording: Recording, scene: Scene, *, title: s
             f"<li><span>{escape(name)}</span><b>{escape(value)}</b></li>" for name, value in _facts(track, len(taken))
         ),
         board="".join(_board_html(item, start) for item in board),
-        field=field.drawing(field.symbols(), still, f'<g id="now">{field.moment(start)}</g>'),
+        field=field.drawing(field.symbols(), still, f'<g id="now">{field.moment(start)}</g>', counts),
         heat="".join(f'<label><input type="checkbox" data-heat="{name}"> heat map: {name}</label>' for name in heat),
+        places="".join(_places_html(places, alliance, start) for alliance in places.alliances),
         timeline=_timeline_html(events, start, end),
         key=_key_html(field, len(taken)),
         events=_events_html(events),
@@ -143,6 +147,7 @@ _PAGE = """<!DOCTYPE html>
 <option value="1" selected>1x</option><option value="2">2x</option><option value="4">4x</option></select>
 </div>
 {timeline}
+<div class="places">{places}</div>
 <div class="key">{key}{heat}<span class="keys" hidden>keys: <kbd>space</kbd> plays, <kbd>&larr;</kbd>
 <kbd>&rarr;</kbd> step 0.1 s (with <kbd>shift</kbd> 1 s), <kbd>home</kbd> <kbd>end</kbd></span></div>
 <div class="tables">{shots}{events}</div>
@@ -247,6 +252,11 @@ def _figure_html(chart: Chart, start: float, end: float) -> str:
         caption.append(f'<span>{mark} {escape(curve.label)} <span class="value"></span></span>')
     drawing = chart_drawing(chart, start, end)
     return f'<figure class="chart"><figcaption>{"".join(caption)}</figcaption>{drawing}</figure>'
+
+
+def _places_html(places: PlaceBoard, alliance: str, time: float) -> str:
+    heading = f"<figcaption><strong>{escape(places.heading(alliance))}</strong></figcaption>"
+    return f"<figure>{heading}{places.board(alliance, time)}</figure>"
 
 
 def _key_html(field: FieldDrawing, taken: int) -> str:

@@ -7,6 +7,7 @@ from pathlib import Path
 from simcore.show.charts import PLOT, chart_drawing, charts_of
 from simcore.show.field_drawing import FieldDrawing, end_mark, side_view
 from simcore.show.palette import color
+from simcore.show.place_board import PlaceBoard
 from simcore.show.raster import save_drawing, writable_picture
 from simcore.show.run_track import RunTrack
 from simcore.show.scene import Scene
@@ -40,8 +41,10 @@ def draw_summary(path: str | Path, recording: Recording, scene: Scene, *, title:
     field = FieldDrawing(track, shots)
     start, end = track.span
     taken = intake_places(recording)
+    board = PlaceBoard(recording, scene)
+    counts = board.field_counts(end, field.width)
     around = "".join((field.ground(), field.paths(stamps=True), field.intake_marks(taken), field.shot_traces()))
-    drawing = field.drawing(field.symbols(), around, field.moment(end))
+    drawing = field.drawing(field.symbols(), around, field.moment(end), counts)
 
     parts = [
         words(_LEFT, 44, title, 27, ink=color("ink"), bold=True),
@@ -64,11 +67,16 @@ def draw_summary(path: str | Path, recording: Recording, scene: Scene, *, title:
         bottom += tall + 34
     wide = (_WIDTH - 2 * _LEFT - 40) / _CHARTS_IN_A_ROW
     tall = wide * (PLOT["bottom"] + 22) / PLOT["total"]
-    for number, chart in enumerate(charts_of(track)[:_CHARTS]):
+    drawings = [board.board(alliance, end, titled=True) for alliance in board.alliances]
+    drawings += [
+        chart_drawing(chart, start, end, titled=True)
+        for chart in charts_of(track)[: _CHARTS + -len(drawings) % _CHARTS_IN_A_ROW]
+    ]
+    for number, drawing in enumerate(drawings):
         row, column = divmod(number, _CHARTS_IN_A_ROW)
         place = (_LEFT + (wide + 20) * column, bottom + 10 + (tall + 16) * row)
-        parts.append(nested(chart_drawing(chart, start, end, titled=True), *place, wide, tall))
-    rows = -(-min(_CHARTS, len(charts_of(track))) // _CHARTS_IN_A_ROW)
+        parts.append(nested(drawing, *place, wide, tall))
+    rows = -(-len(drawings) // _CHARTS_IN_A_ROW)
     save_drawing(document((0, 0, _WIDTH, bottom + 20 + rows * (tall + 16)), *parts), path, round(_WIDTH))
 
 

@@ -8,9 +8,10 @@ from pathlib import Path
 
 import numpy as np
 
+from simcore.physics.shape_extent import outline
 from simcore.show.palette import color, tint
 from simcore.show.raster import save_drawing, writable_picture
-from simcore.show.robot_sketch import RobotSketch, SketchWay, hull
+from simcore.show.robot_sketch import RobotSketch, SketchWay
 from simcore.show.svg import document, element, line, polygon, polyline, words
 from simcore.typing import FloatArray
 
@@ -183,19 +184,19 @@ class _View:
         parts, tags = [], []
         for volume in self._sketch.volumes:
             ink = _INKS[volume.role]
-            outline = hull(volume.corners[:, self._columns])
-            corners = [self._at(x, y) for x, y in outline.tolist()]
+            edges = outline(volume.corners[:, self._columns])
+            corners = [self._at(x, y) for x, y in edges.tolist()]
             strength = {"camera": 0.13, "storage": 0.10}.get(volume.role, 0.28)
             look: dict[str, object] = {"fill": ink, "fill_opacity": strength}
             if volume.is_outline:
                 look = {"fill": "none", "stroke_dasharray": "6 4", "opacity": 0.8}
             parts.append(polygon(corners, stroke=ink, stroke_width=1.8, **look))
             if volume.tag:
-                middle = outline.mean(axis=0)
+                middle = edges.mean(axis=0)
                 if volume.role == "camera":
                     middle = volume.corners[0, self._columns]
                 elif volume.role == "storage":  # out of the way of what stands in it
-                    middle = np.array([outline[:, 0].min() + 0.035, outline[:, 1].max() - 0.03])
+                    middle = np.array([edges[:, 0].min() + 0.035, edges[:, 1].max() - 0.03])
                 tags.append(_tag(volume.tag, *self._at(*middle.tolist()), ink))
         return parts, tags
 

@@ -11,6 +11,7 @@ import numpy as np
 
 from simcore.geometry.linkage import Joint, MechanismMotion, part_pose
 from simcore.geometry.rotation import Vector, rotate
+from simcore.physics.shape_extent import outline
 from simcore.pieces.intake import Intake, IntakeConfig
 from simcore.pieces.launch import launch_direction, muzzle_offset
 from simcore.pieces.shooter import ShooterConfig
@@ -25,7 +26,6 @@ __all__ = [
     "SketchNote",
     "SketchVolume",
     "SketchWay",
-    "hull",
     "intake_outlines",
     "sketch_robot",
 ]
@@ -170,25 +170,8 @@ def intake_outlines(config: RobotConfig) -> list[FloatArray]:
     zones = []
     for intake in config.intakes:
         posed: dict[str, ShaftSim | _Posed] = {**mechanisms, **_deployed(intake, mechanisms)}
-        zones.append(hull(_zone_corners(intake, posed)[:, :2]))
+        zones.append(outline(_zone_corners(intake, posed)[:, :2]))
     return zones
-
-
-def hull(points: FloatArray) -> FloatArray:
-    """Corners of the convex hull, counter-clockwise, shape (n, 2)."""
-    ordered = sorted({(round(float(x), 9), round(float(y), 9)) for x, y in points})
-
-    def half(rows: Sequence[tuple[float, float]]) -> list[tuple[float, float]]:
-        chain: list[tuple[float, float]] = []
-        for x, y in rows:
-            while len(chain) > 1 and (chain[-1][0] - chain[-2][0]) * (y - chain[-2][1]) <= (
-                chain[-1][1] - chain[-2][1]
-            ) * (x - chain[-2][0]):
-                chain.pop()
-            chain.append((x, y))
-        return chain[:-1]
-
-    return np.array(half(ordered) + half(ordered[::-1]) or ordered)
 
 
 def _add_storages(sketch: RobotSketch, config: RobotConfig) -> None:

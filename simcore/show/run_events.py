@@ -13,17 +13,19 @@ import numpy as np
 from simcore.show.scene import Scene
 from simcore.show.shots import ShotTrace
 from simcore.telemetry.recording import Recording
+from simcore.telemetry.snapshot import key_in_words
 from simcore.typing import BoolArray, FloatArray
 from simcore.units import TICK
 
-__all__ = ["BoardItem", "EventKind", "RunEvent", "board_of", "events_of", "key_in_words"]
+__all__ = ["BROWNOUT", "BoardItem", "EventKind", "RunEvent", "board_of", "events_of"]
 
-EventKind = Literal["mode", "hit", "miss", "flying", "score", "slip", "bump", "brown-out", "foul"]
+EventKind = Literal["mode", "hit", "miss", "flying", "score", "slip", "bump", "brown-out", "foul", "placed"]
 
 _SLIP = 0.5  # [m/s] of a tire over the ground that is worth a word
 _BUMP = 0.6  # [m/s] in a tick, 30 m/s^2: twice of what tires can do
 _TOGETHER = 0.5  # [s]; what happens again within this time is one event
-_BROWNOUT = 6.75  # [V]; of a roboRIO 2, for logs that do not say whether it held outputs off
+BROWNOUT = 6.75
+"""Voltage at which a roboRIO 2 holds outputs off, for logs that do not say whether it did [V]."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,9 +62,12 @@ def events_of(recording: Recording, scene: Scene, shots: Sequence[ShotTrace]) ->
         for time, rise in _rises(recording, f"Sim/Score/{alliance}"):
             events.append(RunEvent(time, "score", f"{alliance.lower()} {rise:+.0f}"))
     for key in recording.keys:
-        if key.startswith("Sim/Score/") and "foul" in key.lower():
-            name = key_in_words(key.removeprefix("Sim/Score/"))
-            events += [RunEvent(time, "foul", f"{name} {rise:+.0f}") for time, rise in _rises(recording, key)]
+        if key.startswith("Sim/Placed/"):
+            name = key_in_words(key.removeprefix("Sim/Placed/"))
+            events += [RunEvent(time, "placed", f"placed, {name} {rise:+.0f}") for time, rise in _rises(recording, key)]
+    if recording.has("Sim/Match/LastFoul"):
+        for time, text in zip(*_changes(*recording.strings("Sim/Match/LastFoul")), strict=True):
+            events.append(RunEvent(time, "foul", text.partition(" ")[2]))
     for number, robot in enumerate(scene.robots):
         whose = f"robot {number}: " if len(scene.robots) > 1 else ""
         events += [RunEvent(t, kind, whose + text) for t, kind, text in _troubles(recording, robot.prefix)]
@@ -155,7 +160,7 @@ def _troubles(recording: Recording, prefix: str) -> list[tuple[float, EventKind,
         low = flags > 0.5
     elif recording.has(f"{prefix}/Debug/BatteryVoltage"):
         times, volts = recording.series(f"{prefix}/Debug/BatteryVoltage")
-        low = volts < _BROWNOUT
+        low = volts < BROWNOUT
     else:
         return found
     for start, end in _stretches(times, low):
@@ -172,12 +177,3 @@ def _stretches(times: FloatArray, is_so: BoolArray) -> list[tuple[float, float]]
         else:
             found.append((time, time))
     return found
-
-
-def key_in_words(name: str) -> str:
-    """A key's last part as people read it.
-
-    >>> key_in_words("IntakeZoneActive")
-    'intake zone active'
-    """
-    return re.sub(r"(?<=[a-z0-9])(?=[A-Z])", " ", name).lower()

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 
 from simcore.errors import ConfigError, OutputError
@@ -13,13 +14,13 @@ from simcore.show.animation import animate, check_animation
 from simcore.show.page import write_page
 from simcore.show.picture import draw_summary
 from simcore.show.raster import writable_picture
-from simcore.show.scene import scene_of
+from simcore.show.scene import Scene, scene_of
 from simcore.telemetry.recording import Recording
 from simcore.telemetry.sinks import GuardedSink, discard_empty, require_writable
 from simcore.telemetry.snapshot import TelemetrySink
 from simcore.telemetry.wpilog import WpilogSink
 
-__all__ = ["RunOutputs"]
+__all__ = ["RunOutputs", "draw_files"]
 
 _BULK_FRAMES = 4000  # of pieces kept in memory: 21 MB; a longer run keeps them less often
 
@@ -114,26 +115,43 @@ class RunOutputs:
         written: dict[str, str] = {}
         if self.log is not None and self._guard is not None and not self._guard.failure:
             written["log"] = str(self.log)
-        scene, title = scene_of(run.match), _title(run)
-        drawings: tuple[tuple[str, Path | None, Callable[[Path], None]], ...] = (
-            ("picture", self.picture, lambda p: draw_summary(
-                p, self.recording, scene, title=title, subtitle=_result(run.report)
-            )),
-            ("page", self.page, lambda p: write_page(
-                p, self.recording, scene, title=title, subtitle=_speed(run.report)
-            )),
-            ("animation", self.animation, lambda p: animate(p, self.recording, scene, title=title)),
-        )  # fmt: skip
-        for kind, path, draw in drawings:
-            if path is None:
-                continue
+        drawings: dict[str, tuple[Path | None, Callable[..., None]]] = {
+            "picture": (self.picture, partial(draw_summary, subtitle=_result(run.report))),
+            "page": (self.page, partial(write_page, subtitle=_speed(run.report))),
+            "animation": (self.animation, animate),
+        }
+        return written | draw_files(drawings, self.recording, scene_of(run.match), _title(run), self.say)
+
+
+def draw_files(
+    drawings: Mapping[str, tuple[Path | None, Callable[..., None]]],
+    recording: Recording,
+    scene: Scene,
+    title: str,
+    say: Callable[[str], object],
+) -> dict[str, str]:
+    """Draw a run as several files; one that cannot be written is said, and the others are drawn all the same.
+
+    Args:
+        drawings: By kind: its file, None for none, and what draws it.
+        recording: The run.
+        scene: What it took place on.
+        title: Of each.
+        say: Told what is missing.
+
+    Returns:
+        What was written, by kind.
+    """
+    written = {}
+    for kind, (path, draw) in drawings.items():
+        if path is not None:
             try:
-                draw(path)
+                draw(path, recording, scene, title=title)
                 written[kind] = str(path)
             except OutputError as error:
                 discard_empty(path)
-                self.say(str(error))
-        return written
+                say(str(error))
+    return written
 
 
 def _refuse_doubles(files: dict[str, Path | None]) -> None:

@@ -11,11 +11,11 @@ import numpy.typing as npt
 
 from simcore.show.scene import PieceLook, Scene
 from simcore.telemetry.recording import Recording
-from simcore.typing import FloatArray, IntArray
+from simcore.typing import BoolArray, FloatArray, IntArray
 
 __all__ = ["AWAY", "IN_AIR", "Placed", "RunTrack", "Table"]
 
-IN_AIR = 0.35  # [m]; a piece whose center is higher, and that no robot holds, is drawn darker
+IN_AIR = 0.35  # [m]; a flying piece whose center is higher is drawn darker; where a log tells not which fly, any piece
 AWAY = -1
 """The holder of a piece that is nowhere: scored, or with a human player."""
 _FIELD, _PIECES, _HELD = 0, "Sim/GamePieces/", "Sim/Held/"
@@ -60,6 +60,7 @@ class RunTrack:
         self._intakes = [self._numbers(f"{robot.prefix}/Debug/IntakeZoneActive") for robot in scene.robots]
         self.types = [key.removeprefix(_PIECES) for key in recording.keys if key.startswith(_PIECES)]
         """Of pieces."""
+        self._tells_flights = any(key.startswith("Sim/InFlightIds/") for key in recording.keys)
         self._ids = [self._all_ids(name) for name in self.types]
         self._first = np.cumsum([0, *(len(ids) for ids in self._ids)])
         self.kinds: list[int] = [kind for kind, ids in enumerate(self._ids) for _ in range(len(ids))]
@@ -105,7 +106,9 @@ class RunTrack:
             look = self.scene.look(name)
             rows, ids = self._rows(_PIECES + name, f"Sim/PieceIds/{name}", time)
             there = np.column_stack((rows[:, 0], width - rows[:, 1]))
-            self._put(table, kind, ids, _drawn(look, rows, there, 0.0, _FIELD))
+            _, flying = self._rows(f"Sim/InFlight/{name}", f"Sim/InFlightIds/{name}", time)
+            can_fly = np.isin(ids, flying) if self._tells_flights else np.ones(len(ids), dtype=bool)
+            self._put(table, kind, ids, _drawn(look, rows, there, 0.0, _FIELD, can_fly))
             rows, ids = self._rows(_HELD + name, f"Sim/HeldIds/{name}", time)
             for row, piece in zip(rows, ids, strict=True):
                 near = _nearest(poses, row)
@@ -113,7 +116,7 @@ class RunTrack:
                     x, y, yaw = poses[near] or (0.0, 0.0, 0.0)
                     dx, dy, cos, sin = row[0] - x, row[1] - y, math.cos(yaw), math.sin(yaw)
                     inside = np.array([[cos * dx + sin * dy, sin * dx - cos * dy]])
-                    drawn = _drawn(look, row[None], inside, yaw, near + 1)
+                    drawn = _drawn(look, row[None], inside, yaw, near + 1, np.zeros(1, dtype=bool))
                     self._put(table, kind, np.array([piece]), drawn)
         return table
 
@@ -159,9 +162,9 @@ class RunTrack:
         table[self._first[kind] + rows] = drawn
 
 
-def _drawn(look: PieceLook, rows: FloatArray, places: FloatArray, yaw: float, holder: int) -> Table:
-    """Pieces as a table has them; what a robot holds is as large as on the floor."""
-    height = np.where(holder == _FIELD, rows[:, 2], 0.0)
+def _drawn(look: PieceLook, rows: FloatArray, places: FloatArray, yaw: float, holder: int, can_fly: BoolArray) -> Table:
+    """Pieces as a table has them; what flies is larger with its height."""
+    height = np.where(can_fly, rows[:, 2], 0.0)
     larger = np.clip(1.0 + 0.25 * np.maximum(0.0, height - IN_AIR), 1.0, _TALLEST) + 0.15 * (height > IN_AIR)
     larger = np.rint(20.0 * larger) / 20.0  # few looks: an animation renders each of them once
     table: Table = np.zeros((len(rows), 7), dtype=np.int32)

@@ -13,7 +13,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from simcore.errors import ConfigError
-from simcore.geometry.zones import BoxZone, CylinderZone
+from simcore.geometry.zones import BoxZone, CapsuleZone, CylinderZone, Zone
+from simcore.match.report import split_level
 from simcore.physics.shapes import Cylinder, Sphere, bounding_box
 from simcore.pieces.kinds import GamePieceConfig
 from simcore.quantities import FIELD_LENGTH, ROBOT_LENGTH, require, require_fields
@@ -26,8 +27,19 @@ if TYPE_CHECKING:
     from simcore.match.match import Match
     from simcore.match.scoring import ScoringZone
     from simcore.physics.field import FieldGeometry
+    from simcore.pieces.resting_places import RestingPlace
 
-__all__ = ["PLAIN_PIECE", "Goal", "PieceLook", "RobotLook", "Scene", "bare_scene", "piece_look", "scene_of"]
+__all__ = [
+    "PLAIN_PIECE",
+    "Goal",
+    "LevelLook",
+    "PieceLook",
+    "RobotLook",
+    "Scene",
+    "bare_scene",
+    "piece_look",
+    "scene_of",
+]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -135,6 +147,29 @@ class Goal:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class LevelLook:
+    """Places where pieces stay, and which are counted together."""
+
+    name: str
+    """As in `Sim/Places/<name>`."""
+    alliance: str = ""
+    """Whose they are; empty: nobody's."""
+    label: str
+    """The rest of the name."""
+    places: tuple[str, ...] = ()
+    """Of each place, what its name has beside the alliance and the label."""
+    is_single: bool = False
+    """Whether one piece at most counts in each."""
+    middle: tuple[float, float] | None = None
+    """Of all of them, from above [m]; None for zones of another shape than those of simcore."""
+
+    @property
+    def key(self) -> str:
+        """Of the telemetry that says how many pieces are in each place."""
+        return f"Sim/Places/{self.name}"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Scene:
     """Everything that is drawn and is in no telemetry key."""
 
@@ -147,6 +182,8 @@ class Scene:
     """By type name, as in `Sim/GamePieces/<Type>`."""
     goals: Sequence[Goal] = ()
     """What shots are aimed at."""
+    levels: Sequence[LevelLook] = ()
+    """Of the places where pieces stay, as the game lists them."""
 
     def __post_init__(self) -> None:
         require_fields(self, field_size=(FIELD_LENGTH, FIELD_LENGTH))
@@ -209,15 +246,47 @@ def _scene(game: Game, geometry: FieldGeometry, robots: Sequence[RobotLook]) -> 
         robots=robots,
         goals=[goal for zone in game.zones for goal in _goals(zone)],
         pieces={supply.kind.name: piece_look(supply.kind) for supply in game.pieces},
+        levels=_levels(game.places),
     )
+
+
+def _levels(places: Sequence[RestingPlace]) -> list[LevelLook]:
+    levels: dict[str, list[RestingPlace]] = {}
+    for place in places:
+        if place.level:
+            levels.setdefault(place.level, []).append(place)
+    return [_level(name, found) for name, found in levels.items()]
+
+
+def _level(name: str, places: Sequence[RestingPlace]) -> LevelLook:
+    alliance, label = split_level(name)
+    known = {alliance, label.lower(), name.lower()}
+    middles = [middle for place in places if (middle := _middle(place.zone)) is not None]
+    return LevelLook(
+        name=name,
+        alliance=alliance,
+        label=label,
+        places=tuple(" ".join(w for w in place.name.split() if w.lower() not in known) for place in places),
+        is_single=all(place.capacity == 1 for place in places),
+        middle=(float(np.mean([x for x, _ in middles])), float(np.mean([y for _, y in middles]))) if middles else None,
+    )
+
+
+def _middle(zone: Zone) -> tuple[float, float] | None:
+    """Of a zone from above [m]."""
+    if isinstance(zone, CylinderZone):
+        return zone.center
+    if isinstance(zone, BoxZone):
+        return 0.5 * (zone.low[0] + zone.high[0]), 0.5 * (zone.low[1] + zone.high[1])
+    if isinstance(zone, CapsuleZone):
+        return 0.5 * (zone.start[0] + zone.end[0]), 0.5 * (zone.start[1] + zone.end[1])
+    return None
 
 
 def _goals(scoring: ScoringZone) -> list[Goal]:
     """Where a zone opens to pieces that fall into it; none for a region of another shape than those of simcore."""
-    zone = scoring.zone
-    if isinstance(zone, BoxZone):
-        low, high = zone.low, zone.high
-        return [Goal(alliance=scoring.alliance, center=(0.5 * (low[0] + high[0]), 0.5 * (low[1] + high[1]), high[2]))]
-    if isinstance(zone, CylinderZone):
-        return [Goal(alliance=scoring.alliance, center=(*zone.center, zone.top))]
-    return []
+    zone, middle = scoring.zone, _middle(scoring.zone)
+    if middle is None or not isinstance(zone, BoxZone | CylinderZone):
+        return []
+    top = zone.high[2] if isinstance(zone, BoxZone) else zone.top
+    return [Goal(alliance=scoring.alliance, center=(*middle, top))]

@@ -5,7 +5,6 @@ For a game that has no models of its own yet: what is seen is what is hit.
 
 from __future__ import annotations
 
-import json
 import math
 import re
 from collections.abc import Mapping, Sequence
@@ -16,9 +15,7 @@ import numpy as np
 
 from simcore.errors import OutputError
 from simcore.match.camera_rig import tag_layout
-from simcore.physics.shapes import Box, Compound, Cylinder, HalfSpace, Hull, Mesh, Shape, Sphere
-from simcore.robot.chassis_config import ChassisConfig
-from simcore.show.glb import linear_rgba
+from simcore.physics.shapes import HalfSpace
 from simcore.show.palette import flat, rgb, tint
 from simcore.typing import FloatArray
 from simcore.units import inches
@@ -26,15 +23,15 @@ from simcore.units import inches
 if TYPE_CHECKING:
     from simcore.match.game import FieldDefinition, Game
 
-__all__ = ["IN_FLIGHT", "RED", "april_tags", "field_config", "to_model", "write_assets"]
+__all__ = ["HANGING", "IN_FLIGHT", "RED", "april_tags", "field_config", "write_assets", "write_field"]
 
 IN_FLIGHT = " in flight"
 """What follows the name of a piece in that of its model in the air, if the field has one."""
+HANGING = "Hanging"
+"""Name of the model of what hangs from the field and swings, `Sim/Hanging`, if the field has one."""
 RED = " (red)"
 """What follows the name of a robot in that of its model with red bumpers, if there is one."""
 
-_BLUE, _RED, _CARPET, _FRAME = "#1e54b7", "#c42828", "#5c6168", "#3a3f47"
-_AIR = "#e87c1e"
 _STATION_SPACING = inches(69.0)  # AdvantageScope's own, for a field whose stations are not given
 _PART = {"rotations": [], "position": [0, 0, 0]}
 
@@ -48,39 +45,52 @@ def write_assets(game: Game, folder: Path) -> list[Path]:
     Raises:
         OutputError: They cannot be written.
     """
+    from simcore.show import model_parts
+
     word = re.sub(r"\W", "", game.name.title())
     field, robot, red = folder / f"Field3d_{word}", folder / f"Robot_{word}", folder / f"Robot_{word}Red"
     name = f"Simcore {game.heading}"
-    size = game.field.size
+    meshes = {"carpet": model_parts.carpet(game.field.size)}
+    for element in game.field.load().elements:
+        if not isinstance(element.shape, HalfSpace):
+            mesh = model_parts.shape_mesh(element.shape)
+            mesh.apply_translation(element.position)
+            meshes[element.name] = model_parts.painted(mesh, rgb(flat(tint(element.name)[0])))
+    pieces = {}
+    for kind in (supply.kind for supply in game.pieces):
+        for what, color, scale in ((kind.name, rgb(kind.color), 1.0), (kind.name + IN_FLIGHT, model_parts.ORANGE, 1.1)):
+            mesh = model_parts.painted(model_parts.shape_mesh(kind.shape), color)
+            mesh.apply_scale(scale)  # drawn over what is drawn among all pieces, too
+            pieces[what] = mesh
     body = game.robot().body
     try:
-        for path in (field, robot, red):
-            path.mkdir(parents=True, exist_ok=True)
-        length, width = size
-        carpet = Box(size=(length + 1.8, width + 1.2, 0.03))
-        meshes = {"carpet": _painted(carpet, _CARPET, (length / 2.0, width / 2.0, -0.017))}
-        for element in game.field.load().elements:
-            if not isinstance(element.shape, HalfSpace):
-                meshes[element.name] = _painted(element.shape, flat(tint(element.name)[0]), element.position)
-        for mesh in meshes.values():
-            mesh.vertices = to_model(mesh.vertices, size)  # a half turn: windings stay
-        _save(field / "model.glb", meshes)
-        pieces: list[str] = []
-        for supply in game.pieces:
-            kind = supply.kind
-            for what, color, scale in ((kind.name, kind.color, 1.0), (kind.name + IN_FLIGHT, _AIR, 1.1)):
-                mesh = _painted(kind.shape, color)
-                mesh.apply_scale(scale)  # drawn over what is drawn among all pieces, too
-                _save(field / f"model_{len(pieces)}.glb", {"piece": mesh})
-                pieces.append(what)
-        _write_json(field / "config.json", field_config(name, game.field, pieces))
-        for path, color, suffix in ((robot, _BLUE, ""), (red, _RED, RED)):
-            _save(path / "model.glb", _robot_meshes(body, color))
-            config = {"name": name + suffix, "isFTC": False, "disableSimplification": True, **_PART}
-            _write_json(path / "config.json", {**config, "cameras": [], "components": []})
+        write_field(field, meshes, list(pieces.values()), field_config(name, game.field, list(pieces)))
+        for path, color, suffix in ((robot, model_parts.BLUE, ""), (red, model_parts.RED, RED)):
+            model_parts.write_robot(path, name + suffix, model_parts.chassis(body, color))
     except OSError as error:
         raise OutputError(f"cannot write models to {str(folder)!r}: {error.strerror or error}") from error
     return [field, robot, red]
+
+
+def write_field(folder: Path, meshes: Mapping[str, Any], pieces: Sequence[Any], config: Mapping[str, Any]) -> None:
+    """Write a `Field3d_...` folder, anew.
+
+    Args:
+        folder: Made if there is none.
+        meshes: In the field frame: blue origin.
+        pieces: A mesh for each of `gamePieces` of the config.
+        config: See `field_config`.
+    """
+    from simcore.show import model_parts  # trimesh takes a while, and a layout needs none
+
+    model_parts.emptied_folder(folder)
+    size = (inches(config["widthInches"]), inches(config["heightInches"]))
+    for mesh in meshes.values():
+        mesh.vertices = to_model(mesh.vertices, size)  # a half turn: windings stay
+    model_parts.write_model(folder / "model.glb", meshes)
+    for number, piece in enumerate(pieces):
+        model_parts.write_model(folder / f"model_{number}.glb", [piece])
+    model_parts.write_json(folder / "config.json", config)
 
 
 def field_config(
@@ -142,74 +152,3 @@ def to_model(points: FloatArray, size: tuple[float, float]) -> FloatArray:
     middle = np.array((size[0] / 2.0, size[1] / 2.0, 0.0))
     moved: FloatArray = (points - middle) * (-1.0, -1.0, 1.0)
     return moved
-
-
-# --- meshes -----------------------------------------------------------------------------------------------------------
-
-
-def _robot_meshes(body: ChassisConfig, color: str) -> dict[str, Any]:
-    """Bumpers with a white mark in front, and a plate between them."""
-    length, width, thick, top = body.bumper_length, body.bumper_width, body.bumper_thickness, body.bumper_top
-    low = body.clearance + 0.02
-    middle, high = 0.5 * (low + top), top - low
-    x, y = 0.5 * (length - thick), 0.5 * (width - thick)
-    meshes = {
-        "bumper_front": _painted(Box(size=(thick, width, high)), color, (x, 0.0, middle)),
-        "bumper_back": _painted(Box(size=(thick, width, high)), color, (-x, 0.0, middle)),
-        "bumper_left": _painted(Box(size=(length, thick, high)), color, (0.0, y, middle)),
-        "bumper_right": _painted(Box(size=(length, thick, high)), color, (0.0, -y, middle)),
-        "front_mark": _painted(Box(size=(0.01, 0.22, 0.08)), "#ffffff", (0.5 * length, 0.0, middle)),
-        "frame": _painted(Box(size=(length - thick, width - thick, 0.02)), _FRAME, (0.0, 0.0, low)),
-    }
-    for number, (px, py) in enumerate(body.wheel_positions):
-        size = (2.0 * body.wheel_radius, 0.04, 2.0 * body.wheel_radius)
-        meshes[f"wheel_{number}"] = _painted(Box(size=size), _FRAME, (px, py, body.wheel_radius))
-    return meshes
-
-
-def _painted(shape: Shape, color: str, at: Sequence[float] | FloatArray = (0.0, 0.0, 0.0)) -> Any:
-    import trimesh
-
-    mesh = _mesh(shape)
-    mesh.apply_translation(np.asarray(at, dtype=np.float64))
-    visual: Any = trimesh.visual
-    material = visual.material.PBRMaterial(
-        baseColorFactor=linear_rgba(rgb(color)), metallicFactor=0.0, roughnessFactor=0.8
-    )
-    mesh.visual = visual.TextureVisuals(material=material)
-    return mesh
-
-
-def _mesh(shape: Shape) -> Any:
-    """A shape as a `trimesh.Trimesh` about its origin."""
-    import trimesh
-
-    if isinstance(shape, Compound):
-        parts = []
-        for part in shape.parts:
-            parts.append(_mesh(part.shape))
-            parts[-1].apply_translation(part.offset)
-        return trimesh.util.concatenate(parts)
-    if isinstance(shape, Sphere):
-        return trimesh.creation.icosphere(subdivisions=1, radius=shape.radius)
-    if isinstance(shape, Cylinder):
-        return trimesh.creation.cylinder(shape.radius, shape.height, sections=20)
-    if isinstance(shape, Box):
-        return trimesh.creation.box(shape.size)
-    if isinstance(shape, Hull):
-        return trimesh.convex.convex_hull(shape.points)
-    assert isinstance(shape, Mesh)
-    return trimesh.Trimesh(shape.vertices, shape.faces, process=False)
-
-
-def _save(path: Path, meshes: Mapping[str, Any]) -> None:
-    import trimesh
-
-    scene: Any = trimesh.Scene()
-    for name, mesh in meshes.items():
-        scene.add_geometry(mesh, node_name=name, geom_name=name)
-    path.write_bytes(scene.export(file_type="glb", include_normals=True))
-
-
-def _write_json(path: Path, content: Mapping[str, Any]) -> None:
-    path.write_text(json.dumps(content, indent=2) + "\n", encoding="utf-8", newline="\n")

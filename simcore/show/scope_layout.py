@@ -19,7 +19,7 @@ from simcore.errors import ConfigError, OutputError
 from simcore.match.game import Game, RobotEntry
 from simcore.match.match import Match
 from simcore.match.registry import find_game
-from simcore.show.scope_assets import IN_FLIGHT, RED, write_assets
+from simcore.show.scope_assets import HANGING, IN_FLIGHT, RED, write_assets
 from simcore.show.view_models import ViewModels, load_models
 from simcore.telemetry.log_reader import read_log
 from simcore.telemetry.snapshot import Snapshot
@@ -149,6 +149,8 @@ def _field_tab(snapshot: Snapshot, models: ViewModels) -> dict[str, Any]:
             things.append(_thing("gamePiece", key, "Pose3d[]", variant=kind))
         elif where == "InFlight" and kind + IN_FLIGHT in known:  # they are among all pieces, too
             things.append(_thing("gamePiece", key, "Pose3d[]", variant=kind + IN_FLIGHT))
+        elif key == f"Sim/{HANGING}" and HANGING in known:
+            things.append(_thing("gamePiece", key, "Pose3d[]", variant=HANGING))
         elif key.endswith(("/DirectionLine", "/SeenTags")):
             things.append(_thing("trajectory", key, "Pose3d[]", color=_LINE, size="normal"))
     name = models.field.name if models.field is not None else "Evergreen"
@@ -197,7 +199,7 @@ def _match_states(snapshot: Snapshot) -> dict[str, tuple[str, str]]:
 
 def _table(snapshot: Snapshot) -> list[str]:
     values = {**snapshot.doubles, **snapshot.strings, **snapshot.booleans, **snapshot.integers}
-    first = ("Sim/Match/", "Sim/Score/", "Sim/Shots", "Sim/Hits", "Sim/Intake/", "Sim/Robot/")
+    first = ("Sim/Match/", "Sim/Score/", "Sim/Placed/", "Sim/Shots", "Sim/Hits", "Sim/Intake/", "Sim/Robot/")
     rows = [key for start in first for key in values if key.startswith(start)]
     rest = ("BatteryVoltage", "AngleDeg", "ExtendedPct", "HeightM")
     rows += [key for key in values if key.startswith("Sim/Debug/") and key.endswith(rest)]

@@ -8,13 +8,14 @@ import math
 import re
 from collections.abc import Iterator, Mapping, Sequence
 
-from simcore.telemetry.snapshot import Snapshot
+from simcore.match.report import split_level
+from simcore.telemetry.snapshot import Snapshot, key_in_words
 
 __all__ = ["board_html", "clock_text", "lights_html"]
 
 _BOX = "flex:1;padding:6px 0;color:#fff;text-align:center;border-radius:6px;font-size:26px;font-weight:700"
 _MOST_SQUARES = 24  # of a strip of lights
-_MATCH = "Sim/Match/"
+_MATCH, _PLACED = "Sim/Match/", "Sim/Placed/"
 _KNOWN = frozenset(_MATCH + name for name in ("Time", "TimeLeft", "Period", "Enabled", "Game"))
 # On a phone the page's buttons are a sheet of 20 em at the bottom right: here it is as wide as the screen, and leaves
 # the upper part of it to the field (`view_cameras.COVERED`).
@@ -56,10 +57,10 @@ def board_html(snapshot: Snapshot, robots: Mapping[int, str]) -> str:
         rest.append(f"period: {html.escape(period)}")
     if not snapshot.booleans.get("Sim/Match/Enabled", True):
         rest.append("disabled")
-    lines = _counting(snapshot)
+    lines = [*_placed(snapshot), *_counting(snapshot)]
     pieces = {k.removeprefix("Sim/GamePieces/"): len(v) for k, v in snapshot.pose_arrays.items() if "/GamePieces/" in k}
     lines += [f"{html.escape(name.lower())} on the field <b>{count}</b>" for name, count in pieces.items()]
-    if "Sim/Shots" in score:
+    if score.get("Sim/Shots"):
         lines.append(f"shots <b>{score['Sim/Shots']}</b>, hits <b>{score.get('Sim/Hits', 0)}</b>")
     for number, prefix in robots.items():
         lines += _robot(snapshot, prefix, "robot" if len(robots) == 1 else f"robot {number}")
@@ -71,6 +72,17 @@ def board_html(snapshot: Snapshot, robots: Mapping[int, str]) -> str:
         f' <span style="color:#4a5260;font-size:14px">{", ".join(rest)}</span></div>'
         f'<div style="font-size:14px;line-height:1.5">{body}</div></div>'
     )
+
+
+def _placed(snapshot: Snapshot) -> Iterator[str]:
+    """Pieces by level, a line an alliance."""
+    by_alliance: dict[str, list[str]] = {}
+    for key, count in snapshot.integers.items():
+        if key.startswith(_PLACED):
+            whose, label = split_level(key.removeprefix(_PLACED))
+            by_alliance.setdefault(whose, []).append(f"{html.escape(label)} <b>{count}</b>")
+    for whose, counts in by_alliance.items():
+        yield f"{whose} placed: {', '.join(counts)}".strip()
 
 
 def _counting(snapshot: Snapshot) -> list[str]:
@@ -90,7 +102,7 @@ def _counting(snapshot: Snapshot) -> list[str]:
 
 def _words(key: str) -> str:
     """The last part of a key in small words: `Sim/Match/BlueGoalActive` is `blue goal active`."""
-    return html.escape(re.sub(r"(?<=[a-z0-9])(?=[A-Z])", " ", key.rsplit("/", 1)[-1]).lower())
+    return html.escape(key_in_words(key.rsplit("/", 1)[-1]))
 
 
 def _robot(snapshot: Snapshot, prefix: str, name: str) -> Iterator[str]:

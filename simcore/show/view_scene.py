@@ -16,6 +16,7 @@ import numpy as np
 from simcore.geometry.rotation import matrix
 from simcore.show.glb import PieceMesh, box_glb, linear_rgba, look_mesh, painted_glb, piece_mesh
 from simcore.show.scene import PLAIN_PIECE
+from simcore.show.scope_assets import HANGING
 from simcore.show.view_models import Model, RobotModels, ViewModels
 from simcore.show.view_trails import Trails
 from simcore.telemetry.snapshot import Snapshot
@@ -30,7 +31,7 @@ __all__ = ["ViewScene", "robot_keys"]
 
 _ROBOT = re.compile(r"^Sim/(Robots/(\d+)/)?Robot/Pose3d$")
 _CAMERA = re.compile(r"^Sim/Limelights/.+/(DirectionLine|SeenTags)$")
-_PIECES, _FLYING = "Sim/GamePieces/", "Sim/InFlight/"
+_PIECES, _FLYING = ("Sim/GamePieces/", "Sim/Held/", f"Sim/{HANGING}"), "Sim/InFlight/"
 _BLUE, _RED = (30, 84, 183), (196, 40, 40)
 _TRAIL, _CAMERA_COLOR = (255, 120, 20), (20, 200, 140)
 _PREVIEW = (235, 60, 200)  # a hue of nothing else here; hit and miss differ by form
@@ -97,11 +98,11 @@ class ViewScene:
                 node.draw(snapshot, prefix)
             for number in self._robots.keys() - robots.keys():
                 self._robots.pop(number).remove()
-            for key, rows in snapshot.pose_arrays.items():
-                if key.startswith(_PIECES):
-                    self._draw_pieces(key.removeprefix(_PIECES), rows)
-            for name in self._pieces.keys() - {key.removeprefix(_PIECES) for key in snapshot.pose_arrays}:
-                self._pieces[name].draw(np.zeros((0, 7)))
+            there = {key: rows for key, rows in snapshot.pose_arrays.items() if key.startswith(_PIECES)}
+            for key, rows in there.items():
+                self._draw_pieces(key, rows)
+            for key in self._pieces.keys() - there.keys():
+                self._pieces[key].draw(np.zeros((0, 7)))
             self._draw_trails(snapshot)
             self._draw_previews()
             self._draw_cameras(snapshot)
@@ -141,13 +142,13 @@ class ViewScene:
             color=(92, 97, 104),
         )
 
-    def _draw_pieces(self, name: str, rows: FloatArray) -> None:
-        node = self._pieces.get(name)
+    def _draw_pieces(self, key: str, rows: FloatArray) -> None:
+        node = self._pieces.get(key)
         if node is None:
-            field = self._models.field
+            field, name = self._models.field, key.rpartition("/")[2]
             model = field.pieces.get(name) if field else None
             mesh = piece_mesh(model) if model else look_mesh(self._models.pieces.get(name, PLAIN_PIECE))
-            node = self._pieces[name] = _PieceNode(self._server, name, mesh)
+            node = self._pieces[key] = _PieceNode(self._server, key, mesh)
         node.draw(rows)
 
     def _draw_trails(self, snapshot: Snapshot) -> None:

@@ -195,7 +195,7 @@ def _play_on_client(
         under_way[future.key] = planned
         return future
 
-    width = max(4, 2 * sum(client.nthreads().values()))
+    width = max(4, 2 * sum(int(threads) for threads in client.nthreads().values()))
     first = [future for _ in range(width) if (future := begin(next(rest, None))) is not None]
     results = as_completed(first, loop=client.loop)
     suspects: set[int] = set()

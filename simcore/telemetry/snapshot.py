@@ -6,6 +6,7 @@ array cost 2 us.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Protocol
@@ -23,6 +24,7 @@ __all__ = [
     "Snapshot",
     "TelemetrySink",
     "checked_integers",
+    "key_in_words",
     "pose_array_bytes",
     "pose_bytes",
     "robot_prefix",
@@ -127,6 +129,15 @@ def checked_integers(key: str, values: IntArray) -> IntArray:
     if array.ndim != 1 or (array.size and array.dtype.kind not in "iu"):
         raise ConfigError(f"{key}: integers need shape (n,) and an integer type, got {array.shape} of {array.dtype}")
     return array.astype("<i8", copy=False)
+
+
+def key_in_words(name: str) -> str:
+    """A key's last part as people read it.
+
+    >>> key_in_words("IntakeZoneActive")
+    'intake zone active'
+    """
+    return re.sub(r"(?<=[a-z0-9])(?=[A-Z])", " ", name).lower()
 
 
 def robot_prefix(number: int) -> str:

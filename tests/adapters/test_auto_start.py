@@ -1,4 +1,4 @@
-"""Where the robot stands as its autonomous begins, as a team's tests find it."""
+"""What an autonomous finds, as a team's tests see it: where the robot stands, and pieces where a match begins."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ pytestmark = pytest.mark.slow
 STARTING = Path(__file__).parent / "robots" / "starting"
 
 
-def test_the_robot_stands_where_its_auto_begins(project_of):
+def test_robot_and_pieces_are_where_an_auto_begins(project_of):
     """At 1 m/s a tick is 2 cm: belief may be so far behind the truth."""
     code, said = project_of(STARTING)(
         """
@@ -70,6 +70,24 @@ def test_red(sim):
     sim.place(3.0, 1.0, math.pi / 2)
     sim.autonomous("by name", seconds=0.1)
     assert sim.pose.rotation().degrees() == pytest.approx(90.0, abs=1.0)
+
+
+def test_pieces_are_back_for_an_auto_after_others_have_played(sim):
+    sim.start()
+    control, fuel = sim.physics.control, sim.pieces.on_field
+    control.spawn("Fuel", [(8.0, 1.0)])
+    sim.autonomous("red", seconds=0.1)
+    assert sim.match.field_resets == 0 and sim.pieces.on_field == fuel + 1  # put down before anybody has played
+    sim.teleop(seconds=0.1)
+    assert sim.match.field_resets == 0  # goes on
+    sim.disable(seconds=0.1)
+    sim.autonomous("red", seconds=0.1)
+    assert sim.match.field_resets == 1 and sim.pieces.on_field == fuel
+    sim.disable(seconds=0.1)
+    control.reset_field()
+    control.spawn("Fuel", [(8.0, 1.0)])
+    sim.autonomous("red", seconds=0.1)
+    assert sim.match.field_resets == 2 and sim.pieces.on_field == fuel + 1  # put down after people's own reset
 """
     )
     assert code == 0, said

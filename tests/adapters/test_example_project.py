@@ -1,4 +1,4 @@
-"""The example as a project: what a deploy carries, what it does without PathPlanner, and its own tests."""
+"""The examples as projects: what a deploy carries, what one does without PathPlanner, and their own tests."""
 
 from __future__ import annotations
 
@@ -16,24 +16,40 @@ import simcore
 ROOT = Path(__file__).resolve().parents[2]
 PACKAGES = Path(simcore.__file__).resolve().parents[1]
 EXAMPLE = ROOT / "examples" / "rebuilt_robot"
+DESCRIBED = ROOT / "examples" / "reefscape_robot"
+"""The one that a simcore.toml describes."""
+
+DIGEST = """
+def test_two_coral(sim):
+    sim.autonomous("two coral", seconds=10)
+    assert sim.score.blue >= 14 and sim.match.count.is_conserved and sim.own_threads == []
+    with open("digests", "a") as file:
+        file.write(f"{sim.digest}\\n")
+"""
 
 
 @pytest.fixture
-def project(tmp_path):
+def project(request, tmp_path):
     """A copy without what earlier runs left."""
     if find_spec("phoenix6") is None or find_spec("pyfrc") is None:
         pytest.skip("needs phoenix6 and pyfrc: pip install .[phoenix6,robotpy]")
     folder = tmp_path / "project"
-    shutil.copytree(EXAMPLE, folder, ignore=shutil.ignore_patterns("ctre_sim", "__pycache__", "networktables*"))
+    shutil.copytree(
+        getattr(request, "param", EXAMPLE),
+        folder,
+        ignore=shutil.ignore_patterns("ctre_sim", "__pycache__", "networktables*"),
+    )
     return folder
 
 
-def run(*command: str, cwd: Path, timeout: float = 90.0) -> subprocess.CompletedProcess[str]:
-    """In a folder of its own, with our packages but without entry points."""
+def run(
+    *command: str, cwd: Path, path: tuple[Path, ...] = (), timeout: float = 90.0
+) -> subprocess.CompletedProcess[str]:
+    """In a folder of its own, with our packages but without entry points, unless a path has them."""
     return subprocess.run(
         [sys.executable, *command],
         cwd=cwd,
-        env={**os.environ, "PYTHONPATH": os.pathsep.join((str(PACKAGES), str(cwd)))},
+        env={**os.environ, "PYTHONPATH": os.pathsep.join(map(str, (*path, PACKAGES, cwd)))},
         capture_output=True,
         text=True,
         timeout=timeout,
@@ -54,6 +70,32 @@ def test_what_a_deploy_copies_starts_without_the_simulation(scenario, absent):
     assert {"depot", "preload", "nothing"} <= set(done["autos"])
     assert ("neutral (PathPlanner)" in done["autos"]) == (not absent)
     assert ("no PathPlanner autos (neutral): No module named 'pathplannerlib" in done["output"]) == bool(absent)
+
+
+@pytest.mark.slow
+def test_what_a_deploy_copies_of_a_described_robot_starts_too(scenario):
+    pytest.importorskip("robotpy_installer", reason="needs robotpy deploy: pip install robotpy")
+    done = scenario("deployed", str(DESCRIBED))
+    assert done["loaded"] == [] and set(done["autos"]) == {"two coral", "nothing"}
+    assert "physics.py" not in done["files"]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("project", [DESCRIBED], indirect=True, ids=["reefscape"])
+def test_a_described_robot_scores_two_coral(project, distribution, whole):
+    """As red; in full also everything else that its tests ask, and five processes with one digest."""
+    chosen = () if whole else ("-k", "red")
+    done = run("-m", "pytest", "-q", *chosen, cwd=project, path=(distribution,), timeout=600.0)
+    assert done.returncode == 0, done.stdout[-4000:] + done.stderr[-2000:]
+    assert f"{6 if whole else 1} passed" in done.stdout
+    if not whole:
+        return
+    (project / "tests" / "digest_test.py").write_text(DIGEST)
+    for _ in range(5):
+        done = run("-m", "pytest", "-q", "tests/digest_test.py", cwd=project, path=(distribution,), timeout=300.0)
+        assert done.returncode == 0, done.stdout[-4000:]
+    first, *others = (project / "digests").read_text().splitlines()
+    assert others == [first] * 4
 
 
 @pytest.mark.slow

@@ -13,6 +13,7 @@ import pytest
 
 from games.rebuilt import REBUILT
 from games.rebuilt.robot import rebuilt_robot
+from games.reefscape import REEFSCAPE
 from simcore import (
     ClimberConfig,
     ElevatorConfig,
@@ -28,6 +29,9 @@ from simcore import (
 )
 from simcore.geometry.linkage import Joint
 from simcore.geometry.zones import BoxZone
+from simcore.match.scoring import FoulEvent
+from simcore.physics.hanging import HangingBody, HangingConfig
+from simcore.physics.shapes import Sphere
 from simcore.pieces.resting_places import RestingPlace
 from simcore.telemetry.sinks import MemorySink
 from simcore.vision.camera import CameraConfig
@@ -116,6 +120,7 @@ def published():
     robots = (RobotEntry(config=sees), RobotEntry(alliance="red"))
     with Match(REBUILT, robots=robots, sinks=[rebuilt]) as match:
         match.last_tick_ms = 1.0
+        match.tracker.foul(FoulEvent(0.0, "G1", 1, "red", 5, "does something"))
         match.tick()
     lift = ElevatorConfig(
         gearbox=rebuilt_robot().mechanisms["feeder"].gearbox, carriage_mass=2.0, drum_radius=0.02, max_height=1.0
@@ -129,6 +134,8 @@ def published():
     shelf = RestingPlace(name="shelf", level="<Level>", zone=BoxZone((0.0, 0.0, 0.0), (1.0, 1.0, 1.0)))
     with Match.bare(climbs, sinks=[bare], places=[shelf]) as match:
         (robot,) = match.robots
+        hanging = HangingConfig(name="bell", shape=Sphere(0.1), mass=5.0, pivot=(8.0, 4.0, 2.0), drop=0.5)
+        match.hanging.append(HangingBody(match.world, hanging))
         robot.sensor_states["<sensor>"] = True  # adapters fill these in
         robot.setpoints.update(FeederVelocityRPS=1.0, LiftPositionRot=0.5)
         robot.light_colors["<name>"] = np.zeros(8, dtype=np.int64)
@@ -155,6 +162,7 @@ def general(key: str) -> str:
     readings = "(?:VelocityRPS|PositionRot)(?:Setpoint)?|VoltageIn|CurrentA|AngleDeg|ExtendedPct|HeightM"
     key = re.sub(rf"^(Sim/Debug/)\w+?({readings})$", r"\1<Mechanism>\2", key)
     key = re.sub(r"^(Sim/Sensors/)\w+$", r"\1<Sensor>", key)
+    key = re.sub(r"^(Sim/Place[ds]/)\w+$", r"\1<Level>", key)
     return re.sub(r"^(Sim/(?:GamePieces|PieceIds|InFlight|InFlightIds|Held|HeldIds)/)Fuel$", r"\1<Type>", key)
 
 
@@ -166,7 +174,10 @@ def test_every_published_key_is_described_with_its_type_and_every_described_key_
 
 
 def test_telemetry_keys_on_every_page_are_published(published):
-    known = {*published, *map(general, published)}
+    of_2025 = MemorySink()
+    with Match(REEFSCAPE, sinks=[of_2025]) as match:
+        match.tick()
+    known = {*published, *map(general, published), *of_2025.snapshots[-1].integers, *of_2025.snapshots[-1].strings}
     wrong = []
     for name, text in TEXT.items():
         for key in re.findall(r"`(?:NT:/)?(Sim/[\w/<>-]+[\w>])`", text):

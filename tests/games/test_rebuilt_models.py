@@ -1,8 +1,7 @@
-"""The committed models of REBUILT: what the scripts make, sound, and moving as the robot's mechanisms do."""
+"""The committed models of REBUILT: where things are, and moving as the robot's mechanisms do."""
 
 from __future__ import annotations
 
-import importlib.util
 import json
 import math
 from pathlib import Path
@@ -13,62 +12,15 @@ import trimesh
 from robotpy_apriltag import AprilTagField, AprilTagFieldLayout
 from wpimath.geometry import Pose3d, Rotation3d, Transform3d, Translation3d
 
-from games.rebuilt import REBUILT, RebuiltSim
+from games.rebuilt import RebuiltSim
 from games.rebuilt import dimensions as dim
-from games.rebuilt.field import models_folder
 from games.rebuilt.robot import rebuilt_robot
 from simcore.geometry.rotation import rotate
-from simcore.show.scope_layout import game_snapshot
-from simcore.show.view_check import check_folder
 from simcore.show.view_models import load_models
 
 ROOT = Path(__file__).resolve().parents[2]
-FOLDER = ROOT / "models" / "advantagescope"
+FOLDER = ROOT / "models" / "rebuilt" / "advantagescope"
 COMPONENTS = rebuilt_robot().components
-
-
-def script(name):
-    spec = importlib.util.spec_from_file_location(name, ROOT / "scripts" / f"{name}.py")
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
-
-
-def shapes(path):
-    """Every mesh of a GLB: name, bounds and color, which do not depend on how trimesh orders its vertices."""
-    scene = trimesh.load_scene(path)
-    return {
-        name: (np.round(mesh.bounds, 4).tolist(), len(mesh.faces), mesh.visual.material.baseColorFactor.tolist())
-        for name, mesh in scene.geometry.items()
-    }
-
-
-@pytest.fixture(scope="module")
-def made(tmp_path_factory):
-    folder = tmp_path_factory.mktemp("models")
-    script("make_models").write_all(folder)
-    return folder
-
-
-def test_the_committed_files_are_what_the_scripts_make(made):
-    wanted = sorted(path.relative_to(made) for path in made.rglob("*") if path.is_file())
-    committed = sorted(path.relative_to(FOLDER) for path in FOLDER.rglob("*") if path.is_file())
-    layouts = script("make_layout")
-    assert committed == sorted([*wanted, *map(Path, layouts.LAYOUTS)])
-    for name in wanted:
-        if name.suffix == ".glb":
-            assert shapes(FOLDER / name) == shapes(made / name), f"{name}: run python scripts/make_models.py"
-        else:
-            assert (FOLDER / name).read_bytes() == (made / name).read_bytes(), name
-    layouts.write_layouts(made)
-    for name in layouts.LAYOUTS:
-        assert json.loads((FOLDER / name).read_text()) == json.loads((made / name).read_text()), "run make_layout.py"
-
-
-def test_nothing_is_wrong_with_them_and_they_are_small():
-    assert check_folder(FOLDER, parts=len(COMPONENTS)) == []
-    assert sum(path.stat().st_size for path in FOLDER.rglob("*") if path.is_file()) < 2_000_000
-    assert models_folder().resolve() == FOLDER.resolve()
 
 
 def test_the_field_is_where_the_dimensions_say():
@@ -90,18 +42,6 @@ def test_the_field_is_where_the_dimensions_say():
     assert low[0] == pytest.approx(dim.FIELD_LENGTH - dim.DEPOT_DEPTH, abs=1e-3)
     ball = trimesh.load_scene(field.pieces["Fuel"].path)
     assert ball.extents == pytest.approx([0.15] * 3, abs=8e-3)
-
-
-def test_each_part_is_drawn_about_its_own_origin():
-    """A wheel that turned about another place than its axle would wobble."""
-    parts = load_models(FOLDER).robot().parts
-    assert len(parts) == len(COMPONENTS) == 16
-    for part, component in zip(parts, COMPONENTS, strict=True):
-        turning = [joint.axis for joint in component.joints if not joint.slides]
-        if turning and component.name != "hood":
-            middle = trimesh.load_scene(part.path).bounds.mean(axis=0)
-            across = [i for i in range(3) if turning[0][i] == 0.0]
-            assert np.abs(middle[across]).max() < 0.005, component.name
 
 
 def test_the_hood_lets_fuel_go_in_the_direction_of_the_shot():
@@ -164,54 +104,3 @@ def test_tags_and_driver_stations_stand_where_they_are_on_the_field():
         assert back.translation().distance(tag.pose.translation()) < 2e-4
         away = (back.rotation() - tag.pose.rotation()).angle
         assert math.remainder(away, math.tau) == pytest.approx(0.0, abs=1e-4)
-
-
-def test_red_robots_have_a_model_of_their_own():
-    blue, red = load_models(FOLDER).robots
-    assert red.name == blue.name + " (red)" and len(red.parts) == len(blue.parts)
-    for robot, channel in ((blue, 2), (red, 0)):
-        for name, mesh in trimesh.load_scene(robot.body.path).geometry.items():
-            if "bumper" in name:
-                assert np.argmax(mesh.visual.material.baseColorFactor[:3]) == channel, name
-
-
-@pytest.mark.parametrize(("file", "robots"), [("layout.json", 1), ("layout_six.json", 6)])
-def test_the_layouts_show_only_what_is_published_and_what_there_are_models_for(file, robots):
-    s = game_snapshot(REBUILT, robots=robots)
-    kinds = {
-        "Pose3d": s.poses,
-        "Pose3d[]": s.pose_arrays,
-        "Boolean": s.booleans,
-        "String": s.strings,
-        "Number": {**s.doubles, **s.integers},
-    }
-    (hub,) = json.loads((FOLDER / file).read_text())["hubs"]
-    tabs = hub["state"]["tabs"]["tabs"]
-    sources = [
-        item
-        for tab in tabs
-        if isinstance(tab["controller"], dict)
-        for key in ("sources", "leftSources", "rightSources", "discreteSources")
-        for item in tab["controller"].get(key, [])
-    ]
-    for source in sources:
-        assert source["logKey"].startswith("NT:/")
-        assert source["logKey"].removeprefix("NT:/") in kinds[source["logType"]]
-    table = next(tab["controller"] for tab in tabs if tab["type"] == 4)
-    assert all(any(key.removeprefix("NT:/") in kind for kind in kinds.values()) for key in table)
-    assert {"NT:/Sim/Match/Period", "NT:/Sim/Match/BlueHubActive", "NT:/Sim/Score/Red"} <= set(table)
-    assert all(tab["controller"]["leftLockedRange"] is None for tab in tabs if tab["type"] == 1), "an axis that cuts"
-    currents = next(tab["controller"]["leftSources"] for tab in tabs if tab["title"] == "Currents")
-    assert len(currents) == 1 + len(rebuilt_robot().mechanisms)
-    models = load_models(FOLDER)
-    field = tabs[0]["controller"]
-    assert field["game"] == f"FRC:{models.field.name}"
-    drawn = [item for item in field["sources"] if item["type"] == "robot"]
-    assert [item["options"]["model"] for item in drawn] == [
-        "Simcore Rebuilt (red)" if number % 2 else "Simcore Rebuilt" for number in range(robots)
-    ]
-    for item in field["sources"]:
-        if item["type"] == "gamePiece":
-            assert item["options"]["variant"] in models.field.pieces
-    following = [b["type"] for a, b in zip(field["sources"], field["sources"][1:], strict=False) if a in drawn]
-    assert following == ["component"] * robots, "right after its robot"

@@ -70,7 +70,7 @@ def test_it_lifts_itself_and_the_forces_balance(hanging):
         advance(robot, world, DT, -GEARBOX.holding_volts((weight - CARRIAGE * GRAVITY) * DRUM) + 0.5 * error)
     assert robot.chassis.vel[2] == pytest.approx(0.0, abs=5e-3)
     assert robot.chassis.pos[2] == pytest.approx(0.75 - 0.35 - hook.height, abs=0.02), "but for what the hook gives"
-    (_, _, lift), torque = robot.climbers[0].push()
+    (_, _, lift), torque = robot.climbers[0].push(DT / 4)
     assert lift == pytest.approx(weight, rel=0.03)
     assert np.hypot(*torque[:2]) < 0.02 * weight
     assert hook._load + CARRIAGE * GRAVITY * DRUM == pytest.approx(weight * DRUM, rel=0.03)
@@ -98,7 +98,7 @@ def test_it_comes_down_and_is_free_when_the_hook_rises_off_the_rung(hanging):
     assert robot.climbers[0].rung is RUNG
     advance(robot, world, 1.5, 6.0)
     assert robot.climbers[0].rung is None
-    assert robot.climbers[0].push()[0] == (0.0, 0.0, 0.0)
+    assert robot.climbers[0].push(DT / 4)[0] == (0.0, 0.0, 0.0)
     assert robot.chassis.pos[2] == pytest.approx(0.0, abs=0.003)
 
 

@@ -88,6 +88,34 @@ def test_a_sleeper_stays_until_something_that_moves_touches_it():
         assert engine.pose(rows[1])[0][2] < height or height < 0.08
 
 
+@pytest.mark.engines("bullet")
+@pytest.mark.parametrize("shape", [Sphere(RADIUS), Box((0.15, 0.15, 0.15))], ids=["ball", "box"])
+def test_what_is_fixed_stands_as_a_static_until_it_is_woken_and_then_moves_as_before(shape):
+    with PhysicsWorld() as world:
+        engine = world.engine
+        fixed, other = (
+            world.add_piece_body("piece", shape, mass=MASS, surface=BALL, pos=(x, 0.0, RADIUS)) for x in (0.0, 0.2)
+        )
+        engine.fix(fixed)
+        world.set_velocity(other, (-2.0, 0.0, 0.0))
+        for _ in range(15):
+            world.step(0.02)
+        assert engine.pose(fixed)[0] == (0.0, 0.0, RADIUS), "hit, and still there"
+        assert engine.pose(other)[0][0] > 2.0 * RADIUS - 0.002, "thrown back"
+        engine.set_pose(fixed, (2.0, 0.0, RADIUS), (0.0, 0.0, 0.0, 1.0))
+        engine.fix(fixed)
+        world.set_velocity(fixed, (0.0, 0.0, 0.0))
+        world.set_pose(other, (2.2, 0.0, RADIUS))
+        world.set_velocity(other, (-2.0, 0.0, 0.0))
+        speeds = []
+        for _ in range(15):
+            world.step(0.02)
+            speeds.append([engine.velocity(row)[0][0] for row in (fixed, other)])
+        hit, left = min(speeds)
+        assert -1.6 < hit < -0.3, "it has its mass again"
+        assert hit < left
+
+
 def test_bodies_that_are_added_later_leave_the_others_as_they_are(engine):
     first = ball(engine, 0.0)
     engine.set_velocity(first, (1.0, 2.0, 3.0), (4.0, 5.0, 6.0))

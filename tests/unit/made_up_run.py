@@ -72,7 +72,7 @@ def snapshot(tick: int) -> Snapshot:
         },
         pose_arrays={
             "Sim/GamePieces/Fuel": fuel,
-            "Sim/InFlight/Fuel": np.array([flight(time, start) for _, start in flying]).reshape(-1, 7),
+            "Sim/InFlight/Fuel": np.array([fuel[0], *(flight(time, start) for _, start in flying)]),
             "Sim/Held/Fuel": held(time)[None],
         },
         doubles={"Sim/Debug/BatteryVoltage": 12.0 - time, "Sim/Debug/BatteryCurrent": 40.0 * time},
@@ -80,7 +80,7 @@ def snapshot(tick: int) -> Snapshot:
         booleans={"Sim/Robot/IsAirborne": tick > 20},
         integer_arrays={
             "Sim/PieceIds/Fuel": np.arange(PIECES) + 1000,
-            "Sim/InFlightIds/Fuel": np.array([piece for piece, _ in flying], dtype=np.int64),
+            "Sim/InFlightIds/Fuel": np.array([1000, *(piece for piece, _ in flying)], dtype=np.int64),
             "Sim/HeldIds/Fuel": np.array([3000]),
             "Sim/ShotIds": np.array([piece for piece, *_ in shot], dtype=np.int64),
             "Sim/ShotRobots": np.zeros(len(shot), dtype=np.int64),

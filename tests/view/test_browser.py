@@ -15,8 +15,7 @@ import pytest
 
 pytest.importorskip("viser", reason="the extra 'view' is not installed")
 
-from games.rebuilt import RebuiltSim
-from games.rebuilt.field import models_folder
+from games.rebuilt import REBUILT, RebuiltSim
 from simcore import RobotEntry
 from simcore.geometry.rotation import from_rpy, rotate
 from simcore.show.live_view import LiveView
@@ -94,7 +93,7 @@ def test_fuel_robots_and_field_are_where_the_state_says(browser) -> None:
     fuel = snapshot.pose_arrays["Sim/GamePieces/Fuel"][:, :3]
     in_sight = fuel[(fuel[:, 0] > 5.5) & (fuel[:, 0] < 11.0)]  # the neutral zone; depots lie in their walls' shade
     assert len(in_sight) > 350
-    with ViewPage(load_models(models_folder())) as page:
+    with ViewPage(load_models(REBUILT.models)) as page:
         page.show(snapshot)
         visitor = browser(page.url)
         visitor.wait_for_text("fuel on the field")
@@ -137,7 +136,7 @@ def test_parts_move_with_their_poses(browser) -> None:
     parts = np.zeros((16, 7))
     parts[:, 3] = 1.0
     parts[:, 2] = -5.0  # out of sight, below the carpet
-    with ViewPage(load_models(models_folder()).with_field(None)) as page:
+    with ViewPage(load_models(REBUILT.models).with_field(None)) as page:
         for back in (0.0, 0.28):
             parts[0, :3] = (-0.30 - back, 0.0, 0.35 - 0.5 * back)
             snapshot = Snapshot(
@@ -167,7 +166,7 @@ def wait_until(condition, seconds: float = 20.0) -> None:
 
 def test_a_live_run_is_paused_slowed_touched_and_restarted(browser) -> None:
     """Buttons, the speed that is reached and the preview of a shot, in one run of a robot that spins its shooter."""
-    view = LiveView(load_models(models_folder()).with_field(None), seed=3)
+    view = LiveView(load_models(REBUILT.models).with_field(None), seed=3)
     with RebuiltSim(sinks=[view.sink()], robots=(RobotEntry(start=(2.5, 4.03, 0.0)),)) as match:
         view.wait_for_viewer(should_stop=lambda: True)  # nobody looks yet
         visitor = browser(view.url)
@@ -242,7 +241,7 @@ def test_replay_plays_seeks_and_stops_at_the_end(browser, tmp_path: Path) -> Non
         for _ in range(100):
             sim.tick()
         end_pose = np.array((*sim.robots[0].chassis.pos,))
-    replay = Replay(read_log(tmp_path / "run.wpilog"), load_models(models_folder()))
+    replay = Replay(read_log(tmp_path / "run.wpilog"), load_models(REBUILT.models))
     try:
         visitor = browser(replay.url)
         visitor.wait_for_text("run.wpilog")
@@ -281,7 +280,7 @@ def test_following_a_robot_brings_it_to_the_middle(browser) -> None:
         time=0.0, tick=0, poses={"Sim/Robot/Pose3d": np.array((x, y, 0.0, qw, qx, qy, qz))},
         booleans={"Sim/Robot/IsRed": True},
     )  # fmt: skip
-    with ViewPage(load_models(models_folder()).with_field(None)) as page:
+    with ViewPage(load_models(REBUILT.models).with_field(None)) as page:
         page.scene.follow = (0, True)
         page.show(snapshot)
         browser(page.url).wait_for_text("0:00.0")
@@ -302,7 +301,7 @@ def test_cameras_look_along_their_lines_and_shots_leave_trails(browser) -> None:
     """Green from a camera's lens to what it aims at, orange along a flight, and nothing when both are gone."""
     aim = np.array([[6.0, 4.0, 0.5, 1.0, 0.0, 0.0, 0.0], [9.0, 4.0, 0.5, 1.0, 0.0, 0.0, 0.0]])
     flight = np.array([(7.0 + 4.0 * t, 5.0, 0.8 + 2.0 * t - 4.905 * t * t) for t in np.arange(0.0, 0.4, 0.02)])
-    with ViewPage(load_models(models_folder()).with_field(None)) as page:
+    with ViewPage(load_models(REBUILT.models).with_field(None)) as page:
         for i, point in enumerate(flight):
             shot = np.array([[*point, 1.0, 0.0, 0.0, 0.0]])
             arrays = {"Sim/Limelights/front/DirectionLine": aim, "Sim/InFlight/Fuel": shot}

@@ -12,8 +12,7 @@ from pathlib import Path
 
 import pytest
 
-from games.rebuilt import RebuiltSim
-from games.rebuilt.field import models_folder
+from games.rebuilt import REBUILT, RebuiltSim
 from simcore import cli
 from simcore.install_text import install_command
 from simcore.show.view_server import open_browser
@@ -25,7 +24,7 @@ def main(words: list[str]) -> int:
     return cli.main(["view", *words])
 
 
-MODELS = ("--models", str(models_folder()), "--no-browser")
+MODELS = ("--models", str(REBUILT.models), "--no-browser")
 
 
 @pytest.fixture

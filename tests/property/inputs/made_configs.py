@@ -42,7 +42,7 @@ from simcore.vision.quest_headset import QuestConfig
 PACKAGES = ("geometry", "match", "physics", "pieces", "robot", "vision")
 MADE_BY_SIMCORE = frozenset(
     "Aim AutoRun BodyDefinition BuiltDevice BuiltRobot CommandResult ContactMaterials DriveShaft FollowerGroup "
-    "Footprint GroundClearance Launch MassProperties PlaceEvent "
+    "Footprint FoulEvent GroundClearance Launch MassProperties PieceRelease PlaceEvent "
     "LimitedMotor MeshPart ModelLayout NormalLaw ObjGroup PieceCount RayHits RunReport Score ScoreEvent Shot Spread "
     "ImuReading Mounting PieceVariation ShotErrors ReleasedPiece TagLayout TickTimes WheelContact".split()
 )
@@ -66,7 +66,7 @@ EXAMPLES = (
     VelocityController(kv=0.1),
     PositionController(kp=10.0),
     ClimberConfig(joints=(JOINT,)),
-    PlacerConfig(joints=(JOINT,), roller="arm", zone=ZONE),
+    PlacerConfig(joints=(JOINT,), roller="arm", zone=ZONE, from_storage=True, handover=(0.1, 0.0, 0.5)),
     FieldSymmetry("rotate", (16.0, 8.0)),
     BoxZone((0.0, 0.0, 0.0), (1.0, 1.0, 1.0)),
     CylinderZone((1.0, 1.0), 0.5, 0.0, 1.0),
@@ -81,7 +81,7 @@ EXAMPLES = (
     CameraConfig(frame_rate=30.0),
     QuestConfig(mount=CameraMount()),
     TankConfig(),
-    ChassisConfig(yaw_inertia=5.0),
+    ChassisConfig(yaw_inertia=5.0, bay=(0.4, 0.3)),
     Mesh(np.eye(3), np.array([[0, 1, 2]])),
     Compound((Part(Sphere(0.1), (0.0, 0.0, 0.1)),)),
 )

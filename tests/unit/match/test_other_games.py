@@ -16,14 +16,15 @@ import games{inside}
 from simcore.match import registry
 
 registry.entry_points = lambda group: [EntryPoint("rebuilt", "games.rebuilt:REBUILT", group)]
-print(games{inside}.MINE, registry.find_game().name)
+print(games{inside}.MINE, registry.find_game("rebuilt").name)
+from games.rebuilt import REBUILT
 """
 
 
 @pytest.mark.parametrize(
     ("file", "inside"),
-    [("games.py", ""), ("games/chess.py", ".chess")],
-    ids=["module", "folder"],
+    [("games.py", ""), ("games/chess.py", ".chess"), ("games/__init__.py", "")],
+    ids=["module", "folder", "package"],
 )
 def test_a_project_with_games_of_its_own_gets_both(tmp_path, file, inside):
     (tmp_path / file).parent.mkdir(exist_ok=True)

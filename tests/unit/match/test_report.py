@@ -35,6 +35,7 @@ REPORT = RunReport(
     pieces=PieceCount(staged=408, on_field=377, in_flight=1, held=3, scored=27, off_field=0),
     piece_name="fuel",
     breakdown={"BlueHub": 27},
+    fouls=("1.20 s: G7, red robot 1 pushes: blue +6",),
     shots=31,
     hits=27,
     distance_m=14.33,
@@ -72,7 +73,7 @@ def test_json_has_the_fields_that_programs_read() -> None:
             "realtime_factor",
             "ticks",
         ),
-        *("score", "match_state", "pieces", "piece_name", "breakdown", "shots", "hits"),
+        *("score", "match_state", "pieces", "piece_name", "breakdown", "placed", "fouls", "shots", "hits"),
         *("distance_m", "tick_ms", "substeps", "awake", "min_battery_v", "brownouts", "digest", "outputs"),
     ]
     assert got["score"] == {"red": 0, "blue": 27, "total": 27}
@@ -80,6 +81,7 @@ def test_json_has_the_fields_that_programs_read() -> None:
     assert got["tick_ms"] == {"median": 1.83, "p95": 3.2, "p99": 4.1, "max": 9.77}
     assert got["substeps"] == {"mean": 4.2, "max": 11}
     assert got["match_state"]["Period"] == "pause" and got["match_state"]["BlueHubActive"] is True
+    assert got["fouls"] == ["1.20 s: G7, red robot 1 pushes: blue +6"]
     assert "\n" not in REPORT.to_json()
 
 
@@ -99,7 +101,16 @@ def test_report_fits_80_columns_in_any_terminal(encoding: str) -> None:
     report = replace(REPORT, outputs={"log": "out/" + "長い/" * 40 + " [bold]run.wpilog"})
     text = printed(report, encoding, verbose=True)
     assert all(len(line) <= 80 for line in text.splitlines())
-    for part in ("27 points", "27 of 31 shots scored (87%)", "all 408", "377", "9.87 V", "8.5 times as", "[bold]"):
+    for part in (
+        "27 points",
+        "27 of 31 shots scored (87%)",
+        "all 408",
+        "377",
+        "9.87 V",
+        "8.5 times as",
+        "[bold]",
+        "G7, red robot 1",
+    ):
         assert part in text
     rows = [line.strip("|\u2502 ").split(maxsplit=3) for line in text.splitlines()]
     assert ["blue", "hub", "active"] in [row[:3] for row in rows]

@@ -38,6 +38,8 @@ class RecordingEngine:
     def sleep(self, row):
         self.asleep[row] = True
 
+    fix = sleep
+
     def wake(self, row):
         self.asleep[row] = False
 

@@ -9,7 +9,14 @@ from wpimath.system.plant import DCMotor
 
 from simcore.robot.gearbox import GearboxConfig
 from simcore.robot.mechanisms import ArmConfig, ElevatorConfig, FlywheelConfig, RackConfig
-from simcore.robot_file.mechanism_runs import CodeView, holding_share, place_text, run_mechanism, speed_text
+from simcore.robot_file.mechanism_runs import (
+    CodeView,
+    holding_share,
+    place_text,
+    reading_unit,
+    run_mechanism,
+    speed_text,
+)
 
 MOTOR = DCMotor.krakenX60(1)
 
@@ -53,6 +60,22 @@ def test_a_rack_meets_its_stop():
     assert run.position * 0.02 == pytest.approx(0.3) and run.stop is not None
     assert run.stop > 0.3 / (RACK.gearbox.free_speed(12.0) * 0.02), "no faster than its free speed"
     assert place_text(run.mechanism, run.position) == "0.30 m"
+
+
+@pytest.mark.parametrize(
+    ("config", "per_turn", "unit"),
+    [
+        (RACK, 1.0, "turns"),
+        (RACK, math.tau * 0.02, "m"),
+        (RACK, math.tau * 0.02 / 0.0254, "in"),
+        (WHEEL, 360.0, "deg"),
+        (WHEEL, math.tau, "rad"),
+        (WHEEL, math.tau * 0.02, None),
+    ],
+)
+def test_a_ratio_that_has_the_drum_in_it_reads_meters(config, per_turn, unit):
+    mechanism = run_mechanism("it", config).mechanism
+    assert reading_unit(mechanism, CodeView(ratio=mechanism.gearing / per_turn)) == unit
 
 
 def test_a_soft_limit_stops_it_before_its_stop():

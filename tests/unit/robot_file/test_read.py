@@ -55,6 +55,12 @@ roller = "roller"
 """
 
 
+def test_the_tags_of_the_other_field_are_chosen_by_name(read):
+    assert read('tags = "2025-andymark"').tags == "2025-andymark"
+    with pytest.raises(ConfigError, match="2025-andymark"):
+        read('tags = "andymark"')
+
+
 def test_without_a_file_a_robot_gets_the_defaults(tmp_path):
     assert read_settings(tmp_path / "simcore.toml") == RobotSettings()
 
@@ -63,7 +69,9 @@ def test_bumpers_follow_the_wheels_unless_given(read):
     around = read("").with_bumper_around(((0.3, 0.2), (-0.3, -0.2)))
     assert around.bumper == pytest.approx((0.9, 0.7))
     given = read("[robot]\nbumper_length = 0.8\nbumper_width = 0.9").with_bumper_around(((0.3, 0.2),))
-    assert given.bumper == (0.8, 0.9)
+    assert given.bumper == (0.8, 0.9) and given.bay is None
+    open_behind = read("[robot]\nbay_depth = 0.5\nbay_width = 0.3")
+    assert open_behind.robot_config(SwerveConfig.square(0.55, SwerveModuleConfig(x=0.0, y=0.0))).body.bay == (0.5, 0.3)
 
 
 def test_a_whole_robot(read):
@@ -173,13 +181,14 @@ def test_the_robot_that_the_file_describes_is_of_the_same_class_as_every_other(r
 @pytest.mark.parametrize(
     ("text", "said"),
     [
-        ("[robot]\nmas = 50", "simcore.toml [robot]: no key 'mas'. Did you mean 'mass'? Known: bumper_length"),
+        ("[robot]\nmas = 50", "simcore.toml [robot]: no key 'mas'. Did you mean 'mass'? Known: bay_depth"),
         ("[robbot]\nmass = 50", "simcore.toml: no key 'robbot'. Did you mean 'robot'?"),
         ("[robot]\nmass = -50", "simcore.toml [robot]: mass must be a number from 20 to 75 kg, got -50"),
         ("[robot]\nmass = '50'", "simcore.toml [robot]: mass must be a number from 20 to 75 kg, got '50'"),
         ("[robot]\nmass = true", "mass must be a number from 20 to 75 kg, got True"),
         ("[robot]\nmass = nan", "mass must be a number from 20 to 75 kg, got nan"),
         ("[robot]\nbumper_length = 0.8", "[robot]: bumper_width is missing beside the other"),
+        ("[robot]\nbay_width = 0.3", "[robot]: bay_depth is missing beside the other"),
         ("[robot]\nmass = 125", "[robot]: mass must be a number from 20 to 75 kg, got 125. As pounds that is 56.7 kg"),
         ("[robot]\nmass = 5", "[robot]: mass must be a number from 20 to 75 kg, got 5"),
         (
@@ -207,6 +216,11 @@ def test_the_robot_that_the_file_describes_is_of_the_same_class_as_every_other(r
         (ARM + 'on = "pivot"', "'pivot': on goes round in a circle: pivot on pivot"),
         (ROLLER + 'on = "pivot"', "[[mechanism]] 'roller': no key 'on'"),
         (ROLLER + '[[claw]]\nroller = "roller"', "[[claw]] 1: on is missing; it must be the mechanism that carries"),
+        (ROLLER + '[[component]]\nname = "a"', "[[component]] 'a': on is missing; it must be the mechanism that moves"),
+        (
+            ROLLER + ARM + '[[claw]]\non = "pivot"\nroller = "roller"\nhandover = [0.1, 0.0, 0.5]',
+            "[[claw]] 1: handover is where the storage hands pieces on; it needs from_storage = true beside it",
+        ),
         (ROLLER + '[[climber]]\non = "roller"', "on must name a mechanism, but there is no [[mechanism]] of kind arm,"),
         ("[robot]\ndrive_motor = 'Kraken X6O'", "drive_motor must be one of"),
         ("[robot]\ndrive_motor = 'Kraken X6O'", "got 'Kraken X6O'. Did you mean 'Kraken X60'?"),
@@ -295,8 +309,11 @@ def test_an_arm_on_an_elevator_carries_a_claw(read):
         + ARM.replace("min_deg = 0", "min_deg = -90").replace("start_deg = 90", "start_deg = -90")
         + 'on = "lift"\nyaw_deg = 180\nz = 0.05\n'
         + '[[claw]]\non = "pivot"\nx = -0.4\nroller = "roller"\nsize = [0.2, 0.2, 0.1]\n'
+        + '[[component]]\nname = "carriage"\non = "lift"\n[[component]]\nname = "arm"\non = "pivot"\nz = 0.1\n'
     )
     (claw,) = robot.placers
+    carriage, arm = robot.robot_config(SwerveConfig.square(0.5, SwerveModuleConfig(x=0, y=0))).components
+    assert (carriage.joints, arm.joints, arm.offset) == (claw.joints[:1], claw.joints, (0.0, 0.0, 0.1))
     mechanisms = {name: build_mechanism(robot.mechanism(name).config) for name in ("lift", "pivot", "roller")}
     mechanisms["lift"].position = 0.5 / 0.02
     (x, y, z), _ = part_pose(claw.joints, mechanisms, claw.offset)

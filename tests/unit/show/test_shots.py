@@ -78,7 +78,9 @@ def test_events_and_board_tell_modes_scores_shots_and_troubles() -> None:
                     "Sim/Match/Enabled": time < 0.55,
                     "Sim/Match/GoalOpen": True,
                 },
-                integers={"Sim/Score/Red": int(time > 0.1), "Sim/Score/RedFouls": int(time > 0.3)},
+                integers={"Sim/Score/Red": int(time > 0.1)},
+                strings=snapshot.strings
+                | ({"Sim/Match/LastFoul": "1. G7, blue robot 0: red +6"} if time > 0.3 else {}),
             )
         )
     events = events_of(late, SCENE, shots_of(late, SCENE))
@@ -87,7 +89,7 @@ def test_events_and_board_tell_modes_scores_shots_and_troubles() -> None:
         (0.1, "mode", "teleop"),
         (0.12, "score", "red +1"),
         (0.2, "bump", "bump: 2.0 m/s within a tick"),
-        (0.32, "foul", "red fouls +1"),
+        (0.32, "foul", "G7"),
         (0.32, "slip", "tires slide for 0.08 s"),
         (0.4, "flying", "shot"),  # not yet a hit
         (0.52, "brown-out", "brown-out"),

@@ -1,0 +1,122 @@
+"""The fouls that geometry decides: who touches whom where, who holds too much, takes, throws or lays what where."""
+
+from __future__ import annotations
+
+import math
+
+from games.reefscape import dimensions as dim
+from games.reefscape.field import ALLIANCES, FIELD
+from simcore.geometry.footprints import corners, hexagon, overlaps
+from simcore.match.foul_book import FoulBook
+from simcore.match.game import MatchState
+from simcore.match.releases import Releases
+from simcore.pieces.pool import PieceStatus
+from simcore.pieces.resting_places import PlaceEvent
+
+__all__ = ["BARGE_ZONE", "REEF_ZONE", "Fouls"]
+
+_MINOR, _MAJOR = 2, 6
+_FEW_SECONDS = 3.0  # [s] for which a second robot may be beyond the barge before it is another foul
+_LAUNCHED = 1.5  # [m/s] over the carpet, away from the robot; ours: a coral that is only let go is slower
+_KNOCKED = 1.0  # [s]; ours: a coral that falls so soon after a robot touched it was knocked off by that robot
+
+REEF_ZONE = hexagon(dim.REEF_CENTER, dim.REEF_ZONE_APOTHEM)
+"""Corners of blue's, in turn [m], shape (6, 2)."""
+_FAR_EDGE = dim.FIELD_CENTER[0] + 0.5 * dim.BARGE_ZONE_DEPTH
+_BARGE_Y = dim.FIELD_WIDTH - 0.5 * dim.BARGE_ZONE_WIDTH
+BARGE_ZONE = corners(dim.FIELD_CENTER[0], _BARGE_Y, 0.0, dim.BARGE_ZONE_DEPTH, dim.BARGE_ZONE_WIDTH)
+"""The same of blue's barge zone, shape (4, 2)."""
+
+
+class Fouls:
+    """Looks for them in one match, in auto and teleop.
+
+    Args:
+        match: In which.
+    """
+
+    def __init__(self, match: MatchState) -> None:
+        self._match = match
+        self.book = FoulBook(match)
+        """What was found."""
+        self._releases = Releases(match)
+        self._released: dict[int, int] = {}  # robot that let it go, by slot, until it lies
+        self._touched: dict[int, tuple[int, float]] = {}  # coral by slot: who touched it last, and when
+
+    def look(self) -> None:
+        """Once a tick, after everything has moved."""
+        match, released = self._match, self._releases.update()
+        if not match.timer.is_enabled or match.timer.is_over:
+            return
+        self._judge_contacts()
+        for robot in match.robots:
+            kinds = [match.pieces.kind_name(slot) for slot in robot.held]
+            for kind in sorted({kind for kind in kinds if kinds.count(kind) > 1}):
+                self.book.call("G409", robot.number, _MINOR, f"holds more than one {kind.lower()}", kind)
+        for piece in released:
+            is_launched = match.pieces.kind_name(piece.slot) == "Coral" and piece.speed > _LAUNCHED
+            if is_launched and not overlaps(match.outline(piece.robot), REEF_ZONE):
+                self.book.call("G412", piece.robot, _MAJOR, "launches a coral outside of its reef zone", piece.slot)
+            self._released[piece.slot] = piece.robot
+        self._judge_released()
+        for alliance in ALLIANCES:
+            own = [robot.number for robot in match.robots if match.alliances[robot.number] == alliance]
+            beyond = [number for number in own if len(own) > 1 and self._is_beyond(number)]
+            for number in beyond[1:]:
+                text = "is a second robot beyond the barge"
+                self.book.call("G421", number, _MINOR, text, every=_FEW_SECONDS, later=_MAJOR)
+
+    def removed(self, event: PlaceEvent) -> None:
+        """A coral has left its place: G410, if a robot of the other alliance took it or knocked it off."""
+        touched, time = self._touched.get(event.slot, (-1, -math.inf))
+        robot = event.holder if event.holder >= 0 else touched if self._match.time - time < _KNOCKED else -1
+        if robot >= 0 and "Coral" in event.place.kinds:
+            if not event.place.level.startswith(self._match.alliances[robot].capitalize()):
+                self.book.call("G410", robot, _MAJOR, f"takes a coral off {event.place.name}", event.slot)
+
+    # --- inside -----------------------------------------------------------------------------------------------------
+
+    def _is_beyond(self, number: int) -> bool:
+        """Whether a robot is on the other side of the barge with all of its bumpers."""
+        return bool(self._match.outline(number)[:, 0].min() > _FAR_EDGE)
+
+    def _judge_contacts(self) -> None:
+        match, contacts = self._match, self._match.contacts
+        mode, is_late = match.timer.phase.mode, match.timer.phase.name == "end game"
+        for number, cage in sorted(contacts.hanging):
+            if not cage.startswith(match.alliances[number]):
+                self.book.call("G405" if mode == "auto" else "G418", number, _MAJOR, f"touches {cage}", cage)
+        for number, other in sorted(contacts.robots):
+            outline = match.outline(other)
+            if match.alliances[number] == match.alliances[other]:
+                continue
+            if mode == "auto":
+                if self._is_beyond(number):
+                    self.book.call("G403", number, _MAJOR, f"touches robot {other} beyond the barge", other)
+            elif is_late and self._climbs(other):
+                self.book.call("G428", number, _MAJOR, f"touches robot {other} at its cage", other)
+            elif overlaps(outline, REEF_ZONE) or overlaps(outline, BARGE_ZONE):
+                self.book.call("G427", number, _MAJOR, f"touches robot {other} in its zone", other)
+        for slot in match.pieces.places.woken.tolist():
+            for number in contacts.touching(match.pieces.row(slot)):
+                self._touched[slot] = number, match.time
+
+    def _climbs(self, number: int) -> bool:
+        """Whether a robot hangs on a cage of its alliance, or touches it."""
+        rungs = [climber.rung for climber in self._match.robots[number].climbers]
+        names = [rung.mount for rung in rungs if rung] + [c for n, c in self._match.contacts.hanging if n == number]
+        return any(name.startswith(self._match.alliances[number]) for name in names)
+
+    def _judge_released(self) -> None:
+        """Algae that robots let go and that now lie: G411 on the opponent's reef."""
+        match, state = self._match, self._match.pieces.state
+        for slot, number in list(self._released.items()):
+            if state.status[slot] in (PieceStatus.AWAKE, PieceStatus.IN_FLIGHT):
+                continue
+            del self._released[slot]
+            x, y, z = state.pos[slot].tolist()
+            if match.alliances[number] == "blue":
+                x, y = FIELD.symmetry.flip_point(x, y)
+            is_there = z > dim.TROUGH_EDGE_HEIGHT and math.dist((x, y), dim.REEF_CENTER) < dim.REEF_ZONE_APOTHEM
+            if is_there and state.status[slot] == PieceStatus.ASLEEP and match.pieces.kind_name(slot) == "Algae":
+                self.book.call("G411", number, _MAJOR, "lays an algae on the other reef", slot)

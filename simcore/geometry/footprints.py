@@ -1,0 +1,63 @@
+"""Outlines on the carpet: where a rectangle lies, and whether it reaches into a zone."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from simcore.typing import FloatArray
+
+__all__ = ["corners", "hexagon", "overlaps"]
+
+
+def corners(x: float, y: float, yaw: float, length: float, width: float) -> FloatArray:
+    """Corners of a rectangle in turn [m], shape (4, 2).
+
+    Args:
+        x: Of its middle [m].
+        y: Of the same [m].
+        yaw: Of its length [rad].
+        length: [m]
+        width: [m]
+
+    >>> corners(1.0, 0.0, 0.0, 0.8, 0.6).tolist()
+    [[1.4, 0.3], [0.6, 0.3], [0.6, -0.3], [1.4, -0.3]]
+    """
+    c, s, a, b = math.cos(yaw), math.sin(yaw), 0.5 * length, 0.5 * width
+    return np.array([(x + c * u - s * v, y + s * u + c * v) for u, v in ((a, b), (-a, b), (-a, -b), (a, -b))])
+
+
+def hexagon(center: tuple[float, float], apothem: float, yaw: float = 0.0) -> FloatArray:
+    """Corners of a regular hexagon in turn [m], shape (6, 2).
+
+    Args:
+        center: [m]
+        apothem: From there to the middle of a side [m].
+        yaw: Where the middle of a side is seen from there [rad].
+
+    >>> hexagon((0.0, 0.0), 1.0).max(axis=0).round(3).tolist()
+    [1.0, 1.155]
+    """
+    angles = yaw + np.radians(np.arange(30.0, 390.0, 60.0))
+    rays = np.column_stack([np.cos(angles), np.sin(angles)])
+    outline: FloatArray = np.array(center) + apothem / math.cos(math.pi / 6.0) * rays
+    return outline
+
+
+def overlaps(one: FloatArray, other: FloatArray) -> bool:
+    """Whether two convex outlines, corners in turn (n, 2) and (m, 2) [m], have a place in common.
+
+    If not, one side of one of them has all of the other beyond it (separating axes).
+
+    >>> square = corners(0.0, 0.0, 0.0, 2.0, 2.0)
+    >>> overlaps(square, square + 1.9), overlaps(square, square + 2.1), overlaps(square, 0.1 * square)
+    (True, False, True)
+    """
+    for outline in (one, other):
+        side = np.roll(outline, -1, axis=0) - outline
+        normal = np.column_stack([side[:, 1], -side[:, 0]])
+        a, b = one @ normal.T, other @ normal.T
+        if ((a.max(axis=0) < b.min(axis=0)) | (b.max(axis=0) < a.min(axis=0))).any():
+            return False
+    return True

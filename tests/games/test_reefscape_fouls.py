@@ -1,0 +1,226 @@
+"""Fouls of the 2025 game that geometry decides: each where it is one, and beside it where it is none."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from games.reefscape import REEFSCAPE
+from games.reefscape import dimensions as dim
+from games.reefscape.places import branch_ends
+from simcore.match.game import RobotEntry
+from simcore.match.match import Match
+from simcore.pieces.pool import PieceStatus
+
+HALF = 0.4
+
+
+def flipped(alliance, pose):
+    """A pose that is written for blue, of an alliance."""
+    return pose if alliance == "blue" else REEFSCAPE.field.symmetry.flip_pose(*pose)
+
+
+@pytest.fixture(scope="module")
+def play():
+    """`play(poses, time, ...)`: a match in which robots drive from poses for a while, from a time of its clock on.
+
+    Robots 0 and 2 are blue, 1 is red, and they stand far away if they have no pose; with `side="red"` alliances and
+    places are exchanged.
+    """
+    far = ((2.5, 7.0, 0.0), (15.0, 1.0, 0.0), (2.5, 1.0, 0.0))
+    matches = {}
+
+    def begin(match, time):
+        match.start_mode("auto")
+        match.timer._start, match.timer._ticks = time, 0
+        match.timer.time = time
+
+    def run(poses, time, *, drive=None, act=None, side="blue", seconds=0.4):
+        crew = max([1, *poses]) + 1
+        if (side, crew) not in matches:
+            other = "red" if side == "blue" else "blue"
+            entries = tuple(RobotEntry(alliance=a, preload=0) for a in (side, other, side)[:crew])
+            matches[side, crew] = Match(REEFSCAPE, robots=entries)
+        match = matches[side, crew]
+        begin(match, time)
+        for robot in match.robots:
+            robot.drive.set_chassis_speeds(0.0, 0.0, 0.0)
+            robot.carry_to(flipped(side, poses.get(robot.number, far[robot.number])))
+        match.tick()
+        begin(match, time)
+        for number, speeds in (drive or {}).items():
+            match.robots[number].drive.set_chassis_speeds(*speeds)
+        if act is not None:
+            act(match)
+        match.play(seconds)
+        return match
+
+    yield run
+    for match in matches.values():
+        match.close()
+
+
+def told(match):
+    return [(foul.rule, foul.alliance, foul.points) for foul in match.tracker.fouls]
+
+
+AT_REEF = (dim.REEF_CENTER[0] + dim.REEF_APOTHEM + HALF + 0.05, dim.REEF_CENTER[1], math.pi)
+BEHIND = (AT_REEF[0] + 2 * HALF + 0.1, AT_REEF[1], math.pi)
+OPEN = ((7.0, 2.0, 0.0), (7.0 - 2 * HALF - 0.1, 2.0, 0.0))
+
+
+@pytest.mark.parametrize("side", ["blue", "red"])
+def test_who_touches_an_opponent_in_its_reef_zone_commits_g427(play, side):
+    other = "red" if side == "blue" else "blue"
+    push = {1: (1.0, 0.0, 0.0)}
+    match = play({0: AT_REEF, 1: BEHIND}, 60.0, drive=push, side=side)
+    assert told(match) == [("G427", other, 6)], "once, however long it lasts"
+    assert match.tracker.totals == {side: 6, other: 0}
+    name = side.capitalize()
+    assert match.rules.breakdown()[f"{name}/foulPoints"] == 6
+    assert match.rules.breakdown()[f"{other.capitalize()}/techFoulCount"] == 1
+    said = match.snapshot().strings["Sim/Match/LastFoul"]
+    assert said == f"1. G427, {other} robot 1 touches robot 0 in its zone: {side} +6"
+    match = play({0: OPEN[0], 1: OPEN[1]}, 60.0, drive=push, side=side)
+    assert match.contacts.robots and told(match) == [], "in the open field they may"
+    match = play({0: AT_REEF, 1: (BEHIND[0] + 0.2, *BEHIND[1:])}, 60.0, side=side)
+    assert not match.contacts.robots and told(match) == [], "beside it, it may stand"
+    match = play({0: AT_REEF, 2: BEHIND}, 60.0, drive={2: (1.0, 0.0, 0.0)}, side=side)
+    assert match.contacts.robots and told(match) == [], "a partner may"
+
+
+def test_in_auto_contact_counts_beyond_the_barge_only(play):
+    push = {1: (1.0, 0.0, 0.0)}
+    match = play({0: OPEN[0], 1: OPEN[1]}, 5.0, drive=push)
+    assert told(match) == [("G403", "red", 6)], "red's robot is on blue's side"
+    barge = dim.FIELD_CENTER[0] - 0.5 * dim.BARGE_ZONE_DEPTH
+    poses = {0: (barge - 3 * HALF, 2.0, 0.0), 1: (barge - HALF + 0.08, 2.0, 0.0)}
+    match = play(poses, 5.0, drive={0: (1.0, 0.0, 0.0)})
+    assert match.contacts.robots and told(match) == []
+
+
+def test_an_opponents_cage_is_not_to_be_touched(play):
+    """G405 in auto, G418 in teleop, which gives away the ranking point of the barge; one's own may be touched."""
+
+    def at(cage):
+        return (dim.CAGE_X + HALF + 0.15, dim.CAGE_YS[cage], math.pi)
+
+    push = {1: (0.5, 0.0, 0.0)}
+    assert told(play({1: at(0)}, 5.0, drive=push)) == [("G405", "red", 6)]
+    match = play({1: at(1)}, 60.0, drive=push)
+    assert told(match) == [("G418", "red", 6)]
+    rows = match.rules.breakdown()
+    assert rows["Red/g418Penalty"] == 1 and rows["Blue/bargeBonusAchieved"] == 1 and not rows["Red/bargeBonusAchieved"]
+    match = play({0: at(2)}, 60.0, drive={0: (0.5, 0.0, 0.0)})
+    assert match.hanging[2].is_awake and told(match) == []
+
+
+def test_a_climber_is_not_to_be_touched_in_the_end_game(play):
+    """G428 for who touches one that touches its cage; before, the same is G427."""
+
+    def beside(cage):
+        x, y = dim.CAGE_X - HALF - 0.11, dim.CAGE_YS[cage]
+        return {0: (x, y, 0.0), 1: (x - 2 * HALF - 0.15, y, 0.0)}
+
+    drive = {0: (0.6, 0.0, 0.0), 1: (1.2, 0.0, 0.0)}
+    match = play(beside(0), 140.0, drive=drive, seconds=0.7)
+    assert told(match) == [("G428", "red", 6)]
+    assert match.rules.breakdown()["Blue/bargeBonusAchieved"] == 1
+    assert told(play(beside(2), 60.0, drive=drive, seconds=0.7)) == [("G427", "red", 6)]
+
+
+def test_more_than_one_coral_and_one_algae_is_g409(play):
+    def take(*kinds):
+        def act(match):
+            state, robot = match.pieces.state, match.robots[0]
+            for kind in kinds:
+                name = [supply.kind.name for supply in REEFSCAPE.pieces].index(kind)
+                free = (state.kind == name) & (state.holder != 0)
+                free &= state.status != PieceStatus.HELD
+                slot = np.nonzero(free)[0][-1:]
+                match.pieces.hold(slot, 0)
+                robot.storage.pieces.append(int(slot[0]))
+
+        return act
+
+    match = play({}, 60.0, act=take("Coral", "Algae"))
+    assert told(match) == []
+    match = play({}, 60.0, act=take("Coral"), seconds=1.5)
+    assert told(match) == [("G409", "blue", 2)]
+    assert match.rules.breakdown()["Blue/foulCount"] == 1
+    match.robots[0].forget_pieces()
+    match.pieces.release(match.pieces.held(0), np.array([[3.0, 6.0 + 0.5 * n, 0.3] for n in range(3)]))
+
+
+def test_who_takes_a_coral_off_the_other_reef_gives_away_its_ranking_point(play):
+    """G410; off the own reef one may."""
+
+    def put_and_take(number):
+        def act(match):
+            _, tip = (np.array(end) for end in branch_ends(2 + number, 4))
+            state = match.pieces.state
+            slot = np.nonzero((state.kind == 0) & (state.status == PieceStatus.STAGED))[0][:1]
+            match.pieces.release(slot, tip[None] + (0.0, 0.0, 0.17))
+            match.play(1.5)
+            assert match.pieces.places.count(f"Blue {'ABCD'[2 + number]} L4") == 1
+            match.pieces.hold(slot, number)
+
+        return act
+
+    match = play({}, 60.0, act=put_and_take(1))
+    assert told(match) == [("G410", "red", 6)]
+    rows = match.rules.breakdown()
+    assert rows["Red/g410Penalty"] == 1 and rows["Blue/coralBonusAchieved"] == 1 and rows["Red/coralBonusAchieved"] == 0
+    assert told(play({}, 60.0, act=put_and_take(0))) == []
+
+
+def test_coral_is_launched_in_the_own_reef_zone_only(play):
+    """G412 for one that flies away; one that is let go drops where the robot is."""
+
+    def let_go(speed):
+        def act(match):
+            state = match.pieces.state
+            slot = np.nonzero((state.kind == 0) & (state.status == PieceStatus.STAGED))[0][:1]
+            match.pieces.hold(slot, 0)
+            match.robots[0].storage.pieces.append(int(slot[0]))
+            match.tick()
+            match.robots[0].storage.pieces.clear()
+            x, y, _ = match.robots[0].chassis.pos
+            match.pieces.launch(0, (x, y, 0.8), (speed, 0.0, 1.0), slot=int(slot[0]), flying=False)
+
+        return act
+
+    assert told(play({0: OPEN[0]}, 60.0, act=let_go(3.0))) == [("G412", "blue", 6)]
+    assert told(play({0: OPEN[0]}, 60.0, act=let_go(0.5))) == []
+    assert told(play({0: AT_REEF}, 60.0, act=let_go(3.0))) == []
+
+
+def test_algae_are_not_to_be_laid_on_the_other_reef(play):
+    """G411 for who lets it go, as soon as it lies; an algae beside the reef is nothing."""
+
+    def lay(number, where):
+        def act(match):
+            state = match.pieces.state
+            slot = match.pieces.on_field("Algae")[:1]
+            match.pieces.hold(slot, number)
+            match.robots[number].storage.pieces.append(int(slot[0]))
+            match.tick()
+            match.robots[number].storage.pieces.clear()
+            match.pieces.launch(number, where, (0.0, 0.0, 0.0), slot=int(slot[0]), flying=False)
+            assert state.status[slot[0]] == PieceStatus.AWAKE
+
+        return act
+
+    (x, y), top = dim.REEF_CENTER, dim.TROUGH_WALL_HEIGHT + 0.5 * dim.ALGAE_DIAMETER
+    assert told(play({}, 60.0, act=lay(1, (x, y, top + 0.02)), seconds=2.0)) == [("G411", "red", 6)]
+    assert told(play({}, 60.0, act=lay(1, (x + 2.0, y - 1.0, 0.21)), seconds=2.0)) == []
+
+
+def test_a_second_robot_beyond_the_barge_costs_more_the_longer_it_stays(play):
+    """G421: minor, and major every three seconds."""
+    poses = {0: (11.0, 7.0, 0.0), 2: (11.0, 1.0, 0.0)}
+    match = play(poses, 60.0, seconds=6.1)
+    assert told(match) == [("G421", "blue", 2), ("G421", "blue", 6), ("G421", "blue", 6)]
+    assert told(play({0: poses[0]}, 60.0)) == []
