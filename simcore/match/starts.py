@@ -200,11 +200,8 @@ def missed_place(world: PhysicsWorld, robot: Robot, pose: Pose, error: Pose) -> 
 def _around(world: PhysicsWorld, robot: Robot, pose: Pose) -> Surroundings:
     """What is in the box around a robot that stands there."""
     c, (x, y, yaw) = robot.chassis.config, pose
-    along, across = abs(math.cos(yaw)), abs(math.sin(yaw))
-    half_x = 0.5 * (along * c.bumper_length + across * c.bumper_width)
-    half_y = 0.5 * (across * c.bumper_length + along * c.bumper_width)
-    low, high = (x - half_x, y - half_y, c.clearance), (x + half_x, y + half_y, c.bumper_top)
-    return world.surroundings(robot.chassis.row, low, high)
+    half_length, half_width = 0.5 * c.bumper_length, 0.5 * c.bumper_width
+    return world.surroundings(robot.chassis.row, x, y, yaw, half_length, half_width, c.clearance, c.bumper_top)
 
 
 def _place(x: float, y: float, as_blue: Flip | None) -> str:

@@ -129,7 +129,7 @@ def _spreads(item: pytest.Item, robot_file: Path) -> list[str]:
     """
     from simcore.match.scatter import Scatter
     from simcore.robot_file.reader import read_settings
-    from simcore.robot_file.robot_settings import FILE_NAME
+    from simcore.robot_file.template import FILE_NAME
 
     marker = item.get_closest_marker("seeds")
     if item.config.getoption("sim_scatter") is not None or marker is None:

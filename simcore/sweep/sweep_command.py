@@ -18,7 +18,7 @@ from simcore.match.scatter import Scatter
 from simcore.physics.engine_choice import add_engine_option
 from simcore.quantities import Quantity, number_flag
 from simcore.robot_file.reader import read_settings
-from simcore.robot_file.robot_settings import FILE_NAME as ROBOT_FILE
+from simcore.robot_file.template import FILE_NAME as ROBOT_FILE
 from simcore.sweep.api import sweep
 from simcore.sweep.column_expressions import names_in
 from simcore.sweep.experiment import DESIGNS, SAMPLED, Experiment, StopRule

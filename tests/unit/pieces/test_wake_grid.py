@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from simcore.errors import ConfigError
-from simcore.pieces.wake_grid import ChunkGrid, Footprint, near_some
+from simcore.pieces.wake_grid import ChunkGrid
 
 LOW, HIGH = (-1.0, -1.0), (17.5, 9.1)
 place = st.tuples(st.floats(-3.0, 20.0), st.floats(-3.0, 12.0))
@@ -88,24 +88,3 @@ def test_nothing_is_active_before_anything_moves():
 def test_a_chunk_without_size_is_refused():
     with pytest.raises(ConfigError, match="size"):
         ChunkGrid(LOW, HIGH, size=0.0)
-
-
-@given(
-    places=st.lists(st.tuples(st.floats(-30.0, 30.0), st.floats(-30.0, 30.0)), max_size=6),
-    others=st.lists(st.tuples(st.floats(-5.0, 20.0), st.floats(-5.0, 20.0)), max_size=6),
-    size=st.floats(0.2, 2.0),
-)
-def test_near_some_has_all_within_a_cell_and_none_beyond_two(places, others, size):
-    found = near_some(np.array(places).reshape(-1, 2), np.array(others).reshape(-1, 2), size)
-    for (x, y), is_near in zip(places, found.tolist(), strict=True):
-        farthest = min((max(abs(x - a), abs(y - b)) for a, b in others), default=np.inf)
-        assert is_near or farthest > size * (1.0 - 1e-9)
-        assert not is_near or farthest < 2.0 * size * (1.0 + 1e-9)
-
-
-def test_points_of_a_footprint_leave_no_gap_and_lie_in_the_box():
-    robot = Footprint(x=3.0, y=2.0, yaw=0.7, half_length=0.45, half_width=0.3, speed=0.0)
-    points = np.array(robot.points(0.5))
-    assert len(points) == 3 * 3
-    assert (robot.gap(points) < 1e-9).all()
-    assert np.ptp(points, axis=0).max() > 0.9, "corner to corner"
