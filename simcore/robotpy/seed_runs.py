@@ -219,7 +219,7 @@ def judge_runs(runs: Sequence[SeededRun], nodeid: str, output: Path) -> list[pyt
         is_plain = claim is None
         held = [not run.is_refuted and (is_plain or run.claim(number)) for run in runs]
         lost |= {run.seed: run for run, success in zip(runs, held, strict=True) if not success}
-        share = wilson_share(sum(held), len(held))
+        share = wilson_share(held.count(True), len(held))
         at_least, sure = (1.0, False) if claim is None else (claim.at_least, claim.sure)
         enough = (share.lower if sure else share.value) >= at_least
         failed = failed or not enough

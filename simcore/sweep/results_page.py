@@ -192,7 +192,8 @@ def _share_table(results: Results, condition: str) -> Table:
 
 def _percentile_table(results: Results) -> Table:
     rows = []
-    for metric in varied_metrics(results):
+    main, varied = main_metric(results), varied_metrics(results)
+    for metric in [main, *varied] if main and main not in varied else varied:
         values = results.percentiles(metric).iloc[0]
         rows.append([metric, *(number_text(float(value)) for value in values)])
     return _HEADS, rows
