@@ -19,9 +19,7 @@ class Climber(Subsystem):
         self._motor = hardware.TalonFX(Ids.CLIMBER)
         self._follower = hardware.TalonFX(Ids.CLIMBER_FOLLOWER)
         config = configs.TalonFXConfiguration()
-        config.motor_output.neutral_mode = (
-            signals.NeutralModeValue.BRAKE
-        )  # the gears' friction holds the robot; this helps them
+        config.motor_output.neutral_mode = signals.NeutralModeValue.BRAKE  # beside the friction of its gears
         config.current_limits.stator_current_limit = 60.0
         config.feedback.sensor_to_mechanism_ratio = GEARING / HOOK_PER_TURN
         limits = config.software_limit_switch
