@@ -1,4 +1,4 @@
-"""How long a tick takes: `python scripts/bench.py [--json] [--seconds S] [scenario ...]`; sweeps: `--sweep RUNS`.
+"""How long a tick takes: `python scripts/bench.py [--json] [--seconds S] [scenario ...]`.
 
 Each scenario is played on a fixed seed. The time inside the engine's own step is measured in the same run, so the
 ratio of the two holds on any machine; a check beside each figure shows that the work was really done.
@@ -18,7 +18,6 @@ from typing import Any
 
 import ntcore
 import numpy as np
-from bench_sweep import measure_sweep
 from rich.console import Console
 from rich.table import Table
 
@@ -324,13 +323,9 @@ def main() -> int:
     parser.add_argument("scenario", nargs="*", help="default: all")
     parser.add_argument("--json", action="store_true", help="print one JSON object")
     parser.add_argument("--seconds", type=float, default=12.0, help="simulated time of each (default: 12)")
-    parser.add_argument("--sweep", type=int, metavar="RUNS", help="measure a sweep of so many runs instead")
     add_engine_option(parser)
     options = parser.parse_args()
     ENGINE[0] = options.engine
-    if options.sweep:
-        print(json.dumps(measure_sweep(options.sweep), indent=None if options.json else 2))
-        return 0
     results = {name: SCENARIOS[name](options.seconds) for name in options.scenario or SCENARIOS}
     if options.json:
         print(json.dumps(results))

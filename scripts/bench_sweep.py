@@ -1,7 +1,8 @@
-"""What a sweep costs beside its matches, and what two processes gain: `python scripts/bench.py --sweep 200`."""
+"""What a sweep costs beside its matches, and what two processes gain: `python scripts/bench_sweep.py [RUNS]`."""
 
 from __future__ import annotations
 
+import argparse
 import json
 import sys
 import tempfile
@@ -17,8 +18,6 @@ from simcore.sweep.api import sweep
 from simcore.sweep.experiment import Experiment
 from simcore.sweep.one_run import play_run
 from simcore.sweep.run_store import RunStore
-
-__all__ = ["measure_sweep"]
 
 _PAIRS = 4  # of a bare match and the same one in a sweep
 _TINY = 10_000
@@ -119,3 +118,12 @@ def _tiny_tasks() -> dict[str, Any]:
 
 def _nothing(number: int) -> int:
     return number
+
+
+if __name__ == "__main__":
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("runs", type=int, nargs="?", default=200, help="for the throughput (default: 200)")
+    parser.add_argument("--auto", default="neutral", help="of the newest game (default: neutral)")
+    parser.add_argument("--seconds", type=float, help="of each run (default: the whole auto)")
+    options = parser.parse_args()
+    print(json.dumps(measure_sweep(options.runs, auto=options.auto, seconds=options.seconds), indent=2))

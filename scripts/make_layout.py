@@ -7,6 +7,7 @@ As `simcore layout rebuilt` does. Each shows only what a run with so many robots
 
 from __future__ import annotations
 
+import argparse
 import json
 from pathlib import Path
 
@@ -31,6 +32,7 @@ def write_layouts(game: Game, output: Path) -> None:
 
 
 if __name__ == "__main__":
+    argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter).parse_args()
     for game in (REBUILT, REEFSCAPE):
         assert game.models is not None
         write_layouts(game, game.models)

@@ -52,8 +52,8 @@ class Scatter:
     feed_time: float = 0.02
     """Of each shot: the time from the one before it [s]. Estimate: pieces do not lie touching one another."""
     piece_mass: float = 0.055
-    """Of each piece: its mass, even from this much below to this much above [-]. The 2026 manual gives fuel 0.448 to
-    0.500 lb; boulders of 2016 were within 2 % (chiefdelphi.com/t/147506)."""
+    """Of each piece: its mass, even from this much below to this much above [-]. The balls of the 2026 manual
+    weigh 0.448 to 0.500 lb; boulders of 2016 were within 2 % (chiefdelphi.com/t/147506)."""
     piece_diameter: float = 0.01
     """Of each piece: its diameter, even from this much below to this much above [-]. Estimate, a factor of 2 either
     way: no manual says a tolerance."""

@@ -33,6 +33,10 @@ class Ideal(SwerveDrive):
         self.storage = SimpleNamespace(room=1)
         self.__dict__["config"] = SimpleNamespace(intakes=())
 
+    @property
+    def reckoned_pose(self):
+        return tuple(self.pose)
+
     def set_chassis_speeds(self, vx, vy, omega):
         x, y, yaw = self.pose
         c, s = math.cos(yaw), math.sin(yaw)
