@@ -99,6 +99,19 @@ def test_a_described_robot_scores_two_coral(project, distribution, whole):
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize("folder", sorted((ROOT / "examples").glob("*/tests")), ids=lambda path: path.parent.name)
+def test_pytest_finds_the_tests_of_an_example_where_it_lies(folder, distribution):
+    """The checkout around it has settings of its own, which leave the examples out."""
+    if find_spec("phoenix6") is None or find_spec("pyfrc") is None:
+        pytest.skip("needs phoenix6 and pyfrc: pip install .[phoenix6,robotpy]")
+    done = run(
+        *("-m", "pytest", "-q", "--collect-only", "-p", "no:cacheprovider"), cwd=folder.parent, path=(distribution,)
+    )
+    files = {line.split("::")[0] for line in done.stdout.splitlines() if "::" in line}
+    assert files == {f"tests/{path.name}" for path in folder.glob("*_test.py")}, done.stdout
+
+
+@pytest.mark.slow
 def test_the_camera_reader_and_its_filters(project):
     """The example's own unit tests, which need no robot."""
     done = run("-m", "pytest", "-q", "-c", os.devnull, "--rootdir", ".", "tests/vision_test.py", cwd=project)

@@ -7,7 +7,7 @@ from constants import Ids
 from phoenix6 import configs, controls, hardware, signals
 
 HIGHEST = 0.55  # m that the hook rises
-GEARING = 30.0
+GEARING = 50.0
 HOOK_PER_TURN = 2 * math.pi * 0.012  # m a turn of the winch
 
 
@@ -19,12 +19,12 @@ class Climber(Subsystem):
         self._motor = hardware.TalonFX(Ids.CLIMBER)
         self._follower = hardware.TalonFX(Ids.CLIMBER_FOLLOWER)
         config = configs.TalonFXConfiguration()
-        config.motor_output.neutral_mode = signals.NeutralModeValue.BRAKE  # it hangs when the power is off
+        config.motor_output.neutral_mode = signals.NeutralModeValue.BRAKE  # beside the friction of its gears
         config.current_limits.stator_current_limit = 60.0
         config.feedback.sensor_to_mechanism_ratio = GEARING / HOOK_PER_TURN
         limits = config.software_limit_switch
         limits.forward_soft_limit_enable, limits.forward_soft_limit_threshold = True, HIGHEST - 0.01
-        limits.reverse_soft_limit_enable, limits.reverse_soft_limit_threshold = True, 0.0
+        limits.reverse_soft_limit_enable, limits.reverse_soft_limit_threshold = True, 0.01
         for motor in (self._motor, self._follower):
             motor.configurator.apply(config)
         self._follower.set_control(controls.Follower(Ids.CLIMBER, signals.MotorAlignmentValue.OPPOSED))

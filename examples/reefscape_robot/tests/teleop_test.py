@@ -13,14 +13,21 @@ def test_a_driver_scores_on_the_branch_and_level_that_they_choose(sim):
     sim.run_until(lambda: sim.score.blue == 4, timeout=8.0)
 
 
-def test_the_robot_hangs_on_a_cage_without_power(sim):
-    sim.place(8.87, 6.17, 0.0)
+def test_a_driver_takes_a_cage_into_the_bay_and_hangs_there_without_power(sim):
+    sim.place(8.0, 6.17, 3.14)  # its back to the middle cage
     pad = sim.xbox(0)
     sim.teleop()
-    pad.pov(0)
-    sim.run(3.0)
-    pad.pov(180)
-    sim.run(3.0)
+    pad.start = True  # this way is ahead
+    pad.pov(0)  # hook up
+    sim.run(4.0)
+    pad.left_y = 0.15
+    sim.run_until(lambda: sim.pose.x > 8.74, timeout=3.0)
+    pad.left_y = 0.0
+    pad.pov(180)  # hook down
+    sim.run(4.5)
+    robot = sim.robot_sim
+    assert robot.climbers[0].rung is not None
+    height = robot.chassis.pos[2]
+    assert height > 0.3  # m above the carpet
     sim.disable(seconds=3.0)
-    assert sim.robot_sim.climbers[0].rung is not None
-    assert sim.robot_sim.chassis.pos[2] > 0.05  # m above the carpet
+    assert abs(robot.chassis.pos[2] - height) < 0.003, "friction of the winch holds it"
