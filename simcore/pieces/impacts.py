@@ -185,13 +185,8 @@ class Impacts:
         return taken
 
     def _may_meet(self, h: float, center: FloatArray, vel: FloatArray, radius: FloatArray) -> BoolArray:
-        """Which balls can meet the floor or an element of the field in a sub-step, shape (n,).
-
-        The floor carries those that roll on it: all that they fall by is what gravity adds in a step.
-        """
-        height, fall = center[:, 2] - radius, -vel[:, 2]
-        on_floor = height < np.maximum(fall, 0.0) * h + _SKIN
-        on_floor &= (height > _SKIN) | (fall > self._world.gravity * h + _LEAST_APPROACH)
+        """Which balls can meet the floor or an element of the field in a sub-step, shape (n,)."""
+        on_floor = center[:, 2] + np.minimum(vel[:, 2], 0.0) * h < radius + _SKIN
         speed = np.sqrt(np.einsum("ij,ij->i", vel, vel))
         return on_floor | self._world.near_field(center, radius + speed * h + _SKIN)
 

@@ -38,7 +38,8 @@ __all__ = ["GamePieceManager"]
 _HEAP_WAKING = 0.2  # [m/s]; in a heap, a slower piece wakes others by touch alone
 _ROBOT_HEIGHT = 0.6  # [m]; pieces above it fly over a robot
 _BESIDE = 0.02  # [m]; what is within this of a piece may carry it
-_KNOCK, _FAR_KNOCK, _HARD = 0.35, 3.0, 3.0  # [m, m, m/s]; how far a knock gets along a row in two ticks, and a hard one
+_KNOCK, _FAR_KNOCK = 0.35, 3.0  # [m]; how far a knock gets along a row in two ticks, and the hardest
+_KNOCK_GROWTH, _HARD = 1.0, 2.5  # [s, m/s]; between: ten balls at 4 m/s
 _PUSHING = 0.3  # [m/s]; a slower robot may push a row of pieces that touch, none of which moves by itself
 _FIX_PERIOD = 4  # ticks
 _KNOCK_TICKS = 3.0  # how much farther the field is shown to the engine: a row of balls passes a knock on within a tick
@@ -469,7 +470,7 @@ class GamePieceManager:
         is_due = self._tick % _FIX_PERIOD == 0
         loose = np.zeros(len(asleep), dtype=bool)
         if len(asleep) and fast.any():
-            far = reach[fast] + np.where(speed[fast] > _HARD, _FAR_KNOCK, _KNOCK)
+            far = reach[fast] + np.clip(_KNOCK_GROWTH * (speed[fast] - _HARD), _KNOCK, _FAR_KNOCK)
             reached, loose = self._reached(awake[fast], reach[fast], far, asleep)
             to_wake |= reached
             if (loose & self._sleeping.is_fixed[asleep]).any():
@@ -591,17 +592,16 @@ class GamePieceManager:
         a, b = self.state.pos[movers], self.state.pos[sleepers]
         far = wide.max()
         near = np.nonzero(((b > a.min(axis=0) - far) & (b < a.max(axis=0) + far)).all(axis=1))[0]
-        vel = self.state.vel[movers]
-        away2 = along = 0.0
-        for axis in range(3):
-            away = np.subtract.outer(a[:, axis], b[near, axis])
-            along = along + away * vel[:, axis, None]
-            away2 = away2 + away * away
+        away2 = np.square(np.subtract.outer(a[:, 0], b[near, 0]))
+        for axis in (1, 2):
+            away2 += np.square(np.subtract.outer(a[:, axis], b[near, axis]))
+        i, j = np.nonzero(away2 < np.square(wide)[:, None])
+        close2, j, vel = away2[i, j], near[j], self.state.vel[movers[i]]
         hit: BoolArray = np.zeros(len(sleepers), dtype=bool)
         wider = hit.copy()
-        hit[near] = (away2 < (reach * reach)[:, None]).any(axis=0)
-        ahead = (along < 0.0) & (along * along > 0.5 * np.einsum("ij,ij->i", vel, vel)[:, None] * away2)
-        wider[near] = (ahead & (away2 < (wide * wide)[:, None])).any(axis=0)
+        hit[j[close2 < np.square(reach)[i]]] = True
+        along = np.einsum("ij,ij->i", b[j] - a[i], vel)
+        wider[j[(along > 0.0) & (along * along > 0.5 * np.einsum("ij,ij->i", vel, vel) * close2)]] = True
         return hit, wider
 
     def _apply_chunks(self, woken: BoolArray, quiet: BoolArray) -> None:

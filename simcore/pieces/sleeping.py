@@ -62,7 +62,8 @@ class Sleeping:
         self._has_others = not bool(pool.is_ball.all())
         self._readings = 0
         self._calm = np.zeros(len(pool.rows), dtype=np.int64)  # times that nothing was found near a sleeper
-        self.is_fixed = np.ones(len(pool.rows), dtype=bool)
+        self._fixes = not world.engine.is_exact  # in an engine that is, a sleeper costs no more than a static
+        self.is_fixed = np.full(len(pool.rows), self._fixes)
         """Which slots nothing moves until they are loosened or woken, shape (slots,); those off the field are among
         them."""
 
@@ -85,6 +86,8 @@ class Sleeping:
         self._fix(slots[(self._calm[slots] > _CALM) & ~self.is_fixed[slots]])
 
     def _fix(self, slots: IntArray) -> None:
+        if not self._fixes:
+            return
         for slot in slots.tolist():
             self._world.engine.fix(self._pool.rows[slot])
         self.is_fixed[slots] = True

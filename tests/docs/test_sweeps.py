@@ -27,7 +27,7 @@ def short(command: str) -> list[str]:
 @pytest.mark.parametrize("command", [c for c in COMMANDS if "--project" not in c and "--design" not in c])
 def test_a_worked_question_leaves_what_the_page_shows(command, whole, tmp_path, monkeypatch, capsys):
     if command.startswith("shots") and not whole:
-        pytest.skip("a table takes some 20 s; tests/unit/shooting has smaller ones")
+        pytest.skip("a table takes some 20 s: with --whole")
     monkeypatch.chdir(tmp_path)
     assert main(short(command)) == 0
     out = tmp_path / re.search(r"--out (\S+)", command)[1]
