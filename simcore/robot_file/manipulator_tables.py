@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 from simcore.geometry.linkage import Joint
 from simcore.geometry.rotation import Quaternion, from_rpy
@@ -171,11 +172,17 @@ def read_climber(t: Table, mechanisms: _Mechanisms) -> ClimberConfig:
 
 
 def read_component(t: Table, mechanisms: _Mechanisms) -> ComponentConfig:
-    """A part with a model of its own."""
-    joints = _joints(t, mechanisms)
-    if not joints:
-        raise t.error("on", "is missing; it must be the mechanism that moves the part, e.g. an arm or an elevator")
-    component = ComponentConfig(name=t.text("name"), joints=joints, offset=lengths(t, ("x", "y", "z")))
+    """A part with a model of its own: what a chain carries, or what a roller turns there."""
+    joints, place, share = _joints(t, mechanisms), lengths(t, ("x", "y", "z")), t.number("share", RATIO, 1.0)
+    if "roller" not in t:
+        if not joints:
+            raise t.error("on", "is missing; it must be the mechanism that moves the part, e.g. an arm or an elevator")
+        joints = (*joints[:-1], replace(joints[-1], ratio=share * joints[-1].ratio))
+        component = ComponentConfig(name=t.text("name"), joints=joints, offset=place)
+    else:
+        rollers = {name: m for name, m in mechanisms.items() if m.joint is None}
+        roller = Joint(mechanism=_named(t, "roller", rollers), axis=(0.0, 1.0, 0.0), origin=place, ratio=share)
+        component = ComponentConfig(name=t.text("name"), joints=(*joints, roller))
     t.finish()
     return component
 

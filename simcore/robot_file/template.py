@@ -161,6 +161,8 @@ _KINDS = """\
 # [[component]]                 # a moving part with a model of its own in AdvantageScope, in the order of the models
 # name = "forearm"
 # on = "arm"                    # a mechanism
+# roller = "claw"               # a roller that turns it about y at that place; then it needs no "on"
+# share = 1.0                   # of the motion: 0.33 for the first stage of an elevator with three
 # x = 0.0                       # origin of the model from that joint, with all joints at 0
 # y = 0.0
 # z = 0.0

@@ -111,7 +111,7 @@ def project_of(tmp_path, distribution):
                 env={**os.environ, "PYTHONPATH": path, **environment},
                 capture_output=True,
                 text=True,
-                timeout=240,
+                timeout=900,  # ends what hangs; a busy machine needs ten times as long as an idle one
                 check=False,
             )
             return done.returncode, done.stdout + done.stderr

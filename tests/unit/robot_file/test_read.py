@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -310,9 +311,15 @@ def test_an_arm_on_an_elevator_carries_a_claw(read):
         + 'on = "lift"\nyaw_deg = 180\nz = 0.05\n'
         + '[[claw]]\non = "pivot"\nx = -0.4\nroller = "roller"\nsize = [0.2, 0.2, 0.1]\n'
         + '[[component]]\nname = "carriage"\non = "lift"\n[[component]]\nname = "arm"\non = "pivot"\nz = 0.1\n'
+        + '[[component]]\nname = "stage"\non = "lift"\nshare = 0.5\n'
+        + '[[component]]\nname = "wheel"\non = "pivot"\nroller = "roller"\nx = -0.3\n'
     )
     (claw,) = robot.placers
-    carriage, arm = robot.robot_config(SwerveConfig.square(0.5, SwerveModuleConfig(x=0, y=0))).components
+    config = robot.robot_config(SwerveConfig.square(0.5, SwerveModuleConfig(x=0, y=0)))
+    carriage, arm, stage, wheel = config.components
+    assert stage.joints == (replace(carriage.joints[0], ratio=0.5 * carriage.joints[0].ratio),)
+    assert wheel.joints[:-1] == arm.joints
+    assert (wheel.joints[-1].mechanism, wheel.joints[-1].origin) == ("roller", (-0.3, 0.0, 0.0))
     assert (carriage.joints, arm.joints, arm.offset) == (claw.joints[:1], claw.joints, (0.0, 0.0, 0.1))
     mechanisms = {name: build_mechanism(robot.mechanism(name).config) for name in ("lift", "pivot", "roller")}
     mechanisms["lift"].position = 0.5 / 0.02
