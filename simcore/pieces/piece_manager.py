@@ -25,7 +25,7 @@ from simcore.pieces.kinds import GamePieceConfig
 from simcore.pieces.lodging import Lodging
 from simcore.pieces.piece_variation import PieceVariation
 from simcore.pieces.pool import ON_FIELD, PiecePool, PieceStatus
-from simcore.pieces.pressing import CHAIN, PRESSING_PERIOD, Pressing
+from simcore.pieces.pressing import CHAIN, Pressing
 from simcore.pieces.resting_places import RestingPlace, RestingPlaces
 from simcore.pieces.sleeping import SETTLE_PERIOD, Sleeping
 from simcore.pieces.touching import TOUCH, touching_chain
@@ -493,8 +493,7 @@ class GamePieceManager:
         now = self.awake
         if now is not awake:
             speed = np.sqrt(np.einsum("ij,ij->i", state.vel[now], state.vel[now]))
-        if self._tick % PRESSING_PERIOD == 0:
-            self._pressing.begin_tick(now, speed, robots, PRESSING_PERIOD * dt)
+        self._pressing.begin_tick(now, speed, robots, dt)
         self._world.longest_step = self._pressing.longest_step
         if self._approach.has_fine:
             self._approach.begin_tick(now)

@@ -18,10 +18,7 @@ from simcore.pieces.touching import TOUCH, touching_chain
 from simcore.pieces.wake_grid import Footprint
 from simcore.typing import BoolArray, FloatArray, IntArray
 
-__all__ = ["CHAIN", "PRESSING_PERIOD", "Pressing"]
-
-PRESSING_PERIOD = 2
-"""Ticks from one choice to the next: it costs a fortieth of a tick."""
+__all__ = ["CHAIN", "Pressing"]
 _CALM_SPEED = 0.5  # [m/s]; below this an impact is too weak for its restitution to matter: it rises by 13 mm e^2
 _LEANING = 0.001  # [m]; pieces this near lean on each other
 _PIN_MOVE = 0.011  # [m] a step; at 4.5 m/s with 5 ms the center of a ball comes to the face, with 2.5 ms 13 mm off
@@ -57,13 +54,13 @@ class Pressing:
         self._high = (rest_heights + 3.0 * radii)[pool.state.kind]
 
     def begin_tick(self, awake: IntArray, speed: FloatArray, robots: Sequence[Footprint], dt: float) -> None:
-        """Choose for the time to come.
+        """Choose for a tick.
 
         Args:
             awake: Slots that the engine moves, shape (n,).
             speed: Of each [m/s], shape (n,).
             robots: Where robots are.
-            dt: How long the choice is to hold [s].
+            dt: Length of the tick [s].
         """
         self.longest_step = math.inf
         if self._world.engine.is_exact:
