@@ -530,7 +530,7 @@ class GamePieceManager:
             self._sleeping.read()
 
     def settle(self) -> None:
-        """Put to sleep what has been slow for long enough; looks at every fourth tick, which costs a quarter."""
+        """Put to sleep what has been slow for long enough; looks at every second tick, which costs half."""
         state, awake = self.state, self.awake
         if self._tick % SETTLE_PERIOD or not len(awake):
             return

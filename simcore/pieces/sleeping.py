@@ -20,7 +20,7 @@ from simcore.typing import BoolArray, FloatArray, IntArray
 
 __all__ = ["SETTLE_PERIOD", "Sleeping"]
 
-SETTLE_PERIOD = 4
+SETTLE_PERIOD = 2
 """Ticks from one look for pieces that have come to rest to the next."""
 _AUDIT_PERIOD = 3  # readings of the sleepers
 _CALM = 2  # times in a row

@@ -12,6 +12,9 @@ from simcore.sweep.experiment import Experiment, PlannedRun
 from simcore.sweep.factors import parse_factor
 from simcore.sweep.one_run import play_run
 
+pytest.importorskip("pyfrc", reason="robot projects need the extra robotpy")
+pytest.importorskip("phoenix6", reason="this example's motors are CTRE's")
+
 PROJECT = str(Path(__file__).resolve().parents[2] / "examples" / "rebuilt_robot")
 pytestmark = pytest.mark.slow
 

@@ -58,8 +58,7 @@ def placed_share(level: int, aside: float, turn: float, *, seed: int = 0) -> flo
         match.pieces.release(coral, np.array(centers), np.array(attitudes))
         match.pieces.push(coral, np.array(speeds))
         match.play(2.5)
-        row = {4: "BlueTopRow", 3: "BlueMidRow", 2: "BlueBotRow"}[level]
-        return match.pieces.places.count(level=row) / 12
+        return match.pieces.places.count(level=f"BlueL{level}") / 12
 
 
 def faults(match: Match, slots: np.ndarray) -> list[str]:
