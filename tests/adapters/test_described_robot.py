@@ -13,6 +13,8 @@ ROBOTS = Path(__file__).parent / "robots"
 TURRETED = """
 import math
 
+import numpy as np
+
 A, B, X = 1, 2, 3
 
 
@@ -36,6 +38,8 @@ def test_two_intakes_a_turret_and_two_wheels(sim):
     assert by_the_back >= 3
     drive(sim, stick, 1.5, ahead=1.0)
     drive(sim, stick, 2.0, heading=math.pi)
+    pieces = sim.match.pieces  # people put some fuel where the back has left little
+    pieces.put_down(pieces.spare("Fuel", 4), np.array([[0.4, y] for y in (5.75, 5.9, 6.05, 6.2)]))
     stick.press(A)
     drive(sim, stick, 1.6, ahead=1.0, heading=math.pi)  # its front
     by_the_front = sim.pieces.held - 6 - by_the_back
