@@ -25,23 +25,18 @@ from simcore.pieces.kinds import GamePieceConfig
 from simcore.pieces.lodging import Lodging
 from simcore.pieces.piece_variation import PieceVariation
 from simcore.pieces.pool import ON_FIELD, PiecePool, PieceStatus
-from simcore.pieces.pressing import CHAIN, Pressing
+from simcore.pieces.pressing import Pressing
 from simcore.pieces.resting_places import RestingPlace, RestingPlaces
 from simcore.pieces.sleeping import SETTLE_PERIOD, Sleeping
-from simcore.pieces.touching import TOUCH, touching_chain
 from simcore.pieces.wake_grid import ChunkGrid, Footprint, WakeSettings
+from simcore.pieces.waking import Waking
 from simcore.quantities import FORCE, require
 from simcore.typing import BoolArray, FloatArray, IntArray
 
 __all__ = ["GamePieceManager"]
 
-_HEAP_WAKING = 0.2  # [m/s]; in a heap, a slower piece wakes others by touch alone
 _ROBOT_HEIGHT = 0.6  # [m]; pieces above it fly over a robot
 _BESIDE = 0.02  # [m]; what is within this of a piece may carry it
-_KNOCK, _FAR_KNOCK = 0.35, 3.0  # [m]; how far a knock gets along a row in two ticks, and the hardest
-_KNOCK_GROWTH, _HARD = 1.0, 2.5  # [s, m/s]; between: ten balls at 4 m/s
-_PUSHING = 0.3  # [m/s]; a slower robot may push a row of pieces that touch, none of which moves by itself
-_FIX_PERIOD = 4  # ticks
 _KNOCK_TICKS = 3.0  # how much farther the field is shown to the engine: a row of balls passes a knock on within a tick
 _FREE, _STAGED, _ASLEEP, _AWAKE, _HELD, _IN_FLIGHT, _SCORED, _PLACED = (int(status) for status in PieceStatus)
 _ALL = (_STAGED, *ON_FIELD, _HELD, _SCORED)
@@ -83,7 +78,6 @@ class GamePieceManager:
             linger=self._p.chunk_linger,
         )
         self._chunk = np.zeros(n, dtype=np.int64)
-        self._guarded = np.zeros(n, dtype=bool)  # within reach of a moving robot: may not sleep
         self._impacts = Impacts(world, self._pool, self._wake)
         self._approach = Approach(world, self._pool)
         self._flight = FlightForces(world, self._pool, self._impacts)
@@ -92,6 +86,7 @@ class GamePieceManager:
         self.places = RestingPlaces(places, self._pool)
         """Where pieces stay and count."""
         self._sleeping = Sleeping(world, self._pool, self._pressing, self._p, self._wake)
+        self._waking = Waking(self._pool, self._pressing, self._sleeping, self._p)
         self._quats = np.tile((1.0, 0.0, 0.0, 0.0), (n, 1))
         self._awake: IntArray = np.zeros(0, dtype=np.int64)
         self._awake_rows: list[int] = []
@@ -458,38 +453,10 @@ class GamePieceManager:
             chunks.mark(state.pos[awake], reach + _KNOCK_TICKS * dt * speed)
         self._apply_chunks(*chunks.update())
 
-        self._guarded[:] = False
-        asleep = np.nonzero(state.touchable & self._pool.is_frozen)[0]
-        moving = [robot for robot in robots if robot.speed > 0.005]
-        near = np.concatenate((asleep, awake)) if moving else asleep
-        for robot in moving:
-            inside = near[self._in_reach(robot, near, dt)]
-            self._guarded[inside] = True
-        to_wake = self._guarded[asleep]
-        fast = speed > np.where(self._pressing.is_sustained[awake], _HEAP_WAKING, p.waking_speed)
-        is_due = self._tick % _FIX_PERIOD == 0
-        loose = np.zeros(len(asleep), dtype=bool)
-        if len(asleep) and fast.any():
-            far = reach[fast] + np.clip(_KNOCK_GROWTH * (speed[fast] - _HARD), _KNOCK, _FAR_KNOCK)
-            reached, loose = self._reached(awake[fast], reach[fast], far, asleep)
-            to_wake |= reached
-            if (loose & self._sleeping.is_fixed[asleep]).any():
-                some = np.nonzero(loose | to_wake)[0]
-                loose[some] &= touching_chain(state.pos[asleep[some]], self._pool.radius[asleep[some]], to_wake[some])
-        if len(asleep) and is_due:
-            slow = awake[~fast]
-            if len(slow):
-                touch = 2.0 * self._pool.radius[slow] + TOUCH
-                loose |= self._reached(slow, touch, touch, asleep)[0]
-            for robot in robots:
-                if robot.speed < _PUSHING:
-                    loose |= robot.gap(state.pos[asleep]) < CHAIN
-            self._sleeping.fix(asleep[~(loose | to_wake)])
-        for slot in asleep[to_wake].tolist():
+        for slot in self._waking.choose(awake, speed, reach, robots, dt).tolist():
             self._wake(slot)
-        self._sleeping.loosen(asleep[loose & ~to_wake])
         self._flight.begin_tick(awake, speed)  # those that woke just now stand still
-        self._impacts.begin_tick(awake, speed, self._guarded, dt)
+        self._impacts.begin_tick(awake, speed, self._waking.guarded, dt)
         now = self.awake
         if now is not awake:
             speed = np.sqrt(np.einsum("ij,ij->i", state.vel[now], state.vel[now]))
@@ -534,7 +501,7 @@ class GamePieceManager:
         state, awake = self.state, self.awake
         if self._tick % SETTLE_PERIOD or not len(awake):
             return
-        ready = self._sleeping.at_rest(awake, self._guarded)
+        ready = self._sleeping.at_rest(awake, self._waking.guarded)
         if len(ready):
             x, y = state.pos[ready, 0], state.pos[ready, 1]
             out = (x < 0.0) | (x > self._field_size[0]) | (y < 0.0) | (y > self._field_size[1])
@@ -572,36 +539,6 @@ class GamePieceManager:
         if name not in self._kinds:
             raise UnknownNameError("game piece type", name, self._kinds)
         return self._kinds[name]
-
-    def _in_reach(self, robot: Footprint, slots: IntArray, dt: float) -> BoolArray:
-        """Which slots lie in the robot's bumper box, widened by what both can move in a tick."""
-        dx = self.state.pos[slots, 0] - robot.x
-        dy = self.state.pos[slots, 1] - robot.y
-        c, s = math.cos(robot.yaw), math.sin(robot.yaw)
-        grow = self._pool.radius[slots] + robot.speed * dt + self._p.margin
-        inside: BoolArray = (np.abs(c * dx + s * dy) < robot.half_length + grow) & (
-            np.abs(c * dy - s * dx) < robot.half_width + grow
-        )
-        return inside
-
-    def _reached(
-        self, movers: IntArray, reach: FloatArray, wide: FloatArray, sleepers: IntArray
-    ) -> tuple[BoolArray, BoolArray]:
-        """Which sleepers are in reach of a moving piece, and which ahead of one in a wider reach, shape (sleepers,)."""
-        a, b = self.state.pos[movers], self.state.pos[sleepers]
-        far = wide.max()
-        near = np.nonzero(((b > a.min(axis=0) - far) & (b < a.max(axis=0) + far)).all(axis=1))[0]
-        away2 = np.square(np.subtract.outer(a[:, 0], b[near, 0]))
-        for axis in (1, 2):
-            away2 += np.square(np.subtract.outer(a[:, axis], b[near, axis]))
-        i, j = np.nonzero(away2 < np.square(wide)[:, None])
-        close2, j, vel = away2[i, j], near[j], self.state.vel[movers[i]]
-        hit: BoolArray = np.zeros(len(sleepers), dtype=bool)
-        wider = hit.copy()
-        hit[j[close2 < np.square(reach)[i]]] = True
-        along = np.einsum("ij,ij->i", b[j] - a[i], vel)
-        wider[j[(along > 0.0) & (along * along > 0.5 * np.einsum("ij,ij->i", vel, vel) * close2)]] = True
-        return hit, wider
 
     def _apply_chunks(self, woken: BoolArray, quiet: BoolArray) -> None:
         """Show the sleepers of woken chunks to the engine and hide those of quiet ones."""

@@ -19,6 +19,10 @@ from simcore.pieces.wake_grid import Footprint
 from simcore.typing import BoolArray, FloatArray, IntArray
 
 __all__ = ["CHAIN", "Pressing"]
+
+CHAIN = 1.0
+"""From a robot's bumpers to the farthest piece that it can press against something [m]."""
+
 _CALM_SPEED = 0.5  # [m/s]; below this an impact is too weak for its restitution to matter: it rises by 13 mm e^2
 _LEANING = 0.001  # [m]; pieces this near lean on each other
 _PIN_MOVE = 0.011  # [m] a step; at 4.5 m/s with 5 ms the center of a ball comes to the face, with 2.5 ms 13 mm off
@@ -27,7 +31,6 @@ _HEAP_STEP = 0.005  # [s]; 100 balls, 7 deep: overlaps of 4 mm at 10 ms, 1.4 mm 
 _LAYER_STEP = 0.01  # [s], for a second layer alone
 _HEAP_SIZE = 5  # pieces that lie on others, so near to one of them; fewer get along with impacts
 _HEAP_REACH = 0.5  # [m]
-CHAIN = 1.0  # [m], from a robot's bumpers to the farthest piece that it can press against something
 _LOW = 1.0  # [m]; pieces above this are over the robots
 
 
@@ -45,7 +48,7 @@ class Pressing:
         self.is_sustained = np.zeros(len(pool.rows), dtype=bool)
         """Which slots have sustained contacts, shape (slots,)."""
         self.longest_step = math.inf
-        """That what is pressed or heaped allows [s]."""
+        """Longest step that what is pressed or heaped allows [s]."""
         self.stirred: IntArray = np.zeros(0, dtype=np.int64)
         """Sleepers that the engine had moved a little when they were last read."""
         rest_heights = np.array([kind.rest_height for kind in pool.types])

@@ -62,10 +62,10 @@ class Sleeping:
         self._has_others = not bool(pool.is_ball.all())
         self._readings = 0
         self._calm = np.zeros(len(pool.rows), dtype=np.int64)  # times that nothing was found near a sleeper
-        self._fixes = not world.engine.is_exact  # in an engine that is, a sleeper costs no more than a static
-        self.is_fixed = np.full(len(pool.rows), self._fixes)
-        """Which slots nothing moves until they are loosened or woken, shape (slots,); those off the field are among
-        them."""
+        self.fixes = not world.engine.is_exact
+        """Whether sleepers are fixed; in an engine that is exact, one costs no more than a static."""
+        self.is_fixed = np.zeros(len(pool.rows), dtype=bool)
+        """Which of the sleepers nothing moves until they are loosened or woken, shape (slots,)."""
 
     def stir(self, slot: int) -> None:
         """A piece moves: the time in which it must be slow begins anew."""
@@ -77,7 +77,7 @@ class Sleeping:
         """A piece has come to rest: it sleeps until something touches it, and where nothing can it is fixed."""
         self._world.engine.sleep(self._pool.rows[slot])
         self.is_fixed[slot] = False
-        if not self._pool.state.touchable[slot]:
+        if self.fixes and not self._pool.state.touchable[slot]:
             self._fix(np.array([slot]))
 
     def fix(self, slots: IntArray) -> None:
@@ -86,8 +86,6 @@ class Sleeping:
         self._fix(slots[(self._calm[slots] > _CALM) & ~self.is_fixed[slots]])
 
     def _fix(self, slots: IntArray) -> None:
-        if not self._fixes:
-            return
         for slot in slots.tolist():
             self._world.engine.fix(self._pool.rows[slot])
         self.is_fixed[slots] = True

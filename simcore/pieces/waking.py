@@ -1,0 +1,146 @@
+"""Which sleepers wake in a tick, and which of the others something may touch.
+
+A sleeper wakes before anything can reach it. One that nothing can touch for now is fixed: a static to the engine. It is
+loosened while a knock may come to it along a row that touches, while an awake piece lies beside it, and while a slow
+robot is near, which may push a row none of whose pieces moves by itself.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from simcore.pieces.pool import PiecePool
+from simcore.pieces.pressing import CHAIN, Pressing
+from simcore.pieces.sleeping import Sleeping
+from simcore.pieces.touching import TOUCH, touching_chain
+from simcore.pieces.wake_grid import Footprint, WakeSettings
+from simcore.typing import BoolArray, FloatArray, IntArray
+
+__all__ = ["Waking"]
+
+_HEAP_WAKING = 0.2  # [m/s]; in a heap, a slower piece wakes others by touch alone
+_STANDING = 0.005  # [m/s]; a slower robot reaches nothing
+_KNOCK, _FAR_KNOCK = 0.35, 3.0  # [m]; how far a knock gets along a row in two ticks, and the hardest
+_KNOCK_GROWTH, _HARD = 1.0, 2.5  # [s, m/s]; between: ten balls at 4 m/s
+_PUSHING = 0.3  # [m/s]; a slower robot may push a row of pieces that touch, none of which moves by itself
+_FIX_PERIOD = 4  # ticks
+
+
+class Waking:
+    """Chooses the sleepers that wake, and sorts the others.
+
+    Args:
+        pool: The pieces.
+        pressing: Which of them are pressed or heaped.
+        sleeping: What the engine does to sleepers.
+        settings: When pieces wake.
+    """
+
+    def __init__(self, pool: PiecePool, pressing: Pressing, sleeping: Sleeping, settings: WakeSettings) -> None:
+        self._pool = pool
+        self._pressing = pressing
+        self._sleeping = sleeping
+        self._p = settings
+        self._ticks = 0
+        self.guarded = np.zeros(len(pool.rows), dtype=bool)
+        """Which slots are within reach of a moving robot, and may not sleep, shape (slots,)."""
+
+    def choose(
+        self, awake: IntArray, speed: FloatArray, reach: FloatArray, robots: Sequence[Footprint], dt: float
+    ) -> IntArray:
+        """The sleepers to wake before a tick; the others are fixed or loosened.
+
+        Args:
+            awake: Slots that the engine moves, shape (n,).
+            speed: Of each [m/s], shape (n,).
+            reach: How far from its center each may touch another's center within the tick [m], shape (n,).
+            robots: Where robots are.
+            dt: Length of the tick [s].
+        """
+        state = self._pool.state
+        asleep = np.nonzero(state.touchable & self._pool.is_frozen)[0]
+        self.guarded[:] = False
+        moving = [robot for robot in robots if robot.speed > _STANDING]
+        near = np.concatenate((asleep, awake)) if moving else asleep
+        for robot in moving:
+            self.guarded[near[self._in_reach(robot, near, dt)]] = True
+        to_wake = self.guarded[asleep]
+        fast = speed > np.where(self._pressing.is_sustained[awake], _HEAP_WAKING, self._p.waking_speed)
+        knocked = np.zeros(len(asleep), dtype=bool)
+        if len(asleep) and fast.any():
+            far = reach[fast] + np.clip(_KNOCK_GROWTH * (speed[fast] - _HARD), _KNOCK, _FAR_KNOCK)
+            reached, knocked = self._reached(awake[fast], reach[fast], asleep, far)
+            to_wake |= reached
+        if len(asleep) and self._sleeping.fixes:
+            self._sort(asleep, to_wake, knocked, awake[~fast], robots)
+        self._ticks += 1
+        return asleep[to_wake]
+
+    def _sort(
+        self, asleep: IntArray, to_wake: BoolArray, knocked: BoolArray, slow: IntArray, robots: Sequence[Footprint]
+    ) -> None:
+        """Loosen the sleepers that something may touch, and fix now and then those that nothing can.
+
+        Args:
+            asleep: All that the engine sees, shape (n,).
+            to_wake: Which of them wake, shape (n,).
+            knocked: Which of them a knock could get to if they touched, shape (n,).
+            slow: Slots that are awake and wake nobody.
+            robots: Where robots are.
+        """
+        pos, radius = self._pool.state.pos[asleep], self._pool.radius
+        loose = knocked
+        if (loose & self._sleeping.is_fixed[asleep]).any():
+            some = np.nonzero(loose | to_wake)[0]
+            loose[some] &= touching_chain(pos[some], radius[asleep[some]], to_wake[some])
+        if self._ticks % _FIX_PERIOD == 0:
+            if len(slow):
+                loose |= self._reached(slow, 2.0 * radius[slow] + TOUCH, asleep)[0]
+            for robot in robots:
+                if robot.speed < _PUSHING:
+                    loose |= robot.gap(pos) < CHAIN
+            self._sleeping.fix(asleep[~(loose | to_wake)])
+        self._sleeping.loosen(asleep[loose & ~to_wake])
+
+    def _in_reach(self, robot: Footprint, slots: IntArray, dt: float) -> BoolArray:
+        """Which slots lie in the robot's bumper box, widened by what both can move in a tick."""
+        dx = self._pool.state.pos[slots, 0] - robot.x
+        dy = self._pool.state.pos[slots, 1] - robot.y
+        c, s = math.cos(robot.yaw), math.sin(robot.yaw)
+        grow = self._pool.radius[slots] + robot.speed * dt + self._p.margin
+        inside: BoolArray = (np.abs(c * dx + s * dy) < robot.half_length + grow) & (
+            np.abs(c * dy - s * dx) < robot.half_width + grow
+        )
+        return inside
+
+    def _reached(
+        self, movers: IntArray, reach: FloatArray, sleepers: IntArray, far: FloatArray | None = None
+    ) -> tuple[BoolArray, BoolArray]:
+        """Which sleepers are in reach of a moving piece, and which not too far ahead of one, shape (sleepers,) each.
+
+        Args:
+            movers: Slots, shape (n,).
+            reach: Of each [m], shape (n,).
+            sleepers: Slots.
+            far: How far ahead of each is asked about [m], at least its reach, shape (n,); None: nothing is.
+        """
+        state, wide = self._pool.state, reach if far is None else far
+        a, b = state.pos[movers], state.pos[sleepers]
+        most = wide.max()
+        near = np.nonzero(((b > a.min(axis=0) - most) & (b < a.max(axis=0) + most)).all(axis=1))[0]
+        away2 = np.square(np.subtract.outer(a[:, 0], b[near, 0]))
+        for axis in (1, 2):
+            away2 += np.square(np.subtract.outer(a[:, axis], b[near, axis]))
+        i, j = np.nonzero(away2 < np.square(wide)[:, None])
+        close2, j = away2[i, j], near[j]
+        hit: BoolArray = np.zeros(len(sleepers), dtype=bool)
+        ahead = hit.copy()
+        hit[j[close2 < np.square(reach)[i]]] = True
+        if far is not None:
+            vel = state.vel[movers[i]]
+            along = np.einsum("ij,ij->i", b[j] - a[i], vel)
+            ahead[j[(along > 0.0) & (along * along > 0.5 * np.einsum("ij,ij->i", vel, vel) * close2)]] = True
+        return hit, ahead
