@@ -35,9 +35,8 @@ class FlightForces:
         n = len(pool.rows)
         kinds = pool.state.kind
         self._mass = pool.mass
-        self._air = [c.air for c in pool.types]
         self._drag = pool.drag
-        self._lifting = [kind for kind, air in enumerate(self._air) if air.lift > 0.0]
+        self._lifting = [kind for kind, air in enumerate(pool.air) if air.lift > 0.0]
         self._aero_speed = np.array([c.aero_speed for c in pool.types])[kinds]
         self._h_before = np.full(n, np.nan)
         self._is_flying = np.zeros(n, dtype=bool)
@@ -88,7 +87,7 @@ class FlightForces:
         air = drag_acceleration(middle, self._drag[slots])
         for kind in self._lifting:
             mine = self._pool.state.kind[slots] == kind
-            lift = lift_acceleration(middle[mine], twist[mine, 3:], self._air[kind])
+            lift = lift_acceleration(middle[mine], twist[mine, 3:], self._pool.air[kind])
             air[mine] += self._pool.lift_share[slots[mine]][:, None] * lift
         centers = self._world.engine.centers(self._rows)
         taken = self._impacts.play(h, slots, centers, middle, twist[:, 3:])

@@ -114,12 +114,13 @@ class PiecePool:
         """Spin lift of each slot's piece over that of its kind [-], shape (n,)."""
         self.surfaces: list[TerrainSurface] = []
         """Material of each slot's piece."""
-        self._air = [config.air for config in self.types]
+        self.air = [config.air for config in self.types]
+        """What the air does to pieces of each kind; `drag` and `lift_share` have what single ones differ by."""
         slot = 0
         for kind, (config, count) in enumerate(types):
             mine = slice(slot, slot + count)
             self.mass[mine] = config.mass
-            self.drag[mine] = self._air[kind].drag
+            self.drag[mine] = self.air[kind].drag
             surfaces = [config.surface] * count
             if variation is not None:
                 self.mass[mine] *= variation.mass[mine]
@@ -156,7 +157,7 @@ class PiecePool:
 
     def air_of(self, slot: int) -> AirFactors:
         """What the air does to one piece."""
-        air = self._air[self.state.kind[slot]]
+        air = self.air[self.state.kind[slot]]
         drag, lift = float(self.drag[slot]), air.lift * float(self.lift_share[slot])
         return AirFactors(drag=drag, lift=lift, lift_saturation=air.lift_saturation)
 
