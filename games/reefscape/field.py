@@ -97,7 +97,7 @@ def scoring_zones() -> tuple[ScoringZone, ...]:
         ScoringZone(
             name=f"{alliance.capitalize()}Processor",
             alliance=alliance,
-            zone=BoxZone(*((low, high) if alliance == "blue" else _SYMMETRY.flip_box(low, high))),
+            zone=BoxZone(*_SYMMETRY.box_of(alliance, low, high)),
             points=6,
             downward=False,
             kinds=("Algae",),
