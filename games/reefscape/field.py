@@ -38,7 +38,7 @@ _SYMMETRY = FieldSymmetry("rotate", FIELD_SIZE)
 
 
 def _cage_name(alliance: Alliance, number: int) -> str:
-    """Of a cage; 1 is the one beside the guardrail. It is also the option by which it hangs shallow."""
+    """Of a cage; 1 is the one beside the guardrail. The option `<its name>_shallow` lets it hang so."""
     return f"{alliance}_cage_{number}"
 
 
