@@ -19,10 +19,10 @@ from pathlib import Path
 import numpy as np
 
 from games.reefscape import dimensions as dim
+from simcore.geometry.footprints import hexagon
 from simcore.geometry.symmetry import FieldSymmetry
 from simcore.physics.field_solids import box_group, flipped_group, pipe_group, prism_group, solid_group
 from simcore.physics.obj import ObjGroup, format_obj, write_obj
-from simcore.typing import FloatArray
 
 OUTPUT = Path(__file__).resolve().parents[1] / "models" / "reefscape" / "field_collision.obj"
 FIELD_SYMMETRY = FieldSymmetry("rotate", (dim.FIELD_LENGTH, dim.FIELD_WIDTH))
@@ -66,17 +66,10 @@ def face_point(face: int, out: float, aside: float, z: float) -> tuple[float, fl
     return cx + out * c - aside * s, cy + out * s + aside * c, z
 
 
-def hexagon(apothem: float) -> FloatArray:
-    """Outline of a hexagon about the reef's center with a face to the alliance wall, counter-clockwise, (6, 2) [m]."""
-    angles = np.radians(30.0 + 60.0 * np.arange(6))
-    radius = apothem * 2.0 / math.sqrt(3.0)
-    return np.array(dim.REEF_CENTER) + radius * np.column_stack([np.cos(angles), np.sin(angles)])
-
-
 def reef() -> list[ObjGroup]:
     """A core up to the troughs' inner wall, a solid trough on each face, and twelve pipes with three branches each."""
     inner = dim.REEF_APOTHEM - dim.TROUGH_DEPTH
-    groups = [prism_group("reef_core", hexagon(inner), 0.0, dim.TROUGH_WALL_HEIGHT)]
+    groups = [prism_group("reef_core", hexagon(dim.REEF_CENTER, inner), 0.0, dim.TROUGH_WALL_HEIGHT)]
     section = [
         (inner, 0.0),
         (dim.REEF_APOTHEM, 0.0),

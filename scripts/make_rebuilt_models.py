@@ -31,6 +31,7 @@ from simcore.show.model_parts import (
     DARK,
     GREEN,
     ORANGE,
+    PURPLE,
     RED,
     STEEL,
     WHITE,
@@ -46,13 +47,10 @@ from simcore.show.model_parts import (
     painted,
     tape,
     wheel,
-    write_robot,
 )  # fmt: skip
-from simcore.show.scope_assets import IN_FLIGHT, field_config, write_field
-from simcore.show.scope_assets import RED as RED_MODEL
+from simcore.show.scope_assets import IN_FLIGHT, field_config, write_field, write_robots
 
 ROBOT_NAME, FIELD_NAME = "Simcore Rebuilt", "Simcore REBUILT"
-PURPLE = (120, 86, 190)
 
 
 def arc(radius: float, thickness: float, width: float, start: float, end: float) -> Any:
@@ -216,8 +214,7 @@ def field_meshes() -> dict[str, Any]:
 def write_all(output: Path) -> None:
     """Write all folders."""
     parts = [PARTS[part.name]() for part in rebuilt_robot().components]
-    for name, suffix, color in (("Robot_Rebuilt", "", BLUE), ("Robot_RebuiltRed", RED_MODEL, RED)):
-        write_robot(output / name, ROBOT_NAME + suffix, body(color), parts, [CAMERA])
+    write_robots(output / "Robot_Rebuilt", ROBOT_NAME, body, parts, [CAMERA])
     radius = FUEL.bounding_radius
     pieces = {
         FUEL.name: painted(trimesh.creation.icosphere(1, radius), YELLOW),

@@ -29,6 +29,7 @@ from simcore.show.model_parts import (
     DARK,
     GREEN,
     ORANGE,
+    PURPLE,
     RED,
     STEEL,
     WHITE,
@@ -45,11 +46,9 @@ from simcore.show.model_parts import (
     rod,
     tape,
     wheel,
-    write_robot,
 )  # fmt: skip
 from simcore.show.palette import rgb
-from simcore.show.scope_assets import HANGING, IN_FLIGHT, field_config, write_field
-from simcore.show.scope_assets import RED as RED_MODEL
+from simcore.show.scope_assets import HANGING, IN_FLIGHT, field_config, write_field, write_robots
 
 ROBOT_NAME, FIELD_NAME = "Simcore Reefscape", "Simcore REEFSCAPE"
 
@@ -118,7 +117,6 @@ def _hook() -> list[Any]:
     ]
 
 
-PURPLE = (120, 86, 190)
 COMPONENTS = reefscape_robot().components
 WHEEL = next(part.joints[-1].origin for part in COMPONENTS if part.name == "algae wheel")
 """Its axle in the frame of the arm [m]."""
@@ -235,8 +233,7 @@ def cage() -> Any:
 def write_all(output: Path) -> None:
     """Write all folders."""
     parts = [PARTS[part.name]() for part in COMPONENTS]
-    for name, suffix, color in (("Robot_Reefscape", "", BLUE), ("Robot_ReefscapeRed", RED_MODEL, RED)):
-        write_robot(output / name, ROBOT_NAME + suffix, body(color), parts, [CAMERA])
+    write_robots(output / "Robot_Reefscape", ROBOT_NAME, body, parts, [CAMERA])
     radius = ALGAE.bounding_radius
     pieces = {
         CORAL.name: coral(rgb(CORAL.color)),

@@ -9,6 +9,7 @@ import numpy as np
 
 from games.rebuilt import dimensions as dim
 from games.shipped import shipped
+from simcore.geometry.rotation import Vector
 from simcore.geometry.symmetry import FieldSymmetry
 from simcore.geometry.zones import CylinderZone
 from simcore.match.game import FieldDefinition
@@ -86,22 +87,17 @@ def scoring_zones() -> tuple[ScoringZone, ...]:
 def _hub_opening(alliance: Alliance) -> ShotOpening:
     """The hexagon over the funnel, with the net behind it and the funnel's walls."""
 
-    def on_field(*points: tuple[float, float, float]) -> tuple[tuple[float, float, float], ...]:
-        if alliance == "blue":
-            return points
-        return tuple((*_SYMMETRY.flip_point(x, y), z) for x, y, z in points)
-
-    def hexagon(circumradius: float, z: float) -> tuple[tuple[float, float, float], ...]:
+    def hexagon(circumradius: float, z: float) -> tuple[Vector, ...]:
         (cx, cy), sixth = dim.HUB_CENTER, math.tau / 6
         corners = [(math.cos((k + 0.5) * sixth), math.sin((k + 0.5) * sixth)) for k in range(6)]
-        return on_field(*((cx + circumradius * c, cy + circumradius * s, z) for c, s in corners))
+        return _SYMMETRY.points_of(alliance, *((cx + circumradius * c, cy + circumradius * s, z) for c, s in corners))
 
     rim = hexagon(dim.HUB_OPENING_CIRCUMRADIUS, dim.HUB_OPENING_HEIGHT)
     throat = hexagon(dim.HUB_THROAT_CIRCUMRADIUS, dim.HUB_THROAT_HEIGHT)
     x = dim.HUB_CENTER[0] + dim.HUB_OPENING_APOTHEM + dim.HUB_RIM_THICKNESS
     right, left = (dim.HUB_CENTER[1] + side * dim.HUB_SIZE / 2.0 for side in (-1.0, 1.0))
     low, high = dim.HUB_BOX_TOP, dim.HUB_BACKBOARD_TOP
-    net = on_field((x, right, low), (x, left, low), (x, left, high), (x, right, high))
+    net = _SYMMETRY.points_of(alliance, (x, right, low), (x, left, low), (x, left, high), (x, right, high))
     return ShotOpening(
         corners=rim,
         approach=0.0 if alliance == "blue" else math.pi,

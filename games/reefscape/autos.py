@@ -47,13 +47,6 @@ def _before_face(face: int, out: float, aside: float = 0.0) -> Pose:
     return cx + out * c - aside * s, cy + out * s + aside * c, yaw + math.pi
 
 
-def _at_station(side: str, out: float, aside: float = 0.0) -> Pose:
-    """Where a robot stands with its back to a station."""
-    x, y, yaw = station_faces("blue")[side]
-    c, s = math.cos(yaw), math.sin(yaw)
-    return x + out * c - aside * s, y + out * s + aside * c, yaw
-
-
 def _place(robot: ScriptedRobot, face: int, side: str, level: int, way: tuple[tuple[float, float], ...] = ()) -> Steps:
     """Drive to a face, put the coral on a branch (left or right as seen from there), and back off."""
     out, drum, arm = _reach(level)
@@ -79,8 +72,9 @@ def _load(robot: ScriptedRobot, side: str, way: tuple[tuple[float, float], ...] 
     robot.intake(True)
     robot.set_volts("claw", 8.0)
     robot.set_position("arm", _TUCKED)
-    x, y, yaw = _at_station(side, 0.46)
-    yield from robot.drive_through([*way, (x, y)], yaw, speed=4.0, tolerance=0.08)
+    x, y, yaw = station_faces("blue")[side]
+    before = (x + 0.46 * math.cos(yaw), y + 0.46 * math.sin(yaw))
+    yield from robot.drive_through([*way, before], yaw, speed=4.0, tolerance=0.08)
     for _ in range(75):
         if robot.held:
             break

@@ -38,7 +38,7 @@ _SYMMETRY = FieldSymmetry("rotate", FIELD_SIZE)
 
 
 def _cage_name(alliance: Alliance, number: int) -> str:
-    """Of a cage; 1 is the one beside the guardrail. It is also the option by which it hangs shallow."""
+    """Of a cage; 1 is the one beside the guardrail. The option `<its name>_shallow` lets it hang so."""
     return f"{alliance}_cage_{number}"
 
 
@@ -97,7 +97,7 @@ def scoring_zones() -> tuple[ScoringZone, ...]:
         ScoringZone(
             name=f"{alliance.capitalize()}Processor",
             alliance=alliance,
-            zone=BoxZone(*((low, high) if alliance == "blue" else _SYMMETRY.flip_box(low, high))),
+            zone=BoxZone(*_SYMMETRY.box_of(alliance, low, high)),
             points=6,
             downward=False,
             kinds=("Algae",),

@@ -40,7 +40,7 @@ class Fouls:
         self.book = FoulBook(match)
         """What was found."""
         self._releases = Releases(match)
-        self._released: dict[int, int] = {}  # robot that let it go, by slot, until it lies
+        self._released: dict[int, int] = {}  # algae by slot: robot that let it go, until it lies
         self._touched: dict[int, tuple[int, float]] = {}  # coral by slot: who touched it last, and when
 
     def look(self) -> None:
@@ -54,10 +54,10 @@ class Fouls:
             for kind in sorted({kind for kind in kinds if kinds.count(kind) > 1}):
                 self.book.call("G409", robot.number, _MINOR, f"holds more than one {kind.lower()}", kind)
         for piece in released:
-            is_launched = match.pieces.kind_name(piece.slot) == "Coral" and piece.speed > _LAUNCHED
-            if is_launched and not overlaps(match.outline(piece.robot), REEF_ZONE):
+            if match.pieces.kind_name(piece.slot) == "Algae":
+                self._released[piece.slot] = piece.robot
+            elif piece.speed > _LAUNCHED and not overlaps(match.outline(piece.robot), REEF_ZONE):
                 self.book.call("G412", piece.robot, _MAJOR, "launches a coral outside of its reef zone", piece.slot)
-            self._released[piece.slot] = piece.robot
         self._judge_released()
         for alliance in ALLIANCES:
             own = [robot.number for robot in match.robots if match.alliances[robot.number] == alliance]
@@ -87,9 +87,9 @@ class Fouls:
             if not cage.startswith(match.alliances[number]):
                 self.book.call("G405" if mode == "auto" else "G418", number, _MAJOR, f"touches {cage}", cage)
         for number, other in sorted(contacts.robots):
-            outline = match.outline(other)
             if match.alliances[number] == match.alliances[other]:
                 continue
+            outline = match.outline(other)
             if mode == "auto":
                 if self._is_beyond(number):
                     self.book.call("G403", number, _MAJOR, f"touches robot {other} beyond the barge", other)
@@ -118,5 +118,5 @@ class Fouls:
             if match.alliances[number] == "blue":
                 x, y = FIELD.symmetry.flip_point(x, y)
             is_there = z > dim.TROUGH_EDGE_HEIGHT and math.dist((x, y), dim.REEF_CENTER) < dim.REEF_ZONE_APOTHEM
-            if is_there and state.status[slot] == PieceStatus.ASLEEP and match.pieces.kind_name(slot) == "Algae":
+            if is_there and state.status[slot] == PieceStatus.ASLEEP:
                 self.book.call("G411", number, _MAJOR, "lays an algae on the other reef", slot)

@@ -81,7 +81,7 @@ def _places(alliance: Alliance) -> list[RestingPlace]:
     w, length, t = dim.NET_WIDTH / 2.0, dim.NET_LENGTH / 2.0, dim.NET_FRAME_THICKNESS
     low = (dim.FIELD_CENTER[0] - w + t, dim.NET_Y - length + t, dim.NET_FLOOR_HEIGHT)
     high = (dim.FIELD_CENTER[0] + w - t, dim.NET_Y + length - t, dim.NET_RIM_HEIGHT + 0.5 * dim.ALGAE_DIAMETER)
-    zone_of_net = BoxZone(*((low, high) if alliance == "blue" else FIELD.symmetry.flip_box(low, high)))
+    zone_of_net = BoxZone(*FIELD.symmetry.box_of(alliance, low, high))
     net_level = level_of(alliance, "net")
     return [*places, RestingPlace(name=f"{name} net", level=net_level, zone=zone_of_net, kinds=("Algae",))]
 

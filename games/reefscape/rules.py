@@ -32,6 +32,7 @@ MATCH = MatchClock(
 )
 """2:33 of match: 15 s auto, 3 s pause, 2:15 teleop."""
 
+_CORAL_ROWS = (*BRANCH_ROWS.values(), "trough")
 _AUTO_CORAL = {1: 3, 2: 4, 3: 6, 4: 7}
 _TELEOP_CORAL = {1: 2, 2: 3, 3: 4, 4: 5}
 _NET_POINTS, _LEAVE_POINTS = 4, 3
@@ -139,7 +140,7 @@ class ReefscapeRules(Rules):
                 "rp": int(np.array([*bonuses.values(), self._result(alliance)]).sum()),
             }
             for period, counts in (("autoReef", auto), ("teleopReef", now)):
-                own |= {f"{period}/{row}": counts[level_of(alliance, row)] for row in (*BRANCH_ROWS.values(), "trough")}
+                own |= {f"{period}/{row}": counts[level_of(alliance, row)] for row in _CORAL_ROWS}
             rows |= {f"{alliance.capitalize()}/{name}": count for name, count in own.items()}
         return rows
 
@@ -199,8 +200,7 @@ class ReefscapeRules(Rules):
         return early + late + net + self._mobility(alliance) + self._barge(alliance)
 
     def _auto_coral(self, alliance: Alliance) -> int:
-        rows = [level_of(alliance, row) for row in (*BRANCH_ROWS.values(), "trough")]
-        return Counter({level: count for level, count in self._auto_count.items() if level in rows}).total()
+        return Counter({row: self._auto_count[level_of(alliance, row)] for row in _CORAL_ROWS}).total()
 
     def _robots_of(self, alliance: Alliance) -> list[Robot]:
         return [robot for robot in self.match.robots if self.match.alliances[robot.number] == alliance]
@@ -219,8 +219,7 @@ class ReefscapeRules(Rules):
 
     def _full_levels(self, alliance: Alliance) -> int:
         now = self._count()
-        counts = [now[level_of(alliance, row)] for row in (*BRANCH_ROWS.values(), "trough")]
-        return len([1 for count in counts if count >= _CORAL_A_LEVEL])
+        return len([1 for row in _CORAL_ROWS if now[level_of(alliance, row)] >= _CORAL_A_LEVEL])
 
     def _bonuses(self, alliance: Alliance) -> dict[str, int]:
         """Ranking points beside those of the result. Some fouls of the other alliance give theirs away."""

@@ -60,9 +60,9 @@ class FieldSymmetry:
         """
         return tuple((*self.flip_point(x, y), z) for x, y, z in points) if alliance == "red" else points
 
-    def flip_box(self, low: Vector, high: Vector) -> tuple[Vector, Vector]:
-        """Smallest and largest corner of the box that corresponds to one with these [m]."""
-        (x0, y0, z0), (x1, y1, z1) = self.points_of("red", low, high)
+    def box_of(self, alliance: str, low: Vector, high: Vector) -> tuple[Vector, Vector]:
+        """Smallest and largest corner of a box of blue [m] where an alliance has it."""
+        (x0, y0, z0), (x1, y1, z1) = self.points_of(alliance, low, high)
         return (min(x0, x1), min(y0, y1), z0), (max(x0, x1), max(y0, y1), z1)
 
     def flip_pose(self, x: float, y: float, yaw: float) -> Pose:

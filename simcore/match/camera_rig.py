@@ -55,8 +55,8 @@ class CameraRig(VisionSimManager):
         layout: Gives where the tags are; asked for with the first camera.
         field_size: Length and width [m].
         rng: For all noise.
+        draws: By how much the noise of single cameras differs.
         network: Where cameras publish; None: nowhere, their frames can be read all the same.
-        draws: By how much the noise of single cameras differs; None: not at all.
     """
 
     def __init__(
@@ -67,8 +67,8 @@ class CameraRig(VisionSimManager):
         layout: Callable[[], TagLayout],
         field_size: tuple[float, float],
         rng: np.random.Generator,
+        draws: ScatterDraws,
         network: ntcore.NetworkTableInstance | None = None,
-        draws: ScatterDraws | None = None,
     ) -> None:
         super().__init__(TagLayout.of([], field_size=field_size), rng)
         self.headsets: list[QuestHeadset] = []
@@ -99,8 +99,7 @@ class CameraRig(VisionSimManager):
         """
         if self._load_layout is not None:
             self.layout, self._load_layout = self._load_layout(), None
-        if self._draws is not None:
-            config = _with_noise(config, self._draws.factor("camera_noise", robot, zlib.crc32(config.name.encode())))
+        config = _with_noise(config, self._draws.factor("camera_noise", robot, zlib.crc32(config.name.encode())))
         camera = self.add(config, robot=robot)
         self._carry(robot)
         if self._network is not None and config.maker == "limelight":
@@ -117,10 +116,9 @@ class CameraRig(VisionSimManager):
             robot: Number of the robot.
             ports: Where it publishes and listens, e.g. a `QuestNavTable`.
         """
-        if self._draws is not None:
-            noise = self._draws.factor("camera_noise", robot, len(self.headsets))
-            names = ("position_noise", "angle_noise_deg", "position_drift", "yaw_drift_deg")
-            config = replace(config, **{name: noise * getattr(config, name) for name in names})
+        noise = self._draws.factor("camera_noise", robot, len(self.headsets))
+        names = ("position_noise", "angle_noise_deg", "position_drift", "yaw_drift_deg")
+        config = replace(config, **{name: noise * getattr(config, name) for name in names})
         (rng,) = self._rng.spawn(1)
         headset = QuestHeadset(config, rng, robot=robot, ports=ports)
         self.headsets.append(headset)

@@ -597,7 +597,8 @@ class Match:
             pose = self.start_pose(number)
             built = built_robot(config, self.draws, number) if is_scattered else None
             robot = Robot(
-                *(self.world, config),
+                self.world,
+                config,
                 number=number,
                 pose=pose,
                 rng=own_rng,
@@ -626,8 +627,8 @@ class Match:
             partial(tag_layout, self._tags, game.field.size),
             game.field.size,
             camera_rng,
-            self._network,
             self.draws,
+            self._network,
         )
         self.rules = game.rules(self)
         self.rules.start()

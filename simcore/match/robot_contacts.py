@@ -40,13 +40,16 @@ class RobotContacts:
         """Forget the last tick, and see who could touch in this one."""
         self.robots.clear()
         self.hanging.clear()
-        self._near_robots = [(a, b) for a, b in combinations(self._robots, 2) if self._are_near(a, b)]
+        spots = [(robot, robot.chassis.pos, _reach(robot)) for robot in self._robots]
+        self._near_robots = [
+            (a, b)
+            for (a, pos_a, reach_a), (b, pos_b, reach_b) in combinations(spots, 2)
+            if math.dist(pos_a, pos_b) < reach_a + reach_b
+        ]
         self._near_hanging = [
             body
             for body in self._hanging
-            if any(
-                math.dist(robot.chassis.pos[:2], body.pos[:2]) < _reach(robot) + body.radius for robot in self._robots
-            )
+            if any(math.dist(pos[:2], body.pos[:2]) < reach + body.radius for _, pos, reach in spots)
         ]
 
     def note(self) -> None:
@@ -60,10 +63,6 @@ class RobotContacts:
     def touching(self, row: int) -> list[int]:
         """Numbers of the robots that a body of the world touched in the last sub-step."""
         return [self._number_of[other] for other in self._engine.touching(row) if other in self._number_of]
-
-    @staticmethod
-    def _are_near(a: Robot, b: Robot) -> bool:
-        return math.dist(a.chassis.pos, b.chassis.pos) < _reach(a) + _reach(b)
 
 
 def _reach(robot: Robot) -> float:

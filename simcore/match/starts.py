@@ -190,9 +190,11 @@ def missed_place(world: PhysicsWorld, robot: Robot, pose: Pose, error: Pose) -> 
     (x, y, yaw), (ahead, left, turn) = pose, error
     c, s = math.cos(yaw), math.sin(yaw)
     around = _around(world, robot, pose)
+    if around is Surroundings.WALL:
+        return pose
     for side in (1.0, -1.0):
         missed = (x + side * (c * ahead - s * left), y + side * (s * ahead + c * left), yaw + turn)
-        if _around(world, robot, missed) in (Surroundings.OPEN, around) and around is not Surroundings.WALL:
+        if _around(world, robot, missed) in (Surroundings.OPEN, around):
             return missed
     return pose
 

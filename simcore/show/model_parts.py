@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from fnmatch import fnmatchcase
 from pathlib import Path
 from typing import Any
@@ -23,14 +23,14 @@ from simcore.show.glb import linear_rgba
 from simcore.units import inches
 
 __all__ = [
-    "BLACK", "BLUE", "CARPET", "CLEAR", "DARK", "GREEN", "ORANGE", "RED", "STEEL", "WHITE", "YELLOW",
+    "BLACK", "BLUE", "CARPET", "CLEAR", "DARK", "GREEN", "ORANGE", "PURPLE", "RED", "STEEL", "WHITE", "YELLOW",
     "Color", "Point", "alliance_wall", "bar", "box", "carpet", "chassis", "emptied_folder", "field_parts", "guardrail",
-    "painted", "rod", "shape_mesh", "tape", "wheel", "write_json", "write_model", "write_robot",
+    "painted", "rod", "shape_mesh", "tape", "wheel", "write_json", "write_model",
 ]  # fmt: skip
 
 BLUE, RED = (30, 84, 183), (196, 40, 40)
 CARPET, WHITE, BLACK, STEEL, DARK = (92, 97, 104), (235, 236, 238), (28, 30, 34), (158, 165, 174), (58, 63, 71)
-GREEN, ORANGE, YELLOW = (38, 160, 96), (232, 124, 30), (255, 206, 20)
+GREEN, ORANGE, YELLOW, PURPLE = (38, 160, 96), (232, 124, 30), (255, 206, 20), (120, 86, 190)
 CLEAR = (205, 222, 238, 60)
 
 _turns: Any = trimesh.transformations  # has no types, as the next
@@ -199,31 +199,6 @@ def write_model(path: Path, meshes: Mapping[str, Any] | Iterable[Any]) -> None:
 def write_json(path: Path, content: Mapping[str, Any]) -> None:
     """Write readable JSON with a newline at its end."""
     path.write_text(json.dumps(content, indent=2) + "\n", encoding="utf-8", newline="\n")
-
-
-def write_robot(
-    folder: Path,
-    name: str,
-    body: Mapping[str, Any],
-    parts: Sequence[Iterable[Any]] = (),
-    cameras: Sequence[Mapping[str, Any]] = (),
-) -> None:
-    """Write a `Robot_...` folder, anew.
-
-    Args:
-        folder: Made if there is none.
-        name: As AdvantageScope lists it.
-        body: What does not move.
-        parts: The meshes of each of the robot's components, each about its own origin.
-        cameras: Views from the robot.
-    """
-    emptied_folder(folder)
-    write_model(folder / "model.glb", body)
-    for number, part in enumerate(parts):
-        write_model(folder / f"model_{number}.glb", part)
-    config = {"name": name, "isFTC": False, "disableSimplification": True, "rotations": [], "position": [0, 0, 0]}
-    components = [{"zeroedRotations": [], "zeroedPosition": [0, 0, 0]} for _ in parts]
-    write_json(folder / "config.json", {**config, "cameras": list(cameras), "components": components})
 
 
 def emptied_folder(folder: Path) -> None:

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -23,7 +23,7 @@ from simcore.units import inches
 if TYPE_CHECKING:
     from simcore.match.game import FieldDefinition, Game
 
-__all__ = ["HANGING", "IN_FLIGHT", "RED", "april_tags", "field_config", "write_assets", "write_field"]
+__all__ = ["HANGING", "IN_FLIGHT", "RED", "april_tags", "field_config", "write_assets", "write_field", "write_robots"]
 
 IN_FLIGHT = " in flight"
 """What follows the name of a piece in that of its model in the air, if the field has one."""
@@ -48,8 +48,7 @@ def write_assets(game: Game, folder: Path) -> list[Path]:
     from simcore.show import model_parts
 
     word = re.sub(r"\W", "", game.name.title())
-    field, robot, red = folder / f"Field3d_{word}", folder / f"Robot_{word}", folder / f"Robot_{word}Red"
-    name = f"Simcore {game.heading}"
+    field, name = folder / f"Field3d_{word}", f"Simcore {game.heading}"
     meshes = {"carpet": model_parts.carpet(game.field.size)}
     for element in game.field.load().elements:
         if not isinstance(element.shape, HalfSpace):
@@ -65,11 +64,10 @@ def write_assets(game: Game, folder: Path) -> list[Path]:
     body = game.robot().body
     try:
         write_field(field, meshes, list(pieces.values()), field_config(name, game.field, list(pieces)))
-        for path, color, suffix in ((robot, model_parts.BLUE, ""), (red, model_parts.RED, RED)):
-            model_parts.write_robot(path, name + suffix, model_parts.chassis(body, color))
+        robots = write_robots(folder / f"Robot_{word}", name, lambda color: model_parts.chassis(body, color))
     except OSError as error:
         raise OutputError(f"cannot write models to {str(folder)!r}: {error.strerror or error}") from error
-    return [field, robot, red]
+    return [field, *robots]
 
 
 def write_field(folder: Path, meshes: Mapping[str, Any], pieces: Sequence[Any], config: Mapping[str, Any]) -> None:
@@ -91,6 +89,39 @@ def write_field(folder: Path, meshes: Mapping[str, Any], pieces: Sequence[Any], 
     for number, piece in enumerate(pieces):
         model_parts.write_model(folder / f"model_{number}.glb", [piece])
     model_parts.write_json(folder / "config.json", config)
+
+
+def write_robots(
+    folder: Path,
+    name: str,
+    body: Callable[[tuple[int, ...]], Mapping[str, Any]],
+    parts: Sequence[Iterable[Any]] = (),
+    cameras: Sequence[Mapping[str, Any]] = (),
+) -> list[Path]:
+    """Write a `Robot_...` folder with blue bumpers, and one with red ones beside it, anew.
+
+    Args:
+        folder: Of the blue one; both are made if there are none.
+        name: As AdvantageScope lists it.
+        body: What does not move, with bumpers in a color.
+        parts: The meshes of each of the robot's components, each about its own origin.
+        cameras: Views from the robot.
+
+    Returns:
+        Both folders.
+    """
+    from simcore.show import model_parts
+
+    components = [{"zeroedRotations": [], "zeroedPosition": [0, 0, 0]} for _ in parts]
+    blue, red = folder, folder.with_name(f"{folder.name}Red")
+    for path, suffix, color in ((blue, "", model_parts.BLUE), (red, RED, model_parts.RED)):
+        model_parts.emptied_folder(path)
+        model_parts.write_model(path / "model.glb", body(color))
+        for number, part in enumerate(parts):
+            model_parts.write_model(path / f"model_{number}.glb", part)
+        config = {"name": name + suffix, "isFTC": False, "disableSimplification": True, **_PART}
+        model_parts.write_json(path / "config.json", {**config, "cameras": list(cameras), "components": components})
+    return [blue, red]
 
 
 def field_config(
