@@ -27,6 +27,7 @@ _CALM = 2  # times in a row
 _STIRRED = 2e-4  # [m]; a sleeper that the engine moved farther in two ticks is awake: 5 mm/s
 _PUSHED = 1e-5  # [m]; one that it moved less has only been looked at by the engine, not pressed
 _CREEP = 1.2e-3  # [m]; what is still asleep in a heap, which gives way a little as long as one of its pieces moves
+_SHIFT = 3e-4  # [m]; one in a heap that moves less between two readings may be fixed: a heap gives way until it is
 _ROCKING = 0.08  # [m/s]; pieces that are no balls count as slow below this: they rock on an edge, but do not roll on
 _TURNING = 0.5  # [rad/s]; pieces that are no balls do not sleep while they turn faster
 _DEEP = 0.005  # [m]; a piece that is this deep in something does not sleep
@@ -151,7 +152,7 @@ class Sleeping:
         still, moved = self.follow(asleep)
         pushed = moved > _PUSHED
         self._pressing.stirred = still[pushed]
-        self._calm[still[moved > 0.0]] = 0
+        self._calm[still[moved > np.where(self._pressing.is_sustained[still], _SHIFT, 0.0)]] = 0
         if self._readings % _AUDIT_PERIOD == 0:
             stopped = moved > 0.0  # what the engine has awake never lies quite still
             doubtful = still[pushed]

@@ -143,6 +143,7 @@ def test_megatag_2_without_a_heading_misleads_it():
 
 
 def test_without_cameras_it_stays_half_a_meter_off():
-    """So that it is the cameras that correct it."""
+    """So that it is the cameras that correct it; wheels that slip on the depot's barrier move it by 0.2 m at most."""
     code = play("depot", sends_heading=True, cameras=(), seconds=6.0)
-    assert min(code.errors) > 0.35
+    assert np.median(code.errors) > 0.4
+    assert min(code.errors) > 0.2
