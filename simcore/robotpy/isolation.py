@@ -9,7 +9,6 @@ from __future__ import annotations
 import json
 import os
 import shutil
-import subprocess
 import sys
 import tempfile
 import traceback
@@ -19,6 +18,8 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+
+from simcore.sweep.child_process import run_process
 
 __all__ = ["ChildTask", "run_isolated"]
 
@@ -50,7 +51,7 @@ def run_isolated(
         robot_file: The project's robot.py.
         arguments: Pytest's, for the child.
         timeout: Wall time after which the child is ended [s].
-        folder: Where it runs; None: where pytest was called.
+        folder: Where it runs; None: in a folder of its own, which is then deleted.
 
     Returns:
         The reports of its phases; if the process died, a failed one that says how.
@@ -66,25 +67,10 @@ def run_isolated(
             init_timeout=30.0,
         )
         out = work / "out"
-        with out.open("wb") as stream:
-            process = subprocess.Popen(
-                [sys.executable, "-m", "simcore.robotpy.isolation", json.dumps(asdict(task))],
-                cwd=work if folder is None else folder,
-                stdin=subprocess.DEVNULL,
-                stdout=stream,
-                stderr=subprocess.STDOUT,
-                env={**os.environ, "PYTHONPATH": os.pathsep.join(p for p in sys.path if p)},
-            )
-            try:
-                code: int | None = process.wait(timeout)
-            except subprocess.TimeoutExpired:
-                process.kill()
-                process.wait()
-                code = None
-            except BaseException:
-                process.kill()
-                process.wait()
-                raise
+        where = work if folder is None else folder
+        code = run_process(
+            "simcore.robotpy.isolation", json.dumps(asdict(task)), said=out, timeout=timeout, folder=where
+        )
         reports = _read(item, Path(task.reports))
         if {"call", "teardown"} <= {r.when for r in reports} or any(r.failed or r.skipped for r in reports):
             return reports
