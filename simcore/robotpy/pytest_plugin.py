@@ -239,8 +239,6 @@ def _mode(config: pytest.Config) -> str:
     return str(config.getoption("phoenix") or os.environ.get("SIMCORE_PHOENIX", "simulated"))
 
 
-_INIT_TIMEOUT = 30.0  # [s]
-
 # --- devices ------------------------------------------------------------------------------------------------------
 
 
@@ -334,6 +332,7 @@ def _attach(plugin: Any, *, wants_field: bool) -> None:
                 "without"
             )
     elif wants_field or physics is not None or (folder / FILE_NAME).exists():
+        from simcore.robotpy.isolation import INIT_TIMEOUT
         from simcore.robotpy.robot_attachment import attach_physics
 
         # A physics.py of the team's alone is left alone where nobody asked for the field.
@@ -343,7 +342,7 @@ def _attach(plugin: Any, *, wants_field: bool) -> None:
         plugin._physics.log_init_errors = False  # as pyfrc has it in tests
         plugin._physics._simulationInit = _start_errors(folder)(plugin._physics._simulationInit)
         # pyfrc gives robotInit 2 s; building the field counts into them, 1 s on a quiet computer
-        plugin._init_timeout = max(plugin._init_timeout, _INIT_TIMEOUT)
+        plugin._init_timeout = max(plugin._init_timeout, INIT_TIMEOUT)
 
 
 # --- the fixture --------------------------------------------------------------------------------------------------
