@@ -1,4 +1,4 @@
-"""A question that a new Python process answers: for what may crash, hang, or wants a process to itself."""
+"""A new Python process for what may crash, hang, or wants one to itself, and its answer."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from typing import Any
 from simcore.errors import SimcoreError
 from simcore.sweep.time_limit import GRACE
 
-__all__ = ["answer_task", "ask_process", "read_task", "run_process"]
+__all__ = ["answer_task", "ask_process", "cores", "read_task", "run_process"]
 
 _START = 60.0  # [s]; all imports, on a busy machine
 _LAST_WORDS = 300  # characters of what a dead process has said
@@ -94,6 +94,11 @@ def answer_task(answer: Any) -> None:
     half = Path(f"{sys.argv[1]}.half")
     half.write_text(json.dumps(answer), encoding="utf-8")
     half.rename(f"{sys.argv[1]}.out")
+
+
+def cores() -> int:
+    """How many of this machine's this process may use: so many processes are worth starting."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 def _python_path() -> str:
