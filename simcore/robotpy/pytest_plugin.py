@@ -73,9 +73,6 @@ def pytest_addoption(parser: pytest.Parser) -> None:
     )
     # Set for the processes of single runs by the one that starts them.
     group.addoption("--sim-run", choices=(_ALONE, _ONE_OF_MANY), default=None, help=argparse.SUPPRESS)
-    group.addoption(
-        "--sim-in-process", action="store_true", help="robot tests in pytest's own process, for a debugger: one a run"
-    )
     parser.addini("simcore_robot", "robot.py of the tests; default: the nearest above a test", default="")
     parser.addini("simcore_timeout", "wall time that a robot test may take [s]", default="300")
     parser.addini("simcore_hang", "wall time that a robot loop may take [s]", default="30")
