@@ -138,10 +138,8 @@ def _spreads(item: pytest.Item, robot_file: Path) -> list[str]:
     if text is not None:
         Scatter.parse(str(text))
         return [f"--sim-scatter={text}"]
-    settings = robot_file.parent / FILE_NAME
-    if settings.exists() and read_settings(settings).scatter is not None:
-        return []
-    return ["--sim-scatter=1"]
+    settings = read_settings(robot_file.parent / FILE_NAME)
+    return ["--sim-scatter=1"] if settings.scatter is None else []
 
 
 def judged_seeds(
