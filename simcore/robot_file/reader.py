@@ -145,13 +145,13 @@ def _scatter(t: Table | None) -> Scatter | None:
     """The default spreads times `scale`, but for those that the table names."""
     if t is None:
         return None
+    scale = t.number("scale", FACTOR, 1.0)
+    own = {name: t.number(name, FACTOR, None) for name in Scatter.names()}
+    t.finish()
     try:
-        spreads = Scatter().scaled(t.number("scale", FACTOR, 1.0))
-        own = {name: t.number(name, FACTOR, getattr(spreads, name)) for name in Scatter.names()}
-        t.finish()
-        return replace(spreads, **own)
+        return replace(Scatter().scaled(scale), **{name: value for name, value in own.items() if value is not None})
     except ConfigError as error:
-        raise error if str(error).startswith(t.where) else ConfigError(f"{t.where}: {error}") from error
+        raise ConfigError(f"{t.where}: {error}") from error
 
 
 def _auto_start(t: Table) -> tuple[float, float, float]:

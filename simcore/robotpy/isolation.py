@@ -9,19 +9,22 @@ from __future__ import annotations
 import json
 import os
 import shutil
-import subprocess
 import sys
 import tempfile
 import traceback
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, NoReturn
 
 import pytest
 
-__all__ = ["ChildTask", "run_isolated"]
+from simcore.sweep.child_process import run_process
 
+__all__ = ["INIT_TIMEOUT", "ChildTask", "end_process", "load_robot_plugin", "run_isolated"]
+
+INIT_TIMEOUT = 30.0
+"""In which a robot program must come through robotInit [s]."""
 _TAIL = 4000  # characters of a dead child's words, at the start and at the end
 
 
@@ -37,7 +40,6 @@ class ChildTask:
     """For pytest."""
     reports: str
     """File for the reports."""
-    init_timeout: float
 
 
 def run_isolated(
@@ -50,7 +52,7 @@ def run_isolated(
         robot_file: The project's robot.py.
         arguments: Pytest's, for the child.
         timeout: Wall time after which the child is ended [s].
-        folder: Where it runs; None: where pytest was called.
+        folder: Where it runs; None: in a folder of its own, which is then deleted.
 
     Returns:
         The reports of its phases; if the process died, a failed one that says how.
@@ -63,28 +65,12 @@ def run_isolated(
             nodeid=item.nodeid,
             arguments=[*arguments, f"--basetemp={work / 'tmp'}"],
             reports=str(work / "reports"),
-            init_timeout=30.0,
         )
         out = work / "out"
-        with out.open("wb") as stream:
-            process = subprocess.Popen(
-                [sys.executable, "-m", "simcore.robotpy.isolation", json.dumps(asdict(task))],
-                cwd=work if folder is None else folder,
-                stdin=subprocess.DEVNULL,
-                stdout=stream,
-                stderr=subprocess.STDOUT,
-                env={**os.environ, "PYTHONPATH": os.pathsep.join(p for p in sys.path if p)},
-            )
-            try:
-                code: int | None = process.wait(timeout)
-            except subprocess.TimeoutExpired:
-                process.kill()
-                process.wait()
-                code = None
-            except BaseException:
-                process.kill()
-                process.wait()
-                raise
+        where = work if folder is None else folder
+        code = run_process(
+            "simcore.robotpy.isolation", json.dumps(asdict(task)), said=out, timeout=timeout, folder=where
+        )
         reports = _read(item, Path(task.reports))
         if {"call", "teardown"} <= {r.when for r in reports} or any(r.failed or r.skipped for r in reports):
             return reports
@@ -137,18 +123,29 @@ class _Reporter:
             stream.write(json.dumps(data, default=str) + "\n")
 
 
+def load_robot_plugin(robot_file: Path) -> Any:
+    """Pyfrc's plugin of pytest for the robot program of a project. Errors of the robot code pass through."""
+    from pyfrc.test_support.pytest_plugin import PyFrcPlugin
+
+    from simcore.robotpy.repeatable_runs import seed_generators
+    from simcore.robotpy.robot_program import load_robot_class
+
+    seed_generators()  # a program may draw while it is imported
+    return PyFrcPlugin(load_robot_class(robot_file), robot_file, True, INIT_TIMEOUT)
+
+
+def end_process(code: int) -> NoReturn:
+    """End a process in which a robot has run, at once: the interpreter's own end can hang on HAL threads."""
+    sys.stdout.flush()
+    sys.stderr.flush()
+    os._exit(code)
+
+
 def _main() -> int:
     task = ChildTask(**json.loads(sys.argv[1]))
     reporter = _Reporter(task)
     try:
-        from pyfrc.test_support.pytest_plugin import PyFrcPlugin
-
-        from simcore.robotpy.repeatable_runs import seed_generators
-        from simcore.robotpy.robot_program import load_robot_class
-
-        seed_generators()  # a program may draw while it is imported
-        robot_file = Path(task.robot_file)
-        robot = PyFrcPlugin(load_robot_class(robot_file), robot_file, True, task.init_timeout)
+        robot = load_robot_plugin(Path(task.robot_file))
     except BaseException:
         print(f"could not load the robot project {task.robot_file}:\n\n{traceback.format_exc()}", flush=True)
         return 3
@@ -156,7 +153,4 @@ def _main() -> int:
 
 
 if __name__ == "__main__":
-    code = _main()
-    sys.stdout.flush()
-    sys.stderr.flush()
-    os._exit(code)  # the interpreter's own end can hang on HAL threads
+    end_process(_main())

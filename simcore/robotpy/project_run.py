@@ -6,7 +6,6 @@ The robot is built, put on its field and driven as in a robot test (`pytest_plug
 from __future__ import annotations
 
 import os
-import sys
 from pathlib import Path
 from time import process_time
 from typing import Any
@@ -16,6 +15,7 @@ import pytest
 
 from simcore.match.runner import auto_seconds
 from simcore.robotpy import project_auto
+from simcore.robotpy.isolation import end_process, load_robot_plugin
 from simcore.robotpy.robot_test import RobotTest
 from simcore.start_errors import start_sentence
 from simcore.sweep.child_process import answer_task, read_task
@@ -23,8 +23,6 @@ from simcore.sweep.run_metrics import PlayedRun, measure
 from simcore.units import TICK
 
 __all__ = ["ProjectRun"]
-
-_INIT_TIMEOUT = 30.0  # [s]
 
 
 class ProjectRun:
@@ -89,20 +87,13 @@ def _sentence(error: BaseException, folder: Path) -> str:
 
 
 def _play(task: dict[str, Any], run: ProjectRun, folder: Path) -> None:
-    from pyfrc.test_support.pytest_plugin import PyFrcPlugin
-
-    from simcore.match.scatter import Scatter
     from simcore.robotpy.attached_physics import AttachedPhysics
-    from simcore.robotpy.repeatable_runs import seed_generators
-    from simcore.robotpy.robot_program import load_robot_class
     from simcore.robotpy.run_variation import set_factors
 
     AttachedPhysics.game_name, AttachedPhysics.engine_name = task["game"], task["engine"]
     set_factors(task["values"])
-    seed_generators()  # a program may draw while it is imported
-    robot_file = folder / "robot.py"
-    robot = PyFrcPlugin(load_robot_class(robot_file), robot_file, True, _INIT_TIMEOUT)
-    spreads = [] if task["scatter"] is None else [f"--sim-scatter={Scatter.parse(task['scatter']).text}"]
+    robot = load_robot_plugin(folder / "robot.py")
+    spreads = [] if task["scatter"] is None else [f"--sim-scatter={task['scatter']}"]
     own_settings = ["--noconftest", f"--rootdir={folder}", "-c", os.devnull]  # not those of the project's tests
     without = [f"-pno:{name}" for name in ("cacheprovider", "cov", "terminal", "xdist")]
     varied = [f"--sim-seed={task['seed']}", *spreads]
@@ -111,6 +102,4 @@ def _play(task: dict[str, Any], run: ProjectRun, folder: Path) -> None:
 
 if __name__ == "__main__":
     _main()
-    sys.stdout.flush()
-    sys.stderr.flush()
-    os._exit(0)  # the interpreter's own end can hang on HAL threads
+    end_process(0)

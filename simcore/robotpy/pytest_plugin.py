@@ -73,9 +73,6 @@ def pytest_addoption(parser: pytest.Parser) -> None:
     )
     # Set for the processes of single runs by the one that starts them.
     group.addoption("--sim-run", choices=(_ALONE, _ONE_OF_MANY), default=None, help=argparse.SUPPRESS)
-    group.addoption(
-        "--sim-in-process", action="store_true", help="robot tests in pytest's own process, for a debugger: one a run"
-    )
     parser.addini("simcore_robot", "robot.py of the tests; default: the nearest above a test", default="")
     parser.addini("simcore_timeout", "wall time that a robot test may take [s]", default="300")
     parser.addini("simcore_hang", "wall time that a robot loop may take [s]", default="30")
@@ -239,8 +236,6 @@ def _mode(config: pytest.Config) -> str:
     return str(config.getoption("phoenix") or os.environ.get("SIMCORE_PHOENIX", "simulated"))
 
 
-_INIT_TIMEOUT = 30.0  # [s]
-
 # --- devices ------------------------------------------------------------------------------------------------------
 
 
@@ -334,6 +329,7 @@ def _attach(plugin: Any, *, wants_field: bool) -> None:
                 "without"
             )
     elif wants_field or physics is not None or (folder / FILE_NAME).exists():
+        from simcore.robotpy.isolation import INIT_TIMEOUT
         from simcore.robotpy.robot_attachment import attach_physics
 
         # A physics.py of the team's alone is left alone where nobody asked for the field.
@@ -343,7 +339,7 @@ def _attach(plugin: Any, *, wants_field: bool) -> None:
         plugin._physics.log_init_errors = False  # as pyfrc has it in tests
         plugin._physics._simulationInit = _start_errors(folder)(plugin._physics._simulationInit)
         # pyfrc gives robotInit 2 s; building the field counts into them, 1 s on a quiet computer
-        plugin._init_timeout = max(plugin._init_timeout, _INIT_TIMEOUT)
+        plugin._init_timeout = max(plugin._init_timeout, INIT_TIMEOUT)
 
 
 # --- the fixture --------------------------------------------------------------------------------------------------

@@ -7,7 +7,6 @@ enough runs were a success; what it leaves of a failure are the worst three runs
 from __future__ import annotations
 
 import math
-import os
 import shutil
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
@@ -19,6 +18,7 @@ import pytest
 
 from simcore.errors import ConfigError
 from simcore.quantities import shown
+from simcore.sweep.child_process import cores
 from simcore.sweep.sweep_statistics import wilson_share
 
 if TYPE_CHECKING:
@@ -138,10 +138,8 @@ def _spreads(item: pytest.Item, robot_file: Path) -> list[str]:
     if text is not None:
         Scatter.parse(str(text))
         return [f"--sim-scatter={text}"]
-    settings = robot_file.parent / FILE_NAME
-    if settings.exists() and read_settings(settings).scatter is not None:
-        return []
-    return ["--sim-scatter=1"]
+    settings = read_settings(robot_file.parent / FILE_NAME)
+    return ["--sim-scatter=1"] if settings.scatter is None else []
 
 
 def judged_seeds(
@@ -287,6 +285,4 @@ def _workers(config: pytest.Config) -> int:
     asked: int | None = config.getoption("seed_workers")
     if asked is not None:
         return asked
-    if hasattr(config, "workerinput"):
-        return 1
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+    return 1 if hasattr(config, "workerinput") else cores()

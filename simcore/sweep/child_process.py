@@ -1,4 +1,4 @@
-"""A question that a new Python process answers: for what may crash, hang, or wants a process to itself."""
+"""A new Python process for what may crash, hang, or wants one to itself, and its answer."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from typing import Any
 from simcore.errors import SimcoreError
 from simcore.sweep.time_limit import GRACE
 
-__all__ = ["answer_task", "ask_process", "read_task"]
+__all__ = ["answer_task", "ask_process", "cores", "read_task", "run_process"]
 
 _START = 60.0  # [s]; all imports, on a busy machine
 _LAST_WORDS = 300  # characters of what a dead process has said
@@ -39,27 +39,49 @@ def ask_process(module: str, task: Any, *, timeout: float | None, folder: Path |
     with tempfile.TemporaryDirectory(prefix="simcore-run-", ignore_cleanup_errors=True) as name:
         file, said = Path(name, "task"), Path(name, "said")
         file.write_text(json.dumps(task), encoding="utf-8")
-        with said.open("wb") as stream:
-            process = subprocess.Popen(
-                [sys.executable, "-m", module, str(file)],
-                cwd=folder,
-                stdin=subprocess.DEVNULL,
-                stdout=stream,
-                stderr=subprocess.STDOUT,
-                env={**os.environ, "PYTHONHASHSEED": "0", "PYTHONPATH": _python_path()},
-            )
-            try:
-                code = process.wait(None if timeout is None else _START + timeout + GRACE)
-            except subprocess.TimeoutExpired:
-                raise SimcoreError(f"took longer than {timeout:g} s of wall time, and its process was ended") from None
-            finally:
-                process.kill()
-                process.wait()
+        most = None if timeout is None else _START + timeout + GRACE
+        code = run_process(module, str(file), said=said, timeout=most, folder=folder, PYTHONHASHSEED="0")
+        if code is None:
+            raise SimcoreError(f"took longer than {timeout:g} s of wall time, and its process was ended")
         answer = Path(f"{file}.out")
         if answer.exists():
             return json.loads(answer.read_text(encoding="utf-8"))
         words = " ".join(said.read_text("utf-8", "replace")[-_LAST_WORDS:].split())
         raise SimcoreError(f"its process died ({_how(code)})" + (f"; its last words: {words}" if words else ""))
+
+
+def run_process(
+    module: str, argument: str, *, said: Path, timeout: float | None, folder: Path | None, **environment: str
+) -> int | None:
+    """Run a module in a new process, which imports from where this one does.
+
+    Args:
+        module: As `python -m` wants it.
+        argument: For it.
+        said: File for all that it says.
+        timeout: Wall time after which it is ended [s]; None: no limit.
+        folder: Where it runs; None: where this process does.
+        environment: Variables that it has otherwise than this process.
+
+    Returns:
+        Its exit code; None: it was ended, for it took too long.
+    """
+    with said.open("wb") as stream:
+        process = subprocess.Popen(
+            [sys.executable, "-m", module, argument],
+            cwd=folder,
+            stdin=subprocess.DEVNULL,
+            stdout=stream,
+            stderr=subprocess.STDOUT,
+            env={**os.environ, **environment, "PYTHONPATH": _python_path()},
+        )
+        try:
+            return process.wait(timeout)
+        except subprocess.TimeoutExpired:
+            return None
+        finally:
+            process.kill()
+            process.wait()
 
 
 def read_task() -> Any:
@@ -72,6 +94,11 @@ def answer_task(answer: Any) -> None:
     half = Path(f"{sys.argv[1]}.half")
     half.write_text(json.dumps(answer), encoding="utf-8")
     half.rename(f"{sys.argv[1]}.out")
+
+
+def cores() -> int:
+    """How many of this machine's this process may use: so many processes are worth starting."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 def _python_path() -> str:

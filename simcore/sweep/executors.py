@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import logging
-import os
 import signal
 from collections.abc import Callable, Generator, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Executor, Future, ThreadPoolExecutor, as_completed, wait
@@ -15,13 +14,14 @@ from typing import Any, TypeAlias
 from simcore.errors import ConfigError, UnknownNameError, VendorError
 from simcore.install_text import install_command
 from simcore.quantities import Quantity, require
+from simcore.sweep.child_process import cores
 from simcore.sweep.code_version import code_version
 from simcore.sweep.experiment import Experiment, PlannedRun
 from simcore.sweep.lone_run import play_alone
 from simcore.sweep.one_run import failed_row, play_run
 from simcore.sweep.time_limit import be_worker
 
-__all__ = ["EXECUTORS", "cores", "play_all"]
+__all__ = ["EXECUTORS", "play_all"]
 
 EXECUTORS = ("process", "joblib", "dask")
 """This process; processes on this machine (loky); a Dask cluster, or a local one where no scheduler is named."""
@@ -62,11 +62,6 @@ def play_all(
     if executor == "dask":
         return _play_on_dask(common, runs, count, scheduler)
     return _play_on_cores(common, runs, count)
-
-
-def cores() -> int:
-    """How many this process may use."""
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 # --- processes on this machine ------------------------------------------------------------------------------------
