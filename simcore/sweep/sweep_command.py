@@ -5,7 +5,6 @@ from __future__ import annotations
 import argparse
 import shlex
 import sys
-from collections.abc import Callable
 from pathlib import Path
 from time import monotonic
 from typing import Any
@@ -13,10 +12,10 @@ from typing import Any
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
-from simcore.errors import ConfigError, SimcoreError, UnknownNameError
+from simcore.errors import ConfigError, UnknownNameError
 from simcore.match.scatter import Scatter
 from simcore.physics.engine_choice import add_engine_option
-from simcore.quantities import Quantity, number_flag
+from simcore.quantities import Quantity, number_flag, text_flag
 from simcore.robot_file.reader import read_settings
 from simcore.robot_file.template import FILE_NAME as ROBOT_FILE
 from simcore.sweep.api import sweep
@@ -57,7 +56,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         dest="factors",
         action="append",
         default=[],
-        type=_checked(parse_factor),
+        type=text_flag(parse_factor),
         metavar="FACTOR=VALUES",
         help="vary something: robot.mass=45:60:5, battery.charge=0.3,1, shooter.exit_efficiency=uniform(0.4,0.5), "
         "robot.mass=normal(55,1); may be given again",
@@ -70,7 +69,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument(
         "--scatter",
-        type=_checked(Scatter.parse),
+        type=text_flag(Scatter.parse),
         metavar="SPREADS",
         help="by how much robot, pieces and shots differ from seed to seed: 1 is the default spreads, 0 none, "
         "1,exit_speed=0.03 with one of them otherwise",
@@ -292,15 +291,3 @@ def _seeds(text: str) -> tuple[int, ...]:
     if not 0 < len(found) <= _MOST_SEEDS:
         raise argparse.ArgumentTypeError(f"want how many, or from:to, or a list such as 1,7,9, got {text!r}")
     return tuple(found)
-
-
-def _checked(read: Callable[[str], Any]) -> Callable[[str], Any]:
-    """The `type` of an option that a reader of simcore's own understands."""
-
-    def checked(text: str) -> Any:
-        try:
-            return read(text)
-        except SimcoreError as error:
-            raise argparse.ArgumentTypeError(str(error)) from None
-
-    return checked
