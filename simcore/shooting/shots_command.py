@@ -24,7 +24,7 @@ from simcore.shooting.shot_task import ShotTask
 from simcore.sweep.factor_paths import vary_robot
 from simcore.sweep.factors import parse_factor
 from simcore.sweep.one_run import robot_of
-from simcore.telemetry.sinks import output_error, require_writable
+from simcore.telemetry.sinks import require_writable, write_text
 
 __all__ = ["add_arguments", "run"]
 
@@ -125,10 +125,7 @@ def run(options: argparse.Namespace) -> int:
     for path, text in zip(
         paths, (table_csv(table, checks), table_json(table, checks), table_python(table)), strict=False
     ):
-        try:
-            path.write_text(text, encoding="utf-8")
-        except OSError as error:
-            raise output_error("table", path, error) from error
+        write_text("table", path, text)
     for path in paths[3:]:
         draw_bands(path, table)
     _print(table)

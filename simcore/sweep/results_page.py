@@ -13,7 +13,7 @@ from simcore.show.page import page_style
 from simcore.sweep.result_drawings import ResultDrawing, effects_of, main_metric, varied_metrics
 from simcore.sweep.sweep_charts import number_text
 from simcore.sweep.sweep_statistics import PERCENTILES
-from simcore.telemetry.sinks import output_error
+from simcore.telemetry.sinks import write_text
 
 if TYPE_CHECKING:
     from simcore.sweep.results import Results
@@ -99,11 +99,7 @@ def write_results_page(
         tables=tables,
         style=page_style(),
     )
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_text(text, encoding="utf-8")
-    except OSError as error:
-        raise output_error("page", path, error) from error
+    write_text("page", path, text)
 
 
 _PAGE = """<!DOCTYPE html>

@@ -24,7 +24,7 @@ from simcore.sweep.experiment_options import (
 from simcore.sweep.factors import parse_factor
 from simcore.sweep.run_metrics import METRICS
 from simcore.sweep.tuning import TunedTrial, Tuning, TuningResult, tune
-from simcore.telemetry.sinks import output_error, require_writable
+from simcore.telemetry.sinks import require_writable, write_text
 
 __all__ = ["add_arguments", "run"]
 
@@ -105,10 +105,7 @@ def run(options: argparse.Namespace) -> int:
     except KeyboardInterrupt:
         print("simcore tune: interrupted; its trials are kept, and the same command goes on with them", file=sys.stderr)
         return 130
-    try:
-        path.write_text(_csv(result), encoding="utf-8")
-    except OSError as error:
-        raise output_error("table", path, error) from error
+    write_text("table", path, _csv(result))
     best = result.best
     if best is None:
         print(f"all {len(result.trials)} trials failed: {result.trials[-1].error}")
