@@ -67,7 +67,7 @@ def _panel(row: ShotTableRow, band: ShotBand | None, box: tuple[float, float, fl
     moving = "" if row.radial == row.tangential == 0.0 else f", moving {row.radial:g} / {row.tangential:g} m/s"
     parts = [words(left, top - 9.0, f"{row.distance:g} m{moving}", 14, ink=color("ink"), bold=True)]
     if row.share is not None:
-        parts.append(words(left + width, top - 9.0, f"{row.share.share:.1%} go in", 12, anchor="end"))
+        parts.append(words(left + width, top - 9.0, f"{row.share.value:.1%} go in", 12, anchor="end"))
     for speed in ticks(slow, fast, 6):
         parts.append(line(across(speed), top, across(speed), top + height, stroke=color("grid")))
         parts.append(words(across(speed), top + height + 15.0, f"{speed:g}", 11.5, anchor="middle"))

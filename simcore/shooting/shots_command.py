@@ -142,7 +142,7 @@ def run(options: argparse.Namespace) -> int:
 
 
 def _said(row: ShotTableRow) -> str:
-    share = "" if row.share is None else f"{row.share.share:.1%} go in"
+    share = "" if row.share is None else f"{row.share.value:.1%} go in"
     return f"{row.distance:g} m: {row.problem or share}"
 
 
@@ -170,8 +170,8 @@ def _print(table: ShotTable) -> None:
             f"{row.time_of_flight:.2f} s",
             f"{row.slowest / row.speed - 1.0:+.0%} {row.fastest / row.speed - 1.0:+.0%}",
             f"{math.degrees(row.flattest - row.elevation):+.0f} {math.degrees(row.steepest - row.elevation):+.0f} deg",
-            f"{row.share.share:.1%}",
-            "" if row.between is None else f"{row.between.share:.1%}",
+            f"{row.share.value:.1%}",
+            "" if row.between is None else f"{row.between.value:.1%}",
         )
     Console(width=150).print(shown)
     if any(row.by_board for row in table.rows):
