@@ -13,7 +13,7 @@ from simcore.install_text import install_command
 from simcore.sweep.executors import play_all
 from simcore.sweep.experiment import Experiment, PlannedRun
 from simcore.sweep.one_run import planned_values, require_playable_runs
-from simcore.sweep.results import Results
+from simcore.sweep.results import BESIDE_METRICS, Results
 from simcore.sweep.run_store import RunStore
 from simcore.sweep.sweep_statistics import wilson_share
 
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 __all__ = ["rows_table", "sweep"]
 
-_HEAD, _TAIL = ("run", "point", "seed"), ("digest", "version", "error", "cpu_seconds")
+_HEAD, _TAIL = BESIDE_METRICS[:3], BESIDE_METRICS[3:]
 
 
 def sweep(
@@ -160,7 +160,7 @@ def rows_table(experiment: Experiment, rows: Iterable[Mapping[str, Any]]) -> pd.
     factors = [factor.name for factor in experiment.factors]
     metrics: dict[str, None] = {}
     for row in ordered:
-        metrics.update(dict.fromkeys(name for name in row if name not in (*_HEAD, *factors, *_TAIL)))
+        metrics.update(dict.fromkeys(name for name in row if name not in (*BESIDE_METRICS, *factors)))
     table = pd.DataFrame(ordered, columns=[*_HEAD, *factors, *metrics, *_TAIL])
     for name in metrics:  # what could not be measured is NaN
         if all(value is None or isinstance(value, (int, float)) for value in table[name]):
