@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import textwrap
 from collections.abc import Callable
 from pathlib import Path
 
@@ -86,7 +87,7 @@ def _panel(row: ShotTableRow, band: ShotBand | None, box: tuple[float, float, fl
         parts.append(line(x, down(math.degrees(row.flattest)), x, down(math.degrees(row.steepest)), **look))
         parts.append(element("circle", cx=x, cy=y, r=4.0, fill=color("ink")))
     else:
-        for number, text in enumerate(_wrapped(row.problem)):
+        for number, text in enumerate(textwrap.wrap(row.problem, 34, break_long_words=False, break_on_hyphens=False)):
             parts.append(words(left + 0.5 * width, top + 80.0 + 18.0 * number, text, 13, anchor="middle"))
     return document((0.0, 0.0, *_PANEL), *parts)
 
@@ -102,12 +103,3 @@ def _runs(band: ShotBand, across: Callable[[float], float], down: Callable[[floa
             y = down(elevation + half)
             bars.append(element("rect", x=start, y=y, width=max(1.0, end - start), height=down(elevation - half) - y))
     return bars
-
-
-def _wrapped(text: str, width: int = 34) -> list[str]:
-    lines = [""]
-    for word in text.split():
-        if lines[-1] and len(lines[-1]) + len(word) >= width:
-            lines.append("")
-        lines[-1] = f"{lines[-1]} {word}".strip()
-    return lines
