@@ -6,6 +6,7 @@ import argparse
 import json
 import sys
 import tempfile
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from time import perf_counter, process_time
@@ -82,7 +83,7 @@ def _throughput(experiment: Experiment) -> dict[str, Any]:
     share = max(2, experiment.count // 4)
     tables = []
     for first in range(0, experiment.count, share):
-        part = Experiment.from_json({**experiment.to_json(), "seeds": experiment.seeds[first : first + share]})
+        part = replace(experiment, seeds=experiment.seeds[first : first + share])
         for workers in (1, 2):
             start = perf_counter()
             results = sweep(part, workers=workers, executor="process" if workers == 1 else "joblib")

@@ -86,7 +86,7 @@ def fly_to_opening(
         place=np.full((n, 3), np.nan), vel=np.full((n, 3), np.nan),
     )  # fmt: skip
     middle, inward, rim, reach = opening.middle, opening.inward, opening.bare_rim, opening.reach
-    heights = [z for _, _, z in opening.corners]
+    lowest = min(z for _, _, z in opening.corners)
     panels = [_Face(panel, surface, middle) for panel in (*opening.boards, *opening.walls)]
     row: IntArray = np.arange(n)
     flying = shots.only(row)  # own arrays, which shrink
@@ -120,11 +120,11 @@ def fly_to_opening(
         scores = is_within & (vel[:, 2] < 0.0) & zone.crossed(start, pos)
         # What is deep enough to be clear of the rim, and has not the energy to rise to it any more, falls in.
         turning = 0.2 * np.square(flying.radius) * np.einsum("ij,ij->i", flying.spin, flying.spin)
-        energy = 0.5 * np.einsum("ij,ij->i", vel, vel) + turning + gravity * (pos[:, 2] - min(heights))
+        energy = 0.5 * np.einsum("ij,ij->i", vel, vel) + turning + gravity * (pos[:, 2] - lowest)
         is_caught = is_within & (depth >= flying.radius) & (energy < 0.0)
         is_in = (scores | is_caught) & ~touches
         found.goes_in[row[is_in]] = True
-        is_past = (vel[:, 2] < 0.0) & (pos[:, 2] < min(heights) - flying.radius) & ~is_within
+        is_past = (vel[:, 2] < 0.0) & (pos[:, 2] < lowest - flying.radius) & ~is_within
         left = ~(touches | is_in | is_past)
         if not left.all():
             flying, row, is_within = flying.only(left), row[left], is_within[left]

@@ -120,10 +120,11 @@ class PracticeField:
         rows = task.rows(stand, np.array([elevation]), np.array([speed]), yaw, np.zeros(1, dtype=np.int64))
         pos, vel, spin = (tuple(row[0].tolist()) for row in (rows.pos, rows.vel, rows.spin))
         opening = task.opening
+        middle, inward, reach = opening.middle, opening.inward, opening.reach
         for _ in range(_FLIGHT):
             after, faster = fly(pos, vel, spin, TICK, gravity=GRAVITY, factors=task.kind.air)
             at = np.array([after])
-            if opening.holds(at)[0] and -opening.reach < float((at[0] - opening.middle) @ opening.inward) <= 0.0:
+            if -reach < float((at[0] - middle) @ inward) <= 0.0 and opening.holds(at)[0]:
                 return True
             if free_share(self._match.world, pos, after, task.kind.inner_radius, robot=self._robot.chassis.row) < 1.0:
                 return False

@@ -10,8 +10,9 @@ import numpy as np
 from simcore.pieces.aerodynamics import fly_rows
 from simcore.pieces.shot_flight import ShotRows
 from simcore.shooting.practice_field import PracticeField, RealShot
-from simcore.shooting.shot_table import ShotShare, ShotTable, ShotTableRow, scattered_hits
+from simcore.shooting.shot_table import ShotTable, ShotTableRow, scattered_hits
 from simcore.shooting.shot_task import SPREADS, ShotDraws, ShotTask
+from simcore.sweep.sweep_statistics import Share, wilson_share
 from simcore.units import GRAVITY, TICK
 
 __all__ = ["EngineCheck", "FlightCheck", "check_by_engine", "check_by_flights"]
@@ -29,20 +30,20 @@ class FlightCheck:
     """Many scattered flights of one row."""
 
     row: ShotTableRow
-    found: ShotShare
+    found: Share
 
     @property
     def holds(self) -> bool:
         """Whether the row's share is within the interval of these flights."""
         assert self.row.share is not None
-        return self.found.lower <= self.row.share.share <= self.found.upper
+        return self.found.lower <= self.row.share.value <= self.found.upper
 
     def __str__(self) -> str:
         """One line."""
         assert self.row.share is not None
         found = self.found
         return (
-            f"{self.row.distance:g} m: claimed {self.row.share.share:.1%}, found {found.hits} of {found.shots}"
+            f"{self.row.distance:g} m: claimed {self.row.share.value:.1%}, found {found.k} of {found.n}"
             f" ({found.lower:.1%} to {found.upper:.1%}): {'holds' if self.holds else 'does NOT hold'}"
         )
 
@@ -66,7 +67,7 @@ class EngineCheck:
     @property
     def holds(self) -> bool:
         """Whether paths agree within their limit, and what should go in scores, up to the chaos of bounces."""
-        agrees = self.expected == 0 or ShotShare.of(self.lost, self.expected).lower <= _CHAOS
+        agrees = self.expected == 0 or wilson_share(self.lost, self.expected).lower <= _CHAOS
         return agrees and self.path_error <= self.path_limit
 
     def __str__(self) -> str:
@@ -91,7 +92,7 @@ def check_by_flights(table: ShotTable, shots: int, *, seed: int) -> list[FlightC
     for number, row in enumerate(rows):
         shares = np.random.default_rng((seed, number)).uniform(1e-9, 1.0 - 1e-9, (shots, SPREADS))
         hits = scattered_hits(table.task, row.stand, row.best, ShotDraws.of(table.scatter, shares))
-        checks.append(FlightCheck(row, ShotShare.of(int(hits.sum()), shots, 1.0 - _ALARM / len(rows))))
+        checks.append(FlightCheck(row, wilson_share(int(hits.sum()), shots, 1.0 - _ALARM / len(rows))))
     return checks
 
 

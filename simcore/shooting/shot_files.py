@@ -55,10 +55,10 @@ def row_values(row: ShotTableRow, check: FlightCheck | None = None) -> dict[str,
         ("between", row.between),
         ("check", None if check is None else check.found),
     ):
-        values[name] = None if share is None else round(share.share, 4)
+        values[name] = None if share is None else round(share.value, 4)
         values[f"{name}_lower"] = None if share is None else round(share.lower, 4)
         values[f"{name}_upper"] = None if share is None else round(share.upper, 4)
-        values[f"{name}_shots"] = None if share is None else share.shots
+        values[f"{name}_shots"] = None if share is None else share.n
     values["check_holds"] = None if check is None else check.holds
     return values
 
@@ -127,7 +127,7 @@ def table_python(table: ShotTable) -> str:
         key = (row.distance, row.radial, row.tangential)
         values = row_values(row)
         shot = tuple(values[name] for name in _COLUMNS) if row.is_feasible else None
-        note = row.problem if row.share is None else f"{row.share.share:.1%} go in"
+        note = row.problem if row.share is None else f"{row.share.value:.1%} go in"
         lines.append(f"    {key!r}: {shot!r},  # {note}")
         if row.between is not None and row.share is not None:
             after = next(
@@ -135,8 +135,8 @@ def table_python(table: ShotTable) -> str:
                 for other in table.rows
                 if other.distance > row.distance and (other.radial, other.tangential) == key[1:]
             )
-            worse = min(row.share.share, after.share.share if after.share is not None else 0.0)
-            if row.between.share < _KEPT * worse:
+            worse = min(row.share.value, after.share.value if after.share is not None else 0.0)
+            if row.between.value < _KEPT * worse:
                 gaps.append(key)
     lines += ["}", f"GAPS = {set(gaps) if gaps else set()!r}", _GAPS_TEXT, "", "", _LOOKUP]
     return "\n".join(lines)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import textwrap
 from collections.abc import Callable
 from pathlib import Path
 
@@ -67,7 +68,7 @@ def _panel(row: ShotTableRow, band: ShotBand | None, box: tuple[float, float, fl
     moving = "" if row.radial == row.tangential == 0.0 else f", moving {row.radial:g} / {row.tangential:g} m/s"
     parts = [words(left, top - 9.0, f"{row.distance:g} m{moving}", 14, ink=color("ink"), bold=True)]
     if row.share is not None:
-        parts.append(words(left + width, top - 9.0, f"{row.share.share:.1%} go in", 12, anchor="end"))
+        parts.append(words(left + width, top - 9.0, f"{row.share.value:.1%} go in", 12, anchor="end"))
     for speed in ticks(slow, fast, 6):
         parts.append(line(across(speed), top, across(speed), top + height, stroke=color("grid")))
         parts.append(words(across(speed), top + height + 15.0, f"{speed:g}", 11.5, anchor="middle"))
@@ -86,7 +87,7 @@ def _panel(row: ShotTableRow, band: ShotBand | None, box: tuple[float, float, fl
         parts.append(line(x, down(math.degrees(row.flattest)), x, down(math.degrees(row.steepest)), **look))
         parts.append(element("circle", cx=x, cy=y, r=4.0, fill=color("ink")))
     else:
-        for number, text in enumerate(_wrapped(row.problem)):
+        for number, text in enumerate(textwrap.wrap(row.problem, 34, break_long_words=False, break_on_hyphens=False)):
             parts.append(words(left + 0.5 * width, top + 80.0 + 18.0 * number, text, 13, anchor="middle"))
     return document((0.0, 0.0, *_PANEL), *parts)
 
@@ -102,12 +103,3 @@ def _runs(band: ShotBand, across: Callable[[float], float], down: Callable[[floa
             y = down(elevation + half)
             bars.append(element("rect", x=start, y=y, width=max(1.0, end - start), height=down(elevation - half) - y))
     return bars
-
-
-def _wrapped(text: str, width: int = 34) -> list[str]:
-    lines = [""]
-    for word in text.split():
-        if lines[-1] and len(lines[-1]) + len(word) >= width:
-            lines.append("")
-        lines[-1] = f"{lines[-1]} {word}".strip()
-    return lines

@@ -8,42 +8,21 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.stats import binomtest, qmc
+from scipy.stats import qmc
 
 from simcore.geometry.rotation import wrap_angle
 from simcore.match.scatter import Scatter
 from simcore.shooting.practice_field import PracticeField
 from simcore.shooting.shot_band import BestShot, ShotBand, smoothest
 from simcore.shooting.shot_task import SPREADS, ShotDraws, ShotTask, Stand
+from simcore.sweep.sweep_statistics import Share, wilson_share
 from simcore.typing import BoolArray, FloatArray
 
-__all__ = ["ShotShare", "ShotTable", "ShotTableRow", "make_table", "scattered_hits"]
+__all__ = ["ShotTable", "ShotTableRow", "make_table", "scattered_hits"]
 
 _CLAIM_SHOTS, _BETWEEN_SHOTS = 2048, 512
 """Of a row's shares: powers of 2, as Sobol's sequence wants."""
-_LEVEL = 0.95
 _MOST_PLACES = 6  # that are tried before a row is given up
-
-
-@dataclass(frozen=True, slots=True)
-class ShotShare:
-    """A share of shots with its interval by Wilson (scipy.stats.binomtest)."""
-
-    hits: int
-    shots: int
-    lower: float
-    upper: float
-
-    @classmethod
-    def of(cls, hits: int, shots: int, level: float = _LEVEL) -> ShotShare:
-        """At a level of confidence [-]."""
-        interval = binomtest(hits, shots).proportion_ci(level, method="wilson")
-        return cls(hits, shots, float(interval.low), float(interval.high))
-
-    @property
-    def share(self) -> float:
-        """Of the shots [-]."""
-        return self.hits / self.shots
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -86,9 +65,9 @@ class ShotTableRow:
     """At this speed [rad]."""
     margin: float = math.nan
     """To the nearest shot that does not go in, in standard deviations of the scatter [-]."""
-    share: ShotShare | None = None
+    share: Share | None = None
     """Of scattered shots that go in."""
-    between: ShotShare | None = None
+    between: Share | None = None
     """The same half way to the next distance, with elevation and speed half way between; None: there is none."""
 
     @property
@@ -247,16 +226,16 @@ def _choose(places: list[_Place]) -> None:
             together = []
 
 
-def _between(task: ShotTask, row: ShotTableRow, after: ShotTableRow, scatter: Scatter, seed: int) -> ShotShare:
+def _between(task: ShotTask, row: ShotTableRow, after: ShotTableRow, scatter: Scatter, seed: int) -> Share:
     """Of the shots half way between two rows, from where the first was worked out."""
     shot = BestShot(0.5 * (row.elevation + after.elevation), 0.5 * (row.speed + after.speed), 0.0)
     stand = replace(row.stand, distance=0.5 * (row.distance + after.distance))
     return _share(task, stand, shot, scatter, seed, _BETWEEN_SHOTS)
 
 
-def _share(task: ShotTask, stand: Stand, shot: BestShot, scatter: Scatter, seed: int, count: int) -> ShotShare:
+def _share(task: ShotTask, stand: Stand, shot: BestShot, scatter: Scatter, seed: int, count: int) -> Share:
     shares = np.clip(qmc.Sobol(SPREADS, seed=seed).random(count), 1e-9, 1.0 - 1e-9)
-    return ShotShare.of(int(scattered_hits(task, stand, shot, ShotDraws.of(scatter, shares)).sum()), count)
+    return wilson_share(int(scattered_hits(task, stand, shot, ShotDraws.of(scatter, shares)).sum()), count)
 
 
 def scattered_hits(task: ShotTask, stand: Stand, shot: BestShot, draws: ShotDraws) -> BoolArray:

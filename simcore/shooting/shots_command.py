@@ -24,7 +24,7 @@ from simcore.shooting.shot_task import ShotTask
 from simcore.sweep.factor_paths import vary_robot
 from simcore.sweep.factors import parse_factor
 from simcore.sweep.one_run import robot_of
-from simcore.telemetry.sinks import output_error, require_writable
+from simcore.telemetry.sinks import require_writable, write_text
 
 __all__ = ["add_arguments", "run"]
 
@@ -125,10 +125,7 @@ def run(options: argparse.Namespace) -> int:
     for path, text in zip(
         paths, (table_csv(table, checks), table_json(table, checks), table_python(table)), strict=False
     ):
-        try:
-            path.write_text(text, encoding="utf-8")
-        except OSError as error:
-            raise output_error("table", path, error) from error
+        write_text("table", path, text)
     for path in paths[3:]:
         draw_bands(path, table)
     _print(table)
@@ -145,7 +142,7 @@ def run(options: argparse.Namespace) -> int:
 
 
 def _said(row: ShotTableRow) -> str:
-    share = "" if row.share is None else f"{row.share.share:.1%} go in"
+    share = "" if row.share is None else f"{row.share.value:.1%} go in"
     return f"{row.distance:g} m: {row.problem or share}"
 
 
@@ -173,8 +170,8 @@ def _print(table: ShotTable) -> None:
             f"{row.time_of_flight:.2f} s",
             f"{row.slowest / row.speed - 1.0:+.0%} {row.fastest / row.speed - 1.0:+.0%}",
             f"{math.degrees(row.flattest - row.elevation):+.0f} {math.degrees(row.steepest - row.elevation):+.0f} deg",
-            f"{row.share.share:.1%}",
-            "" if row.between is None else f"{row.between.share:.1%}",
+            f"{row.share.value:.1%}",
+            "" if row.between is None else f"{row.between.value:.1%}",
         )
     Console(width=150).print(shown)
     if any(row.by_board for row in table.rows):

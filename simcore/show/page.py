@@ -26,7 +26,7 @@ from simcore.show.scene import Scene
 from simcore.show.shots import intake_places, shot_rows, shots_of
 from simcore.show.svg import document
 from simcore.telemetry.recording import Recording
-from simcore.telemetry.sinks import output_error
+from simcore.telemetry.sinks import write_text
 from simcore.typing import FloatArray
 
 __all__ = ["page_style", "write_page"]
@@ -107,11 +107,7 @@ def write_page(path: str | Path, recording: Recording, scene: Scene, *, title: s
         # "</script>" in a name must not end the script that carries it
         run=json.dumps(run, separators=(",", ":"), allow_nan=False).replace("</", "<\\/"),
     )  # fmt: skip
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_text(text, encoding="utf-8")
-    except OSError as error:
-        raise output_error("page", path, error) from error
+    write_text("page", path, text)
 
 
 def page_style() -> str:

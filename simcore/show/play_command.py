@@ -20,7 +20,7 @@ from simcore.match.report import print_report
 from simcore.match.runner import AutoRun, auto_seconds, play_auto
 from simcore.match.scatter import Scatter
 from simcore.physics.engine_choice import add_engine_option
-from simcore.quantities import Quantity, number_flag
+from simcore.quantities import Quantity, number_flag, text_flag
 from simcore.show.run_outputs import RunOutputs
 from simcore.show.watch import Watch, add_options
 from simcore.telemetry.snapshot import TelemetrySink
@@ -41,7 +41,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--seed", type=_SEED, default=0, metavar="N", help="seed of everything left to chance")
     parser.add_argument(
         "--scatter",
-        type=_scatter,
+        type=text_flag(Scatter.parse),
         nargs="?",
         const=Scatter(),
         metavar="SPREADS",
@@ -72,13 +72,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_options(parser)
     for name, sentence in _game_options().items():
         parser.add_argument("--" + name.replace("_", "-"), action="store_true", help=sentence)
-
-
-def _scatter(text: str) -> Scatter:
-    try:
-        return Scatter.parse(text)
-    except SimcoreError as error:
-        raise argparse.ArgumentTypeError(str(error)) from None
 
 
 def _game_options() -> dict[str, str]:

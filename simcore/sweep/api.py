@@ -11,17 +11,18 @@ from typing import TYPE_CHECKING, Any
 from simcore.errors import VendorError
 from simcore.install_text import install_command
 from simcore.sweep.executors import play_all
-from simcore.sweep.experiment import Experiment, PlannedRun, StopRule
+from simcore.sweep.experiment import Experiment, PlannedRun
 from simcore.sweep.one_run import planned_values, require_playable_runs
-from simcore.sweep.results import Results
+from simcore.sweep.results import BESIDE_METRICS, Results
 from simcore.sweep.run_store import RunStore
+from simcore.sweep.sweep_statistics import wilson_share
 
 if TYPE_CHECKING:
     import pandas as pd
 
 __all__ = ["rows_table", "sweep"]
 
-_HEAD, _TAIL = ("run", "point", "seed"), ("digest", "version", "error", "cpu_seconds")
+_HEAD, _TAIL = BESIDE_METRICS[:3], BESIDE_METRICS[3:]
 
 
 def sweep(
@@ -58,7 +59,7 @@ def sweep(
     runs = experiment.runs()
     keys = experiment.run_keys(runs)
     store = None if out is None else RunStore(Path(out))
-    rounds = _Rounds(experiment.stop, runs)
+    rounds = _Rounds(experiment, runs)
     end = None if experiment.stop.seconds is None else monotonic() + experiment.stop.seconds
     try:
         if store is not None:
@@ -98,10 +99,10 @@ class _Rounds:
     depend on which run was done first.
     """
 
-    def __init__(self, rule: StopRule, runs: list[PlannedRun]) -> None:
+    def __init__(self, experiment: Experiment, runs: list[PlannedRun]) -> None:
         self.rows: dict[int, dict[str, Any]] = {}
         """By number of the run."""
-        self._rule = rule
+        self._experiment = experiment
         self._points = 1 + max(planned.point for planned in runs)
         self._count = len(runs)
         self._whole = 0
@@ -133,26 +134,16 @@ class _Rounds:
 
     def _is_met(self) -> bool:
         """Whether the rule is met by the whole rounds so far."""
-        rule, whole = self._rule, self._whole
+        rule, whole = self._experiment.stop, self._whole
         if rule.errors is not None and self._failed >= rule.errors:
             return True
         step = 10 ** max(0, len(str(whole)) - 2)  # of many rounds some ninety in each power of ten are asked
         if not rule.condition or whole < rule.least or whole % step:
             return False
-        return share_is_known(rule, [self.rows[number] for number in range(whole * self._points)])
-
-
-def share_is_known(rule: StopRule, rows: Iterable[Mapping[str, Any]]) -> bool:
-    """Whether the share of successes is known well enough at every point."""
-    import pandas as pd
-
-    from simcore.sweep.column_expressions import evaluate
-    from simcore.sweep.sweep_statistics import wilson_share
-
-    table = pd.DataFrame(list(rows))
-    held = evaluate(table, rule.condition).fillna(False).astype(bool) & (table["error"] == "")
-    shares = (wilson_share(int(some.sum()), len(some)) for _, some in held.groupby(table["point"]))
-    return all(0.5 * (share.upper - share.lower) <= rule.width for share in shares)
+        table = rows_table(self._experiment, [self.rows[number] for number in range(whole * self._points)])
+        held = Results(table, self._experiment).succeeded(rule.condition)
+        shares = (wilson_share(int(some.sum()), len(some)) for _, some in held.groupby(table["point"]))
+        return all(0.5 * (share.upper - share.lower) <= rule.width for share in shares)
 
 
 def rows_table(experiment: Experiment, rows: Iterable[Mapping[str, Any]]) -> pd.DataFrame:
@@ -169,7 +160,7 @@ def rows_table(experiment: Experiment, rows: Iterable[Mapping[str, Any]]) -> pd.
     factors = [factor.name for factor in experiment.factors]
     metrics: dict[str, None] = {}
     for row in ordered:
-        metrics.update(dict.fromkeys(name for name in row if name not in (*_HEAD, *factors, *_TAIL)))
+        metrics.update(dict.fromkeys(name for name in row if name not in (*BESIDE_METRICS, *factors)))
     table = pd.DataFrame(ordered, columns=[*_HEAD, *factors, *metrics, *_TAIL])
     for name in metrics:  # what could not be measured is NaN
         if all(value is None or isinstance(value, (int, float)) for value in table[name]):

@@ -27,8 +27,8 @@ from simcore.sweep.run_metrics import PlayedRun, measure, named_object
 from simcore.sweep.time_limit import time_limit
 
 __all__ = [
-    "failed_row", "planned_values", "play_run", "play_values", "require_playable_runs", "robot_of", "sentence_of",
-    "setup_of",
+    "failed_row", "game_of", "planned_values", "play_run", "play_values", "require_playable_runs", "robot_of",
+    "sentence_of", "setup_of",
 ]  # fmt: skip
 
 _one_at_a_time = Lock()  # a worker of a cluster may have several threads; a run has the process to itself
@@ -109,7 +109,7 @@ def setup_of(experiment: Experiment) -> RunSetup:
     Raises:
         SimcoreError: Game, auto or robot are not there.
     """
-    game = _game(experiment.game)
+    game = game_of(experiment.game)
     return RunSetup(
         game=game,
         auto=game.auto(experiment.auto),
@@ -137,7 +137,12 @@ def require_playable_runs(experiment: Experiment) -> None:
             vary(setup, {factor.name: value})
 
 
-def _game(name: str | None) -> Game:
+def game_of(name: str | None) -> Game:
+    """An installed game by its name, or any as `module:name`; None: the newest that is installed.
+
+    Raises:
+        SimcoreError: There is no such game.
+    """
     if name is None or ":" not in name:
         return find_game(name, say=str)
     game = named_object(name, "game")

@@ -41,7 +41,7 @@ if TYPE_CHECKING:
 __all__ = ["BESIDE_METRICS", "Results"]
 
 BESIDE_METRICS = ("run", "point", "seed", "digest", "version", "error", "cpu_seconds")
-"""Columns of every table that are neither factors nor metrics."""
+"""Columns of every table that are neither factors nor metrics: three before them, the others after."""
 _NARROW, _WIDE = 720, 1200  # of pictures [px]
 
 
@@ -305,12 +305,10 @@ class Results:
 
 def _field_of(experiment: Experiment) -> Scene:
     """The bare field of the game that was played."""
-    from simcore.match.registry import find_game
     from simcore.show.scene import bare_scene
-    from simcore.sweep.one_run import setup_of
+    from simcore.sweep.one_run import game_of
 
-    is_named = experiment.project is not None
-    return bare_scene(find_game(experiment.game, say=str) if is_named else setup_of(experiment).game)
+    return bare_scene(game_of(experiment.game))
 
 
 _OF_DESIGNS = {

@@ -12,8 +12,8 @@ from simcore.match.registry import find_game
 from simcore.show.page import page_style
 from simcore.sweep.result_drawings import ResultDrawing, effects_of, main_metric, varied_metrics
 from simcore.sweep.sweep_charts import number_text
-from simcore.sweep.sweep_statistics import PERCENTILES
-from simcore.telemetry.sinks import output_error
+from simcore.sweep.sweep_statistics import PERCENTILES, Share
+from simcore.telemetry.sinks import write_text
 
 if TYPE_CHECKING:
     from simcore.sweep.results import Results
@@ -37,11 +37,8 @@ def summary_text(results: Results, condition: str = "") -> str:
     """
     lines = [_headline(results)]
     if condition:
-        lines += ["", f"{condition}: {results.success(condition)}"]
-        for factor in results.factors:
-            if results.table[factor].nunique() in range(2, _MOST_GROUPS + 1):
-                shares = results.success_by(factor, condition)
-                lines += [f"  {factor} = {number_text(value)}: {share}" for value, share in shares.items()]
+        (_, share), *groups = _shares(results, condition)
+        lines += ["", f"{condition}: {share}", *(f"  {name}: {share}" for name, share in groups)]
     heads, rows = _percentile_table(results)
     if rows:
         lines += ["", *_aligned([list(heads), *rows])]
@@ -99,11 +96,7 @@ def write_results_page(
         tables=tables,
         style=page_style(),
     )
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_text(text, encoding="utf-8")
-    except OSError as error:
-        raise output_error("page", path, error) from error
+    write_text("page", path, text)
 
 
 _PAGE = """<!DOCTYPE html>
@@ -177,17 +170,22 @@ def _share_table(results: Results, condition: str) -> Table:
     heads = ("runs", "successes", "share", "95 % interval")
     rows = []
     if condition:
-        groups = {"all": results.success(condition)}
-        for factor in results.factors:
-            if results.table[factor].nunique() in range(2, _MOST_GROUPS + 1):
-                found = results.success_by(factor, condition)
-                groups |= {f"{factor} = {number_text(value)}": share for value, share in found.items()}
         rows = [
             [name, f"{share.k} of {share.n}", f"{100 * share.value:.0f} %",
              f"{100 * share.lower:.0f} to {100 * share.upper:.0f} %"]
-            for name, share in groups.items()
+            for name, share in _shares(results, condition)
         ]  # fmt: skip
     return heads, rows
+
+
+def _shares(results: Results, condition: str) -> list[tuple[str, Share]]:
+    """Of all runs, then of each value of the factors that have few."""
+    shares = [("all", results.success(condition))]
+    for factor in results.factors:
+        if results.table[factor].nunique() in range(2, _MOST_GROUPS + 1):
+            found = results.success_by(factor, condition)
+            shares += [(f"{factor} = {number_text(value)}", share) for value, share in found.items()]
+    return shares
 
 
 def _percentile_table(results: Results) -> Table:

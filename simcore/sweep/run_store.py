@@ -88,19 +88,13 @@ class RunStore:
         self._unsaved[key] = (row["error"], json.dumps(row))
         self._write()
 
-    def rows(self, keys: Sequence[str], *, failed: bool = False) -> dict[str, dict[str, Any]]:
-        """Those of these runs that are there, by key.
-
-        Args:
-            keys: Of runs.
-            failed: Whether those that failed count, too.
-        """
+    def rows(self, keys: Sequence[str]) -> dict[str, dict[str, Any]]:
+        """Those of these runs that are there and have not failed, by key."""
         found: dict[str, dict[str, Any]] = {}
         for start in range(0, len(keys), _AT_ONCE):
             some = keys[start : start + _AT_ONCE]
             marks = ",".join("?" * len(some))
-            which = "" if failed else " AND error = ''"
-            cursor = self._base.execute(f"SELECT key, row FROM runs WHERE key IN ({marks}){which}", some)
+            cursor = self._base.execute(f"SELECT key, row FROM runs WHERE error = '' AND key IN ({marks})", some)
             found.update((key, json.loads(row)) for key, row in cursor)
         return found
 

@@ -39,8 +39,8 @@ class ChartPoint:
 def number_text(value: float | str) -> str:
     """A number with as many digits as a reader wants; words stay as they are.
 
-    >>> [number_text(value) for value in (0.30000000000000004, 32, 1234.567, -0.0, "depot")]
-    ['0.3', '32', '1235', '0', 'depot']
+    >>> [number_text(value) for value in (0.30000000000000004, 32, 1234.567, -0.0, "left")]
+    ['0.3', '32', '1235', '0', 'left']
     """
     if isinstance(value, str):
         return value

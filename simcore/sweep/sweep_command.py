@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 import shlex
 import sys
-from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from time import monotonic
 from typing import Any
@@ -13,15 +13,21 @@ from typing import Any
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
-from simcore.errors import ConfigError, SimcoreError, UnknownNameError
+from simcore.errors import ConfigError, UnknownNameError
 from simcore.match.scatter import Scatter
-from simcore.physics.engine_choice import add_engine_option
-from simcore.quantities import Quantity, number_flag
+from simcore.quantities import Quantity, number_flag, text_flag
 from simcore.robot_file.reader import read_settings
 from simcore.robot_file.template import FILE_NAME as ROBOT_FILE
 from simcore.sweep.api import sweep
 from simcore.sweep.column_expressions import names_in
 from simcore.sweep.experiment import DESIGNS, SAMPLED, Experiment, StopRule
+from simcore.sweep.experiment_options import (
+    COUNT_FLAG,
+    WORKERS_FLAG,
+    add_played_options,
+    add_player_options,
+    experiment_fields,
+)
 from simcore.sweep.factors import parse_factor
 from simcore.sweep.one_run import play_values
 from simcore.sweep.results import Results
@@ -30,25 +36,15 @@ from simcore.sweep.run_store import RunStore
 
 __all__ = ["add_arguments", "run"]
 
-_TIMEOUT = 600.0  # [s]; a whole match takes some tens
 _SAID_EVERY = 30.0  # [s]; where no bar can be drawn
 _MOST_SEEDS = 1_000_000
-_SECONDS = number_flag(Quantity("s", 0.0, 3600.0, is_open=True))
-_WALL = number_flag(Quantity("s", 0.0, 1e6, is_open=True))
-_COUNT = number_flag(Quantity("", 1, 1_000_000, is_whole=True))
-_WORKERS = number_flag(Quantity("", 0, 100_000, is_whole=True))
 _WIDTH = number_flag(Quantity("", 0.0, 0.5, is_open=True))
 _RUN = number_flag(Quantity("", 0, 10_000_000, is_whole=True))
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Options of the command."""
-    parser.add_argument("game", nargs="?", metavar="GAME", help="which game (default: the newest that is installed)")
-    parser.add_argument("--auto", metavar="NAME", help="which auto (default: the game's first, or the chooser's)")
-    parser.add_argument("--project", type=Path, metavar="FOLDER", help="the folder of a robot.py, whose own code plays")
-    parser.add_argument(
-        "--robot", metavar="FILE.toml", help=f"another robot than the game's own: a {ROBOT_FILE}, or module:function"
-    )
+    add_player_options(parser)
     parser.add_argument(
         "--seeds", type=_seeds, default=range(10), metavar="N", help="so many seeds, or 5:20, or 1,7,9 (default: 10)"
     )
@@ -57,7 +53,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         dest="factors",
         action="append",
         default=[],
-        type=_checked(parse_factor),
+        type=text_flag(parse_factor),
         metavar="FACTOR=VALUES",
         help="vary something: robot.mass=45:60:5, battery.charge=0.3,1, shooter.exit_efficiency=uniform(0.4,0.5), "
         "robot.mass=normal(55,1); may be given again",
@@ -66,11 +62,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--design", choices=DESIGNS[:-1], help="how several factors are combined (default: grid, or latin)"
     )
     parser.add_argument(
-        "--samples", type=_COUNT, metavar="N", help=f"size of the designs {', '.join(SAMPLED)} (default: 20)"
+        "--samples", type=COUNT_FLAG, metavar="N", help=f"size of the designs {', '.join(SAMPLED)} (default: 20)"
     )
     parser.add_argument(
         "--scatter",
-        type=_checked(Scatter.parse),
+        type=text_flag(Scatter.parse),
         metavar="SPREADS",
         help="by how much robot, pieces and shots differ from seed to seed: 1 is the default spreads, 0 none, "
         "1,exit_speed=0.03 with one of them otherwise",
@@ -82,7 +78,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="WIDTH",
         help="stop when the share of successes is known to +-WIDTH at every point, e.g. 0.1",
     )
-    parser.add_argument("--most-errors", type=_COUNT, metavar="N", help="stop when so many runs have failed")
+    parser.add_argument("--most-errors", type=COUNT_FLAG, metavar="N", help="stop when so many runs have failed")
     parser.add_argument(
         "--metric",
         dest="metrics",
@@ -91,17 +87,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="NAME",
         help="measure this only, or a function of your own, module:function; may be given again",
     )
-    parser.add_argument("--seconds", type=_SECONDS, metavar="S", help="simulated time (default: as long as auto is)")
-    parser.add_argument("--alliance", choices=("blue", "red"), default="blue", help="whose robot (default: blue)")
+    add_played_options(parser)
     parser.add_argument(
-        "--option", action="append", default=[], metavar="NAME", help="an option of the game that is on"
-    )
-    add_engine_option(parser)
-    parser.add_argument(
-        "--timeout", type=_WALL, default=_TIMEOUT, metavar="S", help="wall time of one run (default: 600)"
-    )
-    parser.add_argument(
-        "-j", "--workers", type=_WORKERS, default=0, metavar="N", help="processes (default: 0, one for each core)"
+        "-j", "--workers", type=WORKERS_FLAG, default=0, metavar="N", help="processes (default: 0, one for each core)"
     )
     parser.add_argument(
         "--dask",
@@ -160,25 +148,17 @@ def _experiment(options: argparse.Namespace) -> Experiment:
     for name in names_in(options.success) if options.success else ():
         if name not in known and not name.startswith("breakdown.") and ":" not in "".join(options.metrics):
             raise UnknownNameError("metric or factor (of --success)", name, known)
-    stop = StopRule(condition=options.success if options.until else "", errors=options.most_errors)
+    stop = StopRule(errors=options.most_errors)
     if options.until:
-        stop = StopRule(condition=options.success, width=options.until, errors=options.most_errors)
+        stop = replace(stop, condition=options.success, width=options.until)
     return Experiment(
-        game=options.game,
-        auto=options.auto,
-        alliance=options.alliance,
-        seconds=options.seconds,
-        options=tuple(options.option),
-        engine=options.engine,
-        robot=options.robot,
-        project=None if options.project is None else str(options.project),
+        **experiment_fields(options),
         scatter=_scatter(options),
         factors=tuple(options.factors),
         design=design,
         samples=samples,
         seeds=tuple(options.seeds),
         metrics=tuple(options.metrics),
-        timeout=options.timeout,
         stop=stop,
     )
 
@@ -292,15 +272,3 @@ def _seeds(text: str) -> tuple[int, ...]:
     if not 0 < len(found) <= _MOST_SEEDS:
         raise argparse.ArgumentTypeError(f"want how many, or from:to, or a list such as 1,7,9, got {text!r}")
     return tuple(found)
-
-
-def _checked(read: Callable[[str], Any]) -> Callable[[str], Any]:
-    """The `type` of an option that a reader of simcore's own understands."""
-
-    def checked(text: str) -> Any:
-        try:
-            return read(text)
-        except SimcoreError as error:
-            raise argparse.ArgumentTypeError(str(error)) from None
-
-    return checked

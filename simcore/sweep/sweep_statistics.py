@@ -30,9 +30,9 @@ class Share:
     """
 
     k: int
-    """Runs with success."""
+    """Runs, or whatever else was tried, with success."""
     n: int
-    """All runs."""
+    """All of them."""
     lower: float
     """Lower end of the interval, 0 to 1."""
     upper: float

@@ -12,32 +12,28 @@ from pathlib import Path
 
 from simcore.errors import ConfigError
 from simcore.match.scatter import Scatter
-from simcore.physics.engine_choice import add_engine_option
 from simcore.quantities import Quantity, number_flag, text_flag
 from simcore.sweep.experiment import Experiment
+from simcore.sweep.experiment_options import (
+    COUNT_FLAG,
+    WORKERS_FLAG,
+    add_played_options,
+    add_player_options,
+    experiment_fields,
+)
 from simcore.sweep.factors import parse_factor
 from simcore.sweep.run_metrics import METRICS
 from simcore.sweep.tuning import TunedTrial, Tuning, TuningResult, tune
-from simcore.telemetry.sinks import output_error, require_writable
+from simcore.telemetry.sinks import require_writable, write_text
 
 __all__ = ["add_arguments", "run"]
 
-_SECONDS = number_flag(Quantity("s", 0.0, 3600.0, is_open=True))
-_WALL = number_flag(Quantity("s", 0.0, 1e6, is_open=True))
-_COUNT = number_flag(Quantity("", 1, 1_000_000, is_whole=True))
-_WORKERS = number_flag(Quantity("", 0, 100_000, is_whole=True))
 _SEED = number_flag(Quantity("", 0, 2**31, is_whole=True))
-_TIMEOUT = 600.0  # [s]
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Options of the command."""
-    parser.add_argument("game", nargs="?", metavar="GAME", help="which game (default: the newest that is installed)")
-    parser.add_argument("--auto", metavar="NAME", help="which auto (default: the game's first, or the chooser's)")
-    parser.add_argument("--project", metavar="FOLDER", help="the folder of a robot.py, whose own code plays")
-    parser.add_argument(
-        "--robot", metavar="FILE.toml", help="another robot than the game's own: a simcore.toml, or module:function"
-    )
+    add_player_options(parser)
     parser.add_argument(
         "--set",
         dest="factors",
@@ -56,8 +52,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--metric", dest="metrics", action="append", default=[], metavar="MODULE:FUNCTION",
         help="measure this, too; its function's name is then a metric",
     )  # fmt: skip
-    parser.add_argument("--trials", type=_COUNT, default=40, metavar="N", help="of the study in all (default: 40)")
-    parser.add_argument("--seeds", type=_COUNT, default=4, metavar="N", help="played in each trial (default: 4)")
+    parser.add_argument("--trials", type=COUNT_FLAG, default=40, metavar="N", help="of the study in all (default: 40)")
+    parser.add_argument("--seeds", type=COUNT_FLAG, default=4, metavar="N", help="played in each trial (default: 4)")
     parser.add_argument(
         "--storage", metavar="URL", help="a database that machines share (default: sqlite in the folder of --out)"
     )
@@ -67,17 +63,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--scatter", type=text_flag(Scatter.parse), default=Scatter(), metavar="SPREADS",
         help="by how much robot, pieces and shots differ from seed to seed: 1 is the default spreads, 0 none",
     )  # fmt: skip
-    parser.add_argument("--seconds", type=_SECONDS, metavar="S", help="simulated time (default: as long as auto is)")
-    parser.add_argument("--alliance", choices=("blue", "red"), default="blue", help="whose robot (default: blue)")
+    add_played_options(parser)
     parser.add_argument(
-        "--option", action="append", default=[], metavar="NAME", help="an option of the game that is on"
-    )
-    add_engine_option(parser)
-    parser.add_argument(
-        "--timeout", type=_WALL, default=_TIMEOUT, metavar="S", help="wall time of one run (default: 600)"
-    )
-    parser.add_argument(
-        "-j", "--workers", type=_WORKERS, default=1, metavar="N",
+        "-j", "--workers", type=WORKERS_FLAG, default=1, metavar="N",
         help="processes that play the seeds of a trial (default: 1; 0: one for each core)",
     )  # fmt: skip
     parser.add_argument("--out", type=Path, metavar="FOLDER", help="for the study and its table (default: out/tune)")
@@ -92,18 +80,10 @@ def run(options: argparse.Namespace) -> int:
     out = options.out or Path("out/tune")
     path = require_writable("table", out / "trials.csv")
     experiment = Experiment(
-        game=options.game,
-        auto=options.auto,
-        alliance=options.alliance,
-        seconds=options.seconds,
-        options=tuple(options.option),
-        engine=options.engine,
-        robot=options.robot,
-        project=options.project,
+        **experiment_fields(options),
         scatter=options.scatter,
         seeds=tuple(range(options.seeds)),
         metrics=_metrics(options),
-        timeout=options.timeout,
     )
     tuning = Tuning(
         experiment=experiment,
@@ -125,10 +105,7 @@ def run(options: argparse.Namespace) -> int:
     except KeyboardInterrupt:
         print("simcore tune: interrupted; its trials are kept, and the same command goes on with them", file=sys.stderr)
         return 130
-    try:
-        path.write_text(_csv(result), encoding="utf-8")
-    except OSError as error:
-        raise output_error("table", path, error) from error
+    write_text("table", path, _csv(result))
     best = result.best
     if best is None:
         print(f"all {len(result.trials)} trials failed: {result.trials[-1].error}")

@@ -11,7 +11,7 @@ from simcore.errors import ConfigError, OutputError, UnknownNameError
 from simcore.quantities import DURATION, require
 from simcore.telemetry.snapshot import Snapshot, TelemetrySink
 
-__all__ = ["Cadence", "GuardedSink", "MemorySink", "discard_empty", "output_error", "require_writable"]
+__all__ = ["Cadence", "GuardedSink", "MemorySink", "discard_empty", "output_error", "require_writable", "write_text"]
 
 
 class MemorySink:
@@ -182,6 +182,24 @@ def require_writable(kind: str, path: str | Path) -> Path:
     except ValueError as error:
         raise OutputError(f"cannot write the {kind} {str(path)!r}: {error}; give a path without it") from error
     return path
+
+
+def write_text(kind: str, path: Path, text: str) -> None:
+    """Write a text file; missing folders are made.
+
+    Args:
+        kind: What it is, for the error: `page`, `table`.
+        path: The file.
+        text: All of it.
+
+    Raises:
+        OutputError: It cannot be written.
+    """
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(text, encoding="utf-8")
+    except OSError as error:
+        raise output_error(kind, path, error) from error
 
 
 def discard_empty(path: Path) -> None:
