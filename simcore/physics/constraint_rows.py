@@ -12,25 +12,28 @@ import numpy as np
 
 from simcore.physics.contact_law import RIGID, NormalLaw, excess, normal_law
 from simcore.physics.contact_materials import ContactMaterials
+from simcore.physics.contact_memory import ContactMemory
 from simcore.physics.mujoco_model import ModelLayout
-from simcore.typing import FloatArray, IntArray
+from simcore.typing import BoolArray, FloatArray, IntArray
 
 __all__ = ["ConstraintRows", "RowsOfStep"]
 
 _ITERATIONS = 5  # of Newton's method, which starts from the last step's forces
 _ITERATIONS_OF_HITS = 30  # the same in a step with an impact, whose forces are new
+_ITERATIONS_OF_HEAP = 60  # of conjugate gradients, each at a hundredth of the cost of one of Newton's
+_TOLERANCE, _TOLERANCE_OF_HEAP = 1e-8, 1e-7
+_HEAP = 40  # contacts between bodies from which on a step is one of a heap: some 20 balls
 _FEW = 120  # rows up to which a step may be solved in many passes
-_HEAP = 400  # rows from which on a step is solved with few passes and iterations: some 60 balls in a heap
-_PASSES_OF_HEAP, _PASSES, _PASSES_OF_FEW = 3, 5, 20
+_PASSES_OF_HEAP, _PASSES, _PASSES_OF_FEW = 2, 5, 20
 """Solutions of a step, each with the sliding that the one before found."""
 _STICKS = 0.999  # a contact that uses less than this of its friction does not slide
 _RELAXATION = 0.5  # taken whole, a ball that is pushed along between bumper and carpet never converges
 _LIFT_TOLERANCE = 0.01  # [m/s] along the normal
-_SLIP, _SLIP_OF_HEAP = 2e-3, 0.2
-"""Regularization of friction, in parts of the inverse mass: what is held creeps by that times h times the pull. Heaps
-are solved in fewer iterations with the second. A hundredth of it where the contact resists rolling too, whose rows are
-softer by (friction / lever)^2.
+_SLIP = 2e-3
+"""Regularization of friction, in parts of the inverse mass: what is held creeps by that times h times the pull. A
+hundredth of it where the contact resists rolling too, whose rows are softer by (friction / lever)^2.
 """
+_SHEAR = 0.2  # stiffness across the normal, in parts of that along it, in a heap; two thirds or more in a rigid ball
 _TIE_REPAIR = 0.2  # of the gap between a body and its pivot, in a step
 _TIE_SOFTNESS = 1e-4  # regularization of such a tie, in parts of the inverse mass
 
@@ -45,13 +48,17 @@ class RowsOfStep:
     """The two shapes of each, shape (n,) each."""
     dim: IntArray
     """1 for a normal alone, 3 with friction, 6 with rolling resistance, shape (n,)."""
-    directions: FloatArray
-    """Of the normals, field frame, shape (n, 3)."""
+    frames: FloatArray
+    """Normal and two directions across it, field frame, shape (n, 3, 3)."""
     law: NormalLaw
     reference: FloatArray
     """Reference acceleration of each row [m/s^2 or rad/s^2], shape (rows,)."""
     lift: FloatArray
     """What sliding would lift, as an acceleration [m/s^2], shape (n,)."""
+    is_heap: bool
+    """Whether many bodies touch each other."""
+    known: tuple[BoolArray, FloatArray, FloatArray]
+    """Which contacts pushed in the last step, their sliding times friction [m/s], and their friction [N]."""
     resisting: list[tuple[IntArray, IntArray, FloatArray]]
     """Friction, then rolling: which contacts, their two rows, (m, 2), and the factor of the normal force."""
 
@@ -79,7 +86,7 @@ class ConstraintRows:
         self._weight = np.zeros((bodies, 6))
         self._weight[:, 2] = -gravity
         self._push = data.xfrc_applied[1:]
-        self._memory: tuple[IntArray, FloatArray] = (np.zeros(0, dtype=np.int64), np.zeros(0))
+        self._memory = ContactMemory(len(layout.body_of_geom))
 
     def set_friction(self) -> None:
         """Friction of each contact found, as products of the pair, and how many rows it needs."""
@@ -111,13 +118,14 @@ class ConstraintRows:
         speed, free = np.zeros(rows_of_all), np.zeros(rows_of_all)
         mj.mj_mulJacVec(m, d, speed, d.qvel)
         mj.mj_mulJacVec(m, d, free, self._free_acceleration(is_pushed))
+        stiffness = 1.0 / np.maximum(materials.compliance[a] + materials.compliance[b], 1.0 / RIGID)
         law = normal_law(
             contact.dist[used],
             speed[row],
             free[row],
             inverse[row],
             restitution=materials.restitution[a] * materials.restitution[b],
-            stiffness=1.0 / np.maximum(materials.compliance[a] + materials.compliance[b], 1.0 / RIGID),
+            stiffness=stiffness,
             give=np.minimum(materials.give[a], materials.give[b]),
             h=h,
         )
@@ -127,9 +135,22 @@ class ConstraintRows:
         ties = slice(0, d.ne)  # of bodies to their pivots: at the end of the step they are there
         reference[ties] = -(speed[ties] + _TIE_REPAIR * d.efc_pos[ties] / h) / h
         strict[ties] = _TIE_SOFTNESS * inverse[ties]
-        rows_of_step = RowsOfStep(row, (a, b), dim, contact.frame[used, :3], law, reference, np.zeros(len(row)), [])
+        between = np.count_nonzero((self._body_of_geom[a] >= 0) & (self._body_of_geom[b] >= 0))
+        rows_of_step = RowsOfStep(
+            normals=row,
+            geoms=(a, b),
+            dim=dim,
+            frames=contact.frame[used].reshape(-1, 3, 3),
+            law=law,
+            reference=reference,
+            lift=np.zeros(len(row)),
+            is_heap=int(between) >= _HEAP,
+            known=self._memory.recall(a, b),
+            resisting=[],
+        )
         if dim.max(initial=1) > 1:
-            self._want_rest(rows_of_step, used, dim, inverse, speed, free, h)
+            shear = _SHEAR * stiffness if rows_of_step.is_heap else None
+            self._want_rest(rows_of_step, used, inverse, speed, free, shear, h)
         d.efc_D[:] = 1.0 / strict
         return rows_of_step
 
@@ -137,16 +158,20 @@ class ConstraintRows:
         self,
         step: RowsOfStep,
         used: IntArray,
-        dim: IntArray,
         inverse: FloatArray,
         speed: FloatArray,
         free: FloatArray,
+        shear: FloatArray | None,
         h: float,
     ) -> None:
-        """Friction and rolling resistance: their rows ask for rest at the end of the step."""
-        contact, row, strict = self._d.contact, step.normals, self._d.efc_R
+        """Friction and rolling resistance: their rows ask for rest at the end of the step.
+
+        In a heap the friction is that of a spring across the normal, of the stiffness `shear` [N/m]; it starts the step
+        with the force that it had, so what it holds stands still.
+        """
+        contact, row, dim, strict = self._d.contact, step.normals, step.dim, self._d.efc_R
         a, b = step.geoms
-        softness = _SLIP_OF_HEAP if len(speed) > _HEAP else _SLIP
+        is_known, _, held = step.known
         slip, squared = np.zeros(len(row)), np.zeros(len(row))
         for least, offset, column in ((3, 1, 0), (6, 4, 3)):
             some = np.nonzero(dim >= least)[0]
@@ -160,7 +185,12 @@ class ConstraintRows:
             step.lift[some] = np.hypot(step.lift[some], factor * excess(wish, free[rows], reach))
             step.resisting.append((some, rows, factor))
             if least == 3:
-                slip[some] = np.where(dim[some] == 6, 0.01 * softness, softness) * inverse[rows].mean(axis=1)
+                if shear is None:
+                    slip[some] = np.where(dim[some] == 6, 0.01 * _SLIP, _SLIP) * inverse[rows].mean(axis=1)
+                else:
+                    slip[some] = 1.0 / (h * h * shear[some])
+                    force = np.einsum("ijk,ik->ij", step.frames[some, 1:], held[some] * is_known[some, None])
+                    step.reference[rows] += slip[some, None] * force
                 squared[some] = factor * factor
                 strict[rows] = slip[some][:, None]
                 contact.mu[used[some]] = factor * np.sqrt(slip[some] / step.law.regularization[some])
@@ -177,10 +207,19 @@ class ConstraintRows:
         mj, m, d = self._mj, self._m, self._d
         reference, normals, law = step.reference, step.normals, step.law
         h, rows_of_all = m.opt.timestep, d.nefc
-        is_hit = bool(law.hits.any())
-        m.opt.iterations = _ITERATIONS_OF_HITS if is_hit and rows_of_all <= _HEAP else _ITERATIONS
-        passes = _PASSES_OF_HEAP if rows_of_all > _HEAP else _PASSES if rows_of_all > _FEW else _PASSES_OF_FEW
-        lift = self._recalled(step) if step.resisting else step.lift
+        option = m.opt
+        if step.is_heap:
+            option.solver, option.iterations = mj.mjtSolver.mjSOL_CG, _ITERATIONS_OF_HEAP
+            option.tolerance, passes = _TOLERANCE_OF_HEAP, _PASSES_OF_HEAP
+            asked = d.island_nefc[d.efc_island[normals]] <= _FEW  # in the heap itself one pass is enough
+        else:
+            option.solver, option.iterations = mj.mjtSolver.mjSOL_NEWTON, _ITERATIONS
+            if law.hits.any():
+                option.iterations = _ITERATIONS_OF_HITS
+            option.tolerance, passes = _TOLERANCE, _PASSES if rows_of_all > _FEW else _PASSES_OF_FEW
+            asked = np.ones(len(normals), dtype=bool)
+        is_known, sliding, _ = step.known
+        lift = np.where(is_known & ~law.hits, sliding / h, step.lift)
         for left in reversed(range(passes)):
             d.efc_aref[:] = reference
             d.efc_aref[normals] -= lift
@@ -188,10 +227,10 @@ class ConstraintRows:
             if not step.resisting:
                 return
             found, pressed = self._sliding(step)
-            is_done = bool((np.abs(found - lift) * h < _LIFT_TOLERANCE).all())
+            is_done = bool((np.abs(found - lift) * h < _LIFT_TOLERANCE)[asked].all())
             lift = lift + _RELAXATION * (found - lift)
             if is_done or not left:
-                self._remember(step, np.where(pressed > 0.0, lift * h, -1.0))
+                self._memory.keep(*step.geoms, pressed > 0.0, lift * h, self._friction(step))
                 return
             d.qacc_warmstart[:] = d.qacc
 
@@ -213,26 +252,12 @@ class ConstraintRows:
         sticks = (pressed > 0.0) & (used < (_STICKS * pressed) ** 2)
         return np.where(sticks, 0.0, np.sqrt(squared)), pressed
 
-    def _keys(self, step: RowsOfStep) -> IntArray:
-        """A number for each pair of shapes in contact, shape (n,)."""
-        a, b = step.geoms
-        keys: IntArray = a.astype(np.int64) * len(self._body_of_geom) + b
-        return keys
-
-    def _remember(self, step: RowsOfStep, speed: FloatArray) -> None:
-        """Keep the sliding of contacts that push, times friction [m/s], for the next step."""
-        keys = self._keys(step)[speed >= 0.0]
-        order = np.argsort(keys, kind="stable")
-        self._memory = keys[order], speed[speed >= 0.0][order]
-
-    def _recalled(self, step: RowsOfStep) -> FloatArray:
-        """The sliding of contacts that pushed in the last step, as an acceleration; the guess for others."""
-        keys, speed = self._memory
-        if not len(keys):
-            return step.lift
-        mine = self._keys(step)
-        at = np.minimum(np.searchsorted(keys, mine), len(keys) - 1)
-        return np.where((keys[at] == mine) & ~step.law.hits, speed[at] / self._m.opt.timestep, step.lift)
+    def _friction(self, step: RowsOfStep) -> FloatArray:
+        """Forces across the normals in the solution, field frame [N], shape (n, 3)."""
+        some, rows, _ = step.resisting[0]
+        friction = np.zeros((len(step.normals), 3))
+        friction[some] = np.einsum("ijk,ij->ik", step.frames[some, 1:], self._d.efc_force[rows])
+        return friction
 
     def _summed(self, of_contact: FloatArray, a: IntArray, b: IntArray) -> FloatArray:
         """Sum of a quantity over the contacts of both bodies of each contact, statics left out, shape (n,)."""

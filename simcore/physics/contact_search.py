@@ -86,26 +86,34 @@ class ContactSearch:
         """Pass hits on to who is hit; whether contacts must be looked for again."""
         contact, sleep = self._d.contact, self._sleep
         pair = self._body_of_geom[contact.geom]
-        some = np.nonzero(pair.min(axis=1) >= 0)[0]
+        between = pair.min(axis=1) >= 0
+        if sleep.fixed.any():
+            still = np.append(sleep.asleep, True)[pair].all(axis=1)  # -1, the field, is the last
+            contact.exclude[still] = 1
+            between &= ~still
+        some = np.nonzero(between)[0]
         if not len(some):
             return False
         pair = pair[some]
         normal, at = contact.frame[some, :3], contact.pos[some]
-        closing = self._approach(pair[:, 0], normal, at) - self._approach(pair[:, 1], normal, at)
+        closing = 1.5 * (self._approach(pair[:, 0], normal, at) - self._approach(pair[:, 1], normal, at))
         gap = contact.dist[some]
-        passed_on = np.maximum(1.5 * closing, knock[pair].max(axis=1))
-        touched = gap <= passed_on * h
-        passed_on -= np.maximum(gap, 0.0) / h  # who is hit has only the rest of the step to move in
-        sleeps = sleep.asleep[pair]
-        contact.exclude[some[~touched & sleeps.any(axis=1)]] = 1
-        hard = touched & (passed_on > _KNOCK)
-        woken = pair[touched][sleeps[touched]]
+        lost = np.maximum(gap, 0.0) / h  # who is hit has only the rest of the step to move in
         is_new = False
-        if hard.any():
+        for _ in range(_LONGEST_ROW):
+            passed_on = np.maximum(closing, knock[pair].max(axis=1))
+            touched = gap <= passed_on * h
+            passed_on -= lost
+            hard = touched & (passed_on > _KNOCK)
             before = knock.copy()
             for side in (0, 1):
                 np.maximum.at(knock, pair[hard, side], passed_on[hard])
-            is_new = bool((knock > 1.05 * before + _KNOCK).any())
+            if not (knock > 1.05 * before + _KNOCK).any():
+                break
+            is_new = True
+        sleeps = (sleep.asleep & ~sleep.fixed)[pair]
+        contact.exclude[some[~touched & sleeps.any(axis=1)]] = 1
+        woken = pair[touched][sleeps[touched]]
         if len(woken):
             sleep.asleep[woken] = False
             sleep.mark()

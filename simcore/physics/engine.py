@@ -119,10 +119,7 @@ class Engine(Protocol):
         ...
 
     def fix(self, row: int) -> None:
-        """Freeze a body until it is woken, or put to sleep; what touches it meets a static.
-
-        An engine in which a sleeper costs no more than a static may put it to sleep instead.
-        """
+        """Freeze a body until it is woken, or put to sleep; what touches it meets a static."""
         ...
 
     def set_sustained(self, row: int, sustained: bool) -> None:

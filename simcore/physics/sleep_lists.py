@@ -11,6 +11,7 @@ from simcore.typing import BoolArray, IntArray
 __all__ = ["SleepLists"]
 
 _AWAKE = -11  # MuJoCo's value of a tree that is fully awake
+_STATIC = -1  # its state of a body of the world
 
 
 class SleepLists:
@@ -24,6 +25,8 @@ class SleepLists:
     def __init__(self, data: Any, count: int) -> None:
         self.asleep: BoolArray = np.zeros(count, dtype=bool)
         """By body; call `mark` after a change."""
+        self.fixed: BoolArray = np.zeros(count, dtype=bool)
+        """Which of those asleep are part of the world for now, by body; call `mark` after a change."""
         self.awake: IntArray = np.arange(count)
         """Numbers of the bodies that are awake, in rising order."""
         self._d = data
@@ -39,12 +42,12 @@ class SleepLists:
         """Bring the lists up to date, if `asleep` has changed."""
         if not self._is_changed:
             return
-        d, asleep, numbers = self._d, self.asleep, self._numbers
+        d, asleep, fixed, numbers = self._d, self.asleep, self.asleep & self.fixed, self._numbers
         awake = ~asleep
         self.awake = np.nonzero(awake)[0]
-        d.tree_asleep[:] = np.where(asleep, numbers, _AWAKE)
+        d.tree_asleep[:] = np.where(asleep & ~fixed, numbers, _AWAKE)
         d.tree_awake[:] = awake
-        d.body_awake[1:] = awake
+        d.body_awake[1:] = np.where(fixed, _STATIC, awake)  # it refuses contacts with those asleep
         count, n = len(self.awake), len(asleep)
         d.body_awake_ind[0] = 0
         d.body_awake_ind[1 : count + 1] = self.awake + 1
@@ -57,3 +60,4 @@ class SleepLists:
     def keep_awake(self) -> None:
         """Undo MuJoCo's own count of how long each stands still: it would put it to sleep."""
         self._d.tree_asleep[self.awake] = _AWAKE
+        self._d.tree_asleep[self.asleep & self.fixed] = _AWAKE

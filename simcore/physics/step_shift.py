@@ -76,8 +76,8 @@ def _slide(
         return
     body = np.maximum(first, second)[some]
     normal = np.zeros((len(change) + 1, 3))
-    normal[body] = step.directions[some]
-    bent = np.einsum("ij,ij->i", normal[body], step.directions[some]) < _PARALLEL
+    normal[body] = step.frames[some, 0]
+    bent = np.einsum("ij,ij->i", normal[body], step.frames[some, 0]) < _PARALLEL
     slides = np.zeros(len(normal), dtype=bool)
     slides[body] = True
     slides[body[bent]] = False

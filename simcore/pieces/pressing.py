@@ -66,8 +66,7 @@ class Pressing:
             dt: Length of the tick [s].
         """
         self.longest_step = math.inf
-        if self._world.engine.is_exact:
-            return
+        is_exact = self._world.engine.is_exact  # then impacts and springs are told apart, and steps chosen, by it
         state = self._pool.state
         calm = awake[(speed < _CALM_SPEED) & (state.status[awake] != PieceStatus.IN_FLIGHT)]
         lying = np.concatenate((calm, self.stirred))
@@ -77,8 +76,8 @@ class Pressing:
         if heaped:
             sustained[np.isin(awake, self._heap(calm, upper))] = True
         is_pinned = False
-        crowded = [robot for robot in robots if self._is_anything_near(robot, robots)]
-        if len(awake) and (crowded or (heaped and robots)):
+        crowded = [] if is_exact else [robot for robot in robots if self._is_anything_near(robot, robots)]
+        if not is_exact and len(awake) and (crowded or (heaped and robots)):
             pinned, hit = self._near_robots(awake, speed, robots, crowded, dt)
             sustained &= ~hit
             sustained |= pinned
@@ -86,6 +85,8 @@ class Pressing:
         changed = sustained != self.is_sustained[awake]
         if changed.any():
             self._set(awake[changed], sustained[changed])
+        if is_exact:
+            return
         self._world.engine.set_careful(is_pinned or heaped)
         if is_pinned:
             shortest, longest = _PIN_STEPS

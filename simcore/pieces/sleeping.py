@@ -63,8 +63,6 @@ class Sleeping:
         self._has_others = not bool(pool.is_ball.all())
         self._readings = 0
         self._calm = np.zeros(len(pool.rows), dtype=np.int64)  # times that nothing was found near a sleeper
-        self.fixes = not world.engine.is_exact
-        """Whether sleepers are fixed; in an engine that is exact, one costs no more than a static."""
         self.is_fixed = np.zeros(len(pool.rows), dtype=bool)
         """Which of the sleepers nothing moves until they are loosened or woken, shape (slots,)."""
 
@@ -78,7 +76,7 @@ class Sleeping:
         """A piece has come to rest: it sleeps until something touches it, and where nothing can it is fixed."""
         self._world.engine.sleep(self._pool.rows[slot])
         self.is_fixed[slot] = False
-        if self.fixes and not self._pool.state.touchable[slot]:
+        if not self._pool.state.touchable[slot]:
             self._fix(np.array([slot]))
 
     def fix(self, slots: IntArray) -> None:

@@ -74,7 +74,7 @@ class Waking:
             far = reach[fast] + np.clip(_KNOCK_GROWTH * (speed[fast] - _HARD), _KNOCK, _FAR_KNOCK)
             reached, knocked = self._reached(awake[fast], reach[fast], asleep, far)
             to_wake |= reached
-        if len(asleep) and self._sleeping.fixes:
+        if len(asleep):
             self._sort(asleep, to_wake, knocked, awake[~fast], robots)
         self._ticks += 1
         return asleep[to_wake]
