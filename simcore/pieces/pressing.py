@@ -68,6 +68,9 @@ class Pressing:
         self.longest_step = math.inf
         if self._world.engine.is_exact:
             return
+        if not len(awake) and not len(self.stirred):
+            self._world.engine.set_careful(False)
+            return
         state = self._pool.state
         calm = awake[(speed < _CALM_SPEED) & (state.status[awake] != PieceStatus.IN_FLIGHT)]
         lying = np.concatenate((calm, self.stirred))
