@@ -67,6 +67,10 @@ class Pressing:
         """
         self.longest_step = math.inf
         is_exact = self._world.engine.is_exact  # then impacts and springs are told apart, and steps chosen, by it
+        if not len(awake) and not len(self.stirred):
+            if not is_exact:
+                self._world.engine.set_careful(False)
+            return
         state = self._pool.state
         calm = awake[(speed < _CALM_SPEED) & (state.status[awake] != PieceStatus.IN_FLIGHT)]
         lying = np.concatenate((calm, self.stirred))

@@ -147,6 +147,9 @@ class Sleeping:
         state = self._pool.state
         asleep = np.nonzero(state.touchable & self._pool.is_frozen & ~self.is_fixed)[0]
         self._readings += 1
+        if not len(asleep):
+            self._pressing.stirred = asleep
+            return
         still, moved = self.follow(asleep)
         pushed = moved > _PUSHED
         self._pressing.stirred = still[pushed]

@@ -91,12 +91,15 @@ class Waking:
             slow: Slots that are awake and wake nobody.
             robots: Where robots are.
         """
+        is_due = self._ticks % _FIX_PERIOD == 0
+        if not (is_due or knocked.any()):
+            return
         pos, radius = self._pool.state.pos[asleep], self._pool.radius
         loose = knocked
         if (loose & self._sleeping.is_fixed[asleep]).any():
             some = np.nonzero(loose | to_wake)[0]
             loose[some] &= touching_chain(pos[some], radius[asleep[some]], to_wake[some])
-        if self._ticks % _FIX_PERIOD == 0:
+        if is_due:
             if len(slow):
                 loose |= self._reached(slow, 2.0 * radius[slow] + TOUCH, asleep)[0]
             for robot in robots:
