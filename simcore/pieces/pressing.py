@@ -14,7 +14,7 @@ from scipy.spatial import cKDTree
 
 from simcore.physics.world import PhysicsWorld
 from simcore.pieces.pool import PiecePool, PieceStatus
-from simcore.pieces.touching import TOUCH, touching_chain
+from simcore.pieces.touching import TOUCH, distances2, touching_chain
 from simcore.pieces.wake_grid import Footprint
 from simcore.typing import BoolArray, FloatArray, IntArray
 
@@ -118,9 +118,7 @@ class Pressing:
         high[upper] = True
         if int(np.count_nonzero(high)) < _HEAP_SIZE:
             return False
-        here, there = state.pos[upper], state.pos[high]
-        away2 = np.square(np.subtract.outer(here[:, 0], there[:, 0]))
-        away2 += np.square(np.subtract.outer(here[:, 1], there[:, 1]))
+        away2 = distances2(state.pos[upper, :2], state.pos[high, :2])
         return bool(((away2 < _HEAP_REACH**2).sum(axis=1) >= _HEAP_SIZE).any())
 
     def _heap(self, calm: IntArray, upper: IntArray) -> IntArray:
