@@ -32,6 +32,7 @@ _LAYER_STEP = 0.01  # [s], for a second layer alone
 _HEAP_SIZE = 5  # pieces that lie on others, so near to one of them; fewer get along with impacts
 _HEAP_REACH = 0.5  # [m]
 _LOW = 1.0  # [m]; pieces above this are over the robots
+_IN_FLIGHT = int(PieceStatus.IN_FLIGHT)
 
 
 class Pressing:
@@ -72,7 +73,7 @@ class Pressing:
             self._world.engine.set_careful(False)
             return
         state = self._pool.state
-        calm = awake[(speed < _CALM_SPEED) & (state.status[awake] != PieceStatus.IN_FLIGHT)]
+        calm = awake[(speed < _CALM_SPEED) & (state.status[awake] != _IN_FLIGHT)]
         lying = np.concatenate((calm, self.stirred))
         upper = lying[state.pos[lying, 2] > self._raised[lying]]
         heaped = len(upper) > 0 and self._is_heap(upper)
