@@ -67,6 +67,7 @@ class _Start:
     linear: Sequence[float] = (0.0, 0.0, 0.0)
     angular: Sequence[float] = (0.0, 0.0, 0.0)
     is_asleep: bool = False
+    is_fixed: bool = False
 
 
 class MuJoCoEngine:
@@ -223,7 +224,7 @@ class MuJoCoEngine:
         """Let a body move again."""
         self._require_open()
         if row in self._starts:
-            self._starts[row].is_asleep = False
+            self._starts[row].is_asleep = self._starts[row].is_fixed = False
         elif (body := self._body[row]) >= 0 and self._sleep.asleep[body]:
             self._sleep.asleep[body] = self._sleep.fixed[body] = False
             self._sleep.mark()
@@ -233,7 +234,7 @@ class MuJoCoEngine:
         self._require_open()
         if row in self._starts:
             start = self._starts[row]
-            start.is_asleep = True
+            start.is_asleep, start.is_fixed = True, False
             start.linear = start.angular = (0.0, 0.0, 0.0)
         elif (body := self._body[row]) >= 0:
             self._qvel[body] = 0.0
@@ -248,7 +249,9 @@ class MuJoCoEngine:
     def fix(self, row: int) -> None:
         """Freeze a body until it is woken, or put to sleep; what touches it meets a static."""
         self.sleep(row)
-        if row not in self._starts and (body := self._body[row]) >= 0:
+        if row in self._starts:
+            self._starts[row].is_fixed = True
+        elif (body := self._body[row]) >= 0:
             self._sleep.fixed[body] = True
             self._sleep.mark()
 
@@ -348,7 +351,7 @@ class MuJoCoEngine:
             self._qvel[body, :3] = start.linear
             angular = start.angular
             self._qvel[body, 3:] = rotate_back(start.quat, (angular[0], angular[1], angular[2]))
-            sleep.asleep[body] = start.is_asleep
+            sleep.asleep[body], sleep.fixed[body] = start.is_asleep, start.is_fixed
         self._starts.clear()
         self._classes = CollisionClasses(m, layout, self._geoms, self._groups)
         for row, (group, mask) in enumerate(self._collision):

@@ -88,7 +88,6 @@ def test_a_sleeper_stays_until_something_that_moves_touches_it():
         assert engine.pose(rows[1])[0][2] < height or height < 0.08
 
 
-@pytest.mark.engines("bullet")
 @pytest.mark.parametrize("shape", [Sphere(RADIUS), Box((0.15, 0.15, 0.15))], ids=["ball", "box"])
 def test_what_is_fixed_stands_as_a_static_until_it_is_woken_and_then_moves_as_before(shape):
     with PhysicsWorld() as world:
