@@ -296,11 +296,7 @@ class Match:
     def _wake(self) -> None:
         """Sleepers that can be reached within the tick wake."""
         movers = [Footprint(*robot.chassis.footprint) for robot in self.robots]
-        movers += [
-            Footprint(body.pos[0], body.pos[1], 0.0, body.radius, body.radius, body.speed)
-            for body in self.hanging
-            if body.is_awake
-        ]
+        movers += [Footprint(*body.footprint) for body in self.hanging if body.is_awake]
         self._piece_speed = self.pieces.wake_reachable(movers, TICK)
 
     def _take_in(self) -> None:

@@ -58,12 +58,13 @@ def tube(*, length: float, outer_radius: float, inner_radius: float, staves: int
     arc = np.linspace(-half, half, _OUTER_FACES + 1)
     outside = outer_radius * np.column_stack((np.cos(arc), np.sin(arc)))
     inside = inner_radius * np.array([[1.0, -math.tan(half)], [1.0, math.tan(half)]])
-    outline, wall = np.vstack((outside, inside)), outer_radius - inner_radius
+    wall = outer_radius - inner_radius
 
     def thinner(by: float) -> FloatArray:
-        return outline + np.repeat([[-by, 0.0], [by, 0.0]], [len(outside), len(inside)], axis=0)
+        inward = np.array([by, 0.0])
+        return np.vstack((outside - inward, inside + inward))
 
-    sections = ((outline, 0.5 * length), (thinner(_WAIST), 0.0), (thinner(_SUNK * wall), -_TONGUE))
+    sections = ((thinner(0.0), 0.5 * length), (thinner(_WAIST), 0.0), (thinner(_SUNK * wall), -_TONGUE))
     ups = [np.vstack([np.column_stack((points, np.full(len(points), z))) for points, z in sections])]
     ups.append(ups[0] * (1.0, 1.0, -1.0))
     return Compound(tuple(part for points in ups for part in _ring(Hull(points), staves).parts))
