@@ -30,9 +30,7 @@ _WALL = np.array(
 )
 
 
-def placed_share(
-    level: int, aside: float = 0.0, tilt: float = 0.0, pitch: float = 0.0, *, beyond: float = _BEFORE, seed: int = 0
-) -> float:
+def placed_share(level: int, aside: float = 0.0, tilt: float = 0.0, pitch: float = 0.0, *, seed: int = 0) -> float:
     """Share of twelve coral, one let go at each of blue's branches of a level, that stay on their branch.
 
     Args:
@@ -40,9 +38,13 @@ def placed_share(
         aside: Error along the reef's face [m].
         tilt: Error of the coral's axis to that side [rad].
         pitch: Error of the axis in the upright plane of the branch, the outer or upper end outward and down [rad].
-        beyond: From the end of the branch to the near end of the coral; negative: the coral is on it already [m].
         seed: Of a jitter of 2 mm.
     """
+    return let_go(level, aside, tilt, pitch, seed)[0]
+
+
+def let_go(level: int, aside: float, tilt: float, pitch: float, seed: int) -> tuple[float, float]:
+    """The same, and how far the middle of the outermost coral of all is from the end of its branch inward [m]."""
     rng = np.random.default_rng(seed)
     with Match(REEFSCAPE, robots=FAR, seed=seed) as match:
         state = match.pieces.state
@@ -53,13 +55,15 @@ def placed_share(
             yaw, tip, way = branch(number, level)
             lean = from_rpy(0.0, math.acos(min(1.0, way[2])), 0.0)
             error = aside * np.array([-math.sin(yaw), math.cos(yaw), 0.0]) + rng.normal(0.0, _JITTER, 3)
-            centers.append(tip + (beyond + 0.5 * dim.CORAL_LENGTH) * way + error)
+            centers.append(tip + (_BEFORE + 0.5 * dim.CORAL_LENGTH) * way + error)
             attitudes.append(multiply(multiply(from_rpy(0.0, 0.0, yaw), lean), from_rpy(-tilt, pitch, 0.0)))
             speeds.append(-_SPEED[level] * way)
         match.pieces.release(coral, np.array(centers), np.array(attitudes))
         match.pieces.push(coral, np.array(speeds))
         match.play(2.5)
-        return match.pieces.places.count(level=f"BlueL{level}") / 12
+        ends = [branch(number, level) for number in range(12)]
+        inward = min([float((tip - state.pos[slot]) @ way) for slot, (_, tip, way) in zip(coral, ends, strict=True)])
+        return match.pieces.places.count(level=f"BlueL{level}") / 12, inward
 
 
 def branch(number: int, level: int) -> tuple[float, np.ndarray, np.ndarray]:
