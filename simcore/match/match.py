@@ -362,7 +362,7 @@ class Match:
         self.jolts.jolt()
         self.flow.follow()
         for body in self.hanging:
-            body.after_tick(TICK)
+            body.after_tick(TICK, in_reach=len(self.pieces.awake) > 0 or body in self.contacts.near_hanging)
 
     def _see(self) -> None:
         """Cameras expose the frames that are due and publish those that are ready."""
