@@ -56,7 +56,7 @@ class Jolts:
                         element.shape, element.position.tolist(), IDENTITY
                     )
         self._masses = masses
-        self._before: list[FloatArray] = [np.zeros(3) for _ in robots]
+        self._before: dict[int, FloatArray] = {}
         self._near: list[tuple[Robot, str]] = []
         self._hits: dict[tuple[int, str], None] = {}
 
@@ -64,14 +64,15 @@ class Jolts:
         """See who could hit what in this tick, and how fast."""
         self._hits.clear()
         self._near.clear()
-        if not self._boxes:
+        fast = [robot for robot in self._robots if robot.chassis.speed > 0.5 * _HIT] if self._boxes else []
+        if not fast:
             return
-        self._before = [np.array(robot.chassis.vel) for robot in self._robots]
-        reach = np.array([robot.chassis.config.bumper_length + _AHEAD for robot in self._robots])
-        places = np.array([robot.chassis.pos for robot in self._robots]).reshape(-1, 3)
+        self._before = {robot.number: np.array(robot.chassis.vel) for robot in fast}
+        reach = np.array([robot.chassis.config.bumper_length + _AHEAD for robot in fast])
+        places = np.array([robot.chassis.pos for robot in fast])
         for pattern, boxes in self._boxes.items():
             near = boxes.are_near(places, reach)
-            self._near += [(robot, pattern) for robot, is_near in zip(self._robots, near, strict=True) if is_near]
+            self._near += [(robot, pattern) for robot, is_near in zip(fast, near, strict=True) if is_near]
 
     def note(self) -> None:
         """Take in the contacts of the last sub-step."""

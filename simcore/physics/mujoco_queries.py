@@ -88,7 +88,9 @@ class ModelQueries:
         return center - half, center + half
 
 
-def _overlap(lows: FloatArray, highs: FloatArray, low: Sequence[float], high: Sequence[float]) -> BoolArray:
+def _overlap(
+    lows: FloatArray, highs: FloatArray, low: Sequence[float] | FloatArray, high: Sequence[float] | FloatArray
+) -> BoolArray:
     """Whether boxes overlap another, corners of shape (3, n), shape (n,)."""
     found: BoolArray = (lows[0] <= high[0]) & (highs[0] >= low[0])
     for axis in (1, 2):
