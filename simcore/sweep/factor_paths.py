@@ -34,6 +34,7 @@ _PARTS = {
     "camera": "cameras",
 }
 """Short names of rows of the robot; they mean all in it."""
+_OF_ALL_SPREADS = ("scatter", "scatter.only")
 _ALIASES: dict[tuple[str, ...], tuple[str, ...]] = {("battery", "charge"): ("battery", "initial_charge")}
 
 
@@ -82,13 +83,16 @@ def vary_robot(robot: RobotConfig, values: Mapping[str, FactorValue]) -> RobotCo
 
 
 def vary_scatter(scatter: Scatter | None, values: Mapping[str, FactorValue]) -> Scatter | None:
-    """The scatter with those of the factors that are of it: `scatter` is a factor of all spreads, `scatter.spin` one.
+    """The scatter with those of the factors that are of it.
+
+    `scatter` is a factor of all default spreads, `scatter.only` the name of the one that stays on (or `all`, `none`),
+    `scatter.spin` is one.
 
     Args:
         scatter: As it is; None: none at all.
         values: Of all factors.
     """
-    for name, value in sorted(values.items()):  # all spreads, then single ones
+    for name, value in sorted(values.items(), key=lambda item: (item[0] not in _OF_ALL_SPREADS, item[0])):
         parts = name.split(".")
         if parts[0] != "scatter":
             continue
@@ -96,6 +100,8 @@ def vary_scatter(scatter: Scatter | None, values: Mapping[str, FactorValue]) -> 
             if len(parts) == 1:
                 require("scatter", "factor of the default spreads", value, FACTOR)
                 scatter = Scatter().scaled(float(value))
+            elif name == "scatter.only":
+                scatter = (scatter or Scatter()).only(str(value))
             else:
                 scatter = _with(scatter or Scatter.none(), tuple(parts[1:]), value, "scatter")
     return scatter
