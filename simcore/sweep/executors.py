@@ -28,6 +28,8 @@ EXECUTORS = ("process", "joblib", "dask")
 
 Row: TypeAlias = "dict[str, Any]"
 _CONNECT = 10.0  # [s] in which a scheduler must answer
+_ONE_THREAD = {name: "1" for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")}
+"""Environment of a worker: numpy would start a thread a core in each of them. Dask's workers have the same."""
 _WORKERS = Quantity("", -1, 100_000, is_whole=True)
 
 
@@ -80,7 +82,9 @@ def _play_on_cores(common: Experiment, runs: Sequence[PlannedRun], count: int) -
 
     rest = list(reversed(runs))
     while rest:
-        suspects = yield from _play_in_pool(ProcessPoolExecutor(count, initializer=_start_worker), common, rest, count)
+        count = min(count, len(rest))
+        pool = ProcessPoolExecutor(count, initializer=_start_worker, env=_ONE_THREAD)
+        suspects = yield from _play_in_pool(pool, common, rest, count)
         with ThreadPoolExecutor(count) as threads:
             for alone in as_completed([threads.submit(play_alone, common, planned) for planned in suspects]):
                 yield alone.result()
