@@ -82,7 +82,7 @@ def _overhead(experiment: Experiment) -> dict[str, Any]:
 def _throughput(experiment: Experiment) -> dict[str, Any]:
     """What a second process gains: parts of the runs are played in turn by one process and by two.
 
-    The rate counts from the row with which all workers have shown that they are there; what comes before is their start.
+    The rate counts from the row with which all workers have shown that they are there; before it they start.
     Where the gain is less than 2, `cpu_seconds_per_run` tells whether cores slow each other down, and `busy_percent`
     whether workers have waited.
     """

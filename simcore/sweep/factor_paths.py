@@ -181,6 +181,8 @@ def _whole_path(robot: RobotConfig, parts: tuple[str, ...]) -> tuple[str, ...]:
     if first in robot.mechanisms:
         return ("mechanisms", *parts)
     names = [field.name for field in dataclasses.fields(robot)]
+    if parts == ("mass",):  # as people say it; no field of the robot has it alone
+        return parts
     if first not in names:
         shorts = [short for short, row in _PARTS.items() if getattr(robot, row)]
         known = {"robot", "scatter", "pieces", *PLAYED, *names, *shorts, *robot.mechanisms}
@@ -264,4 +266,13 @@ def _converted(present: Any, value: FactorValue, where: str) -> Any:
         return int(value)
     if present is None or isinstance(present, (int, float, str)):
         return value
-    raise ConfigError(f"{where} is {shown(present)}: name a number in it")
+    raise ConfigError(f"{where} has parts: name a number in it, as {where}.{{{','.join(_parts_of(present))}}}")
+
+
+def _parts_of(config: Any) -> list[str]:
+    """What stands after the dot in names of the parts of a config."""
+    if isinstance(config, Mapping):
+        return [str(name) for name in config]
+    if isinstance(config, tuple):
+        return ["*", *(str(number) for number in range(len(config)))]
+    return [field.name for field in dataclasses.fields(config) if field.init]

@@ -44,6 +44,7 @@ def test_a_heavier_robot_is_as_wide_as_before():
     before, after = SETUP.robot, vary(SETUP, {"robot.mass": 66.0}).robot
     assert after.drivetrain.mass == after.body.mass == 66.0
     assert after.drivetrain.yaw_inertia / before.drivetrain.yaw_inertia == pytest.approx(66.0 / 55.0)
+    assert vary(SETUP, {"mass": 66.0}).robot == after
     assert vary(replace(SETUP, robot=after), {"robot.mass": 66.0}).robot == after  # a second time changes nothing
 
 
@@ -85,7 +86,8 @@ def test_names_reach_how_it_is_played():
         ({"robot.storage.capacity": 3.5}, "whole number"),
         ({"battery.brownout_enabled": 2.0}, "true or false"),
         ({"alliance": "green"}, "'blue' or 'red', got 'green'"),
-        ({"gyro": 3.0}, "name a number in it"),
+        ({"gyro": 3.0}, "name a number in it, as robot.gyro.{"),
+        ({"robot.bumper": 3.0}, "robot.bumper.{*,0,1}"),
         ({"robot.mass.x": 3.0}, "to vary"),
     ],
 )
