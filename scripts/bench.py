@@ -73,9 +73,9 @@ class TimedEngine:
         self._engine = make_engine(ENGINE[0])
         self.stepping = 0.0
         self._clock = perf_counter
-
-    def __getattr__(self, name: str) -> Any:
-        return getattr(self._engine, name)
+        for name in dir(self._engine):  # bound once: looked up at each call, they cost 2 % of a tick
+            if not name.startswith("_") and name != "step":
+                setattr(self, name, getattr(self._engine, name))
 
     def step(self, h: float) -> None:
         """Advance, with the time noted."""

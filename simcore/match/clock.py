@@ -46,11 +46,8 @@ class MatchClock:
         names = [phase.name for phase in self.phases]
         if len(set(names)) < len(names):
             raise ConfigError(f"MatchClock: names of phases must differ, got {names}")
-
-    @property
-    def duration(self) -> float:
+        self.duration = plain_sum(phase.duration for phase in self.phases)
         """Of the whole match [s]."""
-        return plain_sum(phase.duration for phase in self.phases)
 
     def start(self, name: str) -> float:
         """When a phase begins [s]."""

@@ -360,7 +360,7 @@ class Match:
         self.pieces.gather(TICK)
         self.flow.follow()
         for body in self.hanging:
-            body.after_tick(TICK)
+            body.after_tick(TICK, in_reach=len(self.pieces.awake) > 0 or body in self.contacts.near_hanging)
 
     def _see(self) -> None:
         """Cameras expose the frames that are due and publish those that are ready."""

@@ -28,6 +28,7 @@ __all__ = ["PieceFlow", "ShotRecord"]
 
 _log = logging.getLogger(__name__)
 
+_IN_FLIGHT = int(PieceStatus.IN_FLIGHT)
 _FOLLOWED = 100  # ticks for which a shot is followed at least
 
 
@@ -94,7 +95,7 @@ class PieceFlow:
         slots = self._pieces.in_active_chunks  # sleepers too: a roller does not ask
         away = state.pos[slots] - robot.chassis.pos
         near = np.einsum("ij,ij->i", away, away) < reach * reach
-        slots = slots[near & (state.status[slots] != PieceStatus.IN_FLIGHT)]
+        slots = slots[near & (state.status[slots] != _IN_FLIGHT)]
         if len(slots):
             self._take_some_of(robot, slots)
         else:
@@ -242,7 +243,7 @@ class PieceFlow:
         for slot, shot in list(self._followed.items()):
             x, y, z = state.pos[slot].tolist()
             shot.points.append((x, y, z))
-            if state.status[slot] != PieceStatus.IN_FLIGHT and len(shot.points) > _FOLLOWED:
+            if state.status[slot] != _IN_FLIGHT and len(shot.points) > _FOLLOWED:
                 del self._followed[slot]
 
     def note_scored(self, slot: int) -> None:
@@ -260,4 +261,4 @@ class PieceFlow:
     def flying(self) -> IntArray:
         """Slots of the shots that have not touched anything yet, oldest first."""
         status = self._pieces.state.status
-        return np.array([slot for slot in self._followed if status[slot] == PieceStatus.IN_FLIGHT], dtype=np.int64)
+        return np.array([slot for slot in self._followed if status[slot] == _IN_FLIGHT], dtype=np.int64)

@@ -30,7 +30,8 @@ class RobotContacts:
         self._robots, self._hanging = robots, hanging
         self._number_of = {robot.chassis.row: robot.number for robot in robots}
         self._near_robots: list[tuple[Robot, Robot]] = []
-        self._near_hanging: list[HangingBody] = []
+        self.near_hanging: list[HangingBody] = []
+        """Hanging bodies that a robot could touch in this tick."""
         self.robots: set[tuple[int, int]] = set()
         """Pairs of robots that touched in this tick, each in both orders."""
         self.hanging: set[tuple[int, str]] = set()
@@ -46,7 +47,7 @@ class RobotContacts:
             for (a, pos_a, reach_a), (b, pos_b, reach_b) in combinations(spots, 2)
             if math.dist(pos_a, pos_b) < reach_a + reach_b
         ]
-        self._near_hanging = [
+        self.near_hanging = [
             body
             for body in self._hanging
             if any(math.dist(pos[:2], body.pos[:2]) < reach + body.radius for _, pos, reach in spots)
@@ -57,7 +58,7 @@ class RobotContacts:
         for a, b in self._near_robots:
             if b.chassis.row in self._engine.touching(a.chassis.row):
                 self.robots |= {(a.number, b.number), (b.number, a.number)}
-        for body in self._near_hanging:
+        for body in self.near_hanging:
             self.hanging |= {(number, body.config.name) for number in self.touching(body.row)}
 
     def touching(self, row: int) -> list[int]:

@@ -156,6 +156,8 @@ class ScoringTracker:
         Returns:
             The new events; the caller takes those pieces off the field.
         """
+        if not len(slots):
+            return []
         high = np.maximum(start[:, 2], end[:, 2]) >= self._bottom  # most pieces roll on the carpet, far below
         if not high.any():
             return []

@@ -149,10 +149,15 @@ class HangingBody:
             self._engine.apply_forces([self.row], np.array([[fx, fy, fz]]) / length2)
             self._torque = (0.0, 0.0, 0.0)
 
-    def after_tick(self, dt: float) -> None:
-        """See whether it was touched in a tick of dt [s], or has hung still for long enough to sleep."""
+    def after_tick(self, dt: float, *, in_reach: bool = True) -> None:
+        """See whether it was touched in a tick of dt [s], or has hung still for long enough to sleep.
+
+        Args:
+            dt: Length of the tick [s].
+            in_reach: Whether anything that moves could have touched it.
+        """
         if not self.is_awake:
-            if any(map(any, self._engine.velocity(self.row))):
+            if in_reach and any(map(any, self._engine.velocity(self.row))):
                 self._wake()
             return
         self.read()

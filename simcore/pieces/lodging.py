@@ -19,6 +19,7 @@ from simcore.typing import IntArray
 
 __all__ = ["Lodging"]
 
+_AWAKE = int(PieceStatus.AWAKE)
 _RETURN = 0.2  # share of the way back to its place that a piece goes in a sub-step
 
 
@@ -55,9 +56,12 @@ class Lodging:
 
     def hold(self, h: float, awake: IntArray) -> None:
         """Hold the awake ones for the next sub-step of h [s], or let them come free."""
-        if not len(awake):
+        slots = awake[self._force[awake] > 0.0]
+        if len(slots):
+            slots = slots[self._pool.state.status[slots] == _AWAKE]
+        if not len(slots) and not self._given:
+            self._h = h
             return
-        slots = awake[(self._force[awake] > 0.0) & (self._pool.state.status[awake] == PieceStatus.AWAKE)]
         engine = self._world.engine
         before, self._h = self._h or h, h
         given, self._given = self._given, {}

@@ -28,6 +28,7 @@ from simcore.pieces.pool import ON_FIELD, PiecePool, PieceStatus
 from simcore.pieces.pressing import Pressing
 from simcore.pieces.resting_places import RestingPlace, RestingPlaces
 from simcore.pieces.sleeping import SETTLE_PERIOD, Sleeping
+from simcore.pieces.stillness import Stillness
 from simcore.pieces.wake_grid import ChunkGrid, Footprint, WakeSettings
 from simcore.pieces.waking import Waking
 from simcore.quantities import FORCE, require
@@ -38,6 +39,7 @@ __all__ = ["GamePieceManager"]
 _ROBOT_HEIGHT = 0.6  # [m]; pieces above it fly over a robot
 _BESIDE = 0.02  # [m]; what is within this of a piece may carry it
 _KNOCK_TICKS = 3.0  # how much farther the field is shown to the engine: a row of balls passes a knock on within a tick
+_SORTED = 15  # ticks after which sleepers that nothing can touch are fixed
 _FREE, _STAGED, _ASLEEP, _AWAKE, _HELD, _IN_FLIGHT, _SCORED, _PLACED = (int(status) for status in PieceStatus)
 _ALL = (_STAGED, *ON_FIELD, _HELD, _SCORED)
 
@@ -87,6 +89,7 @@ class GamePieceManager:
         """Where pieces stay and count."""
         self._sleeping = Sleeping(world, self._pool, self._pressing, self._p, self._wake)
         self._waking = Waking(self._pool, self._pressing, self._sleeping, self._p)
+        self._stillness = Stillness(self._p.chunk_linger + _SORTED)
         self._quats = np.tile((1.0, 0.0, 0.0, 0.0), (n, 1))
         self._awake: IntArray = np.zeros(0, dtype=np.int64)
         self._awake_rows: list[int] = []
@@ -353,6 +356,7 @@ class GamePieceManager:
     def mark_active(self, x: float, y: float, reach: float) -> None:
         """Show the chunks around a place to the engine in the coming tick, whatever moves there [m]."""
         self._chunks.mark_box(x, y, reach)
+        self._stillness.end()
 
     # --- questions ----------------------------------------------------------------------------------------------
 
@@ -443,6 +447,9 @@ class GamePieceManager:
         state, p, chunks = self.state, self._p, self._chunks
         self._robots = list(robots)
         awake = self.awake
+        self._stillness.begin_tick(len(awake) + len(self._pressing.stirred), self._robots)
+        if self._stillness.is_reached:
+            return 0.0
         speed = np.sqrt(np.einsum("ij,ij->i", state.vel[awake], state.vel[awake]))
         fall = self._world.gravity * dt  # what gravity can add within the tick
         reach = (speed + fall) * dt + 2.0 * self._pool.radius[awake] + p.piece_margin
@@ -493,7 +500,7 @@ class GamePieceManager:
                 state.status[awake[touched]] = _AWAKE
             self._recover(awake, now)
         self._tick += 1
-        if self._tick % 2:
+        if self._tick % 2 and not self._stillness.is_reached:
             self._sleeping.read()
 
     def settle(self) -> None:

@@ -14,7 +14,7 @@ from scipy.spatial import cKDTree
 
 from simcore.physics.world import PhysicsWorld
 from simcore.pieces.pool import PiecePool, PieceStatus
-from simcore.pieces.touching import TOUCH, touching_chain
+from simcore.pieces.touching import TOUCH, distances2, touching_chain
 from simcore.pieces.wake_grid import Footprint
 from simcore.typing import BoolArray, FloatArray, IntArray
 
@@ -32,6 +32,7 @@ _LAYER_STEP = 0.01  # [s], for a second layer alone
 _HEAP_SIZE = 5  # pieces that lie on others, so near to one of them; fewer get along with impacts
 _HEAP_REACH = 0.5  # [m]
 _LOW = 1.0  # [m]; pieces above this are over the robots
+_IN_FLIGHT = int(PieceStatus.IN_FLIGHT)
 
 
 class Pressing:
@@ -68,8 +69,11 @@ class Pressing:
         self.longest_step = math.inf
         if self._world.engine.is_exact:
             return
+        if not len(awake) and not len(self.stirred):
+            self._world.engine.set_careful(False)
+            return
         state = self._pool.state
-        calm = awake[(speed < _CALM_SPEED) & (state.status[awake] != PieceStatus.IN_FLIGHT)]
+        calm = awake[(speed < _CALM_SPEED) & (state.status[awake] != _IN_FLIGHT)]
         lying = np.concatenate((calm, self.stirred))
         upper = lying[state.pos[lying, 2] > self._raised[lying]]
         heaped = len(upper) > 0 and self._is_heap(upper)
@@ -115,9 +119,7 @@ class Pressing:
         high[upper] = True
         if int(np.count_nonzero(high)) < _HEAP_SIZE:
             return False
-        here, there = state.pos[upper], state.pos[high]
-        away2 = np.square(np.subtract.outer(here[:, 0], there[:, 0]))
-        away2 += np.square(np.subtract.outer(here[:, 1], there[:, 1]))
+        away2 = distances2(state.pos[upper, :2], state.pos[high, :2])
         return bool(((away2 < _HEAP_REACH**2).sum(axis=1) >= _HEAP_SIZE).any())
 
     def _heap(self, calm: IntArray, upper: IntArray) -> IntArray:

@@ -15,6 +15,7 @@ import numpy as np
 from simcore.physics.world import PhysicsWorld
 from simcore.pieces.pool import PiecePool, PieceStatus
 from simcore.pieces.pressing import Pressing
+from simcore.pieces.touching import distances2
 from simcore.pieces.wake_grid import WakeSettings
 from simcore.typing import BoolArray, FloatArray, IntArray
 
@@ -129,9 +130,8 @@ class Sleeping:
         others = np.nonzero(state.touchable)[0]
         there, far = state.pos[others], 2.0 * float(radius.max())
         others = others[((there > pos.min(axis=0) - far) & (there < pos.max(axis=0) + far)).all(axis=1)]
-        away = pos[:, None, :] - state.pos[others][None, :, :]
-        reach = np.maximum(radius[slots][:, None] + radius[others][None, :] - _DEEP, 0.0)
-        near = (np.einsum("ijk,ijk->ij", away, away) < reach * reach) & (slots[:, None] != others[None, :])
+        reach = np.maximum(np.add.outer(radius[slots], radius[others] - _DEEP), 0.0)
+        near = (distances2(pos, state.pos[others]) < reach * reach) & np.not_equal.outer(slots, others)
         deep: BoolArray = (near & self._pool.is_ball[others]).any(axis=1) & self._pool.is_ball[slots]
         doubtful |= near.any(axis=1)
         if self._has_others:
@@ -149,6 +149,9 @@ class Sleeping:
         state = self._pool.state
         asleep = np.nonzero(state.touchable & self._pool.is_frozen & ~self.is_fixed)[0]
         self._readings += 1
+        if not len(asleep):
+            self._pressing.stirred = asleep
+            return
         still, moved = self.follow(asleep)
         pushed = moved > _PUSHED
         self._pressing.stirred = still[pushed]

@@ -15,7 +15,7 @@ import numpy as np
 from simcore.pieces.pool import PiecePool
 from simcore.pieces.pressing import CHAIN, Pressing
 from simcore.pieces.sleeping import Sleeping
-from simcore.pieces.touching import TOUCH, touching_chain
+from simcore.pieces.touching import TOUCH, distances2, touching_chain
 from simcore.pieces.wake_grid import Footprint, WakeSettings
 from simcore.typing import BoolArray, FloatArray, IntArray
 
@@ -91,12 +91,15 @@ class Waking:
             slow: Slots that are awake and wake nobody.
             robots: Where robots are.
         """
+        is_due = self._ticks % _FIX_PERIOD == 0
+        if not (is_due or knocked.any()):
+            return
         pos, radius = self._pool.state.pos[asleep], self._pool.radius
         loose = knocked
         if (loose & self._sleeping.is_fixed[asleep]).any():
             some = np.nonzero(loose | to_wake)[0]
             loose[some] &= touching_chain(pos[some], radius[asleep[some]], to_wake[some])
-        if self._ticks % _FIX_PERIOD == 0:
+        if is_due:
             if len(slow):
                 loose |= self._reached(slow, 2.0 * radius[slow] + TOUCH, asleep)[0]
             for robot in robots:
@@ -131,9 +134,7 @@ class Waking:
         a, b = state.pos[movers], state.pos[sleepers]
         most = wide.max()
         near = np.nonzero(((b > a.min(axis=0) - most) & (b < a.max(axis=0) + most)).all(axis=1))[0]
-        away2 = np.square(np.subtract.outer(a[:, 0], b[near, 0]))
-        for axis in (1, 2):
-            away2 += np.square(np.subtract.outer(a[:, axis], b[near, axis]))
+        away2 = distances2(a, b[near])
         i, j = np.nonzero(away2 < np.square(wide)[:, None])
         close2, j = away2[i, j], near[j]
         hit: BoolArray = np.zeros(len(sleepers), dtype=bool)

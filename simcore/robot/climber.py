@@ -24,6 +24,7 @@ __all__ = ["Climber", "ClimberConfig", "Rung"]
 _STIFFNESS = 60_000.0  # [N/m]; estimate, +-50 %: a hook arm of aluminium gives about 1 cm under a robot's weight
 _DAMPING = 2_500.0  # [N s/m]; estimate: the robot comes to rest within some tenths of a second
 _GRIP = 0.3  # [-]; friction of a hook along a rung, steel on aluminium
+_SPREAD = 3.0  # [m]; no hook is farther from the middle of its robot, in plan
 _FAR = 0.5  # [m]; farther from all rungs than this and its reach, a hook meets none in the coming sub-step
 
 
@@ -122,9 +123,13 @@ class Climber:
         if self.rung is not None:
             return True
         c = self._chassis
+        if not self._low or not all(
+            low - _SPREAD < p < high + _SPREAD for p, low, high in zip(c.pos[:2], self._low, self._high, strict=False)
+        ):
+            return False  # without asking where the mechanism is
         pos, _ = part_pose(self.config.joints, self._mechanisms, self.config.offset)
         hook = zip(c.pos, rotate(c.quat, pos), self._low, self._high, strict=False)
-        return bool(self._low) and all(low < p + a < high for p, a, low, high in hook)
+        return all(low < p + a < high for p, a, low, high in hook)
 
     def push(self, h: float) -> tuple[Vector, Vector]:
         """Load the mechanism, pull the rung, and say how it pushes the robot in the next sub-step.

@@ -128,11 +128,17 @@ class ModuleController:
         n = len(self._modules)
         self._before = [0.0] * n  # wheel speeds at the start of the last inner step [rad/s]
         self._h_before = 1.0
-        self.command(DriveMode.NEUTRAL, [0.0] * n, [0.0] * n)
+        self.mode, self.drive, self.steer = DriveMode.NEUTRAL, [0.0] * n, [0.0] * n
 
-    def command(self, mode: DriveMode, drive: list[float], steer: list[float]) -> None:
-        """Take a command: one checked number per drive and per steer motor; their unit depends on the mode."""
+    def command(self, mode: DriveMode, drive: list[float], steer: list[float]) -> bool:
+        """Take a command: one checked number per drive and per steer motor; their unit depends on the mode.
+
+        Returns:
+            Whether it is another one than the last.
+        """
+        is_other = mode is not self.mode or drive != self.drive or steer != self.steer
         self.mode, self.drive, self.steer = mode, drive, steer
+        return is_other
 
     def requests(
         self, h: float, state: ModuleState, bus: float, neutral: bool

@@ -125,8 +125,7 @@ class SwerveDrive(WheeledDrive[SwerveConfig]):
         self._command(DriveMode.NEUTRAL, self._zeros, self._zeros)
 
     def _command(self, mode: DriveMode, drive: list[float], steer: list[float]) -> None:
-        self._controller.command(mode, drive, steer)
-        self._new_command()
+        self._new_command(is_other=self._controller.command(mode, drive, steer))
 
     def reset(
         self, *, angles: Sequence[float] | None = None, vx: float = 0.0, vy: float = 0.0, omega: float = 0.0
@@ -171,6 +170,10 @@ class SwerveDrive(WheeledDrive[SwerveConfig]):
     def _requests(self, h: float, bus: float, neutral: bool) -> tuple[Sequence[float | None], Sequence[float]]:
         drive, self._steer_volts, limits = self._controller.requests(h, self.state, bus, neutral)
         return drive, limits
+
+    def _is_parked(self, velocity: tuple[float, float, float], pull: tuple[float, float, float]) -> bool:
+        is_turning = any(self.state.steer_speed) or any(self.steer_motors.current)
+        return not is_turning and super()._is_parked(velocity, pull)
 
     def _open_circuits(self) -> tuple[Sequence[float | None], Sequence[float]]:
         self._steer_volts = [None] * self._n

@@ -187,14 +187,11 @@ class TankDrive(WheeledDrive[TankConfig]):
         Raises:
             NonFiniteError: When one is missing, NaN or infinite; nothing has changed.
         """
-        self._volts = _pair("volts", left, right)
-        self._targets = None
-        self._new_command()
+        self._command(_pair("volts", left, right), None)
 
     def set_speeds(self, left: float, right: float) -> None:
         """Closed loop on board: ground speed per side [m/s]; see `set_volts` for errors."""
-        self._targets = _pair("speed", left, right)
-        self._new_command()
+        self._command(self._volts, _pair("speed", left, right))
 
     def set_chassis_speeds(self, vx: float, omega: float) -> None:
         """Closed loop on board: forward speed [m/s] and yaw rate [rad/s], if the wheels did not scrub."""
@@ -204,9 +201,12 @@ class TankDrive(WheeledDrive[TankConfig]):
 
     def stop(self) -> None:
         """Zero command: brake or coast."""
-        self._volts = (0.0, 0.0)
-        self._targets = None
-        self._new_command()
+        self._command((0.0, 0.0), None)
+
+    def _command(self, volts: tuple[float, float], targets: tuple[float, float] | None) -> None:
+        is_other = volts != self._volts or targets != self._targets
+        self._volts, self._targets = volts, targets
+        self._new_command(is_other)
 
     def _requests(self, h: float, bus: float, neutral: bool) -> tuple[Sequence[float | None], Sequence[float]]:
         c = self.config

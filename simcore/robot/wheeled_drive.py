@@ -35,6 +35,10 @@ With 5 ms, 5 s of rough commands end up to 50 mm and 5 degrees from where they e
 2 degrees, with 1.25 ms 15 mm and 0.6 degrees.
 """
 
+_PARKED_SPEED, _PARKED_PULL = 1e-6, 1e-3
+"""Of a chassis that stands [m/s and rad/s, m/s^2 and rad/s^2]: the engine leaves it 1e-10, and a slope of 0.01 degrees
+pulls with 2e-3."""
+
 ConfigT = TypeVar("ConfigT", bound=WheeledRobot)
 
 
@@ -125,6 +129,8 @@ class WheeledDrive(ABC, Generic[ConfigT]):
         self._bus = self.battery.voltage
         self._bus_due = 0.0
         self._was_off = self.battery.browned_out
+        self._was_enabled = self.enabled
+        self._has_new_command = True
 
     # ---------------------------------------------------------------- the step
 
@@ -177,7 +183,8 @@ class WheeledDrive(ABC, Generic[ConfigT]):
             )
         # A numpy number from the owner would turn all arithmetic below into numpy calls, ten times slower.
         vx, vy, omega, loads = float(vx), float(vy), float(omega), [float(load) for load in fixed]
-        longest = h / math.ceil(h / MAX_INNER_STEP - 1e-9)
+        is_parked = self._is_parked((vx, vy, omega), (ax, ay, alpha))
+        longest = h if is_parked else h / math.ceil(h / MAX_INNER_STEP - 1e-9)
         shortest = longest / math.ceil(longest / SLIDING_INNER_STEP - 1e-9)
         dx = dy = spun = turned = 0.0
         mean_x = mean_y = mean_spin = 0.0
@@ -223,8 +230,22 @@ class WheeledDrive(ABC, Generic[ConfigT]):
             all_loads.append(loads)
             shares.append(dt / h)
         self._forces, self._loads, self._shares = forces, all_loads, shares
+        self._was_enabled, self._has_new_command = self.enabled, False
         self.mean_change = (mean_x / h, mean_y / h, mean_spin / h)
         return dx, dy, spun
+
+    def _is_parked(self, velocity: tuple[float, float, float], pull: tuple[float, float, float]) -> bool:
+        """Whether nothing turns, no current flows and nothing has changed: then one inner step is as good as many.
+
+        Args:
+            velocity: Of the chassis [m/s, m/s, rad/s].
+            pull: What the owner adds to it [m/s^2, m/s^2, rad/s^2].
+        """
+        if self._has_new_command or self.enabled != self._was_enabled or self._was_off or self.before_inner is not None:
+            return False
+        if any(self.shaft_speeds) or any(self.drive_motors.current):
+            return False
+        return max(map(abs, velocity)) < _PARKED_SPEED and max(map(abs, pull)) < _PARKED_PULL
 
     def _inner(
         self,
@@ -282,9 +303,14 @@ class WheeledDrive(ABC, Generic[ConfigT]):
             *(self._motors, volts, limits, self._back_emf()),
         )
 
-    def _new_command(self) -> None:
-        """Solve the bus voltage anew in the next inner step."""
+    def _new_command(self, is_other: bool = True) -> None:
+        """Solve the bus voltage anew in the next inner step.
+
+        Args:
+            is_other: Whether it is another command than the last one.
+        """
         self._bus_due = self.time
+        self._has_new_command |= is_other
 
     # ---------------------------------------------------------------- what a kind of drive adds
 

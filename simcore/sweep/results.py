@@ -196,9 +196,10 @@ class Results:
         )
 
     def sensitivity(self, metric: str) -> tuple[FactorEffect, ...]:
-        """Effects of all factors on a metric, the largest first; seeds of a point are averaged.
+        """Effects of all factors on a metric, the largest first.
 
-        How they are computed follows from the design of the experiment.
+        How they are computed follows from the design of the experiment: of a grid or a list from all runs, of other
+        designs from the mean of each point's seeds.
 
         Args:
             metric: A column or an expression; of a condition it is the share of successes.
@@ -217,8 +218,9 @@ class Results:
             design = "random"  # points that somebody else has scattered
         if design in _OF_DESIGNS:
             return ranked(_OF_DESIGNS[design](points, self.factors, means))
-        known = means.notna()
-        return ranked(main_effects(points[known], self.factors, means[known]))
+        runs = self.whole.sort_values("run")
+        values = self._values(metric)[runs.index].dropna()
+        return ranked(main_effects(runs.loc[values.index], self.factors, values))
 
     def by_point(self, metric: str) -> pd.DataFrame:
         """The mean of a metric over the seeds of each point.

@@ -16,6 +16,7 @@ import numpy as np
 from simcore.errors import ConfigError, VendorError
 from simcore.install_text import install_command
 from simcore.typing import FloatArray
+from simcore.units import plain_sum
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -193,24 +194,31 @@ def spread_effects(points: pd.DataFrame, factors: Sequence[str], metric: pd.Seri
     return _effects(points, factors, metric, np.asarray(found["S1"]), np.asarray(found["S1_conf"]), "Sobol index")
 
 
-def main_effects(points: pd.DataFrame, factors: Sequence[str], metric: pd.Series) -> list[FactorEffect]:
+def main_effects(runs: pd.DataFrame, factors: Sequence[str], metric: pd.Series) -> list[FactorEffect]:
     """Of a grid or a list: the share of the metric's variance that lies between the values of each factor.
 
-    On a full grid these are the first-order Sobol indices of the grid's values. Words, e.g. names of autos, count as
-    values, too.
+    The rest is what seeds do, and factors together. From each share is taken what that rest alone would give it by
+    chance (epsilon squared); with many runs of a full grid what is left are first-order Sobol indices of its values.
+    Words, e.g. names of autos, count as values, too.
 
     Args:
-        points: A row a point, with a column a factor.
+        runs: A row a run, with a column a factor.
         factors: Their names.
-        metric: Its value at each point.
+        metric: Its value in each run.
+
+    Source: T. L. Kelley, PNAS 21 (1935) 554.
     """
-    variance = float(metric.var(ddof=0))
-    shares = []
+    total = len(metric) * float(metric.var(ddof=0))
+    between, freedom = [], []
     for factor in factors:
-        between = metric.groupby(points[factor]).transform("mean")
-        shares.append(float(between.var(ddof=0)) / variance if variance > 0.0 else 0.0)
+        groups = metric.groupby(runs[factor])
+        between.append(len(metric) * float(groups.transform("mean").var(ddof=0)))
+        freedom.append(groups.ngroups - 1)
+    left, rest = len(metric) - 1 - sum(freedom), total - plain_sum(between)
+    noise = max(rest, 0.0) / left if left > 0 else 0.0
+    shares = [max(0.0, b - f * noise) / total if total > 0.0 else 0.0 for b, f in zip(between, freedom, strict=True)]
     nobody = np.full(len(factors), np.nan)
-    return _effects(points, factors, metric, np.array(shares), nobody, "variance share")
+    return _effects(runs, factors, metric, np.array(shares), nobody, "variance share")
 
 
 def _effects(

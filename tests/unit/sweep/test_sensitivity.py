@@ -75,6 +75,22 @@ def test_a_grid_finds_the_first_order_indices_of_its_values():
     assert {effect.factor: effect.index for effect in found} == pytest.approx(FIRST, abs=0.03)
 
 
+def test_a_factor_that_does_nothing_has_no_share_of_what_seeds_do():
+    """Two values of each of two factors and three seeds: between means of six runs there is always some difference."""
+    unit = np.array([(x, y, 0.5) for x in (0.1, 0.9) for y in (0.1, 0.9)])
+
+    def luck(values, seed):
+        return {"score": 57 + [0, 1, 1][seed] * (values["x1"] > 0) + [1, 0, 0][seed] * (values["x1"] < 0)}
+
+    def moved(values, seed):
+        return {"score": luck(values, seed)["score"] + 10 * (values["x2"] > 0)}
+
+    shares = {effect.factor: effect.index for effect in results(unit, "grid", luck, seeds=3).sensitivity("score")}
+    assert shares["x1"] < 0.05 and shares["x2"] == 0.0
+    first, *_ = results(unit, "grid", moved, seeds=3).sensitivity("score")
+    assert first.factor == "x2" and first.index > 0.98
+
+
 def test_morris_finds_the_slopes_of_a_plane_exactly_and_seeds_are_averaged():
     """mu* of 3 x1 - 2 x2 is 3 and 2 times the way between a range's outer levels, whatever the points."""
 
