@@ -22,6 +22,7 @@ from simcore.match.clock import MatchTimer, Mode
 from simcore.match.digest import TrajectoryDigest
 from simcore.match.field_control import FieldControl
 from simcore.match.game import Game, PieceSupply, RobotEntry, Rules
+from simcore.match.jolts import Jolts
 from simcore.match.piece_flow import PieceFlow
 from simcore.match.publish import build_snapshot
 from simcore.match.report import PieceCount, Score
@@ -110,6 +111,7 @@ class Match:
     hanging: list[HangingBody]
     """What hangs from the field and swings."""
     contacts: RobotContacts
+    jolts: Jolts
     """Who touched whom in this tick."""
     robots: list[Robot]
     alliances: list[Alliance]
@@ -296,11 +298,7 @@ class Match:
     def _wake(self) -> None:
         """Sleepers that can be reached within the tick wake."""
         movers = [Footprint(*robot.chassis.footprint) for robot in self.robots]
-        movers += [
-            Footprint(body.pos[0], body.pos[1], 0.0, body.radius, body.radius, body.speed)
-            for body in self.hanging
-            if body.is_awake
-        ]
+        movers += [Footprint(*body.footprint) for body in self.hanging if body.is_awake]
         self._piece_speed = self.pieces.wake_reachable(movers, TICK)
 
     def _take_in(self) -> None:
@@ -308,6 +306,7 @@ class Match:
         self.flow.take_in(self._piece_speed)
         self.substeps = 0
         self.contacts.begin_tick()
+        self.jolts.begin_tick()
         self._near = max((robot.chassis.surroundings(TICK) for robot in self.robots), default=Surroundings.OPEN)
 
     # --- one part -------------------------------------------------------------------------------------------------
@@ -333,6 +332,7 @@ class Match:
 
     def _before_substep(self, h: float) -> None:
         self.contacts.note()
+        self.jolts.note()
         for body in self.hanging:
             body.read()
         for robot in self.robots:
@@ -357,7 +357,9 @@ class Match:
         self.time = self.ticks * TICK
         self.timer.advance(TICK)
         self.contacts.note()
+        self.jolts.note()
         self.pieces.gather(TICK)
+        self.jolts.jolt()
         self.flow.follow()
         for body in self.hanging:
             body.after_tick(TICK, in_reach=len(self.pieces.awake) > 0 or body in self.contacts.near_hanging)
@@ -617,6 +619,7 @@ class Match:
         for robot in self.robots:
             self.pieces.make_room(Footprint(*robot.chassis.footprint))
         self.contacts = RobotContacts(self.world, self.robots, self.hanging)
+        self.jolts = Jolts(self.world, self.field.elements, game.field.structures, self.pieces, self.robots)
         self.flow = PieceFlow(self.world, self.pieces, self.robots)
         kinds = [game.pieces[kind].kind.name for kind in self.pieces.state.kind.tolist()]
         self.tracker = ScoringTracker(game.zones, worth=self._worth, kinds=kinds)

@@ -229,8 +229,11 @@ class PieceFlow:
         self._followed[slot] = shot
 
     def _put_down(self, robot: Robot, placer: Placer) -> None:
-        self.put_down += 1
+        """Let a placer's piece go, unless it is in something that stands there; then it sticks in the placer."""
         part = robot.part_in_field(placer.held_state())
+        if placer.piece is None or not self._pieces.fits(placer.piece, part.pos, part.quat):
+            return
+        self.put_down += 1
         self._pieces.launch(
             robot.number, part.pos, part.vel, part.rate, slot=placer.let_go(), quat=part.quat, flying=False
         )

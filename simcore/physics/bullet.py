@@ -37,7 +37,7 @@ from scipy.spatial import ConvexHull, HalfspaceIntersection, QhullError
 from simcore.errors import EngineError
 from simcore.geometry.rotation import IDENTITY, Quaternion, Vector, matrix, multiply, rotate, rotate_back
 from simcore.physics.engine import BodyDefinition, RayHits
-from simcore.physics.shape_extent import smallest_thickness
+from simcore.physics.shape_extent import bounding_radius, smallest_thickness
 from simcore.physics.shapes import Box, Compound, Cylinder, HalfSpace, Hull, Mesh, Part, Shape, Sphere, bounding_box
 from simcore.typing import FloatArray
 from simcore.units import GRAVITY
@@ -377,6 +377,19 @@ class BulletEngine:
         """How deep the body is in others, at its deepest contact [m]; 0 for none."""
         contacts = self._p.getContactPoints(self._ids[row], physicsClientId=self._open()) or ()
         return max(0.0, -min([contact[8] for contact in contacts], default=0.0))
+
+    def depth(self, row: int) -> float:
+        """How deep a body is in statics where it is now, whether it has been in a step there or not [m]; 0 for none."""
+        p, client, me = self._p, self._open(), self._ids[row]
+        pos, reach = p.getBasePositionAndOrientation(me, client)[0], bounding_radius(self._definitions[row].shape)
+        around = p.getOverlappingObjects([c - reach for c in pos], [c + reach for c in pos], client) or ()
+        deepest = 0.0
+        for other in sorted({body for body, _ in around}):
+            number = self._row_of.get(other, row)
+            if self._definitions[number].mass == 0.0 and self._touch(row, number):
+                points = p.getClosestPoints(me, other, 0.0, physicsClientId=client)
+                deepest = min([deepest, *(point[8] for point in points)])
+        return -deepest
 
     def touching(self, row: int) -> list[int]:
         """Rows of the bodies that a body was in contact with in the last step."""

@@ -143,6 +143,10 @@ class Engine(Protocol):
         """How deep the body is in others, at its deepest contact in the last step [m]; 0 for none."""
         ...
 
+    def depth(self, row: int) -> float:
+        """How deep a body is in statics where it is now, whether it has been in a step there or not [m]; 0 for none."""
+        ...
+
     def touching(self, row: int) -> list[int]:
         """Rows of the bodies that a body was in contact with in the last step."""
         ...

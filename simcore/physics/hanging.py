@@ -11,10 +11,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from simcore.geometry.rotation import Quaternion, Vector, rotate, rotate_back, yaw_of
+from simcore.geometry.rotation import Quaternion, Vector, matrix, rotate, rotate_back, yaw_of
 from simcore.physics.mass_properties import mass_properties
 from simcore.physics.shape_extent import bounding_radius
-from simcore.physics.shapes import Box, Cylinder, Sphere
+from simcore.physics.shapes import Box, Cylinder, Sphere, bounding_box
 from simcore.physics.surface import WALL, TerrainSurface
 from simcore.physics.world import PhysicsWorld
 from simcore.quantities import FIELD_LENGTH, FIELD_PLACE, MASS, Quantity, require_fields
@@ -24,6 +24,7 @@ __all__ = ["HangingBody", "HangingConfig"]
 _DAMPING = Quantity("1/s", 0.0, 100.0)
 _STILL_ANGLE, _STILL_RATE = 0.002, 0.005  # [rad], [rad/s]: 2 mm under a chain of 1 m, and
 _STILL_TIME = 0.5  # [s] for which it must be so
+_TOUCHING_SPEED = 0.3  # [m/s]; slower, the engine wakes what it touches in time: as beside a robot that pushes slowly
 _TWIST_RATE = 3.0  # [rad/s]; estimate: two links of chain turn a body back within a second, without a swing
 
 
@@ -74,6 +75,7 @@ class HangingBody:
         self._own_share = across / self._inertia
         self.radius = bounding_radius(config.shape)
         """Of a ball about the center of mass that holds all of it [m]."""
+        self._half = bounding_box(config.shape)[1]
         self._torque = (0.0, 0.0, 0.0)
         self._still = 0.0
         self.is_awake = False
@@ -173,6 +175,17 @@ class HangingBody:
     def speed(self) -> float:
         """Of its fastest part, at most [m/s]."""
         return math.hypot(*self.rate) * (self.config.drop + self.radius)
+
+    @property
+    def footprint(self) -> tuple[float, float, float, float, float, float, tuple[float, float], float]:
+        """What the pieces need to know.
+
+        x, y, yaw, half length and width [m, rad], speed [m/s], lowest and highest part [m], and the speed below which
+        it wakes by touch alone, because it swings for half a minute [m/s].
+        """
+        dx, dy, dz = (np.abs(matrix(self.quat)) @ self._half).tolist()
+        x, y, z = self.pos
+        return x, y, 0.0, dx, dy, self.speed, (z - dz, z + dz), _TOUCHING_SPEED
 
     def _wake(self) -> None:
         if not self.is_awake:

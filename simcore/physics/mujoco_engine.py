@@ -287,6 +287,11 @@ class MuJoCoEngine:
         mine = (self._layout.row_of_geom[contact.geom] == row).any(axis=1)
         return max(0.0, -float(contact.dist[mine].min(initial=0.0)))
 
+    def depth(self, row: int) -> float:
+        """How deep a body is in statics where it is now, whether it has been in a step there or not [m]; 0 for none."""
+        self._refresh()
+        return self._queries.depth(row)
+
     def touching(self, row: int) -> list[int]:
         """Rows of the bodies that a body was in contact with in the last step."""
         self._refresh()

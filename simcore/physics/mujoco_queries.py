@@ -66,6 +66,18 @@ class ModelQueries:
         rows: list[int] = np.unique(self._layout.row_of_geom[geoms]).tolist()
         return rows
 
+    def depth(self, row: int) -> float:
+        """How deep a body is in the statics that it may touch [m]; 0 for none."""
+        m, mine = self._m, np.nonzero(self._layout.row_of_geom == row)[0]
+        low, high = (corner.T[:, :, None] for corner in self.boxes(mine))
+        near = _overlap(self._static_low[:, None, :], self._static_high[:, None, :], low, high)
+        ways = m.geom_contype[mine, None] & m.geom_conaffinity[: self._first]
+        back = m.geom_conaffinity[mine, None] & m.geom_contype[: self._first]
+        deepest, ends = 0.0, np.zeros(6)
+        for one, other in np.argwhere(near & ((ways | back) != 0)).tolist():
+            deepest = min(deepest, self._mj.mj_geomDistance(m, self._d, int(mine[one]), other, 0.0, ends))
+        return -deepest
+
     def boxes(self, geoms: IntArray) -> tuple[FloatArray, FloatArray]:
         """Corners of the bounding boxes of some shapes, field frame [m], shape (n, 3) each."""
         m, d = self._m, self._d
@@ -76,7 +88,9 @@ class ModelQueries:
         return center - half, center + half
 
 
-def _overlap(lows: FloatArray, highs: FloatArray, low: Sequence[float], high: Sequence[float]) -> BoolArray:
+def _overlap(
+    lows: FloatArray, highs: FloatArray, low: Sequence[float] | FloatArray, high: Sequence[float] | FloatArray
+) -> BoolArray:
     """Whether boxes overlap another, corners of shape (3, n), shape (n,)."""
     found: BoolArray = (lows[0] <= high[0]) & (highs[0] >= low[0])
     for axis in (1, 2):

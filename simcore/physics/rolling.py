@@ -1,15 +1,16 @@
-"""Rolling resistance of balls on the floor.
+"""Rolling resistance of balls.
 
 Bullet resists rolling about two fixed axes, each with the full torque: a ball that rolls at 45 degrees to the field's
 axes slows 1.41 times too fast, and one at 30 degrees curves to 18. It also keeps the resistance of contact points
 behind the ball that carry nothing any more: 5 to 11 % more below 1 m/s. So balls and the floor under them have no
-rolling resistance in the engine, and balls that roll on it lose speed here: c g t / (1.4 r), against their motion.
+rolling resistance in the engine, and balls that roll on it lose speed here: c g t / (1.4 r), against their motion. On
+anything else the engine has the part of what they roll on, and here they lose by their own.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
@@ -32,31 +33,34 @@ _SLIP = 0.05
 
 
 class FloorRolling:
-    """Balls on the floor z = 0, and what slows them.
+    """Balls on the floor z = 0 or on other things, and what slows them.
 
     Args:
         engine: Where they live.
         floor: Its material; None: there is no floor.
+        surface: Material of each row.
     """
 
-    def __init__(self, engine: Engine, floor: TerrainSurface | None) -> None:
+    def __init__(self, engine: Engine, floor: TerrainSurface | None, surface: Callable[[int], TerrainSurface]) -> None:
         self._engine = engine
         self._floor = floor
-        self._balls: dict[int, tuple[float, float]] = {}  # radius and deceleration by row
+        self._surface = surface
+        self._balls: dict[int, tuple[float, float, float]] = {}  # radius, deceleration on the floor, and elsewhere for
+        # each unit of friction there, by row
         self._shown: dict[int, None] = {}  # rows in the order in which they were shown
         self._due = 0.0
 
     def add(self, row: int, radius: float, surface: TerrainSurface) -> None:
         """Slow a ball of a radius [m] and a material from now on."""
         floor = self._floor
-        if floor is not None:
-            lever = floor.rolling * surface.friction + surface.rolling * floor.friction
-            if lever > 0.0:
-                self._balls[row] = radius, lever * self._engine.gravity / (1.4 * radius)
-                self.show(row, True)
+        lever = floor.rolling * surface.friction + surface.rolling * floor.friction if floor is not None else 0.0
+        if lever > 0.0 or surface.rolling > 0.0:
+            each = self._engine.gravity / (1.4 * radius)
+            self._balls[row] = radius, lever * each, surface.rolling * each
+            self.show(row, True)
 
     def show(self, row: int, is_shown: bool) -> None:
-        """Say whether the floor touches a body; one that is no ball is left alone."""
+        """Say whether anything touches a body; one that is no ball is left alone."""
         if row in self._balls and is_shown != (row in self._shown):
             if is_shown:
                 self._shown[row] = None
@@ -79,18 +83,25 @@ class FloorRolling:
         rows = [row for row in (self._shown if awake is None else awake) if row in balls]
         if not rows:
             return
-        radius, slowing = np.array([balls[row] for row in rows]).T
+        radius, slowing, elsewhere = np.array([balls[row] for row in rows]).T
         twists = self._engine.velocities(rows)
         speed = np.hypot(twists[:, 0], twists[:, 1])
         moving = np.nonzero((speed > 0.0) & (np.abs(twists[:, 2]) < _RISING) & _rolls(twists, speed, radius))[0]
         if not len(moving):
             return
         over_floor = self._engine.centers([rows[i] for i in moving.tolist()])[:, 2] - radius[moving]
-        moving = moving[(over_floor < _LIFTED) & (over_floor > -0.5 * radius[moving])]
+        for i in moving[(over_floor >= _LIFTED) & (elsewhere[moving] > 0.0)].tolist():
+            slowing[i] = elsewhere[i] * self._friction_under(rows[i])
+        is_slowed = np.where(over_floor < _LIFTED, over_floor > -0.5 * radius[moving], elsewhere[moving] > 0.0)
+        moving = moving[is_slowed]
         left = np.maximum(0.0, 1.0 - slowing[moving] * due / speed[moving])
         slowed = twists[moving]
         slowed[:, [0, 1, 3, 4]] *= left[:, None]  # neither what it rises nor what it spins on the spot
         self._engine.set_velocities([rows[i] for i in moving.tolist()], slowed)
+
+    def _friction_under(self, row: int) -> float:
+        """Friction factor of the roughest thing that a ball touches, 0 in the air."""
+        return max([self._surface(other).friction for other in self._engine.touching(row)], default=0.0)
 
 
 def _rolls(twists: FloatArray, speed: FloatArray, radius: FloatArray) -> BoolArray:

@@ -129,7 +129,7 @@ class PhysicsWorld:
         self.longest_step = math.inf
         self.awake_pieces = None
         floor = self._floor
-        self._rolling = FloorRolling(self.engine, floor)
+        self._rolling = FloorRolling(self.engine, floor, self.surface)
         if floor is not None:
             under_balls = replace(floor, rolling=0.0)
             # Balls get a half space, 15-25 % of a step cheaper than a box under 150 awake ones; the others thick boxes.

@@ -14,7 +14,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from simcore.errors import CapacityError, ConfigError, NonFiniteError, UnknownNameError
-from simcore.geometry.rotation import IDENTITY, Quaternion
+from simcore.geometry.rotation import IDENTITY, Quaternion, Vector
 from simcore.physics.world import PhysicsWorld
 from simcore.pieces.aerodynamics import AirFactors
 from simcore.pieces.approach import Approach
@@ -38,6 +38,7 @@ __all__ = ["GamePieceManager"]
 
 _ROBOT_HEIGHT = 0.6  # [m]; pieces above it fly over a robot
 _BESIDE = 0.02  # [m]; what is within this of a piece may carry it
+_SOFT, _HARD = 0.1, 0.003  # how deep a piece may be in a wall as it is let go: of a ball's radius, [m] of others
 _KNOCK_TICKS = 3.0  # how much farther the field is shown to the engine: a row of balls passes a knock on within a tick
 _SORTED = 15  # ticks after which sleepers that nothing can touch are fixed
 _FREE, _STAGED, _ASLEEP, _AWAKE, _HELD, _IN_FLIGHT, _SCORED, _PLACED = (int(status) for status in PieceStatus)
@@ -257,6 +258,19 @@ class GamePieceManager:
         self._flight.start(slot)
         self._awake_stale = True
         return slot
+
+    def fits(self, slot: int, pos: Vector, quat: Quaternion) -> bool:
+        """Whether a held piece would be in nothing that stands on the field, where it is to be let go.
+
+        Args:
+            slot: Which piece.
+            pos: Center, field frame [m].
+            quat: Attitude.
+        """
+        self._pool.place(slot, pos, touchable=True, quat=quat)
+        depth = self._world.engine.depth(self._pool.rows[slot])
+        self._pool.park(slot)
+        return depth < (_SOFT * float(self._pool.radius[slot]) if self._pool.is_ball[slot] else _HARD)
 
     def score(self, slots: IntArray) -> None:
         """Take scored pieces off the field; what leaned on them wakes.

@@ -54,7 +54,7 @@ class WakeSettings:
 
 @dataclass(frozen=True, slots=True)
 class Footprint:
-    """A robot as the pieces see it."""
+    """A robot, or what hangs and swings, as the pieces see it."""
 
     x: float
     y: float
@@ -64,6 +64,10 @@ class Footprint:
     half_width: float
     speed: float
     """Fastest point of the box [m/s], so including spin."""
+    heights: tuple[float, float] = (-math.inf, math.inf)
+    """Of its lowest and highest parts [m]."""
+    waking_speed: float = 0.005
+    """While it is slower, it reaches nothing [m/s]; what it touches wakes all the same."""
 
     def gap(self, pos: FloatArray) -> FloatArray:
         """Flat distance of places (n, 2 or 3) from the outside of the box [m], negative within, shape (n,)."""

@@ -22,7 +22,6 @@ from simcore.typing import BoolArray, FloatArray, IntArray
 __all__ = ["Waking"]
 
 _HEAP_WAKING = 0.2  # [m/s]; in a heap, a slower piece wakes others by touch alone
-_STANDING = 0.005  # [m/s]; a slower robot reaches nothing
 _KNOCK, _FAR_KNOCK = 0.35, 3.0  # [m]; how far a knock gets along a row in two ticks, and the hardest
 _KNOCK_GROWTH, _HARD = 1.0, 2.5  # [s, m/s]; between: ten balls at 4 m/s
 _PUSHING = 0.3  # [m/s]; a slower robot may push a row of pieces that touch, none of which moves by itself
@@ -63,7 +62,7 @@ class Waking:
         state = self._pool.state
         asleep = np.nonzero(state.touchable & self._pool.is_frozen)[0]
         self.guarded[:] = False
-        moving = [robot for robot in robots if robot.speed > _STANDING]
+        moving = [robot for robot in robots if robot.speed > robot.waking_speed]
         near = np.concatenate((asleep, awake)) if moving else asleep
         for robot in moving:
             self.guarded[near[self._in_reach(robot, near, dt)]] = True
@@ -109,7 +108,7 @@ class Waking:
         self._sleeping.loosen(asleep[loose & ~to_wake])
 
     def _in_reach(self, robot: Footprint, slots: IntArray, dt: float) -> BoolArray:
-        """Which slots lie in the robot's bumper box, widened by what both can move in a tick."""
+        """Which slots lie in a robot's bumper box, widened by what both can move in a tick."""
         dx = self._pool.state.pos[slots, 0] - robot.x
         dy = self._pool.state.pos[slots, 1] - robot.y
         c, s = math.cos(robot.yaw), math.sin(robot.yaw)
@@ -117,6 +116,9 @@ class Waking:
         inside: BoolArray = (np.abs(c * dx + s * dy) < robot.half_length + grow) & (
             np.abs(c * dy - s * dx) < robot.half_width + grow
         )
+        low, high = robot.heights
+        z = self._pool.state.pos[slots, 2]
+        inside &= (z > low - grow) & (z < high + grow)
         return inside
 
     def _reached(

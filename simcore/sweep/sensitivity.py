@@ -214,7 +214,7 @@ def main_effects(runs: pd.DataFrame, factors: Sequence[str], metric: pd.Series) 
         groups = metric.groupby(runs[factor])
         between.append(len(metric) * float(groups.transform("mean").var(ddof=0)))
         freedom.append(groups.ngroups - 1)
-    left, rest = len(metric) - 1 - sum(freedom), total - plain_sum(between)
+    left, rest = len(metric) - 1 - int(np.sum(freedom)), total - plain_sum(between)
     noise = max(rest, 0.0) / left if left > 0 else 0.0
     shares = [max(0.0, b - f * noise) / total if total > 0.0 else 0.0 for b, f in zip(between, freedom, strict=True)]
     nobody = np.full(len(factors), np.nan)

@@ -30,15 +30,21 @@ _WALL = np.array(
 )
 
 
-def placed_share(level: int, aside: float, turn: float, *, seed: int = 0) -> float:
+def placed_share(level: int, aside: float = 0.0, tilt: float = 0.0, pitch: float = 0.0, *, seed: int = 0) -> float:
     """Share of twelve coral, one let go at each of blue's branches of a level, that stay on their branch.
 
     Args:
         level: 2 to 4.
         aside: Error along the reef's face [m].
-        turn: Error of the robot's heading [rad].
+        tilt: Error of the coral's axis to that side [rad].
+        pitch: Error of the axis in the upright plane of the branch, the outer or upper end outward and down [rad].
         seed: Of a jitter of 2 mm.
     """
+    return let_go(level, aside, tilt, pitch, seed)[0]
+
+
+def let_go(level: int, aside: float, tilt: float, pitch: float, seed: int) -> tuple[float, float]:
+    """The same, and how far the middle of the outermost coral of all is from the end of its branch inward [m]."""
     rng = np.random.default_rng(seed)
     with Match(REEFSCAPE, robots=FAR, seed=seed) as match:
         state = match.pieces.state
@@ -46,19 +52,120 @@ def placed_share(level: int, aside: float, turn: float, *, seed: int = 0) -> flo
         coral = np.nonzero((state.kind == CORAL) & (state.status == PieceStatus.STAGED))[0][:12]
         centers, attitudes, speeds = [], [], []
         for number in range(12):
-            yaw = math.radians(dim.REEF_FACE_YAWS_DEG[-(number // 2) % 6])
-            start, tip = (np.array(end) for end in branch_ends(number, level))
-            way = (tip - start) / np.linalg.norm(tip - start)
+            yaw, tip, way = branch(number, level)
             lean = from_rpy(0.0, math.acos(min(1.0, way[2])), 0.0)
-            out = _BEFORE + 0.5 * dim.CORAL_LENGTH
             error = aside * np.array([-math.sin(yaw), math.cos(yaw), 0.0]) + rng.normal(0.0, _JITTER, 3)
-            centers.append(tip + out * way + error)
-            attitudes.append(multiply(from_rpy(0.0, 0.0, yaw + turn), lean))
+            centers.append(tip + (_BEFORE + 0.5 * dim.CORAL_LENGTH) * way + error)
+            attitudes.append(multiply(multiply(from_rpy(0.0, 0.0, yaw), lean), from_rpy(-tilt, pitch, 0.0)))
             speeds.append(-_SPEED[level] * way)
         match.pieces.release(coral, np.array(centers), np.array(attitudes))
         match.pieces.push(coral, np.array(speeds))
         match.play(2.5)
-        return match.pieces.places.count(level=f"BlueL{level}") / 12
+        ends = [branch(number, level) for number in range(12)]
+        inward = min([float((tip - state.pos[slot]) @ way) for slot, (_, tip, way) in zip(coral, ends, strict=True)])
+        return match.pieces.places.count(level=f"BlueL{level}") / 12, inward
+
+
+def branch(number: int, level: int) -> tuple[float, np.ndarray, np.ndarray]:
+    """Outward yaw of one of blue's branches [rad], its end [m], and the way along it to there."""
+    start, tip = (np.array(end) for end in branch_ends(number, level))
+    return math.radians(dim.REEF_FACE_YAWS_DEG[-(number // 2) % 6]), tip, (tip - start) / np.linalg.norm(tip - start)
+
+
+def laid_across(level: int, off: float) -> tuple[int, int]:
+    """Of twelve coral laid across the ends of blue's branches: how many count there, and how many still lie there.
+
+    Args:
+        level: 2 to 4.
+        off: From the end of the branch to the middle of the coral, along the coral [m].
+    """
+    with Match(REEFSCAPE, robots=FAR) as match:
+        state = match.pieces.state
+        match.pieces.score(np.nonzero(state.kind == ALGAE)[0])
+        coral = np.nonzero((state.kind == CORAL) & (state.status == PieceStatus.STAGED))[0][:12]
+        up = 0.5 * (dim.CORAL_OUTER_DIAMETER + dim.BRANCH_DIAMETER) + 0.01
+        ends = [branch(number, level) for number in range(12)]
+        along = [np.array([-math.sin(yaw), math.cos(yaw), 0.0]) for yaw, _, _ in ends]
+        centers = np.array(
+            [tip + off * way + np.array([0.0, 0.0, up]) for (_, tip, _), way in zip(ends, along, strict=True)]
+        )
+        match.pieces.release(coral, centers, np.array([from_rpy(0.5 * math.pi, 0.0, yaw) for yaw, _, _ in ends]))
+        match.play(4.0)
+        stay = np.linalg.norm(state.pos[coral] - centers, axis=1) < 0.1
+        return match.pieces.places.count(level=f"BlueL{level}"), int(stay.sum())
+
+
+def pull_force(way: np.ndarray, slot_number: int = 0) -> float:
+    """Force that pulls one of blue's algae out of the reef, raised by 25 N in a second [N].
+
+    Args:
+        way: Unit vector in the frame of its face: outward, to the left as seen from outside, up.
+        slot_number: Which of the algae on the blue reef, 0 to 5.
+    """
+    with Match(REEFSCAPE, robots=FAR) as match:
+        state, engine = match.pieces.state, match.world.engine
+        on_reef = np.nonzero((state.kind == ALGAE) & (state.pos[:, 2] > 0.8) & (state.pos[:, 0] < dim.FIELD_CENTER[0]))
+        slot = int(on_reef[0][slot_number])
+        place = state.pos[slot].copy()
+        yaw = math.atan2(place[1] - dim.REEF_CENTER[1], place[0] - dim.REEF_CENTER[0])
+        c, s = math.cos(yaw), math.sin(yaw)
+        to_field = np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]]).T @ way
+        force, hold = 0.0, match.pieces.before_substep
+
+        def before_substep(h: float) -> None:
+            hold(h)
+            engine.apply_forces([match.pieces.row(slot)], force * to_field[None])
+
+        match.pieces.before_substep = before_substep
+        for _ in range(50):
+            force += 0.5
+            match.pieces._wake(slot)
+            match.tick()
+            if np.linalg.norm(state.pos[slot] - place) > 0.02:
+                return force
+        return math.inf
+
+
+def bumped(speed: float) -> tuple[list[int], list[int], float]:
+    """What a robot knocks off blue's reef that drives against a face of it at a speed [m/s].
+
+    Every branch has a coral on it, but for every second upright end, which has one across.
+
+    Returns:
+        Coral on levels 2, 3 and 4 and across ends before the bump, the same after it, and the deepest that one of them
+        was in a pipe or anything else at the end of a tick [m].
+    """
+    spots = [(number, level, False) for level in (2, 3, 4) for number in range(level == 4, 12, 1 + (level == 4))]
+    spots += [(number, 4, True) for number in range(0, 12, 2)]
+    with Match(REEFSCAPE, robots=FAR) as match:
+        state, robot = match.pieces.state, match.robots[0]
+        match.pieces.score(np.nonzero(state.kind == ALGAE)[0])
+        coral = np.nonzero((state.kind == CORAL) & (state.status == PieceStatus.STAGED))[0][: len(spots)]
+        centers, attitudes = [], []
+        for number, level, is_across in spots:
+            yaw, tip, way = branch(number, level)
+            lean = from_rpy(0.5 * math.pi, 0.0, 0.0) if is_across else from_rpy(0.0, math.acos(min(1.0, way[2])), 0.0)
+            centers.append(tip + (np.array([0.0, 0.0, 0.058]) if is_across else -0.3 * dim.CORAL_LENGTH * way))
+            attitudes.append(multiply(from_rpy(0.0, 0.0, yaw), lean))
+        match.pieces.release(coral, np.array(centers), np.array(attitudes))
+        match.play(2.5)
+
+        def counts() -> list[int]:
+            on = [match.pieces.places.count(level=f"BlueL{level}") for level in (2, 3, 4)]
+            return [*on, int((state.pos[coral[-6:], 2] > dim.BRANCH_TIP_HEIGHTS[2]).sum())]
+
+        before, deepest = counts(), 0.0
+        face = dim.REEF_CENTER[0] + dim.REEF_APOTHEM + 0.4
+        robot.carry_to((face + 0.1 + 0.15 * speed * speed, dim.REEF_CENTER[1], math.pi))
+        robot.drive.set_chassis_speeds(speed, 0.0, 0.0)
+        for _ in range(100):
+            match.tick()
+            if robot.chassis.pos[0] < face + 0.01:
+                robot.drive.set_chassis_speeds(0.0, 0.0, 0.0)
+            awake = np.intersect1d(match.pieces.awake, coral)
+            deepest = max([deepest, *(match.world.engine.depth(match.pieces.row(slot)) for slot in awake.tolist())])
+        match.play(1.0)
+        return before, counts(), deepest
 
 
 def faults(match: Match, slots: np.ndarray) -> list[str]:

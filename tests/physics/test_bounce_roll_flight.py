@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -186,3 +187,20 @@ def test_other_shapes_stand_fall_and_sleep(shape):
         assert len(pieces.awake) == 0
         assert pieces.state.pos[1] == pytest.approx([4.0, 2.0, config.rest_height], abs=1e-9)
         assert 0.0 < pieces.state.pos[0, 2] <= config.bounding_radius + 0.002
+
+
+@pytest.mark.parametrize("engine", ["bullet", "mujoco"])
+def test_a_ball_rolls_against_its_own_resistance_on_all_things(engine):
+    """On a shelf as on the carpet: (c_shelf f_ball + c_ball f_shelf) g / (1.4 r)."""
+    soft = replace(ball(), rolling=0.004).surface
+    shelf = TerrainSurface(name="shelf", friction=0.5, restitution=0.3, rolling=0.001)
+    with PhysicsWorld(floor=CARPET, engine=engine) as world:
+        world.add_static("shelf", Box((4.0, 1.0, 0.2)), (0.0, 0.0, 1.0), surface=shelf)
+        row = world.add_piece_body("ball", Sphere(0.075), mass=0.215, surface=soft, pos=(-1.0, 0.0, 1.175))
+        world.step(0.02, substeps=2)
+        world.set_velocity(row, (1.0, 0.0, 0.0), (0.0, 1.0 / 0.075, 0.0))
+        for _ in range(50):
+            world.step(0.02, substeps=2)
+        lever = 0.001 * 0.8 + 0.004 * 0.5
+        lost = lever * GRAVITY / (1.4 * 0.075)
+        assert 1.0 - world.engine.velocity(row)[0][0] == pytest.approx(lost, rel=0.1)

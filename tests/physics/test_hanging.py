@@ -12,10 +12,13 @@ from simcore.errors import ConfigError
 from simcore.geometry.rotation import from_rpy, rotate
 from simcore.match.game import FieldDefinition, Game, PieceSupply
 from simcore.match.match import Match
+from simcore.physics.field import FieldElement
 from simcore.physics.hanging import HangingBody, HangingConfig
 from simcore.physics.shapes import Box, Sphere
+from simcore.physics.surface import WALL
 from simcore.physics.world import PhysicsWorld
 from simcore.pieces.kinds import GamePieceConfig
+from simcore.pieces.pool import PieceStatus
 from simcore.robot.climber import Rung
 from simcore.robot.robot_config import RobotConfig
 from simcore.robot.swerve_config import SwerveConfig, SwerveModuleConfig
@@ -131,3 +134,19 @@ def test_rungs_name_a_body_that_hangs_there():
     with pytest.raises(ConfigError, match="drop"):
         replace(HEAVY, drop=0.0)
     assert isinstance(field_with((replace(rung, mount="weight"),)).field, FieldDefinition)
+
+
+def test_a_piece_above_a_swinging_body_sleeps_and_one_that_it_hits_wakes(engine_name):
+    """It reaches as far as its own height, and slowly only what it touches."""
+    game = field_with(damping=0.3)
+    shelf = FieldElement(name="shelf", shape=Box((1.0, 1.0, 0.1)), position=np.array([4.0, 4.0, 1.6]), surface=WALL)
+    game = replace(game, field=replace(game.field, elements=(*game.field.elements, shelf)))
+    with Match(game, engine=engine_name) as match:
+        body = match.hanging[0]
+        above, beside = match.pieces.spawn("Ball", np.array([[4.0, 4.0, 1.86], [4.36, 4.0, 0.2]]))
+        body.pull((4.0, 4.0, 0.4), (200.0, 0.0, 0.0))
+        match.play(0.5)
+        assert match.pieces.state.pos[beside, 0] > 4.37, "it was pushed away"
+        match.play(2.0)
+        assert body.is_awake and body.speed > 0.02
+        assert match.pieces.state.status[above] == PieceStatus.ASLEEP

@@ -14,7 +14,9 @@ from simcore.geometry.linkage import Joint
 from simcore.geometry.rotation import rpy
 from simcore.match.game import Game, PieceSupply, RobotEntry
 from simcore.match.match import Match
+from simcore.physics.field import FieldElement
 from simcore.physics.shapes import Box, Sphere
+from simcore.physics.surface import WALL
 from simcore.physics.world import PhysicsWorld
 from simcore.pieces.intake import IntakeConfig, IntakeZone
 from simcore.pieces.kinds import GamePieceConfig
@@ -256,3 +258,23 @@ def test_a_piece_near_a_moving_robot_does_not_sleep():
             pieces.settle()
             assert pieces.state.status[near] == PieceStatus.AWAKE
         assert pieces.state.status[far] == PieceStatus.ASLEEP
+
+
+def test_a_placer_keeps_a_piece_that_is_in_a_wall_and_lets_it_go_once_it_is_out():
+    game = Game.bare(pieces=(PieceSupply(CRATE, 1),), robot=robot)
+    at = np.array([4.0 + 0.8 * math.cos(0.2), 4.0, 0.6 + 0.8 * math.sin(0.2)])
+    post = FieldElement(name="post", shape=Box((0.1, 0.1, 0.5)), position=at + np.array([0.0, 0.15, 0.0]), surface=WALL)
+    game = replace(game, field=replace(game.field, elements=(*game.field.elements, post)))
+    with Match(game, robots=(RobotEntry(start=(4.0, 3.7, 0.0)),)) as match:
+        one = match.robots[0]
+        slot = int(match.pieces.spawn("Crate", at[None] - np.array([0.0, 0.3, 0.0]))[0])
+        one.mechanisms["claw"].velocity = 20.0
+        match.tick()
+        assert one.held == [slot]
+        for y, held in ((4.0, [slot]), (3.8, [])):
+            one.carry_to((4.0, y, 0.0))
+            one.mechanisms["claw"].velocity = -40.0
+            one.mechanisms["claw"].set_volts(-12.0)
+            match.tick()
+            assert one.held == held
+        assert match.count.is_conserved

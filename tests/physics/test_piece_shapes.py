@@ -155,3 +155,17 @@ def test_a_tube_is_closed_all_around():
         starts = ends + 0.3 * np.column_stack((np.cos(turn), np.sin(turn), np.zeros(72)))
         hits = match.world.solid_rays(starts, ends, pieces=True)
         assert 0.3 * (1.0 - hits.fraction) == pytest.approx(OUTER, abs=5e-4)
+
+
+def test_a_tube_that_spins_where_it_lies_stops_by_friction(engine_name):
+    """A line of contact of length l takes mu m g l / 4: from 5 rad/s it stops within half a second, not in ten."""
+    with PhysicsWorld(engine=engine_name) as world:
+        rows = []
+        for number, turn in enumerate((0.0, 3.75, 7.5, 15.0)):
+            pos = (2.0 + number, 4.0, OUTER + 0.0005)
+            row = world.add_piece_body("tube", TUBE.shape, mass=TUBE.mass, surface=TUBE.surface, pos=pos)
+            world.set_pose(row, pos, multiply(LYING, from_rpy(0.0, 0.0, math.radians(turn))))
+            world.set_velocity(row, (0.0, 0.0, 0.0), (0.0, 0.0, 5.0))
+            rows.append(row)
+        world.step(0.5, substeps=125)
+        assert np.abs(world.engine.velocities(rows)[:, 5]).max() < 0.2
