@@ -22,6 +22,8 @@ from simcore.sweep.run_store import RunStore
 
 _PAIRS = 4  # of a bare match and the same one in a sweep
 _TINY = 10_000
+_PARTS = 4  # of the runs of the throughput, so that both numbers of processes see the same machine
+_LEAST = 8  # runs of a part
 
 
 def measure_sweep(runs: int, *, auto: str = "neutral", seconds: float | None = None) -> dict[str, Any]:
@@ -78,22 +80,41 @@ def _overhead(experiment: Experiment) -> dict[str, Any]:
 
 
 def _throughput(experiment: Experiment) -> dict[str, Any]:
-    """Runs a second of wall time with one process and with two, a quarter of the runs in turn."""
-    spent = {1: 0.0, 2: 0.0}
-    share = max(2, experiment.count // 4)
-    tables = []
-    for first in range(0, experiment.count, share):
-        part = replace(experiment, seeds=experiment.seeds[first : first + share])
-        for workers in (1, 2):
-            start = perf_counter()
-            results = sweep(part, workers=workers, executor="process" if workers == 1 else "joblib")
-            spent[workers] += perf_counter() - start
-            tables.append(results.table["digest"].tolist())
-        assert tables[-1] == tables[-2], "two processes gave another table"
+    """What a second process gains: parts of the runs are played in turn by one process and by two.
+
+    The rate counts from the row with which all workers have shown that they are there; before it they start.
+    Where the gain is less than 2, `cpu_seconds_per_run` tells whether cores slow each other down, and `busy_percent`
+    whether workers have waited.
+    """
+    parts = max(1, min(_PARTS, experiment.count // _LEAST))
+    wall, cpu, busy, start = {1: 0.0, 2: 0.0}, {1: 0.0, 2: 0.0}, {1: 0.0, 2: 0.0}, {1: 0.0, 2: 0.0}
+    for part in range(parts):
+        some = replace(experiment, seeds=experiment.seeds[part::parts])
+        digests = []
+        for workers in wall:
+            times = [perf_counter()]
+            results = sweep(
+                some,
+                workers=workers,
+                executor="process" if workers == 1 else "joblib",
+                on_row=lambda row, stored, times=times: times.append(perf_counter()),
+            )
+            rest = some.count - workers
+            seconds_a_row = (times[-1] - times[workers]) / rest
+            wall[workers] += seconds_a_row / parts
+            start[workers] += (times[workers] - times[0] - workers * seconds_a_row) / parts
+            seconds = float(results.table["cpu_seconds"].mean())
+            cpu[workers] += seconds / parts
+            busy[workers] += 100.0 * seconds / (workers * seconds_a_row) / parts
+            digests.append(results.table["digest"].tolist())
+        assert digests[0] == digests[1], "two processes gave another table"
     return {
         "runs": experiment.count,
-        "wall_seconds": {str(workers): round(wall, 1) for workers, wall in spent.items()},
-        "speedup_of_two": round(spent[1] / spent[2], 2),
+        "runs_per_minute": {str(workers): round(60.0 / seconds, 2) for workers, seconds in wall.items()},
+        "speedup_of_two": round(wall[1] / wall[2], 2),
+        "start_seconds": {str(workers): round(seconds, 2) for workers, seconds in start.items()},
+        "cpu_seconds_per_run": {str(workers): round(seconds, 3) for workers, seconds in cpu.items()},
+        "busy_percent": {str(workers): round(share, 1) for workers, share in busy.items()},
     }
 
 
@@ -127,4 +148,6 @@ if __name__ == "__main__":
     parser.add_argument("--auto", default="neutral", help="of the newest game (default: neutral)")
     parser.add_argument("--seconds", type=float, help="of each run (default: the whole auto)")
     options = parser.parse_args()
+    if options.runs < _LEAST:
+        parser.error(f"want {_LEAST} runs or more, got {options.runs}")
     print(json.dumps(measure_sweep(options.runs, auto=options.auto, seconds=options.seconds), indent=2))

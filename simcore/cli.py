@@ -6,7 +6,8 @@ import argparse
 import importlib
 import os
 import sys
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from typing import NamedTuple
 
 from simcore import __version__
@@ -89,10 +90,23 @@ def _run(words: list[str], program: str) -> int:
         return 0
     called = f"simcore {args.command}" if program == "simcore" else program
     try:
-        return int(args.run(args))
+        with _modules_of_folder():
+            return int(args.run(args))
     except SimcoreError as error:
         print_error(called, str(error))
         return 1
+
+
+@contextmanager
+def _modules_of_folder() -> Iterator[None]:
+    """Import from the working folder as well, after all else: a console script does not, and `python -m` does."""
+    folder, before = os.getcwd(), list(sys.path)
+    if folder not in before and "" not in before:
+        sys.path.append(folder)
+    try:
+        yield
+    finally:
+        sys.path[:] = before
 
 
 if __name__ == "__main__":

@@ -14,7 +14,7 @@ from simcore.errors import ConfigError, UnknownNameError
 if TYPE_CHECKING:
     import pandas as pd
 
-__all__ = ["evaluate", "names_in"]
+__all__ = ["evaluate", "names_in", "no_condition"]
 
 _ARITHMETIC: dict[type[ast.operator], Callable[[Any, Any], Any]] = {
     ast.Add: operator.add,
@@ -75,6 +75,11 @@ def names_in(text: str) -> list[str]:
 
     visit(_parsed(text))
     return found
+
+
+def no_condition(text: str) -> ConfigError:
+    """What to raise where a condition is wanted, and an expression is neither true nor false."""
+    return ConfigError(f"{text!r} is no condition: compare it with something, e.g. 'score >= 30'")
 
 
 def _parsed(text: str) -> ast.expr:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import logging
 import signal
+import socket
 from collections.abc import Callable, Generator, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Executor, Future, ThreadPoolExecutor, as_completed, wait
 from concurrent.futures.process import BrokenProcessPool
@@ -28,6 +29,8 @@ EXECUTORS = ("process", "joblib", "dask")
 
 Row: TypeAlias = "dict[str, Any]"
 _CONNECT = 10.0  # [s] in which a scheduler must answer
+_ONE_THREAD = {name: "1" for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")}
+"""Environment of a worker: numpy would start a thread a core in each of them. Dask's workers have the same."""
 _WORKERS = Quantity("", -1, 100_000, is_whole=True)
 
 
@@ -80,7 +83,9 @@ def _play_on_cores(common: Experiment, runs: Sequence[PlannedRun], count: int) -
 
     rest = list(reversed(runs))
     while rest:
-        suspects = yield from _play_in_pool(ProcessPoolExecutor(count, initializer=_start_worker), common, rest, count)
+        count = min(count, len(rest))
+        pool = ProcessPoolExecutor(count, initializer=_start_worker, env=_ONE_THREAD)
+        suspects = yield from _play_in_pool(pool, common, rest, count)
         with ThreadPoolExecutor(count) as threads:
             for alone in as_completed([threads.submit(play_alone, common, planned) for planned in suspects]):
                 yield alone.result()
@@ -156,6 +161,8 @@ def _play_on_dask(common: Experiment, runs: Sequence[PlannedRun], count: int, sc
         else:
             address = scheduler
         try:
+            if scheduler is not None:
+                _require_answer(scheduler)
             client = stack.enter_context(distributed.Client(address, timeout=_CONNECT, set_as_default=False))
             client.wait_for_workers(1, timeout=_CONNECT)
         except (OSError, ValueError) as error:  # a TimeoutError is one
@@ -165,6 +172,19 @@ def _play_on_dask(common: Experiment, runs: Sequence[PlannedRun], count: int, sc
             ) from error
         _require_same_code(client.run(code_version))
         yield from _play_on_client(client, distributed.as_completed, common, runs)
+
+
+def _require_answer(scheduler: str) -> None:
+    """Fail where nobody listens: a client that has not come to be would say so in a traceback at the end of Python.
+
+    Raises:
+        OSError: There is no such machine, or nobody listens there.
+        ValueError: It is no address.
+    """
+    scheme, host = import_module("distributed.comm.addressing").parse_address(scheduler)
+    if scheme in ("tcp", "tls"):
+        host, port = import_module("distributed.comm.addressing").parse_host_port(host, 8786)
+        socket.create_connection((host, port), timeout=_CONNECT).close()
 
 
 def _require_same_code(versions: dict[str, str]) -> None:

@@ -275,7 +275,8 @@ def _shares(design: str, samples: int, factors: int) -> list[list[float]]:
     makers: dict[str, Callable[[], Any]] = {
         "random": lambda: np.random.default_rng(0).random((samples, factors)),
         "latin": lambda: qmc.LatinHypercube(factors, seed=0).random(samples),
-        "sobol": lambda: qmc.Sobol(factors, seed=0).random(samples),
+        # whole powers of two, which alone are balanced, else scipy warns: the first ones are the same
+        "sobol": lambda: qmc.Sobol(factors, seed=0).random_base2((samples - 1).bit_length())[:samples],
         "morris": lambda: morris_points(samples, factors),
         "saltelli": lambda: saltelli_points(samples, factors),
     }

@@ -21,6 +21,7 @@ _TIMEOUT = 600.0  # [s]; a whole match takes some tens
 
 def add_player_options(parser: argparse.ArgumentParser) -> None:
     """Game, auto, and whose robot or code plays it."""
+    parser.allow_abbrev = False  # `--seed 7`, as of one run, would be `--seeds 7`
     parser.add_argument("game", nargs="?", metavar="GAME", help="which game (default: the newest that is installed)")
     parser.add_argument("--auto", metavar="NAME", help="which auto (default: the game's first, or the chooser's)")
     parser.add_argument("--project", type=Path, metavar="FOLDER", help="the folder of a robot.py, whose own code plays")

@@ -34,6 +34,7 @@ _PARTS = {
     "camera": "cameras",
 }
 """Short names of rows of the robot; they mean all in it."""
+_OF_ALL_SPREADS = ("scatter", "scatter.only")
 _ALIASES: dict[tuple[str, ...], tuple[str, ...]] = {("battery", "charge"): ("battery", "initial_charge")}
 
 
@@ -82,13 +83,16 @@ def vary_robot(robot: RobotConfig, values: Mapping[str, FactorValue]) -> RobotCo
 
 
 def vary_scatter(scatter: Scatter | None, values: Mapping[str, FactorValue]) -> Scatter | None:
-    """The scatter with those of the factors that are of it: `scatter` is a factor of all spreads, `scatter.spin` one.
+    """The scatter with those of the factors that are of it.
+
+    `scatter` is a factor of all default spreads, `scatter.only` the name of the one that stays on (or `all`, `none`),
+    `scatter.spin` is one.
 
     Args:
         scatter: As it is; None: none at all.
         values: Of all factors.
     """
-    for name, value in sorted(values.items()):  # all spreads, then single ones
+    for name, value in sorted(values.items(), key=lambda item: (item[0] not in _OF_ALL_SPREADS, item[0])):
         parts = name.split(".")
         if parts[0] != "scatter":
             continue
@@ -96,6 +100,8 @@ def vary_scatter(scatter: Scatter | None, values: Mapping[str, FactorValue]) -> 
             if len(parts) == 1:
                 require("scatter", "factor of the default spreads", value, FACTOR)
                 scatter = Scatter().scaled(float(value))
+            elif name == "scatter.only":
+                scatter = (scatter or Scatter()).only(str(value))
             else:
                 scatter = _with(scatter or Scatter.none(), tuple(parts[1:]), value, "scatter")
     return scatter
@@ -175,6 +181,8 @@ def _whole_path(robot: RobotConfig, parts: tuple[str, ...]) -> tuple[str, ...]:
     if first in robot.mechanisms:
         return ("mechanisms", *parts)
     names = [field.name for field in dataclasses.fields(robot)]
+    if parts == ("mass",):  # as people say it; no field of the robot has it alone
+        return parts
     if first not in names:
         shorts = [short for short, row in _PARTS.items() if getattr(robot, row)]
         known = {"robot", "scatter", "pieces", *PLAYED, *names, *shorts, *robot.mechanisms}
@@ -258,4 +266,13 @@ def _converted(present: Any, value: FactorValue, where: str) -> Any:
         return int(value)
     if present is None or isinstance(present, (int, float, str)):
         return value
-    raise ConfigError(f"{where} is {shown(present)}: name a number in it")
+    raise ConfigError(f"{where} has parts: name a number in it, as {where}.{{{','.join(_parts_of(present))}}}")
+
+
+def _parts_of(config: Any) -> list[str]:
+    """What stands after the dot in names of the parts of a config."""
+    if isinstance(config, Mapping):
+        return [str(name) for name in config]
+    if isinstance(config, tuple):
+        return ["*", *(str(number) for number in range(len(config)))]
+    return [field.name for field in dataclasses.fields(config) if field.init]

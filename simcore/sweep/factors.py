@@ -19,6 +19,8 @@ FactorValue: TypeAlias = float | int | str
 
 _ANY = Quantity("", -1e12, 1e12)
 _MOST_VALUES = 100_000
+_LIKE_RANGE = re.compile(r"(uniform|normal|range)\b|[\d.]+ *(-|\.\.|to\b)")
+"""What is no name, but meant as several numbers: `45-60`, `45..60`, `uniform 45`."""
 _EXAMPLE = (
     "want NAME=45:60:5 (from:to:step, the end included), NAME=0.3,1 (a list), NAME=uniform(0.4,0.5) or "
     "NAME=normal(55,1)"
@@ -134,7 +136,7 @@ def parse_factor(text: str) -> Factor:
             raise ConfigError(f"factor {name}: {shown(what)} cannot be read: {_EXAMPLE}")
         return Factor(name, _steps(name, *numbers))  # type: ignore[arg-type]
     parts = [part.strip() for part in what.split(",")]
-    if not all(parts):
+    if not all(parts) or any(_LIKE_RANGE.match(part) for part in parts):
         raise ConfigError(f"factor {name}: {shown(what)} cannot be read: {_EXAMPLE}")
     return Factor(name, tuple(part if (number := _number(part)) is None else number for part in parts))
 

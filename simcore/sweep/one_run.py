@@ -15,6 +15,7 @@ from simcore.errors import ConfigError, SimcoreError
 from simcore.match.game import Game
 from simcore.match.registry import find_game
 from simcore.match.runner import play_auto
+from simcore.match.starts import require_playable
 from simcore.robot.dc_motor import motor
 from simcore.robot.robot_config import RobotConfig
 from simcore.robot.swerve_config import SwerveConfig
@@ -131,6 +132,7 @@ def require_playable_runs(experiment: Experiment) -> None:
         require_project(experiment)
         return
     setup = setup_of(experiment)
+    require_playable(setup.game, (), options=experiment.options, controllers=0, seed=0)
     for factor in experiment.factors:
         values = factor.values or (factor.at(0.5),)
         for value in values:

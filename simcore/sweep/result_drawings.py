@@ -104,8 +104,12 @@ def _drawings(results: Results, condition: str, scene: Scene | None) -> Iterator
 
 
 def main_metric(results: Results, condition: str = "") -> str:
-    """The metric that is drawn over everything: the first of the condition, else the score; empty: there is none."""
-    wanted = [*(names_in(condition) if condition else ()), "score", *varied_metrics(results)]
+    """The metric that is drawn over everything; empty: there is none.
+
+    The first of the condition, else the score, if they differ between runs, else the first that does.
+    """
+    first, varied = [*(names_in(condition) if condition else ()), "score"], varied_metrics(results)
+    wanted = [*(name for name in first if name in varied), *varied, *first]
     return next((name for name in wanted if name in results.metrics), "")
 
 

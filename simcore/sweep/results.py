@@ -11,7 +11,7 @@ import numpy as np
 
 from simcore.errors import ConfigError, UnknownNameError
 from simcore.show.raster import save_drawing
-from simcore.sweep.column_expressions import evaluate, names_in
+from simcore.sweep.column_expressions import evaluate, names_in, no_condition
 from simcore.sweep.result_drawings import drawings_of
 from simcore.sweep.results_page import summary_text, write_results_page
 from simcore.sweep.sensitivity import (
@@ -101,7 +101,7 @@ class Results:
         """
         held = evaluate(self.table, condition)
         if held.dropna().map(lambda value: not isinstance(value, (bool, np.bool_))).any():
-            raise ConfigError(f"{condition!r} is no condition: compare it with something, e.g. 'score >= 30'")
+            raise no_condition(condition)
         held = held.fillna(False).astype(bool) & (self.table["error"].fillna("") == "")
         named = [name for name in names_in(condition) if name in self.table.columns]
         return held & self.table[named].notna().all(axis=1)

@@ -190,8 +190,9 @@ def _shares(results: Results, condition: str) -> list[tuple[str, Share]]:
 
 def _percentile_table(results: Results) -> Table:
     rows = []
-    main, varied = main_metric(results), varied_metrics(results)
-    for metric in [main, *varied] if main and main not in varied else varied:
+    kept = [name for name in (main_metric(results), "score") if name in results.metrics]  # the same in all runs or not
+    varied = [name for name in varied_metrics(results) if name not in kept]
+    for metric in (*dict.fromkeys(kept), *varied):
         values = results.percentiles(metric).iloc[0]
         rows.append([metric, *(number_text(float(value)) for value in values)])
     return _HEADS, rows

@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import shlex
 import sys
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from time import monotonic
@@ -19,7 +20,7 @@ from simcore.quantities import Quantity, number_flag, text_flag
 from simcore.robot_file.reader import read_settings
 from simcore.robot_file.template import FILE_NAME as ROBOT_FILE
 from simcore.sweep.api import sweep
-from simcore.sweep.column_expressions import names_in
+from simcore.sweep.column_expressions import evaluate, names_in, no_condition
 from simcore.sweep.experiment import DESIGNS, SAMPLED, Experiment, StopRule
 from simcore.sweep.experiment_options import (
     COUNT_FLAG,
@@ -28,7 +29,7 @@ from simcore.sweep.experiment_options import (
     add_player_options,
     experiment_fields,
 )
-from simcore.sweep.factors import parse_factor
+from simcore.sweep.factors import Factor, parse_factor
 from simcore.sweep.one_run import play_values
 from simcore.sweep.results import Results
 from simcore.sweep.run_metrics import METRICS
@@ -131,10 +132,9 @@ def run(options: argparse.Namespace) -> int:
             f"interrupted; {progress.done} of {experiment.count} runs are kept, and the same command goes on with them"
         )
         return 130
-    written = results.save(out, options.success)
-    print(results.summary(options.success))
+    print(results.summary(options.success), flush=True)  # before files, for which the disk may be full
     _tell_failures(results, out)
-    print(f"\n{written.get('page.html', out)}")
+    print(f"\n{results.save(out, options.success).get('page.html', out)}")
     return 1 if len(results.failures) else 0
 
 
@@ -148,6 +148,8 @@ def _experiment(options: argparse.Namespace) -> Experiment:
     for name in names_in(options.success) if options.success else ():
         if name not in known and not name.startswith("breakdown.") and ":" not in "".join(options.metrics):
             raise UnknownNameError("metric or factor (of --success)", name, known)
+    if options.success and not any(":" in metric for metric in options.metrics):
+        _require_condition(options.success, options.factors)
     stop = StopRule(errors=options.most_errors)
     if options.until:
         stop = replace(stop, condition=options.success, width=options.until)
@@ -161,6 +163,16 @@ def _experiment(options: argparse.Namespace) -> Experiment:
         metrics=tuple(options.metrics),
         stop=stop,
     )
+
+
+def _require_condition(text: str, factors: Sequence[Factor]) -> None:
+    """Refuse before the first run what cannot be told true or false of any: asked of a made-up one."""
+    import pandas as pd
+
+    values = {factor.name: factor.at(0.5) for factor in factors}
+    evaluated = evaluate(pd.DataFrame({name: [values.get(name, 0.0)] for name in names_in(text)}, index=[0]), text)
+    if evaluated.dtype.kind != "b":
+        raise no_condition(text)
 
 
 def _scatter(options: argparse.Namespace) -> Scatter | None:

@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+import json
+import math
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
-from simcore.match.scatter import Scatter
+from simcore.match.scatter import Scatter, ScatterDraws
+from simcore.match.scattered_robot import start_error
 from simcore.sweep.api import sweep
 from simcore.sweep.experiment import Experiment, PlannedRun
 from simcore.sweep.factors import parse_factor
@@ -16,6 +20,8 @@ pytest.importorskip("pyfrc", reason="robot projects need the extra robotpy")
 pytest.importorskip("phoenix6", reason="this example's motors are CTRE's")
 
 PROJECT = str(Path(__file__).resolve().parents[2] / "examples" / "rebuilt_robot")
+START = (2.6, 5.3, -0.5)
+"""Where its constants.py lets it start [m, m, rad]."""
 pytestmark = pytest.mark.slow
 
 
@@ -28,12 +34,21 @@ def check_match(run):
 def test_what_a_sweep_varies_reaches_the_match_of_a_project(monkeypatch):
     monkeypatch.syspath_prepend(str(Path(__file__).parent))
     experiment = Experiment(
-        project=PROJECT, auto="depot", seconds=0.1, metrics=("score", "test_project_sweep:check_match")
+        project=PROJECT, auto="depot", seconds=0.1, metrics=("score", "path", "test_project_sweep:check_match")
     )
-    values = {"robot.mass": 48.0, "scatter.spin": 0.25, "pieces.fuel.mass": 0.22}
+    spreads = {"scatter.spin": 0.25, "scatter.start_position": 0.05, "scatter.start_heading": 0.1}
+    values = {"robot.mass": 48.0, **spreads, "pieces.fuel.mass": 0.22}
     row = play_run(experiment, PlannedRun(0, 0, 7, values))
     assert row["error"] == ""
     assert row["check_match"] == "[7, 0.25, 48.0, 0.22]"
+    # people have missed the start of the auto, which its first loop writes into odometry, by as much as the seed says
+    x, y, heading = START
+    scatter = replace(Scatter.none(), start_position=0.05, start_heading=0.1)
+    ahead, left, turn = start_error(ScatterDraws(scatter, 7), 0)
+    missed_x = x + ahead * math.cos(heading) - left * math.sin(heading)
+    missed_y = y + ahead * math.sin(heading) + left * math.cos(heading)
+    assert math.hypot(ahead, left) > 0.01
+    assert json.loads(row["path"])[0] == pytest.approx([missed_x, missed_y, heading + turn], abs=1e-3)
     assert row["robot.mass"] == 48.0 and row["score"] == 0 and len(row["digest"]) == 64
 
 

@@ -132,8 +132,11 @@ def test_what_cannot_be_is_said_in_a_sentence(here, capsys, words, sentence):
 @pytest.mark.parametrize("page", ["shots.md", "tuning.md"])
 def test_documented_commands_run(here, page, whole):
     """As written, but on few shots and runs; without `--whole` the first command of a page is the sample."""
-    lines = re.findall(r"^simcore (?:shots|tune) .*$", (DOCS / page).read_text(encoding="utf-8"), re.MULTILINE)
+    text = (DOCS / page).read_text(encoding="utf-8")
+    lines = re.findall(r"^simcore (?:shots|tune) .*$", text, re.MULTILINE)
     assert lines
+    for module in re.findall(r"^```python\n(.*?)^```$", text, re.MULTILINE | re.DOTALL):
+        (here / "tracking.py").write_text(module, encoding="utf-8")
     for line in lines if whole else lines[:1]:
         words = shlex.split(line)[1:]
         assert main([*words, *SMALL[words[0]]]) == 0

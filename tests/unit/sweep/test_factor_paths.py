@@ -44,6 +44,7 @@ def test_a_heavier_robot_is_as_wide_as_before():
     before, after = SETUP.robot, vary(SETUP, {"robot.mass": 66.0}).robot
     assert after.drivetrain.mass == after.body.mass == 66.0
     assert after.drivetrain.yaw_inertia / before.drivetrain.yaw_inertia == pytest.approx(66.0 / 55.0)
+    assert vary(SETUP, {"mass": 66.0}).robot == after
     assert vary(replace(SETUP, robot=after), {"robot.mass": 66.0}).robot == after  # a second time changes nothing
 
 
@@ -59,6 +60,10 @@ def test_names_reach_how_it_is_played():
     assert varied.scatter == replace(Scatter().scaled(0.5), spin=0.2)
     assert (varied.game.pieces[0].kind.mass, varied.game.pieces[0].kind.restitution) == (0.22, 0.4)
     assert vary(SETUP, {"scatter.spin": 0.2}).scatter == replace(Scatter.none(), spin=0.2)
+    alone = vary(SETUP, {"scatter.drag": 0.1, "scatter.only": "spin", "scatter": 0.5}).scatter
+    assert alone == replace(Scatter.none(), spin=0.5 * Scatter().spin, drag=0.1)
+    assert vary(SETUP, {"scatter.only": "all"}).scatter == Scatter()
+    assert vary(SETUP, {"scatter.only": "none"}).scatter == Scatter.none()
 
 
 @pytest.mark.parametrize(
@@ -70,6 +75,7 @@ def test_names_reach_how_it_is_played():
         ({"shooter.exit_eficiency": 0.4}, "Did you mean 'exit_efficiency'"),
         ({"hoood.mass": 1.0}, "Did you mean 'hood'"),
         ({"auto": "dpot"}, "Did you mean 'depot'"),
+        ({"scatter.only": "spim"}, "Did you mean 'spin'"),
         ({"scatter.exit": 0.1}, "Did you mean 'exit_speed'"),
         ({"pieces.fuel.mas": 0.2}, "Did you mean 'mass'"),
         ({"start.z": 0.2}, "Known: ['alliance'"),
@@ -80,7 +86,8 @@ def test_names_reach_how_it_is_played():
         ({"robot.storage.capacity": 3.5}, "whole number"),
         ({"battery.brownout_enabled": 2.0}, "true or false"),
         ({"alliance": "green"}, "'blue' or 'red', got 'green'"),
-        ({"gyro": 3.0}, "name a number in it"),
+        ({"gyro": 3.0}, "name a number in it, as robot.gyro.{"),
+        ({"robot.bumper": 3.0}, "robot.bumper.{*,0,1}"),
         ({"robot.mass.x": 3.0}, "to vary"),
     ],
 )

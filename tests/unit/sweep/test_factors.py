@@ -31,6 +31,7 @@ def test_distributions_give_quantiles():
 
 @pytest.mark.parametrize("text", ["robot.mass", "=3", "a=", "a=1:2", "a=1:2:0", "a=2:1:1", "a=1,,2", "a=1,1",
                                   "a=uniform(2,1)", "a=normal(1)", "a=normal(1,0)", "a=gauss(1,2)", "a..b=1",
+                                  "a=45-60", "a=45..60", "a=uniform 1,2",
                                   "a=0:1e9:0.001", "a=1e300,2"])  # fmt: skip
 def test_what_cannot_be_read_is_said(text):
     with pytest.raises(ConfigError):

@@ -59,6 +59,14 @@ def test_scattered_points_find_the_first_order_indices(design):
     assert all(math.isnan(effect.total) for effect in found)
 
 
+@pytest.mark.parametrize("count", [40, 41])
+def test_the_fewest_scattered_points_that_are_allowed_rank_a_plane(count):
+    unit = np.random.default_rng(3).random((count, 3))
+    found = results(unit, "sobol", lambda values, seed: {"score": 3 * values["x1"] - values["x2"]}).sensitivity("score")
+    assert found[0].factor == "x1" and found[0].index > 0.6
+    assert all(math.isfinite(effect.index) and math.isfinite(effect.margin) for effect in found)
+
+
 def test_a_grid_finds_the_first_order_indices_of_its_values():
     """On 24 middles of equal parts a factor, the sums are the integrals within 3 %."""
     middles = (np.arange(24) + 0.5) / 24

@@ -208,6 +208,7 @@ def test_a_scheduler_that_does_not_answer(monkeypatch):
         ({"factors": (parse_factor("robot.mas=3"),)}, "Did you mean 'mass'"),
         ({"factors": (parse_factor("robot.mass=60,-3"),)}, "got -3.0"),
         ({"robot": "nowhere.toml"}, "there is no file"),
+        ({"options": ("fast",)}, "no option of small named 'fast'"),
         ({"project": FOLDER}, "no robot.py"),
     ],
 )
@@ -238,3 +239,8 @@ def test_the_command_says_what_failed_and_plays_it_again(tmp_path, capsys, monke
     assert table["digest"].dropna().item() in capsys.readouterr().out
     assert cli.main([*words, "--success", "scor > 0"]) == 1
     assert "Did you mean 'score'" in capsys.readouterr().err
+    assert cli.main([*words, "--success", "score"]) == 1  # and not after all runs
+    assert "'score' is no condition" in capsys.readouterr().err
+    with pytest.raises(SystemExit):
+        cli.main([*words, "--seed", "7"])
+    assert "unrecognized arguments: --seed" in capsys.readouterr().err
