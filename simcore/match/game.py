@@ -87,8 +87,10 @@ class FieldDefinition:
     as firmly as a wall."""
 
     def __post_init__(self) -> None:
+        if not isinstance(self.structures, Mapping):
+            raise ConfigError(f"FieldDefinition: structures must be masses by name pattern, got {self.structures!r}")
         for pattern, mass in self.structures.items():
-            require("FieldDefinition", f"mass of the structure {pattern!r}", mass, MASS)
+            require("FieldDefinition", f"structures[{pattern!r}]", mass, MASS)
         require_fields(self, size=(FIELD_LENGTH, FIELD_LENGTH))
         if self.symmetry.size != self.size:
             raise ConfigError(f"FieldDefinition: symmetry is of a field of {self.symmetry.size} m, got {self.size} m")
