@@ -48,7 +48,6 @@ _LONG_HEAD = 0b0_111_11_01
 _DOUBLE = struct.Struct("<d")
 _INT64 = struct.Struct("<q")
 _TRUE, _FALSE = b"\x01", b"\x00"
-_UNSEEN = b""
 
 
 class WpilogSink:
@@ -158,10 +157,10 @@ class WpilogSink:
 
     def _changed(self, type_name: str, payloads: Iterable[tuple[str, bytes]], micros: int) -> None:
         # Bytes are compared, not numbers: NaN equals itself then, and -0.0 is not 0.0.
-        values, entry_of = self._values, self._entry
+        values, types = self._values, self._types
         for key, payload in payloads:
-            entry = entry_of(key, type_name, micros)
-            if values.get(key, _UNSEEN) != payload:
+            if values.get(key) != payload or types[key] != type_name:
+                entry = self._entry(key, type_name, micros)
                 values[key] = payload
                 self._buffer += _SHORT.pack(_SHORT_HEAD, entry, len(payload), micros) + payload
 
