@@ -111,8 +111,9 @@ class Match:
     hanging: list[HangingBody]
     """What hangs from the field and swings."""
     contacts: RobotContacts
-    jolts: Jolts
     """Who touched whom in this tick."""
+    jolts: Jolts
+    """What hits on the field do to the pieces on it."""
     robots: list[Robot]
     alliances: list[Alliance]
     """Of each robot, as last set."""

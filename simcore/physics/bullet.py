@@ -382,13 +382,10 @@ class BulletEngine:
         """How deep a body is in statics where it is now, whether it has been in a step there or not [m]; 0 for none."""
         p, client, me = self._p, self._open(), self._ids[row]
         pos, reach = p.getBasePositionAndOrientation(me, client)[0], bounding_radius(self._definitions[row].shape)
-        around = p.getOverlappingObjects([c - reach for c in pos], [c + reach for c in pos], client) or ()
         deepest = 0.0
-        for other in sorted({body for body, _ in around}):
-            number = self._row_of.get(other, row)
-            if self._definitions[number].mass == 0.0 and self._touch(row, number):
-                points = p.getClosestPoints(me, other, 0.0, physicsClientId=client)
-                deepest = min([deepest, *(point[8] for point in points)])
+        for other in self._statics_around(row, pos, pos, reach):
+            points = p.getClosestPoints(me, other, 0.0, physicsClientId=client)
+            deepest = min([deepest, *(point[8] for point in points)])
         return -deepest
 
     def touching(self, row: int) -> list[int]:
@@ -410,14 +407,9 @@ class BulletEngine:
         reach = (math.hypot(linear[0], linear[1], fall) + half * math.hypot(*angular)) * h
         if reach < _NEGLECTED:
             return 1.0
-        wide = reach + _CONTACT_DISTANCE
-        around = p.getOverlappingObjects([c - wide for c in low], [c + wide for c in high], client) or ()
         share = 1.0
         x, y, z = p.getBasePositionAndOrientation(me, client)[0]
-        for other in sorted({body for body, _ in around}):
-            number = self._row_of.get(other, row)
-            if self._definitions[number].mass > 0.0 or not self._touch(row, number):
-                continue
+        for other in self._statics_around(row, low, high, reach + _CONTACT_DISTANCE):
             for point in p.getClosestPoints(me, other, reach, physicsClientId=client):
                 (nx, ny, nz), gap, (ax, ay, az) = point[7], point[8], point[5]
                 ax, ay, az = ax - x, ay - y, az - z
@@ -432,6 +424,16 @@ class BulletEngine:
                     return 1.0  # an impact is played with all of its velocity
                 share = min(share, (gap - _TOUCHING) / (closing * h))
         return share
+
+    def _statics_around(self, row: int, low: Sequence[float], high: Sequence[float], reach: float) -> list[int]:
+        """The engine's numbers of the statics that a body may touch, within reach of a box around it [m], in order."""
+        around = self._p.getOverlappingObjects([c - reach for c in low], [c + reach for c in high], self._open()) or ()
+        found = []
+        for other in sorted({body for body, _ in around}):
+            number = self._row_of.get(other, row)
+            if self._definitions[number].mass == 0.0 and self._touch(row, number):
+                found.append(other)
+        return found
 
     def _touch(self, row: int, other: int) -> bool:
         """Whether two bodies collide, by their groups and masks."""

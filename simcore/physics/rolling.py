@@ -18,7 +18,7 @@ from simcore.physics.engine import Engine
 from simcore.physics.surface import TerrainSurface
 from simcore.typing import BoolArray, FloatArray
 
-__all__ = ["FloorRolling"]
+__all__ = ["RollingResistance"]
 
 _PERIOD = 0.02
 """Least time between two losses of speed [s], of 0.01 m/s on carpet."""
@@ -32,7 +32,7 @@ _SLIP = 0.05
 """A ball slides if its lowest point moves faster than this share of its speed, and 1 cm/s [-]."""
 
 
-class FloorRolling:
+class RollingResistance:
     """Balls on the floor z = 0 or on other things, and what slows them.
 
     Args:

@@ -22,7 +22,7 @@ from simcore.physics.engine_choice import make_engine
 from simcore.physics.mass_properties import mass_properties, principal_axes
 from simcore.physics.nearness import StaticBoxes
 from simcore.physics.plan_outlines import PlanOutlines
-from simcore.physics.rolling import FloorRolling
+from simcore.physics.rolling import RollingResistance
 from simcore.physics.shape_extent import bounding_radius
 from simcore.physics.shapes import Box, Cylinder, HalfSpace, Shape, Sphere
 from simcore.physics.substeps import Substepping, Surroundings
@@ -129,7 +129,7 @@ class PhysicsWorld:
         self.longest_step = math.inf
         self.awake_pieces = None
         floor = self._floor
-        self._rolling = FloorRolling(self.engine, floor, self.surface)
+        self._rolling = RollingResistance(self.engine, floor, self.surface)
         if floor is not None:
             under_balls = replace(floor, rolling=0.0)
             # Balls get a half space, 15-25 % of a step cheaper than a box under 150 awake ones; the others thick boxes.

@@ -67,11 +67,11 @@ class Pressing:
             dt: Length of the tick [s].
         """
         self.longest_step = math.inf
-        is_exact = self._world.engine.is_exact  # then impacts and springs are told apart, and steps chosen, by it
         if not len(awake) and not len(self.stirred):
-            if not is_exact:
-                self._world.engine.set_careful(False)
+            self._world.engine.set_careful(False)
             return
+        is_exact = self._world.engine.is_exact  # then impacts and springs are told apart, and steps chosen, by it
+        pressers = () if is_exact else robots
         state = self._pool.state
         calm = awake[(speed < _CALM_SPEED) & (state.status[awake] != _IN_FLIGHT)]
         lying = np.concatenate((calm, self.stirred))
@@ -81,8 +81,8 @@ class Pressing:
         if heaped:
             sustained[np.isin(awake, self._heap(calm, upper))] = True
         is_pinned = False
-        crowded = [] if is_exact else [robot for robot in robots if self._is_anything_near(robot, robots)]
-        if not is_exact and len(awake) and (crowded or (heaped and robots)):
+        crowded = [robot for robot in pressers if self._is_anything_near(robot, robots)]
+        if len(awake) and (crowded or (heaped and pressers)):
             pinned, hit = self._near_robots(awake, speed, robots, crowded, dt)
             sustained &= ~hit
             sustained |= pinned
