@@ -14,7 +14,7 @@ from scipy.spatial import cKDTree
 
 from simcore.physics.world import PhysicsWorld
 from simcore.pieces.pool import PiecePool, PieceStatus
-from simcore.pieces.touching import TOUCH, distances2, touching_chain
+from simcore.pieces.touching import TOUCH, touching_chain
 from simcore.pieces.wake_grid import Footprint
 from simcore.typing import BoolArray, FloatArray, IntArray
 
@@ -29,8 +29,6 @@ _PIN_MOVE = 0.011  # [m] a step; at 4.5 m/s with 5 ms the center of a ball comes
 _PIN_STEPS = 0.0025, 0.01  # [s], shortest and longest
 _HEAP_STEP = 0.005  # [s]; 100 balls, 7 deep: overlaps of 4 mm at 10 ms, 1.4 mm at 5 ms
 _LAYER_STEP = 0.01  # [s], for a second layer alone
-_HEAP_SIZE = 5  # pieces that lie on others, so near to one of them; fewer get along with impacts
-_HEAP_REACH = 0.5  # [m]
 _LOW = 1.0  # [m]; pieces above this are over the robots
 _IN_FLIGHT = int(PieceStatus.IN_FLIGHT)
 
@@ -54,6 +52,7 @@ class Pressing:
         """Sleepers that the engine had moved a little when they were last read."""
         rest_heights = np.array([kind.rest_height for kind in pool.types])
         radii = np.array([kind.bounding_radius for kind in pool.types])
+        self._is_heaped = np.zeros(len(pool.rows), dtype=bool)  # scratch
         self._raised = (rest_heights + 0.5 * radii)[pool.state.kind]
         self._high = (rest_heights + 3.0 * radii)[pool.state.kind]
 
@@ -75,11 +74,13 @@ class Pressing:
         state = self._pool.state
         calm = awake[(speed < _CALM_SPEED) & (state.status[awake] != _IN_FLIGHT)]
         lying = np.concatenate((calm, self.stirred))
-        upper = lying[state.pos[lying, 2] > self._raised[lying]]
-        heaped = len(upper) > 0 and self._is_heap(upper)
+        heap = self._heap(lying)
+        heaped = len(heap) > 0
         sustained = np.zeros(len(awake), dtype=bool)
         if heaped:
-            sustained[np.isin(awake, self._heap(calm, upper))] = True
+            self._is_heaped[heap] = True
+            sustained = self._is_heaped[awake]
+            self._is_heaped[heap] = False
         is_pinned = False
         crowded = [robot for robot in pressers if self._is_anything_near(robot, robots)]
         if len(awake) and (crowded or (heaped and pressers)):
@@ -98,7 +99,7 @@ class Pressing:
             fastest = max(robot.speed for robot in robots)
             self.longest_step = min(longest, max(shortest, _PIN_MOVE / max(fastest, 1e-6)))
         if heaped:
-            is_deep = bool((state.pos[upper, 2] > self._high[upper]).any())
+            is_deep = bool((state.pos[heap, 2] > self._high[heap]).any())
             self.longest_step = min(self.longest_step, _HEAP_STEP if is_deep else _LAYER_STEP)
 
     def release(self, slots: IntArray) -> None:
@@ -114,34 +115,31 @@ class Pressing:
             engine.set_sustained(rows[slot], one)
         self.is_sustained[slots] = sustained
 
-    def _is_heap(self, upper: IntArray) -> bool:
-        """Whether enough pieces lie on others around one of these; those asleep count, too."""
-        state = self._pool.state
-        high = state.touchable & (state.pos[:, 2] > self._raised) & self._pool.is_frozen
-        high[upper] = True
-        if int(np.count_nonzero(high)) < _HEAP_SIZE:
-            return False
-        away2 = distances2(state.pos[upper, :2], state.pos[high, :2])
-        return bool(((away2 < _HEAP_REACH**2).sum(axis=1) >= _HEAP_SIZE).any())
+    def _heap(self, lying: IntArray) -> IntArray:
+        """Those of the pieces that lie still which are above others, touch one that is, or one that does, and so on.
 
-    def _heap(self, calm: IntArray, upper: IntArray) -> IntArray:
-        """Those of the calm pieces that touch one that lies on others, or one that does, and so on.
+        None if those above touch nobody: they lie on the field.
 
         A spring next to a rigid piece would be rigid, too, and hardly repair an overlap: they must be of one kind.
         """
-        pos, radius = self._pool.state.pos[calm], self._pool.radius[calm]
-        pairs = cKDTree(pos).query_pairs(2.0 * float(radius.max(initial=0.0)) + _LEANING, output_type="ndarray")
+        is_raised = self._pool.state.pos[lying, 2] > self._raised[lying]
+        if not is_raised.any():
+            return lying[:0]
+        pos, radius = self._pool.state.pos[lying], self._pool.radius[lying]
+        pairs = cKDTree(pos).query_pairs(2.0 * float(radius.max()) + _LEANING, output_type="ndarray")
         i, j = pairs.T
         away = pos[i] - pos[j]
         reach = radius[i] + radius[j] + _LEANING
         touching = np.einsum("ij,ij->i", away, away) < reach * reach
         i, j = i[touching], j[touching]
-        is_member = np.isin(calm, upper)
-        while True:
-            joined = is_member[i] ^ is_member[j]
-            if not joined.any():
-                return calm[is_member]
+        is_member = is_raised
+        joined = is_member[i] | is_member[j]
+        if not joined.any():
+            return lying[:0]
+        while joined.any():
             is_member[i[joined]] = is_member[j[joined]] = True
+            joined = is_member[i] ^ is_member[j]
+        return lying[is_member]
 
     def _near_robots(
         self, awake: IntArray, speed: FloatArray, robots: Sequence[Footprint], crowded: Sequence[Footprint], dt: float

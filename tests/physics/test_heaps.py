@@ -119,6 +119,20 @@ def test_a_heap_holds_its_height_and_falls_asleep(count, size, sides, engine_nam
         assert np.abs(heap.pos - before).max() < 1e-6, "nothing creeps"
 
 
+@pytest.mark.parametrize("on_top", [1, 2, 3, 4, 5])
+def test_a_few_on_top_of_others_fall_asleep_like_many(on_top):
+    """In a box that holds five by five: those on top press them apart, and the walls push back."""
+    with PhysicsWorld() as world:
+        heap = Heap(world, 25 + on_top, 0.8)
+        heap.play(5.0)
+        assert len(heap.pieces.awake) == 0
+        assert overlap(heap.pos) < 0.002
+        assert np.count_nonzero(heap.pos[:, 2] > 1.5 * RADIUS) >= on_top
+        before = heap.pos.copy()
+        heap.play(2.0)
+        assert np.abs(heap.pos - before).max() < 1e-6
+
+
 def test_a_heap_is_as_high_as_with_fine_steps(engine_name, whole):
     """At its own sub-steps within 3 % of 1.25 ms, over five heaps: one packing differs from the next by as much.
 
