@@ -67,7 +67,7 @@ class FlightForces:
         """
         is_flying = (speed > self._aero_speed[awake]) | (self._pool.state.status[awake] == _IN_FLIGHT)
         flying = awake[is_flying | self._is_falling[awake]]
-        if len(flying) != len(self._slots) or (flying != self._slots).any():
+        if len(flying) != len(self._slots) or np.count_nonzero(flying != self._slots):
             joined = flying[~self._is_flying[flying]]
             self._h_before[joined[self._h_before[joined] != 0.0]] = np.nan  # all but the ones launched just now
             self._is_flying[self._slots] = False
@@ -92,7 +92,7 @@ class FlightForces:
         centers = self._world.engine.centers(self._rows)
         taken = self._impacts.play(h, slots, centers, middle, twist[:, 3:])
         acceleration = air if self._is_exact else air + (air + self._gravity) * ((h_before - h) / (2.0 * h))
-        if taken.any():
+        if np.count_nonzero(taken):
             self._h_before[slots[taken]] = 0.0
             slots, acceleration, centers = slots[~taken], acceleration[~taken], centers[~taken]
         self._world.engine.apply_forces(self._pool.rows_of(slots), self._mass[slots][:, None] * acceleration, centers)
@@ -119,7 +119,7 @@ class FlightForces:
         """Which launched pieces changed their velocity by more than gravity and air can: they hit something."""
         state = self._pool.state
         flying: BoolArray = state.status[awake] == _IN_FLIGHT
-        if not flying.any():
+        if not np.count_nonzero(flying):
             return flying
         change = vel - state.vel[awake] - self._gravity * dt
         # air takes at most k v^2; within the first tick after a launch the mean of the tick lags by half of it

@@ -379,7 +379,7 @@ class GamePieceManager:
         """Slots that the engine moves: awake and in flight."""
         if self._awake_stale:
             status = self.state.status
-            self._awake = np.nonzero((status == _AWAKE) | (status == _IN_FLIGHT))[0]
+            self._awake = ((status == _AWAKE) | (status == _IN_FLIGHT)).nonzero()[0]
             self._awake_rows = self._pool.rows_of(self._awake)
             self._awake_stale = False
             self._world.awake_pieces = self._awake_rows
@@ -510,7 +510,7 @@ class GamePieceManager:
             touched = self._flight.has_touched(awake, vel, dt)
             self._flight.note_falls(awake, vel[:, 2], state.vel[awake, 2], dt)
             state.pos[awake], state.vel[awake] = now, vel
-            if touched.any():
+            if np.count_nonzero(touched):
                 state.status[awake[touched]] = _AWAKE
             self._recover(awake, now)
         self._tick += 1
@@ -563,7 +563,7 @@ class GamePieceManager:
 
     def _apply_chunks(self, woken: BoolArray, quiet: BoolArray) -> None:
         """Show the sleepers of woken chunks to the engine and hide those of quiet ones."""
-        if not (woken.any() or quiet.any()):
+        if not (np.count_nonzero(woken) or np.count_nonzero(quiet)):
             return
         asleep = np.nonzero(self._pool.is_frozen)[0]
         chunk = self._chunk[asleep]

@@ -87,9 +87,9 @@ class Pressing:
             pinned, hit = self._near_robots(awake, speed, robots, crowded, dt)
             sustained &= ~hit
             sustained |= pinned
-            is_pinned = bool(pinned.any())
+            is_pinned = bool(np.count_nonzero(pinned))
         changed = sustained != self.is_sustained[awake]
-        if changed.any():
+        if np.count_nonzero(changed):
             self._set(awake[changed], sustained[changed])
         if is_exact:
             return
@@ -123,7 +123,7 @@ class Pressing:
         A spring next to a rigid piece would be rigid, too, and hardly repair an overlap: they must be of one kind.
         """
         is_raised = self._pool.state.pos[lying, 2] > self._raised[lying]
-        if not is_raised.any():
+        if not np.count_nonzero(is_raised):
             return lying[:0]
         pos, radius = self._pool.state.pos[lying], self._pool.radius[lying]
         pairs = cKDTree(pos).query_pairs(2.0 * float(radius.max()) + _LEANING, output_type="ndarray")
@@ -134,12 +134,13 @@ class Pressing:
         i, j = i[touching], j[touching]
         is_member = is_raised
         joined = is_member[i] | is_member[j]
-        if not joined.any():
+        if not np.count_nonzero(joined):
             return lying[:0]
-        while joined.any():
+        while np.count_nonzero(joined):
             is_member[i[joined]] = is_member[j[joined]] = True
             joined = is_member[i] ^ is_member[j]
-        return lying[is_member]
+        members: IntArray = lying[is_member]
+        return members
 
     def _near_robots(
         self, awake: IntArray, speed: FloatArray, robots: Sequence[Footprint], crowded: Sequence[Footprint], dt: float
@@ -155,7 +156,7 @@ class Pressing:
             near = low & (gap < reach)
             if robot.speed > _CALM_SPEED:
                 hit |= near
-            if robot not in crowded or not near.any():
+            if robot not in crowded or not np.count_nonzero(near):
                 continue
             some = np.nonzero(low & (gap < CHAIN))[0]
             chain = some[touching_chain(pos[some], radius[awake[some]], near[some])]

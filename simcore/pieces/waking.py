@@ -60,7 +60,7 @@ class Waking:
             dt: Length of the tick [s].
         """
         state = self._pool.state
-        asleep = np.nonzero(state.touchable & self._pool.is_frozen)[0]
+        asleep = (state.touchable & self._pool.is_frozen).nonzero()[0]
         self.guarded[:] = False
         moving = [robot for robot in robots if robot.speed > robot.waking_speed]
         near = np.concatenate((asleep, awake)) if moving else asleep
@@ -69,8 +69,8 @@ class Waking:
         to_wake = self.guarded[asleep]
         fast = speed > np.where(self._pressing.is_sustained[awake], _HEAP_WAKING, self._p.waking_speed)
         knocked = np.zeros(len(asleep), dtype=bool)
-        if len(asleep) and fast.any():
-            far = reach[fast] + np.clip(_KNOCK_GROWTH * (speed[fast] - _HARD), _KNOCK, _FAR_KNOCK)
+        if len(asleep) and np.count_nonzero(fast):
+            far = reach[fast] + np.minimum(np.maximum(_KNOCK_GROWTH * (speed[fast] - _HARD), _KNOCK), _FAR_KNOCK)
             reached, knocked = self._reached(awake[fast], reach[fast], asleep, far)
             to_wake |= reached
         if len(asleep):
@@ -91,12 +91,12 @@ class Waking:
             robots: Where robots are.
         """
         is_due = self._ticks % _FIX_PERIOD == 0
-        if not (is_due or knocked.any()):
+        if not (is_due or np.count_nonzero(knocked)):
             return
         pos, radius = self._pool.state.pos[asleep], self._pool.radius
         loose = knocked
-        if (loose & self._sleeping.is_fixed[asleep]).any():
-            some = np.nonzero(loose | to_wake)[0]
+        if np.count_nonzero(loose & self._sleeping.is_fixed[asleep]):
+            some = (loose | to_wake).nonzero()[0]
             loose[some] &= touching_chain(pos[some], radius[asleep[some]], to_wake[some])
         if is_due:
             if len(slow):
@@ -137,8 +137,9 @@ class Waking:
         most = wide.max()
         near = np.nonzero(((b > a.min(axis=0) - most) & (b < a.max(axis=0) + most)).all(axis=1))[0]
         away2 = distances2(a, b[near])
-        i, j = np.nonzero(away2 < np.square(wide)[:, None])
-        close2, j = away2[i, j], near[j]
+        close = (away2 < np.square(wide)[:, None]).ravel().nonzero()[0]  # in a third of the time of rows and columns
+        i, j = np.divmod(close, max(len(near), 1))
+        close2, j = away2.ravel()[close], near[j]
         hit: BoolArray = np.zeros(len(sleepers), dtype=bool)
         ahead = hit.copy()
         hit[j[close2 < np.square(reach)[i]]] = True
