@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from functools import cache
 
 import numpy as np
 
@@ -23,6 +24,7 @@ branch it would be 78 mm away."""
 _TROUGH_SPARE = 0.15  # [m] about the line along a trough's floor: all of it, and a coral that stands in it
 
 
+@cache
 def level_of(alliance: Alliance, row: str) -> str:
     """Name of a level: one alliance's places of a row, e.g. `BlueL4`."""
     return f"{alliance.capitalize()}{_LABELS[row]}"

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
+import math
 from collections import Counter
 from collections.abc import Mapping
-
-import numpy as np
 
 from games.reefscape import dimensions as dim
 from games.reefscape.field import ALLIANCES
@@ -53,6 +52,7 @@ class ReefscapeRules(Rules):
 
     def _forget(self) -> None:
         self._where: dict[int, RestingPlace] = {}  # by slot
+        self._count: Counter[str] = Counter()  # of those, by level
         self._auto_branches: frozenset[str] = frozenset()  # names of the places
         self._auto_count: Counter[str] = Counter()  # by level
         self._left: dict[int, bool] = {}
@@ -89,11 +89,13 @@ class ReefscapeRules(Rules):
     def placed(self, event: PlaceEvent) -> None:
         """A coral is on a branch or in the trough, or an algae in a net."""
         self._where[event.slot] = event.place
+        self._count = Counter(place.level for place in self._where.values())
         self._judge()
 
     def removed(self, event: PlaceEvent) -> None:
         """It fell off, or a robot took it."""
         self._where.pop(event.slot, None)
+        self._count = Counter(place.level for place in self._where.values())
         self.fouls.removed(event)
         self._judge()
 
@@ -114,7 +116,7 @@ class ReefscapeRules(Rules):
     def breakdown(self) -> Mapping[str, int]:
         """Counts by alliance, in the names of The Blue Alliance's score breakdown."""
         rows: dict[str, int] = {}
-        now, auto = self._count(), self._auto_count
+        now, auto = self._count, self._auto_count
         for alliance in ALLIANCES:
             book, (early, late), net = self.fouls.book, self._coral(alliance), now[level_of(alliance, "net")]
             mobility, barge, processed = self._mobility(alliance), self._barge(alliance), self._processed[alliance]
@@ -137,7 +139,7 @@ class ReefscapeRules(Rules):
                 "foulPoints": book.gained(alliance),
                 **{f"{rule.lower()}Penalty": int(rule in broken) for rule in ("G410", "G418", "G428")},
                 **bonuses,
-                "rp": int(np.array([*bonuses.values(), self._result(alliance)]).sum()),
+                "rp": int(math.fsum((*bonuses.values(), self._result(alliance)))),
             }
             for period, counts in (("autoReef", auto), ("teleopReef", now)):
                 own |= {f"{period}/{row}": counts[level_of(alliance, row)] for row in _CORAL_ROWS}
@@ -166,7 +168,7 @@ class ReefscapeRules(Rules):
             self._ends = {robot.number: self._end_of(robot) for robot in self.match.robots}
         if time < MATCH.start("teleop"):
             self._auto_branches = frozenset(place.name for place in self._where.values())
-            self._auto_count = self._count()
+            self._auto_count = self._count
         for alliance in ALLIANCES:
             points = self._worth_of(alliance)
             if points != self._points[alliance]:
@@ -178,29 +180,26 @@ class ReefscapeRules(Rules):
         """Whether nothing counts any more; in practice everything always does."""
         return self.match.timer.time > MATCH.duration + _ASSESSMENT + 1e-9 and not self.match.practice
 
-    def _count(self) -> Counter[str]:
-        """Pieces by level."""
-        return Counter(place.level for place in self._where.values())
-
     def _coral(self, alliance: Alliance) -> tuple[int, int]:
         """Points of an alliance's coral at auto's worth and at teleop's."""
-        now, trough = self._count(), level_of(alliance, "trough")
+        now, trough = self._count, level_of(alliance, "trough")
         first = min(now[trough], self._auto_count[trough])
         early, late = first * _AUTO_CORAL[1], (now[trough] - first) * _TELEOP_CORAL[1]
         for level, row in BRANCH_ROWS.items():
-            names = [place.name for place in self._where.values() if place.level == level_of(alliance, row)]
-            kept = len(self._auto_branches.intersection(names))
-            early, late = early + kept * _AUTO_CORAL[level], late + (len(names) - kept) * _TELEOP_CORAL[level]
+            if count := now[level_of(alliance, row)]:
+                names = [place.name for place in self._where.values() if place.level == level_of(alliance, row)]
+                kept = len(self._auto_branches.intersection(names))
+                early, late = early + kept * _AUTO_CORAL[level], late + (count - kept) * _TELEOP_CORAL[level]
         return early, late
 
     def _worth_of(self, alliance: Alliance) -> int:
         """Points of an alliance, but for its processor and fouls."""
         early, late = self._coral(alliance)
-        net = _NET_POINTS * self._count()[level_of(alliance, "net")]
+        net = _NET_POINTS * self._count[level_of(alliance, "net")]
         return early + late + net + self._mobility(alliance) + self._barge(alliance)
 
     def _auto_coral(self, alliance: Alliance) -> int:
-        return Counter({row: self._auto_count[level_of(alliance, row)] for row in _CORAL_ROWS}).total()
+        return int(math.fsum(self._auto_count[level_of(alliance, row)] for row in _CORAL_ROWS))
 
     def _robots_of(self, alliance: Alliance) -> list[Robot]:
         return [robot for robot in self.match.robots if self.match.alliances[robot.number] == alliance]
@@ -211,15 +210,14 @@ class ReefscapeRules(Rules):
     def _barge(self, alliance: Alliance) -> int:
         """Points of parked and hanging robots."""
         ends = [self._ends.get(robot.number, "None") for robot in self._robots_of(alliance)]
-        return int(np.array([_END_POINTS[end] for end in ends], dtype=np.int64).sum())
+        return int(math.fsum(_END_POINTS[end] for end in ends))
 
     @property
     def _is_coop(self) -> bool:
         return all(self._processed[alliance] >= _COOP_ALGAE for alliance in ALLIANCES)
 
     def _full_levels(self, alliance: Alliance) -> int:
-        now = self._count()
-        return len([1 for row in _CORAL_ROWS if now[level_of(alliance, row)] >= _CORAL_A_LEVEL])
+        return len([1 for row in _CORAL_ROWS if self._count[level_of(alliance, row)] >= _CORAL_A_LEVEL])
 
     def _bonuses(self, alliance: Alliance) -> dict[str, int]:
         """Ranking points beside those of the result. Some fouls of the other alliance give theirs away."""

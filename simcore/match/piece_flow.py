@@ -63,6 +63,7 @@ class PieceFlow:
         """Forget all shots and intakes, as a match begins."""
         self.shots: list[ShotRecord] = []
         """In order."""
+        self._shot_rows: tuple[IntArray, IntArray, IntArray] | None = None
         self.intakes: list[list[float]] = []
         """Where each piece was taken in, field frame [m]."""
         self.put_down = 0
@@ -226,6 +227,7 @@ class PieceFlow:
         shooter.after_shot(float(self._pieces.mass[slot]), launch.aim.speed)
         shot = ShotRecord(time, slot, robot.number, [pos])
         self.shots.append(shot)
+        self._shot_rows = None
         self._followed[slot] = shot
 
     def _put_down(self, robot: Robot, placer: Placer) -> None:
@@ -254,11 +256,24 @@ class PieceFlow:
         shot = self._followed.pop(slot, None)
         if shot is not None:
             shot.scored = True
+            self._shot_rows = None
+
+    @property
+    def shot_rows(self) -> tuple[IntArray, IntArray, IntArray]:
+        """Of each shot, in their order: its piece, its robot, and 1 if it scored, shape (n,) each; read-only."""
+        if self._shot_rows is None:
+            slots = np.array([shot.slot for shot in self.shots], dtype=np.int64)
+            robots = np.array([shot.robot for shot in self.shots], dtype=np.int64)
+            hits = np.array([shot.scored for shot in self.shots], dtype=np.int64)
+            for row in (slots, robots, hits):
+                row.setflags(write=False)
+            self._shot_rows = slots, robots, hits
+        return self._shot_rows
 
     @property
     def hits(self) -> int:
         """Shots that scored."""
-        return len([shot for shot in self.shots if shot.scored])
+        return int(np.count_nonzero(self.shot_rows[2]))
 
     @property
     def flying(self) -> IntArray:

@@ -91,15 +91,20 @@ def _add_pieces(rows: _Rows, match: MatchState) -> None:
         here = _frozen(pieces.state.pos[slots], pieces.attitudes(slots))
         rows.pose_arrays[f"Sim/GamePieces/{name}"] = here
         rows.integer_arrays[f"Sim/PieceIds/{name}"] = _frozen_ids(slots)
-        mine = flying[pieces.state.kind[flying] == number]
-        in_flight = here[np.searchsorted(slots, mine)]  # a piece in flight is one of those here, which are in order
-        in_flight.setflags(write=False)
+        in_flight, mine = _NO_POSES, _NO_IDS
+        if len(flying):
+            mine = _frozen_ids(flying[pieces.state.kind[flying] == number])
+            in_flight = here[np.searchsorted(slots, mine)]  # a piece in flight is one of those here, which are in order
+            in_flight.setflags(write=False)
         rows.pose_arrays[f"Sim/InFlight/{name}"] = in_flight
-        rows.integer_arrays[f"Sim/InFlightIds/{name}"] = _frozen_ids(mine)
+        rows.integer_arrays[f"Sim/InFlightIds/{name}"] = mine
         inside = [(slot, robot) for slot, robot in held if pieces.state.kind[slot] == number]
-        poses = np.array([_held_pose(slot, robot, supply.kind.bounding_radius) for slot, robot in inside])
-        rows.pose_arrays[f"Sim/Held/{name}"] = _rounded(poses.reshape(-1, 7))
-        rows.integer_arrays[f"Sim/HeldIds/{name}"] = _frozen_ids(np.array([slot for slot, _ in inside], dtype=np.int64))
+        poses, ids = _NO_POSES, _NO_IDS
+        if inside:
+            poses = _rounded(np.array([_held_pose(slot, robot, supply.kind.bounding_radius) for slot, robot in inside]))
+            ids = _frozen_ids([slot for slot, _ in inside])
+        rows.pose_arrays[f"Sim/Held/{name}"] = poses
+        rows.integer_arrays[f"Sim/HeldIds/{name}"] = ids
 
 
 def _held_pose(slot: int, robot: Robot, radius: float) -> tuple[float, ...]:
@@ -114,6 +119,12 @@ def _rounded(poses: FloatArray) -> FloatArray:
     rows: FloatArray = np.round(poses, _DECIMALS)
     rows.setflags(write=False)
     return rows
+
+
+def _rounded_pose(*row: float) -> FloatArray:
+    pose = np.array([round(value, _DECIMALS) for value in row])
+    pose.setflags(write=False)
+    return pose
 
 
 def _frozen(positions: FloatArray, attitudes: FloatArray) -> FloatArray:
@@ -145,19 +156,16 @@ def _add_match(rows: _Rows, match: MatchState) -> None:
         "Sim/Shots": len(match.flow.shots),
         "Sim/Hits": match.flow.hits,
     }
-    shots = match.flow.shots
-    rows.integer_arrays |= {
-        "Sim/ShotIds": _frozen_ids([shot.slot for shot in shots]),
-        "Sim/ShotRobots": _frozen_ids([shot.robot for shot in shots]),
-        "Sim/ShotHits": _frozen_ids([shot.scored for shot in shots]),
-    }
+    slots, robots, hits = match.flow.shot_rows
+    rows.integer_arrays |= {"Sim/ShotIds": slots, "Sim/ShotRobots": robots, "Sim/ShotHits": hits}
     for name, count in (*match.tracker.pieces.items(), *match.rules.breakdown().items()):
         rows.integers[f"Sim/Score/{name}"] = count
     if fouls := match.tracker.fouls:
         rows.strings["Sim/Match/LastFoul"] = f"{len(fouls)}. {fouls[-1]}"
+    for level, total in match.pieces.places.totals().items():
+        rows.integers[f"Sim/Placed/{level}"] = total
     for level, counts in match.pieces.places.counts().items():
-        rows.integers[f"Sim/Placed/{level}"] = int(counts.sum())
-        rows.integer_arrays[f"Sim/Places/{level}"] = _frozen_ids(counts)
+        rows.integer_arrays[f"Sim/Places/{level}"] = counts
     if match.last_tick_ms is not None:
         rows.doubles["Sim/Performance/TickMs"] = match.last_tick_ms
         rows.doubles["Sim/Performance/RealTimeFactor"] = 1e3 * TICK / max(match.last_tick_ms, 1e-6)
@@ -166,7 +174,7 @@ def _add_match(rows: _Rows, match: MatchState) -> None:
 def _add_robot(rows: _Rows, robot: Robot, alliance: Alliance) -> None:
     prefix = robot_prefix(robot.number)
     x, y, z, w = robot.chassis.quat
-    rows.poses[f"{prefix}/Robot/Pose3d"] = _rounded(np.array((*robot.chassis.pos, w, x, y, z)))
+    rows.poses[f"{prefix}/Robot/Pose3d"] = _rounded_pose(*robot.chassis.pos, w, x, y, z)
     rows.pose_arrays[f"{prefix}/Robot/ComponentPoses"] = robot.component_poses()
     held = len(robot.held)
     ground = ground_clearance(*robot.chassis.wheel_ground())
@@ -176,8 +184,8 @@ def _add_robot(rows: _Rows, robot: Robot, alliance: Alliance) -> None:
     rows.doubles[f"{prefix}/Robot/WheelSlip"] = robot.drive.wheel_slip
     # To 1 mm and 1 mrad: a gyro's noise would change it in every tick of a robot that stands.
     px, py, yaw = (round(value, 3) for value in robot.estimated_pose or robot.odometry.pose)
-    estimate = np.array((px, py, 0.0, math.cos(0.5 * yaw), 0.0, 0.0, math.sin(0.5 * yaw)))
-    rows.poses[f"{prefix}/Robot/EstimatedPose"] = _rounded(estimate)
+    half = 0.5 * yaw
+    rows.poses[f"{prefix}/Robot/EstimatedPose"] = _rounded_pose(px, py, 0.0, math.cos(half), 0.0, 0.0, math.sin(half))
     rows.integers[f"{prefix}/Intake/HeldCount"] = held
     rows.integers[f"{prefix}/Debug/HeldCount"] = held
     debug = f"{prefix}/Debug/"
@@ -215,6 +223,10 @@ def _add_robot(rows: _Rows, robot: Robot, alliance: Alliance) -> None:
         rows.integer_arrays[f"{prefix}/Lights/{name}/Colors"] = colors
     for name, words in robot.light_requests.items():
         rows.strings[f"{prefix}/Lights/{name}/Shows"] = words
+
+
+_NO_POSES = _frozen(np.empty((0, 3)), np.empty((0, 4)))
+_NO_IDS = _frozen_ids([])
 
 
 def _numbered(name: str, number: int) -> str:

@@ -151,7 +151,7 @@ def _play(
         pieces=match.count,
         piece_name=" and ".join(supply.kind.name.lower() for supply in match.game.pieces) or "pieces",
         breakdown={**match.tracker.pieces, **match.rules.breakdown()},
-        placed={level: int(counts.sum()) for level, counts in match.pieces.places.counts().items()},
+        placed=dict(match.pieces.places.totals()),
         fouls=tuple(f"{foul.time:.2f} s: {foul}" for foul in match.tracker.fouls),
         shots=len(match.flow.shots),
         hits=match.flow.hits,

@@ -416,6 +416,13 @@ class PhysicsWorld:
         """
         return self._solid_boxes.is_clear(x, y, reach)
 
+    def is_bare(self, x: float, y: float, reach: float) -> bool:
+        """Whether there is a floor and nothing on it, at any height, within reach of a place of the field [m].
+
+        From the same map as `is_open`.
+        """
+        return self._floor is not None and self._boxes.is_clear(x, y, reach)
+
     def is_free(self, low: Sequence[float], high: Sequence[float]) -> bool:
         """Whether no bounding box of the field, the floor left out, reaches into this box [m]."""
         return not any(row in self._solid or row in self._ramps for row in self.engine.overlapping(low, high))

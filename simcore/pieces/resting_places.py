@@ -7,7 +7,7 @@ frozen like any piece that sleeps, wakes like one, and stays placed until it lea
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -91,6 +91,8 @@ class RestingPlaces:
         self._pool = pool
         self._place: IntArray = np.full(len(pool.rows), -1, dtype=np.int64)
         self._placed: list[PlaceEvent] = []
+        self._counts: dict[str, IntArray] = {}  # by level; none after a piece has come or gone
+        self._totals: dict[str, int] = {}
         self._numbers = {name: number for number, name in enumerate(names)}
         self._levels: dict[str, list[int]] = {}
         for number, place in enumerate(self.places):
@@ -112,6 +114,7 @@ class RestingPlaces:
             number = self._place_of(slot, quat)
             if number >= 0:
                 self._place[slot] = number
+                self._counts = {}
                 self._placed.append(PlaceEvent(self.places[number], slot, -1))
         number = int(self._place[slot])
         if number >= 0 and self.places[number].zone.contains(state.pos[slot][None])[0]:
@@ -126,6 +129,7 @@ class RestingPlaces:
             is_still_there = state.status[slot] == _AWAKE and place.zone.contains(state.pos[slot][None])[0]
             if not is_still_there:
                 self._place[slot] = -1
+                self._counts = {}
                 removed.append(PlaceEvent(place, slot, int(state.holder[slot])))
         placed, self._placed = self._placed, []
         return placed, removed
@@ -154,10 +158,24 @@ class RestingPlaces:
         """How many pieces are in a place, in all places of a level, or in all places."""
         return len(self.slots(name, level=level))
 
-    def counts(self) -> dict[str, IntArray]:
-        """How many pieces are in each place of each level, both in the order of the places."""
+    def counts(self) -> Mapping[str, IntArray]:
+        """How many pieces are in each place of each level, both in the order of the places; read-only."""
+        if not self._counts:
+            self._count_levels()
+        return self._counts
+
+    def totals(self) -> Mapping[str, int]:
+        """How many pieces are in the places of each level, in their order."""
+        if not self._counts:
+            self._count_levels()
+        return self._totals
+
+    def _count_levels(self) -> None:
         found = np.bincount(self._place[self._place >= 0], minlength=len(self.places))
-        return {level: found[numbers] for level, numbers in self._levels.items()}
+        self._counts = {level: found[numbers] for level, numbers in self._levels.items()}
+        self._totals = {level: int(counts.sum()) for level, counts in self._counts.items()}
+        for counts in self._counts.values():
+            counts.setflags(write=False)
 
     def _place_of(self, slot: int, quat: tuple[float, float, float, float]) -> int:
         """Number of the place that a piece is in and counts in, -1 for none."""

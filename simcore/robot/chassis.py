@@ -129,6 +129,8 @@ class ChassisSimulation:
         r = config.wheel_radius
         self._hubs = np.array([(x, y, r) for x, y in config.wheel_positions])
         self._soles = np.array([(x, y, -_CONTACT_GAP) for x, y in config.wheel_positions])
+        self._contacts = np.array([(x, y, 0.0) for x, y in config.wheel_positions])
+        self._sole_reach = max(math.hypot(x, y) for x, y in config.wheel_positions)
         self._all_touching = [True] * len(config.wheel_positions)
         self.touching = list(self._all_touching)
         """Which wheels are on the ground."""
@@ -294,7 +296,9 @@ class ChassisSimulation:
             Lowest point of each wheel, field frame [m], shape (n, 3), and the height of what carries robots straight
             under it [m], shape (n,); 5 m below the wheel's axle where there is nothing.
         """
-        soles = (self._soles + np.array((0.0, 0.0, _CONTACT_GAP))) @ matrix(self.quat).T + self.pos
+        soles = self._contacts @ matrix(self.quat).T + self.pos
+        if self._world.is_bare(self.pos[0], self.pos[1], self._sole_reach):
+            return soles, np.zeros(len(soles))
         start = soles + np.array((0.0, 0.0, self.config.wheel_radius))
         hits = self._world.ground_rays(start, start - np.array((0.0, 0.0, 5.0)))
         return soles, start[:, 2] - 5.0 * hits.fraction

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from functools import cache
 from typing import TypeAlias
 
 from simcore.errors import ConfigError, UnknownNameError
@@ -59,6 +60,7 @@ def build_mechanism(config: MechanismConfig) -> ShaftSim:
     return PistonSim(config) if isinstance(config, PistonConfig) else ServoSim(config)
 
 
+@cache
 def telemetry_name(mechanism: str) -> str:
     """The name of a mechanism as telemetry keys spell it.
 

@@ -109,8 +109,10 @@ class Recording:
         for key, integers in snapshot.integer_arrays.items():
             kept_integers = self._integer_arrays.setdefault(key, [])
             if bulk or len(integers) <= _BULK or not kept_integers:
-                is_same = bool(kept_integers) and np.array_equal(kept_integers[-1][1], integers)
-                kept_integers.append((time, kept_integers[-1][1] if is_same else np.array(integers, dtype=np.int64)))
+                last = kept_integers[-1][1] if kept_integers else None
+                if last is None or not (last is integers or np.array_equal(last, integers)):
+                    last = integers if _is_final(integers) else np.array(integers, dtype=np.int64)
+                kept_integers.append((time, last))
         for key in snapshot.strings.keys() - self._strings.keys():
             self._strings[key] = [None] * rows
         for key, texts in self._strings.items():
@@ -260,7 +262,7 @@ class Recording:
     @staticmethod
     def _add_array(kept: list[tuple[float, _Rows]], time: float, poses: FloatArray) -> None:
         if len(poses) <= _BULK:
-            kept.append((time, poses.copy()))
+            kept.append((time, poses if _is_final(poses) else poses.copy()))
             return
         is_upright = bool((poses[:, 3] == 1.0).all())
         small: _Rows = (poses[:, :3] if is_upright else poses).astype(np.float32)
@@ -290,6 +292,11 @@ class Recording:
             del texts[:rows]
         self._arrays = {key: _since(kept, first) for key, kept in self._arrays.items()}
         self._integer_arrays = {key: _since(kept, first) for key, kept in self._integer_arrays.items()}
+
+
+def _is_final(rows: FloatArray | IntArray) -> bool:
+    """Whether nobody changes an array any more, so that it may be kept as it is."""
+    return not rows.flags.writeable and rows.base is None
 
 
 class _Due(Generic[_Array]):

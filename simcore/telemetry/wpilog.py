@@ -15,7 +15,7 @@ from __future__ import annotations
 import contextlib
 import io
 import struct
-from collections.abc import Iterable
+from collections.abc import Mapping
 from pathlib import Path
 from types import TracebackType
 
@@ -31,6 +31,7 @@ from simcore.telemetry.snapshot import (
     pose_array_bytes,
     pose_bytes,
 )
+from simcore.typing import FloatArray, IntArray
 
 __all__ = ["WpilogSink"]
 
@@ -47,7 +48,7 @@ _LONG = struct.Struct("<BHIQ")  # payload < 4 GiB
 _LONG_HEAD = 0b0_111_11_01
 _DOUBLE = struct.Struct("<d")
 _INT64 = struct.Struct("<q")
-_TRUE, _FALSE = b"\x01", b"\x00"
+_BOOLEAN = struct.Struct("<?")
 
 
 class WpilogSink:
@@ -82,6 +83,8 @@ class WpilogSink:
         self._types: dict[str, str] = {}
         self._entries: dict[str, int] = {}
         self._values: dict[str, bytes] = {}
+        self._arrays: dict[str, FloatArray | IntArray] = {}  # last written, by key: the same object is not looked into
+        self._numbers: dict[str, dict[str, float]] = {"double": {}, "int64": {}, "boolean": {}}  # by type, by key
         self._file: io.FileIO | None = None
         try:
             self.path.parent.mkdir(parents=True, exist_ok=True)
@@ -121,16 +124,17 @@ class WpilogSink:
             self._append_changed(key, POSE_TYPE, pose_bytes(key, pose), micros)
         for key, poses in snapshot.pose_arrays.items():
             if bulk or len(poses) <= _BULK or key not in self._entries:
-                self._append_changed(key, POSE_ARRAY_TYPE, pose_array_bytes(key, poses), micros)
-        self._changed("double", ((key, _DOUBLE.pack(value)) for key, value in snapshot.doubles.items()), micros)
-        self._changed("int64", ((key, _INT64.pack(value)) for key, value in snapshot.integers.items()), micros)
-        booleans = ((key, _TRUE if value else _FALSE) for key, value in snapshot.booleans.items())
-        self._changed("boolean", booleans, micros)
+                if not self._is_same(key, poses):
+                    self._append_changed(key, POSE_ARRAY_TYPE, pose_array_bytes(key, poses), micros)
+        self._write_numbers("double", snapshot.doubles, _DOUBLE, micros)
+        self._write_numbers("int64", snapshot.integers, _INT64, micros)
+        self._write_numbers("boolean", snapshot.booleans, _BOOLEAN, micros)
         for key, text in snapshot.strings.items():
             self._append_changed(key, "string", text.encode(), micros)
         for key, integers in snapshot.integer_arrays.items():  # with the poses of the same rows, in the same ticks
             if bulk or len(integers) <= _BULK or key not in self._entries:
-                self._append_changed(key, "int64[]", checked_integers(key, integers).tobytes(), micros)
+                if not self._is_same(key, integers):
+                    self._append_changed(key, "int64[]", checked_integers(key, integers).tobytes(), micros)
         if len(self._buffer) >= _FLUSH_BYTES or abs(micros - self._flushed_at) >= _FLUSH_MICROS:
             self._flush(micros)
 
@@ -155,14 +159,25 @@ class WpilogSink:
     ) -> None:
         self.close()
 
-    def _changed(self, type_name: str, payloads: Iterable[tuple[str, bytes]], micros: int) -> None:
-        # Bytes are compared, not numbers: NaN equals itself then, and -0.0 is not 0.0.
-        values, types = self._values, self._types
-        for key, payload in payloads:
-            if values.get(key) != payload or types[key] != type_name:
+    def _write_numbers(self, type_name: str, numbers: Mapping[str, float], packer: struct.Struct, micros: int) -> None:
+        written, values, is_real = self._numbers[type_name], self._values, type_name == "double"
+        for key, number in numbers.items():
+            if written.get(key) == number and (number or not is_real):
+                continue
+            payload = packer.pack(number)
+            # Of those left, bytes are compared: NaN equals itself then, and -0.0 is not 0.0.
+            if key not in written or values[key] != payload:
                 entry = self._entry(key, type_name, micros)
                 values[key] = payload
                 self._buffer += _SHORT.pack(_SHORT_HEAD, entry, len(payload), micros) + payload
+            written[key] = number
+
+    def _is_same(self, key: str, rows: FloatArray | IntArray) -> bool:
+        """Whether this very array is what was written last, so that its bytes need not be compared."""
+        if self._arrays.get(key) is rows and not rows.flags.writeable:
+            return True
+        self._arrays[key] = rows
+        return False
 
     def _append_changed(self, key: str, type_name: str, payload: bytes, micros: int) -> None:
         entry = self._entry(key, type_name, micros)
