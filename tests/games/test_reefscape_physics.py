@@ -45,7 +45,7 @@ def places(rng: np.random.Generator, count: int) -> np.ndarray:
 
 
 def test_pieces_dropped_over_everything_lie_in_nothing_and_sleep_within_ten_seconds(whole):
-    """32 at a time with random attitudes and speeds, an eighth of them algae; with --whole 10,000 of them."""
+    """32 at a time with random attitudes and speeds, an eighth of them algae; with --whole 10,000, and `-s` prints."""
     rng = np.random.default_rng(8)
     wrong = []
     with Match(REEFSCAPE, robots=FAR) as match:
@@ -64,6 +64,7 @@ def test_pieces_dropped_over_everything_lie_in_nothing_and_sleep_within_ten_seco
             wrong += [f"batch {batch}: {text}" for text in faults(match, slots)]
         assert match.count.is_conserved
         awake = [text for text in wrong if "awake" in text]
+        print(f"\n{batch + 1} batches of {BATCH}: {len(awake)} awake after 10 s, {len(wrong) - len(awake)} at fault")
         assert [text for text in wrong if text not in awake] == []
         assert len(awake) <= (20 if whole else 0), awake  # what rolls against something at last: one in a thousand
 
