@@ -174,7 +174,7 @@ class WpilogSink:
 
     def _is_same(self, key: str, rows: FloatArray | IntArray) -> bool:
         """Whether this very array is what was written last, so that its bytes need not be compared."""
-        if self._arrays.get(key) is rows and not rows.flags.writeable:
+        if not rows.flags.writeable and self._arrays.get(key) is rows:
             return True
         self._arrays[key] = rows
         return False
