@@ -76,11 +76,9 @@ class Pressing:
         lying = np.concatenate((calm, self.stirred))
         heap = self._heap(lying)
         heaped = len(heap) > 0
-        sustained = np.zeros(len(awake), dtype=bool)
-        if heaped:
-            self._is_heaped[heap] = True
-            sustained = self._is_heaped[awake]
-            self._is_heaped[heap] = False
+        self._is_heaped[heap] = True
+        sustained = self._is_heaped[awake]
+        self._is_heaped[heap] = False
         is_pinned = False
         crowded = [robot for robot in pressers if self._is_anything_near(robot, robots)]
         if len(awake) and (crowded or (heaped and pressers)):
