@@ -23,7 +23,9 @@ def distances2(a: FloatArray, b: FloatArray) -> FloatArray:
     return squares
 
 
-def touching_chain(pos: FloatArray, radius: FloatArray, first: BoolArray, most_links: int | None = None) -> BoolArray:
+def touching_chain(
+    pos: FloatArray, radius: FloatArray, first: BoolArray, most_links: int | None = None, *, gap: float = TOUCH
+) -> BoolArray:
     """Which of some pieces touch one of the first, or one that does, and so on; the first are among them, shape (n,).
 
     Args:
@@ -31,13 +33,14 @@ def touching_chain(pos: FloatArray, radius: FloatArray, first: BoolArray, most_l
         radius: Of the pieces [m], shape (n,).
         first: Where chains begin, shape (n,).
         most_links: Longest chain; None: any.
+        gap: Widest between two that count as touching [m].
     """
     found = front = first
     links = 0
     while np.count_nonzero(front) and links != most_links:
         left = (~found).nonzero()[0]
         away2 = distances2(pos[left], pos[front])
-        reach = np.add.outer(radius[left], radius[front] + TOUCH)
+        reach = np.add.outer(radius[left], radius[front] + gap)
         front = np.zeros(len(first), dtype=bool)
         front[left] = (away2 < reach * reach).any(axis=1)
         found = found | front

@@ -1,7 +1,7 @@
 """Which sleepers wake in a tick, and which of the others something may touch.
 
 A sleeper wakes before anything can reach it. One that nothing can touch for now is fixed: a static to the engine. It is
-loosened while a knock may come to it along a row that touches, while an awake piece lies beside it, and while a slow
+loosened while a knock may come to it along a row within the tick, while an awake piece lies beside it, and while a slow
 robot is near, which may push a row none of whose pieces moves by itself.
 """
 
@@ -24,6 +24,7 @@ __all__ = ["Waking"]
 _HEAP_WAKING = 0.2  # [m/s]; in a heap, a slower piece wakes others by touch alone
 _KNOCK, _FAR_KNOCK = 0.35, 3.0  # [m]; how far a knock gets along a row in two ticks, and the hardest
 _KNOCK_GROWTH, _HARD = 1.0, 2.5  # [s, m/s]; between: ten balls at 4 m/s
+_REBOUND = 1.5  # speed of a piece that a robot hits, in parts of the robot's
 _PUSHING = 0.3  # [m/s]; a slower robot may push a row of pieces that touch, none of which moves by itself
 _FIX_PERIOD = 4  # ticks
 
@@ -69,26 +70,38 @@ class Waking:
         to_wake = self.guarded[asleep]
         fast = speed > np.where(self._pressing.is_sustained[awake], _HEAP_WAKING, self._p.waking_speed)
         knocked = np.zeros(len(asleep), dtype=bool)
+        fastest = max((_REBOUND * robot.speed for robot in moving), default=0.0)
         if len(asleep) and np.count_nonzero(fast):
             far = reach[fast] + np.minimum(np.maximum(_KNOCK_GROWTH * (speed[fast] - _HARD), _KNOCK), _FAR_KNOCK)
             reached, knocked = self._reached(awake[fast], reach[fast], asleep, far)
             to_wake |= reached
+            fastest = max(fastest, float(speed.max()))
+        for robot in moving:
+            far_knock = min(max(_KNOCK_GROWTH * (_REBOUND * robot.speed - _HARD), _KNOCK), _FAR_KNOCK)
+            knocked |= robot.gap(state.pos[asleep]) < far_knock
         if len(asleep):
-            self._sort(asleep, to_wake, knocked, awake[~fast], robots)
+            self._sort(asleep, to_wake, knocked, awake[~fast], robots, TOUCH + fastest * dt)
         self._ticks += 1
         return asleep[to_wake]
 
     def _sort(
-        self, asleep: IntArray, to_wake: BoolArray, knocked: BoolArray, slow: IntArray, robots: Sequence[Footprint]
+        self,
+        asleep: IntArray,
+        to_wake: BoolArray,
+        knocked: BoolArray,
+        slow: IntArray,
+        robots: Sequence[Footprint],
+        gap: float,
     ) -> None:
         """Loosen the sleepers that something may touch, and fix now and then those that nothing can.
 
         Args:
             asleep: All that the engine sees, shape (n,).
             to_wake: Which of them wake, shape (n,).
-            knocked: Which of them a knock could get to if they touched, shape (n,).
+            knocked: Which of them a knock could get to along a row, shape (n,).
             slow: Slots that are awake and wake nobody.
             robots: Where robots are.
+            gap: The widest between two of a row that a knock crosses within the tick [m].
         """
         is_due = self._ticks % _FIX_PERIOD == 0
         if not (is_due or np.count_nonzero(knocked)):
@@ -97,7 +110,7 @@ class Waking:
         loose = knocked
         if np.count_nonzero(loose & self._sleeping.is_fixed[asleep]):
             some = (loose | to_wake).nonzero()[0]
-            loose[some] &= touching_chain(pos[some], radius[asleep[some]], to_wake[some])
+            loose[some] &= touching_chain(pos[some], radius[asleep[some]], to_wake[some], gap=gap)
         if is_due:
             if len(slow):
                 loose |= self._reached(slow, 2.0 * radius[slow] + TOUCH, asleep)[0]

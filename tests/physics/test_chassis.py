@@ -98,6 +98,22 @@ def test_a_wall_stops_it_with_less_than_ten_millimeters_of_overlap(speed, headin
         assert math.degrees(tilt) < 5.0
 
 
+def test_over_the_bare_floor_the_ground_is_what_rays_find(monkeypatch):
+    """Where nothing stands around, none is cast."""
+    with PhysicsWorld() as world:
+        chassis = ChassisSimulation(world, ChassisConfig(), pose=(5.0, 3.0, 0.7))
+        for _ in range(4):
+            chassis.apply_forces((0.0, 0.0, 900.0), (20.0, 0.0, 0.0))  # tips, and rises a little
+            advance(world, chassis)
+        assert world.is_bare(5.0, 3.0, 0.5)
+        soles, ground = chassis.wheel_ground()
+        monkeypatch.setattr(world, "is_bare", lambda x, y, reach: False)
+        cast_soles, cast_ground = chassis.wheel_ground()
+    assert soles == pytest.approx(cast_soles, abs=1e-12)
+    assert np.ptp(soles[:, 2]) > 1e-3
+    assert ground == pytest.approx(cast_ground, abs=1e-6)
+
+
 def test_following_accelerates_by_no_more_than_the_tires_give():
     with PhysicsWorld() as world:
         robot = ChassisSimulation(world, ChassisConfig(friction=1.0))
@@ -129,6 +145,31 @@ def test_two_robots_share_momentum_and_hardly_bounce():
             advance(world, a, b)
         assert 55.0 * a.vel[0] + 40.0 * b.vel[0] == pytest.approx(165.0, rel=0.02)
         assert 0.0 <= b.vel[0] - a.vel[0] <= 0.3
+
+
+@pytest.mark.parametrize("speed", [3.0, 4.5])
+@pytest.mark.parametrize("gap", [0.001, 0.005, 0.008, 0.03, 0.07])
+def test_fuel_in_a_loose_row_gives_way_like_fuel_that_touches(gap, speed):
+    """Within a tick a knock crosses gaps: what it comes to must not stand there like a wall."""
+    fuel = GamePieceConfig(name="Fuel", shape=Sphere(0.075), mass=0.215)
+    with PhysicsWorld() as world:
+        pieces = GamePieceManager(world, [(fuel, 64)], field_size=(16.0, 8.0))
+        spacing = 0.15 + gap
+        grid = np.array([[2.5 + spacing * i, 4.0 + spacing * j, 0.075] for i in range(16) for j in range(4)])
+        pieces.spawn("Fuel", grid)
+        robot = ChassisSimulation(world, ChassisConfig(), pose=(1.0, 4.2, 0.0))
+        highest, slowest = 0.0, math.inf
+        for tick in range(70):
+            robot.follow_velocity(speed, 0.0, 0.0)
+            pieces.wake_reachable([Footprint(*robot.footprint)], DT)
+            advance(world, robot, before=pieces.before_substep)
+            pieces.gather(DT)
+            pieces.settle()
+            highest = max(highest, abs(robot.pos[2]))
+            slowest = min(slowest, robot.vel[0] if tick > 30 else math.inf)
+        assert (np.linalg.norm(pieces.state.pos - grid, axis=1) > 0.1).sum() > 20
+    assert highest < 0.01
+    assert slowest > 0.9 * speed
 
 
 def test_it_pushes_fuel_and_stays_on_the_carpet():

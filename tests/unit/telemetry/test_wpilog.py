@@ -157,6 +157,31 @@ def test_nan_is_written_once(tmp_path: Path) -> None:
     assert values["NT:/n"] == [(0, (-(2**63)).to_bytes(8, "little", signed=True))]
 
 
+def test_minus_zero_is_another_value_than_zero(tmp_path: Path) -> None:
+    numbers = (0.0, 0.0, -0.0, -0.0, 1.0, 1.0, 0.0)
+    rows = [Snapshot(time=0.02 * k, tick=k, doubles={"x": x}) for k, x in enumerate(numbers)]
+    _, values = read(written(tmp_path / "run.wpilog", rows))
+    assert [stamp for stamp, _ in values["NT:/x"]] == [0, 40_000, 80_000, 120_000]
+
+
+def test_a_number_that_equals_one_of_another_type_is_refused(tmp_path: Path) -> None:
+    rows = [Snapshot(time=0.0, tick=0, doubles={"x": 1.0}), Snapshot(time=0.02, tick=1, integers={"x": 1})]
+    with pytest.raises(ConfigError, match="logged as double before, now as int64"):
+        written(tmp_path / "run.wpilog", rows)
+
+
+@pytest.mark.parametrize("shape", [(3, 7), (3,)])
+def test_an_array_that_is_written_to_in_place_is_logged_anew(tmp_path: Path, shape: tuple[int, ...]) -> None:
+    rows = np.zeros(shape) if len(shape) == 2 else np.zeros(shape, dtype=np.int64)
+    kind = "pose_arrays" if len(shape) == 2 else "integer_arrays"
+    with WpilogSink(tmp_path / "run.wpilog") as sink:
+        for tick in range(4):
+            rows[0] = tick // 2
+            sink.write(Snapshot(time=0.02 * tick, tick=tick, **{kind: {"rows": rows}}))
+    _, values = read(tmp_path / "run.wpilog")
+    assert [stamp for stamp, _ in values["NT:/rows"]] == [0, 40_000]
+
+
 def test_key_that_appears_late_starts_then(tmp_path: Path) -> None:
     rows = [Snapshot(time=0.02, tick=0), Snapshot(time=5000.0, tick=1, doubles={"Robot/Intake/ExtensionPct": 100.0})]
     _, values = read(written(tmp_path / "run.wpilog", rows))
