@@ -15,7 +15,7 @@ import numpy as np
 from simcore.pieces.pool import PiecePool
 from simcore.pieces.pressing import CHAIN, Pressing
 from simcore.pieces.sleeping import Sleeping
-from simcore.pieces.touching import TOUCH, distances2, touching_chain
+from simcore.pieces.touching import TOUCH, distances2, knocked_chain
 from simcore.pieces.wake_grid import Footprint, WakeSettings
 from simcore.typing import BoolArray, FloatArray, IntArray
 
@@ -80,7 +80,7 @@ class Waking:
             far_knock = min(max(_KNOCK_GROWTH * (_REBOUND * robot.speed - _HARD), _KNOCK), _FAR_KNOCK)
             knocked |= robot.gap(state.pos[asleep]) < far_knock
         if len(asleep):
-            self._sort(asleep, to_wake, knocked, awake[~fast], robots, TOUCH + fastest * dt)
+            self._sort(asleep, to_wake, knocked, awake[~fast], robots, fastest * dt)
         self._ticks += 1
         return asleep[to_wake]
 
@@ -91,7 +91,7 @@ class Waking:
         knocked: BoolArray,
         slow: IntArray,
         robots: Sequence[Footprint],
-        gap: float,
+        way: float,
     ) -> None:
         """Loosen the sleepers that something may touch, and fix now and then those that nothing can.
 
@@ -101,7 +101,7 @@ class Waking:
             knocked: Which of them a knock could get to along a row, shape (n,).
             slow: Slots that are awake and wake nobody.
             robots: Where robots are.
-            gap: The widest between two of a row that a knock crosses within the tick [m].
+            way: What a knock crosses within the tick between pieces of a row, in all [m].
         """
         is_due = self._ticks % _FIX_PERIOD == 0
         if not (is_due or np.count_nonzero(knocked)):
@@ -110,7 +110,7 @@ class Waking:
         loose = knocked
         if np.count_nonzero(loose & self._sleeping.is_fixed[asleep]):
             some = (loose | to_wake).nonzero()[0]
-            loose[some] &= touching_chain(pos[some], radius[asleep[some]], to_wake[some], gap=gap)
+            loose[some] &= knocked_chain(pos[some], radius[asleep[some]], to_wake[some], way)
         if is_due:
             if len(slow):
                 loose |= self._reached(slow, 2.0 * radius[slow] + TOUCH, asleep)[0]
