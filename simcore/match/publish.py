@@ -116,13 +116,13 @@ def _held_pose(slot: int, robot: Robot, radius: float) -> tuple[float, ...]:
 
 
 def _rounded(poses: FloatArray) -> FloatArray:
-    rows: FloatArray = np.round(poses, _DECIMALS)
+    rows: FloatArray = np.round(poses, _DECIMALS) + 0.0
     rows.setflags(write=False)
     return rows
 
 
 def _rounded_pose(*row: float) -> FloatArray:
-    pose = np.array([round(value, _DECIMALS) for value in row])
+    pose = np.array([round(value, _DECIMALS) + 0.0 for value in row])  # no -0.0, which would be another value
     pose.setflags(write=False)
     return pose
 

@@ -37,7 +37,8 @@ class Lodging:
         n = len(pool.rows)
         self._force = np.zeros(n)  # 0: not lodged
         self._places: dict[int, Vector] = {}
-        self._given: dict[int, Vector] = {}  # velocity at the start of the last sub-step, of those held in it
+        # of those held in the last sub-step: velocity at its start [m/s], and what held it against the pull [m/s^2]
+        self._given: dict[int, tuple[Vector, Vector]] = {}
         self._h = 0.0  # of the last sub-step
         self._mass = pool.mass
         self.is_used = False
@@ -70,12 +71,15 @@ class Lodging:
             weight = mass * self._world.gravity
             was = given.get(slot)
             vel = engine.velocity(row)[0]
-            pushed = [(v - w) / before for v, w in zip(vel, was, strict=True)] if was else [0.0, 0.0, 0.0]
+            pushed = [0.0, 0.0, 0.0]
+            if was is not None:
+                pushed = [(v - start) / before - hold for v, start, hold in zip(vel, *was, strict=True)]
             if math.hypot(mass * pushed[0], mass * pushed[1], mass * pushed[2] - weight) > self._force[slot]:
                 self.free(np.array([slot]))
                 continue
-            way = zip(pushed, engine.pose(row)[0], self._places[slot], strict=True)
-            x, y, z = (_RETURN * (place - at) / h - push * h for push, at, place in way)
-            self._given[slot] = (x, y, z)
+            way = zip(engine.pose(row)[0], self._places[slot], strict=True)
+            x, y, z = (_RETURN * (place - at) / h for at, place in way)
+            ax, ay, az = (-push for push in pushed)  # a force: a speed against the pull would bounce off what is there
+            self._given[slot] = (x, y, z), (ax, ay, az)
             engine.set_velocity(row, (x, y, z), (0.0, 0.0, 0.0))
-            engine.apply_forces([row], np.array([[0.0, 0.0, weight]]))
+            engine.apply_forces([row], np.array([[mass * ax, mass * ay, mass * az + weight]]))

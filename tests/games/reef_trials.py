@@ -96,7 +96,7 @@ def laid_across(level: int, off: float) -> tuple[int, int]:
 
 
 def pull_force(way: np.ndarray, slot_number: int = 0) -> float:
-    """Force that pulls one of blue's algae out of the reef, raised by 25 N in a second [N].
+    """Force that pulls one of blue's algae out of the reef, raised by 25 N in a second to 40 N [N].
 
     Args:
         way: Unit vector in the frame of its face: outward, to the left as seen from outside, up.
@@ -117,7 +117,7 @@ def pull_force(way: np.ndarray, slot_number: int = 0) -> float:
             engine.apply_forces([match.pieces.row(slot)], force * to_field[None])
 
         match.pieces.before_substep = before_substep
-        for _ in range(50):
+        for _ in range(80):
             force += 0.5
             match.pieces._wake(slot)
             match.tick()

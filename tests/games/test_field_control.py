@@ -69,7 +69,8 @@ def test_spawned_pieces_are_staged_lie_free_and_come_to_an_end():
         assert said[0].startswith("2 of the game's 6 Ball are neither on the field nor in a robot, got 3")
         assert said[1].startswith("no game piece type named 'Bell'. Did you mean 'Ball'?")
         assert said[2] == "a piece at (30, 3) m would lie outside of the field of 16 x 8 m"
-        assert np.abs(match.pieces.state.pos - before).max() < 1e-6 and match.count.staged == 4
+        # on MuJoCo a piece that is put on the carpet sinks by 0.02 mm
+        assert np.abs(match.pieces.state.pos - before).max() < 1e-4 and match.count.staged == 4
         match.pieces.score(match.pieces.on_field()[:1])
         match.control.spawn("Ball", [(3.0, 3.0)] * 3)
         match.tick()

@@ -189,12 +189,11 @@ def test_other_shapes_stand_fall_and_sleep(shape):
         assert 0.0 < pieces.state.pos[0, 2] <= config.bounding_radius + 0.002
 
 
-@pytest.mark.parametrize("engine", ["bullet", "mujoco"])
-def test_a_ball_rolls_against_its_own_resistance_on_all_things(engine):
+def test_a_ball_rolls_against_its_own_resistance_on_all_things():
     """On a shelf as on the carpet: (c_shelf f_ball + c_ball f_shelf) g / (1.4 r)."""
     soft = replace(ball(), rolling=0.004).surface
     shelf = TerrainSurface(name="shelf", friction=0.5, restitution=0.3, rolling=0.001)
-    with PhysicsWorld(floor=CARPET, engine=engine) as world:
+    with PhysicsWorld(floor=CARPET) as world:
         world.add_static("shelf", Box((4.0, 1.0, 0.2)), (0.0, 0.0, 1.0), surface=shelf)
         row = world.add_piece_body("ball", Sphere(0.075), mass=0.215, surface=soft, pos=(-1.0, 0.0, 1.175))
         world.step(0.02, substeps=2)
