@@ -111,6 +111,7 @@ def test_one_key_has_one_kind_and_all_values_are_plain(game):
     assert wanted <= set(s.integers)
 
 
+@pytest.mark.engines("bullet", "mujoco")
 def test_a_robot_at_rest_logs_nothing_but_the_clock(tmp_path):
     """It has driven, stopped and let its mechanisms run down: wheels, rollers and pose stand to the last bit."""
 

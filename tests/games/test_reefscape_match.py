@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 import numpy as np
+import pytest
 
 from games.reefscape import REEFSCAPE
 from games.reefscape import dimensions as dim
@@ -124,6 +125,7 @@ def test_human_players_feed_who_waits_and_throw_what_came_through_the_processor(
         assert match.score.red == 4 * rows(match, "Red/").get("netAlgaeCount", 0) > 0
 
 
+@pytest.mark.engines("bullet", "mujoco")
 def test_reef_algae_stay_for_as_long_as_nobody_pulls_and_come_off_with_15_to_30_newtons():
     from games.reefscape.staging import reef_algae_places
 

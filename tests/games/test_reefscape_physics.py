@@ -93,6 +93,7 @@ def test_algae_stay_on_the_reef_and_a_thrown_one_flies_as_the_differential_equat
         assert (state.pos[on_reef] == before).all() and (state.status[on_reef] == PieceStatus.ASLEEP).all()
 
 
+@pytest.mark.engines("bullet", "mujoco")
 def test_a_coral_at_a_branch_stays_on_it_or_falls(whole, engine_name):
     """30 mm are free in its bore: with 23 mm aside all stay, with 51 mm none. With --whole it prints the tables.
 
@@ -130,6 +131,7 @@ def test_a_robot_that_bumps_the_reef_knocks_off_what_is_loose(whole):
         assert 0 <= after[3] <= (6 if speed < 1.5 else 3)
 
 
+@pytest.mark.engines("bullet", "mujoco")
 def test_algae_come_off_the_reef_with_15_to_30_newtons(whole):
     """Outward and up; two branches and two risers hold it the other ways. It is wedged with 20 N, and weighs 4.4 N."""
     for number in range(6) if whole else (0,):
