@@ -17,6 +17,8 @@ __all__ = ["GRACE", "TimeLimitError", "be_worker", "time_limit"]
 GRACE = 5.0
 """Wall time after the limit in which an exception must have ended a run, before its worker ends itself [s]."""
 
+_STEPS = 100  # of Python code, within which an exception that is due comes
+
 _nowhere: TextIO | None = None
 
 
@@ -48,12 +50,14 @@ def time_limit(seconds: float | None) -> Iterator[None]:
         return
     thread = threading.get_ident()
     lock = threading.Lock()
-    is_over = False
+    is_over = is_due = False
 
     def interrupt() -> None:
+        nonlocal is_due
         with lock:
             if not is_over:
-                _set_exception(thread, ctypes.py_object(TimeLimitError))
+                is_due = True
+                _raise_in(thread, TimeLimitError)
 
     timer = threading.Timer(seconds, interrupt)
     timer.daemon = True
@@ -61,18 +65,22 @@ def time_limit(seconds: float | None) -> Iterator[None]:
     if _nowhere is not None:
         faulthandler.dump_traceback_later(seconds + GRACE, exit=True, file=_nowhere)  # needs no step of Python
     try:
-        yield
+        try:
+            yield
+        finally:
+            with lock:
+                is_over = True
+        if is_due:  # not taken back: CPython 3.11 then looks for it for good, and hangs under a profiler or debugger
+            for _ in range(_STEPS):
+                pass
     except TimeLimitError:
         raise TimeLimitError(f"took longer than {seconds:g} s of wall time, and was ended") from None
     finally:
-        with lock:
-            is_over = True
-            _set_exception(thread, None)  # one that is due would come after the run
         timer.cancel()
         if _nowhere is not None:
             faulthandler.cancel_dump_traceback_later()
 
 
-def _set_exception(thread: int, error: ctypes.py_object[type[BaseException]] | None) -> None:
-    """Let a thread raise an error with its next step, or not any more."""
-    ctypes.pythonapi.PyThreadState_SetAsyncExc(ctypes.c_ulong(thread), error)
+def _raise_in(thread: int, error: type[BaseException]) -> None:
+    """Let a thread raise an error with its next step."""
+    ctypes.pythonapi.PyThreadState_SetAsyncExc(ctypes.c_ulong(thread), ctypes.py_object(error))
