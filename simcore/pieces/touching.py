@@ -6,7 +6,7 @@ import numpy as np
 
 from simcore.typing import BoolArray, FloatArray
 
-__all__ = ["TOUCH", "distances2", "knocked_chain", "touching_chain"]
+__all__ = ["TOUCH", "distances2", "touching_chain"]
 
 TOUCH = 0.005
 """Pieces and bumpers this near count as touching [m]."""
@@ -21,27 +21,6 @@ def distances2(a: FloatArray, b: FloatArray) -> FloatArray:
     squares += (a * a).sum(axis=1)[:, None]
     squares += (b * b).sum(axis=1)
     return squares
-
-
-def knocked_chain(pos: FloatArray, radius: FloatArray, first: BoolArray, way: float) -> BoolArray:
-    """Which of some pieces a knock can get to from one of the first; the first are among them, shape (n,).
-
-    Args:
-        pos: Centers [m], shape (n, 3).
-        radius: Of the pieces [m], shape (n,).
-        first: Where chains begin, shape (n,).
-        way: What a knock may cross in all between pieces [m], besides `TOUCH` at each.
-    """
-    left = np.where(first, way, -1.0)  # of the way; negative: not reached
-    front = first.nonzero()[0]
-    while len(front):
-        gaps = np.sqrt(np.maximum(distances2(pos, pos[front]), 0.0)) - np.add.outer(radius, radius[front] + TOUCH)
-        there = (left[front] - np.maximum(gaps, 0.0)).max(axis=1)
-        front = (there > left + 1e-6).nonzero()[0]
-        left[front] = there[front]
-        front = front[there[front] >= 0.0]
-    reached: BoolArray = left >= 0.0
-    return reached
 
 
 def touching_chain(pos: FloatArray, radius: FloatArray, first: BoolArray, most_links: int | None = None) -> BoolArray:

@@ -15,7 +15,7 @@ import numpy as np
 from simcore.pieces.pool import PiecePool
 from simcore.pieces.pressing import CHAIN, Pressing
 from simcore.pieces.sleeping import Sleeping
-from simcore.pieces.touching import TOUCH, distances2, knocked_chain
+from simcore.pieces.touching import TOUCH, distances2
 from simcore.pieces.wake_grid import Footprint, WakeSettings
 from simcore.typing import BoolArray, FloatArray, IntArray
 
@@ -66,12 +66,9 @@ class Waking:
         moving = [robot for robot in robots if robot.speed > robot.waking_speed]
         near = np.concatenate((asleep, awake)) if moving else asleep
         knocked = np.zeros(len(asleep), dtype=bool)
-        fastest = 0.0  # of what is hit or hits
         for robot in moving:
             self.guarded[near[self._in_reach(robot, near, dt)]] = True
-            rebound = _REBOUND * robot.speed
-            knocked |= robot.gap(state.pos[asleep]) < _knock_range(rebound)
-            fastest = max(fastest, rebound)
+            knocked |= robot.gap(state.pos[asleep]) < _knock_range(_REBOUND * robot.speed)
         to_wake = self.guarded[asleep]
         fast = speed > np.where(self._pressing.is_sustained[awake], _HEAP_WAKING, self._p.waking_speed)
         if len(asleep) and np.count_nonzero(fast):
@@ -79,9 +76,8 @@ class Waking:
             reached, ahead = self._reached(awake[fast], reach[fast], asleep, far)
             to_wake |= reached
             knocked |= ahead
-            fastest = max(fastest, float(speed.max()))
         if len(asleep):
-            self._sort(asleep, to_wake, knocked, awake[~fast], robots, fastest * dt)
+            self._sort(asleep, to_wake, knocked, awake[~fast], robots)
         self._ticks += 1
         return asleep[to_wake]
 
@@ -92,7 +88,6 @@ class Waking:
         knocked: BoolArray,
         slow: IntArray,
         robots: Sequence[Footprint],
-        way: float,
     ) -> None:
         """Loosen the sleepers that something may touch, and fix now and then those that nothing can.
 
@@ -102,16 +97,12 @@ class Waking:
             knocked: Which of them a knock could get to along a row, shape (n,).
             slow: Slots that are awake and wake nobody.
             robots: Where robots are.
-            way: What a knock crosses within the tick between pieces of a row, in all [m].
         """
         is_due = self._ticks % _FIX_PERIOD == 0
         if not (is_due or np.count_nonzero(knocked)):
             return
         pos, radius = self._pool.state.pos[asleep], self._pool.radius
         loose = knocked
-        if np.count_nonzero(loose & self._sleeping.is_fixed[asleep]):
-            some = (loose | to_wake).nonzero()[0]
-            loose[some] &= knocked_chain(pos[some], radius[asleep[some]], to_wake[some], way)
         if is_due:
             if len(slow):
                 loose |= self._reached(slow, 2.0 * radius[slow] + TOUCH, asleep)[0]
