@@ -303,7 +303,10 @@ class MuJoCoEngine:
         """Rows of the bodies that a body was in contact with in the last step."""
         self._refresh()
         contact = self._d.contact
-        rows = self._layout.row_of_geom[contact.geom[contact.dist < _TOUCHING]].reshape(-1, 2)
+        touch = contact.dist < _TOUCHING
+        solved = np.nonzero(contact.efc_address >= 0)[0]
+        touch[solved] |= self._d.efc_force[contact.efc_address[solved]] > 0.0  # met within the step
+        rows = self._layout.row_of_geom[contact.geom[touch]].reshape(-1, 2)
         mine = rows[(rows == row).any(axis=1)]
         return sorted(set(mine[mine != row].tolist()))
 
