@@ -19,12 +19,13 @@ from simcore.pieces.piece_manager import GamePieceManager
 from simcore.pieces.pool import PieceStatus
 from simcore.robot.robot import Robot
 from simcore.typing import FloatArray
+from simcore.units import TICK
 
 __all__ = ["Jolts"]
 
 _HIT = 0.5  # [m/s] in a tick; tires change a robot's velocity by 0.25, so a robot that leans on something jolts nothing
 _BESIDE = 0.02  # [m]; what is within this of a structure may rest on it
-_AHEAD = 0.3  # [m]; robots that are farther from a structure are not asked whether they touch it
+_AHEAD = 0.1  # [m]; robots that cannot come as near to a structure in a tick are not asked whether they touch it
 _AT_REST = (int(PieceStatus.ASLEEP), int(PieceStatus.PLACED))
 
 
@@ -68,16 +69,18 @@ class Jolts:
         if not fast:
             return
         self._before = {robot.number: np.array(robot.chassis.vel) for robot in fast}
-        reach = np.array([robot.chassis.config.bumper_length + _AHEAD for robot in fast])
-        places = np.array([robot.chassis.pos for robot in fast])
-        for pattern, boxes in self._boxes.items():
-            near = boxes.are_near(places, reach)
-            self._near += [(robot, pattern) for robot, is_near in zip(fast, near, strict=True) if is_near]
+        for robot in fast:
+            (x, y, _), reach = robot.chassis.pos, robot.chassis.reach(TICK) + _AHEAD
+            self._near += [
+                (robot, pattern) for pattern, boxes in self._boxes.items() if not boxes.is_clear(x, y, reach)
+            ]
 
     def note(self) -> None:
         """Take in the contacts of the last sub-step."""
         for robot, pattern in self._near:
-            names = [self._world.body_name(row) for row in self._world.engine.touching(robot.chassis.row)]
+            if (robot.number, pattern) in self._hits:
+                continue
+            names = {self._world.body_name(row) for row in self._world.engine.touching(robot.chassis.row)}
             if any(fnmatchcase(name, pattern) for name in names):
                 self._hits[robot.number, pattern] = None
 

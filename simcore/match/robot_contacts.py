@@ -41,7 +41,7 @@ class RobotContacts:
         """Forget the last tick, and see who could touch in this one."""
         self.robots.clear()
         self.hanging.clear()
-        spots = [(robot, robot.chassis.pos, _reach(robot)) for robot in self._robots]
+        spots = [(robot, robot.chassis.pos, robot.chassis.reach(TICK) + _AHEAD) for robot in self._robots]
         self._near_robots = [
             (a, b)
             for (a, pos_a, reach_a), (b, pos_b, reach_b) in combinations(spots, 2)
@@ -64,9 +64,3 @@ class RobotContacts:
     def touching(self, row: int) -> list[int]:
         """Numbers of the robots that a body of the world touched in the last sub-step."""
         return [self._number_of[other] for other in self._engine.touching(row) if other in self._number_of]
-
-
-def _reach(robot: Robot) -> float:
-    """How far from its center a robot may touch something within the tick [m]."""
-    body = robot.chassis.config
-    return 0.5 * math.hypot(body.bumper_length, body.bumper_width) + TICK * robot.chassis.speed + _AHEAD

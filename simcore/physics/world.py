@@ -123,7 +123,7 @@ class PhysicsWorld:
         self._hanging: set[int] = set()
         self._robots: list[int] = []
         self._pieces: dict[int, int] = {}  # group by row
-        self._boxes, self._solid_boxes = StaticBoxes(), StaticBoxes()
+        self._boxes, self._solid_boxes, self._ramp_boxes = StaticBoxes(), StaticBoxes(), StaticBoxes()
         self._outlines = PlanOutlines()
         self._is_ramp: BoolArray = np.zeros(0, dtype=bool)  # of the outlines
         self.longest_step = math.inf
@@ -183,6 +183,7 @@ class PhysicsWorld:
         self._outlines.add(shape, at, quat)
         self._is_ramp = np.append(self._is_ramp, drivable)
         if drivable:
+            self._ramp_boxes.add(shape, at, quat)
             self._ramps.add(
                 self._add_part(name, shape, at, quat, FRICTIONLESS, CollisionGroup.DRIVABLE, CollisionGroup.ROBOT)
             )
@@ -416,12 +417,12 @@ class PhysicsWorld:
         """
         return self._solid_boxes.is_clear(x, y, reach)
 
-    def is_bare(self, x: float, y: float, reach: float) -> bool:
-        """Whether there is a floor and nothing on it, at any height, within reach of a place of the field [m].
+    def is_flat(self, x: float, y: float, reach: float) -> bool:
+        """Whether robots drive on nothing but the floor within reach of a place of the field [m].
 
-        From the same map as `is_open`.
+        It answers from a map like that of `is_open`.
         """
-        return self._floor is not None and self._boxes.is_clear(x, y, reach)
+        return self._floor is not None and self._ramp_boxes.is_clear(x, y, reach)
 
     def is_free(self, low: Sequence[float], high: Sequence[float]) -> bool:
         """Whether no bounding box of the field, the floor left out, reaches into this box [m]."""

@@ -43,21 +43,27 @@ class Lodging:
         self._mass = pool.mass
         self.is_used = False
         """Whether any piece is lodged."""
+        self._seen: IntArray | None = None  # slots that were awake, and those of them that are lodged
+        self._lodged: IntArray = np.zeros(0, dtype=np.int64)
 
     def lodge(self, slot: int, force: float) -> None:
         """Wedge a piece in where it is; it comes free at a force [N]."""
         self._force[slot] = force
         self._places[slot] = self._world.engine.pose(self._pool.rows[slot])[0]
         self.is_used = True
+        self._seen = None
 
     def free(self, slots: IntArray) -> None:
         """Let pieces come free."""
         self._force[slots] = 0.0
         self.is_used = bool(self._force.any())
+        self._seen = None
 
     def hold(self, h: float, awake: IntArray) -> None:
         """Hold the awake ones for the next sub-step of h [s], or let them come free."""
-        slots = awake[self._force[awake] > 0.0]
+        if awake is not self._seen:
+            self._seen, self._lodged = awake, awake[self._force[awake] > 0.0]
+        slots = self._lodged
         if len(slots):
             slots = slots[self._pool.state.status[slots] == _AWAKE]
         if not len(slots) and not self._given:

@@ -120,6 +120,8 @@ class Pressing:
 
         A spring next to a rigid piece would be rigid, too, and hardly repair an overlap: they must be of one kind.
         """
+        if len(lying) < 2:
+            return lying[:0]
         is_raised = self._pool.state.pos[lying, 2] > self._raised[lying]
         if not np.count_nonzero(is_raised):
             return lying[:0]

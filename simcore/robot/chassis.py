@@ -276,6 +276,10 @@ class ChassisSimulation:
         reach = 0.5 * math.hypot(self.config.bumper_length, self.config.bumper_width)
         return math.hypot(*self.vel) + abs(self.rate[2]) * reach
 
+    def reach(self, dt: float) -> float:
+        """How far from where its origin is now a corner of its bumpers can be within dt [s], from above [m]."""
+        return 0.5 * math.hypot(self.config.bumper_length, self.config.bumper_width) + dt * self.speed
+
     @property
     def origin_velocity(self) -> Vector:
         """Velocity of the point at `pos`, field frame [m/s]."""
@@ -297,7 +301,7 @@ class ChassisSimulation:
             under it [m], shape (n,); 5 m below the wheel's axle where there is nothing.
         """
         soles = self._contacts @ matrix(self.quat).T + self.pos
-        if self._world.is_bare(self.pos[0], self.pos[1], self._sole_reach):
+        if self._world.is_flat(self.pos[0], self.pos[1], self._sole_reach):
             return soles, np.zeros(len(soles))
         start = soles + np.array((0.0, 0.0, self.config.wheel_radius))
         hits = self._world.ground_rays(start, start - np.array((0.0, 0.0, 5.0)))

@@ -105,9 +105,9 @@ def test_over_the_bare_floor_the_ground_is_what_rays_find(monkeypatch):
         for _ in range(4):
             chassis.apply_forces((0.0, 0.0, 900.0), (20.0, 0.0, 0.0))  # tips, and rises a little
             advance(world, chassis)
-        assert world.is_bare(5.0, 3.0, 0.5)
+        assert world.is_flat(5.0, 3.0, 0.5)
         soles, ground = chassis.wheel_ground()
-        monkeypatch.setattr(world, "is_bare", lambda x, y, reach: False)
+        monkeypatch.setattr(world, "is_flat", lambda x, y, reach: False)
         cast_soles, cast_ground = chassis.wheel_ground()
     assert soles == pytest.approx(cast_soles, abs=1e-12)
     assert np.ptp(soles[:, 2]) > 1e-3
