@@ -281,6 +281,11 @@ class MatchState(Protocol):
         ...
 
     @property
+    def score_counts(self) -> Mapping[str, int]:
+        """What telemetry shows of the score, by name."""
+        ...
+
+    @property
     def count(self) -> PieceCount:
         """Where all pieces are."""
         ...

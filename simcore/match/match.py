@@ -6,7 +6,7 @@ tick; robot code whose motor controllers want to be asked more often runs it sev
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import ExitStack
 from functools import partial
 from pathlib import Path
@@ -60,6 +60,8 @@ if TYPE_CHECKING:
     import ntcore
 
 __all__ = ["Match"]
+
+_COUNT_PERIOD = 5  # ticks
 
 
 class Match:
@@ -124,6 +126,9 @@ class Match:
     cameras: CameraRig
     digest: TrajectoryDigest
     """Of the state of every tick so far."""
+    _counted: tuple[int, Score] | None
+    """When `score_counts` was worked out, and at which points; None: not since the start."""
+    _counts: Mapping[str, int]
     _has_ended: bool
     _has_told: bool
     _started: Mode | None
@@ -488,6 +493,7 @@ class Match:
         self._has_ended = self.timer.is_over
         self.rules = self.game.rules(self)
         self.rules.start()
+        self._counted = None
         if self._started is not None:
             self.rules.start_mode(self._started)
 
@@ -522,6 +528,17 @@ class Match:
         """Points so far."""
         red, blue = self.tracker.totals["red"], self.tracker.totals["blue"]
         return Score(red=red, blue=blue, total=red + blue)
+
+    @property
+    def score_counts(self) -> Mapping[str, int]:
+        """Pieces that scored, by zone, and the rules' breakdown, as telemetry shows them.
+
+        They are counted every 0.1 s, and when points change: in most ticks nothing has.
+        """
+        now = self.ticks // _COUNT_PERIOD, self.score
+        if now != self._counted:
+            self._counted, self._counts = now, {**self.tracker.pieces, **self.rules.breakdown()}
+        return self._counts
 
     @property
     def count(self) -> PieceCount:
@@ -580,6 +597,8 @@ class Match:
         self._has_ended = False
         self._started = None
         self._has_told = False
+        self._counted = None
+        self._counts = {}
         self.alliances = [entry.alliance for entry in self.entries]
         self.world.add_field(self.field.elements, drivable=game.field.drivable_in(self.field))
         self.hanging = [HangingBody(self.world, config) for config in self._hanging]

@@ -158,8 +158,7 @@ def _add_match(rows: _Rows, match: MatchState) -> None:
     }
     slots, robots, hits = match.flow.shot_rows
     rows.integer_arrays |= {"Sim/ShotIds": slots, "Sim/ShotRobots": robots, "Sim/ShotHits": hits}
-    for name, count in (*match.tracker.pieces.items(), *match.rules.breakdown().items()):
-        rows.integers[f"Sim/Score/{name}"] = count
+    rows.integers |= {f"Sim/Score/{name}": count for name, count in match.score_counts.items()}
     if fouls := match.tracker.fouls:
         rows.strings["Sim/Match/LastFoul"] = f"{len(fouls)}. {fouls[-1]}"
     for level, total in match.pieces.places.totals().items():

@@ -158,14 +158,17 @@ class ScoringTracker:
         """
         if not len(slots):
             return []
-        high = np.maximum(start[:, 2], end[:, 2]) >= self._bottom  # most pieces roll on the carpet, far below
-        if not high.any():
+        top = np.maximum(start[:, 2], end[:, 2])
+        high = top >= self._bottom  # most pieces roll on the carpet, far below
+        if not np.count_nonzero(high):
             return []
-        slots, start, end = slots[high], start[high], end[high]
+        slots, start, end, highest = slots[high], start[high], end[high], float(top.max())
         found: list[ScoreEvent] = []
         left: BoolArray = np.ones(len(slots), dtype=bool)
         falling = end[:, 2] < start[:, 2]
         for zone, takes in zip(self.zones, self._takes, strict=True):
+            if zone.zone.bottom > highest:
+                continue
             hit = zone.zone.crossed(start, end) & left
             if takes is not None:
                 hit &= takes[slots]

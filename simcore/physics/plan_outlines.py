@@ -58,12 +58,11 @@ class PlanOutlines:
         if not self._outlines:
             return np.zeros(0, dtype=bool)
         points = self._prepared()
-        low, high = self._low, self._high
         c, s = math.cos(yaw), math.sin(yaw)
         wide, deep = abs(c) * half_length + abs(s) * half_width, abs(s) * half_length + abs(c) * half_width
-        met: BoolArray = (low[0] < x + wide) & (high[0] > x - wide) & (low[1] < y + deep) & (high[1] > y - deep)
-        met &= (low[2] < top) & (high[2] > bottom)
-        near = np.nonzero(met)[0]
+        ends = np.array([[x + wide], [y + deep], [top], [wide - x], [deep - y], [-bottom]])
+        met: BoolArray = np.all(self._bounds < ends, axis=0)
+        near = met.nonzero()[0]
         if len(near) and yaw != 0.0:
             offset = points[near] - (x, y)  # (elements, points, 2)
             for ax, ay, half in ((c, s, half_length), (-s, c, half_width)):
@@ -79,8 +78,8 @@ class PlanOutlines:
                 [np.vstack((line, np.repeat(line[-1:], most - len(line), axis=0))) for line in self._outlines]
             )
             bottom, top = np.array(self._heights).T
-            self._low = np.vstack((self._points.min(axis=1).T, bottom))
-            self._high = np.vstack((self._points.max(axis=1).T, top))
+            low, high = self._points.min(axis=1).T, self._points.max(axis=1).T
+            self._bounds = np.vstack((low, bottom, -high, -top))  # x, y, z of the low ends, and of the high ones
         return self._points
 
 

@@ -32,6 +32,7 @@ _SHIFT = 3e-4  # [m]; one in a heap that moves less between two readings may be 
 _ROCKING = 0.08  # [m/s]; pieces that are no balls count as slow below this: they rock on an edge, but do not roll on
 _TURNING = 0.5  # [rad/s]; pieces that are no balls do not sleep while they turn faster
 _DEEP = 0.005  # [m]; a piece that is this deep in something does not sleep
+_STILL = 1e-3  # [m/s]
 _AWAKE = int(PieceStatus.AWAKE)
 
 
@@ -108,8 +109,9 @@ class Sleeping:
         speed2 = np.einsum("ij,ij->i", state.vel[awake], state.vel[awake])
         slow = (speed2 < np.square(self._slow_speed[awake])) & (state.status[awake] == _AWAKE)
         self._slow[awake] = np.where(slow, self._slow[awake] + SETTLE_PERIOD, 0)
-        # in a heap nothing is at an apex, so half the time is enough
-        enough = np.where(self._pressing.is_sustained[awake], p.slow_ticks // 2, p.slow_ticks)
+        # nothing in a heap is at an apex, nor is what has been slow for long and stands still: half the time is enough
+        is_calm = self._pressing.is_sustained[awake] | (speed2 < _STILL * _STILL)
+        enough = np.where(is_calm, p.slow_ticks // 2, p.slow_ticks)
         ready = awake[(self._slow[awake] >= enough) & ~guarded[awake]]
         others = ready[~self._pool.is_ball[ready]] if self._has_others else ready[:0]
         if len(others):  # they can turn on the spot

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -44,8 +45,8 @@ def ground_clearance(
         raise ConfigError(
             f"wheel_points need shape (n, 3) and surface_heights (n,), got {points.shape}, {heights.shape}"
         )
-    gap = points[:, 2] - heights
-    if not np.isfinite(gap).all():
-        raise NonFiniteError(f"height of wheels over the ground must be finite, got {gap.tolist()}")
-    height = float(gap.min())
+    gap = (points[:, 2] - heights).tolist()
+    if not all(map(math.isfinite, gap)):
+        raise NonFiniteError(f"height of wheels over the ground must be finite, got {gap}")
+    height = min(gap)
     return GroundClearance(height=height, is_airborne=height > tolerance)
