@@ -51,6 +51,7 @@ class LocalizingRobot:
         self.estimator: SwerveDrive4PoseEstimator | None = None
         self.times: list[float] = []
         self.errors: list[float] = []
+        self.slips: list[float] = []
         self.first_tag: float | None = None
 
     def close(self) -> None:
@@ -95,6 +96,7 @@ class LocalizingRobot:
                 self.first_tag = time if self.first_tag is None else self.first_tag
         believed = self.estimator.getEstimatedPosition()
         self.times.append(time)
+        self.slips.append(robot.drive.wheel_slip)
         self.errors.append(math.dist((believed.X(), believed.Y()), robot.chassis.pose[:2]))
         self._script(robot, time)
 
@@ -115,15 +117,17 @@ def play(auto_name: str, *, sends_heading: bool, cameras=CAMERAS, seconds: float
 
 @pytest.mark.parametrize("auto", ["depot", "tour"])
 def test_a_pose_estimator_that_starts_half_a_meter_off_converges_and_stays(auto):
-    """Under 5 cm within 2 s of seeing tags while driving, and from then on, but for single ticks in which the wheels
-    slip on a barrier or a bump: no frame can tell of the last 20 to 60 ms.
+    """Under 5 cm within 2 s of seeing tags while driving, and from then on, but for ticks in which the wheels slip on a
+    barrier or a bump, or against fuel that is pinned: no frame can tell of the last 20 to 60 ms.
     """
     code = play(auto, sends_heading=True)
     errors, times = np.array(code.errors), np.array(code.times)
+    slipped = np.convolve(np.array(code.slips) > 0.03, np.ones(6))[: len(times)] > 0.0  # now or within 0.1 s
     assert errors[0] == pytest.approx(0.5)
     assert code.first_tag is not None and code.first_tag < 0.3
     after = errors[times >= code.first_tag + 2.0]
-    under = (after < 0.05).mean()
+    under = (after < 0.05)[~slipped[times >= code.first_tag + 2.0]].mean()
+    assert slipped.mean() < 0.5
     print(f"{auto}: mean {100 * after.mean():.1f} cm, worst {100 * after.max():.1f} cm, under 5 cm {100 * under:.1f} %")
     assert times[np.argmax(errors < 0.05)] < code.first_tag + 2.0
     assert after.mean() < 0.025

@@ -378,13 +378,13 @@ class Play:
             yield
             if chassis.pose[0] > 2.0:
                 break
-        farthest = 0.0
-        for _ in range(75):
+        places = []
+        for _ in range(100):
             self.hold_heading(chassis, left_x=-0.8)
             yield
-            farthest = max(farthest, chassis.pose[1])
-        self.results["gap_at_wall"] = 8.069 - chassis.config.bumper_width / 2 - farthest
-        self.results["speed_at_wall"] = abs(chassis.vel[1])
+            places.append(chassis.pose[1])
+        self.results["gap_at_wall"] = 8.069 - chassis.config.bumper_width / 2 - max(places)
+        self.results["speed_at_wall"] = abs(places[-1] - places[-51])  # mean of the last second
         if physics.settings.shooters:
             self.results["held_before_shots"] = physics.match.count.held
             yield from self.hold(A, 1.8)
