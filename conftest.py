@@ -1,5 +1,6 @@
 """Leaves out what needs a vendor's library that is not installed: the adapters are optional extras."""
 
+import os
 from importlib.machinery import ExtensionFileLoader
 from importlib.util import find_spec
 from pathlib import Path
@@ -78,9 +79,11 @@ def is_compiled() -> bool:
 
 
 def pytest_runtest_setup(item):
-    """Leave out what only plain Python takes."""
+    """Leave out what only plain Python takes, and what other tests beside it would keep from coming in time."""
     if item.get_closest_marker("plain") and is_compiled():
         pytest.skip("simcore is compiled")
+    if item.get_closest_marker("realtime") and "PYTEST_XDIST_WORKER" in os.environ:
+        pytest.skip("on the wall clock: without -n")
 
 
 @pytest.fixture(scope="session")
