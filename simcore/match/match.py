@@ -598,7 +598,6 @@ class Match:
         self._started = None
         self._has_told = False
         self._counted = None
-        self._counts = {}
         self.alliances = [entry.alliance for entry in self.entries]
         self.world.add_field(self.field.elements, drivable=game.field.drivable_in(self.field))
         self.hanging = [HangingBody(self.world, config) for config in self._hanging]

@@ -101,14 +101,13 @@ class Waking:
         is_due = self._ticks % _FIX_PERIOD == 0
         if not (is_due or np.count_nonzero(knocked)):
             return
-        pos, radius = self._pool.state.pos[asleep], self._pool.radius
         loose = knocked
         if is_due:
             if len(slow):
-                loose |= self._reached(slow, 2.0 * radius[slow] + TOUCH, asleep)[0]
+                loose |= self._reached(slow, 2.0 * self._pool.radius[slow] + TOUCH, asleep)[0]
             for robot in robots:
                 if robot.speed < _PUSHING:
-                    loose |= robot.gap(pos) < CHAIN
+                    loose |= robot.gap(self._pool.state.pos[asleep]) < CHAIN
             self._sleeping.fix(asleep[~(loose | to_wake)])
         self._sleeping.loosen(asleep[loose & ~to_wake])
 

@@ -131,6 +131,7 @@ class ChassisSimulation:
         self._soles = np.array([(x, y, -_CONTACT_GAP) for x, y in config.wheel_positions])
         self._contacts = np.array([(x, y, 0.0) for x, y in config.wheel_positions])
         self._sole_reach = max(math.hypot(x, y) for x, y in config.wheel_positions)
+        self._half_diagonal = 0.5 * math.hypot(config.bumper_length, config.bumper_width)
         self._all_touching = [True] * len(config.wheel_positions)
         self.touching = list(self._all_touching)
         """Which wheels are on the ground."""
@@ -273,12 +274,11 @@ class ChassisSimulation:
     @property
     def speed(self) -> float:
         """Speed of the fastest corner [m/s]."""
-        reach = 0.5 * math.hypot(self.config.bumper_length, self.config.bumper_width)
-        return math.hypot(*self.vel) + abs(self.rate[2]) * reach
+        return math.hypot(*self.vel) + abs(self.rate[2]) * self._half_diagonal
 
     def reach(self, dt: float) -> float:
         """How far from where its origin is now a corner of its bumpers can be within dt [s], from above [m]."""
-        return 0.5 * math.hypot(self.config.bumper_length, self.config.bumper_width) + dt * self.speed
+        return self._half_diagonal + dt * self.speed
 
     @property
     def origin_velocity(self) -> Vector:

@@ -116,13 +116,16 @@ def play(auto_name: str, *, sends_heading: bool, cameras=CAMERAS, seconds: float
 
 
 @pytest.mark.parametrize("auto", ["depot", "tour"])
-def test_a_pose_estimator_that_starts_half_a_meter_off_converges_and_stays(auto):
-    """Under 5 cm within 2 s of seeing tags while driving, and from then on, but for ticks in which the wheels slip on a
-    barrier or a bump, or against fuel that is pinned: no frame can tell of the last 20 to 60 ms.
+def test_a_pose_estimator_that_starts_half_a_meter_off_converges_and_stays(auto, engine_name):
+    """Under 5 cm within 2 s of seeing tags while driving, and from then on, but for single ticks in which the wheels
+    slip on a barrier or a bump: no frame can tell of the last 20 to 60 ms. On MuJoCo fuel that is pinned at the depot
+    holds the robot for seconds, with wheels that slip.
     """
     code = play(auto, sends_heading=True)
     errors, times = np.array(code.errors), np.array(code.times)
     slipped = np.convolve(np.array(code.slips) > 0.03, np.ones(6))[: len(times)] > 0.0  # now or within 0.1 s
+    if engine_name == "bullet":
+        slipped[:] = False
     assert errors[0] == pytest.approx(0.5)
     assert code.first_tag is not None and code.first_tag < 0.3
     after = errors[times >= code.first_tag + 2.0]

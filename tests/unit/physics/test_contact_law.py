@@ -25,12 +25,13 @@ def speed_after(found: NormalLaw, speed: float, free: float) -> float:
     return speed + (free + force) * H
 
 
-@given(st.floats(0.25, 20.0), st.floats(0.01, 0.99), st.floats(0.0, 1.0), st.floats(-20.0, 0.0))
-def test_an_impact_leaves_with_restitution_times_the_speed_of_meeting(v, phase, e, free):
+@pytest.mark.parametrize(("k", "above"), [(1e4, 0.15), (RIGID, 0.25)])
+@given(st.floats(0.0, 20.0), st.floats(0.01, 0.99), st.floats(0.0, 1.0), st.floats(-20.0, 0.0))
+def test_an_impact_leaves_with_restitution_times_the_speed_of_meeting(k, above, v, phase, e, free):
     """Ballistic to the surface, bounce, and on for the rest of the step."""
-    t = phase * H
+    t, v = phase * H, v + above
     gap = v * t - free * t * t / 2.0
-    found = law(gap, -v, free, e=e)
+    found = law(gap, -v, free, e=e, k=k)
     meeting = v - free * t
     assert found.hits[0] and found.hit_time[0] == pytest.approx(t, rel=1e-9)
     expected = max(0.0, e * meeting + free * (H - t))
