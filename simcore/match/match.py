@@ -381,7 +381,7 @@ class Match:
     def _score(self) -> None:
         """Pieces that went through a zone score, and the game's rules act."""
         state, slots = self.pieces.state, self.pieces.awake
-        events = self.tracker.update(self.time, slots, state.before[slots], state.pos[slots])
+        events = self.tracker.update(self.time, slots, state.before.take(slots, axis=0), state.pos.take(slots, axis=0))
         if events:
             for event in events:
                 self.flow.note_scored(event.slot)
@@ -413,7 +413,7 @@ class Match:
         for body in self.hanging:
             if body.is_awake:
                 self.digest.update(np.array((*body.pos, *body.rate)))
-        self.digest.update(state.pos[awake], state.status.astype(np.int64))
+        self.digest.update(state.pos.take(awake, axis=0), state.status.astype(np.int64))
         due = [sink for sink in self.sinks if sink.due(self.time)]
         if due:
             snapshot = self.snapshot()

@@ -121,7 +121,7 @@ class FlightForces:
         flying: BoolArray = state.status[awake] == _IN_FLIGHT
         if not np.count_nonzero(flying):
             return flying
-        change = vel - state.vel[awake] - self._gravity * dt
+        change = vel - state.vel.take(awake, axis=0) - self._gravity * dt
         # air takes at most k v^2; within the first tick after a launch the mean of the tick lags by half of it
         air = self._drag[awake] * np.einsum("ij,ij->i", vel, vel) * dt
         jump = np.sqrt(np.einsum("ij,ij->i", change, change))

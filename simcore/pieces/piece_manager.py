@@ -29,6 +29,7 @@ from simcore.pieces.pressing import Pressing
 from simcore.pieces.resting_places import RestingPlace, RestingPlaces
 from simcore.pieces.sleeping import SETTLE_PERIOD, Sleeping
 from simcore.pieces.stillness import Stillness
+from simcore.pieces.touching import lengths
 from simcore.pieces.wake_grid import ChunkGrid, Footprint, WakeSettings
 from simcore.pieces.waking import Waking
 from simcore.quantities import FORCE, require
@@ -464,14 +465,14 @@ class GamePieceManager:
         self._stillness.begin_tick(len(awake) + len(self._pressing.stirred), self._robots)
         if self._stillness.is_reached:
             return 0.0
-        speed = np.sqrt(np.einsum("ij,ij->i", state.vel[awake], state.vel[awake]))
+        speed = lengths(state.vel.take(awake, axis=0))
         fall = self._world.gravity * dt  # what gravity can add within the tick
         reach = (speed + fall) * dt + 2.0 * self._pool.radius[awake] + p.piece_margin
         for robot in robots:
             half_diagonal = math.hypot(robot.half_length, robot.half_width)
             chunks.mark_box(robot.x, robot.y, half_diagonal + robot.speed * dt + 2.0 * p.margin + 0.5)
         if len(awake):
-            chunks.mark(state.pos[awake], reach + _KNOCK_TICKS * dt * speed)
+            chunks.mark(state.pos.take(awake, axis=0), reach + _KNOCK_TICKS * dt * speed)
         self._apply_chunks(*chunks.update())
 
         for slot in self._waking.choose(awake, speed, reach, robots, dt).tolist():
@@ -480,7 +481,7 @@ class GamePieceManager:
         self._impacts.begin_tick(awake, speed, self._waking.guarded, dt)
         now = self.awake
         if now is not awake:
-            speed = np.sqrt(np.einsum("ij,ij->i", state.vel[now], state.vel[now]))
+            speed = lengths(state.vel.take(now, axis=0))
         self._pressing.begin_tick(now, speed, robots, dt)
         self._world.longest_step = self._pressing.longest_step
         if self._approach.has_fine:
@@ -505,7 +506,7 @@ class GamePieceManager:
         awake = self.awake
         if len(awake):
             now = self._world.engine.centers(self._awake_rows)
-            before = state.before[awake] = state.pos[awake]
+            before = state.before[awake] = state.pos.take(awake, axis=0)
             vel = (now - before) / dt
             touched = self._flight.has_touched(awake, vel, dt)
             self._flight.note_falls(awake, vel[:, 2], state.vel[awake, 2], dt)

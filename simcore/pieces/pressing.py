@@ -10,11 +10,10 @@ import math
 from collections.abc import Sequence
 
 import numpy as np
-from scipy.spatial import cKDTree
 
 from simcore.physics.world import PhysicsWorld
 from simcore.pieces.pool import PiecePool, PieceStatus
-from simcore.pieces.touching import TOUCH, touching_chain
+from simcore.pieces.touching import TOUCH, distances2, touching_chain
 from simcore.pieces.wake_grid import Footprint
 from simcore.typing import BoolArray, FloatArray, IntArray
 
@@ -125,20 +124,13 @@ class Pressing:
         is_raised = self._pool.state.pos[lying, 2] > self._raised[lying]
         if not np.count_nonzero(is_raised):
             return lying[:0]
-        pos, radius = self._pool.state.pos[lying], self._pool.radius[lying]
-        pairs = cKDTree(pos).query_pairs(2.0 * float(radius.max()) + _LEANING, output_type="ndarray")
-        i, j = pairs.T
-        away = pos[i] - pos[j]
-        reach = radius[i] + radius[j] + _LEANING
-        touching = np.einsum("ij,ij->i", away, away) < reach * reach
-        i, j = i[touching], j[touching]
-        is_member = is_raised
-        joined = is_member[i] | is_member[j]
-        if not np.count_nonzero(joined):
-            return lying[:0]
-        while np.count_nonzero(joined):
-            is_member[i[joined]] = is_member[j[joined]] = True
-            joined = is_member[i] ^ is_member[j]
+        pos, radius = self._pool.state.pos.take(lying, axis=0), self._pool.radius[lying]
+        is_member = touching_chain(pos, radius, is_raised, gap=_LEANING)
+        if np.count_nonzero(is_member) == np.count_nonzero(is_raised):
+            high, size = pos[is_raised], radius[is_raised]
+            reach = np.add.outer(size, size + _LEANING)
+            if np.count_nonzero(distances2(high, high) < reach * reach) == len(high):  # each touches itself alone
+                return lying[:0]
         members: IntArray = lying[is_member]
         return members
 
@@ -148,7 +140,7 @@ class Pressing:
         """Which awake pieces are pinned by crowded robots, and which a moving robot can hit, shape (n,) each."""
         state, radius = self._pool.state, self._pool.radius
         pinned, hit = np.zeros(len(awake), dtype=bool), np.zeros(len(awake), dtype=bool)
-        pos = state.pos[awake]
+        pos = state.pos.take(awake, axis=0)
         low = pos[:, 2] < _LOW
         gaps = [robot.gap(pos) - radius[awake] for robot in robots]
         for robot, gap in zip(robots, gaps, strict=True):

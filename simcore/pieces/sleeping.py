@@ -106,7 +106,8 @@ class Sleeping:
             guarded: Which slots may not sleep, shape (slots,).
         """
         state, p = self._pool.state, self._p
-        speed2 = np.einsum("ij,ij->i", state.vel[awake], state.vel[awake])
+        vel = state.vel.take(awake, axis=0)
+        speed2 = np.einsum("ij,ij->i", vel, vel)
         slow = (speed2 < np.square(self._slow_speed[awake])) & (state.status[awake] == _AWAKE)
         self._slow[awake] = np.where(slow, self._slow[awake] + SETTLE_PERIOD, 0)
         # nothing in a heap is at an apex, nor is what has been slow for long and stands still: half the time is enough
@@ -125,15 +126,18 @@ class Sleeping:
         if not len(slots):
             return np.zeros(0, dtype=bool)
         state, radius, world = self._pool.state, self._pool.radius, self._world
-        pos = state.pos[slots]
+        pos = state.pos.take(slots, axis=0)
         doubtful = self._pressing.is_sustained[slots] | world.near_solid(pos, radius[slots])
-        others = np.nonzero(state.touchable)[0]
-        there, far = state.pos[others], 2.0 * float(radius.max())
-        others = others[((there > pos.min(axis=0) - far) & (there < pos.max(axis=0) + far)).all(axis=1)]
-        reach = np.maximum(np.add.outer(radius[slots], radius[others] - _DEEP), 0.0)
-        near = (distances2(pos, state.pos[others]) < reach * reach) & np.not_equal.outer(slots, others)
-        deep: BoolArray = (near & self._pool.is_ball[others]).any(axis=1) & self._pool.is_ball[slots]
-        doubtful |= near.any(axis=1)
+        others = state.touchable.nonzero()[0]
+        away2 = distances2(pos, state.pos.take(others, axis=0))
+        close = (away2 < 4.0 * float(radius.max()) ** 2).ravel().nonzero()[0]
+        i, j = np.divmod(close, max(len(others), 1))
+        reach = radius[slots][i] + radius[others][j] - _DEEP
+        near = (away2.ravel().take(close) < reach * reach) & (slots[i] != others[j])
+        i, j = i[near], others[j[near]]
+        doubtful[i] = True
+        deep: BoolArray = np.zeros(len(slots), dtype=bool)
+        deep[i[self._pool.is_ball[slots[i]] & self._pool.is_ball[j]]] = True
         if self._has_others:
             doubtful |= ~self._pool.is_ball[slots]
         for number in np.nonzero(doubtful & ~deep)[0].tolist():
@@ -168,7 +172,7 @@ class Sleeping:
     def follow(self, slots: IntArray) -> tuple[IntArray, FloatArray]:
         """Read where sleepers are: which stay asleep, and how far the engine has moved each of those all the same."""
         now = self._world.engine.centers(self._pool.rows_of(slots))
-        moved: FloatArray = np.abs(now - self._pool.state.pos[slots]).max(axis=1, initial=0.0)
+        moved: FloatArray = np.abs(now - self._pool.state.pos.take(slots, axis=0)).max(axis=1, initial=0.0)
         self._pool.state.pos[slots] = now
         woken = moved > np.where(self._pressing.is_sustained[slots], _CREEP, _STIRRED)
         for slot in slots[woken].tolist():

@@ -69,12 +69,19 @@ class Footprint:
     waking_speed: float = 0.005
     """While it is slower, it reaches nothing [m/s]; what it touches wakes all the same."""
 
-    def gap(self, pos: FloatArray) -> FloatArray:
-        """Flat distance of places (n, 2 or 3) from the outside of the box [m], negative within, shape (n,)."""
+    def beyond(self, pos: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """How far places (n, 2 or 3) lie beyond the ends and beyond the sides of the box [m], negative within.
+
+        Returns:
+            Shape (n,) each.
+        """
         dx, dy = pos[:, 0] - self.x, pos[:, 1] - self.y
         c, s = math.cos(self.yaw), math.sin(self.yaw)
-        ahead = np.abs(c * dx + s * dy) - self.half_length
-        aside = np.abs(c * dy - s * dx) - self.half_width
+        return np.abs(c * dx + s * dy) - self.half_length, np.abs(c * dy - s * dx) - self.half_width
+
+    def gap(self, pos: FloatArray) -> FloatArray:
+        """Flat distance of places (n, 2 or 3) from the outside of the box [m], negative within, shape (n,)."""
+        ahead, aside = self.beyond(pos)
         outside = np.hypot(np.maximum(ahead, 0.0), np.maximum(aside, 0.0))
         gap: FloatArray = outside + np.minimum(np.maximum(ahead, aside), 0.0)
         return gap

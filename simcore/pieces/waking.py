@@ -7,7 +7,6 @@ robot is near, which may push a row none of whose pieces moves by itself.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -64,11 +63,19 @@ class Waking:
         asleep = (state.touchable & self._pool.is_frozen).nonzero()[0]
         self.guarded[:] = False
         moving = [robot for robot in robots if robot.speed > robot.waking_speed]
-        near = np.concatenate((asleep, awake)) if moving else asleep
-        knocked = np.zeros(len(asleep), dtype=bool)
+        knocked: BoolArray = np.zeros(len(asleep), dtype=bool)
+        if moving:
+            near = np.concatenate((asleep, awake))
+            pos, radius = state.pos.take(near, axis=0), self._pool.radius.take(near)
         for robot in moving:
-            self.guarded[near[self._in_reach(robot, near, dt)]] = True
-            knocked |= robot.gap(state.pos[asleep]) < _knock_range(_REBOUND * robot.speed)
+            ahead, aside = robot.beyond(pos)
+            grow = radius + (robot.speed * dt + self._p.margin)  # what both can move in a tick
+            low, high = robot.heights
+            inside = (ahead < grow) & (aside < grow) & (pos[:, 2] > low - grow) & (pos[:, 2] < high + grow)
+            self.guarded[near[inside]] = True
+            far = float(_knock_range(_REBOUND * robot.speed))
+            outside = np.square(np.maximum(ahead, 0.0)) + np.square(np.maximum(aside, 0.0))
+            knocked |= outside[: len(asleep)] < far * far
         to_wake = self.guarded[asleep]
         fast = speed > np.where(self._pressing.is_sustained[awake], _HEAP_WAKING, self._p.waking_speed)
         if len(asleep) and np.count_nonzero(fast):
@@ -107,23 +114,9 @@ class Waking:
                 loose |= self._reached(slow, 2.0 * self._pool.radius[slow] + TOUCH, asleep)[0]
             for robot in robots:
                 if robot.speed < _PUSHING:
-                    loose |= robot.gap(self._pool.state.pos[asleep]) < CHAIN
+                    loose |= robot.gap(self._pool.state.pos.take(asleep, axis=0)) < CHAIN
             self._sleeping.fix(asleep[~(loose | to_wake)])
         self._sleeping.loosen(asleep[loose & ~to_wake])
-
-    def _in_reach(self, robot: Footprint, slots: IntArray, dt: float) -> BoolArray:
-        """Which slots lie in a robot's bumper box, widened by what both can move in a tick."""
-        dx = self._pool.state.pos[slots, 0] - robot.x
-        dy = self._pool.state.pos[slots, 1] - robot.y
-        c, s = math.cos(robot.yaw), math.sin(robot.yaw)
-        grow = self._pool.radius[slots] + robot.speed * dt + self._p.margin
-        inside: BoolArray = (np.abs(c * dx + s * dy) < robot.half_length + grow) & (
-            np.abs(c * dy - s * dx) < robot.half_width + grow
-        )
-        low, high = robot.heights
-        z = self._pool.state.pos[slots, 2]
-        inside &= (z > low - grow) & (z < high + grow)
-        return inside
 
     def _reached(
         self, movers: IntArray, reach: FloatArray, sleepers: IntArray, far: FloatArray | None = None
@@ -137,20 +130,21 @@ class Waking:
             far: How far ahead of each is asked about [m], at least its reach, shape (n,); None: nothing is.
         """
         state, wide = self._pool.state, reach if far is None else far
-        a, b = state.pos[movers], state.pos[sleepers]
-        most = wide.max()
-        near = np.nonzero(((b > a.min(axis=0) - most) & (b < a.max(axis=0) + most)).all(axis=1))[0]
-        away2 = distances2(a, b[near])
+        a, b = state.pos.take(movers, axis=0), state.pos.take(sleepers, axis=0)
+        hit: BoolArray = np.zeros(len(b), dtype=bool)
+        ahead: BoolArray = np.zeros(len(b), dtype=bool)
+        away2 = distances2(a, b)
         close = (away2 < np.square(wide)[:, None]).ravel().nonzero()[0]  # in a third of the time of rows and columns
-        i, j = np.divmod(close, max(len(near), 1))
-        close2, j = away2.ravel()[close], near[j]
-        hit: BoolArray = np.zeros(len(sleepers), dtype=bool)
-        ahead = hit.copy()
-        hit[j[close2 < np.square(reach)[i]]] = True
+        if not len(close):
+            return hit, ahead
+        i, j = np.divmod(close, len(b))
+        close2 = away2.ravel().take(close)
+        hit[j[close2 < np.square(reach).take(i)]] = True
         if far is not None:
-            vel = state.vel[movers[i]]
-            along = np.einsum("ij,ij->i", b[j] - a[i], vel)
-            ahead[j[(along > 0.0) & (along * along > 0.5 * np.einsum("ij,ij->i", vel, vel) * close2)]] = True
+            vel = state.vel.take(movers, axis=0)
+            along = np.einsum("ij,ij->i", b.take(j, axis=0) - a.take(i, axis=0), vel.take(i, axis=0))
+            wide2 = (0.5 * np.einsum("ij,ij->i", vel, vel)).take(i) * close2  # a cone of 45 degrees
+            ahead[j[(along > 0.0) & (along * along > wide2)]] = True
         return hit, ahead
 
 
