@@ -5,11 +5,12 @@ from __future__ import annotations
 import hashlib
 import math
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from simcore.errors import ConfigError
-from simcore.typing import BoolArray, FloatArray, IntArray
 
 __all__ = ["TickTimer", "TickTimes", "TrajectoryDigest"]
 
@@ -27,10 +28,10 @@ class TrajectoryDigest:
     def __init__(self) -> None:
         self._hash = hashlib.sha256()
 
-    def update(self, *arrays: FloatArray | IntArray | BoolArray) -> None:
+    def update(self, *arrays: npt.NDArray[Any]) -> None:
         """Feed the state of one tick, always the same arrays in the same order.
 
-        Shapes are part of the digest. Values count as little-endian float64, so any computer agrees; -0.0 counts as
+        Arrays of any numbers; shapes are part of the digest. Values count as little-endian float64, so any computer agrees; -0.0 counts as
         0.0, for they are equal and which of the two comes out of a sum is an accident.
         """
         for array in arrays:

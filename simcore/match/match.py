@@ -333,16 +333,32 @@ class Match:
     def _move(self, h: float) -> None:
         """Tires push robots, air pushes pieces, the engine does the rest."""
         speed = max((robot.chassis.speed for robot in self.robots), default=0.0)
-        substeps = self.world.substepping.count(h, self._piece_speed, speed, self._near)
-        self.substeps += self.world.step(h, substeps=substeps, before_substep=self._before_substep)
+        count = self.world.substepping.count
+        substeps = count(h, self._piece_speed, speed, self._near)
+        self.substeps += self.world.step(
+            h,
+            substeps=substeps,
+            before_substep=self._before_substep,
+            robot_steps=None if any(robot.is_at_rung for robot in self.robots) else count(h, 0.0, speed, self._near),
+            before_robot_step=self._before_robot_step,
+            in_robot_step=self._in_robot_step,
+        )
+
+    def _before_robot_step(self, h: float, parts: int) -> None:
+        for body in self.hanging:
+            body.read()
+        for robot in self.robots:
+            robot.before_substep(h, parts)
+
+    def _in_robot_step(self) -> None:
+        for body in self.hanging:
+            body.read()
+        for robot in self.robots:
+            robot.chassis.go_on()
 
     def _before_substep(self, h: float) -> None:
         self.contacts.note()
         self.jolts.note()
-        for body in self.hanging:
-            body.read()
-        for robot in self.robots:
-            robot.before_substep(h)
         for body in self.hanging:
             body.before_substep(h)
         self.pieces.before_substep(h)
@@ -413,7 +429,7 @@ class Match:
         for body in self.hanging:
             if body.is_awake:
                 self.digest.update(np.array((*body.pos, *body.rate)))
-        self.digest.update(state.pos.take(awake, axis=0), state.status.astype(np.int64))
+        self.digest.update(state.pos.take(awake, axis=0), state.status)
         due = [sink for sink in self.sinks if sink.due(self.time)]
         if due:
             snapshot = self.snapshot()

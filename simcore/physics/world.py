@@ -110,6 +110,8 @@ class PhysicsWorld:
         self.substepping = substepping or Substepping()
         self.longest_step = math.inf
         """Longest sub-step that the pieces allow in this tick [s]: `step` takes more of them if need be."""
+        self.longest_robot_step = math.inf
+        """Longest step of robots that the pieces which they press allow in this tick [s]."""
         self.awake_pieces: Sequence[int] | None = None
         """Rows of the pieces that can move, from whoever puts others to sleep; None: all."""
         self._floor = floor
@@ -126,7 +128,7 @@ class PhysicsWorld:
         self._boxes, self._solid_boxes, self._ramp_boxes = StaticBoxes(), StaticBoxes(), StaticBoxes()
         self._outlines = PlanOutlines()
         self._is_ramp: BoolArray = np.zeros(0, dtype=bool)  # of the outlines
-        self.longest_step = math.inf
+        self.longest_step = self.longest_robot_step = math.inf
         self.awake_pieces = None
         floor = self._floor
         self._rolling = RollingResistance(self.engine, floor, self.surface)
@@ -487,15 +489,29 @@ class PhysicsWorld:
         return self._bodies[row].name
 
     def step(
-        self, dt: float, *, substeps: int | None = None, before_substep: Callable[[float], None] | None = None
+        self,
+        dt: float,
+        *,
+        substeps: int | None = None,
+        before_substep: Callable[[float], None] | None = None,
+        robot_steps: int | None = None,
+        before_robot_step: Callable[[float, int], None] | None = None,
+        in_robot_step: Callable[[], None] | None = None,
     ) -> int:
         """Advance the world; returns the number of sub-steps.
+
+        Robots take their own steps, of one or more sub-steps: what pieces need changes nothing for them. On an exact
+        engine each is one sub-step: its contacts are springs, from which a push that is given once would come back.
 
         Args:
             dt: Time to advance [s].
             substeps: How many at least; None: from `substepping` and the speed of the fastest body. `longest_step` may
                 ask for more.
-            before_substep: Called with h [s] before each sub-step, to drive robots and to push on flying pieces.
+            before_substep: Called with h [s] before each sub-step, to push on flying pieces.
+            robot_steps: How many steps robots take at least; None: one in each sub-step.
+            before_robot_step: Called with its length [s] and its number of sub-steps before each of those, to drive
+                robots.
+            in_robot_step: Called before each other sub-step of it, for robots to go on.
 
         Raises:
             ConfigError: dt is not a positive finite number, or there are no sub-steps.
@@ -509,13 +525,19 @@ class PhysicsWorld:
         h = dt / n
         self._rolling.resist(dt, self.awake_pieces)
         step = self.engine.step
-        if before_substep is None:
-            for _ in range(n):
-                step(h)
-        else:
-            for _ in range(n):
+        if robot_steps is None or self.engine.is_exact:
+            robot_steps = n
+        group = max(1, n // max(robot_steps, math.ceil(dt / self.longest_robot_step - 1e-9), 1))
+        for number in range(n):
+            if number % group:
+                if in_robot_step is not None:
+                    in_robot_step()
+            elif before_robot_step is not None:
+                parts = min(group, n - number)
+                before_robot_step(h * parts, parts)
+            if before_substep is not None:
                 before_substep(h)
-                step(h)
+            step(h)
         return n
 
     def _count_substeps(self, dt: float) -> int:

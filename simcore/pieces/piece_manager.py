@@ -484,6 +484,7 @@ class GamePieceManager:
             speed = lengths(state.vel.take(now, axis=0))
         self._pressing.begin_tick(now, speed, robots, dt)
         self._world.longest_step = self._pressing.longest_step
+        self._world.longest_robot_step = self._pressing.longest_robot_step
         if self._approach.has_fine:
             self._approach.begin_tick(now)
         return float(speed.max()) + fall if len(speed) else 0.0

@@ -47,6 +47,8 @@ class Pressing:
         """Which slots have sustained contacts, shape (slots,)."""
         self.longest_step = math.inf
         """Longest step that what is pressed or heaped allows [s]."""
+        self.longest_robot_step = math.inf
+        """The same for robots, by what they press [s]."""
         self.stirred: IntArray = np.zeros(0, dtype=np.int64)
         """Sleepers that the engine had moved a little when they were last read."""
         rest_heights = np.array([kind.rest_height for kind in pool.types])
@@ -64,7 +66,7 @@ class Pressing:
             robots: Where robots are.
             dt: Length of the tick [s].
         """
-        self.longest_step = math.inf
+        self.longest_step = self.longest_robot_step = math.inf
         if not len(awake) and not len(self.stirred):
             self._world.engine.set_careful(False)
             return
@@ -95,6 +97,7 @@ class Pressing:
             shortest, longest = _PIN_STEPS
             fastest = max(robot.speed for robot in robots)
             self.longest_step = min(longest, max(shortest, _PIN_MOVE / max(fastest, 1e-6)))
+            self.longest_robot_step = self.longest_step
         if heaped:
             is_deep = bool((state.pos[heap, 2] > self._high[heap]).any())
             self.longest_step = min(self.longest_step, _HEAP_STEP if is_deep else _LAYER_STEP)

@@ -113,9 +113,8 @@ class ChunkGrid:
 
     def index(self, pos: FloatArray) -> IntArray:
         """Chunk of each place (n, 2 or 3) [m], shape (n,)."""
-        index: IntArray = _cells(pos[:, 0] - self._low[0], self.size, self._nx) * self._ny + _cells(
-            pos[:, 1] - self._low[1], self.size, self._ny
-        )
+        x, y = pos[:, 0] - self._low[0], pos[:, 1] - self._low[1]
+        index: IntArray = _cells(x, self.size, self._nx - 1) * self._ny + _cells(y, self.size, self._ny - 1)
         return index
 
     def mark_box(self, x: float, y: float, reach: float) -> None:
@@ -132,13 +131,10 @@ class ChunkGrid:
                 self.mark_box(x, y, r)
             pos, reach = pos[~far], reach[~far]
         # A square no wider than a chunk touches only the chunks of its corners.
-        x, y = pos[:, 0] - self._low[0], pos[:, 1] - self._low[1]
-        left = _cells(x - reach, self.size, self._nx) * self._ny
-        right = _cells(x + reach, self.size, self._nx) * self._ny
-        below, above = _cells(y - reach, self.size, self._ny), _cells(y + reach, self.size, self._ny)
-        for column in (left, right):
-            self._marked[column + below] = True
-            self._marked[column + above] = True
+        x, y, last_x, last_y = pos[:, 0] - self._low[0], pos[:, 1] - self._low[1], self._nx - 1, self._ny - 1
+        corners = np.array((x - reach, x + reach, y - reach, y + reach))
+        cells = _cells(corners, self.size, np.array((last_x, last_x, last_y, last_y))[:, None])
+        self._marked[cells[:2, None] * self._ny + cells[None, 2:]] = True
 
     def update(self) -> tuple[BoolArray, BoolArray]:
         """Close the marking of a tick: chunks that became active, and chunks that fell quiet, shape (n,) each."""
@@ -157,6 +153,6 @@ class ChunkGrid:
         return min(self._ny - 1, max(0, int((y - self._low[1]) / self.size)))
 
 
-def _cells(offset: FloatArray, size: float, count: int) -> IntArray:
+def _cells(offset: FloatArray, size: float, last: int | IntArray) -> IntArray:
     """Number of the cell of each offset, those beyond the grid in its border cells."""
-    return np.minimum(np.maximum(offset, 0.0) * (1.0 / size), count - 1).astype(np.int64)
+    return np.minimum(np.maximum(offset, 0.0) * (1.0 / size), last).astype(np.int64)

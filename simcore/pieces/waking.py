@@ -68,14 +68,13 @@ class Waking:
             near = np.concatenate((asleep, awake))
             pos, radius = state.pos.take(near, axis=0), self._pool.radius.take(near)
         for robot in moving:
-            ahead, aside = robot.beyond(pos)
+            x, y = robot.beyond(pos)
             grow = radius + (robot.speed * dt + self._p.margin)  # what both can move in a tick
             low, high = robot.heights
-            inside = (ahead < grow) & (aside < grow) & (pos[:, 2] > low - grow) & (pos[:, 2] < high + grow)
+            inside = (x < grow) & (y < grow) & (pos[:, 2] > low - grow) & (pos[:, 2] < high + grow)
             self.guarded[near[inside]] = True
-            far = float(_knock_range(_REBOUND * robot.speed))
-            outside = np.square(np.maximum(ahead, 0.0)) + np.square(np.maximum(aside, 0.0))
-            knocked |= outside[: len(asleep)] < far * far
+            away2 = np.square(np.maximum(x[: len(asleep)], 0.0)) + np.square(np.maximum(y[: len(asleep)], 0.0))
+            knocked |= away2 < float(_knock_range(_REBOUND * robot.speed)) ** 2
         to_wake = self.guarded[asleep]
         fast = speed > np.where(self._pressing.is_sustained[awake], _HEAP_WAKING, self._p.waking_speed)
         if len(asleep) and np.count_nonzero(fast):

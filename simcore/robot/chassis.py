@@ -139,6 +139,7 @@ class ChassisSimulation:
         self._h_before = 0.0  # of the last sub-step [s]; 0 after a start
         self._is_pushed = False  # whether the body moves with a mean velocity, and the rest is still to be added
         self._given: tuple[Vector, Vector] = (_ZERO, _ZERO)  # to the engine, linear and angular
+        self._each: tuple[Vector, Vector] = (_ZERO, _ZERO)  # what is given anew before each sub-step
         self._rest: tuple[Vector, Vector] = (_ZERO, _ZERO)  # to be added after the sub-step
         self._outside = _ZERO  # part of the last rest that `apply_forces` made: along x and y, and about yaw
         self._pulled: tuple[Vector, Vector] = (_ZERO, _ZERO)  # acceleration by the world in the last sub-step
@@ -198,8 +199,13 @@ class ChassisSimulation:
 
     # --- one sub-step -------------------------------------------------------------------------------------------
 
-    def before_substep(self, h: float) -> None:
-        """Ask the driver for its change of velocity, and put it on the body for the next sub-step of h [s]."""
+    def before_substep(self, h: float, parts: int = 1) -> None:
+        """Ask the driver for its change of velocity, and put it on the body for the next h [s].
+
+        Args:
+            h: One sub-step, or some that are over before the driver is asked again.
+            parts: How many; `go_on` must be called before each but the first.
+        """
         self._take_in()
         if self._drivetrain is not None:
             change, mean, pull = self._drive(h)
@@ -207,7 +213,14 @@ class ChassisSimulation:
             change, mean, pull = self._follow(h)
         else:
             change = mean = pull = _ZERO
-        self._push(h, change, mean, pull)
+        self._push(h, parts, change, mean, pull)
+
+    def go_on(self) -> None:
+        """Go on before another sub-step of those that `before_substep` was told of."""
+        if self._is_pushed and self._each != (_ZERO, _ZERO):
+            (dx, dy, dz), (wx, wy, wz) = self._each
+            (vx, vy, vz), (rx, ry, rz) = self._engine.velocity(self.row)
+            self._set_velocity((vx + dx, vy + dy, vz + dz), (rx + wx, ry + wy, rz + wz))
 
     def read(self) -> None:
         """Take pose and velocity from the engine.
@@ -395,11 +408,15 @@ class ChassisSimulation:
         c = self.config
         return friction * self._world.gravity * c.mass * c.traction_radius / c.inertia[2]
 
-    def _push(self, h: float, change: Vector, mean: Vector, pull: Vector) -> None:
-        """Give the body its mean velocity in the sub-step by forces on the carpet, in the robot's plane, and by others.
+    def _push(self, h: float, parts: int, change: Vector, mean: Vector, pull: Vector) -> None:
+        """Give the body its mean velocity in the step by forces on the carpet, in the robot's plane, and by others.
+
+        What carpet and gravity act against at once, up and down, in roll and pitch, is given in equal parts before each
+        sub-step: all of it at once would lift wheels off the carpet.
 
         Args:
-            h: Sub-step [s].
+            h: Step [s].
+            parts: Sub-steps in it.
             change: Of the velocity by the driver [m/s, m/s, rad/s].
             mean: Of that change over the sub-step [m/s, m/s, rad/s].
             pull: What the world is expected to do [m/s^2, m/s^2, rad/s^2].
@@ -412,11 +429,10 @@ class ChassisSimulation:
         now = rotate(self.quat, (mean[0] - ax, mean[1] - ay, 0.0))
         later = rotate(self.quat, (change[0] - mean[0] + ax, change[1] - mean[1] + ay, 0.0))
         # Grip acts below the center of mass.
-        turn = rotate(self.quat, (lever * change[1] / ix, -lever * change[0] / iy, mean[2] - alpha))
+        tilt_x, tilt_y, turn = lever * change[1] / ix, -lever * change[0] / iy, mean[2] - alpha
+        lift = 0.0
         turn_later = rotate(self.quat, (0.0, 0.0, change[2] - mean[2] + alpha))
         linear = [v + d for v, d in zip(self.vel, now, strict=True)]
-        angular = [w + d for w, d in zip(self.rate, turn, strict=True)]
-        up = 0.0
         if self._force != _ZERO or self._torque != _ZERO or self._outside != _ZERO:
             # Verlet: one kick by the present force, for half of the sub-step before and half of the one to come. Up and
             # down, and in roll and pitch, the carpet or gravity acts against it, whole and at once: so does the force.
@@ -424,23 +440,33 @@ class ChassisSimulation:
             ax, ay, az = (f / c.mass for f in self._force)
             kick = half + 0.5 * self._h_before
             ox, oy, oz = self._outside
-            linear = [linear[0] - ox + kick * ax, linear[1] - oy + kick * ay, linear[2] + h * az]
-            up = self._force[2]
-            spin = rotate(self.quat, (tx * h / ix, ty * h / iy, kick * tz / iz - oz))
-            angular = [w + d for w, d in zip(angular, spin, strict=True)]
+            linear = [linear[0] - ox + kick * ax, linear[1] - oy + kick * ay, linear[2]]
+            lift = h * az
+            tilt_x, tilt_y, turn = tilt_x + tx * h / ix, tilt_y + ty * h / iy, turn + kick * tz / iz - oz
             ox, oy, oz = self._outside = (half * ax, half * ay, half * tz / iz)
             later = (later[0] + ox, later[1] + oy, later[2])
             spin = rotate(self.quat, (0.0, 0.0, oz))
             turn_later = (turn_later[0] + spin[0], turn_later[1] + spin[1], turn_later[2] + spin[2])
-        if up and self._engine.is_exact:  # it takes force and weight together, and moves by what is left of them
-            self._engine.set_velocity(self.row, (linear[0], linear[1], linear[2] - h * up / c.mass), angular)
-            self._engine.apply_forces([self.row], np.array([[0.0, 0.0, up]]))
-        else:
-            self._engine.set_velocity(self.row, linear, angular)
-        self._given = ((linear[0], linear[1], linear[2]), (angular[0], angular[1], angular[2]))
+        share = 1.0 / parts
+        wx, wy, wz = rotate(self.quat, (tilt_x, tilt_y, 0.0))
+        now, (tx, ty, tz) = rotate(self.quat, (0.0, 0.0, turn)), self.rate
+        x, y, z = tx + now[0], ty + now[1], tz + now[2]
+        self._given = (linear[0], linear[1], linear[2] + lift), (x + wx, y + wy, z + wz)
+        self._each = (0.0, 0.0, share * lift), (share * wx, share * wy, share * wz)
+        self._set_velocity(
+            (linear[0], linear[1], linear[2] + share * lift), (x + share * wx, y + share * wy, z + share * wz)
+        )
         self._rest = (later, turn_later)
         self._h_before = h
         self._is_pushed = True
+
+    def _set_velocity(self, linear: Vector, angular: Vector) -> None:
+        """Give the body a velocity for a sub-step, of which `_each` has the part that is new."""
+        lift = self._each[0][2]
+        if lift and self._engine.is_exact:  # it takes force and weight together, and moves by what is left of them
+            linear = linear[0], linear[1], linear[2] - lift
+            self._engine.apply_forces([self.row], np.array([[0.0, 0.0, self._force[2]]]))
+        self._engine.set_velocity(self.row, linear, angular)
 
     def _find_ground(self) -> None:
         """Which wheels touch: all of them on the flat carpet (no rays needed), else by a short ray down each wheel."""

@@ -189,8 +189,18 @@ class Robot:
         self.devices = devices
         self.drive.before_inner = devices.inner_step if devices.at_inner_steps else None
 
-    def before_substep(self, h: float) -> None:
-        """Drive the chassis, and let climbers carry it, for the next sub-step of h [s]."""
+    @property
+    def is_at_rung(self) -> bool:
+        """Whether it hangs, or could catch a rung within a tick."""
+        return any(climber.is_near for climber in self.climbers)
+
+    def before_substep(self, h: float, parts: int = 1) -> None:
+        """Drive the chassis, and let climbers carry it, for the next h [s].
+
+        Args:
+            h: One sub-step, or some.
+            parts: How many; `chassis.go_on` is called before each but the first.
+        """
         near = [climber for climber in self.climbers if climber.is_near]
         if near or self._is_carried:
             self.chassis.read()  # a stiff hook must not push against where the robot was a sub-step ago
@@ -201,7 +211,7 @@ class Robot:
                 torque = (torque[0] + tx, torque[1] + ty, torque[2] + tz)
             self.chassis.apply_forces(force, torque)
         self._is_carried = bool(near)
-        self.chassis.before_substep(h)
+        self.chassis.before_substep(h, parts)
 
     # --- mechanisms -----------------------------------------------------------------------------------------------
 

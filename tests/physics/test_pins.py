@@ -56,14 +56,17 @@ class Pin:
         robot, pieces, world = self.robot, self.pieces, self.world
         robot.follow_velocity(speed, 0.0, 0.0)
 
-        def before(h: float) -> None:
-            robot.before_substep(h)
-            pieces.before_substep(h)
-
         for _ in range(round(seconds / DT)):
             fastest = pieces.wake_reachable([Footprint(*robot.footprint)], DT)
-            n = world.substepping.count(DT, fastest, robot.speed, robot.surroundings(DT))
-            world.step(DT, substeps=n, before_substep=before)
+            count, near = world.substepping.count, robot.surroundings(DT)
+            world.step(
+                DT,
+                substeps=count(DT, fastest, robot.speed, near),
+                before_substep=pieces.before_substep,
+                robot_steps=count(DT, 0.0, robot.speed, near),
+                before_robot_step=robot.before_substep,
+                in_robot_step=robot.go_on,
+            )
             robot.read()
             pieces.gather(DT)
             pieces.settle()

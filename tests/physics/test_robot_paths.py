@@ -101,7 +101,7 @@ SCRIPTS = {
 }
 
 
-def path(name, substeps, seconds=5.0):
+def path(name, substeps, seconds=5.0, robot_steps=None):
     """x, y, yaw after every tick [m, m, rad], yaw unwrapped."""
     make, script = SCRIPTS[name]
     drive, body = make()
@@ -110,7 +110,13 @@ def path(name, substeps, seconds=5.0):
         chassis = ChassisSimulation(world, body, drivetrain=drive)
         for tick in range(round(seconds / DT)):
             script(drive, tick * DT)
-            world.step(DT, substeps=substeps, before_substep=chassis.before_substep)
+            world.step(
+                DT,
+                substeps=substeps,
+                robot_steps=robot_steps,
+                before_robot_step=chassis.before_substep,
+                in_robot_step=chassis.go_on,
+            )
             chassis.read()
             rows.append(chassis.pose)
     result = np.array(rows)
@@ -144,6 +150,25 @@ def test_a_path_does_not_depend_on_sub_steps(name, engine_name, whole):
         distance, turn = apart(paths[n], paths[1])
         assert distance < most, n
         assert turn < most_turn, n
+
+
+@pytest.mark.parametrize("name", ["spin", "steps", "skid"])
+def test_what_pieces_need_changes_nothing_for_a_robot(name, engine_name):
+    """Some sub-steps within each of its own steps move it as one would: within 0.1 mm and 0.01 degrees, wheels sliding.
+
+    Where they do not go into its steps evenly (9 for one that needs 2 are 4, 4 and 1), these are other steps.
+    """
+    if engine_name == "mujoco":
+        pytest.skip("on MuJoCo each step of a robot is one sub-step: 30 mm/s at a wall otherwise")
+    one, converged = path(name, 1, seconds=2.0), path(name, 64, seconds=2.0)
+    assert np.ptp(one[:, 0]) > 0.3
+    for substeps, robot_steps in ((5, 1), (16, 4)):
+        distance, turn = apart(path(name, substeps, 2.0, robot_steps), one)
+        assert distance < 1e-4, substeps
+        assert turn < math.radians(0.01), substeps
+    distance, turn = apart(path(name, 9, 2.0, robot_steps=2), converged)
+    assert distance < 0.020
+    assert turn < math.radians(0.5)
 
 
 @pytest.mark.parametrize("substeps", [1, 2, 3, 16])
@@ -219,14 +244,22 @@ def test_too_steep_a_slope_is_slid_down_with_what_grip_leaves():
         assert math.hypot(*chassis.vel) == pytest.approx(GRAVITY * (math.sin(angle) - 0.2), rel=0.02)
 
 
+@pytest.mark.parametrize("longest", [math.inf, 0.004])
 @pytest.mark.parametrize("heading", [0.0, 0.2, 0.5, 1.2])
-def test_a_robot_that_leans_on_a_wall_is_quiet(heading, engine_name):
+def test_a_robot_that_leans_on_a_wall_is_quiet(heading, longest, engine_name):
     """Driven into a wall with all its grip for 4 s: in the last second it moves by less than 1 mm, in no tick fast.
 
-    It meets the wall with what its tires give it in a sub-step, 0.1 m/s; bounces of that would go on for ever.
+    It meets the wall with what its tires give it in a step, 0.1 m/s; bounces of that would go on for ever. Nor do they
+    begin when pieces need steps of 4 ms.
     """
     with Match.bare(start=(14.0, 4.0, heading), engine=engine_name) as match:
         robot, places, speeds = match.robots[0], [], []
+        own = match.world.step
+
+        def step(h, *, substeps, **others):
+            return own(h, substeps=max(substeps, math.ceil(h / longest)), **others)
+
+        match.world.step = step
         for _ in range(200):
             robot.drive.set_chassis_speeds(2.0 * math.cos(heading), -2.0 * math.sin(heading), 0.0)
             match.tick()
