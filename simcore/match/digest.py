@@ -31,8 +31,9 @@ class TrajectoryDigest:
     def update(self, *arrays: npt.NDArray[Any]) -> None:
         """Feed the state of one tick, always the same arrays in the same order.
 
-        Arrays of any numbers; shapes are part of the digest. Values count as little-endian float64, so any computer agrees; -0.0 counts as
-        0.0, for they are equal and which of the two comes out of a sum is an accident.
+        Arrays are of any numbers, and their shapes are part of the digest. Values count as little-endian float64, so
+        any computer agrees; -0.0 counts as 0.0, for they are equal and which of the two comes out of a sum is an
+        accident.
         """
         for array in arrays:
             # Adding +0.0 turns -0.0 into 0.0, changes nothing else and makes the copy that is hashed.

@@ -92,6 +92,7 @@ class Battery:
     __slots__ = (
         "_charge",
         "_drawn_as",
+        "_eased",
         "_off_for",
         "_slow_drop",
         "browned_out",
@@ -108,6 +109,7 @@ class Battery:
 
     def __init__(self, config: BatteryConfig | None = None) -> None:
         self.config = config or BatteryConfig()
+        self._eased = 0.0, 0.0  # step [s], and how much of its way the slow drop goes in it
         self.on_brownout: Callable[[], None] | None = None
         """Called as a brown-out begins, with `voltage` and `current` of that moment."""
         self.reset()
@@ -178,10 +180,13 @@ class Battery:
         self._drawn_as += current * h
         self._charge = min(1.0, max(0.0, self._charge - current * h / (3600.0 * c.capacity_ah)))
         # Exact for a constant current: the slow drop relaxes towards I * R_slow.
-        self._slow_drop += (current * c.recovery_resistance - self._slow_drop) * -math.expm1(-h / c.recovery_time)
-        self.voltage = max(0.0, self.open_voltage - c.resistance * current)
-        self.min_voltage = min(self.min_voltage, self.voltage)
-        self.tick_min_voltage = min(self.tick_min_voltage, self.voltage)
+        if h != self._eased[0]:
+            self._eased = h, -math.expm1(-h / c.recovery_time)
+        self._slow_drop += (current * c.recovery_resistance - self._slow_drop) * self._eased[1]
+        self.voltage = voltage = max(0.0, self.open_voltage - c.resistance * current)
+        if voltage < self.tick_min_voltage:
+            self.tick_min_voltage = voltage
+            self.min_voltage = min(self.min_voltage, voltage)
         self._update_brownout(h)
         return self.voltage
 

@@ -38,14 +38,16 @@ def bus_voltage(
     bus = guess if guess > 1e-3 else open_voltage
     if bus < 1e-3:
         return 0.0
+    turning = [
+        (m.conductance, m.resistance, m.supply_limit, m.count, v, limit, emf)
+        for m, v, limit, emf in zip(motors, requests, limits, emfs, strict=True)
+        if v is not None
+    ]
     for _ in range(8):
         total = other_current
         rise = 0.0  # d total / d bus
         per_bus = 1.0 / bus
-        for m, v, limit, emf in zip(motors, requests, limits, emfs, strict=True):
-            if v is None:
-                continue
-            conductance = m.conductance
+        for conductance, own_resistance, supply_limit, count, v, limit, emf in turning:
             if v >= bus:
                 drawn = i = (bus - emf) * conductance
                 slope = conductance
@@ -59,13 +61,13 @@ def bus_voltage(
                 slope = -drawn * per_bus
             if i > limit or i < -limit:
                 i = limit if i > 0.0 else -limit
-                drawn = (emf + i * m.resistance) * i * per_bus
+                drawn = (emf + i * own_resistance) * i * per_bus
                 slope = -drawn * per_bus
-            if drawn > m.supply_limit or drawn < -m.supply_limit:
-                drawn = m.supply_limit if drawn > 0.0 else -m.supply_limit
+            if drawn > supply_limit or drawn < -supply_limit:
+                drawn = supply_limit if drawn > 0.0 else -supply_limit
                 slope = 0.0
-            total += drawn * m.count
-            rise += slope * m.count
+            total += drawn * count
+            rise += slope * count
         miss = open_voltage - resistance * total - bus
         if -0.01 < miss < 0.01:
             break

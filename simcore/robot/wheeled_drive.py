@@ -170,12 +170,14 @@ class WheeledDrive(ABC, Generic[ConfigT]):
             NonFiniteError: When an argument is not finite, or h is not above zero; nothing has changed.
             ConfigError: When there is not one load per wheel.
         """
-        transfer = normal_loads if isinstance(normal_loads, LoadTransfer) else None
-        fixed: Sequence[float] = self._static_loads
-        if normal_loads is not None and not isinstance(normal_loads, LoadTransfer):
-            fixed = normal_loads
-        if len(fixed) != self._wheels:
-            raise ConfigError(f"drivetrain step needs {self._wheels} normal loads, got {len(fixed)}")
+        transfer: LoadTransfer | None = None
+        fixed: Sequence[float] = ()
+        if isinstance(normal_loads, LoadTransfer):
+            transfer = normal_loads
+        else:
+            fixed = self._static_loads if normal_loads is None else normal_loads
+            if len(fixed) != self._wheels:
+                raise ConfigError(f"drivetrain step needs {self._wheels} normal loads, got {len(fixed)}")
         if not (h > 0.0 and all(map(math.isfinite, (h, vx, vy, omega, ax, ay, alpha, *fixed)))):
             raise NonFiniteError(
                 f"drivetrain step needs finite numbers and h > 0, got h={h}, velocity=({vx}, {vy}, {omega}), "
