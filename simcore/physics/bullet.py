@@ -446,6 +446,11 @@ class BulletEngine:
         self._p.setCollisionFilterGroupMask(self._ids[row], -1, group, mask, self._open())
         self._collision[row] = group, mask
 
+    def renew_contacts(self, row: int) -> None:
+        """Find anew in the next step where a body touches others; what was found before is forgotten."""
+        if self._collision[row] != (0, 0):
+            self._p.setCollisionFilterGroupMask(self._ids[row], -1, *self._collision[row], self._open())
+
     def step(self, h: float) -> None:
         """Advance by h [s]."""
         client = self._open()

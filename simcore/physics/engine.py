@@ -159,6 +159,10 @@ class Engine(Protocol):
         """Change with what a body collides; 0, 0 takes it out of the world."""
         ...
 
+    def renew_contacts(self, row: int) -> None:
+        """Find anew in the next step where a body touches others."""
+        ...
+
     def step(self, h: float) -> None:
         """Advance by h [s]."""
         ...

@@ -284,6 +284,9 @@ class MuJoCoEngine:
     def set_sustained(self, row: int, sustained: bool) -> None:
         """Nothing: a contact is an impact or a spring by how it is loaded."""
 
+    def renew_contacts(self, row: int) -> None:
+        """Nothing: each step finds them anew."""
+
     def set_careful(self, careful: bool) -> None:
         """Nothing: each step is solved as it needs."""
 

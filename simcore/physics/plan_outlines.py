@@ -64,10 +64,9 @@ class PlanOutlines:
         met: BoolArray = np.all(self._bounds < ends, axis=0)
         near = met.nonzero()[0]
         if len(near) and yaw != 0.0:
-            offset = points[near] - (x, y)  # (elements, points, 2)
-            for ax, ay, half in ((c, s, half_length), (-s, c, half_width)):
-                along = offset[:, :, 0] * ax + offset[:, :, 1] * ay
-                met[near] &= (along.min(axis=1) < half) & (along.max(axis=1) > -half)
+            along = (points.take(near, axis=0) - (x, y)) @ ((c, -s), (s, c))  # (elements, points, 2)
+            half = (half_length, half_width)
+            met[near] = ((along.min(axis=1) < half) & (along.max(axis=1) > np.negative(half))).all(axis=1)
         return met
 
     def _prepared(self) -> FloatArray:

@@ -131,7 +131,7 @@ class PhysicsWorld:
         self.longest_step = self.longest_robot_step = math.inf
         self.awake_pieces = None
         floor = self._floor
-        self._rolling = RollingResistance(self.engine, floor, self.surface)
+        self._rolling = RollingResistance(self.engine, floor, self.surface, self._is_static)
         if floor is not None:
             under_balls = replace(floor, rolling=0.0)
             # Balls get a half space, 15-25 % of a step cheaper than a box under 150 awake ones; the others thick boxes.
@@ -480,6 +480,9 @@ class PhysicsWorld:
             passed[left] = np.minimum(1.0, at[own] + 1e-3 / reach)
         return fraction, rows
 
+    def _is_static(self, row: int) -> bool:
+        return not (row in self._pieces or row in self._robots or row in self._hanging)
+
     def touches_robot(self, row: int) -> bool:
         """Whether a body was in contact with a robot in the last step."""
         return bool(self._robots) and any(other in self._robots for other in self.engine.touching(row))
@@ -537,6 +540,7 @@ class PhysicsWorld:
                 before_robot_step(h * parts, parts)
             if before_substep is not None:
                 before_substep(h)
+            self._rolling.renew()
             step(h)
         return n
 

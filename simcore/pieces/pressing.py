@@ -154,8 +154,12 @@ class Pressing:
             if robot not in crowded or not np.count_nonzero(near):
                 continue
             some = np.nonzero(low & (gap < CHAIN))[0]
-            chain = some[touching_chain(pos[some], radius[awake[some]], near[some])]
-            if self._is_held(awake[chain], pos[chain], (robot.speed + speed[chain]) * dt) or any(
+            held = self._are_held(awake[some], pos[some], (robot.speed + speed[some]) * dt)
+            if len(robots) == 1 and not np.count_nonzero(held):
+                continue
+            touching = touching_chain(pos[some], radius[awake[some]], near[some])
+            chain = some[touching]
+            if np.count_nonzero(held & touching) or any(
                 (other_gap[chain] < TOUCH + (other.speed + speed[chain]) * dt).any()
                 for other, other_gap in zip(robots, gaps, strict=True)
                 if other is not robot
@@ -173,6 +177,6 @@ class Pressing:
                     return True
         return not self._world.is_open(robot.x, robot.y, reach)
 
-    def _is_held(self, slots: IntArray, pos: FloatArray, move: FloatArray) -> bool:
-        """Whether one of some pieces can touch something solid within the tick."""
-        return bool(self._world.near_solid(pos, self._pool.radius[slots] + move + TOUCH).any())
+    def _are_held(self, slots: IntArray, pos: FloatArray, move: FloatArray) -> BoolArray:
+        """Which pieces can touch something solid within the tick, shape (n,)."""
+        return self._world.near_solid(pos, self._pool.radius[slots] + move + TOUCH)

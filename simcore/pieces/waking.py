@@ -7,6 +7,7 @@ robot is near, which may push a row none of whose pieces moves by itself.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -70,8 +71,10 @@ class Waking:
         for robot in moving:
             x, y = robot.beyond(pos)
             grow = radius + (robot.speed * dt + self._p.margin)  # what both can move in a tick
+            inside = (x < grow) & (y < grow)
             low, high = robot.heights
-            inside = (x < grow) & (y < grow) & (pos[:, 2] > low - grow) & (pos[:, 2] < high + grow)
+            if low > -math.inf or high < math.inf:
+                inside &= (pos[:, 2] > low - grow) & (pos[:, 2] < high + grow)
             self.guarded[near[inside]] = True
             away2 = np.square(np.maximum(x[: len(asleep)], 0.0)) + np.square(np.maximum(y[: len(asleep)], 0.0))
             knocked |= away2 < float(_knock_range(_REBOUND * robot.speed)) ** 2

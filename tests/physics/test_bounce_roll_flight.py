@@ -189,6 +189,28 @@ def test_other_shapes_stand_fall_and_sleep(shape):
         assert 0.0 < pieces.state.pos[0, 2] <= config.bounding_radius + 0.002
 
 
+@pytest.mark.parametrize("substeps", [1, 2, 5])
+@pytest.mark.parametrize("speed", [0.05, 0.2, 0.6])
+def test_a_ball_on_a_rail_slows_down_and_stays_where_it_stops(speed, substeps):
+    """v = v0 - a t with a = c f g / (1.4 r), at any sub-step, and rest after v0^2 / 2a."""
+    rail = TerrainSurface(name="rail", friction=0.5, restitution=0.3, rolling=0.001)
+    rate = 0.001 * ball().surface.friction * GRAVITY / (1.4 * 0.075)
+    with PhysicsWorld() as world:
+        world.add_static("rail", Box((16.0, 0.3, 0.5)), (0.0, 0.0, 0.25), surface=rail)
+        row = world.add_piece_body("ball", Sphere(0.075), mass=0.215, surface=ball().surface, pos=(-4.0, 0.0, 0.575))
+        world.step(0.02, substeps=substeps)
+        world.set_velocity(row, (speed, 0.0, 0.0), (0.0, speed / 0.075, 0.0))
+        start = world.engine.pose(row)[0][0]
+        half = round(0.5 * speed / rate / 0.02)
+        for _ in range(half):
+            world.step(0.02, substeps=substeps)
+        assert speed - world.engine.velocity(row)[0][0] == pytest.approx(rate * half * 0.02, rel=0.02, abs=0.001)
+        for _ in range(half + 100):
+            world.step(0.02, substeps=substeps)
+        assert abs(world.engine.velocity(row)[0][0]) < 0.002
+        assert world.engine.pose(row)[0][0] - start == pytest.approx(speed**2 / (2.0 * rate), rel=0.05, abs=0.002)
+
+
 def test_a_ball_rolls_against_its_own_resistance_on_all_things():
     """On a shelf as on the carpet: (c_shelf f_ball + c_ball f_shelf) g / (1.4 r)."""
     soft = replace(ball(), rolling=0.004).surface
