@@ -24,6 +24,7 @@ CHAIN = 1.0
 
 _CALM_SPEED = 0.5  # [m/s]; below this an impact is too weak for its restitution to matter: it rises by 13 mm e^2
 _LEANING = 0.001  # [m]; pieces this near lean on each other
+_ON_TOP = 0.3  # sine of the angle at which a ball is over another that it lies on; 0.26 on a bump of 15 degrees
 _PIN_MOVE = 0.011  # [m] a step; at 4.5 m/s with 5 ms the center of a ball comes to the face, with 2.5 ms 13 mm off
 _PIN_STEPS = 0.0025, 0.01  # [s], shortest and longest
 _HEAP_STEP = 0.005  # [s]; 100 balls, 7 deep: overlaps of 4 mm at 10 ms, 1.4 mm at 5 ms
@@ -118,23 +119,27 @@ class Pressing:
     def _heap(self, lying: IntArray) -> IntArray:
         """Those of the pieces that lie still which are above others, touch one that is, or one that does, and so on.
 
-        None if those above touch nobody: they lie on the field.
+        None if nothing lies on another: balls on a ramp are high, too, but touch each other at its slope.
 
         A spring next to a rigid piece would be rigid, too, and hardly repair an overlap: they must be of one kind.
         """
         if len(lying) < 2:
             return lying[:0]
         is_raised = self._pool.state.pos[lying, 2] > self._raised[lying]
-        if not np.count_nonzero(is_raised):
+        raised = is_raised.nonzero()[0]
+        if not len(raised):
             return lying[:0]
-        pos, radius = self._pool.state.pos.take(lying, axis=0), self._pool.radius[lying]
-        is_member = touching_chain(pos, radius, is_raised, gap=_LEANING)
-        if np.count_nonzero(is_member) == np.count_nonzero(is_raised):
-            high, size = pos[is_raised], radius[is_raised]
-            reach = np.add.outer(size, size + _LEANING)
-            if np.count_nonzero(distances2(high, high) < reach * reach) == len(high):  # each touches itself alone
-                return lying[:0]
-        members: IntArray = lying[is_member]
+        pos, radius, is_ball = self._pool.state.pos.take(lying, axis=0), self._pool.radius[lying], self._pool.is_ball
+        high = pos.take(raised, axis=0)
+        reach = np.add.outer(radius[raised], radius + _LEANING)
+        on_others = distances2(high, pos) < reach * reach
+        above = np.subtract.outer(high[:, 2], pos[:, 2]) > _ON_TOP * reach
+        above |= ~np.logical_and.outer(is_ball[lying[raised]], is_ball[lying])
+        on_others &= above
+        on_others[np.arange(len(raised)), raised] = False
+        if not np.count_nonzero(on_others):
+            return lying[:0]
+        members: IntArray = lying[touching_chain(pos, radius, is_raised, gap=_LEANING)]
         return members
 
     def _near_robots(
