@@ -480,9 +480,6 @@ class PhysicsWorld:
             passed[left] = np.minimum(1.0, at[own] + 1e-3 / reach)
         return fraction, rows
 
-    def _is_static(self, row: int) -> bool:
-        return not (row in self._pieces or row in self._robots or row in self._hanging)
-
     def touches_robot(self, row: int) -> bool:
         """Whether a body was in contact with a robot in the last step."""
         return bool(self._robots) and any(other in self._robots for other in self.engine.touching(row))
@@ -510,7 +507,8 @@ class PhysicsWorld:
             dt: Time to advance [s].
             substeps: How many at least; None: from `substepping` and the speed of the fastest body. `longest_step` may
                 ask for more.
-            before_substep: Called with h [s] before each sub-step, to push on flying pieces.
+            before_substep: Called with h [s] before each sub-step, to push on flying pieces, or to drive robots
+                in each.
             robot_steps: How many steps robots take at least; None: one in each sub-step.
             before_robot_step: Called with its length [s] and its number of sub-steps before each of those, to drive
                 robots.
@@ -543,6 +541,9 @@ class PhysicsWorld:
             self._rolling.renew()
             step(h)
         return n
+
+    def _is_static(self, row: int) -> bool:
+        return not (row in self._pieces or row in self._robots or row in self._hanging)
 
     def _count_substeps(self, dt: float) -> int:
         def fastest(rows: list[int]) -> float:

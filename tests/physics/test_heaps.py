@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 
 import numpy as np
@@ -159,3 +160,24 @@ def test_a_sleeping_heap_gives_way_when_its_foot_is_taken():
         assert heap.pieces.state.pos[left, 2].max() < top - 0.05
         assert overlap(heap.pieces.state.pos[left]) < 0.008
         assert len(heap.pieces.awake) == 0
+
+
+@pytest.mark.engines("bullet")  # MuJoCo tells impacts and springs apart by itself
+def test_balls_that_touch_on_a_ramp_are_no_heap():
+    """Heaps ask for short steps with many iterations, as long as they are awake; balls that roll down a bump do not."""
+    tilt = math.radians(15.0)
+    along, up = np.array([math.cos(tilt), 0.0, -math.sin(tilt)]), np.array([math.sin(tilt), 0.0, math.cos(tilt)])
+    with PhysicsWorld() as world:
+        quat = (0.0, math.sin(tilt / 2), 0.0, math.cos(tilt / 2))
+        world.add_static("ramp", Box((4.0, 2.0, 0.2)), (4.0, 4.0, 1.0), surface=WALL, quat=quat)
+        pieces = GamePieceManager(world, [(FUEL, 3)], field_size=(16.0, 8.0))
+        row = [np.array([4.0, 4.0, 1.0]) + (0.1 + RADIUS) * up + 2.0 * RADIUS * k * along for k in (-1, 0, 1)]
+        slots = pieces.spawn("Fuel", np.array(row))
+        for _ in range(8):
+            pieces.wake_reachable([], DT)
+            assert world.longest_step == math.inf
+            world.step(DT, substeps=2, before_substep=pieces.before_substep)
+            pieces.gather(DT)
+        pos = pieces.state.pos[slots]
+        assert np.linalg.norm(np.diff(pos, axis=0), axis=1) == pytest.approx(2.0 * RADIUS, abs=0.001), "they touch"
+        assert 0.2 < np.linalg.norm(pieces.state.vel[slots], axis=1).min() < 0.5, "and roll down"
