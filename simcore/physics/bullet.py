@@ -448,8 +448,7 @@ class BulletEngine:
 
     def renew_contacts(self, row: int) -> None:
         """Find anew in the next step where a body touches others; what was found before is forgotten."""
-        if self._collision[row] != (0, 0):
-            self._p.setCollisionFilterGroupMask(self._ids[row], -1, *self._collision[row], self._open())
+        self.set_collision(row, *self._collision[row])
 
     def step(self, h: float) -> None:
         """Advance by h [s]."""

@@ -21,6 +21,7 @@ from simcore.physics.shape_extent import outline_points
 from simcore.physics.shapes import Box, Compound, Shape, Sphere, parts_of
 from simcore.physics.world import PhysicsWorld
 from simcore.pieces.pool import PiecePool
+from simcore.pieces.touching import lengths
 from simcore.typing import FloatArray, IntArray
 
 __all__ = ["Approach"]
@@ -62,8 +63,8 @@ class Approach:
             world.longest_step = _STEP if len(slots) else math.inf
         elif len(slots):
             twist = world.engine.velocities(self._pool.rows_of(slots))
-            rim = np.sqrt(np.einsum("ij,ij->i", twist[:, :3], twist[:, :3]))
-            rim += self._pool.radius[slots] * np.sqrt(np.einsum("ij,ij->i", twist[:, 3:], twist[:, 3:]))
+            rim = lengths(twist[:, :3])
+            rim += self._pool.radius[slots] * lengths(twist[:, 3:])
             if world.floor is not None:
                 self._lift(slots)
             steps = np.maximum(self._shortest[slots], self._move[slots] / np.maximum(rim, 1e-6))

@@ -8,6 +8,7 @@ from simcore.physics.world import PhysicsWorld
 from simcore.pieces.aerodynamics import drag_acceleration, lift_acceleration
 from simcore.pieces.impacts import Impacts
 from simcore.pieces.pool import PiecePool, PieceStatus
+from simcore.pieces.touching import lengths
 from simcore.typing import BoolArray, FloatArray, IntArray
 
 __all__ = ["FlightForces"]
@@ -124,6 +125,6 @@ class FlightForces:
         change = vel - state.vel.take(awake, axis=0) - self._gravity * dt
         # air takes at most k v^2; within the first tick after a launch the mean of the tick lags by half of it
         air = self._drag[awake] * np.einsum("ij,ij->i", vel, vel) * dt
-        jump = np.sqrt(np.einsum("ij,ij->i", change, change))
+        jump = lengths(change)
         touched: BoolArray = flying & (jump > 2.0 * air + _LEAST_JUMP)
         return touched

@@ -19,7 +19,7 @@ from simcore.physics.surface import TerrainSurface
 from simcore.physics.world import PhysicsWorld
 from simcore.pieces.impact_law import hit_ball, hit_surface
 from simcore.pieces.pool import PiecePool
-from simcore.pieces.touching import TOUCH, touching_chain
+from simcore.pieces.touching import TOUCH, lengths, touching_chain
 from simcore.typing import BoolArray, FloatArray, IntArray
 
 __all__ = ["Impacts"]
@@ -106,7 +106,7 @@ class Impacts:
         if not len(fast):
             return
         pos, way = state.pos[fast], state.vel[fast] * dt
-        length = np.sqrt(np.einsum("ij,ij->i", way, way))
+        length = lengths(way)
         reach = (_KNOCK_REACH + _KNOCK_WAYS * length)[:, None]
         others = np.nonzero(self._pool.is_on_field & self._pool.is_ball & ~busy)[0]
         there = state.pos[others]
@@ -114,7 +114,7 @@ class Impacts:
         away = state.pos[others][None, :, :] - pos[:, None, :]
         along = np.clip(np.einsum("ijk,ik->ij", away, way) / np.square(length)[:, None], 0.0, 1.0)
         aside = away - along[:, :, None] * way[:, None, :]
-        moves = np.sqrt(np.einsum("ij,ij->i", state.vel[others], state.vel[others])) * dt
+        moves = lengths(state.vel[others]) * dt
         touch = radius[fast][:, None] + (radius[others] + moves)[None, :] + TOUCH + self._world.gravity * dt * dt
         meets = (np.einsum("ijk,ijk->ij", aside, aside) < touch * touch) & (fast[:, None] != others[None, :])
         if meets.any():
@@ -187,7 +187,7 @@ class Impacts:
     def _may_meet(self, h: float, center: FloatArray, vel: FloatArray, radius: FloatArray) -> BoolArray:
         """Which balls can meet the floor or an element of the field in a sub-step, shape (n,)."""
         on_floor = center[:, 2] + np.minimum(vel[:, 2], 0.0) * h < radius + _SKIN
-        speed = np.sqrt(np.einsum("ij,ij->i", vel, vel))
+        speed = lengths(vel)
         return on_floor | self._world.near_field(center, radius + speed * h + _SKIN)
 
     def _send(self, path: _Path, h: float) -> None:
@@ -311,7 +311,7 @@ class Impacts:
         found: list[tuple[float, Vector, TerrainSurface] | None] = [self._floor(path, h) for path in paths]
         pos = np.array([path.pos for path in paths])
         vel = np.array([path.vel for path in paths])
-        speed = np.maximum(np.sqrt(np.einsum("ij,ij->i", vel, vel)), 1e-9)
+        speed = np.maximum(lengths(vel), 1e-9)
         ahead = vel / speed[:, None]
         left = speed * (h - np.array([path.time for path in paths]))
         size = radius[[path.slot for path in paths]]

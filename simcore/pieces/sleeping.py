@@ -15,7 +15,7 @@ import numpy as np
 from simcore.physics.world import PhysicsWorld
 from simcore.pieces.pool import PiecePool, PieceStatus
 from simcore.pieces.pressing import Pressing
-from simcore.pieces.touching import distances2
+from simcore.pieces.touching import close_pairs
 from simcore.pieces.wake_grid import WakeSettings
 from simcore.typing import BoolArray, FloatArray, IntArray
 
@@ -129,11 +129,9 @@ class Sleeping:
         pos = state.pos.take(slots, axis=0)
         doubtful = self._pressing.is_sustained[slots] | world.near_solid(pos, radius[slots])
         others = state.touchable.nonzero()[0]
-        away2 = distances2(pos, state.pos.take(others, axis=0))
-        close = (away2 < 4.0 * float(radius.max()) ** 2).ravel().nonzero()[0]
-        i, j = np.divmod(close, max(len(others), 1))
+        i, j, away2 = close_pairs(pos, state.pos.take(others, axis=0), radius[slots] + radius.max())
         reach = radius[slots][i] + radius[others][j] - _DEEP
-        near = (away2.ravel().take(close) < reach * reach) & (slots[i] != others[j])
+        near = (away2 < reach * reach) & (slots[i] != others[j])
         i, j = i[near], others[j[near]]
         doubtful[i] = True
         deep: BoolArray = np.zeros(len(slots), dtype=bool)

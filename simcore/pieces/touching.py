@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from simcore.typing import BoolArray, FloatArray
+from simcore.typing import BoolArray, FloatArray, IntArray
 
-__all__ = ["TOUCH", "distances2", "lengths", "touching_chain"]
+__all__ = ["TOUCH", "close_pairs", "distances2", "lengths", "touching_chain"]
 
 TOUCH = 0.005
 """Pieces and bumpers this near count as touching [m]."""
@@ -29,6 +29,18 @@ def distances2(a: FloatArray, b: FloatArray) -> FloatArray:
     squares += (a * a).sum(axis=1)[:, None]
     squares += (b * b).sum(axis=1)
     return squares
+
+
+def close_pairs(a: FloatArray, b: FloatArray, reach: FloatArray) -> tuple[IntArray, IntArray, FloatArray]:
+    """Which places (n, 3) have which others (m, 3) within reach of them, (n,) [m].
+
+    Returns:
+        Row of the place and row of the other, and the square of their distance [m^2], shape (pairs,) each.
+    """
+    away2 = distances2(a, b)
+    close = (away2 < np.square(reach)[:, None]).ravel().nonzero()[0]  # in a third of the time of rows and columns
+    i, j = np.divmod(close, max(len(b), 1))
+    return i, j, away2.ravel().take(close)
 
 
 def touching_chain(

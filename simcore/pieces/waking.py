@@ -15,7 +15,7 @@ import numpy as np
 from simcore.pieces.pool import PiecePool
 from simcore.pieces.pressing import CHAIN, Pressing
 from simcore.pieces.sleeping import Sleeping
-from simcore.pieces.touching import TOUCH, distances2
+from simcore.pieces.touching import TOUCH, close_pairs
 from simcore.pieces.wake_grid import Footprint, WakeSettings
 from simcore.typing import BoolArray, FloatArray, IntArray
 
@@ -135,12 +135,9 @@ class Waking:
         a, b = state.pos.take(movers, axis=0), state.pos.take(sleepers, axis=0)
         hit: BoolArray = np.zeros(len(b), dtype=bool)
         ahead: BoolArray = np.zeros(len(b), dtype=bool)
-        away2 = distances2(a, b)
-        close = (away2 < np.square(wide)[:, None]).ravel().nonzero()[0]  # in a third of the time of rows and columns
-        if not len(close):
+        i, j, close2 = close_pairs(a, b, wide)
+        if not len(i):
             return hit, ahead
-        i, j = np.divmod(close, len(b))
-        close2 = away2.ravel().take(close)
         hit[j[close2 < np.square(reach).take(i)]] = True
         if far is not None:
             vel = state.vel.take(movers, axis=0)
