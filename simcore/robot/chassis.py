@@ -434,9 +434,9 @@ class ChassisSimulation:
         turn_later = rotate(self.quat, (0.0, 0.0, change[2] - mean[2] + alpha))
         linear = [v + d for v, d in zip(self.vel, now, strict=True)]
         if self._force != _ZERO or self._torque != _ZERO or self._outside != _ZERO:
-            # Verlet: one kick by the present force, for half of the step before and half of the one to come. Up and down,
-            # and in roll and pitch, the carpet or gravity acts against it, whole and at once: so does the force, in each
-            # sub-step.
+            # Verlet: one kick by the present force, for half of the step before and half of the one to come. Up and
+            # down, and in roll and pitch, the carpet or gravity acts against it, whole and at once: so does the force,
+            # in each sub-step.
             tx, ty, tz = rotate_back(self.quat, self._torque)
             ax, ay, az = (f / c.mass for f in self._force)
             kick = half + 0.5 * self._h_before
