@@ -27,17 +27,18 @@ _TUCKED = degrees(85.0)  # of the arm while driving
 _CARRY = elevator_turns(0.75)
 
 
-def _reach(level: int) -> tuple[float, float, float]:
+def _reach(level: int, left: float = 0.0) -> tuple[float, float, float]:
     """How to place on a level: distance of the robot's center from the reef's [m], drum and arm angle [rad].
 
-    The coral is let go in line with the branch.
+    The coral is let go in line with the branch, and comes to it along the branch: that far is left to drive [m].
     """
     slope = math.pi / 2 if level == 4 else dim.BRANCH_SLOPE
     arm = math.pi / 2 - slope - CORAL_TILT
     before = 0.5 * dim.CORAL_LENGTH + _BEYOND[level]
     out = dim.BRANCH_TIP_RADIUS + before * math.cos(slope) + PIVOT[0] + CORAL_REACH * math.cos(arm)
     height = dim.BRANCH_TIP_HEIGHTS[level - 2] + before * math.sin(slope) - CORAL_REACH * math.sin(arm)
-    return out, elevator_turns(height), arm
+    height += left * math.tan(slope) if level < 4 else 0.0
+    return out + left, elevator_turns(height), arm
 
 
 def _before_face(face: int, out: float, aside: float = 0.0) -> Pose:
@@ -49,19 +50,21 @@ def _before_face(face: int, out: float, aside: float = 0.0) -> Pose:
 
 def _place(robot: ScriptedRobot, face: int, side: str, level: int, way: tuple[tuple[float, float], ...] = ()) -> Steps:
     """Drive to a face, put the coral on a branch (left or right as seen from there), and back off."""
-    out, drum, arm = _reach(level)
+    out, drum, arm = _reach(level, 0.35)
     aside = -dim.BRANCH_OFFSET if side == "left" else dim.BRANCH_OFFSET
     robot.set_position("elevator", drum)
-    x, y, yaw = _before_face(face, out + 0.35, aside)
+    x, y, yaw = _before_face(face, out, aside)
     yield from robot.drive_through([*way, (x, y)], yaw, speed=3.5, tolerance=0.10)
     robot.set_position("arm", arm)
-    x, y, yaw = _before_face(face, out, aside)
-    yield from robot.drive_to(x, y, yaw, speed=1.5, tolerance=0.012, timeout=1.2)
+    x, y, yaw = _before_face(face, out - 0.35, aside)
+    for _ in robot.drive_to(x, y, yaw, speed=1.5 if level == 4 else 0.8, tolerance=0.012, timeout=1.2):
+        robot.set_position("elevator", _reach(level, math.dist(robot.pose[:2], (x, y)))[1])
+        yield
     yield from robot.wait(0.16)
     robot.set_volts("claw", -8.0)
     yield from robot.wait(0.16)
     robot.set_position("arm", _TUCKED)
-    x, y, yaw = _before_face(face, out + 0.30, aside)
+    x, y, yaw = _before_face(face, out - 0.05, aside)
     yield from robot.drive_to(x, y, yaw, speed=2.0, tolerance=0.12)
     robot.set_volts("claw", 8.0)
     robot.set_position("elevator", _CARRY)
@@ -142,8 +145,9 @@ def algae(robot: ScriptedRobot) -> Steps:
     yield from _take_algae(robot, 3)
     robot.set_position("elevator", 0.0)
     x, y = dim.PROCESSOR_X, 0.46
-    yield from robot.drive_to(x, y + 0.5, -math.pi / 2, speed=3.5, tolerance=0.10)
+    yield from robot.drive_to(x, y + 0.8, -math.pi / 2, speed=3.5, tolerance=0.10)
     robot.set_position("arm", 0.0)
+    yield from robot.wait(0.5)
     yield from robot.drive_to(x, y, -math.pi / 2, speed=1.5, tolerance=0.03, timeout=1.2)
     yield from robot.wait(0.2)
     yield from _let_algae_go(robot)

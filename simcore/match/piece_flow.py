@@ -8,7 +8,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from simcore.geometry.linkage import PartState
 from simcore.geometry.rotation import IDENTITY, Vector, multiply, rotate
+from simcore.match.held_contact import HeldContact
 from simcore.physics.shapes import Sphere
 from simcore.physics.world import PhysicsWorld
 from simcore.pieces.aerodynamics import fly
@@ -68,6 +70,9 @@ class PieceFlow:
         """Where each piece was taken in, field frame [m]."""
         self.put_down = 0
         """Pieces that placers have let go."""
+        self.knocked_out = 0
+        """Pieces that the field has knocked out of placers."""
+        self._contact = HeldContact(self._world, self._pieces)
         self._followed: dict[int, ShotRecord] = {}
         self._is_blocked: set[tuple[int, int]] = set()  # robot and shooter by number
 
@@ -146,8 +151,14 @@ class PieceFlow:
             for number, shooter in enumerate(robot.shooters):
                 self._let_shoot(robot, number, shooter, time)
             for placer in robot.placers:
-                if placer.releases:
-                    self._put_down(robot, placer)
+                if placer.piece is None:
+                    continue
+                part = robot.part_in_field(placer.held_state())
+                loose = self._contact.follow(placer, placer.piece, part)
+                if loose is not None:
+                    self._knock_out(robot, placer, placer.piece, loose, time)
+                elif placer.releases:
+                    self._put_down(robot, placer, placer.piece, part)
 
     def _let_shoot(self, robot: Robot, number: int, shooter: Shooter, time: float) -> None:
         obstacles: list[int] = []
@@ -230,15 +241,25 @@ class PieceFlow:
         self._shot_rows = None
         self._followed[slot] = shot
 
-    def _put_down(self, robot: Robot, placer: Placer) -> None:
+    def _put_down(self, robot: Robot, placer: Placer, slot: int, part: PartState) -> None:
         """Let a placer's piece go, unless it is in something that stands there; then it sticks in the placer."""
-        part = robot.part_in_field(placer.held_state())
-        if placer.piece is None or not self._pieces.fits(placer.piece, part.pos, part.quat):
-            return
-        self.put_down += 1
-        self._pieces.launch(
-            robot.number, part.pos, part.vel, part.rate, slot=placer.let_go(), quat=part.quat, flying=False
+        if self._pieces.is_free(slot, self._pieces.depth(slot, part.pos, part.quat)):
+            self.put_down += 1
+            self._leave(robot, placer, part)
+
+    def _knock_out(self, robot: Robot, placer: Placer, slot: int, part: PartState, time: float) -> None:
+        """Let a placer's piece go that was driven into the field."""
+        self.knocked_out += 1
+        _log.warning(
+            "robot %d at %.2f s: a %s in a placer was driven into the field at (%.2f, %.2f, %.2f) m and came out of it",
+            *(robot.number, time, self._kind_of(slot).name, *part.pos),
         )
+        self._leave(robot, placer, part)
+
+    def _leave(self, robot: Robot, placer: Placer, part: PartState) -> None:
+        self._contact.forget(placer)
+        slot = placer.let_go()
+        self._pieces.launch(robot.number, part.pos, part.vel, part.rate, slot=slot, quat=part.quat, flying=False)
 
     # --- records --------------------------------------------------------------------------------------------------
 

@@ -260,8 +260,8 @@ class GamePieceManager:
         self._awake_stale = True
         return slot
 
-    def fits(self, slot: int, pos: Vector, quat: Quaternion) -> bool:
-        """Whether a held piece would be in nothing that stands on the field, where it is to be let go.
+    def depth(self, slot: int, pos: Vector, quat: Quaternion) -> float:
+        """How deep a held piece would be in what stands on the field [m].
 
         Args:
             slot: Which piece.
@@ -269,8 +269,12 @@ class GamePieceManager:
             quat: Attitude.
         """
         self._pool.place(slot, pos, touchable=True, quat=quat)
-        depth = self._world.engine.depth(self._pool.rows[slot])
+        depth: float = self._world.engine.depth(self._pool.rows[slot])
         self._pool.park(slot)
+        return depth
+
+    def is_free(self, slot: int, depth: float) -> bool:
+        """Whether a piece that is so deep in what stands on the field [m] can be let go there."""
         return depth < (_SOFT * float(self._pool.radius[slot]) if self._pool.is_ball[slot] else _HARD)
 
     def score(self, slots: IntArray) -> None:

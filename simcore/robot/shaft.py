@@ -137,7 +137,7 @@ class ShaftSim:
         """
         if not math.isfinite(volts):
             raise NonFiniteError(f"{type(self).__name__}: volts must be a finite number, got {volts}")
-        self.volts = volts
+        self.volts = float(volts)  # one of numpy's would make all that follows from it numpy's: ten times slower
         self._coasting = False
 
     @property

@@ -148,6 +148,7 @@ def read_claw(t: Table, mechanisms: _Mechanisms, storages: Sequence[str]) -> Pla
         offset=offset,
         attitude=_attitude(t),
         roller=_named(t, "roller", mechanisms),
+        give=t.number("give", ROBOT_LENGTH, 0.01),
         zone=IntakeZone(x_min=x - dx, x_max=x + dx, y_min=y - dy, y_max=y + dy, z_min=z - dz, z_max=z + dz),
         passes_through=t.flag("passes_through", False),
         from_storage=from_storage,

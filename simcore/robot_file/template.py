@@ -145,6 +145,7 @@ _KINDS = """\
 # z = 0.0
 # size = [0.3, 0.3, 0.3]        # of the box around it in which pieces are taken
 # roller = "claw"               # a mechanism: forward takes, backward lets go
+# give = 0.01                   # how deep the field can be in the held piece before it is knocked out
 # passes_through = false        # whether forward lets go, too, once the roller has stopped in between
 # pitch_deg = 0.0               # of the held piece; also roll_deg, yaw_deg
 # from_storage = true           # the storage hands pieces on to it; left out: it does not

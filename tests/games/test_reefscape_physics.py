@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 import pytest
-from reef_trials import ALGAE, CORAL, FAR, bumped, faults, laid_across, let_go, placed_share, pull_force
+from reef_trials import ALGAE, CORAL, FAR, bumped, faults, laid_across, let_go, placed_share, pull_force, swept
 from scipy.integrate import solve_ivp
 
 from games.reefscape import REEFSCAPE
@@ -129,6 +129,14 @@ def test_a_robot_that_bumps_the_reef_knocks_off_what_is_loose(whole):
         assert before == [12, 12, 6, 6]
         assert after[:3] == [12, 12, 6] and deepest < 0.003
         assert 0 <= after[3] <= (6 if speed < 1.5 else 3)
+
+
+def test_a_held_coral_does_not_go_sideways_through_a_pipe(whole):
+    """It comes out of the claw, which gives 10 mm, and lies in nothing then."""
+    cases = [(level, speed) for level in (2, 3, 4) for speed in (0.5, 1.0, 2.0, 3.5)]
+    for level, speed in cases if whole else [(3, 2.0)]:
+        knocked_out, deepest, wrong = swept(level, speed)
+        assert (knocked_out, wrong) == (1, []) and 0.001 < deepest < 0.012
 
 
 @pytest.mark.engines("bullet", "mujoco")
