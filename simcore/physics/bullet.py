@@ -537,6 +537,7 @@ class BulletEngine:
         """A shape of several; it takes hulls from files only, so all of them are written to one, which is deleted.
 
         It takes 16 shapes and says nothing about those left out; a file counts as one, however many hulls are in it.
+        It never frees such hulls: a world with one kind of 24 hulls costs a process 0.22 MB.
         """
         p = self._p
         parts = [_plain(part) for part in compound.parts]

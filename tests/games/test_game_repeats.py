@@ -107,7 +107,10 @@ def test_a_match_that_is_reset_is_the_same_match(game):
 @pytest.mark.slow
 @pytest.mark.skipif(not Path("/proc/self/statm").exists(), reason="reads Linux' figures of memory")
 def test_resets_take_no_memory(game, whole):
-    """The engine's memory too, which Python does not see: 36 resets, 300 with `--whole`."""
+    """The engine's memory too, which Python does not see: 36 resets, 300 with `--whole`.
+
+    PyBullet never frees the hulls of a moving shape of several: 9 KB each, 24 in a coral.
+    """
     if game.name == "reefscape" and not whole:
         pytest.skip("18 s: with --whole; the other games are the sample")
 
@@ -119,7 +122,8 @@ def test_resets_take_no_memory(game, whole):
         before = resident()
         digests, more = replay(match, 240 if whole else 24, 0.1)
         assert len(digests) == 1 and more < 200
-        assert resident() - before < 8e6
+        lost = 0.0 if match.world.engine.is_exact or game.name != "reefscape" else 0.23e6 * (240 if whole else 24)
+        assert resident() - before < 8e6 + lost
 
 
 def test_a_second_auto_begins_at_zero(game):
