@@ -43,12 +43,14 @@ class Level:
     """Of the elevator."""
     arm_deg: float
     """Above the horizontal."""
+    rise: float = 0.0
+    """Of the elevator for each meter that is left to drive: the coral comes to a slanted branch along it."""
 
 
 LEVELS = {
     4: Level(distance=1.278, height=1.813, arm_deg=-35.0),
-    3: Level(distance=1.309, height=0.573, arm_deg=20.0),
-    2: Level(distance=1.309, height=0.173, arm_deg=20.0),
+    3: Level(distance=1.309, height=0.573, arm_deg=20.0, rise=0.7),
+    2: Level(distance=1.309, height=0.173, arm_deg=20.0, rise=0.7),
 }
 CARRY_HEIGHT, TUCKED_DEG = 0.0, 85.0  # there the funnel hands over, and so it drives
 

@@ -45,19 +45,21 @@ class CoralCommands:
             return lambda: branch_pose(branch(), LEVELS[level()].distance + gap)
 
         def lift() -> None:
-            self._elevator.set_height(LEVELS[level()].height)
+            to = LEVELS[level()]
+            self._elevator.set_height(to.height + to.rise * min(approach.left, STANDOFF))
 
         def reach() -> None:
             self._arm.set_angle(LEVELS[level()].arm_deg)
 
+        approach = DriveTo(self._drivetrain, before(0.0), speed=1.0, tolerance=0.012)
         return cmd.sequence(
             self._elevator.runOnce(lift),
             DriveTo(self._drivetrain, before(STANDOFF), past=past, tolerance=0.12),
             cmd.waitUntil(lambda: self._elevator.height > self._elevator.goal - 0.3),
             self._arm.runOnce(reach),
-            DriveTo(self._drivetrain, before(0.0), speed=1.5, tolerance=0.012)
-            .alongWith(cmd.waitUntil(lambda: self._elevator.is_at_goal and self._arm.is_at_goal))
-            .withTimeout(2.0),
+            approach.alongWith(cmd.waitUntil(lambda: self._elevator.is_at_goal and self._arm.is_at_goal))
+            .withTimeout(2.0)
+            .raceWith(self._elevator.run(lift)),
             self.let_go(),
             DriveTo(self._drivetrain, before(STANDOFF), speed=2.0, tolerance=0.12).withTimeout(1.5),
             self.tuck(),

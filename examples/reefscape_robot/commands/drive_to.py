@@ -35,6 +35,8 @@ class DriveTo(Command):
         self._blue = blue if callable(blue) else lambda: blue
         self._past = [Pose2d(x, y, Rotation2d()) for x, y in past]
         self._request = requests.ApplyFieldSpeeds().with_drive_request_type(SwerveModule.DriveRequestType.VELOCITY)
+        self.left = math.inf
+        """Distance that is left while it drives [m]."""
         self.addRequirements(drivetrain)
 
     def initialize(self) -> None:
@@ -50,7 +52,7 @@ class DriveTo(Command):
         places = [pose.translation(), *(stop.translation() for stop in self._way)]
         if len(self._way) > 1 and places[0].distance(places[1]) < PASSED:
             del self._way[0], places[1]
-        left = math.fsum(a.distance(b) for a, b in pairwise(places))
+        self.left = left = math.fsum(a.distance(b) for a, b in pairwise(places))
         turn = math.remainder((self._heading - pose.rotation()).radians(), math.tau)
         self._is_there = left < self._tolerance and abs(turn) < math.radians(1.5)
         self._pace = min(self._pace + 0.02 * ACCELERATION, self._speed, math.sqrt(2 * BRAKING * left), NEAR * left)
@@ -65,4 +67,5 @@ class DriveTo(Command):
         return self._is_there
 
     def end(self, interrupted: bool) -> None:
+        self.left = math.inf
         self._drivetrain.set_control(self._request.with_speeds(ChassisSpeeds()))
