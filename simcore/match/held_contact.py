@@ -68,7 +68,7 @@ class HeldContact:
             way = self._ways[placer] = _Way(slot, part.pos, part.quat)
             moved = _LOOK
         else:
-            moved = math.dist(way.pos, part.pos) + 2.0 * reach * math.dist(way.quat, part.quat)
+            moved = math.dist(way.pos, part.pos) + reach * _angle(way.quat, part.quat)
         if moved < _STANDS:
             return None
         before, turned, way.pos, way.quat = way.pos, way.quat, part.pos, part.quat
@@ -90,3 +90,9 @@ class HeldContact:
     def _is_near(self, pos: Vector, reach: float) -> bool:
         low, high = [c - reach for c in pos], [c + reach for c in pos]
         return pos[2] < reach or not self._world.is_free(low, high)
+
+
+def _angle(a: Quaternion, b: Quaternion) -> float:
+    """Between two attitudes, if it is small [rad]."""
+    same = abs(math.fsum(p * q for p, q in zip(a, b, strict=True)))  # q and -q are the same attitude
+    return 2.0 * math.sqrt(max(0.0, 2.0 - 2.0 * same))
