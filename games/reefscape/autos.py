@@ -25,12 +25,13 @@ _PAST_RIGHT_MARK = ((2.3, dim.FIELD_WIDTH - 6.7),)
 """Between a station and the reef, so that the algae on the mark in between stays there [m]."""
 _TUCKED = degrees(85.0)  # of the arm while driving
 _CARRY = elevator_turns(0.75)
+_APPROACH = 0.35  # [m], of the robot along a branch
 
 
 def _reach(level: int, left: float = 0.0) -> tuple[float, float, float]:
     """How to place on a level: distance of the robot's center from the reef's [m], drum and arm angle [rad].
 
-    The coral is let go in line with the branch, and comes to it along the branch: that far is left to drive [m].
+    The coral is let go in line with the branch. The drum is for a robot that has so far left to go along it [m].
     """
     slope = math.pi / 2 if level == 4 else dim.BRANCH_SLOPE
     arm = math.pi / 2 - slope - CORAL_TILT
@@ -38,7 +39,7 @@ def _reach(level: int, left: float = 0.0) -> tuple[float, float, float]:
     out = dim.BRANCH_TIP_RADIUS + before * math.cos(slope) + PIVOT[0] + CORAL_REACH * math.cos(arm)
     height = dim.BRANCH_TIP_HEIGHTS[level - 2] + before * math.sin(slope) - CORAL_REACH * math.sin(arm)
     height += left * math.tan(slope) if level < 4 else 0.0
-    return out + left, elevator_turns(height), arm
+    return out, elevator_turns(height), arm
 
 
 def _before_face(face: int, out: float, aside: float = 0.0) -> Pose:
@@ -50,13 +51,13 @@ def _before_face(face: int, out: float, aside: float = 0.0) -> Pose:
 
 def _place(robot: ScriptedRobot, face: int, side: str, level: int, way: tuple[tuple[float, float], ...] = ()) -> Steps:
     """Drive to a face, put the coral on a branch (left or right as seen from there), and back off."""
-    out, drum, arm = _reach(level, 0.35)
+    out, drum, arm = _reach(level, _APPROACH)
     aside = -dim.BRANCH_OFFSET if side == "left" else dim.BRANCH_OFFSET
     robot.set_position("elevator", drum)
-    x, y, yaw = _before_face(face, out, aside)
+    x, y, yaw = _before_face(face, out + _APPROACH, aside)
     yield from robot.drive_through([*way, (x, y)], yaw, speed=3.5, tolerance=0.10)
     robot.set_position("arm", arm)
-    x, y, yaw = _before_face(face, out - 0.35, aside)
+    x, y, yaw = _before_face(face, out, aside)
     for _ in robot.drive_to(x, y, yaw, speed=1.5 if level == 4 else 0.8, tolerance=0.012, timeout=1.2):
         robot.set_position("elevator", _reach(level, math.dist(robot.pose[:2], (x, y)))[1])
         yield
@@ -64,7 +65,7 @@ def _place(robot: ScriptedRobot, face: int, side: str, level: int, way: tuple[tu
     robot.set_volts("claw", -8.0)
     yield from robot.wait(0.16)
     robot.set_position("arm", _TUCKED)
-    x, y, yaw = _before_face(face, out - 0.05, aside)
+    x, y, yaw = _before_face(face, out + 0.30, aside)
     yield from robot.drive_to(x, y, yaw, speed=2.0, tolerance=0.12)
     robot.set_volts("claw", 8.0)
     robot.set_position("elevator", _CARRY)
