@@ -32,6 +32,8 @@ class _Way:
     quat: Quaternion
     free: tuple[Vector, Quaternion] | None = None
     """Where it was last in nothing [m]; None: not yet since it was taken, as of a piece that lies in the field."""
+    is_free: bool = False
+    """Whether it is in nothing now."""
 
 
 class HeldContact:
@@ -50,6 +52,10 @@ class HeldContact:
     def forget(self, placer: Placer) -> None:
         """A placer's piece was let go."""
         self._ways.pop(placer, None)
+
+    def is_free(self, placer: Placer) -> bool:
+        """Whether a placer's piece, which has been followed in this tick, is in nothing and can be let go."""
+        return self._ways[placer].is_free
 
     def follow(self, placer: Placer, slot: int, part: PartState) -> PartState | None:
         """Look along the way of a placer's piece since the last tick.
@@ -72,7 +78,8 @@ class HeldContact:
         if moved < _STANDS:
             return None
         before, turned, way.pos, way.quat = way.pos, way.quat, part.pos, part.quat
-        if not self._is_near(part.pos, reach + moved):
+        way.is_free = not self._is_near(part.pos, reach + moved)
+        if way.is_free:
             way.free = part.pos, part.quat
             return None
         looks = math.ceil(moved / _LOOK)
@@ -81,7 +88,8 @@ class HeldContact:
             x, y, z = (a + share * (b - a) for a, b in zip(before, part.pos, strict=True))
             quat = interpolate(turned, part.quat, share)
             depth = self._pieces.depth(slot, (x, y, z), quat)
-            if self._pieces.is_free(slot, depth):
+            way.is_free = self._pieces.is_free(slot, depth)
+            if way.is_free:
                 way.free = (x, y, z), quat
             elif way.free is not None and depth > placer.config.give:
                 return PartState(*way.free, part.vel, part.rate)

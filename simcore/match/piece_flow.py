@@ -157,8 +157,9 @@ class PieceFlow:
                 loose = self._contact.follow(placer, placer.piece, part)
                 if loose is not None:
                     self._knock_out(robot, placer, placer.piece, loose, time)
-                elif placer.releases:
-                    self._put_down(robot, placer, placer.piece, part)
+                elif placer.releases and self._contact.is_free(placer):  # in something it sticks in the placer
+                    self.put_down += 1
+                    self._leave(robot, placer, part)
 
     def _let_shoot(self, robot: Robot, number: int, shooter: Shooter, time: float) -> None:
         obstacles: list[int] = []
@@ -241,12 +242,6 @@ class PieceFlow:
         self._shot_rows = None
         self._followed[slot] = shot
 
-    def _put_down(self, robot: Robot, placer: Placer, slot: int, part: PartState) -> None:
-        """Let a placer's piece go, unless it is in something that stands there; then it sticks in the placer."""
-        if self._pieces.is_free(slot, self._pieces.depth(slot, part.pos, part.quat)):
-            self.put_down += 1
-            self._leave(robot, placer, part)
-
     def _knock_out(self, robot: Robot, placer: Placer, slot: int, part: PartState, time: float) -> None:
         """Let a placer's piece go that was driven into the field."""
         self.knocked_out += 1
@@ -257,6 +252,7 @@ class PieceFlow:
         self._leave(robot, placer, part)
 
     def _leave(self, robot: Robot, placer: Placer, part: PartState) -> None:
+        """Let a placer's piece go with a pose and a motion."""
         self._contact.forget(placer)
         slot = placer.let_go()
         self._pieces.launch(robot.number, part.pos, part.vel, part.rate, slot=slot, quat=part.quat, flying=False)
