@@ -41,7 +41,7 @@ _SLOW = 3.0  # [m/s]; balls that were hit by a fast one count as fast down to th
 class _Path:
     """One ball in a sub-step: straight lines between impacts."""
 
-    __slots__ = ("bounced", "is_falling", "pos", "rests", "slot", "spin", "start", "time", "touched", "vel")
+    __slots__ = ("bounced", "is_falling", "is_near", "pos", "rests", "slot", "spin", "start", "time", "touched", "vel")
 
     def __init__(self, slot: int, pos: list[float], vel: list[float], spin: list[float], is_falling: bool) -> None:
         self.slot = slot
@@ -51,6 +51,7 @@ class _Path:
         self.spin: Vector = (spin[0], spin[1], spin[2])
         self.time = 0.0
         self.is_falling = is_falling
+        self.is_near = True  # an element of the field may be in reach
         self.touched = False
         self.rests = False
         self.bounced = True
@@ -63,6 +64,7 @@ class _Path:
     def turn(self, time: float, pos: Vector, vel: Vector, spin: Vector) -> None:
         """Go on from an impact."""
         self.time, self.pos, self.vel, self.spin, self.touched = time, pos, vel, spin, True
+        self.is_near = True
 
 
 class Impacts:
@@ -160,35 +162,35 @@ class Impacts:
             Which of `slots` are on their way: nothing else may push them in this sub-step, shape (n,).
         """
         taken = np.zeros(len(slots), dtype=bool)
-        balls = self._pool.is_ball[slots]
-        near = self._near
-        if not (self._is_needed and (len(near) or balls.any())):
+        is_ball = self._pool.is_ball[slots]
+        others_near = len(self._near) > 0
+        if not (self._is_needed and (others_near or np.count_nonzero(is_ball))):
             return taken
+        near_field, falls = self._may_meet(h, centers, middle, self._pool.radius[slots])
+        played = is_ball if others_near else is_ball & (near_field | falls)
         flying: dict[int, _Path] = {}
-        if len(near):
-            played = balls
-        else:
-            played = balls & self._may_meet(h, centers, middle, self._pool.radius[slots])
-            if not played.any():
-                return taken
-        for number in np.nonzero(played)[0].tolist():
+        for number in played.nonzero()[0].tolist():
             slot = int(slots[number])
-            flying[slot] = _Path(slot, centers[number].tolist(), middle[number].tolist(), spin[number].tolist(), True)
-        if len(near):
+            path = _Path(slot, centers[number].tolist(), middle[number].tolist(), spin[number].tolist(), True)
+            path.is_near = bool(near_field[number])
+            flying[slot] = path
+        if others_near:
             self._play_balls(h, flying)
-        self._play_surfaces(h, [path for path in flying.values() if path.is_falling])
+        if flying:
+            self._play_surfaces(h, [path for path in flying.values() if path.is_falling])
         for path in flying.values():
             if path.touched:
                 self._send(path, h)
-        if any(path.touched for path in flying.values()):
-            taken = np.array([slot in flying and flying[slot].touched for slot in slots.tolist()])
+                taken[slots == path.slot] = True
         return taken
 
-    def _may_meet(self, h: float, center: FloatArray, vel: FloatArray, radius: FloatArray) -> BoolArray:
-        """Which balls can meet the floor or an element of the field in a sub-step, shape (n,)."""
-        on_floor = center[:, 2] + np.minimum(vel[:, 2], 0.0) * h < radius + _SKIN
-        speed = lengths(vel)
-        return on_floor | self._world.near_field(center, radius + speed * h + _SKIN)
+    def _may_meet(
+        self, h: float, center: FloatArray, vel: FloatArray, radius: FloatArray
+    ) -> tuple[BoolArray, BoolArray]:
+        """Which balls can meet an element of the field in a sub-step, and which the floor, shape (n,) each."""
+        fall = vel[:, 2]
+        falls: BoolArray = (fall <= -_LEAST_APPROACH) & (center[:, 2] + fall * h < radius + _SKIN)
+        return self._world.near_field(center, radius + lengths(vel) * h + _SKIN), falls
 
     def _send(self, path: _Path, h: float) -> None:
         """Let a ball reach the end of its path within the sub-step, and remember how it goes on."""
@@ -309,6 +311,8 @@ class Impacts:
         """When each path meets the first surface, with its normal and material; None where it meets none in time."""
         radius = self._pool.radius
         found: list[tuple[float, Vector, TerrainSurface] | None] = [self._floor(path, h) for path in paths]
+        if not any(path.is_near for path in paths):
+            return found
         pos = np.array([path.pos for path in paths])
         vel = np.array([path.vel for path in paths])
         speed = np.maximum(lengths(vel), 1e-9)
