@@ -6,6 +6,7 @@ tick; robot code whose motor controllers want to be asked more often runs it sev
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import ExitStack
 from functools import partial
@@ -42,6 +43,7 @@ from simcore.match.starts import (
 from simcore.physics.engine import Engine
 from simcore.physics.field import FieldElement
 from simcore.physics.hanging import HangingBody
+from simcore.physics.shapes import Sphere
 from simcore.physics.substeps import Substepping, Surroundings
 from simcore.physics.world import PhysicsWorld
 from simcore.pieces.piece_manager import GamePieceManager
@@ -173,7 +175,9 @@ class Match:
         definition = game.field if game.arrange is None else game.arrange(game.field, self.options)
         self._rungs, self._hanging = definition.rungs, definition.hanging
         self.field = definition.load(field_mesh)  # before the engine starts: a broken mesh ends the build
-        self.world = PhysicsWorld(engine=engine, substepping=substepping)
+        balls = [supply.kind.bounding_radius for supply in game.pieces if isinstance(supply.kind.shape, Sphere)]
+        limits = substepping or Substepping.for_balls(min(balls, default=math.inf))
+        self.world = PhysicsWorld(engine=engine, substepping=limits)
         self.control = FieldControl(self)
         """What people do to the field; it outlives `reset`."""
         self.before: tuple[Callable[[], None], ...] = (self.control.before_tick, self._read, self._wake, self._take_in)

@@ -38,6 +38,15 @@ def test_a_quiet_tick_is_one_step_and_a_wild_one_stops_at_the_cap():
     assert Substepping(cap=8).count(0.02, 1e6) == 8
 
 
+@given(st.floats(0.01, 0.5))
+def test_a_game_of_small_balls_gets_shorter_steps_in_proportion(radius):
+    """Neither a ball nor a bumper gets past a center: both limits stay below the radius."""
+    rule = Substepping.for_balls(radius)
+    assert rule.robot_move < rule.max_move < max(radius, 0.0751)
+    assert rule.max_move <= Substepping().max_move
+    assert rule.count(0.02, 3.0) >= 3.0 * 0.02 / radius
+
+
 def test_forty_meters_per_second_need_twelve():
     """40 m/s x 20 ms = 0.8 m; 0.8 / 0.07 = 11.4."""
     assert Substepping().count(0.02, 40.0) == 12
