@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -14,7 +15,7 @@ from simcore.match.held_contact import HeldContact
 from simcore.physics.shapes import Sphere
 from simcore.physics.world import PhysicsWorld
 from simcore.pieces.aerodynamics import fly
-from simcore.pieces.intake import field_to_robot
+from simcore.pieces.intake import Intake, field_to_robot, on_part
 from simcore.pieces.kinds import GamePieceConfig
 from simcore.pieces.muzzle_clearance import free_share, muzzle_obstacle
 from simcore.pieces.piece_manager import GamePieceManager
@@ -85,31 +86,42 @@ class PieceFlow:
             piece_speed: Of the fastest piece [m/s].
         """
         for robot in self._robots:
-            if any(placer.takes for placer in robot.placers) or any(
-                intake.is_active and robot.storage_of(intake.config).room > 0 for intake in robot.intakes
-            ):
-                # as far as robot and piece came since the last tick
-                self._take_into(robot, robot.moved + piece_speed * TICK)
+            slots = self._in_reach(robot, piece_speed * TICK)
+            if len(slots):
+                self._take_some_of(robot, slots)
             else:
                 for intake in robot.intakes:
                     intake.pass_tick()
+            for placer in robot.placers:
+                if placer.takes and robot.storage_of(placer.config).pieces and placer.is_at_handover:
+                    placer.take(robot.storage_of(placer.config).take())
             robot.begin_tick()
 
-    def _take_into(self, robot: Robot, moved: float) -> None:
-        state = self._pieces.state
-        reach = moved + max([intake.reach for intake in robot.intakes] + [placer.reach for placer in robot.placers])
+    def _in_reach(self, robot: Robot, moved: float) -> IntArray:
+        """Slots of the pieces that may be taken by what takes pieces now.
+
+        Args:
+            robot: By which.
+            moved: As far as a piece came since the last tick [m].
+        """
+        takers: list[Intake | Placer] = [
+            intake for intake in robot.intakes if intake.is_active and robot.storage_of(intake.config).room > 0
+        ]
+        takers += [placer for placer in robot.placers if placer.takes]
+        if not takers:
+            return np.zeros(0, dtype=np.int64)
+        state, chassis = self._pieces.state, robot.chassis
         slots = self._pieces.in_active_chunks  # sleepers too: a roller does not ask
-        away = state.pos[slots] - robot.chassis.pos
-        near = np.einsum("ij,ij->i", away, away) < reach * reach
-        slots = slots[near & (state.status[slots] != _IN_FLIGHT)]
-        if len(slots):
-            self._take_some_of(robot, slots)
-        else:
-            for intake in robot.intakes:
-                intake.pass_tick()
-        for placer in robot.placers:
-            if placer.takes and robot.storage_of(placer.config).pieces and placer.is_at_handover:
-                placer.take(robot.storage_of(placer.config).take())
+        pos = state.pos.take(slots, axis=0)
+        near: BoolArray = np.zeros(len(slots), dtype=bool)
+        for taker in takers:
+            before, now, radius = taker.around
+            place = on_part((chassis.pos, chassis.quat), now)
+            away = pos - place
+            reach = radius + math.dist(place, on_part(robot.pose_before, before)) + moved
+            near |= np.einsum("ij,ij->i", away, away) < reach * reach
+        near &= state.status[slots] != _IN_FLIGHT
+        return slots[near]
 
     def _take_some_of(self, robot: Robot, slots: IntArray) -> None:
         state = self._pieces.state

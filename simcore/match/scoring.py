@@ -169,9 +169,10 @@ class ScoringTracker:
         for zone, takes in zip(self.zones, self._takes, strict=True):
             if zone.zone.bottom > highest:
                 continue
-            hit = zone.zone.crossed(start, end) & left
-            if takes is not None:
-                hit &= takes[slots]
+            mine = left if takes is None else left & takes[slots]
+            if not np.count_nonzero(mine):
+                continue
+            hit = zone.zone.crossed(start, end) & mine
             if zone.downward:
                 hit &= falling
             left &= ~hit

@@ -15,12 +15,12 @@ import numpy as np
 
 from simcore.errors import ConfigError
 from simcore.geometry.linkage import Joint, MechanismMotion, part_pose, require_mechanisms
-from simcore.geometry.rotation import IDENTITY, Quaternion, Vector, matrix
+from simcore.geometry.rotation import IDENTITY, Quaternion, Vector, matrix, rotate
 from simcore.geometry.zones import BoxZone
 from simcore.quantities import FIELD_PLACE, TURN_RATE, require_fields
 from simcore.typing import BoolArray, FloatArray
 
-__all__ = ["Intake", "IntakeConfig", "IntakeZone", "StoppedMotion", "field_to_robot", "is_deployed"]
+__all__ = ["Intake", "IntakeConfig", "IntakeZone", "StoppedMotion", "field_to_robot", "is_deployed", "on_part"]
 
 _DEPLOYED = 0.8  # [-]; of the way to its stop at which a deployed intake works
 
@@ -68,9 +68,11 @@ class IntakeZone:
         )
 
     @property
-    def reach(self) -> float:
-        """From the robot's origin to the farthest corner [m]."""
-        return math.hypot(max(-self.x_min, self.x_max), max(-self.y_min, self.y_max), max(-self.z_min, self.z_max))
+    def ball(self) -> tuple[Vector, float]:
+        """Middle and radius of the ball around the box [m]."""
+        low, high = (self.x_min, self.y_min, self.z_min), (self.x_max, self.y_max, self.z_max)
+        middle = (0.5 * (low[0] + high[0]), 0.5 * (low[1] + high[1]), 0.5 * (low[2] + high[2]))
+        return middle, 0.5 * math.dist(low, high)
 
     def contains(self, pos_robot: FloatArray) -> BoolArray:
         """Which positions are in the box; NaN is never in it.
@@ -225,12 +227,13 @@ class Intake:
         return self._kept[1]
 
     @property
-    def reach(self) -> float:
-        """No place where pieces are taken in is farther from the robot's origin [m]."""
-        reach = self.zone.reach
-        if self.config.joints:
-            reach += math.hypot(*part_pose(self.config.joints, self._mechanisms)[0])
-        return reach
+    def around(self) -> tuple[Vector, Vector, float]:
+        """Middles of the ball around its zone a tick ago and now, robot frame, and the ball's radius [m]."""
+        middle, radius = self.zone.ball
+        if not self.config.joints:
+            return middle, middle, radius
+        part = part_pose(self.config.joints, self._mechanisms)
+        return on_part(self._part_before or part, middle), on_part(part, middle), radius
 
     def pass_tick(self) -> None:
         """Note where the zone is, in a tick in which nothing can be taken in."""
@@ -256,6 +259,13 @@ class Intake:
         if part is not None:
             prev_robot, now_robot = _into(prev_robot, before or part), _into(now_robot, part)
         return self.zone.captured(prev_robot, now_robot)
+
+
+def on_part(part: tuple[Vector, Quaternion], point: Vector) -> Vector:
+    """A point that is given in the frame of a part, in the frame that the part's pose is given in [m]."""
+    (x, y, z), quat = part
+    dx, dy, dz = rotate(quat, point)
+    return x + dx, y + dy, z + dz
 
 
 def _into(points: FloatArray, part: tuple[Vector, Quaternion]) -> FloatArray:

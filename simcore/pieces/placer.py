@@ -15,7 +15,7 @@ import numpy as np
 from simcore.errors import ConfigError
 from simcore.geometry.linkage import Joint, PartState, part_pose, part_state, require_mechanisms
 from simcore.geometry.rotation import IDENTITY, Quaternion, Vector, matrix, multiply
-from simcore.pieces.intake import IntakeZone, StoppedMotion
+from simcore.pieces.intake import IntakeZone, StoppedMotion, on_part
 from simcore.quantities import ROBOT_LENGTH, ROBOT_PLACE, TURN_RATE, require_attitude, require_fields, require_row
 from simcore.typing import BoolArray, FloatArray
 
@@ -134,9 +134,11 @@ class Placer:
         return slot
 
     @property
-    def reach(self) -> float:
-        """No place where a piece is taken is farther from the robot's origin [m]."""
-        return self.config.zone.reach + math.hypot(*part_pose(self.config.joints, self._mechanisms)[0])
+    def around(self) -> tuple[Vector, Vector, float]:
+        """As of `Intake`; it takes what is in its zone now, whatever came through."""
+        middle, radius = self.config.zone.ball
+        now = on_part(part_pose(self.config.joints, self._mechanisms), middle)
+        return now, now, radius
 
     def captured(self, pos_robot: FloatArray) -> BoolArray:
         """Which pieces are where it takes them, whether it takes now or not.

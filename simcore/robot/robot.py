@@ -299,12 +299,6 @@ class Robot:
         """Pose of the robot as the last tick began, field frame."""
         return self._before.pos, self._before.quat
 
-    @property
-    def moved(self) -> float:
-        """How far the origin moved since the last tick began [m]."""
-        (x, y, z), (ox, oy, oz) = self.chassis.pos, self._before.pos
-        return math.hypot(x - ox, y - oy, z - oz)
-
     def motion_at(self, share: float) -> PartState:
         """Pose and velocity of its origin at an instant of the last tick, field frame.
 

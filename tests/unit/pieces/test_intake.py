@@ -70,7 +70,9 @@ def test_a_stretched_zone_covers_the_way_of_its_slide():
     slide.position = 10.0
     assert (intake.zone.x_min, intake.zone.x_max) == pytest.approx((-0.7, -0.35))
     assert intake.captured(beyond, beyond).tolist() == [True]
-    assert intake.reach >= 0.7
+    before, now, radius = intake.around
+    assert before == now == pytest.approx((-0.525, 0.0, 0.5 * (ZONE.z_min + ZONE.z_max)))
+    assert radius >= math.hypot(0.175, ZONE.y_max)
 
 
 def test_a_zone_on_a_part_sweeps_with_the_part():
