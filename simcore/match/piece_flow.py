@@ -258,7 +258,7 @@ class PieceFlow:
         """Let a placer's piece go that was driven into the field."""
         self.knocked_out += 1
         _log.warning(
-            "robot %d at %.2f s: a %s in a placer was driven into the field at (%.2f, %.2f, %.2f) m and came out of it",
+            "robot %d at %.2f s: %s in a placer was driven into the field at (%.2f, %.2f, %.2f) m and came out of it",
             *(robot.number, time, self._kind_of(slot).name, *part.pos),
         )
         self._leave(robot, placer, part)

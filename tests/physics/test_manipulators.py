@@ -294,7 +294,7 @@ def test_a_held_piece_that_is_driven_into_something_comes_loose_before_it(speed,
                 loose = max(loose, match.world.engine.depth(match.pieces.row(slot)))
         assert one.held == [] and one.chassis.pos[1] > 5.5, "the robot goes on"
         assert match.flow.knocked_out == 1 and match.flow.put_down == 0
-        assert "a Crate in a placer was driven into the field" in caplog.text
+        assert "Crate in a placer was driven into the field" in caplog.text
         assert deepest < 0.015 and loose < 0.03
         match.play(1.5)
         assert state.pos[slot, 1] < at[1] + 1.1 and match.count.is_conserved
