@@ -15,7 +15,7 @@ from simcore.geometry.rotation import Vector
 from simcore.physics.world import PhysicsWorld
 from simcore.typing import FloatArray
 
-__all__ = ["free_share", "muzzle_obstacle"]
+__all__ = ["free_share", "free_shares", "muzzle_obstacle"]
 
 _SQUEEZE = 0.9
 """Of its radius: a foam piece gives by the rest."""
@@ -66,17 +66,24 @@ def free_share(world: PhysicsWorld, start: Vector, end: Vector, radius: float, *
         radius: Of the largest ball in the piece [m].
         robot: Row of the robot that shot it, which it does not touch.
     """
-    begin, way = np.array(start), np.array(end) - start
-    length = float(np.linalg.norm(way))
-    if length < 1e-9:
-        return 1.0
-    ahead = way / length
-    across = np.cross(ahead, np.eye(3)[int(np.argmin(np.abs(ahead)))])
-    across /= np.linalg.norm(across)
-    rays = begin + _SQUEEZE * radius * (_DISK @ np.vstack([across, np.cross(ahead, across)]))
+    return float(free_shares(world, np.array([start]), np.array([end]), radius, robot=robot)[0])
+
+
+def free_shares(world: PhysicsWorld, start: FloatArray, end: FloatArray, radius: float, *, robot: int) -> FloatArray:
+    """The same of n ways, (n, 3) each [m]; shape (n,)."""
+    way = end - start
+    length = np.maximum(np.linalg.norm(way, axis=1), 1e-9)
+    ahead = way / length[:, None]
+    across = np.cross(ahead, np.eye(3)[np.argmin(np.abs(ahead), axis=1)])
+    across /= np.maximum(np.linalg.norm(across, axis=1), 1e-9)[:, None]
+    disk = _DISK @ np.stack([across, np.cross(ahead, across)], axis=1)  # (n, 15, 3)
+    rays = start[:, None, :] + _SQUEEZE * radius * disk
     # the ball's front, ahead of each of the points on its disk
     front = radius * np.sqrt(1.0 - (_SQUEEZE**2) * np.einsum("ij,ij->i", _DISK, _DISK))
-    reach = length + front
-    fraction, rows = world.first_obstacles(rays, rays + reach[:, None] * ahead, ignore=robot)
-    free = np.where(rows < 0, length, fraction * reach - front)
-    return min(1.0, max(0.0, float(free.min()) / length))
+    reach = length[:, None] + front
+    ends = rays + reach[:, :, None] * ahead[:, None, :]
+    fraction, rows = world.first_obstacles(rays.reshape(-1, 3), ends.reshape(-1, 3), ignore=robot)
+    met = rows.reshape(reach.shape) >= 0
+    free = np.where(met, fraction.reshape(reach.shape) * reach - front, length[:, None]).min(axis=1)
+    shares: FloatArray = np.clip(free / length, 0.0, 1.0)
+    return shares

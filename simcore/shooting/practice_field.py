@@ -10,10 +10,10 @@ from simcore.match.game import RobotEntry
 from simcore.match.match import Match
 from simcore.match.scatter import Scatter
 from simcore.match.starts import StartError
-from simcore.pieces.aerodynamics import fly
-from simcore.pieces.muzzle_clearance import free_share
+from simcore.pieces.aerodynamics import fly_rows
+from simcore.pieces.muzzle_clearance import free_shares
 from simcore.pieces.pool import PieceStatus
-from simcore.shooting.shot_task import ShotTask, Stand
+from simcore.shooting.shot_task import ShotDraws, ShotTask, Stand
 from simcore.typing import FloatArray
 from simcore.units import GRAVITY, TICK, degrees
 
@@ -21,6 +21,8 @@ __all__ = ["PracticeField", "RealShot"]
 
 _TURN = degrees(5.0)
 _FARTHEST_TURN = degrees(90.0)
+_DEVIATIONS = np.array([(0.0, 0.0), (2.0, 2.0), (2.0, -2.0), (-2.0, 2.0), (-2.0, -2.0)])
+"""Of the shots whose way must be free: up and aside, in standard deviations."""
 _LONGEST = 300  # ticks of a shot
 _FLIGHT = 250  # ticks
 _MOST_WAITS = 20  # ticks until a shot must have left
@@ -107,29 +109,55 @@ class PracticeField:
         x, y = stand.place(self.task.opening.middle)
         self._match.carry_to(0, (x, y, yaw - self.task.shooter.launch.heading))
 
-    def is_way_free(self, stand: Stand, elevation: float, speed: float) -> bool:
-        """Whether nothing is in the way of a shot as meant, until it is over the opening.
+    def is_way_free(self, stand: Stand, elevation: float, speed: float, scatter: Scatter) -> bool:
+        """Whether nothing is in the way of shots from any barrel, until they are over the opening.
+
+        Those as meant must come there; those that are off to either side, up or down by two standard deviations must
+        come near it, as far as they go in.
 
         Args:
             stand: Of the robot.
             elevation: [rad]
             speed: [m/s]
+            scatter: Of the shots.
         """
-        task = self.task
+        task, opening = self.task, self.task.opening
+        barrel = np.repeat(np.arange(len(task.barrels)), len(_DEVIATIONS))
+        up, aside = np.tile(_DEVIATIONS, (len(task.barrels), 1)).T
+        n = len(barrel)
+        draws = replace(
+            ShotDraws.none(n),
+            exit_speed=np.exp(scatter.exit_speed * up),
+            elevation=scatter.elevation * up,
+            azimuth=scatter.azimuth * aside,
+        )
         yaw = task.lead(stand, np.array([elevation]), np.array([speed]))
-        rows = task.rows(stand, np.array([elevation]), np.array([speed]), yaw, np.zeros(1, dtype=np.int64))
-        pos, vel, spin = (tuple(row[0].tolist()) for row in (rows.pos, rows.vel, rows.spin))
-        opening = task.opening
-        middle, inward, reach = opening.middle, opening.inward, opening.reach
+        rows = task.rows(stand, np.full(n, elevation), np.full(n, speed), np.repeat(yaw, n), barrel, draws)
+        is_meant = up == 0.0
+        flies, blocked = np.ones(n, dtype=bool), np.zeros(n, dtype=bool)
+        near = opening.reach + 2.0 * task.kind.bounding_radius
+        pos, vel = rows.pos, rows.vel
+        world, robot = self._match.world, self._robot.chassis.row
         for _ in range(_FLIGHT):
-            after, faster = fly(pos, vel, spin, TICK, gravity=GRAVITY, factors=task.kind.air)
-            at = np.array([after])
-            if -reach < float((at[0] - middle) @ inward) <= 0.0 and opening.holds(at)[0]:
-                return True
-            if free_share(self._match.world, pos, after, task.kind.inner_radius, robot=self._robot.chassis.row) < 1.0:
+            after, vel = fly_rows(pos, vel, rows.spin, TICK, gravity=GRAVITY, factors=rows.air)
+            depth = (after - opening.middle) @ opening.inward
+            arrives = (-opening.reach < depth) & (depth <= 0.0) & opening.holds(after)
+            flies &= ~arrives
+            flies &= is_meant | (np.linalg.norm(after - opening.middle, axis=1) > near)
+            reach = np.linalg.norm(after - pos, axis=1) + task.kind.bounding_radius
+            close = np.nonzero(flies & world.near_field(pos, reach))[0]  # no other robot is there
+            if len(close):
+                shares = free_shares(world, pos[close], after[close], task.kind.inner_radius, robot=robot)
+                blocked[close[shares < 1.0]] = True
+            flies &= ~blocked
+            if blocked[is_meant].any():
                 return False
-            pos, vel = after, faster
-        return False
+            if not flies.any():
+                break
+            pos = after
+        if flies[is_meant].any():
+            return False
+        return not (blocked.any() and task.fly(rows).goes_in[blocked].any())
 
     # --- real shots -------------------------------------------------------------------------------------------------
 

@@ -166,7 +166,7 @@ class _Place:
                 continue
             for number in np.nonzero(margins.max(axis=1) > 0.0)[0].tolist():
                 shot = self.band.best_at(number, margins)
-                if not field.is_way_free(stand, shot.elevation, shot.speed):
+                if not field.is_way_free(stand, shot.elevation, shot.speed, scatter):
                     margins[number] = 0.0
             self.problem = "something on the field is in the way of every shot"
             if margins.max() > 0.0:
