@@ -28,7 +28,8 @@ _ON_TOP = 0.3  # sine of the angle at which a ball is over another that it lies 
 _PIN_MOVE = 0.011  # [m] a step; at 4.5 m/s with 5 ms the center of a ball comes to the face, with 2.5 ms 13 mm off
 _PIN_STEPS = 0.0025, 0.01  # [s], shortest and longest
 _HEAP_STEP = 0.005  # [s]; 100 balls, 7 deep: overlaps of 4 mm at 10 ms, 1.4 mm at 5 ms
-_LAYER_STEP = 0.01  # [s], for a second layer alone
+_LAYER_STEP = 0.01  # [s], for a second layer alone: in a corner where 100 balls roll apart 12 mm at 20 ms
+_FEW_ON_TOP = 5  # pieces; so many on others come to rest at 20 ms as well, with overlaps below 2 mm
 _LOW = 1.0  # [m]; pieces above this are over the robots
 _IN_FLIGHT = int(PieceStatus.IN_FLIGHT)
 
@@ -100,8 +101,11 @@ class Pressing:
             self.longest_step = min(longest, max(shortest, _PIN_MOVE / max(fastest, 1e-6)))
             self.longest_robot_step = self.longest_step
         if heaped:
-            is_deep = bool((state.pos[heap, 2] > self._high[heap]).any())
-            self.longest_step = min(self.longest_step, _HEAP_STEP if is_deep else _LAYER_STEP)
+            height = state.pos[heap, 2]
+            if (height > self._high[heap]).any():
+                self.longest_step = min(self.longest_step, _HEAP_STEP)
+            elif np.count_nonzero(height > self._raised[heap]) > _FEW_ON_TOP:
+                self.longest_step = min(self.longest_step, _LAYER_STEP)
 
     def release(self, slots: IntArray) -> None:
         """Give pieces back their impacts: they fall asleep or leave the field, and may be hit while nobody looks."""
