@@ -24,11 +24,10 @@ __all__ = ["SETTLE_PERIOD", "Sleeping"]
 SETTLE_PERIOD = 2
 """Ticks from one look for pieces that have come to rest to the next."""
 _AUDIT_PERIOD = 3  # readings of the sleepers
-_CALM = 2  # times in a row
 _STIRRED = 2e-4  # [m]; a sleeper that the engine moved farther in two ticks is awake: 5 mm/s
 _PUSHED = 2e-5  # [m]; one that it moved less has only been looked at by the engine, not pressed
 _CREEP = 1.2e-3  # [m]; what is still asleep in a heap, which gives way a little as long as one of its pieces moves
-_SHIFT = 3e-4  # [m]; one in a heap that moves less between two readings may be fixed: a heap gives way until it is
+_SHIFT = 3e-4  # [m]; one in a heap that moves farther between two readings is not fixed yet
 _ROCKING = 0.08  # [m/s]; pieces that are no balls count as slow below this: they rock on an edge, but do not roll on
 _TURNING = 0.5  # [rad/s]; pieces that are no balls do not sleep while they turn faster
 _DEEP = 0.005  # [m]; a piece that is this deep in something does not sleep
@@ -64,7 +63,7 @@ class Sleeping:
         self._slow_speed = np.where(pool.is_ball, settings.slow_speed, _ROCKING)
         self._has_others = not bool(pool.is_ball.all())
         self._readings = 0
-        self._calm = np.zeros(len(pool.rows), dtype=np.int64)  # times that nothing was found near a sleeper
+        self._gives_way = np.zeros(len(pool.rows), dtype=bool)  # sleepers in heaps that moved before the last reading
         self.is_fixed = np.zeros(len(pool.rows), dtype=bool)
         """Which of the sleepers nothing moves until they are loosened or woken, shape (slots,)."""
 
@@ -72,7 +71,6 @@ class Sleeping:
         """A piece moves: the time in which it must be slow begins anew."""
         self._slow[slot] = 0
         self.is_fixed[slot] = False
-        self._calm[slot] = 0
 
     def stop(self, slot: int) -> None:
         """A piece has come to rest: it sleeps until something touches it, and where nothing can it is fixed."""
@@ -83,8 +81,7 @@ class Sleeping:
 
     def fix(self, slots: IntArray) -> None:
         """Let nothing move those of some sleepers that nothing can touch for a while now."""
-        self._calm[slots] += 1
-        self._fix(slots[(self._calm[slots] > _CALM) & ~self.is_fixed[slots]])
+        self._fix(slots[~(self._gives_way[slots] | self.is_fixed[slots])])
 
     def _fix(self, slots: IntArray) -> None:
         for slot in slots.tolist():
@@ -96,7 +93,6 @@ class Sleeping:
         for slot in slots[self.is_fixed[slots]].tolist():
             self._world.engine.sleep(self._pool.rows[slot])
         self.is_fixed[slots] = False
-        self._calm[slots] = 0
 
     def at_rest(self, awake: IntArray, guarded: BoolArray) -> IntArray:
         """Which of the awake pieces have been slow for long enough; to be asked every `SETTLE_PERIOD` ticks.
@@ -157,7 +153,7 @@ class Sleeping:
         still, moved = self.follow(asleep)
         pushed = moved > _PUSHED
         self._pressing.stirred = still[pushed]
-        self._calm[still[moved > np.where(self._pressing.is_sustained[still], _SHIFT, 0.0)]] = 0
+        self._gives_way[still] = moved > _SHIFT
         if self._readings % _AUDIT_PERIOD == 0:
             stopped = moved > 0.0  # what the engine has awake never lies quite still
             doubtful = still[pushed]
