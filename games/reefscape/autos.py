@@ -15,7 +15,7 @@ from simcore.units import degrees
 
 __all__ = ["AUTOS"]
 
-_SETTINGS = ScriptSettings(acceleration=7.0, roller_volts=6.0)
+_SETTINGS = ScriptSettings(acceleration=5.5, roller_volts=6.0)  # at 7 m/s^2 the wheel that is unloaded slides
 
 _BEYOND = {4: 0.02, 3: -0.18, 2: -0.18}
 """By level, from the end of a branch to the near end of the coral that is let go [m]: over level 4 it falls on by
