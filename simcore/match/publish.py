@@ -87,10 +87,9 @@ def _add_pieces(rows: _Rows, match: MatchState) -> None:
     held = [(slot, robot) for robot in match.robots for slot in robot.held]
     for number, supply in enumerate(match.game.pieces):
         name = supply.kind.name
-        slots = pieces.on_field(name)
-        here = _frozen(pieces.state.pos[slots], pieces.attitudes(slots))
+        slots, here = pieces.shown.of(number)
         rows.pose_arrays[f"Sim/GamePieces/{name}"] = here
-        rows.integer_arrays[f"Sim/PieceIds/{name}"] = _frozen_ids(slots)
+        rows.integer_arrays[f"Sim/PieceIds/{name}"] = slots
         in_flight, mine = _NO_POSES, _NO_IDS
         if len(flying):
             mine = _frozen_ids(flying[pieces.state.kind[flying] == number])
@@ -125,14 +124,6 @@ def _rounded_pose(*row: float) -> FloatArray:
     pose = np.array([round(value, _DECIMALS) + 0.0 for value in row])  # no -0.0, which would be another value
     pose.setflags(write=False)
     return pose
-
-
-def _frozen(positions: FloatArray, attitudes: FloatArray) -> FloatArray:
-    rows = np.empty((len(positions), 7))
-    rows[:, :3] = positions
-    rows[:, 3:] = attitudes
-    rows.setflags(write=False)
-    return rows
 
 
 def _frozen_ids(slots: IntArray | list[int]) -> IntArray:
@@ -224,7 +215,7 @@ def _add_robot(rows: _Rows, robot: Robot, alliance: Alliance) -> None:
         rows.strings[f"{prefix}/Lights/{name}/Shows"] = words
 
 
-_NO_POSES = _frozen(np.empty((0, 3)), np.empty((0, 4)))
+_NO_POSES = _rounded(np.empty((0, 7)))
 _NO_IDS = _frozen_ids([])
 
 

@@ -27,6 +27,7 @@ from simcore.pieces.piece_variation import PieceVariation
 from simcore.pieces.pool import ON_FIELD, PiecePool, PieceStatus
 from simcore.pieces.pressing import Pressing
 from simcore.pieces.resting_places import RestingPlace, RestingPlaces
+from simcore.pieces.shown_pieces import ShownPieces
 from simcore.pieces.sleeping import SETTLE_PERIOD, Sleeping
 from simcore.pieces.stillness import Stillness
 from simcore.pieces.touching import lengths
@@ -91,6 +92,8 @@ class GamePieceManager:
         """Where pieces stay and count."""
         self._sleeping = Sleeping(world, self._pool, self._pressing, self._p, self._wake)
         self._waking = Waking(self._pool, self._pressing, self._sleeping, self._p)
+        self.shown = ShownPieces(self._pool, self.attitudes)
+        """What the pieces on the field look like."""
         self._stillness = Stillness(self._p.chunk_linger + _SORTED)
         self._quats = np.tile((1.0, 0.0, 0.0, 0.0), (n, 1))
         self._awake: IntArray = np.zeros(0, dtype=np.int64)
@@ -516,6 +519,7 @@ class GamePieceManager:
             touched = self._flight.has_touched(awake, vel, dt)
             self._flight.note_falls(awake, vel[:, 2], state.vel[awake, 2], dt)
             state.pos[awake], state.vel[awake] = now, vel
+            self._pool.changes += 1
             if np.count_nonzero(touched):
                 state.status[awake[touched]] = _AWAKE
             self._recover(awake, now)

@@ -102,6 +102,8 @@ class PiecePool:
         )
         self.rows: list[int] = []
         """Engine row of each slot."""
+        self.changes = 0
+        """Grows whenever a piece may have come, gone or moved."""
         self.radius = np.zeros(n)
         """Bounding radius of each slot's piece [m], shape (n,)."""
         self.mass = np.zeros(n)
@@ -184,6 +186,7 @@ class PiecePool:
     ) -> None:
         """Take a body out of parking and put it on the field, at rest and awake."""
         world, row = self._world, self.rows[slot]
+        self.changes += 1
         world.set_pose(row, pos, quat)
         self.state.pos[slot] = self.state.before[slot] = pos
         self.state.vel[slot] = 0.0
@@ -192,6 +195,7 @@ class PiecePool:
     def park(self, slot: int) -> None:
         """Take a body off the field. Its `pos` stays as the place where it was last seen."""
         world, row = self._world, self.rows[slot]
+        self.changes += 1
         self.state.touchable[slot] = False
         world.set_piece_touchable(row, False)
         world.engine.set_pose(row, self._parking(slot), IDENTITY)

@@ -168,6 +168,7 @@ class Sleeping:
         now = self._world.engine.centers(self._pool.rows_of(slots))
         moved: FloatArray = np.abs(now - self._pool.state.pos.take(slots, axis=0)).max(axis=1, initial=0.0)
         self._pool.state.pos[slots] = now
+        self._pool.changes += bool(np.count_nonzero(moved))
         woken = moved > np.where(self._pressing.is_sustained[slots], _CREEP, _STIRRED)
         for slot in slots[woken].tolist():
             self._wake(slot)
