@@ -63,6 +63,8 @@ MUTANTS = (
     Mutant("mechanism currents not on the battery", MATCH, "other_current = robot.mechanism_current",
            "other_current = 0.0",
            "tests/games/test_robot_power.py::test_mechanisms_load_the_battery_and_estimates_do_not"),
+    Mutant("pieces that moved are shown where they were", MANAGER, "            self._pool.changes += 1\n", "",
+           "tests/physics/test_shown_pieces.py::test_shown_pieces_are_those_that_are_there"),
     Mutant("intake takes what flies", FLOW, "near &= state.status[slots] != _IN_FLIGHT", "",
            f"{MANIPULATORS}::test_a_piece_in_flight_is_not_taken_until_it_has_touched_something"),
     Mutant("launch ignores the time flown", FLOW, "flown = TICK - launch.delay", "flown = 0.0",
