@@ -42,7 +42,7 @@ def test_a_quiet_tick_is_one_step_and_a_wild_one_stops_at_the_cap():
 def test_a_game_of_small_balls_gets_shorter_steps_in_proportion(radius):
     """Neither a ball nor a bumper gets past a center: both limits stay below the radius."""
     rule = Substepping.for_balls(radius)
-    assert rule.robot_move < rule.max_move < max(radius, 0.0751)
+    assert rule.robot_move < rule.max_move < radius
     assert rule.max_move <= Substepping().max_move
     assert rule.count(0.02, 3.0) >= 3.0 * 0.02 / radius
 
