@@ -27,7 +27,7 @@ _AUDIT_PERIOD = 3  # readings of the sleepers
 _STIRRED = 2e-4  # [m]; a sleeper that the engine moved farther in two ticks is awake: 5 mm/s
 _PUSHED = 2e-5  # [m]; one that it moved less has only been looked at by the engine, not pressed
 _CREEP = 1.2e-3  # [m]; what is still asleep in a heap, which gives way a little as long as one of its pieces moves
-_SHIFT = 3e-4  # [m]; one in a heap that moves farther between two readings is not fixed yet
+_SHIFT = 3e-4  # [m]; a ball in a heap that moves farther between two readings is not fixed yet, others if they move
 _ROCKING = 0.08  # [m/s]; pieces that are no balls count as slow below this: they rock on an edge, but do not roll on
 _TURNING = 0.5  # [rad/s]; pieces that are no balls do not sleep while they turn faster
 _DEEP = 0.005  # [m]; a piece that is this deep in something does not sleep
@@ -63,7 +63,8 @@ class Sleeping:
         self._slow_speed = np.where(pool.is_ball, settings.slow_speed, _ROCKING)
         self._has_others = not bool(pool.is_ball.all())
         self._readings = 0
-        self._gives_way = np.zeros(len(pool.rows), dtype=bool)  # sleepers in heaps that moved before the last reading
+        self._gives_way = np.zeros(len(pool.rows), dtype=bool)  # sleepers that moved before the last reading
+        self._may_shift = np.where(pool.is_ball, _SHIFT, 0.0)
         self.is_fixed = np.zeros(len(pool.rows), dtype=bool)
         """Which of the sleepers nothing moves until they are loosened or woken, shape (slots,)."""
 
@@ -153,7 +154,7 @@ class Sleeping:
         still, moved = self.follow(asleep)
         pushed = moved > _PUSHED
         self._pressing.stirred = still[pushed]
-        self._gives_way[still] = moved > _SHIFT
+        self._gives_way[still] = moved > self._may_shift[still]
         if self._readings % _AUDIT_PERIOD == 0:
             stopped = moved > 0.0  # what the engine has awake never lies quite still
             doubtful = still[pushed]

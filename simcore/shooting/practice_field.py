@@ -23,6 +23,8 @@ _TURN = degrees(5.0)
 _FARTHEST_TURN = degrees(90.0)
 _DEVIATIONS = np.array([(0.0, 0.0), (2.0, 2.0), (2.0, -2.0), (-2.0, 2.0), (-2.0, -2.0)])
 """Of the shots whose way must be free: up and aside, in standard deviations."""
+_ROOM = 0.02
+"""Added to a piece's radius where its way must be free [m]: one that grazes a bar by 5 mm goes elsewhere."""
 _LONGEST = 300  # ticks of a shot
 _FLIGHT = 250  # ticks
 _MOST_WAITS = 20  # ticks until a shot must have left
@@ -135,7 +137,7 @@ class PracticeField:
         rows = task.rows(stand, np.full(n, elevation), np.full(n, speed), np.repeat(yaw, n), barrel, draws)
         is_meant = up == 0.0
         flies, blocked = np.ones(n, dtype=bool), np.zeros(n, dtype=bool)
-        near = opening.reach + 2.0 * task.kind.bounding_radius
+        near, wide = opening.reach + 2.0 * task.kind.bounding_radius, task.kind.bounding_radius + _ROOM
         pos, vel = rows.pos, rows.vel
         world, robot = self._match.world, self._robot.chassis.row
         for _ in range(_FLIGHT):
@@ -144,10 +146,10 @@ class PracticeField:
             arrives = (-opening.reach < depth) & (depth <= 0.0) & opening.holds(after)
             flies &= ~arrives
             flies &= is_meant | (np.linalg.norm(after - opening.middle, axis=1) > near)
-            reach = np.linalg.norm(after - pos, axis=1) + task.kind.bounding_radius
+            reach = np.linalg.norm(after - pos, axis=1) + wide
             close = np.nonzero(flies & world.near_field(pos, reach))[0]  # no other robot is there
             if len(close):
-                shares = free_shares(world, pos[close], after[close], task.kind.inner_radius, robot=robot)
+                shares = free_shares(world, pos[close], after[close], wide, robot=robot)
                 blocked[close[shares < 1.0]] = True
             flies &= ~blocked
             if blocked[is_meant].any():
