@@ -29,10 +29,12 @@ def _surface() -> FloatArray:
 
 
 def _disk() -> FloatArray:
-    """Center of a unit disk and points on two rings of it, shape (15, 2)."""
-    inner, outer = np.arange(6) * math.tau / 6, np.arange(8) * math.tau / 8
-    rings = [np.column_stack([np.cos(inner), np.sin(inner)]) / 2.0, np.column_stack([np.cos(outer), np.sin(outer)])]
-    return np.vstack([np.zeros((1, 2)), *rings])
+    """Center of a unit disk and points on three rings of it, shape (49, 2): a bar of a third of its radius is met."""
+    rings = [np.zeros((1, 2))]
+    for number in (1, 2, 3):
+        turn = np.arange(8 * number) * math.tau / (8 * number)
+        rings.append(np.column_stack([np.cos(turn), np.sin(turn)]) * number / 3.0)
+    return np.vstack(rings)
 
 
 _SURFACE, _DISK = _surface(), _disk()
@@ -76,7 +78,7 @@ def free_shares(world: PhysicsWorld, start: FloatArray, end: FloatArray, radius:
     ahead = way / length[:, None]
     across = np.cross(ahead, np.eye(3)[np.argmin(np.abs(ahead), axis=1)])
     across /= np.maximum(np.linalg.norm(across, axis=1), 1e-9)[:, None]
-    disk = _DISK @ np.stack([across, np.cross(ahead, across)], axis=1)  # (n, 15, 3)
+    disk = _DISK @ np.stack([across, np.cross(ahead, across)], axis=1)  # (n, 49, 3)
     rays = start[:, None, :] + _SQUEEZE * radius * disk
     # the ball's front, ahead of each of the points on its disk
     front = radius * np.sqrt(1.0 - (_SQUEEZE**2) * np.einsum("ij,ij->i", _DISK, _DISK))

@@ -115,7 +115,7 @@ class PracticeField:
         """Whether nothing is in the way of shots from any barrel, until they are over the opening.
 
         Those as meant must come there; those that are off to either side, up or down by two standard deviations must
-        come near it, as far as they go in.
+        come half of the way.
 
         Args:
             stand: Of the robot.
@@ -136,8 +136,8 @@ class PracticeField:
         yaw = task.lead(stand, np.array([elevation]), np.array([speed]))
         rows = task.rows(stand, np.full(n, elevation), np.full(n, speed), np.repeat(yaw, n), barrel, draws)
         is_meant = up == 0.0
-        flies, blocked = np.ones(n, dtype=bool), np.zeros(n, dtype=bool)
-        near, wide = opening.reach + 2.0 * task.kind.bounding_radius, task.kind.bounding_radius + _ROOM
+        flies = np.ones(n, dtype=bool)
+        half, wide = 0.5 * stand.distance, task.kind.bounding_radius + _ROOM
         pos, vel = rows.pos, rows.vel
         world, robot = self._match.world, self._robot.chassis.row
         for _ in range(_FLIGHT):
@@ -145,21 +145,16 @@ class PracticeField:
             depth = (after - opening.middle) @ opening.inward
             arrives = (-opening.reach < depth) & (depth <= 0.0) & opening.holds(after)
             flies &= ~arrives
-            flies &= is_meant | (np.linalg.norm(after - opening.middle, axis=1) > near)
+            flies &= is_meant | (np.hypot(*(after - rows.pos)[:, :2].T) < half)
             reach = np.linalg.norm(after - pos, axis=1) + wide
             close = np.nonzero(flies & world.near_field(pos, reach))[0]  # no other robot is there
-            if len(close):
-                shares = free_shares(world, pos[close], after[close], wide, robot=robot)
-                blocked[close[shares < 1.0]] = True
-            flies &= ~blocked
-            if blocked[is_meant].any():
+            shares = free_shares(world, pos[close], after[close], wide, robot=robot) if len(close) else np.ones(0)
+            if (shares < 1.0).any():
                 return False
             if not flies.any():
-                break
+                return True
             pos = after
-        if flies[is_meant].any():
-            return False
-        return not (blocked.any() and task.fly(rows).goes_in[blocked].any())
+        return False
 
     # --- real shots -------------------------------------------------------------------------------------------------
 

@@ -15,13 +15,14 @@ from simcore.shooting.shot_task import ShotTask, Stand
 from simcore.typing import BoolArray, FloatArray
 from simcore.units import degrees
 
-__all__ = ["BestShot", "ShotBand", "smoothest"]
+__all__ = ["ENOUGH", "BestShot", "ShotBand", "smoothest"]
 
 _ELEVATION_STEP = degrees(0.5)
 _SPEED_STEP = 0.0075  # of the speed
 _SPARE_ELEVATION, _SPARE_SPEED = degrees(3.0), 0.05  # beyond the shooter's limits: scatter does not stop there
 _SLOWER, _FASTER = 0.8, 1.5  # times the speed that meets the middle: from the rim in front to the top of a board
-_ENOUGH = 6.0  # standard deviations: one shot in 10^9 is farther off
+ENOUGH = 6.0
+"""Margin beyond which more is worth nothing, in standard deviations: one shot in 10^9 is farther off."""
 _LITTLE = 0.01  # what more than enough is worth
 _DEAR = degrees(20.0)
 _FINE_SPEED, _FINE_ELEVATION = 0.001, degrees(0.05)
@@ -68,7 +69,7 @@ def smoothest(rows: Sequence[FloatArray]) -> list[int]:
 def _worth(margins: FloatArray) -> FloatArray:
     """Minus infinity for what does not go in."""
     with np.errstate(divide="ignore"):
-        worth: FloatArray = np.where(margins > 0.0, np.minimum(margins, _ENOUGH) + _LITTLE * margins, -np.inf)
+        worth: FloatArray = np.where(margins > 0.0, np.minimum(margins, ENOUGH) + _LITTLE * margins, -np.inf)
     return worth
 
 

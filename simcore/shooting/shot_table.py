@@ -13,7 +13,7 @@ from scipy.stats import qmc
 from simcore.geometry.rotation import wrap_angle
 from simcore.match.scatter import Scatter
 from simcore.shooting.practice_field import PracticeField
-from simcore.shooting.shot_band import BestShot, ShotBand, smoothest
+from simcore.shooting.shot_band import ENOUGH, BestShot, ShotBand, smoothest
 from simcore.shooting.shot_task import SPREADS, ShotDraws, ShotTask, Stand
 from simcore.sweep.sweep_statistics import Share, wilson_share
 from simcore.typing import BoolArray, FloatArray
@@ -149,7 +149,7 @@ def make_table(
 class _Place:
     """A place of the robot for a row, and the band of shots from there.
 
-    Where the widest shot is in something's way, the next place to the side is tried.
+    Where the widest shot is in something's way, the next places to the side are tried, and the best of them is taken.
     """
 
     def __init__(self, task: ShotTask, field: PracticeField, wanted: Stand, scatter: Scatter) -> None:
@@ -158,19 +158,25 @@ class _Place:
         self.margins: FloatArray = np.zeros((0, 0))
         self.best: BestShot | None = None
         self.problem = "the robot has no place on the field there"
+        widest = 0.0
         for stand in field.stands(wanted.distance, wanted.radial, wanted.tangential)[:_MOST_PLACES]:
-            self.band = ShotBand.of(task, stand)
-            margins = self.band.margins(scatter)
-            self.problem = "no elevation and speed of this shooter go in"
+            band = ShotBand.of(task, stand)
+            margins = band.margins(scatter)
+            if self.band is None:
+                self.band, self.problem = band, "no elevation and speed of this shooter go in"
             if not margins.size or not margins.max() > 0.0:
                 continue
+            without_field = float(margins.max())
             for number in np.nonzero(margins.max(axis=1) > 0.0)[0].tolist():
-                shot = self.band.best_at(number, margins)
+                shot = band.best_at(number, margins)
                 if not field.is_way_free(stand, shot.elevation, shot.speed, scatter):
                     margins[number] = 0.0
-            self.problem = "something on the field is in the way of every shot"
-            if margins.max() > 0.0:
-                self.margins, self.problem = margins, ""
+            free = min(float(margins.max()), ENOUGH)
+            if free > widest:
+                self.band, self.margins, self.problem, widest = band, margins, "", free
+            elif not widest:
+                self.band, self.problem = band, "something on the field is in the way of every shot"
+            if free >= min(without_field, ENOUGH):
                 return
 
     def choose(self, number: int) -> None:
