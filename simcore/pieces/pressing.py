@@ -55,6 +55,7 @@ class Pressing:
         """Sleepers that the engine had moved a little when they were last read."""
         rest_heights = np.array([kind.rest_height for kind in pool.types])
         radii = np.array([kind.bounding_radius for kind in pool.types])
+        self._lowest = min(kind.inner_radius for kind in pool.types)  # no center lies lower on the carpet
         self._is_heaped = np.zeros(len(pool.rows), dtype=bool)  # scratch
         self._raised = (rest_heights + 0.5 * radii)[pool.state.kind]
         self._high = (rest_heights + 3.0 * radii)[pool.state.kind]
@@ -164,6 +165,8 @@ class Pressing:
                 continue
             some = np.nonzero(low & (gap < CHAIN))[0]
             held = self._are_held(awake[some], pos[some], (robot.speed + speed[some]) * dt)
+            if robot.highest_underside > self._lowest:
+                held |= near[some] & self._are_under(robot, awake[some], pos[some], (robot.speed + speed[some]) * dt)
             if len(robots) == 1 and not np.count_nonzero(held):
                 continue
             touching = touching_chain(pos[some], radius[awake[some]], near[some])
@@ -177,7 +180,9 @@ class Pressing:
         return pinned, hit
 
     def _is_anything_near(self, robot: Footprint, robots: Sequence[Footprint]) -> bool:
-        """Whether the field or another robot may be near enough to press pieces against it."""
+        """Whether the field or another robot may be near enough to press pieces against it, or the robot above some."""
+        if robot.highest_underside > self._lowest:
+            return True
         reach = math.hypot(robot.half_length, robot.half_width) + CHAIN
         if len(robots) > 1:
             for other in robots:
@@ -189,3 +194,8 @@ class Pressing:
     def _are_held(self, slots: IntArray, pos: FloatArray, move: FloatArray) -> BoolArray:
         """Which pieces can touch something solid within the tick, shape (n,)."""
         return self._world.near_solid(pos, self._pool.radius[slots] + move + TOUCH)
+
+    def _are_under(self, robot: Footprint, slots: IntArray, pos: FloatArray, move: FloatArray) -> BoolArray:
+        """Which pieces can touch both the robot's lower side and what they lie on within the tick, shape (n,)."""
+        reach, over = self._pool.radius[slots] + move + TOUCH, robot.over(pos)
+        return (over > 0.0) & (over < reach) & ((pos[:, 2] < reach) | self._world.near_field(pos, reach))

@@ -64,6 +64,8 @@ class Footprint:
     half_width: float
     speed: float
     """Fastest point of the box [m/s], so including spin."""
+    underside: tuple[float, float, float] = (-math.inf, 0.0, 0.0)
+    """Height of its lower side at (x, y) [m], and how much it rises along x and along y, field frame [m/m]."""
     heights: tuple[float, float] = (-math.inf, math.inf)
     """Of its lowest and highest parts [m]."""
     waking_speed: float = 0.005
@@ -78,6 +80,18 @@ class Footprint:
         dx, dy = pos[:, 0] - self.x, pos[:, 1] - self.y
         c, s = math.cos(self.yaw), math.sin(self.yaw)
         return np.abs(c * dx + s * dy) - self.half_length, np.abs(c * dy - s * dx) - self.half_width
+
+    @property
+    def highest_underside(self) -> float:
+        """Height of the highest corner of its lower side, or more [m]."""
+        height, along_x, along_y = self.underside
+        return height + math.hypot(along_x, along_y) * math.hypot(self.half_length, self.half_width)
+
+    def over(self, pos: FloatArray) -> FloatArray:
+        """How far the plane of its lower side is over places (n, 3) [m], shape (n,)."""
+        height, along_x, along_y = self.underside
+        over: FloatArray = height + along_x * (pos[:, 0] - self.x) + along_y * (pos[:, 1] - self.y) - pos[:, 2]
+        return over
 
     def gap(self, pos: FloatArray) -> FloatArray:
         """Flat distance of places (n, 2 or 3) from the outside of the box [m], negative within, shape (n,)."""

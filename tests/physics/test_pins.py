@@ -119,6 +119,33 @@ def test_a_robot_cannot_press_fuel_into_a_wall(thickness, speed, rows, columns, 
         assert apart.min() > 2 * RADIUS - 0.01, "none in another"
 
 
+@pytest.mark.parametrize("ahead", [0.0, 0.2, 0.36])
+def test_a_robot_that_comes_down_on_a_ball_is_carried_by_it(ahead):
+    """As after a jump over a bump: the ball is under the frame, with nothing around but carpet.
+
+    In the middle the ball bears all of the weight. Nearer to an end the robot stands on the ball and on two wheels: of
+    moments about their axle, that of the ball's load is that of the weight. The carpet shows the load by how far the
+    ball gives way to it; 10 % for what the robot still sways.
+    """
+    with PhysicsWorld() as world:
+        pin = Pin(world, np.array([[4.0 + ahead, 4.0, RADIUS]]), (4.0, 4.0, 0.0))
+        config, body = pin.robot.config, pin.robot
+        world.set_pose(body.row, (4.0, 4.0, 0.115))
+        body.read()
+        pin.drive(0.0, 3.0)
+        attitude = matrix(body.quat)
+        axle = (attitude @ (-config.wheel_positions[0][0], 0.0, config.wheel_radius))[0]
+        weight_at = (attitude @ (0.0, 0.0, config.center_of_mass_height))[0]
+        ball_at = pin.fuel[0, 0] - body.pos[0]
+        load = config.mass * world.gravity
+        if ahead > 0.0:
+            load *= (weight_at - axle) / (ball_at - axle)
+        assert body.touching.count(True) == (0 if ahead == 0.0 else 2)
+        assert FUEL.stiffness * (RADIUS - pin.fuel[0, 2]) == pytest.approx(load, rel=0.1)
+        in_frame = ((pin.fuel[0] - body.pos) @ attitude)[2] + RADIUS - config.clearance
+        assert in_frame < 3.0 * load / FUEL.stiffness, "and the frame stays on it"
+
+
 # --- on the real field ----------------------------------------------------------------------------------------------
 
 LENGTH, WIDTH = REBUILT.field.size
