@@ -148,6 +148,14 @@ class Engine(Protocol):
         """Rows of the bodies that a body was in contact with in the last step."""
         ...
 
+    def contact_points(self, row: int) -> tuple[list[int], FloatArray]:
+        """Where a body was in contact in the last step.
+
+        Returns:
+            Row of the other body, for each contact, and place on it, field frame [m], shape (n, 3).
+        """
+        ...
+
     def free_share(self, row: int, h: float) -> float:
         """Share of a step of h [s] in which a body goes on without touching a static; 1 if it meets none.
 

@@ -304,14 +304,18 @@ class MuJoCoEngine:
 
     def touching(self, row: int) -> list[int]:
         """Rows of the bodies that a body was in contact with in the last step."""
+        return sorted(set(self.contact_points(row)[0]))
+
+    def contact_points(self, row: int) -> tuple[list[int], FloatArray]:
+        """Where a body was in contact in the last step."""
         self._refresh()
         contact = self._d.contact
         touch = contact.dist < _TOUCHING
         solved = np.nonzero(contact.efc_address >= 0)[0]
         touch[solved] |= self._d.efc_force[contact.efc_address[solved]] > 0.0  # met within the step
         rows = self._layout.row_of_geom[contact.geom[touch]].reshape(-1, 2)
-        mine = rows[(rows == row).any(axis=1)]
-        return sorted(set(mine[mine != row].tolist()))
+        mine = (rows == row).any(axis=1)
+        return (rows[mine, 0] + rows[mine, 1] - row).tolist(), contact.pos[touch][mine]
 
     def free_share(self, row: int, h: float) -> float:
         """All of it: a contact is found before it is reached."""

@@ -122,6 +122,7 @@ class PhysicsWorld:
         self._bodies: dict[int, _Body] = {}
         self._solid: set[int] = set()
         self._ramps: set[int] = set()
+        self._carriers: set[int] = set()
         self._hanging: set[int] = set()
         self._robots: list[int] = []
         self._pieces: dict[int, int] = {}  # group by row
@@ -211,6 +212,8 @@ class PhysicsWorld:
             )
         )
         self._bodies[row] = _Body(name, surface)
+        if group == CollisionGroup.DRIVABLE:
+            self._carriers.add(row)
         return row
 
     def add_field(self, elements: Iterable[StaticElement], *, drivable: Sequence[str] = ()) -> None:
@@ -433,6 +436,11 @@ class PhysicsWorld:
     def ground_rays(self, start: FloatArray, end: FloatArray) -> RayHits:
         """First hits of segments (n, 3) [m] on what robots drive over; walls and pieces are left out."""
         return self.engine.rays(start, end, CollisionGroup.DRIVABLE)
+
+    def ground_contacts(self, row: int) -> FloatArray:
+        """Where a robot touched what carries robots in the last step, field frame [m], shape (n, 3)."""
+        others, places = self.engine.contact_points(row)
+        return places[[other in self._carriers for other in others]]
 
     def solid_rays(self, start: FloatArray, end: FloatArray, *, pieces: bool = False, robots: bool = False) -> RayHits:
         """First hits of segments (n, 3) [m] on the field, and if asked on robots and on the pieces of active chunks."""

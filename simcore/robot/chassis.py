@@ -480,7 +480,10 @@ class ChassisSimulation:
         self._engine.set_velocity(self.row, linear, angular)
 
     def _find_ground(self) -> None:
-        """Which wheels touch: all of them on the flat carpet (no rays needed), else by a short ray down each wheel."""
+        """Which wheels touch: all of them on the flat carpet, else those whose short ray down meets something.
+
+        And those that touch what carries robots elsewhere: a wheel at the edge of a bar stands on it and pulls there.
+        """
         x, y, _, _ = self.quat
         if abs(self.pos[2]) < 0.002 and x * x + y * y < 1e-6:
             self.touching = self._all_touching
@@ -488,7 +491,13 @@ class ChassisSimulation:
         turn = matrix(self.quat).T
         start = self._hubs @ turn + self.pos
         end = self._soles @ turn + self.pos
-        self.touching = (self._world.ground_rays(start, end).row >= 0).tolist()
+        touching = self._world.ground_rays(start, end).row >= 0
+        if not touching.all():
+            places = self._world.ground_contacts(self.row)
+            if len(places):
+                away = np.linalg.norm(start[:, None] - places, axis=2).min(axis=1)
+                touching |= away < self.config.wheel_radius + _CONTACT_GAP
+        self.touching = touching.tolist()
 
     def _require_finite(self, what: str, values: Sequence[float]) -> None:
         if not all(map(math.isfinite, values)):

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from simcore.errors import ConfigError, NonFiniteError
+from simcore.geometry.rotation import from_rpy
 from simcore.physics.shapes import Box, Hull, Sphere
 from simcore.physics.surface import POLYCARBONATE, WALL
 from simcore.physics.world import PhysicsWorld
@@ -216,3 +217,25 @@ def test_values_that_are_no_numbers_are_refused_and_change_nothing(value):
 def test_impossible_robots_are_refused(field, value):
     with pytest.raises(ConfigError, match=field):
         ChassisConfig(**{field: value})
+
+
+@pytest.mark.parametrize("back", [0.01, 0.025, 0.04])
+def test_a_wheel_at_the_edge_of_a_bar_stands_on_it(back):
+    """With its hub a little before the edge nothing is straight under the wheel; it bears load and pulls all the same.
+
+    A hub that is b before the edge and on a radius r from it is sqrt(r^2 - b^2) over it.
+    """
+    high, radius = 0.0286, 0.05
+    with PhysicsWorld() as world:
+        world.add_static("bar", Box((0.2, 4.0, high)), (0.1, 0.0, high / 2), surface=POLYCARBONATE, drivable=True)
+        robot = ChassisSimulation(world, ChassisConfig())
+        front = max(x for x, _ in robot.config.wheel_positions)
+        lifted = high + math.sqrt(radius**2 - back**2) - radius
+        tilt = math.atan2(lifted, 2.0 * front)
+        world.set_pose(robot.row, (-back - front, 0.0, lifted / 2), from_rpy(0.0, -tilt, 0.0))
+        robot.read()
+        for _ in range(3):
+            robot.follow_velocity(0.0, 0.0, 0.0)
+            advance(world, robot)
+        assert robot.pos[0] + front == pytest.approx(-back, abs=0.01), "it has hardly rolled back"
+        assert all(robot.touching)
