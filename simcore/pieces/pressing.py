@@ -55,9 +55,8 @@ class Pressing:
         """Sleepers that the engine had moved a little when they were last read."""
         rest_heights = np.array([kind.rest_height for kind in pool.types])
         radii = np.array([kind.bounding_radius for kind in pool.types])
-        self._lowest = min(
-            (kind.inner_radius for kind in pool.types), default=math.inf
-        )  # no center lies lower on the carpet
+        # No center lies lower on the carpet.
+        self._lowest = min((kind.inner_radius for kind in pool.types), default=math.inf)
         self._is_heaped = np.zeros(len(pool.rows), dtype=bool)  # scratch
         self._raised = (rest_heights + 0.5 * radii)[pool.state.kind]
         self._high = (rest_heights + 3.0 * radii)[pool.state.kind]
