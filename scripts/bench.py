@@ -141,7 +141,7 @@ def _play(match: Match, engine: TimedEngine, seconds: float, before: Callable[[i
         "check": {
             "pieces_moved": int(moved.sum()),
             "robot_height_mm": round(1e3 * robot.chassis.pos[2], 1),
-            "pieces_below_carpet": int((match.pieces.state.pos[:, 2] < 0.05).sum()),
+            "pieces_below_carpet": int((match.pieces.state.pos[match.pieces.on_field(), 2] < 0.05).sum()),
             "recovered": match.pieces.recovered,
             "conserved": match.count.is_conserved,
         },

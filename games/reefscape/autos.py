@@ -65,8 +65,7 @@ def _place(robot: ScriptedRobot, face: int, side: str, level: int, way: tuple[tu
     robot.set_volts("claw", -8.0)
     yield from robot.wait(0.16)
     robot.set_position("arm", _TUCKED)
-    x, y, yaw = _before_face(face, out + 0.30, aside)
-    yield from robot.drive_to(x, y, yaw, speed=2.0, tolerance=0.12)
+    yield from robot.drive_to(*_before_face(face, out + 0.30, aside), speed=2.0, tolerance=0.12)
     robot.set_volts("claw", 8.0)
     robot.set_position("elevator", _CARRY)
 
@@ -74,8 +73,7 @@ def _place(robot: ScriptedRobot, face: int, side: str, level: int, way: tuple[tu
 def _load(robot: ScriptedRobot, side: str, way: tuple[tuple[float, float], ...] = ()) -> Steps:
     """Drive backward to a station and wait for a coral there."""
     robot.intake(True)
-    robot.set_volts("claw", 8.0)
-    robot.set_position("arm", _TUCKED)
+    _begin(robot)
     x, y, yaw = station_faces("blue")[side]
     before = (x + 0.46 * math.cos(yaw), y + 0.46 * math.sin(yaw))
     yield from robot.drive_through([*way, before], yaw, speed=4.0, tolerance=0.08)
@@ -118,18 +116,15 @@ def _take_algae(robot: ScriptedRobot, face: int) -> Steps:
     out = dim.REEF_ALGAE_RADIUS + PIVOT[0] + ALGAE_REACH * math.cos(arm)
     robot.set_position("elevator", elevator_turns(place[2] - ALGAE_REACH * math.sin(arm)))
     robot.set_volts("algae_wheel", 8.0)
-    x, y, yaw = _before_face(face, out + 0.45)
-    yield from robot.drive_to(x, y, yaw, speed=3.5, tolerance=0.10)
+    yield from robot.drive_to(*_before_face(face, out + 0.45), speed=3.5, tolerance=0.10)
     robot.set_position("arm", arm)
-    x, y, yaw = _before_face(face, out)
-    yield from robot.drive_to(x, y, yaw, speed=1.5, tolerance=0.03, timeout=1.2)
+    yield from robot.drive_to(*_before_face(face, out), speed=1.5, tolerance=0.03, timeout=1.2)
     for _ in range(20):
         if robot.held:
             break
         yield
     robot.set_volts("algae_wheel", 0.0)
-    x, y, yaw = _before_face(face, out + 0.35)
-    yield from robot.drive_to(x, y, yaw, speed=2.0, tolerance=0.12)
+    yield from robot.drive_to(*_before_face(face, out + 0.35), speed=2.0, tolerance=0.12)
     robot.set_position("arm", _TUCKED)
 
 
@@ -137,6 +132,7 @@ def _let_algae_go(robot: ScriptedRobot) -> Steps:
     robot.set_volts("algae_wheel", -8.0)
     yield from robot.wait(0.3)
     robot.set_volts("algae_wheel", 0.0)
+    robot.set_position("arm", _TUCKED)
 
 
 def algae(robot: ScriptedRobot) -> Steps:
@@ -152,7 +148,6 @@ def algae(robot: ScriptedRobot) -> Steps:
     yield from robot.drive_to(x, y, -math.pi / 2, speed=1.5, tolerance=0.03, timeout=1.2)
     yield from robot.wait(0.2)
     yield from _let_algae_go(robot)
-    robot.set_position("arm", _TUCKED)
     yield from _take_algae(robot, 4)
     arm = degrees(40.0)
     robot.set_position("elevator", elevator_turns(2.08))
@@ -163,7 +158,6 @@ def algae(robot: ScriptedRobot) -> Steps:
     robot.set_position("arm", arm)
     yield from robot.wait(0.3)
     yield from _let_algae_go(robot)
-    robot.set_position("arm", _TUCKED)
     robot.set_position("elevator", _CARRY)
 
 
