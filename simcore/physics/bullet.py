@@ -391,13 +391,16 @@ class BulletEngine:
 
     def touching(self, row: int) -> list[int]:
         """Rows of the bodies that a body was in contact with in the last step."""
-        return sorted(set(self.contact_points(row)[0]))
+        return sorted({self._row_of[contact[2]] for contact in self._contacts(row)})
 
     def contact_points(self, row: int) -> tuple[list[int], FloatArray]:
         """Where a body was in contact in the last step."""
+        contacts = self._contacts(row)
+        return [self._row_of[c[2]] for c in contacts], np.array([c[6] for c in contacts]).reshape(-1, 3)
+
+    def _contacts(self, row: int) -> list[tuple[Any, ...]]:
         contacts = self._p.getContactPoints(self._ids[row], physicsClientId=self._open()) or ()
-        mine = [c for c in contacts if c[8] < _CONTACT_DISTANCE and c[2] in self._row_of]
-        return [self._row_of[c[2]] for c in mine], np.array([c[6] for c in mine]).reshape(-1, 3)
+        return [contact for contact in contacts if contact[8] < _CONTACT_DISTANCE and contact[2] in self._row_of]
 
     def free_share(self, row: int, h: float) -> float:
         """Share of a step of h [s] in which a body goes on without touching a static; 1 if it meets none.

@@ -165,9 +165,10 @@ class Pressing:
             if robot not in crowded or not np.count_nonzero(near):
                 continue
             some = np.nonzero(low & (gap < CHAIN))[0]
-            held = self._are_held(awake[some], pos[some], (robot.speed + speed[some]) * dt)
+            move = (robot.speed + speed[some]) * dt
+            held = self._are_held(awake[some], pos[some], move)
             if robot.highest_underside > self._lowest:
-                held |= near[some] & self._are_under(robot, awake[some], pos[some], (robot.speed + speed[some]) * dt)
+                held |= near[some] & self._are_under(robot, awake[some], pos[some], move)
             if len(robots) == 1 and not np.count_nonzero(held):
                 continue
             touching = touching_chain(pos[some], radius[awake[some]], near[some])

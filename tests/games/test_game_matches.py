@@ -91,12 +91,12 @@ def _drive_and_spin(robot, time):
 
 
 @pytest.mark.parametrize(("name", "start"), [("rebuilt", (2.0, 1.6, 0.0)), ("crates", (6.0, 1.0, 0.0))])
-def test_a_tick_in_four_parts_is_that_tick(name, start):
+def test_a_tick_in_four_parts_is_that_tick(name, start, engine_name):
     """Battery within 0.1 V, mechanisms within 2 %, and the robot where it is, at every tick within 15 mm.
 
     A sub-step moves the robot by the mean of its velocity, so its length leaves no trace in the path. What does is the
-    current of the mechanisms, which the battery sees once a part, and the moments at which wheels meet or leave an edge
-    of a bump: there, for a tick, the motors draw another current. Two axles and three edges make six ticks of 200.
+    current of the mechanisms, which the battery sees once a part, and the moment at which a wheel meets the edge of a
+    bump: there, for a tick or two, the motors draw another current. On MuJoCo these are five ticks of 200, not four.
     """
     seen = []
     for parts in (1, 4):
@@ -116,7 +116,7 @@ def test_a_tick_in_four_parts_is_that_tick(name, start):
     assert np.ptp(one[:, 0]) > 2.0
     assert np.hypot(apart[:, 0], apart[:, 1]).max() < 0.015
     assert apart[:, 2].max() < 0.015
-    assert np.quantile(apart[:, 3], 1.0 - 6 / 200) < 0.1
+    assert np.quantile(apart[:, 3], 0.98 if engine_name == "bullet" else 0.975) < 0.1
     for column in range(4, one.shape[1]):
         assert apart[:, column].max() <= 0.02 * max(np.ptp(one[:, column]), 1e-9)
 
