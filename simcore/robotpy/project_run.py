@@ -14,7 +14,6 @@ import numpy as np
 import pytest
 
 from simcore.match.runner import auto_seconds
-from simcore.robotpy import project_auto
 from simcore.robotpy.isolation import end_process, load_robot_plugin
 from simcore.robotpy.robot_test import RobotTest
 from simcore.start_errors import start_sentence
@@ -22,7 +21,7 @@ from simcore.sweep.child_process import answer_task, read_task
 from simcore.sweep.run_metrics import PlayedRun, measure
 from simcore.units import TICK
 
-__all__ = ["ProjectRun"]
+__all__ = ["ProjectRun", "test_auto"]
 
 
 class ProjectRun:
@@ -70,6 +69,11 @@ class ProjectRun:
         return {**metrics, "digest": sim.digest}
 
 
+def test_auto(sim: RobotTest, project_run: ProjectRun) -> None:
+    """The robot test that is the run: pytest finds it in this file. Play the auto, and measure what came of it."""
+    project_run.play(sim)
+
+
 def _main() -> None:
     task = read_task()
     run = ProjectRun(task)
@@ -97,7 +101,7 @@ def _play(task: dict[str, Any], run: ProjectRun, folder: Path) -> None:
     own_settings = ["--noconftest", f"--rootdir={folder}", "-c", os.devnull]  # not those of the project's tests
     without = [f"-pno:{name}" for name in ("cacheprovider", "cov", "terminal", "xdist")]
     varied = [f"--sim-seed={task['seed']}", *spreads]
-    pytest.main([str(project_auto.__file__), *own_settings, *without, *varied], plugins=[robot, run])
+    pytest.main([__file__, *own_settings, *without, *varied], plugins=[robot, run])
 
 
 if __name__ == "__main__":

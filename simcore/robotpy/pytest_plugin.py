@@ -397,11 +397,11 @@ def pytest_runtest_makereport(item: pytest.Item, call: pytest.CallInfo[Any]) -> 
     test = getattr(item, "funcargs", {}).get("sim")
     recording = item.stash.get(_RECORDING, None)
     if item.config.getoption("sim_run") == _ONE_OF_MANY:
-        from simcore.robotpy.seed_runs import said_of_run
+        from simcore.robotpy.robot_test import run_report
 
         refuted = call.excinfo is not None and call.excinfo.errisinstance((AssertionError, pytest.fail.Exception))
         started = call.excinfo is None or call.excinfo.value is not _start_failure
-        report.user_properties.append(said_of_run(test, is_refuted=refuted and started))
+        report.user_properties.append(run_report(test, is_refuted=refuted and started))
     is_lost = report.failed or (test is not None and not all(claim.held for claim in test.claims))
     if is_lost and recording is not None and test is not None and test.has_run:
         from simcore.show.failed_run import save_failed_run

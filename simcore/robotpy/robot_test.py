@@ -9,6 +9,7 @@ import math
 import time
 from collections.abc import Callable
 from contextlib import ExitStack
+from dataclasses import asdict
 from types import TracebackType
 from typing import TYPE_CHECKING, Any, TextIO
 
@@ -28,14 +29,14 @@ from simcore.robotpy.own_loops import loop_waits
 from simcore.robotpy.repeatable_runs import own_threads
 from simcore.robotpy.robot_physics import RobotPhysics, latest_physics
 from simcore.robotpy.run_variation import require_varied
-from simcore.robotpy.seed_runs import RunClaim
+from simcore.robotpy.seed_runs import RUN, RunClaim
 from simcore.telemetry.snapshot import TelemetrySink
 from simcore.units import TICK
 
 if TYPE_CHECKING:
     from pyfrc.test_support.controller import TestController
 
-__all__ = ["ConditionError", "RobotTest"]
+__all__ = ["ConditionError", "RobotTest", "run_report"]
 
 _log = logging.getLogger(__name__)
 
@@ -436,3 +437,21 @@ class RobotTest:
         self._raise_error_of_robot()
         if not self._control.robot_is_alive:
             raise SimcoreError("the robot program has ended by itself: startCompetition returned")
+
+
+def run_report(test: RobotTest | None, *, is_refuted: bool) -> tuple[str, dict[str, Any]]:
+    """The property of a run's report that `SeededRun` reads.
+
+    Args:
+        test: The fixture; None: the test has done without.
+        is_refuted: Whether an assertion of it has failed.
+    """
+    said: dict[str, Any] = {"is_refuted": is_refuted}
+    if test is not None and test.has_run:
+        said |= {
+            "claims": [asdict(claim) for claim in test.claims],
+            "points": getattr(test.score, test.match.alliances[test.robot_sim.number]),
+            "summary": test.summary(),
+            "digest": test.digest,
+        }
+    return RUN, said

@@ -10,9 +10,9 @@ import math
 import shutil
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import pytest
 
@@ -21,12 +21,8 @@ from simcore.quantities import shown
 from simcore.sweep.child_process import cores
 from simcore.sweep.sweep_statistics import wilson_share
 
-if TYPE_CHECKING:
-    from simcore.robotpy.robot_test import RobotTest
-
 __all__ = [
-    "RUN", "RunClaim", "SeededRun", "judge_runs", "judged_seeds", "play_seeds", "said_of_run", "seeds_and_spreads",
-    "seeds_of",
+    "RUN", "RunClaim", "SeededRun", "judge_runs", "judged_seeds", "play_seeds", "seeds_and_spreads", "seeds_of",
 ]  # fmt: skip
 
 RUN = "run of one seed"
@@ -157,24 +153,6 @@ def judged_seeds(
         The reports of the whole test.
     """
     return judge_runs(list(play_seeds(play, seeds, _workers(item.config))), item.nodeid, output)
-
-
-def said_of_run(test: RobotTest | None, *, is_refuted: bool) -> tuple[str, dict[str, Any]]:
-    """The property of a run's report that `SeededRun` reads.
-
-    Args:
-        test: The fixture; None: the test has done without.
-        is_refuted: Whether an assertion of it has failed.
-    """
-    said: dict[str, Any] = {"is_refuted": is_refuted}
-    if test is not None and test.has_run:
-        said |= {
-            "claims": [asdict(claim) for claim in test.claims],
-            "points": getattr(test.score, test.match.alliances[test.robot_sim.number]),
-            "summary": test.summary(),
-            "digest": test.digest,
-        }
-    return RUN, said
 
 
 def play_seeds(

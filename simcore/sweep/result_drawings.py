@@ -13,6 +13,7 @@ import numpy as np
 from simcore.errors import ConfigError
 from simcore.sweep.column_expressions import names_in
 from simcore.sweep.landing_map import heat_map, landings_of
+from simcore.sweep.results import Results
 from simcore.sweep.sensitivity import FactorEffect
 from simcore.sweep.sweep_charts import (
     ChartPoint,
@@ -28,7 +29,6 @@ if TYPE_CHECKING:
     import pandas as pd
 
     from simcore.show.scene import Scene
-    from simcore.sweep.results import Results
 
 __all__ = ["ResultDrawing", "drawings_of", "effects_of", "main_metric", "varied_metrics"]
 

@@ -10,10 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from simcore.errors import ConfigError, UnknownNameError
-from simcore.show.raster import save_drawing
 from simcore.sweep.column_expressions import evaluate, names_in, no_condition
-from simcore.sweep.result_drawings import drawings_of
-from simcore.sweep.results_page import summary_text, write_results_page
 from simcore.sweep.sensitivity import (
     FactorEffect,
     main_effects,
@@ -35,14 +32,12 @@ from simcore.telemetry.sinks import output_error
 if TYPE_CHECKING:
     import pandas as pd
 
-    from simcore.show.scene import Scene
     from simcore.sweep.experiment import Experiment
 
 __all__ = ["BESIDE_METRICS", "Results"]
 
 BESIDE_METRICS = ("run", "point", "seed", "digest", "version", "error", "cpu_seconds")
 """Columns of every table that are neither factors nor metrics: three before them, the others after."""
-_NARROW, _WIDE = 720, 1200  # of pictures [px]
 
 
 @dataclass(frozen=True, slots=True)
@@ -248,43 +243,6 @@ class Results:
 
     # --- what is left of them ---------------------------------------------------------------------------------------
 
-    def summary(self, condition: str = "") -> str:
-        """Text for a terminal: counts, shares of success, percentiles, what matters most.
-
-        Args:
-            condition: What a success is; empty: that of the experiment's stop rule, if it has one.
-        """
-        return summary_text(self, condition or self.experiment.stop.condition)
-
-    def save(self, folder: str | Path, condition: str = "", *, scene: Scene | None = None) -> dict[str, Path]:
-        """Write `results.parquet`, `results.csv`, `page.html` and `pictures/*.png`; missing folders are made.
-
-        Args:
-            folder: Where to.
-            condition: What a success is; empty: that of the experiment's stop rule, if it has one.
-            scene: The bare field, for heat maps of `landings`; None: that of the game.
-
-        Returns:
-            The files by their names.
-
-        Raises:
-            OutputError: One cannot be written.
-        """
-        folder = Path(folder)
-        condition = condition or self.experiment.stop.condition
-        if scene is None and "landings" in self.table.columns:
-            scene = _field_of(self.experiment)
-        drawings = drawings_of(self, condition, scene)
-        written = list(self.save_tables(folder))
-        page = folder / "page.html"
-        write_results_page(page, self, drawings, condition)
-        written.append(page)
-        for drawing in drawings:
-            path = folder / "pictures" / drawing.file_name
-            save_drawing(drawing.drawing, path, _WIDE if drawing.is_wide else _NARROW)
-            written.append(path)
-        return {path.name: path for path in written}
-
     def save_tables(self, folder: str | Path) -> tuple[Path, Path]:
         """Write `results.parquet` and `results.csv`; missing folders are made.
 
@@ -303,14 +261,6 @@ class Results:
         except OSError as error:
             raise output_error("table", path, error) from error
         return parquet, csv
-
-
-def _field_of(experiment: Experiment) -> Scene:
-    """The bare field of the game that was played."""
-    from simcore.show.scene import bare_scene
-    from simcore.sweep.one_run import game_of
-
-    return bare_scene(game_of(experiment.game))
 
 
 _OF_DESIGNS = {

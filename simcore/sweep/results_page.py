@@ -10,19 +10,23 @@ from typing import TYPE_CHECKING, Any
 
 from simcore.match.registry import find_game
 from simcore.show.page import page_style
-from simcore.sweep.result_drawings import ResultDrawing, effects_of, main_metric, varied_metrics
+from simcore.show.raster import save_drawing
+from simcore.sweep.one_run import game_of
+from simcore.sweep.result_drawings import ResultDrawing, drawings_of, effects_of, main_metric, varied_metrics
+from simcore.sweep.results import Results
 from simcore.sweep.sweep_charts import number_text
 from simcore.sweep.sweep_statistics import PERCENTILES, Share
 from simcore.telemetry.sinks import write_text
 
 if TYPE_CHECKING:
-    from simcore.sweep.results import Results
+    from simcore.show.scene import Scene
 
-__all__ = ["summary_text", "write_results_page"]
+__all__ = ["save_results", "summary_text", "write_results_page"]
 
 _MOST_GROUPS = 12
 _MOST_RUNS = 10
 _MOST_ERRORS = 20
+_NARROW, _WIDE = 720, 1200  # of pictures [px]
 _HEADS = ("metric", *("median" if q == 50 else f"{q:g} %" for q in PERCENTILES))
 
 Table = tuple[Sequence[str], list[list[str]]]
@@ -33,8 +37,9 @@ def summary_text(results: Results, condition: str = "") -> str:
 
     Args:
         results: Of a sweep.
-        condition: What a success is; empty: nothing is.
+        condition: What a success is; empty: that of the experiment's stop rule, if it has one.
     """
+    condition = condition or results.experiment.stop.condition
     lines = [_headline(results)]
     if condition:
         (_, share), *groups = _shares(results, condition)
@@ -53,6 +58,39 @@ def summary_text(results: Results, condition: str = "") -> str:
             f"  {said} ({_count(count, 'run')})" for said, count in failures["error"].value_counts().head(5).items()
         ]
     return "\n".join(lines)
+
+
+def save_results(
+    results: Results, folder: str | Path, condition: str = "", *, scene: Scene | None = None
+) -> dict[str, Path]:
+    """Write `results.parquet`, `results.csv`, `page.html` and `pictures/*.png`; missing folders are made.
+
+    Args:
+        results: Of a sweep.
+        folder: Where to.
+        condition: What a success is; empty: that of the experiment's stop rule, if it has one.
+        scene: The bare field, for heat maps of `landings`; None: that of the game.
+
+    Returns:
+        The files by their names.
+
+    Raises:
+        OutputError: One cannot be written.
+    """
+    folder = Path(folder)
+    condition = condition or results.experiment.stop.condition
+    if scene is None and "landings" in results.table.columns:
+        from simcore.show.scene import bare_scene
+
+        scene = bare_scene(game_of(results.experiment.game))
+    drawings = drawings_of(results, condition, scene)
+    written = [*results.save_tables(folder), folder / "page.html"]
+    write_results_page(written[-1], results, drawings, condition)
+    for drawing in drawings:
+        path = folder / "pictures" / drawing.file_name
+        save_drawing(drawing.drawing, path, _WIDE if drawing.is_wide else _NARROW)
+        written.append(path)
+    return {path.name: path for path in written}
 
 
 def write_results_page(

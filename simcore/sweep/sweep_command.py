@@ -32,6 +32,7 @@ from simcore.sweep.experiment_options import (
 from simcore.sweep.factors import Factor, parse_factor
 from simcore.sweep.one_run import play_values
 from simcore.sweep.results import Results
+from simcore.sweep.results_page import save_results, summary_text
 from simcore.sweep.run_metrics import METRICS
 from simcore.sweep.run_store import RunStore
 
@@ -132,9 +133,9 @@ def run(options: argparse.Namespace) -> int:
             f"interrupted; {progress.done} of {experiment.count} runs are kept, and the same command goes on with them"
         )
         return 130
-    print(results.summary(options.success), flush=True)  # before files, for which the disk may be full
+    print(summary_text(results, options.success), flush=True)  # before files, for which the disk may be full
     _tell_failures(results, out)
-    print(f"\n{results.save(out, options.success).get('page.html', out)}")
+    print(f"\n{save_results(results, out, options.success).get('page.html', out)}")
     return 1 if len(results.failures) else 0
 
 

@@ -13,6 +13,7 @@ from simcore.errors import OutputError
 from simcore.show.palette import COLORS
 from simcore.show.scene import Scene
 from simcore.sweep.landing_map import heat_map, landings_of
+from simcore.sweep.results_page import save_results, summary_text
 from simcore.sweep.sweep_charts import ChartPoint, distribution_chart, response_chart
 
 from . import made_sweep
@@ -46,7 +47,7 @@ def saved(tmp_path_factory):
     table.loc[5, "error"] = "TimeoutError: <b>took more than 60 s</b>"
     results = replace(results, table=table)
     folder = tmp_path_factory.mktemp("sweep")
-    return results, results.save(folder, "score >= 25", scene=SCENE), folder
+    return results, save_results(results, folder, "score >= 25", scene=SCENE), folder
 
 
 def test_the_page_loads_nothing_and_forbids_itself_to(saved):
@@ -74,7 +75,7 @@ def test_page_and_pictures_show_what_was_varied_and_measured(saved):
 
 
 def test_the_summary_says_share_percentiles_and_what_matters(saved):
-    said = saved[0].summary("score >= 25").splitlines()
+    said = summary_text(saved[0], "score >= 25").splitlines()
     assert said[0] == "120 runs at 6 points of battery.charge, robot.mass, 20 seeds; 1 ended with an error"
     assert any(re.match(r"score >= 25: \d+ of 120 = \d+ % \(95 % interval \d+ to \d+ %\)$", row) for row in said)
     assert any(row.startswith("  battery.charge = 0.65: ") and " of 40 = " in row for row in said)
@@ -87,15 +88,15 @@ def test_the_summary_says_share_percentiles_and_what_matters(saved):
 def test_a_sweep_in_which_nothing_worked_has_a_page_that_says_so(tmp_path):
     results = made_sweep.tired_battery()
     table = results.table.assign(error="ConfigError: no auto", score=np.nan, hits=np.nan, landings=None)
-    files = replace(results, table=table).save(tmp_path, "score >= 25", scene=SCENE)
+    files = save_results(replace(results, table=table), tmp_path, "score >= 25", scene=SCENE)
     assert "0 of 120" in files["page.html"].read_text(encoding="utf-8")
-    assert "no auto (120 runs)" in replace(results, table=table).summary()
+    assert "no auto (120 runs)" in summary_text(replace(results, table=table))
 
 
 def test_a_page_that_cannot_be_written_is_said(tmp_path):
     (tmp_path / "page.html").mkdir()
     with pytest.raises(OutputError, match="cannot write the page"):
-        made_sweep.tired_battery().save(tmp_path, scene=SCENE)
+        save_results(made_sweep.tired_battery(), tmp_path, scene=SCENE)
 
 
 def bars(drawing):
