@@ -417,6 +417,7 @@ class Game:
         *,
         size: tuple[float, float] = (16.0, 8.0),
         elements: Sequence[FieldElement] = (),
+        drivable: Sequence[str] = (),
         pieces: Sequence[PieceSupply] = (),
         robot: Callable[[], RobotConfig],
         zones: Sequence[ScoringZone] = (),
@@ -427,6 +428,7 @@ class Game:
         Args:
             size: Length and width [m].
             elements: What stands on it, beside the wall.
+            drivable: Name patterns of those that robots drive on.
             pieces: Kinds of pieces; none lies anywhere until `match.pieces.spawn` puts it there.
             robot: The default robot.
             zones: Where pieces score.
@@ -442,6 +444,7 @@ class Game:
                 size=size,
                 symmetry=FieldSymmetry("rotate", size),
                 elements=(*wall.elements(), *elements),
+                drivable=tuple(drivable),
             ),
             pieces=tuple(pieces),
             clock=MatchClock([Phase("auto", 15.0, "auto"), Phase("teleop", 1e6)]),

@@ -208,6 +208,7 @@ class Match:
         start: Pose = (2.0, 2.0, 0.0),
         size: tuple[float, float] = (16.0, 8.0),
         elements: Sequence[FieldElement] = (),
+        drivable: Sequence[str] = (),
         pieces: Sequence[PieceSupply] = (),
         zones: Sequence[ScoringZone] = (),
         places: Sequence[RestingPlace] = (),
@@ -220,6 +221,7 @@ class Match:
             start: Where it stands [m, m, rad].
             size: Length and width of the field [m].
             elements: What stands on it, beside the wall.
+            drivable: Name patterns of those that robots drive on.
             pieces: Kinds of pieces; none lies anywhere until `match.pieces.spawn` puts it there.
             zones: Where pieces score.
             places: Where pieces stay and count.
@@ -241,7 +243,15 @@ class Match:
             steer_supply_limit=20.0,
         )
         config = robot or RobotConfig(drivetrain=SwerveConfig.square(0.53, module))
-        game = Game.bare(size=size, elements=elements, pieces=pieces, zones=zones, places=places, robot=lambda: config)
+        game = Game.bare(
+            size=size,
+            elements=elements,
+            drivable=drivable,
+            pieces=pieces,
+            zones=zones,
+            places=places,
+            robot=lambda: config,
+        )
         return cls(game, robots=(RobotEntry(start=start),), **settings)
 
     def __enter__(self) -> Match:
