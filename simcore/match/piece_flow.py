@@ -250,7 +250,7 @@ class PieceFlow:
         if share < 1.0:  # it is held until the tick's end where it would have met something
             pos, vel = after(share * flown)
         self._pieces.launch(robot.number, pos, vel, piece.spin, slot=slot, quat=quat)
-        shooter.after_shot(float(self._pieces.mass[slot]), launch.aim.speed)
+        shooter.after_shot(float(self._pieces.mass[slot]), float(launch.aim.speed))
         shot = ShotRecord(time, slot, robot.number, [pos])
         self.shots.append(shot)
         self._shot_rows = None

@@ -5,14 +5,14 @@ Conventions: robot x forward, y left, z up; yaw counter-clockwise positive; elev
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
 from simcore.geometry.rotation import matrix
 from simcore.quantities import ANGLE, ROBOT_HEIGHT, ROBOT_PLACE, Quantity, require, require_fields
-from simcore.typing import FloatArray
+from simcore.typing import FloatArray, IntArray
 
 __all__ = ["Aim", "LaunchParameters", "launch_direction", "launch_state", "muzzle_offset", "to_field"]
 
@@ -49,15 +49,15 @@ class LaunchParameters:
 
 @dataclass(frozen=True, slots=True)
 class Aim:
-    """Speed and direction of a launch at one instant, relative to the robot."""
+    """Speed and direction of a launch at one instant, relative to the robot; of n launches, arrays of shape (n,)."""
 
-    elevation: float
+    elevation: float | FloatArray
     """Over the robot's floor plane [rad]."""
-    speed: float
+    speed: float | FloatArray
     """Relative to the muzzle [m/s]."""
-    turret_angle: float = 0.0
+    turret_angle: float | FloatArray = 0.0
     """Counter-clockwise positive [rad]."""
-    turret_rate: float = 0.0
+    turret_rate: float | FloatArray = 0.0
     """Rate of the turret against the robot, which carries the muzzle round its pivot [rad/s]."""
 
 
@@ -68,7 +68,7 @@ def launch_direction(yaw: float | FloatArray, elevation: float | FloatArray) -> 
 
 
 def muzzle_offset(
-    launch: LaunchParameters, barrel: int | npt.NDArray[np.int64] = 0, turret_angle: float | FloatArray = 0.0
+    launch: LaunchParameters, barrel: int | IntArray = 0, turret_angle: float | FloatArray = 0.0
 ) -> FloatArray:
     """From the robot's origin to muzzles, robot frame [m], shape (3,), or (n, 3) of arrays."""
     yaw = launch.heading + turret_angle
@@ -78,48 +78,32 @@ def muzzle_offset(
 
 
 def launch_state(
-    launch: LaunchParameters,
-    *,
-    elevation: float | FloatArray,
-    speed: float | FloatArray,
-    robot_pos: npt.ArrayLike,
-    robot_rotation: npt.ArrayLike,
-    robot_velocity: npt.ArrayLike,
-    robot_spin: npt.ArrayLike = (0.0, 0.0, 0.0),
-    turret_angle: float | FloatArray = 0.0,
-    turret_rate: float | FloatArray = 0.0,
-    barrel: int | npt.NDArray[np.int64] = 0,
+    launch: LaunchParameters, aim: Aim, robot: Sequence[Sequence[float] | FloatArray], barrel: int | IntArray = 0
 ) -> tuple[FloatArray, FloatArray]:
     """Position and velocity of pieces at the moment they leave a robot that may pitch and roll.
 
-    v = v_exit + v_turret + v_chassis + omega x r; the last term is what a robot that turns adds. Each argument is of
-    one launch, or of n.
+    v = v_exit + v_turret + v_chassis + omega x r; the last term is what a robot that turns adds.
 
     Args:
         launch: Place of the launcher.
-        elevation: Over the robot's floor plane [rad].
-        speed: Relative to the muzzle [m/s].
-        robot_pos: Origin of the robot frame, field frame [m], shape (3,) or (n, 3).
-        robot_rotation: Robot to field, quaternion xyzw, shape (4,) or (n, 4).
-        robot_velocity: Of the robot's origin, field frame [m/s], shape (3,) or (n, 3).
-        robot_spin: Angular velocity, field axes [rad/s], shape (3,) or (n, 3).
-        turret_angle: Counter-clockwise positive [rad].
-        turret_rate: Rate of the turret against the robot, which carries the muzzle round its pivot [rad/s].
+        aim: Speed and direction relative to the robot, of one launch or of n.
+        robot: As a `PartState`, field frame: position of its origin [m], attitude as quaternion xyzw, velocity [m/s]
+            and angular velocity [rad/s]; each of one robot, or (n, 3) and (n, 4).
         barrel: Which one.
 
     Returns:
         Position [m] and velocity [m/s] in the field frame, shape (3,) or (n, 3) each.
     """
-    offset = muzzle_offset(launch, barrel, turret_angle)
+    pos, quat, vel, rate = (np.asarray(one, dtype=np.float64) for one in robot)
+    offset = muzzle_offset(launch, barrel, aim.turret_angle)
     arm = offset - (launch.pivot_x, launch.pivot_y, 0.0)
-    carried = _vectors(-turret_rate * arm[..., 1], turret_rate * arm[..., 0], 0.0)
-    exit_velocity = np.asarray(speed)[..., None] * launch_direction(launch.heading + turret_angle, elevation) + carried
-    muzzle = to_field(robot_rotation, offset)
-    velocity = to_field(robot_rotation, exit_velocity) + robot_velocity + np.cross(robot_spin, muzzle)
-    return robot_pos + muzzle, velocity
+    carried = _vectors(-aim.turret_rate * arm[..., 1], aim.turret_rate * arm[..., 0], 0.0)
+    leaves = np.asarray(aim.speed)[..., None] * launch_direction(launch.heading + aim.turret_angle, aim.elevation)
+    muzzle = to_field(quat, offset)
+    return pos + muzzle, to_field(quat, leaves + carried) + vel + np.cross(rate, muzzle)
 
 
-def to_field(robot_rotation: npt.ArrayLike, vectors: FloatArray) -> FloatArray:
+def to_field(robot_rotation: Sequence[float] | FloatArray, vectors: FloatArray) -> FloatArray:
     """Vectors of the robot's axes in the field's, by quaternions xyzw; shape (3,) and (4,), or (n, 3) and (n, 4)."""
     turned: FloatArray = np.einsum("ij...,...j->...i", matrix(np.asarray(robot_rotation).T), vectors)
     return turned

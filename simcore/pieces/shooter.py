@@ -12,7 +12,6 @@ from dataclasses import dataclass, replace
 from typing import Literal, NamedTuple, Protocol, TypeVar
 
 import numpy as np
-import numpy.typing as npt
 
 from simcore.errors import ConfigError
 from simcore.geometry.linkage import MechanismMotion, PartState, require_mechanisms
@@ -29,7 +28,7 @@ from simcore.quantities import (
     TURN_RATE_OR_NONE,
     require_fields,
 )
-from simcore.typing import FloatArray
+from simcore.typing import FloatArray, IntArray
 
 Number = TypeVar("Number", float, FloatArray)
 _SQUEEZE = 0.15
@@ -179,51 +178,35 @@ class ShooterConfig:
 
     def launched(
         self,
+        aim: Aim,
+        robot: Sequence[Sequence[float] | FloatArray],
         *,
-        elevation: float | FloatArray,
-        speed: float | FloatArray,
         wheel_speeds: Sequence[float | FloatArray],
         radius: float | FloatArray,
-        robot_pos: npt.ArrayLike,
-        robot_rotation: npt.ArrayLike,
-        robot_velocity: npt.ArrayLike,
-        robot_spin: npt.ArrayLike = (0.0, 0.0, 0.0),
-        turret_angle: float | FloatArray = 0.0,
-        turret_rate: float | FloatArray = 0.0,
-        barrel: int | npt.NDArray[np.int64] = 0,
+        barrel: int | IntArray = 0,
         spin: float | FloatArray = 1.0,
     ) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Pieces as they leave, each argument of one or of n: `launch_state`, and the spin that the wheels give.
+        """Pieces as they leave: `launch_state`, and the spin that the wheels give, of one or of n.
 
         Args:
-            elevation: Over the robot's floor plane [rad].
-            speed: Relative to the muzzle [m/s].
+            aim: Speed and direction relative to the robot.
+            robot: Its pose and motion, as of `launch_state`.
             wheel_speeds: Of each wheel [rad/s].
             radius: Of the pieces [m].
-            robot_pos: Of the robot's origin, field frame [m], shape (3,) or (n, 3).
-            robot_rotation: Robot to field, quaternion xyzw, shape (4,) or (n, 4).
-            robot_velocity: Of the robot's origin, field frame [m/s].
-            robot_spin: Angular velocity, field axes [rad/s].
-            turret_angle: Counter-clockwise positive [rad].
-            turret_rate: Of the turret against the robot [rad/s].
             barrel: Which one.
             spin: Factor of the spin [-].
 
         Returns:
             Positions [m], velocities [m/s] and angular velocities [rad/s], field frame, shape (3,) or (n, 3) each.
         """
-        pos, velocity = launch_state(
-            self.launch, elevation=elevation, speed=speed, robot_pos=robot_pos, robot_rotation=robot_rotation,
-            robot_velocity=robot_velocity, robot_spin=robot_spin, turret_angle=turret_angle, turret_rate=turret_rate,
-            barrel=barrel,
-        )  # fmt: skip
-        yaw = self.launch.heading + turret_angle
+        pos, vel = launch_state(self.launch, aim, robot, barrel)
+        yaw = self.launch.heading + aim.turret_angle
         if self.wheel_places == "lower and upper":  # backspin is about the axis to the right of the shot
             axis = launch_direction(yaw - 0.5 * math.pi, 0.0)
         else:  # a faster left wheel turns it clockwise about what is upright to the shot
-            axis = launch_direction(yaw, elevation - 0.5 * math.pi)
-        rim = self.spin_speed(np.asarray(speed), [np.asarray(one) for one in wheel_speeds])
-        return pos, velocity, to_field(robot_rotation, (spin * rim / radius)[..., None] * axis)
+            axis = launch_direction(yaw, aim.elevation - 0.5 * math.pi)
+        rim = self.spin_speed(np.asarray(aim.speed), [np.asarray(one) for one in wheel_speeds])
+        return pos, vel, to_field(robot[1], np.asarray(spin * rim / radius)[..., None] * axis)
 
 
 class ReleasedPiece(NamedTuple):
@@ -349,12 +332,10 @@ class Shooter:
         """
         aim = launch.aim
         rows = self.config.launched(
-            elevation=aim.elevation, speed=aim.speed, wheel_speeds=self._wheel_speeds, radius=radius,
-            robot_pos=robot.pos, robot_rotation=robot.quat, robot_velocity=robot.vel, robot_spin=robot.rate,
-            turret_angle=aim.turret_angle, turret_rate=aim.turret_rate, barrel=launch.barrel, spin=launch.spin,
-        )  # fmt: skip
+            aim, robot, wheel_speeds=self._wheel_speeds, radius=radius, barrel=launch.barrel, spin=launch.spin
+        )
         (px, py, pz), (vx, vy, vz), (wx, wy, wz) = (row.tolist() for row in rows)
-        muzzle = from_rpy(0.0, -aim.elevation, self.config.launch.heading + aim.turret_angle)
+        muzzle = from_rpy(0.0, -float(aim.elevation), self.config.launch.heading + float(aim.turret_angle))
         return ReleasedPiece((px, py, pz), (vx, vy, vz), (wx, wy, wz), multiply(robot.quat, muzzle))
 
     def after_shot(self, mass: float, speed: float) -> None:

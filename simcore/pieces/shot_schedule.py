@@ -6,6 +6,8 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
+import numpy as np
+
 from simcore.errors import ConfigError, NonFiniteError
 from simcore.pieces.launch import Aim, LaunchParameters
 from simcore.quantities import RATE, SPEED, require
@@ -112,7 +114,7 @@ class ShotSchedule:
         launches: list[Launch] = []
         if self._gate_open():
             now = self._aim(1.0)
-            if not (math.isfinite(now.elevation) and math.isfinite(now.speed) and math.isfinite(now.turret_angle)):
+            if not np.isfinite(now.elevation + now.speed + now.turret_angle):
                 raise NonFiniteError(
                     f"ShotSchedule: want finite numbers, got elevation {now.elevation} rad, speed {now.speed} m/s,"
                     f" turret {now.turret_angle} rad"

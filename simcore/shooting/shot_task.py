@@ -19,7 +19,7 @@ from simcore.physics.shapes import Sphere
 from simcore.pieces.aerodynamics import AirRows
 from simcore.pieces.flight import Flights
 from simcore.pieces.kinds import GamePieceConfig
-from simcore.pieces.launch import muzzle_offset, to_field
+from simcore.pieces.launch import Aim, muzzle_offset, to_field
 from simcore.pieces.shooter import ShooterConfig
 from simcore.pieces.shot_opening import ShotOpening, ShotOutcomes, fly_to_opening
 from simcore.robot.robot_config import RobotConfig, build_mechanism
@@ -264,12 +264,14 @@ class ShotTask:
         shape, air = self.kind.shape, self.kind.air
         assert isinstance(shape, Sphere)
         radius = shape.radius * d.diameter
-        place, rotation = self.robot_pose(stand, yaw)
         pos, vel, spin = self.shooter.launched(
-            elevation=elevation + d.elevation, speed=speed * d.exit_speed, turret_angle=d.azimuth, barrel=barrel,
-            wheel_speeds=[self.shooter.wheel_speed_for(speed)] * len(self.shooter.wheels), radius=radius, spin=d.spin,
-            robot_pos=place, robot_rotation=rotation, robot_velocity=stand.velocity,
-        )  # fmt: skip
+            Aim(elevation + d.elevation, speed * d.exit_speed, d.azimuth),
+            (*self.robot_pose(stand, yaw), stand.velocity, np.zeros(3)),
+            wheel_speeds=[self.shooter.wheel_speed_for(speed)] * len(self.shooter.wheels),
+            radius=radius,
+            barrel=barrel,
+            spin=d.spin,
+        )
         rows = AirRows(
             drag=air.drag * d.drag * d.diameter**2 / d.mass,
             lift=air.lift * d.diameter**3 / d.mass,
@@ -286,9 +288,9 @@ class ShotTask:
         yaw = self.lead(stand, elevation, speed)
         good = np.nonzero(np.isfinite(yaw))[0]
         n, k = len(good), len(self.barrels)
-        rows = [np.tile(part[good], k) for part in (elevation, speed, yaw)]
+        meant = np.tile(elevation[good], k), np.tile(speed[good], k), np.tile(yaw[good], k)
         result: BoolArray = np.zeros(len(speed), dtype=bool)
-        result[good] = self.fly(self.rows(stand, *rows, np.repeat(np.arange(k), n))).goes_in.reshape(k, n).all(axis=0)
+        result[good] = self.fly(self.rows(stand, *meant, np.repeat(np.arange(k), n))).goes_in.reshape(k, n).all(axis=0)
         return result
 
     def scattered_hits(self, stand: Stand, elevation: float, speed: float, draws: ShotDraws) -> BoolArray:

@@ -149,5 +149,6 @@ class ShotPreview:
         kinds = self._match.pieces.types
         held = robot.storage_of(shooter.config).in_turn
         if held:
-            return kinds[self._match.pieces.state.kind[held[0]]]
+            kind: GamePieceConfig = kinds[self._match.pieces.state.kind[held[0]]]
+            return kind
         return next((kind for kind in kinds if kind.name in shooter.config.kinds), kinds[0])

@@ -9,7 +9,7 @@ from hypothesis.extra.numpy import arrays
 
 from simcore.pieces.aerodynamics import Aerodynamics, air_acceleration, air_factors
 from simcore.pieces.intake import IntakeZone, field_to_robot
-from simcore.pieces.launch import LaunchParameters, launch_state, muzzle_offset
+from simcore.pieces.launch import Aim, LaunchParameters, launch_state, muzzle_offset
 
 ZONE = IntakeZone(x_min=-0.50, x_max=-0.35, y_min=-0.25, y_max=0.25, z_max=0.20)
 near = arrays(np.float64, (6, 3), elements=st.floats(-1, 1))
@@ -50,16 +50,6 @@ def test_a_piece_at_the_muzzle_is_seen_at_the_muzzle(q, pos, velocity, spin, tur
     """`launch_state` and `field_to_robot` use the same frames; exit speed relative to the muzzle is what was asked."""
     rotation = q / np.linalg.norm(q)
     launch = LaunchParameters(height=0.5, forward=0.2, pivot_x=0.1, barrels=(0.08, -0.08))
-    at, v = launch_state(
-        launch,
-        elevation=elevation,
-        speed=9.0,
-        turret_angle=turret,
-        robot_pos=pos,
-        robot_rotation=rotation,
-        robot_velocity=velocity,
-        robot_spin=spin,
-        barrel=1,
-    )
+    at, v = launch_state(launch, Aim(elevation, 9.0, turret), (pos, rotation, velocity, spin), 1)
     assert np.allclose(field_to_robot(at[None], pos, rotation)[0], muzzle_offset(launch, 1, turret), atol=1e-9)
     assert np.isclose(np.linalg.norm(v - velocity - np.cross(spin, at - pos)), 9.0, atol=1e-9)

@@ -14,7 +14,7 @@ AIR = air_factors(Aerodynamics(lift_slope=1.92), radius=0.075, mass=0.215)
 
 
 def test_a_step_is_of_second_order():
-    """20 ms with drag and lift, against steps of a hundredth; half the step leaves a quarter of the error in velocity."""
+    """20 ms with drag and lift, against steps of a hundredth; half the step, a quarter of the error."""
     exact, faster = POS, VEL
     for _ in range(100):
         exact, faster = advance(exact, faster, SPIN, AIR, 0.0002)

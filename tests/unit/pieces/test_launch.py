@@ -9,6 +9,7 @@ import pytest
 
 from simcore.errors import ConfigError
 from simcore.pieces.launch import (
+    Aim,
     LaunchParameters,
     launch_direction,
     launch_state,
@@ -22,15 +23,12 @@ def yaw_rotation(yaw):
     return np.array([0.0, 0.0, math.sin(yaw / 2), math.cos(yaw / 2)])
 
 
-def state(*, elevation=math.pi / 3, turret_angle=0.0, turret_rate=0.0, **changes):
-    still = dict(
-        robot_pos=np.array([2.0, 3.0, 0.0]),
-        robot_rotation=yaw_rotation(0.0),
-        robot_velocity=np.zeros(3),
-        robot_spin=np.zeros(3),
-    )
-    aim = dict(elevation=elevation, speed=8.0, turret_angle=turret_angle, turret_rate=turret_rate)
-    return launch_state(LAUNCH, **aim, **{**still, **changes})
+def state(
+    *, elevation=math.pi / 3, turret_angle=0.0, turret_rate=0.0, barrel=0,
+    robot_pos=(2.0, 3.0, 0.0), robot_rotation=(0.0, 0.0, 0.0, 1.0), robot_velocity=(0.0,) * 3, robot_spin=(0.0,) * 3,
+):  # fmt: skip
+    robot = (robot_pos, robot_rotation, robot_velocity, robot_spin)
+    return launch_state(LAUNCH, Aim(elevation, 8.0, turret_angle, turret_rate), robot, barrel)
 
 
 def test_a_robot_at_rest_shoots_ahead():
