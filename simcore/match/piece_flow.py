@@ -14,7 +14,7 @@ from simcore.geometry.rotation import IDENTITY, Vector, multiply, rotate
 from simcore.match.held_contact import HeldContact
 from simcore.physics.shapes import Sphere
 from simcore.physics.world import PhysicsWorld
-from simcore.pieces.aerodynamics import fly
+from simcore.pieces.flight import advance
 from simcore.pieces.intake import Intake, field_to_robot, on_part
 from simcore.pieces.kinds import GamePieceConfig
 from simcore.pieces.muzzle_clearance import free_share, muzzle_obstacle
@@ -236,19 +236,21 @@ class PieceFlow:
         size = float(self._pieces.size[slot])
         launch = shooter.gripped(launch, size)
         piece = shooter.released(launch, radius=size * kind.bounding_radius, robot=motion)
-        quat = IDENTITY if isinstance(kind.shape, Sphere) else multiply(motion.quat, storage.config.attitude)
+        quat = IDENTITY if isinstance(kind.shape, Sphere) else multiply(piece.muzzle, storage.config.attitude)
         flown = TICK - launch.delay
-        gravity, air = self._world.gravity, self._pieces.air_of(slot)
+        start, gravity, air = np.array([piece[:3]]), self._world.gravity, self._pieces.air_of(slot)
 
         def after(dt: float) -> tuple[Vector, Vector]:
-            return fly(piece.pos, piece.vel, piece.spin, dt, gravity=gravity, factors=air)
+            flown = advance(start[:, 0], start[:, 1], start[:, 2], air, dt, gravity=gravity)
+            (x, y, z), (vx, vy, vz) = (row[0].tolist() for row in flown)
+            return (x, y, z), (vx, vy, vz)
 
         pos, vel = after(flown)
         share = free_share(self._world, piece.pos, pos, kind.inner_radius, robot=robot.chassis.row)
         if share < 1.0:  # it is held until the tick's end where it would have met something
             pos, vel = after(share * flown)
         self._pieces.launch(robot.number, pos, vel, piece.spin, slot=slot, quat=quat)
-        shooter.after_shot(float(self._pieces.mass[slot]), launch.aim.speed)
+        shooter.after_shot(float(self._pieces.mass[slot]), float(launch.aim.speed))
         shot = ShotRecord(time, slot, robot.number, [pos])
         self.shots.append(shot)
         self._shot_rows = None

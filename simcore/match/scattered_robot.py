@@ -10,7 +10,7 @@ import numpy as np
 
 from simcore.geometry.symmetry import Pose
 from simcore.match.scatter import ScatterDraws
-from simcore.pieces.shot_errors import ShotErrors
+from simcore.pieces.shot_schedule import ShotErrors
 from simcore.robot.battery import BatteryConfig
 from simcore.robot.built_robot import BuiltRobot
 from simcore.robot.dc_motor import MotorModel

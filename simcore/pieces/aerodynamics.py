@@ -7,7 +7,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from simcore.geometry.rotation import Vector
 from simcore.pieces.touching import lengths
 from simcore.quantities import FACTOR, GAIN, MASS, POSITIVE, ROBOT_LENGTH, Quantity, require, require_fields
 from simcore.typing import FloatArray
@@ -20,8 +19,6 @@ __all__ = [
     "air_factors",
     "drag_acceleration",
     "drag_factor",
-    "fly",
-    "fly_rows",
     "lift_acceleration",
 ]
 
@@ -162,42 +159,3 @@ def air_acceleration(velocity: FloatArray, spin: FloatArray, factors: AirFactors
     if np.any(factors.lift):
         total += lift_acceleration(velocity, spin, factors)
     return total
-
-
-def fly_rows(
-    pos: FloatArray,
-    velocity: FloatArray,
-    spin: FloatArray,
-    dt: float | FloatArray,
-    *,
-    gravity: float,
-    factors: AirFactors | AirRows,
-) -> tuple[FloatArray, FloatArray]:
-    """Fly pieces on by a short time, with gravity, drag and lift.
-
-    The midpoint rule: exact without air; with k v^2 = 20 m/s^2 it is off by 0.01 mm after 20 ms.
-
-    Args:
-        pos: Of the centers [m], shape (n, 3).
-        velocity: [m/s], shape (n, 3).
-        spin: Angular velocities, which stay [rad/s], shape (n, 3).
-        dt: How long [s], for all or, as shape (n, 1), for each.
-        gravity: Along -z [m/s^2].
-        factors: From `air_factors`, of all pieces or of each.
-
-    Returns:
-        Positions [m] and velocities [m/s] after that time, shape (n, 3) each.
-    """
-    down = np.array([0.0, 0.0, -gravity])
-    middle = velocity + 0.5 * dt * (air_acceleration(velocity, spin, factors) + down)
-    return pos + dt * middle, velocity + dt * (air_acceleration(middle, spin, factors) + down)
-
-
-def fly(
-    pos: Vector, velocity: Vector, spin: Vector, dt: float, *, gravity: float, factors: AirFactors
-) -> tuple[Vector, Vector]:
-    """Fly one piece on by a short time; arguments and returned values as of `fly_rows`, for one row."""
-    at, way, turn = np.array([pos]), np.array([velocity]), np.array([spin])
-    after, faster = fly_rows(at, way, turn, dt, gravity=gravity, factors=factors)
-    (x, y, z), (vx, vy, vz) = after[0].tolist(), faster[0].tolist()
-    return (x, y, z), (vx, vy, vz)

@@ -1,27 +1,20 @@
-"""Where a piece leaves the robot, and how fast, when robot and turret move.
+"""Where a piece leaves the robot, and how fast, when robot and turret move: one formula for one launch or for n.
 
 Conventions: robot x forward, y left, z up; yaw counter-clockwise positive; elevation positive up from the horizontal.
 """
 
 from __future__ import annotations
 
-import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from simcore.geometry.rotation import matrix
 from simcore.quantities import ANGLE, ROBOT_HEIGHT, ROBOT_PLACE, Quantity, require, require_fields
-from simcore.typing import FloatArray
+from simcore.typing import FloatArray, IntArray
 
-__all__ = [
-    "Aim",
-    "LaunchParameters",
-    "launch_direction",
-    "launch_state",
-    "muzzle_offset",
-    "muzzle_velocity",
-]
+__all__ = ["Aim", "LaunchParameters", "launch_direction", "launch_state", "muzzle_offset", "to_field"]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -56,95 +49,66 @@ class LaunchParameters:
 
 @dataclass(frozen=True, slots=True)
 class Aim:
-    """Speed and direction of a launch at one instant, relative to the robot."""
+    """Speed and direction of a launch at one instant, relative to the robot; of n launches, arrays of shape (n,)."""
 
-    elevation: float
+    elevation: float | FloatArray
     """Over the robot's floor plane [rad]."""
-    speed: float
+    speed: float | FloatArray
     """Relative to the muzzle [m/s]."""
-    turret_angle: float = 0.0
+    turret_angle: float | FloatArray = 0.0
     """Counter-clockwise positive [rad]."""
-    turret_rate: float = 0.0
+    turret_rate: float | FloatArray = 0.0
     """Rate of the turret against the robot, which carries the muzzle round its pivot [rad/s]."""
 
 
-def launch_direction(yaw: float, elevation: float) -> FloatArray:
-    """Unit vector of a direction, shape (3,)."""
-    level = math.cos(elevation)
-    return np.array([level * math.cos(yaw), level * math.sin(yaw), math.sin(elevation)])
+def launch_direction(yaw: float | FloatArray, elevation: float | FloatArray) -> FloatArray:
+    """Unit vectors of directions, shape (3,), or (n, 3) of arrays."""
+    level = np.cos(elevation)
+    return _vectors(level * np.cos(yaw), level * np.sin(yaw), np.sin(elevation))
 
 
-def muzzle_offset(launch: LaunchParameters, barrel: int = 0, turret_angle: float = 0.0) -> FloatArray:
-    """From the robot's origin to a muzzle, robot frame [m], shape (3,)."""
-    yaw = launch.heading + turret_angle
-    ahead, left = launch.forward, launch.barrels[barrel]
-    c, s = math.cos(yaw), math.sin(yaw)
-    return np.array([launch.pivot_x + c * ahead - s * left, launch.pivot_y + s * ahead + c * left, launch.height])
-
-
-def muzzle_velocity(
-    exit_velocity: FloatArray,
-    chassis_velocity: FloatArray,
-    yaw_rate: float | FloatArray,
-    muzzle: FloatArray,
+def muzzle_offset(
+    launch: LaunchParameters, barrel: int | IntArray = 0, turret_angle: float | FloatArray = 0.0
 ) -> FloatArray:
-    """Velocity of a piece as it leaves a launcher on a moving robot.
-
-    v = v_exit + v_chassis + omega x r; the last term is what a spinning robot adds.
-
-    Args:
-        exit_velocity: Relative to the muzzle, field axes [m/s], shape (3,).
-        chassis_velocity: Of the robot center, field frame [m/s], shape (3,).
-        yaw_rate: Counter-clockwise positive, or the whole angular velocity, shape (3,) [rad/s].
-        muzzle: From robot center to muzzle, field axes [m], shape (3,).
-
-    Returns:
-        Field-frame velocity [m/s], shape (3,).
-    """
-    if isinstance(yaw_rate, np.ndarray):
-        turning = _cross(yaw_rate, muzzle)
-    else:
-        turning = np.array([-yaw_rate * muzzle[1], yaw_rate * muzzle[0], 0.0])
-    return exit_velocity + chassis_velocity + turning
+    """From the robot's origin to muzzles, robot frame [m], shape (3,), or (n, 3) of arrays."""
+    yaw = launch.heading + turret_angle
+    ahead, left = launch.forward, np.array(launch.barrels)[barrel]
+    c, s = np.cos(yaw), np.sin(yaw)
+    return _vectors(launch.pivot_x + c * ahead - s * left, launch.pivot_y + s * ahead + c * left, launch.height)
 
 
 def launch_state(
-    launch: LaunchParameters,
-    aim: Aim,
-    *,
-    robot_pos: FloatArray,
-    robot_rotation: FloatArray,
-    robot_velocity: FloatArray,
-    robot_spin: FloatArray,
-    barrel: int = 0,
+    launch: LaunchParameters, aim: Aim, robot: Sequence[Sequence[float] | FloatArray], barrel: int | IntArray = 0
 ) -> tuple[FloatArray, FloatArray]:
-    """Position and velocity of a piece at the moment it leaves a robot that may pitch and roll.
+    """Position and velocity of pieces at the moment they leave a robot that may pitch and roll.
+
+    v = v_exit + v_turret + v_chassis + omega x r; the last term is what a robot that turns adds.
 
     Args:
         launch: Place of the launcher.
-        aim: Speed and direction relative to the robot.
-        robot_pos: Origin of the robot frame, field frame [m], shape (3,).
-        robot_rotation: Robot to field, quaternion xyzw, shape (4,); yaw alone is (0, 0, sin(yaw/2), cos(yaw/2)).
-        robot_velocity: Of the robot's origin, field frame [m/s], shape (3,).
-        robot_spin: Angular velocity, field axes [rad/s], shape (3,).
+        aim: Speed and direction relative to the robot, of one launch or of n.
+        robot: As a `PartState`, field frame: position of its origin [m], attitude as quaternion xyzw, velocity [m/s]
+            and angular velocity [rad/s]; each of one robot, or (n, 3) and (n, 4).
         barrel: Which one.
 
     Returns:
-        Position [m] and velocity [m/s] in the field frame, shape (3,) each.
+        Position [m] and velocity [m/s] in the field frame, shape (3,) or (n, 3) each.
     """
-    robot_to_field = matrix(robot_rotation)
+    pos, quat, vel, rate = (np.asarray(one, dtype=np.float64) for one in robot)
     offset = muzzle_offset(launch, barrel, aim.turret_angle)
-    muzzle = robot_to_field @ offset
-    exit_velocity = aim.speed * launch_direction(launch.heading + aim.turret_angle, aim.elevation)
-    if aim.turret_rate != 0.0:
-        ahead, left, _ = (offset - np.array([launch.pivot_x, launch.pivot_y, 0.0])).tolist()
-        exit_velocity += np.array([-aim.turret_rate * left, aim.turret_rate * ahead, 0.0])
-    exit_velocity = robot_to_field @ exit_velocity
-    return robot_pos + muzzle, muzzle_velocity(exit_velocity, robot_velocity, robot_spin, muzzle)
+    arm = offset - (launch.pivot_x, launch.pivot_y, 0.0)
+    carried = _vectors(-aim.turret_rate * arm[..., 1], aim.turret_rate * arm[..., 0], 0.0)
+    leaves = np.asarray(aim.speed)[..., None] * launch_direction(launch.heading + aim.turret_angle, aim.elevation)
+    muzzle = to_field(quat, offset)
+    return pos + muzzle, to_field(quat, leaves + carried) + vel + np.cross(rate, muzzle)
 
 
-def _cross(a: FloatArray, b: FloatArray) -> FloatArray:
-    """Cross product of two vectors; np.cross takes ten times as long for one pair."""
-    ax, ay, az = a.tolist()
-    bx, by, bz = b.tolist()
-    return np.array([ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx])
+def to_field(robot_rotation: Sequence[float] | FloatArray, vectors: FloatArray) -> FloatArray:
+    """Vectors of the robot's axes in the field's, by quaternions xyzw; shape (3,) and (4,), or (n, 3) and (n, 4)."""
+    turned: FloatArray = np.einsum("ij...,...j->...i", matrix(np.asarray(robot_rotation).T), vectors)
+    return turned
+
+
+def _vectors(x: float | FloatArray, y: float | FloatArray, z: float | FloatArray) -> FloatArray:
+    """Vectors of coordinates, shape (3,), or (n, 3) where one of them is an array."""
+    return np.stack(np.broadcast_arrays(x, y, z), axis=-1)

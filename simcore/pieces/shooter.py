@@ -9,16 +9,15 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Literal, Protocol
+from typing import Literal, NamedTuple, Protocol, TypeVar
 
 import numpy as np
 
 from simcore.errors import ConfigError
 from simcore.geometry.linkage import MechanismMotion, PartState, require_mechanisms
-from simcore.geometry.rotation import Vector, from_yaw, multiply, rotate
-from simcore.pieces.launch import Aim, LaunchParameters, launch_state
-from simcore.pieces.shot_errors import ShotErrors
-from simcore.pieces.shot_schedule import Launch, ShotSchedule
+from simcore.geometry.rotation import Quaternion, Vector, from_rpy, multiply
+from simcore.pieces.launch import Aim, LaunchParameters, launch_direction, launch_state, to_field
+from simcore.pieces.shot_schedule import Launch, ShotErrors, ShotSchedule
 from simcore.quantities import (
     ANGLE,
     EFFICIENCY,
@@ -29,7 +28,9 @@ from simcore.quantities import (
     TURN_RATE_OR_NONE,
     require_fields,
 )
+from simcore.typing import FloatArray, IntArray
 
+Number = TypeVar("Number", float, FloatArray)
 _SQUEEZE = 0.15
 """By how much of its diameter a piece is squeezed [-]. Estimate, within a factor of 1.5: foam balls of 13 to 25 cm get
 two to four centimeters."""
@@ -131,7 +132,7 @@ class ShooterConfig:
             return (self.wheel_radius,)
         return self.wheel_radius, self.wheel_radius if self.second_wheel_radius is None else self.second_wheel_radius
 
-    def wheel_speed_for(self, exit_speed: float) -> float:
+    def wheel_speed_for(self, exit_speed: Number) -> Number:
         """Speed of all wheels that gives an exit speed [m/s]; [rad/s]."""
         radii = self.wheel_radii
         return exit_speed / (0.5 * (radii[0] + radii[-1]) * self.exit_efficiency)
@@ -161,8 +162,8 @@ class ShooterConfig:
         squeeze = max(_LEAST_SQUEEZE, 1.0 + (size - 1.0) / _SQUEEZE)
         return max(0.0, 1.0 - slip / squeeze) / (1.0 - slip)
 
-    def spin_speed(self, exit_speed: float, wheel_speeds: Sequence[float]) -> float:
-        """Speed of a piece's rim about its center by the spin with which it leaves [m/s].
+    def spin_speed(self, exit_speed: Number, wheel_speeds: Sequence[Number]) -> Number:
+        """Speed of a piece's rim about its center by the spin with which it leaves [m/s], of one or of n.
 
         Along a fixed hood it rolls: its rim there stands still. Between two wheels its rims move with theirs.
 
@@ -175,9 +176,40 @@ class ShooterConfig:
         lower, upper = (speed * radius for speed, radius in zip(wheel_speeds, self.wheel_radii, strict=True))
         return 0.5 * (lower - upper) * self.exit_efficiency
 
+    def launched(
+        self,
+        aim: Aim,
+        robot: Sequence[Sequence[float] | FloatArray],
+        *,
+        wheel_speeds: Sequence[float | FloatArray],
+        radius: float | FloatArray,
+        barrel: int | IntArray = 0,
+        spin: float | FloatArray = 1.0,
+    ) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Pieces as they leave: `launch_state`, and the spin that the wheels give, of one or of n.
 
-@dataclass(frozen=True, slots=True)
-class ReleasedPiece:
+        Args:
+            aim: Speed and direction relative to the robot.
+            robot: Its pose and motion, as of `launch_state`.
+            wheel_speeds: Of each wheel [rad/s].
+            radius: Of the pieces [m].
+            barrel: Which one.
+            spin: Factor of the spin [-].
+
+        Returns:
+            Positions [m], velocities [m/s] and angular velocities [rad/s], field frame, shape (3,) or (n, 3) each.
+        """
+        pos, vel = launch_state(self.launch, aim, robot, barrel)
+        yaw = self.launch.heading + aim.turret_angle
+        if self.wheel_places == "lower and upper":  # backspin is about the axis to the right of the shot
+            axis = launch_direction(yaw - 0.5 * math.pi, 0.0)
+        else:  # a faster left wheel turns it clockwise about what is upright to the shot
+            axis = launch_direction(yaw, aim.elevation - 0.5 * math.pi)
+        rim = self.spin_speed(np.asarray(aim.speed), [np.asarray(one) for one in wheel_speeds])
+        return pos, vel, to_field(robot[1], np.asarray(spin * rim / radius)[..., None] * axis)
+
+
+class ReleasedPiece(NamedTuple):
     """A piece at the instant at which it leaves a shooter, field frame."""
 
     pos: Vector
@@ -186,6 +218,8 @@ class ReleasedPiece:
     """[m/s]"""
     spin: Vector
     """Angular velocity [rad/s]."""
+    muzzle: Quaternion
+    """Attitude of the muzzle, whose x axis is the direction of the shot, x, y, z, w."""
 
 
 class Shooter:
@@ -297,25 +331,12 @@ class Shooter:
             robot: Pose and velocity of the robot's origin at the instant of the launch, field frame.
         """
         aim = launch.aim
-        pos, velocity = launch_state(
-            self.config.launch,
-            aim,
-            robot_pos=np.array(robot.pos),
-            robot_rotation=np.array(robot.quat),
-            robot_velocity=np.array(robot.vel),
-            robot_spin=np.array(robot.rate),
-            barrel=launch.barrel,
+        rows = self.config.launched(
+            aim, robot, wheel_speeds=self._wheel_speeds, radius=radius, barrel=launch.barrel, spin=launch.spin
         )
-        heading = self.config.launch.heading + aim.turret_angle
-        rate = launch.spin * self.config.spin_speed(aim.speed, self._wheel_speeds) / radius
-        if self.config.wheel_places == "lower and upper":
-            axis = (0.0, -rate, 0.0)  # backspin is about the axis to the right of the shot
-        else:  # a faster left wheel turns it clockwise about what is upright to the shot
-            axis = (rate * math.sin(aim.elevation), 0.0, -rate * math.cos(aim.elevation))
-        spin = rotate(robot.quat if heading == 0.0 else multiply(robot.quat, from_yaw(heading)), axis)
-        px, py, pz = pos.tolist()
-        vx, vy, vz = velocity.tolist()
-        return ReleasedPiece((px, py, pz), (vx, vy, vz), spin)
+        (px, py, pz), (vx, vy, vz), (wx, wy, wz) = (row.tolist() for row in rows)
+        muzzle = from_rpy(0.0, -float(aim.elevation), self.config.launch.heading + float(aim.turret_angle))
+        return ReleasedPiece((px, py, pz), (vx, vy, vz), (wx, wy, wz), multiply(robot.quat, muzzle))
 
     def after_shot(self, mass: float, speed: float) -> None:
         """Take from the wheels what they give to a ball.

@@ -1,4 +1,9 @@
-"""The opening that shots fall through: its rim, the boards behind it that send them back in, and what is within it."""
+"""The opening that shots fall through: its rim, the boards behind it that send them back in, and what is within it.
+
+A shot goes in if it comes down through the opening, stays clear of the rim all along, and does not bounce out again.
+Boards and walls send it back by the law of all impacts here. Only the edge under a board may be touched: what comes
+so far falls in along the board. A shot that touches the rim elsewhere may still drop in, and does not count.
+"""
 
 from __future__ import annotations
 
@@ -9,13 +14,20 @@ import numpy as np
 
 from simcore.errors import ConfigError
 from simcore.geometry.rotation import Vector
+from simcore.geometry.zones import Zone, line_distance
 from simcore.physics.surface import TerrainSurface
+from simcore.pieces.flight import Flights, crossing
+from simcore.pieces.impact_law import hit_surface
 from simcore.quantities import ANGLE, FIELD_PLACE, require, require_fields
-from simcore.typing import BoolArray, FloatArray
+from simcore.typing import BoolArray, FloatArray, IntArray
+from simcore.units import GRAVITY, TICK
 
-__all__ = ["Panel", "ShotOpening"]
+__all__ = ["Panel", "ShotOpening", "ShotOutcomes", "fly_to_opening"]
 
 _FLAT = 1e-3  # [m]; corners may be this far off their common plane
+_LONGEST = 300  # ticks; 6 s, as long as a shot to a height of 40 m
+_MOST_IMPACTS = 4  # in a tick
+_SKIN = 0.01  # [m]; what is deeper behind a panel has come from its other side
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -97,6 +109,143 @@ class ShotOpening:
     def holds(self, points: FloatArray) -> BoolArray:
         """Which points of its plane (n, 3) [m] are within the rim, shape (n,)."""
         return _within(self.corners, points)
+
+
+@dataclass(slots=True, kw_only=True)
+class ShotOutcomes:
+    """What became of shots, one a row."""
+
+    goes_in: BoolArray
+    """Shape (n,)."""
+    by_board: BoolArray
+    """Which of them touched a board on their way, shape (n,)."""
+    time: FloatArray
+    """From the muzzle to the opening [s], NaN for those that do not come down through its plane, shape (n,)."""
+    place: FloatArray
+    """Where they come down through the plane of the opening [m], NaN for the others, shape (n, 3)."""
+    vel: FloatArray
+    """Velocity there [m/s], shape (n, 3)."""
+
+
+def fly_to_opening(
+    shots: Flights, opening: ShotOpening, zone: Zone, surface: TerrainSurface, *, gravity: float = GRAVITY
+) -> ShotOutcomes:
+    """Fly shots until they are in, past the opening, or on its rim.
+
+    Args:
+        shots: From their muzzles on.
+        opening: What they are to fall through.
+        zone: Where they score.
+        surface: Of the pieces.
+        gravity: Along -z [m/s^2].
+    """
+    n = len(shots)
+    found = ShotOutcomes(
+        goes_in=np.zeros(n, dtype=bool), by_board=np.zeros(n, dtype=bool), time=np.full(n, np.nan),
+        place=np.full((n, 3), np.nan), vel=np.full((n, 3), np.nan),
+    )  # fmt: skip
+    middle, inward, rim, reach = opening.middle, opening.inward, opening.bare_rim, opening.reach
+    lowest = min(z for _, _, z in opening.corners)
+    faces = [_Face(panel, surface, middle, number < len(opening.boards))
+             for number, panel in enumerate((*opening.boards, *opening.walls))]  # fmt: skip
+    row: IntArray = np.arange(n)
+    flying, is_within = shots, np.zeros(n, dtype=bool)
+    for tick in range(_LONGEST):
+        if not len(row):
+            break
+        before, flying = flying, flying.advanced(TICK, gravity=gravity)
+        start = before.pos
+        touches: BoolArray = np.zeros(len(row), dtype=bool)
+        way = np.linalg.norm(flying.pos - start, axis=1)
+        near = np.nonzero(np.linalg.norm(flying.pos - middle, axis=1) < reach + flying.radius + way)[0]
+        if len(near):
+            found.by_board[row[_bounce(flying, near, before, faces, gravity)]] = True
+            for a, b in rim:
+                touches[near] |= line_distance(start[near], flying.pos[near], a, b) < flying.radius[near]
+        pos, vel = flying.pos, flying.vel
+        share = crossing(start, pos, middle, inward)
+        passes: BoolArray = np.isfinite(share)
+        if passes.any():
+            part, there = share[passes, None], row[passes]
+            found.place[there] = start[passes] + part * (pos - start)[passes]
+            found.vel[there] = before.vel[passes] + part * (vel - before.vel)[passes]
+            found.time[there] = TICK * (tick + share[passes])
+            touches[passes] |= ~opening.holds(found.place[there]) | (vel[passes, 2] >= 0.0)
+        comes_out = np.isfinite(crossing(start, pos, middle, -inward))
+        if comes_out.any():  # what has never been in has come through a wall from below
+            touches[comes_out] |= ~is_within[comes_out] & opening.holds(pos[comes_out])
+        depth = (pos - middle) @ inward
+        is_within = (is_within | passes) & (depth >= 0.0)
+        scores = is_within & (vel[:, 2] < 0.0) & zone.crossed(start, pos)
+        # What is deep enough to be clear of the rim, and has not the energy to rise to it any more, falls in.
+        turning = 0.2 * np.square(flying.radius) * np.einsum("ij,ij->i", flying.spin, flying.spin)
+        energy = 0.5 * np.einsum("ij,ij->i", vel, vel) + turning + gravity * (pos[:, 2] - lowest)
+        is_in = (scores | (is_within & (depth >= flying.radius) & (energy < 0.0))) & ~touches
+        found.goes_in[row[is_in]] = True
+        is_past = (vel[:, 2] < 0.0) & (pos[:, 2] < lowest - flying.radius) & ~is_within
+        left = ~(touches | is_in | is_past)
+        if not left.all():
+            flying, row, is_within = flying.only(left), row[left], is_within[left]
+    return found
+
+
+class _Face:
+    """A panel as balls of one surface meet it from the side of the opening's middle."""
+
+    def __init__(self, panel: Panel, surface: TerrainSurface, middle: FloatArray, is_board: bool) -> None:
+        self.holds, self.is_board = panel.holds, is_board
+        self.origin = np.array(panel.corners[0])
+        self.normal = panel.normal if panel.normal @ (middle - self.origin) > 0.0 else -panel.normal
+        self.restitution = surface.restitution * panel.surface.restitution
+        self.friction = surface.friction * panel.surface.friction
+
+
+def _bounce(flying: Flights, rows: IntArray, before: Flights, faces: list[_Face], gravity: float) -> IntArray:
+    """Play the impacts of a tick on panels, in place.
+
+    Args:
+        flying: At the end of the tick if nothing is met; changed where something is.
+        rows: Which may meet something.
+        before: All of them as the tick began.
+        faces: All panels.
+        gravity: Along -z [m/s^2].
+
+    Returns:
+        Which rows met a board.
+    """
+    flying.spin = flying.spin.copy()  # `before` keeps its own
+    now = before.only(rows)
+    left = np.full(len(rows), TICK)
+    on_board = rows[:0]
+    for _ in range(_MOST_IMPACTS):
+        first, which = np.full(len(rows), np.inf), np.full(len(rows), -1)
+        for number, face in enumerate(faces):
+            gap = (now.pos - face.origin) @ face.normal - now.radius
+            after = (flying.pos[rows] - face.origin) @ face.normal - now.radius
+            due = (after < 0.0) & (after < gap) & (gap > -_SKIN)
+            share = np.where(due, np.maximum(gap, 0.0) / np.where(due, np.maximum(gap, 0.0) - after, 1.0), np.inf)
+            earlier = np.nonzero(share < first)[0]
+            at = now.pos[earlier] + share[earlier, None] * (flying.pos[rows[earlier]] - now.pos[earlier])
+            earlier = earlier[face.holds(at)]
+            first[earlier], which[earlier] = share[earlier], number
+        hit = np.nonzero(which >= 0)[0]
+        if not len(hit):
+            return on_board
+        rows, first, left = rows[hit], first[hit], left[hit]
+        now = now.only(hit).advanced((first * left)[:, None], gravity=gravity)
+        for k, face in enumerate(faces[number] for number in which[hit].tolist()):
+            (vx, vy, vz), (wx, wy, wz), (x, y, z) = now.vel[k].tolist(), now.spin[k].tolist(), face.normal.tolist()
+            now.vel[k], now.spin[k] = hit_surface(
+                (vx, vy, vz), (wx, wy, wz), (x, y, z), radius=float(now.radius[k]),
+                restitution=face.restitution, friction=face.friction,
+            )  # fmt: skip
+            if face.is_board:
+                on_board = np.append(on_board, rows[k])
+        left = left * (1.0 - first)
+        after_hit = now.advanced(left[:, None], gravity=gravity)
+        flying.pos[rows], flying.vel[rows], flying.spin[rows] = after_hit.pos, after_hit.vel, now.spin
+    flying.pos[rows], flying.vel[rows] = now.pos, now.vel  # it lies on a panel: what is left of the tick it stays there
+    return on_board
 
 
 def _normal(corners: tuple[Vector, ...]) -> FloatArray:

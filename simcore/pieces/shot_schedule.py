@@ -6,12 +6,14 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
+import numpy as np
+
 from simcore.errors import ConfigError, NonFiniteError
 from simcore.pieces.launch import Aim, LaunchParameters
 from simcore.quantities import RATE, SPEED, require
 from simcore.typing import BoolSupplier, FloatSupplier
 
-__all__ = ["Launch", "ShotSchedule"]
+__all__ = ["Launch", "ShotErrors", "ShotSchedule"]
 
 _EARLIEST = -0.2  # of the period: pieces behind each other do not leave at once
 _SAME_INSTANT = 1e-9  # an event this close to the end of a tick belongs to the next one [s]
@@ -29,6 +31,26 @@ class Launch:
     """Speed and direction at that instant, relative to the robot."""
     spin: float = 1.0
     """Factor of the spin that the wheels would give it [-]."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ShotErrors:
+    """What single shots of a shooter are off by; suppliers are called once a shot, in the order of the shots."""
+
+    exit_speed: FloatSupplier
+    """Factor of the speed at which it leaves [-]."""
+    elevation: FloatSupplier
+    """[rad]"""
+    azimuth: FloatSupplier
+    """To the left [rad]."""
+    spin: FloatSupplier
+    """Factor [-]."""
+    feed_time: FloatSupplier
+    """Until the next one [s]."""
+    hood: float = 0.0
+    """How much farther the hood truly is than its encoder shows [rad]."""
+    turret: float = 0.0
+    """The same of the turret [rad]."""
 
 
 class ShotSchedule:
@@ -71,16 +93,6 @@ class ShotSchedule:
         self._lateness = lateness
         self._until_next = 0.0
 
-    @property
-    def cooldown(self) -> float:
-        """Time until the next event may come [s]."""
-        return self._until_next
-
-    def reset(self) -> None:
-        """Forget cooldown and count, as at the start of a match."""
-        self._until_next = 0.0
-        self.shots = 0
-
     def update(
         self, dt: float, held: int, is_free: Callable[[Launch], bool] | None = None, *, opened: float = 0.0
     ) -> list[Launch]:
@@ -102,7 +114,7 @@ class ShotSchedule:
         launches: list[Launch] = []
         if self._gate_open():
             now = self._aim(1.0)
-            if not (math.isfinite(now.elevation) and math.isfinite(now.speed) and math.isfinite(now.turret_angle)):
+            if not np.isfinite(now.elevation + now.speed + now.turret_angle):
                 raise NonFiniteError(
                     f"ShotSchedule: want finite numbers, got elevation {now.elevation} rad, speed {now.speed} m/s,"
                     f" turret {now.turret_angle} rad"

@@ -28,7 +28,8 @@ class StorageConfig:
     high: Vector = (0.15, 0.25, 0.50)
     """Largest corner [m]."""
     attitude: Quaternion = IDENTITY
-    """Of the pieces in it, robot frame, x, y, z, w; a shot piece leaves with it."""
+    """Of the pieces in it, robot frame, x, y, z, w. A shot turns them as the muzzle is turned: a tube that lies along x
+    leaves along the muzzle, a ring that lies flat leaves edge on."""
 
     def __post_init__(self) -> None:
         require_fields(self, capacity=COUNT, low=(ROBOT_PLACE,) * 3, high=(ROBOT_PLACE,) * 3)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from simcore.pieces.shot_errors import ShotErrors
+from simcore.pieces.shot_schedule import ShotErrors
 from simcore.robot.battery import BatteryConfig
 from simcore.robot.gyro import GyroConfig
 from simcore.robot.robot_config import MechanismConfig, RobotConfig

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+import contextlib
+import math
+from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -10,7 +13,7 @@ from simcore.match.game import RobotEntry
 from simcore.match.match import Match
 from simcore.match.scatter import Scatter
 from simcore.match.starts import StartError
-from simcore.pieces.aerodynamics import fly_rows
+from simcore.pieces.flight import path
 from simcore.pieces.muzzle_clearance import free_shares
 from simcore.pieces.pool import PieceStatus
 from simcore.shooting.shot_task import ShotDraws, ShotTask, Stand
@@ -26,12 +29,10 @@ _DEVIATIONS = np.array([(0.0, 0.0), (2.0, 2.0), (2.0, -2.0), (-2.0, 2.0), (-2.0,
 _ROOM = 0.02
 """Added to a piece's radius where its way must be free [m]: one that grazes a bar by 5 mm goes elsewhere."""
 _LONGEST = 300  # ticks of a shot
-_FLIGHT = 250  # ticks
 _MOST_WAITS = 20  # ticks until a shot must have left
 
 
-@dataclass(frozen=True, slots=True)
-class RealShot:
+class RealShot(NamedTuple):
     """A shot that the engine played."""
 
     points: FloatArray
@@ -39,8 +40,6 @@ class RealShot:
     vel: FloatArray
     """At the first of them [m/s], shape (3,)."""
     scored: bool
-    substeps: int
-    """Fewest in a tick of its flight."""
 
 
 class PracticeField:
@@ -96,16 +95,10 @@ class PracticeField:
         for number in range(round(_FARTHEST_TURN / _TURN) + 1):
             for side in (1.0, -1.0) if number else (1.0,):
                 stand = Stand(distance, self.task.opening.approach + side * number * _TURN, radial, tangential)
-                if self._fits(stand):
+                with contextlib.suppress(StartError):
+                    self._carry(stand, stand.bearing)
                     found.append(stand)
         return found
-
-    def _fits(self, stand: Stand) -> bool:
-        try:
-            self._carry(stand, stand.bearing)
-        except StartError:
-            return False
-        return True
 
     def _carry(self, stand: Stand, yaw: float) -> None:
         x, y = stand.place(self.task.opening.middle)
@@ -128,33 +121,25 @@ class PracticeField:
         up, aside = np.tile(_DEVIATIONS, (len(task.barrels), 1)).T
         n = len(barrel)
         draws = replace(
-            ShotDraws.none(n),
-            exit_speed=np.exp(scatter.exit_speed * up),
-            elevation=scatter.elevation * up,
+            ShotDraws.none(n), exit_speed=np.exp(scatter.exit_speed * up), elevation=scatter.elevation * up,
             azimuth=scatter.azimuth * aside,
-        )
-        yaw = task.lead(stand, np.array([elevation]), np.array([speed]))
-        rows = task.rows(stand, np.full(n, elevation), np.full(n, speed), np.repeat(yaw, n), barrel, draws)
+        )  # fmt: skip
+        meant = np.full(n, elevation), np.full(n, speed)
+        rows = task.rows(stand, *meant, task.lead(stand, *meant), barrel, draws)
+        points = path(rows, math.ceil(2.0 * speed / (GRAVITY * TICK)))  # back at the muzzle's height at the latest
+        start, end = points[:-1], points[1:]
+        depth = (end - opening.middle) @ opening.inward
+        is_over = (-opening.reach < depth) & (depth <= 0.0) & opening.holds(end.reshape(-1, 3)).reshape(depth.shape)
         is_meant = up == 0.0
-        flies = np.ones(n, dtype=bool)
-        half, wide = 0.5 * stand.distance, task.kind.bounding_radius + _ROOM
-        pos, vel = rows.pos, rows.vel
-        world, robot = self._match.world, self._robot.chassis.row
-        for _ in range(_FLIGHT):
-            after, vel = fly_rows(pos, vel, rows.spin, TICK, gravity=GRAVITY, factors=rows.air)
-            depth = (after - opening.middle) @ opening.inward
-            arrives = (-opening.reach < depth) & (depth <= 0.0) & opening.holds(after)
-            flies &= ~arrives
-            flies &= is_meant | (np.hypot(*(after - rows.pos)[:, :2].T) < half)
-            reach = np.linalg.norm(after - pos, axis=1) + wide
-            close = np.nonzero(flies & world.near_field(pos, reach))[0]  # no other robot is there
-            shares = free_shares(world, pos[close], after[close], wide, robot=robot) if len(close) else np.ones(0)
-            if (shares < 1.0).any():
-                return False
-            if not flies.any():
-                return True
-            pos = after
-        return False
+        if not is_over[:, is_meant].any(axis=0).all():
+            return False
+        is_near = np.hypot(*np.moveaxis(end - rows.pos, -1, 0)[:2]) < 0.5 * stand.distance
+        flies = (is_meant | np.logical_and.accumulate(is_near)) & ~np.logical_or.accumulate(is_over)
+        start, end, wide = start[flies], end[flies], task.kind.bounding_radius + _ROOM
+        world = self._match.world
+        close = world.near_field(start, np.linalg.norm(end - start, axis=1) + wide)  # no other robot is there
+        shares = free_shares(world, start[close], end[close], wide, robot=self._robot.chassis.row)
+        return bool((shares >= 1.0).all())
 
     # --- real shots -------------------------------------------------------------------------------------------------
 
@@ -184,35 +169,27 @@ class PracticeField:
                 break
         else:
             return None
-        self._close_gate()
+        for name in task.shooter.gate:
+            self._robot.mechanisms[name].velocity = 0.0
         scored = match.tracker.pieces[task.zone.name]
         vel = match.pieces.state.vel[slot].copy()
-        shot = match.flow.shots[-1]
-        radius, substeps = task.kind.bounding_radius, match.substeps
         for _ in range(_LONGEST):
             match.tick()
-            substeps = min(substeps, match.substeps)
-            has_scored = match.tracker.pieces[task.zone.name] > scored  # `shot.scored` is of the first 2 s
-            status = match.pieces.state.status[slot]
-            if has_scored or (status != PieceStatus.IN_FLIGHT and match.pieces.state.pos[slot, 2] < 2.0 * radius):
+            has_scored = match.tracker.pieces[task.zone.name] > scored  # `ShotRecord.scored` is of the first 2 s
+            is_down = match.pieces.state.pos[slot, 2] < 2.0 * task.kind.bounding_radius
+            if has_scored or (is_down and match.pieces.state.status[slot] != PieceStatus.IN_FLIGHT):
                 break
-        return RealShot(np.array(shot.points), vel, has_scored, substeps)
+        return RealShot(np.array(match.flow.shots[-1].points), vel, has_scored)
 
     def _set(self, elevation: float, speed: float) -> None:
         """Wheels, hood and gate as a shot needs them, this tick."""
         shooter, mechanisms = self.task.shooter, self._robot.mechanisms
-        for name in shooter.wheels:
-            mechanisms[name].velocity = shooter.wheel_speed_for(speed)
+        turning = {name: shooter.wheel_speed_for(speed) for name in shooter.wheels}
+        for name in shooter.gate:
+            turning[name] = (2.0 * shooter.gate_speed + 1.0) * (-1.0 if name in shooter.gate_reversed else 1.0)
+        for name, velocity in turning.items():
+            mechanisms[name].velocity = velocity
             mechanisms[name].coast()
         hood = self.task.hood_for(elevation)
         if shooter.hood is not None and hood is not None:
-            mechanisms[shooter.hood].position = hood
-            mechanisms[shooter.hood].velocity = 0.0
-        for name in shooter.gate:
-            forward = -1.0 if name in shooter.gate_reversed else 1.0
-            mechanisms[name].velocity = forward * (2.0 * shooter.gate_speed + 1.0)
-            mechanisms[name].coast()
-
-    def _close_gate(self) -> None:
-        for name in self.task.shooter.gate:
-            self._robot.mechanisms[name].velocity = 0.0
+            mechanisms[shooter.hood].position, mechanisms[shooter.hood].velocity = hood, 0.0

@@ -162,7 +162,7 @@ def _speed_to_middle(task: ShotTask, stand: Stand, elevation: float) -> float:
     """Speed of the shot of an elevation that meets the middle of the opening [m/s]; infinite where none does."""
     try:
         shot = solve_shot(
-            task.muzzle(stand, stand.bearing, float(np.mean(task.barrels)))[0],
+            task.muzzle(stand, np.array([stand.bearing]))[0],
             task.opening.middle,
             elevation=elevation,
             drag=task.kind.air.drag,

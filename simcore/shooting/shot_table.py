@@ -16,9 +16,9 @@ from simcore.shooting.practice_field import PracticeField
 from simcore.shooting.shot_band import ENOUGH, BestShot, ShotBand, smoothest
 from simcore.shooting.shot_task import SPREADS, ShotDraws, ShotTask, Stand
 from simcore.sweep.sweep_statistics import Share, wilson_share
-from simcore.typing import BoolArray, FloatArray
+from simcore.typing import FloatArray
 
-__all__ = ["ShotTable", "ShotTableRow", "make_table", "scattered_hits"]
+__all__ = ["ShotTable", "ShotTableRow", "make_table"]
 
 _CLAIM_SHOTS, _BETWEEN_SHOTS = 2048, 512
 """Of a row's shares: powers of 2, as Sobol's sequence wants."""
@@ -241,13 +241,5 @@ def _between(task: ShotTask, row: ShotTableRow, after: ShotTableRow, scatter: Sc
 
 def _share(task: ShotTask, stand: Stand, shot: BestShot, scatter: Scatter, seed: int, count: int) -> Share:
     shares = np.clip(qmc.Sobol(SPREADS, seed=seed).random(count), 1e-9, 1.0 - 1e-9)
-    return wilson_share(int(scattered_hits(task, stand, shot, ShotDraws.of(scatter, shares)).sum()), count)
-
-
-def scattered_hits(task: ShotTask, stand: Stand, shot: BestShot, draws: ShotDraws) -> BoolArray:
-    """Which of many scattered shots go in, as many from each barrel, shape (n,)."""
-    n = len(draws.elevation)
-    elevation, speed = np.full(n, shot.elevation), np.full(n, shot.speed)
-    yaw = np.repeat(task.lead(stand, elevation[:1], speed[:1]), n)
-    found = task.fly(task.rows(stand, elevation, speed, yaw, task.barrel_numbers(n), draws))
-    return found.goes_in
+    hits = task.scattered_hits(stand, shot.elevation, shot.speed, ShotDraws.of(scatter, shares))
+    return wilson_share(int(hits.sum()), count)

@@ -1,14 +1,13 @@
 """What is to be aimed: a robot's shooter, at a zone with an opening, from a place at a velocity.
 
-Launches are those of `simcore.pieces.shooter` and `simcore.pieces.launch`, for many shots at once: the robot stands
-level, does not turn, and its shooter points with the robot, a turret at zero.
+Launches are those of `simcore.pieces.shooter`, for many shots at once: the robot stands level, does not turn, and its
+shooter points with the robot, a turret at zero.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -18,15 +17,14 @@ from simcore.match.scatter import Scatter
 from simcore.match.scoring import Alliance, ScoringZone
 from simcore.physics.shapes import Sphere
 from simcore.pieces.aerodynamics import AirRows
+from simcore.pieces.flight import Flights
 from simcore.pieces.kinds import GamePieceConfig
-from simcore.pieces.launch import muzzle_offset
+from simcore.pieces.launch import Aim, muzzle_offset, to_field
 from simcore.pieces.shooter import ShooterConfig
-from simcore.pieces.shot_flight import ShotOutcomes, ShotRows, fly_to_opening
-from simcore.pieces.shot_opening import ShotOpening
-from simcore.robot.mechanisms import ArmConfig, ElevatorConfig, RackConfig
-from simcore.robot.robot_config import RobotConfig
+from simcore.pieces.shot_opening import ShotOpening, ShotOutcomes, fly_to_opening
+from simcore.robot.robot_config import RobotConfig, build_mechanism
 from simcore.typing import BoolArray, FloatArray, IntArray
-from simcore.units import GRAVITY, degrees
+from simcore.units import degrees
 
 __all__ = ["SPREADS", "ShotDraws", "ShotTask", "Stand"]
 
@@ -83,23 +81,11 @@ class ShotDraws:
     """Factor of the drag coefficient [-]."""
 
     @staticmethod
-    def none(n: int) -> ShotDraws:
-        """Of n shots that are as meant."""
-        one, zero = np.ones(n), np.zeros(n)
-        return ShotDraws(exit_speed=one, elevation=zero, azimuth=zero, spin=one, mass=one, diameter=one, drag=one)
-
-    @staticmethod
     def of(scatter: Scatter, shares: FloatArray) -> ShotDraws:
-        """Of a scatter, by quantiles.
+        """Of a scatter, by quantiles evenly spread above 0 and below 1, shape (n, 7)."""
+        from scipy.special import ndtri
 
-        Args:
-            scatter: How large each spread is.
-            shares: Evenly spread above 0 and below 1, shape (n, 7).
-        """
-        from scipy.stats import norm
-
-        normal = norm.ppf(shares)
-        even = 2.0 * shares - 1.0
+        normal, even = ndtri(shares), 2.0 * shares - 1.0
         return ShotDraws(
             exit_speed=np.exp(scatter.exit_speed * normal[:, 0]),
             elevation=scatter.elevation * normal[:, 1],
@@ -109,6 +95,11 @@ class ShotDraws:
             diameter=1.0 + scatter.piece_diameter * even[:, 5],
             drag=np.exp(scatter.drag * normal[:, 6]),
         )
+
+    @staticmethod
+    def none(n: int) -> ShotDraws:
+        """Of n shots that are as meant."""
+        return ShotDraws.of(Scatter.none(), np.full((n, SPREADS), 0.5))
 
 
 class ShotTask:
@@ -172,8 +163,7 @@ class ShotTask:
         return targets[name]
 
     def _kind(self) -> GamePieceConfig:
-        kinds = [supply.kind for supply in self.game.pieces]
-        thrown = [kind for kind in kinds if not self.shooter.kinds or kind.name in self.shooter.kinds]
+        thrown = [one.kind for one in self.game.pieces if one.kind.name in (self.shooter.kinds or (one.kind.name,))]
         fitting = [kind for kind in thrown if not self.zone.kinds or kind.name in self.zone.kinds]
         if not fitting:
             names = ", ".join(kind.name for kind in thrown) or "nothing of this game"
@@ -183,28 +173,21 @@ class ShotTask:
         return fitting[0]
 
     def _max_speed(self) -> float:
-        wheels = []
-        for name in self.shooter.wheels:
-            gearbox = getattr(self.robot.mechanisms[name], "gearbox", None)
+        boxes = [getattr(self.robot.mechanisms[name], "gearbox", None) for name in self.shooter.wheels]
+        for name, gearbox in zip(self.shooter.wheels, boxes, strict=True):
             if gearbox is None:
                 raise ConfigError(f"the shooter's wheel {name!r} must have a motor")
-            wheels.append(_SPEED_RESERVE * gearbox.free_speed(_VOLTS))
-        return self.shooter.exit_speed([min(wheels)] * len(wheels))
+        slowest = min(gearbox.free_speed(_VOLTS) for gearbox in boxes if gearbox is not None)
+        return self.shooter.exit_speed([_SPEED_RESERVE * slowest] * len(boxes))
 
     def _elevations(self) -> tuple[float, float]:
         shooter = self.shooter
         if shooter.hood is None:
             return shooter.elevation, shooter.elevation
-        hood = self.robot.mechanisms[shooter.hood]
-        if isinstance(hood, ArmConfig):
-            stops = (hood.min_angle, hood.max_angle)
-        elif isinstance(hood, RackConfig):
-            stops = (0.0, hood.travel / hood.pinion_radius)
-        elif isinstance(hood, ElevatorConfig):
-            stops = (0.0, hood.max_height / hood.drum_radius)
-        else:
-            raise ConfigError(f"hood {shooter.hood!r} must be an arm, a rack or an elevator, got {type(hood).__name__}")
-        ends = sorted(shooter.elevation + shooter.elevation_per_hood * stop for stop in stops)
+        hood = build_mechanism(self.robot.mechanisms[shooter.hood])
+        ends = sorted(shooter.elevation + shooter.elevation_per_hood * stop for stop in hood.stops)
+        if not all(map(math.isfinite, ends)):
+            raise ConfigError(f"hood {shooter.hood!r} must have stops: be an arm, a rack or an elevator")
         low, high = max(ends[0], _FLATTEST), min(ends[1], _STEEPEST)
         if low > high:
             raise ConfigError(
@@ -226,24 +209,17 @@ class ShotTask:
 
     # --- shots ------------------------------------------------------------------------------------------------------
 
-    def muzzle(self, stand: Stand, yaw: FloatArray | float, aside: FloatArray | float = 0.0) -> FloatArray:
-        """Where shots leave, field frame [m], shape (n, 3).
-
-        Args:
-            stand: Of the robot.
-            yaw: Direction of each shot [rad], shape (n,).
-            aside: Offset of its barrel [m].
-        """
-        yaw = np.atleast_1d(np.asarray(yaw, dtype=float))
-        launch = self.shooter.launch
-        ahead, left, height = muzzle_offset(launch).tolist()
-        turned = yaw - launch.heading  # of the robot
-        c, s = np.cos(turned), np.sin(turned)
-        beside = np.asarray(aside) - launch.barrels[0]  # barrels are across the shot
+    def robot_pose(self, stand: Stand, yaw: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Place [m] and attitude (x, y, z, w) of robots whose shooters point in directions [rad], (n, 3) and (n, 4)."""
+        half, zero = 0.5 * (yaw - self.shooter.launch.heading), np.zeros(len(yaw))
         x, y = stand.place(self.opening.middle)
-        across = x + c * ahead - s * left - beside * np.sin(yaw)
-        along = y + s * ahead + c * left + beside * np.cos(yaw)
-        return np.column_stack([across, along, np.full(len(yaw), height)])
+        return np.tile((x, y, 0.0), (len(yaw), 1)), np.column_stack([zero, zero, np.sin(half), np.cos(half)])
+
+    def muzzle(self, stand: Stand, yaw: FloatArray) -> FloatArray:
+        """Middle of the muzzles of robots that shoot in directions [rad], field frame [m], shape (n, 3)."""
+        pos, rotation = self.robot_pose(stand, yaw)
+        middle = replace(self.shooter.launch, barrels=(float(np.mean(self.barrels)),))
+        return pos + to_field(rotation, muzzle_offset(middle))
 
     def lead(self, stand: Stand, elevation: FloatArray, speed: FloatArray) -> FloatArray:
         """Direction of shots whose middle goes through the target's, NaN where the robot is too fast, shape (n,) [rad].
@@ -262,8 +238,6 @@ class ShotTask:
             across = np.cos(bearing) * velocity[1] - np.sin(bearing) * velocity[0]
             with np.errstate(invalid="ignore"):
                 turn = np.arcsin(-across / (speed * np.cos(elevation)))
-            if not np.isfinite(turn).any():
-                return turn
             yaw = np.where(np.isfinite(turn), bearing + turn, stand.bearing)
         return np.where(np.isfinite(turn), yaw, np.nan)
 
@@ -275,7 +249,7 @@ class ShotTask:
         yaw: FloatArray,
         barrel: IntArray,
         draws: ShotDraws | None = None,
-    ) -> ShotRows:
+    ) -> Flights:
         """Shots as they leave their muzzles.
 
         Args:
@@ -286,52 +260,43 @@ class ShotTask:
             barrel: Number of each shot's barrel, shape (n,).
             draws: How they differ from that; None: not at all.
         """
-        n = len(speed)
-        d = draws or ShotDraws.none(n)
-        pos = self.muzzle(stand, yaw, np.array(self.barrels)[barrel])
-        elevation, speed, yaw = elevation + d.elevation, speed * d.exit_speed, yaw + d.azimuth
-        level = speed * np.cos(elevation)
-        vel = np.column_stack([level * np.cos(yaw), level * np.sin(yaw), speed * np.sin(elevation)]) + stand.velocity
+        d = draws or ShotDraws.none(len(speed))
         shape, air = self.kind.shape, self.kind.air
         assert isinstance(shape, Sphere)
         radius = shape.radius * d.diameter
-        wheels = [self.shooter.wheel_speed_for(1.0)] * len(self.shooter.wheels)
-        rate = d.spin * speed * self.shooter.spin_speed(1.0, wheels) / radius
-        if self.shooter.wheel_places == "lower and upper":
-            spin = np.column_stack([np.sin(yaw) * rate, -np.cos(yaw) * rate, np.zeros(n)])
-        else:
-            flat = rate * np.sin(elevation)
-            spin = np.column_stack([flat * np.cos(yaw), flat * np.sin(yaw), -rate * np.cos(elevation)])
-        return ShotRows(
-            pos=pos,
-            vel=vel,
-            spin=spin,
+        pos, vel, spin = self.shooter.launched(
+            Aim(elevation + d.elevation, speed * d.exit_speed, d.azimuth),
+            (*self.robot_pose(stand, yaw), stand.velocity, np.zeros(3)),
+            wheel_speeds=[self.shooter.wheel_speed_for(speed)] * len(self.shooter.wheels),
             radius=radius,
-            air=AirRows(
-                drag=air.drag * d.drag * d.diameter**2 / d.mass,
-                lift=air.lift * d.diameter**3 / d.mass,
-                lift_saturation=air.lift_saturation * d.diameter,
-            ),
+            barrel=barrel,
+            spin=d.spin,
         )
+        rows = AirRows(
+            drag=air.drag * d.drag * d.diameter**2 / d.mass,
+            lift=air.lift * d.diameter**3 / d.mass,
+            lift_saturation=air.lift_saturation * d.diameter,
+        )
+        return Flights(pos=pos, vel=vel, spin=spin, radius=radius, air=rows)
 
-    def fly(self, rows: ShotRows) -> ShotOutcomes:
+    def fly(self, rows: Flights) -> ShotOutcomes:
         """What becomes of shots."""
-        return fly_to_opening(rows, self.opening, self.zone.zone, self.kind.surface, gravity=GRAVITY)
+        return fly_to_opening(rows, self.opening, self.zone.zone, self.kind.surface)
 
-    def barrel_numbers(self, n: int) -> IntArray:
-        """Of n shots, as many from each, the first ones from the first: no sequence of draws beats with that."""
-        return np.arange(n) * len(self.barrels) // n
-
-    def outcomes(
-        self, stand: Stand, elevation: FloatArray | Sequence[float], speed: FloatArray | Sequence[float]
-    ) -> BoolArray:
+    def outcomes(self, stand: Stand, elevation: FloatArray, speed: FloatArray) -> BoolArray:
         """Whether shots as meant go in from every barrel, shape (n,); arguments as `lead`."""
-        elevations, speeds = np.asarray(elevation, dtype=float), np.asarray(speed, dtype=float)
-        yaw = self.lead(stand, elevations, speeds)
+        yaw = self.lead(stand, elevation, speed)
         good = np.nonzero(np.isfinite(yaw))[0]
         n, k = len(good), len(self.barrels)
-        elevation_rows, speed_rows, yaw_rows = (np.tile(part[good], k) for part in (elevations, speeds, yaw))
-        found = self.fly(self.rows(stand, elevation_rows, speed_rows, yaw_rows, np.repeat(np.arange(k), n)))
-        result: BoolArray = np.zeros(len(speeds), dtype=bool)
-        result[good] = found.goes_in.reshape(k, n).all(axis=0)
+        meant = np.tile(elevation[good], k), np.tile(speed[good], k), np.tile(yaw[good], k)
+        result: BoolArray = np.zeros(len(speed), dtype=bool)
+        result[good] = self.fly(self.rows(stand, *meant, np.repeat(np.arange(k), n))).goes_in.reshape(k, n).all(axis=0)
         return result
+
+    def scattered_hits(self, stand: Stand, elevation: float, speed: float, draws: ShotDraws) -> BoolArray:
+        """Which of many scattered shots go in, as many from each barrel, shape (n,)."""
+        n, k = len(draws.elevation), len(self.barrels)
+        meant = np.full(n, elevation), np.full(n, speed)
+        yaw = np.repeat(self.lead(stand, meant[0][:1], meant[1][:1]), n)
+        barrel = np.arange(n) * k // n  # the first ones from the first: no sequence of draws beats with that
+        return self.fly(self.rows(stand, *meant, yaw, barrel, draws)).goes_in

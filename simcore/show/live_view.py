@@ -155,8 +155,6 @@ class LiveView:
             self._preview = ShotPreview(match)
 
     def _end(self) -> None:
-        if self._preview is not None:
-            self._preview.close()
         self._preview = self._match = None
         self.page.scene.previews = []
 

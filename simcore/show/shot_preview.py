@@ -1,8 +1,8 @@
 """Where a shot would land if a piece left a shooter now, and whether it would score.
 
-Through the air the piece flies by the equations that the engine's flights follow. From shortly before it touches
-something on, a second engine with the same field plays it, with bounces, until it scores or lies. Pieces that lie on
-the field are in nobody's way, and robots only in the air.
+The piece flies by the equations that the match's flights follow, until it is in a zone or something is in its way. At a
+zone with an opening it goes on by `fly_to_opening`, off boards and the walls of a funnel. Pieces that lie on the field
+are in nobody's way.
 """
 
 from __future__ import annotations
@@ -14,13 +14,13 @@ from time import perf_counter
 import numpy as np
 
 from simcore.match.match import Match
-from simcore.match.scoring import ScoringTracker
-from simcore.physics.substeps import Surroundings
-from simcore.physics.world import PhysicsWorld
-from simcore.pieces.aerodynamics import fly
-from simcore.pieces.muzzle_clearance import free_share
-from simcore.pieces.piece_manager import GamePieceManager
+from simcore.match.scoring import ScoringZone
+from simcore.pieces.aerodynamics import AirRows
+from simcore.pieces.flight import Flights, path
+from simcore.pieces.kinds import GamePieceConfig
+from simcore.pieces.muzzle_clearance import free_shares
 from simcore.pieces.shooter import Shooter
+from simcore.pieces.shot_opening import fly_to_opening
 from simcore.pieces.shot_schedule import Launch
 from simcore.robot.robot import Robot
 from simcore.typing import FloatArray
@@ -28,8 +28,8 @@ from simcore.units import TICK
 
 __all__ = ["ShotPath", "ShotPreview"]
 
-_LONGEST_FLIGHT = 200  # ticks
-_LONGEST_ROLL = 75  # ticks, from the first touch on
+_LONGEST = 200  # ticks
+_AT_ONCE = 10  # ticks of a flight whose surroundings are asked for in one step of work
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -39,9 +39,9 @@ class ShotPath:
     robot: int
     """Number of the robot."""
     points: FloatArray
-    """Centers of the piece from the muzzle to its first touch, or on to where it scores, field frame [m], (n, 3)."""
+    """Centers of the piece from the muzzle to its first touch, or to where it scores, field frame [m], (n, 3)."""
     landing: FloatArray
-    """Where it first touches something, or scores, field frame [m], shape (3,)."""
+    """The last of them [m], shape (3,)."""
     zone: str = ""
     """Name of the zone in which it scores; empty: it misses."""
     worth: int = 0
@@ -56,7 +56,7 @@ class ShotPath:
 
 
 class ShotPreview:
-    """Previews of all shooters of a match, worked out piece by piece beside the run. Close it.
+    """Previews of all shooters of a match, worked out bit by bit beside the run.
 
     Args:
         match: Which is played; it is only looked at.
@@ -64,14 +64,6 @@ class ShotPreview:
 
     def __init__(self, match: Match) -> None:
         self._match = match
-        self._world = PhysicsWorld(engine=match.world.engine.name)
-        self._world.add_field(match.field.elements, drivable=match.game.field.drivable_in(match.field))
-        kinds = [supply.kind for supply in match.game.pieces]
-        self._pieces = GamePieceManager(self._world, [(kind, 1) for kind in kinds], field_size=match.game.field.size)
-        for kind in kinds:
-            self._pieces.hold(self._pieces.stage(kind.name, 1), 0)
-        self._tracker = ScoringTracker(match.game.zones, kinds=[kind.name for kind in kinds])
-        self._lowest_zone = min((zone.zone.bottom for zone in match.game.zones), default=0.0)
         self._found: dict[tuple[int, int], ShotPath] = {}
         self._steps = self._all()
 
@@ -89,87 +81,74 @@ class ShotPreview:
 
     def complete(self) -> list[ShotPath]:
         """Work out all previews for this very moment."""
-        for robot in self._match.robots:
-            for number, shooter in enumerate(robot.shooters):
-                for _ in self._one(robot, number, shooter):
-                    pass
+        for _ in self._once():
+            pass
         self._steps = self._all()
         return self.paths
-
-    def close(self) -> None:
-        """Free the engine; may be called twice."""
-        self._world.close()
 
     # --- inside -------------------------------------------------------------------------------------------------
 
     def _all(self) -> Iterator[None]:
         while True:
             yield
-            for robot in self._match.robots:
-                for number, shooter in enumerate(robot.shooters):
+            yield from self._once()
+
+    def _once(self) -> Iterator[None]:
+        for robot in self._match.robots:
+            for number, shooter in enumerate(robot.shooters):
+                if shooter.wheel_speed < shooter.config.min_wheel_speed:
+                    self._found.pop((robot.number, number), None)
+                else:
                     yield from self._one(robot, number, shooter)
 
     def _one(self, robot: Robot, number: int, shooter: Shooter) -> Iterator[None]:
-        if shooter.wheel_speed < shooter.config.min_wheel_speed:
-            self._found.pop((robot.number, number), None)
-            return
-        slot = self._kind_of_next(robot, shooter)
-        kind = self._pieces.types[slot]
+        kind = self._kind_of_next(robot, shooter)
         now = Launch(barrel=0, delay=TICK, aim=shooter.aim)
         piece = shooter.released(now, radius=kind.bounding_radius, robot=robot.motion_at(1.0))
-        pos, vel = piece.pos, piece.vel
-        points, zone = [pos], ""
-        for _ in range(_LONGEST_FLIGHT):
-            after, faster = fly(pos, vel, piece.spin, TICK, gravity=self._world.gravity, factors=kind.air)
-            share = free_share(self._match.world, pos, after, kind.inner_radius, robot=robot.chassis.row)
-            landing = np.array(pos) + share * (np.array(after) - pos)
-            zone = self._scored(slot, np.array(pos), landing)
-            if zone or share < 1.0:
+        pos, vel, spin = (np.array([one]) for one in piece[:3])
+        air = AirRows(**{name: np.array([getattr(kind.air, name)]) for name in ("drag", "lift", "lift_saturation")})
+        shot = Flights(pos=pos, vel=vel, spin=spin, radius=np.array([kind.bounding_radius]), air=air)
+        points = path(shot, _LONGEST, gravity=self._match.world.gravity)[:, 0]
+        start, end, share = points[:-1], points[1:].copy(), np.ones(_LONGEST)
+        for first in range(0, _LONGEST, _AT_ONCE):
+            legs = slice(first, first + _AT_ONCE)
+            share[legs] = free_shares(
+                self._match.world, start[legs], end[legs], kind.inner_radius, robot=robot.chassis.row
+            )
+            if (share[legs] < 1.0).any():
                 break
-            points.append(after)
-            pos, vel = after, faster
             yield
-        points.append((float(landing[0]), float(landing[1]), float(landing[2])))
-        if not zone:
-            self._pieces.launch(0, pos, vel, piece.spin, slot=slot)
-            tail = []
-            for _ in range(_LONGEST_ROLL):
-                before, here = self._step(slot)
-                tail.append((float(here[0]), float(here[1]), float(here[2])))
-                zone = self._scored(slot, before, here)
-                if zone or (here[2] < 1.5 * kind.rest_height and self._lowest_zone > kind.bounding_radius):
-                    break
-                yield
-            self._pieces.hold(np.array([slot]), 0)
-            if zone:
-                points += tail
-                landing = np.array(tail[-1])
-        worth = next((self._match.rules.worth(one) for one in self._match.game.zones if one.name == zone), 0)
+        last = int(np.argmax(share < 1.0)) if (share < 1.0).any() else _LONGEST - 1
+        end[last] = start[last] + share[last] * (end[last] - start[last])
+        zone = None
+        for one in self._match.game.zones:
+            if one.kinds and kind.name not in one.kinds:
+                continue
+            crossed = np.nonzero(one.zone.crossed(start[: last + 1], end[: last + 1]))[0]
+            if len(crossed):
+                zone, last = one, int(crossed[0])
+            elif zone is None and self._drops_in(shot, kind, one, end[last]):
+                zone = one
         self._found[robot.number, number] = ShotPath(
-            robot=robot.number, points=np.array(points), landing=landing, zone=zone, worth=worth
+            robot=robot.number,
+            points=np.vstack([start[: last + 1], end[last]]),
+            landing=end[last],
+            zone="" if zone is None else zone.name,
+            worth=0 if zone is None else self._match.rules.worth(zone),
         )
 
-    def _kind_of_next(self, robot: Robot, shooter: Shooter) -> int:
-        """Number of the kind of piece that the shooter has next, or would have."""
+    def _drops_in(self, shot: Flights, kind: GamePieceConfig, zone: ScoringZone, touch: FloatArray) -> bool:
+        """Whether a shot that first touches something at an opening goes into it."""
+        if zone.opening is None or np.linalg.norm(touch - zone.opening.middle) > zone.opening.reach:
+            return False
+        gravity = self._match.world.gravity
+        return bool(fly_to_opening(shot, zone.opening, zone.zone, kind.surface, gravity=gravity).goes_in[0])
+
+    def _kind_of_next(self, robot: Robot, shooter: Shooter) -> GamePieceConfig:
+        """The kind of piece that the shooter has next, or would have."""
+        kinds = self._match.pieces.types
         held = robot.storage_of(shooter.config).in_turn
         if held:
-            return int(self._match.pieces.state.kind[held[0]])
-        names = [kind.name for kind in self._pieces.types]
-        return names.index(shooter.config.kinds[0]) if shooter.config.kinds else 0
-
-    def _step(self, slot: int) -> tuple[FloatArray, FloatArray]:
-        """A tick of the second engine; where the piece was and is [m]."""
-        pieces, world = self._pieces, self._world
-        speed = pieces.wake_reachable([], TICK)
-        world.step(
-            TICK,
-            substeps=world.substepping.count(TICK, speed, 0.0, Surroundings.OPEN),
-            before_substep=pieces.before_substep,
-        )
-        pieces.gather(TICK)
-        return pieces.state.before[slot].copy(), pieces.state.pos[slot].copy()
-
-    def _scored(self, slot: int, start: FloatArray, end: FloatArray) -> str:
-        events = self._tracker.update(0.0, np.array([slot]), start[None], end[None])
-        self._tracker.reset()
-        return events[0].zone if events else ""
+            kind: GamePieceConfig = kinds[self._match.pieces.state.kind[held[0]]]
+            return kind
+        return next((kind for kind in kinds if kind.name in shooter.config.kinds), kinds[0])

@@ -53,7 +53,6 @@ def test_a_shot_goes_where_its_preview_said(start, speed, scores) -> None:
             match.tick()
         match.set_controller(0, aim(speed, 0.75, 0.0))
         match.play(3.0)
-        preview.close()
         shot = match.flow.shots[0]
     assert (path.zone == "BlueHub") == shot.scored == scores, str(path)
     assert str(path) == "scores in BlueHub, 1 point" if scores else str(path).startswith("misses, touches at x")
@@ -78,4 +77,3 @@ def test_there_is_no_preview_without_a_shooter_or_while_its_wheels_are_slow() ->
         for _ in range(400):
             preview.work(0.0)
         assert preview.paths == []
-        preview.close()

@@ -50,14 +50,6 @@ def test_a_piece_at_the_muzzle_is_seen_at_the_muzzle(q, pos, velocity, spin, tur
     """`launch_state` and `field_to_robot` use the same frames; exit speed relative to the muzzle is what was asked."""
     rotation = q / np.linalg.norm(q)
     launch = LaunchParameters(height=0.5, forward=0.2, pivot_x=0.1, barrels=(0.08, -0.08))
-    at, v = launch_state(
-        launch,
-        Aim(elevation, 9.0, turret),
-        robot_pos=pos,
-        robot_rotation=rotation,
-        robot_velocity=velocity,
-        robot_spin=spin,
-        barrel=1,
-    )
+    at, v = launch_state(launch, Aim(elevation, 9.0, turret), (pos, rotation, velocity, spin), 1)
     assert np.allclose(field_to_robot(at[None], pos, rotation)[0], muzzle_offset(launch, 1, turret), atol=1e-9)
     assert np.isclose(np.linalg.norm(v - velocity - np.cross(spin, at - pos)), 9.0, atol=1e-9)

@@ -17,7 +17,7 @@ from simcore.match.match import Match
 from simcore.match.scatter import Scatter, ScatterDraws
 from simcore.match.scattered_pieces import piece_variation
 from simcore.match.scattered_robot import built_robot, start_error
-from simcore.pieces.shot_errors import ShotErrors
+from simcore.pieces.shot_schedule import ShotErrors
 from simcore.robot.built_robot import BuiltRobot
 from simcore.robot.robot_config import RobotConfig
 from simcore.robot.tank_drive import TankConfig

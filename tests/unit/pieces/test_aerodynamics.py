@@ -15,7 +15,6 @@ from simcore.pieces.aerodynamics import (
     air_factors,
     drag_acceleration,
     drag_factor,
-    fly,
     lift_acceleration,
 )
 
@@ -83,17 +82,3 @@ def test_coefficients_that_cannot_be_are_refused(change):
 def test_a_ball_needs_radius_and_mass(radius, mass):
     with pytest.raises(ConfigError):
         air_factors(Aerodynamics(), radius=radius, mass=mass)
-
-
-def test_a_piece_flies_on_as_the_differential_equation_says():
-    """20 ms with drag and lift, against steps of a hundredth; without air it is the parabola."""
-    factors = air_factors(BASEBALL, radius=0.075, mass=0.215)
-    pos, velocity, spin = (1.0, 2.0, 0.5), (15.0, -2.0, 12.0), (0.0, -150.0, 20.0)
-    there, after = fly(pos, velocity, spin, 0.02, gravity=9.81, factors=factors)
-    fine_pos, fine_velocity = pos, velocity
-    for _ in range(100):
-        fine_pos, fine_velocity = fly(fine_pos, fine_velocity, spin, 0.0002, gravity=9.81, factors=factors)
-    assert there == pytest.approx(fine_pos, abs=5e-5) and after == pytest.approx(fine_velocity, abs=5e-3)
-    there, after = fly(pos, velocity, spin, 0.02, gravity=9.81, factors=AirFactors())
-    assert there == pytest.approx((1.3, 1.96, 0.5 + 0.24 - 0.5 * 9.81 * 0.02**2))
-    assert after == pytest.approx((15.0, -2.0, 12.0 - 9.81 * 0.02))

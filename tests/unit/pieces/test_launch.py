@@ -14,7 +14,6 @@ from simcore.pieces.launch import (
     launch_direction,
     launch_state,
     muzzle_offset,
-    muzzle_velocity,
 )
 
 LAUNCH = LaunchParameters(height=0.55, forward=0.168, barrels=(0.08, -0.08))
@@ -24,14 +23,12 @@ def yaw_rotation(yaw):
     return np.array([0.0, 0.0, math.sin(yaw / 2), math.cos(yaw / 2)])
 
 
-def state(*, elevation=math.pi / 3, turret_angle=0.0, turret_rate=0.0, **changes):
-    still = dict(
-        robot_pos=np.array([2.0, 3.0, 0.0]),
-        robot_rotation=yaw_rotation(0.0),
-        robot_velocity=np.zeros(3),
-        robot_spin=np.zeros(3),
-    )
-    return launch_state(LAUNCH, Aim(elevation, 8.0, turret_angle, turret_rate), **{**still, **changes})
+def state(
+    *, elevation=math.pi / 3, turret_angle=0.0, turret_rate=0.0, barrel=0,
+    robot_pos=(2.0, 3.0, 0.0), robot_rotation=(0.0, 0.0, 0.0, 1.0), robot_velocity=(0.0,) * 3, robot_spin=(0.0,) * 3,
+):  # fmt: skip
+    robot = (robot_pos, robot_rotation, robot_velocity, robot_spin)
+    return launch_state(LAUNCH, Aim(elevation, 8.0, turret_angle, turret_rate), robot, barrel)
 
 
 def test_a_robot_at_rest_shoots_ahead():
@@ -65,18 +62,26 @@ def test_a_turret_that_turns_against_the_robot_keeps_the_muzzle_where_it_is():
     assert velocity == pytest.approx(state()[1])
 
 
-def test_a_number_and_a_vector_mean_the_same_yaw_rate():
-    muzzle = np.array([0.2, 0.1, 0.5])
-    a = muzzle_velocity(np.ones(3), np.zeros(3), 3.0, muzzle)
-    b = muzzle_velocity(np.ones(3), np.zeros(3), np.array([0.0, 0.0, 3.0]), muzzle)
-    assert a == pytest.approx(b)
-
-
 def test_a_robot_with_its_nose_up_shoots_steeper():
     """Pitch up by 15 degrees is a turn of -15 degrees about +y: 60 degrees of hood become 75."""
     half = math.radians(-7.5)
     _, velocity = state(robot_rotation=np.array([0.0, math.sin(half), 0.0, math.cos(half)]))
     assert velocity == pytest.approx(8.0 * launch_direction(0.0, math.radians(75)))
+
+
+def test_many_launches_are_the_single_ones():
+    """n aims, barrels and poses at once give the rows that each of them gives alone."""
+    rng = np.random.default_rng(3)
+    quats = rng.normal(size=(6, 4))
+    many = dict(
+        robot_pos=rng.normal(size=(6, 3)), robot_rotation=quats / np.linalg.norm(quats, axis=1)[:, None],
+        robot_velocity=rng.normal(size=(6, 3)), robot_spin=rng.normal(size=(6, 3)), barrel=np.arange(6) % 2,
+        **{name: rng.normal(size=6) for name in ("elevation", "turret_angle", "turret_rate")},
+    )  # fmt: skip
+    pos, velocity = state(**many)
+    for row in range(6):
+        one_pos, one_velocity = state(**{name: values[row] for name, values in many.items()})
+        assert pos[row] == pytest.approx(one_pos) and velocity[row] == pytest.approx(one_velocity)
 
 
 def test_a_launcher_at_the_back_shoots_backward():

@@ -12,7 +12,7 @@ from simcore.errors import ConfigError, UnknownNameError
 from simcore.geometry.linkage import PartState
 from simcore.pieces.launch import LaunchParameters
 from simcore.pieces.shooter import Shooter, ShooterConfig
-from simcore.pieces.shot_errors import ShotErrors
+from simcore.pieces.shot_schedule import ShotErrors
 
 STILL = PartState((1.0, 2.0, 0.0), (0.0, 0.0, 0.0, 1.0), (0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
 RADIUS = 0.075

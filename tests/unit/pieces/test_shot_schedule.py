@@ -131,11 +131,3 @@ def test_a_tick_must_have_a_length(dt):
 def test_the_rate_must_be_positive(rate):
     with pytest.raises(ConfigError, match="shot_rate"):
         shooter(rate=rate)
-
-
-def test_reset_starts_a_new_match():
-    sim, _ = shooter()
-    sim.update(0.02, held=1)
-    assert sim.cooldown == pytest.approx(0.105)
-    sim.reset()
-    assert (sim.shots, sim.cooldown) == (0, 0.0)

@@ -12,8 +12,8 @@ from simcore.errors import ConfigError
 from simcore.geometry.zones import CylinderZone
 from simcore.physics.surface import TerrainSurface
 from simcore.pieces.aerodynamics import AirRows
-from simcore.pieces.shot_flight import ShotRows, fly_to_opening
-from simcore.pieces.shot_opening import Panel, ShotOpening
+from simcore.pieces.flight import Flights
+from simcore.pieces.shot_opening import Panel, ShotOpening, fly_to_opening
 from simcore.units import GRAVITY
 
 RADIUS, HEIGHT = 0.1, 2.0
@@ -28,7 +28,7 @@ def shots(vel, drag=0.0, pos=(0.0, 0.0, 0.5)):
     vel = np.atleast_2d(np.array(vel, dtype=float))
     n = len(vel)
     air = AirRows(drag=np.full(n, drag), lift=np.zeros(n), lift_saturation=np.zeros(n))
-    return ShotRows(pos=np.repeat([pos], n, axis=0), vel=vel, spin=np.zeros((n, 3)), radius=np.full(n, RADIUS), air=air)
+    return Flights(pos=np.repeat([pos], n, axis=0), vel=vel, spin=np.zeros((n, 3)), radius=np.full(n, RADIUS), air=air)
 
 
 def fly(rows, **parts):
