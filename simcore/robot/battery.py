@@ -35,13 +35,23 @@ class BatteryConfig:
     initial_charge: float = 1.0
     """State of charge at the start [0..1]."""
     brownout_voltage: float = 6.75
-    """The roboRIO cuts its outputs below this [V], and motors turn with open circuits. roboRIO 2 default, software
-    settable; a roboRIO 1 has 6.3 V."""
+    """Below this the roboRIO wants its outputs off, and with the next heartbeat motors turn with open circuits [V].
+    roboRIO 2 default, software settable; a roboRIO 1 has 6.3 V."""
     recovered_voltage: float = 7.5
     """And restores them above this [V]. Source: NI roboRIO user manual, table 2."""
-    brownout_hold: float = 0.020
-    """For how long outputs stay off at least [s]: motor controllers on CAN hear with the roboRIO's heartbeat whether
-    they may run, every 20 ms. Source: WPILib documentation, "FRC CAN Device Specifications"."""
+    heartbeat: float = 0.020
+    """How often motor controllers on CAN hear whether they may run [s]: a dip between two heartbeats is never heard of,
+    and what one of them has switched off stays off until the next. Source: WPILib documentation, "FRC CAN Device
+    Specifications", and wpilib-docs #2308 (the roboRIO's flag is read back in a loop of 20 ms)."""
+    reset_voltage: float = 4.5
+    """Below this the roboRIO itself goes out, and boots when the voltage is back [V]. Source: NI roboRIO user manual,
+    table 2, stage 3."""
+    reset_hold: float = 0.015
+    """For how long its own capacitors carry it below that [s]; estimate, +-50 %: nobody has published it, and at events
+    robots with weak batteries brown out often, but hardly ever reboot (Chief Delphi 144371)."""
+    reboot_time: float = 25.0
+    """From the moment that the voltage is back until robot code moves motors again [s]; estimate, 15 to 40 s, by the
+    size of the robot program."""
     brownout_enabled: bool = True
     """False: never cut the outputs (to study a motor, or to repeat a figure that ignores the roboRIO)."""
 
@@ -58,7 +68,10 @@ class BatteryConfig:
             initial_charge=FRACTION,
             brownout_voltage=VOLTAGE_OR_NONE,
             recovered_voltage=VOLTAGE_OR_NONE,
-            brownout_hold=DELAY,
+            heartbeat=DELAY,
+            reset_voltage=VOLTAGE_OR_NONE,
+            reset_hold=DELAY,
+            reboot_time=DURATION,
         )
         if self.empty_voltage > self.full_voltage:
             raise ConfigError(
@@ -87,14 +100,21 @@ class Battery:
 
     Open-circuit voltage falls with the charge drawn; behind it sit a resistance and one slow RC element
     (Thevenin model), so that a robot at rest sees its voltage come back over some seconds.
+
+    What keeps a robot that draws too much from standing still is the heartbeat: motors stay on until the next one says
+    that the voltage is low, and off until the one after, by which it has long recovered. Inductance of the cables
+    (2 uH) and the controllers' capacitors (some mF) smooth over less than a millisecond and are left out.
     """
 
     __slots__ = (
+        "_boots",
         "_charge",
         "_drawn_as",
         "_eased",
-        "_off_for",
+        "_heard",
+        "_is_low",
         "_slow_drop",
+        "_starved",
         "browned_out",
         "brownouts",
         "config",
@@ -102,6 +122,8 @@ class Battery:
         "min_voltage",
         "off_time",
         "on_brownout",
+        "on_reset",
+        "resets",
         "tick_browned_out",
         "tick_min_voltage",
         "voltage",
@@ -112,6 +134,8 @@ class Battery:
         self._eased = 0.0, 0.0  # step [s], and how much of its way the slow drop goes in it
         self.on_brownout: Callable[[], None] | None = None
         """Called as a brown-out begins, with `voltage` and `current` of that moment."""
+        self.on_reset: Callable[[], None] | None = None
+        """Called as the roboRIO goes out, with those of that moment."""
         self.reset()
 
     def reset(self) -> None:
@@ -126,12 +150,17 @@ class Battery:
         self.min_voltage = self.voltage
         """Lowest since the start [V]."""
         self.browned_out = False
-        """Whether the roboRIO holds its outputs off."""
+        """Whether motor controllers keep their bridges off, as the last heartbeat told them."""
         self.brownouts = 0
         """How many times it began to, since the start."""
         self.off_time = 0.0
         """For how long it did, since the start [s]."""
-        self._off_for = 0.0  # in the present brown-out [s]
+        self.resets = 0
+        """How often the roboRIO went out and had to boot, since the start."""
+        self._is_low = False  # what the roboRIO itself sees, at once
+        self._heard = self.config.heartbeat  # since the last heartbeat [s]
+        self._starved = 0.0  # for how long below the voltage that it lives on [s]
+        self._boots = 0.0  # time until it is back [s]
         self._update_brownout(0.0)
         self.begin_tick()
 
@@ -191,18 +220,32 @@ class Battery:
         return self.voltage
 
     def _update_brownout(self, h: float) -> None:
-        """Begin a brown-out, or end it after a step of h [s]."""
+        """Follow the roboRIO and what its motor controllers hear of it, over a step of h [s]."""
         c = self.config
         if not c.brownout_enabled:
             return
+        v = self.voltage
+        self._is_low = v <= c.recovered_voltage if self._is_low else v < c.brownout_voltage
+        if v < c.reset_voltage:
+            self._starved += h
+            if self._starved > c.reset_hold - 1e-9:  # a sum of steps: rounding must not cost one more
+                if self._boots == 0.0:
+                    self.resets += 1
+                    if self.on_reset is not None:
+                        self.on_reset()
+                self._boots = c.reboot_time
+        else:
+            self._starved = 0.0
+            self._boots = max(0.0, self._boots - h)
         if self.browned_out:
             self.off_time += h
-            self._off_for += h
-            # the time is a sum of steps: rounding must not cost one more
-            self.browned_out = self.voltage <= c.recovered_voltage or self._off_for < c.brownout_hold - 1e-9
-        elif self.voltage < c.brownout_voltage:
-            self.browned_out = self.tick_browned_out = True
+        self._heard += h
+        if self._heard < c.heartbeat - 1e-9:
+            return
+        self._heard = 0.0
+        was_off, self.browned_out = self.browned_out, self._is_low or self._boots > 0.0
+        if self.browned_out and not was_off:
+            self.tick_browned_out = True
             self.brownouts += 1
-            self._off_for = 0.0
             if self.on_brownout is not None:
                 self.on_brownout()

@@ -1,4 +1,7 @@
-"""Brown-outs in words: one line when a series of them begins, with what drew the current, and a count at the end."""
+"""Brown-outs in words: one line when a series of them begins, with what drew the current, and a count at the end.
+
+A reset of the roboRIO, which ends most matches, has a line of its own, every time.
+"""
 
 from __future__ import annotations
 
@@ -29,20 +32,30 @@ class BrownoutLog:
         self._number = number
         self._battery = battery
         self._consumers = consumers
-        self._first = ""  # in the present tick, in words
+        self._first = self._reset = ""  # of the present tick, in words
         self._last = -_SERIES
-        battery.on_brownout = self._note
+        battery.on_brownout, battery.on_reset = self._note, self._note_reset
 
     def _note(self) -> None:
-        if self._first:
-            return
+        self._first = self._first or self._in_words()
+
+    def _note_reset(self) -> None:
+        self._reset = self._in_words()
+
+    def _in_words(self) -> str:
         battery = self._battery
         largest = sorted(self._consumers().items(), key=lambda one: -one[1])[:_MOST]
         named = ", ".join(f"{name} {amps:.0f} A" for name, amps in largest if amps > _LEAST)
-        self._first = f"{battery.voltage:.1f} V with {battery.current:.0f} A" + (f", {named}" if named else "")
+        return f"{battery.voltage:.1f} V with {battery.current:.0f} A" + (f", {named}" if named else "")
 
     def after_tick(self, time: float) -> None:
-        """Tell of a series that has begun in a tick that ended at a time [s]."""
+        """Tell of a reset, and of a series that has begun, in a tick that ended at a time [s]."""
+        if self._reset:
+            _log.warning(
+                "robot %d: roboRIO reset at %.1f s: %s; no motor runs for %.0f s",
+                *(self._number, time, self._reset, self._battery.config.reboot_time),
+            )
+            self._reset = ""
         if not self._first:
             return
         if time - self._last >= _SERIES:
@@ -56,7 +69,8 @@ class BrownoutLog:
         """At the end of a run: how many there were, if any."""
         battery = self._battery
         if battery.brownouts:
+            resets = f", {battery.resets} resets of the roboRIO" if battery.resets else ""
             _log.warning(
-                "robot %d: %d brown-outs in this run, %.2f s without motors; lowest %.1f V",
-                *(self._number, battery.brownouts, battery.off_time, battery.min_voltage),
+                "robot %d: %d brown-outs%s in this run, %.2f s without motors; lowest %.1f V",
+                *(self._number, battery.brownouts, resets, battery.off_time, battery.min_voltage),
             )

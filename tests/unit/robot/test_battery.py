@@ -36,37 +36,69 @@ def test_charge_counts_ampere_hours():
     assert battery.charge == 1.0
 
 
+def made(**changes) -> Battery:
+    return Battery(BatteryConfig(recovery_resistance=0.0, resistance=0.02, capacity_ah=math.inf, **changes))
+
+
+def sag(battery: Battery, volts: float, h: float) -> bool:
+    """One step at this terminal voltage; whether motors are off afterwards."""
+    battery.step(h, (12.9 - volts) / 0.02)
+    return battery.browned_out
+
+
 def test_brownout_enters_below_6_75_and_leaves_above_7_5():
-    battery = Battery(BatteryConfig(recovery_resistance=0.0, resistance=0.02, capacity_ah=math.inf))
-    seen = []
-    for volts in (7.0, 6.8, 6.7, 7.0, 7.49, 7.51, 7.0):
-        battery.step(0.01, (12.9 - volts) / 0.02)
-        seen.append(battery.browned_out)
+    """At steps as long as a heartbeat each of them is heard of."""
+    battery = made()
+    seen = [sag(battery, volts, 0.02) for volts in (7.0, 6.8, 6.7, 7.0, 7.49, 7.51, 7.0)]
     assert seen == [False, False, True, True, True, False, False]
     assert battery.min_voltage == pytest.approx(6.7, abs=1e-6)
-    assert (battery.brownouts, battery.off_time) == (1, pytest.approx(0.03))
+    assert (battery.brownouts, battery.off_time) == (1, pytest.approx(0.06))
 
 
-@pytest.mark.parametrize("h", [0.00125, 0.005, 0.02])
-def test_a_brown_out_lasts_for_a_heartbeat_and_the_tick_that_saw_it_tells(h):
-    """The load vanishes at once, and the voltage with it comes back; motors stay off for 20 ms whatever the step is."""
-    battery = Battery(BatteryConfig(recovery_resistance=0.0, capacity_ah=math.inf))
+@pytest.mark.parametrize("h", [0.00125, 0.0025, 0.005])
+def test_motors_hear_of_a_brown_out_with_the_heartbeat(h):
+    """On until the next heartbeat and off until the one after: a load that comes back with the motors has them on for
+    half of the time, whatever the step is, and the tick that saw it tells."""
+    battery = made()
     begun = []
     battery.on_brownout = lambda: begun.append((battery.voltage, battery.current))
-    for _ in range(3):
-        battery.begin_tick()
-        battery.step(h, 320.0)
-        off = 0
-        while battery.browned_out:
-            battery.step(h, 0.0)
-            off += 1
-        assert off * h == pytest.approx(0.02)
-        assert battery.voltage > 12.8 and battery.tick_browned_out
-        assert battery.tick_min_voltage == pytest.approx(6.5, abs=1e-6)
-        battery.begin_tick()
-        assert battery.tick_min_voltage > 12.8 and not battery.tick_browned_out
-    assert begun == [pytest.approx((6.5, 320.0), abs=1e-6)] * 3
-    assert battery.brownouts == 3 and battery.off_time == pytest.approx(0.06)
+    sag(battery, 12.0, h)
+    drawing = 0
+    steps = round(0.4 / h)
+    for k in range(steps):
+        if k % round(0.02 / h) == 0:
+            battery.begin_tick()
+        is_off = battery.browned_out
+        drawing += not is_off
+        sag(battery, 12.8 if is_off else 6.5, h)
+    assert drawing * h == pytest.approx(0.2, abs=0.02)
+    assert battery.off_time == pytest.approx(0.2, abs=0.02)
+    assert battery.brownouts == 10 and begun == [pytest.approx((6.5, 320.0), abs=1e-6)] * 10
+    assert battery.tick_browned_out
+
+
+def test_a_dip_between_two_heartbeats_stops_nothing():
+    """12 ms at 6 V and back above 7.5 V before the roboRIO's flag is read."""
+    battery = made()
+    assert not any(sag(battery, volts, 0.004) for volts in (12.0, 6.0, 6.0, 6.0, 7.6, 12.0))
+    assert battery.brownouts == 0 and battery.min_voltage == pytest.approx(6.0)
+
+
+@pytest.mark.parametrize("h", [0.00125, 0.005])
+def test_a_roborio_without_4_5_volts_resets_and_boots(h):
+    """10 ms are carried by its capacitors; 15 ms are not, and the boot counts from the end of the sag."""
+    battery = made(reboot_time=0.5)
+    told = []
+    battery.on_reset = lambda: told.append(battery.voltage)
+    for seconds, volts in ((0.01, 4.4), (0.09, 12.0), (0.03, 4.4)):
+        for _ in range(round(seconds / h)):
+            sag(battery, volts, h)
+        assert battery.resets == len(told) == (seconds == 0.03)
+    off = 0
+    while sag(battery, 12.0, h):
+        off += 1
+    assert off * h == pytest.approx(0.5, abs=0.02)
+    assert told == [pytest.approx(4.4)]
 
 
 @pytest.mark.parametrize("load", [0.005, 0.02, 0.1])
@@ -110,7 +142,9 @@ def test_bad_current_changes_nothing(bad):
         {"initial_charge": 1.5},
         {"empty_voltage": 13.0},
         {"recovered_voltage": 5.0},
-        {"brownout_hold": -0.1},
+        {"heartbeat": -0.1},
+        {"reset_hold": -0.1},
+        {"reboot_time": -1.0},
     ],
 )
 def test_impossible_batteries_are_refused(wrong):
