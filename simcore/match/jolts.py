@@ -80,7 +80,7 @@ class Jolts:
         for robot, pattern in self._near:
             if (robot.number, pattern) in self._hits:
                 continue
-            names = {self._world.body_name(row) for row in self._world.engine.touching(robot.chassis.row)}
+            names = {self._world.body_name(row) for row in self._world.touching(robot.chassis.row)}
             if any(fnmatchcase(name, pattern) for name in names):
                 self._hits[robot.number, pattern] = None
 

@@ -26,7 +26,7 @@ class RobotContacts:
     """
 
     def __init__(self, world: PhysicsWorld, robots: Sequence[Robot], hanging: Sequence[HangingBody]) -> None:
-        self._engine = world.engine
+        self._world, self._engine = world, world.engine
         self._robots, self._hanging = robots, hanging
         self._number_of = {robot.chassis.row: robot.number for robot in robots}
         self._near_robots: list[tuple[Robot, Robot]] = []
@@ -56,7 +56,7 @@ class RobotContacts:
     def note(self) -> None:
         """Take in the contacts of the last sub-step."""
         for a, b in self._near_robots:
-            if b.chassis.row in self._engine.touching(a.chassis.row):
+            if b.chassis.row in self._world.touching(a.chassis.row):
                 self.robots |= {(a.number, b.number), (b.number, a.number)}
         for body in self.near_hanging:
             self.hanging |= {(number, body.config.name) for number in self.touching(body.row)}

@@ -1,8 +1,9 @@
 """The world: floor, statics, robots and pieces, and the step that moves them.
 
-Who touches whom is decided by groups. What robots drive over (the floor, and the elements named `drivable`) stands in
-the world twice: once with its own surface for the pieces, once without friction for the robots, because all grip of
-a robot is its tires'.
+Who touches whom is decided by groups. Every static stands in the world twice: once with its own surface for the
+pieces, once without friction for the robots. All grip on what they drive over (the floor, and the elements named
+`drivable`) is their tires'; bumpers meet walls and each other by `bumper_contacts`, and the engine keeps out of walls
+what does not stand upright, or meets them at another height.
 """
 
 from __future__ import annotations
@@ -17,13 +18,14 @@ import numpy as np
 
 from simcore.errors import ConfigError, NonFiniteError, UnknownNameError
 from simcore.geometry.rotation import IDENTITY, Quaternion, Vector
+from simcore.physics.bumper_contacts import BumperContacts, BumperOutline
 from simcore.physics.engine import BodyDefinition, Engine, RayHits
 from simcore.physics.engine_choice import make_engine
 from simcore.physics.mass_properties import mass_properties, principal_axes
 from simcore.physics.nearness import StaticBoxes
 from simcore.physics.plan_outlines import PlanOutlines
 from simcore.physics.rolling import RollingResistance
-from simcore.physics.shape_extent import bounding_radius
+from simcore.physics.shape_extent import bounding_radius, shrunk
 from simcore.physics.shapes import Box, Cylinder, HalfSpace, Shape, Sphere
 from simcore.physics.substeps import Substepping, Surroundings
 from simcore.physics.surface import CARPET, FRICTIONLESS, TerrainSurface
@@ -35,6 +37,7 @@ __all__ = ["CollisionGroup", "PhysicsWorld", "StaticElement"]
 
 _MOST_PARTS = 8  # of a robot's own body that a line of sight passes
 _FLOOR_THICKNESS = 1.0  # [m]; under robots: a plane gives one contact a tick and driven boxes sink into it
+_INSET = 0.005  # [m]; what the engine keeps robots out of is so much thinner than the wall, so that bumpers meet it first
 _FLOOR_LENGTH = 2_000.0  # [m]; nothing gets to its end. From 4 km on, cylinders wobble on it for longer
 
 
@@ -51,6 +54,9 @@ class CollisionGroup:
     BLOCK = 16
     """Other pieces: they slide on a thick box, where friction is exact (4 % low on a half space)."""
     PIECE = BALL | BLOCK
+
+
+_ROBOT_MASK = CollisionGroup.STATIC | CollisionGroup.PIECE | CollisionGroup.DRIVABLE
 
 
 class StaticElement(Protocol):
@@ -128,6 +134,11 @@ class PhysicsWorld:
         self._pieces: dict[int, int] = {}  # group by row
         self._boxes, self._solid_boxes, self._ramp_boxes = StaticBoxes(), StaticBoxes(), StaticBoxes()
         self._outlines = PlanOutlines()
+        robot = CollisionGroup.ROBOT
+        self.bumpers = BumperContacts(
+            *(self.engine, self._outlines, self._solid_boxes), ((robot, _ROBOT_MASK), (robot, _ROBOT_MASK | robot))
+        )
+        """Contacts of robots with walls and robots."""
         self._is_ramp: BoolArray = np.zeros(0, dtype=bool)  # of the outlines
         self.longest_step = self.longest_robot_step = math.inf
         self.awake_pieces = None
@@ -180,8 +191,7 @@ class PhysicsWorld:
             drivable: Whether robots drive on it; then it has no friction for them.
         """
         at = _checked_pos(name, pos)
-        touchers = CollisionGroup.PIECE if drivable else CollisionGroup.PIECE | CollisionGroup.ROBOT
-        row = self._add_part(name, shape, at, quat, surface, CollisionGroup.STATIC, touchers)
+        row = self._add_part(name, shape, at, quat, surface, CollisionGroup.STATIC, CollisionGroup.PIECE)
         self._boxes.add(shape, at, quat)
         self._outlines.add(shape, at, quat)
         self._is_ramp = np.append(self._is_ramp, drivable)
@@ -193,6 +203,9 @@ class PhysicsWorld:
         else:
             self._solid.add(row)
             self._solid_boxes.add(shape, at, quat)
+            inner = shrunk(shape, _INSET)
+            self._add_part(name, inner, at, quat, FRICTIONLESS, CollisionGroup.STATIC, CollisionGroup.ROBOT)
+        self.bumpers.add_static(row, shape, at, quat, surface, is_solid=not drivable)
         return row
 
     def _add_part(
@@ -251,8 +264,9 @@ class PhysicsWorld:
         inertia: Vector,
         pos: Sequence[float],
         quat: Quaternion = IDENTITY,
+        bumpers: BumperOutline | None = None,
     ) -> int:
-        """Add the body of a robot; returns its engine row."""
+        """Add the body of a robot; returns its engine row. Without bumpers it meets no robots."""
         require(name, "mass", mass, MASS)
         row = self.engine.add_body(
             BodyDefinition(
@@ -264,11 +278,13 @@ class PhysicsWorld:
                 pos=_checked_pos(name, pos),
                 quat=quat,
                 group=CollisionGroup.ROBOT,
-                mask=CollisionGroup.STATIC | CollisionGroup.PIECE | CollisionGroup.ROBOT | CollisionGroup.DRIVABLE,
+                mask=_ROBOT_MASK,
             )
         )
         self._bodies[row] = _Body(name, surface)
         self._robots.append(row)
+        if bumpers is not None:
+            self.bumpers.add_robot(row, bumpers)
         return row
 
     def add_piece_body(
@@ -492,6 +508,10 @@ class PhysicsWorld:
         """Whether a body was in contact with a robot in the last step."""
         return bool(self._robots) and any(other in self._robots for other in self.engine.touching(row))
 
+    def touching(self, row: int) -> set[int]:
+        """Rows of the bodies that a robot was in contact with in the last step, walls and robots among them."""
+        return {*self.engine.touching(row), *self.bumpers.touching(row)}
+
     def body_name(self, row: int) -> str:
         """Name of a body, as it was added."""
         return self._bodies[row].name
@@ -547,6 +567,7 @@ class PhysicsWorld:
             if before_substep is not None:
                 before_substep(h)
             self._rolling.renew()
+            self.bumpers.resolve()
             step(h)
         return n
 

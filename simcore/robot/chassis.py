@@ -27,6 +27,7 @@ import numpy as np
 
 from simcore.errors import ConfigError, EngineError, NonFiniteError
 from simcore.geometry.rotation import Quaternion, Vector, from_yaw, matrix, rotate, rotate_back, rpy, yaw_of
+from simcore.physics.bumper_contacts import RobotMotion
 from simcore.physics.substeps import Surroundings
 from simcore.physics.world import PhysicsWorld
 from simcore.quantities import POSE, require_row
@@ -121,6 +122,7 @@ class ChassisSimulation:
             surface=config.surface,
             center_of_mass=(0.0, 0.0, config.center_of_mass_height),
             inertia=config.inertia,
+            bumpers=config.bumpers,
             pos=(pose[0], pose[1], _START_HEIGHT),
             quat=from_yaw(pose[2]),
         )
@@ -143,7 +145,8 @@ class ChassisSimulation:
         self._each: tuple[Vector, Vector] = (_ZERO, _ZERO)  # what is given anew before each sub-step
         self._rest: tuple[Vector, Vector] = (_ZERO, _ZERO)  # to be added after the sub-step
         self._outside = _ZERO  # part of the last rest that `apply_forces` made: along x and y, and about yaw
-        self._pulled: tuple[Vector, Vector] = (_ZERO, _ZERO)  # acceleration by the world in the last sub-step
+        self._pulled: tuple[Vector, Vector] = (_ZERO, _ZERO)  # acceleration by the engine in the last sub-step
+        self._motion: RobotMotion | None = None  # of the last sub-step, and what walls and robots changed of it
         self.pos: Vector = (0.0, 0.0, 0.0)
         """Point on the robot's underside where the carpet would be, field frame [m]."""
         self.quat: Quaternion = (0.0, 0.0, 0.0, 1.0)
@@ -193,6 +196,7 @@ class ChassisSimulation:
         self._world.set_pose(self.row, (x, y, _START_HEIGHT), from_yaw(yaw))
         self._h_before = 0.0
         self._is_pushed = False
+        self._motion = None
         self._outside = _ZERO
         if self._transfer is not None:
             self._transfer.reset()
@@ -247,6 +251,10 @@ class ChassisSimulation:
         (rx, ry, rz), (qx, qy, qz) = self._rest
         vx, vy, vz = vel
         wx, wy, wz = rate
+        if self._motion is not None:
+            (dx, dy, turn), (ex, ey, turned) = self._motion.mean_change, self._motion.end_change
+            gx, gy, pz = gx + dx, gy + dy, pz + turn
+            rx, ry, qz = rx + ex - dx, ry + ey - dy, qz + turned - turn
         self._pulled = (
             ((vx - gx) / h, (vy - gy) / h, (vz - gz) / h),
             ((wx - px) / h, (wy - py) / h, (wz - pz) / h),
@@ -351,13 +359,19 @@ class ChassisSimulation:
         down = rotate_back(self.quat, (0.0, 0.0, -self._world.gravity))
         pull = self._expected_pull(down)
         felt = rotate_back(self.quat, self._pulled[0]) if self._h_before > 0.0 else _ZERO
+        bump_x, bump_y, bump_turn, bump_height = self._bumped()
+        ax, ay, alpha = self._lasting(pull[0] + bump_x, pull[1] + bump_y, pull[2] + bump_turn)
+        over = 1.0 - bump_height / self.config.center_of_mass_height  # a push at the carpet's height shifts no load
         scale = 1.0 / self.config.mass
         fx, fy, fz = (f * scale for f in rotate_back(self.quat, self._force))
         turn = rotate_back(self.quat, self._torque)[2] / self.config.inertia[2]
-        self._transfer.stand(self.touching, down, (felt[0] + fx, felt[1] + fy, felt[2] + fz))
+        self._transfer.stand(
+            self.touching, down, (felt[0] + over * bump_x + fx, felt[1] + over * bump_y + fy, felt[2] + fz)
+        )
         vx, vy, omega = self.ground_velocity
         change = self._drivetrain.step(
-            *(h, vx, vy, omega, self._transfer, pull[0] + fx, pull[1] + fy, pull[2] + turn),
+            *(h, vx, vy, omega, self._transfer),
+            *(ax + fx, ay + fy, alpha + turn),
         )
         return change, self._drivetrain.mean_change, pull
 
@@ -395,7 +409,7 @@ class ChassisSimulation:
         return (dvx, dvy, domega), (mean_x, mean_y, mean_turn), (ax, ay, 0.0)
 
     def _expected_pull(self, down: Vector) -> Vector:
-        """What the world will add in the next sub-step, if it does as in the last one: a slope, a wall that holds.
+        """What the engine will add in the next sub-step, if it does as in the last one: a slope, pieces that hold.
 
         Args:
             down: Gravity, robot axes [m/s^2].
@@ -406,9 +420,24 @@ class ChassisSimulation:
         if self._h_before == 0.0:
             return down[0], down[1], 0.0
         ax, ay, _ = rotate_back(self.quat, self._pulled[0])
-        alpha = rotate_back(self.quat, self._pulled[1])[2]
+        return self._lasting(ax, ay, rotate_back(self.quat, self._pulled[1])[2])
+
+    def _bumped(self) -> tuple[float, float, float, float]:
+        """Acceleration by walls and robots in the last sub-step, robot's plane [m/s^2, m/s^2, rad/s^2], and where [m].
+
+        The height is that above the carpet.
+        """
+        motion = self._motion
+        if motion is None or self._h_before == 0.0 or motion.end_change == _ZERO:
+            return 0.0, 0.0, 0.0, 0.0
+        ax, ay, alpha = (change / self._h_before for change in motion.end_change)
+        ax, ay, _ = rotate_back(self.quat, (ax, ay, 0.0))
+        return ax, ay, alpha, motion.height
+
+    def _lasting(self, ax: float, ay: float, alpha: float) -> Vector:
+        """An acceleration in the robot's plane without what only a hit can give, which lasts for one sub-step."""
         size, most = math.hypot(ax, ay), _MOST_RESISTANCE * self._world.gravity
-        if size > most:  # a hit lasts for one sub-step only
+        if size > most:
             ax, ay = ax * most / size, ay * most / size
         spin = self._most_spin(_MOST_RESISTANCE)
         return ax, ay, max(-spin, min(spin, alpha))
@@ -470,6 +499,29 @@ class ChassisSimulation:
         self._rest = (later, turn_later)
         self._h_before = h
         self._is_pushed = True
+        self._tell_bumpers(h, pull)
+
+    def _tell_bumpers(self, h: float, pull: Vector) -> None:
+        """Say how the robot moves in the next step if it touches no wall and no robot; the engine does as expected."""
+        c = self.config
+        ax, ay, _ = rotate(self.quat, (h * pull[0], h * pull[1], 0.0))
+        (gx, gy, _), (_, _, gz) = self._given
+        (rx, ry, _), (_, _, rz) = self._rest
+        mean = (gx + ax, gy + ay, gz + h * pull[2])
+        x, y, z = rotate(self.quat, (0.0, 0.0, c.center_of_mass_height))
+        self._motion = RobotMotion(
+            row=self.row,
+            h=h,
+            pos=self.pos,
+            quat=self.quat,
+            center=(self.pos[0] + x, self.pos[1] + y, self.pos[2] + z),
+            mass=c.mass,
+            inertia=c.inertia,
+            start=(self.vel[0], self.vel[1], self.rate[2]),
+            mean=mean,
+            end=(mean[0] + rx, mean[1] + ry, mean[2] + rz),
+        )
+        self._world.bumpers.submit(self._motion)
 
     def _set_velocity(self, linear: Vector, angular: Vector) -> None:
         """Give the body a velocity for a sub-step, of which `_each` has the part that is new."""
