@@ -1,28 +1,30 @@
-"""What a contact does within a step: bounce at the time of impact, spring under load, Coulomb friction, rolling.
+"""The one law of contact on MuJoCo, written into the rows of its solver: spring, damper, restitution, Coulomb friction.
 
-A solver that takes a reference acceleration `a_ref` and a regularization `r` for each row of a contact minimizes so
-that `(A + r) f = a_ref - a_0` where the row is active: `A` is its inverse mass and `a_0` its acceleration without
-contacts. Four laws are written in that form:
+A solver that takes a reference acceleration `a_ref` and a regularization `R` for each row of a contact finds forces with
+`(A + R) f = a_ref - a_0` where the row is active: `A` is its inverse mass and `a_0` its acceleration without contacts.
 
-- Impact. Bodies that meet within the step, faster than `REST_SPEED`, leave with restitution times the speed at which
-  they meet (Newton's law), whatever the step and the phase of the hit in it. Rigid ones must be faster than what a push
-  gives them in a step: a robot that leans on a wall does not bounce off it in each.
-- Touch. Bodies that are apart may come no nearer within the step than to touch.
-- Load. Bodies that overlap, and soft ones that touch, push each other apart by a spring and a damper, taken at the end
-  of the step (implicit Euler): f = k x - c v. It cannot gain energy at any step.
-- Friction. Rows across the normal ask for rest at the end of the step, and get what the friction can give. The cone
-  of such a solver is convex, which lifts what slides: by the `excess` of the wish times the friction.
+- Load. A spring and a damper, taken at the end of the step (implicit Euler): f = k x - c v. No step is too long for it.
+  What is still apart may come no nearer than to touch, as softly.
+- Restitution. Bodies that meet within the step leave with restitution times their closing speed (Newton's law).
+- Friction. Rows across the normal ask for rest at the end of the step, and get what the normal force times the product
+  of both frictions can give. So do rows of rolling, with a lever in place of the friction.
+
+The cone of such a solver is convex: what slides at v leaves at friction times v. That much is taken off the reference
+of the normal, from the sliding that is predicted for the end of the step.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 
-from simcore.typing import BoolArray, FloatArray
+from simcore.physics.engine import BodyDefinition
+from simcore.physics.mujoco_model import ModelLayout
+from simcore.typing import FloatArray, IntArray
 
-__all__ = ["REST_SPEED", "RIGID", "NormalLaw", "excess", "normal_law"]
+__all__ = ["ContactLaw", "normal_rows"]
 
 REST_SPEED = 0.1
 """Slower impacts do not bounce [m/s]; such a bounce would rise 0.5 mm."""
@@ -31,33 +33,16 @@ RIGID = 5e6
 of it, a robot that slides pitches on the carpet by so much that its path depends on the step (24 mm in 12 m)."""
 _PUSHED = 20.0  # [m/s^2]; twice what tires give a robot, which gets the speed of a step at its start
 _RELAXATION = 0.02  # [s]; overlaps of rigid bodies go away with this time constant, so that they give no speed
-_HARDNESS = 1e-3  # regularization of an impact, in parts of its inverse mass
-_BARELY = 0.0015  # [m]; a contact that overlaps by less can still bounce, one that is squeezed is a spring
-_TOUCHING = 1e-4  # [m]; soft bodies that are no farther apart touch
 _DEEPEST = 0.01  # [m]; deeper overlaps of rigid bodies push no more: bodies put into each other do not explode
-
-_DEEPEST_GIVE = 3.0  # the same of soft ones, in parts of what they give: three quarters of a ball's diameter
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class NormalLaw:
-    """Rows of normals, one contact a row, shape (n,) each."""
-
-    reference: FloatArray
-    """Reference acceleration [m/s^2]."""
-    regularization: FloatArray
-    """[1/kg]"""
-    hits: BoolArray
-    """Whether it is an impact."""
-    loaded: BoolArray
-    """Whether it is a spring under load."""
-    hit_time: FloatArray
-    """When within the step the impact is [s]; 0 elsewhere."""
-    force: FloatArray
-    """What the contact will push if it is the only one of its bodies [N]."""
+_HARDNESS = 1e-3  # regularization of an impact, in parts of its inverse mass
+_BARELY = 0.0015  # [m]; a contact of soft bodies that overlaps by less can still bounce, one that is squeezed is a spring
+_DAMPING_RATIO = 2.0  # of soft bodies, as on PyBullet
+_SLIP = 2e-4  # regularization of friction, in parts of the inverse mass: what is held creeps by that times h times pull
+_TIE_REPAIR = 0.2  # of the gap between a body and its pivot, in a step
+_TIE_SOFTNESS = 1e-4  # regularization of such a tie, in parts of the inverse mass
 
 
-def normal_law(
+def normal_rows(
     gap: FloatArray,
     speed: FloatArray,
     free: FloatArray,
@@ -65,76 +50,155 @@ def normal_law(
     *,
     restitution: FloatArray,
     stiffness: FloatArray,
-    give: FloatArray,
+    damping: FloatArray,
     h: float,
-) -> NormalLaw:
-    """What the normals of contacts do within a step.
+) -> tuple[FloatArray, FloatArray]:
+    """What the normals of n contacts want, shape (n,) each.
 
     Args:
-        gap: Between the surfaces, negative where they overlap [m], shape (n,).
+        gap: Between the surfaces, negative where they overlap [m].
         speed: Rate of the gap [m/s].
         free: Acceleration of the gap without contacts [m/s^2].
-        inverse_mass: Of the normal row [1/kg].
+        inverse_mass: Of the row [1/kg].
         restitution: Of the pair [-].
-        stiffness: Of the pair [N/m], `RIGID` or more for rigid ones.
-        give: How far the pair can be squeezed before it is rigid [m].
+        stiffness: Of the pair, `RIGID` for rigid ones [N/m].
+        damping: Of the pair [N s/m].
         h: Step [s].
+
+    Returns:
+        Reference acceleration [m/s^2] and regularization [1/kg].
     """
-    # When they meet: gap + speed t + free t^2 / 2 = 0.
-    ahead = np.maximum(gap, 0.0)
-    meeting = -np.sqrt(np.maximum(speed * speed - 2.0 * free * ahead, 0.0))
-    closing = speed + meeting
-    hit_time = np.clip(2.0 * ahead / np.maximum(-closing, 1e-9), 0.0, h)
-    is_reached = (gap + (speed + 0.5 * free * h) * h < 0.0) & (speed + free * h < 0.0)
-    meeting = np.where(gap > 0.0, meeting, speed)
     is_rigid = stiffness >= RIGID
+    impulse = stiffness * h + damping  # force per speed at the end of the step [N s/m]
+    softness = 1.0 / (h * impulse)
+    depth = np.where(is_rigid, np.minimum(-gap, _DEEPEST), -gap)
+    wanted = np.where(gap > 0.0, -gap / h, stiffness * depth / impulse)  # speed at which it pushes no more
+    reference = (wanted - speed) / h
+    after = speed + h * free
     slowest = np.where(is_rigid, max(REST_SPEED, _PUSHED * h), REST_SPEED)
-    hits = is_reached & (meeting < -slowest) & ((gap > -_BARELY) | is_rigid)
-    loaded = ~hits & (gap < 0.0)
-    # Impact: leave with restitution times the speed of meeting, and fall on for the rest of the step.
-    rest = h - hit_time
-    leave = np.maximum(-restitution * meeting + free * rest, 0.0)
-    hit_reference = free + ((leave - speed) / h - free) * (1.0 + _HARDNESS)
-    # Load: f = f0 + k (x - h v') - c v' with the velocity v' at the end of the step.
-    # A soft pair that just touches is the same spring, so that nothing hangs on the sign of a gap that is nothing.
-    springs = loaded | (~(hits | is_rigid) & (gap < _TOUCHING))
-    depth = -gap
-    log = np.log(np.maximum(restitution, 1e-3))
-    damping_ratio = -log / np.sqrt(np.pi**2 + log**2)
-    soft_damping = 2.0 * damping_ratio * np.sqrt(stiffness / inverse_mass)
-    is_hard = is_rigid | (depth - np.minimum(speed, 0.0) * h > give)
-    k = np.where(is_hard, RIGID, stiffness)
-    c = np.where(is_rigid, RIGID * _RELAXATION, soft_damping)
-    c[(gap > 0.0) & (speed < -REST_SPEED)] = 0.0  # nothing is slowed before it is there
-    is_bottomed = is_hard & ~is_rigid
-    preload = np.zeros(len(gap))
-    preload[is_bottomed] = (stiffness[is_bottomed] - RIGID) * give[is_bottomed]
-    regularization = 1.0 / (h * (k * h + c))
-    felt = np.minimum(depth, np.where(is_rigid, _DEEPEST, _DEEPEST_GIVE * give))
-    load_reference = (preload + k * felt - (k * h + c) * speed) * regularization
-    near_reference = -(ahead / h + speed) / h
-    reference = np.where(hits, hit_reference, np.where(springs, load_reference, near_reference))
-    regularization = np.where(springs, regularization, _HARDNESS * inverse_mass)
-    force = np.maximum((reference - free) / (inverse_mass + regularization), 0.0)
-    held = np.where(springs, np.maximum(preload + k * felt, 0.0), 0.0)
-    return NormalLaw(
-        reference=reference,
-        regularization=regularization,
-        hits=hits,
-        loaded=loaded,
-        hit_time=np.where(hits, hit_time, 0.0),
-        force=np.maximum(force, held),
-    )
+    hits = (speed < -slowest) & (gap + h * after < 0.0) & (is_rigid | (gap > -_BARELY))
+    bounce = free + (-restitution * speed - after) / h * (1.0 + _HARDNESS)
+    return np.where(hits, bounce, reference), np.where(hits, _HARDNESS * inverse_mass, softness)
 
 
-def excess(wish: FloatArray, free: FloatArray, limit: FloatArray) -> FloatArray:
-    """By how much a wish is beyond what friction can give, shape (n,).
+class ContactLaw:
+    """The contacts of one model.
 
     Args:
-        wish: What would end all sliding or rolling within the step, along two axes [m/s^2 or rad/s^2], shape (n, 2).
-        free: Acceleration without contacts, shape (n, 2).
-        limit: What friction at its limit gives, in all contacts of the bodies, shape (n,).
+        mujoco: The package.
+        model: The `MjModel`.
+        data: The `MjData`.
+        layout: Where each row of the engine is in it.
+        definitions: Of the bodies, by row.
     """
-    size = np.sqrt(np.einsum("ij,ij->i", wish, wish))
-    pulled = np.sqrt(np.einsum("ij,ij->i", free, free))
-    return np.asarray(np.maximum(size - limit - pulled, 0.0))
+
+    def __init__(
+        self, mujoco: Any, model: Any, data: Any, layout: ModelLayout, definitions: Sequence[BodyDefinition]
+    ) -> None:
+        self._mj, self._m, self._d = mujoco, model, data
+        of_geom = [definitions[row] for row in layout.row_of_geom]
+        surfaces = [one.surface for one in of_geom]
+        self._friction = np.array([s.friction for s in surfaces])
+        self._rolling = np.array([s.rolling for s in surfaces])
+        self._restitution = np.array([s.restitution for s in surfaces])
+        self._compliance = np.zeros(len(surfaces))
+        self._damping = np.zeros(len(surfaces))
+        self._mass = np.array([one.mass for one in of_geom])
+        for geom, surface in enumerate(surfaces):
+            if surface.stiffness is not None:
+                self.set_stiffness(np.array([geom]), surface.stiffness)
+        self._bodies = len(layout.row_of_body)
+        self._body_of_geom = layout.body_of_geom
+        inverse = np.repeat(1.0 / model.body_mass[1:, None], 6, axis=1)
+        inverse[:, 3:] = 1.0 / model.body_inertia[1:]
+        self._inverse_inertia = inverse.ravel()
+
+    def set_stiffness(self, geoms: IntArray, stiffness: float) -> None:
+        """Give the shapes of a body another stiffness [N/m]."""
+        self._compliance[geoms] = 1.0 / stiffness
+        self._damping[geoms] = 2.0 * _DAMPING_RATIO * np.sqrt(stiffness * self._mass[geoms])
+
+    def set_friction(self) -> None:
+        """Friction of each contact found, as products of the pair, and how many rows it needs."""
+        contact = self._d.contact
+        a, b = contact.geom.T
+        friction_a, friction_b = self._friction[a], self._friction[b]
+        friction = friction_a * friction_b
+        rolling = self._rolling[a] * friction_b + self._rolling[b] * friction_a
+        limits = contact.friction
+        limits[:, :2] = friction[:, None]
+        limits[:, 2] = 1e-5
+        limits[:, 3:] = np.maximum(rolling, 1e-5)[:, None]
+        contact.dim[:] = np.where(friction > 0.0, np.where(rolling > 0.0, 6, 3), 1)
+
+    def write(self, h: float) -> None:
+        """Write what each row of a step of h [s] wants; speeds and accelerations without contacts are known.
+
+        In each body frame the mass matrix is diagonal, so the inverse mass of a row is the sum of its entries squared.
+        """
+        mj, m, d = self._mj, self._m, self._d
+        contact, address = d.contact, d.contact.efc_address
+        used = np.nonzero(address >= 0)[0]
+        row = address[used]
+        a, b = contact.geom[used].T
+        jacobian, speed, strict = d.efc_J, d.efc_vel, d.efc_R
+        inverse = np.add.reduceat(jacobian * jacobian * self._inverse_inertia[d.efc_J_colind], d.efc_J_rowadr)
+        free = np.zeros(len(speed))
+        mj.mj_mulJacVec(m, d, free, d.qacc_smooth)
+        reference = d.efc_aref
+        ties = slice(0, d.ne)  # of bodies to their pivots: at the end of the step they are there
+        reference[ties] = -(speed[ties] + _TIE_REPAIR * d.efc_pos[ties] / h) / h
+        strict[ties] = _TIE_SOFTNESS * inverse[ties]
+        stiffness = 1.0 / np.maximum(self._compliance[a] + self._compliance[b], 1.0 / RIGID)
+        damping = self._damping[a] + self._damping[b]
+        damping[damping == 0.0] = RIGID * _RELAXATION
+        gap, mass = contact.dist[used], inverse[row]
+        wanted, softness = normal_rows(
+            gap,
+            speed[row],
+            free[row],
+            mass,
+            restitution=self._restitution[a] * self._restitution[b],
+            stiffness=stiffness,
+            damping=damping,
+            h=h,
+        )
+        strict[row] = softness
+        dim = contact.dim[used]
+        if dim.max(initial=1) > 1:
+            load = np.maximum((wanted - free[row]) / (mass + softness), 0.0)
+            load = np.maximum(load, -stiffness * gap)
+            lift = np.zeros(len(row))
+            for least, offset, column in ((3, 1, 0), (6, 4, 3)):
+                some = np.nonzero(dim >= least)[0]
+                if not len(some):
+                    continue
+                rows = row[some, None] + np.array([offset, offset + 1])
+                factor = contact.friction[used[some], column]
+                mobile = inverse[rows].mean(axis=1)
+                ends = speed[rows] / h + free[rows]
+                held = self._summed(factor * load[some] * mobile, a[some], b[some])
+                slide = np.maximum(np.sqrt(np.einsum("ij,ij->i", ends, ends)) - held, 0.0)
+                lift[some] = np.hypot(lift[some], factor * slide)
+                reference[rows] = speed[rows] * (-1.0 / h)
+                if least == 3:
+                    slip = _SLIP * mobile
+                    scaled = slip * factor * factor
+                    contact.mu[used[some]] = factor * np.sqrt(slip / softness[some])
+                    strict[rows] = slip[:, None]
+                else:
+                    scaled = scaled[dim[dim >= 3] >= least]
+                    strict[rows] = (scaled / factor**2)[:, None]
+                    strict[row[some] + 3] = scaled / contact.friction[used[some], 2] ** 2
+            wanted -= lift
+        reference[row] = wanted
+        d.efc_D[:] = 1.0 / strict
+
+    def _summed(self, of_contact: FloatArray, a: IntArray, b: IntArray) -> FloatArray:
+        """Sum of a quantity over the contacts of both bodies of each contact, statics left out, shape (n,)."""
+        first, second = self._body_of_geom[a] + 1, self._body_of_geom[b] + 1
+        n = self._bodies + 1
+        total = np.bincount(first, of_contact, n) + np.bincount(second, of_contact, n)
+        total[0] = 0.0
+        # between two bodies the contact itself is in both sums
+        return np.asarray(total[first] + total[second] - np.where((first > 0) & (second > 0), of_contact, 0.0))

@@ -1,21 +1,29 @@
-"""Finds the contacts that bodies can come to within a step, and wakes who is touched."""
+"""Finds the contacts that bodies can come to within a step, and wakes who is touched.
+
+A body that sleeps is no wall: what a knock reaches takes part in the same step with its mass, together with those that
+touch it in turn, as far as the knock carries (each body of a row passes on some two thirds of it).
+"""
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numpy as np
 
 from simcore.physics.mujoco_model import ModelLayout
 from simcore.physics.sleep_lists import SleepLists
-from simcore.typing import FloatArray, IntArray
+from simcore.typing import BoolArray, FloatArray, IntArray
 
-__all__ = ["ContactSearch", "cross", "spins"]
+__all__ = ["ContactSearch", "spins"]
 
 _LOOK_AHEAD = 5e-4  # [m]; contacts are looked for this much farther than bodies move
-_LONGEST_ROW = 64  # bodies through which a knock is followed within a step
-_PARALLEL = 0.9999  # cosine between normals of one plane
-_KNOCK = 0.2  # [m/s]; slower hits move what they hit by less than 2 mm within a step
+_TOUCHING = 1e-4  # [m]
+_KNOCK = 0.05  # [m/s]; slower hits do not move a body that is fixed
+_PRESSED = 3.0  # times its weight; a push that moves a body that is fixed
+_MOST_PASSES = 64  # each but the last wakes somebody
+_NEAR = 0.004  # [m]; sleepers this near to each other pass a knock on
+_PASSED_ON = 0.65  # of a knock, from one body of a row to the next: (1 + e) / 2 with e = 0.3
 
 
 class ContactSearch:
@@ -26,7 +34,8 @@ class ContactSearch:
         model: The `MjModel`.
         data: The `MjData`.
         layout: Where each row is in it.
-        reach: Farthest that each moving body has from its center of mass, 0 for balls [m].
+        reach: Farthest that each moving body has from its center of mass, 0 for balls [m], shape (bodies,).
+        radius: Of the smallest ball around each moving body [m], shape (bodies,).
         sleep: Who sleeps.
         gravity: [m/s^2]
     """
@@ -38,87 +47,108 @@ class ContactSearch:
         data: Any,
         layout: ModelLayout,
         reach: FloatArray,
+        radius: FloatArray,
         sleep: SleepLists,
         gravity: float,
     ) -> None:
         self._mj, self._m, self._d = mujoco, model, data
-        self._body_of_geom = layout.body_of_geom
         n = len(reach)
         self._first = int((layout.body_of_geom < 0).sum())  # shapes of moving bodies come after those of statics
-        self._reach, self._sleep, self._gravity = reach, sleep, gravity
+        self._moving = layout.body_of_geom[self._first :]
+        self._body_of_geom = layout.body_of_geom
+        self._reach, self._radius, self._sleep, self._gravity = reach, radius, sleep, gravity
         self._qpos, self._qvel = data.qpos.reshape(n, 7), data.qvel.reshape(n, 6)
+        self._weight = gravity * model.body_mass[1:]
+        self._is_pressed: BoolArray = np.zeros(n, dtype=bool)
+        self.loosened: set[int] = set()
+        """Numbers of bodies that were fixed, and that a knock or a push let go."""
 
     def find(self, h: float) -> None:
-        """Put the contacts of a step [s] into the `MjData`.
-
-        A body that is hit may come as fast as what hits it, and so on in a row: looked for until no more are found.
-        """
-        d, sleep = self._d, self._sleep
-        knock = np.zeros(len(self._reach))  # speed that a body may be given within the step
-        body_margin, geom_margin = self._m.body_margin[1:], self._m.geom_margin[self._first :]
-        moving = self._body_of_geom[self._first :]
-        for _ in range(_LONGEST_ROW):
-            awake = sleep.awake
-            v, w = self._qvel[awake, :3], self._qvel[awake, 3:]
-            speed = np.sqrt(np.einsum("ij,ij->i", v, v)) + self._reach[awake] * np.sqrt(np.einsum("ij,ij->i", w, w))
-            body_margin[:] = 0.0
-            body_margin[awake] = (speed + knock[awake] + self._gravity * h) * h + _LOOK_AHEAD
-            geom_margin[:] = body_margin[moving]
-            self._mj.mj_collision(self._m, d)
-            if not d.ncon or not self._follow(h, knock):
+        """Put the contacts of a step [s] into the `MjData`, with those of the sleepers that it wakes."""
+        knock = np.zeros(len(self._reach))
+        for _ in range(_MOST_PASSES):
+            self._collide(h, knock)
+            if not self._d.ncon or not self._wake(h, knock):
                 return
 
-    def is_crowded(self) -> bool:
-        """Whether, of what was found, bodies touch each other or rub on two planes at once."""
-        contact = self._d.contact
-        used = contact.exclude == 0
-        pair = self._body_of_geom[contact.geom[used]]
-        if not len(pair):
-            return False
-        if pair.min(axis=1).max() >= 0:
-            return True
-        rubs = np.nonzero(contact.dim[used] > 1)[0]
-        normal = contact.frame[used][rubs, :3]
-        _, first, which = np.unique(pair[rubs].max(axis=1), return_index=True, return_inverse=True)
-        return bool((np.einsum("ij,ij->i", normal, normal[first][which]) < _PARALLEL).any())
+    def _collide(self, h: float, knock: FloatArray) -> None:
+        """Contacts of all that are awake, as far ahead as they move; `knock` is a speed that each may be given."""
+        awake = self._sleep.awake
+        v, w = self._qvel[awake, :3], self._qvel[awake, 3:]
+        speed = np.sqrt(np.einsum("ij,ij->i", v, v)) + self._reach[awake] * np.sqrt(np.einsum("ij,ij->i", w, w))
+        speed = np.maximum(speed, 1.5 * knock[awake])
+        margin = self._m.body_margin[1:]
+        margin[:] = 0.0
+        margin[awake] = (speed + self._gravity * h) * h + _LOOK_AHEAD
+        self._m.geom_margin[self._first :] = margin[self._moving]
+        self._mj.mj_collision(self._m, self._d)
 
-    def _follow(self, h: float, knock: FloatArray) -> bool:
-        """Pass hits on to who is hit; whether contacts must be looked for again."""
+    def _wake(self, h: float, knock: FloatArray) -> bool:
+        """Wake the sleepers that are touched, leave out contacts of all others, and say whether any woke."""
         contact, sleep = self._d.contact, self._sleep
+        if len(sleep.awake) == len(sleep.asleep):
+            return False
         pair = self._body_of_geom[contact.geom]
-        between = pair.min(axis=1) >= 0
-        if sleep.fixed.any():
-            still = np.append(sleep.asleep, True)[pair].all(axis=1)  # -1, the field, is the last
-            contact.exclude[still] = 1
-            between &= ~still
-        some = np.nonzero(between)[0]
+        asleep = np.append(sleep.asleep, False)[pair]  # -1, the field, is the last
+        still = (asleep | (pair < 0)).all(axis=1)
+        contact.exclude[still] = 1
+        some = np.nonzero(asleep.any(axis=1) & ~still)[0]
         if not len(some):
             return False
-        pair = pair[some]
-        normal, at = contact.frame[some, :3], contact.pos[some]
-        closing = 1.5 * (self._approach(pair[:, 0], normal, at) - self._approach(pair[:, 1], normal, at))
-        gap = contact.dist[some]
-        lost = np.maximum(gap, 0.0) / h  # who is hit has only the rest of the step to move in
-        is_new = False
-        for _ in range(_LONGEST_ROW):
-            passed_on = np.maximum(closing, knock[pair].max(axis=1))
-            touched = gap <= passed_on * h
-            passed_on -= lost
-            hard = touched & (passed_on > _KNOCK)
-            before = knock.copy()
-            for side in (0, 1):
-                np.maximum.at(knock, pair[hard, side], passed_on[hard])
-            if not (knock > 1.05 * before + _KNOCK).any():
+        one, asleep = np.arange(len(some)), asleep[some]
+        sleeper, mover = pair[some][one, np.argmax(asleep, axis=1)], pair[some][one, np.argmin(asleep, axis=1)]
+        closing = np.where(asleep[:, 1], 1.0, -1.0)
+        closing *= self._approach(mover, contact.frame[some, :3], contact.pos[some])
+        touched = contact.dist[some] <= np.maximum(closing, 0.0) * h + _TOUCHING
+        fixed = sleep.fixed[sleeper]
+        waking = touched & (~fixed | (closing > _KNOCK) | self._is_pressed[sleeper])
+        contact.exclude[some[~waking & ~fixed]] = 1
+        if not waking.any():
+            return False
+        hit = np.zeros(len(knock))
+        np.maximum.at(hit, sleeper[waking], np.maximum(closing[waking], _KNOCK))
+        woken = self._cluster(hit)
+        np.maximum(knock, hit, out=knock)
+        self.loosened.update(woken[sleep.fixed[woken]].tolist())
+        sleep.asleep[woken] = sleep.fixed[woken] = False
+        sleep.mark()
+        sleep.write()
+        return True
+
+    def _cluster(self, knock: FloatArray) -> IntArray:
+        """All sleepers that a knock reaches along those that touch each other; notes in `knock` what they get [m/s]."""
+        left = self._sleep.asleep & (self._m.body_contype[1:] != 0)
+        front = np.nonzero(knock)[0]
+        left[front] = False
+        found = [front]
+        pos, radius = self._qpos[:, :3], self._radius
+        for _ in range(1 + math.ceil(math.log(knock.max() / _KNOCK) / -math.log(_PASSED_ON))):
+            others = np.nonzero(left)[0]
+            if not len(front) or not len(others):
                 break
-            is_new = True
-        sleeps = (sleep.asleep & ~sleep.fixed)[pair]
-        contact.exclude[some[~touched & sleeps.any(axis=1)]] = 1
-        woken = pair[touched][sleeps[touched]]
-        if len(woken):
-            sleep.asleep[woken] = False
-            sleep.mark()
-            sleep.write()
-        return is_new or bool(len(woken))
+            away = pos[front, None] - pos[others]
+            near = np.add.outer(radius[front], radius[others] + _NEAR)
+            touch = np.einsum("ijk,ijk->ij", away, away) < near * near
+            passed_on = (_PASSED_ON * knock[front, None] * touch).max(axis=0)
+            reached = passed_on >= _PASSED_ON * _KNOCK
+            knock[others[reached]] = passed_on[reached]
+            front = others[reached & (passed_on >= _KNOCK)]
+            left[others[reached]] = False
+            found.append(others[reached])
+        return np.concatenate(found)
+
+    def note_pressed(self) -> None:
+        """After a step: which of those that are fixed were pushed by more than they stand."""
+        if not self._sleep.fixed.any():
+            return
+        self._is_pressed[:] = False
+        contact = self._d.contact
+        pair = self._body_of_geom[contact.geom]
+        pushed = np.append(self._sleep.fixed, False)[pair] & (contact.efc_address >= 0)[:, None]
+        one, side = np.nonzero(pushed)
+        body = pair[one, side]
+        force = self._d.efc_force[contact.efc_address[one]]
+        self._is_pressed[body[force > _PRESSED * self._weight[body]]] = True
 
     def _approach(self, body: IntArray, normal: FloatArray, at: FloatArray) -> FloatArray:
         """Speed of a place of each body along a direction [m/s], shape (n,)."""

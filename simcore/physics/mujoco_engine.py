@@ -4,13 +4,11 @@ How it is set up, and why (figures in docs/measurements.md):
 
 - MuJoCo finds contacts and solves for their forces (Newton's method, elliptic cones); what a contact wants is ours
   (`contact_law`), written into its rows between the two halves of a step. So friction and restitution of a pair are
-  products here, too, where MuJoCo alone would take the larger, and a bounce is exact at any step.
-- Where bodies touch each other, a step is cut into parts of at most 10 ms: a heap then settles to an overlap of 1 to
-  2 mm. Many that touch each other are solved by conjugate gradients, with springs for friction.
-- Contacts are looked for as far ahead as bodies move within a part, so nothing passes a wall.
-- Free flight is exact for a constant force: v += a h, x += h v + a h^2 / 2.
+  products here, too, where MuJoCo alone would take the larger, and springs are taken at the end of the step.
+- Contacts are looked for as far ahead as bodies move within a step, so nothing passes a wall.
+- A step is semi-implicit Euler, x += h v with the v of its end, as PyBullet's is.
 - Sleeping is ours: MuJoCo freezes and skips what `sleep` names, and nothing else; what `fix` names is part of the
-  world to those that touch it.
+  world to those that touch it gently (`contact_search`).
 - The model is compiled when it is first needed after a body was added; what moves keeps its state.
 """
 
@@ -28,22 +26,22 @@ import numpy as np
 from simcore.errors import EngineError
 from simcore.geometry.rotation import IDENTITY, Quaternion, Vector, multiply, rotate, rotate_back
 from simcore.physics.collision_classes import CollisionClasses, RayGroups
-from simcore.physics.constraint_rows import ConstraintRows
-from simcore.physics.contact_materials import ContactMaterials, materials_of
+from simcore.physics.contact_law import ContactLaw
 from simcore.physics.contact_search import ContactSearch, spins
 from simcore.physics.engine import BodyDefinition, RayHits
 from simcore.physics.mujoco_model import ModelLayout, build_model
 from simcore.physics.mujoco_queries import ModelQueries
+from simcore.physics.shape_extent import bounding_radius
+from simcore.physics.shapes import Sphere, bounding_box
 from simcore.physics.sleep_lists import SleepLists
-from simcore.physics.step_shift import step_shift
 from simcore.typing import FloatArray, IntArray
 from simcore.units import GRAVITY
 
 __all__ = ["MuJoCoEngine"]
 
-_LONGEST_PART = 0.01  # [s] where bodies touch each other, or two planes
 _TOUCHING = 0.001  # [m]; bodies this near count as in contact
-_NOTHING: FloatArray = np.zeros(0)
+_NEGLECTED = 0.002  # [m]; a body that moves less in a step gets no deeper into anything than this
+_SKIN = 2e-5  # [m]; a body that is held back stops so far before what it meets
 
 
 def _load_mujoco() -> Any:
@@ -74,8 +72,7 @@ class MuJoCoEngine:
     """One MuJoCo world. Use as a context manager, or call `close`."""
 
     name = "mujoco"
-    is_exact = True
-    """Velocities are those at the end of a step, and a flight under a constant force is its parabola."""
+    is_exact = False
 
     _sleep: SleepLists
 
@@ -318,8 +315,39 @@ class MuJoCoEngine:
         return (rows[mine, 0] + rows[mine, 1] - row).tolist(), contact.pos[touch][mine]
 
     def free_share(self, row: int, h: float) -> float:
-        """All of it: a contact is found before it is reached."""
-        return 1.0
+        """Share of a step of h [s] in which a body goes on without touching a static; 1 if it meets none."""
+        self._build()
+        body, fall = self._body[row], self.gravity * h
+        vx, vy, vz, wx, wy, wz = self.velocities([row])[0].tolist()
+        reach = (math.hypot(vx, vy, vz - fall) + self._reach[body] * math.hypot(wx, wy, wz)) * h
+        if reach < _NEGLECTED:
+            return 1.0
+        self._refresh()
+        share, (x, y, z) = 1.0, self._qpos[body, :3].tolist()
+        for gap, (nx, ny, nz), at in self._queries.near_statics(row, reach):
+            ax, ay, az = at[0] - x, at[1] - y, at[2] - z
+            closing = -(
+                nx * (vx + wy * az - wz * ay) + ny * (vy + wz * ax - wx * az) + nz * (vz - fall + wx * ay - wy * ax)
+            )
+            if closing * h <= gap + _NEGLECTED:
+                continue
+            if gap <= 2.0 * _SKIN:
+                return 1.0  # an impact is played with all of its velocity
+            share = min(share, (gap - _SKIN) / (closing * h))
+        return share
+
+    def set_stiffness(self, row: int, stiffness: float) -> None:
+        """Give a body that is soft another stiffness [N/m]."""
+        self._build()
+        self._law.set_stiffness(self._geoms[row], stiffness)
+
+    def take_loosened(self) -> list[int]:
+        """Rows of bodies that were fixed and that something has moved since this was last asked, in rising order."""
+        self._build()
+        bodies = sorted(self._search.loosened)
+        self._search.loosened.clear()
+        rows: list[int] = self._layout.row_of_body[bodies].tolist() if bodies else []
+        return rows
 
     def set_collision(self, row: int, group: int, mask: int) -> None:
         """Change with what a body collides; 0, 0 takes it out of the world."""
@@ -345,7 +373,6 @@ class MuJoCoEngine:
         layout = self._layout
         self._body: list[int] = layout.body_of_row.tolist()
         self._body_index = layout.body_of_row
-        self._is_hung = np.array([self._definitions[row].pivot is not None for row in layout.row_of_body], dtype=bool)
         n = len(layout.row_of_body)
         self._qpos, self._qvel = d.qpos.reshape(n, 7), d.qvel.reshape(n, 6)
         self._warm, self._push = d.qacc_warmstart.reshape(n, 6), d.xfrc_applied[1:]
@@ -371,19 +398,20 @@ class MuJoCoEngine:
         self._classes = CollisionClasses(m, layout, self._geoms, self._groups)
         for row, (group, mask) in enumerate(self._collision):
             self._classes.write(row, group, mask)
-        self._materials: ContactMaterials = materials_of(self._definitions, m, layout)
-        self._search = ContactSearch(self._mj, m, d, layout, self._materials.reach, sleep, self.gravity)
-        self._rows = ConstraintRows(self._mj, m, d, layout, self._materials, self.gravity)
+        moving = [self._definitions[row] for row in layout.row_of_body]
+        self._reach = np.array([_reach(one) for one in moving])
+        radius = np.array([bounding_radius(one.shape) for one in moving])
+        self._search = ContactSearch(self._mj, m, d, layout, self._reach, radius, sleep, self.gravity)
+        self._law = ContactLaw(self._mj, m, d, layout, self._definitions)
         self._moved: set[int] = set(range(n))
         self._is_stale = self._is_built = True
-        self._is_crowded = False
         self._kinematics()  # of the statics, too
         self._queries = ModelQueries(self._mj, m, d, layout)
 
     # --- one step -----------------------------------------------------------------------------------------------
 
     def step(self, h: float) -> None:
-        """Advance by h [s]; where bodies touch each other, in equal parts of at most 10 ms.
+        """Advance by h [s].
 
         Raises:
             EngineError: A position or velocity is not finite any more.
@@ -391,59 +419,34 @@ class MuJoCoEngine:
         self._build()
         if not len(self._qpos):
             return
+        mj, m, d = self._mj, self._m, self._d
         for rows, forces in self._forces:
             np.add.at(self._push[:, :3], self._body_index[rows], forces)
-        parts = max(1, math.ceil(h / _LONGEST_PART - 1e-9))
-        if parts > 1 and not self._is_crowded:
-            self._find(h)
-            self._is_crowded = self._search.is_crowded()
-            if not self._is_crowded:
-                self._advance(h)
-                parts = 0
-        for _ in range(parts):
-            self._find(h / parts)
-            self._advance(h / parts)
-        if parts > 1:
-            self._is_crowded = self._search.is_crowded()
-        if self._forces:
-            self._forces.clear()
-            self._push[:] = 0.0
-        if not np.isfinite(self._d.qvel).all():
-            bad = int(np.nonzero(~np.isfinite(self._qvel).all(axis=1))[0][0])
-            raise EngineError(f"MuJoCo lost body {self._layout.row_of_body[bad]}: its velocity is not finite")
-
-    def _find(self, h: float) -> None:
-        """Find the contacts of a step."""
         self._refresh()
         self._sleep.write()
         self._sleep.keep_awake()
         self._search.find(h)
-        if self._d.ncon:
-            self._rows.set_friction()
-
-    def _advance(self, h: float) -> None:
-        """Take a step whose contacts were found."""
-        mj, m, d, rows = self._mj, self._m, self._d, self._rows
+        if d.ncon:
+            self._law.set_friction()
         m.opt.timestep = h
         mj.mj_makeConstraint(m, d)
         if d.nefc and self._sleep.fixed.any():
-            d.efc_J[np.repeat(self._sleep.fixed, 6)[d.efc_J_colind]] = 0.0  # nothing moves them
-        step = rows.prepare(h, bool(self._forces)) if d.nefc else None
-        mj.mj_island(m, d)
+            d.efc_J[np.repeat(self._sleep.fixed, 6)[d.efc_J_colind]] = 0.0  # a static to those that touch it
         mj.mj_fwdVelocity(m, d)
         mj.mj_fwdAcceleration(m, d)
-        if step is not None:
-            rows.solve(step)
-        else:
-            mj.mj_fwdConstraint(m, d)
-        bodies, awake = len(self._qpos), self._sleep.awake
-        change, free = h * d.qacc.reshape(bodies, 6)[:, :3], h * d.qacc_smooth.reshape(bodies, 6)[:, :3]
-        pushes = _NOTHING if step is None else d.efc_force[step.normals]
-        shift = step_shift(h, step, pushes, change, free, awake, self._layout.body_of_geom)
-        shift[self._is_hung[awake]] = 0.0
+        if d.nefc:
+            self._law.write(h)
+        mj.mj_island(m, d)  # it copies the rows
+        mj.mj_fwdConstraint(m, d)
+        self._search.note_pressed()
         mj.mj_Euler(m, d)
-        self._qpos[awake, :3] += shift
         self._is_stale = True
+        if self._forces:
+            self._forces.clear()
+            self._push[:] = 0.0
+        if not np.isfinite(d.qvel).all():
+            bad = int(np.nonzero(~np.isfinite(self._qvel).all(axis=1))[0][0])
+            raise EngineError(f"MuJoCo lost body {self._layout.row_of_body[bad]}: its velocity is not finite")
 
     # --- questions ----------------------------------------------------------------------------------------------
 
@@ -480,3 +483,12 @@ def _center(definition: BodyDefinition, pos: Sequence[float], quat: Quaternion) 
     """Center of mass of a body whose origin is at a place [m]."""
     x, y, z = rotate(quat, definition.center_of_mass)
     return (pos[0] + x, pos[1] + y, pos[2] + z)
+
+
+def _reach(definition: BodyDefinition) -> float:
+    """Farthest that a body has from its center of mass [m]; 0 for balls, whose spin moves nothing."""
+    if isinstance(definition.shape, Sphere):
+        return 0.0
+    low, high = bounding_box(definition.shape)
+    corner = np.maximum(np.abs(low - definition.center_of_mass), np.abs(high - definition.center_of_mass))
+    return float(np.linalg.norm(corner))

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from simcore.geometry.rotation import Vector
 from simcore.physics.mujoco_model import ModelLayout
 from simcore.typing import BoolArray, FloatArray, IntArray
 
@@ -68,15 +69,22 @@ class ModelQueries:
 
     def depth(self, row: int) -> float:
         """How deep a body is in the statics that it may touch [m]; 0 for none."""
+        return -min([gap for gap, _, _ in self.near_statics(row, 0.0)], default=0.0)
+
+    def near_statics(self, row: int, reach: float) -> list[tuple[float, Vector, Sequence[float]]]:
+        """Gap, normal towards the body and place on the body of each of its shapes and each static within reach [m]."""
         m, mine = self._m, np.nonzero(self._layout.row_of_geom == row)[0]
         low, high = (corner.T[:, :, None] for corner in self.boxes(mine))
-        near = _overlap(self._static_low[:, None, :], self._static_high[:, None, :], low, high)
+        near = _overlap(self._static_low[:, None, :], self._static_high[:, None, :], low - reach, high + reach)
         ways = m.geom_contype[mine, None] & m.geom_conaffinity[: self._first]
         back = m.geom_conaffinity[mine, None] & m.geom_contype[: self._first]
-        deepest, ends = 0.0, np.zeros(6)
+        found, ends = [], np.zeros(6)
         for one, other in np.argwhere(near & ((ways | back) != 0)).tolist():
-            deepest = min(deepest, self._mj.mj_geomDistance(m, self._d, int(mine[one]), other, 0.0, ends))
-        return -deepest
+            gap = self._mj.mj_geomDistance(m, self._d, int(mine[one]), other, reach, ends)
+            ax, ay, az, bx, by, bz = ends.tolist()
+            if gap < reach and gap != 0.0:
+                found.append((gap, ((ax - bx) / gap, (ay - by) / gap, (az - bz) / gap), (ax, ay, az)))
+        return found
 
     def boxes(self, geoms: IntArray) -> tuple[FloatArray, FloatArray]:
         """Corners of the bounding boxes of some shapes, field frame [m], shape (n, 3) each."""
