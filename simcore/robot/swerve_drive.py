@@ -144,7 +144,7 @@ class SwerveDrive(WheeledDrive[SwerveConfig]):
         """
         for name, value in (("vx", vx), ("vy", vy), ("omega", omega)):
             checked_number(f"reset {name}", value)
-        ways = [(vx - omega * y, vy + omega * x) for x, y in self.config.positions]
+        ways = [(vx - omega * y, vy + omega * x) for x, y in self.robot.positions]
         if angles is None:
             turned = [math.atan2(wy, wx) if math.hypot(wx, wy) > 1e-6 else 0.0 for wx, wy in ways]
         else:
@@ -275,12 +275,12 @@ class SwerveDrive(WheeledDrive[SwerveConfig]):
     def max_angular_accel(self) -> float:
         """On the spot from rest, wheels across the radius [rad/s^2]; see `max_accel`."""
         solver = self._solver
-        return launch_accel(solver.shafts, solver.wheels, self._static_loads, self._arms(), self.config.yaw_inertia)
+        return launch_accel(solver.shafts, solver.wheels, self._static_loads, self._arms(), self.robot.yaw_inertia)
 
     # ---------------------------------------------------------------- helpers
 
     def _arms(self) -> list[float]:
-        return [math.hypot(x, y) for x, y in self.config.positions]
+        return [math.hypot(x, y) for x, y in self.robot.positions]
 
     def _present_angles(self) -> list[float]:
         """Where a module without a direction should stay: its target if it has one, else where it is."""

@@ -175,7 +175,7 @@ class TankDrive(WheeledDrive[TankConfig]):
         """
         for name, value in (("vx", vx), ("vy", vy), ("omega", omega)):
             checked_number(f"reset {name}", value)
-        sides = (self.config.positions[0][1], self.config.positions[-1][1])
+        sides = (self.robot.positions[0][1], self.robot.positions[-1][1])
         self._rest([(vx - omega * y) / self.config.wheel_radius for y in sides])
         self.stop()
 

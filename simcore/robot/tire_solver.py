@@ -26,6 +26,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import TypeAlias
 
 from simcore.errors import ConfigError
@@ -42,6 +43,18 @@ from simcore.robot.limited_motor import (
 
 __all__ = ["TireSolver"]
 
+_Plan: TypeAlias = tuple[
+    int,
+    float,
+    float,
+    float,
+    float,
+    float,
+    float,
+    MotorConstants,
+    tuple[tuple[int, float, float, float, float, float], ...],
+]
+"""Per shaft, the same in all steps; see `_planned`."""
 _Contact: TypeAlias = tuple[int, float, float, float, float]
 """Of a wheel that touches: row, x, y, x^2 + y^2, grip mu N."""
 _Row: TypeAlias = tuple[
@@ -106,9 +119,19 @@ class TireSolver:
                 raise ConfigError("a drive shaft's wheels must stand one behind the other, at the same y")
         self._weighted = 0.0  # 1 / h that the weights are of
         self._end_weights: list[float] = []
+        self._plan = self._planned()
+
+    def set_mass(self, mass: float, yaw_inertia: float, positions: Sequence[tuple[float, float]]) -> None:
+        """Go on with another mass [kg], yaw inertia [kg m^2] and wheel positions from the center of mass [m]."""
+        self.mass, self.yaw_inertia = mass, yaw_inertia
+        if any(w.x != x or w.y != y for w, (x, y) in zip(self.wheels, positions, strict=True)):
+            self.wheels = tuple(replace(w, x=x, y=y) for w, (x, y) in zip(self.wheels, positions, strict=True))
+            self._plan = self._planned()
+
+    def _planned(self) -> list[_Plan]:
         # Attribute reads, twenty a wheel and step, cost as much as the arithmetic: everything in tuples. With forces
         # finished in the same pass unless a tire slides, four wheels took 23 us and take 13 us a step.
-        self._plan = [
+        return [
             (
                 g,
                 s.inertia,

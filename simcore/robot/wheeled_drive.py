@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from operator import mul
 from typing import Generic, TypeVar
 
@@ -19,7 +20,7 @@ from simcore.robot.wheel_loads import LoadTransfer, WheeledRobot, normal_loads
 from simcore.typing import FloatArray
 from simcore.units import GRAVITY, plain_sum
 
-__all__ = ["MAX_INNER_STEP", "WheeledDrive", "checked_number"]
+__all__ = ["MAX_INNER_STEP", "RobotMass", "WheeledDrive", "checked_number"]
 
 MAX_INNER_STEP = 0.005
 """Longest step of motors and tires [s]; a longer step of the owner is cut into equal parts.
@@ -55,6 +56,20 @@ def checked_number(what: str, value: object) -> float:
     if not isinstance(value, (int, float, np.floating, np.integer)) or not math.isfinite(value):
         raise NonFiniteError(f"{what} must be a finite number, got {value!r}")
     return float(value)
+
+
+@dataclass(frozen=True, slots=True)
+class RobotMass:
+    """Of a robot as it is now: a `WheeledRobot`."""
+
+    mass: float
+    """Of the whole robot with what it holds [kg]."""
+    yaw_inertia: float
+    """About the vertical axis through the center of mass [kg m^2]."""
+    center_of_mass: tuple[float, float, float]
+    """From the robot center on the floor, robot axes [m]."""
+    positions: tuple[tuple[float, float], ...]
+    """Of the wheels relative to the center of mass, robot axes [m]."""
 
 
 class WheeledDrive(ABC, Generic[ConfigT]):
@@ -100,6 +115,9 @@ class WheeledDrive(ABC, Generic[ConfigT]):
         self._emf_per_speed = [motor.emf for motor in self._motors]
         self._stator_limits = [motor.stator_limit for motor in self._motors]
         self._motors_per_shaft = self._motors[0].count
+        self._robot: WheeledRobot = config
+        cx, cy, _ = config.center_of_mass
+        self._wheel_places = [(x + cx, y + cy) for x, y in config.positions]
         self._static_loads = normal_loads(config, [True] * self._wheels, (0.0, 0.0, -GRAVITY))
         self._free_speeds = [free_speed(s, self._solver.wheels, self._static_loads) for s in shafts]
         self._shaft_of_wheel = [g for k in range(self._wheels) for g, s in enumerate(shafts) if k in s.wheels]
@@ -108,6 +126,37 @@ class WheeledDrive(ABC, Generic[ConfigT]):
         self._loads: list[Sequence[float]] = []
         self._shares: list[float] = []
         self._rest([0.0] * len(shafts))
+
+    def set_mass_properties(self, mass: float, yaw_inertia: float, center_of_mass: tuple[float, float, float]) -> None:
+        """What the robot weighs from the next step on, with what it holds and as its mechanisms stand.
+
+        Robot code and its loops know nothing of it: `config` and what it says of speeds stay. The same numbers again
+        cost one comparison.
+
+        Args:
+            mass: Of the whole robot [kg].
+            yaw_inertia: About the vertical axis through the center of mass [kg m^2].
+            center_of_mass: From the robot center on the floor, robot axes [m]. `step` takes and gives the velocity of
+                this point from now on.
+
+        Raises:
+            NonFiniteError: When a number is not finite, or mass or inertia not above zero; nothing has changed.
+        """
+        old = self._robot
+        if mass == old.mass and yaw_inertia == old.yaw_inertia and center_of_mass == old.center_of_mass:
+            return
+        if not (all(map(math.isfinite, (mass, yaw_inertia, *center_of_mass))) and mass > 0.0 and yaw_inertia > 0.0):
+            raise NonFiniteError(
+                "drivetrain needs finite mass properties, mass and inertia above zero, got "
+                f"mass={mass}, yaw_inertia={yaw_inertia}, center_of_mass={center_of_mass}"
+            )
+        cx, cy, cz = map(float, center_of_mass)
+        positions = old.positions
+        if (cx, cy) != old.center_of_mass[:2]:
+            positions = tuple((x - cx, y - cy) for x, y in self._wheel_places)
+        robot = self._robot = RobotMass(float(mass), float(yaw_inertia), (cx, cy, cz), positions)
+        self._solver.set_mass(robot.mass, robot.yaw_inertia, positions)
+        self._static_loads = normal_loads(robot, [True] * self._wheels, (0.0, 0.0, -GRAVITY))
 
     def _rest(self, shaft_speeds: list[float]) -> None:
         """Time at zero, battery rested, encoders at zero, drive shafts at these speeds [rad/s]."""
@@ -388,9 +437,9 @@ class WheeledDrive(ABC, Generic[ConfigT]):
         return max(self._solver.slip) if self._solver.is_sliding else 0.0
 
     @property
-    def robot(self) -> ConfigT:
-        """The same as `config`, under the name that a chassis asks for."""
-        return self.config
+    def robot(self) -> WheeledRobot:
+        """Mass and wheel positions as they are now: `config`, until `set_mass_properties` says otherwise."""
+        return self._robot
 
     @property
     def bus_voltage(self) -> float:
@@ -422,4 +471,4 @@ class WheeledDrive(ABC, Generic[ConfigT]):
         """From rest on level ground at stiff 12 V: grip, motors and stator limits of every wheel counted [m/s^2]."""
         solver = self._solver
         ones = [1.0] * len(solver.shafts)
-        return launch_accel(solver.shafts, solver.wheels, self._static_loads, ones, self.config.mass)
+        return launch_accel(solver.shafts, solver.wheels, self._static_loads, ones, self._robot.mass)

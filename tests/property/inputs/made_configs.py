@@ -45,7 +45,7 @@ PACKAGES = ("geometry", "match", "physics", "pieces", "robot", "vision")
 MADE_BY_SIMCORE = frozenset(
     "Aim AirRows AutoRun BodyDefinition BuiltDevice BuiltRobot CommandResult ContactMaterials DriveShaft FollowerGroup "
     "Footprint FoulEvent GroundClearance Launch MassProperties PieceRelease PlaceEvent "
-    "LimitedMotor MeshPart ModelLayout NormalLaw ObjGroup PieceCount RayHits RunReport Score ScoreEvent Shot Spread "
+    "LimitedMotor RobotMass MeshPart ModelLayout NormalLaw ObjGroup PieceCount RayHits RunReport Score ScoreEvent Shot Spread "
     "ImuReading Mounting PieceVariation ShotErrors ReleasedPiece ShotOutcomes ShotRows "
     "TagLayout TickTimes WheelContact".split()
 )
