@@ -37,6 +37,13 @@ class ContactMaterials:
     inverse_inertia: FloatArray
     """1 / mass three times, then 1 / principal moments, shape (6 bodies,)."""
 
+    def set_body(self, number: int, definition: BodyDefinition) -> None:
+        """Take in another mass, center and inertia of a moving body."""
+        assert definition.inertia is not None
+        self.reach[number] = _reach(definition)
+        self.inverse_inertia[6 * number : 6 * number + 3] = 1.0 / definition.mass
+        self.inverse_inertia[6 * number + 3 : 6 * number + 6] = 1.0 / np.array(definition.inertia)
+
 
 def materials_of(definitions: Sequence[BodyDefinition], model: Any, layout: ModelLayout) -> ContactMaterials:
     """Collect them from the bodies of a model."""
@@ -45,9 +52,7 @@ def materials_of(definitions: Sequence[BodyDefinition], model: Any, layout: Mode
     give_of_row = np.full(len(definitions), math.inf)
     reach = np.zeros(len(moving))
     for body, one in enumerate(moving):
-        low, high = bounding_box(one.shape)
-        corner = np.maximum(np.abs(low - one.center_of_mass), np.abs(high - one.center_of_mass))
-        reach[body] = 0.0 if isinstance(one.shape, Sphere) else np.linalg.norm(corner)
+        reach[body] = _reach(one)
         if one.surface.stiffness is not None:
             give_of_row[layout.row_of_body[body]] = _GIVE * smallest_thickness(one.shape)
     inverse = np.repeat(1.0 / model.body_mass[1:, None], 6, axis=1)
@@ -61,3 +66,12 @@ def materials_of(definitions: Sequence[BodyDefinition], model: Any, layout: Mode
         reach=reach,
         inverse_inertia=inverse.ravel(),
     )
+
+
+def _reach(definition: BodyDefinition) -> float:
+    """Farthest corner of a body's bounding box from its center of mass [m]; 0 for balls."""
+    if isinstance(definition.shape, Sphere):
+        return 0.0
+    low, high = bounding_box(definition.shape)
+    center = definition.center_of_mass
+    return float(np.linalg.norm(np.maximum(np.abs(low - center), np.abs(high - center))))
