@@ -91,7 +91,7 @@ class Jolts:
             lost = self._before[number] - np.array(chassis.vel)
             lost[2] = 0.0
             if np.linalg.norm(lost) > _HIT:
-                self._push(pattern, chassis.config.mass / self._masses[pattern] * lost)
+                self._push(pattern, chassis.distribution.mass / self._masses[pattern] * lost)
 
     def _push(self, pattern: str, recoil: FloatArray) -> None:
         """Give the pieces that rest on a structure a velocity [m/s]; those on the floor beside it do not rest on it."""

@@ -95,6 +95,7 @@ class PieceFlow:
             for placer in robot.placers:
                 if placer.takes and robot.storage_of(placer.config).pieces and placer.is_at_handover:
                     placer.take(robot.storage_of(placer.config).take())
+            robot.balance.update(self._pieces.mass, self._pieces.radius)
             robot.begin_tick()
 
     def _in_reach(self, robot: Robot, moved: float) -> IntArray:
@@ -146,7 +147,12 @@ class PieceFlow:
 
     def _hold(self, robot: Robot, slots: IntArray) -> None:
         if len(slots):
-            self.intakes += self._pieces.state.pos[slots].tolist()
+            state = self._pieces.state
+            self.intakes += state.pos[slots].tolist()
+            for slot in slots.tolist():
+                robot.balance.exchange(
+                    float(self._pieces.mass[slot]), state.pos[slot].tolist(), state.vel[slot].tolist()
+                )
             self._pieces.hold(slots, robot.number)
 
     def _is_kind(self, slots: IntArray, kinds: Sequence[str]) -> BoolArray:
@@ -250,7 +256,10 @@ class PieceFlow:
         if share < 1.0:  # it is held until the tick's end where it would have met something
             pos, vel = after(share * flown)
         self._pieces.launch(robot.number, pos, vel, piece.spin, slot=slot, quat=quat)
-        shooter.after_shot(float(self._pieces.mass[slot]), float(launch.aim.speed))
+        mass = float(self._pieces.mass[slot])
+        shooter.after_shot(mass, float(launch.aim.speed))
+        x, y, z = (r + now - then for r, now, then in zip(piece.pos, robot.chassis.pos, motion.pos, strict=True))
+        robot.balance.exchange(-mass, (x, y, z), piece.vel)  # with the place where the muzzle is at the tick's end
         shot = ShotRecord(time, slot, robot.number, [pos])
         self.shots.append(shot)
         self._shot_rows = None
@@ -270,6 +279,7 @@ class PieceFlow:
         self._contact.forget(placer)
         slot = placer.let_go()
         self._pieces.launch(robot.number, part.pos, part.vel, part.rate, slot=slot, quat=part.quat, flying=False)
+        robot.balance.exchange(-float(self._pieces.mass[slot]), part.pos, part.vel)
 
     # --- records --------------------------------------------------------------------------------------------------
 

@@ -26,6 +26,7 @@ import sys
 import tempfile
 from collections.abc import Iterator, Sequence
 from contextlib import ExitStack
+from dataclasses import replace
 from functools import lru_cache
 from itertools import chain
 from pathlib import Path
@@ -177,6 +178,25 @@ class BulletEngine:
 
     def add_body(self, definition: BodyDefinition) -> int:
         """Make a body or a static; returns its row."""
+        body, row, s = self._make(definition), len(self._ids), definition.surface
+        self._ids.append(body)
+        self._collision.append((definition.group, definition.mask))
+        self._row_of[body] = row
+        self._definitions.append(definition)
+        if definition.center_of_mass != (0.0, 0.0, 0.0) or isinstance(definition.shape, Hull | Compound):
+            self._uneven.add(row)
+        if s.stiffness is not None and definition.mass > 0.0:
+            damping = 2.0 * _DAMPING_RATIO * math.sqrt(s.stiffness * definition.mass)
+            self._sustained[row] = s.stiffness, damping
+            self.set_sustained(row, False)
+        if definition.center_of_mass != (0.0, 0.0, 0.0) or definition.inertia_axes != IDENTITY:
+            self.set_pose(row, definition.pos, definition.quat)
+        if definition.pivot is not None:
+            self._hang(body, definition, definition.pivot)
+        return row
+
+    def _make(self, definition: BodyDefinition) -> int:
+        """A body in the world; returns the engine's number of it."""
         self._require_open()
         p, d = self._p, definition
         origin = np.add(d.pos, rotate(d.quat, d.center_of_mass)).tolist()
@@ -210,22 +230,7 @@ class BulletEngine:
             **self._kw,
         )
         p.setCollisionFilterGroupMask(body, -1, d.group, d.mask, **self._kw)
-        row = len(self._ids)
-        self._ids.append(body)
-        self._collision.append((d.group, d.mask))
-        self._row_of[body] = row
-        self._definitions.append(d)
-        if d.center_of_mass != (0.0, 0.0, 0.0) or isinstance(d.shape, Hull | Compound):
-            self._uneven.add(row)
-        if s.stiffness is not None and d.mass > 0.0:
-            damping = 2.0 * _DAMPING_RATIO * math.sqrt(s.stiffness * d.mass)
-            self._sustained[row] = s.stiffness, damping
-            self.set_sustained(row, False)
-        if d.center_of_mass != (0.0, 0.0, 0.0) or d.inertia_axes != IDENTITY:
-            self.set_pose(row, d.pos, d.quat)
-        if d.pivot is not None:
-            self._hang(body, d, d.pivot)
-        return row
+        return int(body)
 
     def _hang(self, body: int, definition: BodyDefinition, pivot: Vector) -> None:
         """Tie a body to its pivot: to a static that nothing touches, because it takes no joint to the world."""
@@ -254,6 +259,27 @@ class BulletEngine:
     def set_velocity(self, row: int, linear: Sequence[float], angular: Sequence[float]) -> None:
         """Velocity of the center of mass [m/s] and angular velocity [rad/s], field frame. Does not wake it."""
         self._p.resetBaseVelocity(self._ids[row], linear, angular, self._open())
+
+    def set_mass(self, row: int, mass: float, center_of_mass: Vector, inertia: Vector) -> None:
+        """Change mass [kg], center of mass [m] and principal moments [kg m^2]; the numbers of the velocity stay.
+
+        The engine's frame is the center of mass and cannot be moved in a body: another body takes its place (0.5 ms).
+        """
+        old, p, client = self._definitions[row], self._p, self._open()
+        new = self._definitions[row] = replace(old, mass=mass, center_of_mass=center_of_mass, inertia=inertia)
+        if center_of_mass == old.center_of_mass:
+            p.changeDynamics(self._ids[row], -1, mass=mass, localInertiaDiagonal=inertia, physicsClientId=client)
+            return
+        self._definitions[row] = old
+        (pos, quat), (linear, angular) = self.pose(row), self.velocity(row)
+        group, mask = self._collision[row]
+        del self._row_of[self._ids[row]]
+        p.removeBody(self._ids[row], physicsClientId=client)
+        body = self._ids[row] = self._make(replace(new, group=group, mask=mask))
+        self._definitions[row], self._row_of[body] = new, row
+        self._uneven.add(row)
+        self.set_pose(row, pos, quat)
+        self.set_velocity(row, linear, angular)
 
     def pose(self, row: int) -> tuple[Vector, Quaternion]:
         """Origin [m] and attitude of one body, field frame."""

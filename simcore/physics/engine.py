@@ -80,6 +80,14 @@ class Engine(Protocol):
         """Velocity of the center of mass [m/s] and angular velocity [rad/s], field frame. Does not wake it."""
         ...
 
+    def set_mass(self, row: int, mass: float, center_of_mass: Vector, inertia: Vector) -> None:
+        """Change mass [kg], center of mass in the frame of the shape [m] and principal moments [kg m^2] of a body.
+
+        The pose of its origin stays, and so do the numbers of its velocity: from now on they are those of the new
+        center. It is awake, and what it touches is found anew in the next step.
+        """
+        ...
+
     def pose(self, row: int) -> tuple[Vector, Quaternion]:
         """Origin [m] and attitude of one body, field frame."""
         ...

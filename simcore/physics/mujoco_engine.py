@@ -18,7 +18,7 @@ import itertools
 import math
 import sys
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -29,7 +29,7 @@ from simcore.physics.collision_classes import CollisionClasses, RayGroups
 from simcore.physics.contact_law import ContactLaw
 from simcore.physics.contact_search import ContactSearch, spins
 from simcore.physics.engine import BodyDefinition, RayHits
-from simcore.physics.mujoco_model import ModelLayout, build_model
+from simcore.physics.mujoco_model import ModelLayout, build_model, move_mass
 from simcore.physics.mujoco_queries import ModelQueries
 from simcore.physics.shape_extent import bounding_radius
 from simcore.physics.shapes import Sphere, bounding_box
@@ -163,6 +163,22 @@ class MuJoCoEngine:
         w, x, y, z = self._qpos[body, 3:].tolist()
         self._qvel[body, :3] = linear
         self._qvel[body, 3:] = rotate_back((x, y, z, w), (angular[0], angular[1], angular[2]))
+
+    def set_mass(self, row: int, mass: float, center_of_mass: Vector, inertia: Vector) -> None:
+        """Change mass [kg], center of mass [m] and principal moments [kg m^2]; the numbers of the velocity stay."""
+        (pos, quat), old = self.pose(row), self._definitions[row]
+        new = self._definitions[row] = replace(old, mass=mass, center_of_mass=center_of_mass, inertia=inertia)
+        center = _center(new, pos, quat)
+        if row in self._starts:
+            self._starts[row].pos = center
+            return
+        number = self._body[row]
+        self._qpos[number, :3] = center
+        away = np.subtract(center_of_mass, old.center_of_mass).tolist()
+        move_mass(self._m, number, mass, inertia, rotate_back(old.inertia_axes, away))
+        self._materials.set_body(number, new)
+        self._moved.add(number)
+        self._is_stale = True
 
     def pose(self, row: int) -> tuple[Vector, Quaternion]:
         """Origin [m] and attitude of one body, field frame."""

@@ -20,7 +20,7 @@ from simcore.physics.mass_properties import mass_properties
 from simcore.physics.shapes import Box, Cylinder, HalfSpace, Hull, Mesh, Shape, Sphere, parts_of
 from simcore.typing import FloatArray, IntArray
 
-__all__ = ["ModelLayout", "build_model"]
+__all__ = ["ModelLayout", "build_model", "move_mass"]
 
 _TRIANGLE_THICKNESS = 0.001  # [m]; MuJoCo takes the convex hull of a mesh, so each triangle becomes a thin prism
 _SMALLEST_AREA = 1e-10  # [m^2]
@@ -101,6 +101,32 @@ def build_model(mujoco: Any, definitions: Sequence[BodyDefinition], gravity: flo
         row_of_geom=row_of_geom,
         body_of_geom=body_of_row[row_of_geom],
     )
+
+
+def move_mass(model: Any, number: int, mass: float, inertia: Vector, away: Vector) -> None:
+    """Give a moving body another mass, inertia and center in a compiled model, and what MuJoCo derives from them.
+
+    Args:
+        model: The `MjModel`.
+        number: Of the moving body, counted from 0; the world is body 0 of the model.
+        mass: [kg]
+        inertia: Principal moments about the new center [kg m^2].
+        away: From the old center of mass to the new one, body frame [m]: its shapes move the other way.
+    """
+    body, dofs = number + 1, slice(6 * number, 6 * number + 6)
+    change = mass - model.body_mass[body]
+    model.body_mass[body] = mass
+    model.body_subtreemass[[0, body]] += change
+    model.body_inertia[body] = inertia
+    light = 1.0 / mass, float(np.mean(1.0 / np.array(inertia)))
+    model.body_invweight0[body] = light
+    model.dof_invweight0[dofs] = np.repeat(light, 3)
+    model.dof_M0[dofs] = [mass] * 3 + list(inertia)
+    geoms = slice(model.body_geomadr[body], model.body_geomadr[body] + model.body_geomnum[body])
+    model.geom_pos[geoms] -= away
+    model.geom_sameframe[geoms] = 0  # mjSAMEFRAME_NONE: else a shape that was in the center would stay there
+    boxes = slice(model.body_bvhadr[body], model.body_bvhadr[body] + model.body_bvhnum[body])
+    model.bvh_aabb[boxes, :3] -= away
 
 
 def _hang(mujoco: Any, spec: Any, body: Any, row: int, definition: BodyDefinition) -> None:

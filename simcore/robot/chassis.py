@@ -32,6 +32,7 @@ from simcore.physics.substeps import Surroundings
 from simcore.physics.world import PhysicsWorld
 from simcore.quantities import POSE, require_row
 from simcore.robot.chassis_config import ChassisConfig
+from simcore.robot.mass_distribution import MassDistribution
 from simcore.robot.wheel_loads import LoadTransfer, WheeledRobot
 from simcore.typing import FloatArray
 
@@ -56,6 +57,10 @@ class Drivetrain(Protocol):
     @property
     def normal_loads(self) -> list[float]:
         """Load of each wheel, averaged over the last `step` [N]."""
+        ...
+
+    def set_mass_properties(self, mass: float, yaw_inertia: float, center_of_mass: Vector) -> None:
+        """What the robot weighs from the next step on [kg, kg m^2, m]; `robot` gives it from then on."""
         ...
 
     @property
@@ -98,6 +103,7 @@ class ChassisSimulation:
         pose: Start, field frame [m, m, rad].
         drivetrain: A model of motors and tires; None: `follow_velocity` or `apply_forces` drive it.
         name: For messages.
+        mass: Mass, center and inertia of the whole robot as it starts; None: as the config says.
     """
 
     def __init__(
@@ -108,8 +114,13 @@ class ChassisSimulation:
         pose: tuple[float, float, float] = (0.0, 0.0, 0.0),
         drivetrain: Drivetrain | None = None,
         name: str = "robot",
+        mass: MassDistribution | None = None,
     ) -> None:
         self.config = config
+        self.distribution = mass or MassDistribution(
+            config.mass, (0.0, 0.0, config.center_of_mass_height), config.inertia
+        )
+        """With what it holds and as its mechanisms stand; see `set_mass`."""
         self.name = name
         self._world = world
         self._engine = world.engine
@@ -118,10 +129,10 @@ class ChassisSimulation:
         self.row = world.add_robot_body(
             name,
             config.shape,
-            mass=config.mass,
+            mass=self.distribution.mass,
             surface=config.surface,
-            center_of_mass=(0.0, 0.0, config.center_of_mass_height),
-            inertia=config.inertia,
+            center_of_mass=self.distribution.center,
+            inertia=self.distribution.inertia,
             bumpers=config.bumpers,
             pos=(pose[0], pose[1], _START_HEIGHT),
             quat=from_yaw(pose[2]),
@@ -138,6 +149,10 @@ class ChassisSimulation:
         self._all_touching = [True] * len(config.wheel_positions)
         self.touching = list(self._all_touching)
         """Which wheels are on the ground."""
+        if drivetrain is not None:
+            drivetrain.set_mass_properties(
+                self.distribution.mass, self.distribution.inertia[2], self.distribution.center
+            )
         self._transfer = None if drivetrain is None else LoadTransfer(drivetrain.robot)
         self._h_before = 0.0  # of the last sub-step [s]; 0 after a start
         self._is_pushed = False  # whether the body moves with a mean velocity, and the rest is still to be added
@@ -201,6 +216,22 @@ class ChassisSimulation:
         if self._transfer is not None:
             self._transfer.reset()
         self.read()
+
+    def set_mass(self, mass: MassDistribution, vel: Vector, rate: Vector) -> None:
+        """Take in another mass, center and inertia, between two steps; its body stays where it is.
+
+        Args:
+            mass: From now on.
+            vel: Of the new center of mass, field frame [m/s].
+            rate: Angular velocity, field frame [rad/s].
+        """
+        self.read()  # what is left of the last step belongs to the old center
+        self.distribution, self.vel, self.rate = mass, vel, rate
+        self._engine.set_mass(self.row, mass.mass, mass.center, mass.inertia)
+        self._engine.set_velocity(self.row, vel, rate)
+        if self._drivetrain is not None and self._transfer is not None:
+            self._drivetrain.set_mass_properties(mass.mass, mass.inertia[2], mass.center)
+            self._transfer.set_robot(self._drivetrain.robot)
 
     # --- one sub-step -------------------------------------------------------------------------------------------
 
@@ -290,7 +321,7 @@ class ChassisSimulation:
         """Velocity of the point on the carpet under the center of mass, robot frame [m/s, m/s, rad/s]."""
         vx, vy, _ = rotate_back(self.quat, self.vel)
         wx, wy, wz = rotate_back(self.quat, self.rate)
-        height = self.config.center_of_mass_height
+        height = self.distribution.center[2]
         return vx - wy * height, vy + wx * height, wz
 
     @property
@@ -305,7 +336,8 @@ class ChassisSimulation:
     @property
     def origin_velocity(self) -> Vector:
         """Velocity of the point at `pos`, field frame [m/s]."""
-        ax, ay, az = rotate(self.quat, (0.0, 0.0, -self.config.center_of_mass_height))
+        cx, cy, cz = self.distribution.center
+        ax, ay, az = rotate(self.quat, (-cx, -cy, -cz))
         (vx, vy, vz), (wx, wy, wz) = self.vel, self.rate
         return vx + wy * az - wz * ay, vy + wz * ax - wx * az, vz + wx * ay - wy * ax
 
@@ -361,10 +393,10 @@ class ChassisSimulation:
         felt = rotate_back(self.quat, self._pulled[0]) if self._h_before > 0.0 else _ZERO
         bump_x, bump_y, bump_turn, bump_height = self._bumped()
         ax, ay, alpha = self._lasting(pull[0] + bump_x, pull[1] + bump_y, pull[2] + bump_turn)
-        over = 1.0 - bump_height / self.config.center_of_mass_height  # a push at the carpet's height shifts no load
-        scale = 1.0 / self.config.mass
+        over = 1.0 - bump_height / self.distribution.center[2]  # a push at the carpet's height shifts no load
+        scale = 1.0 / self.distribution.mass
         fx, fy, fz = (f * scale for f in rotate_back(self.quat, self._force))
-        turn = rotate_back(self.quat, self._torque)[2] / self.config.inertia[2]
+        turn = rotate_back(self.quat, self._torque)[2] / self.distribution.inertia[2]
         self._transfer.stand(
             self.touching, down, (felt[0] + over * bump_x + fx, felt[1] + over * bump_y + fy, felt[2] + fz)
         )
@@ -444,8 +476,8 @@ class ChassisSimulation:
 
     def _most_spin(self, friction: float) -> float:
         """Angular acceleration of a robot whose wheels all pull across their radius with this grip [rad/s^2]."""
-        c = self.config
-        return friction * self._world.gravity * c.mass * c.traction_radius / c.inertia[2]
+        mass, _, (_, _, yaw_inertia) = self.distribution
+        return friction * self._world.gravity * mass * self.config.traction_radius / yaw_inertia
 
     def _push(self, h: float, parts: int, change: Vector, mean: Vector, pull: Vector) -> None:
         """Give the body its mean velocity in the step by forces on the carpet, in the robot's plane, and by others.
@@ -460,9 +492,8 @@ class ChassisSimulation:
             mean: Of that change over the sub-step [m/s, m/s, rad/s].
             pull: What the world is expected to do [m/s^2, m/s^2, rad/s^2].
         """
-        c = self.config
-        ix, iy, iz = c.inertia
-        lever = c.mass * c.center_of_mass_height
+        mass, (_, _, height), (ix, iy, iz) = self.distribution
+        lever = mass * height
         half = 0.5 * h
         ax, ay, alpha = (p * half for p in pull)
         now = rotate(self.quat, (mean[0] - ax, mean[1] - ay, 0.0))
@@ -477,7 +508,7 @@ class ChassisSimulation:
             # down, and in roll and pitch, the carpet or gravity acts against it, whole and at once: so does the force,
             # in each sub-step.
             tx, ty, tz = rotate_back(self.quat, self._torque)
-            ax, ay, az = (f / c.mass for f in self._force)
+            ax, ay, az = (f / mass for f in self._force)
             kick = half + 0.5 * self._h_before
             ox, oy, oz = self._outside
             linear = [linear[0] - ox + kick * ax, linear[1] - oy + kick * ay, linear[2]]
@@ -503,20 +534,19 @@ class ChassisSimulation:
 
     def _tell_bumpers(self, h: float, pull: Vector) -> None:
         """Say how the robot moves in the next step if it touches no wall and no robot; the engine does as expected."""
-        c = self.config
         ax, ay, _ = rotate(self.quat, (h * pull[0], h * pull[1], 0.0))
         (gx, gy, _), (_, _, gz) = self._given
         (rx, ry, _), (_, _, rz) = self._rest
         mean = (gx + ax, gy + ay, gz + h * pull[2])
-        x, y, z = rotate(self.quat, (0.0, 0.0, c.center_of_mass_height))
+        x, y, z = rotate(self.quat, self.distribution.center)
         self._motion = RobotMotion(
             row=self.row,
             h=h,
             pos=self.pos,
             quat=self.quat,
             center=(self.pos[0] + x, self.pos[1] + y, self.pos[2] + z),
-            mass=c.mass,
-            inertia=c.inertia,
+            mass=self.distribution.mass,
+            inertia=self.distribution.inertia,
             start=(self.vel[0], self.vel[1], self.rate[2]),
             mean=mean,
             end=(mean[0] + rx, mean[1] + ry, mean[2] + rz),

@@ -142,7 +142,7 @@ class Climber:
         """
         c = self._chassis
         state = part_state(self.config.joints, self._mechanisms, self.config.offset)
-        lever = rotate(c.quat, (state.pos[0], state.pos[1], state.pos[2] - c.config.center_of_mass_height))
+        lever = rotate(c.quat, _minus(state.pos, c.distribution.center))
         hook = tuple(p + a for p, a in zip(c.pos, rotate(c.quat, state.pos), strict=True))
         (lx, ly, lz), (wx, wy, wz) = lever, c.rate
         relative = rotate(c.quat, state.vel)

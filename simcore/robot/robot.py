@@ -23,6 +23,7 @@ from simcore.robot.built_robot import BuiltRobot
 from simcore.robot.chassis import ChassisSimulation
 from simcore.robot.climber import Climber, Rung
 from simcore.robot.gyro import Gyro
+from simcore.robot.mass_balance import MassBalance
 from simcore.robot.odometry import SwerveOdometry
 from simcore.robot.robot_config import RobotConfig, build_mechanism
 from simcore.robot.shaft import ShaftSim
@@ -93,7 +94,9 @@ class Robot:
         else:
             assert not isinstance(built.drivetrain, SwerveConfig)
             self.drive = TankDrive(drivetrain, battery=self.battery, built=built.drivetrain)
-        self.chassis = ChassisSimulation(world, config.body, pose=pose, drivetrain=self.drive, name=f"robot {number}")
+        self.chassis = ChassisSimulation(
+            world, config.body, pose=pose, drivetrain=self.drive, name=f"robot {number}", mass=config.whole
+        )
         self.gyro = Gyro(built.gyro, rng)
         self.odometry = SwerveOdometry(drivetrain.positions)
         self.mechanisms: dict[str, ShaftSim] = {name: build_mechanism(c) for name, c in built.mechanisms.items()}
@@ -108,6 +111,10 @@ class Robot:
         ]
         self.placers = [Placer(c, self.mechanisms) for c in config.placers]
         self.climbers = [Climber(c, self.mechanisms, self.chassis, rungs, mounts or {}) for c in config.climbers]
+        self.balance = MassBalance(
+            *(config.bare_body, config.moving_masses, self.mechanisms, self.storages, self.placers, self.chassis)
+        )
+        """What it weighs with what it holds and as its mechanisms stand."""
         self.devices: RobotDevices | None = None
         self.sensor_states: dict[str, bool] = {}
         """Whether each switch and beam break of robot code sees something, by name; for telemetry."""

@@ -20,6 +20,7 @@ from simcore.robot.battery import BatteryConfig
 from simcore.robot.chassis_config import ChassisConfig
 from simcore.robot.climber import ClimberConfig
 from simcore.robot.gyro import GyroConfig, gyro_config
+from simcore.robot.mass_distribution import MassDistribution, MovingMass, moved_points, with_points
 from simcore.robot.mechanisms import (
     ArmConfig,
     ArmSim,
@@ -94,7 +95,7 @@ class RobotConfig:
     """
 
     drivetrain: SwerveConfig | TankConfig
-    """Motors, wheels and tires; its mass is that of the whole robot."""
+    """Motors, wheels and tires; its mass is that of the whole robot as it starts, with nothing held."""
     bumper: tuple[float, float] = (0.8, 0.8)
     """Length and width over the bumpers [m]."""
     chassis: ChassisConfig | None = None
@@ -115,6 +116,8 @@ class RobotConfig:
     """Limelights; each name only once in a match."""
     components: tuple[ComponentConfig, ...] = ()
     """Parts with models of their own, in the order of the model files."""
+    moving_masses: tuple[MovingMass, ...] = ()
+    """What of its mass its mechanisms move; all else is its body."""
 
     def __post_init__(self) -> None:
         require_fields(self, bumper=(ROBOT_LENGTH, ROBOT_LENGTH))
@@ -160,8 +163,36 @@ class RobotConfig:
         for component in self.components:
             names = (joint.mechanism for joint in component.joints)
             require_mechanisms(f"component {component.name!r}", names, self.mechanisms)
+        for part in self.moving_masses:
+            names = (joint.mechanism for joint in part.joints)
+            require_mechanisms(f"moving mass {part.name!r}", names, self.mechanisms)
+        left = self.bare_body
+        if left.mass <= 0.0 or min(left.inertia) <= 0.0:
+            raise ConfigError(
+                f"RobotConfig: the moving masses leave nothing for the body: {self.whole.mass:g} kg with moments of "
+                f"inertia {_figures(self.whole.inertia)} kg m^2 are the whole robot's, and without them it has "
+                f"{left.mass:g} kg with {_figures(left.inertia)}"
+            )
 
     @property
     def body(self) -> ChassisConfig:
         """The body: as given, or as it follows from drivetrain and bumpers."""
         return self.chassis or ChassisConfig.around(self.drivetrain, bumper=self.bumper)
+
+    @property
+    def whole(self) -> MassDistribution:
+        """Of the whole robot as it starts, with nothing held."""
+        body, (x, y, _) = self.body, self.drivetrain.center_of_mass
+        return MassDistribution(body.mass, (x, y, body.center_of_mass_height), body.inertia)
+
+    @property
+    def bare_body(self) -> MassDistribution:
+        """Of the same without its moving masses."""
+        if not self.moving_masses:
+            return self.whole
+        start = {name: build_mechanism(mechanism) for name, mechanism in self.mechanisms.items()}
+        return with_points(self.whole, [(-mass, place) for mass, place in moved_points(self.moving_masses, start)])
+
+
+def _figures(values: Vector) -> str:
+    return "(" + ", ".join(f"{value:.3g}" for value in values) + ")"

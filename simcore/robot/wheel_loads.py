@@ -102,16 +102,20 @@ class LoadTransfer:
 
     def __init__(self, config: WheeledRobot) -> None:
         """At rest, all wheels on level ground."""
-        self._config = config
+        self.set_robot(config)
         self._touching: Sequence[bool] = [True] * len(config.positions)
         self._gravity: Sequence[float] = (0.0, 0.0, -GRAVITY)
         self._world: Sequence[float] = (0.0, 0.0, 0.0)
         self._x = self._y = self._z = 0.0  # acceleration that the loads have followed, robot axes
         self._tires_x = self._tires_y = 0.0  # of the last inner step
-        self._mass, self._lever = config.mass, config.mass * config.center_of_mass[2]
         self._all_down = [True] * len(config.positions)
-        self._all_shares = _shares(config.positions, tuple(range(len(config.positions))))
         self._followed = (0.0, 0.0, 0.0)  # step [s], and how much of the way the loads go in half of it and in all
+
+    def set_robot(self, config: WheeledRobot) -> None:
+        """Take in another mass or center of mass."""
+        self._config = config
+        self._mass, self._lever = config.mass, config.mass * config.center_of_mass[2]
+        self._all_shares = _shares(config.positions, tuple(range(len(config.positions))))
 
     def reset(self) -> None:
         """At rest again."""
