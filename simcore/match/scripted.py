@@ -6,6 +6,7 @@ field's symmetry on the way in and out.
 
 from __future__ import annotations
 
+import logging
 import math
 from collections.abc import Callable, Generator, Iterable, Mapping
 from dataclasses import dataclass, field
@@ -32,6 +33,8 @@ if TYPE_CHECKING:
     from simcore.match.game import MatchState
 
 __all__ = ["Script", "ScriptSettings", "ScriptedRobot", "Steps"]
+
+_log = logging.getLogger(__name__)
 
 Steps: TypeAlias = Generator[None, None, None]
 """Yields once a tick."""
@@ -274,15 +277,22 @@ class ScriptedRobot:
         self.stop()
         yield
 
-    def shoot_until_empty(self, target: tuple[float, float, float], *, timeout: float = 5.0) -> Steps:
-        """Aim at a place, blue field frame [m], and shoot everything; gives up after `timeout` [s]."""
-        patience = round(timeout / TICK)
+    def shoot_until_empty(
+        self, target: tuple[float, float, float], *, timeout: float = 5.0, rising: bool = False
+    ) -> Steps:
+        """Aim at a place, blue field frame [m], and shoot everything; gives up after `timeout` [s].
+
+        Where there is no shot, the log says once why. With `rising` a shot may come to its target on its way up.
+        """
+        patience, told = round(timeout / TICK), False
         while self.robot.storage.pieces and patience:
             patience -= 1
             try:
-                shot = self._solve(target)
-            except NoShotError:
-                self._feed = False
+                shot = self._solve(target, rising)
+            except NoShotError as error:
+                if not told:
+                    _log.warning("robot %d at %.2f s: %s", self.robot.number, self._match.time, error)
+                self._feed, told = False, True
                 yield
                 continue
             self._wheel_goal = self.robot.shooters[0].config.wheel_speed_for(shot.speed)
@@ -302,13 +312,13 @@ class ScriptedRobot:
 
     # --- inside -------------------------------------------------------------------------------------------------
 
-    def _solve(self, target: tuple[float, float, float]) -> Shot:
+    def _solve(self, target: tuple[float, float, float], rising: bool = True) -> Shot:
         x, y, yaw = self.pose
         shooter = self.robot.shooters[0].config
         launch = shooter.launch
         muzzle = (x + launch.forward * math.cos(yaw), y + launch.forward * math.sin(yaw), launch.height)
         drag = self._match.game.pieces[0].kind.air.drag
-        return solve_shot(muzzle, target, drag=drag, elevation=self._elevation_goal)
+        return solve_shot(muzzle, target, drag=drag, elevation=self._elevation_goal, rising=rising)
 
     @property
     def _elevation_goal(self) -> float:

@@ -32,7 +32,7 @@ _ZERO: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
 
 class NoShotError(SimcoreError, ValueError):
-    """No launch within the limits brings the ball down through the target."""
+    """No launch within the limits brings the ball to the target."""
 
     def __init__(self, reason: str, *, distance: float, height: float) -> None:
         self.reason = reason
@@ -70,6 +70,7 @@ def solve_shot(
     yaw_rate: float = 0.0,
     muzzle_offset: _Vector = _ZERO,
     high_arc: bool = True,
+    rising: bool = False,
     max_speed: float = math.inf,
     gravity: float = GRAVITY,
 ) -> Shot:
@@ -85,6 +86,7 @@ def solve_shot(
         yaw_rate: Counter-clockwise positive [rad/s].
         muzzle_offset: From robot center to muzzle, field axes [m], shape (3,); only matters with a yaw rate.
         high_arc: With a fixed speed, which of the two elevations.
+        rising: Whether it may come to the target on its way up, too, as into a goal that is open to the front.
         max_speed: The launcher's best [m/s].
         gravity: Downward [m/s^2].
 
@@ -111,8 +113,8 @@ def solve_shot(
     else:
         assert speed is not None
         shot = problem.shot(problem.angle_for_speed(speed, high_arc))
-    if shot.entry_angle <= 0.0:
-        raise problem.no_shot("the ball would pass it on the way up; aim steeper")
+    if shot.entry_angle <= 0.0 and not rising:
+        raise problem.no_shot("the ball would pass it on the way up; aim steeper, or allow `rising`")
     if shot.speed > max_speed * (1.0 + 1e-9):
         raise problem.no_shot(f"it needs {shot.speed:.2f} m/s and the launcher gives {max_speed:.2f}")
     return shot

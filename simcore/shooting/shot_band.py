@@ -108,10 +108,8 @@ class ShotBand:
         inside[row, column] = task.outcomes(stand, elevations[row], speeds[column])
         return cls(task, stand, elevations, speeds, inside)
 
-    def margins(self, scatter: Scatter) -> FloatArray:
-        """How far each shot of the grid is from the nearest that does not go in, in standard deviations, shape (n, m).
-
-        Zero for what does not go in, and beyond the limits of the shooter.
+    def widest(self, scatter: Scatter) -> dict[int, BestShot]:
+        """The shot with the widest margin of each elevation that has one within the shooter's limits, by its row.
 
         Args:
             scatter: Measures the margins; where it has no exit speed or elevation, the default ones do.
@@ -125,12 +123,11 @@ class ShotBand:
         low, high = self.task.elevations
         margins[(self.elevations < low - 1e-9) | (self.elevations > high + 1e-9)] = 0.0
         margins[:, self.speeds > self.task.max_speed] = 0.0
-        return margins
-
-    def best_at(self, row: int, margins: FloatArray) -> BestShot:
-        """The shot with the widest margin of those of a row of the grid."""
-        column = int(np.argmax(margins[row]))
-        return BestShot(float(self.elevations[row]), float(self.speeds[column]), float(margins[row, column]))
+        found = {}
+        for row in np.nonzero(margins.any(axis=1))[0].tolist():
+            column = int(np.argmax(margins[row]))
+            found[row] = BestShot(float(self.elevations[row]), float(self.speeds[column]), float(margins[row, column]))
+        return found
 
     def speed_limits(self, shot: BestShot) -> tuple[float, float]:
         """Slowest and fastest shot at the same elevation that goes in [m/s]."""

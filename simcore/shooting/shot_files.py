@@ -127,7 +127,12 @@ def table_python(table: ShotTable) -> str:
         key = (row.distance, row.radial, row.tangential)
         values = row_values(row)
         shot = tuple(values[name] for name in _COLUMNS) if row.is_feasible else None
-        note = row.problem if row.share is None else f"{row.share.value:.1%} go in"
+        note = row.problem
+        if row.share is not None:
+            where = (
+                f", off the board: at a bearing of {math.degrees(row.bearing):.0f} deg alone" if row.by_board else ""
+            )
+            note = f"{row.share.value:.1%} go in{where}"
         lines.append(f"    {key!r}: {shot!r},  # {note}")
         if row.between is not None and row.share is not None:
             after = next(

@@ -8,6 +8,7 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.special import ndtri
 from scipy.stats import qmc
 
 from simcore.geometry.rotation import wrap_angle
@@ -22,6 +23,8 @@ __all__ = ["ShotTable", "ShotTableRow", "make_table"]
 
 _CLAIM_SHOTS, _BETWEEN_SHOTS = 2048, 512
 """Of a row's shares: powers of 2, as Sobol's sequence wants."""
+_CHOICE_SHOTS = 256  # of each elevation, among which a row's shot is chosen
+_LEAST = 0.1  # standard deviations that count for a shot that goes in at all
 _MOST_PLACES = 6  # that are tried before a row is given up
 
 
@@ -155,25 +158,31 @@ class _Place:
     def __init__(self, task: ShotTask, field: PracticeField, wanted: Stand, scatter: Scatter) -> None:
         self.task, self.wanted = task, wanted
         self.band: ShotBand | None = None
-        self.margins: FloatArray = np.zeros((0, 0))
         self.best: BestShot | None = None
+        self.widths: FloatArray = np.zeros(0)
+        """Of the widest shot of each elevation of the band whose way is free, in standard deviations, shape (n,)."""
+        self._shots: dict[int, BestShot] = {}
         self.problem = "the robot has no place on the field there"
         widest = 0.0
         for stand in field.stands(wanted.distance, wanted.radial, wanted.tangential)[:_MOST_PLACES]:
             band = ShotBand.of(task, stand)
-            margins = band.margins(scatter)
             if self.band is None:
                 self.band, self.problem = band, "no elevation and speed of this shooter go in"
-            if not margins.size or not margins.max() > 0.0:
+            shots, widths = band.widest(scatter), np.zeros(len(band.elevations))
+            if not shots:
                 continue
-            without_field = float(margins.max())
-            for number in np.nonzero(margins.max(axis=1) > 0.0)[0].tolist():
-                shot = band.best_at(number, margins)
+            aim = np.array([(shot.elevation, shot.speed) for shot in shots.values()])
+            hits = task.scattered_hits(stand, aim[:, 0], aim[:, 1], _draws(scatter, 0, _CHOICE_SHOTS))
+            # A wide shot that misses does so by its direction, spin or piece: it is no safer than its share says.
+            safe = np.where(hits.all(axis=1), np.inf, ndtri((hits.sum(axis=1) + 0.5) / (_CHOICE_SHOTS + 1.0)))
+            widths[list(shots)] = np.clip([shot.margin for shot in shots.values()], 0.0, np.maximum(safe, _LEAST))
+            without_field = float(widths.max())
+            for number, shot in shots.items():
                 if not field.is_way_free(stand, shot.elevation, shot.speed, scatter):
-                    margins[number] = 0.0
-            free = min(float(margins.max()), ENOUGH)
+                    widths[number] = 0.0
+            free = min(float(widths.max()), ENOUGH)
             if free > widest:
-                self.band, self.margins, self.problem, widest = band, margins, "", free
+                self.band, self._shots, self.widths, self.problem, widest = band, shots, widths, "", free
             elif not widest:
                 self.band, self.problem = band, "something on the field is in the way of every shot"
             if free >= min(without_field, ENOUGH):
@@ -181,8 +190,7 @@ class _Place:
 
     def choose(self, number: int) -> None:
         """Take the shot of a row of the grid."""
-        assert self.band is not None
-        self.best = self.band.best_at(number, self.margins)
+        self.best = self._shots[number]
 
     def row(self, scatter: Scatter, seed: int) -> ShotTableRow:
         """The row of the chosen shot, or of why there is none."""
@@ -227,7 +235,7 @@ def _choose(places: list[_Place]) -> None:
         if place is not None and not place.problem:
             together.append(place)
         elif together:
-            for one, number in zip(together, smoothest([one.margins.max(axis=1) for one in together]), strict=True):
+            for one, number in zip(together, smoothest([one.widths for one in together]), strict=True):
                 one.choose(number)
             together = []
 
@@ -240,6 +248,10 @@ def _between(task: ShotTask, row: ShotTableRow, after: ShotTableRow, scatter: Sc
 
 
 def _share(task: ShotTask, stand: Stand, shot: BestShot, scatter: Scatter, seed: int, count: int) -> Share:
-    shares = np.clip(qmc.Sobol(SPREADS, seed=seed).random(count), 1e-9, 1.0 - 1e-9)
-    hits = task.scattered_hits(stand, shot.elevation, shot.speed, ShotDraws.of(scatter, shares))
+    draws = _draws(scatter, seed, count)
+    hits = task.scattered_hits(stand, np.array([shot.elevation]), np.array([shot.speed]), draws)
     return wilson_share(int(hits.sum()), count)
+
+
+def _draws(scatter: Scatter, seed: int, count: int) -> ShotDraws:
+    return ShotDraws.of(scatter, np.clip(qmc.Sobol(SPREADS, seed=seed).random(count), 1e-9, 1.0 - 1e-9))

@@ -7,7 +7,7 @@ shooter points with the robot, a turret at zero.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
 
@@ -111,6 +111,7 @@ class ShotTask:
         target: Name of a zone; None: the first of the alliance.
         alliance: Whose zones.
         shooter: Number of the shooter, from 0.
+        boards: Whether shots off a board count; they go in from the direction alone for which they were worked out.
 
     Raises:
         ConfigError: The robot has no such shooter, or what it throws is no ball, or scores nowhere that is shot at.
@@ -125,6 +126,7 @@ class ShotTask:
         target: str | None = None,
         alliance: Alliance = "blue",
         shooter: int = 0,
+        boards: bool = False,
     ) -> None:
         self.game = game
         self.robot = robot or game.robot()
@@ -139,7 +141,7 @@ class ShotTask:
         self.zone = self._zone(target, alliance)
         opening = self.zone.opening
         assert opening is not None
-        self.opening: ShotOpening = opening
+        self.opening: ShotOpening = opening if boards else replace(opening, boards=())
         self.kind = self._kind()
         self.max_speed = self._max_speed()
         """The fastest shot [m/s]."""
@@ -293,10 +295,10 @@ class ShotTask:
         result[good] = self.fly(self.rows(stand, *meant, np.repeat(np.arange(k), n))).goes_in.reshape(k, n).all(axis=0)
         return result
 
-    def scattered_hits(self, stand: Stand, elevation: float, speed: float, draws: ShotDraws) -> BoolArray:
-        """Which of many scattered shots go in, as many from each barrel, shape (n,)."""
-        n, k = len(draws.elevation), len(self.barrels)
-        meant = np.full(n, elevation), np.full(n, speed)
-        yaw = np.repeat(self.lead(stand, meant[0][:1], meant[1][:1]), n)
+    def scattered_hits(self, stand: Stand, elevation: FloatArray, speed: FloatArray, draws: ShotDraws) -> BoolArray:
+        """Which of n scattered shots go in of each of m that are meant, as many from each barrel, shape (m, n)."""
+        m, n, k = len(elevation), len(draws.elevation), len(self.barrels)
         barrel = np.arange(n) * k // n  # the first ones from the first: no sequence of draws beats with that
-        return self.fly(self.rows(stand, *meant, yaw, barrel, draws)).goes_in
+        meant = [np.repeat(one, n) for one in (elevation, speed, self.lead(stand, elevation, speed))]
+        each = ShotDraws(**{part.name: np.tile(getattr(draws, part.name), m) for part in fields(draws)})
+        return self.fly(self.rows(stand, *meant, barrel=np.tile(barrel, m), draws=each)).goes_in.reshape(m, n)

@@ -64,6 +64,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
             help=f"{what}; or a list, 2,2.5,3 (default: {usual})",
         )  # fmt: skip
     parser.add_argument(
+        "--boards",
+        action="store_true",
+        help="count shots off the board behind the target, too: they go in from the bearing of their row alone",
+    )
+    parser.add_argument(
         "--scatter",
         type=text_flag(Scatter.parse),
         default=Scatter(),
@@ -109,6 +114,7 @@ def run(options: argparse.Namespace) -> int:
         target=options.target,
         alliance=options.alliance,
         shooter=options.shooter,
+        boards=options.boards,
     )
     paths = [require_writable("table", options.out / name) for name in _FILES]
     table = make_table(
@@ -175,4 +181,4 @@ def _print(table: ShotTable) -> None:
         )
     Console(width=150).print(shown)
     if any(row.by_board for row in table.rows):
-        print("* off the board behind the target")
+        print("* off the board behind the target, from the bearing in shots.csv alone")

@@ -108,6 +108,18 @@ def test_a_table_holds_in_flights_and_real_shots_and_pastes_into_robot_code(here
     assert shot_at(0.1) is None and shot_at(7.0) is None and shot_at(2.6, radial=1.0) is None
 
 
+def test_a_shot_of_the_table_goes_in_from_all_sides():
+    """Without boards a row holds wherever the robot stands at that distance, as far as a hexagon is round; shots off
+    the board, which `boards` counts, go in from one side.
+    """
+    draws = ShotDraws.of(Scatter(), np.random.default_rng(1).uniform(1e-9, 1.0 - 1e-9, (500, SPREADS)))
+    for boards, elevation, speed, least, most in ((False, 69.0, 7.37, 0.9, 1.0), (True, 57.0, 7.6, 0.0, 0.5)):
+        task = ShotTask(REBUILT, boards=boards)
+        aim = np.array([degrees(elevation)]), np.array([speed])
+        shares = [task.scattered_hits(Stand(3.0, degrees(b), 0.0, 0.0), *aim, draws).mean() for b in (0, 30, 60)]
+        assert shares[0] > 0.9 and least <= min(shares[1:]) <= most, shares
+
+
 @pytest.mark.parametrize(
     ("words", "sentence"),
     [

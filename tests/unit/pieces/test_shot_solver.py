@@ -72,6 +72,17 @@ def test_impossible_shots_say_why(arguments, reason):
     assert isinstance(caught.value, SimcoreError) and isinstance(caught.value, ValueError)
 
 
+def test_a_goal_that_is_open_to_the_front_may_be_met_on_the_way_up():
+    """From 1.2 m before a slot at 2.05 m at 58 degrees, as the parabola has it: v^2 = g x^2 / (2 cos^2 (x tan - h))."""
+    muzzle, slot, elevation = (1.37, 5.54, 0.45), (0.23, 5.54, 2.05), math.radians(58.0)
+    with pytest.raises(NoShotError, match="rising"):
+        solve_shot(muzzle, slot, elevation=elevation)
+    shot = solve_shot(muzzle, slot, elevation=elevation, rising=True)
+    fall = 1.14 * math.tan(elevation) - 1.6
+    assert shot.speed == pytest.approx(math.sqrt(GRAVITY * 1.14**2 / (2.0 * math.cos(elevation) ** 2 * fall)))
+    assert shot.entry_angle < 0.0
+
+
 def test_right_under_the_target_there_is_no_direction():
     with pytest.raises(NoShotError, match="over or under"):
         solve_shot((4, 0, 0.5), (4, 0, 1.8), elevation=1.1)
