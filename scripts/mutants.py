@@ -84,7 +84,7 @@ MUTANTS = (
            f"{MANIPULATORS}::test_a_piece_near_a_moving_robot_does_not_sleep"),
     Mutant("digest without status", MATCH, "update(state.pos.take(awake, axis=0), state.status)",
            "update(state.pos[awake])", f"{REPEATS}::test_a_piece_that_changes_its_status_only_changes_the_digest"),
-    Mutant("no supply limit on feeding back", "simcore/robot/tire_solver.py", "power or v * i < -power:", "power:",
+    Mutant("no supply limit on feeding back", "simcore/robot/limited_motor.py", "power or drawn < -power:", "power:",
            f"{ROBOT}::test_a_supply_limit_holds_while_the_motors_feed_the_battery"),
     Mutant("storage takes one too many", FLOW, "[: max(0, storage.room)]", "[: max(0, storage.room + 1)]",
            f"{MANIPULATORS}::test_no_more_pieces_are_taken_than_there_is_room_for"),

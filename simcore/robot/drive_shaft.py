@@ -44,6 +44,8 @@ class DriveShaft:
     """The same at standstill [m/s]."""
     wheels: tuple[int, ...]
     """Rows of its wheels."""
+    grain: float = 1.0
+    """Friction of its treads across over that along [-]."""
 
 
 def free_speed(shaft: DriveShaft, wheels: Sequence[WheelContact], loads: Sequence[float]) -> float:

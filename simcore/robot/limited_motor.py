@@ -27,6 +27,7 @@ __all__ = [
     "MotorConstants",
     "end_weight",
     "limited_volts",
+    "solve_limited",
     "solve_shaft",
     "solve_supply",
     "supply_line",
@@ -204,6 +205,43 @@ def solve_shaft(
         torque = f * limit
         return (a - torque) / k, -limit, sign - torque, 0.0
     return w, current, f * i0 + sign, f * i1
+
+
+def solve_limited(
+    k: float,
+    a: float,
+    i0: float,
+    i1: float,
+    stator_limit: float,
+    constants: MotorConstants,
+    emf_offset: float,
+    w: float,
+    power: float,
+) -> tuple[float, float, float, float, float]:
+    """`solve_shaft` within both limits, stator and supply.
+
+    Args:
+        k: See `solve_shaft`.
+        a: See `solve_shaft`.
+        i0: See `solve_shaft`.
+        i1: See `solve_shaft`.
+        stator_limit: In force now [A].
+        constants: Of the motor.
+        emf_offset: Back-EMF at standstill [V].
+        w: Shaft speed before the step [rad/s].
+        power: Supply limit times bus voltage [W].
+
+    Returns:
+        Shaft speed [rad/s], current [A], volts at the motor [V], and the line of torque: t0 [N m], t1 [N m s].
+    """
+    emf, resistance, driving, driven, friction = constants
+    end, i, t0, t1 = solve_shaft(k, a, i0, i1, stator_limit, driving, driven, friction)
+    volts = emf_offset + emf * end + i * resistance
+    drawn = volts * i
+    if drawn > power or drawn < -power:
+        end, i, t0, t1 = solve_supply(k, a, i, drawn, stator_limit, constants, emf_offset, w, power)
+        volts = emf_offset + emf * end + i * resistance
+    return end, i, volts, t0, t1
 
 
 def torque_line(

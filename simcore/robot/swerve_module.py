@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from simcore.robot.limited_motor import LimitedMotor, end_weight, solve_shaft, solve_supply, within
+from simcore.robot.limited_motor import LimitedMotor, end_weight, solve_limited, within
 from simcore.robot.motor_bus import MotorReadout
 from simcore.robot.swerve_config import SwerveModuleConfig
 
@@ -124,13 +124,9 @@ class SteerBank:
                     continue
             k = inertia / h
             a += k * w
-            end, i, _, _ = solve_shaft(k, a, i0, i1, limit, driving, driven, holds)
             emf_end = weights[row] * emf
-            offset = (emf - emf_end) * w
-            p = (offset + emf_end * end + i * m.resistance) * i
-            if p > power or p < -power:
-                constants = (emf_end, m.resistance, driving, driven, holds)
-                end, i, _, _ = solve_supply(k, a, i, p, limit, constants, offset, w, power)
+            constants = (emf_end, m.resistance, driving, driven, holds)
+            end, i, at, _, _ = solve_limited(k, a, i0, i1, limit, constants, (emf - emf_end) * w, w, power)
             speed[row] = end
             turn = 0.5 * (w + end) * h
             if turn != 0.0:
@@ -142,6 +138,6 @@ class SteerBank:
                 angle += zero
                 state.cos[row] = math.cos(angle)
                 state.sin[row] = math.sin(angle)
-            terminal.append(offset + emf_end * end + i * m.resistance)
+            terminal.append(at)
             currents.append(i)
         return readout.accumulate(terminal, currents, bus, h)

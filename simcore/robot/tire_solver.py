@@ -12,6 +12,9 @@ Slip is that at the end of the step, seen in the robot's axes of the end (backwa
 and s0, and tires that hold leave no slip. Forces act in the axes of the middle of the step, and the motor sees the mean
 speed of its shaft (`end_weight`): where tires hold, the step is of second order.
 
+A tread with grain q (mu across over mu along) has its forces on an ellipse. With q s_t for the slip across and F_t / q
+for the force across all of this holds: F = (c s_l, q c q s_t).
+
 For a given c the shafts are linear in u and are eliminated by hand; a symmetric 3 x 3 system is left. c is then
 corrected with the slip that came out (Picard, with the wheel's own compliance B to speed it up: the force only has to
 fall to mu N, so the slip grows by B (|F| - mu N)).
@@ -27,56 +30,12 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import TypeAlias
 
 from simcore.errors import ConfigError
 from simcore.robot.drive_shaft import DriveShaft, WheelContact
-from simcore.robot.limited_motor import (
-    LOCKED,
-    MotorConstants,
-    end_weight,
-    solve_shaft,
-    solve_supply,
-    torque_line,
-    within,
-)
+from simcore.robot.shaft_step import ShaftStep
 
 __all__ = ["TireSolver"]
-
-_Plan: TypeAlias = tuple[
-    int,
-    float,
-    float,
-    float,
-    float,
-    float,
-    float,
-    MotorConstants,
-    tuple[tuple[int, float, float, float, float, float], ...],
-]
-"""Per shaft, the same in all steps; see `_planned`."""
-_Contact: TypeAlias = tuple[int, float, float, float, float]
-"""Of a wheel that touches: row, x, y, x^2 + y^2, grip mu N."""
-_Row: TypeAlias = tuple[
-    int,  # g: row of the shaft
-    float,  # j: inertia / h
-    float,  # push: j times the speed before the step, and the torque from elsewhere
-    float,  # i0: current at standstill
-    float,  # i1: its fall per shaft speed
-    float,  # power: supply limit times bus voltage
-    float,  # c_: cosine of the steer angle
-    float,  # s_: its sine
-    float,  # arm: of a force along the wheels about the center of mass
-    float,  # radius
-    float,  # s0: slip at which the tires begin to slide
-    float,  # drag: rolling drag over speed
-    float,  # most_drag: rolling drag of each of its wheels
-    float,  # before: shaft speed before the step
-    float,  # offset: back-EMF from elsewhere
-    MotorConstants,
-    list[_Contact],
-]
-"""Per shaft, the same in all rounds of a step. A tuple: reading attributes costs as much as the arithmetic."""
 
 _ROUNDS, _FULL_ROUNDS = 6, 2
 """Rounds of a step, and how many of them take a new slip as it is. Later ones take the mean with the last, because two
@@ -98,9 +57,8 @@ class TireSolver:
         self.yaw_inertia = yaw_inertia
         self.wheels = tuple(wheels)
         self.shafts = tuple(shafts)
-        n = len(self.wheels)
         # Effective inverse mass at one contact, times the mass: 1 for one that slides alone, more when others do too.
-        self._share = 0.5 + 0.5 * n
+        self._share = 0.5 + 0.5 * len(self.wheels)
         self.rest([0.0] * len(self.shafts))
         self.cos: Sequence[float] = [1.0] * len(self.shafts)
         """Of the steer angle, per shaft; set before each step where wheels steer."""
@@ -117,37 +75,14 @@ class TireSolver:
         for s in self.shafts:
             if len({self.wheels[k].y for k in s.wheels}) > 1:
                 raise ConfigError("a drive shaft's wheels must stand one behind the other, at the same y")
-        self._weighted = 0.0  # 1 / h that the weights are of
-        self._end_weights: list[float] = []
-        self._plan = self._planned()
+        self._steps = [ShaftStep(g, s, self.wheels) for g, s in enumerate(self.shafts)]
 
     def set_mass(self, mass: float, yaw_inertia: float, positions: Sequence[tuple[float, float]]) -> None:
         """Go on with another mass [kg], yaw inertia [kg m^2] and wheel positions from the center of mass [m]."""
         self.mass, self.yaw_inertia = mass, yaw_inertia
         if any(w.x != x or w.y != y for w, (x, y) in zip(self.wheels, positions, strict=True)):
             self.wheels = tuple(replace(w, x=x, y=y) for w, (x, y) in zip(self.wheels, positions, strict=True))
-            self._plan = self._planned()
-
-    def _planned(self) -> list[_Plan]:
-        # Attribute reads, twenty a wheel and step, cost as much as the arithmetic: everything in tuples. With forces
-        # finished in the same pass unless a tire slides, four wheels took 23 us and take 13 us a step.
-        return [
-            (
-                g,
-                s.inertia,
-                s.radius,
-                s.slip_ratio,
-                s.slip_speed,
-                s.motor.conductance,
-                s.motor.supply_limit,
-                (s.motor.emf, s.motor.resistance, s.motor.torque_driving, s.motor.torque_driven, s.motor.friction),
-                tuple(
-                    (k, w.x, w.y, w.x * w.x + w.y * w.y, w.wheel_cof, w.rolling_resistance)
-                    for k, w in ((k, self.wheels[k]) for k in s.wheels)
-                ),
-            )
-            for g, s in enumerate(self.shafts)
-        ]
+            self._steps = [ShaftStep(g, s, self.wheels) for g, s in enumerate(self.shafts)]
 
     def rest(self, shaft_speed: list[float]) -> None:
         """Nothing slides, no current flows.
@@ -169,9 +104,6 @@ class TireSolver:
         """|slip| that makes the tire force of the last step [m/s]."""
         self.is_sliding = False
         """Whether some tire slid in the last step, faster than it does in rolling under load."""
-        self._is_slow = False  # whether some wheel rolls so slowly that its rolling drag is not yet a constant force
-        self._stiffness: list[float] = []  # per shaft, of this round: radius times the sum of c
-        self._forces: list[tuple[float, float]] = []  # per contact, of this round: along and across the wheel [N]
         self._sums = (0.0, 0.0, 0.0)  # of the wheels' forces [N, N, N m]
 
     def step(
@@ -205,121 +137,46 @@ class TireSolver:
         n = len(self.slip)
         self.force_x = [0.0] * n
         self.force_y = [0.0] * n
-        self.shaft_current = self.shaft_current[:]
-        self.shaft_volts = self.shaft_volts[:]
-        new_speed = self.shaft_speed[:]
-        lines: list[tuple[float, float]] = []
-        rows = self._prepare(rh, vx, vy, omega, loads, volts, limits, bus_voltage, lines)
+        speed, slips = self.shaft_speed, self.slip
+        is_slow = False
+        for g, shaft in enumerate(self._steps):
+            shaft.begin(rh, speed[g], volts[g], limits[g], bus_voltage, self.emf_offset[g], self.torque_offset[g])
+            if shaft.touch(self.cos[g], self.sin[g], loads, slips, vx, vy, omega):
+                is_slow = True
         sliding = False
         for count in range(_ROUNDS):
-            after = self._move_chassis(rows, lines, before)
-            if self._is_slow:
+            after = self._move_chassis(before)
+            if is_slow:
                 for _ in range(_ROUNDS):
-                    if not _rescale_drag(rows, after, self.shafts):
+                    if not self._rescale_drag(after):
                         break
-                    after = self._move_chassis(rows, lines, before)
-            settled, sliding = self._move_shafts(rows, lines, after, limits, new_speed, self._share / m_h, count)
+                    after = self._move_chassis(before)
+            settled, sliding = self._move_shafts(after, self._share / m_h, count)
             if settled:
                 break
-        self.is_sliding = sliding and max(self.slip) > _SLIDE
+        self.is_sliding = sliding and max(slips) > _SLIDE
         if sliding:
-            self._limit_forces(rows, after, limits, new_speed)
-        self.shaft_speed[:] = new_speed
+            self._limit_forces(after)
+        self.shaft_current = [shaft.current for shaft in self._steps]
+        self.shaft_volts = [shaft.volts for shaft in self._steps]
+        speed[:] = [shaft.speed for shaft in self._steps]
         sum_x, sum_y, sum_n = self._sums
         return sum_x / m_h, sum_y / m_h, sum_n / j_h
 
-    def _prepare(
-        self,
-        rh: float,
-        vx: float,
-        vy: float,
-        omega: float,
-        loads: Sequence[float],
-        volts: Sequence[float | None],
-        limits: Sequence[float],
-        bus_voltage: float,
-        lines: list[tuple[float, float]],
-    ) -> list[_Row]:
-        """What stays the same in all rounds, per shaft; grip, slip scale and the slip of the last step per wheel.
+    def _rescale_drag(self, after: tuple[float, float, float]) -> bool:
+        """Rolling drag at the chassis velocity of this round; whether it has changed."""
+        ux, uy, uw = after
+        changed = [s.rescale_drag(abs(s.cos * ux + s.sin * uy + s.arm * uw)) for s in self._steps]
+        return True in changed
 
-        Args:
-            rh: 1 / h [1/s].
-            vx: See `step`, as all others.
-            vy: See `step`.
-            omega: See `step`.
-            loads: See `step`.
-            volts: See `step`.
-            limits: See `step`.
-            bus_voltage: See `step`.
-            lines: Written: the torque line of each shaft at its present speed.
-        """
-        speed, slips, cos, sin = self.shaft_speed, self.slip, self.cos, self.sin
-        emf_offset, torque_offset = self.emf_offset, self.torque_offset
-        rows: list[_Row] = []
-        if rh != self._weighted:
-            self._weighted = rh
-            self._end_weights = [
-                end_weight(1.0 / rh, s.motor.torque_driven * s.motor.emf * s.motor.conductance / s.inertia)
-                for s in self.shafts
-            ]
-        weights = self._end_weights
-        self._is_slow = False
-        for g, inertia, radius, ratio, floor, conductance, supply, motor, wheels in self._plan:
-            w = speed[g]
-            power = supply * bus_voltage
-            # Back-EMF of the mean speed, from that at the end of the step.
-            emf, resistance, driving, driven, friction = motor
-            emf_end = emf * weights[g]
-            offset = emf_offset[g] + (emf - emf_end) * w
-            constants = (emf_end, resistance, driving, driven, friction)
-            i0, i1, t0, t1 = torque_line(volts[g], bus_voltage, offset, w, limits[g], power, conductance, constants)
-            lines.append((t0, t1))
-            rolling = w * radius
-            s0 = (rolling if rolling > 0.0 else -rolling) * ratio + floor
-            c_ = cos[g]
-            s_ = sin[g]
-            drag = 0.0
-            contacts = []
-            arm = 0.0
-            for k, x, y, r2, wheel_cof, rolling_resistance in wheels:
-                load = loads[k]
-                grip = wheel_cof * load
-                if grip <= 0.0:
-                    continue
-                drag += rolling_resistance * load
-                if slips[k] < s0:
-                    slips[k] = s0
-                arm = x * s_ - y * c_
-                contacts.append((k, x, y, r2, grip))
-            # Rolling drag is a constant force while the wheel rolls; as a coefficient it cannot push backwards.
-            v_l = c_ * vx + s_ * vy + arm * omega
-            if v_l < 0.0:
-                v_l = -v_l
-            most_drag = drag / len(contacts) if contacts else 0.0
-            if v_l < 100.0 * floor:
-                self._is_slow = True
-            drag /= v_l if v_l > floor else floor
-            j = inertia * rh
-            push = j * w + torque_offset[g]
-            rows.append(
-                (g, j, push, i0, i1, power, c_, s_, arm, radius, s0, drag, most_drag, w, offset, constants, contacts)
-            )
-        return rows
-
-    def _move_chassis(
-        self,
-        rows: list[_Row],
-        lines: list[tuple[float, float]],
-        before: tuple[float, float, float, float, float],
-    ) -> tuple[float, float, float]:
+    def _move_chassis(self, before: tuple[float, float, float, float, float]) -> tuple[float, float, float]:
         """Chassis velocity [m/s, m/s, rad/s] with the present slips, the shafts eliminated.
 
-        M/h + sum A^T c A, less what the shafts yield, is assembled and solved. Across and along a wheel c is the same,
-        so its part is isotropic (it does not depend on the steer angle); only the shaft's part has a direction.
+        M/h + sum A^T c A, less what the shafts yield, is assembled and solved. What c does across a wheel it does along
+        as well, so that part is isotropic (it does not depend on the steer angle); the rest has a direction: the
+        shaft's yielding, and with a grain what there is more along than across.
 
         Args:
-            rows: Of `_prepare`.
-            lines: Torque line of each shaft.
             before: m/h, J/h and the velocity before the step.
         """
         slips = self.slip
@@ -330,23 +187,28 @@ class TireSolver:
         b1 = m_h * vx
         b2 = m_h * vy
         b3 = j_h * omega
-        stiffness = self._stiffness = []
-        for g, j, push, _, _, _, c_, s_, arm, radius, _, drag, _, _, _, _, contacts in rows:
-            t0, t1 = lines[g]
-            rc = 0.0
-            for k, x, y, r2, grip in contacts:
-                c = grip / slips[k]
+        for shaft in self._steps:
+            rc = rq = 0.0
+            q2 = shaft.grain * shaft.grain
+            for wheel in shaft.touching:
+                c = wheel.grip / slips[wheel.row]
                 rc += c
-                a13 -= c * y
-                a23 += c * x
-                a33 += c * r2
-            a11 += rc
-            a22 += rc
-            rc *= radius
-            stiffness.append(rc)
-            share = rc / (j + t1 + radius * rc)
-            e = drag - share * rc
-            b = share * (push + t0)
+                c *= q2
+                rq += c
+                a13 -= c * wheel.y
+                a23 += c * wheel.x
+                a33 += c * wheel.r2
+            a11 += rq
+            a22 += rq
+            more = rc - rq
+            rc *= shaft.radius
+            shaft.stiffness = rc
+            share = rc / (shaft.inertia + shaft.t1 + shaft.radius * rc)
+            e = shaft.drag + more - share * rc
+            b = share * (shaft.push + shaft.t0)
+            c_ = shaft.cos
+            s_ = shaft.sin
+            arm = shaft.arm
             ec = e * c_
             es = e * s_
             a11 += ec * c_
@@ -369,24 +231,11 @@ class TireSolver:
         uy = y2 / d2 - l32 * uw
         return b1 / a11 - l21 * uy - l31 * uw, uy, uw
 
-    def _move_shafts(
-        self,
-        rows: list[_Row],
-        lines: list[tuple[float, float]],
-        after: tuple[float, float, float],
-        limits: Sequence[float],
-        new_speed: list[float],
-        compliance: float,
-        count: int,
-    ) -> tuple[bool, bool]:
+    def _move_shafts(self, after: tuple[float, float, float], compliance: float, count: int) -> tuple[bool, bool]:
         """Every shaft exactly, given the chassis; then the tire forces and, where a tire slides, a better slip.
 
         Args:
-            rows: Of `_prepare`.
-            lines: Torque lines that the chassis was solved with; changed to those that hold.
             after: Chassis velocity of this round.
-            limits: See `step`.
-            new_speed: Of the shafts; written [rad/s].
             compliance: Effective inverse mass of the chassis at one contact, times 1/h.
             count: Rounds done.
 
@@ -394,72 +243,39 @@ class TireSolver:
             Whether slips and lines need no further round, and whether a tire slides.
         """
         ux, uy, uw = after
-        slips, stiffness = self.slip, self._stiffness
-        current, volts = self.shaft_current, self.shaft_volts
+        slips = self.slip
         force_x, force_y = self.force_x, self.force_y
-        mid_cos, mid_sin = self.mid_cos, self.mid_sin
-        forces = self._forces = []
         settled = True
         sliding = False
         sum_x = sum_y = sum_n = 0.0
-        for (
-            g,
-            j,
-            push,
-            i0,
-            i1,
-            power,
-            c_,
-            s_,
-            arm,
-            radius,
-            s0,
-            drag,
-            most_drag,
-            before,
-            offset,
-            constants,
-            contacts,
-        ) in rows:
-            v_l = c_ * ux + s_ * uy + arm * uw
-            rc = stiffness[g]
-            emf, resistance, driving, driven, friction = constants
-            stiff = j + radius * rc
-            push += rc * v_l
-            w, i, t0, t1 = solve_shaft(stiff, push, i0, i1, limits[g], driving, driven, friction)
-            v = offset + emf * w + i * resistance
-            if v * i > power or v * i < -power:
-                w, i, t0, t1 = solve_supply(stiff, push, i, v * i, limits[g], constants, offset, before, power)
-                v = offset + emf * w + i * resistance
-            old0, old1 = lines[g]
-            if t0 != old0 or t1 != old1:
-                # The torque that the chassis was solved with was another one; a 50th of the grip does not matter.
-                miss = t0 - old0 - (t1 - old1) * w
-                if t1 == LOCKED or old1 == LOCKED or abs(miss) > 0.02 * s0 * rc:
-                    settled = False
-                    turned = w < 0.0 < new_speed[g] or new_speed[g] < 0.0 < w
-                    if turned and friction > 0.0 and t1 != LOCKED:
-                        # The chassis made this shaft turn round, with friction that acted the other way: between the
-                        # two, friction may hold it. Without this try a braked robot rocked to and fro, for good.
-                        t0, t1 = 0.0, LOCKED
-                lines[g] = (t0, t1)
-            new_speed[g] = w
-            current[g] = i
-            volts[g] = v
-            s_l = radius * w - v_l
-            c_mid = mid_cos[g]
-            s_mid = mid_sin[g]
-            if drag > 0.0:
-                drag = within(drag * v_l / len(contacts), most_drag)
+        for shaft in self._steps:
+            c_ = shaft.cos
+            s_ = shaft.sin
+            radius = shaft.radius
+            q = shaft.grain
+            s0 = shaft.s0
+            v_l = c_ * ux + s_ * uy + shaft.arm * uw
+            last = shaft.speed
+            stiff = shaft.stiffness
+            t0, t1 = shaft.solve(shaft.inertia + radius * stiff, shaft.push + stiff * v_l)
+            if (t0 != shaft.t0 or t1 != shaft.t1) and not shaft.meet(t0, t1, last):
+                settled = False
+            s_l = radius * shaft.speed - v_l
+            c_mid = self.mid_cos[shaft.row]
+            s_mid = self.mid_sin[shaft.row]
+            drag = shaft.drag_at(v_l) if shaft.drag > 0.0 else 0.0
             excess_along = 0.0
             slides = None
-            for k, x, y, _, grip in contacts:
+            for wheel in shaft.touching:
+                k = wheel.row
+                x = wheel.x
+                y = wheel.y
+                grip = wheel.grip
                 s_t = s_ * (ux - uw * y) - c_ * (uy + uw * x)
                 slip = slips[k]
                 c = grip / slip
-                f_l = c * s_l
-                f_t = c * s_t
-                forces.append((f_l, f_t))
+                wheel.along = f_l = c * s_l
+                wheel.across = f_t = c * q * s_t
                 across = f_t * f_t
                 circle = grip * grip
                 f2 = f_l * f_l + across
@@ -474,6 +290,7 @@ class TireSolver:
                     f_l -= drag
                     if f_l * f_l + across > circle:
                         sliding = True
+                f_t *= q
                 force_x[k] = f_x = c_mid * f_l - s_mid * f_t
                 force_y[k] = f_y = s_mid * f_l + c_mid * f_t
                 sum_x += f_x
@@ -483,7 +300,7 @@ class TireSolver:
                 # What the slip would be at the grip: the shaft yields to what all its contacts lose or gain together
                 # (one of three that took it all for its own would swing between two wrong slips), the chassis to each
                 # contact's share.
-                excess_along *= radius * radius / (j + t1)
+                excess_along *= radius * radius / (shaft.inertia + shaft.t1)
                 for k, slip, found, along, excess in slides:
                     wanted = found + along * excess_along + compliance * excess
                     if wanted < s0:
@@ -498,61 +315,33 @@ class TireSolver:
         self._sums = (sum_x, sum_y, sum_n)
         return settled, sliding
 
-    def _limit_forces(
-        self,
-        rows: list[_Row],
-        after: tuple[float, float, float],
-        limits: Sequence[float],
-        new_speed: list[float],
-    ) -> None:
+    def _limit_forces(self, after: tuple[float, float, float]) -> None:
         """Put every force on its friction circle, exactly; the shafts then follow these same forces.
 
         Args:
-            rows: Of `_prepare`.
             after: Chassis velocity of the last round.
-            limits: See `step`.
-            new_speed: Of the shafts; written [rad/s].
         """
         ux, uy, uw = after
-        slips, forces = self.slip, self._forces
         force_x, force_y = self.force_x, self.force_y
-        mid_cos, mid_sin = self.mid_cos, self.mid_sin
         sum_x = sum_y = sum_n = 0.0
-        at = 0
-        for (
-            g,
-            j,
-            push,
-            i0,
-            i1,
-            power,
-            c_,
-            s_,
-            arm,
-            radius,
-            s0,
-            drag,
-            most_drag,
-            before,
-            offset,
-            constants,
-            contacts,
-        ) in rows:
+        for shaft in self._steps:
             moved = False
-            c_mid = mid_cos[g]
-            s_mid = mid_sin[g]
-            if drag > 0.0:
-                drag = within(drag * (c_ * ux + s_ * uy + arm * uw) / len(contacts), most_drag)
-            for k, x, y, _, grip in contacts:
-                f_l, f_t = forces[at]
-                at += 1
+            push = shaft.push
+            c_mid = self.mid_cos[shaft.row]
+            s_mid = self.mid_sin[shaft.row]
+            v_l = shaft.cos * ux + shaft.sin * uy + shaft.arm * uw
+            drag = shaft.drag_at(v_l) if shaft.drag > 0.0 else 0.0
+            for wheel in shaft.touching:
+                k = wheel.row
+                grip = wheel.grip
+                f_l, f_t = wheel.along, wheel.across
                 size = math.sqrt(f_l * f_l + f_t * f_t)
                 # A sliding tire has all of its grip; within the tolerance of the rounds that may be a bit more.
-                if size > grip or (slips[k] > s0 and size > 0.85 * grip):
+                if size > grip or (self.slip[k] > shaft.s0 and size > 0.85 * grip):
                     f_l *= grip / size
                     f_t *= grip / size
                     moved = True
-                push -= radius * f_l
+                push -= shaft.radius * f_l
                 # Rolling drag comes out of the same grip: what the carpet passes on in all stays within mu N.
                 if drag != 0.0:
                     f_l -= drag
@@ -560,61 +349,12 @@ class TireSolver:
                     if total > grip:
                         f_l *= grip / total
                         f_t *= grip / total
+                f_t *= shaft.grain
                 force_x[k] = f_x = c_mid * f_l - s_mid * f_t
                 force_y[k] = f_y = s_mid * f_l + c_mid * f_t
                 sum_x += f_x
                 sum_y += f_y
-                sum_n += x * f_y - y * f_x
+                sum_n += wheel.x * f_y - wheel.y * f_x
             if moved:
-                emf, resistance, driving, driven, friction = constants
-                w, i, _, _ = solve_shaft(j, push, i0, i1, limits[g], driving, driven, friction)
-                v = offset + emf * w + i * resistance
-                if v * i > power or v * i < -power:
-                    w, i, _, _ = solve_supply(j, push, i, v * i, limits[g], constants, offset, before, power)
-                    v = offset + emf * w + i * resistance
-                new_speed[g] = w
-                self.shaft_current[g] = i
-                self.shaft_volts[g] = v
+                shaft.solve(shaft.inertia, push)
         self._sums = (sum_x, sum_y, sum_n)
-
-
-def _rescale_drag(rows: list[_Row], after: tuple[float, float, float], shafts: Sequence[DriveShaft]) -> bool:
-    """Keep rolling drag near its constant force for wheels that have started to roll in this step.
-
-    Args:
-        rows: Of `_prepare`; changed.
-        after: Chassis velocity of this round.
-        shafts: All drive shafts.
-
-    Returns:
-        Whether something has changed.
-    """
-    ux, uy, uw = after
-    has_changed = False
-    for at, row in enumerate(rows):
-        g, j, push, i0, i1, power, c_, s_, arm, radius, s0, drag, most_drag, w, offset, constants, contacts = row
-        v_l = abs(c_ * ux + s_ * uy + arm * uw)
-        most = most_drag * len(contacts)
-        if drag * v_l > 1.05 * most or (drag * v_l < 0.95 * most and v_l > shafts[g].slip_speed):
-            drag = most / v_l
-            rows[at] = (
-                g,
-                j,
-                push,
-                i0,
-                i1,
-                power,
-                c_,
-                s_,
-                arm,
-                radius,
-                s0,
-                drag,
-                most_drag,
-                w,
-                offset,
-                constants,
-                contacts,
-            )
-            has_changed = True
-    return has_changed
