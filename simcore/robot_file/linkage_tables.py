@@ -7,13 +7,14 @@ from collections.abc import Mapping, Sequence
 
 from simcore.geometry.linkage import Joint
 from simcore.geometry.rotation import Vector
-from simcore.quantities import DEGREES, ROBOT_PLACE
+from simcore.quantities import DEGREES, MASS_OR_NONE, ROBOT_PLACE
+from simcore.robot.mass_distribution import MovingMass
 from simcore.robot.mechanisms import ArmConfig, ElevatorConfig, FlywheelConfig, RackConfig, RollerConfig
 from simcore.robot.robot_config import MechanismConfig
 from simcore.robot_file.robot_settings import MechanismSettings
 from simcore.robot_file.toml_tables import Table
 
-__all__ = ["joints_to", "lengths", "read_joint", "require_chains"]
+__all__ = ["joints_to", "lengths", "moving_masses", "read_joint", "read_moving_mass", "require_chains"]
 
 
 def read_joint(t: Table, name: str, kind: str, config: MechanismConfig) -> Joint | None:
@@ -46,6 +47,33 @@ def read_joint(t: Table, name: str, kind: str, config: MechanismConfig) -> Joint
     assert isinstance(config, ArmConfig)
     # a positive angle lifts what points along the yaw
     return Joint(mechanism=name, axis=(s, -c, 0.0), origin=origin)
+
+
+def read_moving_mass(t: Table, joint: Joint, config: MechanismConfig) -> tuple[float, Vector]:
+    """How much of the robot's mass goes with a mechanism [kg], and its center in the frame after the joint [m].
+
+    Where the file does not say, an elevator, a rack and an arm move their own mass; of an arm it is out on the arm.
+    """
+    out, mass = 0.0, 0.0
+    if isinstance(config, ElevatorConfig):
+        mass = config.carriage_mass
+    elif isinstance(config, RackConfig):
+        mass = config.mass
+    elif isinstance(config, ArmConfig):
+        mass, out = config.mass, config.center_of_mass
+    ax, ay, _ = joint.axis
+    middle = (0.0, 0.0, 0.0) if out == 0.0 else (-out * ay, out * ax, 0.0)  # an arm's axis is across its yaw
+    x, y, z = t.numbers("mass_center", (ROBOT_PLACE,) * 3, middle)
+    return t.number("moving_mass", MASS_OR_NONE, mass), (x, y, z)
+
+
+def moving_masses(mechanisms: Mapping[str, MechanismSettings]) -> tuple[MovingMass, ...]:
+    """What of the robot's mass its mechanisms move; `require_chains` has looked at them."""
+    return tuple(
+        MovingMass(name=m.name, mass=m.moving_mass, joints=joints_to(m.name, mechanisms), center=m.mass_center)
+        for m in mechanisms.values()
+        if m.moving_mass > 0.0
+    )
 
 
 def require_chains(where: str, mechanisms: Mapping[str, MechanismSettings]) -> None:
