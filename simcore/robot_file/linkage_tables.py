@@ -13,6 +13,7 @@ from simcore.robot.mechanisms import ArmConfig, ElevatorConfig, FlywheelConfig, 
 from simcore.robot.robot_config import MechanismConfig
 from simcore.robot_file.robot_settings import MechanismSettings
 from simcore.robot_file.toml_tables import Table
+from simcore.units import plain_sum
 
 __all__ = ["joints_to", "lengths", "moving_masses", "read_joint", "read_moving_mass", "require_chains"]
 
@@ -49,31 +50,46 @@ def read_joint(t: Table, name: str, kind: str, config: MechanismConfig) -> Joint
     return Joint(mechanism=name, axis=(s, -c, 0.0), origin=origin)
 
 
-def read_moving_mass(t: Table, joint: Joint, config: MechanismConfig) -> tuple[float, Vector]:
+def read_moving_mass(t: Table, joint: Joint, config: MechanismConfig) -> tuple[float | None, Vector]:
     """How much of the robot's mass goes with a mechanism [kg], and its center in the frame after the joint [m].
 
-    Where the file does not say, an elevator, a rack and an arm move their own mass; of an arm it is out on the arm.
+    Returns:
+        None for the mass where the file does not say: see `moving_masses`. The center of an arm's is then out on it.
     """
-    out, mass = 0.0, 0.0
-    if isinstance(config, ElevatorConfig):
-        mass = config.carriage_mass
-    elif isinstance(config, RackConfig):
-        mass = config.mass
-    elif isinstance(config, ArmConfig):
-        mass, out = config.mass, config.center_of_mass
-    ax, ay, _ = joint.axis
+    out, (ax, ay, _) = config.center_of_mass if isinstance(config, ArmConfig) else 0.0, joint.axis
     middle = (0.0, 0.0, 0.0) if out == 0.0 else (-out * ay, out * ax, 0.0)  # an arm's axis is across its yaw
     x, y, z = t.numbers("mass_center", (ROBOT_PLACE,) * 3, middle)
-    return t.number("moving_mass", MASS_OR_NONE, mass), (x, y, z)
+    return t.number("moving_mass", MASS_OR_NONE, None), (x, y, z)
 
 
 def moving_masses(mechanisms: Mapping[str, MechanismSettings]) -> tuple[MovingMass, ...]:
-    """What of the robot's mass its mechanisms move; `require_chains` has looked at them."""
-    return tuple(
-        MovingMass(name=m.name, mass=m.moving_mass, joints=joints_to(m.name, mechanisms), center=m.mass_center)
-        for m in mechanisms.values()
-        if m.moving_mass > 0.0
-    )
+    """What of the robot's mass its mechanisms move; `require_chains` has looked at them.
+
+    Where the file does not say, an elevator, a rack or an arm moves the mass that its motors do, of which what other
+    mechanisms on it move is a part.
+    """
+    found = []
+    for m in mechanisms.values():
+        mass = _all_moved(m, mechanisms) - _carried(m, mechanisms)
+        if mass > 0.0:
+            joints = joints_to(m.name, mechanisms)
+            found.append(MovingMass(name=m.name, mass=mass, joints=joints, center=m.mass_center))
+    return tuple(found)
+
+
+def _all_moved(m: MechanismSettings, mechanisms: Mapping[str, MechanismSettings]) -> float:
+    """By a mechanism, with what is on it [kg]."""
+    carried, config = _carried(m, mechanisms), m.config
+    if m.moving_mass is not None:
+        return m.moving_mass + carried
+    if isinstance(config, ElevatorConfig):
+        return max(config.carriage_mass, carried)
+    return max(config.mass, carried) if isinstance(config, ArmConfig | RackConfig) else carried
+
+
+def _carried(m: MechanismSettings, mechanisms: Mapping[str, MechanismSettings]) -> float:
+    """By the mechanisms that are on one [kg]."""
+    return plain_sum(_all_moved(one, mechanisms) for one in mechanisms.values() if one.on == m.name)
 
 
 def require_chains(where: str, mechanisms: Mapping[str, MechanismSettings]) -> None:

@@ -75,8 +75,8 @@ class MechanismSettings:
     """What it moves, in the frame of what carries it; None for what turns on the spot."""
     on: str | None = None
     """Name of the mechanism that carries it; None: the robot."""
-    moving_mass: float = 0.0
-    """How much of the robot's mass goes with it [kg]."""
+    moving_mass: float | None = None
+    """How much of the robot's mass goes with it and nothing that is on it [kg]; None: as `moving_masses` finds it."""
     mass_center: Vector = (0.0, 0.0, 0.0)
     """Center of that in the frame after its joint [m]."""
 
