@@ -18,6 +18,7 @@ from simcore.pieces.storage import StorageConfig
 from simcore.robot.chassis_config import ChassisConfig
 from simcore.robot.climber import ClimberConfig
 from simcore.robot.gearbox import GearboxConfig
+from simcore.robot.mass_distribution import MovingMass
 from simcore.robot.mechanism_friction import default_friction
 from simcore.robot.mechanisms import ArmConfig, ElevatorConfig, RollerConfig
 from simcore.robot.robot_config import ComponentConfig, MechanismConfig, RobotConfig
@@ -89,7 +90,7 @@ def _around(reach: float, spare: float) -> IntakeZone:
 
 
 def reefscape_robot() -> RobotConfig:
-    """52 kg; a coral comes in at the back from a station and leaves at the front, algae are held beyond it.
+    """52 kg, 11 of which the elevator lifts; a coral comes in at the back from a station and leaves at the front, algae are held beyond it.
 
     A cage comes into the bay in its back until the hook is above or in it: the robot then hangs level.
     """
@@ -145,5 +146,12 @@ def reefscape_robot() -> RobotConfig:
             ComponentConfig(name="algae wheel", joints=(_LIFT, _SWING, _roller("algae_wheel", 0.543, -0.158))),
             ComponentConfig(name="funnel roller", joints=(_roller("funnel", -0.15, 0.68),)),
             ComponentConfig(name="hook", joints=(_HOOK,)),
+        ),
+        # What the elevator's motors feel of them is its carriage's mass, 8 kg: 3 / 3 + 2 * 3 / 3 + 2 + 3.
+        moving_masses=(
+            MovingMass(name="elevator stage 1", mass=3.0, joints=(replace(_LIFT, ratio=_DRUM / 3.0),)),
+            MovingMass(name="elevator stage 2", mass=3.0, joints=(replace(_LIFT, ratio=2.0 * _DRUM / 3.0),)),
+            MovingMass(name="carriage", mass=2.0, joints=(_LIFT,)),
+            MovingMass(name="arm", mass=3.0, joints=(_LIFT, _SWING), center=(0.3, 0.0, 0.0)),
         ),
     )

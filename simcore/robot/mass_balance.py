@@ -1,6 +1,6 @@
 """Keeps mass and momentum of one robot as pieces come and go and its mechanisms move.
 
-Once a tick, before motion, engine, wheel loads and drivetrain are told mass, center and inertia where they have changed.
+Once a tick, before motion, engine, wheel loads and drivetrain are told mass, center and inertia if they have changed.
 The pose of the robot's body stays. Its velocity follows from what is conserved:
 
 - What came in brought the momentum that it had, what was shot or put down took its own along. Both momenta of the
@@ -26,7 +26,7 @@ from simcore.typing import FloatArray
 __all__ = ["MassBalance"]
 
 _CENTER_BIT = 0.002
-"""By less than this the center of mass does not move [m]: 1 % of the height of a low one. On PyBullet a move costs 0.5 ms."""
+"""By less than this the center of mass does not move [m]: 1 % of a low one's height. A move costs PyBullet 0.5 ms."""
 _INERTIA_BIT = 0.002  # [-]; nor do moments of inertia change by less, relatively
 _MASS_BIT = 1e-6  # [kg]
 

@@ -35,7 +35,7 @@ from simcore.robot.mechanisms import ArmConfig, ElevatorConfig, FlywheelConfig, 
 from simcore.robot.robot_config import MechanismConfig
 from simcore.robot_file.camera_table import read_cameras
 from simcore.robot_file.device_tables import POSITIONED_KINDS, positioned_mechanism, read_sensors
-from simcore.robot_file.linkage_tables import read_joint, require_chains
+from simcore.robot_file.linkage_tables import moving_masses, read_joint, read_moving_mass, require_chains
 from simcore.robot_file.manipulator_tables import (
     read_claw,
     read_climber,
@@ -127,6 +127,7 @@ def read_settings(path: Path) -> RobotSettings:
         placers=claws,
         climbers=climbers,
         components=components,
+        moving_masses=moving_masses(by_name),
         auto_starts=auto_starts,
         cameras=cameras,
         sensors=sensors,
@@ -217,9 +218,12 @@ def _mechanism(t: Table) -> MechanismSettings:
     if "coasts" in t and settings.controller not in ("PWM", "Relay"):
         raise t.error("coasts", f"is of a PWM or relay port; a {settings.controller} has its neutral mode configured")
     joint = read_joint(t, name, kind, config)
-    on = None if joint is None else t.text("on", None)
+    if joint is None:
+        t.finish()
+        return settings
+    on, (mass, center) = t.text("on", None), read_moving_mass(t, joint, config)
     t.finish()
-    return replace(settings, joint=joint, on=on)
+    return replace(settings, joint=joint, on=on, moving_mass=mass, mass_center=center)
 
 
 def _friction(t: Table, kind: str, gearbox: GearboxConfig) -> float:

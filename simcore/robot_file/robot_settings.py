@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 from simcore.errors import ConfigError, UnknownNameError
 from simcore.geometry.linkage import Joint
+from simcore.geometry.rotation import Vector
 from simcore.match.game import Game, RobotEntry
 from simcore.match.match import Match
 from simcore.match.scatter import Scatter
@@ -18,6 +19,7 @@ from simcore.pieces.shooter import ShooterConfig
 from simcore.pieces.storage import StorageConfig
 from simcore.robot.chassis_config import ChassisConfig
 from simcore.robot.climber import ClimberConfig
+from simcore.robot.mass_distribution import MovingMass
 from simcore.robot.mechanism_friction import friction_from_volts
 from simcore.robot.positioned_mechanisms import PistonConfig, ServoConfig
 from simcore.robot.robot_config import ComponentConfig, MechanismConfig, RobotConfig
@@ -73,6 +75,10 @@ class MechanismSettings:
     """What it moves, in the frame of what carries it; None for what turns on the spot."""
     on: str | None = None
     """Name of the mechanism that carries it; None: the robot."""
+    moving_mass: float | None = None
+    """How much of the robot's mass goes with it and nothing that is on it [kg]; None: as `moving_masses` finds it."""
+    mass_center: Vector = (0.0, 0.0, 0.0)
+    """Center of that in the frame after its joint [m]."""
 
     @property
     def keys(self) -> list[tuple[str, int]]:
@@ -133,6 +139,7 @@ class RobotSettings:
     placers: tuple[PlacerConfig, ...] = ()
     climbers: tuple[ClimberConfig, ...] = ()
     components: tuple[ComponentConfig, ...] = ()
+    moving_masses: tuple[MovingMass, ...] = ()
     auto_starts: Mapping[str, tuple[float, float, float]] = field(default_factory=dict)
     """Where autos start, by their names, as a blue robot, field frame [m, m, rad]; others at `start`."""
     cameras: tuple[CameraConfig, ...] = ()
@@ -206,6 +213,7 @@ class RobotSettings:
             placers=self.placers,
             climbers=self.climbers,
             components=self.components,
+            moving_masses=self.moving_masses,
             cameras=self.cameras,
         )
 

@@ -95,6 +95,8 @@ _KINDS = """\
 # reversed = true if your code counts down while the mechanism goes up.
 # Where something moves that carries an intake, a claw, a hook or another mechanism: x, y, z of its joint, and
 #   on = "lift"   what carries it (an arm, turret, elevator or rack); left out: the robot
+#   moving_mass   how much of the robot's mass goes with it; left out: its mass (a turret: 0) without what is on it
+#   mass_center = [0.2, 0.0, 0.0]   where that is from the joint, with all joints at 0; left out: as center_of_mass says
 #   yaw_deg       of an arm or a rack: 0 reaches to the front, 180 to the back
 #   rise_deg      of a rack: up from the floor;   lean_deg of an elevator: 0 is upright, 15 leans to the front
 

@@ -17,6 +17,7 @@ from simcore.robot.dc_motor import MotorModel
 from simcore.robot.mechanisms import ArmSim, FlywheelSim, RackSim, RollerSim
 from simcore.robot.robot_config import RobotConfig
 from simcore.robot.swerve_config import SwerveConfig, SwerveModuleConfig
+from simcore.robot.tipping import tipping_limit
 from simcore.robot_file.init_command import survey
 from simcore.robot_file.linkage_tables import joints_to
 from simcore.robot_file.mechanism_runs import (
@@ -103,6 +104,7 @@ def run(args: argparse.Namespace) -> int:
     print(subject.about)
     _print_runs(runs, subject)
     _print_shots(subject)
+    print(f"  {_tipping(subject)}")
     for finding in sorted(found, key=lambda finding: not finding.is_wrong):
         print(f"{'wrong' if finding.is_wrong else 'note'}: {finding.text}")
     wrong = len([finding for finding in found if finding.is_wrong])
@@ -350,3 +352,12 @@ def _print_shots(subject: _Subject) -> None:
             f"  shooter {number}: {reach.speed:.1f} m/s at 12 V, up {angle} deg; without air it rises to "
             f"{reach.rise:.1f} m and reaches {reach.distance:.1f} m"
         )
+
+
+def _tipping(subject: _Subject) -> str:
+    """Where it tips, beside what its drivetrain can do."""
+    tips = tipping_limit(subject.config, [] if subject.game is None else [s.kind for s in subject.game.pieces])
+    return (
+        f"with everything up and full ({tips.mass:.1f} kg, center {tips.height:.2f} m up) it tips at "
+        f"{tips.forward:.1f} m/s^2 forward, {tips.sideways:.1f} sideways; its drivetrain can do {tips.drivetrain:.1f}"
+    )

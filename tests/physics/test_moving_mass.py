@@ -13,8 +13,8 @@ from simcore.geometry.linkage import Joint
 from simcore.geometry.rotation import from_rpy
 from simcore.match.game import PieceSupply
 from simcore.match.match import Match
-from simcore.physics.engine_choice import make_engine
 from simcore.physics.engine import BodyDefinition
+from simcore.physics.engine_choice import make_engine
 from simcore.physics.shapes import Box, Sphere
 from simcore.physics.surface import WALL
 from simcore.pieces.intake import IntakeConfig, IntakeZone
@@ -25,7 +25,7 @@ from simcore.pieces.storage import StorageConfig
 from simcore.robot.battery import BatteryConfig
 from simcore.robot.gearbox import GearboxConfig
 from simcore.robot.mass_distribution import MovingMass
-from simcore.robot.mechanisms import ArmConfig, ElevatorConfig, FlywheelConfig
+from simcore.robot.mechanisms import ElevatorConfig, FlywheelConfig
 from simcore.robot.robot_config import RobotConfig
 from simcore.robot.swerve_config import SwerveConfig, SwerveModuleConfig
 from simcore.typing import FloatArray

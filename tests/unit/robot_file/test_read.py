@@ -12,6 +12,7 @@ import pytest
 from simcore.errors import ConfigError, UnknownNameError
 from simcore.geometry.linkage import part_pose
 from simcore.pieces.storage import StorageConfig
+from simcore.robot.mass_distribution import moved_points
 from simcore.robot.mechanisms import ArmSim, FlywheelConfig, RackSim
 from simcore.robot.robot_config import build_mechanism
 from simcore.robot.swerve_config import SwerveConfig, SwerveModuleConfig
@@ -421,3 +422,62 @@ def test_sparks_have_their_usual_motor_and_an_encoder_of_their_own(tmp_path):
         path.write_text(ROLLER + keys)
         with pytest.raises(ConfigError, match=problem):
             read_settings(path)
+
+
+MASSES = """
+[robot]
+mass = 50.0
+
+[[mechanism]]
+name = "lift"
+kind = "elevator"
+leader = 20
+gearing = 10.0
+mass = 8.0
+drum_radius = 0.02
+max_height = 1.5
+x = 0.1
+z = 0.4
+{lift}
+
+[[mechanism]]
+name = "arm"
+kind = "arm"
+leader = 21
+gearing = 50.0
+inertia = 0.4
+mass = 3.0
+center_of_mass = 0.3
+min_deg = -90.0
+max_deg = 90.0
+start_deg = 0.0
+on = "lift"
+yaw_deg = 90.0
+
+[[mechanism]]
+name = "turret"
+kind = "turret"
+leader = 22
+gearing = 50.0
+inertia = 0.4
+min_deg = -90.0
+max_deg = 90.0
+{turret}
+"""
+
+
+def test_mechanisms_move_the_masses_that_the_file_states(tmp_path):
+    """What an elevator lifts is its carriage and the arm on it; a turret moves what the file says, which is nothing."""
+    path = tmp_path / "simcore.toml"
+    path.write_text(MASSES.format(lift="", turret=""))
+    settings = read_settings(path)
+    assert [(one.name, one.mass) for one in settings.moving_masses] == [("lift", 5.0), ("arm", 3.0)]
+    assert [len(one.joints) for one in settings.moving_masses] == [1, 2]
+    config = settings.robot_config(SwerveConfig.square(0.5, SwerveModuleConfig(x=0.0, y=0.0), mass=50.0))
+    assert config.bare_body.mass == pytest.approx(42.0)
+    start = {name: build_mechanism(one) for name, one in config.mechanisms.items()}
+    assert moved_points(config.moving_masses, start)[1][1] == pytest.approx((0.1, 0.3, 0.4))
+    path.write_text(MASSES.format(lift="moving_mass = 9.0", turret="moving_mass = 2.0\nmass_center = [0.1, 0.0, 0.3]"))
+    masses = read_settings(path).moving_masses
+    assert [(one.name, one.mass) for one in masses] == [("lift", 9.0), ("arm", 3.0), ("turret", 2.0)]
+    assert masses[2].center == (0.1, 0.0, 0.3)
