@@ -44,7 +44,7 @@ from simcore.physics.engine import Engine
 from simcore.physics.field import FieldElement
 from simcore.physics.hanging import HangingBody
 from simcore.physics.shapes import Sphere
-from simcore.physics.substeps import Substepping, Surroundings
+from simcore.physics.substeps import Substepping
 from simcore.physics.world import PhysicsWorld
 from simcore.pieces.piece_manager import GamePieceManager
 from simcore.pieces.pool import PieceStatus
@@ -52,6 +52,7 @@ from simcore.pieces.resting_places import RestingPlace
 from simcore.pieces.wake_grid import Footprint, WakeSettings
 from simcore.quantities import POSE, Quantity, require, require_row, shown
 from simcore.robot.robot import Controller, Robot
+from simcore.robot.robot_steps import RobotSteps
 from simcore.robot.robot_config import RobotConfig
 from simcore.robot.swerve_config import SwerveConfig, SwerveModuleConfig
 from simcore.telemetry.snapshot import Snapshot, TelemetrySink
@@ -119,6 +120,8 @@ class Match:
     jolts: Jolts
     """What hits on the field do to the pieces on it."""
     robots: list[Robot]
+    steps: RobotSteps
+    """Of the robots, in each tick."""
     alliances: list[Alliance]
     """Of each robot, as last set."""
     tracker: ScoringTracker
@@ -327,7 +330,7 @@ class Match:
         self.substeps = 0
         self.contacts.begin_tick()
         self.jolts.begin_tick()
-        self._near = max((robot.chassis.surroundings(TICK) for robot in self.robots), default=Surroundings.OPEN)
+        self.steps.look_around(TICK)
 
     # --- one part -------------------------------------------------------------------------------------------------
 
@@ -346,31 +349,13 @@ class Match:
 
     def _move(self, h: float) -> None:
         """Tires push robots, air pushes pieces, the engine does the rest."""
-        speed = max((robot.chassis.speed for robot in self.robots), default=0.0)
-        count = self.world.substepping.count
-        substeps = count(h, self._piece_speed, speed, self._near)
-        self.substeps += self.world.step(
-            h,
-            substeps=substeps,
-            before_substep=self._before_substep,
-            robot_steps=None if any(robot.is_at_rung for robot in self.robots) else count(h, 0.0, speed, self._near),
-            before_robot_step=self._before_robot_step,
-            in_robot_step=self._in_robot_step,
-        )
-
-    def _before_robot_step(self, h: float, parts: int) -> None:
-        for body in self.hanging:
-            body.read()
-        for robot in self.robots:
-            robot.before_substep(h, parts)
-
-    def _in_robot_step(self) -> None:
-        for body in self.hanging:
-            body.read()
-        for robot in self.robots:
-            robot.chassis.go_on()
+        count = self.steps.plan(h, self.world.substepping.count(h, self._piece_speed))
+        self.substeps += self.world.step(h, substeps=count, before_substep=self._before_substep)
 
     def _before_substep(self, h: float) -> None:
+        for body in self.hanging:
+            body.read()
+        self.steps.before_substep(h)
         self.contacts.note()
         self.jolts.note()
         for body in self.hanging:
@@ -623,7 +608,6 @@ class Match:
         self.timer = MatchTimer(game.clock)
         self.digest = TrajectoryDigest()
         self._piece_speed = 0.0
-        self._near = Surroundings.OPEN
         self._has_ended = False
         self._started = None
         self._has_told = False
@@ -668,6 +652,7 @@ class Match:
         for robot in self.robots:
             self.pieces.make_room(Footprint(*robot.chassis.footprint))
         self.contacts = RobotContacts(self.world, self.robots, self.hanging)
+        self.steps = RobotSteps(self.world, self.robots)
         self.jolts = Jolts(self.world, self.field.elements, game.field.structures, self.pieces, self.robots)
         self.flow = PieceFlow(self.world, self.pieces, self.robots)
         kinds = [game.pieces[kind].kind.name for kind in self.pieces.state.kind.tolist()]

@@ -15,7 +15,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from simcore.geometry.rotation import Quaternion, Vector, matrix, rotate
+from simcore.geometry.rotation import Quaternion, Vector, matrix, rotate, rotate_back
 from simcore.physics.engine import Engine
 from simcore.physics.nearness import StaticBoxes
 from simcore.physics.plan_outlines import PlanOutlines
@@ -73,6 +73,8 @@ class RobotMotion:
     """At its end, likewise."""
     hold: float = 0.0
     """Angular impulse that its weight takes without a wheel coming off [N m s]."""
+    held: tuple[float, float] = (0.0, 0.0)
+    """Of that, what it takes of its tires, in roll and pitch, robot axes [N m s]."""
     mean_change: tuple[float, float, float] = (0.0, 0.0, 0.0)
     """Of the mean velocity, by contacts."""
     end_change: tuple[float, float, float] = (0.0, 0.0, 0.0)
@@ -221,10 +223,10 @@ class BumperContacts:
         (vx, vy, vz), (wx, wy, wz) = self._engine.velocity(motion.row)
         dx, dy, turn = motion.mean_change
         ex, ey, _ = motion.end_change
-        tx, ty = -lever * motion.mass * ey, lever * motion.mass * ex
-        if math.hypot(tx, ty) > motion.hold:
-            fx, fy, _ = rotate((-motion.quat[0], -motion.quat[1], -motion.quat[2], motion.quat[3]), (tx, ty, 0.0))
-            ax, ay, _ = rotate(motion.quat, (fx / motion.inertia[0], fy / motion.inertia[1], 0.0))
+        roll, pitch, _ = rotate_back(motion.quat, (-lever * motion.mass * ey, lever * motion.mass * ex, 0.0))
+        roll, pitch = roll + motion.held[0], pitch + motion.held[1]
+        if math.hypot(roll, pitch) > motion.hold:
+            ax, ay, _ = rotate(motion.quat, (roll / motion.inertia[0], pitch / motion.inertia[1], 0.0))
             wx, wy = wx + ax, wy + ay
         self._engine.set_velocity(motion.row, (vx + dx, vy + dy, vz), (wx, wy, wz + turn))
 

@@ -24,7 +24,7 @@ MODULE = SwerveModuleConfig(x=0.0, y=0.0)
 
 @dataclass
 class Robot:
-    drive: SwerveDrive
+    drive: SwerveDrive | None
     chassis: ChassisSimulation
 
 
@@ -96,7 +96,7 @@ def test_pushing_a_wall_slips_the_wheels_and_stays_within_the_friction_circle():
         advance(world, r, ticks=25, each=look)
         assert abs(r.chassis.pos[0] - start) / 0.5 < 0.05
         assert r.chassis.pos[0] + 0.4 < 0.6 + 0.01
-        assert min(r.drive.wheel_speeds()) > 3.0, "they spin"
+        assert min(r.drive.wheel_speeds()) > 1.0, "they spin, those behind least: the wall pushes above the carpet"
         assert np.mean(pushes) == pytest.approx(1.2 * 55.0 * GRAVITY, rel=0.05)
         assert abs(r.chassis.roll_pitch_yaw[1]) < math.radians(2.0)
 
@@ -156,7 +156,7 @@ def hit_of_two_squares(offset: float, speed: float, mass: float, inertia: float)
 @pytest.mark.parametrize("offset", [0.1, 0.3, 0.5])
 def test_a_robot_hit_off_center_turns_as_momentum_says(offset):
     """No tires; momentum, linear and angular, is kept within 2 %, spin and speed are the closed form's within 5 %."""
-    smooth = ChassisConfig(surface=FRICTIONLESS)
+    smooth = ChassisConfig(surface=FRICTIONLESS, bumper_friction=0.0)
     with PhysicsWorld() as world:
         a = ChassisSimulation(world, smooth, pose=(0.0, 0.0, 0.0), name="a")
         b = ChassisSimulation(world, smooth, pose=(1.2, offset, 0.0), name="b")
@@ -172,11 +172,7 @@ def test_a_robot_hit_off_center_turns_as_momentum_says(offset):
             return total
 
         before = momentum()
-        for _ in range(8):
-            speed = max(a.speed, b.speed)
-            world.step(DT, substeps=world.substepping.count(DT, 0.0, speed, a.surroundings(DT)))
-            a.read()
-            b.read()
+        advance(world, Robot(None, a), Robot(None, b), ticks=8)
         assert momentum() == pytest.approx(before, rel=0.02, abs=0.5)
         speed, spin = hit_of_two_squares(offset, 3.0, mass, inertia)
         assert b.vel[0] == pytest.approx(speed, rel=0.05)

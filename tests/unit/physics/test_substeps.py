@@ -21,13 +21,13 @@ def test_nothing_moves_farther_than_its_limit_below_the_cap(piece, robot, near):
     limit = {
         Surroundings.OPEN: rule.robot_move,
         Surroundings.RAMP: rule.robot_ramp_move,
-        Surroundings.WALL: rule.robot_wall_move,
+        Surroundings.WALL: rule.robot_move,
     }[near]
     assert 1 <= n <= rule.cap
     assert piece * 0.02 / n <= rule.max_move * (1.0 + 1e-9)
     if n < rule.cap:
         assert robot * 0.02 / n <= limit * (1.0 + 1e-9)
-    fewest = 2 if near is Surroundings.WALL else 1
+    fewest = 1 if near is Surroundings.OPEN else 4  # steps of 5 ms
     assert n >= fewest
     if n > fewest:  # and no more of them than that takes
         assert max(piece * 0.02 / rule.max_move, robot * 0.02 / limit) > n - 1
@@ -54,7 +54,7 @@ def test_forty_meters_per_second_need_twelve():
 
 @pytest.mark.parametrize(
     "setting",
-    [{"max_move": 0.0}, {"max_move": math.nan}, {"robot_move": -1.0}, {"robot_wall_move": math.inf}, {"cap": 0}],
+    [{"max_move": 0.0}, {"max_move": math.nan}, {"robot_move": -1.0}, {"robot_contact_step": math.inf}, {"cap": 0}],
 )
 def test_settings_that_cannot_work_are_refused(setting):
     with pytest.raises(ConfigError, match=next(iter(setting))):
