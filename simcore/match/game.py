@@ -313,7 +313,11 @@ class Rules:
         """After robot code has commanded, before anything moves."""
 
     def worth(self, zone: ScoringZone) -> int:
-        """Points of a piece that scores in a zone now."""
+        """Points of a piece that would score in a zone now.
+
+        It must change nothing, and neither may `game_data`, `breakdown` and `telemetry`: whoever draws a picture asks
+        them, as often as there is time for it. What a piece that scores changes is for `scored`.
+        """
         return zone.points
 
     def scored(self, event: ScoreEvent) -> None:

@@ -434,6 +434,8 @@ class Match:
             if body.is_awake:
                 self.digest.update(np.array((*body.pos, *body.rate)))
         self.digest.update(state.pos.take(awake, axis=0), state.status)
+        if self.ticks % _COUNT_PERIOD == 0:
+            self.digest.update(np.array([*self.tracker.totals.values(), *self.rules.breakdown().values()]))
         due = [sink for sink in self.sinks if sink.due(self.time)]
         if due:
             snapshot = self.snapshot()
