@@ -247,8 +247,6 @@ class MatchState(Protocol):
     """Simulated time since the start [s]."""
     ticks: int
     """Ticks since the start."""
-    substeps: int
-    """Of the last tick."""
     last_tick_ms: float | None
     """Wall time of the last tick [ms], if somebody measures it."""
     timer: MatchTimer
@@ -273,6 +271,11 @@ class MatchState(Protocol):
 
     def outline(self, number: int) -> FloatArray:
         """Corners of a robot's bumpers, as those of a blue robot if its alliance is red [m], shape (4, 2)."""
+        ...
+
+    @property
+    def substeps(self) -> int:
+        """Steps of the engine in the last tick."""
         ...
 
     @property

@@ -1,7 +1,7 @@
 """A match: any game, any robots, and the one tick that moves them.
 
-The tick is three lists that can be read aloud (`before`, `part`, `after`). Scripted robots run the middle once a
-tick; robot code whose motor controllers want to be asked more often runs it several times. There is no other order.
+The tick is two lists that can be read aloud (`before`, `after`), and the loop of `Motion` between them. Scripted
+robots run that once a tick; robot code whose motor controllers want to be asked more often runs it several times.
 """
 
 from __future__ import annotations
@@ -24,6 +24,7 @@ from simcore.match.digest import TrajectoryDigest
 from simcore.match.field_control import FieldControl
 from simcore.match.game import Game, PieceSupply, RobotEntry, Rules
 from simcore.match.jolts import Jolts
+from simcore.match.motion import Motion
 from simcore.match.piece_flow import PieceFlow
 from simcore.match.publish import build_snapshot
 from simcore.match.report import PieceCount, Score
@@ -44,7 +45,7 @@ from simcore.physics.engine import Engine
 from simcore.physics.field import FieldElement
 from simcore.physics.hanging import HangingBody
 from simcore.physics.shapes import Sphere
-from simcore.physics.substeps import Substepping, Surroundings
+from simcore.physics.substeps import Substepping
 from simcore.physics.world import PhysicsWorld
 from simcore.pieces.piece_manager import GamePieceManager
 from simcore.pieces.pool import PieceStatus
@@ -101,8 +102,6 @@ class Match:
     """Simulated time since the start [s]."""
     ticks: int
     """Ticks since the start."""
-    substeps: int
-    """Of the last tick."""
     seed: int
     """Of everything that is left to chance."""
     draws: ScatterDraws
@@ -118,6 +117,8 @@ class Match:
     """Who touched whom in this tick."""
     jolts: Jolts
     """What hits on the field do to the pieces on it."""
+    motion: Motion
+    """Devices, mechanisms, drivetrains, flights, engine and sensors: everything that moves, and its loop."""
     robots: list[Robot]
     alliances: list[Alliance]
     """Of each robot, as last set."""
@@ -183,8 +184,6 @@ class Match:
         self.before: tuple[Callable[[], None], ...] = (self.control.before_tick, self._read, self._wake, self._take_in)
         """What comes before motion: people act on the field; robot code looks and commands; sleeping pieces wake;
         intakes take pieces in."""
-        self.part: tuple[Callable[[float], None], ...] = (self._command, self._step_mechanisms, self._move, self._sense)
-        """Motion, once a tick or in several parts: devices; mechanisms and their currents; sub-steps; sensors."""
         self.after: tuple[Callable[[], None], ...] = (
             self._gather,
             self._see,
@@ -274,9 +273,8 @@ class Match:
             phase()
 
     def run_part(self, h: float) -> None:
-        """A part of the tick, h [s]."""
-        for phase in self.part:
-            phase(h)
+        """Motion for a part of the tick, h [s]."""
+        self.motion.advance(h)
 
     def end_tick(self) -> None:
         """The last list of a tick."""
@@ -307,73 +305,11 @@ class Match:
 
     def _wake(self) -> None:
         """Sleepers that can be reached within the tick wake."""
-        movers = [Footprint(*robot.chassis.footprint) for robot in self.robots]
-        movers += [Footprint(*body.footprint) for body in self.hanging if body.is_awake]
-        self._piece_speed = self.pieces.wake_reachable(movers, TICK)
+        self.motion.begin_tick()
 
     def _take_in(self) -> None:
         """Before the step, so that a fresh shot is not taken in again."""
-        self.flow.take_in(self._piece_speed)
-        self.substeps = 0
-        self.contacts.begin_tick()
-        self.jolts.begin_tick()
-        self._near = max((robot.chassis.surroundings(TICK) for robot in self.robots), default=Surroundings.OPEN)
-
-    # --- one part -------------------------------------------------------------------------------------------------
-
-    def _command(self, h: float) -> None:
-        """Devices of robot code see the battery and give their volts."""
-        for robot in self.robots:
-            if robot.devices is not None:
-                robot.devices.read()
-
-    def _step_mechanisms(self, h: float) -> None:
-        """Mechanisms move, and load the battery that the drivetrain is about to use, with the mean of this part."""
-        for robot in self.robots:
-            if robot.devices is None or not robot.devices.at_inner_steps:
-                robot.step_mechanisms(h)
-            robot.drive.other_current = robot.mechanism_current
-
-    def _move(self, h: float) -> None:
-        """Tires push robots, air pushes pieces, the engine does the rest."""
-        speed = max((robot.chassis.speed for robot in self.robots), default=0.0)
-        count = self.world.substepping.count
-        substeps = count(h, self._piece_speed, speed, self._near)
-        self.substeps += self.world.step(
-            h,
-            substeps=substeps,
-            before_substep=self._before_substep,
-            robot_steps=None if any(robot.is_at_rung for robot in self.robots) else count(h, 0.0, speed, self._near),
-            before_robot_step=self._before_robot_step,
-            in_robot_step=self._in_robot_step,
-        )
-
-    def _before_robot_step(self, h: float, parts: int) -> None:
-        for body in self.hanging:
-            body.read()
-        for robot in self.robots:
-            robot.before_substep(h, parts)
-
-    def _in_robot_step(self) -> None:
-        for body in self.hanging:
-            body.read()
-        for robot in self.robots:
-            robot.chassis.go_on()
-
-    def _before_substep(self, h: float) -> None:
-        self.contacts.note()
-        self.jolts.note()
-        for body in self.hanging:
-            body.before_substep(h)
-        self.pieces.before_substep(h)
-
-    def _sense(self, h: float) -> None:
-        """Gyros and odometry follow; encoders did in the sub-steps."""
-        for robot in self.robots:
-            robot.chassis.read()
-            robot.sense(h)
-            if robot.devices is not None:
-                robot.devices.write(h)
+        self.flow.take_in(self.motion.plan.piece_speed)
 
     # --- after ----------------------------------------------------------------------------------------------------
 
@@ -382,8 +318,6 @@ class Match:
         self.ticks += 1
         self.time = self.ticks * TICK
         self.timer.advance(TICK)
-        self.contacts.note()
-        self.jolts.note()
         self.pieces.gather(TICK)
         self.jolts.jolt()
         self.flow.follow()
@@ -546,6 +480,11 @@ class Match:
     # --- questions ------------------------------------------------------------------------------------------------
 
     @property
+    def substeps(self) -> int:
+        """Steps of the engine in the last tick."""
+        return self.motion.substeps
+
+    @property
     def score(self) -> Score:
         """Points so far."""
         red, blue = self.tracker.totals["red"], self.tracker.totals["blue"]
@@ -610,12 +549,9 @@ class Match:
         self.rules_rng, robot_rng, staging_rng, camera_rng = rng.spawn(4)
         self.time = 0.0
         self.ticks = 0
-        self.substeps = 0
         self.field_resets = 0
         self.timer = MatchTimer(game.clock)
         self.digest = TrajectoryDigest()
-        self._piece_speed = 0.0
-        self._near = Surroundings.OPEN
         self._has_ended = False
         self._started = None
         self._has_told = False
@@ -661,6 +597,10 @@ class Match:
             self.pieces.make_room(Footprint(*robot.chassis.footprint))
         self.contacts = RobotContacts(self.world, self.robots, self.hanging)
         self.jolts = Jolts(self.world, self.field.elements, game.field.structures, self.pieces, self.robots)
+        watchers = (self.contacts, self.jolts)
+        self.motion = Motion(
+            self.world, robots=self.robots, pieces=self.pieces, hanging=self.hanging, watchers=watchers
+        )
         self.flow = PieceFlow(self.world, self.pieces, self.robots)
         kinds = [game.pieces[kind].kind.name for kind in self.pieces.state.kind.tolist()]
         self.tracker = ScoringTracker(game.zones, worth=self._worth, kinds=kinds)

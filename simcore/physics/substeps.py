@@ -8,7 +8,7 @@ from enum import IntEnum
 
 from simcore.quantities import ROBOT_LENGTH, Quantity, require_fields
 
-__all__ = ["Substepping", "Surroundings"]
+__all__ = ["Substepping", "Surroundings", "TickPlan"]
 
 _RADIUS = 0.075
 """Of the ball that the limits were measured with [m]."""
@@ -84,3 +84,17 @@ class Substepping:
         wanted = max(piece_speed * dt / self.max_move, robot_speed * dt / limit)
         fewest = 2 if near is Surroundings.WALL else 1  # with one, a robot that pushes a wall with all its grip rocks
         return max(fewest, min(self.cap, math.ceil(wanted)))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class TickPlan:
+    """What is known of a tick before it: how finely it must be stepped."""
+
+    piece_speed: float = 0.0
+    """Of the fastest piece, with what gravity can add [m/s]."""
+    longest_step: float = math.inf
+    """Longest step of the engine that the pieces allow [s]."""
+    is_pressed: bool = False
+    """Whether a robot presses pieces against something: each of its steps is then one of the engine's."""
+    near: Surroundings = Surroundings.OPEN
+    """What a robot could meet."""

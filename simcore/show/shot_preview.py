@@ -14,8 +14,8 @@ from time import perf_counter
 import numpy as np
 
 from simcore.match.match import Match
+from simcore.match.motion import Motion
 from simcore.match.scoring import ScoringTracker
-from simcore.physics.substeps import Surroundings
 from simcore.physics.world import PhysicsWorld
 from simcore.pieces.aerodynamics import fly
 from simcore.pieces.muzzle_clearance import free_share
@@ -159,14 +159,8 @@ class ShotPreview:
 
     def _step(self, slot: int) -> tuple[FloatArray, FloatArray]:
         """A tick of the second engine; where the piece was and is [m]."""
-        pieces, world = self._pieces, self._world
-        speed = pieces.wake_reachable([], TICK)
-        world.step(
-            TICK,
-            substeps=world.substepping.count(TICK, speed, 0.0, Surroundings.OPEN),
-            before_substep=pieces.before_substep,
-        )
-        pieces.gather(TICK)
+        pieces = self._pieces
+        Motion(self._world, pieces=pieces).tick()
         return pieces.state.before[slot].copy(), pieces.state.pos[slot].copy()
 
     def _scored(self, slot: int, start: FloatArray, end: FloatArray) -> str:

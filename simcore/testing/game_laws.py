@@ -74,7 +74,9 @@ def check_questions(game: Game, auto: str, *, seconds: float | None = None, time
             rules.game_data(), rules.breakdown(), rules.telemetry()
 
     runs = [play_auto(game, auto, seconds=seconds, on_tick=look) for look in (None, ask)]
-    (quiet, asked), _ = runs, [run.match.close() for run in runs]
+    for run in runs:
+        run.match.close()
+    quiet, asked = runs
     assert quiet.match.rules.breakdown() == asked.match.rules.breakdown(), f"{game.name}: asking counts"
     assert quiet.report.digest == asked.report.digest, f"{game.name}, auto {auto}: asking changes the match"
 

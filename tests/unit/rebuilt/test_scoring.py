@@ -22,10 +22,10 @@ class Rules(RebuiltRules):
     """Of a match of which only the clock runs."""
 
     def __init__(self, seed: int = 0, own: str = "blue") -> None:
-        timer = SimpleNamespace(time=0.0)
+        timer, rng = SimpleNamespace(time=0.0), np.random.default_rng(seed)
         entry = RobotEntry(alliance=own)  # type: ignore[arg-type]
         super().__init__(
-            SimpleNamespace(entries=(entry,), rules_rng=np.random.default_rng(seed), timer=timer, practice=False, options=())  # type: ignore[arg-type]
+            SimpleNamespace(entries=(entry,), rules_rng=rng, timer=timer, practice=False, options=())  # type: ignore[arg-type]
         )
 
     def fuel(self, alliance: str, time: float) -> int:
