@@ -122,7 +122,7 @@ def _play(match: Match, engine: TimedEngine, seconds: float, before: Callable[[i
             steps.append(1e3 * engine.stepping)
             awake.append(len(match.pieces.awake))
             substeps.append(match.substeps)
-            loaded.append(math.isfinite(match.world.longest_step))
+            loaded.append(math.isfinite(match.motion.plan.longest_step))
     moved = np.linalg.norm(match.pieces.state.pos - start_pos, axis=1) > 0.1
     robot = match.robots[0]
     tick, step = np.array(ticks), np.array(steps)

@@ -72,14 +72,13 @@ class RebuiltRules(Rules):
             self._auto_points = {"blue": 0, "red": 0}
 
     def worth(self, zone: ScoringZone) -> int:
-        """One point in an active hub. Auto fuel decides who is inactive first; it counts until teleop starts."""
-        points = zone.points if self.is_active(zone.alliance) else 0
-        if self.match.timer.time <= MATCH.start("transition"):
-            self._auto_points[zone.alliance] += points
-        return points
+        """One point in an active hub."""
+        return zone.points if self.is_active(zone.alliance) else 0
 
     def scored(self, event: ScoreEvent) -> None:
-        """Send the fuel out of the hub again, if the match is played so."""
+        """Auto fuel decides who is inactive first; it counts until teleop starts. The hub lets the fuel out again."""
+        if self.match.timer.time <= MATCH.start("transition"):
+            self._auto_points[event.alliance] += event.points
         if HUB_EXITS in self.match.options:
             slot = np.array([event.slot])
             pos, vel = hub_exit(event.alliance, self.match.rules_rng)

@@ -247,8 +247,6 @@ class MatchState(Protocol):
     """Simulated time since the start [s]."""
     ticks: int
     """Ticks since the start."""
-    substeps: int
-    """Of the last tick."""
     last_tick_ms: float | None
     """Wall time of the last tick [ms], if somebody measures it."""
     timer: MatchTimer
@@ -273,6 +271,11 @@ class MatchState(Protocol):
 
     def outline(self, number: int) -> FloatArray:
         """Corners of a robot's bumpers, as those of a blue robot if its alliance is red [m], shape (4, 2)."""
+        ...
+
+    @property
+    def substeps(self) -> int:
+        """Steps of the engine in the last tick."""
         ...
 
     @property
@@ -313,7 +316,11 @@ class Rules:
         """After robot code has commanded, before anything moves."""
 
     def worth(self, zone: ScoringZone) -> int:
-        """Points of a piece that scores in a zone now."""
+        """Points of a piece that would score in a zone now.
+
+        It must change nothing, and neither may `game_data`, `breakdown` and `telemetry`: whoever draws a picture asks
+        them, as often as there is time for it. What a piece that scores changes is for `scored`.
+        """
         return zone.points
 
     def scored(self, event: ScoreEvent) -> None:

@@ -1,7 +1,7 @@
 """A match: any game, any robots, and the one tick that moves them.
 
-The tick is three lists that can be read aloud (`before`, `part`, `after`). Scripted robots run the middle once a
-tick; robot code whose motor controllers want to be asked more often runs it several times. There is no other order.
+The tick is two lists that can be read aloud (`before`, `after`), and the loop of `Motion` between them. Scripted
+robots run that once a tick; robot code whose motor controllers want to be asked more often runs it several times.
 """
 
 from __future__ import annotations
@@ -24,6 +24,7 @@ from simcore.match.digest import TrajectoryDigest
 from simcore.match.field_control import FieldControl
 from simcore.match.game import Game, PieceSupply, RobotEntry, Rules
 from simcore.match.jolts import Jolts
+from simcore.match.motion import Motion
 from simcore.match.piece_flow import PieceFlow
 from simcore.match.publish import build_snapshot
 from simcore.match.report import PieceCount, Score
@@ -52,7 +53,6 @@ from simcore.pieces.resting_places import RestingPlace
 from simcore.pieces.wake_grid import Footprint, WakeSettings
 from simcore.quantities import POSE, Quantity, require, require_row, shown
 from simcore.robot.robot import Controller, Robot
-from simcore.robot.robot_steps import RobotSteps
 from simcore.robot.robot_config import RobotConfig
 from simcore.robot.swerve_config import SwerveConfig, SwerveModuleConfig
 from simcore.telemetry.snapshot import Snapshot, TelemetrySink
@@ -102,8 +102,6 @@ class Match:
     """Simulated time since the start [s]."""
     ticks: int
     """Ticks since the start."""
-    substeps: int
-    """Of the last tick."""
     seed: int
     """Of everything that is left to chance."""
     draws: ScatterDraws
@@ -119,9 +117,9 @@ class Match:
     """Who touched whom in this tick."""
     jolts: Jolts
     """What hits on the field do to the pieces on it."""
+    motion: Motion
+    """Devices, mechanisms, drivetrains, flights, engine and sensors: everything that moves, and its loop."""
     robots: list[Robot]
-    steps: RobotSteps
-    """Of the robots, in each tick."""
     alliances: list[Alliance]
     """Of each robot, as last set."""
     tracker: ScoringTracker
@@ -186,8 +184,6 @@ class Match:
         self.before: tuple[Callable[[], None], ...] = (self.control.before_tick, self._read, self._wake, self._take_in)
         """What comes before motion: people act on the field; robot code looks and commands; sleeping pieces wake;
         intakes take pieces in."""
-        self.part: tuple[Callable[[float], None], ...] = (self._command, self._step_mechanisms, self._move, self._sense)
-        """Motion, once a tick or in several parts: devices; mechanisms and their currents; sub-steps; sensors."""
         self.after: tuple[Callable[[], None], ...] = (
             self._gather,
             self._see,
@@ -287,9 +283,8 @@ class Match:
             phase()
 
     def run_part(self, h: float) -> None:
-        """A part of the tick, h [s]."""
-        for phase in self.part:
-            phase(h)
+        """Motion for a part of the tick, h [s]."""
+        self.motion.advance(h)
 
     def end_tick(self) -> None:
         """The last list of a tick."""
@@ -320,55 +315,11 @@ class Match:
 
     def _wake(self) -> None:
         """Sleepers that can be reached within the tick wake."""
-        movers = [Footprint(*robot.chassis.footprint) for robot in self.robots]
-        movers += [Footprint(*body.footprint) for body in self.hanging if body.is_awake]
-        self._piece_speed = self.pieces.wake_reachable(movers, TICK)
+        self.motion.begin_tick()
 
     def _take_in(self) -> None:
         """Before the step, so that a fresh shot is not taken in again."""
-        self.flow.take_in(self._piece_speed)
-        self.substeps = 0
-        self.contacts.begin_tick()
-        self.jolts.begin_tick()
-        self.steps.look_around(TICK)
-
-    # --- one part -------------------------------------------------------------------------------------------------
-
-    def _command(self, h: float) -> None:
-        """Devices of robot code see the battery and give their volts."""
-        for robot in self.robots:
-            if robot.devices is not None:
-                robot.devices.read()
-
-    def _step_mechanisms(self, h: float) -> None:
-        """Mechanisms move, and load the battery that the drivetrain is about to use, with the mean of this part."""
-        for robot in self.robots:
-            if robot.devices is None or not robot.devices.at_inner_steps:
-                robot.step_mechanisms(h)
-            robot.drive.other_current = robot.mechanism_current
-
-    def _move(self, h: float) -> None:
-        """Tires push robots, air pushes pieces, the engine does the rest."""
-        count = self.steps.plan(h, self.world.substepping.count(h, self._piece_speed))
-        self.substeps += self.world.step(h, substeps=count, before_substep=self._before_substep)
-
-    def _before_substep(self, h: float) -> None:
-        for body in self.hanging:
-            body.read()
-        self.steps.before_substep(h)
-        self.contacts.note()
-        self.jolts.note()
-        for body in self.hanging:
-            body.before_substep(h)
-        self.pieces.before_substep(h)
-
-    def _sense(self, h: float) -> None:
-        """Gyros and odometry follow; encoders did in the sub-steps."""
-        for robot in self.robots:
-            robot.chassis.read()
-            robot.sense(h)
-            if robot.devices is not None:
-                robot.devices.write(h)
+        self.flow.take_in(self.motion.plan.piece_speed)
 
     # --- after ----------------------------------------------------------------------------------------------------
 
@@ -377,8 +328,6 @@ class Match:
         self.ticks += 1
         self.time = self.ticks * TICK
         self.timer.advance(TICK)
-        self.contacts.note()
-        self.jolts.note()
         self.pieces.gather(TICK)
         self.jolts.jolt()
         self.flow.follow()
@@ -429,6 +378,8 @@ class Match:
             if body.is_awake:
                 self.digest.update(np.array((*body.pos, *body.rate)))
         self.digest.update(state.pos.take(awake, axis=0), state.status)
+        if self.ticks % _COUNT_PERIOD == 0:
+            self.digest.update(np.array([*self.tracker.totals.values(), *self.rules.breakdown().values()]))
         due = [sink for sink in self.sinks if sink.due(self.time)]
         if due:
             snapshot = self.snapshot()
@@ -539,6 +490,11 @@ class Match:
     # --- questions ------------------------------------------------------------------------------------------------
 
     @property
+    def substeps(self) -> int:
+        """Steps of the engine in the last tick."""
+        return self.motion.substeps
+
+    @property
     def score(self) -> Score:
         """Points so far."""
         red, blue = self.tracker.totals["red"], self.tracker.totals["blue"]
@@ -603,11 +559,9 @@ class Match:
         self.rules_rng, robot_rng, staging_rng, camera_rng = rng.spawn(4)
         self.time = 0.0
         self.ticks = 0
-        self.substeps = 0
         self.field_resets = 0
         self.timer = MatchTimer(game.clock)
         self.digest = TrajectoryDigest()
-        self._piece_speed = 0.0
         self._has_ended = False
         self._started = None
         self._has_told = False
@@ -652,8 +606,11 @@ class Match:
         for robot in self.robots:
             self.pieces.make_room(Footprint(*robot.chassis.footprint))
         self.contacts = RobotContacts(self.world, self.robots, self.hanging)
-        self.steps = RobotSteps(self.world, self.robots)
         self.jolts = Jolts(self.world, self.field.elements, game.field.structures, self.pieces, self.robots)
+        watchers = (self.contacts, self.jolts)
+        self.motion = Motion(
+            self.world, robots=self.robots, pieces=self.pieces, hanging=self.hanging, watchers=watchers
+        )
         self.flow = PieceFlow(self.world, self.pieces, self.robots)
         kinds = [game.pieces[kind].kind.name for kind in self.pieces.state.kind.tolist()]
         self.tracker = ScoringTracker(game.zones, worth=self._worth, kinds=kinds)

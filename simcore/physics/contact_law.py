@@ -35,7 +35,9 @@ _PUSHED = 20.0  # [m/s^2]; twice what tires give a robot, which gets the speed o
 _RELAXATION = 0.02  # [s]; overlaps of rigid bodies go away with this time constant, so that they give no speed
 _DEEPEST = 0.01  # [m]; deeper overlaps of rigid bodies push no more: bodies put into each other do not explode
 _HARDNESS = 1e-3  # regularization of an impact, in parts of its inverse mass
-_BARELY = 0.0015  # [m]; a contact of soft bodies that overlaps by less can still bounce, one that is squeezed is a spring
+_BARELY = (
+    0.0015  # [m]; a contact of soft bodies that overlaps by less can still bounce, one that is squeezed is a spring
+)
 _DAMPING_RATIO = 2.0  # of soft bodies, as on PyBullet
 _SLIP = 2e-4  # regularization of friction, in parts of the inverse mass: what is held creeps by that times h times pull
 _TIE_REPAIR = 0.2  # of the gap between a body and its pivot, in a step

@@ -16,7 +16,9 @@ from dataclasses import dataclass
 
 __all__ = ["PlanarBody", "PlanarContact", "Polygon", "manifold", "solve_contacts"]
 
-_BESIDE = 0.003  # [m]; outlines whose sides overlap by less pass each other: a seam between two flush walls stops nobody
+_BESIDE = (
+    0.003  # [m]; outlines whose sides overlap by less pass each other: a seam between two flush walls stops nobody
+)
 _EQUAL = 1e-6  # [m]; of two sides that part the outlines by the same, the first one is taken
 _MOST_ROUNDS = 300
 _CONVERGED = 1e-9  # [m/s]
@@ -48,13 +50,16 @@ class Polygon:
         """Of the circle around `x`, `y` that holds it [m]."""
 
     @classmethod
-    def rectangle(
-        cls, x: float, y: float, along: tuple[float, float], across: tuple[float, float]
-    ) -> Polygon:
+    def rectangle(cls, x: float, y: float, along: tuple[float, float], across: tuple[float, float]) -> Polygon:
         """With its middle at a place [m], and from there to the middles of its front and left side [m]."""
         (ax, ay), (bx, by) = along, across
         return cls(
-            [(x + ax - bx, y + ay - by), (x + ax + bx, y + ay + by), (x - ax + bx, y - ay + by), (x - ax - bx, y - ay - by)]
+            [
+                (x + ax - bx, y + ay - by),
+                (x + ax + bx, y + ay + by),
+                (x - ax + bx, y - ay + by),
+                (x - ax - bx, y - ay - by),
+            ]
         )
 
 

@@ -9,7 +9,7 @@ what does not stand upright, or meets them at another height.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from fnmatch import fnmatchcase
 from typing import Protocol
@@ -37,7 +37,9 @@ __all__ = ["CollisionGroup", "PhysicsWorld", "StaticElement"]
 
 _MOST_PARTS = 8  # of a robot's own body that a line of sight passes
 _FLOOR_THICKNESS = 1.0  # [m]; under robots: a plane gives one contact a tick and driven boxes sink into it
-_INSET = 0.005  # [m]; what the engine keeps robots out of is so much thinner than the wall, so that bumpers meet it first
+_INSET = (
+    0.005  # [m]; what the engine keeps robots out of is so much thinner than the wall, so that bumpers meet it first
+)
 _FLOOR_LENGTH = 2_000.0  # [m]; nothing gets to its end. From 4 km on, cylinders wobble on it for longer
 
 
@@ -114,12 +116,6 @@ class PhysicsWorld:
         self.engine = engine
         self.gravity = engine.gravity
         self.substepping = substepping or Substepping()
-        self.longest_step = math.inf
-        """Longest sub-step that the pieces allow in this tick [s]: `step` takes more of them if need be."""
-        self.longest_robot_step = math.inf
-        """Longest step of robots that the pieces which they press allow in this tick [s]."""
-        self.awake_pieces: Sequence[int] | None = None
-        """Rows of the pieces that can move, from whoever puts others to sleep; None: all."""
         self._floor = floor
         self._begin()
 
@@ -140,8 +136,6 @@ class PhysicsWorld:
         )
         """Contacts of robots with walls and robots."""
         self._is_ramp: BoolArray = np.zeros(0, dtype=bool)  # of the outlines
-        self.longest_step = self.longest_robot_step = math.inf
-        self.awake_pieces = None
         floor = self._floor
         self._rolling = RollingResistance(self.engine, floor, self.surface, self._is_static)
         if floor is not None:
@@ -516,31 +510,29 @@ class PhysicsWorld:
         """Name of a body, as it was added."""
         return self._bodies[row].name
 
-    def step(
-        self,
-        dt: float,
-        *,
-        substeps: int | None = None,
-        before_substep: Callable[[float], None] | None = None,
-        robot_steps: int | None = None,
-        before_robot_step: Callable[[float, int], None] | None = None,
-        in_robot_step: Callable[[], None] | None = None,
-    ) -> int:
-        """Advance the world; returns the number of sub-steps.
+    def begin_steps(self, dt: float, moving: Sequence[int] | None = None) -> None:
+        """Before the steps of the next dt [s]: balls lose what they lose by rolling.
 
-        Robots take their own steps, of one or more sub-steps: what pieces need changes nothing for them. On an exact
-        engine each is one sub-step: its contacts are springs, from which a push that is given once would come back.
+        Args:
+            dt: Time to come [s].
+            moving: Rows of the pieces that can move; None: of all of them.
+        """
+        self._rolling.resist(dt, moving)
+
+    def advance(self, h: float) -> None:
+        """One step of the engine, h [s] long: contacts, gravity, and what was given to the bodies since the last."""
+        self._rolling.renew()
+        self.engine.step(h)
+
+    def step(self, dt: float, *, substeps: int | None = None) -> int:
+        """Advance a world in which nothing is driven, as `Motion` advances one with robots and pieces.
 
         Args:
             dt: Time to advance [s].
-            substeps: How many at least; None: from `substepping` and the speed of the fastest body. `longest_step` may
-                ask for more.
-            before_substep: Called with h [s] before each sub-step, to push on flying pieces, or to drive robots
-                in each.
-            robot_steps: How many steps robots take at least; None: one in each sub-step.
-            before_robot_step: Called with its length [s] and its number of sub-steps before each of those, to drive
-                robots.
-            in_robot_step: Called before each other sub-step of it, for robots to go on.
+            substeps: How many steps of the engine; None: from `substepping` and the speed of the fastest body.
+
+        Returns:
+            The number of steps of the engine.
 
         Raises:
             ConfigError: dt is not a positive finite number, or there are no sub-steps.
@@ -550,25 +542,9 @@ class PhysicsWorld:
         n = self._count_substeps(dt) if substeps is None else substeps
         if n < 1:
             raise ConfigError(f"PhysicsWorld: substeps must be at least 1, got {n}")
-        n = max(n, math.ceil(dt / self.longest_step - 1e-9))
-        h = dt / n
-        self._rolling.resist(dt, self.awake_pieces)
-        step = self.engine.step
-        if robot_steps is None or self.engine.is_exact:
-            robot_steps = n
-        group = max(1, n // max(robot_steps, math.ceil(dt / self.longest_robot_step - 1e-9), 1))
-        for number in range(n):
-            if number % group:
-                if in_robot_step is not None:
-                    in_robot_step()
-            elif before_robot_step is not None:
-                parts = min(group, n - number)
-                before_robot_step(h * parts, parts)
-            if before_substep is not None:
-                before_substep(h)
-            self._rolling.renew()
-            self.bumpers.resolve()
-            step(h)
+        self.begin_steps(dt)
+        for _ in range(n):
+            self.advance(dt / n)
         return n
 
     def _is_static(self, row: int) -> bool:

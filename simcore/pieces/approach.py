@@ -56,19 +56,21 @@ class Approach:
         """Whether there are pieces that are no balls, on an engine that needs this."""
         self._held_back: list[tuple[int, FloatArray]] = []
 
-    def begin_tick(self, awake: IntArray) -> None:
-        """Shorten the steps of the tick to come, for those of the awake slots that need it."""
+    def longest_step(self, awake: IntArray) -> float:
+        """Put back on the floor what was pressed into it; the longest step that the awake slots allow [s]."""
         world, slots = self._world, awake[self._is_fine[awake]]
-        if world.engine.is_exact:
-            world.longest_step = _STEP if len(slots) else math.inf
-        elif len(slots):
+        if not len(slots):
+            return math.inf
+        step = _STEP
+        if not world.engine.is_exact:
             twist = world.engine.velocities(self._pool.rows_of(slots))
             rim = lengths(twist[:, :3])
             rim += self._pool.radius[slots] * lengths(twist[:, 3:])
             if world.floor is not None:
                 self._lift(slots)
-            steps = np.maximum(self._shortest[slots], self._move[slots] / np.maximum(rim, 1e-6))
-            world.longest_step = min(world.longest_step, _STEP, float(steps.min()))
+            each = np.maximum(self._shortest[slots], self._move[slots] / np.maximum(rim, 1e-6))
+            step = min(_STEP, float(each.min()))
+        return step
 
     def _lift(self, slots: IntArray) -> None:
         """Put pieces that were pressed into the floor back on it: PyBullet finds no contact of what is all inside."""

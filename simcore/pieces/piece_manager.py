@@ -15,6 +15,7 @@ import numpy as np
 
 from simcore.errors import CapacityError, ConfigError, NonFiniteError, UnknownNameError
 from simcore.geometry.rotation import IDENTITY, Quaternion, Vector
+from simcore.physics.substeps import TickPlan
 from simcore.physics.world import PhysicsWorld
 from simcore.pieces.aerodynamics import AirFactors
 from simcore.pieces.approach import Approach
@@ -390,8 +391,12 @@ class GamePieceManager:
             self._awake = ((status == _AWAKE) | (status == _IN_FLIGHT)).nonzero()[0]
             self._awake_rows = self._pool.rows_of(self._awake)
             self._awake_stale = False
-            self._world.awake_pieces = self._awake_rows
         return self._awake
+
+    @property
+    def moving_rows(self) -> list[int]:
+        """Engine rows of the `awake`."""
+        return self._awake_rows if len(self.awake) else []
 
     @property
     def in_active_chunks(self) -> IntArray:
@@ -464,14 +469,19 @@ class GamePieceManager:
 
     # --- one tick -----------------------------------------------------------------------------------------------
 
-    def wake_reachable(self, robots: Sequence[Footprint], dt: float) -> float:
-        """Before the engine moves: wake what can be reached within dt; returns the fastest piece's speed [m/s]."""
+    def begin_tick(self, robots: Sequence[Footprint], dt: float) -> TickPlan:
+        """Before the engine moves: wake what can be reached within dt [s], and say how finely that must be stepped.
+
+        Args:
+            robots: All that moves and is no piece.
+            dt: Length of the tick [s].
+        """
         state, p, chunks = self.state, self._p, self._chunks
         self._robots = list(robots)
         awake = self.awake
         self._stillness.begin_tick(len(awake) + len(self._pressing.stirred), self._robots)
         if self._stillness.is_reached:
-            return 0.0
+            return TickPlan()
         speed = lengths(state.vel.take(awake, axis=0))
         fall = self._world.gravity * dt  # what gravity can add within the tick
         reach = (speed + fall) * dt + 2.0 * self._pool.radius[awake] + p.piece_margin
@@ -490,11 +500,13 @@ class GamePieceManager:
         if now is not awake:
             speed = lengths(state.vel.take(now, axis=0))
         self._pressing.begin_tick(now, speed, robots, dt)
-        self._world.longest_step = self._pressing.longest_step
-        self._world.longest_robot_step = self._pressing.longest_robot_step
+        longest = self._pressing.longest_step
         if self._approach.has_fine:
-            self._approach.begin_tick(now)
-        return float(speed.max()) + fall if len(speed) else 0.0
+            longest = min(longest, self._approach.longest_step(now))
+        return TickPlan(
+            piece_speed=float(speed.max()) + fall if len(speed) else 0.0,
+            longest_step=longest,
+        )
 
     def before_substep(self, h: float) -> None:
         """Push on flying pieces: drag and lift, for the next sub-step of h [s]."""

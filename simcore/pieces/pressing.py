@@ -49,8 +49,8 @@ class Pressing:
         """Which slots have sustained contacts, shape (slots,)."""
         self.longest_step = math.inf
         """Longest step that what is pressed or heaped allows [s]."""
-        self.longest_robot_step = math.inf
-        """The same for robots, by what they press [s]."""
+        self.is_pinned = False
+        """Whether a robot presses something against something."""
         self.stirred: IntArray = np.zeros(0, dtype=np.int64)
         """Sleepers that the engine had moved a little when they were last read."""
         rest_heights = np.array([kind.rest_height for kind in pool.types])
@@ -70,7 +70,7 @@ class Pressing:
             robots: Where robots are.
             dt: Length of the tick [s].
         """
-        self.longest_step = self.longest_robot_step = math.inf
+        self.longest_step, self.is_pinned = math.inf, False
         if not len(awake) and not len(self.stirred):
             self._world.engine.set_careful(False)
             return
@@ -84,24 +84,22 @@ class Pressing:
         self._is_heaped[heap] = True
         sustained = self._is_heaped[awake]
         self._is_heaped[heap] = False
-        is_pinned = False
         crowded = [robot for robot in pressers if self._is_anything_near(robot, robots)]
         if len(awake) and (crowded or (heaped and pressers)):
             pinned, hit = self._near_robots(awake, speed, robots, crowded, dt)
             sustained &= ~hit
             sustained |= pinned
-            is_pinned = bool(np.count_nonzero(pinned))
+            self.is_pinned = bool(np.count_nonzero(pinned))
         changed = sustained != self.is_sustained[awake]
         if np.count_nonzero(changed):
             self._set(awake[changed], sustained[changed])
         if is_exact:
             return
-        self._world.engine.set_careful(is_pinned or heaped)
-        if is_pinned:
+        self._world.engine.set_careful(self.is_pinned or heaped)
+        if self.is_pinned:
             shortest, longest = _PIN_STEPS
             fastest = max(robot.speed for robot in robots)
             self.longest_step = min(longest, max(shortest, _PIN_MOVE / max(fastest, 1e-6)))
-            self.longest_robot_step = self.longest_step
         if heaped:
             height = state.pos[heap, 2]
             if (height > self._high[heap]).any():

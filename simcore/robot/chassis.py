@@ -86,7 +86,12 @@ class Drivetrain(Protocol):
         """Mean over the last `step` of what the tires had changed until then [m/s, m/s, rad/s]."""
         ...
 
-    def step(
+    @property
+    def change(self) -> tuple[float, float, float]:
+        """Of the velocity by tire forces, in the present step until now [m/s, m/s, rad/s]."""
+        ...
+
+    def begin_step(
         self,
         h: float,
         vx: float,
@@ -96,8 +101,10 @@ class Drivetrain(Protocol):
         ax: float,
         ay: float,
         alpha: float,
-    ) -> tuple[float, float, float]:
-        """Advance wheels and motors by h [s]; returns the change of velocity by tire forces [m/s, m/s, rad/s].
+        *,
+        may_rest: bool = True,
+    ) -> list[float]:
+        """Begin a step of h [s]; returns the lengths of the parts that `advance` is called for [s].
 
         Args:
             h: Step [s].
@@ -108,7 +115,12 @@ class Drivetrain(Protocol):
             ax: Acceleration that the world will add by itself (a slope, a wall that pushes back), forward [m/s^2].
             ay: The same, to the left [m/s^2].
             alpha: The same for the yaw rate [rad/s^2].
+            may_rest: Whether one part is enough for a robot in which nothing moves.
         """
+        ...
+
+    def advance(self, h: float) -> None:
+        """Wheels and motors in the next part of the step, h [s] long."""
         ...
 
 
@@ -179,7 +191,9 @@ class ChassisSimulation:
                 self.distribution.mass, self.distribution.inertia[2], self.distribution.center
             )
         self._transfer = None if drivetrain is None else LoadTransfer(drivetrain.robot)
-        self._h_before = 0.0  # of the last sub-step [s]; 0 after a start
+        self._h = 0.0  # of the present step [s]
+        self._expected = _ZERO  # what the world is expected to do in it, in the robot's plane [m/s^2, m/s^2, rad/s^2]
+        self._h_before = 0.0  # of the last step [s]; 0 after a start
         self._is_pushed = False  # whether the body moves with a mean velocity, and the rest is still to be added
         self._given: tuple[Vector, Vector] = (_ZERO, _ZERO)  # to the engine, linear and angular
         self._each: tuple[Vector, Vector] = (_ZERO, _ZERO)  # what is given anew before each sub-step
@@ -260,24 +274,52 @@ class ChassisSimulation:
 
     # --- one sub-step -------------------------------------------------------------------------------------------
 
-    def before_substep(self, h: float, parts: int = 1) -> None:
-        """Ask the driver for its change of velocity, and put it on the body for the next h [s].
+    def begin_step(self, h: float, *, may_rest: bool = True) -> list[float]:
+        """Look at what the engine made of the last step, and begin the next one of h [s].
 
         Args:
-            h: One sub-step, or some that are over before the driver is asked again.
-            parts: How many; `go_on` must be called before each but the first.
+            h: Length: of one step of the engine, or of some that are over before the driver is asked again.
+            may_rest: Whether one part is enough for a robot in which nothing moves.
+
+        Returns:
+            Lengths of the parts in which the drivetrain moves, for `drive` [s]; none without a drivetrain.
         """
         self._take_in()
+        self._h = h
+        return [] if self._drivetrain is None else self._begin_drive(h, may_rest)
+
+    def drive(self, h: float) -> None:
+        """Let the drivetrain move in the next part of the step, h [s] long."""
+        assert self._drivetrain is not None
+        self._drivetrain.advance(h)
+
+    def push(self, parts: int = 1) -> None:
+        """Put on the body what the driver changes in the step that has begun.
+
+        Args:
+            parts: Steps of the engine in it; `go_on` must be called before each but the first.
+        """
         if self._drivetrain is not None:
-            change, mean, pull = self._drive(h)
+            change, mean, pull = self._drivetrain.change, self._drivetrain.mean_change, self._expected
         elif self._target is not None:
-            change, mean, pull = self._follow(h)
+            change, mean, pull = self._follow(self._h)
         else:
             change = mean = pull = _ZERO
-        self._push(h, parts, change, mean, pull)
+        self._push(self._h, parts, change, mean, pull)
+
+    def step(self, h: float, parts: int = 1) -> None:
+        """All of a step of h [s] before the engine's, for a chassis without mechanisms: `begin_step`, `drive`, `push`.
+
+        Args:
+            h: Length [s].
+            parts: See `push`.
+        """
+        for part in self.begin_step(h):
+            self.drive(part)
+        self.push(parts)
 
     def go_on(self) -> None:
-        """Go on before another sub-step of those that `before_substep` was told of."""
+        """Continue the step before another one of the engine's."""
         if self._is_pushed and self._each != (_ZERO, _ZERO):
             (dx, dy, dz), (wx, wy, wz) = self._each
             (vx, vy, vz), (rx, ry, rz) = self._engine.velocity(self.row)
@@ -457,11 +499,8 @@ class ChassisSimulation:
 
     # --- inside -------------------------------------------------------------------------------------------------
 
-    def _drive(self, h: float) -> tuple[Vector, Vector, Vector]:
-        """Change of velocity by the drivetrain, its mean over the sub-step, and what the world is expected to do.
-
-        Each [m/s, m/s, rad/s] or [m/s^2, m/s^2, rad/s^2], in the robot's plane.
-        """
+    def _begin_drive(self, h: float, may_rest: bool) -> list[float]:
+        """Tell the drivetrain how the robot moves, what its wheels carry, and what the world is expected to do."""
         assert self._drivetrain is not None and self._transfer is not None
         self._find_ground()
         down = rotate_back(self.quat, (0.0, 0.0, -self._world.gravity))
@@ -477,11 +516,11 @@ class ChassisSimulation:
             self.touching, down, (felt[0] + over * bump_x + fx, felt[1] + over * bump_y + fy, felt[2] + fz)
         )
         vx, vy, omega = self.ground_velocity
-        change = self._drivetrain.step(
-            *(h, vx, vy, omega, self._transfer),
-            *(ax + fx, ay + fy, alpha + turn),
+        self._expected = pull
+        return self._drivetrain.begin_step(
+            *(h, vx, vy, omega, self._transfer, ax + fx, ay + fy, alpha + turn),
+            may_rest=may_rest,
         )
-        return change, self._drivetrain.mean_change, pull
 
     def _follow(self, h: float) -> tuple[Vector, Vector, Vector]:
         """Toward the target by no more than mu g h, and about the yaw axis by what the same grip can turn.
@@ -492,7 +531,8 @@ class ChassisSimulation:
         end of the sub-step is held from then on.
 
         Returns:
-            As `_drive`.
+            Change of velocity, its mean over the step [m/s, m/s, rad/s], and what the world is expected to do
+            [m/s^2, m/s^2, rad/s^2], in the robot's plane.
         """
         assert self._target is not None
         self._find_ground()
@@ -597,10 +637,10 @@ class ChassisSimulation:
             turn_later = (turn_later[0] + spin[0], turn_later[1] + spin[1], turn_later[2] + spin[2])
         hold, held = 0.0, (0.0, 0.0)
         if self._is_level:
-            hold = _STEADY * c.mass * self._world.gravity * self._half_base * h
+            hold = _STEADY * mass * self._world.gravity * self._half_base * h
             if math.hypot(tilt_x * ix, tilt_y * iy) < hold:
                 held, tilt_x, tilt_y = (tilt_x * ix, tilt_y * iy), 0.0, 0.0
-            hold = max(hold, math.sqrt(2.0 * min(ix, iy) * c.mass * self._world.gravity * _LIFTED))
+            hold = max(hold, math.sqrt(2.0 * min(ix, iy) * mass * self._world.gravity * _LIFTED))
             self._stay_there()
         share = 1.0 / parts
         now = rotate(self.quat, (0.0, 0.0, turn))

@@ -38,20 +38,17 @@ __all__ = ["Controller", "Robot", "RobotDevices"]
 class RobotDevices(Protocol):
     """Motor controllers and sensors of robot code that drives a robot."""
 
-    at_inner_steps: bool
-    """Whether they are asked before every inner step of the drivetrain, and step the mechanisms there; otherwise once
-    a part of a tick, and the robot steps its mechanisms itself."""
+    def step(self, h: float, yaw_rate: float) -> None:
+        """Before mechanisms and drivetrain move for h [s]: supply voltage to the controllers, their answer to both.
 
-    def read(self) -> None:
-        """Before a part of a tick: supply voltage to the controllers, their answer to drivetrain and mechanisms."""
+        Args:
+            h: Time to come, at most 5 ms [s].
+            yaw_rate: Of the robot as its tires leave it [rad/s].
+        """
         ...
 
-    def inner_step(self, h: float, omega: float) -> None:
-        """Before an inner step of h [s] at a yaw rate of omega [rad/s], if `at_inner_steps`."""
-        ...
-
-    def write(self, h: float) -> None:
-        """After a part of a tick of h [s]: what the sensors show."""
+    def write(self) -> None:
+        """After a part of a tick: what the sensors show."""
         ...
 
 
@@ -186,27 +183,31 @@ class Robot:
         return bx + c * dx - s * dy, by + s * dx + c * dy, wrap_angle(pose[2] + turn)
 
     def sense(self, dt: float) -> None:
-        """Let gyro and odometry follow what happened in the last dt [s]."""
+        """Let gyro and odometry follow what happened in the last dt [s], and devices show it."""
+        self.chassis.read()
         roll, pitch, yaw = self.chassis.roll_pitch_yaw
         self.gyro.step(dt, yaw, pitch, roll, self.chassis.robot_rate)
         self.odometry.update(self.drive.wheel_distances(), self.drive.wheel_angles(), self.gyro.yaw)
+        if self.devices is not None:
+            self.devices.write()
 
     def connect(self, devices: RobotDevices) -> None:
         """Let robot code's devices drive this robot from the next part of a tick on."""
         self.devices = devices
-        self.drive.before_inner = devices.inner_step if devices.at_inner_steps else None
 
     @property
     def is_at_rung(self) -> bool:
         """Whether it hangs, or could catch a rung within a tick."""
         return any(climber.is_near for climber in self.climbers)
 
-    def before_substep(self, h: float, parts: int = 1) -> None:
-        """Drive the chassis, and let climbers carry it, for the next h [s].
+    def begin_step(self, h: float) -> list[float]:
+        """Begin a step of the robot: climbers that hang carry it.
 
         Args:
-            h: One sub-step, or some.
-            parts: How many; `chassis.go_on` is called before each but the first.
+            h: Length of the step [s].
+
+        Returns:
+            Lengths of the parts in which devices, mechanisms and drivetrain move [s].
         """
         near = [climber for climber in self.climbers if climber.is_near]
         if near or self._is_carried:
@@ -218,7 +219,12 @@ class Robot:
                 torque = (torque[0] + tx, torque[1] + ty, torque[2] + tz)
             self.chassis.apply_forces(force, torque)
         self._is_carried = bool(near)
-        self.chassis.before_substep(h, parts)
+        return self.chassis.begin_step(h, may_rest=self.devices is None and not self._is_working)
+
+    def step_devices(self, h: float) -> None:
+        """Let the controllers of robot code look and answer for the next h [s]."""
+        if self.devices is not None:
+            self.devices.step(h, self.drive.yaw_rate)
 
     # --- mechanisms -----------------------------------------------------------------------------------------------
 
@@ -231,7 +237,10 @@ class Robot:
         return total
 
     def step_mechanisms(self, dt: float) -> None:
-        """Advance all mechanisms by dt [s] at the battery's voltage; disabled or browned out, they coast."""
+        """Advance all mechanisms by dt [s] at the battery's voltage; disabled or browned out, they coast.
+
+        They load the battery that the drivetrain is about to use, with the mean of this time.
+        """
         volts = self.battery.voltage
         is_off = self.battery.browned_out or not self.drive.enabled
         for mechanism in self.mechanisms.values():
@@ -240,6 +249,12 @@ class Robot:
             mechanism.step(dt, volts)
         for mechanism in self._estimated:
             mechanism.step(dt, volts)
+        self.drive.other_current = self.mechanism_current
+
+    @property
+    def _is_working(self) -> bool:
+        """Whether a mechanism is driven or turns."""
+        return any(m.volts or m.velocity for m in self.mechanisms.values())
 
     def add_estimated_mechanism(self, mechanism: ShaftSim) -> None:
         """Step one more with the others. Its figures are estimates, so it takes no current from the battery."""

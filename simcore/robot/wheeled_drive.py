@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from operator import mul
 from typing import Generic, TypeVar
@@ -104,9 +104,6 @@ class WheeledDrive(ABC, Generic[ConfigT]):
         """Drawn by everything but the drivetrain, set by the owner at any time [A]."""
         self.enabled = True
         """False: motors go to neutral, as a disabled robot's do."""
-        self.before_inner: Callable[[float, float], None] | None = None
-        """Called before each inner step with its length [s] and the yaw rate [rad/s]: motor controllers that think as
-        often as the drivetrain moves set their volts here."""
         self.time = 0.0
         """Simulated time since the reset [s]."""
         self._solver = TireSolver(mass=config.mass, yaw_inertia=config.yaw_inertia, wheels=wheels, shafts=shafts)
@@ -170,10 +167,19 @@ class WheeledDrive(ABC, Generic[ConfigT]):
         self._solver.rest(shaft_speeds)
         self._forces, self._loads, self._shares = [], [], []
         self._spin_up = 0.0  # angular acceleration in the last inner step [rad/s^2]
+        self.change = (0.0, 0.0, 0.0)
+        """Of the velocity, by the tires, in the present `step` until now [m/s, m/s, rad/s]."""
         self.mean_change = (0.0, 0.0, 0.0)
         """Mean over the last `step` of what the tires had changed until then [m/s, m/s, rad/s].
 
         The velocity at the start plus this, times h, is the way that they moved the robot."""
+        self.yaw_rate = 0.0
+        """After the last part of a step, as the tires and the expected pull leave it [rad/s]."""
+        self._transfer: LoadTransfer | None = None
+        self._fixed_loads: list[float] = []
+        self._start, self._pull = (0.0, 0.0), (0.0, 0.0, 0.0)
+        self._h = self._gone = self._turned = 0.0  # of the present step [s, s, rad]
+        self._moved = (0.0, 0.0, 0.0)  # by the tires in the present step [m, m, rad]
         self.battery.reset()
         self._bus = self.battery.voltage
         self._bus_due = 0.0
@@ -219,10 +225,43 @@ class WheeledDrive(ABC, Generic[ConfigT]):
             NonFiniteError: When an argument is not finite, or h is not above zero; nothing has changed.
             ConfigError: When there is not one load per wheel.
         """
-        transfer: LoadTransfer | None = None
+        for dt in self.begin_step(h, vx, vy, omega, normal_loads, ax, ay, alpha):
+            self.advance(dt)
+        return self.change
+
+    def begin_step(
+        self,
+        h: float,
+        vx: float,
+        vy: float,
+        omega: float,
+        normal_loads: Sequence[float] | LoadTransfer | None = None,
+        ax: float = 0.0,
+        ay: float = 0.0,
+        alpha: float = 0.0,
+        *,
+        may_rest: bool = True,
+    ) -> list[float]:
+        """Begin a `step`; call `advance` with each of the lengths that it returns, then `change` is its result.
+
+        Args:
+            h: See `step`.
+            vx: See `step`.
+            vy: See `step`.
+            omega: See `step`.
+            normal_loads: See `step`.
+            ax: See `step`.
+            ay: See `step`.
+            alpha: See `step`.
+            may_rest: Whether one part is enough for a robot in which nothing moves.
+
+        Returns:
+            Lengths of its parts, at most 5 ms each [s].
+        """
+        self._transfer = None
         fixed: Sequence[float] = ()
         if isinstance(normal_loads, LoadTransfer):
-            transfer = normal_loads
+            self._transfer = normal_loads
         else:
             fixed = self._static_loads if normal_loads is None else normal_loads
             if len(fixed) != self._wheels:
@@ -233,23 +272,27 @@ class WheeledDrive(ABC, Generic[ConfigT]):
                 f"acceleration=({ax}, {ay}, {alpha}), loads={list(fixed)}"
             )
         # A numpy number from the owner would turn all arithmetic below into numpy calls, ten times slower.
-        vx, vy, omega, loads = float(vx), float(vy), float(omega), [float(load) for load in fixed]
-        is_parked = self._is_parked((vx, vy, omega), (ax, ay, alpha))
-        longest = h if is_parked else h / math.ceil(h / MAX_INNER_STEP - 1e-9)
-        shortest = longest / math.ceil(longest / SLIDING_INNER_STEP - 1e-9)
-        dx = dy = spun = turned = 0.0
-        mean_x = mean_y = mean_spin = 0.0
-        forces: list[tuple[list[float], list[float]]] = []
-        all_loads: list[Sequence[float]] = []
-        shares: list[float] = []
+        self._start = float(vx), float(vy)
+        self.yaw_rate = float(omega)
+        self._pull = float(ax), float(ay), float(alpha)
+        self._fixed_loads = [float(load) for load in fixed]
+        is_parked = may_rest and self._is_parked((vx, vy, omega), (ax, ay, alpha))
+        count = 1 if is_parked else math.ceil(h / MAX_INNER_STEP - 1e-9)
+        self._h, self._gone, self._turned = h, 0.0, 0.0
+        self.change = self.mean_change = self._moved = (0.0, 0.0, 0.0)
+        self._forces, self._loads, self._shares = [], [], []
+        return [h / count] * count
+
+    def advance(self, h: float) -> None:
+        """One part of the step that has begun, h [s] long."""
+        transfer, (vx, vy), (ax, ay, alpha) = self._transfer, self._start, self._pull
+        (dx, dy, spun), (mean_x, mean_y, mean_spin) = self.change, self._moved
+        omega, turned, gone, loads, whole = self.yaw_rate, self._turned, self._gone, self._fixed_loads, self._h
+        count = math.ceil(h / SLIDING_INNER_STEP - 1e-9) if self._solver.is_sliding else 1
+        dt = h / count
         # A robot that spins at 12 rad/s turns by 3.4 degrees in 5 ms. Tires that hold leave no slip in the axes at the
         # end of an inner step, and their forces act in those of its middle: so a circle is closed to second order.
-        gone, to_go = 0.0, 0
-        while gone < h * (1.0 - 1e-9):
-            if to_go == 0:
-                dt = shortest if self._solver.is_sliding else longest
-                to_go = round(longest / dt)
-            to_go -= 1
+        for _ in range(count):
             gone += dt
             half = 0.5 * (omega + 0.5 * self._spin_up * dt) * dt
             c_half = math.cos(half)
@@ -277,13 +320,13 @@ class WheeledDrive(ABC, Generic[ConfigT]):
             omega += alpha * dt + jn
             turned += turn
             self._spin_up = alpha + jn / dt
-            forces.append((self._solver.force_x, self._solver.force_y))
-            all_loads.append(loads)
-            shares.append(dt / h)
-        self._forces, self._loads, self._shares = forces, all_loads, shares
+            self._forces.append((self._solver.force_x, self._solver.force_y))
+            self._loads.append(loads)
+            self._shares.append(dt / whole)
+        self.change, self._moved = (dx, dy, spun), (mean_x, mean_y, mean_spin)
+        self.mean_change = (mean_x / whole, mean_y / whole, mean_spin / whole)
+        self.yaw_rate, self._turned, self._gone = omega, turned, gone
         self._was_enabled, self._has_new_command = self.enabled, False
-        self.mean_change = (mean_x / h, mean_y / h, mean_spin / h)
-        return dx, dy, spun
 
     def _is_parked(self, velocity: tuple[float, float, float], pull: tuple[float, float, float]) -> bool:
         """Whether nothing turns, no current flows and nothing has changed: then one inner step is as good as many.
@@ -292,7 +335,7 @@ class WheeledDrive(ABC, Generic[ConfigT]):
             velocity: Of the chassis [m/s, m/s, rad/s].
             pull: What the owner adds to it [m/s^2, m/s^2, rad/s^2].
         """
-        if self._has_new_command or self.enabled != self._was_enabled or self._was_off or self.before_inner is not None:
+        if self._has_new_command or self.enabled != self._was_enabled or self._was_off:
             return False
         if any(self.shaft_speeds) or any(self.drive_motors.current):
             return False
@@ -317,8 +360,6 @@ class WheeledDrive(ABC, Generic[ConfigT]):
             outside_spin: What the owner will add to it in the step [rad/s].
             loads: Of the wheels [N].
         """
-        if self.before_inner is not None:
-            self.before_inner(h, omega)
         solver, battery = self._solver, self.battery
         if battery.browned_out != self._was_off:
             self._was_off = battery.browned_out

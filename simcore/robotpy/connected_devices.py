@@ -1,9 +1,8 @@
-"""Robot code's devices on one robot of a match: volts in, sensor readings out, once a part of a tick or more often.
+"""Robot code's devices on one robot of a match: volts in, sensor readings out, every 5 ms or more often.
 
-On the wall clock a tick is cut into parts of 5 ms for the controllers' sake: volts that stand for 20 ms make a steer
-loop overshoot. In simulated time the controllers can be asked in the middle of the tick instead, before every inner
-step of the drivetrain (5 ms or less); engine, pieces and sensors keep their own pace. On the example's auto 4.5 ms of a
-tick became 3.7.
+They are asked before each part of the robot's step, of 5 ms or less: volts that stand for 20 ms make a steer loop
+overshoot. In simulated time the clock of the devices follows, so that a tick may be one part; engine, pieces and gyro
+keep their own pace. On the wall clock a tick is cut into parts of 5 ms, and the devices have time of their own between.
 """
 
 from __future__ import annotations
@@ -58,7 +57,6 @@ class ConnectedDevices:
         drivetrain: Devices of its drivetrain; None: it has none.
         motors: Devices of its mechanisms.
         clock: Of the devices, in simulated time; None on the wall clock.
-        at_inner_steps: Whether they are asked before every inner step of the drivetrain, in simulated time.
 
     Raises:
         ConfigError: Something among the devices cannot be read and written.
@@ -71,12 +69,11 @@ class ConnectedDevices:
         motors: Sequence[MotorDevices],
         *,
         clock: DeviceClock | None = None,
-        at_inner_steps: bool = False,
     ) -> None:
         for device in (*motors, *(() if drivetrain is None else (drivetrain,))):
             if not (callable(getattr(device, "read", None)) and callable(getattr(device, "write", None))):
                 raise ConfigError(f"RobotPhysics: {device!r} has no read and write; wrap it, e.g. in TalonFXMotorSim")
-        self.at_inner_steps = at_inner_steps
+        self._owed = 0.0  # for how long mechanisms and drivetrain have moved since the controllers ran [s]
         self._motors = list(motors)
         self._own_loops = [motor for motor in motors if isinstance(motor, OwnLoops)]
         self._robot = robot
@@ -96,44 +93,37 @@ class ConnectedDevices:
         if isinstance(motor, OwnLoops):
             self._own_loops.remove(motor)
 
-    def read(self) -> None:
-        """Before a part of a tick: supply voltage to the controllers, their volts to drivetrain and mechanisms."""
-        if self.at_inner_steps:
-            self._note_gyro()
-        else:
-            self._read_volts()
-
-    def inner_step(self, h: float, omega: float) -> None:
-        """Before an inner step of the drivetrain: sensors show the present, controllers answer, mechanisms move.
+    def step(self, h: float, yaw_rate: float) -> None:
+        """Before mechanisms and drivetrain move for h [s]: sensors show the present, controllers answer.
 
         Args:
             h: Length of the step [s].
-            omega: Yaw rate [rad/s].
+            yaw_rate: Of the robot as its tires leave it [rad/s].
         """
-        robot = self._robot
-        if self._drivetrain is not None:
-            rates = (self._rate_x, self._rate_y, omega)
-            self._drivetrain.write(self._yaw + self._turned, self._pitch, self._roll, rates)
-        self._turned += omega * h
-        if self._clock is not None:
-            self._clock.step(h)
-        for loops in self._own_loops:
-            loops.run(h)
+        if self._owed:  # the drivetrain has moved since the last `write`
+            self._show(self._yaw + self._turned, self._pitch, self._roll, (self._rate_x, self._rate_y, yaw_rate))
+            self._run_controllers()
+        else:
+            self._note_gyro()
         self._read_volts()
-        robot.drive.other_current = robot.mechanism_current
-        robot.step_mechanisms(h)
+        self._turned += yaw_rate * h
+        self._owed = h
+
+    def write(self) -> None:
+        """After a part of a tick: what the sensors show."""
+        gyro = self._robot.gyro
+        self._show(gyro.yaw, gyro.pitch, gyro.roll, gyro.rates.tolist())
+        self._run_controllers()
+
+    def _show(self, yaw: float, pitch: float, roll: float, rates: Sequence[float]) -> None:
+        if self._drivetrain is not None:
+            self._drivetrain.write(yaw, pitch, roll, rates)
         for motor in self._motors:
             motor.write()
 
-    def write(self, h: float) -> None:
-        """After a part of a tick of h [s]: what the sensors show."""
-        if self.at_inner_steps:
-            return  # the next inner step comes before anybody looks
-        if self._drivetrain is not None:
-            gyro = self._robot.gyro
-            self._drivetrain.write(gyro.yaw, gyro.pitch, gyro.roll, gyro.rates.tolist())
-        for motor in self._motors:
-            motor.write()
+    def _run_controllers(self) -> None:
+        """In simulated time the devices' clock goes on by what has moved since; loops of our own always do."""
+        h, self._owed = self._owed, 0.0
         if self._clock is not None:
             self._clock.step(h)
         for loops in self._own_loops:
@@ -148,7 +138,7 @@ class ConnectedDevices:
             motor.read(volts, powered=powered)
 
     def _note_gyro(self) -> None:
-        """The match has just read the gyro; during a part its yaw is carried on from here."""
+        """The gyro has just been read; until the next time its yaw is carried on from here."""
         gyro = self._robot.gyro
         self._yaw, self._pitch, self._roll = gyro.yaw, gyro.pitch, gyro.roll
         self._rate_x, self._rate_y, _ = gyro.rates.tolist()

@@ -118,15 +118,12 @@ class RobotPhysics:
         """The robot of the match that it drives."""
         self._phoenix = _phoenix_time()
         self._period = _period_of(robot)
-        can_wait = self._phoenix is not None and drivetrain is not None and self._period >= TICK
-        at_inner_steps = parts is None and can_wait
-        self._devices = ConnectedDevices(
-            self.robot_sim, drivetrain, motors, clock=self._phoenix, at_inner_steps=at_inner_steps
-        )
+        can_wait = self._phoenix is not None and drivetrain is not None and self._period >= TICK  # for a whole tick
+        self._devices = ConnectedDevices(self.robot_sim, drivetrain, motors, clock=self._phoenix)
         self.robot_sim.connect(self._devices)
         if self.replaces_hooks:
             _warn_of_replaced_hooks(robot)
-        self._parts = parts or (1 if at_inner_steps else 4)
+        self._parts = parts or (1 if can_wait else 4)
         self._h = TICK / self._parts
         self._part = 0
         self._pace_tests = pace_tests and self._phoenix is None

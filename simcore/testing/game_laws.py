@@ -17,7 +17,14 @@ from simcore.pieces.kinds import GamePieceConfig
 from simcore.pieces.resting_places import PlaceEvent
 from simcore.typing import FloatArray, IntArray
 
-__all__ = ["check_conserved", "check_mirrored", "check_on_the_floor", "check_placed", "check_repeatable"]
+__all__ = [
+    "check_conserved",
+    "check_mirrored",
+    "check_on_the_floor",
+    "check_placed",
+    "check_questions",
+    "check_repeatable",
+]
 
 _NEAR = 0.02  # [m]; how far mirrored paths may part: sums round differently, and contacts make more of it
 _SUNK = 0.03  # [m]; how deep a piece may dip into the carpet when it lands
@@ -47,6 +54,31 @@ def check_repeatable(game: Game, auto: str, *, seconds: float | None = None) -> 
         run.match.close()
         digests.append(run.report.digest)
     assert digests[0] == digests[1], f"{game.name}, auto {auto}: two runs of one seed differ"
+
+
+def check_questions(game: Game, auto: str, *, seconds: float | None = None, times: int = 100) -> None:
+    """Asking the rules changes nothing: a match of which pictures are drawn is the one that nobody watches.
+
+    Args:
+        game: Of which every question to the rules is asked.
+        auto: Which is played.
+        seconds: How long; None: until the auto is over.
+        times: How often each question is asked in each tick.
+    """
+
+    def ask(match: Match) -> None:
+        rules = match.rules
+        for _ in range(times):
+            for zone in game.zones:
+                rules.worth(zone)
+            rules.game_data(), rules.breakdown(), rules.telemetry()
+
+    runs = [play_auto(game, auto, seconds=seconds, on_tick=look) for look in (None, ask)]
+    for run in runs:
+        run.match.close()
+    quiet, asked = runs
+    assert quiet.match.rules.breakdown() == asked.match.rules.breakdown(), f"{game.name}: asking counts"
+    assert quiet.report.digest == asked.report.digest, f"{game.name}, auto {auto}: asking changes the match"
 
 
 def check_mirrored(game: Game, auto: str, *, seconds: float | None = None) -> None:

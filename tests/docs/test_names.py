@@ -106,8 +106,8 @@ def test_every_hook_of_the_rules_is_described():
 
 def test_the_phases_of_a_tick_are_named_in_their_order():
     with Match(REBUILT) as match:
-        phases = [phase.__name__.strip("_").replace("_", " ") for phase in (*match.before, *match.part, *match.after)]
-    told = " ".join(TEXT["README.md"].split()).partition("Before motion: ")[2].partition(".py")[0]
+        phases = [phase.__name__.strip("_").replace("_", " ") for phase in (*match.before, *match.after)]
+    told = " ".join(TEXT["README.md"].split()).partition("Before motion: ")[2].partition(" Between")[0]
     places = [told.find(phase) for phase in phases]
     assert min(places) >= 0 and places == sorted(places), (phases, told[:200])
 

@@ -17,6 +17,7 @@ from simcore.match.match import Match
 from simcore.match.runner import play_auto
 from simcore.telemetry.sinks import MemorySink
 from simcore.telemetry.wpilog import WpilogSink
+from simcore.testing.game_laws import check_questions
 
 HERE = Path(__file__).resolve().parent
 SECONDS = {"rebuilt": 3.0, "reefscape": 5.0, "crates": 3.0}
@@ -54,6 +55,11 @@ def test_the_same_seed_is_the_same_match_in_another_process_and_after_other_matc
 def test_sinks_do_not_change_the_match(game, tmp_path):
     sinks = [MemorySink(), WpilogSink(tmp_path / "run.wpilog")]
     assert digest(game, 0, sinks=sinks) == digest(game, 0)
+
+
+def test_asking_the_rules_changes_nothing(game):
+    """A watched match is that match: pictures ask what a piece is worth now, the game's message and its counts."""
+    check_questions(game, next(iter(game.autos)), seconds=1.0)
 
 
 def test_a_piece_that_changes_its_status_only_changes_the_digest(game):

@@ -11,6 +11,7 @@ from games.rebuilt import REBUILT, RebuiltSim
 from games.rebuilt.staging import Staging
 from simcore.match.game import RobotEntry
 from simcore.match.runner import play_auto
+from simcore.match.scoring import ScoreEvent
 from simcore.pieces.pool import PieceStatus
 from simcore.telemetry.sinks import MemorySink
 
@@ -131,7 +132,7 @@ def test_game_data_follows_the_auto_that_a_driver_station_started():
         match.start_mode("auto")
         assert match.timer.time == 0.0 and match.rules.game_data() == ""
         zone = next(z for z in match.tracker.zones if z.alliance == "red")
-        match.rules.worth(zone)
+        match.rules.scored(ScoreEvent(0.0, zone.name, "red", match.rules.worth(zone), 0))
         match.play(0.1)
         match.start_mode("teleop")
         assert match.timer.time == pytest.approx(23.0)

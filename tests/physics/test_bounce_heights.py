@@ -7,6 +7,7 @@ import math
 import numpy as np
 import pytest
 
+from simcore.match.motion import Motion
 from simcore.physics.shapes import Box, Sphere
 from simcore.physics.surface import CARPET, WALL, TerrainSurface
 from simcore.physics.world import PhysicsWorld
@@ -21,12 +22,9 @@ HARD = TerrainSurface(name="hard", friction=1.0, restitution=1.0)
 
 
 def tick(world: PhysicsWorld, pieces: GamePieceManager, substeps: int | None = None) -> int:
-    fastest = pieces.wake_reachable([], DT)
-    n = substeps or world.substepping.count(DT, fastest)
-    n = world.step(DT, substeps=n, before_substep=pieces.before_substep)
-    pieces.gather(DT)
-    pieces.settle()
-    return n
+    motion = Motion(world, pieces=pieces)
+    motion.tick(steps=None if substeps is None else (substeps, 1))
+    return motion.substeps
 
 
 def apex_after_a_drop(world: PhysicsWorld, heights: np.ndarray, substeps: int | None, fast: float = 0.0) -> np.ndarray:

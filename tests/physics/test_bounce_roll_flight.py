@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
+from simcore.match.motion import Motion
 from simcore.physics.shapes import Box, Cylinder, Sphere
 from simcore.physics.surface import CARPET, TerrainSurface
 from simcore.physics.world import PhysicsWorld
@@ -28,11 +29,9 @@ def ball(aerodynamics: Aerodynamics | None = None) -> GamePieceConfig:
 
 
 def play(world: PhysicsWorld, pieces: GamePieceManager, seconds: float, substeps: int) -> None:
+    motion = Motion(world, pieces=pieces)
     for _ in range(round(seconds / 0.02)):
-        pieces.wake_reachable([], 0.02)
-        world.step(0.02, substeps=substeps, before_substep=pieces.before_substep)
-        pieces.gather(0.02)
-        pieces.settle()
+        motion.tick(steps=(substeps, 1))
 
 
 @pytest.mark.parametrize("substeps", SUBSTEPS)

@@ -9,12 +9,12 @@ import pytest
 
 from simcore.errors import ConfigError, NonFiniteError
 from simcore.geometry.rotation import from_rpy
+from simcore.match.motion import BareRobot, Motion
 from simcore.physics.shapes import Box, Hull, Sphere
 from simcore.physics.surface import POLYCARBONATE, WALL
 from simcore.physics.world import PhysicsWorld
 from simcore.pieces.kinds import GamePieceConfig
 from simcore.pieces.piece_manager import GamePieceManager
-from simcore.pieces.wake_grid import Footprint
 from simcore.robot.chassis import ChassisSimulation
 from simcore.robot.chassis_config import ChassisConfig
 from simcore.units import GRAVITY, inches
@@ -22,20 +22,10 @@ from simcore.units import GRAVITY, inches
 DT = 0.02
 
 
-def advance(world: PhysicsWorld, *robots: ChassisSimulation, before=lambda h: None) -> int:
-    speed = max(robot.speed for robot in robots)
-    near = max(robot.surroundings(DT) for robot in robots)
-    n = world.substepping.count(DT, 2.0 * speed, speed, near)
-
-    def push(h):
-        for robot in robots:
-            robot.before_substep(h)
-        before(h)
-
-    world.step(DT, substeps=n, before_substep=push)
-    for robot in robots:
-        robot.read()
-    return n
+def advance(world: PhysicsWorld, *robots: ChassisSimulation, pieces: GamePieceManager | None = None) -> int:
+    motion = Motion(world, robots=[BareRobot(robot) for robot in robots], pieces=pieces)
+    motion.tick()
+    return motion.substeps
 
 
 def bump(world: PhysicsWorld) -> float:
@@ -162,10 +152,7 @@ def test_fuel_in_a_loose_row_gives_way_like_fuel_that_touches(gap, speed):
         highest, slowest = 0.0, math.inf
         for tick in range(70):
             robot.follow_velocity(speed, 0.0, 0.0)
-            pieces.wake_reachable([Footprint(*robot.footprint)], DT)
-            advance(world, robot, before=pieces.before_substep)
-            pieces.gather(DT)
-            pieces.settle()
+            advance(world, robot, pieces=pieces)
             highest = max(highest, abs(robot.pos[2]))
             slowest = min(slowest, robot.vel[0] if tick > 30 else math.inf)
         assert (np.linalg.norm(pieces.state.pos - grid, axis=1) > 0.1).sum() > 20
@@ -183,10 +170,7 @@ def test_it_pushes_fuel_and_stays_on_the_carpet():
         highest = most_awake = 0.0
         for _ in range(100):
             robot.follow_velocity(3.0, 0.0, 0.0)
-            pieces.wake_reachable([Footprint(*robot.footprint)], DT)
-            advance(world, robot, before=pieces.before_substep)
-            pieces.gather(DT)
-            pieces.settle()
+            advance(world, robot, pieces=pieces)
             highest = max(highest, abs(robot.pos[2]))
             most_awake = max(most_awake, len(pieces.awake))
         moved = np.linalg.norm(pieces.state.pos - grid, axis=1) > 0.1

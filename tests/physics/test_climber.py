@@ -8,6 +8,7 @@ from wpimath.system.plant import DCMotor
 
 from simcore.errors import ConfigError, UnknownNameError
 from simcore.geometry.linkage import Joint
+from simcore.match.motion import Motion
 from simcore.physics.world import PhysicsWorld
 from simcore.robot.climber import ClimberConfig, Rung
 from simcore.robot.gearbox import GearboxConfig
@@ -41,11 +42,10 @@ def hanging():
 
 
 def advance(robot, world, seconds, volts):
+    motion = Motion(world, robots=[robot])
     for _ in range(round(seconds / DT)):
         robot.mechanisms["hook"].set_volts(volts)
-        robot.step_mechanisms(DT)
-        world.step(DT, substeps=4, before_substep=robot.before_substep)
-        robot.chassis.read()
+        motion.tick(steps=(4, 1))
 
 
 def test_it_stands_until_the_hook_comes_down_on_the_rung(hanging):

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 from simcore.errors import EngineError
+from simcore.match.motion import BareRobot, Motion
 from simcore.physics.engine import BodyDefinition, Engine
 from simcore.physics.engine_choice import make_engine
 from simcore.physics.shapes import Box, Compound, Hull, Part, Sphere
@@ -248,11 +249,10 @@ def test_a_pinned_ball_keeps_its_middle_before_the_wall_and_the_robot_off(stiffn
             "ball", Sphere(RADIUS), mass=MASS, surface=replace(BALL, stiffness=stiffness), pos=(2.9, 0.0, RADIUS)
         )
         robot = ChassisSimulation(world, ChassisConfig(), pose=(1.8, 0.0, 0.0))
-        deepest = -1.0
+        motion, deepest = Motion(world, robots=[BareRobot(robot)]), -1.0
         for _ in range(150):
             robot.follow_velocity(speed, 0.0, 0.0)
-            world.step(0.02, before_substep=robot.before_substep)
-            robot.read()
+            motion.tick()
             deepest = max(deepest, world.engine.pose(row)[0][0] - 3.0)
         gap = 3.0 - robot.pos[0] - robot.config.bumper_length / 2.0
         assert deepest < -0.025

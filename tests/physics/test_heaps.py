@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from scipy.spatial import cKDTree
 
+from simcore.match.motion import Motion
 from simcore.physics.shapes import Box, Sphere
 from simcore.physics.surface import WALL
 from simcore.physics.world import PhysicsWorld
@@ -54,12 +55,9 @@ class Heap:
         return float(FUEL.mass * (self.world.gravity * self.pos[:, 2].sum() + 0.5 * (vel**2).sum()))
 
     def play(self, seconds: float, each=lambda: None, substeps: int | None = None) -> None:
+        motion = Motion(self.world, pieces=self.pieces)
         for _ in range(round(seconds / DT)):
-            fastest = self.pieces.wake_reachable([], DT)
-            n = substeps or self.world.substepping.count(DT, fastest)
-            self.world.step(DT, substeps=n, before_substep=self.pieces.before_substep)
-            self.pieces.gather(DT)
-            self.pieces.settle()
+            motion.tick(steps=None if substeps is None else (substeps, 1))
             each()
 
 
@@ -138,14 +136,14 @@ def test_a_heap_is_as_high_as_with_fine_steps(engine_name, whole):
     """At its own sub-steps within 3 % of 1.25 ms, over five heaps: one packing differs from the next by as much."""
     if engine_name == "mujoco" and not whole:
         pytest.skip("a minute on MuJoCo: with --whole")
-    means = {1: [], 16: []}
+    means = {None: [], 16: []}
     for seed in range(1, 6):
         for substeps, found in means.items():
             with PhysicsWorld() as world:
                 heap = Heap(world, 100, 0.6, seed=seed)
                 heap.play(5.0, substeps=substeps)
                 found.append(heap.pos[:, 2].mean())
-    assert np.mean(means[1]) == pytest.approx(np.mean(means[16]), rel=0.03)
+    assert np.mean(means[None]) == pytest.approx(np.mean(means[16]), rel=0.03)
 
 
 def test_a_sleeping_heap_gives_way_when_its_foot_is_taken():
@@ -173,11 +171,10 @@ def test_balls_that_touch_on_a_ramp_are_no_heap():
         pieces = GamePieceManager(world, [(FUEL, 3)], field_size=(16.0, 8.0))
         row = [np.array([4.0, 4.0, 1.0]) + (0.1 + RADIUS) * up + 2.0 * RADIUS * k * along for k in (-1, 0, 1)]
         slots = pieces.spawn("Fuel", np.array(row))
+        motion = Motion(world, pieces=pieces)
         for _ in range(8):
-            pieces.wake_reachable([], DT)
-            assert world.longest_step == math.inf
-            world.step(DT, substeps=2, before_substep=pieces.before_substep)
-            pieces.gather(DT)
+            motion.tick(steps=(2, 1))
+            assert motion.plan.longest_step == math.inf
         pos = pieces.state.pos[slots]
         assert np.linalg.norm(np.diff(pos, axis=0), axis=1) == pytest.approx(2.0 * RADIUS, abs=0.001), "they touch"
         assert 0.2 < np.linalg.norm(pieces.state.vel[slots], axis=1).min() < 0.5, "and roll down"

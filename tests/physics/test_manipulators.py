@@ -14,6 +14,7 @@ from simcore.geometry.linkage import Joint
 from simcore.geometry.rotation import rpy
 from simcore.match.game import Game, PieceSupply, RobotEntry
 from simcore.match.match import Match
+from simcore.match.motion import Motion
 from simcore.physics.field import FieldElement
 from simcore.physics.shapes import Box, Sphere
 from simcore.physics.surface import WALL
@@ -251,11 +252,9 @@ def test_a_piece_near_a_moving_robot_does_not_sleep():
         pieces = GamePieceManager(world, [(CRATE, 2)], field_size=(16.0, 8.0))
         near, far = pieces.spawn("Crate", np.array([[5.58, 4.0, 0.11], [12.0, 4.0, 0.11]])).tolist()
         creeping = Footprint(x=5.0, y=4.0, yaw=0.0, half_length=0.4, half_width=0.4, speed=0.01)
+        motion = Motion(world, pieces=pieces)
         for _ in range(150):
-            pieces.wake_reachable([creeping], DT)
-            world.step(DT, before_substep=pieces.before_substep)
-            pieces.gather(DT)
-            pieces.settle()
+            motion.tick(others=[creeping])
             assert pieces.state.status[near] == PieceStatus.AWAKE
         assert pieces.state.status[far] == PieceStatus.ASLEEP
 

@@ -11,6 +11,7 @@ import pytest
 from simcore import Match
 from simcore.geometry.rotation import IDENTITY, from_rpy, matrix, multiply, rotate
 from simcore.match.game import PieceSupply
+from simcore.match.motion import Motion
 from simcore.physics.field import FieldElement
 from simcore.physics.round_shapes import cone, torus, tube
 from simcore.physics.shape_extent import outline_points
@@ -100,10 +101,7 @@ def test_a_tube_rolls_and_slides_down_a_ramp_as_theory_says(rolls, engine_name):
         attitude = multiply(turn, from_rpy(math.pi / 2, 0.0, 0.0) if rolls else LYING)
         slot = pieces.spawn("Tube", start[None], np.array([attitude]))[0]
         for _ in range(40):
-            speed = pieces.wake_reachable([], 0.02)
-            world.step(0.02, substeps=world.substepping.count(0.02, speed), before_substep=pieces.before_substep)
-            pieces.gather(0.02)
-            pieces.settle()
+            Motion(world, pieces=pieces).tick()
         away = pieces.state.pos[slot] - start
     inertia = (INNER**2 + OUTER**2) / 2.0 / OUTER**2
     theory = GRAVITY * (math.sin(slope) / (1.0 + inertia) if rolls else math.sin(slope) - mu * math.cos(slope))

@@ -10,6 +10,7 @@ from scipy.spatial import ConvexHull
 
 from games.rebuilt import REBUILT
 from simcore.geometry.rotation import matrix
+from simcore.match.motion import BareRobot, Motion
 from simcore.physics.shapes import Box, Hull, Sphere
 from simcore.physics.surface import WALL
 from simcore.physics.world import PhysicsWorld
@@ -47,6 +48,7 @@ class Pin:
         self.pieces = GamePieceManager(world, [(FUEL, len(places))], field_size=field)
         self.slots = self.pieces.spawn("Fuel", places)
         self.robot = ChassisSimulation(world, ChassisConfig(), pose=start)
+        self.motion = Motion(world, robots=[BareRobot(self.robot)], pieces=self.pieces)
 
     @property
     def fuel(self) -> np.ndarray:
@@ -54,23 +56,12 @@ class Pin:
 
     def drive(self, speed: float, seconds: float, each=lambda: None, *, fewest: int = 1) -> None:
         """Drive at a speed [m/s] for a time, with so many sub-steps at least."""
-        robot, pieces, world = self.robot, self.pieces, self.world
-        robot.follow_velocity(speed, 0.0, 0.0)
-
+        self.robot.follow_velocity(speed, 0.0, 0.0)
         for _ in range(round(seconds / DT)):
-            fastest = pieces.wake_reachable([Footprint(*robot.footprint)], DT)
-            count, near = world.substepping.count, robot.surroundings(DT)
-            world.step(
-                DT,
-                substeps=max(fewest, count(DT, fastest, robot.speed, near)),
-                before_substep=pieces.before_substep,
-                robot_steps=max(fewest, count(DT, 0.0, robot.speed, near)),
-                before_robot_step=robot.before_substep,
-                in_robot_step=robot.go_on,
-            )
-            robot.read()
-            pieces.gather(DT)
-            pieces.settle()
+            self.motion.begin_tick()
+            steps, parts = self.motion.count_steps(DT)
+            self.motion.advance(steps=(max(fewest, steps), parts))
+            self.motion.end_tick()
             each()
 
 

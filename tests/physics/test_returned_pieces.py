@@ -9,6 +9,7 @@ import pytest
 
 from simcore.match.game import PieceSupply
 from simcore.match.match import Match
+from simcore.match.motion import Motion
 from simcore.physics.shapes import Box, Sphere
 from simcore.physics.surface import WALL
 from simcore.physics.world import PhysicsWorld
@@ -23,11 +24,9 @@ FUEL = GamePieceConfig(name="Fuel", shape=Sphere(RADIUS), mass=0.215, friction=0
 
 
 def play(world, pieces, seconds):
+    motion = Motion(world, pieces=pieces)
     for _ in range(round(seconds / DT)):
-        fastest = pieces.wake_reachable([], DT)
-        world.step(DT, substeps=world.substepping.count(DT, fastest), before_substep=pieces.before_substep)
-        pieces.gather(DT)
-        pieces.settle()
+        motion.tick()
 
 
 def least_distance(pos: np.ndarray) -> float:
@@ -70,9 +69,7 @@ def test_a_piece_is_not_put_back_into_a_robot_or_a_post():
         pieces = GamePieceManager(world, [(FUEL, 2)], field_size=(16.0, 8.0))
         robot = Footprint(8.0, 7.6, 0.0, 0.4, 0.4, 0.0)
         slots = pieces.spawn("Fuel", np.array([[8.0, 9.0, 1.0], [8.5, 9.0, 1.0]]))
-        pieces.wake_reachable([robot], DT)
-        world.step(DT, substeps=1, before_substep=pieces.before_substep)
-        pieces.gather(DT)
+        Motion(world, pieces=pieces).tick(others=[robot])
         pos = pieces.state.pos[slots]
         assert pieces.recovered == 2
         assert (robot.gap(pos) > RADIUS).all()

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from simcore.errors import NonFiniteError
+from simcore.match.motion import BareRobot, Motion
 from simcore.physics.field import FieldElement
 from simcore.physics.shapes import Box
 from simcore.physics.world import PhysicsWorld
@@ -30,10 +31,9 @@ def make(world, pose=(0.0, 0.0, 0.0), *, gyro="ideal", seed=0) -> Robot:
 
 
 def advance(world, robot, ticks):
+    motion = Motion(world, robots=[robot])
     for _ in range(ticks):
-        world.step(DT, substeps=4, before_substep=robot.chassis.before_substep)
-        robot.chassis.read()
-        robot.sense(DT)
+        motion.tick()
 
 
 def test_odometry_follows_an_s_curve_without_skid():
@@ -62,16 +62,9 @@ def test_odometry_counts_what_spinning_wheels_count():
         config = RobotConfig(drivetrain=free, chassis=ChassisConfig(), gyro=gyro_config("ideal"), battery=stiff)
         skidding = Robot(world, config, pose=(0.0, 5.0, 0.0), rng=np.random.default_rng(0))
         skidding.drive.set_volts([12.0] * 4, [0.0] * 4)
+        motion = Motion(world, robots=[robot, skidding])
         for _ in range(25):
-
-            def push(h):
-                robot.chassis.before_substep(h)
-                skidding.chassis.before_substep(h)
-
-            world.step(DT, substeps=4, before_substep=push)
-            for one in (robot, skidding):
-                one.chassis.read()
-                one.sense(DT)
+            motion.tick()
         assert robot.odometry.pose[0] == pytest.approx(robot.chassis.pose[0], rel=0.05)
         assert skidding.odometry.pose[0] > 1.2 * skidding.chassis.pose[0]
 
@@ -113,9 +106,9 @@ def test_a_kit_bot_drives_and_turns_on_the_engine():
         drive = TankDrive(config)
         chassis = ChassisSimulation(world, body, drivetrain=drive)
         drive.set_volts(8.0, 8.0)
+        motion = Motion(world, robots=[BareRobot(chassis)])
         for _ in range(100):
-            world.step(DT, substeps=4, before_substep=chassis.before_substep)
-        chassis.read()
+            motion.tick()
         x, y, yaw = chassis.pose
         assert x > 2.0
         assert abs(y) < 0.05
@@ -123,8 +116,7 @@ def test_a_kit_bot_drives_and_turns_on_the_engine():
         assert chassis.vel[0] == pytest.approx(float(np.mean(drive.side_speeds())), rel=0.02)
         drive.set_volts(-8.0, 8.0)
         for _ in range(100):
-            world.step(DT, substeps=4, before_substep=chassis.before_substep)
-        chassis.read()
+            motion.tick()
         assert chassis.rate[2] > 1.0
         assert math.hypot(*chassis.vel[:2]) < 0.3
 
@@ -145,7 +137,7 @@ def test_a_robot_that_is_carried_forgets_how_it_moved(ticks):
         robot.reset((3.0, 3.0, 0.0))
         fresh = make(world, (6.0, 3.0, 0.0))
         for one in (robot, fresh):
-            one.chassis.before_substep(0.005)
+            one.chassis.step(0.005)
         assert robot.chassis.normal_loads == pytest.approx(fresh.chassis.normal_loads, abs=0.5)
 
 
@@ -156,13 +148,13 @@ def test_a_wall_pushes_back_with_no_more_than_a_tire_could_stand():
         world.add_field([wall])
         robot = make(world)
         told = []
-        inner = robot.drive.step
+        begin = robot.drive.begin_step
 
-        def step(h, vx, vy, omega, loads, ax, ay, alpha):
+        def begin_step(h, vx, vy, omega, loads, ax, ay, alpha, **settings):
             told.append(math.hypot(ax, ay))
-            return inner(h, vx, vy, omega, loads, ax, ay, alpha)
+            return begin(h, vx, vy, omega, loads, ax, ay, alpha, **settings)
 
-        robot.drive.step = step  # type: ignore[method-assign]
+        robot.drive.begin_step = begin_step  # type: ignore[method-assign]
         robot.drive.set_chassis_speeds(3.5, 0.0, 0.0)
         advance(world, robot, 60)
         assert robot.chassis.pose[0] < 1.4

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from simcore.match.match import Match
+from simcore.match.motion import BareRobot, Motion
 from simcore.physics.shapes import Box
 from simcore.physics.surface import WALL
 from simcore.physics.world import PhysicsWorld
@@ -101,23 +102,17 @@ SCRIPTS = {
 }
 
 
-def path(name, substeps, seconds=5.0, robot_steps=None):
-    """x, y, yaw after every tick [m, m, rad], yaw unwrapped."""
+def path(name, steps, seconds=5.0, parts=1):
+    """x, y, yaw after every tick [m, m, rad], yaw unwrapped; with so many steps a tick, each of so many parts."""
     make, script = SCRIPTS[name]
     drive, body = make()
     rows = []
     with PhysicsWorld() as world:
         chassis = ChassisSimulation(world, body, drivetrain=drive)
+        motion = Motion(world, robots=[BareRobot(chassis)])
         for tick in range(round(seconds / DT)):
             script(drive, tick * DT)
-            world.step(
-                DT,
-                substeps=substeps,
-                robot_steps=robot_steps,
-                before_robot_step=chassis.before_substep,
-                in_robot_step=chassis.go_on,
-            )
-            chassis.read()
+            motion.tick(steps=(steps, parts))
             rows.append(chassis.pose)
     result = np.array(rows)
     result[:, 2] = np.unwrap(result[:, 2])
@@ -154,21 +149,15 @@ def test_a_path_does_not_depend_on_sub_steps(name, engine_name, whole):
 
 @pytest.mark.parametrize("name", ["spin", "steps", "skid"])
 def test_what_pieces_need_changes_nothing_for_a_robot(name, engine_name):
-    """Some sub-steps within each of its own steps move it as one would: within 0.1 mm and 0.01 degrees, wheels sliding.
-
-    Where they do not go into its steps evenly (9 for one that needs 2 are 4, 4 and 1), these are other steps.
-    """
+    """Some steps of the engine within each of its own move it as one would: within 0.1 mm and 0.01 degrees."""
     if engine_name == "mujoco":
         pytest.skip("on MuJoCo each step of a robot is one sub-step: 30 mm/s at a wall otherwise")
-    one, converged = path(name, 1, seconds=2.0), path(name, 64, seconds=2.0)
+    one = path(name, 1, seconds=2.0)
     assert np.ptp(one[:, 0]) > 0.3
-    for substeps, robot_steps in ((5, 1), (16, 4)):
-        distance, turn = apart(path(name, substeps, 2.0, robot_steps), one)
-        assert distance < 1e-4, substeps
-        assert turn < math.radians(0.01), substeps
-    distance, turn = apart(path(name, 9, 2.0, robot_steps=2), converged)
-    assert distance < 0.020
-    assert turn < math.radians(0.5)
+    for steps, parts in ((1, 5), (2, 5), (4, 4)):
+        distance, turn = apart(path(name, steps, 2.0, parts), one)
+        assert distance < 1e-4, steps
+        assert turn < math.radians(0.01), steps
 
 
 @pytest.mark.parametrize("substeps", [1, 2, 3, 16])
@@ -181,8 +170,7 @@ def test_a_constant_force_moves_a_robot_by_half_a_t2(substeps):
     with PhysicsWorld() as world:
         chassis = ChassisSimulation(world, ChassisConfig())
         chassis.apply_forces((200.0, 0.0, 0.0), (0.0, 0.0, 2.0))
-        world.step(1.0, substeps=50 * substeps, before_substep=chassis.before_substep)
-        chassis.read()
+        Motion(world, robots=[BareRobot(chassis)]).advance(1.0, steps=(50 * substeps, 1))
         assert chassis.pose[0] == pytest.approx(0.5 * 200.0 / 55.0, abs=1e-3)
         assert chassis.pose[2] == pytest.approx(0.5 * 2.0 / chassis.config.inertia[2], abs=1e-4)
         assert chassis.vel[0] == pytest.approx(200.0 / 55.0, rel=1e-3)
@@ -194,13 +182,11 @@ def test_following_a_velocity_moves_by_its_closed_form(substeps):
     with PhysicsWorld() as world:
         chassis = ChassisSimulation(world, ChassisConfig(friction=1.0))
         chassis.follow_velocity(2.0, 0.0, 0.0)
-        world.step(1.0, substeps=50 * substeps, before_substep=chassis.before_substep)
-        chassis.read()
+        Motion(world, robots=[BareRobot(chassis)]).advance(1.0, steps=(50 * substeps, 1))
         assert chassis.pose[0] == pytest.approx(2.0 - 2.0**2 / (2.0 * GRAVITY), abs=1e-3)
         chassis.set_pose(0.0, 0.0, 0.0)
         chassis.follow_velocity(0.0, 0.0, 2.0)
-        world.step(1.0, substeps=50 * substeps, before_substep=chassis.before_substep)
-        chassis.read()
+        Motion(world, robots=[BareRobot(chassis)]).advance(1.0, steps=(50 * substeps, 1))
         spin_up = GRAVITY * chassis.config.mass * chassis.config.traction_radius / chassis.config.inertia[2]
         assert chassis.pose[2] == pytest.approx(2.0 - 2.0**2 / (2.0 * spin_up), abs=2e-3)
 
@@ -223,8 +209,7 @@ def test_following_zero_stands_on_a_slope(substeps, heading):
         chassis.read()
         start = chassis.pos
         chassis.follow_velocity(0.0, 0.0, 0.0)
-        world.step(5.0, substeps=250 * substeps, before_substep=chassis.before_substep)
-        chassis.read()
+        Motion(world, robots=[BareRobot(chassis)]).advance(5.0, steps=(250 * substeps, 1))
         assert math.dist(chassis.pos, start) < 0.002
         assert chassis.pose[2] == pytest.approx(math.atan2(2 * turned[2] * turned[3], 1.0), abs=0.2)
 
@@ -239,8 +224,7 @@ def test_too_steep_a_slope_is_slid_down_with_what_grip_leaves():
         world.set_pose(chassis.row, (0.0, 0.0, 0.5 / math.cos(angle) - 2e-5), tilt)
         chassis.read()
         chassis.follow_velocity(0.0, 0.0, 0.0)
-        world.step(1.0, substeps=50, before_substep=chassis.before_substep)
-        chassis.read()
+        Motion(world, robots=[BareRobot(chassis)]).advance(1.0, steps=(50, 1))
         assert math.hypot(*chassis.vel) == pytest.approx(GRAVITY * (math.sin(angle) - 0.2), rel=0.02)
 
 
@@ -254,12 +238,8 @@ def test_a_robot_that_leans_on_a_wall_is_quiet(heading, longest, engine_name):
     """
     with Match.bare(start=(14.0, 4.0, heading), engine=engine_name) as match:
         robot, places, speeds = match.robots[0], [], []
-        own = match.world.step
-
-        def step(h, *, substeps, **others):
-            return own(h, substeps=max(substeps, math.ceil(h / longest)), **others)
-
-        match.world.step = step
+        own = match.pieces.begin_tick
+        match.pieces.begin_tick = lambda movers, dt: replace(own(movers, dt), longest_step=longest)
         for _ in range(200):
             robot.drive.set_chassis_speeds(2.0 * math.cos(heading), -2.0 * math.sin(heading), 0.0)
             match.tick()
@@ -281,10 +261,9 @@ def test_scraping_along_a_wall_does_not_turn_it(substeps):
         world.add_static("wall", Box((40.0, 0.3, 1.0)), (10.0, 0.552, 0.5), surface=WALL)
         chassis = ChassisSimulation(world, ChassisConfig())
         chassis.follow_velocity(1.0, 0.5, 0.0)
-        most = 0.0
+        motion, most = Motion(world, robots=[BareRobot(chassis)]), 0.0
         for _ in range(250):
-            world.step(DT, substeps=substeps, before_substep=chassis.before_substep)
-            chassis.read()
+            motion.tick(steps=(substeps, 1))
             most = max(most, abs(chassis.pose[2]))
         assert chassis.pose[0] > 2.0
         assert most < math.radians(0.5)

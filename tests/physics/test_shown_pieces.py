@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from simcore.match.motion import Motion
 from simcore.physics.shapes import Box, Sphere
 from simcore.physics.world import PhysicsWorld
 from simcore.pieces.kinds import GamePieceConfig
@@ -25,7 +26,7 @@ def test_shown_pieces_are_those_that_are_there():
         pieces = GamePieceManager(world, [(BALL, 4), (CRATE, 2)], field_size=(16.0, 8.0))
         balls = pieces.spawn("Ball", np.array([[2.0 + 0.2 * k, 4.0, 0.1] for k in range(3)]))
         pieces.spawn("Crate", np.array([[5.0, 4.0, 0.6]]))
-        shown, reused = [], 0
+        motion, shown, reused = Motion(world, pieces=pieces), [], 0
         for tick in range(300):
             if tick == 100:
                 pieces.push(balls[:1], np.array([[3.0, 0.0, 0.0]]))
@@ -33,10 +34,7 @@ def test_shown_pieces_are_those_that_are_there():
                 pieces.hold(balls[1:2], 0)
             if tick == 210:
                 pieces.release(balls[1:2], np.array([[8.0, 4.0, 0.1]]))
-            n = world.substepping.count(DT, pieces.wake_reachable([], DT))
-            world.step(DT, substeps=n, before_substep=pieces.before_substep)
-            pieces.gather(DT)
-            pieces.settle()
+            motion.tick()
             now = [pieces.shown.of(kind) for kind in (0, 1)]
             for (slots, rows), name in zip(now, ("Ball", "Crate"), strict=True):
                 there, poses = seen(pieces, name)

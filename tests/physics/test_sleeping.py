@@ -7,6 +7,7 @@ import math
 import numpy as np
 import pytest
 
+from simcore.match.motion import BareRobot, Motion
 from simcore.physics.shapes import Box, Sphere
 from simcore.physics.surface import WALL
 from simcore.physics.world import PhysicsWorld
@@ -30,12 +31,9 @@ def make(world: PhysicsWorld, count: int, **proximity) -> GamePieceManager:
 
 
 def play(world, pieces, seconds, movers=(), each=lambda: None, substeps=None):
+    motion = Motion(world, pieces=pieces)
     for _ in range(round(seconds / DT)):
-        fastest = pieces.wake_reachable(list(movers), DT)
-        n = substeps or world.substepping.count(DT, fastest)
-        world.step(DT, substeps=n, before_substep=pieces.before_substep)
-        pieces.gather(DT)
-        pieces.settle()
+        motion.tick(steps=None if substeps is None else (substeps, 1), others=movers)
         each()
 
 
@@ -252,14 +250,10 @@ def test_a_robot_at_full_speed_meets_every_sleeper_as_if_it_were_awake():
         pieces.spawn("Fuel", grid)
         robot = ChassisSimulation(world, ChassisConfig(), pose=(3.5, 4.0, 0.0))
         deepest = 0.0
+        motion = Motion(world, robots=[BareRobot(robot)], pieces=pieces)
         for _ in range(60):
             robot.follow_velocity(4.0, 0.0, 0.0)
-            mover = Footprint(*robot.footprint)
-            n = world.substepping.count(DT, pieces.wake_reachable([mover], DT), mover.speed)
-            world.step(DT, substeps=n, before_substep=lambda h: (robot.before_substep(h), pieces.before_substep(h)))
-            robot.read()
-            pieces.gather(DT)
-            pieces.settle()
+            motion.tick()
             away = np.abs(pieces.state.pos[:, :2] - robot.pos[:2])
             inside = (away < 0.4).all(axis=1) & (pieces.state.pos[:, 2] < 0.25)
             if inside.any():

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pytest
 
+from simcore.match.motion import BareRobot, Motion
 from simcore.physics.shapes import Box, Hull
 from simcore.physics.surface import FRICTIONLESS, POLYCARBONATE, WALL
 from simcore.physics.world import PhysicsWorld
@@ -42,17 +43,9 @@ def robot(world, pose=(0.0, 0.0, 0.0), *, name="robot", module=MODULE, chassis=N
 
 
 def advance(world, *robots, ticks=1, each=lambda: None):
+    motion = Motion(world, robots=[BareRobot(r.chassis) for r in robots])
     for _ in range(ticks):
-        speed = max(r.chassis.speed for r in robots)
-        near = max(r.chassis.surroundings(DT) for r in robots)
-
-        def push(h):
-            for r in robots:
-                r.chassis.before_substep(h)
-
-        world.step(DT, substeps=world.substepping.count(DT, 0.0, speed, near), before_substep=push)
-        for r in robots:
-            r.chassis.read()
+        motion.tick()
         each()
 
 
@@ -249,14 +242,8 @@ def test_six_robots_share_nothing():
             robots = [robot(world, (0.0, 3.0 * i, 0.0), name=f"robot {i}") for i in which]
             for i, r in zip(which, robots, strict=True):
                 volts(r, commands[i])
-            for _ in range(40):
-
-                def push(h, robots=robots):
-                    for r in robots:
-                        r.chassis.before_substep(h)
-
-                world.step(DT, substeps=4, before_substep=push)
-            return {i: r.chassis.read() or r.chassis.pos for i, r in zip(which, robots, strict=True)}
+            advance(world, *robots, ticks=40)
+            return {i: r.chassis.pos for i, r in zip(which, robots, strict=True)}
 
     together = play(range(6))
     for i in range(6):

@@ -12,6 +12,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from simcore.errors import ConfigError, EngineError, NonFiniteError, UnknownNameError
+from simcore.match.motion import BareRobot, Motion
 from simcore.physics.shapes import Box, Cylinder, Shape, Sphere
 from simcore.physics.surface import CARPET, WALL, TerrainSurface
 from simcore.physics.world import PhysicsWorld
@@ -61,13 +62,9 @@ def test_the_floor_has_no_end(away):
         robots = [ChassisSimulation(world, ChassisConfig(), pose=(x, 8.0, 0.3)) for x in (0.0, away)]
         for robot in robots:
             robot.follow_velocity(2.0, 0.0, 0.5)
-
-        def drive(h):
-            for robot in robots:
-                robot.before_substep(h)
-
+        motion = Motion(world, robots=[BareRobot(robot) for robot in robots])
         for _ in range(50):
-            world.step(0.02, substeps=2, before_substep=drive)
+            motion.tick(steps=(2, 1))
         for name in shapes:
             middle, far = (world.engine.pose(pieces[name, x])[0] for x in (0.0, away))
             assert far == pytest.approx((middle[0] + away, middle[1], middle[2]), abs=1e-3)

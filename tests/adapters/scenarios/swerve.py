@@ -14,6 +14,7 @@ from wpimath.geometry import Pose2d, Rotation2d
 from wpimath.kinematics import ChassisSpeeds
 
 import simcore.phoenix6.swerve as adapter  # before the drivetrain is built, as a physics.py does
+from simcore.match.motion import BareRobot, Motion
 from simcore.phoenix6.swerve_devices import SwerveDevicesSim, SwerveModuleDevices
 from simcore.physics.shapes import Box
 from simcore.physics.surface import WALL
@@ -87,6 +88,7 @@ def main() -> None:
     world.add_static("wall", Box((0.2, 8.0, 1.0)), (13.0, 0.0, 0.5), surface=WALL)
     place = (3.0, 1.0, 0.5)
     chassis = ChassisSimulation(world, body, pose=place, drivetrain=drive)
+    motion = Motion(world, robots=[BareRobot(chassis)])
     gyro = Gyro(gyro_config("ideal"), np.random.default_rng(0))
     gyro.reset(yaw=place[2], true_yaw=place[2])
     if "bare" in sys.argv:  # by devices alone: inversions and offsets are asked of them
@@ -101,13 +103,7 @@ def main() -> None:
 
     def step() -> None:
         sim.read(drive.battery.voltage)
-        near = chassis.surroundings(DT)
-        world.step(
-            DT,
-            substeps=world.substepping.count(DT, 0.0, chassis.speed, near),
-            before_substep=chassis.before_substep,
-        )
-        chassis.read()
+        motion.tick(DT)
         roll, pitch, yaw = chassis.roll_pitch_yaw
         gyro.step(DT, yaw, pitch, roll, chassis.robot_rate)
         sim.write(gyro.yaw, gyro.pitch, gyro.roll, gyro.rates)

@@ -10,6 +10,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from simcore.errors import CapacityError, ConfigError, NonFiniteError, SimcoreError, UnknownNameError
+from simcore.match.motion import Motion
 from simcore.physics.shapes import Sphere
 from simcore.physics.world import PhysicsWorld
 from simcore.pieces.kinds import GamePieceConfig
@@ -80,10 +81,7 @@ def apply(pieces: GamePieceManager, world: PhysicsWorld, what: tuple) -> int:
             pieces.push(slots, np.full((len(slots), 3), value))
         case ("tick", ticks, speed):
             for _ in range(ticks):
-                pieces.wake_reachable([Footprint(8.0, 4.0, 0.3, 0.4, 0.4, speed)], DT)
-                world.step(DT, before_substep=pieces.before_substep)
-                pieces.gather(DT)
-                pieces.settle()
+                Motion(world, pieces=pieces).tick(others=[Footprint(8.0, 4.0, 0.3, 0.4, 0.4, speed)])
     return 0
 
 

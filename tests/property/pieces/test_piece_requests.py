@@ -9,6 +9,7 @@ import pytest
 
 from games.rebuilt.fuel import FUEL
 from simcore.errors import ConfigError, NonFiniteError
+from simcore.match.motion import Motion
 from simcore.physics.world import PhysicsWorld
 from simcore.pieces.piece_manager import GamePieceManager
 from simcore.pieces.pool import PieceStatus
@@ -44,9 +45,7 @@ def test_a_pushed_piece_flies_as_a_launched_one_at_any_substep():
             slots = pieces.spawn("Fuel", np.array([[2.0, 4.0, 1.5]]))
             pieces.push(slots, np.array([[5.0, 0.0, 0.0]]), flying=True)
             for _ in range(25):
-                pieces.wake_reachable([], 0.02)
-                world.step(0.02, substeps=substeps, before_substep=pieces.before_substep)
-                pieces.gather(0.02)
+                Motion(world, pieces=pieces).tick(steps=(substeps, 1))
             ends.append(pieces.state.pos[0].copy())
     assert np.ptp(np.array(ends), axis=0).max() < 0.003
 

@@ -10,6 +10,7 @@ import pytest
 from games.rebuilt.field import scoring_zones
 from games.rebuilt.scoring import MATCH, RebuiltRules
 from simcore.match.game import RobotEntry
+from simcore.match.scoring import ScoreEvent
 
 ZONE = {zone.alliance: zone for zone in scoring_zones()}
 OTHER = {"blue": "red", "red": "blue"}
@@ -21,16 +22,18 @@ class Rules(RebuiltRules):
     """Of a match of which only the clock runs."""
 
     def __init__(self, seed: int = 0, own: str = "blue") -> None:
-        timer = SimpleNamespace(time=0.0)
+        timer, rng = SimpleNamespace(time=0.0), np.random.default_rng(seed)
         entry = RobotEntry(alliance=own)  # type: ignore[arg-type]
         super().__init__(
-            SimpleNamespace(entries=(entry,), rules_rng=np.random.default_rng(seed), timer=timer, practice=False)  # type: ignore[arg-type]
+            SimpleNamespace(entries=(entry,), rules_rng=rng, timer=timer, practice=False, options=())  # type: ignore[arg-type]
         )
 
     def fuel(self, alliance: str, time: float) -> int:
-        """What a fuel of an alliance is worth at a time."""
+        """A fuel of an alliance scores at a time; its points."""
         self.match.timer.time = time
-        return self.worth(ZONE[alliance])
+        points = self.worth(ZONE[alliance])
+        self.scored(ScoreEvent(time, ZONE[alliance].name, ZONE[alliance].alliance, points, 0))
+        return points
 
 
 def game(winner: str | None = "blue", seed: int = 0) -> Rules:

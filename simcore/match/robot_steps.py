@@ -10,14 +10,29 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from itertools import combinations
+from typing import Protocol
 
 from simcore.physics.substeps import Surroundings
 from simcore.physics.world import PhysicsWorld
-from simcore.robot.robot import Robot
+from simcore.robot.chassis import ChassisSimulation
 
-__all__ = ["RobotSteps"]
+__all__ = ["RobotSteps", "SteppedRobot"]
 
 _BESIDE = 0.1  # [m]; robots that cannot come nearer to each other in a tick need not take the same steps
+
+
+class SteppedRobot(Protocol):
+    """What the plan of steps needs of a robot."""
+
+    @property
+    def chassis(self) -> ChassisSimulation:
+        """Its body."""
+        ...
+
+    @property
+    def is_at_rung(self) -> bool:
+        """Whether it hangs, or could catch a rung within a tick."""
+        ...
 
 
 class RobotSteps:
@@ -28,12 +43,10 @@ class RobotSteps:
         robots: All of them.
     """
 
-    def __init__(self, world: PhysicsWorld, robots: Sequence[Robot]) -> None:
+    def __init__(self, world: PhysicsWorld, robots: Sequence[SteppedRobot]) -> None:
         self._world, self._robots = world, robots
         self._near = [Surroundings.OPEN] * len(robots)
         self._pairs: list[tuple[int, int]] = []
-        self._parts = [1] * len(robots)
-        self._number = 0  # of the coming sub-step
 
     def look_around(self, dt: float) -> None:
         """See what each robot could meet within dt [s], before `plan`."""
@@ -45,42 +58,27 @@ class RobotSteps:
             if math.dist(pos_a, pos_b) < reach_a + reach_b
         ]
 
-    def plan(self, dt: float, fewest: int) -> int:
+    def plan(self, dt: float, fewest: int) -> tuple[int, list[int]]:
         """Share dt [s] between the robots' steps.
 
         Args:
             dt: Part of the tick.
-            fewest: Sub-steps of the engine that the pieces need.
+            fewest: Steps of the engine that the pieces need.
 
         Returns:
-            Sub-steps of the engine: a multiple of each robot's number of steps, which is a power of two.
+            Steps of the engine: a multiple of each robot's number of steps, which is a power of two; and how many of
+            them are one step of each robot.
         """
-        world = self._world
-        limits = world.substepping
-        wanted = [
-            max(limits.robot_count(dt, robot.chassis.speed, near), math.ceil(dt / world.longest_robot_step - 1e-9))
-            for robot, near in zip(self._robots, self._near, strict=True)
-        ]
+        count = self._world.substepping.robot_count
+        wanted = [count(dt, robot.chassis.speed, near) for robot, near in zip(self._robots, self._near, strict=True)]
         for _ in self._pairs:  # those that may touch take the same steps, through others, too
             for a, b in self._pairs:
                 wanted[a] = wanted[b] = max(wanted[a], wanted[b])
-        steps = [1 << (count - 1).bit_length() for count in wanted]
+        steps = [1 << (number - 1).bit_length() for number in wanted]
         most = max(steps, default=1)
-        fewest = max(fewest, math.ceil(dt / world.longest_step - 1e-9))
         total = most * math.ceil(fewest / most)
         alone = [robot.chassis.is_on_its_own and not robot.is_at_rung for robot in self._robots]
         for _ in self._pairs:
             for a, b in self._pairs:
                 alone[a] = alone[b] = alone[a] and alone[b]
-        self._parts = [total // count if own else 1 for count, own in zip(steps, alone, strict=True)]
-        self._number = 0
-        return total
-
-    def before_substep(self, h: float) -> None:
-        """Drive the robots whose step begins now; the others go on. h: of the sub-step [s]."""
-        for robot, parts in zip(self._robots, self._parts, strict=True):
-            if self._number % parts:
-                robot.chassis.go_on()
-            else:
-                robot.before_substep(h * parts, parts)
-        self._number += 1
+        return total, [total // number if own else 1 for number, own in zip(steps, alone, strict=True)]
