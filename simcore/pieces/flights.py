@@ -21,9 +21,9 @@ from simcore.geometry.rotation import Vector, matrix, multiply
 from simcore.physics.mass_properties import mass_properties
 from simcore.physics.world import PhysicsWorld
 from simcore.pieces.aerodynamics import AirRows, drag_acceleration, fly_rows
-from simcore.pieces.impact_events import Arc, ImpactEvents
+from simcore.pieces.impact_events import LEAST_BOUNCE, Arc, ImpactEvents
 from simcore.pieces.pool import PiecePool, PieceStatus
-from simcore.pieces.touching import TOUCH, close_pairs, lengths
+from simcore.pieces.touching import TOUCH, close_pairs, lengths, touching_chain
 from simcore.typing import BoolArray, FloatArray, IntArray
 
 __all__ = ["Flights"]
@@ -31,7 +31,6 @@ __all__ = ["Flights"]
 _IN_FLIGHT, _AWAKE = int(PieceStatus.IN_FLIGHT), int(PieceStatus.AWAKE)
 _FALL_ERROR = 0.2  # share of gravity that drag and lift may be
 _TAKE_OVER = 1.0  # [m/s]; pieces that are thrown up more gently, by 5 cm, stay the engine's
-_RISES = 0.5  # [m/s]; a ball that an impact throws up faster flies
 _SKIN = 0.002  # [m]
 _OVERLAP = 0.0005  # [m]; a flying ball that is deeper in another piece lies on it
 _DEEP = 0.01  # [m]; one that is deeper in the floor is the engine's, which pushes it out
@@ -39,6 +38,7 @@ _MARGIN = 0.01  # [m]; between other shapes that fly and all else
 _FAST, _SLOW = 6.0, 3.0  # [m/s]; faster balls in contact have their impacts on others here; once they were hit, these
 _STANDS = 0.05  # [m/s]; slower balls are where they were at the start of the tick, until they are hit
 _KNOCK_REACH, _KNOCK_WAYS = 0.3, 4.0  # [m] and ways of a tick, as far as a knock may get from a fast ball in a tick
+_KNOCK_LENGTH = 20  # balls of a row, each of which takes a third of the knock
 _LEAST_SPIN = 1e-6  # [rad/s]
 
 
@@ -224,6 +224,10 @@ class Flights:
         touch = radius[fast][:, None] + (radius[others] + moves)[None, :] + TOUCH + self._world.gravity * dt * dt
         meets = (np.einsum("ijk,ijk->ij", aside, aside) < touch * touch) & (fast[:, None] != others[None, :])
         if meets.any():
+            # the engine plays gentler impacts along a row, within the tick
+            reached = touching_chain(state.pos[others], radius[others], meets.any(axis=0), _KNOCK_LENGTH)
+            for slot in others[reached & self._pool.is_frozen[others]].tolist():
+                self._wake(slot)
             self._near, self._moves, self._has_movers = others, moves > _STANDS * dt, bool(meets[: len(rolling)].any())
 
     def end_tick(self, dt: float) -> None:
@@ -363,7 +367,7 @@ class Flights:
             return
         self._wake(slot)
         engine, row = self._world.engine, self._pool.rows[slot]
-        if vel[2] > _RISES:
+        if vel[2] > LEAST_BOUNCE:
             quat = engine.pose(row)[1]
             self._start(slot, end, vel, arc.spin)
             self._quat[slot] = quat

@@ -21,10 +21,9 @@ from simcore.pieces.impact_law import hit_ball, hit_surface
 from simcore.pieces.pool import PiecePool
 from simcore.typing import FloatArray, IntArray
 
-__all__ = ["Arc", "ImpactEvents"]
+__all__ = ["LEAST_BOUNCE", "Arc", "ImpactEvents"]
 
-LEAST_APPROACH = 0.1
-"""Closing speed below which impacts have no restitution [m/s]: a bounce of 0.5 mm."""
+_LEAST_APPROACH = 0.1  # [m/s]; slower impacts have no restitution: a bounce of 0.5 mm
 LEAST_BOUNCE = 0.15
 """A ball that leaves a level surface more slowly has come to lie on it [m/s]: it would rise by 1 mm."""
 _GENTLE = 0.03  # share of the fastest speed; a row of inelastic balls has no end of gentler impacts on each other
@@ -141,7 +140,7 @@ class ImpactEvents:
         for number, arc in enumerate(arcs):
             base[number], chord[number] = _chord(arc, h)
         active = np.array([n for n, arc in enumerate(arcs) if arc.is_flying or arc.vel != (0.0, 0.0, 0.0)], dtype=int)
-        least = max(LEAST_APPROACH, _GENTLE * math.sqrt(float(np.einsum("ij,ij->i", chord, chord).max())))
+        least = max(_LEAST_APPROACH, _GENTLE * math.sqrt(float(np.einsum("ij,ij->i", chord, chord).max())))
         times = _meeting_times(base, chord, radius, active, least)
         next_surface = self._surfaces(h, arcs, near_field)
         surface_times = np.array([meeting.time for meeting in next_surface])
@@ -267,7 +266,7 @@ class ImpactEvents:
             arc.spin,
             normal,
             radius=radius,
-            restitution=own.restitution * other.restitution if approach > LEAST_APPROACH else 0.0,
+            restitution=own.restitution * other.restitution if approach > _LEAST_APPROACH else 0.0,
             friction=own.friction * other.friction,
             surface_velocity=moving,
             mass_ratio=ratio,

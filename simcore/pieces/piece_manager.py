@@ -509,9 +509,9 @@ class GamePieceManager:
         touching = state.status[awake] == _AWAKE
         for slot in self._waking.choose(awake[touching], speed[touching], reach[touching], robots, dt).tolist():
             self._wake(slot)
+        self._flights.begin_tick(awake[touching], speed[touching], self._waking.guarded, dt)
         now = self.in_contact
         speed = lengths(state.vel.take(now, axis=0))
-        self._flights.begin_tick(now, speed, self._waking.guarded, dt)
         self._pressing.begin_tick(now, speed, robots, dt)
         self._world.longest_step = self._pressing.longest_step
         self._world.longest_robot_step = self._pressing.longest_robot_step
