@@ -20,7 +20,6 @@ from simcore.pieces.kinds import GamePieceConfig
 from simcore.pieces.muzzle_clearance import free_share, muzzle_obstacle
 from simcore.pieces.piece_manager import GamePieceManager
 from simcore.pieces.placer import Placer
-from simcore.pieces.pool import PieceStatus
 from simcore.pieces.shooter import Shooter, ShooterConfig
 from simcore.pieces.shot_schedule import Launch
 from simcore.robot.robot import Robot
@@ -31,7 +30,6 @@ __all__ = ["PieceFlow", "ShotRecord"]
 
 _log = logging.getLogger(__name__)
 
-_IN_FLIGHT = int(PieceStatus.IN_FLIGHT)
 _FOLLOWED = 100  # ticks for which a shot is followed at least
 
 
@@ -121,7 +119,7 @@ class PieceFlow:
             away = pos - place
             reach = radius + math.dist(place, on_part(robot.pose_before, before)) + moved
             near |= np.einsum("ij,ij->i", away, away) < reach * reach
-        near &= state.status[slots] != _IN_FLIGHT
+        near &= ~self._pieces.is_untouched[slots]
         return slots[near]
 
     def _take_some_of(self, robot: Robot, slots: IntArray) -> None:
@@ -289,7 +287,7 @@ class PieceFlow:
         for slot, shot in list(self._followed.items()):
             x, y, z = state.pos[slot].tolist()
             shot.points.append((x, y, z))
-            if state.status[slot] != _IN_FLIGHT and len(shot.points) > _FOLLOWED:
+            if not self._pieces.is_untouched[slot] and len(shot.points) > _FOLLOWED:
                 del self._followed[slot]
 
     def note_scored(self, slot: int) -> None:
@@ -319,5 +317,5 @@ class PieceFlow:
     @property
     def flying(self) -> IntArray:
         """Slots of the shots that have not touched anything yet, oldest first."""
-        status = self._pieces.state.status
-        return np.array([slot for slot in self._followed if status[slot] == _IN_FLIGHT], dtype=np.int64)
+        untouched = self._pieces.is_untouched
+        return np.array([slot for slot in self._followed if untouched[slot]], dtype=np.int64)

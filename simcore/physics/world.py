@@ -29,11 +29,12 @@ from simcore.physics.shape_extent import bounding_radius, shrunk
 from simcore.physics.shapes import Box, Cylinder, HalfSpace, Shape, Sphere
 from simcore.physics.substeps import Substepping, Surroundings
 from simcore.physics.surface import CARPET, FRICTIONLESS, TerrainSurface
+from simcore.physics.swept_balls import FirstTouch, TriangleSet
 from simcore.quantities import MASS, require
 from simcore.typing import BoolArray, FloatArray, IntArray
 from simcore.units import GRAVITY, plain_sum
 
-__all__ = ["CollisionGroup", "PhysicsWorld", "StaticElement"]
+__all__ = ["CollisionGroup", "PhysicsWorld", "RobotBody", "StaticElement"]
 
 _MOST_PARTS = 8  # of a robot's own body that a line of sight passes
 _FLOOR_THICKNESS = 1.0  # [m]; under robots: a plane gives one contact a tick and driven boxes sink into it
@@ -91,6 +92,22 @@ class _Body:
     surface: TerrainSurface
 
 
+@dataclass(slots=True, eq=False)
+class RobotBody:
+    """What an impact needs to know of a robot."""
+
+    surfaces: TriangleSet
+    """In its frame."""
+    reach: float
+    """Of the smallest ball around its origin that holds it [m]."""
+    mass: float
+    """[kg]"""
+    center_of_mass: Vector
+    """In its frame [m]."""
+    inertia: Vector
+    """Principal moments about the center of mass, along its axes [kg m^2]."""
+
+
 class PhysicsWorld:
     """A rigid-body world with gravity. Use as a context manager, or call `close`.
 
@@ -127,8 +144,12 @@ class PhysicsWorld:
         self._carriers: set[int] = set()
         self._hanging: set[int] = set()
         self._robots: list[int] = []
+        self.robot_bodies: dict[int, RobotBody] = {}
+        """What impacts on robots need, by engine row."""
+        self._surfaces = TriangleSet()
         self._pieces: dict[int, int] = {}  # group by row
         self._boxes, self._solid_boxes, self._ramp_boxes = StaticBoxes(), StaticBoxes(), StaticBoxes()
+        self._hanging_boxes = StaticBoxes()
         self._outlines = PlanOutlines()
         robot = CollisionGroup.ROBOT
         self.bumpers = BumperContacts(
@@ -187,6 +208,7 @@ class PhysicsWorld:
         at = _checked_pos(name, pos)
         row = self._add_part(name, shape, at, quat, surface, CollisionGroup.STATIC, CollisionGroup.PIECE)
         self._boxes.add(shape, at, quat)
+        self._surfaces.add(row, shape, at, quat)
         self._outlines.add(shape, at, quat)
         self._is_ramp = np.append(self._is_ramp, drivable)
         if drivable:
@@ -279,6 +301,9 @@ class PhysicsWorld:
         self._robots.append(row)
         if bumpers is not None:
             self.bumpers.add_robot(row, bumpers)
+        surfaces = TriangleSet()
+        surfaces.add(row, shape, (0.0, 0.0, 0.0), IDENTITY)
+        self.robot_bodies[row] = RobotBody(surfaces, bounding_radius(shape), mass, center_of_mass, inertia)
         return row
 
     def add_piece_body(
@@ -337,6 +362,7 @@ class PhysicsWorld:
         self._hanging.add(row)
         reach = 2.0 * (math.dist(at, pivot) + bounding_radius(shape))
         self._boxes.add(Box((reach, reach, reach)), pivot, IDENTITY)
+        self._hanging_boxes.add(Box((reach, reach, reach)), pivot, IDENTITY)
         return row
 
     def set_piece_touchable(self, row: int, touchable: bool) -> None:
@@ -424,6 +450,17 @@ class PhysicsWorld:
     def near_field(self, pos: FloatArray, reach: FloatArray) -> BoolArray:
         """The same for all elements of the field, those that robots drive over too; the floor is left out."""
         return self._boxes.are_near(pos, reach)
+
+    def near_hanging(self, pos: FloatArray, reach: FloatArray) -> BoolArray:
+        """Whether what hangs and swings may be within reach of each place; arguments as `near_solid`."""
+        return self._hanging_boxes.are_near(pos, reach)
+
+    def first_touch(self, pos: FloatArray, way: FloatArray, radius: FloatArray) -> FirstTouch:
+        """What balls on straight lines touch first of all elements of the field; see `TriangleSet.first_touch`.
+
+        The floor at z = 0 is left out. Tags are engine rows.
+        """
+        return self._surfaces.first_touch(pos, way, radius)
 
     def is_open(self, x: float, y: float, reach: float) -> bool:
         """Whether no wall or other solid element, at any height, is within reach of a place of the field [m].

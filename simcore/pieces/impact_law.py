@@ -14,9 +14,17 @@ __all__ = ["hit_ball", "hit_surface"]
 
 
 def hit_surface(
-    velocity: Vector, spin: Vector, normal: Vector, *, radius: float, restitution: float, friction: float
+    velocity: Vector,
+    spin: Vector,
+    normal: Vector,
+    *,
+    radius: float,
+    restitution: float,
+    friction: float,
+    surface_velocity: Vector = (0.0, 0.0, 0.0),
+    mass_ratio: float = 0.0,
 ) -> tuple[Vector, Vector]:
-    """Velocity and spin of a ball after it hit something that does not move.
+    """Velocity and spin of a ball after it hit something that is fixed, or moves and gives way.
 
     Args:
         velocity: Of its center before [m/s].
@@ -25,19 +33,22 @@ def hit_surface(
         radius: Of the ball [m].
         restitution: Of the pair [-].
         friction: Of the pair [-].
+        surface_velocity: Of the other body where it is touched, before [m/s].
+        mass_ratio: Mass of the ball over the effective mass of the other body there; 0: it is fixed [-].
 
     Example:
         >>> hit_surface((0.0, 0.0, -2.0), (0.0, 0.0, 0.0), (0.0, 0.0, 1.0), radius=0.1, restitution=0.5, friction=1.0)
         ((0.0, 0.0, 1.0), (0.0, 0.0, 0.0))
     """
     nx, ny, nz = normal
-    approach = -_dot(velocity, normal)
-    slip = _slip(velocity, spin, normal, radius, approach)
-    size = math.sqrt(_dot(slip, slip))
-    share = min(friction * (1.0 + restitution) * approach / size, 2.0 / 7.0) if size > 0.0 else 0.0
-    jx, jy, jz = -share * slip[0], -share * slip[1], -share * slip[2]  # friction impulse over the mass
-    out = (1.0 + restitution) * approach
     vx, vy, vz = velocity
+    relative = (vx - surface_velocity[0], vy - surface_velocity[1], vz - surface_velocity[2])
+    approach = -_dot(relative, normal)
+    slip = _slip(relative, spin, normal, radius, approach)
+    size = math.sqrt(_dot(slip, slip))
+    out = (1.0 + restitution) * approach / (1.0 + mass_ratio)
+    share = min(friction * out / size, 1.0 / (3.5 + mass_ratio)) if size > 0.0 else 0.0
+    jx, jy, jz = -share * slip[0], -share * slip[1], -share * slip[2]  # friction impulse over the mass
     turn = -2.5 / radius  # 1 / (2/5 r), and the lever is -normal r
     sx, sy, sz = spin
     return (

@@ -19,9 +19,8 @@ from simcore.physics.substeps import TickPlan
 from simcore.physics.world import PhysicsWorld
 from simcore.pieces.aerodynamics import AirFactors
 from simcore.pieces.approach import Approach
-from simcore.pieces.flight_forces import FlightForces
+from simcore.pieces.flights import Flights
 from simcore.pieces.free_places import free_place
-from simcore.pieces.impacts import Impacts
 from simcore.pieces.kinds import GamePieceConfig
 from simcore.pieces.lodging import Lodging
 from simcore.pieces.piece_variation import PieceVariation
@@ -45,6 +44,7 @@ _SOFT, _HARD = 0.1, 0.003  # how deep a piece may be in a wall as it is let go: 
 _KNOCK_TICKS = 3.0  # how much farther the field is shown to the engine: a row of balls passes a knock on within a tick
 _SORTED = 15  # ticks after which sleepers that nothing can touch are fixed
 _FREE, _STAGED, _ASLEEP, _AWAKE, _HELD, _IN_FLIGHT, _SCORED, _PLACED = (int(status) for status in PieceStatus)
+_ZERO = (0.0, 0.0, 0.0)
 _ALL = (_STAGED, *ON_FIELD, _HELD, _SCORED)
 
 
@@ -84,9 +84,8 @@ class GamePieceManager:
             linger=self._p.chunk_linger,
         )
         self._chunk = np.zeros(n, dtype=np.int64)
-        self._impacts = Impacts(world, self._pool, self._wake)
         self._approach = Approach(world, self._pool)
-        self._flight = FlightForces(world, self._pool, self._impacts)
+        self._flights = Flights(world, self._pool, self._wake, self._forget_awake)
         self._pressing = Pressing(world, self._pool)
         self._lodging = Lodging(world, self._pool)
         self.places = RestingPlaces(places, self._pool)
@@ -98,7 +97,8 @@ class GamePieceManager:
         self._stillness = Stillness(self._p.chunk_linger + _SORTED)
         self._quats = np.tile((1.0, 0.0, 0.0, 0.0), (n, 1))
         self._awake: IntArray = np.zeros(0, dtype=np.int64)
-        self._awake_rows: list[int] = []
+        self._in_contact: IntArray = np.zeros(0, dtype=np.int64)
+        self._contact_rows: list[int] = []
         self._awake_stale = True
         self._outer = np.array([(-0.5, -0.5, -0.5), (field_size[0] + 0.5, field_size[1] + 0.5, 30.0)])
         self._robots: list[Footprint] = []
@@ -189,15 +189,15 @@ class GamePieceManager:
                 standing = abs(pos[2] - config.rest_height_at(quat)) < 0.002
             standing = resting or (standing and (self._pool.is_ball[slot] or config.stands_at(quat)))
             self._wake_leaning(slot)
+            self._flights.forget(slot)
             self._pool.place(slot, (pos[0], pos[1], pos[2]), touchable=not standing, quat=quat)
             self.state.status[slot] = _AWAKE
             self.state.holder[slot] = -1
             self._sleeping.stir(slot)
-            self._flight.forget(slot)
             if standing:
                 self._fall_asleep(np.array([slot]))
-            else:
-                self._flight.start(slot)
+            elif self._flights.is_clear(slot, (pos[0], pos[1], pos[2])):
+                self._flights.start(slot, _ZERO, _ZERO)
         self._awake_stale = True
 
     def hold(self, slots: IntArray, holder: int) -> None:
@@ -211,7 +211,7 @@ class GamePieceManager:
         self._lodging.free(slots)
         for slot in slots.tolist():
             self._wake_leaning(slot)
-            self._flight.forget(slot)
+            self._flights.forget(slot)
             self._pool.park(slot)
             self.state.status[slot] = _HELD
             self.state.holder[slot] = holder
@@ -257,10 +257,11 @@ class GamePieceManager:
         self._pool.place(slot, (float(pos[0]), float(pos[1]), float(pos[2])), touchable=True, quat=quat)
         self._world.set_velocity(self._pool.rows[slot], vel, spin)
         self.state.vel[slot] = vel
-        self.state.status[slot] = _IN_FLIGHT if flying else _AWAKE
+        self.state.status[slot] = _AWAKE
         self.state.holder[slot] = -1
         self._sleeping.stir(slot)
-        self._flight.start(slot)
+        if flying:
+            self._flights.start(slot, _vector(vel), _vector(spin), untouched=True)
         self._awake_stale = True
         return slot
 
@@ -292,7 +293,7 @@ class GamePieceManager:
         self._lodging.free(slots)
         for slot in slots.tolist():
             self._wake_leaning(slot)
-            self._flight.forget(slot)
+            self._flights.forget(slot)
             self._pool.park(slot)
             self.state.status[slot] = _SCORED
         self._awake_stale = True
@@ -312,20 +313,19 @@ class GamePieceManager:
         self._require("push", slots, ON_FIELD, velocities)
         for slot, velocity in zip(slots.tolist(), velocities.tolist(), strict=True):
             self._wake(slot)
-            self._world.set_velocity(self._pool.rows[slot], velocity)
             self.state.vel[slot] = velocity
-            if flying:
-                self.state.status[slot] = _IN_FLIGHT
-                self._flight.start(slot)
+            if flying or self._flights.is_flying[slot]:
+                self._flights.push(slot, _vector(velocity), untouched=flying)
             else:
-                self._impacts.forget(slot)
+                self._flights.forget(slot)
+                self._world.set_velocity(self._pool.rows[slot], velocity)
 
     def clear(self) -> None:
         """Take all pieces out of the match; none is counted any more."""
         slots = np.nonzero(self.state.status != _FREE)[0]
         self._pressing.release(slots)
         for slot in slots.tolist():
-            self._flight.forget(slot)
+            self._flights.forget(slot)
             self._pool.park(slot)
         self.state.status[slots] = _FREE
         self.state.holder[slots] = -1
@@ -385,23 +385,38 @@ class GamePieceManager:
 
     @property
     def awake(self) -> IntArray:
-        """Slots that the engine moves: awake and in flight."""
+        """Slots that move: those that fly and those in contact, which the engine moves."""
         if self._awake_stale:
             status = self.state.status
             self._awake = ((status == _AWAKE) | (status == _IN_FLIGHT)).nonzero()[0]
-            self._awake_rows = self._pool.rows_of(self._awake)
+            self._in_contact = (status == _AWAKE).nonzero()[0]
+            self._contact_rows = self._pool.rows_of(self._in_contact)
             self._awake_stale = False
         return self._awake
 
     @property
     def moving_rows(self) -> list[int]:
-        """Engine rows of the `awake`."""
-        return self._awake_rows if len(self.awake) else []
+        """Engine rows of the pieces `in_contact`."""
+        return self._contact_rows if len(self.in_contact) else []
+
+    @property
+    def in_contact(self) -> IntArray:
+        """Slots that the engine moves."""
+        self.awake  # noqa: B018  (brings both up to date)
+        return self._in_contact
+
+    def _forget_awake(self) -> None:
+        self._awake_stale = True
+
+    @property
+    def is_untouched(self) -> BoolArray:
+        """Which slots were shot and have touched nothing since, shape (n,)."""
+        return self._flights.is_untouched
 
     @property
     def in_active_chunks(self) -> IntArray:
-        """Slots on the field in active chunks, awake or not: all that anything that moves could meet."""
-        return np.nonzero(self.state.touchable)[0]
+        """Slots on the field in active chunks and in the air: all that anything that moves could meet."""
+        return np.nonzero(self.state.touchable | self._flights.is_flying)[0]
 
     @property
     def types(self) -> list[GamePieceConfig]:
@@ -462,9 +477,12 @@ class GamePieceManager:
         """Attitudes w, x, y, z, shape (n, 4); of a piece that is off the field, the last it had there."""
         status = self.state.status[slots]
         pose, rows = self._world.engine.pose, self._pool.rows
-        for slot in slots[(status == _AWAKE) | (status == _IN_FLIGHT)].tolist():
+        for slot in slots[status == _AWAKE].tolist():
             x, y, z, w = pose(rows[slot])[1]
             self._quats[slot] = w, x, y, z
+        flying = slots[status == _IN_FLIGHT]
+        if len(flying):
+            self._quats[flying] = self._flights.quats(flying)[:, [3, 0, 1, 2]]
         return self._quats[slots]
 
     # --- one tick -----------------------------------------------------------------------------------------------
@@ -482,6 +500,8 @@ class GamePieceManager:
         self._stillness.begin_tick(len(awake) + len(self._pressing.stirred), self._robots)
         if self._stillness.is_reached:
             return TickPlan()
+        self._flights.land_early(dt)
+        awake = self.awake
         speed = lengths(state.vel.take(awake, axis=0))
         fall = self._world.gravity * dt  # what gravity can add within the tick
         reach = (speed + fall) * dt + 2.0 * self._pool.radius[awake] + p.piece_margin
@@ -492,13 +512,12 @@ class GamePieceManager:
             chunks.mark(state.pos.take(awake, axis=0), reach + _KNOCK_TICKS * dt * speed)
         self._apply_chunks(*chunks.update())
 
-        for slot in self._waking.choose(awake, speed, reach, robots, dt).tolist():
+        touching = state.status[awake] == _AWAKE
+        for slot in self._waking.choose(awake[touching], speed[touching], reach[touching], robots, dt).tolist():
             self._wake(slot)
-        self._flight.begin_tick(awake, speed)  # those that woke just now stand still
-        self._impacts.begin_tick(awake, speed, self._waking.guarded, dt)
-        now = self.awake
-        if now is not awake:
-            speed = lengths(state.vel.take(now, axis=0))
+        self._flights.begin_tick(awake[touching], speed[touching], self._waking.guarded, dt)
+        now = self.in_contact
+        speed = lengths(state.vel.take(now, axis=0))
         self._pressing.begin_tick(now, speed, robots, dt)
         longest = self._pressing.longest_step
         if self._approach.has_fine:
@@ -509,14 +528,15 @@ class GamePieceManager:
         )
 
     def before_substep(self, h: float) -> None:
-        """Push on flying pieces: drag and lift, for the next sub-step of h [s]."""
+        """Move the pieces that fly by h [s], and prepare the others for the engine's step of the same length."""
         if self._approach.is_needed:
             self._approach.finish()
-        self._flight.push(h)
+        self._flights.fly(h)
         if self._lodging.is_used:
             self._lodging.hold(h, self.awake)
         if self._approach.is_needed:
-            self._approach.begin_step(h, self._awake_rows)
+            self.awake  # noqa: B018  (brings the rows up to date)
+            self._approach.begin_step(h, self._contact_rows)
 
     def gather(self, dt: float) -> None:
         """After the engine moved: read where the awake pieces are, once."""
@@ -525,15 +545,18 @@ class GamePieceManager:
         state = self.state
         awake = self.awake
         if len(awake):
-            now = self._world.engine.centers(self._awake_rows)
+            is_flying = self._flights.is_flying[awake]
+            moved = awake[~is_flying]
+            now = np.zeros((len(awake), 3))
+            now[is_flying] = self._flights.positions(awake[is_flying])
+            now[~is_flying] = self._world.engine.centers(self._contact_rows)
             before = state.before[awake] = state.pos.take(awake, axis=0)
             vel = (now - before) / dt
-            touched = self._flight.has_touched(awake, vel, dt)
-            self._flight.note_falls(awake, vel[:, 2], state.vel[awake, 2], dt)
+            rise = state.vel[moved, 2]
             state.pos[awake], state.vel[awake] = now, vel
             self._pool.changes += 1
-            if np.count_nonzero(touched):
-                state.status[awake[touched]] = _AWAKE
+            self._flights.end_tick(dt)
+            self._flights.take_over(moved, vel[~is_flying, 2], rise, dt)
             self._recover(awake, now)
         self._tick += 1
         if self._tick % 2 and not self._stillness.is_reached:
@@ -541,7 +564,7 @@ class GamePieceManager:
 
     def settle(self) -> None:
         """Put to sleep what has been slow for long enough; looks at every second tick, which costs half."""
-        state, awake = self.state, self.awake
+        state, awake = self.state, self.in_contact
         if self._tick % SETTLE_PERIOD or not len(awake):
             return
         ready = self._sleeping.at_rest(awake, self._waking.guarded)
@@ -654,6 +677,10 @@ class GamePieceManager:
             field_size=self._field_size,
         )
         self.release(np.array([slot]), np.array([place]))
+
+
+def _vector(row: Sequence[float]) -> Vector:
+    return float(row[0]), float(row[1]), float(row[2])
 
 
 def _quaternions(what: str, attitudes: FloatArray | None, count: int) -> list[Quaternion]:

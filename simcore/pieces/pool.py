@@ -33,11 +33,11 @@ class PieceStatus(IntEnum):
     ASLEEP = 2
     """On the field, at rest and frozen."""
     AWAKE = 3
-    """On the field, moved by the engine."""
+    """On the field, in contact with something or about to be: moved by the engine."""
     HELD = 4
     """In a robot."""
     IN_FLIGHT = 5
-    """Shot, and nothing touched yet."""
+    """In the air, moved by `flights`."""
     SCORED = 6
     """Scored and taken off the field."""
     PLACED = 7

