@@ -20,7 +20,8 @@ import numpy as np
 from simcore.geometry.rotation import Vector, matrix, multiply
 from simcore.physics.mass_properties import mass_properties
 from simcore.physics.world import PhysicsWorld
-from simcore.pieces.aerodynamics import AirRows, drag_acceleration, fly_rows
+from simcore.pieces.aerodynamics import AirRows, drag_acceleration
+from simcore.pieces.flight import advance
 from simcore.pieces.impact_events import LEAST_BOUNCE, Arc, ImpactEvents
 from simcore.pieces.pool import PiecePool, PieceStatus
 from simcore.pieces.touching import TOUCH, close_pairs, lengths, touching_chain
@@ -282,7 +283,7 @@ class Flights:
             return
         pos, vel, spin = self._pos[slots], self._vel[slots], self._spin[slots]
         air = AirRows(drag=self._pool.drag[slots], lift=self._lift[slots], lift_saturation=self._saturation[slots])
-        end, after = fly_rows(pos, vel, spin, h, gravity=self._world.gravity, factors=air)
+        end, after = advance(pos, vel, spin, air, h, gravity=self._world.gravity)
         self._pos[slots], self._vel[slots] = end, after
         self._play(h, slots, pos, vel, end, (after - vel) / h)
 
