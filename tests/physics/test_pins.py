@@ -59,8 +59,8 @@ class Pin:
         self.robot.follow_velocity(speed, 0.0, 0.0)
         for _ in range(round(seconds / DT)):
             self.motion.begin_tick()
-            steps, parts = self.motion.count_steps(DT)
-            self.motion.advance(steps=(max(fewest, steps), parts))
+            planned, _ = self.motion.count_steps(DT)
+            self.motion.advance(steps=None if planned >= fewest else (fewest, 1))
             self.motion.end_tick()
             each()
 
