@@ -60,6 +60,7 @@ class SwerveDrive(WheeledDrive[SwerveConfig]):
                     radius=m.wheel_radius,
                     slip_ratio=m.slip_ratio,
                     slip_speed=m.slip_speed,
+                    grain=m.wheel_grain,
                     wheels=(i,),
                 )
                 for i, (m, motor) in enumerate(zip(modules, motors, strict=True))

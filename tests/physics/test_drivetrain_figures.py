@@ -14,7 +14,8 @@ from simcore.robot.dc_motor import motor
 from simcore.robot.planar_chassis import PlanarChassis
 from simcore.robot.swerve_config import SwerveConfig, SwerveModuleConfig
 from simcore.robot.swerve_drive import SwerveDrive
-from simcore.robot.tank_drive import TankConfig, TankDrive
+from simcore.robot.tank_config import TankConfig
+from simcore.robot.tank_drive import TankDrive
 from simcore.units import GRAVITY
 
 IDEAL = SwerveModuleConfig(
