@@ -113,11 +113,9 @@ class ModuleController:
                 drive.emf,
                 m.coupling_ratio / m.drive_motor.kv,
                 m.drive_kp,
-                (drive.friction + m.rolling_resistance * load * m.wheel_radius)
-                / drive.torque_driving
-                * drive.resistance,
+                (drive.friction + m.rolling_resistance * load * m.wheel_radius) / drive.torque_driving * drive.winding,
                 m.steer_kp,
-                (steer.friction + m.wheel_cof * m.scrub_radius * load) / steer.torque_driving * steer.resistance,
+                (steer.friction + m.wheel_cof * m.scrub_radius * load) / steer.torque_driving * steer.winding,
             )
             for m, drive, steer, load in zip(modules, drive_motors, steer_motors, loads, strict=True)
         ]

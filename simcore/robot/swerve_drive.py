@@ -159,7 +159,7 @@ class SwerveDrive(WheeledDrive[SwerveConfig]):
             ]
         )
         self.state = ModuleState(self.shaft_angles, self.shaft_speeds, turned, [0.0] * self._n, cos, sin, cos, sin)
-        self.steer_motors = MotorReadout([m.resistance for m in self._steer.motors])
+        self.steer_motors = MotorReadout([m.winding for m in self._steer.motors])
         """Of the steer motors in the last inner step."""
         self._solver.cos = self._solver.mid_cos = cos
         self._solver.sin = self._solver.mid_sin = sin
