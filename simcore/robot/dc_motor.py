@@ -164,8 +164,10 @@ _TALON_LIMITS = (120.0, 70.0)
 _SPARK_LIMITS = (80.0, math.inf)
 
 
-def controller_limits(model: MotorModel) -> tuple[float, float]:
-    """Stator and supply limit of the controller that a motor is sold for, until somebody configures others [A].
+def controller_limits(
+    model: MotorModel, stator: float | None = None, supply: float | None = None
+) -> tuple[float, float]:
+    """Stator and supply limit in force: what is configured, else as the motor's controller is delivered [A].
 
     A TalonFX or TalonFXS limits a Kraken, Falcon or Minion to 120 A and 70 A, a SPARK a NEO or Vortex to 80 A. For
     other motors, mostly brushed ones behind a PWM controller, there are none: what ends them is a breaker of 40 A, that
@@ -177,9 +179,12 @@ def controller_limits(model: MotorModel) -> tuple[float, float]:
     >>> controller_limits(motor("Kraken X60")), controller_limits(motor("NEO")), controller_limits(motor("CIM"))
     ((120.0, 70.0), (80.0, inf), (inf, inf))
     """
+    usual = (math.inf, math.inf)
     if model.name.startswith(_TALON_MOTORS):
-        return _TALON_LIMITS
-    return _SPARK_LIMITS if model.name.startswith("NEO") else (math.inf, math.inf)
+        usual = _TALON_LIMITS
+    elif model.name.startswith("NEO"):
+        usual = _SPARK_LIMITS
+    return usual[0] if stator is None else stator, usual[1] if supply is None else supply
 
 
 def _plain(name: str) -> str:

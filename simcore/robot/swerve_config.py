@@ -25,6 +25,7 @@ from simcore.quantities import (
     require_row,
 )
 from simcore.robot.dc_motor import MotorModel, controller_limits, motor
+from simcore.robot.limited_motor import LimitedMotor
 from simcore.robot.wheel_config import WheelConfig
 
 __all__ = ["SwerveConfig", "SwerveModuleConfig", "plate_inertia"]
@@ -62,11 +63,6 @@ def _unusual(owner: str, config: object, usual: dict[str, tuple[float, float]]) 
             hint = Quantity(_UNITS.get(name, ""), low, high).in_other_units(value)
             remarks.append(f"{owner}: {name} = {value:g} is outside the usual {low:g} to {high:g}{hint}")
     return remarks
-
-
-def _limits(stator: float | None, supply: float | None, model: MotorModel) -> tuple[float, float]:
-    usual_stator, usual_supply = controller_limits(model)
-    return usual_stator if stator is None else stator, usual_supply if supply is None else supply
 
 
 def plate_inertia(mass: float, length: float, width: float) -> float:
@@ -164,14 +160,30 @@ class SwerveModuleConfig(WheelConfig):
             )
 
     @property
-    def drive_limits(self) -> tuple[float, float]:
-        """Stator and supply limit in force [A]."""
-        return _limits(self.drive_stator_limit, self.drive_supply_limit, self.drive_motor)
+    def limited_drive_motor(self) -> LimitedMotor:
+        """The drive motor behind its gears and limits."""
+        stator, supply = controller_limits(self.drive_motor, self.drive_stator_limit, self.drive_supply_limit)
+        return LimitedMotor.of(
+            self.drive_motor,
+            gearing=self.drive_gearing,
+            efficiency=self.drive_efficiency,
+            friction_volts=self.drive_friction_volts,
+            stator_limit=stator,
+            supply_limit=supply,
+        )
 
     @property
-    def steer_limits(self) -> tuple[float, float]:
-        """Stator and supply limit in force [A]."""
-        return _limits(self.steer_stator_limit, self.steer_supply_limit, self.steer_motor)
+    def limited_steer_motor(self) -> LimitedMotor:
+        """The steer motor behind its gears and limits."""
+        stator, supply = controller_limits(self.steer_motor, self.steer_stator_limit, self.steer_supply_limit)
+        return LimitedMotor.of(
+            self.steer_motor,
+            gearing=self.steer_gearing,
+            efficiency=self.steer_efficiency,
+            friction_volts=self.steer_friction_volts,
+            stator_limit=stator,
+            supply_limit=supply,
+        )
 
     @property
     def drive_inertia(self) -> float:

@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from simcore.robot.limited_motor import LimitedMotor, end_weight, solve_limited, within
+from simcore.robot.limited_motor import end_weight, solve_limited, within
 from simcore.robot.motor_bus import MotorReadout
 from simcore.robot.swerve_config import SwerveModuleConfig
 
@@ -39,17 +39,7 @@ class SteerBank:
     """All azimuths: motor, gears, friction, scrub of the tire, and the pull of the coupled drive motor."""
 
     def __init__(self, modules: Sequence[SwerveModuleConfig]) -> None:
-        self.motors = [
-            LimitedMotor.of(
-                m.steer_motor,
-                gearing=m.steer_gearing,
-                efficiency=m.steer_efficiency,
-                friction_volts=m.steer_friction_volts,
-                stator_limit=m.steer_limits[0],
-                supply_limit=m.steer_limits[1],
-            )
-            for m in modules
-        ]
+        self.motors = [m.limited_steer_motor for m in modules]
         self._rows = [
             (
                 *(motor, motor.emf, motor.conductance, motor.torque_driving, motor.torque_driven, motor.friction),

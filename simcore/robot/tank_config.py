@@ -98,13 +98,13 @@ class TankConfig(WheelConfig):
     @property
     def side_motor(self) -> LimitedMotor:
         """All motors of one side."""
-        usual = controller_limits(self.motor)
+        stator, supply = controller_limits(self.motor, self.stator_limit, self.supply_limit)
         return LimitedMotor.of(
             self.motor,
             gearing=self.gearing,
             efficiency=self.efficiency,
             friction_volts=self.friction_volts,
-            stator_limit=usual[0] if self.stator_limit is None else self.stator_limit,
-            supply_limit=usual[1] if self.supply_limit is None else self.supply_limit,
+            stator_limit=stator,
+            supply_limit=supply,
             count=self.motors_per_side,
         )

@@ -42,20 +42,12 @@ class TankDrive(WheeledDrive[TankConfig]):
         super().__init__(
             config,
             battery=battery,
-            wheels=[
-                WheelContact(
-                    x=x, y=y, wheel_cof=sides[k // n].wheel_cof, rolling_resistance=sides[k // n].rolling_resistance
-                )
-                for k, (x, y) in enumerate(config.positions)
-            ],
+            wheels=[WheelContact.of(sides[k // n], place) for k, place in enumerate(config.positions)],
             shafts=[
-                DriveShaft(
+                DriveShaft.of(
+                    c,
                     inertia=n * c.wheel_inertia + c.motors_per_side * c.motor.rotor_inertia * c.gearing**2,
                     motor=c.side_motor,
-                    radius=c.wheel_radius,
-                    slip_ratio=c.slip_ratio,
-                    slip_speed=c.slip_speed,
-                    grain=c.wheel_grain,
                     wheels=wheels,
                 )
                 for c, wheels in zip(sides, (tuple(range(n)), tuple(range(n, 2 * n))), strict=True)
