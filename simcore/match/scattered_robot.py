@@ -19,7 +19,7 @@ from simcore.robot.gyro import GyroConfig
 from simcore.robot.positioned_mechanisms import PistonConfig, ServoConfig
 from simcore.robot.robot_config import MechanismConfig, RobotConfig
 from simcore.robot.swerve_config import SwerveConfig, SwerveModuleConfig
-from simcore.robot.tank_drive import TankConfig
+from simcore.robot.tank_config import TankConfig
 from simcore.typing import FloatSupplier
 
 __all__ = ["built_robot", "start_error"]

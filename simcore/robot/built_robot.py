@@ -10,7 +10,7 @@ from simcore.robot.battery import BatteryConfig
 from simcore.robot.gyro import GyroConfig
 from simcore.robot.robot_config import MechanismConfig, RobotConfig
 from simcore.robot.swerve_config import SwerveConfig
-from simcore.robot.tank_drive import TankConfig
+from simcore.robot.tank_config import TankConfig
 
 __all__ = ["BuiltRobot"]
 

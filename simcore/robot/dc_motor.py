@@ -14,6 +14,7 @@ from simcore.quantities import (
     TORQUE,
     TURN_RATE,
     VOLTAGE,
+    Quantity,
     require,
     require_fields,
 )
@@ -69,6 +70,10 @@ class MotorModel:
     """Voltage of the datasheet [V]."""
     rotor_inertia: float = _DEFAULT_ROTOR_INERTIA
     """Inertia of the rotor about its own axis [kg m^2]."""
+    supply_resistance: float = 0.0
+    """Share of `nominal_voltage / stall_current` that lay before the controller as the datasheet was measured: supply
+    and leads [ohm]. At full duty it acts as on the datasheet; at less duty and at a current limit the controller makes
+    up for it, so that a volt makes more torque. 0 unless the vendor has published stall below the nominal voltage."""
 
     def __post_init__(self) -> None:
         require_fields(
@@ -80,14 +85,26 @@ class MotorModel:
             free_speed=TURN_RATE,
             nominal_voltage=VOLTAGE,
             rotor_inertia=INERTIA_OR_NONE,
+            supply_resistance=Quantity("ohm", 0.0, 10.0),
         )
         # 0 < free current < stall current keeps R, kt and kv positive: a motor without resistance cannot be written.
         require(self.name, "stall_current - free_current", self.stall_current - self.free_current, CURRENT)
+        require(
+            self.name,
+            "resistance - supply_resistance",
+            self.winding_resistance,
+            Quantity("ohm", 0.0, 1e6, is_open=True),
+        )
 
     @property
     def resistance(self) -> float:
-        """Of the windings [ohm]."""
+        """At full duty: windings, controller and the datasheet's supply [ohm]."""
         return self.nominal_voltage / self.stall_current
+
+    @property
+    def winding_resistance(self) -> float:
+        """Behind the controller: what its own voltage meets [ohm]."""
+        return self.resistance - self.supply_resistance
 
     @property
     def kt(self) -> float:
@@ -119,6 +136,7 @@ class MotorModel:
             stall_torque=self.stall_torque * kt / resistance,
             stall_current=self.stall_current / resistance,
             free_current=free_current,
+            supply_resistance=self.supply_resistance * resistance,
             free_speed=self.kv / kt * (self.nominal_voltage - self.resistance * resistance * free_current),
         )
 
@@ -146,8 +164,10 @@ _TALON_LIMITS = (120.0, 70.0)
 _SPARK_LIMITS = (80.0, math.inf)
 
 
-def controller_limits(model: MotorModel) -> tuple[float, float]:
-    """Stator and supply limit of the controller that a motor is sold for, until somebody configures others [A].
+def controller_limits(
+    model: MotorModel, stator: float | None = None, supply: float | None = None
+) -> tuple[float, float]:
+    """Stator and supply limit in force: what is configured, else as the motor's controller is delivered [A].
 
     A TalonFX or TalonFXS limits a Kraken, Falcon or Minion to 120 A and 70 A, a SPARK a NEO or Vortex to 80 A. For
     other motors, mostly brushed ones behind a PWM controller, there are none: what ends them is a breaker of 40 A, that
@@ -159,9 +179,12 @@ def controller_limits(model: MotorModel) -> tuple[float, float]:
     >>> controller_limits(motor("Kraken X60")), controller_limits(motor("NEO")), controller_limits(motor("CIM"))
     ((120.0, 70.0), (80.0, inf), (inf, inf))
     """
+    usual = (math.inf, math.inf)
     if model.name.startswith(_TALON_MOTORS):
-        return _TALON_LIMITS
-    return _SPARK_LIMITS if model.name.startswith("NEO") else (math.inf, math.inf)
+        usual = _TALON_LIMITS
+    elif model.name.startswith("NEO"):
+        usual = _SPARK_LIMITS
+    return usual[0] if stator is None else stator, usual[1] if supply is None else supply
 
 
 def _plain(name: str) -> str:
@@ -207,6 +230,10 @@ _ROTOR_INERTIA = {
     "Romi built-in": 1.0e-7,
 }
 
+# At 4 V the vendor's dynamometer had 2.15 N m and 39 A from the supply: 117 A in the windings, which is 34 of the
+# 47 mohm of 12 V / 257 A. Source: motors.vex.com, quoted in Chief Delphi 392256.
+_SUPPLY_RESISTANCE = {"Falcon 500": 0.0127}
+
 
 @cache
 def _from_wpilib(name: str) -> MotorModel:
@@ -221,4 +248,5 @@ def _from_wpilib(name: str) -> MotorModel:
         free_speed=m.freeSpeed,
         nominal_voltage=m.nominalVoltage,
         rotor_inertia=_ROTOR_INERTIA.get(name, _DEFAULT_ROTOR_INERTIA),
+        supply_resistance=_SUPPLY_RESISTANCE.get(name, 0.0),
     )

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from simcore.robot.limited_motor import LimitedMotor
+from simcore.robot.wheel_config import WheelConfig
 from simcore.units import plain_sum
 
 __all__ = ["DriveShaft", "WheelContact", "free_speed", "launch_accel"]
@@ -28,6 +29,11 @@ class WheelContact:
     rolling_resistance: float
     """Drag per load [-]."""
 
+    @staticmethod
+    def of(wheel: WheelConfig, place: tuple[float, float]) -> WheelContact:
+        """A wheel at its place from the center of mass [m]."""
+        return WheelContact(*place, wheel_cof=wheel.wheel_cof, rolling_resistance=wheel.rolling_resistance)
+
 
 @dataclass(frozen=True, slots=True)
 class DriveShaft:
@@ -46,6 +52,19 @@ class DriveShaft:
     """Rows of its wheels."""
     grain: float = 1.0
     """Friction of its treads across over that along [-]."""
+
+    @staticmethod
+    def of(wheel: WheelConfig, *, inertia: float, motor: LimitedMotor, wheels: tuple[int, ...]) -> DriveShaft:
+        """A shaft with wheels of one kind; see the fields."""
+        return DriveShaft(
+            inertia=inertia,
+            motor=motor,
+            radius=wheel.wheel_radius,
+            slip_ratio=wheel.slip_ratio,
+            slip_speed=wheel.slip_speed,
+            wheels=wheels,
+            grain=wheel.wheel_grain,
+        )
 
 
 def free_speed(shaft: DriveShaft, wheels: Sequence[WheelContact], loads: Sequence[float]) -> float:

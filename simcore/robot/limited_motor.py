@@ -48,9 +48,11 @@ class LimitedMotor:
     """Constants of `count` equal motors on one shaft, seen from the shaft."""
 
     resistance: float
-    """Of one motor [ohm]."""
+    """Of one motor at full duty [ohm]."""
     conductance: float
     """1 / resistance [1/ohm]."""
+    winding: float
+    """Of one motor behind its controller [ohm]; see `MotorModel.supply_resistance`."""
     emf: float
     """Back-EMF per shaft speed [V s/rad]."""
     torque_driving: float
@@ -81,15 +83,39 @@ class LimitedMotor:
         return LimitedMotor(
             resistance=model.resistance,
             conductance=1.0 / model.resistance,
+            winding=model.winding_resistance,
             emf=gearing / model.kv,
             torque_driving=torque * efficiency,
             torque_driven=torque / efficiency,
             # The voltage that just turns the shaft against friction is multiplied by the gears, as any torque is.
-            friction=torque * efficiency * friction_volts / model.resistance,
+            friction=torque * efficiency * friction_volts / model.winding_resistance,
             stator_limit=stator_limit,
             supply_limit=supply_limit,
             count=count,
         )
+
+    def line_in_force(self, volts: float, bus: float, emf: float, limit: float) -> tuple[float, float]:
+        """What holds now of a motor whose controller makes up for the resistance before it.
+
+        It does so as long as its duty lets it: of (V - e) / R_winding, (V_bus - e) / R and the stator limit the
+        smallest flows.
+
+        Args:
+            volts: Wanted [V].
+            bus: Battery voltage [V].
+            emf: Back-EMF now [V].
+            limit: Stator limit in force [A].
+
+        Returns:
+            Voltage [V] and resistance [ohm] of the line I = (V - e) / R.
+        """
+        volts = within(volts, bus)
+        full = bus if volts > 0.0 else -bus
+        at_full = abs(full - emf) * self.conductance
+        is_driving = (volts - emf) * volts > 0.0
+        if is_driving and at_full < limit and at_full * self.winding < abs(volts - emf):
+            return full, self.resistance
+        return volts, self.winding
 
 
 def end_weight(h: float, rate: float) -> float:

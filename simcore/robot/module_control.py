@@ -6,7 +6,6 @@ import enum
 import math
 from collections.abc import Sequence
 
-from simcore.robot.limited_motor import LimitedMotor
 from simcore.robot.swerve_config import SwerveModuleConfig
 from simcore.robot.swerve_module import ModuleState
 
@@ -88,23 +87,17 @@ class DriveMode(enum.Enum):
 class ModuleController:
     """Turns the last command into voltages, every inner step, as motor controllers do between two robot loops."""
 
-    def __init__(
-        self,
-        modules: Sequence[SwerveModuleConfig],
-        drive_motors: Sequence[LimitedMotor],
-        steer_motors: Sequence[LimitedMotor],
-        loads: Sequence[float],
-    ) -> None:
+    def __init__(self, modules: Sequence[SwerveModuleConfig], loads: Sequence[float]) -> None:
         """Start in neutral.
 
         Args:
-            modules: Gains, limits and neutral modes.
-            drive_motors: For the feed-forward.
-            steer_motors: For the feed-forward.
+            modules: Gains, limits, neutral modes, and motors for the feed-forward.
             loads: Of the robot at rest, for rolling drag and scrub [N].
         """
         self._modules = modules
-        self._stator_limits = [m.drive_limits[0] for m in modules]
+        drives = [m.limited_drive_motor for m in modules]
+        steers = [m.limited_steer_motor for m in modules]
+        self._stator_limits = [motor.stator_limit for motor in drives]
         self._coasting = any(not (m.drive_brake and m.steer_brake) for m in modules)
         # Feed-forward against friction, rolling drag and scrub, as a team's kS would hold [V].
         self._gains = [
@@ -113,13 +106,11 @@ class ModuleController:
                 drive.emf,
                 m.coupling_ratio / m.drive_motor.kv,
                 m.drive_kp,
-                (drive.friction + m.rolling_resistance * load * m.wheel_radius)
-                / drive.torque_driving
-                * drive.resistance,
+                (drive.friction + m.rolling_resistance * load * m.wheel_radius) / drive.torque_driving * drive.winding,
                 m.steer_kp,
-                (steer.friction + m.wheel_cof * m.scrub_radius * load) / steer.torque_driving * steer.resistance,
+                (steer.friction + m.wheel_cof * m.scrub_radius * load) / steer.torque_driving * steer.winding,
             )
-            for m, drive, steer, load in zip(modules, drive_motors, steer_motors, loads, strict=True)
+            for m, drive, steer, load in zip(modules, drives, steers, loads, strict=True)
         ]
         self.reset()
 

@@ -39,7 +39,7 @@ def bus_voltage(
     if bus < 1e-3:
         return 0.0
     turning = [
-        (m.conductance, m.resistance, m.supply_limit, m.count, v, limit, emf)
+        (m, m.winding != m.resistance, m.conductance, m.winding, m.supply_limit, m.count, v, limit, emf)
         for m, v, limit, emf in zip(motors, requests, limits, emfs, strict=True)
         if v is not None
     ]
@@ -47,7 +47,10 @@ def bus_voltage(
         total = other_current
         rise = 0.0  # d total / d bus
         per_bus = 1.0 / bus
-        for conductance, own_resistance, supply_limit, count, v, limit, emf in turning:
+        for m, has_supply, conductance, own_resistance, supply_limit, count, v, limit, emf in turning:
+            if has_supply:
+                v, line = m.line_in_force(v, bus, emf, limit)
+                conductance = 1.0 / line
             if v >= bus:
                 drawn = i = (bus - emf) * conductance
                 slope = conductance

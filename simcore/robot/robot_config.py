@@ -36,7 +36,7 @@ from simcore.robot.mechanisms import (
 from simcore.robot.positioned_mechanisms import PistonConfig, PistonSim, ServoConfig, ServoSim
 from simcore.robot.shaft import ShaftSim
 from simcore.robot.swerve_config import SwerveConfig
-from simcore.robot.tank_drive import TankConfig
+from simcore.robot.tank_config import TankConfig
 from simcore.vision.camera import CameraConfig
 
 __all__ = ["ComponentConfig", "MechanismConfig", "RobotConfig", "build_mechanism", "telemetry_name"]

@@ -39,7 +39,9 @@ class ShaftStep:
         "_driven_rate",
         "_emf",
         "_floor",
+        "_has_supply",
         "_inertia",
+        "_motor",
         "_rh",
         "_slip_ratio",
         "_supply",
@@ -79,7 +81,9 @@ class ShaftStep:
         self._inertia = shaft.inertia
         self._slip_ratio = shaft.slip_ratio
         self._floor = shaft.slip_speed
+        self._motor = motor
         self._supply = motor.supply_limit
+        self._has_supply = motor.winding != motor.resistance
         self._emf = motor.emf
         self._conductance = motor.conductance
         self._driven_rate = motor.torque_driven * motor.emf * motor.conductance / shaft.inertia
@@ -138,6 +142,12 @@ class ShaftStep:
         self.power = power = self._supply * bus
         # Back-EMF of the mean speed, from that at the end of the step.
         self.offset = offset = emf_offset + (self._emf - constants[0]) * speed
+        if self._has_supply and volts is not None:
+            emf = emf_offset + self._emf * speed
+            volts, resistance = self._motor.line_in_force(volts, bus, emf, limit)
+            if resistance != constants[1]:
+                self._constants = constants = (constants[0], resistance, *constants[2:])
+                self._conductance = 1.0 / resistance
         self.i0, self.i1, self.t0, self.t1 = torque_line(
             volts, bus, offset, speed, limit, power, self._conductance, constants
         )

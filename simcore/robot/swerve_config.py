@@ -10,7 +10,6 @@ from simcore.quantities import (
     ANGLE,
     CURRENT_LIMIT,
     EFFICIENCY,
-    FRICTION,
     GAIN,
     GEARING,
     INERTIA,
@@ -19,7 +18,6 @@ from simcore.quantities import (
     ROBOT_HEIGHT,
     ROBOT_LENGTH,
     ROBOT_PLACE,
-    SLIP_SPEED,
     VOLTAGE_OR_NONE,
     Quantity,
     require,
@@ -27,6 +25,8 @@ from simcore.quantities import (
     require_row,
 )
 from simcore.robot.dc_motor import MotorModel, controller_limits, motor
+from simcore.robot.limited_motor import LimitedMotor
+from simcore.robot.wheel_config import WheelConfig
 
 __all__ = ["SwerveConfig", "SwerveModuleConfig", "plate_inertia"]
 
@@ -39,9 +39,10 @@ _USUAL_MODULE = {
     "coupling_ratio": (-6.0, 6.0),
     "wheel_radius": (0.025, 0.082),
     "wheel_cof": (0.6, 2.5),
+    "wheel_grain": (0.5, 1.0),
     "wheel_inertia": (1e-4, 5e-3),
     "steer_inertia": (5e-4, 0.06),
-    "drive_friction_volts": (0.0, 0.5),
+    "drive_friction_volts": (0.0, 0.8),
     "steer_friction_volts": (0.0, 1.0),
     "drive_efficiency": (0.7, 1.0),
     "steer_efficiency": (0.5, 1.0),
@@ -64,11 +65,6 @@ def _unusual(owner: str, config: object, usual: dict[str, tuple[float, float]]) 
     return remarks
 
 
-def _limits(stator: float | None, supply: float | None, model: MotorModel) -> tuple[float, float]:
-    usual_stator, usual_supply = controller_limits(model)
-    return usual_stator if stator is None else stator, usual_supply if supply is None else supply
-
-
 def plate_inertia(mass: float, length: float, width: float) -> float:
     """Yaw inertia of a uniform rectangle [kg m^2]: m (a^2 + b^2) / 12."""
     require("robot", "mass", mass, MASS)
@@ -77,7 +73,7 @@ def plate_inertia(mass: float, length: float, width: float) -> float:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class SwerveModuleConfig:
+class SwerveModuleConfig(WheelConfig):
     """One swerve module: where it sits, its two motors, gears, wheel and current limits."""
 
     x: float
@@ -99,25 +95,15 @@ class SwerveModuleConfig:
     steer_offset: float = 0.0
     """How far to the left of what its encoder shows the wheel points, where it is not zeroed well [rad]."""
 
-    wheel_radius: float = 0.0508
-    """[m]"""
-    wheel_cof: float = 1.2
-    """Coefficient of friction of the wheel on carpet [-]."""
-    wheel_inertia: float = 8.0e-4
-    """Wheel and last gears about the axle [kg m^2]; a 4 in wheel of 0.6 kg. Estimate, +-50 %."""
-    rolling_resistance: float = 0.01
-    """Drag per load while the wheel rolls [-]; estimate for carpet, +-50 %."""
-    slip_ratio: float = 0.01
-    """Slip per rolling speed at which the tire begins to slide [-]; estimate for a thin, stiff tread."""
-    slip_speed: float = 0.002
-    """Slip at which a standing tire begins to slide [m/s]; a robot parked on a 15 degree ramp creeps at 1/5 of it."""
     scrub_radius: float = 0.008
     """Mean radius of the contact patch that a turning azimuth rubs over the carpet [m]; estimate, +-50 %."""
 
     steer_inertia: float = 0.004
     """Fork and wheel about the azimuth axis, without rotor [kg m^2]; estimate, real modules are .002-.006."""
-    drive_friction_volts: float = 0.1
-    """Voltage that just turns the free wheel [V] (SysId's kS); acts through the gears."""
+    drive_friction_volts: float = 0.25
+    """Voltage that just turns the free wheel [V]; acts through the gears. SysId's kS is this and 0.02 V of
+    rolling resistance. CTRE's generated constants say .2 to .25; real swerves were measured with .32, .555 and .743
+    (three teams' SysId; gears, belts and treads differ)."""
     steer_friction_volts: float = 0.2
     """Voltage that just turns the azimuth in the air [V]."""
     drive_efficiency: float = 0.95
@@ -144,6 +130,7 @@ class SwerveModuleConfig:
 
     def __post_init__(self) -> None:
         owner = self.name or "module"
+        self.require_wheel(owner)
         require_fields(
             self,
             owner,
@@ -153,12 +140,6 @@ class SwerveModuleConfig:
             steer_gearing=GEARING,
             coupling_ratio=RATIO,
             steer_offset=ANGLE,
-            wheel_radius=ROBOT_LENGTH,
-            wheel_cof=FRICTION,
-            wheel_inertia=INERTIA,
-            rolling_resistance=FRICTION,
-            slip_ratio=EFFICIENCY,
-            slip_speed=SLIP_SPEED,
             scrub_radius=ROBOT_HEIGHT,
             steer_inertia=INERTIA,
             drive_friction_volts=VOLTAGE_OR_NONE,
@@ -179,14 +160,30 @@ class SwerveModuleConfig:
             )
 
     @property
-    def drive_limits(self) -> tuple[float, float]:
-        """Stator and supply limit in force [A]."""
-        return _limits(self.drive_stator_limit, self.drive_supply_limit, self.drive_motor)
+    def limited_drive_motor(self) -> LimitedMotor:
+        """The drive motor behind its gears and limits."""
+        stator, supply = controller_limits(self.drive_motor, self.drive_stator_limit, self.drive_supply_limit)
+        return LimitedMotor.of(
+            self.drive_motor,
+            gearing=self.drive_gearing,
+            efficiency=self.drive_efficiency,
+            friction_volts=self.drive_friction_volts,
+            stator_limit=stator,
+            supply_limit=supply,
+        )
 
     @property
-    def steer_limits(self) -> tuple[float, float]:
-        """Stator and supply limit in force [A]."""
-        return _limits(self.steer_stator_limit, self.steer_supply_limit, self.steer_motor)
+    def limited_steer_motor(self) -> LimitedMotor:
+        """The steer motor behind its gears and limits."""
+        stator, supply = controller_limits(self.steer_motor, self.steer_stator_limit, self.steer_supply_limit)
+        return LimitedMotor.of(
+            self.steer_motor,
+            gearing=self.steer_gearing,
+            efficiency=self.steer_efficiency,
+            friction_volts=self.steer_friction_volts,
+            stator_limit=stator,
+            supply_limit=supply,
+        )
 
     @property
     def drive_inertia(self) -> float:

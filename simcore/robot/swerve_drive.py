@@ -10,10 +10,9 @@ import numpy as np
 from simcore.errors import ConfigError
 from simcore.robot.battery import Battery
 from simcore.robot.drive_shaft import DriveShaft, WheelContact, launch_accel
-from simcore.robot.limited_motor import LimitedMotor
 from simcore.robot.module_control import DriveMode, ModuleController, module_targets
 from simcore.robot.motor_bus import MotorReadout
-from simcore.robot.swerve_config import SwerveConfig, SwerveModuleConfig
+from simcore.robot.swerve_config import SwerveConfig
 from simcore.robot.swerve_module import ModuleState, SteerBank
 from simcore.robot.wheeled_drive import WheeledDrive, checked_number
 from simcore.typing import FloatArray
@@ -25,7 +24,7 @@ class SwerveDrive(WheeledDrive[SwerveConfig]):
     """One robot's swerve drive; see `WheeledDrive` for the step and what it shares with other drives.
 
     Example:
-        >>> from simcore.robot.swerve_config import SwerveConfig, SwerveModuleConfig
+        >>> from simcore.robot.swerve_config import SwerveConfig
         >>> drive = SwerveDrive(SwerveConfig.square(0.527, SwerveModuleConfig(x=0, y=0)))
         >>> drive.set_volts([6.0] * 4, [0.0] * 4)
         >>> dvx, dvy, domega = drive.step(0.005, 0.0, 0.0, 0.0)
@@ -44,25 +43,14 @@ class SwerveDrive(WheeledDrive[SwerveConfig]):
             built: What motors, wheels and encoders really are; None: what the config says.
         """
         modules = config.modules if built is None else built.modules
-        motors = _drive_motors(modules)
         super().__init__(
             config,
             battery=battery,
-            wheels=[
-                WheelContact(x=x, y=y, wheel_cof=m.wheel_cof, rolling_resistance=m.rolling_resistance)
-                for (x, y), m in zip(config.positions, modules, strict=True)
-            ],
+            wheels=[WheelContact.of(m, place) for m, place in zip(modules, config.positions, strict=True)],
             radii=[m.wheel_radius for m in config.modules],
             shafts=[
-                DriveShaft(
-                    inertia=m.drive_inertia,
-                    motor=motor,
-                    radius=m.wheel_radius,
-                    slip_ratio=m.slip_ratio,
-                    slip_speed=m.slip_speed,
-                    wheels=(i,),
-                )
-                for i, (m, motor) in enumerate(zip(modules, motors, strict=True))
+                DriveShaft.of(m, inertia=m.drive_inertia, motor=m.limited_drive_motor, wheels=(k,))
+                for k, m in enumerate(modules)
             ],
         )
         self._n = len(modules)
@@ -73,8 +61,7 @@ class SwerveDrive(WheeledDrive[SwerveConfig]):
         self._coupled_inertia = [m.drive_motor.rotor_inertia * m.drive_gearing * m.coupling_ratio for m in modules]
         self._coupled = any(m.coupling_ratio != 0.0 for m in modules)
         self._modules = modules
-        known = _drive_motors(config.modules), SteerBank(config.modules).motors
-        self._controller = ModuleController(config.modules, *known, self._static_loads)
+        self._controller = ModuleController(config.modules, self._static_loads)
         self.reset()
 
     # ---------------------------------------------------------------- commands
@@ -158,7 +145,7 @@ class SwerveDrive(WheeledDrive[SwerveConfig]):
             ]
         )
         self.state = ModuleState(self.shaft_angles, self.shaft_speeds, turned, [0.0] * self._n, cos, sin, cos, sin)
-        self.steer_motors = MotorReadout([m.resistance for m in self._steer.motors])
+        self.steer_motors = MotorReadout([m.winding for m in self._steer.motors])
         """Of the steer motors in the last inner step."""
         self._solver.cos = self._solver.mid_cos = cos
         self._solver.sin = self._solver.mid_sin = sin
@@ -294,17 +281,3 @@ class SwerveDrive(WheeledDrive[SwerveConfig]):
             v if type(v) is float and math.isfinite(v) else checked_number(f"{what} of {self.config.module_name(k)}", v)
             for k, v in enumerate(values)
         ]
-
-
-def _drive_motors(modules: Sequence[SwerveModuleConfig]) -> list[LimitedMotor]:
-    return [
-        LimitedMotor.of(
-            m.drive_motor,
-            gearing=m.drive_gearing,
-            efficiency=m.drive_efficiency,
-            friction_volts=m.drive_friction_volts,
-            stator_limit=m.drive_limits[0],
-            supply_limit=m.drive_limits[1],
-        )
-        for m in modules
-    ]

@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from simcore.robot.limited_motor import LimitedMotor, end_weight, solve_limited, within
+from simcore.robot.limited_motor import end_weight, solve_limited, within
 from simcore.robot.motor_bus import MotorReadout
 from simcore.robot.swerve_config import SwerveModuleConfig
 
@@ -39,17 +39,7 @@ class SteerBank:
     """All azimuths: motor, gears, friction, scrub of the tire, and the pull of the coupled drive motor."""
 
     def __init__(self, modules: Sequence[SwerveModuleConfig]) -> None:
-        self.motors = [
-            LimitedMotor.of(
-                m.steer_motor,
-                gearing=m.steer_gearing,
-                efficiency=m.steer_efficiency,
-                friction_volts=m.steer_friction_volts,
-                stator_limit=m.steer_limits[0],
-                supply_limit=m.steer_limits[1],
-            )
-            for m in modules
-        ]
+        self.motors = [m.limited_steer_motor for m in modules]
         self._rows = [
             (
                 *(motor, motor.emf, motor.conductance, motor.torque_driving, motor.torque_driven, motor.friction),
@@ -58,6 +48,7 @@ class SteerBank:
             )
             for motor, m in zip(self.motors, modules, strict=True)
         ]
+        self._has_supply = any(motor.winding != motor.resistance for motor in self.motors)
         self._zeros = [m.steer_offset for m in modules]
         self._weighted = 0.0  # step that the weights are of [s]
         self._end_weights: list[float] = []
@@ -103,6 +94,7 @@ class SteerBank:
             row += 1
             w = speed[row]
             v = volts[row]
+            resistance = m.resistance
             a = coupling * drive_current[row]
             if w == 0.0 and a == 0.0 and not v:
                 terminal.append(0.0)
@@ -111,13 +103,16 @@ class SteerBank:
             i0 = i1 = 0.0
             if v is not None:
                 v = within(v, bus)
+                if self._has_supply:
+                    v, resistance = m.line_in_force(v, bus, emf * w, limit)
+                    conductance = 1.0 / resistance
                 # Back-EMF of the mean speed, from that at the end of the step.
                 i1 = weights[row] * emf * conductance
                 i0 = (v - (1.0 - weights[row]) * emf * w) * conductance
             holds = friction + scrub * loads[row]
             power = supply * bus
             if w == 0.0 and a == 0.0 and -holds <= driven * i0 <= holds and -limit <= i0 <= limit:
-                volts_held = i0 * m.resistance
+                volts_held = i0 * resistance
                 if volts_held * i0 <= power:  # held by friction, as azimuths are most of the time (5.0 -> 3.5 us)
                     terminal.append(volts_held)
                     currents.append(i0)
@@ -125,7 +120,7 @@ class SteerBank:
             k = inertia / h
             a += k * w
             emf_end = weights[row] * emf
-            constants = (emf_end, m.resistance, driving, driven, holds)
+            constants = (emf_end, resistance, driving, driven, holds)
             end, i, at, _, _ = solve_limited(k, a, i0, i1, limit, constants, (emf - emf_end) * w, w, power)
             speed[row] = end
             turn = 0.5 * (w + end) * h

@@ -162,7 +162,7 @@ class WheeledDrive(ABC, Generic[ConfigT]):
         """Of the drive shafts since the reset, seen at the wheel, any number of turns [rad]; changed in place."""
         self.shaft_speeds = shaft_speeds
         """[rad/s]; changed in place."""
-        self.drive_motors = MotorReadout([motor.resistance for motor in self._motors])
+        self.drive_motors = MotorReadout([motor.winding for motor in self._motors])
         """One motor of each drive shaft in the last inner step."""
         self._solver.rest(shaft_speeds)
         self._forces, self._loads, self._shares = [], [], []

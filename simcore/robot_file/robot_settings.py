@@ -24,7 +24,7 @@ from simcore.robot.mechanism_friction import friction_from_volts
 from simcore.robot.positioned_mechanisms import PistonConfig, ServoConfig
 from simcore.robot.robot_config import ComponentConfig, MechanismConfig, RobotConfig
 from simcore.robot.swerve_config import SwerveConfig
-from simcore.robot.tank_drive import TankConfig
+from simcore.robot.tank_config import TankConfig
 from simcore.robot_file.device_settings import BeamBreakSettings, RangeSettings, SensorSettings
 from simcore.robot_file.template import FILE_NAME
 from simcore.telemetry.snapshot import TelemetrySink

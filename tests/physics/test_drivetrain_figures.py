@@ -14,7 +14,8 @@ from simcore.robot.dc_motor import motor
 from simcore.robot.planar_chassis import PlanarChassis
 from simcore.robot.swerve_config import SwerveConfig, SwerveModuleConfig
 from simcore.robot.swerve_drive import SwerveDrive
-from simcore.robot.tank_drive import TankConfig, TankDrive
+from simcore.robot.tank_config import TankConfig
+from simcore.robot.tank_drive import TankDrive
 from simcore.units import GRAVITY
 
 IDEAL = SwerveModuleConfig(
@@ -156,5 +157,5 @@ def test_a_sprint_takes_as_long_as_a_team_measured(mass, limit):
         drive.set_volts(ramped, ramped)
         chassis.step(0.005)
     late = (chassis.x - 250 * 0.0254) / chassis.vx
-    assert chassis.time - late == pytest.approx(1.78, rel=0.05)
+    assert chassis.time - late == pytest.approx(1.78, rel=0.02 if math.isfinite(limit[0]) else 0.055)
     assert (drive.battery.brownouts > 0) == math.isinf(limit[0]) and drive.battery.resets == 0

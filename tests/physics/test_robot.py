@@ -19,7 +19,8 @@ from simcore.robot.gyro import gyro_config
 from simcore.robot.robot import Robot
 from simcore.robot.robot_config import RobotConfig
 from simcore.robot.swerve_config import SwerveConfig, SwerveModuleConfig
-from simcore.robot.tank_drive import TankConfig, TankDrive
+from simcore.robot.tank_config import TankConfig
+from simcore.robot.tank_drive import TankDrive
 
 DT = 0.02
 SWERVE = SwerveConfig.square(0.5334, SwerveModuleConfig(x=0.0, y=0.0, drive_stator_limit=40.0))

@@ -17,7 +17,8 @@ from simcore.robot.chassis import ChassisSimulation
 from simcore.robot.chassis_config import ChassisConfig
 from simcore.robot.swerve_config import SwerveConfig, SwerveModuleConfig
 from simcore.robot.swerve_drive import SwerveDrive
-from simcore.robot.tank_drive import TankConfig, TankDrive
+from simcore.robot.tank_config import TankConfig
+from simcore.robot.tank_drive import TankDrive
 from simcore.units import GRAVITY
 
 DT = 0.02
@@ -126,7 +127,7 @@ def apart(a, b):
 
 @pytest.mark.parametrize("name", SCRIPTS)
 def test_a_path_does_not_depend_on_sub_steps(name, engine_name, whole):
-    """At every tick of 5 s within 20 mm and 0.5 degrees of 64 sub-steps; at 1, 2 and 4, the same to 1 mm.
+    """At every tick of 5 s within 20 mm and 0.6 degrees of 64 sub-steps; at 1, 2 and 4, the same to 1 mm.
 
     Up to 4 sub-steps the inner steps of the drivetrain are the same, so what is left there is how the world is coupled
     to it: rounding, and what the carpet does about pitch. On MuJoCo the carpet is a spring that takes 20 ms to undo a
@@ -140,7 +141,7 @@ def test_a_path_does_not_depend_on_sub_steps(name, engine_name, whole):
     for n, one in paths.items():
         distance, turn = apart(one, converged)
         assert distance < 0.020, n
-        assert turn < math.radians(0.5), n
+        assert turn < math.radians(0.6), n
     for n in (2, 4):
         distance, turn = apart(paths[n], paths[1])
         assert distance < most, n

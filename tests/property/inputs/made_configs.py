@@ -37,7 +37,7 @@ from simcore.robot.gearbox import GearboxConfig
 from simcore.robot.mechanism_control import PositionController, VelocityController
 from simcore.robot.mechanisms import ArmConfig, ElevatorConfig, FlywheelConfig, RackConfig, RollerConfig
 from simcore.robot.positioned_mechanisms import PistonConfig, ServoConfig
-from simcore.robot.tank_drive import TankConfig
+from simcore.robot.tank_config import TankConfig
 from simcore.vision.camera import CameraConfig, CameraMount
 from simcore.vision.quest_headset import QuestConfig
 
@@ -45,9 +45,9 @@ PACKAGES = ("geometry", "match", "physics", "pieces", "robot", "vision")
 MADE_BY_SIMCORE = frozenset(
     "Aim AirRows AutoRun BodyDefinition BuiltDevice BuiltRobot CommandResult ContactMaterials DriveShaft FollowerGroup "
     "Footprint FoulEvent GroundClearance Launch MassProperties PieceRelease PlaceEvent "
-    "LimitedMotor RobotMass MeshPart ModelLayout NormalLaw ObjGroup PieceCount RayHits RunReport Score ScoreEvent Shot Spread "
+    "LimitedMotor MeshPart ModelLayout NormalLaw ObjGroup PieceCount RayHits RobotMass RunReport Score ScoreEvent Shot "
     "ImuReading Mounting PieceVariation ShotErrors ReleasedPiece ShotOutcomes ShotRows "
-    "TagLayout TickTimes WheelContact".split()
+    "Spread TagLayout TickTimes WheelContact".split()
 )
 """Records of what simcore works out: nobody writes them down."""
 

@@ -17,7 +17,8 @@ from simcore.robot.dc_motor import MOTOR_NAMES, motor
 from simcore.robot.planar_chassis import PlanarChassis
 from simcore.robot.swerve_config import SwerveConfig, SwerveModuleConfig
 from simcore.robot.swerve_drive import SwerveDrive
-from simcore.robot.tank_drive import TankConfig, TankDrive
+from simcore.robot.tank_config import TankConfig
+from simcore.robot.tank_drive import TankDrive
 from simcore.robot.wheel_loads import normal_loads
 from simcore.units import GRAVITY
 

@@ -20,7 +20,7 @@ from simcore.match.scattered_robot import built_robot, start_error
 from simcore.pieces.shot_schedule import ShotErrors
 from simcore.robot.built_robot import BuiltRobot
 from simcore.robot.robot_config import RobotConfig
-from simcore.robot.tank_drive import TankConfig
+from simcore.robot.tank_config import TankConfig
 from simcore.vision.camera import CameraConfig, PiecePipeline
 
 ROBOT = REBUILT.robot()

@@ -13,7 +13,8 @@ from simcore.robot.gearbox import GearboxConfig
 from simcore.robot.robot_config import RobotConfig
 from simcore.robot.swerve_config import SwerveConfig, SwerveModuleConfig
 from simcore.robot.swerve_drive import SwerveDrive
-from simcore.robot.tank_drive import TankConfig, TankDrive
+from simcore.robot.tank_config import TankConfig
+from simcore.robot.tank_drive import TankDrive
 
 SQUARE = SwerveConfig.square(0.53, SwerveModuleConfig(x=0.0, y=0.0))
 

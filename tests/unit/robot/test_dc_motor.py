@@ -6,9 +6,12 @@ import math
 from dataclasses import replace
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from simcore.errors import ConfigError, UnknownNameError
 from simcore.robot.dc_motor import MOTOR_NAMES, motor
+from simcore.robot.limited_motor import LimitedMotor
 
 
 def test_table_is_all_of_wpilib():
@@ -49,3 +52,45 @@ def test_names_are_forgiving_and_errors_helpful():
 def test_a_motor_without_resistance_cannot_be_written(wrong):
     with pytest.raises(ConfigError):
         replace(motor("Kraken X60"), **wrong)
+
+
+def test_a_falcon_at_4_volts_has_the_torque_of_the_dynamometer():
+    """2.15 N m and 39 A from a 12 V supply; at 12 V its own 4.69 N m and 257 A (motors.vex.com)."""
+    m = LimitedMotor.of(motor("Falcon 500"), gearing=1.0)
+    for volts, torque, supply in ((4.0, 2.15, 39.0), (12.0, 4.69, 257.0)):
+        at, resistance = m.line_in_force(volts, 12.0, 0.0, math.inf)
+        amps = at / resistance
+        assert amps * m.torque_driving == pytest.approx(torque, rel=0.005)
+        assert amps * at / 12.0 == pytest.approx(supply, rel=0.01)
+
+
+def test_a_kraken_has_one_line():
+    m = LimitedMotor.of(motor("Kraken X60"), gearing=1.0)
+    assert m.winding == m.resistance == motor("Kraken X60").resistance
+
+
+@given(
+    volts=st.floats(-12.0, 12.0),
+    bus=st.floats(6.0, 13.0),
+    emf=st.floats(-14.0, 14.0),
+    limit=st.floats(5.0, 400.0),
+    share=st.floats(0.0, 0.9),
+)
+def test_less_duty_never_draws_more_than_full_duty(volts, bus, emf, limit, share):
+    """The smallest of (V - e) / R_winding, (V_bus - e) / R and the limit while driving; the first while it brakes."""
+    model = motor("Kraken X60")
+    m = LimitedMotor.of(replace(model, supply_resistance=share * model.resistance), gearing=1.0)
+    at, resistance = m.line_in_force(volts, bus, emf, limit)
+    volts = max(-bus, min(bus, volts))
+    amps = (at - emf) / resistance
+    if (volts - emf) * volts > 0.0:
+        full = abs(math.copysign(bus, volts) - emf) / m.resistance
+        assert min(abs(amps), limit) == pytest.approx(min(abs(volts - emf) / m.winding, full, limit))
+    else:
+        assert amps == pytest.approx((volts - emf) / m.winding)
+
+
+def test_supply_resistance_must_leave_some_for_the_winding():
+    model = motor("Falcon 500")
+    with pytest.raises(ConfigError, match="supply_resistance"):
+        replace(model, supply_resistance=model.resistance)

@@ -11,7 +11,8 @@ from simcore.errors import NonFiniteError
 from simcore.robot.planar_chassis import PlanarChassis
 from simcore.robot.swerve_config import SwerveConfig, SwerveModuleConfig
 from simcore.robot.swerve_drive import SwerveDrive
-from simcore.robot.tank_drive import TankConfig, TankDrive
+from simcore.robot.tank_config import TankConfig
+from simcore.robot.tank_drive import TankDrive
 from simcore.units import GRAVITY
 
 MODULE = SwerveModuleConfig(

@@ -10,7 +10,8 @@ from simcore.errors import ConfigError, NonFiniteError
 from simcore.robot.motor_ports import SuppliedMotor, SwervePorts, TankPorts
 from simcore.robot.swerve_config import SwerveConfig, SwerveModuleConfig
 from simcore.robot.swerve_drive import SwerveDrive
-from simcore.robot.tank_drive import TankConfig, TankDrive
+from simcore.robot.tank_config import TankConfig
+from simcore.robot.tank_drive import TankDrive
 
 
 class Angle:
