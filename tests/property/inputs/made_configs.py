@@ -47,7 +47,7 @@ MADE_BY_SIMCORE = frozenset(
     "Footprint FoulEvent GroundClearance Launch MassProperties PieceRelease PlaceEvent "
     "LimitedMotor RobotMass MeshPart ModelLayout NormalLaw ObjGroup PieceCount RayHits RunReport Score ScoreEvent Shot Spread "
     "ImuReading Mounting PieceVariation ShotErrors ReleasedPiece ShotOutcomes ShotRows "
-    "TagLayout TickTimes WheelContact".split()
+    "TagLayout TickTimes TippingLimit WheelContact".split()
 )
 """Records of what simcore works out: nobody writes them down."""
 
