@@ -36,9 +36,20 @@ SHOOTER, SHOTS = "tests/unit/pieces/test_shooter.py", "tests/physics/test_shots.
 PATHS, ROLLING = "tests/physics/test_robot_paths.py", "tests/physics/test_bounce_roll_flight.py"
 PINS, HEAPS = "tests/physics/test_pins.py", "tests/physics/test_heaps.py"
 BOUNCES, RETURNED = "tests/physics/test_bounce_heights.py", "tests/physics/test_returned_pieces.py"
+MASSES = "tests/physics/test_moving_mass.py"
 MATCHES, REPEATS = "tests/games/test_game_matches.py", "tests/games/test_game_repeats.py"
 
 MUTANTS = (
+    Mutant("a shot does not push the robot", FLOW, "robot.balance.exchange(-mass,", "robot.balance.exchange(0.0,",
+           f"{MASSES}::test_a_shot_gives_the_robot_its_recoil"),
+    Mutant("what is held weighs nothing", FLOW, "robot.balance.update(self._pieces.mass, self._pieces.radius)", "pass",
+           f"{MASSES}::test_fifty_fuel_in_the_hopper_are_accelerated_too"),
+    Mutant("wheel loads do not know how high the center of mass is", "simcore/robot/chassis.py",
+           "self._transfer.set_robot(self._drivetrain.robot)", "pass",
+           f"{MASSES}::test_an_elevator_that_is_up_moves_load_to_the_rear_wheels"),
+    Mutant("shapes move with the center of mass on MuJoCo", "simcore/physics/mujoco_model.py",
+           "model.geom_pos[geoms] -= away", "pass",
+           f"{MASSES}::test_an_engine_moves_the_center_of_mass_within_a_body"),
     Mutant("nothing is ever pinned", "simcore/pieces/pressing.py", "pinned[chain] = True", "pass",
            f"{PINS}::test_a_robot_cannot_press_fuel_into_a_wall"),
     Mutant("heaps are never springs", "simcore/pieces/pressing.py",

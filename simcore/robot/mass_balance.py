@@ -22,6 +22,7 @@ from simcore.pieces.storage import Storage
 from simcore.robot.chassis import ChassisSimulation
 from simcore.robot.mass_distribution import MassDistribution, MovingMass, PointMass, moved_points, with_points
 from simcore.typing import FloatArray
+from simcore.units import plain_sum
 
 __all__ = ["MassBalance"]
 
@@ -115,7 +116,7 @@ class MassBalance:
         c = self._chassis
         ox, oy, oz = rotate(c.quat, old.center)
         (vx, vy, vz), (wx, wy, wz) = c.vel, c.rate
-        known = old.mass + sum(mass for mass, _, _ in exchanged)
+        known = old.mass + plain_sum(mass for mass, _, _ in exchanged)
         if abs(new.mass - known) > _MASS_BIT:  # people have put something in, or taken it out
             px, py, pz = rotate(c.quat, new.center)
             px, py, pz = px - ox, py - oy, pz - oz
@@ -126,8 +127,8 @@ class MassBalance:
             linear = c.vel
         else:
             rows.append((old.mass, (ox, oy, oz), c.vel))
-            mx, my, mz = (sum(m * place[axis] for m, place, _ in rows) / new.mass for axis in range(3))
-            ux, uy, uz = (sum(m * v[axis] for m, _, v in rows) / new.mass for axis in range(3))
+            mx, my, mz = (plain_sum(m * place[axis] for m, place, _ in rows) / new.mass for axis in range(3))
+            ux, uy, uz = (plain_sum(m * v[axis] for m, _, v in rows) / new.mass for axis in range(3))
             linear = (ux, uy, uz)
         ix, iy, iz = old.inertia
         wx, wy, wz = rotate_back(c.quat, c.rate)

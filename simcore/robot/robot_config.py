@@ -163,9 +163,9 @@ class RobotConfig:
         for component in self.components:
             names = (joint.mechanism for joint in component.joints)
             require_mechanisms(f"component {component.name!r}", names, self.mechanisms)
-        for part in self.moving_masses:
-            names = (joint.mechanism for joint in part.joints)
-            require_mechanisms(f"moving mass {part.name!r}", names, self.mechanisms)
+        for moving in self.moving_masses:
+            names = (joint.mechanism for joint in moving.joints)
+            require_mechanisms(f"moving mass {moving.name!r}", names, self.mechanisms)
         left = self.bare_body
         if left.mass <= 0.0 or min(left.inertia) <= 0.0:
             raise ConfigError(

@@ -67,8 +67,9 @@ def _standings(config: RobotConfig, kinds: Sequence[GamePieceConfig]) -> Iterato
     """The full robot with the mechanisms that move mass at all of their stops."""
     mechanisms: dict[str, ShaftSim] = {name: build_mechanism(one) for name, one in config.mechanisms.items()}
     body = with_points(config.bare_body, _stored(config, kinds))
-    carriers = [joint.mechanism for part in (*config.moving_masses, *config.placers) for joint in part.joints]
-    names = [name for name in dict.fromkeys(carriers) if all(map(math.isfinite, mechanisms[name].stops))]
+    chains = [part.joints for part in config.moving_masses] + [placer.joints for placer in config.placers]
+    carriers = dict.fromkeys(joint.mechanism for chain in chains for joint in chain)
+    names = [name for name in carriers if all(map(math.isfinite, mechanisms[name].stops))]
     for positions in itertools.product(*(mechanisms[name].stops for name in names)):
         for name, position in zip(names, positions, strict=True):
             mechanisms[name].reset(position)
