@@ -87,6 +87,6 @@ class Substepping:
 
     def robot_count(self, dt: float, speed: float, near: Surroundings = Surroundings.OPEN) -> int:
         """Steps that a robot takes in dt [s] at a speed [m/s], with something within reach."""
-        limit = self.robot_ramp_move if near is Surroundings.RAMP else self.robot_move
+        limit = self.robot_move if near is Surroundings.OPEN else self.robot_ramp_move
         fewest = 1 if near is Surroundings.OPEN else math.ceil(dt / self.robot_contact_step - 1e-9)
         return max(fewest, min(self.cap, math.ceil(speed * dt / limit)), 1)
