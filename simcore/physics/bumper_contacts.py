@@ -12,6 +12,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
 import numpy as np
 
@@ -33,8 +34,7 @@ _AHEAD = 0.005  # [m]; contacts are looked for this much farther than both move 
 _THIN = 1e-5  # [m^2]; what an element has less of at a height is not met there
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class BumperOutline:
+class BumperOutline(NamedTuple):
     """What of a robot meets walls and robots."""
 
     parts: tuple[tuple[float, float, float, float], ...]

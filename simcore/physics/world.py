@@ -37,7 +37,9 @@ __all__ = ["CollisionGroup", "PhysicsWorld", "StaticElement"]
 
 _MOST_PARTS = 8  # of a robot's own body that a line of sight passes
 _FLOOR_THICKNESS = 1.0  # [m]; under robots: a plane gives one contact a tick and driven boxes sink into it
-_INSET = 0.005  # [m]; what the engine keeps robots out of is so much thinner than the wall, so that bumpers meet it first
+_INSET = (
+    0.005  # [m]; what the engine keeps robots out of is so much thinner than the wall, so that bumpers meet it first
+)
 _FLOOR_LENGTH = 2_000.0  # [m]; nothing gets to its end. From 4 km on, cylinders wobble on it for longer
 
 

@@ -233,7 +233,7 @@ def test_a_robot_at_a_wall_changes_no_bit_of_anothers_path(engine_name):
 
 
 def test_wheel_loads_are_those_of_weight_and_of_the_wall_where_it_pushes(engine_name):
-    """Front over rear by F z / L: a wall that pushes at 0.14 m, where its outline and the bumpers' have their middle."""
+    """Front over rear by F z / L: a wall pushes at 0.14 m, where its outline and the bumpers' have their middle."""
     wall = FieldElement(name="low wall", shape=Box((0.3, 6.0, 1.0)), position=np.array([4.0, 4.0, 0.5]), surface=WALL)
     with field((3.0, 4.0, 0.0), elements=[wall], engine=engine_name) as match:
         (robot,) = match.robots
