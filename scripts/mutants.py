@@ -73,7 +73,7 @@ MUTANTS = (
            "self.gyro.reset(yaw=self.gyro.yaw, true_yaw=pose[2])", "pass",
            f"{MATCHES}::test_set_alliance_puts_a_robot_on_the_other_side_while_its_gyro_keeps_its_reading"),
     Mutant("a carried robot keeps its last sub-step", "simcore/robot/chassis.py",
-           "self._is_pushed = self._is_level = self._is_touched = False\n", "self._is_level = False\n",
+           "self._h_before = 0.0\n        self._is_pushed = False\n        self._motion = None\n", "",
            f"{ROBOT}::test_a_robot_that_is_carried_forgets_how_it_moved"),
     Mutant("a wall pushes back with 15 g", "simcore/robot/chassis.py", "_MOST_RESISTANCE = 1.5",
            "_MOST_RESISTANCE = 15.0", f"{ROBOT}::test_a_wall_pushes_back_with_no_more_than_a_tire_could_stand"),
