@@ -15,6 +15,10 @@ who else needs how many sub-steps. So the body moves with the mean velocity of t
 w is what the world did in the last sub-step; where it does the same again (w' = w: a slope, a wall that holds) the body
 moves by exactly the integral of its velocity. The last line holds for any w': no impulse is lost or counted twice, and
 where a wall takes all the velocity, mean(dv) = -w h / 2 leaves no rest. Yaw is moved in the same way.
+
+Walls and other robots are no part of w: before the engine's step `physics/bumper_contacts` says what they change of the
+mean velocity, which goes to the body, and of that at the end, which is added with the rest. The drivetrain gets both,
+w and what the bumpers met, so that a robot that leans on a wall stalls its motors.
 """
 
 from __future__ import annotations
