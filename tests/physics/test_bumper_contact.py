@@ -266,3 +266,32 @@ def test_a_robot_that_coasts_up_a_bump_comes_back_with_nearly_its_speed(speed, e
             if chassis.pose[0] < 0.0:
                 break
         assert 0.89 * speed < -chassis.vel[0] < speed
+
+
+# --- what is not upright ----------------------------------------------------------------------------------------------
+
+
+def test_a_robot_that_falls_on_another_stays_on_it(engine_name):
+    """Their bumpers' heights do not overlap: the engine keeps them apart, and lets them go when both stand again."""
+    with field((4.0, 4.0, 0.0), (10.0, 4.0, 0.0), engine=engine_name) as match:
+        a, b = (robot.chassis for robot in match.robots)
+        match.world.set_pose(b.row, (4.1, 4.0, 0.52))
+        match.play(1.0)
+        assert b.pos[2] > 0.45 and abs(a.pos[2]) < 0.01
+        match.carry_to(1, (10.0, 4.0, 0.0))
+        match.robots[0].drive.set_chassis_speeds(1.0, 0.0, 0.0)
+        match.play(0.5)
+        assert abs(b.pos[2]) < 0.002 and a.pose[0] > 4.2
+
+
+def test_a_wall_above_the_bumpers_stops_the_frame(engine_name):
+    """An arm at 0.4 m, over bumpers of 0.25 m and against a frame of 0.5 m."""
+    arm = FieldElement(name="arm", shape=Box((0.2, 6.0, 0.2)), position=np.array([4.0, 4.0, 0.4]), surface=WALL)
+    with field((3.0, 4.0, 0.0), elements=[arm], engine=engine_name) as match:
+        (robot,) = match.robots
+        for _ in range(100):
+            drive(robot, 1.0, 0.0)
+            match.tick()
+        frame = robot.chassis.pose[0] + 0.5 * 0.8 - robot.config.body.bumper_thickness
+        assert frame == pytest.approx(3.9, abs=0.02)
+        assert abs(robot.chassis.roll_pitch_yaw[1]) < math.radians(5.0)
