@@ -12,6 +12,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
 import numpy as np
 
@@ -33,8 +34,7 @@ _AHEAD = 0.005  # [m]; contacts are looked for this much farther than both move 
 _THIN = 1e-5  # [m^2]; what an element has less of at a height is not met there
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class BumperOutline:
+class BumperOutline(NamedTuple):
     """What of a robot meets walls and robots."""
 
     parts: tuple[tuple[float, float, float, float], ...]
@@ -243,16 +243,9 @@ class _Placed:
         self.x, self.y = motion.pos[0] + up[0] * middle, motion.pos[1] + up[1] * middle
         z, half = motion.pos[2] + up[2] * middle, 0.5 * (bumpers.top - bumpers.bottom)
         self.low, self.high = z - half, z + half
-        self.polygons = [
-            Polygon.rectangle(
-                self.x + ax * x + bx * y,
-                self.y + ay * x + by * y,
-                (half_length * ax, half_length * ay),
-                (half_width * bx, half_width * by),
-            )
-            for x, y, half_length, half_width in bumpers.parts
-        ]
-        self.radius = max([math.hypot(p.x - self.x, p.y - self.y) + p.radius for p in self.polygons])
+        self._axes = (ax, ay), (bx, by)
+        self._polygons: list[Polygon] = []
+        self.radius = max([math.hypot(abs(x) + length, abs(y) + width) for x, y, length, width in bumpers.parts])
         fastest = max(math.hypot(motion.start[0], motion.start[1]), math.hypot(motion.mean[0], motion.mean[1]))
         turning = max(abs(motion.start[2]), abs(motion.mean[2]))
         self.reach = motion.h * (fastest + turning * self.radius) + _AHEAD
@@ -263,6 +256,22 @@ class _Placed:
         self.contacts: list[tuple[PlanarContact, int, float]] = []
         """With the row of the other, and the height [m]."""
         self.partners: list[_Placed] = []
+
+    @property
+    def polygons(self) -> list[Polygon]:
+        """Outlines of its bumpers in plan; most robots are near nothing and need none."""
+        if not self._polygons:
+            (ax, ay), (bx, by) = self._axes
+            self._polygons = [
+                Polygon.rectangle(
+                    self.x + ax * x + bx * y,
+                    self.y + ay * x + by * y,
+                    (length * ax, length * ay),
+                    (width * bx, width * by),
+                )
+                for x, y, length, width in self.bumpers.parts
+            ]
+        return self._polygons
 
 
 def _meet(one: _Placed, other: _Placed) -> None:

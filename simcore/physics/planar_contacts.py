@@ -14,6 +14,8 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from simcore.units import plain_sum
+
 __all__ = ["PlanarBody", "PlanarContact", "Polygon", "manifold", "solve_contacts"]
 
 _BESIDE = (
@@ -43,9 +45,9 @@ class Polygon:
         for (ax, ay), (bx, by) in zip(self.corners, [*self.corners[1:], self.corners[0]], strict=True):
             length = math.hypot(bx - ax, by - ay)
             self.normals.append(((by - ay) / length, (ax - bx) / length))
-        self.x = sum([x for x, _ in self.corners]) / len(self.corners)
+        self.x = plain_sum(x for x, _ in self.corners) / len(self.corners)
         """Mean of the corners [m]."""
-        self.y = sum([y for _, y in self.corners]) / len(self.corners)
+        self.y = plain_sum(y for _, y in self.corners) / len(self.corners)
         self.radius = max([math.hypot(x - self.x, y - self.y) for x, y in self.corners])
         """Of the circle around `x`, `y` that holds it [m]."""
 
@@ -203,8 +205,8 @@ def solve_contacts(
     """Impulses of all contacts in a step of h [s], into `contacts`, and what they change of each body's velocities.
 
     Coulomb's law and Newton's for velocities at the end of the step, for those contacts whose gap closes within it:
-    P_n >= 0, v_n >= e |v_n before|, |P_t| <= mu P_n, against the sliding. A second condition holds for the mean velocity,
-    with which bodies move: no gap becomes negative.
+    P_n >= 0, v_n >= e |v_n before|, |P_t| <= mu P_n, against the sliding. A second condition holds for the mean
+    velocity, with which bodies move: no gap becomes negative.
 
     Returns:
         For each body, change of its mean velocity and of that at the end [m/s, m/s, rad/s].
@@ -301,9 +303,7 @@ def solve_contacts(
 
 def _energy(bodies: Sequence[PlanarBody], velocities: Sequence[Sequence[float]]) -> float:
     """Of their motion [J]."""
-    return sum(
-        [
-            0.5 * (vx * vx + vy * vy) / body.inverse_mass + 0.5 * w * w / body.inverse_inertia
-            for body, (vx, vy, w) in zip(bodies, velocities, strict=True)
-        ]
+    return plain_sum(
+        0.5 * (vx * vx + vy * vy) / body.inverse_mass + 0.5 * w * w / body.inverse_inertia
+        for body, (vx, vy, w) in zip(bodies, velocities, strict=True)
     )

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 from functools import lru_cache
 
 import numpy as np
@@ -107,7 +106,12 @@ def shrunk(shape: Shape, by: float) -> Shape:
     if isinstance(shape, Mesh | HalfSpace):
         return shape
     if isinstance(shape, Compound):
-        return Compound(tuple(replace(part, shape=shrunk(part.shape, by)) for part in shape.parts))
+        return Compound(tuple(Part(_shrunk(part.shape, by), part.offset, part.quat) for part in shape.parts))
+    return _shrunk(shape, by)
+
+
+def _shrunk(shape: Sphere | Cylinder | Box | Hull, by: float) -> Sphere | Cylinder | Box | Hull:
+    """The same of a convex shape."""
     if isinstance(shape, Box):
         length, width, height = [size - 2.0 * min(by, 0.25 * size) for size in shape.size]
         return Box((length, width, height))

@@ -472,9 +472,12 @@ class PhysicsWorld:
     def is_flat(self, x: float, y: float, reach: float) -> bool:
         """Whether robots drive on nothing but the floor within reach of a place of the field [m].
 
-        It answers from a map like that of `is_open`.
+        By the bounding boxes of what they drive over, to the last bit, so that it is the same for red and blue.
         """
-        return self._floor is not None and self._ramp_boxes.is_clear(x, y, reach)
+        if self._floor is None:
+            return False
+        boxes = self._ramp_boxes
+        return boxes.is_clear(x, y, reach) or not boxes.are_near(np.array([[x, y, 0.0]]), np.array([reach]))[0]
 
     def is_free(self, low: Sequence[float], high: Sequence[float]) -> bool:
         """Whether no bounding box of the field, the floor left out, reaches into this box [m]."""

@@ -15,6 +15,10 @@ who else needs how many sub-steps. So the body moves with the mean velocity of t
 w is what the world did in the last sub-step; where it does the same again (w' = w: a slope, a wall that holds) the body
 moves by exactly the integral of its velocity. The last line holds for any w': no impulse is lost or counted twice, and
 where a wall takes all the velocity, mean(dv) = -w h / 2 leaves no rest. Yaw is moved in the same way.
+
+Walls and other robots are no part of w: before the engine's step `physics/bumper_contacts` says what they change of the
+mean velocity, which goes to the body, and of that at the end, which is added with the rest. The drivetrain gets both,
+w and what the bumpers met, so that a robot that leans on a wall stalls its motors.
 """
 
 from __future__ import annotations
@@ -25,24 +29,14 @@ from typing import Protocol
 
 import numpy as np
 
-from simcore.errors import ConfigError, EngineError, NonFiniteError
-from simcore.geometry.rotation import (
-    Quaternion,
-    Vector,
-    from_yaw,
-    matrix,
-    multiply,
-    rotate,
-    rotate_back,
-    rpy,
-    wrap_angle,
-    yaw_of,
-)
+from simcore.errors import ConfigError, NonFiniteError
+from simcore.geometry.rotation import Quaternion, Vector, from_yaw, matrix, rotate, rotate_back, rpy, yaw_of
 from simcore.physics.bumper_contacts import RobotMotion
 from simcore.physics.substeps import Surroundings
 from simcore.physics.world import PhysicsWorld
 from simcore.quantities import POSE, require_row
 from simcore.robot.chassis_config import ChassisConfig
+from simcore.robot.level_body import LEVEL_HEIGHT, LEVEL_TILT, LevelBody
 from simcore.robot.mass_distribution import MassDistribution
 from simcore.robot.wheel_loads import LoadTransfer, WheeledRobot
 from simcore.typing import FloatArray
@@ -53,11 +47,6 @@ _CONTACT_GAP = 0.004  # [m]; a wheel this close to the ground carries load
 _BESIDE = 0.03  # [m]; what is farther from the bumpers than this and the way of a tick is not met in it
 _STANDING = 0.3  # cosine of a tilt; a robot that leans more stands on its side
 _MOST_RESISTANCE = 1.5  # [g]; more than any tire can push against for longer than a hit
-_LEVEL_HEIGHT = 0.002  # [m]; a robot that is nearer to the carpet, and turned against it by less than the sine below,
-_LEVEL_TILT = 1e-3  # moves in the plane
-_LEVEL_SPEED = 0.05  # [m/s, and for its tilting ten times that in rad/s]; one that lands or tips is not level yet
-_NOISE = 1e-6  # [m/s, rad/s]; what an engine's carpet changes of a level robot's motion by rounding
-_ELSEWHERE = 1e-7  # [m, rad]; a body that is so far from where its robot has come by itself is put there
 _STEADY = 0.95  # share of the moment that would lift a wheel; less than that the carpet takes
 _LIFTED = 0.001  # [m]; a hit that tips a level robot so that its center rises by less leaves it level
 _ZERO: Vector = (0.0, 0.0, 0.0)
@@ -167,11 +156,6 @@ class ChassisSimulation:
             pos=(pose[0], pose[1], _START_HEIGHT),
             quat=from_yaw(pose[2]),
         )
-        self._is_level = False  # whether it moves in the plane, and `pos`, `quat`, `vel` and `rate` are its own there
-        self._seen: tuple[Vector, Quaternion] = (_ZERO, (0.0, 0.0, 0.0, 1.0))  # pose of the body when last asked for
-        self._told: tuple[Vector, Vector] = (_ZERO, _ZERO)  # velocity that the body was given last
-        self._beside: Vector = _ZERO  # of a level one's body: velocity up, angular velocity along x and y
-        self._is_touched = False
         self._target: tuple[float, float, float] | None = None
         self._force: Vector = (0.0, 0.0, 0.0)
         self._torque: Vector = (0.0, 0.0, 0.0)
@@ -180,6 +164,7 @@ class ChassisSimulation:
         self._soles = np.array([(x, y, -_CONTACT_GAP) for x, y in config.wheel_positions])
         self._contacts = np.array([(x, y, 0.0) for x, y in config.wheel_positions])
         self._sole_reach = max(math.hypot(x, y) for x, y in config.wheel_positions)
+        self._body = LevelBody(world, self.row, self._sole_reach, name)
         xs, ys = zip(*config.wheel_positions, strict=True)
         self._half_base = min(max(xs), -min(xs), max(ys), -min(ys))
         self._half_diagonal = 0.5 * math.hypot(config.bumper_length, config.bumper_width)
@@ -199,7 +184,6 @@ class ChassisSimulation:
         self._each: tuple[Vector, Vector] = (_ZERO, _ZERO)  # what is given anew before each sub-step
         self._rest: tuple[Vector, Vector] = (_ZERO, _ZERO)  # to be added after the sub-step
         self._outside = _ZERO  # part of the last rest that `apply_forces` made: along x and y, and about yaw
-        self._pulled: tuple[Vector, Vector] = (_ZERO, _ZERO)  # acceleration by the engine in the last sub-step
         self._motion: RobotMotion | None = None  # of the last sub-step, and what walls and robots changed of it
         self.pos: Vector = (0.0, 0.0, 0.0)
         """Point on the robot's underside where the carpet would be, field frame [m]."""
@@ -249,8 +233,9 @@ class ChassisSimulation:
         require_row(self.name, "pose", (x, y, yaw), POSE)
         self._world.set_pose(self.row, (x, y, _START_HEIGHT), from_yaw(yaw))
         self._h_before = 0.0
-        self._is_pushed = self._is_level = self._is_touched = False
+        self._is_pushed = False
         self._motion = None
+        self._body.forget()
         self._outside = _ZERO
         if self._transfer is not None:
             self._transfer.reset()
@@ -332,80 +317,25 @@ class ChassisSimulation:
             EngineError: The engine lost the body (a value is not finite).
         """
         if self._take_in():
-            self._told = self.vel, self.rate
-            if self._is_level:
-                vz, wx, wy = self._beside
-                self._told = (self.vel[0], self.vel[1], vz), (wx, wy, self.rate[2])
-            self._engine.set_velocity(self.row, *self._told)
+            self._body.tell()
 
     def _take_in(self) -> bool:
         """What `read` does, without telling the engine; whether the velocity is another than the engine's."""
-        pos, quat = self._engine.pose(self.row)
-        vel, rate = self._engine.velocity(self.row)
-        if not all(map(math.isfinite, (*pos, *vel, *rate))):
-            raise EngineError(f"{self.name}: the engine returned a pose or velocity that is not finite: {pos}")
-        if not self._is_pushed:
-            if not (self._is_level and self._is_as_told(pos, quat, vel, rate)):
-                self._is_level = self._stands_level(pos, quat, vel, rate)
-                self._place(pos, quat, vel, rate)
-            return False
-        self._is_pushed = False
-        h = self._h_before
-        (gx, gy, gz), (px, py, pz) = self._given
-        (rx, ry, rz), (qx, qy, qz) = self._rest
-        if self._motion is not None:
-            (dx, dy, turn), (ex, ey, turned) = self._motion.mean_change, self._motion.end_change
-            gx, gy, pz = gx + dx, gy + dy, pz + turn
-            rx, ry, qz = rx + ex - dx, ry + ey - dy, qz + turned - turn
-        (vx, vy, vz), (wx, wy, wz) = vel, rate
-        was_level, self._is_level = self._is_level, self._stands_level(pos, quat, vel, rate)
-        self._is_touched = not self._is_level or max(abs(vx - gx), abs(vy - gy), abs(wz - pz)) > _NOISE
-        if was_level and self._is_level:
-            (x, y, _), (old, old_quat) = self.pos, self._seen
-            if self._is_touched:
-                way_x, way_y, turn = pos[0] - old[0], pos[1] - old[1], wrap_angle(yaw_of(quat) - yaw_of(old_quat))
-            else:  # by its own equations, to the last bit, in however many sub-steps of the engine
-                vx, vy, wz = gx, gy, pz
-                way_x, way_y, turn = h * vx, h * vy, h * wz
-            self._beside = vz, wx, wy
-            self._seen = pos, quat
-            self._pulled = ((vx - gx) / h, (vy - gy) / h, 0.0), (0.0, 0.0, (wz - pz) / h)
-            self.pos, self.quat = (x + way_x, y + way_y, 0.0), from_yaw(wrap_angle(yaw_of(self.quat) + turn))
-            self.vel, self.rate = (vx + rx, vy + ry, 0.0), (0.0, 0.0, wz + qz)
-            return True
-        self._pulled = (
-            ((vx - gx) / h, (vy - gy) / h, (vz - gz) / h),
-            ((wx - px) / h, (wy - py) / h, (wz - pz) / h),
-        )
-        self._place(pos, quat, (vx + rx, vy + ry, vz + rz), (wx + qx, wy + qy, wz + qz))
-        return True
-
-    def _place(self, pos: Vector, quat: Quaternion, vel: Vector, rate: Vector) -> None:
-        """Take over a pose and velocity of the body; of a level one what is in the plane."""
-        self._seen, self._told = (pos, quat), (vel, rate)
-        self.pos, self.quat, self.vel, self.rate = pos, quat, vel, rate
-        if self._is_level:
-            self._beside = vel[2], rate[0], rate[1]
-            self.pos, self.quat = (pos[0], pos[1], 0.0), from_yaw(yaw_of(quat))
-            self.vel, self.rate = (vel[0], vel[1], 0.0), (0.0, 0.0, rate[2])
-
-    def _stands_level(self, pos: Vector, quat: Quaternion, vel: Vector, rate: Vector) -> bool:
-        """Whether it stands on the flat carpet, and nothing lifts or tips it."""
-        return (
-            abs(pos[2]) < _LEVEL_HEIGHT
-            and math.hypot(quat[0], quat[1]) < _LEVEL_TILT
-            and abs(vel[2]) < _LEVEL_SPEED
-            and math.hypot(rate[0], rate[1]) < 10.0 * _LEVEL_SPEED
-            and self._force[2] == 0.0
-            and self._torque[:2] == (0.0, 0.0)
-            and self._world.is_flat(pos[0], pos[1], self._sole_reach)
-        )
-
-    def _is_as_told(self, pos: Vector, quat: Quaternion, vel: Vector, rate: Vector) -> bool:
-        """Whether the body is where it was seen and has the velocity that it was given, so that nobody has moved it."""
-        seen, told = (*self._seen[0], *self._seen[1]), (*self._told[0], *self._told[1])
-        now, moves = (*pos, *quat), (*vel, *rate)
-        return all(abs(a - b) < 1e-12 for a, b in zip((*now, *moves), (*seen, *told), strict=True))
+        body, was_pushed, self._is_pushed = self._body, self._is_pushed, False
+        is_free = self._force[2] == 0.0 and self._torque[:2] == (0.0, 0.0)
+        if was_pushed:
+            (gx, gy, gz), (px, py, pz) = self._given
+            (rx, ry, rz), (qx, qy, qz) = self._rest
+            if self._motion is not None:
+                (dx, dy, turn), (ex, ey, turned) = self._motion.mean_change, self._motion.end_change
+                gx, gy, pz = gx + dx, gy + dy, pz + turn
+                rx, ry, qz = rx + ex - dx, ry + ey - dy, qz + turned - turn
+            given, rest = ((gx, gy, gz), (px, py, pz)), ((rx, ry, rz), (qx, qy, qz))
+            body.follow(self._h_before, given, rest, is_free=is_free)
+        else:
+            body.look(is_free=is_free)
+        self.pos, self.quat, self.vel, self.rate = body.pos, body.quat, body.vel, body.rate
+        return was_pushed
 
     # --- questions ----------------------------------------------------------------------------------------------
 
@@ -432,7 +362,7 @@ class ChassisSimulation:
     @property
     def is_on_its_own(self) -> bool:
         """Whether nothing but the flat carpet, walls and robots had a hand in its last step."""
-        return self._is_level and not self._is_touched
+        return self._body.is_level and not self._body.is_touched
 
     @property
     def ground_velocity(self) -> tuple[float, float, float]:
@@ -505,7 +435,7 @@ class ChassisSimulation:
         self._find_ground()
         down = rotate_back(self.quat, (0.0, 0.0, -self._world.gravity))
         pull = self._expected_pull(down)
-        felt = rotate_back(self.quat, self._pulled[0]) if self._h_before > 0.0 else _ZERO
+        felt = rotate_back(self.quat, self._body.pulled[0]) if self._h_before > 0.0 else _ZERO
         bump_x, bump_y, bump_turn, bump_height = self._bumped()
         ax, ay, alpha = self._lasting(pull[0] + bump_x, pull[1] + bump_y, pull[2] + bump_turn)
         over = 1.0 - bump_height / self.distribution.center[2]  # a push at the carpet's height shifts no load
@@ -567,8 +497,8 @@ class ChassisSimulation:
         """
         if self._h_before == 0.0:
             return down[0], down[1], 0.0
-        ax, ay, _ = rotate_back(self.quat, self._pulled[0])
-        return self._lasting(ax, ay, rotate_back(self.quat, self._pulled[1])[2])
+        ax, ay, _ = rotate_back(self.quat, self._body.pulled[0])
+        return self._lasting(ax, ay, rotate_back(self.quat, self._body.pulled[1])[2])
 
     def _bumped(self) -> tuple[float, float, float, float]:
         """Acceleration by walls and robots in the last sub-step, robot's plane [m/s^2, m/s^2, rad/s^2], and where [m].
@@ -618,8 +548,8 @@ class ChassisSimulation:
         tilt_x, tilt_y, turn = lever * change[1] / ix, -lever * change[0] / iy, mean[2] - alpha
         lift = 0.0
         turn_later = rotate(self.quat, (0.0, 0.0, change[2] - mean[2] + alpha))
-        vz, wx, wy = self._beside if self._is_level else (self.vel[2], self.rate[0], self.rate[1])
-        linear = [self.vel[0] + now[0], self.vel[1] + now[1], vz + now[2]]
+        (vx, vy, vz), (wx, wy, _) = self._body.put_velocity()
+        linear = [vx + now[0], vy + now[1], vz + now[2]]
         if self._force != _ZERO or self._torque != _ZERO or self._outside != _ZERO:
             # Verlet: one kick by the present force, for half of the step before and half of the one to come. Up and
             # down, and in roll and pitch, the carpet or gravity acts against it, whole and at once: so does the force,
@@ -636,12 +566,12 @@ class ChassisSimulation:
             spin = rotate(self.quat, (0.0, 0.0, oz))
             turn_later = (turn_later[0] + spin[0], turn_later[1] + spin[1], turn_later[2] + spin[2])
         hold, held = 0.0, (0.0, 0.0)
-        if self._is_level:
+        if self._body.is_level:
             hold = _STEADY * mass * self._world.gravity * self._half_base * h
             if math.hypot(tilt_x * ix, tilt_y * iy) < hold:
                 held, tilt_x, tilt_y = (tilt_x * ix, tilt_y * iy), 0.0, 0.0
             hold = max(hold, math.sqrt(2.0 * min(ix, iy) * mass * self._world.gravity * _LIFTED))
-            self._stay_there()
+            self._body.stay()
         share = 1.0 / parts
         now = rotate(self.quat, (0.0, 0.0, turn))
         x, y, z = wx + now[0], wy + now[1], self.rate[2] + now[2]
@@ -655,14 +585,6 @@ class ChassisSimulation:
         self._h_before = h
         self._is_pushed = True
         self._tell_bumpers(h, pull, hold, held)
-
-    def _stay_there(self) -> None:
-        """Put the body where the robot has come in the plane, if it is elsewhere."""
-        (x, y, _), (seen, quat) = self.pos, self._seen
-        turn = wrap_angle(yaw_of(self.quat) - yaw_of(quat))
-        if max(abs(x - seen[0]), abs(y - seen[1]), abs(turn)) > _ELSEWHERE:
-            self._seen = (x, y, seen[2]), multiply(from_yaw(turn), quat)
-            self._engine.set_pose(self.row, *self._seen)
 
     def _tell_bumpers(self, h: float, pull: Vector, hold: float, held: tuple[float, float]) -> None:
         """Say how the robot moves in the next step if it touches no wall and no robot; the engine does as expected.
@@ -696,7 +618,6 @@ class ChassisSimulation:
 
     def _set_velocity(self, linear: Vector, angular: Vector) -> None:
         """Give the body a velocity for a sub-step, of which `_each` has the part that is new."""
-        self._told = linear, angular
         lift = self._each[0][2]
         if lift and self._engine.is_exact:  # it takes force and weight together, and moves by what is left of them
             linear = linear[0], linear[1], linear[2] - lift
@@ -709,7 +630,7 @@ class ChassisSimulation:
         And those that touch what carries robots elsewhere: a wheel at the edge of a bar stands on it and pulls there.
         """
         x, y, _, _ = self.quat
-        if abs(self.pos[2]) < _LEVEL_HEIGHT and x * x + y * y < _LEVEL_TILT**2:
+        if abs(self.pos[2]) < LEVEL_HEIGHT and x * x + y * y < LEVEL_TILT**2:
             self.touching = self._all_touching
             return
         turn = matrix(self.quat).T

@@ -102,7 +102,7 @@ def test_a_robot_cannot_press_fuel_into_a_wall(thickness, speed, rows, columns, 
             corners = np.array([(0.4, 0.4, 0.05), (0.4, -0.4, 0.05), (0.4, 0.4, 0.25), (0.4, -0.4, 0.25)])
             front = (corners @ matrix(pin.robot.quat).T + pin.robot.pos)[:, 0]
             assert front.max() < FACE + 0.01, "the robot is not in the wall, even where it climbs on fuel"
-        pin.drive(-1.0, 4.0)
+        pin.drive(-1.0, 3.0)  # and stops before the other wall
         asleep = pin.pieces.state.status[pin.slots] == PieceStatus.ASLEEP
         assert (pin.fuel[asleep, 0] < FACE - RADIUS + 0.006).all(), "none sleeps in the wall"
         assert (pin.fuel[:, :2] > 0.0).all() and (pin.fuel[:, 0] < FACE).all() and (pin.fuel[:, 1] < 8.0).all()

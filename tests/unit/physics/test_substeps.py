@@ -21,7 +21,7 @@ def test_nothing_moves_farther_than_its_limit_below_the_cap(piece, robot, near):
     limit = {
         Surroundings.OPEN: rule.robot_move,
         Surroundings.RAMP: rule.robot_ramp_move,
-        Surroundings.WALL: rule.robot_move,
+        Surroundings.WALL: rule.robot_ramp_move,
     }[near]
     assert 1 <= n <= rule.cap
     assert piece * 0.02 / n <= rule.max_move * (1.0 + 1e-9)

@@ -1,0 +1,297 @@
+"""Bumpers against walls and robots: flat on the carpet, straight along them, and slowed by mu N."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from importlib.util import find_spec
+
+import numpy as np
+import pytest
+
+from simcore.match.game import Game, RobotEntry
+from simcore.match.match import Match
+from simcore.physics.field import FieldElement
+from simcore.physics.shapes import Box, Hull
+from simcore.physics.surface import WALL
+from simcore.physics.world import PhysicsWorld
+from simcore.robot.chassis import ChassisSimulation
+from simcore.robot.chassis_config import ChassisConfig
+from simcore.robot.robot_config import RobotConfig
+from simcore.robot.swerve_config import SwerveConfig, SwerveModuleConfig
+from simcore.robot.tank_drive import TankConfig
+from simcore.units import GRAVITY, inches
+
+DT = 0.02
+MODULE = SwerveModuleConfig(
+    x=0.0, y=0.0, drive_stator_limit=60.0, drive_supply_limit=40.0, steer_stator_limit=40.0, steer_supply_limit=20.0
+)
+SWERVE = RobotConfig(drivetrain=SwerveConfig.square(0.53, MODULE))
+TANK = RobotConfig(drivetrain=TankConfig(stator_limit=60.0))
+GUARDRAIL = [  # of two pieces, flush and slanting back above the bumpers, as a field's is
+    FieldElement(
+        name=f"rail {number}",
+        shape=Hull(np.array([(x, y, z) for x in ends for y, z in ((0.8, 0.0), (1.0, 0.0), (0.8, 0.3), (0.9, 0.5))])),
+        position=np.zeros(3),
+        surface=WALL,
+    )
+    for number, ends in enumerate(((0.0, 4.0), (4.0, 30.0)))
+]
+
+
+def drive(robot, along, across, heading=0.0):
+    """Command a velocity in field axes [m/s] and hold a heading with 6/s."""
+    yaw = robot.chassis.pose[2]
+    c, s = math.cos(yaw), math.sin(yaw)
+    robot.drive.set_chassis_speeds(
+        c * along + s * across, c * across - s * along, -6.0 * math.remainder(yaw - heading, math.tau)
+    )
+
+
+class Watch:
+    """The worst of some robots so far: tilt and turn [degrees], and ticks with a wheel off."""
+
+    def __init__(self, *robots):
+        self.robots, self.start = robots, [robot.chassis.pose[2] for robot in robots]
+        self.tilt = self.turn = 0.0
+        self.lifted = 0
+
+    def look(self):
+        for robot, start in zip(self.robots, self.start, strict=True):
+            roll, pitch, yaw = robot.chassis.roll_pitch_yaw
+            self.tilt = max(self.tilt, math.degrees(max(abs(roll), abs(pitch))))
+            self.turn = max(self.turn, abs(math.degrees(math.remainder(yaw - start, math.tau))))
+            self.lifted += not all(robot.chassis.touching)
+
+
+def field(*starts, elements=(), engine=None, robot=SWERVE):
+    game = Game.bare(size=(30.0, 8.0), elements=elements, pieces=(), zones=(), places=(), robot=lambda: robot)
+    return Match(game, robots=tuple(RobotEntry(start=start) for start in starts), engine=engine)
+
+
+# --- along walls ------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("into", [50.0, 200.0])
+def test_a_push_along_a_wall_is_slowed_by_mu_n(into, engine_name):
+    """x = (F - mu N) t^2 / 2m, of a robot without tires; mu = 0.7 x 0.5. Flush from the first tick to the last."""
+    with PhysicsWorld() as world:
+        world.add_static("wall", Box((60.0, 0.3, 1.0)), (20.0, 0.55, 0.5), surface=WALL)
+        chassis = ChassisSimulation(world, ChassisConfig())
+        chassis.apply_forces((150.0, into, 0.0))
+        for _ in range(100):
+            world.step(DT, substeps=4, before_substep=chassis.before_substep)
+        chassis.read()
+        assert chassis.pose[0] == pytest.approx((150.0 - 0.35 * into) * 2.0**2 / (2.0 * 55.0), rel=0.01)
+        assert chassis.pose[1] == pytest.approx(0.0, abs=1e-4)
+        assert chassis.pose[2] == pytest.approx(0.0, abs=1e-4)
+
+
+def test_friction_of_bumpers_stops_a_slide_as_coulomb_says(engine_name):
+    """v^2 / (2 mu N / m) along a wall, pushed into it by N = 300 N, and then it sticks."""
+    with PhysicsWorld() as world:
+        world.add_static("wall", Box((60.0, 0.3, 1.0)), (20.0, 0.55, 0.5), surface=WALL)
+        chassis = ChassisSimulation(world, ChassisConfig(bumper_friction=0.8))
+        world.set_velocity(chassis.row, (1.5, 0.0, 0.0))
+        chassis.apply_forces((60.0, 300.0, 0.0))
+        for _ in range(150):
+            world.step(DT, substeps=4, before_substep=chassis.before_substep)
+        chassis.read()
+        assert chassis.pose[0] == pytest.approx(1.5**2 * 55.0 / (2.0 * (0.4 * 300.0 - 60.0)), rel=0.02)
+        assert chassis.vel[0] == pytest.approx(0.0, abs=1e-6)
+
+
+@pytest.mark.parametrize("wall", ["guardrail", "alliance wall"])
+@pytest.mark.parametrize(("along", "into"), [(0.5, 0.1), (2.0, 0.3), (3.0, 1.0)])
+def test_a_robot_scrapes_along_a_wall_flat_and_straight(wall, along, into, engine_name):
+    """Two seconds: no wheel off, not tilted, heading within half a degree."""
+    rail = wall == "guardrail"
+    with field((2.0, 1.45 if rail else 0.45, 0.0), elements=GUARDRAIL if rail else (), engine=engine_name) as match:
+        (robot,) = match.robots
+        watch = Watch(robot)
+        for _ in range(100):
+            drive(robot, along, -into)
+            match.tick()
+            watch.look()
+        assert match.contacts.touching(robot.chassis.row) == []
+        assert robot.chassis.pose[1] == pytest.approx(1.39 if rail else 0.4, abs=3e-3)  # the rail, at the lower edge
+        assert robot.chassis.pose[0] > 2.4
+        assert (watch.lifted, watch.tilt < 0.05, watch.turn < 0.5) == (0, True, True)
+
+
+def test_a_tank_that_is_steered_into_a_wall_slides_along_it(engine_name):
+    """6.5 and 6.0 V: it keeps going, straight."""
+    with field((2.0, 0.41, 0.0), engine=engine_name, robot=TANK) as match:
+        (robot,) = match.robots
+        watch = Watch(robot)
+        robot.drive.set_volts(6.0, 6.5)
+        for _ in range(100):
+            robot.drive.set_volts(6.0, 6.5)
+            match.tick()
+            watch.look()
+        assert robot.chassis.pose[0] > 5.0
+        assert (watch.lifted, watch.tilt < 0.05, watch.turn < 2.0) == (0, True, True)
+
+
+@pytest.mark.skipif(find_spec("pybullet") is None or find_spec("mujoco") is None, reason="needs both engines")
+@pytest.mark.parametrize(("along", "into"), [(0.5, 0.5), (2.0, 0.3), (3.0, 1.0)])
+def test_both_engines_have_the_same_way_along_a_wall_and_a_robot(along, into):
+    """Within 0.1 % at the wall and 1 % at the robot, which turns out of the way."""
+    ways = []
+    for engine in ("bullet", "mujoco"):
+        with field((2.0, 0.45, 0.0), (4.0, 4.0, 0.0), (5.0, 4.84, 0.0), engine=engine) as match:
+            a, b, c = match.robots
+            watch = Watch(*match.robots)
+            for _ in range(100):
+                drive(a, along, -into)
+                drive(b, along, into)
+                drive(c, 0.0, 0.0)
+                match.tick()
+                watch.look()
+            ways.append((a.chassis.pose[0] - 2.0, b.chassis.pose[0] - 4.0))
+            assert (watch.lifted, watch.tilt < 0.5) == (0, True)
+    assert ways[0][0] == pytest.approx(ways[1][0], rel=0.001)
+    assert ways[0][1] == pytest.approx(ways[1][1], rel=0.01)
+
+
+# --- robots -----------------------------------------------------------------------------------------------------------
+
+
+def test_a_robot_hit_from_the_side_escapes_with_all_wheels_on_the_carpet(engine_name):
+    """T-bone at 3 m/s, then the victim drives off at 3 m/s: neither is lifted; the cloth turns it, but it gets away."""
+    with field((4.0, 4.0, 0.0), (6.0, 4.0, math.pi / 2), engine=engine_name) as match:
+        a, b = match.robots
+        watch = Watch(a, b)
+        met = False
+        for tick in range(110):
+            drive(a, 3.0, 0.0)
+            drive(b, 0.0, 3.0 if tick > 40 else 0.0, math.pi / 2)
+            match.tick()
+            watch.look()
+            met |= (0, 1) in match.contacts.robots
+        assert met
+        assert b.chassis.pose[1] > 6.0
+        assert (watch.lifted, watch.tilt < 1.0, watch.turn < 30.0) == (0, True, True)
+
+
+@pytest.mark.parametrize("speed", [3.0, 5.0])
+@pytest.mark.parametrize("heading", [0.0, 0.5])
+def test_bumpers_of_two_robots_do_not_overlap_at_any_speed(speed, heading, engine_name):
+    with PhysicsWorld() as world:
+        a = ChassisSimulation(world, ChassisConfig(), pose=(0.0, 0.0, 0.0), name="a")
+        b = ChassisSimulation(world, ChassisConfig(mass=40.0), pose=(1.55, 0.2, heading), name="b")
+        world.set_velocity(a.row, (speed, 0.0, 0.0))
+        world.set_velocity(b.row, (-0.5 * speed, 0.0, 0.0))
+        a.read(), b.read()
+        momentum = 55.0 * a.vel[0] + 40.0 * b.vel[0]
+        deepest, energies = 0.0, []
+        for _ in range(30):
+
+            def push(h):
+                a.before_substep(h)
+                b.before_substep(h)
+
+            world.step(DT, substeps=4, before_substep=push)
+            a.read(), b.read()
+            c, s = math.cos(b.pose[2]), math.sin(b.pose[2])
+            for x, y in ((0.4, 0.4), (0.4, -0.4), (-0.4, 0.4), (-0.4, -0.4)):  # corners of b in a's box
+                px, py = b.pose[0] + c * x - s * y - a.pose[0], b.pose[1] + s * x + c * y - a.pose[1]
+                ca, sa = math.cos(a.pose[2]), math.sin(a.pose[2])
+                deepest = max(deepest, 0.4 - max(abs(ca * px + sa * py), abs(ca * py - sa * px)))
+            energies.append(
+                sum(
+                    0.5 * r.config.mass * (r.vel[0] ** 2 + r.vel[1] ** 2) + 0.5 * r.config.inertia[2] * r.rate[2] ** 2
+                    for r in (a, b)
+                )
+            )
+        assert deepest < 0.010
+        assert np.diff(energies).max() < 1.0, "and no energy comes of it"
+        assert 55.0 * a.vel[0] + 40.0 * b.vel[0] == pytest.approx(momentum, rel=0.01)
+
+
+def test_a_robot_at_a_wall_changes_no_bit_of_anothers_path(engine_name):
+    """20 m away, one leans on a wall or stands still; the other sways, turns and stops."""
+
+    def path(pressing):
+        with field((6.0, 4.0, 0.0), (28.5, 4.0, 0.0), engine=engine_name) as match:
+            rows, counts = [], set()
+            for tick in range(200):
+                t = tick * DT
+                drive(match.robots[0], 2.0 * math.sin(t), math.cos(2.0 * t), heading=math.sin(1.7 * t))
+                drive(match.robots[1], *((2.0, 0.5) if pressing else (0.0, 0.0)))
+                match.tick()
+                rows.append((*match.robots[0].chassis.pose, *match.robots[0].chassis.vel))
+                counts.add(match.substeps)
+            return rows, counts
+
+    (still, few), (pressed, more) = path(False), path(True)
+    assert max(more) > min(few) == 1, "the other one needs more sub-steps"
+    assert pressed == still
+
+
+# --- loads and ramps --------------------------------------------------------------------------------------------------
+
+
+def test_wheel_loads_are_those_of_weight_and_of_the_wall_where_it_pushes(engine_name):
+    """Front over rear by F z / L: a wall pushes at 0.14 m, where its outline and the bumpers' have their middle."""
+    wall = FieldElement(name="low wall", shape=Box((0.3, 6.0, 1.0)), position=np.array([4.0, 4.0, 0.5]), surface=WALL)
+    with field((3.0, 4.0, 0.0), elements=[wall], engine=engine_name) as match:
+        (robot,) = match.robots
+        for _ in range(100):
+            drive(robot, 0.5, 0.0)
+            match.tick()
+        loads = robot.chassis.normal_loads
+        push = float(robot.drive.wheel_forces.sum(axis=0)[0])
+        assert push > 100.0
+        assert sum(loads) == pytest.approx(robot.config.body.mass * GRAVITY, rel=1e-6)
+        rear = [load for load, (x, _) in zip(loads, robot.config.body.wheel_positions, strict=True) if x < 0.0]
+        moment = (2.0 * sum(rear) - sum(loads)) * 0.5 * 0.53
+        assert moment == pytest.approx(push * 0.14, rel=0.05)
+
+
+@pytest.mark.parametrize("speed", [1.0, 1.5])
+def test_a_robot_that_coasts_up_a_bump_comes_back_with_nearly_its_speed(speed, engine_name):
+    """No tires and no brake: what its front wheels lose at the foot of the ramp is lost, a tenth at most."""
+    height, depth = inches(6.513), inches(44.4)
+    points = np.array([(x, y, z) for y in (-5.0, 5.0) for x, z in ((0.0, 0.0), (depth, 0.0), (depth / 2, height))])
+    with PhysicsWorld() as world:
+        world.add_static("bump", Hull(points), (1.0, 0.0, 0.0), surface=replace(WALL, friction=0.3), drivable=True)
+        chassis = ChassisSimulation(world, ChassisConfig())
+        world.set_velocity(chassis.row, (speed, 0.0, 0.0))
+        chassis.read()
+        for _ in range(250):
+            count = world.substepping.count(DT, 0.0, chassis.speed, chassis.surroundings(DT))
+            world.step(DT, substeps=count, before_substep=chassis.before_substep)
+            chassis.read()
+            if chassis.pose[0] < 0.0:
+                break
+        assert 0.89 * speed < -chassis.vel[0] < speed
+
+
+# --- what is not upright ----------------------------------------------------------------------------------------------
+
+
+def test_a_robot_that_falls_on_another_stays_on_it(engine_name):
+    """Their bumpers' heights do not overlap: the engine keeps them apart, and lets them go when both stand again."""
+    with field((4.0, 4.0, 0.0), (10.0, 4.0, 0.0), engine=engine_name) as match:
+        a, b = (robot.chassis for robot in match.robots)
+        match.world.set_pose(b.row, (4.1, 4.0, 0.52))
+        match.play(1.0)
+        assert b.pos[2] > 0.45 and abs(a.pos[2]) < 0.01
+        match.carry_to(1, (10.0, 4.0, 0.0))
+        match.robots[0].drive.set_chassis_speeds(1.0, 0.0, 0.0)
+        match.play(0.5)
+        assert abs(b.pos[2]) < 0.002 and a.pose[0] > 4.2
+
+
+def test_a_wall_above_the_bumpers_stops_the_frame(engine_name):
+    """An arm at 0.4 m, over bumpers of 0.25 m and against a frame of 0.5 m."""
+    arm = FieldElement(name="arm", shape=Box((0.2, 6.0, 0.2)), position=np.array([4.0, 4.0, 0.4]), surface=WALL)
+    with field((3.0, 4.0, 0.0), elements=[arm], engine=engine_name) as match:
+        (robot,) = match.robots
+        for _ in range(100):
+            drive(robot, 1.0, 0.0)
+            match.tick()
+        frame = robot.chassis.pose[0] + 0.5 * 0.8 - robot.config.body.bumper_thickness
+        assert frame == pytest.approx(3.9, abs=0.02)
+        assert abs(robot.chassis.roll_pitch_yaw[1]) < math.radians(5.0)
