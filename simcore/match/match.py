@@ -54,7 +54,6 @@ from simcore.pieces.wake_grid import Footprint, WakeSettings
 from simcore.quantities import POSE, Quantity, require, require_row, shown
 from simcore.robot.robot import Controller, Robot
 from simcore.robot.robot_config import RobotConfig
-from simcore.robot.robot_steps import RobotSteps
 from simcore.robot.swerve_config import SwerveConfig, SwerveModuleConfig
 from simcore.telemetry.snapshot import Snapshot, TelemetrySink
 from simcore.typing import FloatArray

@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.spatial import ConvexHull
 
-from simcore.geometry.rotation import IDENTITY, Quaternion, matrix
+from simcore.geometry.rotation import Quaternion, matrix
 from simcore.physics.shapes import Box, Compound, Cylinder, HalfSpace, Hull, Mesh, Part, Shape, Sphere
 from simcore.typing import FloatArray, IntArray
 
