@@ -31,7 +31,7 @@ from simcore.physics.collision_classes import CollisionClasses, RayGroups
 from simcore.physics.constraint_rows import ConstraintRows
 from simcore.physics.contact_materials import ContactMaterials, materials_of
 from simcore.physics.contact_search import ContactSearch, spins
-from simcore.physics.engine import BodyDefinition, RayHits
+from simcore.physics.engine import BodyDefinition, Contacts, RayHits
 from simcore.physics.mujoco_model import ModelLayout, build_model
 from simcore.physics.mujoco_queries import ModelQueries
 from simcore.physics.sleep_lists import SleepLists
@@ -281,14 +281,22 @@ class MuJoCoEngine:
 
     # --- who touches whom ---------------------------------------------------------------------------------------
 
-    def set_sustained(self, row: int, sustained: bool) -> None:
-        """Nothing: a contact is an impact or a spring by how it is loaded."""
+    def set_stiffness(self, row: int, stiffness: float) -> None:
+        """Nothing yet: a contact keeps the stiffness of its surface."""
 
     def renew_contacts(self, row: int) -> None:
         """Nothing: each step finds them anew."""
 
-    def set_careful(self, careful: bool) -> None:
-        """Nothing: each step is solved as it needs."""
+    def contacts(self, row: int | None = None) -> Contacts:
+        """Where a body, or any, overlapped others in the last step."""
+        self._refresh()
+        contact = self._d.contact
+        rows = self._layout.row_of_geom[contact.geom]
+        mine = contact.dist < 0.0
+        if row is not None:
+            mine &= (rows == row).any(axis=1)
+        # its normals are from the first to the second
+        return Contacts(rows=rows[mine], normal=-contact.frame[mine, :3], depth=-contact.dist[mine])
 
     def overlap(self, row: int) -> float:
         """How deep the body is in others, at its deepest contact [m]; 0 for none."""

@@ -25,10 +25,10 @@ from simcore.pieces.kinds import GamePieceConfig
 from simcore.pieces.lodging import Lodging
 from simcore.pieces.piece_variation import PieceVariation
 from simcore.pieces.pool import ON_FIELD, PiecePool, PieceStatus
-from simcore.pieces.pressing import Pressing
 from simcore.pieces.resting_places import RestingPlace, RestingPlaces
 from simcore.pieces.shown_pieces import ShownPieces
 from simcore.pieces.sleeping import SETTLE_PERIOD, Sleeping
+from simcore.pieces.squeezing import Squeezing
 from simcore.pieces.stillness import Stillness
 from simcore.pieces.touching import lengths
 from simcore.pieces.wake_grid import ChunkGrid, Footprint, WakeSettings
@@ -86,12 +86,12 @@ class GamePieceManager:
         self._impacts = Impacts(world, self._pool, self._wake)
         self._approach = Approach(world, self._pool)
         self._flight = FlightForces(world, self._pool, self._impacts)
-        self._pressing = Pressing(world, self._pool)
+        self._squeezing = Squeezing(world, self._pool)
         self._lodging = Lodging(world, self._pool)
         self.places = RestingPlaces(places, self._pool)
         """Where pieces stay and count."""
-        self._sleeping = Sleeping(world, self._pool, self._pressing, self._p, self._wake)
-        self._waking = Waking(self._pool, self._pressing, self._sleeping, self._p)
+        self._sleeping = Sleeping(world, self._pool, self._p, self._wake)
+        self._waking = Waking(self._pool, self._sleeping, self._p)
         self.shown = ShownPieces(self._pool, self.attitudes)
         """What the pieces on the field look like."""
         self._stillness = Stillness(self._p.chunk_linger + _SORTED)
@@ -178,7 +178,6 @@ class GamePieceManager:
     def _release(
         self, slots: IntArray, positions: FloatArray, quats: list[Quaternion], *, resting: bool = False
     ) -> None:
-        self._pressing.release(slots)
         self._lodging.free(slots)
         for slot, pos, quat in zip(slots.tolist(), positions.tolist(), quats, strict=True):
             config = self._pool.types[self.state.kind[slot]]
@@ -206,7 +205,6 @@ class GamePieceManager:
             ConfigError: A slot holds no piece; nothing has changed.
         """
         self._require("hold", slots, _ALL)
-        self._pressing.release(slots)
         self._lodging.free(slots)
         for slot in slots.tolist():
             self._wake_leaning(slot)
@@ -287,7 +285,6 @@ class GamePieceManager:
             ConfigError: A piece is not on the field; nothing has changed.
         """
         self._require("score", slots, ON_FIELD)
-        self._pressing.release(slots)
         self._lodging.free(slots)
         for slot in slots.tolist():
             self._wake_leaning(slot)
@@ -322,7 +319,6 @@ class GamePieceManager:
     def clear(self) -> None:
         """Take all pieces out of the match; none is counted any more."""
         slots = np.nonzero(self.state.status != _FREE)[0]
-        self._pressing.release(slots)
         for slot in slots.tolist():
             self._flight.forget(slot)
             self._pool.park(slot)
@@ -469,7 +465,7 @@ class GamePieceManager:
         state, p, chunks = self.state, self._p, self._chunks
         self._robots = list(robots)
         awake = self.awake
-        self._stillness.begin_tick(len(awake) + len(self._pressing.stirred), self._robots)
+        self._stillness.begin_tick(len(awake) + len(self._sleeping.stirred), self._robots)
         if self._stillness.is_reached:
             return 0.0
         speed = lengths(state.vel.take(awake, axis=0))
@@ -489,9 +485,7 @@ class GamePieceManager:
         now = self.awake
         if now is not awake:
             speed = lengths(state.vel.take(now, axis=0))
-        self._pressing.begin_tick(now, speed, robots, dt)
-        self._world.longest_step = self._pressing.longest_step
-        self._world.longest_robot_step = self._pressing.longest_robot_step
+        self._world.longest_step = self._squeezing.longest_step
         if self._approach.has_fine:
             self._approach.begin_tick(now)
         return float(speed.max()) + fall if len(speed) else 0.0
@@ -523,6 +517,7 @@ class GamePieceManager:
             if np.count_nonzero(touched):
                 state.status[awake[touched]] = _AWAKE
             self._recover(awake, now)
+        self._squeezing.read(dt)
         self._tick += 1
         if self._tick % 2 and not self._stillness.is_reached:
             self._sleeping.read()
