@@ -47,10 +47,11 @@ __all__ = ["BulletEngine"]
 _SOLVER_ITERATIONS = 32
 """At most: a heap of 100 balls then comes to rest at its packing; with 8 their noise compacts it by 2 % in 6 s."""
 _RELAXATION = 0.5  # [s], of an overlap of robots and the field, where it adds to bounces
-_DAMPING_RATIO = 2.0  # of sustained contacts: what was squeezed while it was rigid comes out slowly
+_DAMPING_RATIO = 8.0  # of sustained contacts: what was squeezed while it was rigid comes out slowly
 _RESIDUAL = 1e-9
 """[m^2/s^2]; iterations end where none of them changes a velocity by more than the root of it, 0.03 mm/s."""
 _CONTACT_DISTANCE = 0.001  # [m]
+_SLIGHT = 1.0  # [N]; contacts with less are not told: half of the weight of a fuel
 _MOST_SHAPES = 16
 _HULL_MARGIN = 0.001  # [m], that it puts around hulls
 _NEGLECTED = 0.002  # [m]; a piece that moves less in a step gets no deeper into anything than this
@@ -348,14 +349,14 @@ class BulletEngine:
         )
 
     def contacts(self, row: int | None = None) -> Contacts:
-        """Where a body, or any, overlapped others in the last step."""
-        p, client, row_of = self._p, self._open(), self._row_of
-        found = p.getContactPoints(physicsClientId=client) if row is None else p.getContactPoints(self._ids[row], -1, physicsClientId=client)
-        deep = [c for c in found or () if c[8] < 0.0]
+        """Forces between a body, or any, and others in the last step."""
+        get, client, row_of = self._p.getContactPoints, self._open(), self._row_of
+        found = get(physicsClientId=client) if row is None else get(self._ids[row], physicsClientId=client)
+        pressed = [contact for contact in found or () if contact[9] > _SLIGHT]
+        rows = [(row_of.get(contact[1], -1), row_of.get(contact[2], -1)) for contact in pressed]
+        force = [(c[9] * c[7][0], c[9] * c[7][1], c[9] * c[7][2]) for c in pressed]
         return Contacts(
-            rows=np.array([(row_of.get(c[1], -1), row_of.get(c[2], -1)) for c in deep], dtype=np.int64).reshape(-1, 2),
-            normal=np.array([c[7] for c in deep]).reshape(-1, 3),
-            depth=-np.array([c[8] for c in deep]),
+            rows=np.array(rows, dtype=np.int64).reshape(-1, 2), force=np.array(force, dtype=float).reshape(-1, 3)
         )
 
     def overlap(self, row: int) -> float:

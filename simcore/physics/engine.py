@@ -56,14 +56,12 @@ class RayHits:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Contacts:
-    """Where bodies overlapped in the last step, one row a contact."""
+    """What bodies pressed each other with in the last step, one row a contact."""
 
     rows: IntArray
     """Of the two bodies, shape (n, 2)."""
-    normal: FloatArray
-    """From the second to the first, field frame, shape (n, 3)."""
-    depth: FloatArray
-    """How deep they are in each other [m], shape (n,)."""
+    force: FloatArray
+    """Along the normal, on the first, field frame [N], shape (n, 3)."""
 
 
 class Engine(Protocol):
@@ -139,7 +137,7 @@ class Engine(Protocol):
         ...
 
     def contacts(self, row: int | None = None) -> Contacts:
-        """Where a body, or any, overlapped others in the last step."""
+        """Forces between a body, or any, and others in the last step."""
         ...
 
     def overlap(self, row: int) -> float:

@@ -288,15 +288,15 @@ class MuJoCoEngine:
         """Nothing: each step finds them anew."""
 
     def contacts(self, row: int | None = None) -> Contacts:
-        """Where a body, or any, overlapped others in the last step."""
+        """Forces between a body, or any, and others in the last step."""
         self._refresh()
         contact = self._d.contact
         rows = self._layout.row_of_geom[contact.geom]
-        mine = contact.dist < 0.0
+        mine = contact.efc_address >= 0
         if row is not None:
             mine &= (rows == row).any(axis=1)
-        # its normals are from the first to the second
-        return Contacts(rows=rows[mine], normal=-contact.frame[mine, :3], depth=-contact.dist[mine])
+        size = self._d.efc_force[contact.efc_address[mine]]
+        return Contacts(rows=rows[mine], force=-size[:, None] * contact.frame[mine, :3])  # its normals are the second's
 
     def overlap(self, row: int) -> float:
         """How deep the body is in others, at its deepest contact [m]; 0 for none."""

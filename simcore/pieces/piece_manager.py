@@ -485,7 +485,7 @@ class GamePieceManager:
         now = self.awake
         if now is not awake:
             speed = lengths(state.vel.take(now, axis=0))
-        self._world.longest_step = self._squeezing.longest_step
+        self._world.longest_step = self._squeezing.longest_step(now, robots, dt)
         if self._approach.has_fine:
             self._approach.begin_tick(now)
         return float(speed.max()) + fall if len(speed) else 0.0
@@ -517,7 +517,7 @@ class GamePieceManager:
             if np.count_nonzero(touched):
                 state.status[awake[touched]] = _AWAKE
             self._recover(awake, now)
-        self._squeezing.read(dt)
+        self._squeezing.read(awake, dt)
         self._tick += 1
         if self._tick % 2 and not self._stillness.is_reached:
             self._sleeping.read()

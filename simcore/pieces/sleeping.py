@@ -82,6 +82,8 @@ class Sleeping:
         self._fix(slots[~(self._gives_way[slots] | self.is_fixed[slots])])
 
     def _fix(self, slots: IntArray) -> None:
+        if len(slots):
+            self._pool.state.pos[slots] = self._world.engine.centers(self._pool.rows_of(slots))  # the last one for long
         for slot in slots.tolist():
             self._world.engine.fix(self._pool.rows[slot])
         self.is_fixed[slots] = True
@@ -153,13 +155,13 @@ class Sleeping:
         self.stirred = still[pushed]
         self._gives_way[still] = moved > self._may_shift[still]
         if self._readings % _AUDIT_PERIOD == 0:
-            stopped = moved > 0.0  # what the engine has awake never lies quite still
             doubtful = still[pushed]
             deep = doubtful[self.are_deep(doubtful)]
             for slot in deep.tolist():
                 self._wake(slot)
-            for slot in np.setdiff1d(still[stopped], deep, assume_unique=True).tolist():
-                self._world.engine.sleep(self._pool.rows[slot])
+            if np.count_nonzero(moved):
+                for slot in np.setdiff1d(still, deep, assume_unique=True).tolist():
+                    self._world.engine.sleep(self._pool.rows[slot])
 
     def follow(self, slots: IntArray) -> tuple[IntArray, FloatArray]:
         """Read where sleepers are: which stay asleep, and how far the engine has moved each of those all the same."""

@@ -9,6 +9,7 @@ the length of the sum of their depths as vectors.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -16,15 +17,18 @@ from simcore.physics.engine import Contacts
 from simcore.physics.world import PhysicsWorld
 from simcore.pieces.foam import relax
 from simcore.pieces.pool import PiecePool
-from simcore.typing import FloatArray
+from simcore.pieces.touching import TOUCH
+from simcore.pieces.wake_grid import Footprint
+from simcore.typing import FloatArray, IntArray
 
 __all__ = ["Squeezing", "squeezes"]
 
-_PERIOD = 4
+_PERIOD = 6
 """Ticks from one look at all contacts to the next, while robots press nothing: a heap takes longer to build up."""
-_LIGHT, _HEAVY = 4.0, 12.0  # [N]; six fuel lie on one before it is squeezed by the second
+_LIGHT, _HEAVY = 2.0, 6.0  # [N]; six fuel lie on one before it is squeezed by the second
 _LONGEST, _SHORTEST = 0.02, 0.005
 """[s], of steps up to the one and from the other. 100 balls, 7 deep: overlaps of 4 mm at 10 ms, 1.4 mm at 5 ms."""
+_CRUSH, _LEAST = 0.011, 0.0025  # [m, s], move of a robot a step that may press a piece against something, and shortest
 _MEMORY = 0.1  # [s], in which the measure falls to 1/e where it is no longer found
 _SHALLOW = 4e-5
 """[m]; contacts that are less deep are left out: 4 N at a stiffness of 1e5 N/m, the weight of two fuel."""
@@ -47,57 +51,75 @@ class Squeezing:
         self._stiffness = self._dynamic.copy()
         self._yields = np.array([kind.foam is not None for kind in pool.types], dtype=bool)[pool.state.kind]
         self._soft = np.zeros(len(pool.rows), dtype=bool)
-        self._ticks = 0
+        self._before = np.zeros(len(pool.rows))
+        self._ticks = self._seen = 0
         self._since = 0.0
         self.force = 0.0
         """The hardest squeeze, of now or a moment ago [N]."""
 
-    @property
-    def longest_step(self) -> float:
-        """Longest step of the tick to come [s]."""
-        share = (self.force - _LIGHT) / (_HEAVY - _LIGHT)
-        if share <= 0.0:
-            return math.inf
-        return _LONGEST + (_SHORTEST - _LONGEST) * min(share, 1.0)
+    def longest_step(self, awake: IntArray, robots: Sequence[Footprint], dt: float) -> float:
+        """Longest step of a tick to come [s].
 
-    def read(self, dt: float) -> None:
-        """Measure after a tick of dt [s]."""
+        Args:
+            awake: Slots that the engine moves, shape (n,).
+            robots: Where robots are.
+            dt: Length of the tick [s].
+        """
+        share = (self.force - _LIGHT) / (_HEAVY - _LIGHT)
+        step = math.inf if share <= 0.0 else _LONGEST + (_SHORTEST - _LONGEST) * min(share, 1.0)
+        for robot in robots:
+            if robot.speed > _CRUSH / _LONGEST and self._may_crush(awake, robot, dt):
+                step = min(step, max(_CRUSH / robot.speed, _LEAST))
+        return step
+
+    def _may_crush(self, awake: IntArray, robot: Footprint, dt: float) -> bool:
+        """Whether a robot can reach a piece within a tick that can reach something solid."""
+        move = robot.speed * dt + TOUCH
+        reach = math.hypot(robot.half_length, robot.half_width) + 2.0 * (self._pool.radius.max(initial=0.0) + move)
+        if not len(awake) or self._world.is_open(robot.x, robot.y, reach):
+            return False
+        pos, radius = self._pool.state.pos.take(awake, axis=0), self._pool.radius[awake]
+        near = (robot.gap(pos) < radius + move).nonzero()[0]
+        return bool(len(near)) and bool(self._world.near_solid(pos[near], radius[near] + move).any())
+
+    def read(self, awake: IntArray, dt: float) -> None:
+        """Measure after a tick of dt [s]; `awake` are the slots that the engine moves, shape (n,)."""
         self._ticks += 1
         self._since += dt
         self.force *= math.exp(-dt / _MEMORY)
-        if self.force < _LIGHT and self._ticks % _PERIOD and not self._is_robot_pressing():
+        if not len(awake):
             return
-        depth = self._depths(self._world.engine.contacts())
-        self.force = max(self.force, float((depth * self._stiffness).max(initial=0.0)))
-        self._yield(depth)
+        if self.force < _LIGHT and self._ticks % _PERIOD > 1 and not self._is_robot_pressing():
+            return
+        force = self._forces(self._world.engine.contacts())
+        lasting = np.minimum(force, self._before) if self._seen == self._ticks - 1 else np.zeros(len(force))
+        self._before, self._seen = force, self._ticks
+        self.force = max(self.force, float(lasting.max(initial=0.0)))
+        self._yield(lasting / self._stiffness)
 
     def _is_robot_pressing(self) -> bool:
         """Whether a piece that a robot touches has something on its other side, too."""
         engine, slot_of = self._world.engine, self._slot_of
         for robot in self._world.robot_rows:
-            pressed = engine.contacts(robot)
-            others = np.unique(pressed.rows[pressed.depth > _SHALLOW].ravel())
-            for row in others[(others < len(slot_of)) & (others >= 0)].tolist():
+            rows = np.unique(engine.contacts(robot).rows)
+            for row in rows[(rows >= 0) & (rows < len(slot_of))].tolist():
                 slot = slot_of[row]
-                if slot >= 0 and self._depths(engine.contacts(row))[slot] * self._stiffness[slot] > _LIGHT:
+                if slot >= 0 and self._forces(engine.contacts(row))[slot] > _LIGHT:
                     return True
         return False
 
-    def _depths(self, contacts: Contacts) -> FloatArray:
-        """How deep each piece is squeezed, shape (slots,)."""
-        deep = contacts.depth > _SHALLOW
-        if np.count_nonzero(deep) < 2:
+    def _forces(self, contacts: Contacts) -> FloatArray:
+        """How hard each piece is squeezed [N], shape (slots,)."""
+        if len(contacts.rows) < 2:
             return np.zeros(len(self._pool.rows))
-        rows, normal, depth = contacts.rows[deep], contacts.normal[deep], contacts.depth[deep]
         known = np.append(self._slot_of, -1)  # what is no piece
+        rows = contacts.rows
         slots = known[np.where((rows >= 0) & (rows < len(self._slot_of)), rows, len(self._slot_of))]
-        give = np.where(slots >= 0, 1.0 / self._stiffness[slots], 0.0)
-        share = depth[:, None] * give / np.maximum(give.sum(axis=1), 1e-300)[:, None]
-        return squeezes(slots, normal, share, len(self._pool.rows))
+        return squeezes(slots, contacts.force, len(self._pool.rows))
 
     def _yield(self, depth: FloatArray) -> None:
         """Let foam give way to what squeezes it, or stiffen again."""
-        since, self._since = self._since, 0.0
+        since, self._since = min(self._since, _MEMORY), 0.0
         slots = (self._yields & ((depth > 0.0) | self._soft)).nonzero()[0]
         if not len(slots):
             return
@@ -113,20 +135,19 @@ class Squeezing:
             self._soft[mine] = now < self._dynamic[mine]
 
 
-def squeezes(slots: np.ndarray, normal: FloatArray, depth: FloatArray, count: int) -> FloatArray:
-    """How deep bodies are squeezed between others [m], shape (count,).
+def squeezes(slots: IntArray, force: FloatArray, count: int) -> FloatArray:
+    """How hard bodies are squeezed between others, level or upright [N], shape (count,).
 
     Args:
         slots: Of the two bodies of each contact, -1 for one that is not asked about, shape (n, 2).
-        normal: From the second to the first, shape (n, 3).
-        depth: Of each of the two in the contact [m], shape (n, 2).
+        force: On the first, field frame [N], shape (n, 3).
         count: Of bodies.
     """
-    who = np.concatenate((slots[:, 0], slots[:, 1]))
-    size = np.concatenate((depth[:, 0], depth[:, 1]))
-    push = size[:, None] * np.concatenate((normal, -normal))
+    who, push = slots.T.ravel(), np.concatenate((force, -force))
     asked = who >= 0
-    who, size, push = who[asked], size[asked], push[asked]
-    total = np.bincount(who, size, count)
-    net2 = sum((np.bincount(who, push[:, axis], count) ** 2 for axis in range(3)), np.zeros(count))
-    return 0.5 * (total - np.sqrt(net2))
+    who, push = who[asked], push[asked]
+    x, y, z = (np.bincount(who, push[:, axis], count) for axis in range(3))
+    level = np.bincount(who, np.hypot(push[:, 0], push[:, 1]), count) - np.hypot(x, y)
+    upright = np.bincount(who, np.abs(push[:, 2]), count) - np.abs(z)
+    force_: FloatArray = 0.5 * np.maximum(level, upright)
+    return force_
