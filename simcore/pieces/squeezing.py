@@ -86,7 +86,7 @@ class Squeezing:
         """Measure after a tick of dt [s]; `awake` are the slots that the engine moves, shape (n,)."""
         self._ticks += 1
         self._since += dt
-        self.force *= math.exp(-dt / _MEMORY)
+        self.force = min(self.force, _HEAVY) * math.exp(-dt / _MEMORY)
         if not len(awake):
             return
         if self.force < _LIGHT and self._ticks % _PERIOD > 1 and not self._is_robot_pressing():
