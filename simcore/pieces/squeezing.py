@@ -17,7 +17,7 @@ from simcore.physics.engine import Contacts
 from simcore.physics.world import PhysicsWorld
 from simcore.pieces.foam import relax
 from simcore.pieces.pool import PiecePool
-from simcore.pieces.touching import TOUCH
+from simcore.pieces.touching import TOUCH, lengths
 from simcore.pieces.wake_grid import Footprint
 from simcore.typing import FloatArray, IntArray
 
@@ -29,6 +29,7 @@ _LIGHT, _HEAVY = 2.0, 6.0  # [N]; six fuel lie on one before it is squeezed by t
 _LONGEST, _SHORTEST = 0.02, 0.005
 """[s], of steps up to the one and from the other. 100 balls, 7 deep: overlaps of 4 mm at 10 ms, 1.4 mm at 5 ms."""
 _CRUSH, _LEAST = 0.011, 0.0025  # [m, s], move of a robot a step that may press a piece against something, and shortest
+_AHEAD = 0.6  # [m]; from a robot's corner to what it may press a piece against within a tick
 _MEMORY = 0.1  # [s], in which the measure falls to 1/e where it is no longer found
 _SHALLOW = 4e-5
 """[m]; contacts that are less deep are left out: 4 N at a stiffness of 1e5 N/m, the weight of two fuel."""
@@ -74,13 +75,13 @@ class Squeezing:
 
     def _may_crush(self, awake: IntArray, robot: Footprint, dt: float) -> bool:
         """Whether a robot can reach a piece within a tick that can reach something solid."""
-        move = robot.speed * dt + TOUCH
-        reach = math.hypot(robot.half_length, robot.half_width) + 2.0 * (self._pool.radius.max(initial=0.0) + move)
+        state, reach = self._pool.state, math.hypot(robot.half_length, robot.half_width) + _AHEAD
         if not len(awake) or self._world.is_open(robot.x, robot.y, reach):
             return False
-        pos, radius = self._pool.state.pos.take(awake, axis=0), self._pool.radius[awake]
-        near = (robot.gap(pos) < radius + move).nonzero()[0]
-        return bool(len(near)) and bool(self._world.near_solid(pos[near], radius[near] + move).any())
+        pos = state.pos.take(awake, axis=0)
+        reaches = self._pool.radius[awake] + (robot.speed + lengths(state.vel.take(awake, axis=0))) * dt + TOUCH
+        near = (robot.gap(pos) < reaches).nonzero()[0]
+        return len(near) > 0 and bool(self._world.near_solid(pos[near], reaches[near]).any())
 
     def read(self, awake: IntArray, dt: float) -> None:
         """Measure after a tick of dt [s]; `awake` are the slots that the engine moves, shape (n,)."""
