@@ -37,7 +37,7 @@ from scipy.spatial import ConvexHull, HalfspaceIntersection, QhullError
 
 from simcore.errors import EngineError
 from simcore.geometry.rotation import IDENTITY, Quaternion, Vector, matrix, multiply, rotate, rotate_back
-from simcore.physics.engine import BodyDefinition, RayHits
+from simcore.physics.engine import BodyDefinition, Contacts, RayHits
 from simcore.physics.shape_extent import bounding_radius, smallest_thickness
 from simcore.physics.shapes import Box, Compound, Cylinder, HalfSpace, Hull, Mesh, Part, Shape, Sphere, bounding_box
 from simcore.typing import FloatArray
@@ -45,21 +45,14 @@ from simcore.units import GRAVITY
 
 __all__ = ["BulletEngine"]
 
-_SOLVER_ITERATIONS = 8
-"""Each is 5 % of a step with 150 awake balls. In a heap of 60 balls 7 deep, at 5 ms a step, the worst overlap is 3 mm
-with 8 or 10, 8 mm with 6, 19 mm with 4; at one step of 20 ms a tick 33 mm with 8, 20 mm with 10.
-"""
-_CAREFUL_ITERATIONS = 32
-"""While something is pressed or heaped: a heap of 100 balls then comes to rest at its packing; with 8 iterations their
-noise compacts it by 2 % in 6 s. A step costs 1.4 times as much.
-"""
-_RIGID_STIFFNESS, _RIGID_DAMPING = 1e7, 5e5  # [N/m, N s/m]: far above h k of any step, and 50 ms together
-_RELAXATION = 0.5  # [s], of an overlap of robots and the field in careful steps, where it adds to bounces
-_REPAIR = 0.2  # share of such an overlap that is repaired in another step
-_DAMPING_RATIO = 2.0  # of sustained contacts: what was squeezed while it was rigid comes out slowly
-_RESIDUAL = 0.0
-"""No early end: islands are solved in batches, so one robot would end another's iterations (0.5 mm in 0.8 s)."""
+_SOLVER_ITERATIONS = 32
+"""At most: a heap of 100 balls then comes to rest at its packing; with 8 their noise compacts it by 2 % in 6 s."""
+_RELAXATION = 0.5  # [s], of an overlap of robots and the field, where it adds to bounces
+_DAMPING_RATIO = float(os.environ.get("L_DR","8"))  # of sustained contacts: what was squeezed while it was rigid comes out slowly
+_RESIDUAL = float(os.environ.get("L_RES","1e-9"))
+"""[m^2/s^2]; iterations end where none of them changes a velocity by more than the root of it, 0.03 mm/s."""
 _CONTACT_DISTANCE = 0.001  # [m]
+_SLIGHT = 1.0  # [N]; contacts with less are not told: half of the weight of a fuel
 _MOST_SHAPES = 16
 _HULL_MARGIN = 0.001  # [m], that it puts around hulls
 _NEGLECTED = 0.002  # [m]; a piece that moves less in a step gets no deeper into anything than this
@@ -140,14 +133,11 @@ class BulletEngine:
             solverResidualThreshold=_RESIDUAL,
             deterministicOverlappingPairs=1,  # 5-8 % of a step; without it a knock dies in a row of six balls
             collisionFilterMode=0,  # both masks must agree
-            useSplitImpulse=1,
-            splitImpulsePenetrationThreshold=0.0,
-            contactERP=_REPAIR,
+            warmStartingFactor=float(os.environ.get("L_W","1")),
+            useSplitImpulse=0,  # with it springs carry no load
             **self._kw,
         )
         self._h = 0.0
-        self._is_careful = False
-        self._sustained: dict[int, tuple[float, float]] = {}
         self._ids: list[int] = []
         self._collision: list[tuple[int, int]] = []
         self._row_of: dict[int, int] = {}
@@ -186,9 +176,7 @@ class BulletEngine:
         if definition.center_of_mass != (0.0, 0.0, 0.0) or isinstance(definition.shape, Hull | Compound):
             self._uneven.add(row)
         if s.stiffness is not None and definition.mass > 0.0:
-            damping = 2.0 * _DAMPING_RATIO * math.sqrt(s.stiffness * definition.mass)
-            self._sustained[row] = s.stiffness, damping
-            self.set_sustained(row, False)
+            self.set_stiffness(row, s.stiffness)
         if definition.center_of_mass != (0.0, 0.0, 0.0) or definition.inertia_axes != IDENTITY:
             self.set_pose(row, definition.pos, definition.quat)
         if definition.pivot is not None:
@@ -377,28 +365,26 @@ class BulletEngine:
                 extra["localInertiaDiagonal"] = d.inertia
             self._p.changeDynamics(self._ids[row], -1, mass=d.mass, **extra, **self._kw)
 
-    def set_sustained(self, row: int, sustained: bool) -> None:
-        """Choose the law of a body's contacts: its stiffness, or impacts with restitution."""
-        if row not in self._sustained:
-            return
-        stiffness, damping = self._sustained[row] if sustained else (_RIGID_STIFFNESS, _RIGID_DAMPING)
+    def set_stiffness(self, row: int, stiffness: float) -> None:
+        """Change the stiffness of a body's contacts [N/m], with twice the critical damping."""
         self._p.changeDynamics(
             self._ids[row],
             -1,
             contactStiffness=stiffness,
-            contactDamping=damping,
+            contactDamping=2.0 * _DAMPING_RATIO * math.sqrt(stiffness * self._definitions[row].mass),
             physicsClientId=self._open(),
         )
 
-    def set_careful(self, careful: bool) -> None:
-        """Whether the coming steps hold pressed pieces and heaps, which needs more iterations of the solver."""
-        if careful != self._is_careful:
-            self._is_careful, self._h = careful, 0.0
-            self._p.setPhysicsEngineParameter(
-                numSolverIterations=_CAREFUL_ITERATIONS if careful else _SOLVER_ITERATIONS,
-                useSplitImpulse=0 if careful else 1,
-                physicsClientId=self._open(),
-            )
+    def contacts(self, row: int | None = None) -> Contacts:
+        """Forces between a body, or any, and others in the last step."""
+        get, client, row_of = self._p.getContactPoints, self._open(), self._row_of
+        found = get(physicsClientId=client) if row is None else get(self._ids[row], physicsClientId=client)
+        pressed = [contact for contact in found or () if contact[9] > _SLIGHT]
+        rows = [(row_of.get(contact[1], -1), row_of.get(contact[2], -1)) for contact in pressed]
+        force = [(c[9] * c[7][0], c[9] * c[7][1], c[9] * c[7][2]) for c in pressed]
+        return Contacts(
+            rows=np.array(rows, dtype=np.int64).reshape(-1, 2), force=np.array(force, dtype=float).reshape(-1, 3)
+        )
 
     def overlap(self, row: int) -> float:
         """How deep the body is in others, at its deepest contact [m]; 0 for none."""
@@ -489,8 +475,7 @@ class BulletEngine:
         if h != self._h:
             self._h = h
             self._p.setTimeStep(h, client)
-            repair = h / _RELAXATION if self._is_careful else _REPAIR
-            self._p.setPhysicsEngineParameter(contactERP=repair, physicsClientId=client)
+            self._p.setPhysicsEngineParameter(contactERP=h / _RELAXATION, physicsClientId=client)
         self._p.stepSimulation(client)
 
     def rays(self, start: FloatArray, end: FloatArray, mask: int) -> RayHits:

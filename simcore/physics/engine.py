@@ -14,7 +14,7 @@ from simcore.physics.shapes import Shape
 from simcore.physics.surface import TerrainSurface
 from simcore.typing import FloatArray, IntArray
 
-__all__ = ["BodyDefinition", "Engine", "RayHits"]
+__all__ = ["BodyDefinition", "Contacts", "Engine", "RayHits"]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -52,6 +52,16 @@ class RayHits:
     """Row of the body met, -1 for none, shape (n,)."""
     normal: FloatArray
     """Surface normal at the hit, field frame, shape (n, 3)."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Contacts:
+    """What bodies pressed each other with in the last step, one row a contact."""
+
+    rows: IntArray
+    """Of the two bodies, shape (n, 2)."""
+    force: FloatArray
+    """Along the normal, on the first, field frame [N], shape (n, 3)."""
 
 
 class Engine(Protocol):
@@ -130,18 +140,12 @@ class Engine(Protocol):
         """Freeze a body until it is woken, or put to sleep; what touches it meets a static."""
         ...
 
-    def set_sustained(self, row: int, sustained: bool) -> None:
-        """Choose the law of a body's contacts.
-
-        Args:
-            row: A body whose surface has a stiffness; others have impacts only.
-            sustained: Whether it is held between others for longer than an impact: then contacts are springs of its
-                stiffness. Otherwise the pair's restitution acts. Not asked of an engine that `is_exact`.
-        """
+    def set_stiffness(self, row: int, stiffness: float) -> None:
+        """Change the stiffness of a body's contacts, force over depth [N/m]: its surface has one."""
         ...
 
-    def set_careful(self, careful: bool) -> None:
-        """Whether the coming steps hold pressed pieces or heaps. Not asked of an engine that `is_exact`."""
+    def contacts(self, row: int | None = None) -> Contacts:
+        """Forces between a body, or any, and others in the last step."""
         ...
 
     def overlap(self, row: int) -> float:

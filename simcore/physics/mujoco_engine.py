@@ -28,7 +28,7 @@ from simcore.geometry.rotation import IDENTITY, Quaternion, Vector, multiply, ro
 from simcore.physics.collision_classes import CollisionClasses, RayGroups
 from simcore.physics.contact_law import ContactLaw
 from simcore.physics.contact_search import ContactSearch, spins
-from simcore.physics.engine import BodyDefinition, RayHits
+from simcore.physics.engine import BodyDefinition, Contacts, RayHits
 from simcore.physics.mujoco_model import ModelLayout, build_model, move_mass
 from simcore.physics.mujoco_queries import ModelQueries
 from simcore.physics.shape_extent import bounding_radius
@@ -294,14 +294,19 @@ class MuJoCoEngine:
 
     # --- who touches whom ---------------------------------------------------------------------------------------
 
-    def set_sustained(self, row: int, sustained: bool) -> None:
-        """Nothing: a contact is an impact or a spring by how it is loaded."""
-
     def renew_contacts(self, row: int) -> None:
         """Nothing: each step finds them anew."""
 
-    def set_careful(self, careful: bool) -> None:
-        """Nothing: each step is solved as it needs."""
+    def contacts(self, row: int | None = None) -> Contacts:
+        """Forces between a body, or any, and others in the last step."""
+        self._refresh()
+        contact = self._d.contact
+        rows = self._layout.row_of_geom[contact.geom]
+        mine = contact.efc_address >= 0
+        if row is not None:
+            mine &= (rows == row).any(axis=1)
+        size = self._d.efc_force[contact.efc_address[mine]]
+        return Contacts(rows=rows[mine], force=-size[:, None] * contact.frame[mine, :3])  # its normals are the second's
 
     def overlap(self, row: int) -> float:
         """How deep the body is in others, at its deepest contact [m]; 0 for none."""

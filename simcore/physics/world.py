@@ -365,6 +365,11 @@ class PhysicsWorld:
         self._hanging_boxes.add(Box((reach, reach, reach)), pivot, IDENTITY)
         return row
 
+    @property
+    def robot_rows(self) -> Sequence[int]:
+        """Engine rows of the robots."""
+        return self._robots
+
     def set_piece_touchable(self, row: int, touchable: bool) -> None:
         """Put a piece into the world of contacts, or take it out of it."""
         mask = CollisionGroup.STATIC | CollisionGroup.PIECE | CollisionGroup.ROBOT if touchable else 0

@@ -22,6 +22,7 @@ from simcore.physics.shape_extent import (
 from simcore.physics.shapes import Box, Compound, Cylinder, Hull, Sphere
 from simcore.physics.surface import TerrainSurface
 from simcore.pieces.aerodynamics import Aerodynamics, AirFactors, air_factors
+from simcore.pieces.foam import FoamStiffness
 from simcore.quantities import MASS, ROBOT_HEIGHT, ROBOT_LENGTH, require, require_fields
 from simcore.units import GRAVITY
 
@@ -49,7 +50,7 @@ class GamePieceConfig:
     """Bounce factor; a pair has the product of both sides [-], 0 to 1."""
     rolling: float = 0.0
     """Rolling resistance lever arm of the piece itself [m]; what it rolls on adds its own."""
-    stiffness: float = 1e5
+    stiffness: float | FoamStiffness = 1e5
     """Of a contact under load, force over depth [N/m]: a piece that a robot presses against a wall with 600 N gives way
     by 6 mm on each side. Estimate for dense foam, within a factor of 3; softer pieces need more sub-steps."""
     color: str = "#f2c511"
@@ -96,6 +97,11 @@ class GamePieceConfig:
             )
 
     @property
+    def foam(self) -> FoamStiffness | None:
+        """How it yields to a load that stays; None: by one stiffness."""
+        return self.stiffness if isinstance(self.stiffness, FoamStiffness) else None
+
+    @property
     def surface(self) -> TerrainSurface:
         """The contact material of the piece."""
         return TerrainSurface(
@@ -103,7 +109,7 @@ class GamePieceConfig:
             friction=self.friction,
             restitution=self.restitution,
             rolling=self.rolling,
-            stiffness=self.stiffness,
+            stiffness=self.stiffness if self.foam is None else self.foam.dynamic,
         )
 
     @property

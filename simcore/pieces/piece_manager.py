@@ -25,10 +25,10 @@ from simcore.pieces.kinds import GamePieceConfig
 from simcore.pieces.lodging import Lodging
 from simcore.pieces.piece_variation import PieceVariation
 from simcore.pieces.pool import ON_FIELD, PiecePool, PieceStatus
-from simcore.pieces.pressing import Pressing
 from simcore.pieces.resting_places import RestingPlace, RestingPlaces
 from simcore.pieces.shown_pieces import ShownPieces
 from simcore.pieces.sleeping import SETTLE_PERIOD, Sleeping
+from simcore.pieces.squeezing import Squeezing
 from simcore.pieces.stillness import Stillness
 from simcore.pieces.touching import lengths
 from simcore.pieces.wake_grid import ChunkGrid, Footprint, WakeSettings
@@ -86,12 +86,12 @@ class GamePieceManager:
         self._chunk = np.zeros(n, dtype=np.int64)
         self._approach = Approach(world, self._pool)
         self._flights = Flights(world, self._pool, self._wake, self._forget_awake)
-        self._pressing = Pressing(world, self._pool)
+        self._squeezing = Squeezing(world, self._pool)
         self._lodging = Lodging(world, self._pool)
         self.places = RestingPlaces(places, self._pool)
         """Where pieces stay and count."""
-        self._sleeping = Sleeping(world, self._pool, self._pressing, self._p, self._wake)
-        self._waking = Waking(self._pool, self._pressing, self._sleeping, self._p)
+        self._sleeping = Sleeping(world, self._pool, self._p, self._wake)
+        self._waking = Waking(self._pool, self._sleeping, self._p)
         self.shown = ShownPieces(self._pool, self.attitudes)
         """What the pieces on the field look like."""
         self._stillness = Stillness(self._p.chunk_linger + _SORTED)
@@ -179,7 +179,6 @@ class GamePieceManager:
     def _release(
         self, slots: IntArray, positions: FloatArray, quats: list[Quaternion], *, resting: bool = False
     ) -> None:
-        self._pressing.release(slots)
         self._lodging.free(slots)
         for slot, pos, quat in zip(slots.tolist(), positions.tolist(), quats, strict=True):
             config = self._pool.types[self.state.kind[slot]]
@@ -207,7 +206,6 @@ class GamePieceManager:
             ConfigError: A slot holds no piece; nothing has changed.
         """
         self._require("hold", slots, _ALL)
-        self._pressing.release(slots)
         self._lodging.free(slots)
         for slot in slots.tolist():
             self._wake_leaning(slot)
@@ -289,7 +287,6 @@ class GamePieceManager:
             ConfigError: A piece is not on the field; nothing has changed.
         """
         self._require("score", slots, ON_FIELD)
-        self._pressing.release(slots)
         self._lodging.free(slots)
         for slot in slots.tolist():
             self._wake_leaning(slot)
@@ -323,7 +320,6 @@ class GamePieceManager:
     def clear(self) -> None:
         """Take all pieces out of the match; none is counted any more."""
         slots = np.nonzero(self.state.status != _FREE)[0]
-        self._pressing.release(slots)
         for slot in slots.tolist():
             self._flights.forget(slot)
             self._pool.park(slot)
@@ -497,7 +493,7 @@ class GamePieceManager:
         state, p, chunks = self.state, self._p, self._chunks
         self._robots = list(robots)
         awake = self.awake
-        self._stillness.begin_tick(len(awake) + len(self._pressing.stirred), self._robots)
+        self._stillness.begin_tick(len(awake) + len(self._sleeping.stirred), self._robots)
         if self._stillness.is_reached:
             return TickPlan()
         self._flights.land_early(dt)
@@ -518,8 +514,7 @@ class GamePieceManager:
         self._flights.begin_tick(awake[touching], speed[touching], self._waking.guarded, dt)
         now = self.in_contact
         speed = lengths(state.vel.take(now, axis=0))
-        self._pressing.begin_tick(now, speed, robots, dt)
-        longest = self._pressing.longest_step
+        longest = self._squeezing.longest_step(now, robots, dt)
         if self._approach.has_fine:
             longest = min(longest, self._approach.longest_step(now))
         return TickPlan(
@@ -558,6 +553,7 @@ class GamePieceManager:
             self._flights.end_tick(dt)
             self._flights.take_over(moved, vel[~is_flying, 2], rise, dt)
             self._recover(awake, now)
+        self._squeezing.read(awake, dt)
         self._tick += 1
         if self._tick % 2 and not self._stillness.is_reached:
             self._sleeping.read()

@@ -14,7 +14,6 @@ import numpy as np
 
 from simcore.physics.world import PhysicsWorld
 from simcore.pieces.pool import PiecePool, PieceStatus
-from simcore.pieces.pressing import Pressing
 from simcore.pieces.touching import close_pairs
 from simcore.pieces.wake_grid import WakeSettings
 from simcore.typing import BoolArray, FloatArray, IntArray
@@ -26,7 +25,6 @@ SETTLE_PERIOD = 2
 _AUDIT_PERIOD = 3  # readings of the sleepers
 _STIRRED = 2e-4  # [m]; a sleeper that the engine moved farther in two ticks is awake: 5 mm/s
 _PUSHED = 2e-5  # [m]; one that it moved less has only been looked at by the engine, not pressed
-_CREEP = 1.2e-3  # [m]; what is still asleep in a heap, which gives way a little as long as one of its pieces moves
 _SHIFT = 3e-4  # [m]; a ball in a heap that moves farther between two readings is not fixed yet, others if they move
 _ROCKING = 0.08  # [m/s]; pieces that are no balls count as slow below this: they rock on an edge, but do not roll on
 _TURNING = 0.5  # [rad/s]; pieces that are no balls do not sleep while they turn faster
@@ -41,7 +39,6 @@ class Sleeping:
     Args:
         world: Where the bodies live.
         pool: The pieces.
-        pressing: Which of them are pressed or heaped.
         settings: When pieces sleep.
         wake: Lets a sleeping piece move: called with its slot.
     """
@@ -50,17 +47,17 @@ class Sleeping:
         self,
         world: PhysicsWorld,
         pool: PiecePool,
-        pressing: Pressing,
         settings: WakeSettings,
         wake: Callable[[int], None],
     ) -> None:
         self._world = world
         self._pool = pool
-        self._pressing = pressing
         self._p = settings
         self._wake = wake
         self._slow = np.zeros(len(pool.rows), dtype=np.int64)  # ticks
         self._slow_speed = np.where(pool.is_ball, settings.slow_speed, _ROCKING)
+        self.stirred: IntArray = np.zeros(0, dtype=np.int64)
+        """Sleepers that the engine had moved a little when they were last read."""
         self._has_others = not bool(pool.is_ball.all())
         self._readings = 0
         self._gives_way = np.zeros(len(pool.rows), dtype=bool)  # sleepers that moved before the last reading
@@ -85,6 +82,8 @@ class Sleeping:
         self._fix(slots[~(self._gives_way[slots] | self.is_fixed[slots])])
 
     def _fix(self, slots: IntArray) -> None:
+        if len(slots):
+            self._pool.state.pos[slots] = self._world.engine.centers(self._pool.rows_of(slots))  # the last one for long
         for slot in slots.tolist():
             self._world.engine.fix(self._pool.rows[slot])
         self.is_fixed[slots] = True
@@ -107,8 +106,8 @@ class Sleeping:
         speed2 = np.einsum("ij,ij->i", vel, vel)
         slow = (speed2 < np.square(self._slow_speed[awake])) & (state.status[awake] == _AWAKE)
         self._slow[awake] = np.where(slow, self._slow[awake] + SETTLE_PERIOD, 0)
-        # nothing in a heap is at an apex, nor is what has been slow for long and stands still: half the time is enough
-        is_calm = self._pressing.is_sustained[awake] | (speed2 < _STILL * _STILL)
+        # what has been slow for long and stands still is at no apex: half the time is enough
+        is_calm = speed2 < _STILL * _STILL
         enough = np.where(is_calm, p.slow_ticks // 2, p.slow_ticks)
         ready = awake[(self._slow[awake] >= enough) & ~guarded[awake]]
         others = ready[~self._pool.is_ball[ready]] if self._has_others else ready[:0]
@@ -124,7 +123,7 @@ class Sleeping:
             return np.zeros(0, dtype=bool)
         state, radius, world = self._pool.state, self._pool.radius, self._world
         pos = state.pos.take(slots, axis=0)
-        doubtful = self._pressing.is_sustained[slots] | world.near_solid(pos, radius[slots])
+        doubtful = world.near_solid(pos, radius[slots])
         others = state.touchable.nonzero()[0]
         i, j, away2 = close_pairs(pos, state.pos.take(others, axis=0), radius[slots] + radius.max())
         reach = radius[slots][i] + radius[others][j] - _DEEP
@@ -149,20 +148,20 @@ class Sleeping:
         asleep = (state.touchable & self._pool.is_frozen & ~self.is_fixed).nonzero()[0]
         self._readings += 1
         if not len(asleep):
-            self._pressing.stirred = asleep
+            self.stirred = asleep
             return
         still, moved = self.follow(asleep)
         pushed = moved > _PUSHED
-        self._pressing.stirred = still[pushed]
+        self.stirred = still[pushed]
         self._gives_way[still] = moved > self._may_shift[still]
         if self._readings % _AUDIT_PERIOD == 0:
-            stopped = moved > 0.0  # what the engine has awake never lies quite still
             doubtful = still[pushed]
             deep = doubtful[self.are_deep(doubtful)]
             for slot in deep.tolist():
                 self._wake(slot)
-            for slot in np.setdiff1d(still[stopped], deep, assume_unique=True).tolist():
-                self._world.engine.sleep(self._pool.rows[slot])
+            if np.count_nonzero(moved):
+                for slot in np.setdiff1d(still, deep, assume_unique=True).tolist():
+                    self._world.engine.sleep(self._pool.rows[slot])
 
     def follow(self, slots: IntArray) -> tuple[IntArray, FloatArray]:
         """Read where sleepers are: which stay asleep, and how far the engine has moved each of those all the same."""
@@ -170,7 +169,7 @@ class Sleeping:
         moved: FloatArray = np.abs(now - self._pool.state.pos.take(slots, axis=0)).max(axis=1, initial=0.0)
         self._pool.state.pos[slots] = now
         self._pool.changes += bool(np.count_nonzero(moved))
-        woken = moved > np.where(self._pressing.is_sustained[slots], _CREEP, _STIRRED)
+        woken = moved > _STIRRED
         for slot in slots[woken].tolist():
             self._wake(slot)
         return slots[~woken], moved[~woken]

@@ -13,7 +13,6 @@ from collections.abc import Sequence
 import numpy as np
 
 from simcore.pieces.pool import PiecePool
-from simcore.pieces.pressing import CHAIN, Pressing
 from simcore.pieces.sleeping import Sleeping
 from simcore.pieces.touching import TOUCH, close_pairs
 from simcore.pieces.wake_grid import Footprint, WakeSettings
@@ -21,7 +20,7 @@ from simcore.typing import BoolArray, FloatArray, IntArray
 
 __all__ = ["Waking"]
 
-_HEAP_WAKING = 0.2  # [m/s]; in a heap, a slower piece wakes others by touch alone
+_CHAIN = 1.0  # [m]; from a robot's bumpers to the farthest piece that it can push by others
 _KNOCK, _FAR_KNOCK = 0.35, 3.0  # [m]; how far a knock gets along a row in two ticks, and the hardest
 _KNOCK_GROWTH, _HARD = 1.0, 2.5  # [s, m/s]; between: ten balls at 4 m/s
 _REBOUND = 1.5  # speed of a piece that a robot hits, in parts of the robot's
@@ -34,14 +33,12 @@ class Waking:
 
     Args:
         pool: The pieces.
-        pressing: Which of them are pressed or heaped.
         sleeping: What the engine does to sleepers.
         settings: When pieces wake.
     """
 
-    def __init__(self, pool: PiecePool, pressing: Pressing, sleeping: Sleeping, settings: WakeSettings) -> None:
+    def __init__(self, pool: PiecePool, sleeping: Sleeping, settings: WakeSettings) -> None:
         self._pool = pool
-        self._pressing = pressing
         self._sleeping = sleeping
         self._p = settings
         self._ticks = 0
@@ -79,7 +76,7 @@ class Waking:
             away2 = np.square(np.maximum(x[: len(asleep)], 0.0)) + np.square(np.maximum(y[: len(asleep)], 0.0))
             knocked |= away2 < float(_knock_range(_REBOUND * robot.speed)) ** 2
         to_wake = self.guarded[asleep]
-        fast = speed > np.where(self._pressing.is_sustained[awake], _HEAP_WAKING, self._p.waking_speed)
+        fast = speed > self._p.waking_speed
         if len(asleep) and np.count_nonzero(fast):
             far = reach[fast] + _knock_range(speed[fast])
             reached, ahead = self._reached(awake[fast], reach[fast], asleep, far)
@@ -116,7 +113,7 @@ class Waking:
                 loose |= self._reached(slow, 2.0 * self._pool.radius[slow] + TOUCH, asleep)[0]
             for robot in robots:
                 if robot.speed < _PUSHING:
-                    loose |= robot.gap(self._pool.state.pos.take(asleep, axis=0)) < CHAIN
+                    loose |= robot.gap(self._pool.state.pos.take(asleep, axis=0)) < _CHAIN
             self._sleeping.fix(asleep[~(loose | to_wake)])
         self._sleeping.loosen(asleep[loose & ~to_wake])
 
