@@ -48,8 +48,8 @@ __all__ = ["BulletEngine"]
 _SOLVER_ITERATIONS = 32
 """At most: a heap of 100 balls then comes to rest at its packing; with 8 their noise compacts it by 2 % in 6 s."""
 _RELAXATION = 0.5  # [s], of an overlap of robots and the field, where it adds to bounces
-_DAMPING_RATIO = float(os.environ.get("L_DR","8"))  # of sustained contacts: what was squeezed while it was rigid comes out slowly
-_RESIDUAL = float(os.environ.get("L_RES","1e-9"))
+_DAMPING_RATIO = 8.0  # of springs, to critical: what was squeezed comes out slowly, and a hit does not bounce twice
+_RESIDUAL = 1e-9
 """[m^2/s^2]; iterations end where none of them changes a velocity by more than the root of it, 0.03 mm/s."""
 _CONTACT_DISTANCE = 0.001  # [m]
 _SLIGHT = 1.0  # [N]; contacts with less are not told: half of the weight of a fuel
@@ -133,7 +133,6 @@ class BulletEngine:
             solverResidualThreshold=_RESIDUAL,
             deterministicOverlappingPairs=1,  # 5-8 % of a step; without it a knock dies in a row of six balls
             collisionFilterMode=0,  # both masks must agree
-            warmStartingFactor=float(os.environ.get("L_W","1")),
             useSplitImpulse=0,  # with it springs carry no load
             **self._kw,
         )
