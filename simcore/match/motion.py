@@ -1,8 +1,9 @@
 """The loop of a tick, written once: for a match, for tests, and for whoever has a world without a match.
 
-`Motion.advance` is the loop. Robots take steps of their own, so that what pieces need changes nothing for them. In each,
-devices, mechanisms and drivetrain move in parts of 5 ms or less. Then follow, in each step of the engine, contacts of
-robots with walls and one another, what hangs, flights, the engine itself, and who looks at contacts. Sensors come last.
+`Motion.advance` is the loop. Robots take steps of their own, so that what pieces need changes nothing for them. In
+each, devices, mechanisms and drivetrain move in parts of 5 ms or less. Then follow, in each step of the engine,
+contacts of robots with walls and one another, what hangs, flights, the engine itself, and who looks at contacts.
+Sensors come last.
 
 >>> from simcore.physics.world import PhysicsWorld
 >>> from simcore.robot.chassis import ChassisSimulation

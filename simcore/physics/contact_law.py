@@ -120,6 +120,10 @@ class ContactLaw:
         self._compliance[geoms] = 1.0 / stiffness
         self._damping[geoms] = 2.0 * _DAMPING_RATIO * np.sqrt(stiffness * self._mass[geoms])
 
+    def set_mass(self, body: int, mass: float, inertia: Sequence[float]) -> None:
+        """Give a moving body another mass [kg] and other principal moments [kg m^2]."""
+        self._inverse_inertia[6 * body : 6 * body + 6] = 1.0 / np.array((mass, mass, mass, *inertia))
+
     def set_friction(self) -> None:
         """Friction of each contact found, as products of the pair, and how many rows it needs."""
         contact = self._d.contact

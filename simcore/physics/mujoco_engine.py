@@ -176,7 +176,7 @@ class MuJoCoEngine:
         self._qpos[number, :3] = center
         away = np.subtract(center_of_mass, old.center_of_mass).tolist()
         move_mass(self._m, number, mass, inertia, rotate_back(old.inertia_axes, away))
-        self._materials.set_body(number, new)
+        self._law.set_mass(number, mass, inertia)
         self._moved.add(number)
         self._is_stale = True
 
