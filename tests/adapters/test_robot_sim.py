@@ -101,7 +101,7 @@ def test_a_brown_out_reaches_robot_code(scenario):
     assert run["moved"] < 0.1  # it leans on the wall
     assert min(run["seen_volts"]) < 6.75
     assert run["ticks_off"] > 5 and run["rail_was_off"] > 5 and run["faults"] >= 5
-    assert max(run["shooter_amps"]) > 400.0
+    assert max(run["shooter_amps"]) > 200.0  # 8 motors of 33 mohm leave 2.2 V of 12.9, 67 A each
     assert sum(amps == 0.0 for amps in run["shooter_amps"]) >= run["ticks_off"]
     assert run["volts_after"] > 12.0 and run["rail_after"]
 
