@@ -20,7 +20,7 @@ def test_a_brown_out_switches_the_rails_and_counts():
     power = RoboRioPower(battery)
     before = RobotController.getFaultCount6V()
     for _ in range(2):
-        battery.step(0.005, 400.0)
+        battery.step(0.02, 400.0)  # one heartbeat later its motors hear of it
         power.show_voltage()
         power.show_rails()
         assert RobotController.getBatteryVoltage() == pytest.approx(battery.voltage)
@@ -39,7 +39,7 @@ def test_robot_code_sets_the_brown_out_voltage_of_a_roborio_2():
     power = RoboRioPower(battery)
     RobotController.setBrownoutVoltage(9.0)
     power.show_voltage()
-    battery.step(0.005, 200.0)  # 12.9 V - 20 mohm x 200 A = 8.9 V
+    battery.step(0.02, 200.0)  # 12.9 V - 20 mohm x 200 A = 8.9 V
     assert battery.voltage == pytest.approx(8.9, abs=0.01) and RobotController.isBrownedOut()
     RobotController.setBrownoutVoltage(6.75)
 

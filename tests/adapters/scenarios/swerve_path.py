@@ -22,6 +22,8 @@ if not IS_REAL:
 
     PHOENIX = install_simulated_phoenix()
 
+from dataclasses import replace
+
 from phoenix6 import configs, hardware, signals, swerve, unmanaged
 from phoenix6.swerve import SwerveModule, requests
 from wpimath.geometry import Pose2d, Rotation2d
@@ -88,7 +90,9 @@ class Bench:
 
     def __init__(self, output: swerve.ClosedLoopOutputType) -> None:
         self.robot = build(output)
-        self.drive = SwerveDrive(adapter.swerve_config(self.robot), battery=Battery())
+        config = adapter.swerve_config(self.robot)
+        recorded = tuple(replace(m, drive_friction_volts=0.1) for m in config.modules)  # with which the real one ran
+        self.drive = SwerveDrive(replace(config, modules=recorded), battery=Battery())
         self.body = PlanarChassis(self.drive)
         self.devices = adapter.SwerveDrivetrainSim(self.robot, self.drive)
         self.late: list[float] = []

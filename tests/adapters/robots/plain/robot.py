@@ -17,7 +17,7 @@ def modules(slip_current=90.0):
         .with_coupling_gear_ratio(0.0)
         .with_wheel_radius(1.9 * INCH)
         .with_steer_motor_gains(configs.Slot0Configs().with_k_p(80).with_k_d(0.4).with_k_v(2.3))
-        .with_drive_motor_gains(configs.Slot0Configs().with_k_p(0.2).with_k_v(0.124))
+        .with_drive_motor_gains(configs.Slot0Configs().with_k_s(0.25).with_k_p(0.2).with_k_v(0.124))
         .with_slip_current(slip_current)
         .with_speed_at12_volts(4.9)
         .with_feedback_source(swerve.SteerFeedbackType.FUSED_CANCODER)

@@ -3,6 +3,7 @@ from dataclasses import replace
 
 from games.rebuilt import REBUILT
 from simcore import Match, RobotEntry, RobotPhysics, SwerveDrivetrainSim, TalonFXMotorSim, swerve_config
+from simcore.robot.battery import BatteryConfig
 from simcore.robot.chassis_config import ChassisConfig
 
 
@@ -20,6 +21,7 @@ class PhysicsEngine(RobotPhysics):
             default,
             chassis=body,
             drivetrain=replace(config, modules=free),
+            battery=BatteryConfig(reset_hold=0.1),  # or the roboRIO resets: 3 V are left for a heartbeat
             mechanisms={**default.mechanisms, "shooter": jammed},
         )
         # bumpers 5 cm from the alliance wall, looking at it
