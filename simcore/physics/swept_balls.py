@@ -111,7 +111,10 @@ class TriangleSet:
         self._note(found, i, t, share, side[:, None] * normal)
         # edges and corners: how near the line of the center comes to them
         x, edge, v = p[:, None] - corner, self._edge[t], w[:, None]
-        x_along, w_along = np.einsum("pkj,pkj->pk", x, edge), np.einsum("pkj,pkj->pk", np.broadcast_to(v, x.shape), edge)
+        x_along, w_along = (
+            np.einsum("pkj,pkj->pk", x, edge),
+            np.einsum("pkj,pkj->pk", np.broadcast_to(v, x.shape), edge),
+        )
         x_off, w_off = x - x_along[..., None] * edge, v - w_along[..., None] * edge
         share = _reach(
             np.einsum("pkj,pkj->pk", w_off, w_off), np.einsum("pkj,pkj->pk", x_off, w_off), x_off, r[:, None]
@@ -119,9 +122,7 @@ class TriangleSet:
         at = np.where(np.isfinite(share), share, 0.0)
         along = x_along + at * w_along
         share[(along < -_SLACK) | (along > self._length[t] + _SLACK)] = np.inf
-        corners = _reach(
-            np.einsum("ij,ij->i", w, w)[:, None], np.einsum("pkj,pj->pk", x, w), x, r[:, None]
-        )
+        corners = _reach(np.einsum("ij,ij->i", w, w)[:, None], np.einsum("pkj,pj->pk", x, w), x, r[:, None])
         for k in range(3):
             self._note(found, i, t, share[:, k], x_off[:, k] + at[:, k, None] * w_off[:, k])
             some = np.where(np.isfinite(corners[:, k]), corners[:, k], 0.0)[:, None]

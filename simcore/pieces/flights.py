@@ -391,7 +391,7 @@ class Flights:
         self._pending.clear()
 
     def _turn(self, slots: IntArray, dt: float) -> None:
-        """Attitudes after a tick of free rotation: the spin of balls stays, other shapes keep their angular momentum."""
+        """Attitudes after a tick of free rotation: balls keep their spin, others their angular momentum."""
         turning = slots[lengths(self._spin[slots]) > _LEAST_SPIN]
         for slot in turning[~self._pool.is_ball[turning]].tolist():
             inertia = self._inertia[self._pool.state.kind[slot]]

@@ -197,7 +197,9 @@ class ImpactEvents:
         left = h - start[:, None]
         chord = np.array([arc.vel for arc in some]) + 0.5 * left * np.array([arc.acc for arc in some])
         touch = self._world.first_touch(pos, left * chord, radius)
-        for n, share, normal, row in zip(numbers, touch.fraction.tolist(), touch.normal, touch.tag.tolist(), strict=True):
+        for n, share, normal, row in zip(
+            numbers, touch.fraction.tolist(), touch.normal, touch.tag.tolist(), strict=True
+        ):
             if row >= 0:
                 self._note(found, n, h, arcs[n], share, normal, self._world.surface(row))
         for robot in self._robots:
@@ -207,7 +209,9 @@ class ImpactEvents:
             local = (away + robot.center - robot.origin) @ robot.axes
             touch = robot.body.surfaces.first_touch(local, left * relative @ robot.axes, radius)
             surface = self._world.surface(robot.row)
-            for n, share, normal, row in zip(numbers, touch.fraction.tolist(), touch.normal, touch.tag.tolist(), strict=True):
+            for n, share, normal, row in zip(
+                numbers, touch.fraction.tolist(), touch.normal, touch.tag.tolist(), strict=True
+            ):
                 if row >= 0:
                     self._note(found, n, h, arcs[n], share, robot.axes @ normal, surface, robot)
         return found

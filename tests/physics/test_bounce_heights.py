@@ -52,14 +52,14 @@ def apex_after_a_drop(world: PhysicsWorld, heights: np.ndarray, substeps: int | 
 @pytest.mark.parametrize("surface", [CARPET, HARD], ids=lambda s: s.name)
 @pytest.mark.parametrize("height", [0.3, 1.0, 2.5])
 @pytest.mark.parametrize("substeps", [1, 2, 5, 16])
-def test_a_ball_rises_to_e_squared_of_its_drop(surface, height, substeps, engine_name):
-    """Forty phases of the hit within a tick: the apex is e^2 h, within 2 %; MuJoCo: most, and all within 10 %."""
+def test_a_ball_rises_to_e_squared_of_its_drop(surface, height, substeps):
+    """Forty phases of the hit within a tick: the apex is e^2 h, within 1 %, on both engines."""
     phases = height + np.linspace(0.0, math.sqrt(2 * 9.80665 * height) * DT, 40, endpoint=False)
     e = FUEL.restitution * surface.restitution
     with PhysicsWorld(floor=surface) as world:
         apexes = apex_after_a_drop(world, phases, substeps)
     assert np.median(apexes / (e * e * phases)) == pytest.approx(1.0, abs=0.01)
-    assert apexes == pytest.approx(e * e * phases, rel=0.02 if engine_name == "bullet" else 0.10, abs=2e-4)
+    assert apexes == pytest.approx(e * e * phases, rel=0.01, abs=2e-4)
 
 
 @pytest.mark.parametrize("fast", [10.0, 30.0])

@@ -146,9 +146,7 @@ def test_a_robot_pushes_a_piece_to_the_wall_and_not_into_it(kind, quat):
 def test_a_tube_is_closed_all_around():
     """Rays from outside meet all of its staves, in both halves of its length."""
     with Match.bare(pieces=[PieceSupply(TUBE, 1)]) as match:
-        slot = int(match.pieces.spawn("Tube", np.array([[6.0, 4.0, 2.0]]))[0])
-        match.world.set_piece_touchable(match.pieces.row(slot), True)
-        match.world.set_pose(match.pieces.row(slot), (6.0, 4.0, 2.0))
+        match.world.add_piece_body("tube", TUBE.shape, mass=TUBE.mass, surface=TUBE.surface, pos=(6.0, 4.0, 2.0))
         turn = np.repeat(np.arange(36) * math.tau / 36 + 0.01, 2)
         ends = np.column_stack((np.full(72, 6.0), np.full(72, 4.0), np.tile((1.93, 2.07), 36)))
         starts = ends + 0.3 * np.column_stack((np.cos(turn), np.sin(turn), np.zeros(72)))
