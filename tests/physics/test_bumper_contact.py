@@ -11,6 +11,7 @@ import pytest
 
 from simcore.match.game import Game, RobotEntry
 from simcore.match.match import Match
+from simcore.match.motion import BareRobot, Motion
 from simcore.physics.field import FieldElement
 from simcore.physics.shapes import Box, Hull
 from simcore.physics.surface import WALL
@@ -79,9 +80,9 @@ def test_a_push_along_a_wall_is_slowed_by_mu_n(into, engine_name):
         world.add_static("wall", Box((60.0, 0.3, 1.0)), (20.0, 0.55, 0.5), surface=WALL)
         chassis = ChassisSimulation(world, ChassisConfig())
         chassis.apply_forces((150.0, into, 0.0))
+        motion = Motion(world, robots=[BareRobot(chassis)])
         for _ in range(100):
-            world.step(DT, substeps=4, before_substep=chassis.before_substep)
-        chassis.read()
+            motion.tick(DT)
         assert chassis.pose[0] == pytest.approx((150.0 - 0.35 * into) * 2.0**2 / (2.0 * 55.0), rel=0.01)
         assert chassis.pose[1] == pytest.approx(0.0, abs=1e-4)
         assert chassis.pose[2] == pytest.approx(0.0, abs=1e-4)
@@ -94,9 +95,9 @@ def test_friction_of_bumpers_stops_a_slide_as_coulomb_says(engine_name):
         chassis = ChassisSimulation(world, ChassisConfig(bumper_friction=0.8))
         world.set_velocity(chassis.row, (1.5, 0.0, 0.0))
         chassis.apply_forces((60.0, 300.0, 0.0))
+        motion = Motion(world, robots=[BareRobot(chassis)])
         for _ in range(150):
-            world.step(DT, substeps=4, before_substep=chassis.before_substep)
-        chassis.read()
+            motion.tick(DT)
         assert chassis.pose[0] == pytest.approx(1.5**2 * 55.0 / (2.0 * (0.4 * 300.0 - 60.0)), rel=0.02)
         assert chassis.vel[0] == pytest.approx(0.0, abs=1e-6)
 
@@ -185,14 +186,9 @@ def test_bumpers_of_two_robots_do_not_overlap_at_any_speed(speed, heading, engin
         a.read(), b.read()
         momentum = 55.0 * a.vel[0] + 40.0 * b.vel[0]
         deepest, energies = 0.0, []
+        motion = Motion(world, robots=[BareRobot(a), BareRobot(b)])
         for _ in range(30):
-
-            def push(h):
-                a.before_substep(h)
-                b.before_substep(h)
-
-            world.step(DT, substeps=4, before_substep=push)
-            a.read(), b.read()
+            motion.tick(DT)
             c, s = math.cos(b.pose[2]), math.sin(b.pose[2])
             for x, y in ((0.4, 0.4), (0.4, -0.4), (-0.4, 0.4), (-0.4, -0.4)):  # corners of b in a's box
                 px, py = b.pose[0] + c * x - s * y - a.pose[0], b.pose[1] + s * x + c * y - a.pose[1]
@@ -259,10 +255,9 @@ def test_a_robot_that_coasts_up_a_bump_comes_back_with_nearly_its_speed(speed, e
         chassis = ChassisSimulation(world, ChassisConfig())
         world.set_velocity(chassis.row, (speed, 0.0, 0.0))
         chassis.read()
+        motion = Motion(world, robots=[BareRobot(chassis)])
         for _ in range(250):
-            count = world.substepping.count(DT, 0.0, chassis.speed, chassis.surroundings(DT))
-            world.step(DT, substeps=count, before_substep=chassis.before_substep)
-            chassis.read()
+            motion.tick(DT)
             if chassis.pose[0] < 0.0:
                 break
         assert 0.89 * speed < -chassis.vel[0] < speed
