@@ -165,8 +165,7 @@ class ChassisSimulation:
         self._contacts = np.array([(x, y, 0.0) for x, y in config.wheel_positions])
         self._sole_reach = max(math.hypot(x, y) for x, y in config.wheel_positions)
         self._body = LevelBody(world, self.row, self._sole_reach, name)
-        xs, ys = zip(*config.wheel_positions, strict=True)
-        self._half_base = min(max(xs), -min(xs), max(ys), -min(ys))
+        self._half_base = self._least_base()
         self._half_diagonal = 0.5 * math.hypot(config.bumper_length, config.bumper_width)
         self._all_touching = [True] * len(config.wheel_positions)
         self.touching = list(self._all_touching)
@@ -251,6 +250,7 @@ class ChassisSimulation:
         """
         self.read()  # what is left of the last step belongs to the old center
         self.distribution, self.vel, self.rate = mass, vel, rate
+        self._half_base = self._least_base()
         self._engine.set_mass(self.row, mass.mass, mass.center, mass.inertia)
         self._engine.set_velocity(self.row, vel, rate)
         if self._drivetrain is not None and self._transfer is not None:
@@ -331,7 +331,7 @@ class ChassisSimulation:
                 gx, gy, pz = gx + dx, gy + dy, pz + turn
                 rx, ry, qz = rx + ex - dx, ry + ey - dy, qz + turned - turn
             given, rest = ((gx, gy, gz), (px, py, pz)), ((rx, ry, rz), (qx, qy, qz))
-            body.follow(self._h_before, given, rest, is_free=is_free)
+            body.follow(self._h_before, given, rest, self.distribution.center, is_free=is_free)
         else:
             body.look(is_free=is_free)
         self.pos, self.quat, self.vel, self.rate = body.pos, body.quat, body.vel, body.rate
@@ -375,7 +375,7 @@ class ChassisSimulation:
     @property
     def speed(self) -> float:
         """Speed of the fastest corner [m/s]."""
-        return math.hypot(*self.vel) + abs(self.rate[2]) * self._half_diagonal
+        return math.hypot(*self.origin_velocity) + abs(self.rate[2]) * self._half_diagonal
 
     def reach(self, dt: float) -> float:
         """How far from where its origin is now a corner of its bumpers can be within dt [s], from above [m]."""
@@ -471,7 +471,9 @@ class ChassisSimulation:
         ax, ay, _ = rotate_back(self.quat, (0.0, 0.0, -self._world.gravity))
         grip = self.config.friction * self._world.gravity
         vx, vy, omega = self.ground_velocity
-        gap_x, gap_y, gap_turn = self._target[0] - vx, self._target[1] - vy, self._target[2] - omega
+        cx, cy, _ = self.distribution.center
+        wanted_x, wanted_y, wanted_turn = self._target  # of the origin; the center of mass turns about it
+        gap_x, gap_y, gap_turn = wanted_x - wanted_turn * cy - vx, wanted_y + wanted_turn * cx - vy, wanted_turn - omega
         dvx, dvy = gap_x - ax * h, gap_y - ay * h
         size, spare = math.hypot(dvx, dvy), (grip - math.hypot(ax, ay)) * h
         if size > grip * h:
@@ -519,6 +521,12 @@ class ChassisSimulation:
             ax, ay = ax * most / size, ay * most / size
         spin = self._most_spin(_MOST_RESISTANCE)
         return ax, ay, max(-spin, min(spin, alpha))
+
+    def _least_base(self) -> float:
+        """From the center of mass to the nearest line through two outer wheels, in plan [m]; 0 if it is beyond."""
+        xs, ys = zip(*self.config.wheel_positions, strict=True)
+        cx, cy, _ = self.distribution.center
+        return max(0.0, min(max(xs) - cx, cx - min(xs), max(ys) - cy, cy - min(ys)))
 
     def _most_spin(self, friction: float) -> float:
         """Angular acceleration of a robot whose wheels all pull across their radius with this grip [rad/s^2]."""
