@@ -11,7 +11,7 @@ from __future__ import annotations
 import math
 
 from simcore.errors import EngineError
-from simcore.geometry.rotation import Quaternion, Vector, from_yaw, multiply, wrap_angle, yaw_of
+from simcore.geometry.rotation import Quaternion, Vector, from_yaw, multiply, rotate, wrap_angle, yaw_of
 from simcore.physics.world import PhysicsWorld
 
 __all__ = ["LEVEL_HEIGHT", "LEVEL_TILT", "LevelBody"]
@@ -84,11 +84,14 @@ class LevelBody:
         if not self.is_level or any(abs(a - b) > 1e-12 for a, b in zip(now, (*seen, *told), strict=True)):
             self._take(pos, quat, vel, rate, is_level=is_free and self._stands_level(pos, quat, vel, rate))
 
-    def follow(self, h: float, given: tuple[Vector, Vector], rest: tuple[Vector, Vector], *, is_free: bool) -> None:
+    def follow(
+        self, h: float, given: tuple[Vector, Vector], rest: tuple[Vector, Vector], center: Vector, *, is_free: bool
+    ) -> None:
         """Take pose and velocity after a step.
 
         Args:
             h: Its length [s].
+            center: Center of mass, robot frame [m].
             given: Velocity of the body in it, linear and angular.
             rest: What is to be added at its end.
             is_free: As of `look`.
@@ -106,9 +109,12 @@ class LevelBody:
             else:  # by its own equations, to the last bit, in however many steps of the engine
                 vx, vy, wz = gx, gy, pz
                 way_x, way_y, turn = h * vx, h * vy, h * wz
+                if center[0] or center[1]:  # what moves so is the center of mass; the origin turns about it
+                    (bx, by, _), (ax, ay, _) = rotate(self.quat, center), rotate(self._turned(turn), center)
+                    way_x, way_y = way_x + bx - ax, way_y + by - ay
             self._beside, self._seen = (vz, wx, wy), (pos, quat)
             self.pulled = ((vx - gx) / h, (vy - gy) / h, 0.0), (0.0, 0.0, (wz - pz) / h)
-            self.pos, self.quat = (x + way_x, y + way_y, 0.0), from_yaw(wrap_angle(yaw_of(self.quat) + turn))
+            self.pos, self.quat = (x + way_x, y + way_y, 0.0), self._turned(turn)
             self.vel, self.rate = (vx + rx, vy + ry, 0.0), (0.0, 0.0, wz + qz)
             return
         self.pulled = (
@@ -125,6 +131,10 @@ class LevelBody:
         if self.is_level and max(abs(x - seen[0]), abs(y - seen[1]), abs(turn)) > _ELSEWHERE:
             self._seen = (x, y, seen[2]), multiply(from_yaw(turn), quat)
             self._engine.set_pose(self._row, *self._seen)
+
+    def _turned(self, turn: float) -> Quaternion:
+        """Attitude of a level robot after a turn [rad]."""
+        return from_yaw(wrap_angle(yaw_of(self.quat) + turn))
 
     def _read(self) -> tuple[Vector, Quaternion, Vector, Vector]:
         pos, quat = self._engine.pose(self._row)

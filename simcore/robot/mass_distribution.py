@@ -2,7 +2,7 @@
 
 A robot's stated mass, center and inertia are those of all of it at the start, with nothing held. Its body is what is
 left without its moving masses; these, and the pieces that it holds, are points: what they have of inertia about their
-own centers stays with the body, or is left out (of 50 fuel 0.02 kg m^2).
+own centers stays with the body, or is left out (of 50 balls of 0.215 kg 0.02 kg m^2).
 """
 
 from __future__ import annotations

@@ -3,47 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
-from typing import Protocol
+from collections.abc import Callable
 
 from simcore.quantities import ANGLE, DURATION, require
-from simcore.robot.wheel_loads import LoadTransfer, WheeledRobot
+from simcore.robot.drivetrain import Drivetrain
+from simcore.robot.wheel_loads import LoadTransfer
 from simcore.units import GRAVITY
 
-__all__ = ["PlanarChassis", "PlanarDrive"]
-
-
-class PlanarDrive(Protocol):
-    """What a chassis needs of a drivetrain: the change of velocity that its tires make."""
-
-    @property
-    def robot(self) -> WheeledRobot:
-        """Mass, center of mass and where the wheels are."""
-        ...
-
-    def step(
-        self,
-        h: float,
-        vx: float,
-        vy: float,
-        omega: float,
-        normal_loads: Sequence[float] | LoadTransfer | None = None,
-        ax: float = 0.0,
-        ay: float = 0.0,
-        alpha: float = 0.0,
-    ) -> tuple[float, float, float]:
-        """See `SwerveDrive.step`."""
-        ...
-
-    @property
-    def mean_change(self) -> tuple[float, float, float]:
-        """See `SwerveDrive.mean_change`."""
-        ...
-
-    @property
-    def normal_loads(self) -> list[float]:
-        """Load of each wheel in the last step [N]."""
-        ...
+__all__ = ["PlanarChassis"]
 
 
 class PlanarChassis:
@@ -60,7 +27,7 @@ class PlanarChassis:
         True
     """
 
-    def __init__(self, drive: PlanarDrive, *, slope: float = 0.0) -> None:
+    def __init__(self, drive: Drivetrain, *, slope: float = 0.0) -> None:
         """Stand at the origin, facing along x.
 
         Args:
@@ -100,9 +67,10 @@ class PlanarChassis:
         outside = (c * ex + s * ey, c * ey - s * ex)
         spin_up = force[2] / config.yaw_inertia
         self._transfer.stand(touching, gravity, (*outside, 0.0))
-        dx, dy, dw = self.drive.step(
-            *(h, c * self.vx + s * self.vy, c * self.vy - s * self.vx, self.omega, self._transfer, *outside, spin_up),
-        )
+        along, across = c * self.vx + s * self.vy, c * self.vy - s * self.vx
+        for part in self.drive.begin_step(h, along, across, self.omega, self._transfer, *outside, spin_up):
+            self.drive.advance(part)
+        dx, dy, dw = self.drive.change
         self.loads = self.drive.normal_loads
         self.ax = (c * dx - s * dy) / h + ex
         self.ay = (s * dx + c * dy) / h + ey

@@ -283,6 +283,8 @@ def test_a_held_piece_that_is_driven_into_something_comes_loose_before_it(speed,
         one.mechanisms["claw"].velocity = 20.0
         match.tick()
         assert one.held == [slot]
+        one.drive.set_chassis_speeds(0.0, 0.01, 0.0)  # wheels that still turn would carry it past the post's middle
+        match.play(0.4)
         one.drive.set_chassis_speeds(0.0, speed, 0.0)
         deepest, loose = 0.0, 0.0
         while one.chassis.pos[1] < 5.5 and match.time < 10.0:

@@ -13,21 +13,26 @@ from simcore.geometry.linkage import Joint
 from simcore.geometry.rotation import from_rpy
 from simcore.match.game import PieceSupply
 from simcore.match.match import Match
+from simcore.match.motion import BareRobot, Motion
 from simcore.physics.engine import BodyDefinition
 from simcore.physics.engine_choice import make_engine
 from simcore.physics.shapes import Box, Sphere
 from simcore.physics.surface import WALL
+from simcore.physics.world import PhysicsWorld
 from simcore.pieces.intake import IntakeConfig, IntakeZone
 from simcore.pieces.kinds import GamePieceConfig
 from simcore.pieces.launch import LaunchParameters
 from simcore.pieces.shooter import ShooterConfig
 from simcore.pieces.storage import StorageConfig
 from simcore.robot.battery import BatteryConfig
+from simcore.robot.chassis import ChassisSimulation
+from simcore.robot.chassis_config import ChassisConfig
 from simcore.robot.gearbox import GearboxConfig
-from simcore.robot.mass_distribution import MovingMass
+from simcore.robot.mass_distribution import MassDistribution, MovingMass
 from simcore.robot.mechanisms import ElevatorConfig, FlywheelConfig
 from simcore.robot.robot_config import RobotConfig
 from simcore.robot.swerve_config import SwerveConfig, SwerveModuleConfig
+from simcore.robot.swerve_drive import SwerveDrive
 from simcore.typing import FloatArray
 from simcore.units import GRAVITY, TICK
 
@@ -212,6 +217,54 @@ def test_a_piece_that_is_let_go_as_it_is_carried_changes_no_velocity():
         assert one.chassis.distribution.mass == MASS
         assert one.chassis.origin_velocity == pytest.approx(before, abs=1e-9)
         assert one.chassis.rate[2] == pytest.approx(rate, rel=1e-3)
+
+
+@pytest.mark.parametrize("lift", (0.0, 1e-6, 800.0))
+def test_a_free_robot_turns_about_its_center_of_mass(lift):
+    """Its origin is on a circle about it, whether by its own equations, by the engine's, or in the air.
+
+    p(t) = c(t) - R(w t) r; by the engine on a carpet that carries it unevenly, within 1 mm and 1 mrad.
+    """
+    offset, speed, rate = (-0.1, 0.04), 0.5, 2.0
+    with PhysicsWorld() as world:
+        mass = MassDistribution(MASS, (*offset, 0.2), (3.0, 3.0, 5.0))
+        chassis = ChassisSimulation(world, ChassisConfig(), pose=(4.0, 4.0, 0.0), mass=mass)
+        world.set_velocity(chassis.row, (speed, 0.0, 0.0), (0.0, 0.0, rate))
+        chassis.read()
+        chassis.apply_forces((0.0, 0.0, lift))
+        motion = Motion(world, robots=[BareRobot(chassis)])
+        for tick in range(1, 76):
+            motion.tick()
+            t = tick * TICK
+            c, s = math.cos(rate * t), math.sin(rate * t)
+            x = 4.0 + offset[0] + speed * t - c * offset[0] + s * offset[1]
+            y = 4.0 + offset[1] - s * offset[0] - c * offset[1]
+            exact = 1e-6 if lift == 0.0 else 1e-3
+            assert chassis.pose[:2] == pytest.approx((x, y), abs=exact)
+            assert math.remainder(chassis.pose[2] - rate * t, math.tau) == pytest.approx(0.0, abs=exact)
+        assert (chassis.pos[2] > 1.0) is (lift > 1.0)
+        assert chassis.is_on_its_own is (lift == 0.0)
+
+
+def test_tires_that_hold_turn_a_robot_about_its_middle_wherever_its_mass_is():
+    """They give the m w^2 r toward it: the middle stays, and so it is with velocities that are followed."""
+    ways = []
+    for config in (None, robot(FREE)):
+        with PhysicsWorld() as world:
+            mass = MassDistribution(MASS, (-0.1, 0.04, 0.2), (3.0, 3.0, 5.0))
+            drive = None if config is None else SwerveDrive(config.drivetrain)
+            chassis = ChassisSimulation(world, ChassisConfig(), pose=(4.0, 4.0, 0.0), mass=mass, drivetrain=drive)
+            motion = Motion(world, robots=[BareRobot(chassis)])
+            for _ in range(100):
+                if drive is None:
+                    chassis.follow_velocity(0.0, 0.0, 2.0)
+                else:
+                    drive.set_chassis_speeds(0.0, 0.0, 2.0)
+                motion.tick()
+                ways.append(math.dist(chassis.pose[:2], (4.0, 4.0)))
+            assert chassis.rate[2] == pytest.approx(2.0, rel=0.03)
+            assert math.hypot(*chassis.vel) == pytest.approx(chassis.rate[2] * math.hypot(0.1, 0.04), rel=0.02)
+    assert max(ways) < 0.02
 
 
 def test_an_engine_moves_the_center_of_mass_within_a_body(engine_name):
