@@ -23,7 +23,7 @@ from simcore.typing import FloatArray, IntArray
 
 __all__ = ["Squeezing", "squeezes"]
 
-_PERIOD = 6
+_PERIOD = 12
 """Ticks from one look at all contacts to the next, while robots press nothing: a heap takes longer to build up."""
 _LIGHT, _HEAVY = 2.0, 6.0  # [N]; six fuel lie on one before it is squeezed by the second
 _LONGEST, _SHORTEST = 0.02, 0.005
@@ -92,11 +92,14 @@ class Squeezing:
             return
         if self.force < _LIGHT and self._ticks % _PERIOD > 1 and not self._is_robot_pressing():
             return
-        force = self._forces(self._world.engine.contacts())
+        contacts = self._world.engine.contacts()
+        force = self._forces(contacts)
         lasting = np.minimum(force, self._before) if self._seen == self._ticks - 1 else np.zeros(len(force))
         self._before, self._seen = force, self._ticks
         self.force = max(self.force, float(lasting.max(initial=0.0)))
         self._yield(lasting / self._stiffness)
+        if np.count_nonzero(self._soft):
+            self._part_once(contacts.rows)
 
     def _is_robot_pressing(self) -> bool:
         """Whether a piece that a robot touches has something on its other side, too."""
@@ -108,6 +111,12 @@ class Squeezing:
                 if slot >= 0 and self._forces(engine.contacts(row))[slot] > _LIGHT:
                     return True
         return False
+
+    def _part_once(self, rows: IntArray) -> None:
+        """Find anew where soft balls touch something twice: each of the springs would bear as much as the only one."""
+        pairs, times = np.unique(np.sort(rows, axis=1), axis=0, return_counts=True)
+        for row in np.intersect1d(pairs[times > 1], self._pool.rows_of((self._soft & self._pool.is_ball).nonzero()[0])):
+            self._world.engine.renew_contacts(int(row))
 
     def _forces(self, contacts: Contacts) -> FloatArray:
         """How hard each piece is squeezed [N], shape (slots,)."""
