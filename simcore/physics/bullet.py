@@ -51,7 +51,7 @@ _RELAXATION = 0.5  # [s], of an overlap of robots and the field, where it adds t
 _DAMPING_RATIO = 8.0  # of springs, to critical: what was squeezed comes out slowly, and a hit does not bounce twice
 _RESIDUAL = 1e-9
 """[m^2/s^2]; iterations end where none of them changes a velocity by more than the root of it, 0.03 mm/s."""
-_WARM_START = 1.0
+_WARM_START = 0.95
 _CONTACT_DISTANCE = 0.001  # [m]
 _SLIGHT = 1.0  # [N]; contacts with less are not told: half of the weight of a fuel
 _MOST_SHAPES = 16
