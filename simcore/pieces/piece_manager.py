@@ -611,7 +611,9 @@ class GamePieceManager:
         for slot in asleep[woken[chunk]].tolist():
             self._pool.set_touchable(slot, True)
         hide = asleep[quiet[chunk]]
-        for slot in self._sleeping.follow(hide, dt)[0].tolist():  # one that the engine woke would fall through the floor
+        for slot in self._sleeping.follow(hide, dt)[
+            0
+        ].tolist():  # one that the engine woke would fall through the floor
             self._pool.set_touchable(slot, False)
             self._sleeping.stop(slot)
 
