@@ -48,9 +48,7 @@ class FoamStiffness:
         return depth * (self.static + self.stiffening * np.square(depth))
 
 
-def relax(
-    foam: FoamStiffness, stiffness: FloatArray, dynamic: FloatArray, depth: FloatArray, dt: float
-) -> FloatArray:
+def relax(foam: FoamStiffness, stiffness: FloatArray, dynamic: FloatArray, depth: FloatArray, dt: float) -> FloatArray:
     """Stiffness of contacts after dt [N/m], shape (n,).
 
     Args:

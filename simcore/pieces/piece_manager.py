@@ -506,7 +506,7 @@ class GamePieceManager:
             chunks.mark_box(robot.x, robot.y, half_diagonal + robot.speed * dt + 2.0 * p.margin + 0.5)
         if len(awake):
             chunks.mark(state.pos.take(awake, axis=0), reach + _KNOCK_TICKS * dt * speed)
-        self._apply_chunks(*chunks.update())
+        self._apply_chunks(*chunks.update(), dt)
 
         touching = state.status[awake] == _AWAKE
         for slot in self._waking.choose(awake[touching], speed[touching], reach[touching], robots, dt).tolist():
@@ -555,8 +555,8 @@ class GamePieceManager:
             self._recover(awake, now)
         self._squeezing.read(awake, dt)
         self._tick += 1
-        if self._tick % 2 and not self._stillness.is_reached:
-            self._sleeping.read()
+        if not self._stillness.is_reached:
+            self._sleeping.read(dt)
 
     def settle(self) -> None:
         """Put to sleep what has been slow for long enough; looks at every second tick, which costs half."""
@@ -602,7 +602,7 @@ class GamePieceManager:
             raise UnknownNameError("game piece type", name, self._kinds)
         return self._kinds[name]
 
-    def _apply_chunks(self, woken: BoolArray, quiet: BoolArray) -> None:
+    def _apply_chunks(self, woken: BoolArray, quiet: BoolArray, dt: float) -> None:
         """Show the sleepers of woken chunks to the engine and hide those of quiet ones."""
         if not (np.count_nonzero(woken) or np.count_nonzero(quiet)):
             return
@@ -611,7 +611,9 @@ class GamePieceManager:
         for slot in asleep[woken[chunk]].tolist():
             self._pool.set_touchable(slot, True)
         hide = asleep[quiet[chunk]]
-        for slot in self._sleeping.follow(hide)[0].tolist():  # one that the engine woke would fall through the floor
+        for slot in self._sleeping.follow(hide, dt)[
+            0
+        ].tolist():  # one that the engine woke would fall through the floor
             self._pool.set_touchable(slot, False)
             self._sleeping.stop(slot)
 

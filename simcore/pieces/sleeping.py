@@ -22,8 +22,8 @@ __all__ = ["SETTLE_PERIOD", "Sleeping"]
 
 SETTLE_PERIOD = 2
 """Ticks from one look for pieces that have come to rest to the next."""
-_AUDIT_PERIOD = 3  # readings of the sleepers
-_STIRRED = 2e-4  # [m]; a sleeper that the engine moved farther in two ticks is awake: 5 mm/s
+_AUDIT_PERIOD = 6  # readings of the sleepers
+_STIRRED = 1e-4  # [m]; a sleeper that the engine moved farther in a tick is awake: 5 mm/s
 _PUSHED = 2e-5  # [m]; one that it moved less has only been looked at by the engine, not pressed
 _SHIFT = 3e-4  # [m]; a ball in a heap that moves farther between two readings is not fixed yet, others if they move
 _ROCKING = 0.08  # [m/s]; pieces that are no balls count as slow below this: they rock on an edge, but do not roll on
@@ -138,8 +138,8 @@ class Sleeping:
             deep[number] = world.engine.overlap(self._pool.rows[int(slots[number])]) > _DEEP
         return deep
 
-    def read(self) -> None:
-        """Follow the sleepers that the engine woke by touch: those that move join the awake.
+    def read(self, dt: float) -> None:
+        """Follow the sleepers that the engine woke by touch in the last dt [s]: those that move join the awake.
 
         Those that hardly move stay asleep, and are stopped now and then, all at once: one awake body keeps all that it
         touches awake in the engine, and awake bodies cost time.
@@ -150,7 +150,7 @@ class Sleeping:
         if not len(asleep):
             self.stirred = asleep
             return
-        still, moved = self.follow(asleep)
+        still, moved = self.follow(asleep, dt)
         pushed = moved > _PUSHED
         self.stirred = still[pushed]
         self._gives_way[still] = moved > self._may_shift[still]
@@ -163,13 +163,15 @@ class Sleeping:
                 for slot in np.setdiff1d(still, deep, assume_unique=True).tolist():
                     self._world.engine.sleep(self._pool.rows[slot])
 
-    def follow(self, slots: IntArray) -> tuple[IntArray, FloatArray]:
+    def follow(self, slots: IntArray, dt: float) -> tuple[IntArray, FloatArray]:
         """Read where sleepers are: which stay asleep, and how far the engine has moved each of those all the same."""
         now = self._world.engine.centers(self._pool.rows_of(slots))
-        moved: FloatArray = np.abs(now - self._pool.state.pos.take(slots, axis=0)).max(axis=1, initial=0.0)
+        way = now - self._pool.state.pos.take(slots, axis=0)
+        moved: FloatArray = np.abs(way).max(axis=1, initial=0.0)
         self._pool.state.pos[slots] = now
         self._pool.changes += bool(np.count_nonzero(moved))
         woken = moved > _STIRRED
+        self._pool.state.vel[slots[woken]] = way[woken] / dt
         for slot in slots[woken].tolist():
             self._wake(slot)
         return slots[~woken], moved[~woken]

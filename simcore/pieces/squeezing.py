@@ -24,15 +24,13 @@ from simcore.typing import FloatArray, IntArray
 __all__ = ["Squeezing", "squeezes"]
 
 _PERIOD = 6
-"""Ticks from one look at all contacts to the next, while robots press nothing: a heap takes longer to build up."""
+"""Ticks from one look at a heap to the next, while robots press nothing: it takes longer to build up."""
 _LIGHT, _HEAVY = 2.0, 6.0  # [N]; six fuel lie on one before it is squeezed by the second
 _LONGEST, _SHORTEST = 0.02, 0.005
 """[s], of steps up to the one and from the other. 100 balls, 7 deep: overlaps of 4 mm at 10 ms, 1.4 mm at 5 ms."""
 _CRUSH, _LEAST = 0.011, 0.0025  # [m, s], move of a robot a step that may press a piece against something, and shortest
 _AHEAD = 0.6  # [m]; from a robot's corner to what it may press a piece against within a tick
 _MEMORY = 0.1  # [s], in which the measure falls to 1/e where it is no longer found
-_SHALLOW = 4e-5
-"""[m]; contacts that are less deep are left out: 4 N at a stiffness of 1e5 N/m, the weight of two fuel."""
 
 
 class Squeezing:
@@ -90,13 +88,23 @@ class Squeezing:
         self.force = min(self.force, _HEAVY) * math.exp(-dt / _MEMORY)
         if not len(awake):
             return
-        if self.force < _LIGHT and self._ticks % _PERIOD > 1 and not self._is_robot_pressing():
+        is_due = self._ticks % _PERIOD < 2 and self._is_heaped()
+        if not (self.force >= _LIGHT or is_due or self._is_robot_pressing()):
             return
-        force = self._forces(self._world.engine.contacts())
+        contacts = self._world.engine.contacts()
+        force = self._forces(contacts)
         lasting = np.minimum(force, self._before) if self._seen == self._ticks - 1 else np.zeros(len(force))
         self._before, self._seen = force, self._ticks
         self.force = max(self.force, float(lasting.max(initial=0.0)))
         self._yield(lasting / self._stiffness)
+        if np.count_nonzero(self._soft):
+            self._part_once(contacts.rows)
+
+    def _is_heaped(self) -> bool:
+        """Whether what lies higher than on the carpet weighs enough to squeeze what is below it."""
+        state, pool = self._pool.state, self._pool
+        high = state.touchable & (state.pos[:, 2] > 2.0 * pool.radius)
+        return bool(self._world.gravity * pool.mass @ high > _LIGHT)
 
     def _is_robot_pressing(self) -> bool:
         """Whether a piece that a robot touches has something on its other side, too."""
@@ -104,10 +112,18 @@ class Squeezing:
         for robot in self._world.robot_rows:
             rows = np.unique(engine.contacts(robot).rows)
             for row in rows[(rows >= 0) & (rows < len(slot_of))].tolist():
-                slot = slot_of[row]
-                if slot >= 0 and self._forces(engine.contacts(row))[slot] > _LIGHT:
+                if slot_of[row] < 0:
+                    continue
+                around = engine.contacts(row)
+                if squeezes(np.where(around.rows == row, 0, -1), around.force, 1)[0] > _LIGHT:
                     return True
         return False
+
+    def _part_once(self, rows: IntArray) -> None:
+        """Find anew where soft balls touch something twice: each of the springs would bear as much as the only one."""
+        pairs, times = np.unique(np.sort(rows, axis=1), axis=0, return_counts=True)
+        for row in np.intersect1d(pairs[times > 1], self._pool.rows_of((self._soft & self._pool.is_ball).nonzero()[0])):
+            self._world.engine.renew_contacts(int(row))
 
     def _forces(self, contacts: Contacts) -> FloatArray:
         """How hard each piece is squeezed [N], shape (slots,)."""

@@ -213,13 +213,13 @@ def test_a_row_passes_a_knock_on_across_chunk_borders_as_if_all_were_awake(speed
 
 @pytest.mark.engines("bullet")  # MuJoCo: sleeping rows of 20 end up to 0.8 m from awake ones, 7 to 49 mm in each other
 def test_a_knock_goes_through_a_row_as_with_many_substeps():
-    """At the sub-steps that the speed asks for, within 15 % of the way of the last ball at 256 a tick."""
+    """At the sub-steps that the speed asks for, within a fifth of the way of the last ball at 256 a tick."""
     first = BORDER - 4.3 * 2 * RADIUS
     start = first + 19 * (2 * RADIUS + 0.0024)
     end, _ = shoot_at_row(first, 20, 0.0024, 40.0, 0.4, awake=False)
     converged, _ = shoot_at_row(first, 20, 0.0024, 40.0, 0.4, awake=False, substeps=256)
     assert converged[-1, 0] - start > 0.8
-    assert end[-1, 0] - start == pytest.approx(converged[-1, 0] - start, rel=0.15)
+    assert end[-1, 0] - start == pytest.approx(converged[-1, 0] - start, rel=0.2)
 
 
 @pytest.mark.engines("bullet")  # MuJoCo: sleeping rows of 20 end up to 0.8 m from awake ones, 7 to 49 mm in each other
@@ -237,6 +237,34 @@ def test_a_row_of_touching_sleepers_passes_a_knock_on_to_its_last():
     end, _ = shoot_at_row(3.0, 6, 0.0, 4.0, 0.5, awake=False)
     assert end[-1, 0] > 3.0 + 5 * 2 * RADIUS + 0.08, "the last one rolls away"
     assert (np.diff(end[:, 0]) > 2 * RADIUS - 0.002).all(), "and none lies in another"
+
+
+@pytest.mark.engines("bullet")  # MuJoCo: sleepers that are not loosened are statics, and a robot at 1.5 m/s stops at them
+@pytest.mark.parametrize("speed", [0.7, 1.5, 2.4])
+@pytest.mark.parametrize("pitch", [0.1501, 0.152])
+def test_a_robot_ploughs_through_sleepers_as_if_all_were_awake(speed, pitch):
+    """2 m into 12 x 5 fuel: its way is the same within 2 %, and so is that of the fuel."""
+    from simcore.robot.chassis import ChassisSimulation
+    from simcore.robot.chassis_config import ChassisConfig
+
+    ways = []
+    for awake in (False, True):
+        with PhysicsWorld() as world:
+            pieces = make(world, 60)
+            side = pitch * (np.arange(12) - 5.5)
+            places = np.array([[5.0 + pitch * i, 4.0 + y, RADIUS] for i in range(5) for y in side.tolist()])
+            slots = pieces.spawn("Fuel", places)
+            robot = ChassisSimulation(world, ChassisConfig(), pose=(4.0, 4.0, 0.0))
+            motion = Motion(world, robots=[BareRobot(robot)], pieces=pieces)
+            robot.follow_velocity(speed, 0.0, 0.0)
+            for _ in range(round(2.0 / speed / DT)):
+                if awake:
+                    keep_awake(pieces)
+                motion.tick()
+            ways.append((robot.pos[0] - 4.0, float((pieces.state.pos[slots] - places)[:, 0].mean())))
+    assert ways[1][0] > 1.5
+    assert ways[1][1] > 0.3
+    assert ways[0] == pytest.approx(ways[1], rel=0.02)
 
 
 def test_a_robot_at_full_speed_meets_every_sleeper_as_if_it_were_awake():
