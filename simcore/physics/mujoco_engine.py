@@ -72,7 +72,6 @@ class MuJoCoEngine:
     """One MuJoCo world. Use as a context manager, or call `close`."""
 
     name = "mujoco"
-    is_exact = False
 
     _sleep: SleepLists
 

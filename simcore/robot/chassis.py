@@ -308,7 +308,7 @@ class ChassisSimulation:
         if self._is_pushed and self._each != (_ZERO, _ZERO):
             (dx, dy, dz), (wx, wy, wz) = self._each
             (vx, vy, vz), (rx, ry, rz) = self._engine.velocity(self.row)
-            self._set_velocity((vx + dx, vy + dy, vz + dz), (rx + wx, ry + wy, rz + wz))
+            self._engine.set_velocity(self.row, (vx + dx, vy + dy, vz + dz), (rx + wx, ry + wy, rz + wz))
 
     def read(self) -> None:
         """Take pose and velocity from the engine.
@@ -578,8 +578,8 @@ class ChassisSimulation:
         wx, wy, wz = rotate(self.quat, (tilt_x, tilt_y, 0.0))
         self._given = (linear[0], linear[1], linear[2] + lift), (x + wx, y + wy, z + wz)
         self._each = (0.0, 0.0, share * lift), (share * wx, share * wy, share * wz)
-        self._set_velocity(
-            (linear[0], linear[1], linear[2] + share * lift), (x + share * wx, y + share * wy, z + share * wz)
+        self._engine.set_velocity(
+            self.row, (linear[0], linear[1], linear[2] + share * lift), (x + share * wx, y + share * wy, z + share * wz)
         )
         self._rest = (later, turn_later)
         self._h_before = h
@@ -615,14 +615,6 @@ class ChassisSimulation:
             held=held,
         )
         self._world.bumpers.submit(self._motion)
-
-    def _set_velocity(self, linear: Vector, angular: Vector) -> None:
-        """Give the body a velocity for a sub-step, of which `_each` has the part that is new."""
-        lift = self._each[0][2]
-        if lift and self._engine.is_exact:  # it takes force and weight together, and moves by what is left of them
-            linear = linear[0], linear[1], linear[2] - lift
-            self._engine.apply_forces([self.row], np.array([[0.0, 0.0, self._force[2]]]))
-        self._engine.set_velocity(self.row, linear, angular)
 
     def _find_ground(self) -> None:
         """Which wheels touch: all of them on the flat carpet, else those whose short ray down meets something.
