@@ -455,9 +455,9 @@ class MuJoCoEngine:
         mj.mj_fwdVelocity(m, d)
         mj.mj_fwdAcceleration(m, d)
         if d.nefc:
-            self._law.write(h)
-        mj.mj_island(m, d)  # it copies the rows
-        mj.mj_fwdConstraint(m, d)
+            self._law.solve(h)
+        else:
+            mj.mj_fwdConstraint(m, d)
         self._search.note_pressed()
         mj.mj_Euler(m, d)
         self._is_stale = True
