@@ -1,7 +1,7 @@
 """Finds the contacts that bodies can come to within a step, and wakes who is touched.
 
-A body that sleeps is no wall: what a knock reaches takes part in the same step with its mass, together with those that
-touch it in turn, as far as the knock carries (each body of a row passes on some two thirds of it).
+A body that sleeps is no wall, unless it is fixed: what a knock reaches takes part in the same step with its mass,
+together with those that it comes to in turn, as far as the knock carries (each passes on some two thirds of it).
 """
 
 from __future__ import annotations
@@ -12,14 +12,13 @@ import numpy as np
 
 from simcore.physics.mujoco_model import ModelLayout
 from simcore.physics.sleep_lists import SleepLists
-from simcore.typing import BoolArray, FloatArray, IntArray
+from simcore.typing import FloatArray, IntArray
 
 __all__ = ["ContactSearch", "spins"]
 
 _LOOK_AHEAD = 5e-4  # [m]; contacts are looked for this much farther than bodies move
 _TOUCHING = 1e-4  # [m]
-_KNOCK = 0.05  # [m/s]; slower hits do not move a body that is fixed
-_PRESSED = 3.0  # times its weight; a push that moves a body that is fixed
+_KNOCK = 0.05  # [m/s]; slower ones are not passed on
 _MOST_PASSES = 64  # each but the last wakes somebody
 _NEAR = 0.004  # [m]; sleepers this near to each other pass a knock on
 _HEAVY = 4.0  # times as heavy as what is hit: it passes no knock on
@@ -59,9 +58,6 @@ class ContactSearch:
         self._reach, self._radius, self._sleep, self._gravity = reach, radius, sleep, gravity
         self._qpos, self._qvel = data.qpos.reshape(n, 7), data.qvel.reshape(n, 6)
         self._weight = gravity * model.body_mass[1:]
-        self._is_pressed: BoolArray = np.zeros(n, dtype=bool)
-        self.loosened: set[int] = set()
-        """Numbers of bodies that were fixed, and that a knock or a push let go."""
 
     def find(self, h: float) -> None:
         """Put the contacts of a step [s] into the `MjData`, with those of the sleepers that it wakes."""
@@ -103,11 +99,9 @@ class ContactSearch:
         later = (asleep[:, 1] | (~asleep[:, 0] & (np.abs(own[:, 1]) < np.abs(own[:, 0])))).astype(np.int64)
         one = np.arange(len(some))
         body, sleeps = pair[one, later], asleep[one, later]
-        fixed = sleep.fixed[body]
-        struck = (gap <= np.maximum(closing, 0.0) * h + _TOUCHING) & (closing > _KNOCK)
-        waking = struck | (sleeps & (gap <= _TOUCHING) & (~fixed | self._is_pressed[body]))
-        contact.exclude[some[sleeps & ~waking & ~fixed]] = 1
-        waking &= sleeps | (closing > knock[body])
+        waking = (gap <= np.maximum(closing, 0.0) * h + _TOUCHING) & ~sleep.fixed[body]
+        contact.exclude[some[sleeps & ~waking & ~sleep.fixed[body]]] = 1
+        waking &= sleeps | (closing > np.maximum(knock[body], _KNOCK))
         if not waking.any():
             return False
         hit = knock.copy()
@@ -117,8 +111,7 @@ class ContactSearch:
         farther = 1.5 * hit * h > self._m.body_margin[1:]
         knock[:] = hit
         if len(woken):
-            self.loosened.update(woken[sleep.fixed[woken]].tolist())
-            sleep.asleep[woken] = sleep.fixed[woken] = False
+            sleep.asleep[woken] = False
             sleep.mark()
             sleep.write()
         return len(woken) > 0 or bool(farther.any())
@@ -126,7 +119,9 @@ class ContactSearch:
     def _spread(self, knock: FloatArray, h: float) -> None:
         """Pass knocks [m/s] on to all that those who get them come to within a step of h [s], and so on."""
         front = np.nonzero(knock)[0]
-        left = (self._m.body_contype[1:] != 0) & (self._weight < _HEAVY * self._weight[front].max())
+        left = (
+            (self._m.body_contype[1:] != 0) & ~self._sleep.fixed & (self._weight < _HEAVY * self._weight[front].max())
+        )
         left[front] = False
         pos, radius = self._qpos[:, :3], self._radius
         while len(front):
@@ -141,19 +136,6 @@ class ContactSearch:
             knock[others[reached]] = passed_on[reached]
             left[others[reached]] = False
             front = others[reached & (passed_on >= _KNOCK)]
-
-    def note_pressed(self) -> None:
-        """After a step: which of those that are fixed were pushed by more than they stand."""
-        if not self._sleep.fixed.any():
-            return
-        self._is_pressed[:] = False
-        contact = self._d.contact
-        pair = self._body_of_geom[contact.geom]
-        pushed = np.append(self._sleep.fixed, False)[pair] & (contact.efc_address >= 0)[:, None]
-        one, side = np.nonzero(pushed)
-        body = pair[one, side]
-        force = self._d.efc_force[contact.efc_address[one]]
-        self._is_pressed[body[force > _PRESSED * self._weight[body]]] = True
 
     def _approach(self, body: IntArray, normal: FloatArray, at: FloatArray) -> FloatArray:
         """Speed of a place of each body along a direction [m/s], shape (n,)."""

@@ -8,7 +8,7 @@ How it is set up, and why (figures in docs/measurements.md):
 - Contacts are looked for as far ahead as bodies move within a step, so nothing passes a wall.
 - A step is semi-implicit Euler, x += h v with the v of its end, as PyBullet's is.
 - Sleeping is ours: MuJoCo freezes and skips what `sleep` names, and nothing else; what `fix` names is part of the
-  world to those that touch it gently (`contact_search`).
+  world until it is woken.
 - The model is compiled when it is first needed after a body was added; what moves keeps its state.
 """
 
@@ -361,14 +361,6 @@ class MuJoCoEngine:
         self._build()
         self._law.set_stiffness(self._geoms[row], stiffness)
 
-    def take_loosened(self) -> list[int]:
-        """Rows of bodies that were fixed and that something has moved since this was last asked, in rising order."""
-        self._build()
-        bodies = sorted(self._search.loosened)
-        self._search.loosened.clear()
-        rows: list[int] = self._layout.row_of_body[bodies].tolist() if bodies else []
-        return rows
-
     def set_collision(self, row: int, group: int, mask: int) -> None:
         """Change with what a body collides; 0, 0 takes it out of the world."""
         self._require_open()
@@ -458,7 +450,6 @@ class MuJoCoEngine:
             self._law.solve(h)
         else:
             mj.mj_fwdConstraint(m, d)
-        self._search.note_pressed()
         mj.mj_Euler(m, d)
         self._is_stale = True
         if self._forces:
