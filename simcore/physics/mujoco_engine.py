@@ -39,6 +39,7 @@ from simcore.units import GRAVITY
 
 __all__ = ["MuJoCoEngine"]
 
+_SLIGHT = 1.0  # [N]; contacts with less are not told: half of the weight of a fuel
 _TOUCHING = 0.001  # [m]; bodies this near count as in contact
 _NEGLECTED = 0.002  # [m]; a body that moves less in a step gets no deeper into anything than this
 _SKIN = 2e-5  # [m]; a body that is held back stops so far before what it meets
@@ -305,6 +306,8 @@ class MuJoCoEngine:
         if row is not None:
             mine &= (rows == row).any(axis=1)
         size = self._d.efc_force[contact.efc_address[mine]]
+        pressed = size > _SLIGHT
+        mine, size = np.nonzero(mine)[0][pressed], size[pressed]
         return Contacts(rows=rows[mine], force=-size[:, None] * contact.frame[mine, :3])  # its normals are the second's
 
     def overlap(self, row: int) -> float:
