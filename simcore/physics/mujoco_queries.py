@@ -78,7 +78,8 @@ class ModelQueries:
         near = _overlap(self._static_low[:, None, :], self._static_high[:, None, :], low - reach, high + reach)
         ways = m.geom_contype[mine, None] & m.geom_conaffinity[: self._first]
         back = m.geom_conaffinity[mine, None] & m.geom_contype[: self._first]
-        found, ends = [], np.zeros(6)
+        found: list[tuple[float, Vector, Sequence[float]]] = []
+        ends = np.zeros(6)
         for one, other in np.argwhere(near & ((ways | back) != 0)).tolist():
             gap = self._mj.mj_geomDistance(m, self._d, int(mine[one]), other, reach, ends)
             ax, ay, az, bx, by, bz = ends.tolist()
