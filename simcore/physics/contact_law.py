@@ -23,6 +23,7 @@ import numpy as np
 
 from simcore.physics.engine import BodyDefinition
 from simcore.physics.mujoco_model import ModelLayout
+from simcore.physics.shapes import Sphere
 from simcore.typing import FloatArray, IntArray
 
 __all__ = ["ContactLaw", "normal_rows"]
@@ -40,7 +41,7 @@ _BARELY = 0.0015  # [m]; soft bodies that overlap by less can still bounce, what
 _DAMPING_RATIO = 2.0  # of soft bodies, as on PyBullet
 _SLIP = 2e-4  # regularization of friction, in parts of the inverse mass: what is held creeps by that times h times pull
 _PASSES = 8  # solutions of a step at most
-_LIFT_TOLERANCE = 0.05  # [m/s], of what is taken off the normals
+_LIFT_TOLERANCE, _OF_BALLS = 0.001, 0.05  # [m/s], of what is taken off the normals: a box that slides must not hop
 _TIE_REPAIR = 0.2  # of the gap between a body and its pivot, in a step
 _TIE_SOFTNESS = 1e-4  # regularization of such a tie, in parts of the inverse mass
 
@@ -107,6 +108,7 @@ class ContactLaw:
         self._compliance = np.zeros(len(surfaces))
         self._damping = np.zeros(len(surfaces))
         self._mass = np.array([one.mass for one in of_geom])
+        self._tolerance = np.array([_OF_BALLS if isinstance(one.shape, Sphere) else _LIFT_TOLERANCE for one in of_geom])
         for geom, surface in enumerate(surfaces):
             if surface.stiffness is not None:
                 self.set_stiffness(np.array([geom]), surface.stiffness)
@@ -190,6 +192,7 @@ class ContactLaw:
             strict[normal[rolls] + 3] = scaled / contact.friction[number[rolls], 2] ** 2
         d.efc_D[:] = 1.0 / strict
         wanted = wanted[slide]
+        tolerance = np.maximum(self._tolerance[a[slide]], self._tolerance[b[slide]])
         lift = self._lift(speed / h, across, friction, turn, lever, rolls)
         reached, before, rate = np.zeros(len(speed)), np.zeros(len(lift)), np.ones(len(lift))
         for left in reversed(range(_PASSES)):
@@ -200,7 +203,7 @@ class ContactLaw:
             mj.mj_mulJacVec(m, d, reached, d.qacc)
             error = self._lift(speed / h + reached, across, friction, turn, lever, rolls) - lift
             touch = (d.efc_force[normal] > 0.0) | (reached[normal] < wanted)
-            if np.abs(error[touch]).max(initial=0.0) * h < _LIFT_TOLERANCE:
+            if (np.abs(error[touch]) * h < tolerance[touch]).all():
                 return
             rate = np.where(error * before < 0.0, 0.5 * rate, np.minimum(1.2 * rate, 1.0))
             before = error
