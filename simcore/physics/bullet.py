@@ -102,7 +102,6 @@ class BulletEngine:
     """One PyBullet client. Use as a context manager, or call `close`."""
 
     name = "bullet"
-    is_exact = False
 
     def __init__(self, *, gravity: float = GRAVITY) -> None:
         self.gravity = gravity

@@ -1,28 +1,27 @@
 """Finds the contacts that bodies can come to within a step, and wakes who is touched.
 
-A body that sleeps is no wall: what a knock reaches takes part in the same step with its mass, together with those that
-touch it in turn, as far as the knock carries (each body of a row passes on some two thirds of it).
+A body that sleeps is no wall, unless it is fixed: what a knock reaches takes part in the same step with its mass,
+together with those that it comes to in turn, as far as the knock carries (each passes on some two thirds of it).
 """
 
 from __future__ import annotations
 
-import math
 from typing import Any
 
 import numpy as np
 
 from simcore.physics.mujoco_model import ModelLayout
 from simcore.physics.sleep_lists import SleepLists
-from simcore.typing import BoolArray, FloatArray, IntArray
+from simcore.typing import FloatArray, IntArray
 
 __all__ = ["ContactSearch", "spins"]
 
 _LOOK_AHEAD = 5e-4  # [m]; contacts are looked for this much farther than bodies move
 _TOUCHING = 1e-4  # [m]
-_KNOCK = 0.05  # [m/s]; slower hits do not move a body that is fixed
-_PRESSED = 3.0  # times its weight; a push that moves a body that is fixed
+_KNOCK = 0.05  # [m/s]; slower ones are not passed on
 _MOST_PASSES = 64  # each but the last wakes somebody
 _NEAR = 0.004  # [m]; sleepers this near to each other pass a knock on
+_HEAVY = 4.0  # times as heavy as what is hit: it passes no knock on
 _PASSED_ON = 0.65  # of a knock, from one body of a row to the next: (1 + e) / 2 with e = 0.3
 
 
@@ -59,9 +58,6 @@ class ContactSearch:
         self._reach, self._radius, self._sleep, self._gravity = reach, radius, sleep, gravity
         self._qpos, self._qvel = data.qpos.reshape(n, 7), data.qvel.reshape(n, 6)
         self._weight = gravity * model.body_mass[1:]
-        self._is_pressed: BoolArray = np.zeros(n, dtype=bool)
-        self.loosened: set[int] = set()
-        """Numbers of bodies that were fixed, and that a knock or a push let go."""
 
     def find(self, h: float) -> None:
         """Put the contacts of a step [s] into the `MjData`, with those of the sleepers that it wakes."""
@@ -84,71 +80,62 @@ class ContactSearch:
         self._mj.mj_collision(self._m, self._d)
 
     def _wake(self, h: float, knock: FloatArray) -> bool:
-        """Wake the sleepers that are touched, leave out contacts of all others, and say whether any woke."""
+        """Wake the sleepers that are touched and leave out contacts of all others.
+
+        Returns:
+            Whether to search again: somebody woke, or gets a knock that carries it farther than was looked.
+        """
         contact, sleep = self._d.contact, self._sleep
-        if len(sleep.awake) == len(sleep.asleep):
-            return False
         pair = self._body_of_geom[contact.geom]
         asleep = np.append(sleep.asleep, False)[pair]  # -1, the field, is the last
-        still = (asleep | (pair < 0)).all(axis=1)
-        contact.exclude[still] = 1
-        some = np.nonzero(asleep.any(axis=1) & ~still)[0]
+        contact.exclude[(asleep | (pair < 0)).all(axis=1)] = 1
+        some = np.nonzero(((pair >= 0).all(axis=1)) & ~asleep.all(axis=1))[0]
         if not len(some):
             return False
-        one, asleep = np.arange(len(some)), asleep[some]
-        sleeper, mover = pair[some][one, np.argmax(asleep, axis=1)], pair[some][one, np.argmin(asleep, axis=1)]
-        closing = np.where(asleep[:, 1], 1.0, -1.0)
-        closing *= self._approach(mover, contact.frame[some, :3], contact.pos[some])
-        touched = contact.dist[some] <= np.maximum(closing, 0.0) * h + _TOUCHING
-        fixed = sleep.fixed[sleeper]
-        waking = touched & (~fixed | (closing > _KNOCK) | self._is_pressed[sleeper])
-        contact.exclude[some[~waking & ~fixed]] = 1
+        pair, asleep = pair[some], asleep[some]
+        normal, at, gap = contact.frame[some, :3], contact.pos[some], contact.dist[some]
+        own = np.stack((self._approach(pair[:, 0], normal, at), -self._approach(pair[:, 1], normal, at)), axis=1)
+        closing = own.sum(axis=1)
+        later = (asleep[:, 1] | (~asleep[:, 0] & (np.abs(own[:, 1]) < np.abs(own[:, 0])))).astype(np.int64)
+        one = np.arange(len(some))
+        body, sleeps = pair[one, later], asleep[one, later]
+        waking = (gap <= np.maximum(closing, 0.0) * h + _TOUCHING) & ~sleep.fixed[body]
+        contact.exclude[some[sleeps & ~waking & ~sleep.fixed[body]]] = 1
+        waking &= sleeps | (closing > np.maximum(knock[body], _KNOCK))
         if not waking.any():
             return False
-        hit = np.zeros(len(knock))
-        np.maximum.at(hit, sleeper[waking], np.maximum(closing[waking], _KNOCK))
-        woken = self._cluster(hit)
-        np.maximum(knock, hit, out=knock)
-        self.loosened.update(woken[sleep.fixed[woken]].tolist())
-        sleep.asleep[woken] = sleep.fixed[woken] = False
-        sleep.mark()
-        sleep.write()
-        return True
+        hit = knock.copy()
+        np.maximum.at(hit, body[waking], np.maximum(closing[waking], _KNOCK))
+        self._spread(hit, h)
+        woken = np.nonzero((hit > 0.0) & sleep.asleep)[0]
+        farther = 1.5 * hit * h > self._m.body_margin[1:]
+        knock[:] = hit
+        if len(woken):
+            sleep.asleep[woken] = False
+            sleep.mark()
+            sleep.write()
+        return len(woken) > 0 or bool(farther.any())
 
-    def _cluster(self, knock: FloatArray) -> IntArray:
-        """All sleepers that a knock reaches along those that touch each other; notes in `knock` what they get [m/s]."""
-        left = self._sleep.asleep & (self._m.body_contype[1:] != 0)
+    def _spread(self, knock: FloatArray, h: float) -> None:
+        """Pass knocks [m/s] on to all that those who get them come to within a step of h [s], and so on."""
         front = np.nonzero(knock)[0]
+        left = (
+            (self._m.body_contype[1:] != 0) & ~self._sleep.fixed & (self._weight < _HEAVY * self._weight[front].max())
+        )
         left[front] = False
-        found = [front]
         pos, radius = self._qpos[:, :3], self._radius
-        for _ in range(1 + math.ceil(math.log(knock.max() / _KNOCK) / -math.log(_PASSED_ON))):
+        while len(front):
             others = np.nonzero(left)[0]
-            if not len(front) or not len(others):
-                break
+            if not len(others):
+                return
             away = pos[front, None] - pos[others]
-            near = np.add.outer(radius[front], radius[others] + _NEAR)
+            near = np.add.outer(radius[front] + np.maximum(_NEAR, knock[front] * h), radius[others])
             touch = np.einsum("ijk,ijk->ij", away, away) < near * near
             passed_on = (_PASSED_ON * knock[front, None] * touch).max(axis=0)
             reached = passed_on >= _PASSED_ON * _KNOCK
             knock[others[reached]] = passed_on[reached]
-            front = others[reached & (passed_on >= _KNOCK)]
             left[others[reached]] = False
-            found.append(others[reached])
-        return np.concatenate(found)
-
-    def note_pressed(self) -> None:
-        """After a step: which of those that are fixed were pushed by more than they stand."""
-        if not self._sleep.fixed.any():
-            return
-        self._is_pressed[:] = False
-        contact = self._d.contact
-        pair = self._body_of_geom[contact.geom]
-        pushed = np.append(self._sleep.fixed, False)[pair] & (contact.efc_address >= 0)[:, None]
-        one, side = np.nonzero(pushed)
-        body = pair[one, side]
-        force = self._d.efc_force[contact.efc_address[one]]
-        self._is_pressed[body[force > _PRESSED * self._weight[body]]] = True
+            front = others[reached & (passed_on >= _KNOCK)]
 
     def _approach(self, body: IntArray, normal: FloatArray, at: FloatArray) -> FloatArray:
         """Speed of a place of each body along a direction [m/s], shape (n,)."""

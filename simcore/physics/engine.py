@@ -65,18 +65,15 @@ class Contacts:
 
 
 class Engine(Protocol):
-    """A rigid-body world with gravity along -z."""
+    """A rigid-body world with gravity along -z.
+
+    It takes x += h v with v already moved to the end of the step (semi-implicit Euler).
+    """
 
     name: str
     """As `engine_choice` knows it."""
     gravity: float
     """[m/s^2]"""
-    is_exact: bool
-    """Whether flights are parabolas, impacts happen at their instant, and loaded contacts are springs, at any step.
-
-    If not, the engine takes x += h v with v already moved to the end of the step (semi-implicit Euler) and finds a hit
-    at the start of the step after it; `simcore.pieces` makes up for both, and says which contacts carry load.
-    """
 
     def add_body(self, definition: BodyDefinition) -> int:
         """Make a body or a static; returns its row."""
@@ -169,10 +166,7 @@ class Engine(Protocol):
         ...
 
     def free_share(self, row: int, h: float) -> float:
-        """Share of a step of h [s] in which a body goes on without touching a static; 1 if it meets none.
-
-        Not asked of an engine that `is_exact`: there nothing gets into anything else.
-        """
+        """Share of a step of h [s] in which a body goes on without touching a static; 1 if it meets none."""
         ...
 
     def set_collision(self, row: int, group: int, mask: int) -> None:

@@ -8,7 +8,7 @@ How it is set up, and why (figures in docs/measurements.md):
 - Contacts are looked for as far ahead as bodies move within a step, so nothing passes a wall.
 - A step is semi-implicit Euler, x += h v with the v of its end, as PyBullet's is.
 - Sleeping is ours: MuJoCo freezes and skips what `sleep` names, and nothing else; what `fix` names is part of the
-  world to those that touch it gently (`contact_search`).
+  world until it is woken.
 - The model is compiled when it is first needed after a body was added; what moves keeps its state.
 """
 
@@ -39,6 +39,7 @@ from simcore.units import GRAVITY
 
 __all__ = ["MuJoCoEngine"]
 
+_SLIGHT = 1.0  # [N]; contacts with less are not told: half of the weight of a fuel
 _TOUCHING = 0.001  # [m]; bodies this near count as in contact
 _NEGLECTED = 0.002  # [m]; a body that moves less in a step gets no deeper into anything than this
 _SKIN = 2e-5  # [m]; a body that is held back stops so far before what it meets
@@ -72,7 +73,6 @@ class MuJoCoEngine:
     """One MuJoCo world. Use as a context manager, or call `close`."""
 
     name = "mujoco"
-    is_exact = False
 
     _sleep: SleepLists
 
@@ -306,6 +306,8 @@ class MuJoCoEngine:
         if row is not None:
             mine &= (rows == row).any(axis=1)
         size = self._d.efc_force[contact.efc_address[mine]]
+        pressed = size > _SLIGHT
+        mine, size = np.nonzero(mine)[0][pressed], size[pressed]
         return Contacts(rows=rows[mine], force=-size[:, None] * contact.frame[mine, :3])  # its normals are the second's
 
     def overlap(self, row: int) -> float:
@@ -361,14 +363,6 @@ class MuJoCoEngine:
         """Give a body that is soft another stiffness [N/m]."""
         self._build()
         self._law.set_stiffness(self._geoms[row], stiffness)
-
-    def take_loosened(self) -> list[int]:
-        """Rows of bodies that were fixed and that something has moved since this was last asked, in rising order."""
-        self._build()
-        bodies = sorted(self._search.loosened)
-        self._search.loosened.clear()
-        rows: list[int] = self._layout.row_of_body[bodies].tolist() if bodies else []
-        return rows
 
     def set_collision(self, row: int, group: int, mask: int) -> None:
         """Change with what a body collides; 0, 0 takes it out of the world."""
@@ -456,10 +450,9 @@ class MuJoCoEngine:
         mj.mj_fwdVelocity(m, d)
         mj.mj_fwdAcceleration(m, d)
         if d.nefc:
-            self._law.write(h)
-        mj.mj_island(m, d)  # it copies the rows
-        mj.mj_fwdConstraint(m, d)
-        self._search.note_pressed()
+            self._law.solve(h)
+        else:
+            mj.mj_fwdConstraint(m, d)
         mj.mj_Euler(m, d)
         self._is_stale = True
         if self._forces:

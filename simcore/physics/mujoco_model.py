@@ -24,7 +24,7 @@ __all__ = ["ModelLayout", "build_model", "move_mass"]
 
 _TRIANGLE_THICKNESS = 0.001  # [m]; MuJoCo takes the convex hull of a mesh, so each triangle becomes a thin prism
 _SMALLEST_AREA = 1e-10  # [m^2]
-_ITERATIONS, _TOLERANCE = 20, 1e-6  # of Newton's method
+_ITERATIONS, _TOLERANCE = 50, 1e-8  # of Newton's method
 _MEMORY = 48_000_000  # [bytes] for contacts; a system gives it page by page, when it is touched
 _MEMORY_PER_BODY = 250_000  # [bytes]: in a heap a ball has 6 contacts of 3 rows
 

@@ -105,9 +105,8 @@ class RollingResistance:
         if not len(moving):
             return
         over_floor = self._engine.centers([rows[i] for i in moving.tolist()])[:, 2] - radius[moving]
-        if not self._engine.is_exact:
-            rolling = moving[(over_floor >= _LIFTED) & (speed[moving] > _CREEPS)].tolist()
-            self._elsewhere = [rows[i] for i in rolling if self._rolls_on_statics(rows[i])]
+        rolling = moving[(over_floor >= _LIFTED) & (speed[moving] > _CREEPS)].tolist()
+        self._elsewhere = [rows[i] for i in rolling if self._rolls_on_statics(rows[i])]
         for i in moving[(over_floor >= _LIFTED) & (elsewhere[moving] > 0.0)].tolist():
             slowing[i] = elsewhere[i] * self._friction_under(rows[i])
         is_slowed = np.where(over_floor < _LIFTED, over_floor > -0.5 * radius[moving], elsewhere[moving] > 0.0)

@@ -134,7 +134,7 @@ REQUIRES = [
     "numpy>=1.26",
     "tomli>=2; python_version < '3.11'",
     "pybullet-arm64>=3.2.8",
-    "mujoco-core>=4.0; extra == 'mujoco'",
+    "mujoco-core>=4.0.1; extra == 'mujoco'",
     "phoenix6<27,>=26.1; extra == 'phoenix6'",
     "wpilib<2027,>=2026.2; extra == 'phoenix6'",
     "pyfrc<2027,>=2026.0; extra == 'robotpy'",
