@@ -107,6 +107,10 @@ class RobotBody:
     inertia: Vector
     """Principal moments about the center of mass, along its axes [kg m^2]."""
 
+    def set_mass(self, mass: float, center_of_mass: Vector, inertia: Vector) -> None:
+        """Take in another distribution of mass."""
+        self.mass, self.center_of_mass, self.inertia = mass, center_of_mass, inertia
+
 
 class PhysicsWorld:
     """A rigid-body world with gravity. Use as a context manager, or call `close`.

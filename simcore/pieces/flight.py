@@ -1,4 +1,4 @@
-"""Flights of pieces through the air, outside of the engine: pure functions, arrays in and arrays out.
+"""FlightState of pieces through the air, outside of the engine: pure functions, arrays in and arrays out.
 
 The equation of motion of a ball, with k and the lift's share from `simcore.pieces.aerodynamics`; its spin stays:
 
@@ -18,7 +18,7 @@ from simcore.pieces.aerodynamics import AirFactors, AirRows, air_acceleration
 from simcore.typing import BoolArray, FloatArray, IntArray
 from simcore.units import GRAVITY, TICK
 
-__all__ = ["Flights", "acceleration", "advance", "crossing", "path"]
+__all__ = ["FlightState", "acceleration", "advance", "crossing", "path"]
 
 
 def acceleration(
@@ -64,7 +64,7 @@ def advance(
 
 
 @dataclass(slots=True, kw_only=True)
-class Flights:
+class FlightState:
     """Balls in the air at one instant, one a row, field frame."""
 
     pos: FloatArray
@@ -80,20 +80,20 @@ class Flights:
     def __len__(self) -> int:
         return len(self.pos)
 
-    def only(self, rows: IntArray | BoolArray) -> Flights:
+    def only(self, rows: IntArray | BoolArray) -> FlightState:
         """Some of them, as arrays of their own."""
         air = AirRows(
             drag=self.air.drag[rows], lift=self.air.lift[rows], lift_saturation=self.air.lift_saturation[rows]
         )
-        return Flights(pos=self.pos[rows], vel=self.vel[rows], spin=self.spin[rows], radius=self.radius[rows], air=air)
+        return FlightState(pos=self.pos[rows], vel=self.vel[rows], spin=self.spin[rows], radius=self.radius[rows], air=air)
 
-    def advanced(self, dt: float | FloatArray, *, gravity: float = GRAVITY) -> Flights:
+    def advanced(self, dt: float | FloatArray, *, gravity: float = GRAVITY) -> FlightState:
         """The same balls after a time [s], one for all or shape (n, 1)."""
         pos, vel = advance(self.pos, self.vel, self.spin, self.air, dt, gravity=gravity)
-        return Flights(pos=pos, vel=vel, spin=self.spin, radius=self.radius, air=self.air)
+        return FlightState(pos=pos, vel=vel, spin=self.spin, radius=self.radius, air=self.air)
 
 
-def path(flights: Flights, steps: int, *, dt: float = TICK, gravity: float = GRAVITY) -> FloatArray:
+def path(flights: FlightState, steps: int, *, dt: float = TICK, gravity: float = GRAVITY) -> FloatArray:
     """Centers after 0, 1 ... steps of dt [s] if nothing is in the way [m], shape (steps + 1, n, 3)."""
     points = np.empty((steps + 1, len(flights), 3))
     points[0] = flights.pos

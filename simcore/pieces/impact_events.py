@@ -19,16 +19,16 @@ from simcore.physics.world import PhysicsWorld, RobotBody
 from simcore.pieces.aerodynamics import air_acceleration
 from simcore.pieces.impact_law import hit_ball, hit_surface
 from simcore.pieces.pool import PiecePool
+from simcore.pieces.touching import close_pairs, lengths
 from simcore.typing import FloatArray, IntArray
 
-__all__ = ["LEAST_BOUNCE", "Arc", "ImpactEvents"]
+__all__ = ["LEAST_BOUNCE", "Arc", "BallRows", "ImpactEvents"]
 
 _LEAST_APPROACH = 0.1  # [m/s]; slower impacts have no restitution: a bounce of 0.5 mm
 LEAST_BOUNCE = 0.15
 """A ball that leaves a level surface more slowly has come to lie on it [m/s]: it would rise by 1 mm."""
-_GENTLE = 0.03  # share of the fastest speed; a row of inelastic balls has no end of gentler impacts on each other
-_MOST_EVENTS = 2000
-_MOST_OF_ONE = 30  # impacts of one ball on surfaces; then it is caught between them
+_GENTLE = 0.3  # [m/s]; slower impacts of balls on each other are the engine's, and all of what has come to lie
+_MOST_OF_ONE = 10  # impacts of one ball on surfaces in a part: then it is caught between them, and squeezed
 _STANDS = 1e-9  # [m/s]; slower is rounding
 _LEVEL = 0.003  # [m]; balls that lie on one surface, a little pressed into it, push each other along it
 
@@ -38,18 +38,13 @@ class Arc:
 
     __slots__ = ("acc", "is_flying", "is_landing", "is_touched", "pos", "slot", "spin", "surfaces", "time", "vel")
 
-    def __init__(
-        self, slot: int, pos: Sequence[float], vel: Sequence[float], spin: Sequence[float], acc: Sequence[float] | None
-    ) -> None:
-        self.slot = slot
-        self.pos: Vector = (pos[0], pos[1], pos[2])
-        self.vel: Vector = (vel[0], vel[1], vel[2])
-        self.spin: Vector = (spin[0], spin[1], spin[2])
+    def __init__(self, slot: int, pos: Vector, vel: Vector, spin: Vector, acc: Vector | None, is_landing: bool) -> None:
+        self.slot, self.pos, self.vel, self.spin = slot, pos, vel, spin
         self.is_flying = acc is not None
-        self.acc: Vector = (0.0, 0.0, 0.0) if acc is None else (acc[0], acc[1], acc[2])
+        self.acc = acc or (0.0, 0.0, 0.0)
         self.time = 0.0
         self.is_touched = False
-        self.is_landing = False
+        self.is_landing = is_landing
         self.surfaces = 0
 
     def at(self, time: float) -> Vector:
@@ -62,6 +57,33 @@ class Arc:
         """Its velocity at a time of the part [m/s]."""
         t, (vx, vy, vz), (ax, ay, az) = time - self.time, self.vel, self.acc
         return vx + ax * t, vy + ay * t, vz + az * t
+
+
+@dataclass(slots=True, kw_only=True)
+class BallRows:
+    """Balls at the start of a part of a tick: k that fly, and then those that lie, n together."""
+
+    slots: IntArray
+    """Shape (n,)."""
+    pos: FloatArray
+    """[m], shape (n, 3)."""
+    vel: FloatArray
+    """[m/s], shape (n, 3)."""
+    spin: FloatArray
+    """[rad/s], shape (n, 3)."""
+    acc: FloatArray
+    """Of those that fly [m/s^2], shape (k, 3)."""
+    is_landing: list[bool]
+    """Which of those that fly have come to lie in an earlier part of the tick."""
+    near_field: list[bool]
+    """Which of those that fly may meet elements of the field, before any impact."""
+
+    def arc(self, n: int) -> Arc:
+        """How one begins the part."""
+        is_flying = n < len(self.acc)
+        acc = tuple(self.acc[n].tolist()) if is_flying else None
+        pos, vel, spin = (tuple(rows[n].tolist()) for rows in (self.pos, self.vel, self.spin))
+        return Arc(int(self.slots[n]), pos, vel, spin, acc, is_flying and self.is_landing[n])
 
 
 @dataclass(slots=True)
@@ -124,57 +146,51 @@ class ImpactEvents:
         self._pool = pool
         self._robots: list[_Robot] = []
 
-    def play(self, h: float, arcs: list[Arc], near_field: Sequence[bool], robots: Sequence[int]) -> None:
-        """Play a part of a tick.
+    def play(self, h: float, balls: BallRows, robots: Sequence[int]) -> list[Arc]:
+        """Play a part of a tick; returns how those that had an impact go on from the last one.
 
         Args:
             h: Length of the part [s].
-            arcs: Of the balls that may meet something or each other; they go on from their last impact.
-            near_field: Which of them may meet elements of the field, before any impact.
+            balls: Those that may meet something or each other, at the start of the part.
             robots: Rows of the robots that they may meet.
         """
         self._robots = [self._robot(row) for row in robots]
-        pool = self._pool
-        radius = pool.radius[[arc.slot for arc in arcs]]
-        base, chord = np.zeros((len(arcs), 3)), np.zeros((len(arcs), 3))  # where the chord was at time 0
-        for number, arc in enumerate(arcs):
-            base[number], chord[number] = _chord(arc, h)
-        active = np.array([n for n, arc in enumerate(arcs) if arc.is_flying or arc.vel != (0.0, 0.0, 0.0)], dtype=int)
-        least = max(_LEAST_APPROACH, _GENTLE * math.sqrt(float(np.einsum("ij,ij->i", chord, chord).max())))
-        times = _meeting_times(base, chord, radius, active, least)
-        next_surface = self._surfaces(h, arcs, near_field)
-        surface_times = np.array([meeting.time for meeting in next_surface])
-        for _ in range(_MOST_EVENTS):
-            pair = int(times.argmin()) if times.size else -1
-            pair_time = float(times.flat[pair]) if pair >= 0 else math.inf
-            i = int(surface_times.argmin())
-            now = min(pair_time, float(surface_times[i]))
+        slots, n = balls.slots, len(balls.near_field)
+        radius = self._pool.radius[slots]
+        chord = balls.vel.copy()
+        chord[:n] += 0.5 * h * balls.acc
+        base = balls.pos.copy()  # where the chord was at time 0
+        times = _first_meetings(base, chord, radius, h)
+        arcs = {k: balls.arc(k) for k in range(n)}
+        next_surface = self._surfaces(h, list(arcs.values()), balls.near_field)
+        surface_times = np.array([meeting.time for meeting in next_surface] + [math.inf])
+        while True:
+            pair, i = int(times.argmin()), int(surface_times.argmin())
+            pair_time, surface_time = float(times.flat[pair]), float(surface_times[i])
+            now = min(pair_time, surface_time)
             if not now <= h:
                 break
-            if pair_time < surface_times[i]:
-                k, j = divmod(pair, len(arcs))
-                i = int(active[k])
-                self._hit_balls(arcs[i], arcs[j], now)
-                changed = [i, j]
+            if pair_time < surface_time:
+                changed = list(divmod(pair, len(slots)))
+                for k in changed:
+                    arcs[k] = arcs.get(k) or balls.arc(k)
+                self._hit_balls(arcs[changed[0]], arcs[changed[1]], now)
             else:
-                self._hit_surface(arcs[i], next_surface[i], now)
                 changed = [i]
-            for n in changed:
-                base[n], chord[n] = _chord(arcs[n], h)
-            if changed[-1] not in active:  # from now on it moves
-                active = np.append(active, changed[-1])
-                times = np.vstack((times, np.full(len(arcs), np.inf)))
-            found = _meeting_times(base + now * chord, chord, radius, np.array(changed), least) + now
-            for n, one in zip(changed, found, strict=True):
-                times[:, n] = one[active]
-                times[active == n] = one
-            some = [n for n in changed if arcs[n].is_flying]
-            for n, meeting in zip(some, self._surfaces(h, [arcs[n] for n in some], [True] * len(some)), strict=True):
-                next_surface[n] = meeting
-                surface_times[n] = meeting.time
+                self._hit_surface(arcs[i], next_surface[i], now)
+            for k in changed:
+                base[k], chord[k] = _chord(arcs[k], h)
+            away = (base + now * chord) - (base[changed] + now * chord[changed])[:, None]
+            contact = np.square(radius + radius[changed][:, None])
+            found = now + _meeting_times(away, chord - chord[changed][:, None], contact)
+            times[changed], times[:, changed] = found, found.T
+            some = [k for k in changed if k < n]
+            for k, meeting in zip(some, self._surfaces(h, [arcs[k] for k in some], [True] * len(some)), strict=True):
+                next_surface[k], surface_times[k] = meeting, meeting.time
         for robot in self._robots:
             if robot.is_hit:
                 self._world.engine.set_velocity(robot.row, robot.vel.tolist(), robot.rate.tolist())
+        return [arc for arc in arcs.values() if arc.is_touched]
 
     def _robot(self, row: int) -> _Robot:
         engine = self._world.engine
@@ -235,6 +251,8 @@ class ImpactEvents:
         away = float(normal @ relative)
         pull = float(normal @ arc.acc)
         gap = max(0.0, -(away + 0.5 * pull * left) * share * left)
+        if arc.is_landing and away > -_GENTLE:
+            return
         time = arc.time + _fall_time(gap, away, pull)
         if time < found[n].time:
             x, y, z = normal.tolist()
@@ -245,7 +263,7 @@ class ImpactEvents:
         if self._world.floor is None or not arc.is_flying or arc.surfaces >= _MOST_OF_ONE:
             return _NEVER
         gap = arc.pos[2] - float(self._pool.radius[arc.slot])
-        if gap < -float(self._pool.radius[arc.slot]):
+        if gap < -float(self._pool.radius[arc.slot]) or (arc.is_landing and arc.vel[2] > -_GENTLE):
             return _NEVER
         time = arc.time + _fall_time(max(0.0, gap), arc.vel[2], arc.acc[2])
         return _Meeting(time, (0.0, 0.0, 1.0), self._world.floor) if time <= h else _NEVER
@@ -280,8 +298,8 @@ class ImpactEvents:
         leaves = sum((v - u) * c for v, u, c in zip(after, moving, normal, strict=True))
         arc.surfaces += 1
         self._turn(arc, now, pos, after, spin)
-        if leaves < LEAST_BOUNCE * normal[2] or arc.surfaces >= _MOST_OF_ONE:
-            arc.is_landing = True
+        arc.is_landing = leaves < LEAST_BOUNCE * (normal[2] if robot is None else 1.0) or arc.surfaces >= _MOST_OF_ONE
+        if arc.is_landing:
             pull = min(0.0, sum(a * c for a, c in zip(arc.acc, normal, strict=True)))
             x, y, z = (v - leaves * c for v, c in zip(after, normal, strict=True))
             ax, ay, az = (a - pull * c for a, c in zip(arc.acc, normal, strict=True))
@@ -344,24 +362,31 @@ def _fall_time(gap: float, away: float, pull: float) -> float:
     return 2.0 * gap / faster if faster > 1e-12 else math.inf
 
 
-def _meeting_times(pos: FloatArray, vel: FloatArray, radius: FloatArray, some: IntArray, least: float) -> FloatArray:
-    """When some balls touch each of all [s], inf for never or too gently, shape (some, n).
+def _first_meetings(pos: FloatArray, vel: FloatArray, radius: FloatArray, h: float) -> FloatArray:
+    """When balls first meet each other within h [s], inf for never or too gently, shape (n, n)."""
+    times: FloatArray = np.full((len(pos), len(pos)), np.inf)
+    way = lengths(vel) * h
+    i, j, away2 = close_pairs(pos, pos, radius + way + (radius + way).max(initial=0.0))
+    room = radius[i] + radius[j] + way[i] + way[j]
+    close = (away2 < room * room) & (way[i] + way[j] > _GENTLE * h)
+    i, j = i[close], j[close]
+    times[i, j] = _meeting_times(pos[j] - pos[i], vel[j] - vel[i], np.square(radius[i] + radius[j]))
+    return times
+
+
+def _meeting_times(away: FloatArray, closing: FloatArray, contact: FloatArray) -> FloatArray:
+    """When pairs of balls touch [s], inf for never or too gently, shape (...).
 
     Args:
-        pos: Centers, shape (n, 3).
-        vel: Velocities, shape (n, 3).
-        radius: Shape (n,).
-        some: Rows.
-        least: Approach that counts as an impact [m/s].
+        away: Of one center from the other, shape (..., 3).
+        closing: Its velocity, shape (..., 3).
+        contact: Square of the distance at which they touch, shape (...).
     """
-    away = pos[None, :, :] - pos[some][:, None, :]
-    closing = vel[None, :, :] - vel[some][:, None, :]
-    contact = np.square(radius[some][:, None] + radius[None, :])
-    along = np.einsum("ijk,ijk->ij", away, closing)
-    speed2 = np.einsum("ijk,ijk->ij", closing, closing)
-    gap = np.einsum("ijk,ijk->ij", away, away) - contact
+    along = np.einsum("...j,...j->...", away, closing)
+    speed2 = np.einsum("...j,...j->...", closing, closing)
+    gap = np.einsum("...j,...j->...", away, away) - contact
     root = along * along - speed2 * gap
-    meet = (along < 0.0) & (root > 0.0) & (along * along > least * least * contact)
+    meet = (along < 0.0) & (root > 0.0) & (along * along > _GENTLE * _GENTLE * contact)
     times: FloatArray = np.full(meet.shape, np.inf)
     times[meet] = np.maximum(gap[meet], 0.0) / (np.sqrt(root[meet]) - along[meet])
     return times

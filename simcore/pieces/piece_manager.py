@@ -19,7 +19,7 @@ from simcore.physics.substeps import TickPlan
 from simcore.physics.world import PhysicsWorld
 from simcore.pieces.aerodynamics import AirFactors
 from simcore.pieces.approach import Approach
-from simcore.pieces.flights import Flights
+from simcore.pieces.flying_pieces import FlyingPieces
 from simcore.pieces.free_places import free_place
 from simcore.pieces.kinds import GamePieceConfig
 from simcore.pieces.lodging import Lodging
@@ -85,7 +85,7 @@ class GamePieceManager:
         )
         self._chunk = np.zeros(n, dtype=np.int64)
         self._approach = Approach(world, self._pool)
-        self._flights = Flights(world, self._pool, self._wake, self._forget_awake)
+        self._flying = FlyingPieces(world, self._pool, self._wake, self._forget_awake)
         self._squeezing = Squeezing(world, self._pool)
         self._lodging = Lodging(world, self._pool)
         self.places = RestingPlaces(places, self._pool)
@@ -188,15 +188,15 @@ class GamePieceManager:
                 standing = abs(pos[2] - config.rest_height_at(quat)) < 0.002
             standing = resting or (standing and (self._pool.is_ball[slot] or config.stands_at(quat)))
             self._wake_leaning(slot)
-            self._flights.forget(slot)
+            self._flying.forget(slot)
             self._pool.place(slot, (pos[0], pos[1], pos[2]), touchable=not standing, quat=quat)
             self.state.status[slot] = _AWAKE
             self.state.holder[slot] = -1
             self._sleeping.stir(slot)
             if standing:
                 self._fall_asleep(np.array([slot]))
-            elif self._flights.is_clear(slot, (pos[0], pos[1], pos[2])):
-                self._flights.start(slot, _ZERO, _ZERO)
+            elif self._flying.is_clear(slot, (pos[0], pos[1], pos[2])):
+                self._flying.start(slot, _ZERO, _ZERO)
         self._awake_stale = True
 
     def hold(self, slots: IntArray, holder: int) -> None:
@@ -209,7 +209,7 @@ class GamePieceManager:
         self._lodging.free(slots)
         for slot in slots.tolist():
             self._wake_leaning(slot)
-            self._flights.forget(slot)
+            self._flying.forget(slot)
             self._pool.park(slot)
             self.state.status[slot] = _HELD
             self.state.holder[slot] = holder
@@ -259,7 +259,7 @@ class GamePieceManager:
         self.state.holder[slot] = -1
         self._sleeping.stir(slot)
         if flying:
-            self._flights.start(slot, _vector(vel), _vector(spin), untouched=True)
+            self._flying.start(slot, _vector(vel), _vector(spin), untouched=True)
         self._awake_stale = True
         return slot
 
@@ -290,7 +290,7 @@ class GamePieceManager:
         self._lodging.free(slots)
         for slot in slots.tolist():
             self._wake_leaning(slot)
-            self._flights.forget(slot)
+            self._flying.forget(slot)
             self._pool.park(slot)
             self.state.status[slot] = _SCORED
         self._awake_stale = True
@@ -311,17 +311,17 @@ class GamePieceManager:
         for slot, velocity in zip(slots.tolist(), velocities.tolist(), strict=True):
             self._wake(slot)
             self.state.vel[slot] = velocity
-            if flying or self._flights.is_flying[slot]:
-                self._flights.push(slot, _vector(velocity), untouched=flying)
+            if flying or self._flying.is_flying[slot]:
+                self._flying.push(slot, _vector(velocity), untouched=flying)
             else:
-                self._flights.forget(slot)
+                self._flying.forget(slot)
                 self._world.set_velocity(self._pool.rows[slot], velocity)
 
     def clear(self) -> None:
         """Take all pieces out of the match; none is counted any more."""
         slots = np.nonzero(self.state.status != _FREE)[0]
         for slot in slots.tolist():
-            self._flights.forget(slot)
+            self._flying.forget(slot)
             self._pool.park(slot)
         self.state.status[slots] = _FREE
         self.state.holder[slots] = -1
@@ -407,12 +407,12 @@ class GamePieceManager:
     @property
     def is_untouched(self) -> BoolArray:
         """Which slots were shot and have touched nothing since, shape (n,)."""
-        return self._flights.is_untouched
+        return self._flying.is_untouched
 
     @property
     def in_active_chunks(self) -> IntArray:
         """Slots on the field in active chunks and in the air: all that anything that moves could meet."""
-        return np.nonzero(self.state.touchable | self._flights.is_flying)[0]
+        return np.nonzero(self.state.touchable | self._flying.is_flying)[0]
 
     @property
     def types(self) -> list[GamePieceConfig]:
@@ -478,7 +478,7 @@ class GamePieceManager:
             self._quats[slot] = w, x, y, z
         flying = slots[status == _IN_FLIGHT]
         if len(flying):
-            self._quats[flying] = self._flights.quats(flying)[:, [3, 0, 1, 2]]
+            self._quats[flying] = self._flying.quats(flying)[:, [3, 0, 1, 2]]
         return self._quats[slots]
 
     # --- one tick -----------------------------------------------------------------------------------------------
@@ -496,7 +496,7 @@ class GamePieceManager:
         self._stillness.begin_tick(len(awake) + len(self._sleeping.stirred), self._robots)
         if self._stillness.is_reached:
             return TickPlan()
-        self._flights.land_early(dt)
+        self._flying.land_early(dt)
         awake = self.awake
         speed = lengths(state.vel.take(awake, axis=0))
         fall = self._world.gravity * dt  # what gravity can add within the tick
@@ -511,7 +511,7 @@ class GamePieceManager:
         touching = state.status[awake] == _AWAKE
         for slot in self._waking.choose(awake[touching], speed[touching], reach[touching], robots, dt).tolist():
             self._wake(slot)
-        self._flights.begin_tick(awake[touching], speed[touching], self._waking.guarded, dt)
+        self._flying.begin_tick(awake[touching], speed[touching], self._waking.guarded, dt)
         now = self.in_contact
         speed = lengths(state.vel.take(now, axis=0))
         longest = self._squeezing.longest_step(now, robots, dt)
@@ -526,7 +526,7 @@ class GamePieceManager:
         """Move the pieces that fly by h [s], and prepare the others for the engine's step of the same length."""
         if self._approach.is_needed:
             self._approach.finish()
-        self._flights.fly(h)
+        self._flying.fly(h)
         if self._lodging.is_used:
             self._lodging.hold(h, self.awake)
         if self._approach.is_needed:
@@ -540,18 +540,18 @@ class GamePieceManager:
         state = self.state
         awake = self.awake
         if len(awake):
-            is_flying = self._flights.is_flying[awake]
+            is_flying = self._flying.is_flying[awake]
             moved = awake[~is_flying]
             now = np.zeros((len(awake), 3))
-            now[is_flying] = self._flights.positions(awake[is_flying])
+            now[is_flying] = self._flying.positions(awake[is_flying])
             now[~is_flying] = self._world.engine.centers(self._contact_rows)
             before = state.before[awake] = state.pos.take(awake, axis=0)
             vel = (now - before) / dt
             rise = state.vel[moved, 2]
             state.pos[awake], state.vel[awake] = now, vel
             self._pool.changes += 1
-            self._flights.end_tick(dt)
-            self._flights.take_over(moved, vel[~is_flying, 2], rise, dt)
+            self._flying.end_tick(dt)
+            self._flying.take_over(moved, vel[~is_flying, 2], rise, dt)
             self._recover(awake, now)
         self._squeezing.read(awake, dt)
         self._tick += 1

@@ -37,7 +37,7 @@ class PieceStatus(IntEnum):
     HELD = 4
     """In a robot."""
     IN_FLIGHT = 5
-    """In the air, moved by `flights`."""
+    """In the air, moved by `flying_pieces`."""
     SCORED = 6
     """Scored and taken off the field."""
     PLACED = 7

@@ -16,7 +16,7 @@ from simcore.errors import ConfigError
 from simcore.geometry.rotation import Vector
 from simcore.geometry.zones import Zone, line_distance
 from simcore.physics.surface import TerrainSurface
-from simcore.pieces.flight import Flights, crossing
+from simcore.pieces.flight import FlightState, crossing
 from simcore.pieces.impact_law import hit_surface
 from simcore.quantities import ANGLE, FIELD_PLACE, require, require_fields
 from simcore.typing import BoolArray, FloatArray, IntArray
@@ -128,7 +128,7 @@ class ShotOutcomes:
 
 
 def fly_to_opening(
-    shots: Flights, opening: ShotOpening, zone: Zone, surface: TerrainSurface, *, gravity: float = GRAVITY
+    shots: FlightState, opening: ShotOpening, zone: Zone, surface: TerrainSurface, *, gravity: float = GRAVITY
 ) -> ShotOutcomes:
     """Fly shots until they are in, past the opening, or on its rim.
 
@@ -200,7 +200,7 @@ class _Face:
         self.friction = surface.friction * panel.surface.friction
 
 
-def _bounce(flying: Flights, rows: IntArray, before: Flights, faces: list[_Face], gravity: float) -> IntArray:
+def _bounce(flying: FlightState, rows: IntArray, before: FlightState, faces: list[_Face], gravity: float) -> IntArray:
     """Play the impacts of a tick on panels, in place.
 
     Args:

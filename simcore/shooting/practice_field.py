@@ -15,7 +15,6 @@ from simcore.match.scatter import Scatter
 from simcore.match.starts import StartError
 from simcore.pieces.flight import path
 from simcore.pieces.muzzle_clearance import free_shares
-from simcore.pieces.pool import PieceStatus
 from simcore.shooting.shot_task import ShotDraws, ShotTask, Stand
 from simcore.typing import FloatArray
 from simcore.units import GRAVITY, TICK, degrees
@@ -177,7 +176,7 @@ class PracticeField:
             match.tick()
             has_scored = match.tracker.pieces[task.zone.name] > scored  # `ShotRecord.scored` is of the first 2 s
             is_down = match.pieces.state.pos[slot, 2] < 2.0 * task.kind.bounding_radius
-            if has_scored or (is_down and match.pieces.state.status[slot] != PieceStatus.IN_FLIGHT):
+            if has_scored or (is_down and not match.pieces.is_untouched[slot]):
                 break
         return RealShot(np.array(match.flow.shots[-1].points), vel, has_scored)
 

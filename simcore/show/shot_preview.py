@@ -16,7 +16,7 @@ import numpy as np
 from simcore.match.match import Match
 from simcore.match.scoring import ScoringZone
 from simcore.pieces.aerodynamics import AirRows
-from simcore.pieces.flight import Flights, path
+from simcore.pieces.flight import FlightState, path
 from simcore.pieces.kinds import GamePieceConfig
 from simcore.pieces.muzzle_clearance import free_shares
 from simcore.pieces.shooter import Shooter
@@ -107,7 +107,7 @@ class ShotPreview:
         piece = shooter.released(now, radius=kind.bounding_radius, robot=robot.motion_at(1.0))
         pos, vel, spin = (np.array([one]) for one in piece[:3])
         air = AirRows(**{name: np.array([getattr(kind.air, name)]) for name in ("drag", "lift", "lift_saturation")})
-        shot = Flights(pos=pos, vel=vel, spin=spin, radius=np.array([kind.bounding_radius]), air=air)
+        shot = FlightState(pos=pos, vel=vel, spin=spin, radius=np.array([kind.bounding_radius]), air=air)
         points = path(shot, _LONGEST, gravity=self._match.world.gravity)[:, 0]
         start, end, share = points[:-1], points[1:].copy(), np.ones(_LONGEST)
         for first in range(0, _LONGEST, _AT_ONCE):
@@ -137,7 +137,7 @@ class ShotPreview:
             worth=0 if zone is None else self._match.rules.worth(zone),
         )
 
-    def _drops_in(self, shot: Flights, kind: GamePieceConfig, zone: ScoringZone, touch: FloatArray) -> bool:
+    def _drops_in(self, shot: FlightState, kind: GamePieceConfig, zone: ScoringZone, touch: FloatArray) -> bool:
         """Whether a shot that first touches something at an opening goes into it."""
         if zone.opening is None or np.linalg.norm(touch - zone.opening.middle) > zone.opening.reach:
             return False

@@ -12,7 +12,7 @@ from simcore.errors import ConfigError
 from simcore.geometry.zones import CylinderZone
 from simcore.physics.surface import TerrainSurface
 from simcore.pieces.aerodynamics import AirRows
-from simcore.pieces.flight import Flights
+from simcore.pieces.flight import FlightState
 from simcore.pieces.shot_opening import Panel, ShotOpening, fly_to_opening
 from simcore.units import GRAVITY
 
@@ -28,7 +28,7 @@ def shots(vel, drag=0.0, pos=(0.0, 0.0, 0.5)):
     vel = np.atleast_2d(np.array(vel, dtype=float))
     n = len(vel)
     air = AirRows(drag=np.full(n, drag), lift=np.zeros(n), lift_saturation=np.zeros(n))
-    return Flights(pos=np.repeat([pos], n, axis=0), vel=vel, spin=np.zeros((n, 3)), radius=np.full(n, RADIUS), air=air)
+    return FlightState(pos=np.repeat([pos], n, axis=0), vel=vel, spin=np.zeros((n, 3)), radius=np.full(n, RADIUS), air=air)
 
 
 def fly(rows, **parts):

@@ -22,12 +22,12 @@ from simcore.physics.mass_properties import mass_properties
 from simcore.physics.world import PhysicsWorld
 from simcore.pieces.aerodynamics import AirRows, drag_acceleration
 from simcore.pieces.flight import advance
-from simcore.pieces.impact_events import LEAST_BOUNCE, Arc, ImpactEvents
+from simcore.pieces.impact_events import LEAST_BOUNCE, Arc, BallRows, ImpactEvents
 from simcore.pieces.pool import PiecePool, PieceStatus
 from simcore.pieces.touching import TOUCH, close_pairs, lengths, touching_chain
 from simcore.typing import BoolArray, FloatArray, IntArray
 
-__all__ = ["Flights"]
+__all__ = ["FlyingPieces"]
 
 _IN_FLIGHT, _AWAKE = int(PieceStatus.IN_FLIGHT), int(PieceStatus.AWAKE)
 _FALL_ERROR = 0.2  # share of gravity that drag and lift may be
@@ -43,7 +43,7 @@ _KNOCK_LENGTH = 20  # balls of a row, each of which takes a third of the knock
 _LEAST_SPIN = 1e-6  # [rad/s]
 
 
-class Flights:
+class FlyingPieces:
     """The pieces that fly, in arrays, and what they hit.
 
     Args:
@@ -329,33 +329,29 @@ class Flights:
             i, j = i[away2 < room * room], j[away2 < room * room]
             meets[i] = meets[j] = True
         meets &= self._pool.is_ball[slots]
-        arcs = [
-            Arc(int(slots[n]), pos[n].tolist(), vel[n].tolist(), self._spin[slots[n]].tolist(), acc[n].tolist())
-            for n in meets.nonzero()[0].tolist()
-        ]
-        if not (arcs or (len(near) and self._has_movers)):
+        if not (np.count_nonzero(meets) or (len(near) and self._has_movers)):
             return
-        is_near_field = near_field[meets].tolist() + [False] * len(near)
-        arcs += self._lying(near, moves[: len(near)])
-        self._events.play(h, arcs, is_near_field, robots)
-        for arc in arcs:
-            if arc.is_touched:
-                self._go_on(arc, h)
+        there, twists = self._lying(near, moves[: len(near)])
+        mine = slots[meets]
+        balls = BallRows(
+            slots=np.concatenate((mine, near)),
+            pos=np.concatenate((pos[meets], there)),
+            vel=np.concatenate((vel[meets], twists[:, :3])),
+            spin=np.concatenate((self._spin[mine], twists[:, 3:])),
+            acc=acc[meets],
+            is_landing=self._is_landing[mine].tolist(),
+            near_field=near_field[meets].tolist(),
+        )
+        for arc in self._events.play(h, balls, robots):
+            self._go_on(arc, h)
 
-    def _lying(self, near: IntArray, moves: BoolArray) -> list[Arc]:
-        """Balls in contact that may be hit, where they are now."""
-        state, zero = self._pool.state, (0.0, 0.0, 0.0)
-        pos = state.pos[near]
+    def _lying(self, near: IntArray, moves: BoolArray) -> tuple[FloatArray, FloatArray]:
+        """Where balls in contact are that may be hit [m], shape (n, 3), and their velocities, shape (n, 6)."""
+        pos, twists = self._pool.state.pos[near], np.zeros((len(near), 6))
         rows = self._pool.rows_of(near[moves])
-        twists = np.zeros((len(near), 6))
         if rows:
             pos[moves], twists[moves] = self._world.engine.centers(rows), self._world.engine.velocities(rows)
-        return [
-            Arc(slot, at, twist[:3], twist[3:], None) if is_moving else Arc(slot, at, zero, zero, None)
-            for slot, at, twist, is_moving in zip(
-                near.tolist(), pos.tolist(), twists.tolist(), moves.tolist(), strict=True
-            )
-        ]
+        return pos, twists
 
     def _go_on(self, arc: Arc, h: float) -> None:
         """Keep how a ball goes on after its impacts."""
@@ -364,7 +360,7 @@ class Flights:
         if arc.is_flying:
             self._pos[slot], self._vel[slot], self._spin[slot] = end, vel, arc.spin
             self.is_untouched[slot] = False
-            self._is_landing[slot] |= arc.is_landing
+            self._is_landing[slot] = arc.is_landing
             return
         self._wake(slot)
         engine, row = self._world.engine, self._pool.rows[slot]
