@@ -94,7 +94,7 @@ MUTANTS = (
            "tests/unit/vision/test_heading.py::test_readings_are_interpolated_and_late_ones_dropped"),
     Mutant("a guarded piece may sleep", SLEEPING, " & ~guarded[awake]", "",
            f"{MANIPULATORS}::test_a_piece_near_a_moving_robot_does_not_sleep"),
-    Mutant("digest without status", MATCH, "update(state.pos.take(awake, axis=0), state.status)",
+    Mutant("digest without status", "simcore/match/digest.py", "update(state.pos.take(awake, axis=0), state.status)",
            "update(state.pos[awake])", f"{REPEATS}::test_a_piece_that_changes_its_status_only_changes_the_digest"),
     Mutant("no supply limit on feeding back", "simcore/robot/limited_motor.py", "power or drawn < -power:", "power:",
            f"{ROBOT}::test_a_supply_limit_holds_while_the_motors_feed_the_battery"),

@@ -8,7 +8,8 @@ import numpy as np
 
 from games.rebuilt.field import hub_exit
 from simcore.match.clock import MatchClock, Phase
-from simcore.match.game import MatchState, Rules
+from simcore.match.game import Rules
+from simcore.match.match_state import MatchState
 from simcore.match.scoring import Alliance, ScoreEvent, ScoringZone, other_alliance
 
 __all__ = ["HUB_EXITS", "MATCH", "RebuiltRules"]

@@ -12,7 +12,7 @@ from games.reefscape.field import ALLIANCES, FIELD
 from games.reefscape.pieces import ALGAE, CORAL
 from games.reefscape.staging import STATION_STOCK
 from simcore.geometry.rotation import from_rpy, rotate
-from simcore.match.game import MatchState
+from simcore.match.match_state import MatchState
 from simcore.match.scoring import Alliance, other_alliance
 from simcore.pieces.pool import PieceStatus
 from simcore.pieces.shot_solver import solve_shot

@@ -13,7 +13,8 @@ from games.reefscape.human_players import HumanPlayers
 from games.reefscape.places import BRANCH_ROWS, level_of
 from simcore.geometry.footprints import overlaps
 from simcore.match.clock import MatchClock, Phase
-from simcore.match.game import MatchState, Rules
+from simcore.match.game import Rules
+from simcore.match.match_state import MatchState
 from simcore.match.scoring import Alliance, ScoreEvent, ScoringZone, other_alliance
 from simcore.pieces.resting_places import PlaceEvent, RestingPlace
 from simcore.robot.ground_clearance import ground_clearance

@@ -12,17 +12,15 @@ import threading
 from collections import deque
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from simcore.errors import CapacityError, ConfigError, SimcoreError
+from simcore.errors import ConfigError, SimcoreError
 from simcore.geometry.symmetry import Pose
-from simcore.match.clock import Mode
-from simcore.match.game import MatchState
-from simcore.match.starts import require_free_place, require_on_field
-from simcore.physics.world import PhysicsWorld
-from simcore.robot.robot import Controller
+
+if TYPE_CHECKING:
+    from simcore.match.match import Match
 
 __all__ = ["CommandResult", "FieldControl"]
 
@@ -50,28 +48,6 @@ class CommandResult:
         return f"{self.number} {'done' if self.is_done else 'refused'}: {self.text}"
 
 
-class ControlledMatch(MatchState, Protocol):
-    """A match that people act on."""
-
-    world: PhysicsWorld
-
-    def reset_field(self) -> None:
-        """Let pieces, score and rules begin anew."""
-
-    def start_mode(self, mode: Mode) -> None:
-        """Let the match clock follow a mode that begins."""
-
-    def set_controller(self, number: int, controller: Controller | None) -> None:
-        """Choose what commands a robot."""
-
-    def start_pose(self, number: int) -> Pose:
-        """Where a robot starts, field frame [m, m, rad]."""
-        ...
-
-    def carry_to(self, number: int, pose: Pose) -> None:
-        """Put a robot somewhere at rest."""
-
-
 class FieldControl:
     """The commands to one match; `Match.control`.
 
@@ -91,7 +67,7 @@ class FieldControl:
         1 done: robot 0 stands at (5.00, 3.00) m, 0 deg
     """
 
-    def __init__(self, match: ControlledMatch) -> None:
+    def __init__(self, match: Match) -> None:
         self._match = match
         self._lock = threading.Lock()
         self._queue: deque[tuple[int, str, Callable[[], str]]] = deque()
@@ -170,7 +146,7 @@ class FieldControl:
         goal = (x, y, math.remainder(yaw, math.tau))
 
         def act() -> str:
-            self._place(robot, goal)
+            self._match.carry_to(robot, goal)
             self._tell(robot, goal)
             return f"robot {robot} stands at {_words(goal)}"
 
@@ -180,9 +156,8 @@ class FieldControl:
         """Put a robot where it starts as one of its alliance."""
 
         def act() -> str:
-            self._require_robot(robot)
             goal = self._match.start_pose(robot)
-            self._place(robot, goal)
+            self._match.carry_to(robot, goal)
             self._tell(robot, None)
             return f"robot {robot} stands at its start, {_words(goal)}"
 
@@ -200,7 +175,7 @@ class FieldControl:
 
         def act() -> str:
             match = self._match
-            self._require_robot(robot)
+            match.require_robot(robot)
             if match.robots[robot].devices is not None:
                 raise ConfigError(f"robot {robot} is driven by robot code, whose own chooser says which auto it plays")
             auto = match.game.auto(name)
@@ -208,7 +183,7 @@ class FieldControl:
             entry = replace(before[robot], start=auto.start, preload=auto.preload)
             match.entries = (*before[:robot], entry, *before[robot + 1 :])
             try:
-                self._place(robot, match.start_pose(robot))
+                match.carry_to(robot, match.start_pose(robot))
             except SimcoreError:
                 match.entries = before
                 raise
@@ -253,18 +228,6 @@ class FieldControl:
             self._given += 1
             self._queue.append((self._given, command, act))
             return self._given
-
-    def _require_robot(self, robot: int) -> None:
-        if robot not in range(len(self._match.robots)):
-            raise CapacityError(f"there are robots 0 to {len(self._match.robots) - 1}, got {robot!r}")
-
-    def _place(self, robot: int, goal: Pose) -> None:
-        self._require_robot(robot)
-        match = self._match
-        size = match.game.field.size
-        require_on_field(match.robots[robot], goal, size)
-        require_free_place(match.world, match.robots[robot], goal, size)
-        match.carry_to(robot, goal)
 
     def _tell(self, robot: int, goal: Pose | None) -> None:
         for listener in self.placed:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 from simcore.match.scoring import Alliance, FoulEvent
 
 if TYPE_CHECKING:
-    from simcore.match.game import MatchState
+    from simcore.match.match_state import MatchState
 
 __all__ = ["FoulBook"]
 

@@ -7,26 +7,20 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from fnmatch import fnmatchcase
 from pathlib import Path
-from typing import Protocol, TypeAlias
+from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
 
 from simcore.errors import ConfigError, UnknownNameError
 from simcore.geometry.symmetry import FieldSymmetry, Pose
-from simcore.match.camera_rig import CameraRig
-from simcore.match.clock import MatchClock, MatchTimer, Phase
-from simcore.match.piece_flow import PieceFlow
-from simcore.match.report import PieceCount, Score
-from simcore.match.robot_contacts import RobotContacts
-from simcore.match.scatter import ScatterDraws
-from simcore.match.scoring import Alliance, ScoreEvent, ScoringTracker, ScoringZone
-from simcore.physics.field import FieldElement, FieldGeometry
-from simcore.physics.hanging import HangingBody, HangingConfig
+from simcore.match.clock import MatchClock, Phase
+from simcore.match.scoring import Alliance, ScoreEvent, ScoringZone
+from simcore.physics.field import FieldBoundary, FieldElement, FieldGeometry
+from simcore.physics.hanging import HangingConfig
 from simcore.physics.obj import read_obj
 from simcore.physics.shapes import Box, Cylinder, Sphere
 from simcore.physics.surface import TerrainSurface
 from simcore.pieces.kinds import GamePieceConfig
-from simcore.pieces.piece_manager import GamePieceManager
 from simcore.pieces.resting_places import PlaceEvent, RestingPlace
 from simcore.quantities import (
     COUNT,
@@ -42,16 +36,19 @@ from simcore.quantities import (
     shown,
 )
 from simcore.robot.climber import Rung
-from simcore.robot.robot import Controller, Robot
+from simcore.robot.robot import Controller
 from simcore.robot.robot_config import RobotConfig
+from simcore.robot.swerve_config import SwerveConfig, SwerveModuleConfig
 from simcore.typing import FloatArray
+
+if TYPE_CHECKING:
+    from simcore.match.match_state import MatchState
 
 __all__ = [
     "Auto",
     "FieldDefinition",
     "Game",
     "GameOption",
-    "MatchState",
     "PieceSupply",
     "RobotEntry",
     "Rules",
@@ -234,66 +231,6 @@ class Auto:
         require_fields(self, f"Auto {self.name!r}", start=POSE, preload=COUNT)
 
 
-class MatchState(Protocol):
-    """What rules and telemetry see of a match: all of its state."""
-
-    game: Game
-    entries: tuple[RobotEntry, ...]
-    options: frozenset[str]
-    """Names of the game's options that are on."""
-    practice: bool
-    """Every piece counts, whatever the clock says."""
-    time: float
-    """Simulated time since the start [s]."""
-    ticks: int
-    """Ticks since the start."""
-    last_tick_ms: float | None
-    """Wall time of the last tick [ms], if somebody measures it."""
-    timer: MatchTimer
-    """The time of the match."""
-    pieces: GamePieceManager
-    contacts: RobotContacts
-    """Who touched whom in this tick."""
-    hanging: list[HangingBody]
-    """What hangs from the field and swings."""
-    robots: list[Robot]
-    alliances: list[Alliance]
-    """Of each robot, as last set."""
-    tracker: ScoringTracker
-    flow: PieceFlow
-    """Pieces into robots and out of them."""
-    rules: Rules
-    rules_rng: np.random.Generator
-    """For what the rules leave to chance."""
-    draws: ScatterDraws
-    """By how much things differ in this match."""
-    cameras: CameraRig
-
-    def outline(self, number: int) -> FloatArray:
-        """Corners of a robot's bumpers, as those of a blue robot if its alliance is red [m], shape (4, 2)."""
-        ...
-
-    @property
-    def substeps(self) -> int:
-        """Steps of the engine in the last tick."""
-        ...
-
-    @property
-    def score(self) -> Score:
-        """Points so far."""
-        ...
-
-    @property
-    def score_counts(self) -> Mapping[str, int]:
-        """What telemetry shows of the score, by name."""
-        ...
-
-    @property
-    def count(self) -> PieceCount:
-        """Where all pieces are."""
-        ...
-
-
 class Rules:
     """What a game does in a match, hook by hook; the defaults do nothing. One object serves one match.
 
@@ -426,7 +363,7 @@ class Game:
         elements: Sequence[FieldElement] = (),
         drivable: Sequence[str] = (),
         pieces: Sequence[PieceSupply] = (),
-        robot: Callable[[], RobotConfig],
+        robot: RobotConfig | None = None,
         zones: Sequence[ScoringZone] = (),
         places: Sequence[RestingPlace] = (),
     ) -> Game:
@@ -437,12 +374,19 @@ class Game:
             elements: What stands on it, beside the wall.
             drivable: Name patterns of those that robots drive on.
             pieces: Kinds of pieces; none lies anywhere until `match.pieces.spawn` puts it there.
-            robot: The default robot.
+            robot: The default robot; None: 55 kg on four swerve modules, without mechanisms.
             zones: Where pieces score.
             places: Where pieces stay and count.
         """
-        from simcore.physics.field import FieldBoundary
-
+        module = SwerveModuleConfig(
+            x=0.0,
+            y=0.0,
+            drive_stator_limit=60.0,
+            drive_supply_limit=40.0,
+            steer_stator_limit=40.0,
+            steer_supply_limit=20.0,
+        )
+        config = robot or RobotConfig(drivetrain=SwerveConfig.square(0.53, module))
         wall = FieldBoundary(length=size[0], width=size[1], side_height=0.5, end_height=2.0)
         return cls(
             name="bare",
@@ -458,6 +402,6 @@ class Game:
             staging=lambda rng, entries: (),
             zones=tuple(zones),
             places=tuple(places),
-            robot=robot,
+            robot=lambda: config,
             starts=((0.25 * size[0], 0.5 * size[1], 0.0),),
         )

@@ -7,56 +7,34 @@ robots run that once a tick; robot code whose motor controllers want to be asked
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from contextlib import ExitStack
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from simcore.errors import ConfigError
-from simcore.geometry.footprints import corners
 from simcore.geometry.symmetry import Pose
-from simcore.match.camera_rig import CameraRig, tag_layout
-from simcore.match.clock import MatchTimer, Mode
-from simcore.match.digest import TrajectoryDigest
+from simcore.match.clock import Mode
 from simcore.match.field_control import FieldControl
-from simcore.match.game import Game, PieceSupply, RobotEntry, Rules
-from simcore.match.jolts import Jolts
-from simcore.match.motion import Motion
-from simcore.match.piece_flow import PieceFlow
+from simcore.match.game import Game, PieceSupply, RobotEntry
+from simcore.match.match_state import MatchState
 from simcore.match.publish import build_snapshot
-from simcore.match.report import PieceCount, Score
-from simcore.match.robot_contacts import RobotContacts
-from simcore.match.scatter import Scatter, ScatterDraws
-from simcore.match.scattered_pieces import piece_variation
-from simcore.match.scattered_robot import built_robot, start_error
-from simcore.match.scoring import Alliance, ScoringTracker, ScoringZone
-from simcore.match.starts import (
-    missed_place,
-    require_free_place,
-    require_free_starts,
-    require_on_field,
-    require_playable,
-    start_pose,
-)
+from simcore.match.scatter import Scatter
+from simcore.match.scoring import Alliance, ScoringZone
+from simcore.match.starts import require_free_place, require_playable
 from simcore.physics.engine import Engine
 from simcore.physics.field import FieldElement
-from simcore.physics.hanging import HangingBody
 from simcore.physics.shapes import Sphere
 from simcore.physics.substeps import Substepping
 from simcore.physics.world import PhysicsWorld
-from simcore.pieces.piece_manager import GamePieceManager
-from simcore.pieces.pool import PieceStatus
 from simcore.pieces.resting_places import RestingPlace
 from simcore.pieces.wake_grid import Footprint, WakeSettings
 from simcore.quantities import POSE, Quantity, require, require_row, shown
-from simcore.robot.robot import Controller, Robot
+from simcore.robot.robot import Controller
 from simcore.robot.robot_config import RobotConfig
-from simcore.robot.swerve_config import SwerveConfig, SwerveModuleConfig
 from simcore.telemetry.snapshot import Snapshot, TelemetrySink
-from simcore.typing import FloatArray
 from simcore.units import TICK
 
 if TYPE_CHECKING:
@@ -64,10 +42,8 @@ if TYPE_CHECKING:
 
 __all__ = ["Match"]
 
-_COUNT_PERIOD = 5  # ticks
 
-
-class Match:
+class Match(MatchState):
     """A match of a game. Use as a context manager, or call `close`.
 
     Args:
@@ -98,47 +74,6 @@ class Match:
         (0, True)
     """
 
-    time: float
-    """Simulated time since the start [s]."""
-    ticks: int
-    """Ticks since the start."""
-    seed: int
-    """Of everything that is left to chance."""
-    draws: ScatterDraws
-    """What the scatter of this run comes to."""
-    field_resets: int
-    """How often `reset_field` was called since the start."""
-    timer: MatchTimer
-    """The time of the match, for scores and rules."""
-    pieces: GamePieceManager
-    hanging: list[HangingBody]
-    """What hangs from the field and swings."""
-    contacts: RobotContacts
-    """Who touched whom in this tick."""
-    jolts: Jolts
-    """What hits on the field do to the pieces on it."""
-    motion: Motion
-    """Devices, mechanisms, drivetrains, flights, engine and sensors: everything that moves, and its loop."""
-    robots: list[Robot]
-    alliances: list[Alliance]
-    """Of each robot, as last set."""
-    tracker: ScoringTracker
-    rules: Rules
-    rules_rng: np.random.Generator
-    """For what the rules leave to chance."""
-    cameras: CameraRig
-    digest: TrajectoryDigest
-    """Of the state of every tick so far."""
-    _counted: tuple[int, Score] | None
-    """When `score_counts` was worked out, and at which points; None: not since the start."""
-    _counts: Mapping[str, int]
-    _has_ended: bool
-    _has_told: bool
-    _started: Mode | None
-    """Which mode a driver station has enabled last; None: there is none."""
-    flow: PieceFlow
-    """Pieces into robots and out of them, and the record of it."""
-
     def __init__(
         self,
         game: Game,
@@ -164,15 +99,13 @@ class Match:
         if not isinstance(scatter, Scatter | None):
             raise ConfigError(f"scatter must be a Scatter or None, got {shown(scatter)}")
         self.scatter = scatter or Scatter.none()
-        """By how much things differ from run to run."""
         require_playable(game, self.entries, options=self.options, controllers=len(controllers), seed=seed)
         self._network = network
         self._tags = tags or game.field.tags
         self._wake_settings = wake
         self._controllers = list(controllers) + [None] * (len(self.entries) - len(controllers))
         self.sinks = list(sinks)
-        self.last_tick_ms: float | None = None
-        """Wall time of the last tick [ms], for telemetry, if whoever runs the match measures it."""
+        self.last_tick_ms = None
         definition = game.field if game.arrange is None else game.arrange(game.field, self.options)
         self._rungs, self._hanging = definition.rungs, definition.hanging
         self.field = definition.load(field_mesh)  # before the engine starts: a broken mesh ends the build
@@ -233,15 +166,6 @@ class Match:
             ...     match.robots[0].chassis.pose[0] > 2.5
             True
         """
-        module = SwerveModuleConfig(
-            x=0.0,
-            y=0.0,
-            drive_stator_limit=60.0,
-            drive_supply_limit=40.0,
-            steer_stator_limit=40.0,
-            steer_supply_limit=20.0,
-        )
-        config = robot or RobotConfig(drivetrain=SwerveConfig.square(0.53, module))
         game = Game.bare(
             size=size,
             elements=elements,
@@ -249,7 +173,7 @@ class Match:
             pieces=pieces,
             zones=zones,
             places=places,
-            robot=lambda: config,
+            robot=robot,
         )
         return cls(game, robots=(RobotEntry(start=start),), **settings)
 
@@ -261,12 +185,18 @@ class Match:
 
     def close(self) -> None:
         """Close sinks and engine, each even if another fails; may be called twice."""
-        self._tell_end()
         with ExitStack() as stack:
             stack.callback(self.world.close)
-            stack.callback(self.cameras.close)
-            for sink in self.sinks:
-                stack.callback(sink.close)
+            self._end_run(stack)
+
+    def _end_run(self, stack: ExitStack) -> None:
+        """What robots have to tell of a run, once; cameras and sinks are closed with the stack."""
+        if not self._has_told:
+            self._has_told = True
+            for robot in self.robots:
+                robot.brownouts.tell_total()
+        for end in (self.cameras.close, *(sink.close for sink in self.sinks)):
+            stack.callback(end)
 
     # --- the tick -------------------------------------------------------------------------------------------------
 
@@ -369,17 +299,9 @@ class Match:
 
     def _publish(self) -> None:
         """One snapshot for the sinks that are due, the digest of the state, and a line where a battery gave way."""
-        state = self.pieces.state
-        awake = self.pieces.awake
         for robot in self.robots:
             robot.brownouts.after_tick(self.time)
-            self.digest.update(np.array((*robot.chassis.pos, *robot.chassis.quat, *robot.chassis.vel)))
-        for body in self.hanging:
-            if body.is_awake:
-                self.digest.update(np.array((*body.pos, *body.rate)))
-        self.digest.update(state.pos.take(awake, axis=0), state.status)
-        if self.ticks % _COUNT_PERIOD == 0:
-            self.digest.update(np.array([*self.tracker.totals.values(), *self.rules.breakdown().values()]))
+        self.digest.after_tick(self)
         due = [sink for sink in self.sinks if sink.due(self.time)]
         if due:
             snapshot = self.snapshot()
@@ -390,12 +312,8 @@ class Match:
 
     def set_controller(self, number: int, controller: Controller | None) -> None:
         """Choose what commands a robot from the next tick on."""
-        self._require_robot(number)
+        self.require_robot(number)
         self._controllers[number] = controller
-
-    def _require_robot(self, number: int) -> None:
-        if not isinstance(number, int) or not 0 <= number < len(self.robots):
-            raise ConfigError(f"there are robots 0 to {len(self.robots) - 1}, got {shown(number)}")
 
     def set_alliance(self, number: int, alliance: Alliance) -> None:
         """Put a robot, at rest, where it starts as one of an alliance; its gyro keeps its reading."""
@@ -414,19 +332,14 @@ class Match:
             ConfigError: There is no such robot, or the pose is no three numbers.
             StartError: The place is beyond the field, or inside of something solid.
         """
-        self._require_robot(number)
+        self.require_robot(number)
         require_row(f"robot {number}", "pose", pose, POSE)
-        robot, size = self.robots[number], self.game.field.size
-        require_on_field(robot, pose, size)
-        require_free_place(self.world, robot, pose, size)
+        require_free_place(self.world, self.robots[number], pose, self.game.field.size)
         self._carry(number, pose, by_people=by_people)
 
     def _carry(self, number: int, pose: Pose, *, by_people: bool) -> None:
         missed = self._missed(number, pose) if by_people else None
-        if missed is None:
-            self.robots[number].carry_to(pose)
-        else:
-            self.robots[number].carry_to(missed, believed=pose)
+        self.robots[number].carry_to(missed or pose, believed=missed and pose)
         self.pieces.make_room(Footprint(*self.robots[number].chassis.footprint))
 
     def start_mode(self, mode: Mode) -> None:
@@ -446,20 +359,16 @@ class Match:
         """
         self.field_resets += 1
         self.pieces.clear()
+        self.rules_rng, _, staging_rng, _ = np.random.default_rng(self.seed).spawn(4)
         for robot in self.robots:
             robot.forget_pieces()
-        self.rules_rng, _, staging_rng, _ = np.random.default_rng(self.seed).spawn(4)
         self._stage(staging_rng)
-        for robot, entry in zip(self.robots, self.entries, strict=True):
-            self._preload(robot, entry)
         for robot in self.robots:
-            self.pieces.make_room(Footprint(*robot.chassis.footprint))
+            self._preload(robot)
+        self._make_room()
         self.flow.clear()
         self.tracker.reset()
-        self._has_ended = self.timer.is_over
-        self.rules = self.game.rules(self)
-        self.rules.start()
-        self._counted = None
+        self._begin_rules()
         if self._started is not None:
             self.rules.start_mode(self._started)
 
@@ -478,196 +387,12 @@ class Match:
         """
         if seed is not None:
             require_playable(self.game, self.entries, options=(), controllers=0, seed=seed)
-        self._tell_end()
         with ExitStack() as stack:
-            stack.callback(self.cameras.close)
-            for sink in self.sinks:
-                stack.callback(sink.close)
+            self._end_run(stack)
         self.sinks = list(sinks)
         self.world.reset()
         self._begin(self.seed if seed is None else seed)
 
-    # --- questions ------------------------------------------------------------------------------------------------
-
-    @property
-    def substeps(self) -> int:
-        """Steps of the engine in the last tick."""
-        return self.motion.substeps
-
-    @property
-    def score(self) -> Score:
-        """Points so far."""
-        red, blue = self.tracker.totals["red"], self.tracker.totals["blue"]
-        return Score(red=red, blue=blue, total=red + blue)
-
-    @property
-    def score_counts(self) -> Mapping[str, int]:
-        """Pieces that scored, by zone, and the rules' breakdown, as telemetry shows them.
-
-        They are counted every 0.1 s, and when points change: in most ticks nothing has.
-        """
-        now = self.ticks // _COUNT_PERIOD, self.score
-        if now != self._counted:
-            self._counted, self._counts = now, {**self.tracker.pieces, **self.rules.breakdown()}
-        return self._counts
-
-    @property
-    def count(self) -> PieceCount:
-        """Where all pieces are."""
-        count = self.pieces.count
-        return PieceCount(
-            staged=self.pieces.total,
-            on_field=count(PieceStatus.ASLEEP) + count(PieceStatus.AWAKE),
-            in_flight=count(PieceStatus.IN_FLIGHT),
-            held=count(PieceStatus.HELD),
-            scored=count(PieceStatus.SCORED),
-            placed=count(PieceStatus.PLACED),
-            off_field=count(PieceStatus.STAGED),
-        )
-
-    def piece_positions(self) -> dict[str, FloatArray]:
-        """Where the pieces on the field and in the air are, by kind, field frame [m], shape (n, 3)."""
-        return {
-            supply.kind.name: self.pieces.state.pos[self.pieces.on_field(supply.kind.name)]
-            for supply in self.game.pieces
-        }
-
-    def start_pose(self, number: int) -> Pose:
-        """Where a robot should start as one of its present alliance, field frame [m, m, rad]."""
-        return start_pose(self.game, self.entries, self.alliances, number)
-
-    def outline(self, number: int) -> FloatArray:
-        """Corners of a robot's bumpers, as those of a blue robot if its alliance is red [m], shape (4, 2)."""
-        body, pose = self.robots[number].chassis.config, self.robots[number].chassis.pose
-        if self.alliances[number] == "red":
-            pose = self.game.field.symmetry.flip_pose(*pose)
-        return corners(*pose, body.bumper_length, body.bumper_width)
-
     def snapshot(self) -> Snapshot:
         """Everything that telemetry shows of the last tick."""
         return build_snapshot(self)
-
-    # --- building -------------------------------------------------------------------------------------------------
-
-    def _begin(self, seed: int) -> None:
-        """Build everything that a run changes, in an empty world."""
-        game = self.game
-        self.seed = seed
-        self.draws = ScatterDraws(self.scatter, seed)
-        is_scattered = self.scatter != Scatter.none()
-        rng = np.random.default_rng(seed)
-        self.rules_rng, robot_rng, staging_rng, camera_rng = rng.spawn(4)
-        self.time = 0.0
-        self.ticks = 0
-        self.field_resets = 0
-        self.timer = MatchTimer(game.clock)
-        self.digest = TrajectoryDigest()
-        self._has_ended = False
-        self._started = None
-        self._has_told = False
-        self._counted = None
-        self.alliances = [entry.alliance for entry in self.entries]
-        self.world.add_field(self.field.elements, drivable=game.field.drivable_in(self.field))
-        self.hanging = [HangingBody(self.world, config) for config in self._hanging]
-        self.pieces = GamePieceManager(
-            self.world,
-            [(supply.kind, supply.count) for supply in game.pieces],
-            field_size=game.field.size,
-            wake=self._wake_settings,
-            places=game.places,
-            variation=piece_variation(self.draws, [supply.count for supply in game.pieces]) if is_scattered else None,
-        )
-        self._stage(staging_rng)
-        self.robots = []
-        mounts = {body.config.name: body for body in self.hanging}
-        own_rngs = robot_rng.spawn(len(self.entries))  # one robot's noise does not depend on how many there are
-        for number, (entry, own_rng) in enumerate(zip(self.entries, own_rngs, strict=True)):
-            config = entry.config or game.robot()
-            pose = self.start_pose(number)
-            built = built_robot(config, self.draws, number) if is_scattered else None
-            robot = Robot(
-                self.world,
-                config,
-                number=number,
-                pose=pose,
-                rng=own_rng,
-                rungs=self._rungs,
-                mounts=mounts,
-                built=built,
-            )
-            self.robots.append(robot)
-            self._preload(robot, entry)
-        require_free_starts(self.world, self.robots, game.field, self.alliances)
-        for robot in self.robots:
-            pose = self.start_pose(robot.number)
-            missed = self._missed(robot.number, pose)
-            if missed is not None:
-                robot.reset(missed, believed=pose)
-        for robot in self.robots:
-            self.pieces.make_room(Footprint(*robot.chassis.footprint))
-        self.contacts = RobotContacts(self.world, self.robots, self.hanging)
-        self.jolts = Jolts(self.world, self.field.elements, game.field.structures, self.pieces, self.robots)
-        watchers = (self.contacts, self.jolts)
-        self.motion = Motion(
-            self.world, robots=self.robots, pieces=self.pieces, hanging=self.hanging, watchers=watchers
-        )
-        self.flow = PieceFlow(self.world, self.pieces, self.robots)
-        kinds = [game.pieces[kind].kind.name for kind in self.pieces.state.kind.tolist()]
-        self.tracker = ScoringTracker(game.zones, worth=self._worth, kinds=kinds)
-        self.cameras = CameraRig(
-            self.world,
-            self.pieces,
-            self.robots,
-            partial(tag_layout, self._tags, game.field.size),
-            game.field.size,
-            camera_rng,
-            self.draws,
-            self._network,
-        )
-        self.rules = game.rules(self)
-        self.rules.start()
-
-    def _stage(self, rng: np.random.Generator) -> None:
-        """Put pieces where they start, as the first robot's alliance sees the field.
-
-        So a red match is a blue one under the field's symmetry.
-        """
-        is_flipped = self.entries[0].alliance == "red"
-        for some in self.game.staging(rng, self.entries):
-            positions = np.asarray(some.positions, dtype=np.float64).reshape(-1, 3)
-            attitudes = some.attitudes
-            if is_flipped:
-                positions = self.game.field.symmetry.flip_points(positions)
-                attitudes = None if attitudes is None else self.game.field.symmetry.flip_attitudes(attitudes)
-            if len(positions):
-                self.pieces.spawn(some.kind, positions, attitudes, resting=some.resting, lodged=some.lodged)
-            self.pieces.stage(some.kind, some.off_field)
-
-    def _missed(self, number: int, pose: Pose) -> Pose | None:
-        """Where people put a robot who want it somewhere; None: there."""
-        ahead, left, turn = start_error(self.draws, number)
-        if self.alliances[number] == "red" and not self.game.field.symmetry.keeps_hands:
-            left, turn = -left, -turn
-        error = (ahead, left, turn)
-        return missed_place(self.world, self.robots[number], pose, error) if any(error) else None
-
-    def _preload(self, robot: Robot, entry: RobotEntry) -> None:
-        count = entry.preload
-        if count is None:
-            count = min(self.game.preload, robot.storage.room)
-        if count:
-            if count > robot.storage.room:
-                raise ConfigError(f"robot {robot.number} holds {robot.storage.room} pieces, got a preload of {count}")
-            slots = self.pieces.stage(self.game.pieces[0].kind.name, count)
-            self.pieces.hold(slots, robot.number)
-            robot.storage.add(slots.tolist())
-
-    def _tell_end(self) -> None:
-        """Of a run, once."""
-        if not self._has_told:
-            self._has_told = True
-            for robot in self.robots:
-                robot.brownouts.tell_total()
-
-    def _worth(self, zone: ScoringZone) -> int:
-        return self.rules.worth(zone)

@@ -20,7 +20,7 @@ from simcore.typing import FloatArray, IntArray
 from simcore.units import TICK
 
 if TYPE_CHECKING:
-    from simcore.match.game import MatchState
+    from simcore.match.match_state import MatchState
 
 __all__ = ["build_snapshot"]
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from simcore.pieces.pool import ON_FIELD
 
 if TYPE_CHECKING:
-    from simcore.match.game import MatchState
+    from simcore.match.match_state import MatchState
 
 __all__ = ["PieceRelease", "Releases"]
 

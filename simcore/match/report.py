@@ -17,6 +17,8 @@ from rich.table import Table
 
 from simcore.errors import NonFiniteError
 from simcore.match.digest import TickTimes
+from simcore.pieces.piece_manager import GamePieceManager
+from simcore.pieces.pool import PieceStatus
 from simcore.telemetry.snapshot import key_in_words
 
 __all__ = ["PieceCount", "RunReport", "Score", "Spread", "print_report", "split_level"]
@@ -45,6 +47,20 @@ class PieceCount:
     """At rest in a place where they count; `on_field` is without them."""
     off_field: int
     """Not on the field yet: e.g. with a human player."""
+
+    @classmethod
+    def of(cls, pieces: GamePieceManager) -> PieceCount:
+        """Where all pieces of a match are now."""
+        count = pieces.count
+        return cls(
+            staged=pieces.total,
+            on_field=count(PieceStatus.ASLEEP) + count(PieceStatus.AWAKE),
+            in_flight=count(PieceStatus.IN_FLIGHT),
+            held=count(PieceStatus.HELD),
+            scored=count(PieceStatus.SCORED),
+            placed=count(PieceStatus.PLACED),
+            off_field=count(PieceStatus.STAGED),
+        )
 
     @property
     def is_conserved(self) -> bool:

@@ -30,7 +30,7 @@ from simcore.typing import FloatArray
 from simcore.units import TICK, degrees
 
 if TYPE_CHECKING:
-    from simcore.match.game import MatchState
+    from simcore.match.match_state import MatchState
 
 __all__ = ["Script", "ScriptSettings", "ScriptedRobot", "Steps"]
 

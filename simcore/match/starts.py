@@ -19,9 +19,7 @@ __all__ = [
     "missed_place",
     "require_free_place",
     "require_free_starts",
-    "require_on_field",
     "require_playable",
-    "start_pose",
 ]
 
 Flip: TypeAlias = Callable[[float, float, float], Pose]
@@ -51,30 +49,6 @@ def require_playable(
     for entry in entries:
         if entry.preload is not None and entry.preload > game.preload:
             raise ConfigError(f"RobotEntry: preload must be 0..{game.preload} in {game.name}, got {entry.preload}")
-
-
-def start_pose(game: Game, entries: Sequence[RobotEntry], alliances: Sequence[Alliance], number: int) -> Pose:
-    """Where a robot starts as one of its present alliance, field frame [m, m, rad].
-
-    Args:
-        game: With the starts of its own.
-        entries: All robots.
-        alliances: Of each robot, as last set.
-        number: Of the robot.
-
-    Raises:
-        ConfigError: Its entry names no start, and the game has none left.
-    """
-    entry = entries[number]
-    pose = entry.start
-    if pose is None:
-        before = len([1 for other in entries[:number] if other.alliance == entry.alliance])
-        if before >= len(game.starts):
-            raise ConfigError(
-                f"{game.name} has {len(game.starts)} starts an alliance; give the RobotEntry of robot {number} a start"
-            )
-        pose = game.starts[before]
-    return game.field.symmetry.flip_pose(*pose) if alliances[number] == "red" else pose
 
 
 class StartError(ConfigError):
@@ -110,7 +84,7 @@ def require_free_starts(
     as_blue = [field.symmetry.flip_pose if alliance == "red" else None for alliance in alliances]
     for robot in robots:
         (x, y, _), c = robot.chassis.pose, robot.chassis.config
-        require_on_field(robot, robot.chassis.pose, field.size, as_blue=as_blue[robot.number])
+        _require_on_field(robot, robot.chassis.pose, field.size, as_blue=as_blue[robot.number])
         half = 0.5 * min(c.bumper_length, c.bumper_width)
         for other in robots[: robot.number]:
             ox, oy, _ = other.chassis.pose
@@ -124,18 +98,9 @@ def require_free_starts(
         require_free_place(world, robot, robot.chassis.pose, field.size, as_blue=as_blue[robot.number])
 
 
-def require_on_field(robot: Robot, pose: Pose, field_size: tuple[float, float], *, as_blue: Flip | None = None) -> None:
-    """Refuse a start beyond the field.
-
-    Args:
-        robot: Who would start there.
-        pose: Where, field frame [m, m, rad].
-        field_size: Length and width [m].
-        as_blue: Turns a place into that of a blue robot, where the start was given so; None: it was not.
-
-    Raises:
-        StartError: It is.
-    """
+def _require_on_field(
+    robot: Robot, pose: Pose, field_size: tuple[float, float], *, as_blue: Flip | None = None
+) -> None:
     (x, y, _), (length, width) = pose, field_size
     if not (0.0 <= x <= length and 0.0 <= y <= width):
         problem = f"starts outside of the field of {length:g} x {width:g} m, at {_place(x, y, as_blue)}"
@@ -146,18 +111,19 @@ def require_on_field(robot: Robot, pose: Pose, field_size: tuple[float, float], 
 def require_free_place(
     world: PhysicsWorld, robot: Robot, pose: Pose, field_size: tuple[float, float], *, as_blue: Flip | None = None
 ) -> None:
-    """Refuse a start inside of a solid element or of another robot; the text names a place nearby that is free.
+    """Refuse a start beyond the field, or inside of something solid; the text names a place nearby that is free.
 
     Args:
         world: With the field and the robots.
         robot: Who would start there.
         pose: Where, field frame [m, m, rad].
         field_size: Length and width [m].
-        as_blue: As in `require_on_field`.
+        as_blue: Turns a place into that of a blue robot, where the start was given so; None: it was not.
 
     Raises:
         StartError: It is.
     """
+    _require_on_field(robot, pose, field_size, as_blue=as_blue)
     x, y, _ = pose
     if _is_free(world, robot, x, y):
         return

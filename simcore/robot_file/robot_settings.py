@@ -12,7 +12,7 @@ from simcore.geometry.rotation import Vector
 from simcore.match.game import Game, RobotEntry
 from simcore.match.match import Match
 from simcore.match.scatter import Scatter
-from simcore.match.starts import StartError, require_free_place, require_on_field
+from simcore.match.starts import StartError, require_free_place
 from simcore.pieces.intake import IntakeConfig
 from simcore.pieces.placer import PlacerConfig
 from simcore.pieces.shooter import ShooterConfig
@@ -280,7 +280,6 @@ def practice_match(
 def _require_auto_start(match: Match, name: str, pose: tuple[float, float, float]) -> None:
     robot, size = match.robots[0], match.game.field.size
     try:
-        require_on_field(robot, pose, size)
         require_free_place(match.world, robot, pose, size)
     except StartError as error:
         raise _start_refused(f"[autos.{name!r}]", error) from error

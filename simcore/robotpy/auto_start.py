@@ -13,7 +13,7 @@ from collections.abc import Mapping
 from wpilib import DriverStation, Timer
 
 from simcore.match.match import Match
-from simcore.match.starts import StartError, require_free_place, require_on_field
+from simcore.match.starts import StartError, require_free_place
 from simcore.robotpy.driver_controls import chosen_autos
 
 __all__ = ["AutoStart"]
@@ -160,7 +160,6 @@ class AutoStart:
 
     def _require_free(self, pose: Pose) -> None:
         size = self._match.game.field.size
-        require_on_field(self._robot, pose, size)
         require_free_place(self._match.world, self._robot, pose, size)
 
 

@@ -299,7 +299,6 @@ class ShotTask:
         """Which of n scattered shots go in of each of m that are meant, as many from each barrel, shape (m, n)."""
         m, n, k = len(elevation), len(draws.elevation), len(self.barrels)
         barrel = np.arange(n) * k // n  # the first ones from the first: no sequence of draws beats with that
-        yaw = self.lead(stand, elevation, speed)
-        meant = np.repeat(elevation, n), np.repeat(speed, n), np.repeat(yaw, n)
+        up, fast, aside = (np.repeat(one, n) for one in (elevation, speed, self.lead(stand, elevation, speed)))
         each = ShotDraws(**{part.name: np.tile(getattr(draws, part.name), m) for part in fields(draws)})
-        return self.fly(self.rows(stand, *meant, np.tile(barrel, m), each)).goes_in.reshape(m, n)
+        return self.fly(self.rows(stand, up, fast, aside, np.tile(barrel, m), each)).goes_in.reshape(m, n)

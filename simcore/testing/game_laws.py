@@ -8,8 +8,9 @@ from collections import Counter
 
 import numpy as np
 
-from simcore.match.game import Game, MatchState, Rules
+from simcore.match.game import Game, Rules
 from simcore.match.match import Match
+from simcore.match.match_state import MatchState
 from simcore.match.runner import AutoRun, play_auto
 from simcore.match.scoring import Alliance
 from simcore.physics.shapes import Sphere
