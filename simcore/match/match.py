@@ -259,7 +259,7 @@ class Match(MatchState):
         self.time = self.ticks * TICK
         self.timer.advance(TICK)
         self.pieces.gather(TICK)
-        self.jolts.jolt()
+        self.recoil.apply()
         self.flow.follow()
         for body in self.hanging:
             body.after_tick(TICK, in_reach=len(self.pieces.awake) > 0 or body in self.contacts.near_hanging)

@@ -19,13 +19,11 @@ from simcore.match.camera_rig import CameraRig, tag_layout
 from simcore.match.clock import MatchTimer, Mode
 from simcore.match.digest import TrajectoryDigest
 from simcore.match.game import Game, RobotEntry, Rules
-from simcore.match.jolts import Jolts
 from simcore.match.motion import Motion
 from simcore.match.piece_flow import PieceFlow
 from simcore.match.report import PieceCount, Score
-from simcore.match.robot_contacts import RobotContacts
-from simcore.match.scatter import Scatter, ScatterDraws
-from simcore.match.scattered_pieces import piece_variation
+from simcore.match.robot_contacts import RobotContacts, StructureRecoil
+from simcore.match.scatter import Scatter, ScatterDraws, piece_variation
 from simcore.match.scattered_robot import built_robot, start_error
 from simcore.match.scoring import Alliance, ScoringTracker
 from simcore.match.starts import missed_place, require_free_starts
@@ -89,7 +87,7 @@ class MatchState:
     """What hangs from the field and swings."""
     contacts: RobotContacts
     """Who touched whom in this tick."""
-    jolts: Jolts
+    recoil: StructureRecoil
     """What hits on the field do to the pieces on it."""
     motion: Motion
     """Devices, mechanisms, drivetrains, flights, engine and sensors: everything that moves, and its loop."""
@@ -213,13 +211,13 @@ class MatchState:
                 robot.reset(missed, believed=pose)
         self._make_room()
         self.contacts = RobotContacts(self.world, self.robots, self.hanging)
-        self.jolts = Jolts(self.world, self.field.elements, game.field.structures, self.pieces, self.robots)
+        self.recoil = StructureRecoil(self.world, self.field.elements, game.field.structures, self.pieces, self.robots)
         self.motion = Motion(
             self.world,
             robots=self.robots,
             pieces=self.pieces,
             hanging=self.hanging,
-            watchers=(self.contacts, self.jolts),
+            watchers=(self.contacts, self.recoil),
         )
         self.flow = PieceFlow(self.world, self.pieces, self.robots)
         kinds = [game.pieces[kind].kind.name for kind in self.pieces.state.kind.tolist()]

@@ -10,15 +10,18 @@ from __future__ import annotations
 import dataclasses
 import math
 import zlib
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from simcore.errors import ConfigError, UnknownNameError
+from simcore.pieces.piece_variation import PieceVariation
 from simcore.quantities import FACTOR, Quantity, require, require_fields, shown
+from simcore.typing import FloatArray
 from simcore.units import degrees
 
-__all__ = ["Scatter", "ScatterDraws"]
+__all__ = ["Scatter", "ScatterDraws", "piece_variation"]
 
 _SHARE = Quantity("", 0.0, 0.5)
 _ANGLE = Quantity("rad", 0.0, 0.5)
@@ -232,3 +235,37 @@ class ScatterDraws:
         """A number spread evenly from 0 to the size of a spread."""
         size: float = getattr(self.scatter, name)
         return size * float(self.generator(name, *numbers).random()) if size else 0.0
+
+
+def piece_variation(draws: ScatterDraws, counts: Sequence[int]) -> PieceVariation:
+    """Factors of all pieces of a match.
+
+    Args:
+        draws: Of the match.
+        counts: How many there are of each kind, in the order of the pool.
+    """
+    return PieceVariation(
+        mass=_each("piece_mass", draws, counts, _even),
+        diameter=_each("piece_diameter", draws, counts, _even),
+        restitution=_each("restitution", draws, counts, _normal),
+        drag=_each("drag", draws, counts, _normal),
+    )
+
+
+def _each(
+    name: str,
+    draws: ScatterDraws,
+    counts: Sequence[int],
+    factors: Callable[[np.random.Generator, float, int], FloatArray],
+) -> FloatArray:
+    size: float = getattr(draws.scatter, name)
+    rows = [factors(draws.generator(name, kind), size, count) for kind, count in enumerate(counts)]
+    return np.concatenate([np.ones(0), *rows])
+
+
+def _even(rng: np.random.Generator, size: float, count: int) -> FloatArray:
+    return 1.0 + rng.uniform(-size, size, count)
+
+
+def _normal(rng: np.random.Generator, size: float, count: int) -> FloatArray:
+    return np.exp(size * rng.standard_normal(count))

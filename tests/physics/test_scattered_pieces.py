@@ -9,8 +9,7 @@ import pytest
 
 from simcore.match.game import PieceSupply
 from simcore.match.match import Match
-from simcore.match.scatter import Scatter, ScatterDraws
-from simcore.match.scattered_pieces import piece_variation
+from simcore.match.scatter import Scatter, ScatterDraws, piece_variation
 from simcore.physics.shapes import Sphere
 from simcore.pieces.aerodynamics import Aerodynamics
 from simcore.pieces.kinds import GamePieceConfig

@@ -14,8 +14,7 @@ from wpimath.system.plant import DCMotor
 from games.rebuilt import REBUILT
 from simcore.errors import ConfigError, UnknownNameError
 from simcore.match.match import Match
-from simcore.match.scatter import Scatter, ScatterDraws
-from simcore.match.scattered_pieces import piece_variation
+from simcore.match.scatter import Scatter, ScatterDraws, piece_variation
 from simcore.match.scattered_robot import built_robot, start_error
 from simcore.pieces.shot_schedule import ShotErrors
 from simcore.robot.built_robot import BuiltRobot
