@@ -164,6 +164,8 @@ MUTANTS = (
            "tests/physics/test_bumper_contact.py::test_a_push_along_a_wall_is_slowed_by_mu_n"),
     Mutant("a free robot moves as the engine rounds", "simcore/robot/level_body.py", "vx, vy, wz = gx, gy, pz", "pass",
            "tests/physics/test_bumper_contact.py::test_a_robot_at_a_wall_changes_no_bit_of_anothers_path"),
+    Mutant("a level robot turns about its middle", "simcore/robot/level_body.py", "way_x + bx - ax, way_y + by - ay",
+           "way_x, way_y", f"{MASSES}::test_a_free_robot_turns_about_its_center_of_mass"),
     Mutant("a wheel stands on nothing but what is straight under it", "simcore/robot/wheel_ground.py", "touching |= away <",
            "touching |= away < -", "tests/physics/test_chassis.py::test_a_wheel_at_the_edge_of_a_bar_stands_on_it"),
     Mutant("balls roll on without loss", "simcore/physics/rolling.py", "slowing[moving] * due", "0.0 * due",
