@@ -121,6 +121,8 @@ class RunReport:
     """Lowest battery voltage [V]."""
     brownouts: int
     """How many times the battery's voltage switched the first robot's motors off."""
+    resets: int
+    """How many times it switched that robot's roboRIO off."""
     digest: str
     """SHA-256 over the state trajectory."""
     outputs: Mapping[str, str] = field(default_factory=dict)
@@ -198,6 +200,7 @@ def print_report(report: RunReport, console: Console, *, verbose: bool = False) 
         run.add_row("foul", escape(foul))
     run.add_row("way driven", f"{report.distance_m:.1f} m")
     off = f"; {report.brownouts} brown-outs" if report.brownouts else ""
+    off += f", {report.resets} resets of the roboRIO" if report.resets else ""
     run.add_row("lowest battery voltage", f"{report.min_battery_v:.2f} V{off}")
     times = f"{report.wall_seconds:.1f} s, {report.realtime_factor:.1f} times as fast as a real match"
     run.add_row("time to compute it", times)

@@ -165,6 +165,7 @@ def _play(
         awake=Spread(mean=float(np.mean(awake or [0])), max=max(awake, default=0)),
         min_battery_v=match.robots[0].battery.min_voltage,
         brownouts=match.robots[0].battery.brownouts,
+        resets=match.robots[0].battery.resets,
         digest=match.digest.hexdigest(),
     )
     return AutoRun(report, match, track, pieces_at_start, interrupted)

@@ -24,7 +24,7 @@ PACKAGES = Path(simcore.__file__).resolve().parents[1]
 
 KEYS = {
     "auto", "seed", "sim_seconds", "wall_seconds", "realtime_factor", "ticks", "score", "pieces", "shots", "hits",
-    "tick_ms", "substeps", "awake", "min_battery_v", "brownouts", "digest",
+    "tick_ms", "substeps", "awake", "min_battery_v", "brownouts", "resets", "digest",
 }  # fmt: skip
 NESTED = {
     "score": {"red", "blue", "total"},

@@ -149,10 +149,8 @@ def test_a_path_does_not_depend_on_sub_steps(name, engine_name, whole):
 
 
 @pytest.mark.parametrize("name", ["spin", "steps", "skid"])
-def test_what_pieces_need_changes_nothing_for_a_robot(name, engine_name):
+def test_what_pieces_need_changes_nothing_for_a_robot(name):
     """Some steps of the engine within each of its own move it as one would: within 0.1 mm and 0.01 degrees."""
-    if engine_name == "mujoco":
-        pytest.skip("on MuJoCo each step of a robot is one sub-step: 30 mm/s at a wall otherwise")
     one = path(name, 1, seconds=2.0)
     assert np.ptp(one[:, 0]) > 0.3
     for steps, parts in ((1, 5), (2, 5), (4, 4)):

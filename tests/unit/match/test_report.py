@@ -44,6 +44,7 @@ REPORT = RunReport(
     awake=Spread(mean=33.4, max=88),
     min_battery_v=9.87,
     brownouts=0,
+    resets=0,
     digest="ab" * 32,
     outputs={"log": "out/run.wpilog"},
 )
@@ -74,7 +75,7 @@ def test_json_has_the_fields_that_programs_read() -> None:
             "ticks",
         ),
         *("score", "match_state", "pieces", "piece_name", "breakdown", "placed", "fouls", "shots", "hits"),
-        *("distance_m", "tick_ms", "substeps", "awake", "min_battery_v", "brownouts", "digest", "outputs"),
+        *("distance_m", "tick_ms", "substeps", "awake", "min_battery_v", "brownouts", "resets", "digest", "outputs"),
     ]
     assert got["score"] == {"red": 0, "blue": 27, "total": 27}
     assert list(got["pieces"]) == ["staged", "on_field", "in_flight", "held", "scored", "placed", "off_field"]
