@@ -66,7 +66,7 @@ class Watch:
 
 
 def field(*starts, elements=(), engine=None, robot=SWERVE):
-    game = Game.bare(size=(30.0, 8.0), elements=elements, pieces=(), zones=(), places=(), robot=robot)
+    game = Game.bare(size=(30.0, 8.0), elements=elements, pieces=(), zones=(), places=(), robot=lambda: robot)
     return Match(game, robots=tuple(RobotEntry(start=start) for start in starts), engine=engine)
 
 

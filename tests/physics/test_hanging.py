@@ -78,7 +78,7 @@ def test_friction_takes_what_it_says():
 
 def field_with(rungs=(), **changes):
     config = SwerveConfig.square(0.53, SwerveModuleConfig(x=0.0, y=0.0))
-    game = Game.bare(robot=RobotConfig(drivetrain=config), pieces=(PieceSupply(BALL, 2),))
+    game = Game.bare(robot=lambda: RobotConfig(drivetrain=config), pieces=(PieceSupply(BALL, 2),))
     hanging = (replace(HEAVY, **{"damping": 1.5} | changes),)
     return replace(game, field=replace(game.field, hanging=hanging, rungs=rungs), starts=((2.0, 4.0, 0.0),))
 

@@ -67,7 +67,7 @@ def robot() -> RobotConfig:
 
 @pytest.fixture
 def bare():
-    game = Game.bare(pieces=(PieceSupply(BALL, 6), PieceSupply(CRATE, 2)), robot=robot())
+    game = Game.bare(pieces=(PieceSupply(BALL, 6), PieceSupply(CRATE, 2)), robot=robot)
     with Match(game, robots=(RobotEntry(start=(4.0, 4.0, 0.0)),)) as match:
         yield match
 
@@ -129,7 +129,7 @@ def test_each_intake_fills_its_own_storage_and_each_shooter_empties_its_own():
         intakes=(*both.intakes, IntakeConfig(zone=back, storage="back")),
         shooters=(shooter, replace(shooter, wheels=("back wheels",), storage="back")),
     )
-    game = Game.bare(pieces=(PieceSupply(BALL, 6), PieceSupply(CRATE, 2)), robot=both)
+    game = Game.bare(pieces=(PieceSupply(BALL, 6), PieceSupply(CRATE, 2)), robot=lambda: both)
     with Match(game, robots=(RobotEntry(start=(4.0, 4.0, 0.0)),)) as match:
         one = match.robots[0]
         front = match.pieces.spawn("Ball", np.array([[4.55, y, RADIUS] for y in (3.8, 4.1)])).tolist()
@@ -149,7 +149,7 @@ def test_each_intake_fills_its_own_storage_and_each_shooter_empties_its_own():
 def test_an_intake_of_a_reversed_roller_takes_while_it_turns_backward():
     config = robot()
     config = replace(config, intakes=(replace(config.intakes[0], roller="claw", roller_reversed=True),))
-    with Match(Game.bare(pieces=(PieceSupply(BALL, 1),), robot=config)) as match:
+    with Match(Game.bare(pieces=(PieceSupply(BALL, 1),), robot=lambda: config)) as match:
         intake, claw = match.robots[0].intakes[0], match.robots[0].mechanisms["claw"]
         for velocity, is_active in ((20.0, False), (-20.0, True)):
             claw.velocity = velocity
@@ -164,7 +164,7 @@ def test_a_piece_passes_through_when_the_roller_turns_forward_again():
     config = robot()
     (placer,) = config.placers
     config = replace(config, placers=(replace(placer, passes_through=True, take_speed=5.0, release_speed=5.0),))
-    game = Game.bare(pieces=(PieceSupply(CRATE, 1),), robot=config)
+    game = Game.bare(pieces=(PieceSupply(CRATE, 1),), robot=lambda: config)
     with Match(game, robots=(RobotEntry(start=(4.0, 4.0, 0.0)),)) as match:
         one = match.robots[0]
         place = [[4.0 + 0.8 * math.cos(0.2), 4.0, 0.6 + 0.8 * math.sin(0.2)]]
@@ -265,7 +265,7 @@ def crate_before_post(aside: float) -> tuple[Game, np.ndarray]:
     Args:
         aside: Of the middle of the post from that of the crate, to the left [m].
     """
-    game = Game.bare(pieces=(PieceSupply(CRATE, 1),), robot=robot())
+    game = Game.bare(pieces=(PieceSupply(CRATE, 1),), robot=robot)
     at = np.array([4.0 + 0.8 * math.cos(0.2), 4.0, 0.6 + 0.8 * math.sin(0.2)])
     post = FieldElement(
         name="post", shape=Box((0.1, 0.1, 0.5)), position=at + np.array([0.0, aside, 0.0]), surface=WALL

@@ -189,7 +189,7 @@ def test_places_that_cannot_be_are_refused():
 @pytest.mark.parametrize(("speed", "is_jolted"), [(2.0, True), (0.3, False)])
 def test_a_robot_that_hits_a_structure_jolts_what_rests_on_it(speed, is_jolted, engine_name):
     """It gives the piece its lost momentum over the structure's mass; leaning on it does nothing."""
-    game = Game.bare(pieces=(PieceSupply(BALL, 2), PieceSupply(TUBE, 1)), elements=(TABLE,), robot=robot_config())
+    game = Game.bare(pieces=(PieceSupply(BALL, 2), PieceSupply(TUBE, 1)), elements=(TABLE,), robot=robot_config)
     game = replace(game, field=replace(game.field, structures={"table": 100.0}), starts=((7.6, 4.0, 0.0),))
     with Match(game, engine=engine_name) as match:
         robot, pushes = match.robots[0], []
@@ -219,4 +219,4 @@ def test_a_robot_that_hits_a_structure_jolts_what_rests_on_it(speed, is_jolted, 
 
 def test_a_structure_has_a_mass():
     with pytest.raises(ConfigError, match=r"structures\['table'\]"):
-        replace(Game.bare(pieces=(), elements=(TABLE,), robot=robot_config()).field, structures={"table": 0.0})
+        replace(Game.bare(pieces=(), elements=(TABLE,), robot=robot_config).field, structures={"table": 0.0})

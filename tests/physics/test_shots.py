@@ -49,7 +49,7 @@ def robot(*, forward=0.3, height=0.6, elevation=0.9, turret=False) -> RobotConfi
 
 
 def match_with(config, *starts, elements=(), count=60):
-    game = Game.bare(pieces=(PieceSupply(BALL, count),), robot=config, elements=elements)
+    game = Game.bare(pieces=(PieceSupply(BALL, count),), robot=lambda: config, elements=elements)
     match = Match(game, robots=[RobotEntry(start=start) for start in starts])
     slots = match.pieces.stage("Ball", count)
     match.pieces.hold(slots, 0)

@@ -38,7 +38,7 @@ ROWS = [  # time, and pieces in each place of each level
 
 @pytest.fixture
 def scene():
-    game = Game.bare(size=SCENE.field_size, places=PLACES)
+    game = Game.bare(size=SCENE.field_size, places=PLACES, robot=lambda: pytest.fail("no robot is asked for"))
     return replace(SCENE, levels=bare_scene(game).levels)
 
 
