@@ -1,14 +1,16 @@
-"""Names for the arrays and suppliers that packages hand each other."""
+"""Names for the arrays, suppliers and words that packages hand each other."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TypeAlias
+from typing import Literal, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
 
-__all__ = ["BoolArray", "BoolSupplier", "FloatArray", "FloatSupplier", "IntArray"]
+__all__ = ["Alliance", "BoolArray", "BoolSupplier", "FloatArray", "FloatSupplier", "IntArray"]
+
+Alliance: TypeAlias = Literal["blue", "red"]
 
 FloatArray: TypeAlias = npt.NDArray[np.float64]
 IntArray: TypeAlias = npt.NDArray[np.int64]

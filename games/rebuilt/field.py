@@ -51,7 +51,7 @@ def _rungs() -> tuple[Rung, ...]:
         ends = ((x, dim.TOWER_Y - reach, z), (x, dim.TOWER_Y + reach, z))
         for alliance in ("blue", "red"):
             start, end = _SYMMETRY.points_of(alliance, *ends)
-            rungs.append(Rung(name=f"{alliance}_tower_rung_{level}", start=start, end=end))
+            rungs.append(Rung(name=f"{alliance}_tower_rung_{level}", start=start, end=end, alliance=alliance))
     return tuple(rungs)
 
 

@@ -54,6 +54,7 @@ def arrange(field: FieldDefinition, options: frozenset[str]) -> FieldDefinition:
             cages.append(
                 HangingConfig(
                     name=name,
+                    alliance=alliance,
                     shape=Box((dim.CAGE_SIZE, dim.CAGE_SIZE, dim.CAGE_HEIGHT)),
                     mass=7.0,  # estimate: four 1 in Sch 40 pipes and two plates, 6 to 8 kg
                     pivot=pivot,
@@ -62,7 +63,8 @@ def arrange(field: FieldDefinition, options: frozenset[str]) -> FieldDefinition:
                 )
             )
             for end, z in (("top", bottom + dim.CAGE_HEIGHT), ("bottom", bottom)):
-                rungs.append(Rung(name=f"{name} {end}", start=(x0, y0, z), end=(x1, y1, z), mount=name))
+                start, stop = (x0, y0, z), (x1, y1, z)
+                rungs.append(Rung(name=f"{name} {end}", start=start, end=stop, mount=name, alliance=alliance))
     return replace(field, hanging=tuple(cages), rungs=tuple(rungs))
 
 

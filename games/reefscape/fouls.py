@@ -40,6 +40,7 @@ class Fouls:
         self.book = FoulBook(match)
         """What was found."""
         self._releases = Releases(match)
+        self._owners = {body.config.name: body.config.alliance for body in match.hanging}
         self._released: dict[int, int] = {}  # algae by slot: robot that let it go, until it lies
         self._touched: dict[int, tuple[int, float]] = {}  # coral by slot: who touched it last, and when
 
@@ -71,7 +72,7 @@ class Fouls:
         touched, time = self._touched.get(event.slot, (-1, -math.inf))
         robot = event.holder if event.holder >= 0 else touched if self._match.time - time < _KNOCKED else -1
         if robot >= 0 and "Coral" in event.place.kinds:
-            if not event.place.level.startswith(self._match.alliances[robot].capitalize()):
+            if event.place.alliance != self._match.alliances[robot]:
                 self.book.call("G410", robot, _MAJOR, f"takes a coral off {event.place.name}", event.slot)
 
     # --- inside -----------------------------------------------------------------------------------------------------
@@ -84,7 +85,7 @@ class Fouls:
         match, contacts = self._match, self._match.contacts
         mode, is_late = match.timer.phase.mode, match.timer.phase.name == "end game"
         for number, cage in sorted(contacts.hanging):
-            if not cage.startswith(match.alliances[number]):
+            if self._owners[cage] != match.alliances[number]:
                 self.book.call("G405" if mode == "auto" else "G418", number, _MAJOR, f"touches {cage}", cage)
         for number, other in sorted(contacts.robots):
             if match.alliances[number] == match.alliances[other]:
@@ -104,8 +105,9 @@ class Fouls:
     def _climbs(self, number: int) -> bool:
         """Whether a robot hangs on a cage of its alliance, or touches it."""
         rungs = [climber.rung for climber in self._match.robots[number].climbers]
-        names = [rung.mount for rung in rungs if rung] + [c for n, c in self._match.contacts.hanging if n == number]
-        return any(name.startswith(self._match.alliances[number]) for name in names)
+        owners = [rung.alliance for rung in rungs if rung]
+        owners += [self._owners[cage] for robot, cage in self._match.contacts.hanging if robot == number]
+        return self._match.alliances[number] in owners
 
     def _judge_released(self) -> None:
         """Algae that robots let go and that now lie: G411 on the opponent's reef."""

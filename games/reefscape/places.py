@@ -63,6 +63,7 @@ def _places(alliance: Alliance) -> list[RestingPlace]:
                 RestingPlace(
                     name=f"{name} {'ABCDEFGHIJKL'[number]} L{level}",
                     level=level_of(alliance, row),
+                    alliance=alliance,
                     zone=CapsuleZone(start, tip, _BORE_SPARE),
                     capacity=1,
                     kinds=coral,
@@ -79,13 +80,16 @@ def _places(alliance: Alliance) -> list[RestingPlace]:
         zone = CapsuleZone(start, end, _TROUGH_SPARE)
         level_name = level_of(alliance, "trough")
         over = "ABCDEFGHIJKL"[2 * face : 2 * face + 2]
-        places.append(RestingPlace(name=f"{name} {over} L1", level=level_name, zone=zone, kinds=coral))
+        places.append(
+            RestingPlace(name=f"{name} {over} L1", level=level_name, alliance=alliance, zone=zone, kinds=coral)
+        )
     w, length, t = dim.NET_WIDTH / 2.0, dim.NET_LENGTH / 2.0, dim.NET_FRAME_THICKNESS
     low = (dim.FIELD_CENTER[0] - w + t, dim.NET_Y - length + t, dim.NET_FLOOR_HEIGHT)
     high = (dim.FIELD_CENTER[0] + w - t, dim.NET_Y + length - t, dim.NET_RIM_HEIGHT + 0.5 * dim.ALGAE_DIAMETER)
     zone_of_net = BoxZone(*FIELD.symmetry.box_of(alliance, low, high))
     net_level = level_of(alliance, "net")
-    return [*places, RestingPlace(name=f"{name} net", level=net_level, zone=zone_of_net, kinds=("Algae",))]
+    net = RestingPlace(name=f"{name} net", level=net_level, alliance=alliance, zone=zone_of_net, kinds=("Algae",))
+    return [*places, net]
 
 
 PLACES = tuple(place for alliance in ALLIANCES for place in _places(alliance))

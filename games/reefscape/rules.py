@@ -248,7 +248,7 @@ class ReefscapeRules(Rules):
         alliance = self.match.alliances[robot.number]
         for climber in robot.climbers:
             rung = climber.rung
-            if rung is not None and rung.mount.startswith(alliance):
+            if rung is not None and rung.alliance == alliance:
                 if ground_clearance(*robot.chassis.wheel_ground()).is_airborne:
                     return "ShallowCage" if f"{rung.mount}_shallow" in self.match.options else "DeepCage"
         return "Parked" if overlaps(self.match.outline(robot.number), BARGE_ZONE) else "None"

@@ -363,7 +363,7 @@ class Game:
         elements: Sequence[FieldElement] = (),
         drivable: Sequence[str] = (),
         pieces: Sequence[PieceSupply] = (),
-        robot: RobotConfig | None = None,
+        robot: Callable[[], RobotConfig] | None = None,
         zones: Sequence[ScoringZone] = (),
         places: Sequence[RestingPlace] = (),
     ) -> Game:
@@ -386,7 +386,7 @@ class Game:
             steer_stator_limit=40.0,
             steer_supply_limit=20.0,
         )
-        config = robot or RobotConfig(drivetrain=SwerveConfig.square(0.53, module))
+        drivetrain = SwerveConfig.square(0.53, module)
         wall = FieldBoundary(length=size[0], width=size[1], side_height=0.5, end_height=2.0)
         return cls(
             name="bare",
@@ -402,6 +402,6 @@ class Game:
             staging=lambda rng, entries: (),
             zones=tuple(zones),
             places=tuple(places),
-            robot=lambda: config,
+            robot=robot or (lambda: RobotConfig(drivetrain=drivetrain)),
             starts=((0.25 * size[0], 0.5 * size[1], 0.0),),
         )

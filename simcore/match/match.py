@@ -173,7 +173,7 @@ class Match(MatchState):
             pieces=pieces,
             zones=zones,
             places=places,
-            robot=robot,
+            robot=None if robot is None else lambda: robot,
         )
         return cls(game, robots=(RobotEntry(start=start),), **settings)
 

@@ -22,9 +22,7 @@ from simcore.units import TICK
 __all__ = ["RobotContacts", "StructureRecoil"]
 
 _AHEAD = 0.2  # [m]; the engine is asked about what is so much farther apart than what touches, and nearer
-_HIT = (
-    0.5  # [m/s] in a tick; tires change a robot's velocity by 0.25, so one that leans on something pushes nothing
-)
+_HIT = 0.5  # [m/s] in a tick; tires change a robot's velocity by 0.25, so one that leans on something pushes nothing
 _BESIDE = 0.02  # [m]; what is within this of a structure may rest on it
 _NEAR = 0.1  # [m]; robots that cannot come as near to a structure in a tick are not asked whether they touch it
 _AT_REST = (int(PieceStatus.ASLEEP), int(PieceStatus.PLACED))

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
-from typing import Literal
 
 import numpy as np
 
@@ -13,11 +12,9 @@ from simcore.errors import ConfigError
 from simcore.geometry.zones import Zone
 from simcore.pieces.shot_opening import ShotOpening
 from simcore.quantities import Quantity, require_fields
-from simcore.typing import BoolArray, FloatArray, IntArray
+from simcore.typing import Alliance, BoolArray, FloatArray, IntArray
 
 __all__ = ["Alliance", "FoulEvent", "ScoreEvent", "ScoringTracker", "ScoringZone", "other_alliance"]
-
-Alliance = Literal["blue", "red"]
 
 
 def other_alliance(alliance: Alliance) -> Alliance:

@@ -18,6 +18,7 @@ from simcore.physics.shapes import Box, Cylinder, Sphere, bounding_box
 from simcore.physics.surface import WALL, TerrainSurface
 from simcore.physics.world import PhysicsWorld
 from simcore.quantities import FIELD_LENGTH, FIELD_PLACE, MASS, Quantity, require_fields
+from simcore.typing import Alliance
 
 __all__ = ["HangingBody", "HangingConfig"]
 
@@ -41,6 +42,8 @@ class HangingConfig:
     """Where its chain is fastened, field frame [m]."""
     drop: float
     """From the pivot down to the center of mass [m]."""
+    alliance: Alliance | None = None
+    """Whose it is; None: nobody's."""
     surface: TerrainSurface = WALL
     damping: float = 0.3
     """Part of its angular velocity that friction and air take in a second [1/s]; a swing decays with half of it."""

@@ -17,7 +17,7 @@ from simcore.geometry.rotation import Vector, rotate
 from simcore.geometry.zones import Zone
 from simcore.pieces.pool import PiecePool, PieceStatus
 from simcore.quantities import Quantity, require_fields
-from simcore.typing import IntArray
+from simcore.typing import Alliance, IntArray
 
 __all__ = ["PlaceEvent", "RestingPlace", "RestingPlaces"]
 
@@ -36,6 +36,8 @@ class RestingPlace:
     level: str = ""
     """What it is counted with, e.g. all places of one height. One that begins with `Blue` or `Red` is shown as that
     alliance's: `BlueL4`."""
+    alliance: Alliance | None = None
+    """Whose it is; None: nobody's."""
     zone: Zone
     """Where the center of a piece must be."""
     capacity: int | None = None

@@ -18,6 +18,7 @@ from simcore.physics.hanging import HangingBody
 from simcore.quantities import FIELD_PLACE, ROBOT_LENGTH, ROBOT_PLACE, require_fields
 from simcore.robot.chassis import ChassisSimulation
 from simcore.robot.shaft import ShaftSim
+from simcore.typing import Alliance
 
 __all__ = ["Climber", "ClimberConfig", "Rung"]
 
@@ -39,6 +40,8 @@ class Rung:
     """The other end [m]."""
     mount: str = ""
     """What hanging body it is part of; it is then where it is while that hangs at rest. Empty: it stays there."""
+    alliance: Alliance | None = None
+    """Whose it is; None: nobody's."""
 
     def __post_init__(self) -> None:
         require_fields(self, f"Rung {self.name!r}", start=(FIELD_PLACE,) * 3, end=(FIELD_PLACE,) * 3)
