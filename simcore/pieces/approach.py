@@ -1,8 +1,9 @@
 """Pieces that are no balls come to what they meet, not into it.
 
-An engine that is not exact finds a contact at the start of the step after it, when something thin is already deep in a
-floor or through a wall. Balls have `impacts`; another shape that would get into something in the coming sub-step goes
-only as far as it, and has its velocity again when the step is over: then the engine plays the impact, from the outside.
+The engines find a contact at the start of the step after it, when something thin is already deep in a floor or through
+a wall. Balls have `impact_events`; another shape flies until it may touch something. If it would then get into that in
+the coming sub-step, it goes only as far as it, and has its velocity again when the step is over: then the engine plays
+the impact, from the outside.
 The piece is late by a part of a sub-step, which is all that it costs.
 
 Engines find one place of contact at a time for anything but balls and boxes, so that a tube which lands flat turns
@@ -52,8 +53,8 @@ class Approach:
         self.has_fine = bool(self._is_fine.any())
         """Whether there are pieces that need short steps while they move."""
         self._others = {row for row, ball in zip(pool.rows, pool.is_ball.tolist(), strict=True) if not ball}
-        self.is_needed = bool(self._others) and not world.engine.is_exact
-        """Whether there are pieces that are no balls, on an engine that needs this."""
+        self.is_needed = bool(self._others)
+        """Whether there are pieces that are no balls."""
         self._held_back: list[tuple[int, FloatArray]] = []
 
     def longest_step(self, awake: IntArray) -> float:
@@ -61,16 +62,13 @@ class Approach:
         world, slots = self._world, awake[self._is_fine[awake]]
         if not len(slots):
             return math.inf
-        step = _STEP
-        if not world.engine.is_exact:
-            twist = world.engine.velocities(self._pool.rows_of(slots))
-            rim = lengths(twist[:, :3])
-            rim += self._pool.radius[slots] * lengths(twist[:, 3:])
-            if world.floor is not None:
-                self._lift(slots)
-            each = np.maximum(self._shortest[slots], self._move[slots] / np.maximum(rim, 1e-6))
-            step = min(_STEP, float(each.min()))
-        return step
+        twist = world.engine.velocities(self._pool.rows_of(slots))
+        rim = lengths(twist[:, :3])
+        rim += self._pool.radius[slots] * lengths(twist[:, 3:])
+        if world.floor is not None:
+            self._lift(slots)
+        each = np.maximum(self._shortest[slots], self._move[slots] / np.maximum(rim, 1e-6))
+        return min(_STEP, float(each.min()))
 
     def _lift(self, slots: IntArray) -> None:
         """Put pieces that were pressed into the floor back on it: PyBullet finds no contact of what is all inside."""

@@ -40,6 +40,7 @@ _FAST, _SLOW = 6.0, 3.0  # [m/s]; faster balls in contact have their impacts on 
 _STANDS = 0.05  # [m/s]; slower balls are where they were at the start of the tick, until they are hit
 _KNOCK_REACH, _KNOCK_WAYS = 0.3, 4.0  # [m] and ways of a tick, as far as a knock may get from a fast ball in a tick
 _KNOCK_LENGTH = 20  # balls of a row, each of which takes a third of the knock
+_SLOW_WAY = 0.5  # of a radius, in a part of a tick
 _LEAST_SPIN = 1e-6  # [rad/s]
 
 
@@ -278,6 +279,10 @@ class FlyingPieces:
         """Move on by h [s], before the engine does."""
         self._finish()
         self._blow()
+        slow = lengths(self._vel[self._slots]) * h < _SLOW_WAY * self._pool.radius[self._slots]
+        self._land(
+            self._slots[slow & self._is_landing[self._slots]]
+        )  # faster ones wait for a tick with steps short enough
         slots = self._slots
         if not (len(slots) or self._has_movers):
             return
