@@ -230,7 +230,9 @@ class FlyingPieces:
             reached = touching_chain(state.pos[others], radius[others], meets.any(axis=0), _KNOCK_LENGTH)
             for slot in others[reached & self._pool.is_frozen[others]].tolist():
                 self._wake(slot)
-            self._near, self._moves, self._has_movers = others, moves > _STANDS * dt, bool(meets[: len(rolling)].any())
+            within = np.unique(close_pairs(pos, state.pos[others], reach[:, 0])[1])
+            self._near, self._moves = others[within], moves[within] > _STANDS * dt
+            self._has_movers = bool(meets[: len(rolling)].any())
 
     def end_tick(self, dt: float) -> None:
         """After a tick: balls that came to lie on something are the engine's from now on."""

@@ -288,7 +288,7 @@ class ImpactEvents:
             place = place - now * robot.vel  # on the robot as it is at the start of the part
             vx, vy, vz = robot.velocity_at(place).tolist()
             moving, ratio = (vx, vy, vz), mass * robot.inverse_mass(place, n)
-        approach = -sum((v - u) * c for v, u, c in zip(vel, moving, normal, strict=True))
+        approach = -_along(vel, moving, normal)
         after, spin = hit_surface(
             vel,
             arc.spin,
@@ -301,14 +301,14 @@ class ImpactEvents:
         )
         if robot is not None:
             robot.push(place, -mass * (np.array(after) - np.array(vel)))
-        leaves = sum((v - u) * c for v, u, c in zip(after, moving, normal, strict=True))
+        leaves = _along(after, moving, normal)
         arc.surfaces += 1
         self._turn(arc, now, pos, after, spin)
         arc.is_landing = (
             leaves < (LEAST_BOUNCE * normal[2] if robot is None else _GENTLE) or arc.surfaces >= _MOST_OF_ONE
         )
         if arc.is_landing:
-            pull = min(0.0, sum(a * c for a, c in zip(arc.acc, normal, strict=True)))
+            pull = min(0.0, _along(arc.acc, (0.0, 0.0, 0.0), normal))
             x, y, z = (v - leaves * c for v, c in zip(after, normal, strict=True))
             ax, ay, az = (a - pull * c for a, c in zip(arc.acc, normal, strict=True))
             arc.vel, arc.acc = (x, y, z), (ax, ay, az)
@@ -343,8 +343,13 @@ class ImpactEvents:
                 vel = (vel[0], vel[1], 0.0)
             self._turn(arc, now, pos, vel, spin)
             if arc.is_flying and not other.is_flying:
-                leaves = sum((v - w) * n for v, w, n in zip(va, vb, normal, strict=True))
+                leaves = _along(va, vb, normal)
                 arc.is_landing = leaves < _GENTLE
+
+
+def _along(a: Vector, b: Vector, normal: Vector) -> float:
+    """Of a difference, along a unit vector."""
+    return (a[0] - b[0]) * normal[0] + (a[1] - b[1]) * normal[1] + (a[2] - b[2]) * normal[2]
 
 
 def _chord(arc: Arc, h: float) -> tuple[FloatArray, FloatArray]:
