@@ -29,7 +29,7 @@ class Mutant(NamedTuple):
 
 
 MATCH, FLOW = "simcore/match/match.py", "simcore/match/piece_flow.py"
-MANAGER = "simcore/pieces/piece_manager.py"
+MANAGER, MOVING = "simcore/pieces/piece_manager.py", "simcore/pieces/moving_pieces.py"
 SLEEPING = "simcore/pieces/sleeping.py"
 MANIPULATORS, ROBOT = "tests/physics/test_manipulators.py", "tests/physics/test_robot.py"
 SHOOTER, SHOTS = "tests/unit/pieces/test_shooter.py", "tests/physics/test_shots.py"
@@ -67,7 +67,7 @@ MUTANTS = (
     Mutant("pieces come back in a pile", "simcore/pieces/free_places.py",
            "if len(taken) and", "if False and len(taken) and",
            f"{RETURNED}::test_thirty_shots_out_of_the_field_come_back_beside_each_other"),
-    Mutant("what rests behind a wall stays there", MANAGER, "if out.any():", "if False:",
+    Mutant("what rests behind a wall stays there", MOVING, "if out.any():", "if False:",
            f"{RETURNED}::test_what_comes_to_rest_behind_or_on_a_wall_is_brought_back"),
     Mutant("a robot is put on fuel", MANAGER, "for slot in here[inside].tolist():", "for slot in ():",
            f"{RETURNED}::test_a_robot_is_never_put_on_fuel"),
@@ -75,7 +75,7 @@ MUTANTS = (
            "other_current = self.mechanism_current",
            "other_current = 0.0",
            "tests/games/test_robot_power.py::test_mechanisms_load_the_battery_and_estimates_do_not"),
-    Mutant("pieces that moved are shown where they were", MANAGER, "            self._pool.changes += 1\n", "",
+    Mutant("pieces that moved are shown where they were", MOVING, "            self._pool.changes += 1\n", "",
            "tests/physics/test_shown_pieces.py::test_shown_pieces_are_those_that_are_there"),
     Mutant("intake takes what flies", FLOW, "near &= ~self._pieces.is_untouched[slots]", "",
            f"{MANIPULATORS}::test_a_piece_in_flight_is_not_taken_until_it_has_touched_something"),

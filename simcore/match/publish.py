@@ -10,6 +10,7 @@ import numpy as np
 
 from simcore.geometry.rotation import multiply, rotate
 from simcore.match.scoring import Alliance
+from simcore.pieces.pool import PieceStatus
 from simcore.robot.ground_clearance import ground_clearance
 from simcore.robot.mechanisms import ArmSim, ElevatorSim, RackSim
 from simcore.robot.positioned_mechanisms import PistonSim
@@ -144,6 +145,9 @@ def _add_match(rows: _Rows, match: MatchState) -> None:
         "Sim/Score/Blue": score.blue,
         "Sim/Performance/SubSteps": match.substeps,
         "Sim/Performance/AwakePieces": len(match.pieces.awake),
+        "Sim/Performance/FlyingPieces": match.pieces.count(PieceStatus.IN_FLIGHT),
+        "Sim/Performance/PiecesInContact": len(match.pieces.in_contact),
+        "Sim/Performance/SleepingPieces": match.pieces.count(PieceStatus.ASLEEP),
         "Sim/Shots": len(match.flow.shots),
         "Sim/Hits": match.flow.hits,
     }

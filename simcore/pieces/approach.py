@@ -1,8 +1,9 @@
 """Pieces that are no balls come to what they meet, not into it.
 
-An engine finds a contact at the start of the step after it, when something thin is already deep in a
-floor or through a wall. Balls have `impacts`; another shape that would get into something in the coming sub-step goes
-only as far as it, and has its velocity again when the step is over: then the engine plays the impact, from the outside.
+The engines find a contact at the start of the step after it, when something thin is already deep in a floor or through
+a wall. Balls have `impact_events`; another shape flies until it may touch something. If it would then get into that in
+the coming sub-step, it goes only as far as it, and has its velocity again when the step is over: then the engine plays
+the impact, from the outside.
 The piece is late by a part of a sub-step, which is all that it costs.
 
 Engines find one place of contact at a time for anything but balls and boxes, so that a tube which lands flat turns

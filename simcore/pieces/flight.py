@@ -85,7 +85,9 @@ class FlightState:
         air = AirRows(
             drag=self.air.drag[rows], lift=self.air.lift[rows], lift_saturation=self.air.lift_saturation[rows]
         )
-        return FlightState(pos=self.pos[rows], vel=self.vel[rows], spin=self.spin[rows], radius=self.radius[rows], air=air)
+        return FlightState(
+            pos=self.pos[rows], vel=self.vel[rows], spin=self.spin[rows], radius=self.radius[rows], air=air
+        )
 
     def advanced(self, dt: float | FloatArray, *, gravity: float = GRAVITY) -> FlightState:
         """The same balls after a time [s], one for all or shape (n, 1)."""

@@ -40,6 +40,7 @@ _FAST, _SLOW = 6.0, 3.0  # [m/s]; faster balls in contact have their impacts on 
 _STANDS = 0.05  # [m/s]; slower balls are where they were at the start of the tick, until they are hit
 _KNOCK_REACH, _KNOCK_WAYS = 0.3, 4.0  # [m] and ways of a tick, as far as a knock may get from a fast ball in a tick
 _KNOCK_LENGTH = 20  # balls of a row, each of which takes a third of the knock
+_SLOW_WAY = 0.5  # of a radius, in a part of a tick
 _LEAST_SPIN = 1e-6  # [rad/s]
 
 
@@ -229,7 +230,9 @@ class FlyingPieces:
             reached = touching_chain(state.pos[others], radius[others], meets.any(axis=0), _KNOCK_LENGTH)
             for slot in others[reached & self._pool.is_frozen[others]].tolist():
                 self._wake(slot)
-            self._near, self._moves, self._has_movers = others, moves > _STANDS * dt, bool(meets[: len(rolling)].any())
+            within = np.unique(close_pairs(pos, state.pos[others], reach[:, 0])[1])
+            self._near, self._moves = others[within], moves[within] > _STANDS * dt
+            self._has_movers = bool(meets[: len(rolling)].any())
 
     def end_tick(self, dt: float) -> None:
         """After a tick: balls that came to lie on something are the engine's from now on."""
@@ -278,6 +281,10 @@ class FlyingPieces:
         """Move on by h [s], before the engine does."""
         self._finish()
         self._blow()
+        slow = lengths(self._vel[self._slots]) * h < _SLOW_WAY * self._pool.radius[self._slots]
+        self._land(
+            self._slots[slow & self._is_landing[self._slots]]
+        )  # faster ones wait for a tick with steps short enough
         slots = self._slots
         if not (len(slots) or self._has_movers):
             return

@@ -27,7 +27,9 @@ __all__ = ["LEAST_BOUNCE", "Arc", "BallRows", "ImpactEvents"]
 _LEAST_APPROACH = 0.1  # [m/s]; slower impacts have no restitution: a bounce of 0.5 mm
 LEAST_BOUNCE = 0.15
 """A ball that leaves a level surface more slowly has come to lie on it [m/s]: it would rise by 1 mm."""
-_GENTLE = 0.3  # [m/s]; slower impacts of balls on each other are the engine's, and all of what has come to lie
+_GENTLE = 0.3  # [m/s]; slower impacts of flying balls on others are the engine's, and all of what has come to lie
+_SHARE = 0.03  # of the fastest: a row of inelastic balls has no end of gentler impacts
+_KNOCK = 0.6  # [m/s]; the same of balls that lie on each other: an engine passes gentler ones on by itself
 _MOST_OF_ONE = 10  # impacts of one ball on surfaces in a part: then it is caught between them, and squeezed
 _STANDS = 1e-9  # [m/s]; slower is rounding
 _LEVEL = 0.003  # [m]; balls that lie on one surface, a little pressed into it, push each other along it
@@ -160,7 +162,9 @@ class ImpactEvents:
         chord = balls.vel.copy()
         chord[:n] += 0.5 * h * balls.acc
         base = balls.pos.copy()  # where the chord was at time 0
-        times = _first_meetings(base, chord, radius, h)
+        knock = max(_KNOCK, _SHARE * float(lengths(chord).max(initial=0.0)))
+        least = np.where(np.arange(len(slots)) < n, _GENTLE, knock)  # [m/s]
+        times = _first_meetings(base, chord, radius, least, h)
         arcs = {k: balls.arc(k) for k in range(n)}
         next_surface = self._surfaces(h, list(arcs.values()), balls.near_field)
         surface_times = np.array([meeting.time for meeting in next_surface] + [math.inf])
@@ -181,12 +185,14 @@ class ImpactEvents:
             for k in changed:
                 base[k], chord[k] = _chord(arcs[k], h)
             away = (base + now * chord) - (base[changed] + now * chord[changed])[:, None]
-            contact = np.square(radius + radius[changed][:, None])
-            found = now + _meeting_times(away, chord - chord[changed][:, None], contact)
+            contact, gentle = radius + radius[changed][:, None], np.minimum(least, least[changed][:, None])
+            found = now + _meeting_times(away, chord - chord[changed][:, None], contact, gentle)
             times[changed], times[:, changed] = found, found.T
-            some = [k for k in changed if k < n]
-            for k, meeting in zip(some, self._surfaces(h, [arcs[k] for k in some], [True] * len(some)), strict=True):
-                next_surface[k], surface_times[k] = meeting, meeting.time
+            if some := [k for k in changed if k < n]:
+                for k, meeting in zip(
+                    some, self._surfaces(h, [arcs[k] for k in some], [True] * len(some)), strict=True
+                ):
+                    next_surface[k], surface_times[k] = meeting, meeting.time
         for robot in self._robots:
             if robot.is_hit:
                 self._world.engine.set_velocity(robot.row, robot.vel.tolist(), robot.rate.tolist())
@@ -282,7 +288,7 @@ class ImpactEvents:
             place = place - now * robot.vel  # on the robot as it is at the start of the part
             vx, vy, vz = robot.velocity_at(place).tolist()
             moving, ratio = (vx, vy, vz), mass * robot.inverse_mass(place, n)
-        approach = -sum((v - u) * c for v, u, c in zip(vel, moving, normal, strict=True))
+        approach = -_along(vel, moving, normal)
         after, spin = hit_surface(
             vel,
             arc.spin,
@@ -295,12 +301,14 @@ class ImpactEvents:
         )
         if robot is not None:
             robot.push(place, -mass * (np.array(after) - np.array(vel)))
-        leaves = sum((v - u) * c for v, u, c in zip(after, moving, normal, strict=True))
+        leaves = _along(after, moving, normal)
         arc.surfaces += 1
         self._turn(arc, now, pos, after, spin)
-        arc.is_landing = leaves < LEAST_BOUNCE * (normal[2] if robot is None else 1.0) or arc.surfaces >= _MOST_OF_ONE
+        arc.is_landing = (
+            leaves < (LEAST_BOUNCE * normal[2] if robot is None else _GENTLE) or arc.surfaces >= _MOST_OF_ONE
+        )
         if arc.is_landing:
-            pull = min(0.0, sum(a * c for a, c in zip(arc.acc, normal, strict=True)))
+            pull = min(0.0, _along(arc.acc, (0.0, 0.0, 0.0), normal))
             x, y, z = (v - leaves * c for v, c in zip(after, normal, strict=True))
             ax, ay, az = (a - pull * c for a, c in zip(arc.acc, normal, strict=True))
             arc.vel, arc.acc = (x, y, z), (ax, ay, az)
@@ -330,13 +338,18 @@ class ImpactEvents:
             restitution=sa.restitution * sb.restitution,
             friction=sa.friction * sb.friction,
         )
-        for arc, pos, vel, spin, other, up in ((a, pos_a, va, wa, b, normal[2]), (b, pos_b, vb, wb, a, -normal[2])):
+        for arc, pos, vel, spin, other in ((a, pos_a, va, wa, b), (b, pos_b, vb, wb, a)):
             if not arc.is_flying and vel[2] < 0.0:  # something carries it
                 vel = (vel[0], vel[1], 0.0)
             self._turn(arc, now, pos, vel, spin)
             if arc.is_flying and not other.is_flying:
-                leaves = sum((v - w) * n for v, w, n in zip(va, vb, normal, strict=True))
-                arc.is_landing = leaves < LEAST_BOUNCE * up
+                leaves = _along(va, vb, normal)
+                arc.is_landing = leaves < _GENTLE
+
+
+def _along(a: Vector, b: Vector, normal: Vector) -> float:
+    """Of a difference, along a unit vector."""
+    return (a[0] - b[0]) * normal[0] + (a[1] - b[1]) * normal[1] + (a[2] - b[2]) * normal[2]
 
 
 def _chord(arc: Arc, h: float) -> tuple[FloatArray, FloatArray]:
@@ -362,7 +375,7 @@ def _fall_time(gap: float, away: float, pull: float) -> float:
     return 2.0 * gap / faster if faster > 1e-12 else math.inf
 
 
-def _first_meetings(pos: FloatArray, vel: FloatArray, radius: FloatArray, h: float) -> FloatArray:
+def _first_meetings(pos: FloatArray, vel: FloatArray, radius: FloatArray, least: FloatArray, h: float) -> FloatArray:
     """When balls first meet each other within h [s], inf for never or too gently, shape (n, n)."""
     times: FloatArray = np.full((len(pos), len(pos)), np.inf)
     way = lengths(vel) * h
@@ -370,23 +383,26 @@ def _first_meetings(pos: FloatArray, vel: FloatArray, radius: FloatArray, h: flo
     room = radius[i] + radius[j] + way[i] + way[j]
     close = (away2 < room * room) & (way[i] + way[j] > _GENTLE * h)
     i, j = i[close], j[close]
-    times[i, j] = _meeting_times(pos[j] - pos[i], vel[j] - vel[i], np.square(radius[i] + radius[j]))
+    times[i, j] = _meeting_times(
+        pos[j] - pos[i], vel[j] - vel[i], radius[i] + radius[j], np.minimum(least[i], least[j])
+    )
     return times
 
 
-def _meeting_times(away: FloatArray, closing: FloatArray, contact: FloatArray) -> FloatArray:
+def _meeting_times(away: FloatArray, closing: FloatArray, contact: FloatArray, least: FloatArray) -> FloatArray:
     """When pairs of balls touch [s], inf for never or too gently, shape (...).
 
     Args:
         away: Of one center from the other, shape (..., 3).
         closing: Its velocity, shape (..., 3).
-        contact: Square of the distance at which they touch, shape (...).
+        contact: Distance at which they touch, shape (...).
+        least: Approach that counts as an impact [m/s], shape (...).
     """
     along = np.einsum("...j,...j->...", away, closing)
     speed2 = np.einsum("...j,...j->...", closing, closing)
-    gap = np.einsum("...j,...j->...", away, away) - contact
+    gap = np.einsum("...j,...j->...", away, away) - contact * contact
     root = along * along - speed2 * gap
-    meet = (along < 0.0) & (root > 0.0) & (along * along > _GENTLE * _GENTLE * contact)
+    meet = (along < -least * contact) & (root > 0.0)
     times: FloatArray = np.full(meet.shape, np.inf)
     times[meet] = np.maximum(gap[meet], 0.0) / (np.sqrt(root[meet]) - along[meet])
     return times

@@ -25,6 +25,7 @@ DOUBLES = {
 INTEGERS = {
     "Sim/Score/Total", "Sim/Score/Red", "Sim/Score/Blue", "Sim/Score/BlueHub", "Sim/Score/RedHub",
     "Sim/Intake/HeldCount", "Sim/Debug/HeldCount", "Sim/Performance/SubSteps", "Sim/Performance/AwakePieces",
+    "Sim/Performance/FlyingPieces", "Sim/Performance/PiecesInContact", "Sim/Performance/SleepingPieces",
 }  # fmt: skip
 BOOLEANS = {
     "Sim/Match/BlueHubActive",

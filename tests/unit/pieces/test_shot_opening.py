@@ -28,7 +28,8 @@ def shots(vel, drag=0.0, pos=(0.0, 0.0, 0.5)):
     vel = np.atleast_2d(np.array(vel, dtype=float))
     n = len(vel)
     air = AirRows(drag=np.full(n, drag), lift=np.zeros(n), lift_saturation=np.zeros(n))
-    return FlightState(pos=np.repeat([pos], n, axis=0), vel=vel, spin=np.zeros((n, 3)), radius=np.full(n, RADIUS), air=air)
+    pos, spin = np.repeat([pos], n, axis=0), np.zeros((n, 3))
+    return FlightState(pos=pos, vel=vel, spin=spin, radius=np.full(n, RADIUS), air=air)
 
 
 def fly(rows, **parts):
