@@ -38,9 +38,10 @@ _RELAXATION = 0.02  # [s]; overlaps of rigid bodies go away with this time const
 _DEEPEST = 0.01  # [m]; deeper overlaps of rigid bodies push no more: bodies put into each other do not explode
 _HARDNESS = 1e-3  # regularization of an impact, in parts of its inverse mass
 _BARELY = 0.0015  # [m]; soft bodies that overlap by less can still bounce, what is squeezed is a spring
-_DAMPING_RATIO = 2.0  # of soft bodies, as on PyBullet
+_DAMPING_RATIO = 8.0  # of soft bodies to critical, as on PyBullet: a robot that presses foam comes to rest
 _SLIP = 2e-4  # regularization of friction, in parts of the inverse mass: what is held creeps by that times h times pull
 _PASSES = 8  # solutions of a step at most
+_MANY = 900  # rows; with more, Newton's method takes up to seconds a step, conjugate gradients some 10 ms
 _LIFT_TOLERANCE, _OF_BALLS = 0.001, 0.05  # [m/s], of what is taken off the normals: a box that slides must not hop
 _TIE_REPAIR = 0.2  # of the gap between a body and its pivot, in a step
 _TIE_SOFTNESS = 1e-4  # regularization of such a tie, in parts of the inverse mass
@@ -144,6 +145,8 @@ class ContactLaw:
         In each body frame the mass matrix is diagonal, so the inverse mass of a row is the sum of its entries squared.
         """
         mj, m, d = self._mj, self._m, self._d
+        solvers = mj.mjtSolver
+        m.opt.solver = solvers.mjSOL_CG if d.nefc > _MANY else solvers.mjSOL_NEWTON
         contact, address = d.contact, d.contact.efc_address
         used = np.nonzero(address >= 0)[0]
         row = address[used]
