@@ -118,8 +118,10 @@ def check_by_engine(table: ShotTable, shots: int, *, seed: int, engine: str | No
     checks = []
     for row, found in zip(rows, seen, strict=True):
         scored, expected, errors = (list(column) for column in zip(*found, strict=True)) if found else ([], [], [])
-        lost = sum(should and not did for did, should in zip(scored, expected, strict=True))
-        checks.append(EngineCheck(row, len(found), sum(scored), sum(expected), lost, max(errors, default=0.0)))
+        lost = [should and not did for did, should in zip(scored, expected, strict=True)].count(True)
+        checks.append(
+            EngineCheck(row, len(found), scored.count(True), expected.count(True), lost, max(errors, default=0.0))
+        )
     return checks
 
 
