@@ -109,7 +109,7 @@ class GamePieceConfig:
             friction=self.friction,
             restitution=self.restitution,
             rolling=self.rolling,
-            stiffness=self.stiffness if self.foam is None else self.foam.dynamic,
+            stiffness=self.stiffness.dynamic if isinstance(self.stiffness, FoamStiffness) else self.stiffness,
         )
 
     @property
