@@ -5,8 +5,8 @@ How it is set up, and why (each was measured; ratios in docs/measurements.md):
 - Every body uses maximal coordinates (Bullet's plain rigid bodies): no velocity clamp, no hidden quadratic damping,
   a third faster than its multibodies.
 - Every contact of a piece is the piece's own stiffness with a damper, written as Bullet's contact stiffness and
-  damping; they carry load only without split impulses. Solving starts from the forces of the step before: with the
-  usual 85 % of them, 32 iterations leave a ball that a robot presses against a wall (mass ratio 256) 7 mm off.
+  damping; they carry load only without split impulses. Solving starts from the forces of the step before: with
+  PyBullet's own setting, 32 iterations leave a ball that a robot presses against a wall (mass ratio 256) 7 mm off.
 - Contacts start within 1 mm; the default of 20 mm eats slow bounces. Continuous collision detection is off: it takes
   the bounce away, and sub-steps are cheaper while few pieces are fast.
 - Sleeping is ours: the thresholds are 0, so Bullet itself never freezes a body, but it wakes those that are touched.

@@ -222,17 +222,18 @@ class MovingPieces:
         awake = self.awake
         if len(awake):
             is_flying = self._flying.is_flying[awake]
-            moved = awake[~is_flying]
-            now = np.zeros((len(awake), 3))
-            now[is_flying] = self._flying.positions(awake[is_flying])
-            now[~is_flying] = self._world.engine.centers(self._contact_rows)
+            moved, now = self._in_contact, self._world.engine.centers(self._contact_rows)
+            if len(moved) < len(awake):
+                there, now = now, np.empty((len(awake), 3))
+                now[is_flying] = self._flying.positions(awake[is_flying])
+                now[~is_flying] = there
             before = state.before[awake] = state.pos.take(awake, axis=0)
             vel = (now - before) / dt
             rise = state.vel[moved, 2]
             state.pos[awake], state.vel[awake] = now, vel
             self._pool.changes += 1
             self._flying.end_tick(dt)
-            self._flying.take_over(moved, vel[~is_flying, 2], rise, dt)
+            self._flying.take_over(moved, state.vel[moved, 2], rise, dt)
             self._recover(awake, now)
         self._squeezing.read(awake, dt)
         self._tick += 1

@@ -104,7 +104,7 @@ class Squeezing:
         """Whether what lies higher than on the carpet weighs enough to squeeze what is below it."""
         state, pool = self._pool.state, self._pool
         high = state.touchable & (state.pos[:, 2] > 2.0 * pool.radius)
-        return bool(self._world.gravity * pool.mass @ high > _LIGHT)
+        return bool(self._world.gravity * pool.mass @ high > _HEAVY)
 
     def _is_robot_pressing(self) -> bool:
         """Whether a piece that a robot touches has something on its other side, too."""

@@ -239,7 +239,7 @@ def test_a_row_of_touching_sleepers_passes_a_knock_on_to_its_last():
     assert (np.diff(end[:, 0]) > 2 * RADIUS - 0.002).all(), "and none lies in another"
 
 
-@pytest.mark.engines("bullet")  # MuJoCo: sleepers that are not loosened are statics, and a robot at 1.5 m/s stops at them
+@pytest.mark.engines("bullet")  # MuJoCo: a robot at 1.5 m/s stops at sleepers that are fixed
 @pytest.mark.parametrize("speed", [0.7, 1.5, 2.4])
 @pytest.mark.parametrize("pitch", [0.1501, 0.152])
 def test_a_robot_ploughs_through_sleepers_as_if_all_were_awake(speed, pitch):
