@@ -20,6 +20,15 @@ _COLUMNS = ("elevation_deg", "hood_turns", "speed_mps", "wheel_rps", "lead_deg",
 """What robot code needs of a row."""
 
 
+_UNITS = {"rad": ("deg", 180.0 / math.pi), "m/s": ("mps", 1.0), "m": ("m", 1.0), "s": ("s", 1.0), "sd": ("sd", 1.0)}
+_VALUES = (
+    ("bearing", "rad"), ("elevation", "rad"), ("hood", "turns"), ("speed", "m/s"), ("wheel", "rps"), ("lead", "rad"),
+    ("time_of_flight", "s"), ("entry_angle", "rad"), ("by_board", ""), ("slowest", "m/s"), ("fastest", "m/s"),
+    ("flattest", "rad"), ("steepest", "rad"), ("margin", "sd"),
+)  # fmt: skip
+"""Attributes of a row, and their units there or, of what turns, in the file."""
+
+
 def row_values(row: ShotTableRow, check: FlightCheck | None = None) -> dict[str, Any]:
     """A row by the names of its columns, unit and all; None for what there is not."""
     values: dict[str, Any] = {
@@ -29,35 +38,16 @@ def row_values(row: ShotTableRow, check: FlightCheck | None = None) -> dict[str,
         "feasible": row.is_feasible,
         "problem": row.problem,
     }
-    numbers = {
-        "bearing_deg": math.degrees(row.bearing),
-        "elevation_deg": math.degrees(row.elevation),
-        "hood_turns": None if row.hood is None else row.hood / math.tau,
-        "speed_mps": row.speed,
-        "wheel_rps": row.wheel_speed / math.tau,
-        "lead_deg": math.degrees(row.lead),
-        "time_of_flight_s": row.time_of_flight,
-        "entry_angle_deg": math.degrees(row.entry_angle),
-        "by_board": row.by_board if row.is_feasible else None,
-        "slowest_mps": row.slowest,
-        "fastest_mps": row.fastest,
-        "flattest_deg": math.degrees(row.flattest),
-        "steepest_deg": math.degrees(row.steepest),
-        "margin_sd": row.margin,
-    }
-    for name, number in numbers.items():
+    for name, unit in _VALUES:
+        number = getattr(row, "wheel_speed" if name == "wheel" else name)
+        suffix, factor = _UNITS.get(unit, (unit, 1.0 / math.tau))
         if isinstance(number, float):
-            values[name] = round(number, 4) if math.isfinite(number) else None
-        else:
-            values[name] = number
-    for name, share in (
-        ("share", row.share),
-        ("between", row.between),
-        ("check", None if check is None else check.found),
-    ):
-        values[name] = None if share is None else round(share.value, 4)
-        values[f"{name}_lower"] = None if share is None else round(share.lower, 4)
-        values[f"{name}_upper"] = None if share is None else round(share.upper, 4)
+            number = round(number * factor, 4) if math.isfinite(number) else None
+        values[f"{name}_{suffix}" if suffix else name] = number if row.is_feasible else None
+    shares = {"share": row.share, "between": row.between, "check": None if check is None else check.found}
+    for name, share in shares.items():
+        for end, part in (("", "value"), ("_lower", "lower"), ("_upper", "upper")):
+            values[f"{name}{end}"] = None if share is None else round(getattr(share, part), 4)
         values[f"{name}_shots"] = None if share is None else share.n
     values["check_holds"] = None if check is None else check.holds
     return values
@@ -129,10 +119,8 @@ def table_python(table: ShotTable) -> str:
         shot = tuple(values[name] for name in _COLUMNS) if row.is_feasible else None
         note = row.problem
         if row.share is not None:
-            where = (
-                f", off the board: at a bearing of {math.degrees(row.bearing):.0f} deg alone" if row.by_board else ""
-            )
-            note = f"{row.share.value:.1%} go in{where}"
+            where = f", off the board, at a bearing of {math.degrees(row.bearing):.0f} deg alone"
+            note = f"{row.share.value:.1%} go in{where if row.by_board else ''}"
         lines.append(f"    {key!r}: {shot!r},  # {note}")
         if row.between is not None and row.share is not None:
             after = next(

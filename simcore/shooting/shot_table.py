@@ -243,7 +243,7 @@ def _choose(places: list[_Place]) -> None:
 def _between(task: ShotTask, row: ShotTableRow, after: ShotTableRow, scatter: Scatter, seed: int) -> Share:
     """Of the shots half way between two rows, from where the first was worked out."""
     shot = BestShot(0.5 * (row.elevation + after.elevation), 0.5 * (row.speed + after.speed), 0.0)
-    stand = replace(row.stand, distance=0.5 * (row.distance + after.distance))
+    stand = row.stand._replace(distance=0.5 * (row.distance + after.distance))
     return _share(task, stand, shot, scatter, seed, _BETWEEN_SHOTS)
 
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, fields, replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -36,8 +37,7 @@ _FLATTEST, _STEEPEST = degrees(5.0), degrees(87.0)
 _CORRECTIONS = 4  # of the yaw; the muzzle turns with it
 
 
-@dataclass(frozen=True, slots=True)
-class Stand:
+class Stand(NamedTuple):
     """Where a robot is as a shot leaves, and how it moves, seen from the target."""
 
     distance: float
@@ -299,6 +299,7 @@ class ShotTask:
         """Which of n scattered shots go in of each of m that are meant, as many from each barrel, shape (m, n)."""
         m, n, k = len(elevation), len(draws.elevation), len(self.barrels)
         barrel = np.arange(n) * k // n  # the first ones from the first: no sequence of draws beats with that
-        meant = [np.repeat(one, n) for one in (elevation, speed, self.lead(stand, elevation, speed))]
+        yaw = self.lead(stand, elevation, speed)
+        meant = np.repeat(elevation, n), np.repeat(speed, n), np.repeat(yaw, n)
         each = ShotDraws(**{part.name: np.tile(getattr(draws, part.name), m) for part in fields(draws)})
-        return self.fly(self.rows(stand, *meant, barrel=np.tile(barrel, m), draws=each)).goes_in.reshape(m, n)
+        return self.fly(self.rows(stand, *meant, np.tile(barrel, m), each)).goes_in.reshape(m, n)
