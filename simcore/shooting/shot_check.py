@@ -117,9 +117,9 @@ def check_by_engine(table: ShotTable, shots: int, *, seed: int, engine: str | No
                         seen[number].append((shot.scored, *_flown(table.task, row, shot)))
     checks = []
     for row, found in zip(rows, seen, strict=True):
-        scored, expected, errors = (list(column) for column in zip(*found, strict=True)) if found else ([], [], [])
-        lost = sum(should and not did for did, should in zip(scored, expected, strict=True))
-        checks.append(EngineCheck(row, len(found), sum(scored), sum(expected), lost, max(errors, default=0.0)))
+        scored, expected = [one for one in found if one[0]], [one for one in found if one[1]]
+        lost, worst = [one for one in expected if not one[0]], max((one[2] for one in found), default=0.0)
+        checks.append(EngineCheck(row, len(found), len(scored), len(expected), len(lost), worst))
     return checks
 
 
