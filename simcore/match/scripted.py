@@ -303,16 +303,16 @@ class ScriptedRobot:
         self._feed = False
         yield
 
-    def spin_up(self, target: tuple[float, float, float]) -> None:
+    def spin_up(self, target: tuple[float, float, float], *, rising: bool = False) -> None:
         """Bring the shooter wheels to the speed for a shot from here at a place [m], if there is one."""
         try:
-            self._wheel_goal = self.robot.shooters[0].config.wheel_speed_for(self._solve(target).speed)
+            self._wheel_goal = self.robot.shooters[0].config.wheel_speed_for(self._solve(target, rising).speed)
         except NoShotError:
             return
 
     # --- inside -------------------------------------------------------------------------------------------------
 
-    def _solve(self, target: tuple[float, float, float], rising: bool = True) -> Shot:
+    def _solve(self, target: tuple[float, float, float], rising: bool) -> Shot:
         x, y, yaw = self.pose
         shooter = self.robot.shooters[0].config
         launch = shooter.launch

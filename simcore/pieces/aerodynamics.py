@@ -34,8 +34,9 @@ class Aerodynamics:
     calculator (as printed at coryfront.in/sports/alans-physical-model); that Cl depends on S and hardly on the speed:
     Nathan, Am. J. Phys. 76, 119 (2008). A smooth foam ball is not a baseball, and nobody has published its numbers, not
     even their sign: a smooth ball may bend the other way (reverse Magnus). So lift is off until a team measures its
-    own and sets `lift_slope`. What that may cost: with a slope of 1 (Cl 0.32 at a spin ratio of 1) fuel that rolls off
-    a hood at 10.5 m/s comes down 8 % shorter at 68 degrees, 0.48 m of 6 m, and 6 % farther at 45 degrees.
+    own and sets `lift_slope`. What that may cost: with a slope of 1 (Cl 0.32 at a spin ratio of 1) a ball of 0.15 m and
+    0.215 kg that rolls off a hood at 10.5 m/s comes down 8 % shorter at 68 degrees, 0.48 m of 6 m, and 6 % farther at
+    45 degrees.
     """
 
     drag_coefficient: float = 0.47

@@ -10,6 +10,7 @@ import pytest
 
 from simcore.errors import ConfigError, UnknownNameError
 from simcore.geometry.linkage import PartState
+from simcore.geometry.rotation import from_yaw, rotate
 from simcore.pieces.launch import LaunchParameters
 from simcore.pieces.shooter import Shooter, ShooterConfig
 from simcore.pieces.shot_schedule import ShotErrors
@@ -120,6 +121,18 @@ def test_a_shot_in_the_course_of_a_tick_has_the_aim_of_that_instant():
         assert launch.aim.turret_rate == 10.0
     (third,) = made.update(0.02, 1)
     assert third.aim == made.aim, "without a beginning of the tick: as it is now"
+
+
+def test_the_muzzle_points_where_the_piece_leaves():
+    """Its x axis is the direction of the shot: what lies along x in the storage leaves along the muzzle."""
+    made, parts = shooter(turret="turret", elevation=0.7)
+    parts["lower"].velocity = parts["upper"].velocity = 300.0
+    parts["turret"].position = 0.4
+    (launch,) = made.update(0.02, 1)
+    piece = made.released(launch, radius=RADIUS, robot=STILL._replace(quat=from_yaw(1.1)))
+    ahead = np.array(piece.vel) / np.linalg.norm(piece.vel)
+    assert rotate(piece.muzzle, (1.0, 0.0, 0.0)) == pytest.approx(tuple(ahead))
+    assert rotate(piece.muzzle, (0.0, 1.0, 0.0))[2] == pytest.approx(0.0), "it does not roll"
 
 
 def test_the_hood_tilts_and_the_gate_holds_back():
