@@ -45,7 +45,7 @@ _RESIDUAL = 1e-9
 _WARM_START = 0.95
 """Share of the forces of the step before that iterations start from; with all of it, heaps rest later."""
 _CONTACT_DISTANCE = 0.001  # [m]
-_SLIGHT = 1.0  # [N]; contacts with less are not told: half of the weight of a fuel
+_SLIGHT = 1.0  # [N]; contacts with less are not told: half of the weight of a foam ball
 _NEGLECTED = 0.002  # [m]; a piece that moves less in a step gets no deeper into anything than this
 _TOUCHING = 2e-5  # [m]; contacts of pieces begin at a thousandth of their size, not at _CONTACT_DISTANCE
 _POINT_RADIUS = 0.01  # [m], of the static that a body hangs from

@@ -39,7 +39,7 @@ from simcore.units import GRAVITY
 
 __all__ = ["MuJoCoEngine"]
 
-_SLIGHT = 1.0  # [N]; contacts with less are not told: half of the weight of a fuel
+_SLIGHT = 1.0  # [N]; contacts with less are not told: half of the weight of a foam ball
 _TOUCHING = 0.001  # [m]; bodies this near count as in contact
 _NEGLECTED = 0.002  # [m]; a body that moves less in a step gets no deeper into anything than this
 _SKIN = 2e-5  # [m]; a body that is held back stops so far before what it meets

@@ -17,7 +17,7 @@ from simcore.typing import FloatArray
 __all__ = ["FoamStiffness", "relax"]
 
 _HELD = 40.0
-"""Loads below are not followed [N]: fuel would give way by 8 mm instead of 0.4, and every heap would be soft."""
+"""Loads below are not followed [N]: a foam ball would give way by 8 mm instead of 0.4, and heaps be soft."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

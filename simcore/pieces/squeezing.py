@@ -25,7 +25,7 @@ __all__ = ["Squeezing", "squeezes"]
 
 _PERIOD = 6
 """Ticks from one look at a heap to the next, while robots press nothing: it takes longer to build up."""
-_LIGHT, _HEAVY = 2.0, 6.0  # [N]; six fuel lie on one before it is squeezed by the second
+_LIGHT, _HEAVY = 2.0, 6.0  # [N]; six balls of 0.2 kg lie on one before it is squeezed by the second
 _LONGEST, _SHORTEST = 0.02, 0.005
 """[s], of steps up to the one and from the other. 100 balls, 7 deep: overlaps of 4 mm at 10 ms, 1.4 mm at 5 ms."""
 _CRUSH, _LEAST = 0.011, 0.0025  # [m, s], move of a robot a step that may press a piece against something, and shortest

@@ -128,7 +128,9 @@ def test_resets_take_no_memory(game, whole):
         before = resident()
         digests, more = replay(match, 240 if whole else 24, 0.1)
         assert len(digests) == 1 and more < 200
-        lost = 0.0 if match.world.engine.name == "mujoco" or game.name != "reefscape" else 0.23e6 * (240 if whole else 24)
+        lost = (
+            0.0 if match.world.engine.name == "mujoco" or game.name != "reefscape" else 0.23e6 * (240 if whole else 24)
+        )
         assert resident() - before < 8e6 + lost
 
 

@@ -248,12 +248,20 @@ def test_a_robot_that_drives_through_loose_fuel_hits_it_as_in_sixteen_steps(spee
 def test_held_fuel_holds_a_robot_off_as_the_curve_of_its_foam_says(speed):
     """600 N = k1 d + k3 d^3 on each side: d = 32 mm, where a blow of 600 N gives 6 mm; 15 % for what the robot sways."""
     foam = REBUILT.pieces[0].kind.stiffness
-    depth = float(np.real(next(root for root in np.roots([foam.stiffening, 0.0, foam.static, -FORCE]) if abs(root.imag) < 1e-9)))
+    depth = float(
+        np.real(next(root for root in np.roots([foam.stiffening, 0.0, foam.static, -FORCE]) if abs(root.imag) < 1e-9))
+    )
     assert 0.03 < depth < 0.033
     with PhysicsWorld() as world:
         room(world, 0.3)
         places = block(1, 1)
-        pin = Pin(world, places, (float(places[0, 0]) - RADIUS - 0.9, 4.0, 0.0), field=(FACE, 8.0), kind=REBUILT.pieces[0].kind)
+        pin = Pin(
+            world,
+            places,
+            (float(places[0, 0]) - RADIUS - 0.9, 4.0, 0.0),
+            field=(FACE, 8.0),
+            kind=REBUILT.pieces[0].kind,
+        )
         pin.drive(speed, 4.0)
         held_off = FACE - pin.robot.pos[0] - 0.4
         assert 2.0 * RADIUS - held_off == pytest.approx(2.0 * depth, rel=0.15)

@@ -47,7 +47,7 @@ MADE_BY_SIMCORE = frozenset(
     "Footprint FoulEvent GroundClearance Launch MassProperties PieceRelease PlaceEvent "
     "LimitedMotor MeshPart ModelLayout NormalLaw ObjGroup PieceCount RayHits RobotMass RunReport Score ScoreEvent Shot "
     "ImuReading Mounting PieceVariation ShotErrors ReleasedPiece ShotOutcomes ShotRows "
-    "Spread TagLayout TickTimes TippingLimit WheelContact".split()
+    "Spread TagLayout TickPlan TickTimes TippingLimit WheelContact".split()
 )
 """Records of what simcore works out: nobody writes them down."""
 
