@@ -92,7 +92,8 @@ def _around(reach: float, spare: float) -> IntakeZone:
 def reefscape_robot() -> RobotConfig:
     """52 kg, 11 of which the elevator lifts.
 
-    A coral comes in at the back from a station and leaves at the front, algae are held beyond it. A cage comes into the bay in its back until the hook is above or in it: the robot then hangs level.
+    A coral comes in at the back from a station and leaves at the front, algae are held beyond it. A cage comes into the
+    bay in its back until the hook is above or in it: the robot then hangs level.
     """
     module = SwerveModuleConfig(
         x=0.0,

@@ -27,9 +27,8 @@ __all__ = ["LEAST_BOUNCE", "Arc", "BallRows", "ImpactEvents"]
 _LEAST_APPROACH = 0.1  # [m/s]; slower impacts have no restitution: a bounce of 0.5 mm
 LEAST_BOUNCE = 0.15
 """A ball that leaves a level surface more slowly has come to lie on it [m/s]: it would rise by 1 mm."""
-_GENTLE = 0.3  # [m/s]; slower impacts of flying balls on others are the engine's, and all of what has come to lie
-_SHARE = 0.03  # of the fastest: a row of inelastic balls has no end of gentler impacts
-_KNOCK = 0.6  # [m/s]; the same of balls that lie on each other: an engine passes gentler ones on by itself
+_GENTLE = 0.3  # [m/s]; slower impacts of balls on each other are the engine's, and all of what has come to lie
+_SHARE = 0.01  # of the fastest: a row of inelastic balls has no end of gentler impacts
 _MOST_OF_ONE = 10  # impacts of one ball on surfaces in a part: then it is caught between them, and squeezed
 _STANDS = 1e-9  # [m/s]; slower is rounding
 _LEVEL = 0.003  # [m]; balls that lie on one surface, a little pressed into it, push each other along it
@@ -162,7 +161,7 @@ class ImpactEvents:
         chord = balls.vel.copy()
         chord[:n] += 0.5 * h * balls.acc
         base = balls.pos.copy()  # where the chord was at time 0
-        knock = max(_KNOCK, _SHARE * float(lengths(chord).max(initial=0.0)))
+        knock = max(_GENTLE, _SHARE * float(lengths(chord).max(initial=0.0)))
         least = np.where(np.arange(len(slots)) < n, _GENTLE, knock)  # [m/s]
         times = _first_meetings(base, chord, radius, least, h)
         arcs = {k: balls.arc(k) for k in range(n)}
