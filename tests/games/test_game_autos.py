@@ -72,7 +72,7 @@ def test_what_nobody_touched_still_lies_where_it_was_staged(run):
     asleep = on_field[match.pieces.state.status[on_field] == PieceStatus.ASLEEP]
     places = match.pieces.state.pos[asleep]
     nearest = np.linalg.norm(places[:, None] - run.run.pieces_at_start[None], axis=2).min(axis=1)
-    assert (nearest < 1e-3).sum() >= 0.25 * len(run.run.pieces_at_start)
+    assert (nearest < 1e-3).sum() >= 0.2 * len(run.run.pieces_at_start)
 
 
 # --- red is blue under the field's symmetry -------------------------------------------------------------------------

@@ -246,7 +246,7 @@ def test_a_robot_that_drives_through_loose_fuel_hits_it_as_in_sixteen_steps(spee
 
 @pytest.mark.parametrize("speed", [1.0, 3.0])
 def test_held_fuel_holds_a_robot_off_as_the_curve_of_its_foam_says(speed):
-    """600 N = k1 d + k3 d^3 on each side: d = 32 mm, where a blow of 600 N gives 6 mm; 15 % for what the robot sways."""
+    """600 N = k1 d + k3 d^3 on each side: d = 32 mm; a blow gives 6 mm. 15 % for what the robot sways."""
     foam = REBUILT.pieces[0].kind.stiffness
     depth = float(
         np.real(next(root for root in np.roots([foam.stiffening, 0.0, foam.static, -FORCE]) if abs(root.imag) < 1e-9))
