@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from typing import Protocol
 
 from simcore.errors import ConfigError
@@ -167,17 +168,12 @@ class ChassisConfig:
     @property
     def shape(self) -> Compound:
         """Bumpers and frame as boxes, and wheels as balls that roll over edges; origin on the carpet."""
-        parts = self._around_bay(self.bumper_length, self.bumper_width, self.bumper_top)
-        inset = 2.0 * self.bumper_thickness
-        if self.height > self.bumper_top and min(self.bumper_length, self.bumper_width) > inset:
-            parts += self._around_bay(self.bumper_length - inset, self.bumper_width - inset, self.height)
-        parts += [Part(Sphere(self.wheel_radius), (x, y, self.wheel_radius)) for x, y in self.wheel_positions]
-        return Compound(tuple(parts))
+        return _shape(self)
 
     @property
     def bumpers(self) -> BumperOutline:
         """What meets walls and robots."""
-        parts = self._around_bay(self.bumper_length, self.bumper_width, self.bumper_top)
+        parts = self.around_bay(self.bumper_length, self.bumper_width, self.bumper_top)
         boxes = [(part.offset, part.shape.size) for part in parts if isinstance(part.shape, Box)]
         return BumperOutline(
             parts=tuple((x, y, 0.5 * length, 0.5 * width) for (x, y, _), (length, width, _) in boxes),
@@ -187,7 +183,7 @@ class ChassisConfig:
             restitution=self.surface.restitution,
         )
 
-    def _around_bay(self, length: float, width: float, top: float) -> list[Part]:
+    def around_bay(self, length: float, width: float, top: float) -> list[Part]:
         """A box from the clearance up to `top` [m], or three of them around the bay."""
         z, tall = 0.5 * (top + self.clearance), top - self.clearance
         if self.bay is None:
@@ -205,3 +201,13 @@ class ChassisConfig:
     def traction_radius(self) -> float:
         """Mean distance of the wheels from the center [m]: the lever of their grip against spin."""
         return plain_sum(math.hypot(x, y) for x, y in self.wheel_positions) / len(self.wheel_positions)
+
+
+@lru_cache(maxsize=64)  # one object for each config: what is worked out of a shape is kept by it
+def _shape(config: ChassisConfig) -> Compound:
+    parts = config.around_bay(config.bumper_length, config.bumper_width, config.bumper_top)
+    inset = 2.0 * config.bumper_thickness
+    if config.height > config.bumper_top and min(config.bumper_length, config.bumper_width) > inset:
+        parts += config.around_bay(config.bumper_length - inset, config.bumper_width - inset, config.height)
+    parts += [Part(Sphere(config.wheel_radius), (x, y, config.wheel_radius)) for x, y in config.wheel_positions]
+    return Compound(tuple(parts))

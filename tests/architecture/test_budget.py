@@ -25,7 +25,7 @@ BUDGET = {
     "physics": (6227, 31),
     "pieces": (5572, 32),
     "revlib": (989, 8),
-    "robot": (8283, 46),
+    "robot": (8289, 46),
     "robot_file": (2986, 15),
     "robotpy": (7858, 49),
     "shooting": (1516, 9),
