@@ -248,7 +248,7 @@ def _closed() -> bool:
 
 
 def _place(mount: CameraMount) -> str:
-    angles = f"pitch {mount.pitch_deg:.0f}, yaw {mount.yaw_deg:.0f} degrees"
+    angles = f"pitch {round(mount.pitch_deg)}, yaw {round(mount.yaw_deg)} degrees"  # whole numbers: no "-0"
     roll = f"roll {mount.roll_deg:.0f}, " if abs(mount.roll_deg) >= 0.5 else ""
     return f"x {mount.x:.2f}, y {mount.y:.2f}, z {mount.z:.2f} m, {roll}{angles}"
 
