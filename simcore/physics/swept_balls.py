@@ -38,6 +38,8 @@ class FirstTouch(NamedTuple):
 class TriangleSet:
     """Surfaces of some shapes, each with a tag, in one frame.
 
+    >>> from simcore.geometry.rotation import IDENTITY
+    >>> from simcore.physics.shapes import Box
     >>> walls = TriangleSet()
     >>> walls.add(7, Box((1.0, 1.0, 1.0)), (2.0, 0.0, 0.0), IDENTITY)
     >>> hit = walls.first_touch(np.zeros((1, 3)), np.array([[2.0, 0.0, 0.0]]), np.array([0.5]))

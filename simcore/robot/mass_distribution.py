@@ -64,8 +64,9 @@ def with_points(body: MassDistribution, points: Iterable[PointMass]) -> MassDist
 
         m = sum m_i,   c = sum m_i r_i / m,   I_x = sum (I_xi + m_i (y_i^2 + z_i^2)) - m (c_y^2 + c_z^2), ...
 
-    >>> with_points(MassDistribution(30.0, (0.0, 0.0, 0.2), (2.0, 2.0, 3.0)), [(10.0, (0.0, 0.0, 0.6))])
-    MassDistribution(mass=40.0, center=(0.0, 0.0, 0.3), inertia=(3.2, 3.2, 3.0))
+    >>> whole = with_points(MassDistribution(30.0, (0.0, 0.0, 0.2), (2.0, 2.0, 3.0)), [(10.0, (0.0, 0.0, 0.6))])
+    >>> whole.mass, round(whole.center[2], 6), [round(moment, 6) for moment in whole.inertia]
+    (40.0, 0.3, [3.2, 3.2, 3.0])
     """
     m0, (x0, y0, z0), (ix, iy, iz) = body
     # About the body's own center: where nothing is added, its own numbers come out, to the last bit.

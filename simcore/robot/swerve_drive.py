@@ -24,7 +24,7 @@ class SwerveDrive(WheeledDrive[SwerveConfig]):
     """One robot's swerve drive; see `WheeledDrive` for the step and what it shares with other drives.
 
     Example:
-        >>> from simcore.robot.swerve_config import SwerveConfig
+        >>> from simcore.robot.swerve_config import SwerveConfig, SwerveModuleConfig
         >>> drive = SwerveDrive(SwerveConfig.square(0.527, SwerveModuleConfig(x=0, y=0)))
         >>> drive.set_volts([6.0] * 4, [0.0] * 4)
         >>> dvx, dvy, domega = drive.step(0.005, 0.0, 0.0, 0.0)
