@@ -94,7 +94,7 @@ def test_a_heap_holds_its_height_and_falls_asleep(count, size, sides, engine_nam
                 deepest[0] = max(deepest[0], overlap(heap.pos))
 
         began = time.process_time()
-        heap.play(5.0 if len(sides) == 4 else 16.0, look)  # in a corner some roll away, for seconds
+        heap.play(8.0 if len(sides) == 4 else 16.0, look)  # in a corner some roll away, for seconds
         print(
             f"\n{engine_name}, {count} in a {'bin' if len(sides) == 4 else 'corner'}: overlap after 1 s at most "
             f"{1000 * deepest[0]:.1f} mm, asleep after {ticks_awake[0] * DT:.1f} s, "
