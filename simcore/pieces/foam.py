@@ -43,10 +43,6 @@ class FoamStiffness:
             relaxation=DURATION,
         )
 
-    def static_force(self, depth: FloatArray) -> FloatArray:
-        """Force at a depth that is held [m] [N]."""
-        return depth * (self.static + self.stiffening * np.square(depth))
-
 
 def relax(foam: FoamStiffness, stiffness: FloatArray, dynamic: FloatArray, depth: FloatArray, dt: float) -> FloatArray:
     """Stiffness of contacts after dt [N/m], shape (n,).

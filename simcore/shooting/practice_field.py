@@ -73,7 +73,6 @@ class PracticeField:
             game, robots=[RobotEntry(config=robot, preload=0)], practice=True, scatter=scatter, seed=seed, engine=engine
         )
         self._robot = self._match.robots[0]
-        self._shooter = self._robot.shooters[number]
         self._slot = self._match.pieces.stage(task.kind.name, 1)
         self._match.pieces.hold(self._slot, 0)
 
