@@ -30,7 +30,7 @@ from simcore.match.match import Match
 from simcore.match.scripted import ScriptedRobot, Steps
 from simcore.physics.engine_choice import add_engine_option, make_engine
 from simcore.pieces.pool import PieceStatus
-from simcore.pieces.wake_grid import WakeSettings
+from simcore.pieces.reach import WakeSettings
 from simcore.typing import FloatArray
 from simcore.units import TICK
 from simcore.vision.camera import CameraConfig, CameraMount, PiecePipeline, limelight_type

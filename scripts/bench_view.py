@@ -28,7 +28,7 @@ from games.rebuilt.staging import Staging
 from simcore.match.game import RobotEntry
 from simcore.match.scripted import ScriptedRobot, Steps
 from simcore.pieces.pool import PieceStatus
-from simcore.pieces.wake_grid import WakeSettings
+from simcore.pieces.reach import WakeSettings
 from simcore.show.replay import smooth_snapshot
 from simcore.show.view_models import load_models
 from simcore.show.view_page import ViewPage

@@ -145,7 +145,7 @@ def held(drive: SwerveDrive, v: float = 0.0, *, seconds: float = 0.04) -> float:
     In short steps: within a step the chassis is free, and at 68 m/s^2 (tread 10) it would be off in 5 ms.
     """
     for _ in range(round(seconds / 2e-4)):
-        drive.step(2e-4, v, 0.0, 0.0)
+        drive.step(2e-4, (v, 0.0, 0.0))
     return float(drive.wheel_forces[:, 0].sum())
 
 
@@ -312,8 +312,8 @@ def push_match(left: float, right: float) -> tuple[float, float]:
         drive.set_volts([12.0] * 4, [0.0] * 4)
     v, early = 0.0, 0.0
     for k in range(round(2.0 / STEP)):
-        da = a.step(STEP, v, 0.0, 0.0)[0]
-        db = b.step(STEP, -v, 0.0, 0.0)[0]
+        da = a.step(STEP, (v, 0.0, 0.0))[0]
+        db = b.step(STEP, (-v, 0.0, 0.0))[0]
         v += 0.5 * (da - db)  # a rigid contact shares the impulses of two equal masses
         if k + 1 == round(0.3 / STEP):
             early = v / 0.3
@@ -326,7 +326,7 @@ def steer_time(name: str) -> float:
     drive.set_volts([0.0] * 4, [12.0] * 4)
     t = 0.0
     while drive.steer_angles[0] < math.pi / 2.0:
-        drive.step(0.001, 0.0, 0.0, 0.0, [0.0] * 4)
+        drive.step(0.001, (0.0, 0.0, 0.0), [0.0] * 4)
         t += 0.001
     return t
 
@@ -454,7 +454,7 @@ def stops() -> Iterator[Row]:
     shorted = robot(MK4I, wheel_cof=10.0)
     shorted.state.wheel_speed[:] = [4.5 / MK4I.wheel_radius] * 4
     shorted.set_volts([0.0] * 4, [0.0] * 4)
-    shorted.step(1e-5, 4.5, 0.0, 0.0)
+    shorted.step(1e-5, (4.5, 0.0, 0.0))
     yield row(s, "0 V brake: back-EMF current", 346.0, -shorted.drive_motors.current[0], 0.03, "A", m.name)
     drive = robot(MK4I)
     chassis = PlanarChassis(drive)

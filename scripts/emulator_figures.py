@@ -15,9 +15,8 @@ import sys
 import time
 
 from phoenix6 import CANBus, configs, controls, hardware, signals, unmanaged
-from wpilib.simulation import pauseTiming
 
-from simcore import phoenix6_emulator
+from simcore import phoenix6_emulator, season
 
 BUDGET_MS = 1.0
 TICKS = 300
@@ -25,7 +24,7 @@ TICKS = 300
 
 def main() -> None:
     """Measure at 1 kHz and at 200 Hz, and print."""
-    pauseTiming()
+    season.wpilib_simulation.pause_timing()
     world = phoenix6_emulator.install(delays=phoenix6_emulator.EnableDelays(enable=0.0, disable=0.0))
     bus = CANBus("rio")
     for k in range(4):

@@ -198,12 +198,11 @@ def field_meshes() -> dict[str, Any]:
     for name, x, line, color in (("blue", 0.0, zone, BLUE), ("red", length, length - zone, RED)):
         meshes |= alliance_wall(name, x, 0.0, width, dim.ALLIANCE_WALL_HEIGHT)
         meshes[f"{name}_zone_tape"] = tape((line - 0.025, 0.0), (line + 0.025, width), color)
-        for i, y in enumerate(dim.HUB_EXIT_YS):
-            face = dim.HUB_EXIT_X if name == "blue" else length - dim.HUB_EXIT_X
-            z = dim.HUB_EXIT_Z
-            meshes[f"{name}_hub_exit_{i}"] = box(
-                (face - 0.004, y - 0.11, z - 0.11), (face + 0.004, y + 0.11, z + 0.11), BLACK
-            )
+        face = dim.HUB_EXIT_X if name == "blue" else length - dim.HUB_EXIT_X
+        half = 0.5 * dim.HUB_EXIT_WIDTH
+        low = (face - 0.004, dim.HUB_CENTER[1] - half, dim.HUB_EXIT_BOTTOM)
+        high = (face + 0.004, dim.HUB_CENTER[1] + half, dim.HUB_EXIT_TOP)
+        meshes[f"{name}_hub_exit"] = box(low, high, BLACK)
     meshes["center_tape"] = tape((length / 2 - 0.025, 0.0), (length / 2 + 0.025, width), WHITE)
     return meshes
 

@@ -47,11 +47,11 @@ if TYPE_CHECKING:
     from simcore.pieces.shooter import ShooterConfig
     from simcore.pieces.storage import StorageConfig
     from simcore.robot.climber import ClimberConfig
+    from simcore.robot.fixed_wheel_config import TankConfig
     from simcore.robot.mechanisms import ArmConfig, ElevatorConfig, FlywheelConfig, RackConfig, RollerConfig
     from simcore.robot.robot import Robot
     from simcore.robot.robot_config import RobotConfig
     from simcore.robot.swerve_config import SwerveConfig, SwerveModuleConfig
-    from simcore.robot.tank_config import TankConfig
     from simcore.robotpy.robot_physics import RobotPhysics, field_control
     from simcore.robotpy.robot_program import part_of
     from simcore.robotpy.run_variation import run_variation
@@ -89,7 +89,7 @@ _HOMES = {
     "robot.robot": ("Robot",),
     "robot.robot_config": ("RobotConfig",),
     "robot.swerve_config": ("SwerveConfig", "SwerveModuleConfig"),
-    "robot.tank_config": ("TankConfig",),
+    "robot.fixed_wheel_config": ("TankConfig",),
     "robotpy.robot_physics": ("RobotPhysics", "field_control"),
     "robotpy.robot_program": ("part_of",),
     "robotpy.run_variation": ("run_variation",),

@@ -60,6 +60,7 @@ __all__ = [
     "SIGNED_VOLTAGE",
     "SLIP_SPEED",
     "SPEED",
+    "START",
     "STIFFNESS",
     "TORQUE",
     "TORQUE_OR_NONE",
@@ -84,6 +85,7 @@ __all__ = [
 _OTHER_UNITS = {
     "m": (("inches", 0.0254), ("cm", 0.01), ("mm", 0.001)),
     "kg": (("pounds", 0.45359237), ("g", 0.001)),
+    "rad": (("degrees", math.pi / 180.0),),
 }
 """Of the units that people think in, what one is in ours."""
 
@@ -121,7 +123,7 @@ class Quantity:
         return f"must be {self}, got {shown(value)}{hint}"
 
     def in_other_units(self, number: float) -> str:
-        """What a length or mass is if it was meant in another unit; empty if none makes sense."""
+        """What a length, mass or heading is if it was meant in another unit; empty if none makes sense."""
         for name, size in _OTHER_UNITS.get(self.unit, ()):
             if self.least <= number * size <= self.most:
                 return f". As {name} that is {number * size:.3g} {self.unit}"
@@ -149,6 +151,8 @@ FIELD_PLACE = Quantity("m", -100.0, 100.0)
 ANGLE = Quantity("rad", -10_000.0, 10_000.0)
 POSE = (FIELD_PLACE, FIELD_PLACE, ANGLE)
 """Place and heading on the field."""
+START = (FIELD_PLACE, FIELD_PLACE, Quantity("rad", -math.tau, math.tau))
+"""The same as people write it: within a turn, for more of it are degrees."""
 DEGREES = Quantity("deg", -36_000.0, 36_000.0)
 FIELD_OF_VIEW = Quantity("deg", 1.0, 179.0)
 NOISE_DEGREES = Quantity("deg", 0.0, 360.0)

@@ -15,77 +15,6 @@ from typing import Final
 
 from simcore.units import inches
 
-__all__ = [
-    "ALLIANCE_WALL_HEIGHT",
-    "ALLIANCE_ZONE_DEPTH",
-    "BUMP_DEPTH",
-    "BUMP_HEIGHT",
-    "BUMP_LEFT_Y",
-    "BUMP_RIGHT_Y",
-    "BUMP_WIDTH",
-    "BUMP_X",
-    "CORRAL_DEPTH",
-    "CORRAL_OPENING_BOTTOM",
-    "CORRAL_OPENING_HEIGHT",
-    "CORRAL_OPENING_WIDTH",
-    "CORRAL_WIDTH",
-    "DEPOT_BARRIER_BEVEL",
-    "DEPOT_BARRIER_HEIGHT",
-    "DEPOT_BARRIER_WIDTH",
-    "DEPOT_DEPTH",
-    "DEPOT_WIDTH",
-    "DEPOT_Y",
-    "DRIVER_STATIONS",
-    "FIELD_CENTER",
-    "FIELD_LENGTH",
-    "FIELD_WIDTH",
-    "GUARDRAIL_HEIGHT",
-    "HUB_BACKBOARD_TOP",
-    "HUB_BOX_TOP",
-    "HUB_CENTER",
-    "HUB_EXIT_X",
-    "HUB_EXIT_YS",
-    "HUB_EXIT_Z",
-    "HUB_OPENING_APOTHEM",
-    "HUB_OPENING_CIRCUMRADIUS",
-    "HUB_OPENING_HEIGHT",
-    "HUB_RIM_THICKNESS",
-    "HUB_SHOULDER_RISE",
-    "HUB_SIZE",
-    "HUB_THROAT_APOTHEM",
-    "HUB_THROAT_CIRCUMRADIUS",
-    "HUB_THROAT_HEIGHT",
-    "OUTPOST_OPENING_BOTTOM",
-    "OUTPOST_OPENING_HEIGHT",
-    "OUTPOST_OPENING_WIDTH",
-    "OUTPOST_Y",
-    "PERIMETER_THICKNESS",
-    "TOWER_BASE_DEPTH",
-    "TOWER_BASE_HEIGHT",
-    "TOWER_BASE_WIDTH",
-    "TOWER_BRACE_BOTTOM",
-    "TOWER_BRACE_TOP",
-    "TOWER_RUNG_DIAMETER",
-    "TOWER_RUNG_HEIGHTS",
-    "TOWER_RUNG_LENGTH",
-    "TOWER_UPRIGHT_DEPTH",
-    "TOWER_UPRIGHT_GAP",
-    "TOWER_UPRIGHT_HEIGHT",
-    "TOWER_UPRIGHT_THICKNESS",
-    "TOWER_UPRIGHT_X",
-    "TOWER_UPRIGHT_YS",
-    "TOWER_Y",
-    "TRENCH_ARM_DEPTH",
-    "TRENCH_CLEAR_HEIGHT",
-    "TRENCH_CLEAR_WIDTH",
-    "TRENCH_DEPTH",
-    "TRENCH_HEIGHT",
-    "TRENCH_LEFT_Y",
-    "TRENCH_LEG_WIDTH",
-    "TRENCH_RIGHT_Y",
-    "TRENCH_X",
-]
-
 # --- Field -----------------------------------------------------------------------------------------------------------
 
 FIELD_LENGTH: Final = 16.541
@@ -128,11 +57,11 @@ HUB_SHOULDER_RISE: Final = 0.26
 HUB_BACKBOARD_TOP: Final = 3.0
 """Top of the net behind the opening, on the neutral side. Java; the manual prints nothing."""
 HUB_EXIT_X: Final = HUB_CENTER[0] + HUB_SIZE / 2.0
-"""Face of the base with the four exits, towards the neutral zone. Manual 5.4."""
-HUB_EXIT_YS: Final = tuple(HUB_CENTER[1] + dy for dy in (-0.448, -0.149, 0.149, 0.448))
-"""Centers of the four exits. MapleSim; figure 5-8 of the manual is an approximation."""
-HUB_EXIT_Z: Final = 0.6
-"""Center height of the exits: 0.5 to 0.7 in Java; estimate."""
+"""Face of the base with the exit, towards the neutral zone. Manual 5.4."""
+HUB_EXIT_WIDTH: Final = inches(47.0) - 2.0 * inches(5.72)
+"""Of the one opening, 35.6 in. Drawing GE-26306, as cited by rebuilt-sim-2026; figure 5-8 of the manual shows four."""
+HUB_EXIT_BOTTOM: Final = inches(30.13)  # drawing GE-26306
+HUB_EXIT_TOP: Final = inches(38.88)  # drawing GE-26306
 
 # --- Bumps -----------------------------------------------------------------------------------------------------------
 

@@ -5,8 +5,6 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 
-import numpy as np
-
 from games.rebuilt import dimensions as dim
 from games.shipped import shipped
 from simcore.geometry.rotation import Vector
@@ -17,9 +15,8 @@ from simcore.match.scoring import Alliance, ScoringZone
 from simcore.physics.surface import POLYCARBONATE, RUBBER, WALL
 from simcore.pieces.shot_opening import Panel, ShotOpening
 from simcore.robot.climber import Rung
-from simcore.typing import FloatArray
 
-__all__ = ["FIELD", "FIELD_SIZE", "HUB_TARGET", "hub_exit", "scoring_zones"]
+__all__ = ["FIELD", "FIELD_SIZE", "HUB_TARGET", "scoring_zones"]
 
 FIELD_SIZE = (dim.FIELD_LENGTH, dim.FIELD_WIDTH)
 """Length and width [m]."""
@@ -106,20 +103,3 @@ def _hub_opening(alliance: Alliance) -> ShotOpening:
             Panel(corners=(rim[k - 1], rim[k], throat[k], throat[k - 1]), surface=POLYCARBONATE) for k in range(6)
         ),
     )
-
-
-def hub_exit(alliance: Alliance, rng: np.random.Generator) -> tuple[FloatArray, FloatArray]:
-    """Place [m] and velocity [m/s] of a fuel that leaves one of a hub's four exits into the neutral zone.
-
-    2 m/s +-0.1, down by 15 +-2.5 degrees, fanned out by exit: MapleSim's figures, which are estimates.
-    """
-    exit_number = int(rng.integers(len(dim.HUB_EXIT_YS)))
-    fan = math.radians((-33.75, -11.25, 11.25, 33.75)[exit_number] + rng.uniform(-7.5, 7.5))
-    dip = math.radians(15.0 + rng.uniform(-2.5, 2.5))
-    speed = 2.0 + rng.uniform(-0.1, 0.1)
-    pos = np.array([dim.HUB_EXIT_X + 0.08, dim.HUB_EXIT_YS[exit_number] + rng.uniform(-0.01, 0.01), dim.HUB_EXIT_Z])
-    level = speed * math.cos(dip)
-    vel = np.array([level * math.cos(fan), level * math.sin(fan), -speed * math.sin(dip)])
-    if alliance == "red":
-        pos, vel = FIELD.symmetry.flip_points(pos[None])[0], FIELD.symmetry.flip_vectors(vel[None])[0]
-    return pos, vel

@@ -9,8 +9,11 @@ from typing import Any
 from games.rebuilt.autos import AUTOS
 from games.rebuilt.field import FIELD, scoring_zones
 from games.rebuilt.fuel import FUEL
+from games.rebuilt.fuel_ways import HUB_EXITS
+from games.rebuilt.human_players import HUMAN_PLAYERS
 from games.rebuilt.robot import rebuilt_robot
-from games.rebuilt.scoring import HUB_EXITS, MATCH, RebuiltRules
+from games.rebuilt.rules import RebuiltRules
+from games.rebuilt.scoring import MATCH
 from games.rebuilt.staging import Staging
 from games.shipped import shipped
 from simcore.match.game import Game, GameOption, PieceSupply, RobotEntry
@@ -34,7 +37,10 @@ REBUILT = Game(
     preload=_STAGING.preload_per_robot,
     robots=_STAGING.robots,
     autos=AUTOS,
-    options=(GameOption(name=HUB_EXITS, help="scored fuel comes out of the hub's exits"),),
+    options=(
+        GameOption(name=HUB_EXITS, help="scored fuel comes out of the hub's exit", in_matches=True),
+        GameOption(name=HUMAN_PLAYERS, help="human players feed and throw the outposts' fuel", in_matches=True),
+    ),
     models=shipped("rebuilt", "advantagescope"),
 )
 """The whole game."""

@@ -5,13 +5,12 @@ Numbers without a source are a plausible robot's, chosen by us.
 
 from __future__ import annotations
 
-from wpimath.system.plant import DCMotor
-
 from simcore.geometry.linkage import Joint
 from simcore.pieces.intake import IntakeConfig, IntakeZone
 from simcore.pieces.launch import LaunchParameters
 from simcore.pieces.shooter import ShooterConfig
 from simcore.pieces.storage import StorageConfig
+from simcore.robot.dc_motor import motor
 from simcore.robot.gearbox import GearboxConfig
 from simcore.robot.mechanisms import ArmConfig, FlywheelConfig, RackConfig, RollerConfig
 from simcore.robot.robot_config import ComponentConfig, MechanismConfig, RobotConfig
@@ -25,11 +24,11 @@ _OUTWARD = (-1.0, 0.0, 0.0)
 
 MECHANISMS: dict[str, MechanismConfig] = {
     "shooter": FlywheelConfig(
-        gearbox=GearboxConfig(motor=DCMotor.krakenX60(1), motors=4, gearing=24 / 36, stator_current_limit=40.0),
+        gearbox=GearboxConfig(motor=motor("Kraken X60"), motors=4, gearing=24 / 36, stator_current_limit=40.0),
         inertia=0.008,
     ),
     "hood": ArmConfig(
-        gearbox=GearboxConfig(motor=DCMotor.krakenX44(1), gearing=90.0, stator_current_limit=30.0),
+        gearbox=GearboxConfig(motor=motor("Kraken X44"), gearing=90.0, stator_current_limit=30.0),
         inertia=0.05,
         mass=1.2,
         center_of_mass=0.12,
@@ -37,23 +36,23 @@ MECHANISMS: dict[str, MechanismConfig] = {
         max_angle=degrees(65.0),
     ),
     "feeder": RollerConfig(
-        gearbox=GearboxConfig(motor=DCMotor.krakenX60(1), gearing=2.0, stator_current_limit=60.0),
+        gearbox=GearboxConfig(motor=motor("Kraken X60"), gearing=2.0, stator_current_limit=60.0),
         inertia=0.002,
         radius=0.025,
     ),
     "spindexer": RollerConfig(
-        gearbox=GearboxConfig(motor=DCMotor.krakenX60(1), gearing=5.0, stator_current_limit=60.0),
+        gearbox=GearboxConfig(motor=motor("Kraken X60"), gearing=5.0, stator_current_limit=60.0),
         inertia=0.02,
         radius=0.2,
     ),
     "intake_deploy": RackConfig(
-        gearbox=GearboxConfig(motor=DCMotor.krakenX60(1), gearing=10.0, stator_current_limit=40.0),
+        gearbox=GearboxConfig(motor=motor("Kraken X60"), gearing=10.0, stator_current_limit=40.0),
         mass=4.0,
         pinion_radius=_PINION,
         travel=0.28,
     ),
     "intake_roller": RollerConfig(
-        gearbox=GearboxConfig(motor=DCMotor.krakenX60(1), gearing=3.0, stator_current_limit=60.0),
+        gearbox=GearboxConfig(motor=motor("Kraken X60"), gearing=3.0, stator_current_limit=60.0),
         inertia=0.001,
         radius=0.025,
     ),

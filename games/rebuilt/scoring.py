@@ -1,18 +1,23 @@
-"""The rules of scoring: phases of the match, and which hub counts when (game manual, MATCH PERIODS and HUB status)."""
+"""Phases of the match, and which fuel counts in which of them (game manual, MATCH PERIODS and HUB status).
+
+The times that two sentences of the manual leave open are those of Cheesy Arena, a field management system for events
+(`game/hub.go`, `field/arena.go`): fuel is counted when the sensors below a hub's opening see it; until teleop begins it
+is auto fuel; after a phase in which a hub was active, its fuel counts in that phase for 3 s.
+"""
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Mapping
+from dataclasses import dataclass
 
-import numpy as np
-
-from games.rebuilt.field import hub_exit
 from simcore.match.clock import MatchClock, Phase
-from simcore.match.game import Rules
-from simcore.match.match_state import MatchState
-from simcore.match.scoring import Alliance, ScoreEvent, ScoringZone, other_alliance
+from simcore.match.scoring import Alliance
+from simcore.quantities import COUNT, Quantity, require_fields
 
-__all__ = ["HUB_EXITS", "MATCH", "RebuiltRules"]
+__all__ = ["ALLIANCES", "ASSESSMENT", "MATCH", "UNCOUNTED", "EventSettings", "HubCount"]
+
+ALLIANCES: tuple[Alliance, Alliance] = ("blue", "red")
 
 MATCH = MatchClock(
     [
@@ -28,83 +33,108 @@ MATCH = MatchClock(
 )
 """2:43 of match: 20 s auto, 3 s pause, 2:20 teleop."""
 
-HUB_EXITS = "hub_exits"
-"""Option: scored fuel comes out of the hub's exits into the neutral zone, as on the real field."""
+ASSESSMENT = 3.0
+"""After the match, in which fuel still counts and robots have to stay on the tower [s]."""
 
-_GRACE = 3.0  # [s] fuel that was shot before a hub went inactive still counts
+UNCOUNTED = "uncounted"
+"""Period of fuel that an inactive hub took in."""
+
+_GRACE = 3.0  # [s] for which fuel still counts after a hub went inactive
+_PULSING = 3.0  # [s] before that, in which the hub's lights pulse; manual table 5-3
+_PERIODS = {"auto": "auto", "pause": "auto", "transition": "transition", "end game": "endgame"}
+_PERIODS |= {f"shift {number}": f"shift{number}" for number in range(1, 5)}
+_TELEOP = tuple(period for period in dict.fromkeys(_PERIODS.values()) if period != "auto")
+_EPS = 1e-9
 
 
-class RebuiltRules(Rules):
-    """Which hub is active, and what a fuel is worth in it.
+@dataclass(frozen=True, slots=True, kw_only=True)
+class EventSettings:
+    """What differs from event to event. The defaults are those of the manual for regional and district events."""
 
-    Both are in auto, transition and end game. The alliance with more auto fuel is inactive in shifts 1 and 3, the
-    other in 2 and 4; with equal fuel, chance decides. In practice both count all the time.
+    energized: int = 100
+    """Counted fuel for the ranking point ENERGIZED; district championships 240, the championship 360."""
+    supercharged: int = 360
+    """The same for SUPERCHARGED; the championship 500."""
+    traversal: int = 50
+    """Tower points for the ranking point TRAVERSAL."""
+    sensor_delay: float = 0.25
+    """From a hub's throat to its sensors [s]; estimate, 0.1 to 0.5: nobody has published it."""
+
+    def __post_init__(self) -> None:
+        require_fields(
+            self, energized=COUNT, supercharged=COUNT, traversal=COUNT, sensor_delay=Quantity("s", 0.0, 10.0)
+        )
+
+
+class HubCount:
+    """Fuel of both hubs, by the period in which it counts; pure rules without a match.
+
+    Args:
+        coin: Whose hub is inactive first after a tie in auto.
+        practice: Both hubs count all the time.
     """
 
-    def __init__(self, match: MatchState) -> None:
-        super().__init__(match)
-        self._auto_points: dict[Alliance, int] = {"blue": 0, "red": 0}
-        # who is inactive first in a tie: counted from the first robot's alliance, so that red is blue flipped
-        own: Alliance = match.entries[0].alliance
-        self._coin: Alliance = own if match.rules_rng.random() < 0.5 else other_alliance(own)
+    def __init__(self, coin: Alliance, *, practice: bool = False) -> None:
+        self._coin: Alliance = coin
+        self.practice = practice
+        self.fuel: dict[Alliance, Counter[str]] = {alliance: Counter() for alliance in ALLIANCES}
+        """By alliance and period."""
 
     @property
     def first_inactive(self) -> Alliance:
-        """Whose hub is inactive first."""
-        blue, red = self._auto_points["blue"], self._auto_points["red"]
-        if blue == red:
-            return self._coin
-        return "blue" if blue > red else "red"
+        """Whose hub is inactive in shifts 1 and 3: of the alliance with more auto fuel; in a tie, as the coin fell."""
+        blue, red = (self.fuel[alliance]["auto"] for alliance in ALLIANCES)
+        return self._coin if blue == red else "blue" if blue > red else "red"
 
-    def is_active(self, alliance: Alliance, time: float | None = None) -> bool:
-        """Whether a hub counts at a time of the match [s], now if none is given, with the grace after it goes off."""
-        now = self.match.timer.time if time is None else time
-        if self.match.practice:
+    def is_on(self, alliance: Alliance, time: float) -> bool:
+        """Whether a hub is active at a time of the match [s], as its lights say."""
+        if self.practice:
             return True
-        if now >= MATCH.duration:
-            return now < MATCH.duration + _GRACE
-        return self._is_on(alliance, now) or self._is_on(alliance, max(0.0, now - _GRACE))
-
-    # --- hooks ----------------------------------------------------------------------------------------------------
-
-    def start_mode(self, mode: str) -> None:
-        """An auto begins without auto fuel."""
-        if mode == "auto":
-            self._auto_points = {"blue": 0, "red": 0}
-
-    def worth(self, zone: ScoringZone) -> int:
-        """One point in an active hub."""
-        return zone.points if self.is_active(zone.alliance) else 0
-
-    def scored(self, event: ScoreEvent) -> None:
-        """Auto fuel decides who is inactive first; it counts until teleop starts. The hub lets the fuel out again."""
-        if self.match.timer.time <= MATCH.start("transition"):
-            self._auto_points[event.alliance] += event.points
-        if HUB_EXITS in self.match.options:
-            slot = np.array([event.slot])
-            pos, vel = hub_exit(event.alliance, self.match.rules_rng)
-            self.match.pieces.release(slot, pos[None, :])
-            self.match.pieces.push(slot, vel[None, :], flying=True)
-
-    def game_data(self) -> str:
-        """Empty before teleop, then `B` or `R`: whose hub is inactive first."""
-        return self.first_inactive[0].upper() if self.match.timer.time >= MATCH.start("transition") else ""
-
-    def breakdown(self) -> Mapping[str, int]:
-        """Auto fuel by alliance."""
-        return {"BlueAutoFuel": self._auto_points["blue"], "RedAutoFuel": self._auto_points["red"]}
-
-    def telemetry(self) -> Mapping[str, float | int | bool | str]:
-        """The hubs' states."""
-        return {
-            "Sim/Match/BlueHubActive": self.is_active("blue"),
-            "Sim/Match/RedHubActive": self.is_active("red"),
-        }
-
-    def _is_on(self, alliance: Alliance, time: float) -> bool:
         name = MATCH.phase(time).name
         if name in ("shift 1", "shift 3"):
             return alliance != self.first_inactive
         if name in ("shift 2", "shift 4"):
             return alliance == self.first_inactive
-        return True
+        return time < MATCH.duration
+
+    def period(self, alliance: Alliance, sensed: float) -> str:
+        """In which period a fuel counts that the sensors of a hub see at a time [s]; `UNCOUNTED`: in none."""
+        now = _PERIODS[MATCH.phase(sensed).name]
+        if sensed <= MATCH.start("transition") + _EPS:
+            return "auto"
+        before = sensed - _GRACE
+        if before >= MATCH.start("transition") and self.is_on(alliance, before + _EPS):
+            ended = _PERIODS[MATCH.phase(before + _EPS).name]
+            if ended != now or sensed >= MATCH.duration:
+                return ended
+        return now if self.is_on(alliance, sensed) else UNCOUNTED
+
+    def count(self, alliance: Alliance, sensed: float) -> str:
+        """Count a fuel that the sensors of a hub see at a time [s]; returns its period."""
+        period = self.period(alliance, sensed)
+        self.fuel[alliance][period] += 1
+        return period
+
+    def light(self, alliance: Alliance, time: float) -> str:
+        """What a hub's lights show: `on`, `pulsing` before it goes inactive, `off`, `purple` after the match."""
+        if time >= MATCH.duration + ASSESSMENT and not self.practice:
+            return "purple"
+        if not self.is_on(alliance, time):
+            return "off"
+        ends = self.is_on(alliance, time + _PULSING) or MATCH.phase(time).mode != "teleop"
+        return "on" if ends else "pulsing"
+
+    def counted(self, alliance: Alliance) -> int:
+        """Fuel that counts for points and ranking points."""
+        fuel = self.fuel[alliance]
+        return fuel.total() - fuel[UNCOUNTED]
+
+    def hub_score(self, alliance: Alliance) -> Mapping[str, int]:
+        """The rows `hubScore` of FIRST's score API. A fuel that counts is worth one point."""
+        fuel = self.fuel[alliance]
+        rows: dict[str, int] = {}
+        teleop = self.counted(alliance) - fuel["auto"]
+        counts = {"auto": fuel["auto"], **{period: fuel[period] for period in _TELEOP}}
+        for name, number in {**counts, "teleop": teleop, "total": self.counted(alliance)}.items():
+            rows |= {f"{name}Count": number, f"{name}Points": number}
+        return {**rows, UNCOUNTED: fuel[UNCOUNTED]}

@@ -12,13 +12,13 @@ from games.reefscape.field import ALLIANCES, FIELD
 from games.reefscape.pieces import ALGAE, CORAL
 from games.reefscape.staging import STATION_STOCK
 from simcore.geometry.rotation import from_rpy, rotate
-from simcore.match.match_state import MatchState
+from simcore.match.feeder import Feeder
+from simcore.match.game import PlayedMatch
 from simcore.match.scoring import Alliance, other_alliance
 from simcore.pieces.pool import PieceStatus
-from simcore.pieces.shot_solver import solve_shot
 from simcore.robot.robot import Robot
 from simcore.typing import FloatArray
-from simcore.units import TICK, degrees
+from simcore.units import degrees
 
 __all__ = ["HumanPlayers", "station_faces"]
 
@@ -51,30 +51,35 @@ class HumanPlayers:
         match: With pieces staged and robots in their places.
     """
 
-    def __init__(self, match: MatchState) -> None:
+    def __init__(self, match: PlayedMatch) -> None:
         self._match = match
-        self.stock: dict[Alliance, int] = dict.fromkeys(ALLIANCES, STATION_STOCK)
-        """Coral at each alliance's stations."""
-        for robot, alliance in zip(match.robots, match.alliances, strict=True):
-            self.stock[alliance] -= len(robot.held)
-        self._algae: dict[Alliance, list[int]] = {alliance: [] for alliance in ALLIANCES}
+        state, kinds = match.pieces.state, [kind.name for kind in match.pieces.types]
+        waiting = np.nonzero((state.status == PieceStatus.STAGED) & (state.kind == kinds.index(CORAL.name)))[0].tolist()
+        preloads = sum(len(robot.held) for robot, of in zip(match.robots, match.alliances, strict=True) if of == "blue")
+        blue = min(STATION_STOCK - preloads, len(waiting))
         self._faces = {alliance: station_faces(alliance) for alliance in ALLIANCES}
-        self._dropped: dict[tuple[Alliance, str], float] = {}
-        self._thrown = dict.fromkeys(ALLIANCES, -math.inf)
         own = match.entries[0].alliance  # so that red is blue flipped
-        self._clumsiness = {
-            alliance: match.draws.factor("human_players", int(alliance != own)) for alliance in ALLIANCES
-        }
-        """Factor of times and errors."""
+        self._coral: dict[Alliance, Feeder] = {}
+        self._algae: dict[Alliance, Feeder] = {}
+        for alliance in ALLIANCES:
+            slots = waiting[:blue] if alliance == "blue" else waiting[blue:]
+            clumsiness = match.draws.factor("human_players", int(alliance != own))
+            self._coral[alliance] = Feeder(match, slots, clumsiness=clumsiness)
+            self._algae[alliance] = Feeder(match, clumsiness=clumsiness)
+
+    @property
+    def stock(self) -> Mapping[Alliance, int]:
+        """Coral at each alliance's stations."""
+        return {alliance: feeder.stock for alliance, feeder in self._coral.items()}
 
     @property
     def waiting_algae(self) -> Mapping[Alliance, int]:
         """Algae at each alliance's human player."""
-        return {alliance: len(slots) for alliance, slots in self._algae.items()}
+        return {alliance: feeder.stock for alliance, feeder in self._algae.items()}
 
     def take_algae(self, scored_by: Alliance, slot: int) -> None:
         """An algae came through a processor: the other alliance's human player has it."""
-        self._algae[other_alliance(scored_by)].append(slot)
+        self._algae[other_alliance(scored_by)].keep(slot)
 
     def act(self) -> None:
         """Drop and throw what is due; once a tick."""
@@ -82,16 +87,15 @@ class HumanPlayers:
             return
         for alliance in ALLIANCES:
             for side in self._faces[alliance]:
-                if self.stock[alliance] > 0:
+                if self._coral[alliance].stock:
                     self._feed(alliance, side)
             if self._match.timer.phase.mode == "teleop":
                 self._throw(alliance)
 
     def _feed(self, alliance: Alliance, side: str) -> None:
         """Drop a coral where a robot without one waits."""
-        time = self._match.time
-        clumsiness = self._clumsiness[alliance]
-        if time - self._dropped.get((alliance, side), -math.inf) < clumsiness * _DROP_PERIOD - 0.5 * TICK:
+        feeder = self._coral[alliance]
+        if not feeder.is_due(_DROP_PERIOD, side):
             return
         x, y, yaw = self._faces[alliance][side]
         c, s = math.cos(yaw), math.sin(yaw)
@@ -101,42 +105,22 @@ class HumanPlayers:
             reach = 0.5 * (dim.STATION_OPENING_WIDTH - dim.CORAL_LENGTH)
             is_there = out < _REACH and abs(aside) < reach and robot.chassis.speed < _WAITING
             if owner == alliance and is_there and not self._has_coral(robot):
-                slot = self._next_coral()
-                spread = clumsiness * _DROP_SPREAD * float(self._match.rules_rng.standard_normal())
+                spread = _DROP_SPREAD * float(feeder.errors(1)[0])
                 place, attitude = _in_chute(x, y, yaw, min(max(aside + spread, -reach), reach))
-                self._match.pieces.release(slot, place[None], attitude[None])
-                self._dropped[alliance, side] = time
-                self.stock[alliance] -= 1
+                feeder.put(place, attitude, hand=side)
                 return
 
     def _has_coral(self, robot: Robot) -> bool:
         return any(self._match.pieces.kind_name(slot) == CORAL.name for slot in robot.held)
 
-    def _next_coral(self) -> np.ndarray:
-        state, types = self._match.pieces.state, self._match.pieces.types
-        number = [kind.name for kind in types].index(CORAL.name)
-        return np.nonzero((state.status == PieceStatus.STAGED) & (state.kind == number))[0][:1]
-
     def _throw(self, alliance: Alliance) -> None:
         """Throw an algae at the net, as well as people do."""
-        match, waiting = self._match, self._algae[alliance]
-        clumsiness = self._clumsiness[alliance]
-        if not waiting or match.time - self._thrown[alliance] < clumsiness * _THROW_PERIOD:
+        feeder = self._algae[alliance]
+        if not (feeder.stock and feeder.is_due(_THROW_PERIOD)):
             return
         target = (dim.FIELD_CENTER[0], dim.FIELD_WIDTH - dim.NET_Y, dim.NET_RIM_HEIGHT + ALGAE.rest_height)
-        muzzle = (dim.PROCESSOR_X, -0.3, _THROW_HEIGHT)  # red's, behind blue's processor
-        shot = solve_shot(muzzle, target, elevation=_THROW_ELEVATION, drag=ALGAE.air.drag)
-        error = clumsiness * _THROW_ERROR * match.rules_rng.standard_normal(2)
-        yaw, speed = shot.yaw + error[0], shot.speed * (1.0 + error[1])
-        level = speed * math.cos(_THROW_ELEVATION)
-        pos = np.array([muzzle])
-        vel = np.array([[level * math.cos(yaw), level * math.sin(yaw), speed * math.sin(_THROW_ELEVATION)]])
-        if alliance == "blue":
-            pos, vel = FIELD.symmetry.flip_points(pos), FIELD.symmetry.flip_vectors(vel)
-        slot = np.array([waiting.pop(0)])
-        match.pieces.release(slot, pos)
-        match.pieces.push(slot, vel, flying=True)
-        self._thrown[alliance] = match.time
+        hands = (dim.PROCESSOR_X, -0.3, _THROW_HEIGHT)  # red's, behind blue's processor
+        feeder.throw(hands, target, elevation=_THROW_ELEVATION, error=_THROW_ERROR, flipped=alliance == "blue")
 
 
 def _in_chute(x: float, y: float, yaw: float, aside: float) -> tuple[FloatArray, FloatArray]:

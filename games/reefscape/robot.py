@@ -7,8 +7,6 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from wpimath.system.plant import DCMotor
-
 from games.reefscape.dimensions import CAGE_SIZE
 from simcore.geometry.linkage import Joint
 from simcore.geometry.rotation import from_rpy
@@ -17,9 +15,9 @@ from simcore.pieces.placer import PlacerConfig
 from simcore.pieces.storage import StorageConfig
 from simcore.robot.chassis_config import ChassisConfig
 from simcore.robot.climber import ClimberConfig
-from simcore.robot.gearbox import GearboxConfig
+from simcore.robot.dc_motor import motor
+from simcore.robot.gearbox import GearboxConfig, default_friction
 from simcore.robot.mass_distribution import MovingMass
-from simcore.robot.mechanism_friction import default_friction
 from simcore.robot.mechanisms import ArmConfig, ElevatorConfig, RollerConfig
 from simcore.robot.robot_config import ComponentConfig, MechanismConfig, RobotConfig
 from simcore.robot.swerve_config import SwerveConfig, SwerveModuleConfig
@@ -47,7 +45,7 @@ def elevator_turns(pivot_height: float) -> float:
 
 
 def _gearbox(gearing: float, *, motors: int = 1, limit: float = 60.0) -> GearboxConfig:
-    return GearboxConfig(motor=DCMotor.krakenX60(1), motors=motors, gearing=gearing, stator_current_limit=limit)
+    return GearboxConfig(motor=motor("Kraken X60"), motors=motors, gearing=gearing, stator_current_limit=limit)
 
 
 _WINCH = _gearbox(50.0, motors=2)

@@ -13,12 +13,11 @@ from games.reefscape.human_players import HumanPlayers
 from games.reefscape.places import BRANCH_ROWS, level_of
 from simcore.geometry.footprints import overlaps
 from simcore.match.clock import MatchClock, Phase
-from simcore.match.game import Rules
-from simcore.match.match_state import MatchState
+from simcore.match.game import PlayedMatch, Rules
 from simcore.match.scoring import Alliance, ScoreEvent, ScoringZone, other_alliance
 from simcore.pieces.resting_places import PlaceEvent, RestingPlace
-from simcore.robot.ground_clearance import ground_clearance
 from simcore.robot.robot import Robot
+from simcore.robot.wheel_ground import ground_clearance
 
 __all__ = ["MATCH", "ReefscapeRules"]
 
@@ -47,7 +46,7 @@ class ReefscapeRules(Rules):
     Auto points stay with the branches that held a coral at the end of auto, and with as many coral of the trough.
     """
 
-    def __init__(self, match: MatchState) -> None:
+    def __init__(self, match: PlayedMatch) -> None:
         super().__init__(match)
         self._forget()
 

@@ -21,11 +21,13 @@ __all__ = [
     "apply",
     "apply_back",
     "as_rows",
+    "frame_pose",
     "from_rpy",
     "from_yaw",
     "interpolate",
     "matrix",
     "multiply",
+    "outer_pose",
     "rotate",
     "rotate_back",
     "rpy",
@@ -127,6 +129,28 @@ def rotate_back(q: Sequence[float], v: Sequence[float]) -> Vector:
     """The inverse of `rotate`: field axes to robot axes."""
     qx, qy, qz, qw = q
     return rotate((-qx, -qy, -qz, qw), v)
+
+
+def frame_pose(
+    pos: Sequence[float], quat: Sequence[float], offset: Vector, turn: Quaternion
+) -> tuple[Vector, Quaternion]:
+    """Pose of a frame that has a place and an attitude in another one, whose pose is `pos`, `quat`."""
+    (x, y, z), (a, b, c, d) = pos, quat
+    if offset != (0.0, 0.0, 0.0):
+        ox, oy, oz = rotate(quat, offset)
+        x, y, z = x + ox, y + oy, z + oz
+    return (x, y, z), (a, b, c, d) if turn == IDENTITY else multiply(quat, turn)
+
+
+def outer_pose(pos: Vector, quat: Quaternion, offset: Vector, turn: Quaternion) -> tuple[Vector, Quaternion]:
+    """Pose of the other frame, from what `frame_pose` says."""
+    if turn != IDENTITY:
+        x, y, z, w = turn
+        quat = multiply(quat, (-x, -y, -z, w))
+    if offset != (0.0, 0.0, 0.0):
+        ox, oy, oz = rotate(quat, offset)
+        pos = (pos[0] - ox, pos[1] - oy, pos[2] - oz)
+    return pos, quat
 
 
 def matrix(q: Sequence[float] | FloatArray) -> FloatArray:

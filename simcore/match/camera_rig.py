@@ -6,7 +6,6 @@ import zlib
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -15,6 +14,7 @@ from simcore.match.scatter import ScatterDraws
 from simcore.physics.world import PhysicsWorld
 from simcore.pieces.piece_manager import GamePieceManager
 from simcore.robot.robot import Robot
+from simcore.season import NetworkTables
 from simcore.typing import FloatArray
 from simcore.vision.camera import CameraConfig, PiecePipeline
 from simcore.vision.camera_manager import NetworkClock, VisionSimManager, direction_line, sighting_lines
@@ -22,9 +22,6 @@ from simcore.vision.camera_scene import CameraScene
 from simcore.vision.limelight import LimelightSim
 from simcore.vision.quest_headset import HeadsetPort, QuestConfig, QuestHeadset
 from simcore.vision.tag_layout import TagLayout, load_layout, official_layout
-
-if TYPE_CHECKING:
-    import ntcore
 
 __all__ = ["CameraRig", "tag_layout"]
 
@@ -68,7 +65,7 @@ class CameraRig(VisionSimManager):
         field_size: tuple[float, float],
         rng: np.random.Generator,
         draws: ScatterDraws,
-        network: ntcore.NetworkTableInstance | None = None,
+        network: NetworkTables | None = None,
     ) -> None:
         super().__init__(TagLayout.of([], field_size=field_size), rng)
         self.headsets: list[QuestHeadset] = []
@@ -135,6 +132,24 @@ class CameraRig(VisionSimManager):
         super().listen(time)
         for headset in self.headsets:
             headset.listen(time, self._histories[headset.robot])
+
+    def follow_carry(self, robot: int, time: float, old_pos: Vector, *, to_start: bool) -> None:
+        """A robot was carried at a time [s]: it was nowhere in between; what looks or is told now is at the new place.
+
+        Args:
+            robot: Its number.
+            time: Simulated [s].
+            old_pos: Where it was [m].
+            to_start: Whether to where an auto begins: its headset then takes the robot as having stood there.
+        """
+        chassis = self._robots[robot].chassis
+        history = self._histories.get(robot)
+        if history is not None and len(history):
+            history.clear()
+            history.add(time, chassis.pos, chassis.quat)
+        for headset in self.headsets:
+            if to_start and headset.robot == robot:
+                headset.move_start(old_pos, chassis.pos, chassis.quat)
 
     def look(self, time: float) -> None:
         """One tick, at its end [s]."""

@@ -12,8 +12,7 @@ from collections.abc import Callable, Sequence
 from functools import partial
 from typing import Any
 
-import ntcore
-
+from simcore import season
 from simcore.errors import ConfigError, SimcoreError
 from simcore.match.match import Match
 
@@ -23,7 +22,9 @@ TABLE = "/Sim/Control"
 
 _POSE2D = struct.Struct("<3d")  # x, y [m], angle [rad]: the struct schema of WPILib's Pose2d
 # What this publishes itself is no command. Each write of a program counts, also of the same value as before.
-_OPTIONS = ntcore.PubSubOptions(periodic=0.02, pollStorage=100, sendAll=True, keepDuplicates=True, excludeSelf=True)
+_OPTIONS = season.pub_sub_options(
+    periodic=0.02, poll_storage=100, send_all=True, keep_duplicates=True, exclude_self=True
+)
 
 
 class ControlTopics:
@@ -37,7 +38,7 @@ class ControlTopics:
         robot: Which robot of the match is placed.
     """
 
-    def __init__(self, match: Match, instance: ntcore.NetworkTableInstance, *, robot: int = 0) -> None:
+    def __init__(self, match: Match, instance: season.NetworkTables, *, robot: int = 0) -> None:
         self._match = match
         self._control = match.control
         self._instance = instance
@@ -63,11 +64,11 @@ class ControlTopics:
         self._buttons = [(name, self._button(name), act) for name, act in buttons.items()]
         self._pose = self._listen("RobotPose")
         self._places = [(kind, self._listen(f"Spawn/{kind}")) for kind in kinds]
-        self._status = self._keep(instance.getStringTopic(f"{TABLE}/Status").publish(_OPTIONS))
-        self._count = self._keep(instance.getIntegerTopic(f"{TABLE}/Count").getEntry(0, _OPTIONS))
+        self._status = self._keep(instance.get_string_topic(f"{TABLE}/Status").publish(_OPTIONS))
+        self._count = self._keep(instance.get_integer_topic(f"{TABLE}/Count").get_entry(0, _OPTIONS))
         self._told = -1
         self._tell()
-        self._since = self._count.getAtomic().time  # what a dashboard has kept from a run before is no command
+        self._since = self._count.get_atomic().time  # what a dashboard has kept from a run before is no command
         self._control.sources.append(self.read)
 
     def read(self) -> None:
@@ -75,17 +76,17 @@ class ControlTopics:
         self._tell()
         found: list[tuple[int, str, Callable[[], object]]] = []
         for name, button, act in self._buttons:
-            for pressed in button.readQueue():
+            for pressed in button.read_queue():
                 if pressed.value:
                     button.set(False)
                     found.append((pressed.time, name, act))
-        for value in self._pose.readQueue():
+        for value in self._pose.read_queue():
             found.append((value.time(), "RobotPose", partial(self._place_at, value)))
         for kind, places in self._places:
-            for value in places.readQueue():
+            for value in places.read_queue():
                 found.append((value.time(), f"Spawn/{kind}", partial(self._spawn_at, kind, value)))
         for selected, active in self._choices:
-            for choice in selected.readQueue():
+            for choice in selected.read_queue():
                 active.set(choice.value)
         for time, name, act in sorted(found, key=lambda one: one[0]):
             if time > self._since:
@@ -135,29 +136,29 @@ class ControlTopics:
         return one
 
     def _button(self, name: str) -> Any:
-        button = self._keep(self._instance.getBooleanTopic(f"{TABLE}/{name}").getEntry(False, _OPTIONS))
+        button = self._keep(self._instance.get_boolean_topic(f"{TABLE}/{name}").get_entry(False, _OPTIONS))
         button.set(False)
         return button
 
     def _number(self, name: str, value: float) -> Any:
-        number = self._keep(self._instance.getDoubleTopic(f"{TABLE}/{name}").getEntry(value, _OPTIONS))
-        number.setDefault(value)
+        number = self._keep(self._instance.get_double_topic(f"{TABLE}/{name}").get_entry(value, _OPTIONS))
+        number.set_default(value)
         return number
 
     def _listen(self, name: str) -> Any:
         """Values of whatever type: a struct or an array, as the dashboard has it."""
-        return self._instance.getTopic(f"{TABLE}/{name}").genericSubscribe(_OPTIONS)
+        return self._instance.get_topic(f"{TABLE}/{name}").generic_subscribe(_OPTIONS)
 
     def _chooser(self, name: str, options: Sequence[str]) -> Callable[[], str]:
         """Publish what `SmartDashboard.putData` publishes of a SendableChooser; returns what asks for the choice."""
         table = f"{TABLE}/{name}"
         for key, text in ((".type", "String Chooser"), (".name", name), ("default", options[0])):
-            self._keep(self._instance.getStringTopic(f"{table}/{key}").publish()).set(text)
-        self._keep(self._instance.getIntegerTopic(f"{table}/.instance").publish()).set(0)
-        self._keep(self._instance.getStringArrayTopic(f"{table}/options").publish()).set(list(options))
-        active = self._keep(self._instance.getStringTopic(f"{table}/active").publish())
+            self._keep(self._instance.get_string_topic(f"{table}/{key}").publish()).set(text)
+        self._keep(self._instance.get_integer_topic(f"{table}/.instance").publish()).set(0)
+        self._keep(self._instance.get_string_array_topic(f"{table}/options").publish()).set(list(options))
+        active = self._keep(self._instance.get_string_topic(f"{table}/active").publish())
         active.set(options[0])
-        selected = self._keep(self._instance.getStringTopic(f"{table}/selected").subscribe(options[0], _OPTIONS))
+        selected = self._keep(self._instance.get_string_topic(f"{table}/selected").subscribe(options[0], _OPTIONS))
         self._choices.append((selected, active))
         return lambda: str(selected.get())
 
@@ -167,17 +168,17 @@ def _pose_of(value: Any) -> tuple[float, ...] | None:
 
     None where it is neither.
     """
-    if value.isRaw() and len(value.getRaw()) == _POSE2D.size:
-        return _POSE2D.unpack(value.getRaw())
+    if value.is_raw() and len(value.get_raw()) == _POSE2D.size:
+        return _POSE2D.unpack(value.get_raw())
     numbers = _array_of(value)
     return (*numbers[:2], math.radians(numbers[2])) if len(numbers) == 3 else None
 
 
 def _array_of(value: Any) -> list[float]:
     for is_one, get in (
-        (value.isDoubleArray, value.getDoubleArray),
-        (value.isFloatArray, value.getFloatArray),
-        (value.isIntegerArray, value.getIntegerArray),
+        (value.is_double_array, value.get_double_array),
+        (value.is_float_array, value.get_float_array),
+        (value.is_integer_array, value.get_integer_array),
     ):
         if is_one():
             return [float(number) for number in get()]

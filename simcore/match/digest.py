@@ -5,19 +5,14 @@ from __future__ import annotations
 import hashlib
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from simcore.errors import ConfigError
 
-if TYPE_CHECKING:
-    from simcore.match.match_state import MatchState
-
 __all__ = ["TickTimer", "TickTimes", "TrajectoryDigest"]
-
-_COUNT_PERIOD = 5  # ticks
 
 
 class TrajectoryDigest:
@@ -32,18 +27,6 @@ class TrajectoryDigest:
 
     def __init__(self) -> None:
         self._hash = hashlib.sha256()
-
-    def after_tick(self, match: MatchState) -> None:
-        """Feed all that moves in a match, and every 0.1 s its points."""
-        for robot in match.robots:
-            self.update(np.array((*robot.chassis.pos, *robot.chassis.quat, *robot.chassis.vel)))
-        for body in match.hanging:
-            if body.is_awake:
-                self.update(np.array((*body.pos, *body.rate)))
-        state, awake = match.pieces.state, match.pieces.awake
-        self.update(state.pos.take(awake, axis=0), state.status)
-        if match.ticks % _COUNT_PERIOD == 0:
-            self.update(np.array([*match.tracker.totals.values(), *match.rules.breakdown().values()]))
 
     def update(self, *arrays: npt.NDArray[Any]) -> None:
         """Feed the state of one tick, always the same arrays in the same order.

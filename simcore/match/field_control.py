@@ -12,15 +12,16 @@ import threading
 from collections import deque
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import Any, Protocol
 
 import numpy as np
 
 from simcore.errors import ConfigError, SimcoreError
 from simcore.geometry.symmetry import Pose
-
-if TYPE_CHECKING:
-    from simcore.match.match import Match
+from simcore.match.clock import Mode
+from simcore.match.match_state import MatchState
+from simcore.match.scripted import ScriptedRobot
+from simcore.robot.robot import Controller
 
 __all__ = ["CommandResult", "FieldControl"]
 
@@ -48,14 +49,35 @@ class CommandResult:
         return f"{self.number} {'done' if self.is_done else 'refused'}: {self.text}"
 
 
+class MatchActions(Protocol):
+    """What commands do to a match; see the methods of `Match`."""
+
+    def carry_to(self, number: int, pose: Pose) -> None:
+        """Put a robot somewhere, at rest [m, m, rad]."""
+        ...
+
+    def start_mode(self, mode: Mode) -> None:
+        """Begin `auto` or `teleop`."""
+        ...
+
+    def reset_field(self) -> None:
+        """Stage the pieces anew, with no points."""
+        ...
+
+    def set_controller(self, number: int, controller: Controller | None) -> None:
+        """Let another controller command a robot."""
+        ...
+
+
 class FieldControl:
     """The commands to one match; `Match.control`.
 
     Each method returns the number of the command at once. What became of it is in `results` from the next tick on.
-    A refused command changes nothing, and is told on the console too.
+    A refused command changes nothing, and is logged.
 
     Args:
         match: Which they are for.
+        actions: What they do to it.
 
     Example:
         >>> from simcore.match.match import Match
@@ -67,8 +89,8 @@ class FieldControl:
         1 done: robot 0 stands at (5.00, 3.00) m, 0 deg
     """
 
-    def __init__(self, match: Match) -> None:
-        self._match = match
+    def __init__(self, match: MatchState, actions: MatchActions) -> None:
+        self._match, self._actions = match, actions
         self._lock = threading.Lock()
         self._queue: deque[tuple[int, str, Callable[[], str]]] = deque()
         self._given = 0
@@ -90,10 +112,10 @@ class FieldControl:
         """
 
         def act() -> str:
-            self._match.reset_field()
+            self._actions.reset_field()
             return f"the field is reset: {self._match.count.staged} pieces staged, no points"
 
-        return self._give("reset the field", act)
+        return self._enqueue("reset the field", act)
 
     def spawn(self, kind: str, places: Sequence[Sequence[float]]) -> int:
         """Put pieces on the carpet, each at the free place that is nearest to where it is wanted.
@@ -126,7 +148,7 @@ class FieldControl:
             where = f"at ({x:.2f}, {y:.2f}) m" if len(slots) == 1 else f"from ({x:.2f}, {y:.2f}) m on"
             return f"{len(slots)} {kind} put down {where}"
 
-        return self._give(f"spawn {len(wanted)} {kind}", act)
+        return self._enqueue(f"spawn {len(wanted)} {kind}", act)
 
     def place_robot(self, pose: Any, robot: int = 0) -> int:
         """Put a robot somewhere, at rest; its gyro keeps its reading, and pieces make room.
@@ -141,27 +163,27 @@ class FieldControl:
             ConfigError: The pose is not three finite numbers.
         """
         if hasattr(pose, "rotation"):
-            pose = (pose.X(), pose.Y(), pose.rotation().radians())
+            pose = (pose.x, pose.y, pose.rotation().radians())
         x, y, yaw = _numbers("place_robot: a pose", pose, "x, y [m], heading [rad]", 3)
         goal = (x, y, math.remainder(yaw, math.tau))
 
         def act() -> str:
-            self._match.carry_to(robot, goal)
-            self._tell(robot, goal)
+            self._actions.carry_to(robot, goal)
+            self._notify(robot, goal)
             return f"robot {robot} stands at {_words(goal)}"
 
-        return self._give(f"place robot {robot} at {_words(goal)}", act)
+        return self._enqueue(f"place robot {robot} at {_words(goal)}", act)
 
     def place_at_start(self, robot: int = 0) -> int:
         """Put a robot where it starts as one of its alliance."""
 
         def act() -> str:
             goal = self._match.start_pose(robot)
-            self._match.carry_to(robot, goal)
-            self._tell(robot, None)
+            self._actions.carry_to(robot, goal)
+            self._notify(robot, None)
             return f"robot {robot} stands at its start, {_words(goal)}"
 
-        return self._give(f"place robot {robot} at its start", act)
+        return self._enqueue(f"place robot {robot} at its start", act)
 
     def start_auto(self, name: str, robot: int = 0) -> int:
         """Reset the field, put a robot where an auto of the game starts, and play that from its beginning.
@@ -179,20 +201,23 @@ class FieldControl:
             if match.robots[robot].devices is not None:
                 raise ConfigError(f"robot {robot} is driven by robot code, whose own chooser says which auto it plays")
             auto = match.game.auto(name)
+            controller = auto.controller(match, match.alliances[robot])
+            if isinstance(controller, ScriptedRobot):
+                controller.begin(match.robots[robot])
             before = match.entries
             entry = replace(before[robot], start=auto.start, preload=auto.preload)
             match.entries = (*before[:robot], entry, *before[robot + 1 :])
             try:
-                match.carry_to(robot, match.start_pose(robot))
+                self._actions.carry_to(robot, match.start_pose(robot))
             except SimcoreError:
                 match.entries = before
                 raise
-            match.reset_field()
-            match.start_mode("auto")
-            match.set_controller(robot, auto.controller(match, match.alliances[robot]))
+            self._actions.reset_field()
+            self._actions.start_mode("auto")
+            self._actions.set_controller(robot, controller)
             return f"auto {name!r} begins"
 
-        return self._give(f"start auto {name!r}", act)
+        return self._enqueue(f"start auto {name!r}", act)
 
     def refuse(self, command: str, why: str) -> int:
         """Note a command that cannot even be read."""
@@ -200,7 +225,7 @@ class FieldControl:
         def act() -> str:
             raise ConfigError(why)
 
-        return self._give(command, act)
+        return self._enqueue(command, act)
 
     # --- the tick -------------------------------------------------------------------------------------------------
 
@@ -214,6 +239,8 @@ class FieldControl:
                 result = CommandResult(number, command, True, act())
             except SimcoreError as error:
                 result = CommandResult(number, command, False, str(error))
+            except Exception as error:  # whoever gave it is not here any more: it must not end the match
+                result = CommandResult(number, command, False, f"{type(error).__name__}: {error}")
             self.results.append(result)
             self.count += 1
             if result.is_done:
@@ -223,13 +250,13 @@ class FieldControl:
 
     # --- inside ---------------------------------------------------------------------------------------------------
 
-    def _give(self, command: str, act: Callable[[], str]) -> int:
+    def _enqueue(self, command: str, act: Callable[[], str]) -> int:
         with self._lock:
             self._given += 1
             self._queue.append((self._given, command, act))
             return self._given
 
-    def _tell(self, robot: int, goal: Pose | None) -> None:
+    def _notify(self, robot: int, goal: Pose | None) -> None:
         for listener in self.placed:
             listener(robot, goal)
 

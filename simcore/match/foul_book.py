@@ -5,12 +5,9 @@ from __future__ import annotations
 import math
 from collections.abc import Hashable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
+from simcore.match.game import PlayedMatch
 from simcore.match.scoring import Alliance, FoulEvent
-
-if TYPE_CHECKING:
-    from simcore.match.match_state import MatchState
 
 __all__ = ["FoulBook"]
 
@@ -33,7 +30,7 @@ class FoulBook:
         match: Its tracker gets the events.
     """
 
-    def __init__(self, match: MatchState) -> None:
+    def __init__(self, match: PlayedMatch) -> None:
         self._match = match
         self._broken: dict[Hashable, _Stretch] = {}
 

@@ -7,20 +7,24 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from fnmatch import fnmatchcase
 from pathlib import Path
-from typing import TYPE_CHECKING, TypeAlias
+from typing import Protocol, TypeAlias
 
 import numpy as np
 
 from simcore.errors import ConfigError, UnknownNameError
 from simcore.geometry.symmetry import FieldSymmetry, Pose
-from simcore.match.clock import MatchClock, Phase
-from simcore.match.scoring import Alliance, ScoreEvent, ScoringZone
+from simcore.match.clock import MatchClock, MatchTimer, Phase
+from simcore.match.robot_contacts import RobotContacts
+from simcore.match.scatter import ScatterDraws
+from simcore.match.scoring import Alliance, ScoreEvent, ScoringTracker, ScoringZone
 from simcore.physics.field import FieldBoundary, FieldElement, FieldGeometry
-from simcore.physics.hanging import HangingConfig
+from simcore.physics.hanging import HangingBody, HangingConfig
 from simcore.physics.obj import read_obj
 from simcore.physics.shapes import Box, Cylinder, Sphere
 from simcore.physics.surface import TerrainSurface
+from simcore.physics.world import PhysicsWorld
 from simcore.pieces.kinds import GamePieceConfig
+from simcore.pieces.piece_manager import GamePieceManager
 from simcore.pieces.resting_places import PlaceEvent, RestingPlace
 from simcore.quantities import (
     COUNT,
@@ -28,7 +32,7 @@ from simcore.quantities import (
     FIELD_PLACE,
     FORCE,
     MASS,
-    POSE,
+    START,
     require,
     require_attitude,
     require_fields,
@@ -36,13 +40,10 @@ from simcore.quantities import (
     shown,
 )
 from simcore.robot.climber import Rung
-from simcore.robot.robot import Controller
+from simcore.robot.robot import Controller, Robot
 from simcore.robot.robot_config import RobotConfig
 from simcore.robot.swerve_config import SwerveConfig, SwerveModuleConfig
 from simcore.typing import FloatArray
-
-if TYPE_CHECKING:
-    from simcore.match.match_state import MatchState
 
 __all__ = [
     "Auto",
@@ -50,6 +51,7 @@ __all__ = [
     "Game",
     "GameOption",
     "PieceSupply",
+    "PlayedMatch",
     "RobotEntry",
     "Rules",
     "StagedPieces",
@@ -203,7 +205,7 @@ class RobotEntry:
     def __post_init__(self) -> None:
         if self.alliance not in ("blue", "red"):
             raise ConfigError(f"RobotEntry: alliance must be 'blue' or 'red', got {self.alliance!r}")
-        require_fields(self, start=POSE, preload=COUNT)
+        require_fields(self, start=START, preload=COUNT)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -212,6 +214,33 @@ class GameOption:
 
     name: str
     help: str
+    in_matches: bool = False
+    """Whether it is on in whole matches without being asked for."""
+
+
+class PlayedMatch(Protocol):
+    """What rules and autos see of a match, which is a `MatchState`."""
+
+    game: Game
+    entries: tuple[RobotEntry, ...]
+    options: frozenset[str]
+    practice: bool
+    time: float
+    timer: MatchTimer
+    world: PhysicsWorld
+    pieces: GamePieceManager
+    hanging: list[HangingBody]
+    contacts: RobotContacts
+    robots: list[Robot]
+    alliances: list[Alliance]
+    tracker: ScoringTracker
+    rules: Rules
+    rules_rng: np.random.Generator
+    draws: ScatterDraws
+
+    def outline(self, number: int) -> FloatArray:
+        """Corners of a robot's bumpers, as those of a blue robot if its alliance is red [m], shape (4, 2)."""
+        ...
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -220,7 +249,7 @@ class Auto:
 
     name: str
     summary: str
-    controller: Callable[[MatchState, Alliance], Controller]
+    controller: Callable[[PlayedMatch, Alliance], Controller]
     """Makes what commands the robot, of a match and its alliance."""
     start: Pose
     """As a blue robot, field frame [m, m, rad]."""
@@ -228,7 +257,7 @@ class Auto:
     """As in `RobotEntry`."""
 
     def __post_init__(self) -> None:
-        require_fields(self, f"Auto {self.name!r}", start=POSE, preload=COUNT)
+        require_fields(self, f"Auto {self.name!r}", start=START, preload=COUNT)
 
 
 class Rules:
@@ -240,7 +269,7 @@ class Rules:
         match: Which is played. It is complete but for the pieces, which are staged when `start` is called.
     """
 
-    def __init__(self, match: MatchState) -> None:
+    def __init__(self, match: PlayedMatch) -> None:
         self.match = match
 
     def start(self) -> None:
@@ -308,7 +337,7 @@ class Game:
     zones: tuple[ScoringZone, ...] = ()
     places: tuple[RestingPlace, ...] = ()
     """Where pieces stay and count as placed."""
-    rules: Callable[[MatchState], Rules] = Rules
+    rules: Callable[[PlayedMatch], Rules] = Rules
     robot: Callable[[], RobotConfig]
     """Its default robot."""
     starts: tuple[Pose, ...]
@@ -333,7 +362,7 @@ class Game:
             raise ConfigError(f"Game {self.name}: kinds of pieces must differ, got {names}")
         if not self.starts:
             raise ConfigError(f"Game {self.name}: give at least one start")
-        require_fields(self, f"Game {self.name}", year=COUNT, preload=COUNT, robots=COUNT, starts=[POSE])
+        require_fields(self, f"Game {self.name}", year=COUNT, preload=COUNT, robots=COUNT, starts=[START])
 
     @property
     def heading(self) -> str:

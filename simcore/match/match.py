@@ -10,7 +10,7 @@ import math
 from collections.abc import Callable, Iterable, Sequence
 from contextlib import ExitStack
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -29,18 +29,19 @@ from simcore.physics.field import FieldElement
 from simcore.physics.shapes import Sphere
 from simcore.physics.substeps import Substepping
 from simcore.physics.world import PhysicsWorld
+from simcore.pieces.reach import Footprint, WakeSettings
 from simcore.pieces.resting_places import RestingPlace
-from simcore.pieces.wake_grid import Footprint, WakeSettings
 from simcore.quantities import POSE, Quantity, require, require_row, shown
 from simcore.robot.robot import Controller
 from simcore.robot.robot_config import RobotConfig
+from simcore.season import NetworkTables
 from simcore.telemetry.snapshot import Snapshot, TelemetrySink
 from simcore.units import TICK
 
-if TYPE_CHECKING:
-    import ntcore
-
 __all__ = ["Match"]
+
+_LONGEST_PART = TICK * (1.0 + 1e-9)  # [s]
+_MOST_PARTS = 100
 
 
 class Match(MatchState):
@@ -86,7 +87,7 @@ class Match(MatchState):
         practice: bool = False,
         sinks: Sequence[TelemetrySink] = (),
         engine: Engine | str | None = None,
-        network: ntcore.NetworkTableInstance | None = None,
+        network: NetworkTables | None = None,
         field_mesh: Path | None = None,
         tags: str | Path | None = None,
         substepping: Substepping | None = None,
@@ -103,7 +104,9 @@ class Match(MatchState):
         self._network = network
         self._tags = tags or game.field.tags
         self._wake_settings = wake
-        self._controllers = list(controllers) + [None] * (len(self.entries) - len(controllers))
+        self._controllers: list[Controller | None] = [None] * len(self.entries)
+        for number, controller in enumerate(controllers):
+            self.set_controller(number, controller)
         self.sinks = list(sinks)
         self.last_tick_ms = None
         definition = game.field if game.arrange is None else game.arrange(game.field, self.options)
@@ -112,7 +115,7 @@ class Match(MatchState):
         balls = [supply.kind.bounding_radius for supply in game.pieces if isinstance(supply.kind.shape, Sphere)]
         limits = substepping or Substepping.for_balls(min(balls, default=math.inf))
         self.world = PhysicsWorld(engine=engine, substepping=limits)
-        self.control = FieldControl(self)
+        self.control = FieldControl(self, self)
         """What people do to the field; it outlives `reset`."""
         self.before: tuple[Callable[[], None], ...] = (self.control.before_tick, self._read, self._wake, self._take_in)
         """What comes before motion: people act on the field; robot code looks and commands; sleeping pieces wake;
@@ -201,7 +204,13 @@ class Match(MatchState):
     # --- the tick -------------------------------------------------------------------------------------------------
 
     def tick(self, parts: int = 1) -> None:
-        """Advance by 20 ms, with the middle of the tick cut into equal parts."""
+        """Advance by 20 ms, with the middle of the tick cut into equal parts.
+
+        Raises:
+            ConfigError: The number of parts is no whole number from 1 to 100; nothing has moved.
+        """
+        if type(parts) is not int or not 1 <= parts <= _MOST_PARTS:
+            raise ConfigError(f"Match.tick: parts must be a whole number from 1 to {_MOST_PARTS}, got {shown(parts)}")
         self.begin_tick()
         for _ in range(parts):
             self.run_part(TICK / parts)
@@ -213,7 +222,13 @@ class Match(MatchState):
             phase()
 
     def run_part(self, h: float) -> None:
-        """Motion for a part of the tick, h [s]."""
+        """Motion for a part of the tick, h [s].
+
+        Raises:
+            ConfigError: It is no part of 20 ms; nothing has moved.
+        """
+        if not 0.0 < h <= _LONGEST_PART:
+            raise ConfigError(f"Match.run_part: h must be a part of 20 ms, above 0 s, got {shown(h)}")
         self.motion.advance(h)
 
     def end_tick(self) -> None:
@@ -301,7 +316,8 @@ class Match(MatchState):
         """One snapshot for the sinks that are due, the digest of the state, and a line where a battery gave way."""
         for robot in self.robots:
             robot.brownouts.after_tick(self.time)
-        self.digest.after_tick(self)
+        self.beliefs.after_tick(self.time, self.timer)
+        self._update_digest()
         due = [sink for sink in self.sinks if sink.due(self.time)]
         if due:
             snapshot = self.snapshot()
@@ -313,10 +329,19 @@ class Match(MatchState):
     def set_controller(self, number: int, controller: Controller | None) -> None:
         """Choose what commands a robot from the next tick on."""
         self.require_robot(number)
+        if not (controller is None or callable(controller)):
+            raise ConfigError(f"robot {number}: a controller is called with robot and time, got {shown(controller)}")
         self._controllers[number] = controller
 
     def set_alliance(self, number: int, alliance: Alliance) -> None:
-        """Put a robot, at rest, where it starts as one of an alliance; its gyro keeps its reading."""
+        """Put a robot, at rest, where it starts as one of an alliance; its gyro keeps its reading.
+
+        Raises:
+            ConfigError: There is no such robot, or no such alliance.
+        """
+        self.require_robot(number)
+        if alliance not in ("blue", "red"):
+            raise ConfigError(f"set_alliance: alliance must be 'blue' or 'red', got {shown(alliance)}")
         self.alliances[number] = alliance
         self._carry(number, self.start_pose(number), by_people=True)
 
@@ -326,7 +351,8 @@ class Match(MatchState):
         Args:
             number: Of the robot.
             pose: Where, field frame [m, m, rad].
-            by_people: Whether they miss the place, as the scatter says; otherwise it is there exactly.
+            by_people: Whether they put it where an auto begins: they miss the place, as the scatter says, and a headset
+                takes it as having stood there; otherwise it is there exactly.
 
         Raises:
             ConfigError: There is no such robot, or the pose is no three numbers.
@@ -334,12 +360,14 @@ class Match(MatchState):
         """
         self.require_robot(number)
         require_row(f"robot {number}", "pose", pose, POSE)
-        require_free_place(self.world, self.robots[number], pose, self.game.field.size)
+        require_free_place(self.world, self.robots[number], pose, self.game.field.size, others=self.robots)
         self._carry(number, pose, by_people=by_people)
 
     def _carry(self, number: int, pose: Pose, *, by_people: bool) -> None:
         missed = self._missed(number, pose) if by_people else None
+        old_pos = self.robots[number].chassis.pos
         self.robots[number].carry_to(missed or pose, believed=missed and pose)
+        self.cameras.follow_carry(number, self.time, old_pos, to_start=by_people)
         self.pieces.make_room(Footprint(*self.robots[number].chassis.footprint))
 
     def start_mode(self, mode: Mode) -> None:

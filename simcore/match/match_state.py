@@ -8,7 +8,6 @@ from __future__ import annotations
 from collections.abc import Mapping
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -26,21 +25,21 @@ from simcore.match.robot_contacts import RobotContacts, StructureRecoil
 from simcore.match.scatter import Scatter, ScatterDraws, piece_variation
 from simcore.match.scattered_robot import built_robot, start_error
 from simcore.match.scoring import Alliance, ScoringTracker
-from simcore.match.starts import missed_place, require_free_starts
+from simcore.match.starts import BeliefCheck, missed_place, require_free_starts
 from simcore.physics.field import FieldGeometry
 from simcore.physics.hanging import HangingBody, HangingConfig
 from simcore.physics.world import PhysicsWorld
 from simcore.pieces.piece_manager import GamePieceManager
-from simcore.pieces.wake_grid import Footprint, WakeSettings
+from simcore.pieces.reach import Footprint, WakeSettings
 from simcore.quantities import shown
 from simcore.robot.climber import Rung
 from simcore.robot.robot import Robot
+from simcore.season import NetworkTables
 from simcore.typing import FloatArray
 
-if TYPE_CHECKING:
-    import ntcore
-
 __all__ = ["MatchState"]
+
+_COUNT_PERIOD = 5  # ticks
 
 _COUNT_PERIOD = 5  # ticks
 
@@ -64,7 +63,7 @@ class MatchState:
     field: FieldGeometry
     _rungs: tuple[Rung, ...]
     _hanging: tuple[HangingConfig, ...]
-    _network: ntcore.NetworkTableInstance | None
+    _network: NetworkTables | None
     _tags: str | Path
     _wake_settings: WakeSettings | None
 
@@ -101,6 +100,8 @@ class MatchState:
     rules_rng: np.random.Generator
     """For what the rules leave to chance."""
     cameras: CameraRig
+    beliefs: BeliefCheck
+    """Compares where robots are with where they believe to be, as an auto begins."""
     digest: TrajectoryDigest
     """Of the state of every tick so far."""
     _counted: tuple[int, Score] | None
@@ -165,7 +166,7 @@ class MatchState:
 
     def require_robot(self, number: int) -> None:
         """Refuse the number of a robot that there is not."""
-        if number not in range(len(self.entries)):
+        if type(number) is not int or number not in range(len(self.entries)):
             raise ConfigError(f"there are robots 0 to {len(self.entries) - 1}, got {shown(number)}")
 
     def outline(self, number: int) -> FloatArray:
@@ -203,6 +204,7 @@ class MatchState:
         self.robots = []
         for number, own_rng in enumerate(robot_rng.spawn(len(self.entries))):
             self._add_robot(number, own_rng)  # whose noise does not depend on how many there are
+        self.pieces.holders = self.robots
         require_free_starts(self.world, self.robots, game.field, self.alliances)
         for robot in self.robots:
             pose = self.start_pose(robot.number)
@@ -210,7 +212,7 @@ class MatchState:
             if missed is not None:
                 robot.reset(missed, believed=pose)
         self._make_room()
-        self.contacts = RobotContacts(self.world, self.robots, self.hanging)
+        self.contacts = RobotContacts(self.world, self.robots, self.hanging, self.field.elements)
         self.recoil = StructureRecoil(self.world, self.field.elements, game.field.structures, self.pieces, self.robots)
         self.motion = Motion(
             self.world,
@@ -222,6 +224,7 @@ class MatchState:
         self.flow = PieceFlow(self.world, self.pieces, self.robots)
         kinds = [game.pieces[kind].kind.name for kind in self.pieces.state.kind.tolist()]
         self.tracker = ScoringTracker(game.zones, worth=lambda zone: self.rules.worth(zone), kinds=kinds)
+        self.beliefs = BeliefCheck(self.robots)
         self.cameras = CameraRig(
             self.world,
             self.pieces,
@@ -233,6 +236,18 @@ class MatchState:
             self._network,
         )
         self._begin_rules()
+
+    def _update_digest(self) -> None:
+        """Feed the digest with all that moves, and every 0.1 s with the points."""
+        for robot in self.robots:
+            self.digest.update(np.array((*robot.chassis.pos, *robot.chassis.quat, *robot.chassis.vel)))
+        for body in self.hanging:
+            if body.is_awake:
+                self.digest.update(np.array((*body.pos, *body.rate)))
+        state, awake = self.pieces.state, self.pieces.awake
+        self.digest.update(state.pos.take(awake, axis=0), state.status)
+        if self.ticks % _COUNT_PERIOD == 0:
+            self.digest.update(np.array([*self.tracker.totals.values(), *self.rules.breakdown().values()]))
 
     @property
     def _is_scattered(self) -> bool:

@@ -29,7 +29,7 @@ from simcore.physics.hanging import HangingBody
 from simcore.physics.substeps import Surroundings, TickPlan
 from simcore.physics.world import PhysicsWorld
 from simcore.pieces.piece_manager import GamePieceManager
-from simcore.pieces.wake_grid import Footprint
+from simcore.pieces.reach import Footprint
 from simcore.robot.chassis import ChassisSimulation
 from simcore.units import TICK
 

@@ -10,38 +10,40 @@ from dataclasses import dataclass
 import numpy as np
 
 from simcore.geometry.linkage import PartState
-from simcore.geometry.rotation import IDENTITY, Vector, multiply, rotate
+from simcore.geometry.rotation import IDENTITY, multiply, rotate
 from simcore.match.held_contact import HeldContact
 from simcore.physics.shapes import Sphere
 from simcore.physics.world import PhysicsWorld
-from simcore.pieces.flight import advance
+from simcore.pieces.flight import SQUEEZE, advance, free_shares, muzzle_obstacle
+from simcore.pieces.impact_law import hit_ball, touch_normal
 from simcore.pieces.intake import Intake, field_to_robot, on_part
 from simcore.pieces.kinds import GamePieceConfig
-from simcore.pieces.muzzle_clearance import free_share, muzzle_obstacle
+from simcore.pieces.launch import Launch
 from simcore.pieces.piece_manager import GamePieceManager
 from simcore.pieces.placer import Placer
+from simcore.pieces.pool import ON_FIELD, PieceStatus
 from simcore.pieces.shooter import Shooter, ShooterConfig
-from simcore.pieces.shot_schedule import Launch
 from simcore.robot.robot import Robot
-from simcore.typing import BoolArray, IntArray
+from simcore.typing import BoolArray, FloatArray, IntArray
 from simcore.units import TICK
 
 __all__ = ["PieceFlow", "ShotRecord"]
 
 _log = logging.getLogger(__name__)
 
-_FOLLOWED = 100  # ticks for which a shot is followed at least
+_DRAWN = 100  # ticks of a shot's way that are kept at least
+_LIES = 0.01  # [m]; a piece whose lowest point is so close to the carpet lies on it
 
 
 @dataclass(slots=True)
 class ShotRecord:
-    """One shot piece, from the muzzle until it scored, or for 2 s and until it touched something."""
+    """One shot piece, from the muzzle until it scores, is taken in again or lies on the carpet."""
 
     time: float
     slot: int
     robot: int
     points: list[tuple[float, float, float]]
-    """Its flight, a point a tick [m]."""
+    """Its flight, a point a tick [m]: of 2 s, and until it touches something."""
     scored: bool = False
 
 
@@ -178,14 +180,19 @@ class PieceFlow:
                     self._leave(robot, placer, part)
 
     def _let_shoot(self, robot: Robot, number: int, shooter: Shooter, time: float) -> None:
-        obstacles: list[int] = []
+        obstacles: list[str] = []
+        struck: dict[int, Launch] = {}
 
         def is_free(launch: Launch) -> bool:
-            obstacles.append(self._muzzle_obstacle(robot, shooter, launch))
-            return obstacles[-1] < 0
+            name, slots = self._muzzle_obstacle(robot, shooter, launch)
+            obstacles.append(name)
+            struck.update(dict.fromkeys(slots, launch))
+            return not name
 
-        for launch in shooter.update(TICK, self._ready(robot, shooter.config), is_free):
+        for launch in shooter.update(self._ready(robot, shooter.config), is_free):
             self._shoot(robot, shooter, launch, time)
+        for slot, launch in struck.items():
+            self._strike(robot, shooter, launch, slot)
         self._note_blocked((robot.number, number), obstacles, time)
 
     def _ready(self, robot: Robot, shooter: ShooterConfig) -> int:
@@ -204,31 +211,75 @@ class PieceFlow:
         kind: GamePieceConfig = self._pieces.types[self._pieces.state.kind[slot]]
         return kind
 
-    def _muzzle_obstacle(self, robot: Robot, shooter: Shooter, launch: Launch) -> int:
-        """Row of what keeps the next piece from leaving a muzzle, -1 if it is free."""
-        kind = self._kind_of(robot.storage_of(shooter.config).in_turn[0])
+    def _muzzle_obstacle(self, robot: Robot, shooter: Shooter, launch: Launch) -> tuple[str, list[int]]:
+        """Name of what keeps the next piece from leaving a muzzle, empty if it is free; and slots of pieces there.
+
+        Of other pieces one that is still there, by more than foam gives: it jams the shooter until it has gone.
+        """
+        slot = robot.storage_of(shooter.config).in_turn[0]
+        kind, muzzle = self._kind_of(slot), self._as_it_leaves(robot, shooter, launch, slot).pos
         motion = robot.motion_at(launch.delay / TICK)
-        muzzle = shooter.released(launch, radius=kind.bounding_radius, robot=motion).pos
         up = rotate(motion.quat, (0.0, 0.0, robot.chassis.config.center_of_mass_height))
         inside = (motion.pos[0] + up[0], motion.pos[1] + up[1], motion.pos[2] + up[2])
-        return muzzle_obstacle(self._world, inside, muzzle, kind.inner_radius, robot=robot.chassis.row)
+        row = muzzle_obstacle(self._world, inside, muzzle, kind.inner_radius, robot=robot.chassis.row)
+        if row >= 0:
+            return self._world.body_name(row), []
+        others = self._pieces.on_field()
+        radii = np.array([one.inner_radius for one in self._pieces.types])[self._pieces.state.kind[others]]
+        away = np.linalg.norm(self._places_at(launch, others) - muzzle, axis=1)
+        there = others[away < SQUEEZE * (kind.inner_radius + radii)].tolist()
+        return (f"another {self._kind_of(there[0]).name}" if there else ""), there
 
-    def _note_blocked(self, shooter: tuple[int, int], obstacles: Sequence[int], time: float) -> None:
+    def _as_it_leaves(self, robot: Robot, shooter: Shooter, launch: Launch, slot: int) -> PartState:
+        radius = float(self._pieces.radius[slot])
+        return shooter.released(launch, radius=radius, robot=robot.motion_at(launch.delay / TICK))
+
+    def _places_at(self, launch: Launch, slots: IntArray) -> FloatArray:
+        """Where pieces are at the instant of a launch [m], shape (n, 3)."""
+        state = self._pieces.state
+        places: FloatArray = state.pos[slots] - (TICK - launch.delay) * state.vel[slots]  # of the end of the tick
+        return places
+
+    def _strike(self, robot: Robot, shooter: Shooter, launch: Launch, slot: int) -> None:
+        """Let the next piece strike a loose one in front of its muzzle.
+
+        It comes along the barrel at the speed of a shot, and both are struck as balls of their inner radii. The loose
+        piece goes; the wheels still have the other one, bring it to speed again and lose what the loose one gained.
+        """
+        state, slots = self._pieces.state, np.array([slot])
+        fed = robot.storage_of(shooter.config).in_turn[0]
+        leaves, kinds = self._as_it_leaves(robot, shooter, launch, fed), (self._kind_of(fed), self._kind_of(slot))
+        ahead = rotate(leaves.quat, (1.0, 0.0, 0.0))
+        radii, masses = (kinds[0].inner_radius, kinds[1].inner_radius), self._pieces.mass[[fed, slot]].tolist()
+        normal = touch_normal(ahead, self._places_at(launch, slots)[0] - leaves.pos, SQUEEZE * (radii[0] + radii[1]))
+        x, y, z = state.vel[slot].tolist()
+        before = (x, y, z)
+        if np.dot(np.subtract(before, leaves.vel), normal) <= 0.0:  # it goes faster
+            return
+        (_, after), _ = hit_ball(
+            (leaves.vel, before), (leaves.rate, (0.0, 0.0, 0.0)), normal, radii=radii, masses=masses,
+            restitution=kinds[0].restitution * kinds[1].restitution, friction=kinds[0].friction * kinds[1].friction,
+        )  # fmt: skip
+        self._pieces.push(slots, np.array([after]))
+        shooter.after_shot(masses[1], float(np.dot(np.subtract(after, before), ahead)))
+        for mass, vel in ((masses[1], before), (-masses[1], after)):
+            robot.balance.exchange(mass, leaves.pos, vel)
+
+    def _note_blocked(self, shooter: tuple[int, int], obstacles: Sequence[str], time: float) -> None:
         """Log once when something comes to be in the way of a shooter.
 
         Args:
             shooter: Numbers of robot and shooter.
-            obstacles: Rows of what was in the way of this tick's shots, -1 for a shot that left; empty: none was due.
+            obstacles: What was in the way of this tick's shots, empty for a shot that left; none if none was due.
             time: [s].
         """
         if not obstacles:
             return
-        row = max(obstacles)
-        if row >= 0 and shooter not in self._is_blocked:
-            name = self._world.body_name(row)
+        name = max(obstacles)
+        if name and shooter not in self._is_blocked:
             _log.warning("robot %d at %.2f s: %s is in front of a muzzle; pieces stay in it", shooter[0], time, name)
             self._is_blocked.add(shooter)
-        elif row < 0:
+        elif not name:
             self._is_blocked.discard(shooter)
 
     def _shoot(self, robot: Robot, shooter: Shooter, launch: Launch, time: float) -> None:
@@ -240,20 +291,16 @@ class PieceFlow:
         size = float(self._pieces.size[slot])
         launch = shooter.gripped(launch, size)
         piece = shooter.released(launch, radius=size * kind.bounding_radius, robot=motion)
-        quat = IDENTITY if isinstance(kind.shape, Sphere) else multiply(piece.muzzle, storage.config.attitude)
+        quat = IDENTITY if isinstance(kind.shape, Sphere) else multiply(piece.quat, storage.config.attitude)
         flown = TICK - launch.delay
-        start, gravity, air = np.array([piece[:3]]), self._world.gravity, self._pieces.air_of(slot)
-
-        def after(dt: float) -> tuple[Vector, Vector]:
-            flown = advance(start[:, 0], start[:, 1], start[:, 2], air, dt, gravity=gravity)
-            (x, y, z), (vx, vy, vz) = (row[0].tolist() for row in flown)
-            return (x, y, z), (vx, vy, vz)
-
-        pos, vel = after(flown)
-        share = free_share(self._world, piece.pos, pos, kind.inner_radius, robot=robot.chassis.row)
+        start, launched, spin = (np.array([row]) for row in (piece.pos, piece.vel, piece.rate))
+        gravity, air = self._world.gravity, self._pieces.air_of(slot)
+        end, after = advance(start, launched, spin, air, flown, gravity=gravity)
+        share = float(free_shares(self._world, start, end, kind.inner_radius, robot=robot.chassis.row)[0])
         if share < 1.0:  # it is held until the tick's end where it would have met something
-            pos, vel = after(share * flown)
-        self._pieces.launch(robot.number, pos, vel, piece.spin, slot=slot, quat=quat)
+            end, after = advance(start, launched, spin, air, share * flown, gravity=gravity)
+        pos, vel = ((x, y, z) for x, y, z in (end[0].tolist(), after[0].tolist()))
+        self._pieces.launch(robot.number, pos, vel, piece.rate, slot=slot, quat=quat)
         mass = float(self._pieces.mass[slot])
         shooter.after_shot(mass, float(launch.aim.speed))
         x, y, z = (r + now - then for r, now, then in zip(piece.pos, robot.chassis.pos, motion.pos, strict=True))
@@ -286,8 +333,11 @@ class PieceFlow:
         state = self._pieces.state
         for slot, shot in list(self._followed.items()):
             x, y, z = state.pos[slot].tolist()
-            shot.points.append((x, y, z))
-            if not self._pieces.is_untouched[slot] and len(shot.points) > _FOLLOWED:
+            is_touched = not self._pieces.is_untouched[slot]
+            if not is_touched or len(shot.points) <= _DRAWN:
+                shot.points.append((x, y, z))
+            lies = state.status[slot] == PieceStatus.ASLEEP and z < self._kind_of(slot).rest_height + _LIES
+            if state.status[slot] not in ON_FIELD or (lies and is_touched):
                 del self._followed[slot]
 
     def note_scored(self, slot: int) -> None:

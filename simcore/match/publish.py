@@ -11,11 +11,11 @@ import numpy as np
 from simcore.geometry.rotation import multiply, rotate
 from simcore.match.scoring import Alliance
 from simcore.pieces.pool import PieceStatus
-from simcore.robot.ground_clearance import ground_clearance
 from simcore.robot.mechanisms import ArmSim, ElevatorSim, RackSim
 from simcore.robot.positioned_mechanisms import PistonSim
 from simcore.robot.robot import Robot
 from simcore.robot.robot_config import telemetry_name
+from simcore.robot.wheel_ground import ground_clearance
 from simcore.telemetry.snapshot import Snapshot, robot_prefix
 from simcore.typing import FloatArray, IntArray
 from simcore.units import TICK
@@ -177,7 +177,7 @@ def _add_robot(rows: _Rows, robot: Robot, alliance: Alliance) -> None:
     rows.booleans[f"{prefix}/Robot/IsRed"] = alliance == "red"
     rows.doubles[f"{prefix}/Robot/WheelSlip"] = robot.drive.wheel_slip
     # To 1 mm and 1 mrad: a gyro's noise would change it in every tick of a robot that stands.
-    px, py, yaw = (round(value, 3) for value in robot.estimated_pose or robot.odometry.pose)
+    px, py, yaw = (round(value, 3) for value in robot.believed_pose)
     half = 0.5 * yaw
     rows.poses[f"{prefix}/Robot/EstimatedPose"] = _rounded_pose(px, py, 0.0, math.cos(half), 0.0, 0.0, math.sin(half))
     rows.integers[f"{prefix}/Intake/HeldCount"] = held

@@ -4,12 +4,9 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
+from simcore.match.game import PlayedMatch
 from simcore.pieces.pool import ON_FIELD
-
-if TYPE_CHECKING:
-    from simcore.match.match_state import MatchState
 
 __all__ = ["PieceRelease", "Releases"]
 
@@ -32,7 +29,7 @@ class Releases:
         match: Of which.
     """
 
-    def __init__(self, match: MatchState) -> None:
+    def __init__(self, match: PlayedMatch) -> None:
         self._match = match
         self._holders: dict[int, int] = {}
 

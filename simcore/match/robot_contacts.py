@@ -10,9 +10,10 @@ from itertools import combinations
 import numpy as np
 
 from simcore.geometry.rotation import IDENTITY
+from simcore.physics.field import FieldElement
 from simcore.physics.hanging import HangingBody
 from simcore.physics.nearness import StaticBoxes
-from simcore.physics.world import PhysicsWorld, StaticElement
+from simcore.physics.world import PhysicsWorld
 from simcore.pieces.piece_manager import GamePieceManager
 from simcore.pieces.pool import PieceStatus
 from simcore.robot.robot import Robot
@@ -35,11 +36,19 @@ class RobotContacts:
         world: Where they are.
         robots: All of them.
         hanging: What hangs from the field.
+        elements: Of the field.
     """
 
-    def __init__(self, world: PhysicsWorld, robots: Sequence[Robot], hanging: Sequence[HangingBody]) -> None:
+    def __init__(
+        self,
+        world: PhysicsWorld,
+        robots: Sequence[Robot],
+        hanging: Sequence[HangingBody],
+        elements: Iterable[FieldElement] = (),
+    ) -> None:
         self._world, self._engine = world, world.engine
         self._robots, self._hanging = robots, hanging
+        self._elements = frozenset(element.name for element in elements)
         self._number_of = {robot.chassis.row: robot.number for robot in robots}
         self._near_robots: list[tuple[Robot, Robot]] = []
         self.near_hanging: list[HangingBody] = []
@@ -77,6 +86,12 @@ class RobotContacts:
         """Numbers of the robots that a body of the world touched in the last sub-step."""
         return [self._number_of[other] for other in self._engine.touching(row) if other in self._number_of]
 
+    def elements(self, number: int) -> set[str]:
+        """Names of the field elements that a robot touched in the last sub-step, and of rungs that it hangs on."""
+        robot = self._robots[number]
+        touched = {self._world.body_name(row) for row in self._world.touching(robot.chassis.row)} & self._elements
+        return touched | {climber.rung.name for climber in robot.climbers if climber.rung is not None}
+
 
 class StructureRecoil:
     """What hits of robots on structures of the field do to the pieces that rest on these.
@@ -97,7 +112,7 @@ class StructureRecoil:
     def __init__(
         self,
         world: PhysicsWorld,
-        elements: Iterable[StaticElement],
+        elements: Iterable[FieldElement],
         masses: Mapping[str, float],
         pieces: GamePieceManager,
         robots: Sequence[Robot],

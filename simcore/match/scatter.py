@@ -16,7 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from simcore.errors import ConfigError, UnknownNameError
-from simcore.pieces.piece_variation import PieceVariation
+from simcore.pieces.kinds import PieceVariation
 from simcore.quantities import FACTOR, Quantity, require, require_fields, shown
 from simcore.typing import FloatArray
 from simcore.units import degrees

@@ -10,16 +10,15 @@ import numpy as np
 
 from simcore.geometry.symmetry import Pose
 from simcore.match.scatter import ScatterDraws
-from simcore.pieces.shot_schedule import ShotErrors
+from simcore.pieces.shooter import ShotErrors
 from simcore.robot.battery import BatteryConfig
-from simcore.robot.built_robot import BuiltRobot
 from simcore.robot.dc_motor import MotorModel
+from simcore.robot.fixed_wheel_config import MecanumConfig, TankConfig
 from simcore.robot.gearbox import GearboxConfig
 from simcore.robot.gyro import GyroConfig
 from simcore.robot.positioned_mechanisms import PistonConfig, ServoConfig
-from simcore.robot.robot_config import MechanismConfig, RobotConfig
+from simcore.robot.robot_config import BuiltRobot, MechanismConfig, RobotConfig
 from simcore.robot.swerve_config import SwerveConfig, SwerveModuleConfig
-from simcore.robot.tank_config import TankConfig
 from simcore.typing import FloatSupplier
 
 __all__ = ["built_robot", "start_error"]
@@ -43,7 +42,7 @@ def built_robot(config: RobotConfig, draws: ScatterDraws, robot: int) -> BuiltRo
         drivetrain=(
             _swerve(drivetrain, draws, robot)
             if isinstance(drivetrain, SwerveConfig)
-            else _tank(drivetrain, draws, robot)
+            else _fixed_wheels(drivetrain, draws, robot)
         ),
         battery=_battery(config.battery, draws, robot),
         gyro=_gyro(config.gyro, draws, robot),
@@ -86,12 +85,16 @@ def _swerve(config: SwerveConfig, draws: ScatterDraws, robot: int) -> SwerveConf
     return replace(config, modules=tuple(built(number, module) for number, module in enumerate(config.modules)))
 
 
-def _tank(config: TankConfig, draws: ScatterDraws, robot: int) -> tuple[TankConfig, TankConfig]:
-    """Left and right side; the motors of a side share its load, and its wheels are chained and wear alike."""
+def _fixed_wheels(
+    config: TankConfig | MecanumConfig, draws: ScatterDraws, robot: int
+) -> tuple[TankConfig | MecanumConfig, ...]:
+    """Each wheel of a mecanum drive, or the sides of a tank: motors share a side's load, its wheels wear alike."""
     tread = draws.factor("tread_friction", robot)
+    is_tank = isinstance(config, TankConfig)
+    motors = config.motors_per_side if isinstance(config, TankConfig) else config.motors_per_wheel
 
-    def built(side: int) -> TankConfig:
-        kt, resistance = _motor_factors(draws, config.motors_per_side, robot, _DRIVE, side)
+    def built(side: int) -> TankConfig | MecanumConfig:
+        kt, resistance = _motor_factors(draws, motors, robot, _DRIVE, side)
         return replace(
             config,
             motor=config.motor.varied(kt=kt, resistance=resistance),
@@ -99,7 +102,7 @@ def _tank(config: TankConfig, draws: ScatterDraws, robot: int) -> tuple[TankConf
             wheel_radius=config.wheel_radius * (1.0 - draws.share("wheel_wear", robot, side)),
         )
 
-    return built(0), built(1)
+    return tuple(built(shaft) for shaft in range(2 if is_tank else 4))
 
 
 # --- motors, battery, gyro ------------------------------------------------------------------------------------------

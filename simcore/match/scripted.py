@@ -11,26 +11,24 @@ import math
 from collections.abc import Callable, Generator, Iterable, Mapping
 from dataclasses import dataclass, field
 from itertools import pairwise
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TypeAlias
 
 import numpy as np
 
 from simcore.errors import ConfigError
 from simcore.geometry.rotation import wrap_angle
 from simcore.geometry.symmetry import Pose
+from simcore.match.game import PlayedMatch
 from simcore.match.scoring import Alliance
 from simcore.pieces.shot_solver import NoShotError, Shot, solve_shot
 from simcore.quantities import ACCELERATION, ANGLE, ROBOT_PLACE, SIGNED_VOLTAGE, require, require_fields, shown
-from simcore.robot.mechanism_control import PositionController, VelocityController
+from simcore.robot.gearbox import PositionController, VelocityController
 from simcore.robot.mechanisms import ArmSim, ElevatorSim, FlywheelConfig
 from simcore.robot.robot import Robot
 from simcore.robot.robot_config import telemetry_name
 from simcore.robot.swerve_drive import SwerveDrive
 from simcore.typing import FloatArray
 from simcore.units import TICK, degrees
-
-if TYPE_CHECKING:
-    from simcore.match.match_state import MatchState
 
 __all__ = ["Script", "ScriptSettings", "ScriptedRobot", "Steps"]
 
@@ -45,6 +43,7 @@ Script: TypeAlias = "Callable[[ScriptedRobot], Steps]"
 _WHEEL_TOLERANCE = 0.01  # of the wheels' speed; the range goes with its square
 _HEADING_TOLERANCE = degrees(1.0)
 _MOST_SPEED = 0.05  # over ground [m/s]
+_AT_TARGET = 0.1  # a zone this near to a target is meant [m]
 _LYING = 0.3  # [m]; pieces whose center is higher are in the air or on something
 
 
@@ -72,7 +71,7 @@ class ScriptSettings:
         for name, volts in self.feed_volts.items():
             require("ScriptSettings", f"feed_volts[{name!r}]", volts, SIGNED_VOLTAGE)
 
-    def controller(self, script: Script) -> Callable[[MatchState, Alliance], ScriptedRobot]:
+    def controller(self, script: Script) -> Callable[[PlayedMatch, Alliance], ScriptedRobot]:
         """What makes a robot that follows a script so, for `Auto.controller`."""
         return lambda match, alliance: ScriptedRobot(script, match, alliance, self)
 
@@ -88,7 +87,7 @@ class ScriptedRobot:
     """
 
     def __init__(
-        self, script: Script, match: MatchState, alliance: Alliance, settings: ScriptSettings | None = None
+        self, script: Script, match: PlayedMatch, alliance: Alliance, settings: ScriptSettings | None = None
     ) -> None:
         self._script = script
         self._match = match
@@ -112,14 +111,19 @@ class ScriptedRobot:
     def __call__(self, robot: Robot, time: float) -> None:
         """One tick of robot code. The script begins with its first robot, and anew after `Match.reset`."""
         if self._robot is not robot:
-            self._begin(robot)
+            self.begin(robot)
         self.is_done = next(self._steps, _END) is _END
         if self.is_done:
             self.stop()
         self._drive()
         self._command_mechanisms()
 
-    def _begin(self, robot: Robot) -> None:
+    def begin(self, robot: Robot) -> None:
+        """Begin the script with a robot.
+
+        Raises:
+            ConfigError: It has no swerve; a script drives nothing else.
+        """
         if not isinstance(robot.drive, SwerveDrive):
             kind = type(robot.drive).__name__
             raise ConfigError(f"robot {robot.number}: a scripted robot needs swerve, got {kind}")
@@ -277,18 +281,17 @@ class ScriptedRobot:
         self.stop()
         yield
 
-    def shoot_until_empty(
-        self, target: tuple[float, float, float], *, timeout: float = 5.0, rising: bool = False
-    ) -> Steps:
+    def shoot_until_empty(self, target: tuple[float, float, float], *, timeout: float = 5.0) -> Steps:
         """Aim at a place, blue field frame [m], and shoot everything; gives up after `timeout` [s].
 
-        Where there is no shot, the log says once why. With `rising` a shot may come to its target on its way up.
+        Where there is no shot, the log says once why. In a zone that counts not only falling pieces (`downward=False`)
+        a shot may come to its target on its way up.
         """
         patience, told = round(timeout / TICK), False
         while self.robot.storage.pieces and patience:
             patience -= 1
             try:
-                shot = self._solve(target, rising)
+                shot = self._solve(target)
             except NoShotError as error:
                 if not told:
                     _log.warning("robot %d at %.2f s: %s", self.robot.number, self._match.time, error)
@@ -303,17 +306,20 @@ class ScriptedRobot:
         self._feed = False
         yield
 
-    def spin_up(self, target: tuple[float, float, float], *, rising: bool = False) -> None:
+    def spin_up(self, target: tuple[float, float, float]) -> None:
         """Bring the shooter wheels to the speed for a shot from here at a place [m], if there is one."""
         try:
-            self._wheel_goal = self.robot.shooters[0].config.wheel_speed_for(self._solve(target, rising).speed)
+            self._wheel_goal = self.robot.shooters[0].config.wheel_speed_for(self._solve(target).speed)
         except NoShotError:
             return
 
     # --- inside -------------------------------------------------------------------------------------------------
 
-    def _solve(self, target: tuple[float, float, float], rising: bool) -> Shot:
+    def _solve(self, target: tuple[float, float, float]) -> Shot:
         x, y, yaw = self.pose
+        place, around = np.array(target), _AT_TARGET * np.eye(3)
+        zones = [one for one in self._match.game.zones if one.zone.crossed(place - around, place + around).any()]
+        rising = any(not zone.downward for zone in zones)
         shooter = self.robot.shooters[0].config
         launch = shooter.launch
         muzzle = (x + launch.forward * math.cos(yaw), y + launch.forward * math.sin(yaw), launch.height)

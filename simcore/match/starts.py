@@ -2,21 +2,27 @@
 
 from __future__ import annotations
 
+import logging
 import math
 from collections.abc import Callable, Iterable, Sequence
 from typing import TypeAlias
 
 from simcore.errors import ConfigError, UnknownNameError
+from simcore.geometry.footprints import corners, overlaps
 from simcore.geometry.symmetry import Pose
+from simcore.match.clock import MatchTimer
 from simcore.match.game import FieldDefinition, Game, RobotEntry
 from simcore.match.scoring import Alliance
 from simcore.physics.substeps import Surroundings
 from simcore.physics.world import PhysicsWorld
+from simcore.quantities import shown
 from simcore.robot.robot import Robot
 
 __all__ = [
+    "BeliefCheck",
     "StartError",
     "missed_place",
+    "pose_text",
     "require_free_place",
     "require_free_starts",
     "require_playable",
@@ -24,6 +30,12 @@ __all__ = [
 
 Flip: TypeAlias = Callable[[float, float, float], Pose]
 
+_log = logging.getLogger(__name__)
+
+_APART = 0.5, math.radians(10.0)  # [m], [rad]; a paths' follower comes to no goal that is so far off
+_MOVES = 0.05  # [m/s]; faster than that a robot is on its way
+_BEGINNING = 0.5  # [s] of autonomous, in which robot code sets its pose
+_SPARE = 0.02  # [m]; a robot may be so deep in something, which then pushes it out
 _RING, _RINGS = 0.1, 20  # [m], [-]; where a free place is looked for
 
 
@@ -47,6 +59,8 @@ def require_playable(
         if name not in known:
             raise UnknownNameError(f"option of {game.name}", name, known)
     for entry in entries:
+        if not isinstance(entry, RobotEntry):
+            raise ConfigError(f"robots must be RobotEntry objects, got {shown(entry)}")
         if entry.preload is not None and entry.preload > game.preload:
             raise ConfigError(f"RobotEntry: preload must be 0..{game.preload} in {game.name}, got {entry.preload}")
 
@@ -81,21 +95,10 @@ def require_free_starts(
     Raises:
         StartError: One does.
     """
-    as_blue = [field.symmetry.flip_pose if alliance == "red" else None for alliance in alliances]
-    for robot in robots:
-        (x, y, _), c = robot.chassis.pose, robot.chassis.config
-        _require_on_field(robot, robot.chassis.pose, field.size, as_blue=as_blue[robot.number])
-        half = 0.5 * min(c.bumper_length, c.bumper_width)
-        for other in robots[: robot.number]:
-            ox, oy, _ = other.chassis.pose
-            reach = half + 0.5 * min(other.chassis.config.bumper_length, other.chassis.config.bumper_width)
-            if math.hypot(ox - x, oy - y) < 0.99 * reach:
-                raise ConfigError(
-                    f"robots {other.number} and {robot.number} start inside of each other, at ({ox:.2f}, {oy:.2f}) "
-                    f"and ({x:.2f}, {y:.2f}) m; give their RobotEntry other starts"
-                )
-    for robot in robots:
-        require_free_place(world, robot, robot.chassis.pose, field.size, as_blue=as_blue[robot.number])
+    for robot, alliance in zip(robots, alliances, strict=True):
+        as_blue = field.symmetry.flip_pose if alliance == "red" else None
+        before = robots[: robot.number]
+        require_free_place(world, robot, robot.chassis.pose, field.size, others=before, as_blue=as_blue)
 
 
 def _require_on_field(
@@ -109,7 +112,13 @@ def _require_on_field(
 
 
 def require_free_place(
-    world: PhysicsWorld, robot: Robot, pose: Pose, field_size: tuple[float, float], *, as_blue: Flip | None = None
+    world: PhysicsWorld,
+    robot: Robot,
+    pose: Pose,
+    field_size: tuple[float, float],
+    *,
+    others: Sequence[Robot] = (),
+    as_blue: Flip | None = None,
 ) -> None:
     """Refuse a start beyond the field, or inside of something solid; the text names a place nearby that is free.
 
@@ -118,30 +127,86 @@ def require_free_place(
         robot: Who would start there.
         pose: Where, field frame [m, m, rad].
         field_size: Length and width [m].
+        others: Robots that are on the field.
         as_blue: Turns a place into that of a blue robot, where the start was given so; None: it was not.
 
     Raises:
         StartError: It is.
     """
     _require_on_field(robot, pose, field_size, as_blue=as_blue)
-    x, y, _ = pose
-    if _is_free(world, robot, x, y):
+    x, y, yaw = pose
+    obstacle = _obstacle(world, robot, pose, others)
+    if not obstacle:
         return
-    places = [
+    (length, width), body = field_size, robot.chassis.config
+    reach = 0.5 * math.hypot(body.bumper_length, body.bumper_width)
+    places = (
         (x + ring * _RING * math.cos(way), y + ring * _RING * math.sin(way))
         for ring in range(1, _RINGS + 1)
         for way in (step * math.tau / 16 for step in range(16))
-    ]
-    (length, width), c = field_size, robot.chassis.config
-    edge = 0.5 * min(c.bumper_length, c.bumper_width)
+    )
     free = (
         (px, py)
         for px, py in places
-        if edge <= px <= length - edge and edge <= py <= width - edge and _is_free(world, robot, px, py, whole=True)
+        if 0.0 <= px <= length
+        and 0.0 <= py <= width
+        and world.is_flat(px, py, reach)
+        and not _obstacle(world, robot, (px, py, yaw), others)
     )
     near = next(free, None)
     hint = f"{_place(*near, as_blue)} is free" if near else ""
-    raise StartError(robot.number, f"starts inside of a field element, at {_place(x, y, as_blue)}", hint)
+    raise StartError(robot.number, f"starts inside of {obstacle}, at {_place(x, y, as_blue)}", hint)
+
+
+class BeliefCheck:
+    """Warns where a robot begins an auto elsewhere than it believes to be; once each time.
+
+    It looks as the robot begins to move, and once more when the auto is half a second old or over.
+
+    Args:
+        robots: Of the match.
+    """
+
+    def __init__(self, robots: Sequence[Robot]) -> None:
+        self._robots = robots
+        self._open: list[Robot] = []
+        self._since: float | None = None
+        self.reasons: dict[int, str] = {}
+        """Why a robot could not be put where its auto begins, by its number, until it is told."""
+
+    def after_tick(self, time: float, timer: MatchTimer) -> None:
+        """Look at the end of a tick [s]."""
+        is_auto = timer.is_enabled and timer.phase.mode == "auto"
+        if is_auto and self._since is None:
+            self._since, self._open = time, list(self._robots)
+        if self._since is not None and self._open:
+            is_last = not is_auto or time - self._since >= _BEGINNING - 1e-9
+            still = [robot for robot in self._open if not self._warn(robot, is_last=is_last)]
+            self._open = [] if is_last else still
+        if not is_auto:
+            self._since = None
+
+    def _warn(self, robot: Robot, *, is_last: bool) -> bool:
+        """Say so if a robot is not where it believes to be; returns whether it was said."""
+        true, believed, reason = robot.chassis.pose, robot.believed_pose, self.reasons.get(robot.number, "")
+        if not (is_last or reason) and robot.chassis.speed < _MOVES:
+            return False
+        apart, turned = math.dist(true[:2], believed[:2]), abs(math.remainder(true[2] - believed[2], math.tau))
+        is_elsewhere = apart > _APART[0] or turned > _APART[1] or bool(reason)
+        if is_elsewhere:
+            _log.warning(
+                "as its auto begins robot %d believes to be at %s, but stands at %s: %.2f m and %.0f deg apart%s",
+                *(robot.number, pose_text(believed), pose_text(true), apart, math.degrees(turned)),
+                f"; {reason}" if reason else "",
+            )
+        if is_elsewhere or is_last:
+            self.reasons.pop(robot.number, None)
+        return is_elsewhere
+
+
+def pose_text(pose: Pose) -> str:
+    """A pose for people, in meters and degrees."""
+    return f"({pose[0]:.2f}, {pose[1]:.2f}) m, {math.degrees(math.remainder(pose[2], math.tau)):.0f} deg"
 
 
 def missed_place(world: PhysicsWorld, robot: Robot, pose: Pose, error: Pose) -> Pose:
@@ -180,9 +245,19 @@ def _place(x: float, y: float, as_blue: Flip | None) -> str:
     return f"{text}, as blue ({x:.2f}, {y:.2f}) m"
 
 
-def _is_free(world: PhysicsWorld, robot: Robot, x: float, y: float, *, whole: bool = False) -> bool:
-    """Whether no solid is in the middle of a robot that stands there, or in the whole of it."""
-    c = robot.chassis.config
-    inner = 0.5 * math.hypot(c.bumper_length, c.bumper_width) if whole else 0.25 * min(c.bumper_length, c.bumper_width)
-    found = world.surroundings(robot.chassis.row, x, y, 0.0, inner, inner, c.clearance, c.bumper_top)
-    return found is not Surroundings.WALL
+def _obstacle(world: PhysicsWorld, robot: Robot, pose: Pose, others: Sequence[Robot] = ()) -> str:
+    """What a robot that stands there would be in by more than people can squeeze it; empty: it is free."""
+    c, (x, y, yaw) = robot.chassis.config, pose
+    z = robot.chassis.standing(pose)[0][2]
+    half = 0.5 * c.bumper_length - _SPARE, 0.5 * c.bumper_width - _SPARE
+    inset = c.bumper_thickness
+    for inner, top in ((0.0, c.bumper_top), (inset, c.height)):
+        box = x, y, yaw, max(half[0] - inner, _SPARE), max(half[1] - inner, _SPARE), z + c.clearance, z + top
+        if world.is_in_solid(*box):
+            return "a field element"
+    mine = corners(*pose, 2.0 * half[0], 2.0 * half[1])
+    for other in others:
+        body = other.chassis.config
+        if other is not robot and overlaps(mine, corners(*other.chassis.pose, body.bumper_length, body.bumper_width)):
+            return f"robot {other.number}"
+    return ""

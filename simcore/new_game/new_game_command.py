@@ -5,8 +5,10 @@ from __future__ import annotations
 import argparse
 import keyword
 import re
+import sys
 from datetime import date
 from importlib import resources
+from importlib.metadata import entry_points
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -78,6 +80,8 @@ def write_game(name: str, *, year: int, folder: Path) -> list[Path]:
             f"a game's name is 2 to 31 lower-case letters, digits and '_', begins with a letter and is no word of "
             f"Python, e.g. 'discs'; got {name!r}"
         )
+    if name in entry_points(group="simcore.games").names or name in sys.stdlib_module_names:
+        raise ConfigError(f"{name!r} is a game or module that is installed; choose another, e.g. 'my_{name}'")
     if not 1992 <= year <= 2100:
         raise ConfigError(f"year must be 1992 to 2100, got {year}")
     if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):

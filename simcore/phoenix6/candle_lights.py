@@ -6,12 +6,12 @@ color and an animation on the same LEDs wins is not documented; here the animati
 
 from __future__ import annotations
 
-import functools
 from typing import Any
 
 import numpy as np
 from phoenix6.hardware import CANdle
 
+from simcore.devices.recorder import after_call
 from simcore.typing import IntArray
 
 __all__ = ["CHANGING_COLORS", "CANdleLights", "candle_lights"]
@@ -97,21 +97,10 @@ def candle_lights() -> dict[int, CANdleLights]:
     return _lights
 
 
-def _watch_requests() -> None:
-    """Record what every CANdle is told from now on. Runs once, when this module is imported."""
-    send: Any = CANdle.set_control
-    if getattr(send, "_records_lights", False):
-        return
-
-    @functools.wraps(send)
-    def set_control(self: Any, request: Any) -> Any:
-        status = send(self, request)
-        if status.is_ok() and self.device_id >= 0:  # below zero: CANdle.none(), which is no device
-            _lights.setdefault(int(self.device_id), CANdleLights()).note(request)
-        return status
-
-    set_control._records_lights = True  # type: ignore[attr-defined]
-    setattr(CANdle, "set_control", set_control)  # noqa: B010
+def _note_request(candle: Any, status: Any, args: tuple[Any, ...], settings: dict[str, Any]) -> None:
+    if status.is_ok() and candle.device_id >= 0:  # below zero: CANdle.none(), which is no device
+        request = next(iter((*args, *settings.values())))
+        _lights.setdefault(int(candle.device_id), CANdleLights()).note(request)
 
 
-_watch_requests()
+after_call(CANdle, "set_control", _note_request)  # from the import of this module on

@@ -17,9 +17,11 @@ from phoenix6.hardware import CANcoder, CANdi, TalonFXS
 from phoenix6.sim import ChassisReference
 from phoenix6.swerve import SwerveDrivetrain, SwerveModule, SwerveModuleConstants
 
+from simcore.devices.program_odometry import PoseReset
+from simcore.devices.recorder import record_class
 from simcore.errors import ConfigError
 from simcore.phoenix6.built_devices import key_of
-from simcore.phoenix6.pose_resets import PoseReset, on_pose_reset
+from simcore.phoenix6.pose_resets import RESETS
 from simcore.phoenix6.sim_states import is_emulated
 from simcore.phoenix6.swerve_devices import SwerveDevicesSim, SwerveModuleDevices, azimuth_port
 from simcore.robot.ctre_constants import swerve_config_from_ctre
@@ -47,44 +49,20 @@ _LEVEL = 1e-3  # [rotations]; the CANcoder rounds to 1/4096
 _seen: WeakKeyDictionary[Any, list[Any]] = WeakKeyDictionary()
 
 
-def _record_module_constants() -> None:
-    """Record the module constants of every drivetrain built from now on; the drivetrain itself does not expose them.
-
-    Runs once when this module is imported. `physics.py` is loaded before the robot object is built, so an import there
-    is early enough; robot code stays as it is.
-    """
-    build = SwerveDrivetrain.__init__
-    if getattr(build, "_records_constants", False):
-        return
-
-    @functools.wraps(build)
-    def init(self: Any, *args: Any, **kwargs: Any) -> None:
-        build(self, *args, **kwargs)
-        for value in (*args, *kwargs.values()):
-            if isinstance(value, (list, tuple)) and value and isinstance(value[0], SwerveModuleConstants):
-                _seen[self] = list(value)
-
-    init._records_constants = True  # type: ignore[attr-defined]
-    SwerveDrivetrain.__init__ = init  # type: ignore[method-assign]
+def _note_constants(drivetrain: Any, args: tuple[Any, ...], settings: dict[str, Any]) -> None:
+    """Keep the module constants of a drivetrain, which it does not expose itself."""
+    for value in (*args, *settings.values()):
+        if isinstance(value, (list, tuple)) and value and isinstance(value[0], SwerveModuleConstants):
+            _seen[drivetrain] = list(value)
 
 
-def _show_azimuths_at_once() -> None:
-    """Let the encoders of modules built from now on show where the wheels stand, before odometry starts.
+def _note_module(module: Any, args: tuple[Any, ...], settings: dict[str, Any]) -> None:
+    """Let the encoder of a module show where the wheel stands, before odometry starts.
 
     A simulated encoder begins at zero plus its offset, and odometry, whose first sample comes within 4 ms, would take
     the step to the true angle for coupled travel of the wheel: up to 6 cm.
     """
-    build = SwerveModule.__init__
-    if getattr(build, "_shows_azimuth", False):
-        return
-
-    @functools.wraps(build)
-    def init(self: Any, drive_type: Any, steer_type: Any, encoder_type: Any, constants: Any, *rest: Any) -> None:
-        build(self, drive_type, steer_type, encoder_type, constants, *rest)
-        _show_straight_ahead(self, constants)
-
-    init._shows_azimuth = True  # type: ignore[attr-defined]
-    SwerveModule.__init__ = init  # type: ignore[assignment, method-assign]
+    _show_straight_ahead(module, settings.get("constants", args[3] if len(args) > 3 else None))
 
 
 def _show_straight_ahead(module: Any, constants: Any) -> None:
@@ -123,8 +101,9 @@ def _match_wired_encoder(module: Any, c: Any) -> None:
         state.pulse_width_sensor_offset = c.encoder_offset
 
 
-_record_module_constants()
-_show_azimuths_at_once()
+# physics.py is loaded before the robot object is built, so an import there is early enough; robot code stays as it is
+record_class(SwerveDrivetrain, _note_constants)
+record_class(SwerveModule, _note_module)
 
 
 def module_constants(drivetrain: Any) -> list[Any]:
@@ -148,22 +127,34 @@ def known_drivetrains() -> list[Any]:
 
 def drivetrain_motors() -> set[tuple[str, int]]:
     """Model and id of every motor of these, which turns no other mechanism."""
-    return {key_of(motor) for d in _seen for module in d.modules for motor in (module.drive_motor, module.steer_motor)}
+    return {key for drivetrain in _seen for key in _motor_keys(drivetrain)}
 
 
 def only_drivetrain() -> Any:
-    """The drivetrain that the robot program has built, whatever its class.
+    """The drivetrain that the robot program has built, whatever its class; of several on the same devices the last.
 
     Raises:
         ConfigError: There is none, or more than one.
     """
     found = known_drivetrains()
+    if found and len(_of_same_devices(found[-1])) == len(found):
+        return found[-1]
     if len(found) != 1:
         raise ConfigError(
             f"want one phoenix6.swerve.SwerveDrivetrain after robotInit, got {len(found)}"
             + (f": {[type(d).__name__ for d in found]}" if found else "; without one, write a physics.py")
         )
     return found[0]
+
+
+def _of_same_devices(drivetrain: Any) -> list[Any]:
+    """All drivetrains on the motors of one, in the order in which they were built: they are one on the robot."""
+    mine = _motor_keys(drivetrain)
+    return [other for other in known_drivetrains() if _motor_keys(other) == mine]
+
+
+def _motor_keys(drivetrain: Any) -> set[tuple[str, int]]:
+    return {key_of(motor) for module in drivetrain.modules for motor in (module.drive_motor, module.steer_motor)}
 
 
 def swerve_config(
@@ -231,13 +222,26 @@ class SwerveDrivetrainSim(SwerveDevicesSim):
         for module, c in zip(drivetrain.modules, constants, strict=True):
             _match_wired_encoder(module, c)
         self._drivetrain = drivetrain
-        drivetrain.update_sim_state = _do_nothing
-        _stop_stepping(drivetrain)
+        self._twins = _of_same_devices(drivetrain) or [drivetrain]
+        for twin in self._twins:
+            twin.update_sim_state = _do_nothing
+            _stop_stepping(twin)
+        if len(self._twins) > 1:
+            _log.warning(
+                "the program builds %d drivetrains on the same devices (%s): on the robot, too, each commands the "
+                "motors against the others; build one, and hand it on",
+                *(len(self._twins), ", ".join(type(twin).__name__ for twin in self._twins)),
+            )
         _log.info("swerve: %d modules; physics owns their simulation", len(constants))
 
     def on_pose_reset(self, tell: PoseReset) -> None:
         """Call `tell` whenever robot code sets the drivetrain's pose anew."""
-        on_pose_reset(self._drivetrain, tell)
+        for twin in self._twins:
+            RESETS.listen(twin, functools.partial(self._note_reset, twin, tell))
+
+    def _note_reset(self, twin: Any, tell: PoseReset, *pose: Any) -> None:
+        self._drivetrain = twin  # whose pose the program goes by
+        tell(*pose)
 
     def estimated_pose(self) -> tuple[float, float, float]:
         """Where the drivetrain believes to be, field frame [m, m, rad]."""

@@ -10,9 +10,8 @@ from phoenix6.hardware import CANcoder, CANdi, Pigeon2, TalonFX, TalonFXS
 from simcore.errors import ConfigError
 from simcore.phoenix6.built_devices import key_of
 from simcore.phoenix6.sensor_ports import CANcoderSim, CANdiEncoderSim, Pigeon2Sim
-from simcore.phoenix6.talon_motor import AngleSensor
 from simcore.phoenix6.talon_port import Talon, TalonPort, is_configured_clockwise
-from simcore.robot.motor_ports import SwervePorts
+from simcore.robot.motor_ports import AnglePort, SwervePorts
 from simcore.robot.swerve_drive import SwerveDrive
 
 __all__ = ["SwerveDevicesSim", "SwerveModuleDevices", "azimuth_port"]
@@ -80,7 +79,7 @@ def _port(talon: Talon, inverted: bool | None, sensor_gearing: float | None = No
     return TalonPort(talon, clockwise=clockwise, sensor_gearing=sensor_gearing)
 
 
-def azimuth_port(m: SwerveModuleDevices) -> AngleSensor | None:
+def azimuth_port(m: SwerveModuleDevices) -> AnglePort | None:
     """The encoder of a module, ready to show its azimuth; None: it has none of its own.
 
     Raises:

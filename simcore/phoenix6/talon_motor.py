@@ -4,29 +4,23 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import Protocol
 
 from phoenix6.hardware import TalonFX
 from phoenix6.sim import TalonFXSimState
-from wpilib import RobotController
 
+from simcore import season
 from simcore.errors import ConfigError
 from simcore.phoenix6.talon_port import Talon, TalonPort, is_configured_clockwise
 from simcore.quantities import ANGLE, require
 from simcore.robot.gearbox import SimMotor
+from simcore.robot.motor_ports import AnglePort
 
-__all__ = ["AngleSensor", "MotorType", "TalonFXMotorSim"]
+RobotController = season.wpilib.RobotController
+
+__all__ = ["MotorType", "TalonFXMotorSim"]
 
 MotorType = TalonFXSimState.MotorType
 """The motor of a device's own model: KRAKEN_X60 (also for a Falcon) or KRAKEN_X44."""
-
-
-class AngleSensor(Protocol):
-    """An absolute encoder: `CANcoderSim`, `CANdiEncoderSim`."""
-
-    def write(self, angle: float, rate: float) -> None:
-        """Set the angle of its shaft [rad] and its rate [rad/s]."""
-        ...
 
 
 class TalonFXMotorSim:
@@ -73,7 +67,7 @@ class TalonFXMotorSim:
         reversed: bool = False,
         zero_at: float = 0.0,
         motor_type: TalonFXSimState.MotorType | None = None,
-        encoder: AngleSensor | None = None,
+        encoder: AnglePort | None = None,
         encoder_gearing: float = 1.0,
         sensor_gearing: float | None = None,
     ) -> None:
@@ -127,7 +121,7 @@ class TalonFXMotorSim:
             battery_voltage: None: what the roboRIO measures; then step the battery first [V].
             powered: False: the roboRIO holds its outputs off (brown-out), and the motor coasts.
         """
-        supply = RobotController.getBatteryVoltage() if battery_voltage is None else battery_voltage
+        supply = RobotController.get_battery_voltage() if battery_voltage is None else battery_voltage
         self.read(supply, powered=powered)
         self.mechanism.step(dt, supply)
         self.write()

@@ -32,9 +32,10 @@ class SimulatedClock:
         self.next_frame_ns = 0
         """Before this no device has a status frame to send [ns]; 0 where devices or rates have changed."""
 
-    def reset(self) -> None:
-        """Begin at zero again."""
-        self.ns = self.loop_ns = self.next_frame_ns = 0
+    def reset(self, start: float = 0.0) -> None:
+        """Begin again, at `start` [s]."""
+        self.ns = self.loop_ns = round(start * 1e9)
+        self.next_frame_ns = 0
 
     @property
     def now(self) -> float:

@@ -13,7 +13,7 @@ import struct
 from collections.abc import Callable
 from typing import Any
 
-from phoenix6.phoenix_native import ReturnValues
+from phoenix6.phoenix_native import ReturnValues, SignalValues
 from phoenix6.spns.spn_value import SpnValue
 from phoenix6.status_code import StatusCode
 
@@ -24,15 +24,18 @@ from simcore.phoenix6_emulator.emulated_device import COMPLIANCY, VERSION
 from simcore.phoenix6_emulator.emulated_peripherals import LIGHT_REQUESTS, EmulatedCANdle
 from simcore.phoenix6_emulator.emulator import MODELS, Emulator, hash_of
 from simcore.phoenix6_emulator.library_services import LibraryServices
-from simcore.phoenix6_emulator.native_library import PREFIX, target_of
+from simcore.phoenix6_emulator.native_library import target_of
 from simcore.phoenix6_emulator.signal_units import UNITS
+from simcore.phoenix6_emulator.versions import PREFIX
 
 __all__ = ["EmulatedNative"]
 
 _log = logging.getLogger(__name__)
 _OK = StatusCode.OK.value
 _WANTED = struct.Struct("@II")
-"""`SignalValues`: device and number of a signal."""
+"""`SignalValues`: device and number of a signal; in 26.70 the network is before them."""
+_WANTED_AT = SignalValues.devicehash.offset
+_WANTED_SIZE = ctypes.sizeof(SignalValues)
 _RETURNED = struct.Struct("@dIPdddi")
 """`ReturnValues`: value, number of its units, their text (left out), three timestamps, status."""
 _RETURNED_SIZE = ctypes.sizeof(ReturnValues)
@@ -81,7 +84,7 @@ class EmulatedNative(LibraryServices):
     def c_ctre_phoenix6_get_current_time_seconds(self) -> float:
         return self.emulator.clock.ns * 1e-9
 
-    def c_ctre_phoenix6_get_system_time_seconds(self) -> float:
+    def c_ctre_phoenix6_get_monotonic_time_seconds(self) -> float:
         return self.emulator.clock.ns * 1e-9
 
     def c_ctre_phoenix6_is_simulation(self) -> bool:
@@ -96,6 +99,12 @@ class EmulatedNative(LibraryServices):
 
     def c_ctre_phoenix6_unmanaged_get_enable_state(self) -> bool:
         return self.emulator.enable.is_fed
+
+    def c_ctre_phoenix6_unmanaged_set_transmit_enable(self, enable: bool) -> None:
+        return None
+
+    def c_ctre_phoenix6_unmanaged_get_transmit_enable(self) -> bool:
+        return True
 
     def c_ctre_phoenix6_unmanaged_load_phoenix(self) -> None:
         return None
@@ -116,15 +125,15 @@ class EmulatedNative(LibraryServices):
         if device_id == -1:
             target_of(out).value = 0
             return _OK
-        if name not in MODELS:
+        if name.lower() not in MODELS:
             raise NotImplementedError(f"device '{name}' (id {device_id}) is not modelled in simulated time")
-        device = self.emulator.create(MODELS[name], device_id)
+        device = self.emulator.create(MODELS[name.lower()], device_id)
         bus = network.value.decode()
         if device.bus is None:
             device.bus = bus
         elif device.bus != bus:
             _log.warning("%r is built on the buses %r and %r: simulated, they are one device", device, device.bus, bus)
-        target_of(out).value = hash_of(MODELS[name], device_id)
+        target_of(out).value = hash_of(MODELS[name.lower()], device_id)
         return _OK
 
     def c_ctre_phoenix6_platform_sim_create(self, type_number: int, device_id: int) -> int:
@@ -151,11 +160,10 @@ class EmulatedNative(LibraryServices):
         target_of(out).value = value
         return _OK
 
-    def c_ctre_phoenix6_platform_canbus_get_status(
-        self, utilization: Any, bus_off: Any, tx_full: Any, rec: Any, tec: Any, network: Any, report: bool
-    ) -> int:
-        for out in (utilization, bus_off, tx_full, rec, tec):
-            target_of(out).value = 0
+    def c_ctre_phoenix6_platform_canbus_get_status(self, *values: Any) -> int:
+        """Of a bus without traffic or errors: five numbers, in 26.70 one structure; network and flags follow."""
+        for out in map(target_of, values[:1] if len(values) == 2 else values[:5]):
+            ctypes.memset(ctypes.byref(out), 0, ctypes.sizeof(out))
         return _OK
 
     def c_ctre_phoenix6_platform_sim_get_last_error(self, type_number: int, device_id: int) -> int:
@@ -231,15 +239,15 @@ class EmulatedNative(LibraryServices):
         target_of(out).units = UNITS.get(spn, "").encode()
         return _OK
 
-    def c_ctre_phoenix6_get_signal(
-        self, count: int, wanted: Any, values: Any, network: Any, wait: bool, timeout: float
-    ) -> int:
+    def c_ctre_phoenix6_get_signal(self, count: int, wanted: Any, values: Any, *rest: Any) -> int:
+        """`rest` ends with whether to wait and how long; in 26.3 the network is before them."""
+        wait, timeout = rest[-2:]
         # Read and written as bytes: field by field through ctypes a signal takes three times as long.
         by_hash = self.emulator.by_hash
         wanted, values = target_of(wanted), target_of(values)
         fresh = wait and timeout > 0.0
         for k in range(count):
-            device_hash, spn = _WANTED.unpack_from(wanted, k * _WANTED.size)
+            device_hash, spn = _WANTED.unpack_from(wanted, k * _WANTED_SIZE + _WANTED_AT)
             device = by_hash.get(device_hash)
             if device is None:
                 continue  # the devices of `TalonFX.none()`: zero and OK
@@ -264,7 +272,7 @@ class EmulatedNative(LibraryServices):
         self, context: int, signals: Any, count: int, hz: float, timeout: float
     ) -> int:
         for k in range(count):
-            signal = signals[k].signal
+            signal = getattr(signals[k], "signal", signals[k])  # 26.3 wraps it with its network
             self.c_ctre_phoenix6_SetUpdateFrequency(context, None, signal.devicehash, signal.spn, hz, timeout)
         return _OK
 
@@ -294,3 +302,11 @@ class EmulatedNative(LibraryServices):
         self, is_error: bool, code: int, flags: int, text: Any, location: Any, trace: Any
     ) -> None:
         _log.warning("%s: %s", location.value.decode(), text.value.decode())
+
+    def c_ctre_phoenix6_report_error(
+        self, is_error: bool, code: int, text: Any, location: Any, context: Any, trace: Any
+    ) -> None:
+        _log.warning("%s: %s", location.value.decode(), text.value.decode())
+
+    def c_ctre_phoenix6_report_status_code(self, code: int, location: Any, context: Any, trace: Any) -> None:
+        _log.warning("%s: %s", location.value.decode(), StatusCode(code).description)

@@ -27,8 +27,8 @@ _CLASSES: dict[int, type[EmulatedDevice]] = {
         *(EmulatedCANrange, EmulatedCANdi, EmulatedCANdle),
     )
 }
-MODELS: dict[str, int] = {cls.model: number for number, cls in _CLASSES.items()}
-"""`DeviceType` number by the name under which the library makes a device."""
+MODELS: dict[str, int] = {cls.model.lower(): number for number, cls in _CLASSES.items()}
+"""`DeviceType` number by the name under which the library makes a device, in small letters."""
 _HASH_BASE = {4: 0x80, 5: 0x4140, 6: 0x8540, 7: 0xC080, 8: 0x10280, 9: 0x142C0, 10: 0x18580}
 _CONFIGS = {
     4: configs.TalonFXConfiguration,

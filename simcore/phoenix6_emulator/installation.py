@@ -21,16 +21,17 @@ from simcore.phoenix6_emulator.control_requests import REQUESTS
 from simcore.phoenix6_emulator.device_clock import EnableDelays
 from simcore.phoenix6_emulator.emulated_native import EmulatedNative
 from simcore.phoenix6_emulator.emulator import Emulator
-from simcore.phoenix6_emulator.native_library import PREFIX
 from simcore.phoenix6_emulator.swerve_native import SwerveNative
+from simcore.phoenix6_emulator.versions import ADDED, GONE, IS_2027, PREFIX, RENAMED
 
-__all__ = ["SeamError", "check_seam", "install", "installed", "uninstall"]
+__all__ = ["SeamError", "check_seam", "install", "installed", "load_beside", "uninstall"]
 
 _INSTANCE = "_Native__instance"
 _API = "_Native__api_instance"
 _FUNCTIONS = "_Native__c_args"
 _FEED = "_AutoFeedEnable__instance"
 _NOTIFIER = "_AutoFeedEnable__enable_notifier"
+_OLD_NAMES = {new: old for old, new in RENAMED.items()}
 _CLASSES = ("TalonFX", "TalonFXS", "CANcoder", "Pigeon2", "CANrange", "CANdi", "CANdle")
 
 
@@ -81,7 +82,7 @@ def check_seam() -> None:
     if wrong:
         raise SeamError(
             f"phoenix6 {version} does not fit simulated time: {wrong}. "
-            "Install phoenix6 26.3 (pip install 'phoenix6~=26.3.0')."
+            "Versions that fit: 26.3 (pip install 'phoenix6~=26.3.0') and 26.70.0a2."
         )
 
 
@@ -95,8 +96,8 @@ def _misfit() -> str | None:
         (
             ReturnValues,
             [
-                "outValue",
-                "unitsKey",
+                "outvalue",
+                "unitskey",
                 "units",
                 "hwtimestampseconds",
                 "swtimestampseconds",
@@ -105,7 +106,7 @@ def _misfit() -> str | None:
             ],
         ),
     ):
-        if [field[0] for field in structure._fields_] != fields:
+        if [field[0].lower() for field in structure._fields_][-len(fields) :] != fields:
             return f"its {structure.__name__} has other fields"
     arguments = {name: len(types) for name, _, types in getattr(Native, _FUNCTIONS)}
     for kind in REQUESTS.values():
@@ -116,11 +117,15 @@ def _misfit() -> str | None:
         if not name.startswith("c_"):
             continue
         function = getattr(EmulatedNative, name)
-        if name not in arguments:
-            return f"it has no function {name}"
-        taken = len(inspect.signature(function).parameters) - 1
-        if taken != arguments[name]:
-            return f"its {name} takes {arguments[name]} arguments and not {taken}"
+        if name in (GONE if IS_2027 else ADDED):
+            continue
+        theirs = name if IS_2027 else _OLD_NAMES.get(name, name)
+        if theirs not in arguments:
+            return f"it has no function {theirs}"
+        parameters = inspect.signature(function).parameters.values()
+        taken = arguments[theirs] if any(p.kind is p.VAR_POSITIONAL for p in parameters) else len(parameters) - 1
+        if taken != arguments[theirs]:
+            return f"its {theirs} takes {arguments[theirs]} arguments and not {taken}"
     return None
 
 
@@ -169,6 +174,21 @@ def uninstall() -> None:
         setattr(Native, _API, _real[1])
     _copies.on()
     _current = _real = None
+
+
+def load_beside() -> None:
+    """Load the native libraries beside the emulator, without a diagnostics server: those of Phoenix 5 need them."""
+    global _real
+    if _real is None or _real[0] is not None:
+        return
+    emulated = getattr(Native, _INSTANCE)
+    setattr(Native, _INSTANCE, None)
+    try:
+        native: Any = Native.instance()
+    finally:
+        setattr(Native, _INSTANCE, emulated)
+    native.c_Phoenix_Diagnostics_SetSecondsToStart(-1.0)
+    _real = (native, _real[1])
 
 
 def _stop_feed() -> None:

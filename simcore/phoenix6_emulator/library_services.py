@@ -14,7 +14,8 @@ from typing import Any
 
 from phoenix6.status_code import StatusCode
 
-from simcore.phoenix6_emulator.native_library import PREFIX, NativeLibrary, target_of
+from simcore.phoenix6_emulator.native_library import NativeLibrary, target_of
+from simcore.phoenix6_emulator.versions import PREFIX
 
 __all__ = ["LibraryServices"]
 
@@ -67,6 +68,10 @@ class LibraryServices(NativeLibrary):
             setattr(self, f"{PREFIX}platform_{name}", self._written)
         for name in _REPLAYED:
             setattr(self, f"{PREFIX}platform_replay_{name}", _unsupported)
+        for kind in ("alert", "multi_alert"):
+            setattr(self, f"{PREFIX}{kind}_create", lambda *values: next(self._numbers))
+            for what in ("set_debounce", "set_active", "set_inactive"):
+                setattr(self, f"{PREFIX}{kind}_{what}", lambda *values: None)
 
     # ---- signal logger
 

@@ -11,10 +11,10 @@ import gc
 from collections.abc import Callable
 from typing import Any
 
-__all__ = ["PREFIX", "Held", "NativeLibrary", "python_function", "target_of"]
+from simcore.phoenix6_emulator.versions import PREFIX, RENAMED
 
-PREFIX = "c_ctre_phoenix6_"
-"""First part of the names of nearly all native functions."""
+__all__ = ["Held", "NativeLibrary", "python_function", "target_of"]
+
 _C_FUNCTION = type(ctypes.CFUNCTYPE(None))
 
 
@@ -24,6 +24,8 @@ class NativeLibrary:
     def __getattr__(self, name: str) -> Any:
         if name.startswith("__"):
             raise AttributeError(name)
+        if name in RENAMED:
+            return getattr(self, RENAMED[name])
         plain = name.removeprefix(PREFIX).removeprefix("RequestControl")
         raise NotImplementedError(
             f"Phoenix 6 function {plain} is not modelled in simulated time; --phoenix=real runs the test on CTRE's own "

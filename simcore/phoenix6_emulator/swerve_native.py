@@ -20,8 +20,9 @@ from simcore.phoenix6_emulator.drivetrain_requests import (
 from simcore.phoenix6_emulator.emulated_drivetrain import DrivetrainConstants, DrivetrainState, EmulatedDrivetrain
 from simcore.phoenix6_emulator.emulated_module import ModuleConstants
 from simcore.phoenix6_emulator.emulator import Emulator
-from simcore.phoenix6_emulator.native_library import PREFIX, Held, NativeLibrary, python_function, target_of
+from simcore.phoenix6_emulator.native_library import Held, NativeLibrary, python_function, target_of
 from simcore.phoenix6_emulator.swerve_kinematics import wrap
+from simcore.phoenix6_emulator.versions import FIELDS, PREFIX, record
 
 __all__ = ["SwerveNative"]
 
@@ -41,10 +42,10 @@ class _Custom:
         drivetrain = self._drivetrain
         vx, vy, omega = drivetrain.chassis_speeds
         x, y, theta = drivetrain.estimator.pose
-        parameters = SimpleNamespace(
+        parameters = record(
+            {FIELDS.current: SimpleNamespace(vx=vx, vy=vy, omega=omega)},
             kMaxSpeedMps=context.max_speed,
             operatorForwardDirection=context.operator_forward,
-            currentChassisSpeed=SimpleNamespace(vx=vx, vy=vy, omega=omega),
             currentPose=SimpleNamespace(x=x, y=y, theta=theta),
             timestamp=drivetrain.now,
             updatePeriod=context.period,
@@ -169,7 +170,7 @@ class SwerveNative(NativeLibrary):
     def drivetrain_reset_rotation(self, number: int, heading: float) -> None:
         self._drivetrains[number].reset_rotation(heading)
 
-    def drivetrain_set_operator_perspective_forward(self, number: int, direction: float) -> None:
+    def drivetrain_set_operator_forward_direction(self, number: int, direction: float) -> None:
         self._drivetrains[number].operator_forward = direction
 
     def drivetrain_get_operator_forward_direction(self, number: int) -> float:
@@ -207,9 +208,10 @@ class SwerveNative(NativeLibrary):
 
     def module_apply(self, number: int, index: int, request: Any) -> None:
         r = target_of(request)
+        wanted = getattr(r, FIELDS.wanted)
         self._drivetrains[number].modules[index].apply(
-            r.state.speed,
-            r.state.angle,
+            getattr(wanted, FIELDS.module),
+            wanted.angle,
             closed_loop=r.driveRequest == 1,
             profiled=r.steerRequest == 0,
             period=r.updatePeriod,
@@ -230,13 +232,15 @@ class SwerveNative(NativeLibrary):
         module = self._drivetrains[number].modules[index]
         return SimpleNamespace(distance=module.distance, angle=module.angle)
 
-    def module_get_current_state(self, number: int, index: int) -> Any:
+    def module_get_current_velocity(self, number: int, index: int) -> Any:
         module = self._drivetrains[number].modules[index]
-        return SimpleNamespace(speed=module.speed, angle=module.angle)
+        return _velocity(module.speed, module.angle)
 
-    def module_get_target_state(self, number: int, index: int) -> Any:
-        speed, angle = self._drivetrains[number].modules[index].target
-        return SimpleNamespace(speed=speed, angle=angle)
+    def module_get_target_velocity(self, number: int, index: int) -> Any:
+        return _velocity(*self._drivetrains[number].modules[index].target)
+
+    def module_reset_target_velocity(self, number: int, index: int) -> None:
+        self._drivetrains[number].modules[index].target = (0.0, 0.0)
 
     def module_reset_position(self, number: int, index: int) -> None:
         self._drivetrains[number].modules[index].zero()
@@ -287,16 +291,16 @@ class SwerveNative(NativeLibrary):
     def request_apply_point_wheels_at(self, number: int, *values: Any) -> int:
         return self._apply(number, Point(*values))
 
-    def drivetrain_set_control_apply_robot_speeds(self, number: int, *values: Any) -> None:
+    def drivetrain_set_control_apply_robot_velocity(self, number: int, *values: Any) -> None:
         self._set(number, _speeds(values, is_field=False))
 
-    def request_apply_apply_robot_speeds(self, number: int, *values: Any) -> int:
+    def request_apply_apply_robot_velocity(self, number: int, *values: Any) -> int:
         return self._apply(number, _speeds(values, is_field=False))
 
-    def drivetrain_set_control_apply_field_speeds(self, number: int, *values: Any) -> None:
+    def drivetrain_set_control_apply_field_velocity(self, number: int, *values: Any) -> None:
         self._set(number, _speeds(values, is_field=True))
 
-    def request_apply_apply_field_speeds(self, number: int, *values: Any) -> int:
+    def request_apply_apply_field_velocity(self, number: int, *values: Any) -> int:
         return self._apply(number, _speeds(values, is_field=True))
 
 
@@ -308,13 +312,20 @@ def _speeds(values: tuple[Any, ...], *, is_field: bool) -> Speeds:
     return Speeds(vx, vy, omega, tuple(forces_x[:count_x]), tuple(forces_y[:count_y]), *rest, is_field=is_field)
 
 
+def _velocity(speed: float, angle: float) -> SimpleNamespace:
+    return record({FIELDS.module: speed}, angle=angle)
+
+
 def _plain(state: DrivetrainState) -> SimpleNamespace:
     """The state with the names of the native struct."""
-    return SimpleNamespace(
+    vx, vy, omega = state.speeds
+    return record(
+        {
+            FIELDS.chassis: SimpleNamespace(vx=vx, vy=vy, omega=omega),
+            FIELDS.modules: [_velocity(s, a) for s, a in state.states],
+        },
         pose=SimpleNamespace(x=state.pose[0], y=state.pose[1], theta=state.pose[2]),
-        speeds=SimpleNamespace(vx=state.speeds[0], vy=state.speeds[1], omega=state.speeds[2]),
-        moduleStates=[SimpleNamespace(speed=s, angle=a) for s, a in state.states],
-        moduleTargets=[SimpleNamespace(speed=s, angle=a) for s, a in state.targets],
+        moduleTargets=[_velocity(s, a) for s, a in state.targets],
         modulePositions=[SimpleNamespace(distance=d, angle=a) for d, a in state.positions],
         rawHeading=state.raw_heading,
         timestamp=state.timestamp,
@@ -326,16 +337,15 @@ def _plain(state: DrivetrainState) -> SimpleNamespace:
 
 def _fill(out: Any, state: DrivetrainState) -> None:
     """Write the state into a `SwerveDriveState_t`."""
-    pose, speeds = out.pose, out.speeds
+    pose, speeds = out.pose, getattr(out, FIELDS.chassis)
     pose.x, pose.y, pose.theta = state.pose
     speeds.vx, speeds.vy, speeds.omega = state.speeds
-    states, targets, positions = out.moduleStates, out.moduleTargets, out.modulePositions
-    for k, (speed, angle) in enumerate(state.states):
-        item = states[k]
-        item.speed, item.angle = speed, angle
-    for k, (speed, angle) in enumerate(state.targets):
-        item = targets[k]
-        item.speed, item.angle = speed, angle
+    states, targets, positions = getattr(out, FIELDS.modules), out.moduleTargets, out.modulePositions
+    for items, values in ((states, state.states), (targets, state.targets)):
+        for k, (speed, angle) in enumerate(values):
+            item = items[k]
+            setattr(item, FIELDS.module, speed)
+            item.angle = angle
     for k, (distance, angle) in enumerate(state.positions):
         item = positions[k]
         item.distance, item.angle = distance, angle

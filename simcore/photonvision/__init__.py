@@ -9,12 +9,11 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from simcore.photonvision.photon_port import PhotonCameraPort
-    from simcore.photonvision.photon_results import pipeline_result
+    from simcore.photonvision.photon_port import PhotonCameraPort, pipeline_result
 
 __all__ = ["PhotonCameraPort", "pipeline_result"]
 
-_HOMES = {"PhotonCameraPort": "photon_port", "pipeline_result": "photon_results"}
+_HOMES = {"PhotonCameraPort": "photon_port", "pipeline_result": "photon_port"}
 
 
 def __getattr__(name: str) -> Any:

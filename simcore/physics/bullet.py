@@ -15,7 +15,6 @@ How it is set up, and why (each was measured; ratios in docs/measurements.md):
 from __future__ import annotations
 
 import contextlib
-import math
 import os
 import sys
 from collections.abc import Iterator, Sequence
@@ -26,11 +25,22 @@ from typing import Any
 import numpy as np
 
 from simcore.errors import EngineError
-from simcore.geometry.rotation import IDENTITY, Quaternion, Vector, multiply, rotate, rotate_back
+from simcore.geometry.rotation import (
+    IDENTITY,
+    Quaternion,
+    Vector,
+    frame_pose,
+    multiply,
+    outer_pose,
+    rotate,
+    rotate_back,
+)
 from simcore.physics.bullet_shapes import BulletShapes
-from simcore.physics.engine import BodyDefinition, Contacts, RayHits
+from simcore.physics.engine import BodyDefinition, Contacts, Engine, RayHits
+from simcore.physics.mass_properties import free_spin
 from simcore.physics.shape_extent import bounding_radius
 from simcore.physics.shapes import Compound, Hull, Sphere
+from simcore.physics.surface import contact_damping
 from simcore.typing import FloatArray
 from simcore.units import GRAVITY
 
@@ -39,15 +49,13 @@ __all__ = ["BulletEngine"]
 _SOLVER_ITERATIONS = 32
 """At most: a heap of 100 balls then comes to rest at its packing; with 8 their noise compacts it by 2 % in 6 s."""
 _RELAXATION = 0.5  # [s], of an overlap of robots and the field, where it adds to bounces
-_DAMPING_RATIO = 8.0  # of springs, to critical: what was squeezed comes out slowly, and a hit does not bounce twice
 _RESIDUAL = 1e-9
 """[m^2/s^2]; iterations end where none of them changes a velocity by more than the root of it, 0.03 mm/s."""
 _WARM_START = 0.95
 """Share of the forces of the step before that iterations start from; with all of it, heaps rest later."""
 _CONTACT_DISTANCE = 0.001  # [m]
 _SLIGHT = 1.0  # [N]; contacts with less are not told: half of the weight of a foam ball
-_NEGLECTED = 0.002  # [m]; a piece that moves less in a step gets no deeper into anything than this
-_TOUCHING = 2e-5  # [m]; contacts of pieces begin at a thousandth of their size, not at _CONTACT_DISTANCE
+_SLIGHT_SPIN = 1e-4  # [rad/s], of what the gyroscopic torque changes in a step
 _POINT_RADIUS = 0.01  # [m], of the static that a body hangs from
 _flat = chain.from_iterable
 
@@ -98,7 +106,7 @@ def _flush_c_stdio() -> None:
         libc.fflush(None)
 
 
-class BulletEngine:
+class BulletEngine(Engine):
     """One PyBullet client. Use as a context manager, or call `close`."""
 
     name = "bullet"
@@ -134,29 +142,21 @@ class BulletEngine:
         self._definitions: list[BodyDefinition] = []
         self._fixed: set[int] = set()
         self._uneven: set[int] = set()  # rows whose bounding boxes are not about their centers of mass
+        self._tops: list[int] = []  # rows of the free bodies whose principal moments differ
         self._shapes = BulletShapes(p, self._open())
 
-    def __enter__(self) -> BulletEngine:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self.close()
-
     def reset(self) -> None:
-        """Remove everything from the world, so that it can be built anew."""
         self._require_open()
         self._p.resetSimulation(**self._kw)
         self._begin()
 
     def close(self) -> None:
-        """Free the world; may be called twice."""
         if self._client is not None:
             client, self._client = self._client, None
             with contextlib.suppress(self._p.error):  # the server may have been closed from elsewhere
                 self._p.disconnect(physicsClientId=client)
 
     def add_body(self, definition: BodyDefinition) -> int:
-        """Make a body or a static; returns its row."""
         body, row, s = self._make(definition), len(self._ids), definition.surface
         self._ids.append(body)
         self._collision.append((definition.group, definition.mask))
@@ -164,6 +164,8 @@ class BulletEngine:
         self._definitions.append(definition)
         if definition.center_of_mass != (0.0, 0.0, 0.0) or isinstance(definition.shape, Hull | Compound):
             self._uneven.add(row)
+        if definition.inertia is not None and definition.pivot is None and len(set(definition.inertia)) > 1:
+            self._tops.append(row)
         if s.stiffness is not None and definition.mass > 0.0:
             self.set_stiffness(row, s.stiffness)
         if definition.center_of_mass != (0.0, 0.0, 0.0) or definition.inertia_axes != IDENTITY:
@@ -222,19 +224,12 @@ class BulletEngine:
         )
 
     def set_pose(self, row: int, pos: Sequence[float], quat: Sequence[float]) -> None:
-        """Put the origin of a body somewhere [m]; its velocity becomes zero."""
-        definition = self._definitions[row]
-        com, axes = definition.center_of_mass, definition.inertia_axes
         self._loosen(row)  # a static that is put elsewhere would lose its inertia
-        if com != (0.0, 0.0, 0.0):  # the engine's pose is that of the center of mass and the principal axes
-            ox, oy, oz = rotate(quat, com)
-            pos = (pos[0] + ox, pos[1] + oy, pos[2] + oz)
-        if axes != IDENTITY:
-            quat = multiply(quat, axes)
-        self._p.resetBasePositionAndOrientation(self._ids[row], pos, quat, self._open())
+        d = self._definitions[row]
+        center, turned = frame_pose(pos, quat, d.center_of_mass, d.inertia_axes)
+        self._p.resetBasePositionAndOrientation(self._ids[row], center, turned, self._open())
 
     def set_velocity(self, row: int, linear: Sequence[float], angular: Sequence[float]) -> None:
-        """Velocity of the center of mass [m/s] and angular velocity [rad/s], field frame. Does not wake it."""
         self._p.resetBaseVelocity(self._ids[row], linear, angular, self._open())
 
     def set_mass(self, row: int, mass: float, center_of_mass: Vector, inertia: Vector) -> None:
@@ -259,20 +254,11 @@ class BulletEngine:
         self.set_velocity(row, linear, angular)
 
     def pose(self, row: int) -> tuple[Vector, Quaternion]:
-        """Origin [m] and attitude of one body, field frame."""
-        pos, quat = self._p.getBasePositionAndOrientation(self._ids[row], self._open())
-        definition = self._definitions[row]
-        com, axes = definition.center_of_mass, definition.inertia_axes
-        if axes != IDENTITY:
-            x, y, z, w = axes
-            quat = multiply(quat, (-x, -y, -z, w))
-        if com != (0.0, 0.0, 0.0):
-            ox, oy, oz = rotate(quat, com)
-            pos = (pos[0] - ox, pos[1] - oy, pos[2] - oz)
-        return pos, quat
+        center, turned = self._p.getBasePositionAndOrientation(self._ids[row], self._open())
+        d = self._definitions[row]
+        return outer_pose(center, turned, d.center_of_mass, d.inertia_axes)
 
     def velocity(self, row: int) -> tuple[Vector, Vector]:
-        """Velocity of the center of mass [m/s] and angular velocity [rad/s] of one body, field frame."""
         linear, angular = self._p.getBaseVelocity(self._ids[row], self._open())
         return linear, angular
 
@@ -294,13 +280,11 @@ class BulletEngine:
         return centers
 
     def velocities(self, rows: Sequence[int]) -> FloatArray:
-        """Linear and angular velocities, field frame [m/s, rad/s], shape (n, 6)."""
         client, get, ids = self._open(), self._p.getBaseVelocity, self._ids
         twists = [get(ids[row], client) for row in rows]
         return np.fromiter(_flat(_flat(twists)), float, 6 * len(twists)).reshape(-1, 6)
 
     def set_velocities(self, rows: Sequence[int], twists: FloatArray) -> None:
-        """`set_velocity` of several bodies, linear and angular, shape (n, 6)."""
         client, put, ids = self._open(), self._p.resetBaseVelocity, self._ids
         for row, twist in zip(rows, twists.tolist(), strict=True):
             put(ids[row], twist[:3], twist[3:], client)
@@ -317,7 +301,6 @@ class BulletEngine:
             p.applyExternalForce(ids[row], -1, force, center, p.WORLD_FRAME, client)
 
     def wake(self, row: int) -> None:
-        """Let a body move again."""
         p = self._p
         if row in self._fixed:
             self._loosen(row, activationState=p.ACTIVATION_STATE_WAKE_UP)
@@ -325,7 +308,6 @@ class BulletEngine:
         p.changeDynamics(self._ids[row], -1, activationState=p.ACTIVATION_STATE_WAKE_UP, physicsClientId=self._open())
 
     def sleep(self, row: int) -> None:
-        """Freeze a body until it is touched by a moving one or woken; its velocity becomes zero."""
         p, client = self._p, self._open()
         if row in self._fixed:  # it stands still
             self._loosen(row, activationState=p.ACTIVATION_STATE_SLEEP)
@@ -355,17 +337,15 @@ class BulletEngine:
             self._p.changeDynamics(self._ids[row], -1, mass=d.mass, **extra, **self._kw)
 
     def set_stiffness(self, row: int, stiffness: float) -> None:
-        """Change the stiffness of a body's contacts [N/m], with twice the critical damping."""
         self._p.changeDynamics(
             self._ids[row],
             -1,
             contactStiffness=stiffness,
-            contactDamping=2.0 * _DAMPING_RATIO * math.sqrt(stiffness * self._definitions[row].mass),
+            contactDamping=contact_damping(self.name, stiffness, self._definitions[row].mass),
             physicsClientId=self._open(),
         )
 
     def contacts(self, row: int | None = None) -> Contacts:
-        """Forces between a body, or any, and others in the last step."""
         get, client, row_of = self._p.getContactPoints, self._open(), self._row_of
         found = get(physicsClientId=client) if row is None else get(self._ids[row], physicsClientId=client)
         pressed = [contact for contact in found or () if contact[9] > _SLIGHT]
@@ -376,26 +356,10 @@ class BulletEngine:
         )
 
     def overlap(self, row: int) -> float:
-        """How deep the body is in others, at its deepest contact [m]; 0 for none."""
         contacts = self._p.getContactPoints(self._ids[row], physicsClientId=self._open()) or ()
         return max(0.0, -min([contact[8] for contact in contacts], default=0.0))
 
-    def depth(self, row: int) -> float:
-        """How deep a body is in statics where it is now, whether it has been in a step there or not [m]; 0 for none."""
-        p, client, me = self._p, self._open(), self._ids[row]
-        pos, reach = p.getBasePositionAndOrientation(me, client)[0], bounding_radius(self._definitions[row].shape)
-        deepest = 0.0
-        for other in self._statics_around(row, pos, pos, reach):
-            points = p.getClosestPoints(me, other, 0.0, physicsClientId=client)
-            deepest = min([deepest, *(point[8] for point in points)])
-        return -deepest
-
-    def touching(self, row: int) -> list[int]:
-        """Rows of the bodies that a body was in contact with in the last step."""
-        return sorted({self._row_of[contact[2]] for contact in self._contacts(row)})
-
     def contact_points(self, row: int) -> tuple[list[int], FloatArray]:
-        """Where a body was in contact in the last step."""
         contacts = self._contacts(row)
         return [self._row_of[c[2]] for c in contacts], np.array([c[6] for c in contacts]).reshape(-1, 3)
 
@@ -403,36 +367,16 @@ class BulletEngine:
         contacts = self._p.getContactPoints(self._ids[row], physicsClientId=self._open()) or ()
         return [contact for contact in contacts if contact[8] < _CONTACT_DISTANCE and contact[2] in self._row_of]
 
-    def free_share(self, row: int, h: float) -> float:
-        """Share of a step of h [s] in which a body goes on without touching a static; 1 if it meets none.
-
-        The engine finds a contact when it is there, after a step: what is thin would be deep in a floor, or through.
-        """
+    def near_statics(self, row: int, reach: float) -> list[tuple[float, Vector, Vector]]:
         p, client, me = self._p, self._open(), self._ids[row]
-        linear, angular = p.getBaseVelocity(me, client)
-        fall = linear[2] - self.gravity * h
-        low, high = p.getAABB(me, -1, client)
-        half = 0.5 * math.dist(low, high)
-        reach = (math.hypot(linear[0], linear[1], fall) + half * math.hypot(*angular)) * h
-        if reach < _NEGLECTED:
-            return 1.0
-        share = 1.0
         x, y, z = p.getBasePositionAndOrientation(me, client)[0]
-        for other in self._statics_around(row, low, high, reach + _CONTACT_DISTANCE):
+        room = bounding_radius(self._definitions[row].shape) + reach + _CONTACT_DISTANCE
+        found: list[tuple[float, Vector, Vector]] = []
+        for other in self._statics_around(row, (x, y, z), (x, y, z), room):
             for point in p.getClosestPoints(me, other, reach, physicsClientId=client):
-                (nx, ny, nz), gap, (ax, ay, az) = point[7], point[8], point[5]
-                ax, ay, az = ax - x, ay - y, az - z
-                closing = -(
-                    nx * (linear[0] + angular[1] * az - angular[2] * ay)
-                    + ny * (linear[1] + angular[2] * ax - angular[0] * az)
-                    + nz * (fall + angular[0] * ay - angular[1] * ax)
-                )
-                if closing * h <= gap + _NEGLECTED:
-                    continue
-                if gap <= 2.0 * _TOUCHING:
-                    return 1.0  # an impact is played with all of its velocity
-                share = min(share, (gap - _TOUCHING) / (closing * h))
-        return share
+                ax, ay, az = point[5]
+                found.append((point[8], point[7], (ax - x, ay - y, az - z)))
+        return found
 
     def _statics_around(self, row: int, low: Sequence[float], high: Sequence[float], reach: float) -> list[int]:
         """The engine's numbers of the statics that a body may touch, within reach of a box around it [m], in order."""
@@ -450,25 +394,44 @@ class BulletEngine:
         return bool(group & other_mask and other_group & mask)
 
     def set_collision(self, row: int, group: int, mask: int) -> None:
-        """Change with what a body collides; 0, 0 takes it out of the world."""
         self._p.setCollisionFilterGroupMask(self._ids[row], -1, group, mask, self._open())
         self._collision[row] = group, mask
 
     def renew_contacts(self, row: int) -> None:
-        """Find anew in the next step where a body touches others; what was found before is forgotten."""
         self.set_collision(row, *self._collision[row])
 
     def step(self, h: float) -> None:
-        """Advance by h [s]."""
         client = self._open()
         if h != self._h:
             self._h = h
             self._p.setTimeStep(h, client)
             self._p.setPhysicsEngineParameter(contactERP=h / _RELAXATION, physicsClientId=client)
+        lost = [(row, self._precession_lost(row, h)) for row in self._tops if row not in self._fixed]
         self._p.stepSimulation(client)
+        for row, spin in lost:
+            if spin is not None:
+                linear, angular = self.velocity(row)
+                self.set_velocity(row, linear, np.add(angular, spin).tolist())
+
+    def _precession_lost(self, row: int, h: float) -> Vector | None:
+        """What a step of h [s] takes off the free rotation of a body, field frame [rad/s]; None: next to nothing.
+
+        Bullet takes the gyroscopic torque by one implicit Euler step (btRigidBody, "computeGyroscopicImpulseImplicit"):
+        a tube that tumbles with 9 rad/s would lose a quarter of its energy in 1.5 s.
+        """
+        client, body, inertia = self._open(), self._ids[row], self._definitions[row].inertia
+        assert inertia is not None
+        quat = self._p.getBasePositionAndOrientation(body, client)[1]
+        (x, y, z), (a, b, c) = rotate_back(quat, self._p.getBaseVelocity(body, client)[1]), inertia
+        turning = y * z * (c - b), z * x * (a - c), x * y * (b - a)
+        if max(map(abs, turning)) * h < _SLIGHT_SPIN * min(inertia):
+            return None
+        spin, moments, torque = np.array((x, y, z)), np.array(inertia), np.array(turning)
+        turn = np.cross(spin, np.diag(moments)) - np.cross(moments * spin, np.eye(3))
+        taken = np.linalg.solve(np.diag(moments) + h * turn.T, h * torque)
+        return rotate(quat, (free_spin(spin[None], moments[None], h)[0] - spin + taken).tolist())
 
     def rays(self, start: FloatArray, end: FloatArray, mask: int) -> RayHits:
-        """First hits of segments, (n, 3) each [m], on bodies whose group is in `mask`."""
         hits = self._cast(start.tolist(), end.tolist(), mask)
         return RayHits(
             fraction=np.array([hit[2] for hit in hits]),
@@ -477,7 +440,6 @@ class BulletEngine:
         )
 
     def first_hits(self, start: Sequence[float], ends: Sequence[Sequence[float]], mask: int) -> list[int]:
-        """Row of what each segment from one place to n ends [m] meets first, -1 for nothing."""
         row_of = self._row_of
         return [row_of.get(hit[0], -1) for hit in self._cast([start] * len(ends), ends, mask)]
 
@@ -486,7 +448,6 @@ class BulletEngine:
         return self._p.rayTestBatch(starts, ends, collisionFilterMask=mask, physicsClientId=self._open())
 
     def overlapping(self, low: Sequence[float], high: Sequence[float]) -> list[int]:
-        """Rows of the bodies whose bounding boxes overlap a box [m]."""
         found = self._p.getOverlappingObjects(low, high, self._open()) or ()
         return [self._row_of[body] for body, _ in found if body in self._row_of]
 

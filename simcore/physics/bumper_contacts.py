@@ -18,8 +18,7 @@ import numpy as np
 
 from simcore.geometry.rotation import Quaternion, Vector, matrix, rotate, rotate_back
 from simcore.physics.engine import Engine
-from simcore.physics.nearness import StaticBoxes
-from simcore.physics.plan_outlines import PlanOutlines
+from simcore.physics.nearness import PlanOutlines, StaticBoxes
 from simcore.physics.planar_contacts import PlanarBody, PlanarContact, Polygon, manifold, solve_contacts
 from simcore.physics.shape_extent import outline, outline_points
 from simcore.physics.shapes import Compound, HalfSpace, Mesh, Part, Shape
@@ -49,9 +48,9 @@ class BumperOutline(NamedTuple):
     """Factor, as of a surface [-]."""
 
 
-@dataclass(slots=True)
-class RobotMotion:
-    """How a robot would move in its next step, and what contacts change of it. Velocities are [m/s, m/s, rad/s]."""
+@dataclass(slots=True, kw_only=True, eq=False)
+class RobotMotion(PlanarBody):
+    """How a robot would move in its next step, and what contacts change of it."""
 
     row: int
     h: float
@@ -59,25 +58,13 @@ class RobotMotion:
     pos: Vector
     """Of its origin, field frame [m]."""
     quat: Quaternion
-    center: Vector
-    """Center of mass, field frame [m]."""
-    mass: float
-    """[kg]"""
-    inertia: Vector
-    """About the center of mass, roll, pitch and yaw [kg m^2]."""
-    start: tuple[float, float, float]
-    """As the step begins."""
-    mean: tuple[float, float, float]
-    """In the mean of the step, if it touched nothing."""
-    end: tuple[float, float, float]
-    """At its end, likewise."""
     hold: float = 0.0
     """Angular impulse that its weight takes without a wheel coming off [N m s]."""
     held: tuple[float, float] = (0.0, 0.0)
     """Of that, what it takes of its tires, in roll and pitch, robot axes [N m s]."""
-    mean_change: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    mean_change: Vector = (0.0, 0.0, 0.0)
     """Of the mean velocity, by contacts."""
-    end_change: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    end_change: Vector = (0.0, 0.0, 0.0)
     """Of that at the end."""
     height: float = 0.0
     """Of the contacts above the robot's origin, the mean by impulses [m]."""
@@ -180,7 +167,7 @@ class BumperContacts:
                 for mine in one.polygons:
                     for px, py, nx, ny, gap in manifold(mine, polygon, one.reach):
                         contact = PlanarContact(
-                            *(one.body, None, px, py, nx, ny, gap),
+                            *(one.motion, None, px, py, nx, ny, gap),
                             friction=one.bumpers.friction * surface.friction,
                             restitution=one.bumpers.restitution * surface.restitution,
                         )
@@ -204,7 +191,7 @@ class BumperContacts:
         contacts: dict[int, PlanarContact] = {}
         for one in group:
             contacts.update((id(contact), contact) for contact, _, _ in one.contacts)
-        changes = solve_contacts([one.body for one in group], list(contacts.values()), group[0].motion.h)
+        changes = solve_contacts([one.motion for one in group], list(contacts.values()), group[0].motion.h)
         for one, (mean, end) in zip(group, changes, strict=True):
             motion = one.motion
             motion.mean_change, motion.end_change = mean, end
@@ -249,10 +236,6 @@ class _Placed:
         fastest = max(math.hypot(motion.start[0], motion.start[1]), math.hypot(motion.mean[0], motion.mean[1]))
         turning = max(abs(motion.start[2]), abs(motion.mean[2]))
         self.reach = motion.h * (fastest + turning * self.radius) + _AHEAD
-        self.body = PlanarBody(
-            *(motion.center[0], motion.center[1], 1.0 / motion.mass, 1.0 / motion.inertia[2]),
-            *(motion.start, motion.mean, motion.end),
-        )
         self.contacts: list[tuple[PlanarContact, int, float]] = []
         """With the row of the other, and the height [m]."""
         self.partners: list[_Placed] = []
@@ -282,7 +265,7 @@ def _meet(one: _Placed, other: _Placed) -> None:
     for mine in one.polygons:
         for theirs in other.polygons:
             for x, y, nx, ny, gap in manifold(mine, theirs, reach):
-                contact = PlanarContact(one.body, other.body, x, y, nx, ny, gap, friction, restitution)
+                contact = PlanarContact(one.motion, other.motion, x, y, nx, ny, gap, friction, restitution)
                 one.contacts.append((contact, other.motion.row, height))
                 other.contacts.append((contact, one.motion.row, height))
                 one.partners.append(other)

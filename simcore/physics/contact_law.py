@@ -17,13 +17,14 @@ of the error shrinks to a third or less with each solution; where it swings, as 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
 
+from simcore.physics.contact_search import cross, spins
 from simcore.physics.engine import BodyDefinition
-from simcore.physics.mujoco_model import ModelLayout
+from simcore.physics.mujoco_model import CompiledModel
 from simcore.physics.shapes import Sphere
+from simcore.physics.surface import contact_damping
 from simcore.typing import FloatArray, IntArray
 
 __all__ = ["ContactLaw", "normal_rows"]
@@ -38,7 +39,6 @@ _RELAXATION = 0.02  # [s]; overlaps of rigid bodies go away with this time const
 _DEEPEST = 0.01  # [m]; deeper overlaps of rigid bodies push no more: bodies put into each other do not explode
 _HARDNESS = 1e-3  # regularization of an impact, in parts of its inverse mass
 _BARELY = 0.0015  # [m]; soft bodies that overlap by less can still bounce, what is squeezed is a spring
-_DAMPING_RATIO = 4.0  # of soft bodies, to critical
 _SLIP = 2e-4  # regularization of friction, in parts of the inverse mass: what is held creeps by that times h times pull
 _PASSES = 8  # solutions of a step at most
 _MANY = 900  # rows; with more, Newton's method takes up to seconds a step, conjugate gradients some 10 ms
@@ -81,27 +81,20 @@ def normal_rows(
     reference = (wanted - speed) / h
     after = speed + h * free
     slowest = np.where(is_rigid, max(REST_SPEED, _PUSHED * h), REST_SPEED)
-    hits = (speed < -slowest) & (gap + h * after < 0.0) & (is_rigid | (gap > -_BARELY))
+    hits = (restitution > 0.0) & (speed < -slowest) & (gap + h * after < 0.0) & (is_rigid | (gap > -_BARELY))
     bounce = free + (-restitution * speed - after) / h * (1.0 + _HARDNESS)
     return np.where(hits, bounce, reference), np.where(hits, _HARDNESS * inverse_mass, softness)
 
 
 class ContactLaw:
-    """The contacts of one model.
+    """The contacts of one model; `definitions` are those of the bodies, by row."""
 
-    Args:
-        mujoco: The package.
-        model: The `MjModel`.
-        data: The `MjData`.
-        layout: Where each row of the engine is in it.
-        definitions: Of the bodies, by row.
-    """
-
-    def __init__(
-        self, mujoco: Any, model: Any, data: Any, layout: ModelLayout, definitions: Sequence[BodyDefinition]
-    ) -> None:
-        self._mj, self._m, self._d = mujoco, model, data
-        of_geom = [definitions[row] for row in layout.row_of_geom]
+    def __init__(self, model: CompiledModel, definitions: Sequence[BodyDefinition]) -> None:
+        self._mj, self._m, self._d = model.mj, model.m, model.d
+        self._qpos, self._qvel = model.qpos, model.qvel
+        self._body_of_geom = model.body_of_geom
+        self._can_tip = np.ptp(model.m.body_inertia[1:], axis=1) > 0.0  # all bodies but balls
+        of_geom = [definitions[row] for row in model.row_of_geom]
         surfaces = [one.surface for one in of_geom]
         self._friction = np.array([s.friction for s in surfaces])
         self._rolling = np.array([s.rolling for s in surfaces])
@@ -113,14 +106,14 @@ class ContactLaw:
         for geom, surface in enumerate(surfaces):
             if surface.stiffness is not None:
                 self.set_stiffness(np.array([geom]), surface.stiffness)
-        inverse = np.repeat(1.0 / model.body_mass[1:, None], 6, axis=1)
-        inverse[:, 3:] = 1.0 / model.body_inertia[1:]
+        inverse = np.repeat(1.0 / model.m.body_mass[1:, None], 6, axis=1)
+        inverse[:, 3:] = 1.0 / model.m.body_inertia[1:]
         self._inverse_inertia = inverse.ravel()
 
     def set_stiffness(self, geoms: IntArray, stiffness: float) -> None:
         """Give the shapes of a body another stiffness [N/m]."""
         self._compliance[geoms] = 1.0 / stiffness
-        self._damping[geoms] = 2.0 * _DAMPING_RATIO * np.sqrt(stiffness * self._mass[geoms])
+        self._damping[geoms] = contact_damping("mujoco", stiffness, float(self._mass[geoms[0]]))
 
     def set_mass(self, body: int, mass: float, inertia: Sequence[float]) -> None:
         """Give a moving body another mass [kg] and other principal moments [kg m^2]."""
@@ -145,8 +138,7 @@ class ContactLaw:
         In each body frame the mass matrix is diagonal, so the inverse mass of a row is the sum of its entries squared.
         """
         mj, m, d = self._mj, self._m, self._d
-        solvers = mj.mjtSolver
-        m.opt.solver = solvers.mjSOL_CG if d.nefc > _MANY else solvers.mjSOL_NEWTON
+        m.opt.solver = mj.mjtSolver.mjSOL_CG if d.nefc > _MANY else mj.mjtSolver.mjSOL_NEWTON
         contact, address = d.contact, d.contact.efc_address
         used = np.nonzero(address >= 0)[0]
         row = address[used]
@@ -164,7 +156,7 @@ class ContactLaw:
         damping[damping == 0.0] = RIGID * _RELAXATION
         wanted, softness = normal_rows(
             contact.dist[used],
-            speed[row],
+            speed[row] + self._rolling_speed(used),
             free[row],
             inverse[row],
             restitution=self._restitution[a] * self._restitution[b],
@@ -206,12 +198,35 @@ class ContactLaw:
             mj.mj_mulJacVec(m, d, reached, d.qacc)
             error = self._lift(speed / h + reached, across, friction, turn, lever, rolls) - lift
             touch = (d.efc_force[normal] > 0.0) | (reached[normal] < wanted)
-            if (np.abs(error[touch]) * h < tolerance[touch]).all():
+            is_solved = d.solver_niter[: max(d.nisland, 1)].max() < m.opt.iterations  # else balls of a heap of 300 jump
+            if is_solved and (np.abs(error[touch]) * h < tolerance[touch]).all():
                 return
             rate = np.where(error * before < 0.0, 0.5 * rate, np.minimum(1.2 * rate, 1.0))
             before = error
             lift += rate * error
             d.qacc_warmstart[:] = d.qacc
+
+    def _rolling_speed(self, used: IntArray) -> FloatArray:
+        """How fast places of contacts come nearer by turning, where it brings them no deeper than others are [m/s].
+
+        A place goes round on a circle, its velocity along the tangent: a tube that rolls would be thrown up by parts of
+        its rim that are still ahead, although what carries it is already found.
+        """
+        contact, speed = self._d.contact, np.zeros(len(used))
+        qpos, qvel = self._qpos, self._qvel
+        for side, sign in ((0, 1.0), (1, -1.0)):
+            body = self._body_of_geom[contact.geom[used, side]]
+            turns = np.nonzero((body >= 0) & self._can_tip[body])[0]
+            body, number = body[turns], used[turns]
+            out, spin = sign * contact.frame[number, :3], spins(qpos[body], qvel[body])
+            arm = contact.pos[number] - qpos[body, :3] - 0.5 * contact.dist[number, None] * out
+            rate = np.maximum(np.sqrt(np.einsum("ij,ij->i", spin, spin)), 1e-9)
+            closing = np.einsum("ij,ij->i", cross(spin, arm), out)
+            axis = spin / rate[:, None]
+            near = np.einsum("ij,ij->i", arm - np.einsum("ij,ij->i", axis, arm)[:, None] * axis, out)
+            lowest = contact.dist[number] + near - np.hypot(closing / rate, near)
+            speed[turns] += np.where(lowest > -_BARELY, np.maximum(closing, 0.0), 0.0)
+        return speed
 
     def _find_forces(self) -> None:
         self._mj.mj_island(self._m, self._d)  # it copies the rows

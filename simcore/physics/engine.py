@@ -1,20 +1,26 @@
 """What simcore needs from a rigid-body engine, and nothing more: bodies by row, arrays in, arrays out.
 
-One module implements it on PyBullet; another engine is one more module. A `row` is the number that `add_body` gave.
+One module implements it on PyBullet, another on MuJoCo. A `row` is the number that `add_body` gave.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Protocol, TypeVar
 
 from simcore.geometry.rotation import Quaternion, Vector
+from simcore.physics.shape_extent import bounding_radius
 from simcore.physics.shapes import Shape
 from simcore.physics.surface import TerrainSurface
 from simcore.typing import FloatArray, IntArray
 
 __all__ = ["BodyDefinition", "Contacts", "Engine", "RayHits"]
+
+_NEGLECTED = 0.002  # [m]; a body that moves less in a step gets no deeper into anything than this
+_SKIN = 2e-5  # [m]; a body that is held back stops so far before what it meets
+_SomeEngine = TypeVar("_SomeEngine", bound="Engine")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -74,6 +80,14 @@ class Engine(Protocol):
     """As `engine_choice` knows it."""
     gravity: float
     """[m/s^2]"""
+    _definitions: list[BodyDefinition]
+    """By row."""
+
+    def __enter__(self: _SomeEngine) -> _SomeEngine:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
 
     def add_body(self, definition: BodyDefinition) -> int:
         """Make a body or a static; returns its row."""
@@ -113,7 +127,8 @@ class Engine(Protocol):
 
     def set_velocities(self, rows: Sequence[int], twists: FloatArray) -> None:
         """`set_velocity` of several bodies, linear and angular, shape (n, 6)."""
-        ...
+        for row, twist in zip(rows, twists.tolist(), strict=True):
+            self.set_velocity(row, twist[:3], twist[3:])
 
     def apply_forces(self, rows: Sequence[int], forces: FloatArray, centers: FloatArray | None = None) -> None:
         """Forces at the centers of mass [N], shape (n, 3), field frame, for the next `step` only.
@@ -151,11 +166,15 @@ class Engine(Protocol):
 
     def depth(self, row: int) -> float:
         """How deep a body is in statics where it is now, whether it has been in a step there or not [m]; 0 for none."""
+        return -min([0.0, *(gap for gap, _, _ in self.near_statics(row, 0.0))])
+
+    def near_statics(self, row: int, reach: float) -> list[tuple[float, Vector, Vector]]:
+        """Of statics within reach [m] that a body may touch: gap, normal towards it, place on it about its center."""
         ...
 
     def touching(self, row: int) -> list[int]:
         """Rows of the bodies that a body was in contact with in the last step."""
-        ...
+        return sorted(set(self.contact_points(row)[0]))
 
     def contact_points(self, row: int) -> tuple[list[int], FloatArray]:
         """Where a body was in contact in the last step.
@@ -166,8 +185,25 @@ class Engine(Protocol):
         ...
 
     def free_share(self, row: int, h: float) -> float:
-        """Share of a step of h [s] in which a body goes on without touching a static; 1 if it meets none."""
-        ...
+        """Share of a step of h [s] in which a body goes on without touching a static; 1 if it meets none.
+
+        An engine may find a contact only when it is there: what is thin would be deep in a floor, or through.
+        """
+        (vx, vy, vz), (wx, wy, wz) = self.velocity(row)
+        definition, fall = self._definitions[row], vz - self.gravity * h
+        radius = bounding_radius(definition.shape) + math.hypot(*definition.center_of_mass)
+        reach = (math.hypot(vx, vy, fall) + radius * math.hypot(wx, wy, wz)) * h
+        if reach < _NEGLECTED:
+            return 1.0
+        share = 1.0
+        for gap, (nx, ny, nz), (ax, ay, az) in self.near_statics(row, reach):
+            closing = -(nx * (vx + wy * az - wz * ay) + ny * (vy + wz * ax - wx * az) + nz * (fall + wx * ay - wy * ax))
+            if closing * h <= gap + _NEGLECTED:
+                continue
+            if gap <= 2.0 * _SKIN:
+                return 1.0  # an impact is played with all of its velocity
+            share = min(share, (gap - _SKIN) / (closing * h))
+        return share
 
     def set_collision(self, row: int, group: int, mask: int) -> None:
         """Change with what a body collides; 0, 0 takes it out of the world."""

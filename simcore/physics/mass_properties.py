@@ -14,7 +14,7 @@ from simcore.geometry.rotation import IDENTITY, Quaternion, Vector, matrix
 from simcore.physics.shapes import Box, Compound, Cylinder, Hull, Part, Shape, Sphere
 from simcore.typing import FloatArray
 
-__all__ = ["MassProperties", "centered", "mass_properties", "principal_axes"]
+__all__ = ["MassProperties", "centered", "free_spin", "mass_properties", "principal_axes"]
 
 _ALIGNED = 1e-6  # share of the largest moment that products of inertia may be, for the axes to count as principal
 
@@ -79,6 +79,29 @@ def principal_axes(inertia: FloatArray) -> tuple[Vector, Quaternion]:
     a, b, c = values.tolist()
     x, y, z, w = Rotation.from_matrix(axes).as_quat().tolist()
     return (a, b, c), (x, y, z, w)
+
+
+def free_spin(spin: FloatArray, moments: FloatArray, h: float) -> FloatArray:
+    """Angular velocities after h [s] without a torque: Euler's equations, by the classical Runge-Kutta method.
+
+    Args:
+        spin: Along the principal axes [rad/s], shape (n, 3).
+        moments: Principal moments of inertia [kg m^2], shape (n, 3).
+        h: Step [s].
+
+    >>> free_spin(np.array([[0.0, 0.0, 2.0]]), np.array([[2.0, 2.0, 1.0]]), 0.1).tolist()
+    [[0.0, 0.0, 2.0]]
+    """
+    share = (np.roll(moments, -1, axis=1) - np.roll(moments, 1, axis=1)) / moments
+
+    def rate(w: FloatArray) -> FloatArray:
+        return share * np.roll(w, -1, axis=1) * np.roll(w, 1, axis=1)
+
+    a = rate(spin)
+    b = rate(spin + 0.5 * h * a)
+    c = rate(spin + 0.5 * h * b)
+    after: FloatArray = spin + h / 6.0 * (a + 2.0 * (b + c) + rate(spin + h * c))
+    return after
 
 
 def centered(shape: Hull | Compound) -> Hull | Compound:

@@ -18,10 +18,9 @@ from simcore.errors import FieldMeshError
 from simcore.physics.obj import MOST_GROUPS
 from simcore.physics.shapes import Box, Hull, Mesh
 from simcore.physics.sheets import Sheet, components, with_even_winding
-from simcore.quantities import ROBOT_LENGTH, require
 from simcore.typing import BoolArray, FloatArray, IntArray
 
-__all__ = ["MAX_PLATES", "TOLERANCE", "MeshPart", "classify", "decompose", "plates"]
+__all__ = ["MAX_PLATES", "TOLERANCE", "MeshPart", "decompose", "plates"]
 
 TOLERANCE = 1e-4
 """Dents and bends below this do not count [m]: a tenth of a millimeter, far under what a field is built to."""
@@ -36,23 +35,6 @@ class MeshPart:
     shape: Box | Hull | Mesh
     position: FloatArray
     """Origin of the shape in the frame of the mesh [m], shape (3,)."""
-
-
-def classify(vertices: FloatArray, triangles: IntArray, *, plate_thickness: float = 0.05) -> tuple[MeshPart, ...]:
-    """The shapes that stand for some triangles; empty if all of them are slivers without area.
-
-    Those of `decompose`, with plates behind the free side of open surfaces as they are wound.
-
-    Args:
-        vertices: Shape (n, 3) [m].
-        triangles: Vertex rows, shape (m, 3).
-        plate_thickness: Of the plates made of open surfaces [m].
-    """
-    require("plates", "plate_thickness", plate_thickness, ROBOT_LENGTH)
-    parts: list[MeshPart] = []
-    for piece in decompose(vertices, triangles):
-        parts += plates(piece, plate_thickness) if isinstance(piece, Sheet) else [piece]
-    return tuple(parts)
 
 
 def decompose(vertices: FloatArray, triangles: IntArray, *, group: str = "") -> tuple[MeshPart | Sheet, ...]:

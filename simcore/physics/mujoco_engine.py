@@ -14,8 +14,6 @@ How it is set up, and why (figures in docs/measurements.md):
 
 from __future__ import annotations
 
-import itertools
-import math
 import sys
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -24,16 +22,22 @@ from typing import Any
 import numpy as np
 
 from simcore.errors import EngineError
-from simcore.geometry.rotation import IDENTITY, Quaternion, Vector, multiply, rotate, rotate_back
-from simcore.physics.collision_classes import CollisionClasses, RayGroups
+from simcore.geometry.rotation import (
+    Quaternion,
+    Vector,
+    frame_pose,
+    outer_pose,
+    rotate_back,
+)
+from simcore.physics.collision_classes import CollisionClasses, ray_flags, require_group
 from simcore.physics.contact_law import ContactLaw
-from simcore.physics.contact_search import ContactSearch, spins
-from simcore.physics.engine import BodyDefinition, Contacts, RayHits
-from simcore.physics.mujoco_model import ModelLayout, build_model, move_mass
+from simcore.physics.contact_search import ContactSearch, SleepLists, spins
+from simcore.physics.engine import BodyDefinition, Contacts, Engine, RayHits
+from simcore.physics.mass_properties import free_spin
+from simcore.physics.mujoco_model import CompiledModel, build_model, move_mass
 from simcore.physics.mujoco_queries import ModelQueries
 from simcore.physics.shape_extent import bounding_radius
 from simcore.physics.shapes import Sphere, bounding_box
-from simcore.physics.sleep_lists import SleepLists
 from simcore.typing import FloatArray, IntArray
 from simcore.units import GRAVITY
 
@@ -41,8 +45,6 @@ __all__ = ["MuJoCoEngine"]
 
 _SLIGHT = 1.0  # [N]; contacts with less are not told: half of the weight of a foam ball
 _TOUCHING = 0.001  # [m]; bodies this near count as in contact
-_NEGLECTED = 0.002  # [m]; a body that moves less in a step gets no deeper into anything than this
-_SKIN = 2e-5  # [m]; a body that is held back stops so far before what it meets
 
 
 def _load_mujoco() -> Any:
@@ -69,7 +71,7 @@ class _Start:
     is_fixed: bool = False
 
 
-class MuJoCoEngine:
+class MuJoCoEngine(Engine):
     """One MuJoCo world. Use as a context manager, or call `close`."""
 
     name = "mujoco"
@@ -91,25 +93,17 @@ class MuJoCoEngine:
         self._is_built = False
         self._m: Any = None
         self._d: Any = None
-        self._groups = RayGroups()
         self._qpos: FloatArray = np.zeros((0, 7))
         self._qvel: FloatArray = np.zeros((0, 6))
         self._warm: FloatArray = np.zeros((0, 6))
-        self._layout = ModelLayout(*(np.zeros(0, dtype=np.int64) for _ in range(4)))
-
-    def __enter__(self) -> MuJoCoEngine:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self.close()
+        self._row_of_body: IntArray = np.zeros(0, dtype=np.int64)
+        self._model: CompiledModel | None = None
 
     def reset(self) -> None:
-        """Remove everything from the world, so that it can be built anew."""
         self._require_open()
         self._begin()
 
     def close(self) -> None:
-        """Free the world; may be called twice."""
         if self._is_open:
             self._begin()
             self._is_open = False
@@ -117,28 +111,22 @@ class MuJoCoEngine:
     # --- bodies -------------------------------------------------------------------------------------------------
 
     def add_body(self, definition: BodyDefinition) -> int:
-        """Make a body or a static; returns its row."""
         self._require_open()
         row = len(self._definitions)
-        self._groups.require(definition.group)
+        require_group(definition.group)
         self._definitions.append(definition)
         self._collision.append((definition.group, definition.mask))
         self._is_built = False
         if definition.mass > 0.0:
-            turned = multiply(definition.quat, definition.inertia_axes)
-            self._starts[row] = _Start(_center(definition, definition.pos, definition.quat), turned)
+            self._starts[row] = _Start(*_body_pose(definition, definition.pos, definition.quat))
         return row
 
     def set_pose(self, row: int, pos: Sequence[float], quat: Sequence[float]) -> None:
-        """Put the origin of a body somewhere [m]; its velocity becomes zero."""
         self._require_open()
         definition = self._definitions[row]
         if definition.mass == 0.0:
             raise EngineError("MuJoCo: a static cannot be moved; make the world anew")
-        x, y, z, w = quat
-        center = _center(definition, pos, (x, y, z, w))
-        if definition.inertia_axes != IDENTITY:
-            x, y, z, w = multiply(quat, definition.inertia_axes)
+        center, (x, y, z, w) = _body_pose(definition, pos, quat)
         if row in self._starts:
             start = self._starts[row]
             start.pos, start.quat = center, (x, y, z, w)
@@ -153,7 +141,6 @@ class MuJoCoEngine:
         self._is_stale = True
 
     def set_velocity(self, row: int, linear: Sequence[float], angular: Sequence[float]) -> None:
-        """Velocity of the center of mass [m/s] and angular velocity [rad/s], field frame."""
         self._require_open()
         if row in self._starts:
             start = self._starts[row]
@@ -165,10 +152,9 @@ class MuJoCoEngine:
         self._qvel[body, 3:] = rotate_back((x, y, z, w), (angular[0], angular[1], angular[2]))
 
     def set_mass(self, row: int, mass: float, center_of_mass: Vector, inertia: Vector) -> None:
-        """Change mass [kg], center of mass [m] and principal moments [kg m^2]; the numbers of the velocity stay."""
         (pos, quat), old = self.pose(row), self._definitions[row]
         new = self._definitions[row] = replace(old, mass=mass, center_of_mass=center_of_mass, inertia=inertia)
-        center = _center(new, pos, quat)
+        center, _ = _body_pose(new, pos, quat)
         if row in self._starts:
             self._starts[row].pos = center
             return
@@ -181,7 +167,6 @@ class MuJoCoEngine:
         self._is_stale = True
 
     def pose(self, row: int) -> tuple[Vector, Quaternion]:
-        """Origin [m] and attitude of one body, field frame."""
         self._require_open()
         definition = self._definitions[row]
         if definition.mass == 0.0:
@@ -191,27 +176,18 @@ class MuJoCoEngine:
         else:
             cx, cy, cz, w, x, y, z = self._qpos[self._body[row]].tolist()
             quat = (x, y, z, w)
-        if definition.inertia_axes != IDENTITY:
-            x, y, z, w = definition.inertia_axes
-            quat = multiply(quat, (-x, -y, -z, w))
-        if definition.center_of_mass == (0.0, 0.0, 0.0):
-            return (cx, cy, cz), quat
-        ox, oy, oz = rotate(quat, definition.center_of_mass)
-        return (cx - ox, cy - oy, cz - oz), quat
+        return outer_pose((cx, cy, cz), quat, definition.center_of_mass, definition.inertia_axes)
 
     def velocity(self, row: int) -> tuple[Vector, Vector]:
-        """Velocity of the center of mass [m/s] and angular velocity [rad/s] of one body, field frame."""
         twist = self.velocities([row])[0].tolist()
         return (twist[0], twist[1], twist[2]), (twist[3], twist[4], twist[5])
 
     def centers(self, rows: Sequence[int]) -> FloatArray:
-        """Centers of mass, field frame [m], shape (n, 3)."""
         self._build()
         centers: FloatArray = self._qpos[self._body_index[rows], :3]
         return centers
 
     def velocities(self, rows: Sequence[int]) -> FloatArray:
-        """Linear and angular velocities, field frame [m/s, rad/s], shape (n, 6)."""
         self._build()
         bodies = self._body_index[rows]
         twist: FloatArray = self._qvel[bodies]
@@ -221,20 +197,13 @@ class MuJoCoEngine:
             twist[turning, 3:] = spins(self._qpos[bodies[turning]], twist[turning])
         return twist
 
-    def set_velocities(self, rows: Sequence[int], twists: FloatArray) -> None:
-        """`set_velocity` of several bodies, linear and angular, shape (n, 6)."""
-        for row, twist in zip(rows, twists.tolist(), strict=True):
-            self.set_velocity(row, twist[:3], twist[3:])
-
     def apply_forces(self, rows: Sequence[int], forces: FloatArray, centers: FloatArray | None = None) -> None:
-        """Forces at the centers of mass [N], shape (n, 3), field frame, for the next `step` only."""
         self._require_open()
         self._forces.append((np.asarray(rows, dtype=np.int64), np.array(forces, dtype=np.float64).reshape(-1, 3)))
 
     # --- sleep --------------------------------------------------------------------------------------------------
 
     def wake(self, row: int) -> None:
-        """Let a body move again."""
         self._require_open()
         if row in self._starts:
             self._starts[row].is_asleep = self._starts[row].is_fixed = False
@@ -243,7 +212,6 @@ class MuJoCoEngine:
             self._sleep.mark()
 
     def sleep(self, row: int) -> None:
-        """Freeze a body until it is touched by a moving one or woken; its velocity becomes zero."""
         self._require_open()
         if row in self._starts:
             start = self._starts[row]
@@ -260,7 +228,6 @@ class MuJoCoEngine:
                 self._is_stale = True
 
     def fix(self, row: int) -> None:
-        """Freeze a body until it is woken, or put to sleep; what touches it meets a static."""
         self.sleep(row)
         if row in self._starts:
             self._starts[row].is_fixed = True
@@ -298,10 +265,9 @@ class MuJoCoEngine:
         """Nothing: each step finds them anew."""
 
     def contacts(self, row: int | None = None) -> Contacts:
-        """Forces between a body, or any, and others in the last step."""
         self._refresh()
         contact = self._d.contact
-        rows = self._layout.row_of_geom[contact.geom]
+        rows = self._row_of_geom[contact.geom]
         mine = contact.efc_address >= 0
         if row is not None:
             mine &= (rows == row).any(axis=1)
@@ -311,63 +277,32 @@ class MuJoCoEngine:
         return Contacts(rows=rows[mine], force=-size[:, None] * contact.frame[mine, :3])  # its normals are the second's
 
     def overlap(self, row: int) -> float:
-        """How deep the body is in others, at its deepest contact [m]; 0 for none."""
         self._refresh()
         contact = self._d.contact
-        mine = (self._layout.row_of_geom[contact.geom] == row).any(axis=1)
+        mine = (self._row_of_geom[contact.geom] == row).any(axis=1)
         return max(0.0, -float(contact.dist[mine].min(initial=0.0)))
 
-    def depth(self, row: int) -> float:
-        """How deep a body is in statics where it is now, whether it has been in a step there or not [m]; 0 for none."""
+    def near_statics(self, row: int, reach: float) -> list[tuple[float, Vector, Vector]]:
         self._refresh()
-        return self._queries.depth(row)
-
-    def touching(self, row: int) -> list[int]:
-        """Rows of the bodies that a body was in contact with in the last step."""
-        return sorted(set(self.contact_points(row)[0]))
+        return self._queries.near_statics(row, reach)
 
     def contact_points(self, row: int) -> tuple[list[int], FloatArray]:
-        """Where a body was in contact in the last step."""
         self._refresh()
         contact = self._d.contact
         touch = contact.dist < _TOUCHING
         solved = np.nonzero(contact.efc_address >= 0)[0]
         touch[solved] |= self._d.efc_force[contact.efc_address[solved]] > 0.0  # met within the step
-        rows = self._layout.row_of_geom[contact.geom[touch]].reshape(-1, 2)
+        rows = self._row_of_geom[contact.geom[touch]].reshape(-1, 2)
         mine = (rows == row).any(axis=1)
         return (rows[mine, 0] + rows[mine, 1] - row).tolist(), contact.pos[touch][mine]
 
-    def free_share(self, row: int, h: float) -> float:
-        """Share of a step of h [s] in which a body goes on without touching a static; 1 if it meets none."""
-        self._build()
-        body, fall = self._body[row], self.gravity * h
-        vx, vy, vz, wx, wy, wz = self.velocities([row])[0].tolist()
-        reach = (math.hypot(vx, vy, vz - fall) + self._reach[body] * math.hypot(wx, wy, wz)) * h
-        if reach < _NEGLECTED:
-            return 1.0
-        self._refresh()
-        share, (x, y, z) = 1.0, self._qpos[body, :3].tolist()
-        for gap, (nx, ny, nz), at in self._queries.near_statics(row, reach):
-            ax, ay, az = at[0] - x, at[1] - y, at[2] - z
-            closing = -(
-                nx * (vx + wy * az - wz * ay) + ny * (vy + wz * ax - wx * az) + nz * (vz - fall + wx * ay - wy * ax)
-            )
-            if closing * h <= gap + _NEGLECTED:
-                continue
-            if gap <= 2.0 * _SKIN:
-                return 1.0  # an impact is played with all of its velocity
-            share = min(share, (gap - _SKIN) / (closing * h))
-        return share
-
     def set_stiffness(self, row: int, stiffness: float) -> None:
-        """Give a body that is soft another stiffness [N/m]."""
         self._build()
         self._law.set_stiffness(self._geoms[row], stiffness)
 
     def set_collision(self, row: int, group: int, mask: int) -> None:
-        """Change with what a body collides; 0, 0 takes it out of the world."""
         self._require_open()
-        self._groups.require(group)
+        require_group(group)
         self._collision[row] = (group, mask)
         if self._is_built:
             self._classes.write(row, group, mask)
@@ -379,28 +314,22 @@ class MuJoCoEngine:
         self._require_open()
         if self._is_built:
             return
-        if has_old := self._m is not None:
-            old = (self._qpos.copy(), self._qvel.copy(), self._warm.copy(), self._sleep.asleep, self._sleep.fixed)
-        old_rows = self._layout.row_of_body
-        self._m, self._layout = build_model(self._mj, self._definitions, self.gravity)
-        m = self._m
-        d = self._d = self._mj.MjData(m)
-        layout = self._layout
-        self._body: list[int] = layout.body_of_row.tolist()
-        self._body_index = layout.body_of_row
-        n = len(layout.row_of_body)
-        self._qpos, self._qvel = d.qpos.reshape(n, 7), d.qvel.reshape(n, 6)
+        before, rows = self._model, self._row_of_body
+        if before is not None:
+            old = (before.qpos.copy(), before.qvel.copy(), self._warm.copy(), self._sleep.asleep, self._sleep.fixed)
+        model = self._model = build_model(self._mj, self._definitions, self.gravity)
+        m, d = self._m, self._d = model.m, model.d
+        self._body: list[int] = model.body_of_row.tolist()
+        self._body_index, self._row_of_body = model.body_of_row, model.row_of_body
+        self._row_of_geom, self._geoms = model.row_of_geom, model.geoms_of_row
+        n = len(model.row_of_body)
+        self._qpos, self._qvel = model.qpos, model.qvel
         self._warm, self._push = d.qacc_warmstart.reshape(n, 6), d.xfrc_applied[1:]
-        sleep = SleepLists(d, n)
-        self._sleep = sleep
-        order = np.argsort(layout.row_of_geom, kind="stable")
-        rows = np.arange(len(self._definitions) + 1)
-        first: Any = np.searchsorted(layout.row_of_geom[order], rows)
-        self._geoms = [order[a:b] for a, b in itertools.pairwise(first.tolist())]
-        if has_old:
+        sleep = self._sleep = SleepLists(model)
+        if before is not None:
             now = (self._qpos, self._qvel, self._warm, sleep.asleep, sleep.fixed)
-            for array, before in zip(now, old, strict=True):
-                array[layout.body_of_row[old_rows]] = before
+            for array, values in zip(now, old, strict=True):
+                array[model.body_of_row[rows]] = values
         for row, start in self._starts.items():
             body = self._body[row]
             x, y, z, w = start.quat
@@ -410,18 +339,19 @@ class MuJoCoEngine:
             self._qvel[body, 3:] = rotate_back(start.quat, (angular[0], angular[1], angular[2]))
             sleep.asleep[body], sleep.fixed[body] = start.is_asleep, start.is_fixed
         self._starts.clear()
-        self._classes = CollisionClasses(m, layout, self._geoms, self._groups)
+        self._classes = CollisionClasses(model)
         for row, (group, mask) in enumerate(self._collision):
             self._classes.write(row, group, mask)
-        moving = [self._definitions[row] for row in layout.row_of_body]
+        moving = [self._definitions[row] for row in model.row_of_body]
         self._reach = np.array([_reach(one) for one in moving])
+        self._is_top = np.ptp(m.body_inertia[1:], axis=1) > 0.0
         radius = np.array([bounding_radius(one.shape) for one in moving])
-        self._search = ContactSearch(self._mj, m, d, layout, self._reach, radius, sleep, self.gravity)
-        self._law = ContactLaw(self._mj, m, d, layout, self._definitions)
+        self._search = ContactSearch(model, self._reach, radius, sleep, self.gravity)
+        self._law = ContactLaw(model, self._definitions)
         self._moved: set[int] = set(range(n))
         self._is_stale = self._is_built = True
         self._kinematics()  # of the statics, too
-        self._queries = ModelQueries(self._mj, m, d, layout)
+        self._queries = ModelQueries(model)
 
     # --- one step -----------------------------------------------------------------------------------------------
 
@@ -448,6 +378,7 @@ class MuJoCoEngine:
         if d.nefc and self._sleep.fixed.any():
             d.efc_J[np.repeat(self._sleep.fixed, 6)[d.efc_J_colind]] = 0.0  # a static to those that touch it
         mj.mj_fwdVelocity(m, d)
+        self._precess(h)
         mj.mj_fwdAcceleration(m, d)
         if d.nefc:
             self._law.solve(h)
@@ -460,14 +391,21 @@ class MuJoCoEngine:
             self._push[:] = 0.0
         if not np.isfinite(d.qvel).all():
             bad = int(np.nonzero(~np.isfinite(self._qvel).all(axis=1))[0][0])
-            raise EngineError(f"MuJoCo lost body {self._layout.row_of_body[bad]}: its velocity is not finite")
+            raise EngineError(f"MuJoCo lost body {self._row_of_body[bad]}: its velocity is not finite")
+
+    def _precess(self, h: float) -> None:
+        """Put the mean gyroscopic torques of a step [s] in the place of those at its start, which add energy."""
+        tops = self._sleep.awake[self._is_top[self._sleep.awake]]
+        tops = tops[self._qvel[tops, 3:].any(axis=1)]
+        if len(tops):
+            spin, moments = self._qvel[tops, 3:], self._m.body_inertia[tops + 1]
+            self._d.qfrc_bias.reshape(-1, 6)[tops, 3:] = moments * (spin - free_spin(spin, moments, h)) / h
 
     # --- questions ----------------------------------------------------------------------------------------------
 
     def rays(self, start: FloatArray, end: FloatArray, mask: int) -> RayHits:
-        """First hits of segments, (n, 3) each [m], on bodies whose group is in `mask`."""
         self._refresh()
-        groups = self._groups.flags(mask)
+        groups = ray_flags(mask)
         start, end = np.asarray(start, dtype=float), np.asarray(end, dtype=float)
         found = [self._queries.cast(a, b, groups) for a, b in zip(start, end, strict=True)]
         return RayHits(
@@ -477,14 +415,12 @@ class MuJoCoEngine:
         )
 
     def first_hits(self, start: Sequence[float], ends: Sequence[Sequence[float]], mask: int) -> list[int]:
-        """Row of what each segment from one place to n ends [m] meets first, -1 for nothing."""
         self._refresh()
-        groups = self._groups.flags(mask)
+        groups = ray_flags(mask)
         here = np.array(start, dtype=float)
         return [self._queries.cast(here, np.array(end, dtype=float), groups)[1] for end in ends]
 
     def overlapping(self, low: Sequence[float], high: Sequence[float]) -> list[int]:
-        """Rows of the bodies whose bounding boxes overlap a box [m]."""
         self._refresh()
         return self._queries.overlapping(low, high)
 
@@ -493,10 +429,9 @@ class MuJoCoEngine:
             raise EngineError("the physics world is closed; make a new one")
 
 
-def _center(definition: BodyDefinition, pos: Sequence[float], quat: Quaternion) -> Vector:
-    """Center of mass of a body whose origin is at a place [m]."""
-    x, y, z = rotate(quat, definition.center_of_mass)
-    return (pos[0] + x, pos[1] + y, pos[2] + z)
+def _body_pose(definition: BodyDefinition, pos: Sequence[float], quat: Sequence[float]) -> tuple[Vector, Quaternion]:
+    """Center of mass and principal axes of a body whose origin is at a pose."""
+    return frame_pose(pos, quat, definition.center_of_mass, definition.inertia_axes)
 
 
 def _reach(definition: BodyDefinition) -> float:

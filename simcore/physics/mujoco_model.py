@@ -20,7 +20,7 @@ from simcore.physics.mass_properties import mass_properties
 from simcore.physics.shapes import Box, Cylinder, HalfSpace, Hull, Mesh, Shape, Sphere, parts_of
 from simcore.typing import FloatArray, IntArray
 
-__all__ = ["ModelLayout", "build_model", "move_mass"]
+__all__ = ["CompiledModel", "build_model", "move_mass"]
 
 _TRIANGLE_THICKNESS = 0.001  # [m]; MuJoCo takes the convex hull of a mesh, so each triangle becomes a thin prism
 _SMALLEST_AREA = 1e-10  # [m^2]
@@ -30,9 +30,18 @@ _MEMORY_PER_BODY = 250_000  # [bytes]: in a heap a ball has 6 contacts of 3 rows
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class ModelLayout:
-    """Which row of the engine each part of a model is. Moving bodies are counted in their order, from 0."""
+class CompiledModel:
+    """A model with its state, and which row of the engine each part of it is.
 
+    Moving bodies are counted in their order, from 0; their shapes come after those of statics.
+    """
+
+    mj: Any
+    """The package."""
+    m: Any
+    """The `MjModel`."""
+    d: Any
+    """The `MjData`."""
     body_of_row: IntArray
     """Number of the moving body, -1 for statics, shape (rows,)."""
     row_of_body: IntArray
@@ -41,18 +50,20 @@ class ModelLayout:
     """Shape (geoms,)."""
     body_of_geom: IntArray
     """Number of the moving body, -1 for statics, shape (geoms,)."""
+    geoms_of_row: list[IntArray]
+    qpos: FloatArray
+    """Center of mass and attitude w, x, y, z of the moving bodies, shape (bodies, 7)."""
+    qvel: FloatArray
+    """Velocity in the field frame, angular velocity in the body frame, shape (bodies, 6)."""
 
 
-def build_model(mujoco: Any, definitions: Sequence[BodyDefinition], gravity: float) -> tuple[Any, ModelLayout]:
+def build_model(mujoco: Any, definitions: Sequence[BodyDefinition], gravity: float) -> CompiledModel:
     """Compile a model.
 
     Args:
         mujoco: The package.
         definitions: By row.
         gravity: Along -z [m/s^2].
-
-    Returns:
-        The `MjModel`, and where each row is in it.
 
     Raises:
         EngineError: MuJoCo refuses a shape; the message is its own.
@@ -95,11 +106,13 @@ def build_model(mujoco: Any, definitions: Sequence[BodyDefinition], gravity: flo
     body_of_row = np.full(len(definitions), -1, dtype=np.int64)
     body_of_row[moving] = np.arange(len(moving))
     row_of_geom = np.array(static_rows + moving_rows, dtype=np.int64)
-    return model, ModelLayout(
-        body_of_row=body_of_row,
-        row_of_body=np.array(moving, dtype=np.int64),
-        row_of_geom=row_of_geom,
-        body_of_geom=body_of_row[row_of_geom],
+    data, order = mujoco.MjData(model), np.argsort(row_of_geom, kind="stable")
+    counts = np.bincount(row_of_geom, minlength=len(definitions))
+    return CompiledModel(
+        *(mujoco, model, data, body_of_row, np.array(moving, dtype=np.int64), row_of_geom, body_of_row[row_of_geom]),
+        geoms_of_row=np.split(order, np.cumsum(counts)[:-1]),
+        qpos=data.qpos.reshape(-1, 7),
+        qvel=data.qvel.reshape(-1, 6),
     )
 
 

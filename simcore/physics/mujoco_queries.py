@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from simcore.geometry.rotation import Vector
-from simcore.physics.mujoco_model import ModelLayout
+from simcore.physics.mujoco_model import CompiledModel
 from simcore.typing import BoolArray, FloatArray, IntArray
 
 __all__ = ["ModelQueries"]
@@ -17,23 +17,15 @@ _MOST_PASSED = 16  # surfaces that a ray leaves from the inside before it is giv
 
 
 class ModelQueries:
-    """Questions to one model.
+    """Questions to one model; the poses of statics in it are right already."""
 
-    Args:
-        mujoco: The package.
-        model: The `MjModel`.
-        data: The `MjData`; the poses of statics in it are right already.
-        layout: Where each row is in it.
-    """
-
-    def __init__(self, mujoco: Any, model: Any, data: Any, layout: ModelLayout) -> None:
-        self._mj, self._m, self._d = mujoco, model, data
-        self._layout = layout
-        statics = np.nonzero(layout.body_of_geom < 0)[0]
-        self._first = len(statics)  # shapes of moving bodies come after those of statics
+    def __init__(self, model: CompiledModel) -> None:
+        self._model, self._mj, self._m, self._d = model, model.mj, model.m, model.d
+        statics = np.nonzero(model.body_of_geom < 0)[0]
+        self._first = len(statics)
         low, high = self.boxes(statics)
         self._static_low, self._static_high = low.T.copy(), high.T.copy()
-        box = model.geom_aabb[self._first :]
+        box = self._m.geom_aabb[self._first :]
         center = np.sqrt(np.einsum("ij,ij->i", box[:, :3], box[:, :3]))
         self._radius = center + np.sqrt(np.einsum("ij,ij->i", box[:, 3:], box[:, 3:]))
 
@@ -49,7 +41,7 @@ class ModelQueries:
             if there < 0.0 or passed > 1.0:
                 break
             if float(normal[:, 0] @ way) < 0.0:
-                return passed, int(self._layout.row_of_geom[geom[0]]), normal[:, 0].tolist()
+                return passed, int(self._model.row_of_geom[geom[0]]), normal[:, 0].tolist()
             passed += 1e-9  # it left a body from the inside
         return 1.0, -1, (0.0, 0.0, 0.0)
 
@@ -64,27 +56,24 @@ class ModelQueries:
             near = near[_overlap(lows.T, highs.T, low, high)]
         geoms = np.concatenate((here, near))
         geoms = geoms[self._m.geom_contype[geoms] != 0]
-        rows: list[int] = np.unique(self._layout.row_of_geom[geoms]).tolist()
+        rows: list[int] = np.unique(self._model.row_of_geom[geoms]).tolist()
         return rows
 
-    def depth(self, row: int) -> float:
-        """How deep a body is in the statics that it may touch [m]; 0 for none."""
-        return -min([gap for gap, _, _ in self.near_statics(row, 0.0)], default=0.0)
-
-    def near_statics(self, row: int, reach: float) -> list[tuple[float, Vector, Sequence[float]]]:
-        """Gap, normal towards the body and place on the body of each of its shapes and each static within reach [m]."""
-        m, mine = self._m, np.nonzero(self._layout.row_of_geom == row)[0]
+    def near_statics(self, row: int, reach: float) -> list[tuple[float, Vector, Vector]]:
+        """As `Engine.near_statics`, of the shapes of a body in turn."""
+        m, mine = self._m, self._model.geoms_of_row[row]
         low, high = (corner.T[:, :, None] for corner in self.boxes(mine))
         near = _overlap(self._static_low[:, None, :], self._static_high[:, None, :], low - reach, high + reach)
         ways = m.geom_contype[mine, None] & m.geom_conaffinity[: self._first]
         back = m.geom_conaffinity[mine, None] & m.geom_contype[: self._first]
-        found: list[tuple[float, Vector, Sequence[float]]] = []
+        x, y, z = self._model.qpos[self._model.body_of_row[row], :3].tolist()
+        found: list[tuple[float, Vector, Vector]] = []
         ends = np.zeros(6)
         for one, other in np.argwhere(near & ((ways | back) != 0)).tolist():
             gap = self._mj.mj_geomDistance(m, self._d, int(mine[one]), other, reach, ends)
             ax, ay, az, bx, by, bz = ends.tolist()
             if gap < reach and gap != 0.0:
-                found.append((gap, ((ax - bx) / gap, (ay - by) / gap, (az - bz) / gap), (ax, ay, az)))
+                found.append((gap, ((ax - bx) / gap, (ay - by) / gap, (az - bz) / gap), (ax - x, ay - y, az - z)))
         return found
 
     def boxes(self, geoms: IntArray) -> tuple[FloatArray, FloatArray]:

@@ -14,6 +14,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from simcore.geometry.rotation import Vector
 from simcore.units import plain_sum
 
 __all__ = ["PlanarBody", "PlanarContact", "Polygon", "manifold", "solve_contacts"]
@@ -121,24 +122,22 @@ def _widest(a: Polygon, b: Polygon) -> tuple[float, int]:
     return best, side
 
 
-@dataclass(slots=True)
+@dataclass(slots=True, kw_only=True, eq=False)
 class PlanarBody:
-    """A body in the plane, with the velocities of its center of mass and about it.
+    """A body in the plane in a step; velocities are of its center of mass and about it, field axes [m/s, m/s, 1/s]."""
 
-    Each [m/s, m/s, rad/s], field axes: what it has as the step begins, what it would have in the mean of the step and
-    at its end if it touched nothing.
-    """
-
-    x: float
+    center: Vector
     """Center of mass [m]."""
-    y: float
-    inverse_mass: float
-    """[1/kg]"""
-    inverse_inertia: float
-    """About the vertical [1/(kg m^2)]"""
-    start: tuple[float, float, float]
-    mean: tuple[float, float, float]
-    end: tuple[float, float, float]
+    mass: float
+    """[kg]"""
+    inertia: Vector
+    """About the center of mass, roll, pitch and yaw [kg m^2]."""
+    start: Vector
+    """As the step begins."""
+    mean: Vector
+    """In the mean of the step, if it touched nothing."""
+    end: Vector
+    """At its end, likewise."""
 
 
 @dataclass(slots=True)
@@ -170,33 +169,32 @@ class PlanarContact:
 class _Row:
     """One direction at one contact: how velocities there follow from those of the bodies, and from impulses."""
 
-    __slots__ = ("ja", "jb", "mobility", "nx", "ny")
+    __slots__ = ("a", "b", "ja", "jb", "mobility", "nx", "ny")
 
     def __init__(self, contact: PlanarContact, nx: float, ny: float) -> None:
-        a, b = contact.a, contact.b
         self.nx, self.ny = nx, ny
-        self.ja = (contact.x - a.x) * ny - (contact.y - a.y) * nx
-        self.mobility = a.inverse_mass + a.inverse_inertia * self.ja * self.ja
-        self.jb = 0.0
-        if b is not None:
-            self.jb = (contact.x - b.x) * ny - (contact.y - b.y) * nx
-            self.mobility += b.inverse_mass + b.inverse_inertia * self.jb * self.jb
+        self.ja, *self.a = self._side(contact, contact.a)
+        self.jb, *self.b = self._side(contact, contact.b) if contact.b is not None else (0.0, 0.0, 0.0)
+        self.mobility = self.a[0] + self.a[1] * self.ja * self.ja
+        if contact.b is not None:
+            self.mobility += self.b[0] + self.b[1] * self.jb * self.jb
+
+    def _side(self, contact: PlanarContact, body: PlanarBody) -> tuple[float, float, float]:
+        """Lever of a body [m], and the inverses of its mass and inertia."""
+        lever = (contact.x - body.center[0]) * self.ny - (contact.y - body.center[1]) * self.nx
+        return lever, 1.0 / body.mass, 1.0 / body.inertia[2]
 
     def velocity(self, va: list[float], vb: list[float]) -> float:
         """Of b relative to a [m/s]."""
         nx, ny = self.nx, self.ny
         return nx * (vb[0] - va[0]) + ny * (vb[1] - va[1]) + self.jb * vb[2] - self.ja * va[2]
 
-    def push(self, contact: PlanarContact, va: list[float], vb: list[float], impulse: float) -> None:
+    def push(self, va: list[float], vb: list[float], impulse: float) -> None:
         """Add an impulse [N s] to b, and its opposite to a."""
-        a, b = contact.a, contact.b
-        va[0] -= impulse * a.inverse_mass * self.nx
-        va[1] -= impulse * a.inverse_mass * self.ny
-        va[2] -= impulse * a.inverse_inertia * self.ja
-        if b is not None:
-            vb[0] += impulse * b.inverse_mass * self.nx
-            vb[1] += impulse * b.inverse_mass * self.ny
-            vb[2] += impulse * b.inverse_inertia * self.jb
+        for v, (light, easy), lever, part in ((va, self.a, self.ja, -impulse), (vb, self.b, self.jb, impulse)):
+            v[0] += part * light * self.nx
+            v[1] += part * light * self.ny
+            v[2] += part * easy * lever
 
 
 def solve_contacts(
@@ -228,12 +226,12 @@ def solve_contacts(
         impulses = [0.0] * len(contacts)
         for _ in range(_MOST_ROUNDS):
             most = 0.0
-            for i, (contact, row) in enumerate(zip(contacts, normals, strict=True)):
+            for i, row in enumerate(normals):
                 va, vb = at(velocities, i)
                 change = max((least[i] - row.velocity(va, vb)) / row.mobility, -impulses[i])
                 if change:
                     impulses[i] += change
-                    row.push(contact, va, vb, change)
+                    row.push(va, vb, change)
                     most = max(most, abs(change) * row.mobility)
             if most < _CONVERGED:
                 break
@@ -252,12 +250,12 @@ def solve_contacts(
                 tangent = contact.tangent - row.velocity(va, vb) / row.mobility
                 change = max(-limit, min(limit, tangent)) - contact.tangent
                 contact.tangent += change
-                row.push(contact, va, vb, change)
+                row.push(va, vb, change)
                 most = max(most, abs(change) * row.mobility)
                 row = normals[i]
                 change = max((wanted[i] - row.velocity(va, vb)) / row.mobility, -contact.normal)
                 contact.normal += change
-                row.push(contact, va, vb, change)
+                row.push(va, vb, change)
                 most = max(most, abs(change) * row.mobility)
             if most < _CONVERGED:
                 break
@@ -289,8 +287,8 @@ def solve_contacts(
             if contact.is_hit:
                 share = 1.0 - min(1.0, max(0.0, contact.gap) / (-closing[i] * h))
             va, vb = at(mean, i)
-            normals[i].push(contact, va, vb, share * contact.normal)
-            tangents[i].push(contact, va, vb, share * contact.tangent)
+            normals[i].push(va, vb, share * contact.normal)
+            tangents[i].push(va, vb, share * contact.tangent)
     stop(mean)
     return [
         (
@@ -304,6 +302,6 @@ def solve_contacts(
 def _energy(bodies: Sequence[PlanarBody], velocities: Sequence[Sequence[float]]) -> float:
     """Of their motion [J]."""
     return plain_sum(
-        0.5 * (vx * vx + vy * vy) / body.inverse_mass + 0.5 * w * w / body.inverse_inertia
+        0.5 * body.mass * (vx * vx + vy * vy) + 0.5 * body.inertia[2] * w * w
         for body, (vx, vy, w) in zip(bodies, velocities, strict=True)
     )

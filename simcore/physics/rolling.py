@@ -1,4 +1,4 @@
-"""Rolling resistance of balls.
+"""Rolling resistance of balls and tubes.
 
 Bullet resists rolling about two fixed axes, each with the full torque: a ball that rolls at 45 degrees to the field's
 axes slows 1.41 times too fast, and one at 30 degrees curves to 18. It also keeps the resistance of contact points
@@ -13,11 +13,15 @@ them: at one sub-step it would roll for ever, at 0.2 m/s. So these contacts are 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 
 import numpy as np
 
+from simcore.geometry.rotation import rotate
 from simcore.physics.engine import Engine
+from simcore.physics.mass_properties import mass_properties
+from simcore.physics.shape_extent import round_radius
+from simcore.physics.shapes import Shape, Sphere
 from simcore.physics.surface import TerrainSurface
 from simcore.typing import BoolArray, FloatArray
 
@@ -33,6 +37,12 @@ _RISING = 0.2
 """Balls that rise or fall faster bounce [m/s]."""
 _SLIP = 0.05
 """A ball slides if its lowest point moves faster than this share of its speed, and 1 cm/s [-]."""
+_LEVEL = 0.05
+"""Largest slope of the axis of a tube that rolls [-]."""
+_HOPS = 0.004
+"""Tubes that are higher over the floor do not roll on it [m]."""
+_EDGES = 10.0
+"""Most that edges take of a tube's speed, in parts of what its resistance takes; a hit takes more [-]."""
 _STANDS, _CREEPS = 1e-9, 0.001
 """Balls that stand, and those that stop by themselves, are slower [m/s]."""
 
@@ -62,16 +72,22 @@ class RollingResistance:
         self._balls: dict[int, tuple[float, float, float]] = {}  # radius, deceleration on the floor, and elsewhere for
         # each unit of friction there, by row
         self._shown: dict[int, None] = {}  # rows in the order in which they were shown
+        self._tubes: dict[int, tuple[float, float]] = {}  # radius and deceleration on the floor, by row
+        self._rolled: dict[int, float] = {}  # speeds of the tubes that rolled at the last loss
         self._due = 0.0
 
-    def add(self, row: int, radius: float, surface: TerrainSurface) -> None:
-        """Slow a ball of a radius [m] and a material from now on."""
-        floor = self._floor
+    def add(self, row: int, shape: Shape, surface: TerrainSurface) -> None:
+        """Slow a body of a shape and a material from now on, if it can roll."""
+        floor, radius = self._floor, round_radius(shape)
         lever = floor.rolling * surface.friction + surface.rolling * floor.friction if floor is not None else 0.0
-        if lever > 0.0 or surface.rolling > 0.0:
-            each = self._engine.gravity / (1.4 * radius)
+        if radius is None or not (lever > 0.0 or surface.rolling > 0.0):
+            return
+        each = self._engine.gravity / (radius + float(mass_properties(shape).inertia[2, 2]) / radius)
+        if isinstance(shape, Sphere):
             self._balls[row] = radius, lever * each, surface.rolling * each
             self.show(row, True)
+        else:
+            self._tubes[row] = radius, lever * each
 
     def show(self, row: int, is_shown: bool) -> None:
         """Say whether anything touches a body; one that is no ball is left alone."""
@@ -93,6 +109,7 @@ class RollingResistance:
         if self._due < _PERIOD * min(_LONGEST, math.ceil(max(count, 1) / _BALLS)) - 1e-9:
             return
         due, self._due = self._due, 0.0
+        self._hold_tubes(due, self._tubes if awake is None else [row for row in awake if row in self._tubes])
         self._elsewhere.clear()
         balls = self._balls
         rows = [row for row in (self._shown if awake is None else awake) if row in balls]
@@ -115,6 +132,24 @@ class RollingResistance:
         slowed = twists[moving]
         slowed[:, [0, 1, 3, 4]] *= left[:, None]  # neither what it rises nor what it spins on the spot
         self._engine.set_velocities([rows[i] for i in moving.tolist()], slowed)
+
+    def _hold_tubes(self, due: float, rows: Iterable[int]) -> None:
+        """Give each tube that rolls on the floor the speed that resistance leaves it [s]."""
+        before, self._rolled = self._rolled, {}
+        for row in rows:
+            radius, slowing = self._tubes[row]
+            (vx, vy, vz), (wx, wy, wz) = self._engine.velocity(row)
+            speed, (pos, quat) = math.hypot(vx, vy), self._engine.pose(row)
+            slip = math.hypot(vx - radius * wy, vy + radius * wx)
+            is_low = speed > _CREEPS and pos[2] - radius < _HOPS and slip < _SLIP * speed + 0.01
+            if not (is_low and abs(rotate(quat, (0.0, 0.0, 1.0))[2]) < _LEVEL):
+                continue
+            was = before.get(row, 0.0)
+            left = max(was - slowing * due, 0.0)
+            if left - _EDGES * slowing * due < speed <= was:
+                share, speed = left / speed, left
+                self._engine.set_velocity(row, (share * vx, share * vy, vz), (share * wx, share * wy, wz))
+            self._rolled[row] = speed
 
     def renew(self) -> None:
         """Let the engine find anew where balls roll on statics, before a sub-step."""

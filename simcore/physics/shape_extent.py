@@ -9,8 +9,21 @@ import numpy as np
 from scipy.spatial import ConvexHull, HalfspaceIntersection, QhullError
 
 from simcore.errors import ConfigError
-from simcore.geometry.rotation import IDENTITY, Quaternion, Vector, matrix, rotate_back
-from simcore.physics.shapes import Box, Compound, Cylinder, HalfSpace, Hull, Mesh, Part, Shape, Sphere, parts_of
+from simcore.geometry.rotation import IDENTITY, Quaternion, matrix
+from simcore.physics.shapes import (
+    Box,
+    Compound,
+    Cylinder,
+    HalfSpace,
+    Hull,
+    Mesh,
+    Part,
+    Shape,
+    Sphere,
+    bounding_box,
+    parts_of,
+    support,
+)
 from simcore.typing import FloatArray
 
 __all__ = [
@@ -19,6 +32,7 @@ __all__ = [
     "mean_frontal_area",
     "outline",
     "outline_points",
+    "round_radius",
     "shrunk",
     "smallest_thickness",
     "stands",
@@ -26,6 +40,7 @@ __all__ = [
 ]
 
 _RING = 24  # points of a round outline
+_ROUND = 0.99  # least share of its radius that something round has everywhere
 _TOUCHES = 0.001  # [m]; points this much above the lowest one carry the shape, too
 _OVER = 0.002  # [m]; how far the center may be beside what carries it
 _DIRECTIONS: FloatArray = np.array([np.cos(np.arange(72) * math.tau / 72), np.sin(np.arange(72) * math.tau / 72)])
@@ -80,6 +95,25 @@ def inner_radius(shape: Shape) -> float:
     if isinstance(shape, Box):
         return min(shape.size) / 2.0
     return float(-ConvexHull(outline_points(shape)).equations[:, 3].max())
+
+
+@lru_cache(maxsize=256)
+def round_radius(shape: Shape) -> float | None:
+    """Radius about z with which a shape rolls on its side [m]; None: it is not round.
+
+    >>> round_radius(Cylinder(0.1, 0.3)), round_radius(Box((0.1, 0.1, 0.3)))
+    (0.1, None)
+    """
+    if isinstance(shape, Sphere | Cylinder):
+        return shape.radius
+    if isinstance(shape, HalfSpace | Mesh):
+        return None
+    low, high = bounding_box(shape)
+    points = outline_points(shape)
+    ends = [outline(points[np.abs(points[:, 2] - z) < _TOUCHES][:, :2]) for z in (low[2], high[2])]
+    radii = [np.linalg.norm(end, axis=1).max() for end in ends]
+    inner = [np.linalg.norm(0.5 * (end + np.roll(end, 1, axis=0)), axis=1).min() for end in ends]
+    return float(max(radii)) if min(inner) > _ROUND * max(radii) else None
 
 
 @lru_cache(maxsize=256)
@@ -143,8 +177,7 @@ def mean_frontal_area(shape: Shape) -> float:
 
 def support_height(shape: Shape, quat: Quaternion = IDENTITY) -> float:
     """Height of the origin over flat ground that the shape touches in an attitude [m]."""
-    x, y, z = matrix(quat)[2].tolist()
-    return _support(shape, (-x, -y, -z))
+    return float(support(shape, -matrix(quat)[2:])[0])
 
 
 def stands(shape: Shape, quat: Quaternion = IDENTITY) -> bool:
@@ -163,29 +196,6 @@ def _low_points(part: Part, axes: FloatArray) -> FloatArray:
         return np.array([origin - (0.0, 0.0, part.shape.radius)])
     turned: FloatArray = outline_points(part.shape) @ (axes @ matrix(part.quat)).T + origin
     return turned
-
-
-def _support(shape: Shape, way: Vector) -> float:
-    """How far a shape reaches from its origin along a unit vector [m]."""
-    x, y, z = way
-    if isinstance(shape, Sphere):
-        return shape.radius
-    if isinstance(shape, Cylinder):
-        return 0.5 * shape.height * abs(z) + shape.radius * math.hypot(x, y)
-    if isinstance(shape, Box):
-        a, b, c = shape.size
-        return 0.5 * (a * abs(x) + b * abs(y) + c * abs(z))
-    if isinstance(shape, Compound):
-        return max(
-            [
-                part.offset[0] * x
-                + part.offset[1] * y
-                + part.offset[2] * z
-                + _support(part.shape, rotate_back(part.quat, way))
-                for part in shape.parts
-            ]
-        )
-    return float((outline_points(shape) @ np.array(way)).max())
 
 
 def _reach(part: Part) -> float:

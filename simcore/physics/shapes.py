@@ -27,6 +27,7 @@ __all__ = [
     "Sphere",
     "bounding_box",
     "parts_of",
+    "support",
 ]
 
 _LENGTH = Quantity("m", 0.0, 2000.0, is_open=True)  # the floor of a world is that long
@@ -138,38 +139,23 @@ def parts_of(shape: Shape) -> tuple[Part, ...]:
     return (Part(shape),)
 
 
+def support(shape: Shape, ways: FloatArray) -> FloatArray:
+    """How far a shape reaches from its origin along unit vectors, shape (n, 3) [m], shape (n,)."""
+    if isinstance(shape, Compound):
+        reach = [support(p.shape, ways @ matrix(p.quat)) + ways @ np.array(p.offset) for p in shape.parts]
+        return np.asarray(np.max(reach, axis=0))
+    if isinstance(shape, Sphere):
+        return np.full(len(ways), shape.radius)
+    if isinstance(shape, Cylinder):
+        x, y, z = ways.T
+        return np.asarray(0.5 * shape.height * np.abs(z) + shape.radius * np.hypot(x, y))
+    if isinstance(shape, Box):
+        return np.abs(ways) @ (0.5 * np.array(shape.size))
+    if isinstance(shape, HalfSpace):
+        return np.where(ways[:, 2] > 1.0 - 1e-12, 0.0, np.inf)
+    return np.asarray((ways @ (shape.points if isinstance(shape, Hull) else shape.vertices).T).max(axis=1))
+
+
 def bounding_box(shape: Shape) -> tuple[FloatArray, FloatArray]:
     """Smallest and largest coordinates of a shape in its own frame [m], shape (3,) each."""
-    if isinstance(shape, HalfSpace):
-        return np.full(3, -np.inf), np.array([np.inf, np.inf, 0.0])
-    if isinstance(shape, (Hull, Mesh)):
-        corners = shape.points if isinstance(shape, Hull) else shape.vertices
-        return corners.min(axis=0), corners.max(axis=0)
-    if isinstance(shape, Compound):
-        boxes = [(np.array(part.offset), *_turned_box(part)) for part in shape.parts]
-        least = np.min([offset + low for offset, low, _ in boxes], axis=0)
-        return least, np.max([offset + high for offset, _, high in boxes], axis=0)
-    if isinstance(shape, Sphere):
-        half = np.full(3, shape.radius)
-    elif isinstance(shape, Cylinder):
-        half = np.array([shape.radius, shape.radius, 0.5 * shape.height])
-    else:
-        half = 0.5 * np.array(shape.size)
-    return -half, half
-
-
-def _turned_box(part: Part) -> tuple[FloatArray, FloatArray]:
-    """Bounding box of a member about its own origin, along the axes of the whole [m]."""
-    if part.quat == IDENTITY:
-        return bounding_box(part.shape)
-    axes, shape = matrix(part.quat), part.shape
-    if isinstance(shape, Hull):
-        corners = shape.points @ axes.T
-        return corners.min(axis=0), corners.max(axis=0)
-    if isinstance(shape, Sphere):
-        half = np.full(3, shape.radius)
-    elif isinstance(shape, Cylinder):
-        half = shape.radius * np.sqrt(np.maximum(1.0 - axes[:, 2] ** 2, 0.0)) + 0.5 * shape.height * np.abs(axes[:, 2])
-    else:
-        half = np.abs(axes) @ (0.5 * np.array(shape.size))
-    return -half, half
+    return -support(shape, -np.eye(3)), support(shape, np.eye(3))

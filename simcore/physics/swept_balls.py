@@ -1,6 +1,7 @@
-"""When balls that move along straight lines first touch faces, edges and corners of what stands on the field.
+"""When a ball that moves along a straight line first touches faces, edges and corners of what stands on the field.
 
-The shapes are cut into triangles once, so that all engines have the same surfaces; spheres stay spheres.
+The shapes are cut into triangles once, so that all engines have the same surfaces; spheres stay spheres. Places are
+sorted into cubes, each of which knows the triangles around it, so that a ball in the open takes a microsecond.
 """
 
 from __future__ import annotations
@@ -11,9 +12,9 @@ from typing import NamedTuple
 import numpy as np
 from scipy.spatial import ConvexHull
 
-from simcore.geometry.rotation import Quaternion, matrix
+from simcore.geometry.rotation import Quaternion, Vector, matrix
 from simcore.physics.shapes import Box, Compound, Cylinder, HalfSpace, Hull, Mesh, Part, Shape, Sphere
-from simcore.typing import FloatArray, IntArray
+from simcore.typing import BoolArray, FloatArray
 
 __all__ = ["FirstTouch", "TriangleSet"]
 
@@ -22,17 +23,34 @@ _HALF_SPACE = 1_000.0  # [m], half of the side of the square that stands for one
 _LEAST_AREA = 1e-10  # [m^2]
 _SLACK = 1e-6  # [m], of what is on an edge
 _LEAST_WAY = 1e-8  # [m] toward a surface; what goes less goes along it
+_FLAT = 1e-9  # 1 - cosine between two faces of one plane
+_CUBE = 0.25  # [m], edge of the smallest cubes: they serve balls that reach half as far
 
 
 class FirstTouch(NamedTuple):
-    """What some balls touch first, one row a ball."""
+    """What a ball touches first."""
 
-    fraction: FloatArray
-    """Part of the way before it, inf where nothing is touched, shape (n,)."""
-    normal: FloatArray
-    """Unit vector toward the ball, shape (n, 3)."""
-    tag: IntArray
-    """Of what is touched, -1 for nothing, shape (n,)."""
+    fraction: float
+    """Part of the way before it."""
+    normal: Vector
+    """Unit vector toward the ball."""
+    tag: int
+    """Of what is touched."""
+
+
+class _Triangle(NamedTuple):
+    """A face with those of its edges and corners that no other triangle has."""
+
+    plane: tuple[float, float, float, float]
+    """Unit normal, and height of the plane along it [m]."""
+    low: Vector
+    high: Vector
+    sides: list[list[float]]
+    """Of each edge the normal toward the inside, and its least height of a place within [m]."""
+    edges: list[list[float]]
+    """Start, direction and length [m]."""
+    corners: list[list[float]]
+    tag: int
 
 
 class TriangleSet:
@@ -42,14 +60,15 @@ class TriangleSet:
     >>> from simcore.physics.shapes import Box
     >>> walls = TriangleSet()
     >>> walls.add(7, Box((1.0, 1.0, 1.0)), (2.0, 0.0, 0.0), IDENTITY)
-    >>> hit = walls.first_touch(np.zeros((1, 3)), np.array([[2.0, 0.0, 0.0]]), np.array([0.5]))
-    >>> hit.fraction.tolist(), (hit.normal + 0.0).tolist(), hit.tag.tolist()
-    ([0.5], [[-1.0, 0.0, 0.0]], [7])
+    >>> touch = walls.first_touch((0.0, 0.0, 0.0), (2.0, 0.0, 0.0), 0.5)
+    >>> touch.fraction, touch.normal[0], touch.tag
+    (0.5, -1.0, 7)
     """
 
     def __init__(self) -> None:
         self._parts: list[tuple[int, Part | Mesh | HalfSpace, FloatArray, FloatArray]] = []
         self._balls: list[tuple[int, FloatArray, float]] = []  # spheres: tag, center, radius
+        self._cubes: dict[tuple[float, float, float, float], list[_Triangle]] = {}
         self._is_ready = False
 
     def add(self, tag: int, shape: Shape, pos: FloatArray | tuple[float, float, float], quat: Quaternion) -> None:
@@ -63,79 +82,104 @@ class TriangleSet:
                     self._balls.append((tag, at + axes @ part.offset, part.shape.radius))
                 else:
                     self._parts.append((tag, part, axes, at))
+        self._cubes.clear()
         self._is_ready = False
 
-    def first_touch(self, pos: FloatArray, way: FloatArray, radius: FloatArray) -> FirstTouch:
-        """The first touch of each ball that moves toward what it touches, shape (n,) each.
-
-        Args:
-            pos: Centers at the start [m], shape (n, 3).
-            way: How far each goes, shape (n, 3) [m].
-            radius: Of each [m], shape (n,).
-        """
+    @property
+    def bounds(self) -> tuple[FloatArray, FloatArray]:
+        """Lowest and highest corner of the box around all of it [m], shape (3,) each."""
         if not self._is_ready:
             self._prepare()
-        found = FirstTouch(np.full(len(pos), np.inf), np.zeros((len(pos), 3)), np.full(len(pos), -1, dtype=np.int64))
-        end = pos + way
-        low, high = np.minimum(pos, end) - radius[:, None], np.maximum(pos, end) + radius[:, None]
-        near = ((low[:, None, :] <= self._high) & (high[:, None, :] >= self._low)).all(axis=2)
-        i, t = near.nonzero()
-        if len(i):
-            self._touch_triangles(found, pos, way, radius, i, t)
+        return self._bounds
+
+    def first_touch(self, pos: Vector, way: Vector, radius: float, least: float = 0.0) -> FirstTouch | None:
+        """The first touch of a ball that moves toward what it touches; None: there is none.
+
+        Args:
+            pos: Center at the start [m].
+            way: How far it goes [m].
+            radius: [m]
+            least: Part of the way along the normal from which on a touch counts [m].
+        """
+        (x, y, z), (u, v, w) = pos, way
+        length2, least = u * u + v * v + w * w, max(least, _LEAST_WAY)
+        triangles = self._around(x, y, z, radius + math.sqrt(length2)) if length2 > least * least else None
+        if not (triangles or self._balls):
+            return None
+        best, found = 1.0, None
+        low_x, high_x = min(x, x + u) - radius, max(x, x + u) + radius
+        low_y, high_y = min(y, y + v) - radius, max(y, y + v) + radius
+        low_z, high_z = min(z, z + w) - radius, max(z, z + w) + radius
+        rest: list[tuple[float, _Triangle]] = []
+        for triangle in triangles or ():
+            (nx, ny, nz, level), (ax, ay, az), (bx, by, bz), sides, edges, corners, tag = triangle
+            height, toward = nx * x + ny * y + nz * z - level, -(nx * u + ny * v + nz * w)
+            if height < 0.0:
+                nx, ny, nz, height, toward = -nx, -ny, -nz, -height, -toward
+            gap = height - radius
+            if gap > 0.0 and gap >= best * toward:  # nothing in the plane is touched in time
+                continue
+            if low_z > bz or high_z < az or low_x > bx or high_x < ax or low_y > by or high_y < ay:
+                continue
+            share = gap / toward if gap > 0.0 else 0.0
+            if toward > least and share < best:  # the plane is reached while the point below the center is within
+                px, py, pz = x + share * u, y + share * v, z + share * w
+                for sx, sy, sz, inside in sides:
+                    if sx * px + sy * py + sz * pz < inside:
+                        break
+                else:
+                    best, found = share, FirstTouch(share, (nx, ny, nz), tag)
+                    continue
+            if edges or corners:
+                rest.append((share, triangle))
+        for share, triangle in rest:
+            if share >= best:
+                continue
+            for ax, ay, az, ex, ey, ez, size in triangle.edges:  # how near the line of the center comes to them
+                dx, dy, dz = x - ax, y - ay, z - az
+                along, speed = dx * ex + dy * ey + dz * ez, u * ex + v * ey + w * ez
+                at = _reach(
+                    dx * dx + dy * dy + dz * dz - along * along,
+                    dx * u + dy * v + dz * w - along * speed,
+                    length2 - speed * speed,
+                    radius,
+                    least,
+                )
+                along += at * speed
+                if at < best and -_SLACK <= along <= size + _SLACK:
+                    away = dx + at * u - along * ex, dy + at * v - along * ey, dz + at * w - along * ez
+                    best, found = at, FirstTouch(at, away, triangle.tag)
+            for ax, ay, az in triangle.corners:
+                at, away = _meet((x - ax, y - ay, z - az), way, length2, radius, least)
+                if at < best:
+                    best, found = at, FirstTouch(at, away, triangle.tag)
         for tag, center, size in self._balls:
-            x = pos - center
-            share = _reach(np.einsum("ij,ij->i", way, way), np.einsum("ij,ij->i", x, way), x, radius + size)
-            for n in (share < np.minimum(found.fraction, 1.0)).nonzero()[0].tolist():
-                away = x[n] + share[n] * way[n]
-                found.fraction[n], found.tag[n] = share[n], tag
-                found.normal[n] = away / math.sqrt(float(away @ away))
-        return found
+            ax, ay, az = center.tolist()
+            at, away = _meet((x - ax, y - ay, z - az), way, length2, radius + size, least)
+            if at < best:
+                best, found = at, FirstTouch(at, away, tag)
+        if found is None:
+            return None
+        nx, ny, nz = found.normal
+        size = math.sqrt(nx * nx + ny * ny + nz * nz)
+        return FirstTouch(best, (nx / size, ny / size, nz / size), found.tag) if size > 0.0 else None
 
     # --- inside -------------------------------------------------------------------------------------------------
 
-    def _touch_triangles(
-        self, found: FirstTouch, pos: FloatArray, way: FloatArray, radius: FloatArray, i: IntArray, t: IntArray
-    ) -> None:
-        """Note the first touch of balls `i` with triangles `t`, pairs of shape (p,)."""
-        p, w, r = pos[i], way[i], radius[i]
-        corner, normal = self._corner[t], self._normal[t]
-        # faces: the plane is reached while the point below the center is within the three edges
-        height = np.einsum("ij,ij->i", p - corner[:, 0], normal)
-        side = np.where(height < 0.0, -1.0, 1.0)
-        closing = -side * np.einsum("ij,ij->i", w, normal)
-        share = np.full(len(i), np.inf)
-        meets = closing > _LEAST_WAY
-        share[meets] = np.maximum(np.abs(height) - r, 0.0)[meets] / closing[meets]
-        at = np.where(np.isfinite(share), share, 0.0)[:, None]
-        foot = p + at * w
-        within = (np.einsum("pkj,pkj->pk", foot[:, None] - corner, self._inward[t]) >= -_SLACK).all(axis=1)
-        share[~within] = np.inf
-        self._note(found, i, t, share, side[:, None] * normal)
-        # edges and corners: how near the line of the center comes to them
-        x, edge, v = p[:, None] - corner, self._edge[t], w[:, None]
-        x_along, w_along = (
-            np.einsum("pkj,pkj->pk", x, edge),
-            np.einsum("pkj,pkj->pk", np.broadcast_to(v, x.shape), edge),
-        )
-        x_off, w_off = x - x_along[..., None] * edge, v - w_along[..., None] * edge
-        share = _reach(
-            np.einsum("pkj,pkj->pk", w_off, w_off), np.einsum("pkj,pkj->pk", x_off, w_off), x_off, r[:, None]
-        )
-        at = np.where(np.isfinite(share), share, 0.0)
-        along = x_along + at * w_along
-        share[(along < -_SLACK) | (along > self._length[t] + _SLACK)] = np.inf
-        corners = _reach(np.einsum("ij,ij->i", w, w)[:, None], np.einsum("pkj,pj->pk", x, w), x, r[:, None])
-        for k in range(3):
-            self._note(found, i, t, share[:, k], x_off[:, k] + at[:, k, None] * w_off[:, k])
-            some = np.where(np.isfinite(corners[:, k]), corners[:, k], 0.0)[:, None]
-            self._note(found, i, t, corners[:, k], x[:, k] + some * w)
-
-    def _note(self, found: FirstTouch, i: IntArray, t: IntArray, share: FloatArray, away: FloatArray) -> None:
-        for n in (share < np.minimum(found.fraction[i], 1.0)).nonzero()[0].tolist():
-            ball = i[n]
-            size = math.sqrt(float(away[n] @ away[n]))
-            if share[n] < found.fraction[ball] and size > 0.0:
-                found.fraction[ball], found.normal[ball], found.tag[ball] = share[n], away[n] / size, self._tag[t[n]]
+    def _around(self, x: float, y: float, z: float, reach: float) -> list[_Triangle]:
+        """Triangles that may be within reach of a place [m]."""
+        size = _CUBE
+        while reach > 0.5 * size:
+            size *= 2.0
+        key = size, x // size, y // size, z // size
+        found = self._cubes.get(key)
+        if found is None:
+            if not self._is_ready:
+                self._prepare()
+            corner = np.array(key[1:]) * size
+            near = (self._low <= corner + 1.5 * size) & (self._high >= corner - 0.5 * size)
+            found = self._cubes[key] = [self._triangles[n] for n in near.all(axis=1).nonzero()[0].tolist()]
+        return found
 
     def _prepare(self) -> None:
         corners, tags = [np.zeros((0, 3, 3))], [np.zeros(0, dtype=np.int64)]
@@ -147,31 +191,85 @@ class TriangleSet:
         normal = np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])
         area = np.sqrt(np.einsum("ij,ij->i", normal, normal))
         kept = area > _LEAST_AREA
-        self._corner, self._tag = corner[kept], np.concatenate(tags)[kept]
-        self._normal = normal[kept] / area[kept][:, None]
-        edge = np.roll(self._corner, -1, axis=1) - self._corner
-        self._length = np.sqrt(np.einsum("pkj,pkj->pk", edge, edge))
-        self._edge = edge / self._length[..., None]
-        self._inward = np.cross(self._normal[:, None], self._edge)
-        self._low, self._high = self._corner.min(axis=1, initial=np.inf), self._corner.max(axis=1, initial=-np.inf)
+        corner, normal = corner[kept], normal[kept] / area[kept][:, None]
+        edge = np.roll(corner, -1, axis=1) - corner
+        length = np.sqrt(np.einsum("pkj,pkj->pk", edge, edge))[..., None]
+        edge /= length
+        inward = np.cross(normal[:, None], edge)
+        inside = np.einsum("pkj,pkj->pk", inward, corner)[..., None] - _SLACK
+        height = np.einsum("ij,ij->i", normal, corner[:, 0])[:, None]
+        self._low, self._high = corner.min(axis=1, initial=np.inf), corner.max(axis=1, initial=-np.inf)
+        own_edges, own_corners = _own(corner, normal, inward)
+        every, sides = np.concatenate((corner, edge, length), axis=2), np.concatenate((inward, inside), axis=2)
+        self._triangles = [
+            _Triangle(
+                tuple(plane),
+                tuple(low),
+                tuple(high),
+                side,
+                [one for one, is_own in zip(lines, own, strict=True) if is_own],
+                [one[:3] for one, is_own in zip(lines, points, strict=True) if is_own],
+                tag,
+            )
+            for plane, low, high, side, lines, own, points, tag in zip(
+                np.concatenate((normal, height), axis=1).tolist(),
+                *(rows.tolist() for rows in (self._low, self._high, sides, every, own_edges, own_corners)),
+                np.concatenate(tags)[kept].tolist(),
+                strict=True,
+            )
+        ]
+        ends = [self._low, *(center[None] - size for _, center, size in self._balls)]
+        self._bounds = (
+            np.concatenate(ends).min(axis=0, initial=np.inf),
+            np.concatenate([self._high, *(center[None] + size for _, center, size in self._balls)]).max(
+                axis=0, initial=-np.inf
+            ),
+        )
         self._is_ready = True
 
 
-def _reach(speed2: FloatArray, closing: FloatArray, x: FloatArray, radius: FloatArray) -> FloatArray:
+def _own(corner: FloatArray, normal: FloatArray, inward: FloatArray) -> tuple[BoolArray, BoolArray]:
+    """Which edges and corners of triangles are to be looked at, shape (n, 3) each.
+
+    Each one once, though triangles share them; and no edge between two triangles of one plane, which is inside a face.
+    """
+    _, number = np.unique(corner.reshape(-1, 3).round(6), axis=0, return_inverse=True)
+    number = number.reshape(-1, 3)
+    pair = np.sort(np.stack((number, np.roll(number, -1, axis=1))), axis=0)
+    code = (pair[0] * (number.max(initial=0) + 1) + pair[1]).ravel()
+    edges, corners = np.zeros(code.shape, dtype=bool), np.zeros(code.shape, dtype=bool)
+    corners[np.unique(number, return_index=True)[1]] = True
+    _, first, count = np.unique(code, return_index=True, return_counts=True)
+    last = len(code) - 1 - np.unique(code[::-1], return_index=True)[1]
+    sides, faces = inward.reshape(-1, 3), np.repeat(normal, 3, axis=0)
+    is_flat = np.einsum("ij,ij->i", faces[first], faces[last]) > 1.0 - _FLAT
+    is_flat &= (count == 2) & (np.einsum("ij,ij->i", sides[first], sides[last]) < 0.0)
+    edges[first[~is_flat]] = True
+    return edges.reshape(-1, 3), corners.reshape(-1, 3)
+
+
+def _meet(x: Vector, way: Vector, length2: float, radius: float, least: float) -> tuple[float, Vector]:
+    """When a place comes as near to the origin as a radius, as `_reach` says, and where it is then."""
+    (a, b, c), (u, v, w) = x, way
+    at = _reach(a * a + b * b + c * c, a * u + b * v + c * w, length2, radius, least)
+    return at, (a + at * u, b + at * v, c + at * w)
+
+
+def _reach(away2: float, closing: float, speed2: float, radius: float, least: float) -> float:
     """Part of a way after which a place is as near to the origin as a radius; inf: never, or it moves away.
 
     Args:
-        speed2: Square of the way.
+        away2: Square of its distance [m^2].
         closing: Way times place.
-        x: Place, vectors in the last axis.
+        speed2: Square of the way.
         radius: [m]
+        least: Part of the way toward the origin from which on it counts [m].
     """
-    gap = np.einsum("...j,...j->...", x, x) - radius * radius
+    gap, least = away2 - radius * radius, least * radius
     root = closing * closing - speed2 * gap
-    share = np.full(closing.shape, np.inf)
-    meets = (closing < -_LEAST_WAY * radius) & (root > 0.0)
-    share[meets] = np.maximum(gap, 0.0)[meets] / (np.sqrt(root[meets]) - closing[meets])
-    return share
+    if closing >= -least or root <= least * least:
+        return math.inf
+    return max(gap, 0.0) / (math.sqrt(root) - closing)
 
 
 def _triangles(part: Part | Mesh | HalfSpace) -> FloatArray:

@@ -12,7 +12,7 @@ import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from fnmatch import fnmatchcase
-from typing import Protocol
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -22,19 +22,21 @@ from simcore.physics.bumper_contacts import BumperContacts, BumperOutline
 from simcore.physics.engine import BodyDefinition, Engine, RayHits
 from simcore.physics.engine_choice import make_engine
 from simcore.physics.mass_properties import mass_properties, principal_axes
-from simcore.physics.nearness import StaticBoxes
-from simcore.physics.plan_outlines import PlanOutlines
+from simcore.physics.nearness import PlanOutlines, StaticBoxes
 from simcore.physics.rolling import RollingResistance
 from simcore.physics.shape_extent import bounding_radius, shrunk
 from simcore.physics.shapes import Box, Cylinder, HalfSpace, Shape, Sphere
 from simcore.physics.substeps import Substepping, Surroundings
 from simcore.physics.surface import CARPET, FRICTIONLESS, TerrainSurface
-from simcore.physics.swept_balls import FirstTouch, TriangleSet
+from simcore.physics.swept_balls import TriangleSet
 from simcore.quantities import MASS, require
 from simcore.typing import BoolArray, FloatArray, IntArray
 from simcore.units import GRAVITY, plain_sum
 
-__all__ = ["CollisionGroup", "PhysicsWorld", "RobotBody", "StaticElement"]
+if TYPE_CHECKING:
+    from simcore.physics.field import FieldElement
+
+__all__ = ["CollisionGroup", "HitBody", "PhysicsWorld"]
 
 _MOST_PARTS = 8  # of a robot's own body that a line of sight passes
 _FLOOR_THICKNESS = 1.0  # [m]; under robots: a plane gives one contact a tick and driven boxes sink into it
@@ -60,41 +62,12 @@ class CollisionGroup:
 
 
 _ROBOT_MASK = CollisionGroup.STATIC | CollisionGroup.PIECE | CollisionGroup.DRIVABLE
-
-
-class StaticElement(Protocol):
-    """What the world needs to know of one element of a field."""
-
-    @property
-    def name(self) -> str:
-        """What patterns match."""
-        ...
-
-    @property
-    def shape(self) -> Shape:
-        """Collision shape."""
-        ...
-
-    @property
-    def position(self) -> FloatArray:
-        """Origin of the shape, field frame [m]."""
-        ...
-
-    @property
-    def surface(self) -> TerrainSurface:
-        """Material."""
-        ...
-
-
-@dataclass(slots=True)
-class _Body:
-    name: str
-    surface: TerrainSurface
+_PIECE_MASK = CollisionGroup.STATIC | CollisionGroup.PIECE | CollisionGroup.ROBOT
 
 
 @dataclass(slots=True, eq=False)
-class RobotBody:
-    """What an impact needs to know of a robot."""
+class HitBody:
+    """What an impact of a ball needs to know of a robot, or of what hangs."""
 
     surfaces: TriangleSet
     """In its frame."""
@@ -105,7 +78,9 @@ class RobotBody:
     center_of_mass: Vector
     """In its frame [m]."""
     inertia: Vector
-    """Principal moments about the center of mass, along its axes [kg m^2]."""
+    """Principal moments about the center of mass, or about the pivot, along its axes [kg m^2]."""
+    pivot: Vector | None = None
+    """Place of the field that it swings about [m]; None: it is free."""
 
     def set_mass(self, mass: float, center_of_mass: Vector, inertia: Vector) -> None:
         """Take in another distribution of mass."""
@@ -137,31 +112,40 @@ class PhysicsWorld:
         self.engine = engine
         self.gravity = engine.gravity
         self.substepping = substepping or Substepping()
-        self._floor = floor
+        self.floor = floor
+        """Material of the floor at z = 0, None where there is none."""
         self._begin()
 
     def _begin(self) -> None:
         """The floor alone."""
-        self._bodies: dict[int, _Body] = {}
+        self._bodies: dict[int, tuple[str, TerrainSurface]] = {}  # name and material by row
         self._solid: set[int] = set()
         self._ramps: set[int] = set()
         self._carriers: set[int] = set()
         self._hanging: set[int] = set()
-        self._robots: list[int] = []
-        self.robot_bodies: dict[int, RobotBody] = {}
-        """What impacts on robots need, by engine row."""
+        self.robot_rows: list[int] = []
+        """Engine rows of the robots."""
+        self.hit_bodies: dict[int, HitBody] = {}
+        """What impacts on robots, and on what hangs, need, by engine row."""
         self._surfaces = TriangleSet()
         self._pieces: dict[int, int] = {}  # group by row
         self._boxes, self._solid_boxes, self._ramp_boxes = StaticBoxes(), StaticBoxes(), StaticBoxes()
-        self._hanging_boxes = StaticBoxes()
         self._outlines = PlanOutlines()
+        self.near_solid = self._solid_boxes.are_near
+        """Which places are near a wall or another solid element; see `StaticBoxes.are_near`."""
+        self.near_field = self._boxes.are_near
+        """The same for all elements of the field, those that robots drive over too; the floor is left out."""
+        self.is_open = self._solid_boxes.is_clear
+        """Whether a place is far from all walls and other solid elements; see `StaticBoxes.is_clear`."""
+        self.first_touch = self._surfaces.first_touch
+        """What balls on straight lines touch first of all elements of the field, the floor left out, by engine rows."""
         robot = CollisionGroup.ROBOT
         self.bumpers = BumperContacts(
             *(self.engine, self._outlines, self._solid_boxes), ((robot, _ROBOT_MASK), (robot, _ROBOT_MASK | robot))
         )
         """Contacts of robots with walls and robots."""
         self._is_ramp: BoolArray = np.zeros(0, dtype=bool)  # of the outlines
-        floor = self._floor
+        floor = self.floor
         self._rolling = RollingResistance(self.engine, floor, self.surface, self._is_static)
         if floor is not None:
             under_balls = replace(floor, rolling=0.0)
@@ -239,17 +223,21 @@ class PhysicsWorld:
         touchers: int,
     ) -> int:
         """One static body that some groups touch, and rays."""
-        row = self.engine.add_body(
-            BodyDefinition(
-                shape=shape, surface=surface, pos=pos, quat=quat, group=group, mask=CollisionGroup.STATIC | touchers
-            )
-        )
-        self._bodies[row] = _Body(name, surface)
+        row = self._add(name, shape, pos, surface, quat=quat, group=group, mask=CollisionGroup.STATIC | touchers)
         if group == CollisionGroup.DRIVABLE:
             self._carriers.add(row)
         return row
 
-    def add_field(self, elements: Iterable[StaticElement], *, drivable: Sequence[str] = ()) -> None:
+    def _add(
+        self, name: str, shape: Shape, pos: Sequence[float] | FloatArray, surface: TerrainSurface, **definition: Any
+    ) -> int:
+        """A body of a name, with further fields of its `BodyDefinition`."""
+        at = _checked_pos(name, pos)
+        row = self.engine.add_body(BodyDefinition(shape=shape, surface=surface, pos=at, **definition))
+        self._bodies[row] = name, surface
+        return row
+
+    def add_field(self, elements: Iterable[FieldElement], *, drivable: Sequence[str] = ()) -> None:
         """Add all elements of a field.
 
         Args:
@@ -288,26 +276,21 @@ class PhysicsWorld:
     ) -> int:
         """Add the body of a robot; returns its engine row. Without bumpers it meets no robots."""
         require(name, "mass", mass, MASS)
-        row = self.engine.add_body(
-            BodyDefinition(
-                shape=shape,
-                surface=surface,
-                mass=mass,
-                center_of_mass=center_of_mass,
-                inertia=inertia,
-                pos=_checked_pos(name, pos),
-                quat=quat,
-                group=CollisionGroup.ROBOT,
-                mask=_ROBOT_MASK,
-            )
+        row = self._add(
+            *(name, shape, pos, surface),
+            mass=mass,
+            center_of_mass=center_of_mass,
+            inertia=inertia,
+            quat=quat,
+            group=CollisionGroup.ROBOT,
+            mask=_ROBOT_MASK,
         )
-        self._bodies[row] = _Body(name, surface)
-        self._robots.append(row)
+        self.robot_rows.append(row)
         if bumpers is not None:
             self.bumpers.add_robot(row, bumpers)
         surfaces = TriangleSet()
         surfaces.add(row, shape, (0.0, 0.0, 0.0), IDENTITY)
-        self.robot_bodies[row] = RobotBody(surfaces, bounding_radius(shape), mass, center_of_mass, inertia)
+        self.hit_bodies[row] = HitBody(surfaces, bounding_radius(shape), mass, center_of_mass, inertia)
         return row
 
     def add_piece_body(
@@ -321,22 +304,13 @@ class PhysicsWorld:
         is_ball = isinstance(shape, Sphere)
         moments, axes = (None, IDENTITY) if is_ball else principal_axes(mass * mass_properties(shape).inertia)
         group = CollisionGroup.BALL if is_ball else CollisionGroup.BLOCK
-        row = self.engine.add_body(
-            BodyDefinition(
-                shape=shape,
-                surface=replace(surface, rolling=0.0) if is_ball else surface,
-                mass=mass,
-                inertia=moments,
-                inertia_axes=axes,
-                pos=_checked_pos(name, pos),
-                group=group,
-                mask=CollisionGroup.STATIC | CollisionGroup.PIECE | CollisionGroup.ROBOT,
-            )
+        in_engine = replace(surface, rolling=0.0) if is_ball else surface
+        row = self._add(
+            *(name, shape, pos, in_engine), mass=mass, inertia=moments, inertia_axes=axes, group=group, mask=_PIECE_MASK
         )
-        self._bodies[row] = _Body(name, surface)
+        self._bodies[row] = name, surface
         self._pieces[row] = group
-        if isinstance(shape, Sphere):
-            self._rolling.add(row, shape.radius, surface)
+        self._rolling.add(row, shape, surface)
         return row
 
     def add_hanging_body(
@@ -350,44 +324,27 @@ class PhysicsWorld:
         pivot: Vector,
     ) -> int:
         """Add a body that swings about a place of the field; returns its engine row. Lines of sight pass it."""
-        at = _checked_pos(name, pos)
-        row = self.engine.add_body(
-            BodyDefinition(
-                shape=shape,
-                surface=surface,
-                mass=mass,
-                pos=at,
-                pivot=pivot,
-                group=CollisionGroup.BLOCK,
-                mask=CollisionGroup.STATIC | CollisionGroup.PIECE | CollisionGroup.ROBOT,
-            )
+        row = self._add(
+            *(name, shape, pos, surface), mass=mass, pivot=pivot, group=CollisionGroup.BLOCK, mask=_PIECE_MASK
         )
-        self._bodies[row] = _Body(name, surface)
         self._hanging.add(row)
-        reach = 2.0 * (math.dist(at, pivot) + bounding_radius(shape))
+        surfaces, (ix, iy, iz) = TriangleSet(), np.diag(mass * mass_properties(shape).inertia).tolist()
+        surfaces.add(row, shape, (0.0, 0.0, 0.0), IDENTITY)
+        swing = mass * math.dist(pos, pivot) ** 2
+        moments = ix + swing, iy + swing, iz
+        self.hit_bodies[row] = HitBody(surfaces, bounding_radius(shape), mass, (0.0, 0.0, 0.0), moments, pivot)
+        reach = 2.0 * (math.dist(pos, pivot) + bounding_radius(shape))
         self._boxes.add(Box((reach, reach, reach)), pivot, IDENTITY)
-        self._hanging_boxes.add(Box((reach, reach, reach)), pivot, IDENTITY)
         return row
-
-    @property
-    def robot_rows(self) -> Sequence[int]:
-        """Engine rows of the robots."""
-        return self._robots
 
     def set_piece_touchable(self, row: int, touchable: bool) -> None:
         """Put a piece into the world of contacts, or take it out of it."""
-        mask = CollisionGroup.STATIC | CollisionGroup.PIECE | CollisionGroup.ROBOT if touchable else 0
-        self.engine.set_collision(row, self._pieces[row] if touchable else 0, mask)
+        self.engine.set_collision(row, self._pieces[row] if touchable else 0, _PIECE_MASK if touchable else 0)
         self._rolling.show(row, touchable)
-
-    @property
-    def floor(self) -> TerrainSurface | None:
-        """Material of the floor at z = 0, None where there is none."""
-        return self._floor
 
     def surface(self, row: int) -> TerrainSurface:
         """Material of a body."""
-        return self._bodies[row].surface
+        return self._bodies[row][1]
 
     def set_pose(self, row: int, pos: Sequence[float], quat: Quaternion = IDENTITY) -> None:
         """Put a body somewhere, at rest and awake.
@@ -395,10 +352,10 @@ class PhysicsWorld:
         Raises:
             NonFiniteError: A NaN or an infinity; nothing is moved.
         """
-        at = _checked_pos(self._bodies[row].name, pos)
+        at = _checked_pos(self._bodies[row][0], pos)
         norm = math.sqrt(plain_sum(c * c for c in quat))
         if not math.isfinite(norm) or norm < 1e-9:
-            raise NonFiniteError(f"{self._bodies[row].name}: attitude must be a finite quaternion, got {quat}")
+            raise NonFiniteError(f"{self._bodies[row][0]}: attitude must be a finite quaternion, got {quat}")
         self.engine.set_pose(row, at, tuple(c / norm for c in quat))
         self.engine.wake(row)
 
@@ -410,7 +367,7 @@ class PhysicsWorld:
         """
         if not all(map(math.isfinite, (*linear, *angular))):
             raise NonFiniteError(
-                f"{self._bodies[row].name}: velocity must be finite [m/s, rad/s], got {tuple(linear)}, {tuple(angular)}"
+                f"{self._bodies[row][0]}: velocity must be finite [m/s, rad/s], got {tuple(linear)}, {tuple(angular)}"
             )
         self.engine.wake(row)
         self.engine.set_velocity(row, linear, angular)
@@ -432,10 +389,10 @@ class PhysicsWorld:
         """
         reach = math.hypot(half_length, half_width)
         is_clear = self._boxes.is_clear(x, y, reach)  # of what hangs, too
-        if len(self._robots) > 1 or (self._hanging and not is_clear):
+        if len(self.robot_rows) > 1 or (self._hanging and not is_clear):
             low, high = (x - reach, y - reach, bottom), (x + reach, y + reach, top)
             others = self.engine.overlapping(low, high)
-            if any(other in self._hanging or (other != row and other in self._robots) for other in others):
+            if any(other in self._hanging or (other != row and other in self.robot_rows) for other in others):
                 return Surroundings.WALL
         if is_clear:
             return Surroundings.OPEN  # the outlines need not be looked at, which takes ten times as long
@@ -447,43 +404,28 @@ class PhysicsWorld:
         near = self._outlines.met(x, y, 0.0, reach, reach, bottom, top)
         return Surroundings.RAMP if (near & self._is_ramp).any() else Surroundings.OPEN
 
-    def near_solid(self, pos: FloatArray, reach: FloatArray) -> BoolArray:
-        """Whether the bounding box of a wall or another solid element is within reach of each place, shape (n,).
+    def is_in_solid(
+        self, x: float, y: float, yaw: float, half_length: float, half_width: float, bottom: float, top: float
+    ) -> bool:
+        """Whether an upright box meets what stands or hangs on the field and is not driven over.
 
-        Args:
-            pos: Places, field frame [m], shape (n, 3).
-            reach: Of each [m], shape (n,).
+        The arguments are those of `surroundings`.
         """
-        return self._solid_boxes.are_near(pos, reach)
-
-    def near_field(self, pos: FloatArray, reach: FloatArray) -> BoolArray:
-        """The same for all elements of the field, those that robots drive over too; the floor is left out."""
-        return self._boxes.are_near(pos, reach)
-
-    def near_hanging(self, pos: FloatArray, reach: FloatArray) -> BoolArray:
-        """Whether what hangs and swings may be within reach of each place; arguments as `near_solid`."""
-        return self._hanging_boxes.are_near(pos, reach)
-
-    def first_touch(self, pos: FloatArray, way: FloatArray, radius: FloatArray) -> FirstTouch:
-        """What balls on straight lines touch first of all elements of the field; see `TriangleSet.first_touch`.
-
-        The floor at z = 0 is left out. Tags are engine rows.
-        """
-        return self._surfaces.first_touch(pos, way, radius)
-
-    def is_open(self, x: float, y: float, reach: float) -> bool:
-        """Whether no wall or other solid element, at any height, is within reach of a place of the field [m].
-
-        It answers at once from a map with cells of 0.25 m, so near the limit it may say False.
-        """
-        return self._solid_boxes.is_clear(x, y, reach)
+        reach = math.hypot(half_length, half_width)
+        if self._boxes.is_clear(x, y, reach):
+            return False
+        inner = 0.5 * min(half_length, half_width)  # what hangs swings aside unless it is in the middle
+        low, high = (x - inner, y - inner, bottom), (x + inner, y + inner, top)
+        if self._hanging and any(row in self._hanging for row in self.engine.overlapping(low, high)):
+            return True
+        return bool((self._outlines.met(x, y, yaw, half_length, half_width, bottom, top) & ~self._is_ramp).any())
 
     def is_flat(self, x: float, y: float, reach: float) -> bool:
         """Whether robots drive on nothing but the floor within reach of a place of the field [m].
 
         By the bounding boxes of what they drive over, to the last bit, so that it is the same for red and blue.
         """
-        if self._floor is None:
+        if self.floor is None:
             return False
         boxes = self._ramp_boxes
         return boxes.is_clear(x, y, reach) or not boxes.are_near(np.array([[x, y, 0.0]]), np.array([reach]))[0]
@@ -514,7 +456,7 @@ class PhysicsWorld:
             ends: Field frame [m].
             ignore: Row of a robot that is transparent: the one that carries the camera.
         """
-        if len(self._robots) <= (ignore >= 0):  # its own body is the only one
+        if len(self.robot_rows) <= (ignore >= 0):  # its own body is the only one
             return [row >= 0 for row in self.engine.first_hits(start, ends, CollisionGroup.STATIC)]
         there = np.array(ends).reshape(-1, 3)
         _, rows = self.first_obstacles(np.repeat(np.array([start]), len(there), axis=0), there, ignore=ignore)
@@ -549,7 +491,7 @@ class PhysicsWorld:
 
     def touches_robot(self, row: int) -> bool:
         """Whether a body was in contact with a robot in the last step."""
-        return bool(self._robots) and any(other in self._robots for other in self.engine.touching(row))
+        return bool(self.robot_rows) and any(other in self.robot_rows for other in self.engine.touching(row))
 
     def touching(self, row: int) -> set[int]:
         """Rows of the bodies that a robot was in contact with in the last step, walls and robots among them."""
@@ -557,7 +499,7 @@ class PhysicsWorld:
 
     def body_name(self, row: int) -> str:
         """Name of a body, as it was added."""
-        return self._bodies[row].name
+        return self._bodies[row][0]
 
     def begin_steps(self, dt: float, moving: Sequence[int] | None = None) -> None:
         """Before the steps of the next dt [s]: balls lose what they lose by rolling.
@@ -588,7 +530,13 @@ class PhysicsWorld:
         """
         if not (math.isfinite(dt) and dt > 0.0):
             raise ConfigError(f"PhysicsWorld: dt must be finite and > 0 s, got {dt}")
-        n = self._count_substeps(dt) if substeps is None else substeps
+        n = substeps
+        if n is None:
+            piece, robot = (
+                float(np.linalg.norm(self.engine.velocities(rows)[:, :3], axis=1).max(initial=0.0))
+                for rows in (list(self._pieces), self.robot_rows)
+            )
+            n = self.substepping.count(dt, piece + self.gravity * dt, robot, Surroundings.WALL)
         if n < 1:
             raise ConfigError(f"PhysicsWorld: substeps must be at least 1, got {n}")
         self.begin_steps(dt)
@@ -597,16 +545,7 @@ class PhysicsWorld:
         return n
 
     def _is_static(self, row: int) -> bool:
-        return not (row in self._pieces or row in self._robots or row in self._hanging)
-
-    def _count_substeps(self, dt: float) -> int:
-        def fastest(rows: list[int]) -> float:
-            if not rows:
-                return 0.0
-            return float(np.linalg.norm(self.engine.velocities(rows)[:, :3], axis=1).max())
-
-        piece = fastest(list(self._pieces)) + self.gravity * dt
-        return self.substepping.count(dt, piece, fastest(self._robots), Surroundings.WALL)
+        return not (row in self._pieces or row in self.robot_rows or row in self._hanging)
 
 
 def _checked_pos(name: str, pos: Sequence[float] | FloatArray) -> Vector:

@@ -4,23 +4,15 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
-from simcore.pieces.touching import lengths
-from simcore.quantities import FACTOR, GAIN, MASS, POSITIVE, ROBOT_LENGTH, Quantity, require, require_fields
+from simcore.pieces.reach import lengths
+from simcore.quantities import FACTOR, MASS, POSITIVE, ROBOT_LENGTH, Quantity, require, require_fields
 from simcore.typing import FloatArray
 
-__all__ = [
-    "Aerodynamics",
-    "AirFactors",
-    "AirRows",
-    "air_acceleration",
-    "air_factors",
-    "drag_acceleration",
-    "drag_factor",
-    "lift_acceleration",
-]
+__all__ = ["Aerodynamics", "AirFactors", "air_acceleration", "air_factors", "drag_acceleration", "lift_acceleration"]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -57,45 +49,20 @@ class Aerodynamics:
             air_density=Quantity("kg/m^3", 0.0, 100.0),
         )
 
-    def lift_coefficient(self, spin_ratio: float) -> float:
-        """Lift coefficient at a spin ratio r omega / v [-]."""
-        return self.lift_slope * spin_ratio / (1.0 + self.lift_slope * spin_ratio / self.lift_limit)
 
+class AirFactors(NamedTuple):
+    """The three numbers that the accelerations need, of a kind of piece, or of each of n pieces, shape (n,)."""
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class AirFactors:
-    """The three numbers that the accelerations need, worked out once for a kind of piece."""
-
-    drag: float = 0.0
+    drag: float | FloatArray = 0.0
     """k = rho Cd A / (2 m): deceleration over speed squared [1/m]."""
-    lift: float = 0.0
+    lift: float | FloatArray = 0.0
     """rho A r slope / (2 m): acceleration over omega x v, for slow spin [-]."""
-    lift_saturation: float = 0.0
+    lift_saturation: float | FloatArray = 0.0
     """r slope / limit: how soon the lift levels off [m]."""
-
-    def __post_init__(self) -> None:
-        require_fields(self, drag=GAIN, lift=GAIN, lift_saturation=GAIN)
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class AirRows:
-    """The same numbers for each of n pieces, which may differ in mass and size; shape (n,) each."""
-
-    drag: FloatArray
-    """[1/m]"""
-    lift: FloatArray
-    """[-]"""
-    lift_saturation: FloatArray
-    """[m]"""
 
 
 def air_factors(aerodynamics: Aerodynamics, *, radius: float, mass: float) -> AirFactors:
-    """Factors of a ball.
-
-    Args:
-        aerodynamics: Coefficients and air.
-        radius: Of the ball, so that A = pi r^2 [m].
-        mass: Of the ball [kg].
+    """Factors of a ball of a radius [m], so that A = pi r^2, and a mass [kg].
 
     Raises:
         ConfigError: If radius or mass is not above zero.
@@ -113,50 +80,37 @@ def air_factors(aerodynamics: Aerodynamics, *, radius: float, mass: float) -> Ai
     )
 
 
-def drag_factor(aerodynamics: Aerodynamics, *, radius: float, mass: float) -> float:
-    """K = rho Cd A / (2 m) of a ball: deceleration over speed squared [1/m]."""
-    return air_factors(aerodynamics, radius=radius, mass=mass).drag
-
-
 def drag_acceleration(velocity: FloatArray, drag: float | FloatArray) -> FloatArray:
-    """Acceleration by quadratic drag, a = -k |v| v.
+    """Acceleration by quadratic drag, a = -k |v| v [m/s^2], shape (n, 3).
 
     Args:
         velocity: Through the air [m/s], shape (n, 3).
         drag: k of all pieces, or of each, shape (n,) [1/m].
-
-    Returns:
-        Acceleration [m/s^2], shape (n, 3).
     """
-    speed = lengths(velocity)
-    result: FloatArray = velocity * (-drag * speed)[:, None]
+    result: FloatArray = velocity * (-drag * lengths(velocity))[:, None]
     return result
 
 
-def lift_acceleration(velocity: FloatArray, spin: FloatArray, factors: AirFactors | AirRows) -> FloatArray:
-    """Acceleration by the Magnus effect, along omega x v: backspin lifts, sidespin bends.
+def lift_acceleration(velocity: FloatArray, spin: FloatArray, factors: AirFactors) -> FloatArray:
+    """Acceleration by the Magnus effect [m/s^2], shape (n, 3), along omega x v: backspin lifts, sidespin bends.
 
     |a| = rho A Cl v^2 / (2 m), with Cl from the spin ratio of the part of the spin that is across the flight.
 
     Args:
         velocity: Through the air [m/s], shape (n, 3).
         spin: Angular velocity, same axes [rad/s], shape (n, 3).
-        factors: From `air_factors`, of all pieces or of each.
-
-    Returns:
-        Acceleration [m/s^2], shape (n, 3).
+        factors: Of all pieces, or of each.
     """
     # Written out: np.cross takes 20 us for 30 pieces, this 8.
     across = spin[:, [1, 2, 0]] * velocity[:, [2, 0, 1]] - spin[:, [2, 0, 1]] * velocity[:, [1, 2, 0]]
-    size = lengths(across)
     speed_squared = np.einsum("ij,ij->i", velocity, velocity)
     # The spin ratio is r |omega x v| / v^2; multiplied out, so that a piece at rest needs no special case.
-    share = speed_squared / np.maximum(speed_squared + factors.lift_saturation * size, 1e-300)
+    share = speed_squared / np.maximum(speed_squared + factors.lift_saturation * lengths(across), 1e-300)
     result: FloatArray = across * (factors.lift * share)[:, None]
     return result
 
 
-def air_acceleration(velocity: FloatArray, spin: FloatArray, factors: AirFactors | AirRows) -> FloatArray:
+def air_acceleration(velocity: FloatArray, spin: FloatArray, factors: AirFactors) -> FloatArray:
     """Drag and lift together [m/s^2], shape (n, 3); arguments as `lift_acceleration`."""
     total = drag_acceleration(velocity, factors.drag)
     if np.any(factors.lift):

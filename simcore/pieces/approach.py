@@ -22,7 +22,7 @@ from simcore.physics.shape_extent import outline_points
 from simcore.physics.shapes import Box, Compound, Shape, Sphere, parts_of
 from simcore.physics.world import PhysicsWorld
 from simcore.pieces.pool import PiecePool
-from simcore.pieces.touching import lengths
+from simcore.pieces.reach import lengths
 from simcore.typing import FloatArray, IntArray
 
 __all__ = ["Approach"]

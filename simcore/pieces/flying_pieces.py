@@ -6,8 +6,8 @@ a shot needs no steps of the engine and changes nobody else's. Balls have their 
 they hit. Other shapes are handed over as soon as they may reach anything within a tick, and play their impacts there.
 What the engine throws up is taken over when it falls freely.
 
-Balls in contact that are much faster than the engine's steps have their impacts on other balls here, too: a knock goes
-along a row of balls in the order of its impacts.
+Balls in contact have their impacts here, too: on each other, on the field and on robots, at their instant and in their
+order, so that a knock goes along a row of balls. What closes more gently is the engine's, which lets no ball bounce.
 """
 
 from __future__ import annotations
@@ -19,12 +19,13 @@ import numpy as np
 
 from simcore.geometry.rotation import Vector, matrix, multiply
 from simcore.physics.mass_properties import mass_properties
-from simcore.physics.world import PhysicsWorld
-from simcore.pieces.aerodynamics import AirRows, drag_acceleration
+from simcore.physics.world import HitBody, PhysicsWorld
+from simcore.pieces.aerodynamics import AirFactors, drag_acceleration
+from simcore.pieces.ball_rows import GENTLE, Arc, BallRows
 from simcore.pieces.flight import advance
-from simcore.pieces.impact_events import LEAST_BOUNCE, Arc, BallRows, ImpactEvents
+from simcore.pieces.impact_events import LEAST_BOUNCE, ImpactEvents, is_caught
 from simcore.pieces.pool import PiecePool, PieceStatus
-from simcore.pieces.touching import TOUCH, close_pairs, lengths, touching_chain
+from simcore.pieces.reach import TOUCH, close_pairs, lengths
 from simcore.typing import BoolArray, FloatArray, IntArray
 
 __all__ = ["FlyingPieces"]
@@ -32,16 +33,13 @@ __all__ = ["FlyingPieces"]
 _IN_FLIGHT, _AWAKE = int(PieceStatus.IN_FLIGHT), int(PieceStatus.AWAKE)
 _FALL_ERROR = 0.2  # share of gravity that drag and lift may be
 _TAKE_OVER = 1.0  # [m/s]; pieces that are thrown up more gently, by 5 cm, stay the engine's
-_SKIN = 0.002  # [m]
 _OVERLAP = 0.0005  # [m]; a flying ball that is deeper in another piece lies on it
 _DEEP = 0.01  # [m]; one that is deeper in the floor is the engine's, which pushes it out
 _MARGIN = 0.01  # [m]; between other shapes that fly and all else
-_FAST, _SLOW = 6.0, 3.0  # [m/s]; faster balls in contact have their impacts on others here; once they were hit, these
-_STANDS = 0.05  # [m/s]; slower balls are where they were at the start of the tick, until they are hit
-_KNOCK_REACH, _KNOCK_WAYS = 0.3, 4.0  # [m] and ways of a tick, as far as a knock may get from a fast ball in a tick
-_KNOCK_LENGTH = 20  # balls of a row, each of which takes a third of the knock
+_MOVES = 0.5 * GENTLE  # [m/s]; of two balls that meet, one is faster
 _SLOW_WAY = 0.5  # of a radius, in a part of a tick
 _LEAST_SPIN = 1e-6  # [rad/s]
+_MOST_TURN = 0.2  # [rad], of a piece that is no ball in a step of its free rotation: its energy stays within 0.1 %
 
 
 class FlyingPieces:
@@ -75,13 +73,12 @@ class FlyingPieces:
         self.is_untouched: BoolArray = np.zeros(n, dtype=bool)
         """Which of them were shot and have touched nothing since, shape (slots,)."""
         self._is_landing = np.zeros(n, dtype=bool)
-        self._was_hit = np.zeros(n, dtype=bool)
         self._slots: IntArray = np.zeros(0, dtype=np.int64)  # of those that fly
-        self._near: IntArray = np.zeros(0, dtype=np.int64)  # balls that may be hit in this tick
-        self._moves: BoolArray = np.zeros(0, dtype=bool)  # of those
-        self._has_movers = False
+        self._balls: BallRows | None = None
         self._pending: dict[int, tuple[Vector, Vector]] = {}
         self._blown: IntArray = np.zeros(0, dtype=np.int64)  # in contact, and fast enough for drag
+        self._busy: BoolArray = np.zeros(len(pool.rows), dtype=bool)  # within reach of a robot that moves
+        self._tick, self._is_due = 0.0, False  # what is left of the tick [s], and whether impacts are to be looked for
 
     # --- into and out of the air ----------------------------------------------------------------------------------
 
@@ -156,8 +153,7 @@ class FlyingPieces:
             return
         is_ball = self._pool.is_ball[slots]
         reach = self._pool.radius[slots] + lengths(self._vel[slots]) * dt + self._world.gravity * dt * dt + _MARGIN
-        close = self._world.near_hanging(self._pos[slots], reach)
-        close |= self._pos[slots, 2] < self._pool.radius[slots] * is_ball - _DEEP
+        close: BoolArray = self._pos[slots, 2] < self._pool.radius[slots] * is_ball - _DEEP
         if self._has_others:
             others = (~is_ball).nonzero()[0]
             close[others] |= self._is_close(slots[others], self._pos[slots[others]], reach[others])
@@ -175,7 +171,7 @@ class FlyingPieces:
         close = self._world.near_field(pos, reach)
         if self._world.floor is not None:
             close |= pos[:, 2] < reach
-        for row, body in self._world.robot_bodies.items():
+        for row, body in self._world.hit_bodies.items():
             away = pos - np.array(self._world.engine.pose(row)[0])
             close |= lengths(away) < reach + body.reach
         i, _, _ = self._within(slots, pos, reach, self._pool.is_on_field.nonzero()[0])
@@ -192,47 +188,40 @@ class FlyingPieces:
         near = (gap < 0.0) & (slots[i] != others[j])
         return i[near], j[near], gap[near]
 
-    def begin_tick(self, awake: IntArray, speed: FloatArray, busy: BoolArray, dt: float) -> None:
-        """Find the balls that may be hit fast within a tick.
+    def begin_tick(self, busy: BoolArray, dt: float) -> None:
+        """Begin a tick: impacts are looked for at its first step, when robots have taken in what they hold then.
 
         Args:
-            awake: Slots that the engine moves, shape (n,).
-            speed: Of each [m/s], shape (n,).
-            busy: Which slots are within reach of a robot: the engine plays their impacts on others, shape (slots,).
+            busy: Which slots are within reach of a robot that moves, shape (slots,).
             dt: Length of the tick [s].
         """
-        state, radius, is_ball = self._pool.state, self._pool.radius, self._pool.is_ball
+        self._busy, self._tick, self._is_due = busy, dt, True
+
+    def _look(self) -> None:
+        """Find the balls that may have impacts within the tick."""
+        self._is_due = False
+        busy, dt = self._busy, self._tick
+        pool, state = self._pool, self._pool.state
+        awake = (state.status == _AWAKE).nonzero()[0]
+        speed = lengths(state.vel[awake])
         self._blown = awake[speed > self._aero_speed[awake]]
-        is_fast = speed > _FAST
-        is_fast |= (speed > _SLOW) & self._was_hit[awake]
-        rolling = awake[is_fast & is_ball[awake] & ~busy[awake]]
-        flying = self._slots[is_ball[self._slots]]
-        fast = np.concatenate((rolling, flying))
-        self._was_hit[:] = False
-        self._near, self._has_movers = self._near[:0], False
-        if not len(fast):
+        movers = awake[pool.is_ball[awake] & ((speed > _MOVES) | busy[awake])]
+        flying = self._slots[pool.is_ball[self._slots]]
+        self._balls = None
+        if not (len(movers) or len(flying)):
             return
-        pos, way = state.pos[fast], np.concatenate((state.vel[rolling], self._vel[flying])) * dt
-        pos[len(rolling) :] = self._pos[flying]
-        length = lengths(way)
-        reach = (_KNOCK_REACH + _KNOCK_WAYS * length)[:, None]
-        others = (self._pool.is_on_field & is_ball & ~self.is_flying).nonzero()[0]
-        there = state.pos[others]
-        others = others[((there > (pos - reach).min(axis=0)) & (there < (pos + reach).max(axis=0))).all(axis=1)]
-        away = state.pos[others][None, :, :] - pos[:, None, :]
-        along = np.clip(np.einsum("ijk,ik->ij", away, way) / np.maximum(length * length, 1e-12)[:, None], 0.0, 1.0)
-        aside = away - along[:, :, None] * way[:, None, :]
-        moves = lengths(state.vel[others]) * dt
-        touch = radius[fast][:, None] + (radius[others] + moves)[None, :] + TOUCH + self._world.gravity * dt * dt
-        meets = (np.einsum("ijk,ijk->ij", aside, aside) < touch * touch) & (fast[:, None] != others[None, :])
-        if meets.any():
-            # the engine plays gentler impacts along a row, within the tick
-            reached = touching_chain(state.pos[others], radius[others], meets.any(axis=0), _KNOCK_LENGTH)
-            for slot in others[reached & self._pool.is_frozen[others]].tolist():
-                self._wake(slot)
-            within = np.unique(close_pairs(pos, state.pos[others], reach[:, 0])[1])
-            self._near, self._moves = others[within], moves[within] > _STANDS * dt
-            self._has_movers = bool(meets[: len(rolling)].any())
+        slots = (pool.is_on_field & pool.is_ball).nonzero()[0]
+        pos, vel = state.pos[slots], np.where(pool.is_frozen[slots, None], 0.0, state.vel[slots])
+        is_flying = self.is_flying[slots]
+        pos[is_flying], vel[is_flying] = self._pos[flying], self._vel[flying]
+        balls = self._balls = BallRows(self._world, pool, slots, self.is_flying, pos, vel, dt)
+        movers = balls.number[movers]
+        there, reach = balls.pos[movers], balls.reach[movers]
+        beside = self._world.near_field(there, reach)
+        for row, body in self._world.hit_bodies.items():
+            beside |= _near_body(self._world, row, body, there, reach, dt)
+        beside |= balls.vel[movers, 2] < -GENTLE
+        balls.is_beside[movers] = beside
 
     def end_tick(self, dt: float) -> None:
         """After a tick: balls that came to lie on something are the engine's from now on."""
@@ -242,8 +231,8 @@ class FlyingPieces:
             return
         self._turn(slots, dt)
         landing = self._is_landing[slots] & (self._pool.is_ball[slots])
-        if len(self._near):
-            left = self._near[~self.is_flying[self._near]]
+        if self._balls is not None:
+            left = self._balls.slots[~self.is_flying[self._balls.slots]]
             i, _, gap = self._within(slots, self._pos[slots], self._pool.radius[slots], left)
             landing[i[gap < -_OVERLAP]] = True
         self._land(slots[landing])
@@ -269,7 +258,7 @@ class FlyingPieces:
             reach = radius + 2.0 * (float(lengths(self._pool.state.vel[slot][None])[0]) * dt + _MARGIN)
             place = self._pool.state.pos[slot][None]
             if self._pool.is_ball[slot]:
-                is_close = bool(engine.touching(row)) or bool(self._world.near_hanging(place, np.array([reach]))[0])
+                is_close = bool(engine.touching(row))
             else:
                 is_close = bool(self._is_close(np.array([slot]), place, np.array([reach]))[0])
             if not is_close:
@@ -280,19 +269,23 @@ class FlyingPieces:
     def fly(self, h: float) -> None:
         """Move on by h [s], before the engine does."""
         self._finish()
+        if self._is_due:
+            self._look()
         self._blow()
         slow = lengths(self._vel[self._slots]) * h < _SLOW_WAY * self._pool.radius[self._slots]
         self._land(
             self._slots[slow & self._is_landing[self._slots]]
         )  # faster ones wait for a tick with steps short enough
         slots = self._slots
-        if not (len(slots) or self._has_movers):
+        if not (len(slots) or self._balls is not None):
             return
         pos, vel, spin = self._pos[slots], self._vel[slots], self._spin[slots]
-        air = AirRows(drag=self._pool.drag[slots], lift=self._lift[slots], lift_saturation=self._saturation[slots])
+        air = AirFactors(self._pool.drag[slots], self._lift[slots], self._saturation[slots])
         end, after = advance(pos, vel, spin, air, h, gravity=self._world.gravity)
         self._pos[slots], self._vel[slots] = end, after
-        self._play(h, slots, pos, vel, end, (after - vel) / h)
+        self._tick = max(self._tick, h)
+        self._play(h, slots, pos, vel, (after - vel) / h)
+        self._tick -= h
 
     def _blow(self) -> None:
         """Drag on fast pieces in contact, for the part to come."""
@@ -302,68 +295,26 @@ class FlyingPieces:
             drag = drag_acceleration(self._world.engine.velocities(rows)[:, :3], self._pool.drag[slots])
             self._world.engine.apply_forces(rows, self._pool.mass[slots][:, None] * drag)
 
-    def _play(
-        self, h: float, slots: IntArray, pos: FloatArray, vel: FloatArray, end: FloatArray, acc: FloatArray
-    ) -> None:
+    def _play(self, h: float, slots: IntArray, pos: FloatArray, vel: FloatArray, acc: FloatArray) -> None:
         """Play the impacts of the part to come; who has none is at its end already."""
-        radius = self._pool.radius[slots]
-        way = lengths(end - pos)
-        near_field = self._world.near_field(pos, radius + way + _SKIN)
-        meets = near_field.copy()
-        if self._world.floor is not None:
-            meets |= (end[:, 2] < radius) | (pos[:, 2] < radius)
-        robots = []
-        for row, body in self._world.robot_bodies.items():
-            if len(slots):
-                speed = math.hypot(*self._world.engine.velocity(row)[0])
-                away = pos - np.array(self._world.engine.pose(row)[0])
-                close = lengths(away) < body.reach + radius + way + speed * h + _SKIN
-                if np.count_nonzero(close):
-                    robots.append(row)
-                    meets |= close
-        near = self._near[~self.is_flying[self._near]]
-        moves = self._moves[~self.is_flying[self._near]] | self._was_hit[near]
-        if len(near) and len(slots):
-            room = radius + way + _SKIN + _KNOCK_REACH * self._has_movers + self._speeds(near) * h
-            i, _, _ = self._within(slots, pos, room, near)
-            meets[i] = True
-            if not (len(i) or self._has_movers):
-                near = near[:0]
-        if len(slots) > 1:
-            i, j, away2 = close_pairs(pos, pos, 2.0 * (radius + way + _SKIN))
-            i, j, away2 = i[i < j], j[i < j], away2[i < j]
-            room = radius[i] + radius[j] + lengths(((vel[i] - vel[j]) + 0.5 * h * (acc[i] - acc[j])) * h) + _SKIN
-            i, j = i[away2 < room * room], j[away2 < room * room]
-            meets[i] = meets[j] = True
-        meets &= self._pool.is_ball[slots]
-        if not (np.count_nonzero(meets) or (len(near) and self._has_movers)):
+        flies = self._pool.is_ball[slots]
+        slots, pos, vel, acc = slots[flies], pos[flies], vel[flies], acc[flies]
+        balls = self._balls
+        if balls is None or (balls.number[slots] < 0).any():
+            self._look()
+            balls = self._balls
+        if balls is None:
             return
-        there, twists = self._lying(near, moves[: len(near)])
-        mine = slots[meets]
-        balls = BallRows(
-            slots=np.concatenate((mine, near)),
-            pos=np.concatenate((pos[meets], there)),
-            vel=np.concatenate((vel[meets], twists[:, :3])),
-            spin=np.concatenate((self._spin[mine], twists[:, 3:])),
-            acc=acc[meets],
-            is_landing=self._is_landing[mine].tolist(),
-            near_field=near_field[meets].tolist(),
-        )
-        for arc in self._events.play(h, balls, robots):
+        numbers = balls.number[slots]
+        balls.begin_part(h, numbers, pos, vel, self._spin[slots], acc)
+        for arc in self._events.play(h, balls, numbers):
             self._go_on(arc, h)
-
-    def _lying(self, near: IntArray, moves: BoolArray) -> tuple[FloatArray, FloatArray]:
-        """Where balls in contact are that may be hit [m], shape (n, 3), and their velocities, shape (n, 6)."""
-        pos, twists = self._pool.state.pos[near], np.zeros((len(near), 6))
-        rows = self._pool.rows_of(near[moves])
-        if rows:
-            pos[moves], twists[moves] = self._world.engine.centers(rows), self._world.engine.velocities(rows)
-        return pos, twists
+        for slot in self._events.pressed:
+            self._wake(slot)
 
     def _go_on(self, arc: Arc, h: float) -> None:
         """Keep how a ball goes on after its impacts."""
         slot, end, vel = arc.slot, arc.at(h), arc.velocity(h)
-        self._was_hit[slot] = True
         if arc.is_flying:
             self._pos[slot], self._vel[slot], self._spin[slot] = end, vel, arc.spin
             self.is_untouched[slot] = False
@@ -371,6 +322,9 @@ class FlyingPieces:
             return
         self._wake(slot)
         engine, row = self._world.engine, self._pool.rows[slot]
+        if is_caught(arc):  # the engine carries it from here, with what holds it
+            engine.set_velocity(row, vel, arc.spin)
+            return
         if vel[2] > LEAST_BOUNCE:
             quat = engine.pose(row)[1]
             self._start(slot, end, vel, arc.spin)
@@ -379,7 +333,6 @@ class FlyingPieces:
         # it goes straight to where it is at the end, and then has the velocity that it has there
         line = [(b - a) / h for a, b in zip(engine.pose(row)[0], end, strict=True)]
         engine.set_velocity(row, line, arc.spin)
-        self._has_movers = True
         self._pending[slot] = (vel[0] - line[0], vel[1] - line[1], vel[2] - line[2]), arc.spin
 
     def _finish(self) -> None:
@@ -401,13 +354,37 @@ class FlyingPieces:
             q, spin = tuple(self._quat[slot].tolist()), self._spin[slot]
             axes = matrix(q)
             momentum = axes @ inertia @ axes.T @ spin
-            for share in (0.5, 1.0):  # the spin of the middle of the tick
-                now = multiply(_turned(spin * (share * dt)), q)
+            parts = math.ceil(float(lengths(spin[None])[0]) * dt / _MOST_TURN)
+            for share in (0.5, 1.0) * parts:  # with the spin of the middle of each part
+                now = multiply(_turned(spin * (share * dt / parts)), q)
                 axes = matrix(now)
                 spin = axes @ np.linalg.solve(inertia, axes.T @ momentum)
-            self._quat[slot], self._spin[slot] = now, spin
+                q = now if share == 1.0 else q
+            self._quat[slot], self._spin[slot] = q, spin
         for slot in turning[self._pool.is_ball[turning]].tolist():
             self._quat[slot] = multiply(_turned(self._spin[slot] * dt), self._quat[slot].tolist())
+
+
+def _near_body(
+    world: PhysicsWorld, row: int, body: HitBody, pos: FloatArray, reach: FloatArray, dt: float
+) -> BoolArray:
+    """Which balls may meet the bounding box of a robot within dt [s], shape (n,).
+
+    Args:
+        world: Where it is.
+        row: Of the robot.
+        body: Its surfaces.
+        pos: Where the balls are [m], shape (n, 3).
+        reach: How far from there any point of each may get [m], shape (n,).
+        dt: Length of the time [s].
+    """
+    (origin, quat), (vel, rate) = world.engine.pose(row), world.engine.velocity(row)
+    local: FloatArray = (pos - np.array(origin)) @ matrix(quat)
+    low, high = body.surfaces.bounds
+    room: FloatArray = (reach + dt * (math.hypot(*vel) + body.reach * math.hypot(*rate)))[:, None]
+    inside = np.greater(local, low - room) & np.less(local, high + room)
+    near: BoolArray = np.asarray(inside.all(axis=1))
+    return near
 
 
 def _turned(angle: FloatArray) -> tuple[float, float, float, float]:

@@ -9,7 +9,7 @@ import numpy as np
 
 from simcore.physics.world import PhysicsWorld
 from simcore.pieces.kinds import GamePieceConfig
-from simcore.pieces.wake_grid import Footprint
+from simcore.pieces.reach import Footprint
 from simcore.typing import FloatArray
 
 __all__ = ["free_place"]

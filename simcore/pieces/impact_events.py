@@ -8,130 +8,122 @@ instant on the arc itself. Robots move as they do at the start of the part.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from dataclasses import dataclass
+from heapq import heapify, heappop, heappush
+from typing import NamedTuple
 
 import numpy as np
 
-from simcore.geometry.rotation import Vector, matrix
+from simcore.geometry.rotation import Vector, apply, apply_back, as_rows, matrix
 from simcore.physics.surface import TerrainSurface
-from simcore.physics.world import PhysicsWorld, RobotBody
+from simcore.physics.swept_balls import FirstTouch
+from simcore.physics.world import PhysicsWorld
 from simcore.pieces.aerodynamics import air_acceleration
+from simcore.pieces.ball_rows import GENTLE, Arc, BallRows
 from simcore.pieces.impact_law import hit_ball, hit_surface
 from simcore.pieces.pool import PiecePool
-from simcore.pieces.touching import close_pairs, lengths
-from simcore.typing import FloatArray, IntArray
+from simcore.typing import BoolArray, IntArray
 
-__all__ = ["LEAST_BOUNCE", "Arc", "BallRows", "ImpactEvents"]
+__all__ = ["LEAST_BOUNCE", "ImpactEvents", "is_caught"]
 
 _LEAST_APPROACH = 0.1  # [m/s]; slower impacts have no restitution: a bounce of 0.5 mm
 LEAST_BOUNCE = 0.15
 """A ball that leaves a level surface more slowly has come to lie on it [m/s]: it would rise by 1 mm."""
-_GENTLE = 0.3  # [m/s]; slower impacts of balls on each other are the engine's, and all of what has come to lie
-_SHARE = 0.01  # of the fastest: a row of inelastic balls has no end of gentler impacts
-_MOST_OF_ONE = 10  # impacts of one ball on surfaces in a part: then it is caught between them, and squeezed
+_MOST_OF_ONE = 4  # impacts of one ball on surfaces in a part: then it is caught between them, and squeezed
+_SKIN = 0.002  # [m]
+_MOST_OF_ALL = 16  # impacts of one ball in a part: what is pushed from all sides is the engine's
 _STANDS = 1e-9  # [m/s]; slower is rounding
+_STILL = (0.0, 0.0, 0.0)
 _LEVEL = 0.003  # [m]; balls that lie on one surface, a little pressed into it, push each other along it
 
 
-class Arc:
-    """One ball in a part of a tick, from its last impact on."""
+class _Body:
+    """A robot, or what hangs, in this part of the tick."""
 
-    __slots__ = ("acc", "is_flying", "is_landing", "is_touched", "pos", "slot", "spin", "surfaces", "time", "vel")
-
-    def __init__(self, slot: int, pos: Vector, vel: Vector, spin: Vector, acc: Vector | None, is_landing: bool) -> None:
-        self.slot, self.pos, self.vel, self.spin = slot, pos, vel, spin
-        self.is_flying = acc is not None
-        self.acc = acc or (0.0, 0.0, 0.0)
-        self.time = 0.0
-        self.is_touched = False
-        self.is_landing = is_landing
-        self.surfaces = 0
-
-    def at(self, time: float) -> Vector:
-        """Where it is at a time of the part [m]."""
-        t, (x, y, z), (vx, vy, vz), (ax, ay, az) = time - self.time, self.pos, self.vel, self.acc
-        s = 0.5 * t * t
-        return x + vx * t + ax * s, y + vy * t + ay * s, z + vz * t + az * s
-
-    def velocity(self, time: float) -> Vector:
-        """Its velocity at a time of the part [m/s]."""
-        t, (vx, vy, vz), (ax, ay, az) = time - self.time, self.vel, self.acc
-        return vx + ax * t, vy + ay * t, vz + az * t
-
-
-@dataclass(slots=True, kw_only=True)
-class BallRows:
-    """Balls at the start of a part of a tick: k that fly, and then those that lie, n together."""
-
-    slots: IntArray
-    """Shape (n,)."""
-    pos: FloatArray
-    """[m], shape (n, 3)."""
-    vel: FloatArray
-    """[m/s], shape (n, 3)."""
-    spin: FloatArray
-    """[rad/s], shape (n, 3)."""
-    acc: FloatArray
-    """Of those that fly [m/s^2], shape (k, 3)."""
-    is_landing: list[bool]
-    """Which of those that fly have come to lie in an earlier part of the tick."""
-    near_field: list[bool]
-    """Which of those that fly may meet elements of the field, before any impact."""
-
-    def arc(self, n: int) -> Arc:
-        """How one begins the part."""
-        is_flying = n < len(self.acc)
-        acc = tuple(self.acc[n].tolist()) if is_flying else None
-        pos, vel, spin = (tuple(rows[n].tolist()) for rows in (self.pos, self.vel, self.spin))
-        return Arc(int(self.slots[n]), pos, vel, spin, acc, is_flying and self.is_landing[n])
-
-
-@dataclass(slots=True)
-class _Robot:
-    """A robot in this part of the tick."""
-
-    row: int
-    body: RobotBody
-    origin: FloatArray
-    axes: FloatArray
-    vel: FloatArray
-    rate: FloatArray
-    is_hit: bool = False
-
-    @property
-    def center(self) -> FloatArray:
+    def __init__(self, world: PhysicsWorld, row: int, h: float) -> None:
+        self.row, self.body, self.is_hit = row, world.hit_bodies[row], False
+        self.origin, quat = world.engine.pose(row)
+        self.vel, self.rate = world.engine.velocity(row)
+        self.axes = as_rows(matrix(quat))
+        speed = self.body.reach * math.hypot(*self.rate)
+        self._turns, self.slack = h * speed, 2.0 * speed + _STANDS  # how far, and twice how fast, it turns
+        self._low, self._high = (corner.tolist() for corner in self.body.surfaces.bounds)
+        x, y, z = apply(self.axes, self.body.center_of_mass)
+        self.center = self.origin[0] + x, self.origin[1] + y, self.origin[2] + z
         """Center of mass [m]."""
-        center: FloatArray = self.origin + self.axes @ self.body.center_of_mass
-        return center
 
-    def velocity_at(self, place: FloatArray) -> FloatArray:
-        velocity: FloatArray = self.vel + np.cross(self.rate, place - self.center)
-        return velocity
+    def is_near(self, arc: Arc, left: float) -> bool:
+        """Whether a ball may meet its bounding box in the time left of the part [s]."""
+        (ox, oy, oz), (u, v, w), now = self.origin, self.vel, arc.time
+        (x, y, z), (cu, cv, cw) = arc.pos, arc.chord
+        x, y, z = x - ox - now * u, y - oy - now * v, z - oz - now * w
+        cu, cv, cw = cu - u, cv - v, cw - w
+        reach = arc.radius + left * math.sqrt(cu * cu + cv * cv + cw * cw) + _SKIN + self._turns
+        if x * x + y * y + z * z > (reach + self.body.reach) ** 2:
+            return False
+        if not arc.is_free and math.sqrt(cu * cu + cv * cv + cw * cw) + self.slack <= GENTLE:
+            return False
+        outside, last = 0, 0.0
+        for p, speed, low, high in zip(
+            apply_back(self.axes, (x, y, z)), apply_back(self.axes, (cu, cv, cw)), self._low, self._high, strict=True
+        ):
+            if not low - reach < p < high + reach:
+                return False
+            if low <= p <= high:
+                continue
+            last = speed if p > high else -speed
+            if last > self.slack:
+                return False
+            outside += 1
+        return outside != 1 or last < self.slack - (0.0 if arc.is_free else GENTLE)
 
-    def inverse_mass(self, place: FloatArray, normal: FloatArray) -> float:
+    def first_touch(self, arc: Arc, left: float, least: float) -> FirstTouch | None:
+        """What a ball touches first of it in the time left of the part [s]; see `TriangleSet.first_touch`."""
+        (px, py, pz), (u, v, w), (cx, cy, cz), now = arc.pos, self.vel, self.center, arc.time
+        x, y, z = px - now * u - cx, py - now * v - cy, pz - now * w - cz
+        a, b, c = _cross(self.rate, (x, y, z))
+        x, y, z = x - now * a, y - now * b, z - now * c  # as the robot sees it at the start of the part
+        a, b, c = _cross(self.rate, (x, y, z))
+        way = left * (arc.chord[0] - u - a), left * (arc.chord[1] - v - b), left * (arc.chord[2] - w - c)
+        ox, oy, oz = self.origin
+        place = apply_back(self.axes, (x + cx - ox, y + cy - oy, z + cz - oz))
+        touch = self.body.surfaces.first_touch(place, apply_back(self.axes, way), arc.radius, least)
+        return None if touch is None else touch._replace(normal=apply(self.axes, touch.normal))
+
+    def velocity_at(self, place: Vector) -> Vector:
+        """Of a place of it [m/s]."""
+        a, b, c = _cross(self.rate, _minus(place, self.center))
+        return self.vel[0] + a, self.vel[1] + b, self.vel[2] + c
+
+    def _turn(self, place: Vector, impulse: Vector) -> Vector:
+        """What an impulse [N s] at a place [m] changes of its rate, in its own axes [rad/s]."""
+        a, b, c = apply_back(self.axes, _cross(_minus(place, self.body.pivot or self.center), impulse))
+        ia, ib, ic = self.body.inertia
+        return a / ia, b / ib, c / ic
+
+    def inverse_mass(self, place: Vector, normal: Vector) -> float:
         """Of the body, where and along which it is hit [1/kg]."""
-        turn = self.axes.T @ np.cross(place - self.center, normal)
-        return 1.0 / self.body.mass + float((turn * turn / self.body.inertia).sum())
+        a, b, c = self._turn(place, normal)
+        ia, ib, ic = self.body.inertia
+        return (0.0 if self.body.pivot else 1.0 / self.body.mass) + a * a * ia + b * b * ib + c * c * ic
 
-    def push(self, place: FloatArray, impulse: FloatArray) -> None:
-        self.vel = self.vel + impulse / self.body.mass
-        turn = self.axes.T @ np.cross(place - self.center, impulse) / self.body.inertia
-        self.rate = self.rate + self.axes @ turn
+    def push(self, place: Vector, impulse: Vector) -> None:
+        """Take an impulse [N s] at a place [m]."""
+        (a, b, c), (x, y, z), mass = apply(self.axes, self._turn(place, impulse)), impulse, self.body.mass
+        self.rate = self.rate[0] + a, self.rate[1] + b, self.rate[2] + c
+        if self.body.pivot is None:
+            self.vel = self.vel[0] + x / mass, self.vel[1] + y / mass, self.vel[2] + z / mass
+        else:
+            self.vel = _cross(self.rate, _minus(self.center, self.body.pivot))
         self.is_hit = True
 
 
-@dataclass(slots=True)
-class _Meeting:
+class _Meeting(NamedTuple):
     """What a ball meets next."""
 
     time: float
     normal: Vector
-    surface: TerrainSurface | None = None
-    robot: _Robot | None = None
-
-
-_NEVER = _Meeting(math.inf, (0.0, 0.0, 1.0))
+    surface: TerrainSurface
+    robot: _Body | None
 
 
 class ImpactEvents:
@@ -145,148 +137,140 @@ class ImpactEvents:
     def __init__(self, world: PhysicsWorld, pool: PiecePool) -> None:
         self._world = world
         self._pool = pool
-        self._robots: list[_Robot] = []
+        self.pressed: list[int] = []
+        """Slots of sleepers that balls come to touch in the part, too gently for an impact."""
 
-    def play(self, h: float, balls: BallRows, robots: Sequence[int]) -> list[Arc]:
+    def play(self, h: float, balls: BallRows, flying: IntArray) -> list[Arc]:
         """Play a part of a tick; returns how those that had an impact go on from the last one.
 
         Args:
             h: Length of the part [s].
-            balls: Those that may meet something or each other, at the start of the part.
-            robots: Rows of the robots that they may meet.
+            balls: At the start of the part.
+            flying: Numbers of those that fly, shape (n,).
         """
-        self._robots = [self._robot(row) for row in robots]
-        slots, n = balls.slots, len(balls.near_field)
-        radius = self._pool.radius[slots]
-        chord = balls.vel.copy()
-        chord[:n] += 0.5 * h * balls.acc
-        base = balls.pos.copy()  # where the chord was at time 0
-        knock = max(_GENTLE, _SHARE * float(lengths(chord).max(initial=0.0)))
-        least = np.where(np.arange(len(slots)) < n, _GENTLE, knock)  # [m/s]
-        times = _first_meetings(base, chord, radius, least, h)
-        arcs = {k: balls.arc(k) for k in range(n)}
-        next_surface = self._surfaces(h, list(arcs.values()), balls.near_field)
-        surface_times = np.array([meeting.time for meeting in next_surface] + [math.inf])
-        while True:
-            pair, i = int(times.argmin()), int(surface_times.argmin())
-            pair_time, surface_time = float(times.flat[pair]), float(surface_times[i])
-            now = min(pair_time, surface_time)
-            if not now <= h:
-                break
-            if pair_time < surface_time:
-                changed = list(divmod(pair, len(slots)))
-                for k in changed:
-                    arcs[k] = arcs.get(k) or balls.arc(k)
-                self._hit_balls(arcs[changed[0]], arcs[changed[1]], now)
+        self.pressed.clear()
+        self._h, self._balls, self._events = h, balls, _first_meetings(balls, h)
+        self._robots = [_Body(self._world, row, h) for row in self._world.hit_bodies]
+        lying = balls.is_beside.copy()
+        lying[flying] = False
+        meets = [*flying.tolist(), *self._fast(lying.nonzero()[0]).tolist()]
+        self._arcs: dict[int, Arc] = {}
+        self._surface: dict[int, _Meeting] = {}
+        heapify(self._events)
+        for n in meets:
+            self._look_for_surface(self._arc(n))
+        while self._events:
+            now, n, m, changes = heappop(self._events)
+            a = self._arc(n)
+            if m < 0:
+                if a.changes != changes:
+                    continue
+                self._hit_surface(a, self._surface[n], now)
+                hit = [a]
             else:
-                changed = [i]
-                self._hit_surface(arcs[i], next_surface[i], now)
-            for k in changed:
-                base[k], chord[k] = _chord(arcs[k], h)
-            away = (base + now * chord) - (base[changed] + now * chord[changed])[:, None]
-            contact, gentle = radius + radius[changed][:, None], np.minimum(least, least[changed][:, None])
-            found = now + _meeting_times(away, chord - chord[changed][:, None], contact, gentle)
-            times[changed], times[:, changed] = found, found.T
-            if some := [k for k in changed if k < n]:
-                for k, meeting in zip(
-                    some, self._surfaces(h, [arcs[k] for k in some], [True] * len(some)), strict=True
-                ):
-                    next_surface[k], surface_times[k] = meeting, meeting.time
+                b = self._arc(m)
+                if a.changes + b.changes != changes:
+                    continue
+                self._hit_balls(a, b, now)
+                hit = [a, b]
+            for arc in hit:
+                arc.changes += 1
+                arc.aim(h)
+            for arc in hit:
+                self._look_for_balls(arc)
+                self._look_for_surface(arc)
         for robot in self._robots:
             if robot.is_hit:
-                self._world.engine.set_velocity(robot.row, robot.vel.tolist(), robot.rate.tolist())
-        return [arc for arc in arcs.values() if arc.is_touched]
+                self._world.set_velocity(robot.row, robot.vel, robot.rate)
+        touched = [arc for arc in self._arcs.values() if arc.is_touched]
+        for arc in touched:
+            balls.strike(arc)
+        return touched
 
-    def _robot(self, row: int) -> _Robot:
-        engine = self._world.engine
-        pos, quat = engine.pose(row)
-        vel, rate = engine.velocity(row)
-        return _Robot(row, self._world.robot_bodies[row], np.array(pos), matrix(quat), np.array(vel), np.array(rate))
+    def _fast(self, numbers: IntArray) -> IntArray:
+        """Which of some balls move fast enough, to what stands or to a robot, for an impact."""
+        vel = self._balls.vel[numbers]
+        fast: BoolArray = np.einsum("ij,ij->i", vel, vel) > GENTLE * GENTLE
+        for robot in self._robots:
+            relative, least = vel - robot.vel, max(GENTLE - robot.slack, 0.0)
+            fast |= np.einsum("ij,ij->i", relative, relative) > least * least
+        return numbers[fast]
+
+    def _arc(self, number: int) -> Arc:
+        arc = self._arcs.get(number)
+        if arc is None:
+            arc = self._arcs[number] = self._balls.arc(number)
+        return arc
 
     # --- what is met --------------------------------------------------------------------------------------------
 
-    def _surfaces(self, h: float, arcs: Sequence[Arc], near_field: Sequence[bool]) -> list[_Meeting]:
-        """What each ball meets next of the floor, the field and robots."""
-        found = [self._floor(h, arc) for arc in arcs]
-        numbers = [n for n, arc in enumerate(arcs) if arc.is_flying and (near_field[n] or self._robots)]
-        numbers = [n for n in numbers if arcs[n].surfaces < _MOST_OF_ONE]
-        if not numbers:
-            return found
-        some = [arcs[n] for n in numbers]
-        pos, radius = np.array([arc.pos for arc in some]), self._pool.radius[[arc.slot for arc in some]]
-        start = np.array([arc.time for arc in some])
-        left = h - start[:, None]
-        chord = np.array([arc.vel for arc in some]) + 0.5 * left * np.array([arc.acc for arc in some])
-        touch = self._world.first_touch(pos, left * chord, radius)
-        for n, share, normal, row in zip(
-            numbers, touch.fraction.tolist(), touch.normal, touch.tag.tolist(), strict=True
-        ):
-            if row >= 0:
-                self._note(found, n, h, arcs[n], share, normal, self._world.surface(row))
-        for robot in self._robots:
-            away = pos - start[:, None] * robot.vel - robot.center
-            away -= start[:, None] * np.cross(robot.rate, away)  # as the robot sees it at the start of the part
-            relative = chord - robot.vel - np.cross(robot.rate, away)
-            local = (away + robot.center - robot.origin) @ robot.axes
-            touch = robot.body.surfaces.first_touch(local, left * relative @ robot.axes, radius)
-            surface = self._world.surface(robot.row)
-            for n, share, normal, row in zip(
-                numbers, touch.fraction.tolist(), touch.normal, touch.tag.tolist(), strict=True
-            ):
-                if row >= 0:
-                    self._note(found, n, h, arcs[n], share, robot.axes @ normal, surface, robot)
-        return found
-
-    def _note(
-        self,
-        found: list[_Meeting],
-        n: int,
-        h: float,
-        arc: Arc,
-        share: float,
-        normal: FloatArray,
-        surface: TerrainSurface,
-        robot: _Robot | None = None,
-    ) -> None:
-        """Keep what a ball meets if it is the first: its instant is that on the arc, at the plane it meets."""
-        left = h - arc.time
-        relative = np.array(arc.vel)
-        if robot is not None:
-            relative = relative - robot.velocity_at(np.array(arc.pos) - arc.time * robot.vel)
-        away = float(normal @ relative)
-        pull = float(normal @ arc.acc)
-        gap = max(0.0, -(away + 0.5 * pull * left) * share * left)
-        if arc.is_landing and away > -_GENTLE:
+    def _look_for_balls(self, arc: Arc) -> None:
+        """Note when a ball meets others, from its last change on."""
+        if is_caught(arc):
             return
-        time = arc.time + _fall_time(gap, away, pull)
-        if time < found[n].time:
-            x, y, z = normal.tolist()
-            found[n] = _Meeting(time, (x, y, z), surface, robot)
+        now, n, h = arc.time, arc.number, self._h
+        for m in self._balls.around(arc, h):
+            other = self._arc(m)
+            if is_caught(other):
+                continue
+            time = _meeting_time(arc, other, GENTLE, now)
+            if time <= h:
+                heappush(self._events, (time, n, m, arc.changes + other.changes))
+            elif arc.is_touched and self._balls.is_frozen(m) and _meeting_time(arc, other, _STANDS, now) <= h:
+                self.pressed.append(other.slot)
 
-    def _floor(self, h: float, arc: Arc) -> _Meeting:
-        """When a ball meets the floor at z = 0."""
-        if self._world.floor is None or not arc.is_flying or arc.surfaces >= _MOST_OF_ONE:
-            return _NEVER
-        gap = arc.pos[2] - float(self._pool.radius[arc.slot])
-        if gap < -float(self._pool.radius[arc.slot]) or (arc.is_landing and arc.vel[2] > -_GENTLE):
-            return _NEVER
-        time = arc.time + _fall_time(max(0.0, gap), arc.vel[2], arc.acc[2])
-        return _Meeting(time, (0.0, 0.0, 1.0), self._world.floor) if time <= h else _NEVER
+    def _look_for_surface(self, arc: Arc) -> None:
+        """Note what a ball meets next of the floor, the field and robots: in scalars, because most meet nothing."""
+        if arc.surfaces >= _MOST_OF_ONE:
+            return
+        world, left, is_free = self._world, self._h - arc.time, arc.is_free
+        least, meeting = 0.0 if is_free else GENTLE * left, None
+        gap, rise = arc.pos[2] - arc.radius, arc.vel[2]
+        if world.floor is not None and gap >= -arc.radius and (is_free or rise <= -GENTLE):
+            time = arc.time + _fall_time(max(0.0, gap), rise, arc.acc[2])
+            if time <= self._h:
+                meeting = _Meeting(time, (0.0, 0.0, 1.0), world.floor, None)
+        u, v, w = arc.chord
+        touch = world.first_touch(arc.pos, (left * u, left * v, left * w), arc.radius, least)
+        if touch is not None:
+            meeting = self._earlier(arc, meeting, touch, None)
+        for robot in self._robots:
+            if robot.is_near(arc, left):
+                touch = robot.first_touch(arc, left, least)
+                if touch is not None:
+                    meeting = self._earlier(arc, meeting, touch, robot)
+        if meeting is not None:
+            self._surface[arc.number] = meeting
+            heappush(self._events, (meeting.time, arc.number, -1, arc.changes))
+
+    def _earlier(self, arc: Arc, known: _Meeting | None, touch: FirstTouch, robot: _Body | None) -> _Meeting | None:
+        """What a ball meets first: what is known, or what it touches, at its instant on the arc."""
+        left, normal = self._h - arc.time, touch.normal
+        moving = _STILL
+        if robot is not None:
+            (x, y, z), (u, v, w), now = arc.pos, robot.vel, arc.time
+            moving = robot.velocity_at((x - now * u, y - now * v, z - now * w))
+        away, pull = _along(arc.vel, moving, normal), _along(arc.acc, _STILL, normal)
+        if not arc.is_free and away > -GENTLE:
+            return known
+        gap = max(0.0, -(away + 0.5 * pull * left) * touch.fraction * left)
+        time = arc.time + _fall_time(gap, away, pull)
+        if time > self._h or (known is not None and time >= known.time):
+            return known
+        return _Meeting(time, normal, self._world.surface(touch.tag if robot is None else robot.row), robot)
 
     # --- what comes of it ---------------------------------------------------------------------------------------
 
     def _hit_surface(self, arc: Arc, meeting: _Meeting, now: float) -> None:
-        pool, normal, robot = self._pool, meeting.normal, meeting.robot
-        own, other = pool.surfaces[arc.slot], meeting.surface
-        assert other is not None
-        pos, vel, radius = arc.at(now), arc.velocity(now), float(pool.radius[arc.slot])
-        moving, ratio = (0.0, 0.0, 0.0), 0.0
-        n, mass = np.array(normal), float(pool.mass[arc.slot])
-        place = np.array(pos) - radius * n
+        pool, (_, normal, other, robot) = self._pool, meeting
+        own, pos, vel, radius = pool.surfaces[arc.slot], arc.at(now), arc.velocity(now), arc.radius
+        moving, ratio, mass = _STILL, 0.0, float(pool.mass[arc.slot])
+        (x, y, z), (nx, ny, nz) = pos, normal
+        place = x - radius * nx, y - radius * ny, z - radius * nz
         if robot is not None:
-            place = place - now * robot.vel  # on the robot as it is at the start of the part
-            vx, vy, vz = robot.velocity_at(place).tolist()
-            moving, ratio = (vx, vy, vz), mass * robot.inverse_mass(place, n)
+            u, v, w = robot.vel
+            place = place[0] - now * u, place[1] - now * v, place[2] - now * w  # as it is at the start of the part
+            moving, ratio = robot.velocity_at(place), mass * robot.inverse_mass(place, normal)
         approach = -_along(vel, moving, normal)
         after, spin = hit_surface(
             vel,
@@ -299,15 +283,18 @@ class ImpactEvents:
             mass_ratio=ratio,
         )
         if robot is not None:
-            robot.push(place, -mass * (np.array(after) - np.array(vel)))
+            u, v, w = _minus(vel, after)
+            robot.push(place, (mass * u, mass * v, mass * w))
+        if not arc.is_flying and after[2] < 0.0:  # something carries it
+            after = (after[0], after[1], 0.0)
         leaves = _along(after, moving, normal)
         arc.surfaces += 1
         self._turn(arc, now, pos, after, spin)
         arc.is_landing = (
-            leaves < (LEAST_BOUNCE * normal[2] if robot is None else _GENTLE) or arc.surfaces >= _MOST_OF_ONE
+            leaves < (LEAST_BOUNCE * normal[2] if robot is None else GENTLE) or arc.surfaces >= _MOST_OF_ONE
         )
         if arc.is_landing:
-            pull = min(0.0, _along(arc.acc, (0.0, 0.0, 0.0), normal))
+            pull = min(0.0, _along(arc.acc, _STILL, normal))
             x, y, z = (v - leaves * c for v, c in zip(after, normal, strict=True))
             ax, ay, az = (a - pull * c for a, c in zip(arc.acc, normal, strict=True))
             arc.vel, arc.acc = (x, y, z), (ax, ay, az)
@@ -328,13 +315,14 @@ class ImpactEvents:
         distance = math.hypot(*away)
         normal = (away[0] / distance, away[1] / distance, away[2] / distance)
         sa, sb = pool.surfaces[a.slot], pool.surfaces[b.slot]
+        approach = -_along(a.velocity(now), b.velocity(now), normal)
         (va, vb), (wa, wb) = hit_ball(
             (a.velocity(now), b.velocity(now)),
             (a.spin, b.spin),
             normal,
-            radii=(float(pool.radius[a.slot]), float(pool.radius[b.slot])),
+            radii=(a.radius, b.radius),
             masses=(float(pool.mass[a.slot]), float(pool.mass[b.slot])),
-            restitution=sa.restitution * sb.restitution,
+            restitution=sa.restitution * sb.restitution if approach > _LEAST_APPROACH else 0.0,
             friction=sa.friction * sb.friction,
         )
         for arc, pos, vel, spin, other in ((a, pos_a, va, wa, b), (b, pos_b, vb, wb, a)):
@@ -343,18 +331,21 @@ class ImpactEvents:
             self._turn(arc, now, pos, vel, spin)
             if arc.is_flying and not other.is_flying:
                 leaves = _along(va, vb, normal)
-                arc.is_landing = leaves < _GENTLE
+                arc.is_landing = leaves < GENTLE
+
+
+def _minus(a: Vector, b: Vector) -> Vector:
+    return a[0] - b[0], a[1] - b[1], a[2] - b[2]
+
+
+def _cross(a: Vector, b: Vector) -> Vector:
+    (ax, ay, az), (bx, by, bz) = a, b
+    return ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx
 
 
 def _along(a: Vector, b: Vector, normal: Vector) -> float:
     """Of a difference, along a unit vector."""
     return (a[0] - b[0]) * normal[0] + (a[1] - b[1]) * normal[1] + (a[2] - b[2]) * normal[2]
-
-
-def _chord(arc: Arc, h: float) -> tuple[FloatArray, FloatArray]:
-    """Where the chord of the rest of an arc was at time 0 [m], and the velocity along it [m/s]."""
-    chord = np.array(arc.vel) + 0.5 * (h - arc.time) * np.array(arc.acc)
-    return np.array(arc.pos) - arc.time * chord, chord
 
 
 def _fall_time(gap: float, away: float, pull: float) -> float:
@@ -374,34 +365,41 @@ def _fall_time(gap: float, away: float, pull: float) -> float:
     return 2.0 * gap / faster if faster > 1e-12 else math.inf
 
 
-def _first_meetings(pos: FloatArray, vel: FloatArray, radius: FloatArray, least: FloatArray, h: float) -> FloatArray:
-    """When balls first meet each other within h [s], inf for never or too gently, shape (n, n)."""
-    times: FloatArray = np.full((len(pos), len(pos)), np.inf)
-    way = lengths(vel) * h
-    i, j, away2 = close_pairs(pos, pos, radius + way + (radius + way).max(initial=0.0))
-    room = radius[i] + radius[j] + way[i] + way[j]
-    close = (away2 < room * room) & (way[i] + way[j] > _GENTLE * h)
-    i, j = i[close], j[close]
-    times[i, j] = _meeting_times(
-        pos[j] - pos[i], vel[j] - vel[i], radius[i] + radius[j], np.minimum(least[i], least[j])
-    )
-    return times
+def is_caught(arc: Arc) -> bool:
+    """Whether a ball has had so many impacts in the part that something holds it: the engine goes on."""
+    return arc.surfaces >= _MOST_OF_ONE or arc.changes >= _MOST_OF_ALL
 
 
-def _meeting_times(away: FloatArray, closing: FloatArray, contact: FloatArray, least: FloatArray) -> FloatArray:
-    """When pairs of balls touch [s], inf for never or too gently, shape (...).
-
-    Args:
-        away: Of one center from the other, shape (..., 3).
-        closing: Its velocity, shape (..., 3).
-        contact: Distance at which they touch, shape (...).
-        least: Approach that counts as an impact [m/s], shape (...).
-    """
-    along = np.einsum("...j,...j->...", away, closing)
-    speed2 = np.einsum("...j,...j->...", closing, closing)
-    gap = np.einsum("...j,...j->...", away, away) - contact * contact
+def _first_meetings(balls: BallRows, h: float) -> list[tuple[float, int, int, int]]:
+    """When the pairs of balls first meet within h [s]: time, both numbers, and how often these have changed."""
+    i, j = balls.pairs
+    if not len(i):
+        return []
+    chord = balls.vel + (0.5 * h) * balls.acc
+    away, closing, contact = balls.pos[j] - balls.pos[i], chord[j] - chord[i], balls.radius[i] + balls.radius[j]
+    along = np.einsum("ij,ij->i", away, closing)
+    gap = np.einsum("ij,ij->i", away, away) - contact * contact
+    speed2 = np.einsum("ij,ij->i", closing, closing)
     root = along * along - speed2 * gap
-    meet = (along < -least * contact) & (root > 0.0)
-    times: FloatArray = np.full(meet.shape, np.inf)
-    times[meet] = np.maximum(gap[meet], 0.0) / (np.sqrt(root[meet]) - along[meet])
-    return times
+    least = GENTLE * contact
+    meet = (along < -least) & (root > least * least)
+    i, j, along = i[meet], j[meet], along[meet]
+    times = np.maximum(gap[meet], 0.0) / (np.sqrt(root[meet]) - along)
+    return [(time, n, m, 0) for time, n, m in zip(times.tolist(), i.tolist(), j.tolist(), strict=True) if time <= h]
+
+
+def _meeting_time(a: Arc, b: Arc, least: float, now: float) -> float:
+    """When two balls touch from now on [s], inf for never or more gently than `least` [m/s]."""
+    (ax, ay, az), (bx, by, bz), (au, av, aw), (bu, bv, bw) = a.base, b.base, a.chord, b.chord
+    u, v, w = bu - au, bv - av, bw - aw
+    x, y, z = bx - ax + now * u, by - ay + now * v, bz - az + now * w
+    contact = a.radius + b.radius
+    least *= contact
+    along = x * u + y * v + z * w
+    if along > -least:
+        return math.inf
+    gap = x * x + y * y + z * z - contact * contact
+    root = along * along - (u * u + v * v + w * w) * gap
+    if root < least * least:
+        return math.inf
+    return now + max(gap, 0.0) / (math.sqrt(root) - along)

@@ -8,9 +8,12 @@ from __future__ import annotations
 
 import math
 
-from simcore.geometry.rotation import Vector
+import numpy as np
 
-__all__ = ["hit_ball", "hit_surface"]
+from simcore.geometry.rotation import Vector
+from simcore.typing import FloatArray
+
+__all__ = ["hit_ball", "hit_surface", "touch_normal"]
 
 
 def hit_surface(
@@ -101,6 +104,24 @@ def hit_ball(
             )
         )
     return (new_v[0], new_v[1]), (new_w[0], new_w[1])
+
+
+def touch_normal(ahead: Vector, away: FloatArray, reach: float) -> Vector:
+    """Unit normal from a ball toward another that comes along a line, where they first touch.
+
+    Args:
+        ahead: Unit vector of the line, the way that the other one comes.
+        away: From a point of the line to the ball [m], shape (3,); the ball is within `reach` of the line.
+        reach: Distance of the centers as they touch [m].
+
+    Example:
+        >>> touch_normal((1.0, 0.0, 0.0), np.array([0.2, 0.6, 0.0]), 1.0)
+        (-0.8, -0.6, -0.0)
+    """
+    beside = away - np.dot(away, ahead) * np.array(ahead)
+    along = math.sqrt(max(0.0, reach * reach - float(beside @ beside)))
+    x, y, z = (-(beside + along * np.array(ahead)) / reach).tolist()
+    return x, y, z
 
 
 def _slip(velocity: Vector, spin: Vector, normal: Vector, radius: float, approach: float) -> Vector:

@@ -1,4 +1,4 @@
-"""What every piece of one kind has in common."""
+"""What every piece of one kind has in common, and by how much single ones differ from it."""
 
 from __future__ import annotations
 
@@ -23,10 +23,11 @@ from simcore.physics.shapes import Box, Compound, Cylinder, Hull, Sphere
 from simcore.physics.surface import TerrainSurface
 from simcore.pieces.aerodynamics import Aerodynamics, AirFactors, air_factors
 from simcore.pieces.foam import FoamStiffness
-from simcore.quantities import MASS, ROBOT_HEIGHT, ROBOT_LENGTH, require, require_fields
+from simcore.quantities import MASS, ROBOT_HEIGHT, ROBOT_LENGTH, STIFFNESS, require, require_fields
+from simcore.typing import FloatArray
 from simcore.units import GRAVITY
 
-__all__ = ["GamePieceConfig"]
+__all__ = ["GamePieceConfig", "PieceVariation"]
 
 _MOST_PARTS = 32
 _OFF_CENTER = 0.01  # share of the bounding radius that the center of mass may be off the origin
@@ -64,6 +65,8 @@ class GamePieceConfig:
         if not re.fullmatch(r"#[0-9a-fA-F]{6}", self.color):
             raise ConfigError(f"{self.name}: color must be '#rrggbb', got {self.color!r}")
         require_fields(self, self.name, mass=MASS, rolling=ROBOT_HEIGHT)
+        if self.foam is None:
+            require(self.name, "stiffness", self.stiffness, STIFFNESS)
         if not isinstance(self.shape, Sphere | Cylinder | Box):
             self._check_shape()
         require(self.name, "radius around its shape", self.bounding_radius, ROBOT_LENGTH)
@@ -149,3 +152,19 @@ class GamePieceConfig:
         """Speed above which drag exceeds 3 % of the weight [m/s]; slower pieces have drag only while in flight."""
         k = self.air.drag
         return math.sqrt(0.03 * GRAVITY / k) if k > 0.0 else math.inf
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PieceVariation:
+    """Factors of single pieces, one per slot of the pool, shape (n,).
+
+    Mass and restitution are those of the bodies in the engine, too. The diameter changes what the air and a shooter's
+    wheels do to a piece, and its spin; as a body it keeps the size of its kind: half of 1 % of a diameter of 15 cm is
+    less than the 3 mm within which contacts are looked for.
+    """
+
+    mass: FloatArray
+    diameter: FloatArray
+    restitution: FloatArray
+    drag: FloatArray
+    """Of the drag coefficient."""

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -14,7 +15,7 @@ from simcore.geometry.rotation import matrix
 from simcore.quantities import ANGLE, ROBOT_HEIGHT, ROBOT_PLACE, Quantity, require, require_fields
 from simcore.typing import FloatArray, IntArray
 
-__all__ = ["Aim", "LaunchParameters", "launch_direction", "launch_state", "muzzle_offset", "to_field"]
+__all__ = ["Aim", "Launch", "LaunchParameters", "launch_direction", "launch_state", "muzzle_offset", "to_field"]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -36,19 +37,13 @@ class LaunchParameters:
 
     def __post_init__(self) -> None:
         require_fields(
-            self,
-            height=ROBOT_HEIGHT,
-            forward=ROBOT_PLACE,
-            pivot_x=ROBOT_PLACE,
-            pivot_y=ROBOT_PLACE,
-            heading=ANGLE,
+            self, height=ROBOT_HEIGHT, forward=ROBOT_PLACE, pivot_x=ROBOT_PLACE, pivot_y=ROBOT_PLACE, heading=ANGLE,
             barrels=[ROBOT_PLACE],
-        )
+        )  # fmt: skip
         require("LaunchParameters", "number of barrels", len(self.barrels), Quantity("", 1, 100, is_whole=True))
 
 
-@dataclass(frozen=True, slots=True)
-class Aim:
+class Aim(NamedTuple):
     """Speed and direction of a launch at one instant, relative to the robot; of n launches, arrays of shape (n,)."""
 
     elevation: float | FloatArray
@@ -59,6 +54,19 @@ class Aim:
     """Counter-clockwise positive [rad]."""
     turret_rate: float | FloatArray = 0.0
     """Rate of the turret against the robot, which carries the muzzle round its pivot [rad/s]."""
+
+
+class Launch(NamedTuple):
+    """One piece that leaves in a tick."""
+
+    barrel: int
+    """Index into `LaunchParameters.barrels`."""
+    delay: float
+    """From the start of the tick to the launch [s]."""
+    aim: Aim
+    """Speed and direction at that instant, relative to the robot."""
+    spin: float = 1.0
+    """Factor of the spin that the wheels would give it [-]."""
 
 
 def launch_direction(yaw: float | FloatArray, elevation: float | FloatArray) -> FloatArray:
@@ -80,19 +88,16 @@ def muzzle_offset(
 def launch_state(
     launch: LaunchParameters, aim: Aim, robot: Sequence[Sequence[float] | FloatArray], barrel: int | IntArray = 0
 ) -> tuple[FloatArray, FloatArray]:
-    """Position and velocity of pieces at the moment they leave a robot that may pitch and roll.
+    """Position [m] and velocity [m/s] of pieces as they leave a robot that may pitch and roll, field frame.
 
     v = v_exit + v_turret + v_chassis + omega x r; the last term is what a robot that turns adds.
 
     Args:
         launch: Place of the launcher.
-        aim: Speed and direction relative to the robot, of one launch or of n.
+        aim: Of one launch or of n.
         robot: As a `PartState`, field frame: position of its origin [m], attitude as quaternion xyzw, velocity [m/s]
             and angular velocity [rad/s]; each of one robot, or (n, 3) and (n, 4).
         barrel: Which one.
-
-    Returns:
-        Position [m] and velocity [m/s] in the field frame, shape (3,) or (n, 3) each.
     """
     pos, quat, vel, rate = (np.asarray(one, dtype=np.float64) for one in robot)
     offset = muzzle_offset(launch, barrel, aim.turret_angle)

@@ -9,7 +9,7 @@ a tick the engine itself wakes what is touched (a row of touching balls passes a
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
@@ -20,17 +20,12 @@ from simcore.physics.world import PhysicsWorld
 from simcore.pieces.approach import Approach
 from simcore.pieces.flying_pieces import FlyingPieces
 from simcore.pieces.free_places import free_place
-from simcore.pieces.kinds import GamePieceConfig
-from simcore.pieces.lodging import Lodging
-from simcore.pieces.piece_variation import PieceVariation
-from simcore.pieces.pool import ON_FIELD, PiecePool, PieceStatus
+from simcore.pieces.kinds import GamePieceConfig, PieceVariation
+from simcore.pieces.pool import ON_FIELD, PiecePool, PieceStatus, ShownPieces
+from simcore.pieces.reach import ChunkGrid, Footprint, WakeSettings, lengths
 from simcore.pieces.resting_places import RestingPlace, RestingPlaces
-from simcore.pieces.shown_pieces import ShownPieces
-from simcore.pieces.sleeping import SETTLE_PERIOD, Sleeping
+from simcore.pieces.sleeping import SETTLE_PERIOD, IdleDetector, Sleeping, WedgedPieces
 from simcore.pieces.squeezing import Squeezing
-from simcore.pieces.stillness import Stillness
-from simcore.pieces.touching import lengths
-from simcore.pieces.wake_grid import ChunkGrid, Footprint, WakeSettings
 from simcore.pieces.waking import Waking
 from simcore.typing import BoolArray, FloatArray, IntArray
 
@@ -83,14 +78,14 @@ class MovingPieces:
         self._approach = Approach(world, self._pool)
         self._flying = FlyingPieces(world, self._pool, self._wake, self._forget_awake)
         self._squeezing = Squeezing(world, self._pool)
-        self._lodging = Lodging(world, self._pool)
+        self._wedged = WedgedPieces(world, self._pool)
         self.places = RestingPlaces(places, self._pool)
         """Where pieces stay and count."""
         self._sleeping = Sleeping(world, self._pool, self._p, self._wake)
         self._waking = Waking(self._pool, self._sleeping, self._p)
         self.shown = ShownPieces(self._pool, self.attitudes)
         """What the pieces on the field look like."""
-        self._stillness = Stillness(self._p.chunk_linger + _SORTED)
+        self._idle = IdleDetector(self._p.chunk_linger + _SORTED)
         self._quats = np.tile((1.0, 0.0, 0.0, 0.0), (n, 1))
         self._awake: IntArray = np.zeros(0, dtype=np.int64)
         self._in_contact: IntArray = np.zeros(0, dtype=np.int64)
@@ -98,6 +93,8 @@ class MovingPieces:
         self._awake_stale = True
         self._outer = np.array([(-0.5, -0.5, -0.5), (field_size[0] + 0.5, field_size[1] + 0.5, 30.0)])
         self._robots: list[Footprint] = []
+        self.out_of_field: Callable[[int], bool] | None = None
+        """Told of each piece that has left the field; False: it is put back at once. True: it has taken the piece."""
         self._tick = 0
         self.total = 0
         """How many pieces have come into the match."""
@@ -162,7 +159,7 @@ class MovingPieces:
     def mark_active(self, x: float, y: float, reach: float) -> None:
         """Show the chunks around a place to the engine in the coming tick, whatever moves there [m]."""
         self._chunks.mark_box(x, y, reach)
-        self._stillness.end()
+        self._idle.end()
 
     def begin_tick(self, robots: Sequence[Footprint], dt: float) -> TickPlan:
         """Before the engine moves: wake what can be reached within dt [s], and say how finely that must be stepped.
@@ -174,8 +171,8 @@ class MovingPieces:
         state, p, chunks = self.state, self._p, self._chunks
         self._robots = list(robots)
         awake = self.awake
-        self._stillness.begin_tick(len(awake) + len(self._sleeping.stirred), self._robots)
-        if self._stillness.is_reached:
+        self._idle.begin_tick(len(awake), self._robots)
+        if self._idle.is_reached:
             return TickPlan()
         self._flying.land_early(dt)
         awake = self.awake
@@ -192,7 +189,7 @@ class MovingPieces:
         touching = state.status[awake] == _AWAKE
         for slot in self._waking.choose(awake[touching], speed[touching], reach[touching], robots, dt).tolist():
             self._wake(slot)
-        self._flying.begin_tick(awake[touching], speed[touching], self._waking.guarded, dt)
+        self._flying.begin_tick(self._waking.guarded, dt)
         now = self.in_contact
         speed = lengths(state.vel.take(now, axis=0))
         longest = self._squeezing.longest_step(now, robots, dt)
@@ -208,8 +205,8 @@ class MovingPieces:
         if self._approach.is_needed:
             self._approach.finish()
         self._flying.fly(h)
-        if self._lodging.is_used:
-            self._lodging.hold(h, self.awake)
+        if self._wedged.is_used:
+            self._wedged.hold(h, self.awake)
         if self._approach.is_needed:
             self.awake  # noqa: B018  (brings the rows up to date)
             self._approach.begin_step(h, self._contact_rows)
@@ -237,7 +234,7 @@ class MovingPieces:
             self._recover(awake, now)
         self._squeezing.read(awake, dt)
         self._tick += 1
-        if not self._stillness.is_reached:
+        if not self._idle.is_reached:
             self._sleeping.read(dt)
 
     def settle(self) -> None:
@@ -252,7 +249,7 @@ class MovingPieces:
             if out.any():  # behind a wall, or on top of it
                 self._put_back(ready[out])
                 ready = ready[~out]
-            self._fall_asleep(ready[~self._sleeping.are_deep(ready)])
+            self._fall_asleep(ready)
 
     # --- inside ---------------------------------------------------------------------------------------------------
 
@@ -273,7 +270,7 @@ class MovingPieces:
         for slot in asleep[woken[chunk]].tolist():
             self._pool.set_touchable(slot, True)
         hide = asleep[quiet[chunk]]
-        for slot in self._sleeping.follow(hide, dt)[0].tolist():  # one that the engine woke would fall through
+        for slot in self._sleeping.follow(hide, dt).tolist():  # one that the engine woke would fall through
             self._pool.set_touchable(slot, False)
             self._sleeping.stop(slot)
 
@@ -282,7 +279,7 @@ class MovingPieces:
             self.state.status[slot] = _AWAKE
             self._pool.set_touchable(slot, True)
             self._awake_stale = True
-        self._sleeping.stir(slot)
+        self._sleeping.disturb(slot)
         self._world.engine.wake(self._pool.rows[slot])
 
     def _wake_leaning(self, slot: int) -> None:
@@ -314,7 +311,7 @@ class MovingPieces:
     def _release(
         self, slots: IntArray, positions: FloatArray, quats: list[Quaternion], *, resting: bool = False
     ) -> None:
-        self._lodging.free(slots)
+        self._wedged.free(slots)
         for slot, pos, quat in zip(slots.tolist(), positions.tolist(), quats, strict=True):
             config = self._pool.types[self.state.kind[slot]]
             if quat == IDENTITY:
@@ -327,7 +324,7 @@ class MovingPieces:
             self._pool.place(slot, (pos[0], pos[1], pos[2]), touchable=not standing, quat=quat)
             self.state.status[slot] = _AWAKE
             self.state.holder[slot] = -1
-            self._sleeping.stir(slot)
+            self._sleeping.disturb(slot)
             if standing:
                 self._fall_asleep(np.array([slot]))
             elif self._flying.is_clear(slot, (pos[0], pos[1], pos[2])):
@@ -343,6 +340,8 @@ class MovingPieces:
     def _put_back(self, slots: IntArray) -> None:
         """Put pieces on the carpet inside the field, nearest to where each left it, at rest."""
         for slot in slots.tolist():
+            if self.out_of_field is not None and self.out_of_field(slot):
+                continue
             x, y, _ = (0.0 if math.isnan(c) else c for c in self.state.pos[slot].tolist())
             self._move_to_free_place(slot, (x, y))
             self.recovered += 1

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from typing import Protocol
 
 import numpy as np
 
@@ -16,8 +17,8 @@ from simcore.pieces.aerodynamics import AirFactors
 from simcore.pieces.kinds import GamePieceConfig
 from simcore.pieces.moving_pieces import MovingPieces
 from simcore.pieces.pool import ON_FIELD, PieceStatus
-from simcore.pieces.wake_grid import Footprint
-from simcore.quantities import FORCE, require
+from simcore.pieces.reach import Footprint
+from simcore.quantities import FORCE, require, shown
 from simcore.typing import BoolArray, FloatArray, IntArray
 
 __all__ = ["GamePieceManager"]
@@ -27,11 +28,36 @@ _BESIDE = 0.02  # [m]; what is within this of a piece may carry it
 _SOFT, _HARD = 0.1, 0.003  # how deep a piece may be in a wall as it is let go: of a ball's radius, [m] of others
 _FREE, _STAGED, _ASLEEP, _AWAKE, _HELD, _IN_FLIGHT, _SCORED, _PLACED = (int(status) for status in PieceStatus)
 _ZERO = (0.0, 0.0, 0.0)
-_ALL = (_STAGED, *ON_FIELD, _HELD, _SCORED)
+_LOOSE = (_STAGED, *ON_FIELD, _SCORED)  # in no robot
+_ALL = (*_LOOSE, _HELD)
+
+
+class Holder(Protocol):
+    """A robot, as the pieces see it."""
+
+    def forget_piece(self, slot: int) -> None:
+        """Have a piece no more."""
+        ...
 
 
 class GamePieceManager(MovingPieces):
-    """Owns all pieces of a world; arguments as `MovingPieces`."""
+    """Owns all pieces of a world; arguments as `MovingPieces`.
+
+    Which call takes a piece from which status, and to which; any other is refused:
+
+    | call | from | to |
+    |---|---|---|
+    | `stage` | FREE | STAGED |
+    | `release` | STAGED, on the field, HELD, SCORED | AWAKE |
+    | `put_down` | STAGED, on the field, SCORED | AWAKE |
+    | `hold` | STAGED, on the field, SCORED | HELD |
+    | `launch` | HELD | IN_FLIGHT, AWAKE |
+    | `score` | on the field | SCORED |
+    | `set_aside` | SCORED | STAGED |
+    """
+
+    holders: Sequence[Holder] = ()
+    """The robots by number, which are told when a piece is taken from them."""
 
     # --- life -----------------------------------------------------------------------------------------------------
 
@@ -83,7 +109,7 @@ class GamePieceManager(MovingPieces):
         self._release(slots, positions, quats, resting=resting or lodged is not None)
         if lodged is not None:
             for slot in slots.tolist():
-                self._lodging.lodge(slot, lodged)
+                self._wedged.wedge(slot, lodged)
         return slots
 
     def release(self, slots: IntArray, positions: FloatArray, attitudes: FloatArray | None = None) -> None:
@@ -99,16 +125,22 @@ class GamePieceManager(MovingPieces):
             NonFiniteError: A place is not finite. Either way nothing has changed.
         """
         self._require("release", slots, _ALL, positions)
-        self._release(slots, positions, _quaternions("release", attitudes, len(slots)))
+        quats = _quaternions("release", attitudes, len(slots))
+        for slot in slots[self.state.status[slots] == _HELD].tolist():
+            if self.state.holder[slot] < len(self.holders):
+                self.holders[self.state.holder[slot]].forget_piece(slot)
+        self._release(slots, positions, quats)
 
     def hold(self, slots: IntArray, holder: int) -> None:
         """Take pieces into a robot: off the field, and what leaned on them wakes.
 
         Raises:
-            ConfigError: A slot holds no piece; nothing has changed.
+            ConfigError: A slot holds no piece, a robot has it, or there is no such robot; nothing has changed.
         """
-        self._require("hold", slots, _ALL)
-        self._lodging.free(slots)
+        self._require("hold", slots, _LOOSE)
+        if holder < 0 or (self.holders and holder >= len(self.holders)):
+            raise ConfigError(f"hold: there are robots 0 to {len(self.holders) - 1}, got {holder}")
+        self._wedged.free(slots)
         for slot in slots.tolist():
             self._wake_leaning(slot)
             self._flying.forget(slot)
@@ -159,7 +191,7 @@ class GamePieceManager(MovingPieces):
         self.state.vel[slot] = vel
         self.state.status[slot] = _AWAKE
         self.state.holder[slot] = -1
-        self._sleeping.stir(slot)
+        self._sleeping.disturb(slot)
         if flying:
             self._flying.start(slot, _vector(vel), _vector(spin), untouched=True)
         self._awake_stale = True
@@ -189,13 +221,22 @@ class GamePieceManager(MovingPieces):
             ConfigError: A piece is not on the field; nothing has changed.
         """
         self._require("score", slots, ON_FIELD)
-        self._lodging.free(slots)
+        self._wedged.free(slots)
         for slot in slots.tolist():
             self._wake_leaning(slot)
             self._flying.forget(slot)
             self._pool.park(slot)
             self.state.status[slot] = _SCORED
         self._awake_stale = True
+
+    def set_aside(self, slots: IntArray) -> None:
+        """Let people keep scored pieces, who will put them on the field again.
+
+        Raises:
+            ConfigError: A piece has not scored; nothing has changed.
+        """
+        self._require("set_aside", slots, (_SCORED,))
+        self.state.status[slots] = _STAGED
 
     def push(self, slots: IntArray, velocities: FloatArray, *, flying: bool = False) -> None:
         """Give pieces on the field a velocity, and wake them.
@@ -261,7 +302,7 @@ class GamePieceManager(MovingPieces):
         Raises:
             ConfigError: A slot holds no piece; nothing has changed.
         """
-        self._require("put_down", slots, _ALL)
+        self._require("put_down", slots, _LOOSE)
         for slot, (x, y) in zip(slots.tolist(), places.tolist(), strict=True):
             self._move_to_free_place(slot, (x, y))
 
@@ -328,6 +369,11 @@ class GamePieceManager(MovingPieces):
 
     def _require(self, what: str, slots: IntArray, allowed: Sequence[int], rows: FloatArray | None = None) -> None:
         """Check a whole request before the first change."""
+        count = len(self.state.status)
+        if not (isinstance(slots, np.ndarray) and slots.ndim == 1 and np.issubdtype(slots.dtype, np.integer)):
+            raise ConfigError(f"{what}: pieces must be an array of whole numbers, shape (n,), got {shown(slots)}")
+        if ((slots < 0) | (slots >= count)).any() or len(np.unique(slots)) < len(slots):
+            raise ConfigError(f"{what}: pieces must be different numbers from 0 to {count - 1}, got {shown(slots)}")
         wrong = slots[~np.isin(self.state.status[slots], allowed)]
         if len(wrong):
             status = PieceStatus(int(self.state.status[wrong[0]])).name

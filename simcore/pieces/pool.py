@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from enum import IntEnum
 
@@ -14,11 +15,10 @@ from simcore.physics.shapes import Sphere
 from simcore.physics.surface import TerrainSurface
 from simcore.physics.world import PhysicsWorld
 from simcore.pieces.aerodynamics import AirFactors
-from simcore.pieces.kinds import GamePieceConfig
-from simcore.pieces.piece_variation import PieceVariation
+from simcore.pieces.kinds import GamePieceConfig, PieceVariation
 from simcore.typing import BoolArray, FloatArray, IntArray
 
-__all__ = ["ON_FIELD", "PiecePool", "PieceState", "PieceStatus"]
+__all__ = ["ON_FIELD", "PiecePool", "PieceState", "PieceStatus", "ShownPieces"]
 
 _PARKING_HEIGHT = 50.0  # [m], above everything; 1 m apart: balls parked on one spot take seconds a step
 
@@ -133,6 +133,10 @@ class PiecePool:
                 ]
             self.surfaces += surfaces
             for mass, surface in zip(self.mass[mine].tolist(), surfaces, strict=True):
+                if isinstance(
+                    config.shape, Sphere
+                ):  # its impacts are ours (`impact_events`): in the engine none bounces
+                    surface = replace(surface, restitution=0.0)
                 row = world.add_piece_body(
                     config.name, config.shape, mass=mass, surface=surface, pos=self._parking(slot)
                 )
@@ -216,3 +220,40 @@ class PiecePool:
     @staticmethod
     def _parking(slot: int) -> tuple[float, float, float]:
         return (float(slot % 32), float(slot // 32), _PARKING_HEIGHT)
+
+
+class ShownPieces:
+    """What pieces on the field look like: slots and poses by kind.
+
+    The arrays are read-only, and the same until the pool says that something has changed.
+
+    Args:
+        pool: The pieces.
+        attitudes: Of slots, as w, x, y, z, shape (n, 4).
+    """
+
+    def __init__(self, pool: PiecePool, attitudes: Callable[[IntArray], FloatArray]) -> None:
+        self._pool = pool
+        self._attitudes = attitudes
+        self._changes = -1
+        self._kept: dict[int, tuple[IntArray, FloatArray]] = {}
+
+    def of(self, kind: int) -> tuple[IntArray, FloatArray]:
+        """Slots of a kind on the field or in the air, rising, shape (n,), and their rows x, y, z, qw, qx, qy, qz.
+
+        Args:
+            kind: Its number.
+        """
+        pool = self._pool
+        if pool.changes != self._changes:
+            self._changes = pool.changes
+            self._kept.clear()
+        if kind not in self._kept:
+            slots = np.array((pool.is_on_field & (pool.state.kind == kind)).nonzero()[0])
+            rows = np.empty((len(slots), 7))
+            rows[:, :3] = pool.state.pos[slots]
+            rows[:, 3:] = self._attitudes(slots)
+            slots.setflags(write=False)
+            rows.setflags(write=False)
+            self._kept[kind] = slots, rows
+        return self._kept[kind]

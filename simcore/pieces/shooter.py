@@ -8,16 +8,15 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
-from typing import Literal, NamedTuple, Protocol, TypeVar
+from dataclasses import dataclass
+from typing import Literal, Protocol, TypeVar
 
 import numpy as np
 
-from simcore.errors import ConfigError
+from simcore.errors import ConfigError, NonFiniteError
 from simcore.geometry.linkage import MechanismMotion, PartState, require_mechanisms
-from simcore.geometry.rotation import Quaternion, Vector, from_rpy, multiply
-from simcore.pieces.launch import Aim, LaunchParameters, launch_direction, launch_state, to_field
-from simcore.pieces.shot_schedule import Launch, ShotErrors, ShotSchedule
+from simcore.geometry.rotation import from_rpy, multiply
+from simcore.pieces.launch import Aim, Launch, LaunchParameters, launch_direction, launch_state, to_field
 from simcore.quantities import (
     ANGLE,
     EFFICIENCY,
@@ -28,15 +27,19 @@ from simcore.quantities import (
     TURN_RATE_OR_NONE,
     require_fields,
 )
-from simcore.typing import FloatArray, IntArray
+from simcore.typing import FloatArray, FloatSupplier, IntArray
+from simcore.units import TICK, plain_sum
 
 Number = TypeVar("Number", float, FloatArray)
 _SQUEEZE = 0.15
 """By how much of its diameter a piece is squeezed [-]. Estimate, within a factor of 1.5: foam balls of 13 to 25 cm get
 two to four centimeters."""
 _LEAST_SQUEEZE = 0.3  # of that; a piece that is squeezed less is not fed at all
+_EARLIEST = -0.2  # of the period between shots: pieces behind each other do not leave at once
+_SLOWEST = 0.5  # a piece that would leave slower jams [m/s]
+_SAME_INSTANT = 1e-9  # a shot this close to the end of a tick belongs to the next one [s]
 
-__all__ = ["ReleasedPiece", "Shooter", "ShooterConfig", "SpinningMotion"]
+__all__ = ["Shooter", "ShooterConfig", "ShotErrors", "SpinningMotion"]
 
 
 class SpinningMotion(MechanismMotion, Protocol):
@@ -97,17 +100,10 @@ class ShooterConfig:
     def __post_init__(self) -> None:
         owner = "ShooterConfig"
         require_fields(
-            self,
-            wheel_radius=ROBOT_LENGTH,
-            second_wheel_radius=ROBOT_LENGTH,
-            exit_efficiency=EFFICIENCY,
-            elevation=ANGLE,
-            elevation_per_hood=RATIO,
-            turret_ratio=RATIO,
-            gate_speed=TURN_RATE,
-            min_wheel_speed=TURN_RATE_OR_NONE,
-            shot_rate=RATE,
-        )
+            self, wheel_radius=ROBOT_LENGTH, second_wheel_radius=ROBOT_LENGTH, exit_efficiency=EFFICIENCY,
+            elevation=ANGLE, elevation_per_hood=RATIO, turret_ratio=RATIO, gate_speed=TURN_RATE,
+            min_wheel_speed=TURN_RATE_OR_NONE, shot_rate=RATE,
+        )  # fmt: skip
         if len(self.wheels) not in (1, 2):
             raise ConfigError(f"{owner}: wheels must name one or two mechanisms, got {self.wheels}")
         if self.second_wheel_radius is not None and len(self.wheels) == 1:
@@ -116,9 +112,8 @@ class ShooterConfig:
             raise ConfigError(
                 f"{owner}: wheel_places must be 'lower and upper' or 'left and right', got {self.wheel_places!r}"
             )
-        for name in self.gate_reversed:
-            if name not in self.gate:
-                raise ConfigError(f"{owner}: gate_reversed must name mechanisms of gate {self.gate}, got {name!r}")
+        for name in set(self.gate_reversed) - set(self.gate):
+            raise ConfigError(f"{owner}: gate_reversed must name mechanisms of gate {self.gate}, got {name!r}")
 
     @property
     def mechanism_names(self) -> tuple[str | None, ...]:
@@ -134,28 +129,19 @@ class ShooterConfig:
 
     def wheel_speed_for(self, exit_speed: Number) -> Number:
         """Speed of all wheels that gives an exit speed [m/s]; [rad/s]."""
-        radii = self.wheel_radii
-        return exit_speed / (0.5 * (radii[0] + radii[-1]) * self.exit_efficiency)
+        return exit_speed / (0.5 * (self.wheel_radii[0] + self.wheel_radii[-1]) * self.exit_efficiency)
 
     def exit_speed(self, wheel_speeds: Sequence[float]) -> float:
-        """Of a piece relative to the muzzle [m/s]; 0 where the wheels' rims move backward on the whole.
-
-        Args:
-            wheel_speeds: Of each wheel [rad/s].
-        """
-        radii = self.wheel_radii
-        rims = 0.5 * (wheel_speeds[0] * radii[0] + wheel_speeds[-1] * radii[-1])
+        """Of a piece relative to the muzzle at speeds of the wheels [rad/s]; 0 if their rims move backward [m/s]."""
+        rims = 0.5 * (wheel_speeds[0] * self.wheel_radii[0] + wheel_speeds[-1] * self.wheel_radii[-1])
         return max(0.0, rims) * self.exit_efficiency
 
     def grip(self, size: float) -> float:
-        """Factor of the exit speed of a piece that is thicker or thinner than others [-].
+        """Factor of the exit speed of a piece whose diameter is so many times that of its kind [-].
 
         A piece that does not slip leaves at half the rim's speed along a fixed hood, and at the rims' between two
         wheels, whatever its size. What `exit_efficiency` lacks of that is slip, which falls as the piece is squeezed
         harder: the gap stays the same.
-
-        Args:
-            size: Its diameter over that of its kind [-].
         """
         most = 0.5 if len(self.wheels) == 1 else 1.0
         slip = max(0.0, 1.0 - self.exit_efficiency / most)
@@ -165,11 +151,7 @@ class ShooterConfig:
     def spin_speed(self, exit_speed: Number, wheel_speeds: Sequence[Number]) -> Number:
         """Speed of a piece's rim about its center by the spin with which it leaves [m/s], of one or of n.
 
-        Along a fixed hood it rolls: its rim there stands still. Between two wheels its rims move with theirs.
-
-        Args:
-            exit_speed: [m/s]
-            wheel_speeds: Of each wheel [rad/s].
+        Along a fixed hood it rolls: its rim there stands still. Between two wheels its rims move with theirs [rad/s].
         """
         if len(self.wheels) == 1:
             return exit_speed
@@ -177,27 +159,18 @@ class ShooterConfig:
         return 0.5 * (lower - upper) * self.exit_efficiency
 
     def launched(
-        self,
-        aim: Aim,
-        robot: Sequence[Sequence[float] | FloatArray],
-        *,
-        wheel_speeds: Sequence[float | FloatArray],
-        radius: float | FloatArray,
-        barrel: int | IntArray = 0,
-        spin: float | FloatArray = 1.0,
-    ) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Pieces as they leave: `launch_state`, and the spin that the wheels give, of one or of n.
+        self, aim: Aim, robot: Sequence[Sequence[float] | FloatArray], *, wheel_speeds: Sequence[float | FloatArray],
+        radius: float | FloatArray, barrel: int | IntArray = 0, spin: float | FloatArray = 1.0,
+    ) -> tuple[FloatArray, FloatArray, FloatArray]:  # fmt: skip
+        """Positions, velocities and angular velocities [rad/s] of pieces as they leave, of one or of n.
 
         Args:
-            aim: Speed and direction relative to the robot.
-            robot: Its pose and motion, as of `launch_state`.
+            aim: As `robot` and `barrel`: see `launch_state`.
+            robot: Its pose and motion.
             wheel_speeds: Of each wheel [rad/s].
             radius: Of the pieces [m].
             barrel: Which one.
-            spin: Factor of the spin [-].
-
-        Returns:
-            Positions [m], velocities [m/s] and angular velocities [rad/s], field frame, shape (3,) or (n, 3) each.
+            spin: Factor of the spin that the wheels give [-].
         """
         pos, vel = launch_state(self.launch, aim, robot, barrel)
         yaw = self.launch.heading + aim.turret_angle
@@ -209,21 +182,33 @@ class ShooterConfig:
         return pos, vel, to_field(robot[1], np.asarray(spin * rim / radius)[..., None] * axis)
 
 
-class ReleasedPiece(NamedTuple):
-    """A piece at the instant at which it leaves a shooter, field frame."""
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ShotErrors:
+    """What single shots of a shooter are off by; suppliers are called once a shot, in the order of the shots."""
 
-    pos: Vector
-    """Center [m]."""
-    vel: Vector
-    """[m/s]"""
-    spin: Vector
-    """Angular velocity [rad/s]."""
-    muzzle: Quaternion
-    """Attitude of the muzzle, whose x axis is the direction of the shot, x, y, z, w."""
+    exit_speed: FloatSupplier
+    """Factor of the speed at which it leaves [-]."""
+    elevation: FloatSupplier
+    """[rad]"""
+    azimuth: FloatSupplier
+    """To the left [rad]."""
+    spin: FloatSupplier
+    """Factor [-]."""
+    feed_time: FloatSupplier
+    """Of the next shot against its turn after this one, a fifth of the period earlier at most [s]."""
+    hood: float = 0.0
+    """How much farther the hood truly is than its encoder shows [rad]."""
+    turret: float = 0.0
+    """The same of the turret [rad]."""
 
 
 class Shooter:
-    """One shooter of a robot.
+    """One shooter of a robot, and when pieces leave it.
+
+    Each shot fires every barrel for which there is a piece. The time left to the next one is carried over from tick to
+    tick, so 8 shots a second are 8000 in 1000 s though 0.125 s is no whole number of ticks. While the gate is closed,
+    or the robot is empty, this time only runs down to zero: the first shot then comes at once, and nothing that was
+    missed is made up for.
 
     Args:
         config: What it is.
@@ -241,46 +226,17 @@ class Shooter:
         self.config = config
         self._wheels = [mechanisms[name] for name in config.wheels]
         self._gate = [(mechanisms[name], -1.0 if name in config.gate_reversed else 1.0) for name in config.gate]
-        self._radii = config.wheel_radii
         self._hood = None if config.hood is None else mechanisms[config.hood]
         self._turret = None if config.turret is None else mechanisms[config.turret]
-        self._schedule = ShotSchedule(
-            config.launch,
-            shot_rate=config.shot_rate,
-            aim=self._aim_at,
-            gate_open=lambda: self.gate_open,
-            lateness=None if errors is None else errors.feed_time,
-        )
         self._errors = errors
+        self._until_next = 0.0
         self._aim_before: Aim | None = None
         self._gate_before: list[float] = []
 
     @property
-    def elevation(self) -> float:
-        """Of the shot over the robot's floor plane, with the hood where it is now [rad]."""
-        hood = 0.0 if self._hood is None else self._hood.position
-        return self.config.elevation + self.config.elevation_per_hood * hood
-
-    @property
-    def turret_angle(self) -> float:
-        """Turn of the shot against the robot, counter-clockwise [rad]."""
-        return 0.0 if self._turret is None else self.config.turret_ratio * self._turret.position
-
-    @property
     def wheel_speed(self) -> float:
         """Mean of the wheels [rad/s]."""
-        if len(self._wheels) == 1:
-            return self._wheels[0].velocity
-        return 0.5 * (self._wheels[0].velocity + self._wheels[1].velocity)
-
-    @property
-    def _wheel_speeds(self) -> list[float]:
-        return [wheel.velocity for wheel in self._wheels]
-
-    @property
-    def exit_speed(self) -> float:
-        """Of a piece relative to the muzzle, at the wheels' present speed [m/s]."""
-        return self.config.exit_speed(self._wheel_speeds)
+        return plain_sum(wheel.velocity for wheel in self._wheels) / len(self._wheels)
 
     @property
     def gate_open(self) -> bool:
@@ -290,53 +246,80 @@ class Shooter:
     @property
     def aim(self) -> Aim:
         """Speed and direction of a shot, as wheels, hood and turret are now."""
-        rate = 0.0 if self._turret is None else self.config.turret_ratio * self._turret.velocity
-        return Aim(self.elevation, self.exit_speed, self.turret_angle, rate)
+        config = self.config
+        hood = 0.0 if self._hood is None else self._hood.position
+        turret, rate = (0.0, 0.0) if self._turret is None else (self._turret.position, self._turret.velocity)
+        return Aim(
+            config.elevation + config.elevation_per_hood * hood,
+            config.exit_speed([wheel.velocity for wheel in self._wheels]),
+            config.turret_ratio * turret,
+            config.turret_ratio * rate,
+        )
 
     def begin_tick(self) -> None:
         """Note aim and gate as a tick begins: shots in the course of the tick lie between this and its end."""
-        self._aim_before = self.aim
-        self._gate_before = self._gate_spares()
+        self._aim_before, self._gate_before = self.aim, self._gate_spares()
 
-    def update(self, dt: float, held: int, is_free: Callable[[Launch], bool] | None = None) -> list[Launch]:
-        """Shots of the tick that ends now.
+    def update(self, held: int, is_free: Callable[[Launch], bool] | None = None) -> list[Launch]:
+        """Launches of the tick that ends now; the caller takes as many pieces out of the robot.
 
         Args:
-            dt: Length of the tick [s].
-            held: Pieces in the robot.
-            is_free: Whether nothing is in the way of a shot; None: always free.
+            held: Pieces in the robot; no more than these are launched.
+            is_free: Whether nothing is in the way of a launch. A piece that cannot leave stays in the robot; if that is
+                so for all barrels, the shot stays due, and is tried again as the next tick begins. None: always free.
+
+        Raises:
+            NonFiniteError: If the gate is open and the aim is not finite.
         """
-        launches = self._schedule.update(dt, held, is_free, opened=self._opening() * dt)
-        self._aim_before = None
-        self._gate_before = []
+        launches: list[Launch] = []
+        if self.gate_open:
+            now = self.aim
+            if not np.isfinite(now.elevation + now.speed + now.turret_angle):
+                raise NonFiniteError(
+                    f"Shooter: want finite numbers, got elevation {now.elevation} rad, speed {now.speed} m/s,"
+                    f" turret {now.turret_angle} rad"
+                )
+            period, ready = 1.0 / self.config.shot_rate, held if now.speed >= _SLOWEST else 0
+            self._until_next = max(self._until_next, self._opening() * TICK)
+            while ready > 0 and self._until_next < TICK - _SAME_INSTANT:
+                delay = max(0.0, self._until_next)
+                aim = self._aim_at(delay / TICK)
+                shot = [Launch(barrel, delay, aim) for barrel in range(len(self.config.launch.barrels))]
+                if is_free is not None:
+                    shot = [launch for launch in shot if is_free(launch)]
+                if not shot:
+                    break
+                launches += shot[:ready]
+                ready = max(0, ready - len(shot))
+                self._until_next += period
+                if self._errors is not None:
+                    self._until_next += max(_EARLIEST * period, self._errors.feed_time())
+        self._until_next -= TICK
+        if self._until_next < -_SAME_INSTANT:  # no shot was due, or none could be: ready, and no more than that
+            self._until_next = 0.0
+        self._aim_before, self._gate_before = None, []
         return launches if self._errors is None else [self._with_errors(launch, self._errors) for launch in launches]
 
     def gripped(self, launch: Launch, size: float) -> Launch:
-        """A launch as it is of a piece that is thicker or thinner than others.
-
-        Args:
-            launch: One of `update`.
-            size: Diameter of the piece over that of its kind [-].
-        """
-        if size == 1.0:
-            return launch
-        return replace(launch, aim=replace(launch.aim, speed=launch.aim.speed * self.config.grip(size)))
-
-    def released(self, launch: Launch, *, radius: float, robot: PartState) -> ReleasedPiece:
-        """A piece as it leaves the muzzle.
-
-        Args:
-            launch: One of `update`.
-            radius: Of the piece [m].
-            robot: Pose and velocity of the robot's origin at the instant of the launch, field frame.
-        """
-        aim = launch.aim
-        rows = self.config.launched(
-            aim, robot, wheel_speeds=self._wheel_speeds, radius=radius, barrel=launch.barrel, spin=launch.spin
+        """A launch of `update` as it is of a piece whose diameter is so many times that of its kind [-]."""
+        return (
+            launch
+            if size == 1.0
+            else launch._replace(aim=launch.aim._replace(speed=launch.aim.speed * self.config.grip(size)))
         )
-        (px, py, pz), (vx, vy, vz), (wx, wy, wz) = (row.tolist() for row in rows)
+
+    def released(self, launch: Launch, *, radius: float, robot: PartState) -> PartState:
+        """A piece of a radius [m] as it leaves a robot with a pose and motion at that instant, field frame.
+
+        Its attitude is that of the muzzle, whose x axis is the direction of the shot.
+        """
+        aim, speeds = launch.aim, [wheel.velocity for wheel in self._wheels]
+        rows = self.config.launched(
+            aim, robot, wheel_speeds=speeds, radius=radius, barrel=launch.barrel, spin=launch.spin
+        )
+        pos, vel, rate = ((x, y, z) for x, y, z in (row.tolist() for row in rows))
         muzzle = from_rpy(0.0, -float(aim.elevation), self.config.launch.heading + float(aim.turret_angle))
-        return ReleasedPiece((px, py, pz), (vx, vy, vz), (wx, wy, wz), multiply(robot.quat, muzzle))
+        return PartState(pos=pos, quat=multiply(robot.quat, muzzle), vel=vel, rate=rate)
 
     def after_shot(self, mass: float, speed: float) -> None:
         """Take from the wheels what they give to a ball.
@@ -350,24 +333,20 @@ class Shooter:
             mass: Of the piece [kg].
             speed: At which it left [m/s].
         """
-        share = 0.2 * self.config.spin_speed(speed, self._wheel_speeds)
+        share = 0.2 * self.config.spin_speed(speed, [wheel.velocity for wheel in self._wheels])
         impulses = (0.5 * speed + share, 0.5 * speed - share)
         # a fixed hood's share moves nothing
-        for wheel, radius, impulse in zip(self._wheels, self._radii, impulses, strict=False):
+        for wheel, radius, impulse in zip(self._wheels, self.config.wheel_radii, impulses, strict=False):
             wheel.velocity += -mass * impulse * radius / wheel.inertia
 
     def _with_errors(self, launch: Launch, errors: ShotErrors) -> Launch:
         aim = launch.aim
-        return replace(
-            launch,
-            aim=replace(
-                aim,
-                elevation=aim.elevation + errors.elevation() + self.config.elevation_per_hood * errors.hood,
-                speed=aim.speed * errors.exit_speed(),
-                turret_angle=aim.turret_angle + errors.azimuth() + self.config.turret_ratio * errors.turret,
-            ),
-            spin=errors.spin(),
+        off = aim._replace(
+            elevation=aim.elevation + errors.elevation() + self.config.elevation_per_hood * errors.hood,
+            speed=aim.speed * errors.exit_speed(),
+            turret_angle=aim.turret_angle + errors.azimuth() + self.config.turret_ratio * errors.turret,
         )
+        return launch._replace(aim=off, spin=errors.spin())
 
     def _gate_spares(self) -> list[float]:
         """By how much gate and wheels turn faster than they must for pieces to leave [rad/s]."""
@@ -388,9 +367,4 @@ class Shooter:
         if before is None:
             return now
         back = 1.0 - share
-        return Aim(
-            back * before.elevation + share * now.elevation,
-            back * before.speed + share * now.speed,
-            back * before.turret_angle + share * now.turret_angle,
-            back * before.turret_rate + share * now.turret_rate,
-        )
+        return Aim(*(back * then + share * later for then, later in zip(before, now, strict=True)))

@@ -1,6 +1,7 @@
 """The opening that shots fall through: its rim, the boards behind it that send them back in, and what is within it.
 
-A shot goes in if it comes down through the opening, stays clear of the rim all along, and does not bounce out again.
+A shot goes in if it comes through the opening, stays clear of the rim all along, and does not bounce out again; where
+a zone counts falling pieces alone, it comes down.
 Boards and walls send it back by the law of all impacts here. Only the edge under a board may be touched: what comes
 so far falls in along the board. A shot that touches the rim elsewhere may still drop in, and does not count.
 """
@@ -39,17 +40,7 @@ class Panel:
     surface: TerrainSurface
 
     def __post_init__(self) -> None:
-        require_fields(self, corners=[(FIELD_PLACE,) * 3])
-        _require_flat("Panel", self.corners)
-
-    @property
-    def normal(self) -> FloatArray:
-        """Unit normal, on either side, shape (3,)."""
-        return _normal(self.corners)
-
-    def holds(self, points: FloatArray) -> BoolArray:
-        """Which points of its plane (n, 3) [m] are within it, shape (n,)."""
-        return _within(self.corners, points)
+        _require_outline(self)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -66,9 +57,8 @@ class ShotOpening:
     """What is within it, e.g. of a funnel."""
 
     def __post_init__(self) -> None:
-        require_fields(self, corners=[(FIELD_PLACE,) * 3])
+        _require_outline(self)
         require("ShotOpening", "approach", self.approach, ANGLE)
-        _require_flat("ShotOpening", self.corners)
 
     @property
     def middle(self) -> FloatArray:
@@ -81,18 +71,12 @@ class ShotOpening:
         """Unit normal toward the inside: down, or on where a shot comes straight from, shape (3,)."""
         normal = _normal(self.corners)
         ahead = np.array([math.cos(self.approach), math.sin(self.approach), -1.0])
-        inward: FloatArray = normal if normal @ ahead > 0.0 else -normal
-        return inward
-
-    @property
-    def rim(self) -> list[tuple[Vector, Vector]]:
-        """Its edges, from corner to corner [m]."""
-        return list(zip(self.corners, (*self.corners[1:], self.corners[0]), strict=True))
+        return normal if normal @ ahead > 0.0 else -normal
 
     @property
     def bare_rim(self) -> list[tuple[Vector, Vector]]:
-        """Those of its edges over which no board stands."""
-        edges = self.rim
+        """Those of its edges over which no board stands, from corner to corner [m]."""
+        edges = list(zip(self.corners, (*self.corners[1:], self.corners[0]), strict=True))
         middles = np.array([np.mean(edge, axis=0)[:2] for edge in edges])
         boarded = {
             int(np.argmin(np.linalg.norm(middles - np.mean(board.corners, axis=0)[:2], axis=1)))
@@ -113,23 +97,33 @@ class ShotOpening:
 
 @dataclass(slots=True, kw_only=True)
 class ShotOutcomes:
-    """What became of shots, one a row."""
+    """What became of n shots, one a row."""
 
     goes_in: BoolArray
-    """Shape (n,)."""
     by_board: BoolArray
-    """Which of them touched a board on their way, shape (n,)."""
+    """Which of them touched a board on their way."""
     time: FloatArray
-    """From the muzzle to the opening [s], NaN for those that do not come down through its plane, shape (n,)."""
+    """From the muzzle to the opening [s], NaN for those that do not come through its plane."""
     place: FloatArray
-    """Where they come down through the plane of the opening [m], NaN for the others, shape (n, 3)."""
+    """Where they come through the plane of the opening [m], NaN for the others, shape (n, 3)."""
     vel: FloatArray
     """Velocity there [m/s], shape (n, 3)."""
 
 
+class _Face:
+    """A panel as balls of one surface meet it from the side of the opening's middle."""
+
+    def __init__(self, panel: Panel, surface: TerrainSurface, middle: FloatArray) -> None:
+        self.corners, normal = panel.corners, _normal(panel.corners)
+        self.normal = normal if normal @ (middle - panel.corners[0]) > 0.0 else -normal
+        self.restitution = surface.restitution * panel.surface.restitution
+        self.friction = surface.friction * panel.surface.friction
+
+
 def fly_to_opening(
-    shots: FlightState, opening: ShotOpening, zone: Zone, surface: TerrainSurface, *, gravity: float = GRAVITY
-) -> ShotOutcomes:
+    shots: FlightState, opening: ShotOpening, zone: Zone, surface: TerrainSurface, *, downward: bool = True,
+    gravity: float = GRAVITY,
+) -> ShotOutcomes:  # fmt: skip
     """Fly shots until they are in, past the opening, or on its rim.
 
     Args:
@@ -137,6 +131,7 @@ def fly_to_opening(
         opening: What they are to fall through.
         zone: Where they score.
         surface: Of the pieces.
+        downward: Whether only falling pieces score.
         gravity: Along -z [m/s^2].
     """
     n = len(shots)
@@ -146,8 +141,7 @@ def fly_to_opening(
     )  # fmt: skip
     middle, inward, rim, reach = opening.middle, opening.inward, opening.bare_rim, opening.reach
     lowest = min(z for _, _, z in opening.corners)
-    faces = [_Face(panel, surface, middle, number < len(opening.boards))
-             for number, panel in enumerate((*opening.boards, *opening.walls))]  # fmt: skip
+    faces = [_Face(panel, surface, middle) for panel in (*opening.boards, *opening.walls)]
     row: IntArray = np.arange(n)
     flying, is_within = shots, np.zeros(n, dtype=bool)
     for tick in range(_LONGEST):
@@ -159,7 +153,7 @@ def fly_to_opening(
         way = np.linalg.norm(flying.pos - start, axis=1)
         near = np.nonzero(np.linalg.norm(flying.pos - middle, axis=1) < reach + flying.radius + way)[0]
         if len(near):
-            found.by_board[row[_bounce(flying, near, before, faces, gravity)]] = True
+            found.by_board[row[_bounce(flying, near, before, faces, len(opening.boards), gravity)]] = True
             for a, b in rim:
                 touches[near] |= line_distance(start[near], flying.pos[near], a, b) < flying.radius[near]
         pos, vel = flying.pos, flying.vel
@@ -170,13 +164,13 @@ def fly_to_opening(
             found.place[there] = start[passes] + part * (pos - start)[passes]
             found.vel[there] = before.vel[passes] + part * (vel - before.vel)[passes]
             found.time[there] = TICK * (tick + share[passes])
-            touches[passes] |= ~opening.holds(found.place[there]) | (vel[passes, 2] >= 0.0)
+            touches[passes] |= ~opening.holds(found.place[there]) | (downward & (vel[passes, 2] >= 0.0))
         comes_out = np.isfinite(crossing(start, pos, middle, -inward))
         if comes_out.any():  # what has never been in has come through a wall from below
             touches[comes_out] |= ~is_within[comes_out] & opening.holds(pos[comes_out])
         depth = (pos - middle) @ inward
         is_within = (is_within | passes) & (depth >= 0.0)
-        scores = is_within & (vel[:, 2] < 0.0) & zone.crossed(start, pos)
+        scores = is_within & ((vel[:, 2] < 0.0) | (not downward)) & zone.crossed(start, pos)
         # What is deep enough to be clear of the rim, and has not the energy to rise to it any more, falls in.
         turning = 0.2 * np.square(flying.radius) * np.einsum("ij,ij->i", flying.spin, flying.spin)
         energy = 0.5 * np.einsum("ij,ij->i", vel, vel) + turning + gravity * (pos[:, 2] - lowest)
@@ -189,58 +183,39 @@ def fly_to_opening(
     return found
 
 
-class _Face:
-    """A panel as balls of one surface meet it from the side of the opening's middle."""
+def _bounce(
+    flying: FlightState, rows: IntArray, before: FlightState, faces: list[_Face], boards: int, gravity: float
+) -> IntArray:
+    """Play the impacts of a tick on panels, of which the first are boards, and give the rows that met a board.
 
-    def __init__(self, panel: Panel, surface: TerrainSurface, middle: FloatArray, is_board: bool) -> None:
-        self.holds, self.is_board = panel.holds, is_board
-        self.origin = np.array(panel.corners[0])
-        self.normal = panel.normal if panel.normal @ (middle - self.origin) > 0.0 else -panel.normal
-        self.restitution = surface.restitution * panel.surface.restitution
-        self.friction = surface.friction * panel.surface.friction
-
-
-def _bounce(flying: FlightState, rows: IntArray, before: FlightState, faces: list[_Face], gravity: float) -> IntArray:
-    """Play the impacts of a tick on panels, in place.
-
-    Args:
-        flying: At the end of the tick if nothing is met; changed where something is.
-        rows: Which may meet something.
-        before: All of them as the tick began.
-        faces: All panels.
-        gravity: Along -z [m/s^2].
-
-    Returns:
-        Which rows met a board.
+    `flying` is what all are at the end of the tick if nothing is met, changed where something is of the rows that may;
+    `before` is what they are as it begins.
     """
     flying.spin = flying.spin.copy()  # `before` keeps its own
-    now = before.only(rows)
-    left = np.full(len(rows), TICK)
-    on_board = rows[:0]
+    now, left, on_board = before.only(rows), np.full(len(rows), TICK), rows[:0]
     for _ in range(_MOST_IMPACTS):
         first, which = np.full(len(rows), np.inf), np.full(len(rows), -1)
         for number, face in enumerate(faces):
-            gap = (now.pos - face.origin) @ face.normal - now.radius
-            after = (flying.pos[rows] - face.origin) @ face.normal - now.radius
+            gap = (now.pos - face.corners[0]) @ face.normal - now.radius
+            after = (flying.pos[rows] - face.corners[0]) @ face.normal - now.radius
             due = (after < 0.0) & (after < gap) & (gap > -_SKIN)
             share = np.where(due, np.maximum(gap, 0.0) / np.where(due, np.maximum(gap, 0.0) - after, 1.0), np.inf)
             earlier = np.nonzero(share < first)[0]
             at = now.pos[earlier] + share[earlier, None] * (flying.pos[rows[earlier]] - now.pos[earlier])
-            earlier = earlier[face.holds(at)]
+            earlier = earlier[_within(face.corners, at)]
             first[earlier], which[earlier] = share[earlier], number
         hit = np.nonzero(which >= 0)[0]
         if not len(hit):
             return on_board
-        rows, first, left = rows[hit], first[hit], left[hit]
+        rows, first, left, which = rows[hit], first[hit], left[hit], which[hit]
         now = now.only(hit).advanced((first * left)[:, None], gravity=gravity)
-        for k, face in enumerate(faces[number] for number in which[hit].tolist()):
+        for k, face in enumerate(faces[number] for number in which.tolist()):
             (vx, vy, vz), (wx, wy, wz), (x, y, z) = now.vel[k].tolist(), now.spin[k].tolist(), face.normal.tolist()
             now.vel[k], now.spin[k] = hit_surface(
                 (vx, vy, vz), (wx, wy, wz), (x, y, z), radius=float(now.radius[k]),
                 restitution=face.restitution, friction=face.friction,
             )  # fmt: skip
-            if face.is_board:
-                on_board = np.append(on_board, rows[k])
+        on_board = np.append(on_board, rows[which < boards])
         left = left * (1.0 - first)
         after_hit = now.advanced(left[:, None], gravity=gravity)
         flying.pos[rows], flying.vel[rows], flying.spin[rows] = after_hit.pos, after_hit.vel, now.spin
@@ -249,9 +224,11 @@ def _bounce(flying: FlightState, rows: IntArray, before: FlightState, faces: lis
 
 
 def _normal(corners: tuple[Vector, ...]) -> FloatArray:
-    rows = np.array(corners)
-    normal: FloatArray = np.cross(rows[1] - rows[0], rows[2] - rows[1])
-    return normal / np.linalg.norm(normal)
+    """Unit normal, on either side, shape (3,)."""
+    first, second, third = np.array(corners[:3])
+    normal: FloatArray = np.cross(second - first, third - second)
+    unit: FloatArray = normal / np.linalg.norm(normal)
+    return unit
 
 
 def _within(corners: tuple[Vector, ...], points: FloatArray) -> BoolArray:
@@ -264,8 +241,10 @@ def _within(corners: tuple[Vector, ...], points: FloatArray) -> BoolArray:
     return inside
 
 
-def _require_flat(owner: str, corners: tuple[Vector, ...]) -> None:
+def _require_outline(part: Panel | ShotOpening) -> None:
     """Refuse what is no flat, convex outline."""
+    owner, corners = type(part).__name__, part.corners
+    require_fields(part, corners=[(FIELD_PLACE,) * 3])
     if len(corners) < 3:
         raise ConfigError(f"{owner}: corners must be three or more, got {len(corners)}")
     rows = np.array(corners)

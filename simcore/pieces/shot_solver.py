@@ -13,7 +13,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TypeAlias
+from typing import SupportsFloat, TypeAlias
 
 from scipy.optimize import brentq, minimize_scalar
 
@@ -28,7 +28,6 @@ _Vector: TypeAlias = Sequence[float] | FloatArray
 _STEPS = 16  # RK4 steps to the target: within 0.1 mm of solve_ivp over half a field
 _STEEPEST = math.radians(88.0)
 _MIN_DISTANCE = 0.05  # closer than this "towards the target" means nothing [m]
-_ZERO: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
 
 class NoShotError(SimcoreError, ValueError):
@@ -60,20 +59,11 @@ class Shot:
 
 
 def solve_shot(
-    muzzle: _Vector,
-    target: _Vector,
-    *,
-    elevation: float | None = None,
-    speed: float | None = None,
-    drag: float = 0.0,
-    robot_velocity: _Vector = _ZERO,
-    yaw_rate: float = 0.0,
-    muzzle_offset: _Vector = _ZERO,
-    high_arc: bool = True,
-    rising: bool = False,
-    max_speed: float = math.inf,
+    muzzle: _Vector, target: _Vector, *, elevation: float | None = None, speed: float | None = None,
+    drag: SupportsFloat = 0.0, robot_velocity: _Vector = (0.0, 0.0, 0.0), yaw_rate: float = 0.0,
+    muzzle_offset: _Vector = (0.0, 0.0, 0.0), high_arc: bool = True, rising: bool = False, max_speed: float = math.inf,
     gravity: float = GRAVITY,
-) -> Shot:
+) -> Shot:  # fmt: skip
     """Find the shot for a fixed elevation (what speed?) or a fixed speed (what elevation?). About 1 ms.
 
     Args:
@@ -81,7 +71,7 @@ def solve_shot(
         target: The point to fall through, field frame [m], shape (3,).
         elevation: Of the launch relative to the robot [rad]; give this or `speed`.
         speed: Of the launch relative to the muzzle [m/s].
-        drag: k = rho Cd A / (2 m), from `drag_factor` [1/m]. Lift is not modeled.
+        drag: k = rho Cd A / (2 m), `drag` of a kind's `air` [1/m]. Lift is not modeled.
         robot_velocity: Of the robot center, field frame [m/s], shape (3,).
         yaw_rate: Counter-clockwise positive [rad/s].
         muzzle_offset: From robot center to muzzle, field axes [m], shape (3,); only matters with a yaw rate.
@@ -105,9 +95,10 @@ def solve_shot(
         raise ConfigError(f"solve_shot: elevation must be within +-pi/2 rad, got {elevation}")
     if speed is not None and not 0.0 < speed < math.inf:
         raise ConfigError(f"solve_shot: speed must be finite and > 0 m/s, got {speed}")
-    if not (0.0 <= drag < math.inf and 0.0 < gravity < math.inf and max_speed > 0.0):
+    k = float(drag)
+    if not (0.0 <= k < math.inf and 0.0 < gravity < math.inf and max_speed > 0.0):
         raise ConfigError(f"solve_shot: want drag >= 0, gravity > 0, max_speed > 0, got {drag}, {gravity}, {max_speed}")
-    problem = _Problem(muzzle, target, robot_velocity, yaw_rate, muzzle_offset, drag, gravity)
+    problem = _Problem(muzzle, target, robot_velocity, yaw_rate, muzzle_offset, k, gravity)
     if elevation is not None:
         shot = problem.shot(problem.angle_for_elevation(elevation))
     else:
@@ -124,28 +115,17 @@ class _Problem:
     """One aiming task in the vertical plane through muzzle and target; an angle is the field-frame elevation."""
 
     def __init__(
-        self,
-        muzzle: _Vector,
-        target: _Vector,
-        robot_velocity: _Vector,
-        yaw_rate: float,
-        offset: _Vector,
-        drag: float,
+        self, muzzle: _Vector, target: _Vector, velocity: _Vector, yaw_rate: float, offset: _Vector, drag: float,
         gravity: float,
-    ) -> None:
-        mx, my, mz = (float(c) for c in muzzle)
-        tx, ty, tz = (float(c) for c in target)
-        vx, vy, vz = (float(c) for c in robot_velocity)
-        ox, oy, _ = (float(c) for c in offset)
-        east, north = tx - mx, ty - my
-        vx -= yaw_rate * oy
-        vy += yaw_rate * ox
+    ) -> None:  # fmt: skip
+        east, north, self.height = (float(end) - float(start) for start, end in zip(muzzle, target, strict=True))
+        vx, vy, self.up = (float(c) for c in velocity)
+        vx, vy = vx - yaw_rate * float(offset[1]), vy + yaw_rate * float(offset[0])
         self.distance = math.hypot(east, north)
-        self.height = tz - mz
-        if not math.isfinite(self.distance + self.height + vx + vy + vz):
+        if not math.isfinite(self.distance + self.height + vx + vy + self.up):
             raise NonFiniteError(
                 f"solve_shot: want finite numbers, got muzzle {muzzle}, target {target},"
-                f" robot {robot_velocity} m/s, {yaw_rate} rad/s"
+                f" robot {velocity} m/s, {yaw_rate} rad/s"
             )
         if self.distance < _MIN_DISTANCE:
             raise self.no_shot(f"the target is right over or under the muzzle (want {_MIN_DISTANCE} m or more)")
@@ -153,8 +133,6 @@ class _Problem:
         c, s = east / self.distance, north / self.distance
         self.along = c * vx + s * vy  # muzzle velocity towards the target, [m/s]
         self.across = c * vy - s * vx  # to the left of it
-        self.up = vz
-        self.is_still = self.along == 0.0 and self.across == 0.0 and self.up == 0.0
         self.drag = drag
         self.gravity = gravity
         self.flattest = math.atan2(self.height, self.distance) + 1e-3  # line of sight
@@ -166,7 +144,7 @@ class _Problem:
 
     def angle_for_elevation(self, elevation: float) -> float:
         """Field-frame angle whose launch has this elevation relative to the muzzle."""
-        if self.is_still:
+        if self.along == self.across == self.up == 0.0:
             if elevation < self.flattest:
                 raise self.no_shot(f"{math.degrees(elevation):.1f} degrees is below the line of sight")
             if elevation > _STEEPEST:
@@ -178,24 +156,18 @@ class _Problem:
 
         # Outward from the answer of a robot at rest: the first change of sign is the nearest answer.
         middle = min(max(elevation, self.flattest), _STEEPEST)
-        low = high = middle
-        at_low = at_high = excess(middle)
+        ends, values, limits = [middle] * 2, [excess(middle)] * 2, [self.flattest, _STEEPEST]
         reach = math.radians(3.0)
-        while low > self.flattest or high < _STEEPEST:
+        while ends != limits:
             # The excess grows with the angle: go the way that should change its sign first.
-            for downward in (at_high > 0.0, at_high <= 0.0):
-                if downward and low > self.flattest:
-                    below, at_below = low, at_low
-                    low = max(low - reach, self.flattest)
-                    at_low = excess(low)
-                    if at_low * at_below <= 0.0:
-                        return float(brentq(excess, low, below, xtol=1e-10))
-                elif not downward and high < _STEEPEST:
-                    above, at_above = high, at_high
-                    high = min(high + reach, _STEEPEST)
-                    at_high = excess(high)
-                    if at_high * at_above <= 0.0:
-                        return float(brentq(excess, above, high, xtol=1e-10))
+            for side in (0, 1) if values[1] > 0.0 else (1, 0):
+                if ends[side] != limits[side]:
+                    end = min(max(ends[side] + (reach if side else -reach), self.flattest), _STEEPEST)
+                    value = excess(end)
+                    if value * values[side] <= 0.0:
+                        low, high = sorted((end, ends[side]))
+                        return float(brentq(excess, low, high, xtol=1e-10))
+                    ends[side], values[side] = end, value
             reach *= 1.5
         raise self.no_shot(f"no speed hits at {math.degrees(elevation):.1f} degrees from a robot that moves like this")
 
@@ -242,14 +214,10 @@ class _Problem:
         y = 2.0 * k * stretch * distance
         growth = 2.0 * (math.expm1(y) - y) / (y * y) if 1e-4 < y < 500.0 else 1.0  # flight with a constant path factor
         q = 2.0 * drop / (self.gravity * distance * distance * growth)
-        low, high = 0.0, math.inf
-        last_q, last_fall = 0.0, 0.0
+        low, high, last_q, last_fall = 0.0, math.inf, 0.0, 0.0
         for _ in range(80):
             fall, end_slope, time = _arrive(slope, q, distance, k, self.gravity)
-            if fall > drop:
-                high = q
-            else:
-                low = q
+            low, high = (low, q) if fall > drop else (q, high)
             if abs(fall - drop) < 1e-8 or high - low < 1e-15 * q:
                 return q, end_slope, time
             # Fall is nearly a line in q: the secant (first one through zero), kept inside what is known.
@@ -265,10 +233,8 @@ class _Problem:
 def _arrive(p: float, q: float, distance: float, k: float, g: float) -> tuple[float, float, float]:
     """Fall below the straight line, slope and time at the distance, by RK4; infinite if it drops before that."""
     h = distance / _STEPS
-    half, sixth = 0.5 * h, h / 6.0
-    k2 = 2.0 * k
-    slope, rise, time = p, 0.0, 0.0
-    sqrt = math.sqrt
+    half, sixth, k2 = 0.5 * h, h / 6.0, 2.0 * k
+    slope, rise, time, sqrt = p, 0.0, 0.0, math.sqrt
     for _ in range(_STEPS):
         dp1, dq1 = -g * q, k2 * q * sqrt(1.0 + p * p)
         p2, q2 = p + half * dp1, q + half * dq1

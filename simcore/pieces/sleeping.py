@@ -8,28 +8,28 @@ pieces that one awake piece keeps awake in the engine.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import math
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
+from simcore.geometry.rotation import Vector
 from simcore.physics.world import PhysicsWorld
 from simcore.pieces.pool import PiecePool, PieceStatus
-from simcore.pieces.touching import close_pairs
-from simcore.pieces.wake_grid import WakeSettings
-from simcore.typing import BoolArray, FloatArray, IntArray
+from simcore.pieces.reach import Footprint, WakeSettings
+from simcore.typing import BoolArray, IntArray
 
-__all__ = ["SETTLE_PERIOD", "Sleeping"]
+__all__ = ["SETTLE_PERIOD", "IdleDetector", "Sleeping", "WedgedPieces"]
 
 SETTLE_PERIOD = 2
 """Ticks from one look for pieces that have come to rest to the next."""
-_AUDIT_PERIOD = 6  # readings of the sleepers
-_STIRRED = 1e-4  # [m]; a sleeper that the engine moved farther in a tick is awake: 5 mm/s
-_PUSHED = 2e-5  # [m]; one that it moved less has only been looked at by the engine, not pressed
-_SHIFT = 3e-4  # [m]; a ball in a heap that moves farther between two readings is not fixed yet, others if they move
+_DISTURBED = 1e-4  # [m]; a sleeper that the engine moved farther in a tick is awake: 5 mm/s
 _ROCKING = 0.08  # [m/s]; pieces that are no balls count as slow below this: they rock on an edge, but do not roll on
 _TURNING = 0.5  # [rad/s]; pieces that are no balls do not sleep while they turn faster
-_DEEP = 0.005  # [m]; a piece that is this deep in something does not sleep
 _STILL = 1e-3  # [m/s]
+_STANDING = 1e-5  # [m/s]; the engine leaves a robot that stands 1e-8
+_CARRIED = 1e-3  # [m]; one that is farther from where it stood was put elsewhere
+_RETURN = 0.2  # share of the way back to its place that a wedged piece goes in a sub-step
 _AWAKE = int(PieceStatus.AWAKE)
 
 
@@ -56,16 +56,10 @@ class Sleeping:
         self._wake = wake
         self._slow = np.zeros(len(pool.rows), dtype=np.int64)  # ticks
         self._slow_speed = np.where(pool.is_ball, settings.slow_speed, _ROCKING)
-        self.stirred: IntArray = np.zeros(0, dtype=np.int64)
-        """Sleepers that the engine had moved a little when they were last read."""
-        self._has_others = not bool(pool.is_ball.all())
-        self._readings = 0
-        self._gives_way = np.zeros(len(pool.rows), dtype=bool)  # sleepers that moved before the last reading
-        self._may_shift = np.where(pool.is_ball, _SHIFT, 0.0)
         self.is_fixed = np.zeros(len(pool.rows), dtype=bool)
         """Which of the sleepers nothing moves until they are loosened or woken, shape (slots,)."""
 
-    def stir(self, slot: int) -> None:
+    def disturb(self, slot: int) -> None:
         """A piece moves: the time in which it must be slow begins anew."""
         self._slow[slot] = 0
         self.is_fixed[slot] = False
@@ -75,13 +69,10 @@ class Sleeping:
         self._world.engine.sleep(self._pool.rows[slot])
         self.is_fixed[slot] = False
         if not self._pool.state.touchable[slot]:
-            self._fix(np.array([slot]))
+            self.fix(np.array([slot]))
 
     def fix(self, slots: IntArray) -> None:
-        """Let nothing move those of some sleepers that nothing can touch for a while now."""
-        self._fix(slots[~(self._gives_way[slots] | self.is_fixed[slots])])
-
-    def _fix(self, slots: IntArray) -> None:
+        """Let nothing move some sleepers."""
         if len(slots):
             self._pool.state.pos[slots] = self._world.engine.centers(self._pool.rows_of(slots))  # the last one for long
         for slot in slots.tolist():
@@ -110,68 +101,141 @@ class Sleeping:
         is_calm = speed2 < _STILL * _STILL
         enough = np.where(is_calm, p.slow_ticks // 2, p.slow_ticks)
         ready = awake[(self._slow[awake] >= enough) & ~guarded[awake]]
-        others = ready[~self._pool.is_ball[ready]] if self._has_others else ready[:0]
+        others = ready[~self._pool.is_ball[ready]]
         if len(others):  # they can turn on the spot
             spin = self._world.engine.velocities(self._pool.rows_of(others))[:, 3:]
             turning = others[np.einsum("ij,ij->i", spin, spin) > _TURNING * _TURNING]
             ready = np.setdiff1d(ready, turning, assume_unique=True)
         return ready
 
-    def are_deep(self, slots: IntArray) -> BoolArray:
-        """Which pieces are squeezed, shape (n,): the engine would push them out as soon as they wake."""
-        if not len(slots):
-            return np.zeros(0, dtype=bool)
-        state, radius, world = self._pool.state, self._pool.radius, self._world
-        pos = state.pos.take(slots, axis=0)
-        doubtful = world.near_solid(pos, radius[slots])
-        others = state.touchable.nonzero()[0]
-        i, j, away2 = close_pairs(pos, state.pos.take(others, axis=0), radius[slots] + radius.max())
-        reach = radius[slots][i] + radius[others][j] - _DEEP
-        near = (away2 < reach * reach) & (slots[i] != others[j])
-        i, j = i[near], others[j[near]]
-        doubtful[i] = True
-        deep: BoolArray = np.zeros(len(slots), dtype=bool)
-        deep[i[self._pool.is_ball[slots[i]] & self._pool.is_ball[j]]] = True
-        if self._has_others:
-            doubtful |= ~self._pool.is_ball[slots]
-        for number in np.nonzero(doubtful & ~deep)[0].tolist():
-            deep[number] = world.engine.overlap(self._pool.rows[int(slots[number])]) > _DEEP
-        return deep
-
     def read(self, dt: float) -> None:
-        """Follow the sleepers that the engine woke by touch in the last dt [s]: those that move join the awake.
+        """Follow the sleepers that are loose: those that the engine moved in the last dt [s] join the awake."""
+        loose = (self._pool.state.touchable & self._pool.is_frozen & ~self.is_fixed).nonzero()[0]
+        if len(loose):
+            self.follow(loose, dt)
 
-        Those that hardly move stay asleep, and are stopped now and then, all at once: one awake body keeps all that it
-        touches awake in the engine, and awake bodies cost time.
-        """
+    def follow(self, slots: IntArray, dt: float) -> IntArray:
+        """Read where sleepers are, and wake those that the engine has moved in the last dt [s]; returns the others."""
         state = self._pool.state
-        asleep = (state.touchable & self._pool.is_frozen & ~self.is_fixed).nonzero()[0]
-        self._readings += 1
-        if not len(asleep):
-            self.stirred = asleep
-            return
-        still, moved = self.follow(asleep, dt)
-        pushed = moved > _PUSHED
-        self.stirred = still[pushed]
-        self._gives_way[still] = moved > self._may_shift[still]
-        if self._readings % _AUDIT_PERIOD == 0:
-            doubtful = still[pushed]
-            deep = doubtful[self.are_deep(doubtful)]
-            for slot in deep.tolist():
-                self._wake(slot)
-            if np.count_nonzero(moved):
-                for slot in np.setdiff1d(still, deep, assume_unique=True).tolist():
-                    self._world.engine.sleep(self._pool.rows[slot])
-
-    def follow(self, slots: IntArray, dt: float) -> tuple[IntArray, FloatArray]:
-        """Read where sleepers are: which stay asleep, and how far the engine has moved each of those all the same."""
         now = self._world.engine.centers(self._pool.rows_of(slots))
-        way = now - self._pool.state.pos.take(slots, axis=0)
-        moved: FloatArray = np.abs(way).max(axis=1, initial=0.0)
-        self._pool.state.pos[slots] = now
+        way = now - state.pos.take(slots, axis=0)
+        moved = np.abs(way).max(axis=1, initial=0.0)
+        state.pos[slots] = now
         self._pool.changes += bool(np.count_nonzero(moved))
-        woken = moved > _STIRRED
-        self._pool.state.vel[slots[woken]] = way[woken] / dt
+        woken = moved > _DISTURBED
+        state.vel[slots[woken]] = way[woken] / dt
         for slot in slots[woken].tolist():
             self._wake(slot)
-        return slots[~woken], moved[~woken]
+        asleep: IntArray = slots[~woken]
+        return asleep
+
+
+class IdleDetector:
+    """Counts ticks in which no piece is awake and no robot moves: after some, nothing needs to be looked for.
+
+    Args:
+        ticks: How many of them it takes: until then chunks fall quiet, and sleepers are sorted.
+    """
+
+    def __init__(self, ticks: int) -> None:
+        self._ticks = ticks
+        self._count = 0
+        self._robots: Sequence[Footprint] = ()
+        self.is_reached = False
+        """Whether nothing has moved for that long."""
+
+    def end(self) -> None:
+        """Count anew."""
+        self._count = 0
+
+    def begin_tick(self, moving: int, robots: Sequence[Footprint]) -> None:
+        """See what moves.
+
+        Args:
+            moving: How many pieces the engine moves.
+            robots: Where robots are.
+        """
+        if moving or not self._stand(robots):
+            self._count = 0
+            self._robots = robots
+        self._count += 1
+        self.is_reached = self._count > self._ticks
+
+    def _stand(self, robots: Sequence[Footprint]) -> bool:
+        return len(robots) == len(self._robots) and all(
+            now.speed < _STANDING and math.hypot(now.x - then.x, now.y - then.y) < _CARRIED
+            for now, then in zip(robots, self._robots, strict=True)
+        )
+
+
+class WedgedPieces:
+    """Pieces that are wedged in where they were staged, and come free when something pulls or pushes hard enough.
+
+    A wedged piece sleeps. While it is awake it is held before each sub-step. What others pushed and pulled it with in
+    the last one is known from the velocity that they gave it: m v / h. The hold pushes back with as much, so that it
+    carries what lies on it, and leads the piece back to its place. It comes free for good when this and its weight are
+    more than the force that holds it, or when a robot takes it.
+
+    Args:
+        world: Where the bodies live.
+        pool: The pieces.
+    """
+
+    def __init__(self, world: PhysicsWorld, pool: PiecePool) -> None:
+        self._world = world
+        self._pool = pool
+        n = len(pool.rows)
+        self._force = np.zeros(n)  # 0: not wedged
+        self._places: dict[int, Vector] = {}
+        # of those held in the last sub-step: velocity at its start [m/s], and what held it against the pull [m/s^2]
+        self._given: dict[int, tuple[Vector, Vector]] = {}
+        self._h = 0.0  # of the last sub-step
+        self._mass = pool.mass
+        self.is_used = False
+        """Whether any piece is wedged."""
+        self._seen: IntArray | None = None  # slots that were awake, and those of them that are wedged
+        self._wedged: IntArray = np.zeros(0, dtype=np.int64)
+
+    def wedge(self, slot: int, force: float) -> None:
+        """Wedge a piece in where it is; it comes free at a force [N]."""
+        self._force[slot] = force
+        self._places[slot] = self._world.engine.pose(self._pool.rows[slot])[0]
+        self.is_used = True
+        self._seen = None
+
+    def free(self, slots: IntArray) -> None:
+        """Let pieces come free."""
+        self._force[slots] = 0.0
+        self.is_used = bool(self._force.any())
+        self._seen = None
+
+    def hold(self, h: float, awake: IntArray) -> None:
+        """Hold the awake ones for the next sub-step of h [s], or let them come free."""
+        if awake is not self._seen:
+            self._seen, self._wedged = awake, awake[self._force[awake] > 0.0]
+        slots = self._wedged
+        if len(slots):
+            slots = slots[self._pool.state.status[slots] == _AWAKE]
+        if not len(slots) and not self._given:
+            self._h = h
+            return
+        engine = self._world.engine
+        before, self._h = self._h or h, h
+        given, self._given = self._given, {}
+        for slot in slots.tolist():
+            row, mass = self._pool.rows[slot], self._mass[slot]
+            weight = mass * self._world.gravity
+            was = given.get(slot)
+            vel = engine.velocity(row)[0]
+            pushed = [0.0, 0.0, 0.0]
+            if was is not None:
+                pushed = [(v - start) / before - hold for v, start, hold in zip(vel, *was, strict=True)]
+            if math.hypot(mass * pushed[0], mass * pushed[1], mass * pushed[2] - weight) > self._force[slot]:
+                self.free(np.array([slot]))
+                continue
+            way = zip(engine.pose(row)[0], self._places[slot], strict=True)
+            x, y, z = (_RETURN * (place - at) / h for at, place in way)
+            ax, ay, az = (-push for push in pushed)  # a force: a speed against the pull would bounce off what is there
+            self._given[slot] = (x, y, z), (ax, ay, az)
+            engine.set_velocity(row, (x, y, z), (0.0, 0.0, 0.0))
+            engine.apply_forces([row], np.array([[mass * ax, mass * ay, mass * az + weight]]))

@@ -17,8 +17,7 @@ from simcore.physics.engine import Contacts
 from simcore.physics.world import PhysicsWorld
 from simcore.pieces.foam import relax
 from simcore.pieces.pool import PiecePool
-from simcore.pieces.touching import TOUCH, lengths
-from simcore.pieces.wake_grid import Footprint
+from simcore.pieces.reach import TOUCH, Footprint, lengths
 from simcore.typing import FloatArray, IntArray
 
 __all__ = ["Squeezing", "squeezes"]

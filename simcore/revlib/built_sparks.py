@@ -1,113 +1,106 @@
-"""Which SPARKs the robot program builds, which of them turn one shaft, and when they were configured last."""
+"""Which SPARKs the robot program builds, when they were configured last, and which its own simulation moves.
+
+Classes are watched as this module is imported: before the robot is built, as physics is.
+"""
 
 from __future__ import annotations
 
 import functools
+import inspect
 import weakref
-from collections.abc import Sequence
+from collections.abc import Callable
 from typing import Any
 
 import rev
 
-from simcore.robot.motor_controllers import BuiltDevice, FollowerGroup
+from simcore.devices.recorder import BuiltDevices, after_call
 
-__all__ = ["MODELS", "built_sparks", "configuration_count", "group_sparks", "spark_of_controller"]
+__all__ = ["MODELS", "SPARKS", "configuration_count", "is_zero_centered", "spark_of_controller", "watch_simulations"]
+
+Key = tuple[str, int]
 
 MODELS: dict[str, Any] = {"SPARK MAX": rev.SparkMax, "SPARK Flex": rev.SparkFlex}
 """Classes of robot code by the name that REV prints on the box, which is also that of their SimDevices."""
 
-_built: list[tuple[str, weakref.ref[Any]]] = []
-_configured: dict[tuple[str, int], int] = {}
-_controllers: weakref.WeakKeyDictionary[Any, tuple[str, int]] = weakref.WeakKeyDictionary()
+SPARKS = BuiltDevices()
+"""Those that the program has built."""
+
+_configured: dict[Key, int] = {}
+_centered: dict[Key, bool] = {}
+_CENTERED = f"{int(rev.SparkParameter.kDutyCycleZeroCentered)},"
+_controllers: weakref.WeakKeyDictionary[Any, Key] = weakref.WeakKeyDictionary()
 
 
-def _record_sparks() -> None:
-    """Record every SPARK built from now on. Runs once when this module is imported, as physics is before the robot."""
-    for model, cls in MODELS.items():
-        if not getattr(cls.__init__, "_records_devices", False):
-            cls.__init__ = _recording(cls.__init__, model)
-            for name in ("configure", "configureAsync"):
-                setattr(cls, name, _counting(getattr(cls, name), model))
-            cls.getClosedLoopController = _remembering(cls.getClosedLoopController, model)
+def _key(spark: Any) -> Key:
+    return next(m for m, cls in MODELS.items() if isinstance(spark, cls)), int(spark.getDeviceId())
 
 
-def _recording(build: Any, model: str) -> Any:
-    @functools.wraps(build)
-    def init(self: Any, *args: Any, **kwargs: Any) -> None:
-        build(self, *args, **kwargs)
-        _built.append((model, weakref.ref(self)))
-
-    init._records_devices = True  # type: ignore[attr-defined]
-    return init
-
-
-def _counting(configure: Any, model: str) -> Any:
-    @functools.wraps(configure)
-    def counted(self: Any, *args: Any, **kwargs: Any) -> Any:
-        answer = configure(self, *args, **kwargs)
-        key = model, int(self.getDeviceId())
-        _configured[key] = _configured.get(key, 0) + 1
-        return answer
-
-    return counted
+def _note_configuration(spark: Any, _: Any, args: tuple[Any, ...], settings: dict[str, Any]) -> None:
+    key = _key(spark)
+    _configured[key] = _configured.get(key, 0) + 1
+    config, reset = (*args, *settings.values())[:2]
+    said = [line for line in config.flatten().splitlines() if line.startswith(_CENTERED)]
+    if said or reset == rev.ResetMode.kResetSafeParameters:
+        _centered[key] = bool(said) and said[-1] == f"{_CENTERED}1"
 
 
-def _remembering(get: Any, model: str) -> Any:
-    @functools.wraps(get)
-    def remembered(self: Any) -> Any:
-        controller = get(self)
-        _controllers[controller] = model, int(self.getDeviceId())
-        return controller
-
-    return remembered
+def _note_controller(spark: Any, controller: Any, args: tuple[Any, ...], settings: dict[str, Any]) -> None:
+    _controllers[controller] = _key(spark)
 
 
-_record_sparks()
+for _model, _cls in MODELS.items():
+    SPARKS.record(_cls, _model, lambda made, args, settings: made.getDeviceId())
+    for _method in ("configure", "configureAsync"):
+        after_call(_cls, _method, _note_configuration)
+    after_call(_cls, "getClosedLoopController", _note_controller)
 
 
-def built_sparks() -> list[BuiltDevice]:
-    """One per model and id, in the order they were built."""
-    found: dict[tuple[str, int], BuiltDevice] = {}
-    for model, reference in _built:
-        made = reference()
-        if made is not None:
-            device = BuiltDevice(model, int(made.getDeviceId()), "rio", made)
-            found.setdefault(device.key, device)
-    return list(found.values())
-
-
-def configuration_count(key: tuple[str, int]) -> int:
+def configuration_count(key: Key) -> int:
     """How often the program has configured a SPARK: when it rises, there is something to read again."""
     return _configured.get(key, 0)
 
 
-def spark_of_controller(controller: Any) -> tuple[str, int] | None:
+def is_zero_centered(key: Key) -> bool:
+    """Whether an absolute encoder counts from -1/2 to 1/2 turn; its configuration can be written, but not read."""
+    return _centered.get(key, False)
+
+
+def spark_of_controller(controller: Any) -> Key | None:
     """Model and id of the SPARK of a `SparkClosedLoopController`."""
     return _controllers.get(controller)
 
 
-def group_sparks(devices: Sequence[BuiltDevice]) -> list[FollowerGroup]:
-    """Groups by the follower mode that the SPARKs are configured with; one alone is a group too.
+# --- a team's own simulation ------------------------------------------------------------------------------------------
 
-    A follower whose leader is not among the devices stands for itself. Leaders are known by their id only, as on the
-    bus: a SPARK MAX may follow a SPARK Flex.
+_SIMS = (rev.SparkMaxSim, rev.SparkFlexSim)
+_WRITES = (
+    *("iterate", "setPosition", "setVelocity", "setAppliedOutput", "setMotorCurrent", "setBusVoltage"),
+    *("getRelativeEncoderSim", "getAbsoluteEncoderSim", "getAlternateEncoderSim", "getExternalEncoderSim"),
+)
+"""What writes, and what gives away something to write with."""
+_simulated: weakref.WeakKeyDictionary[Any, Key] = weakref.WeakKeyDictionary()
 
-    Args:
-        devices: SPARKs, one per model and id.
-    """
-    by_id = {device.device_id: device for device in devices}
-    followers: dict[int, list[tuple[BuiltDevice, bool]]] = {}
-    leaders = []
-    for device in devices:
-        accessor = device.hardware.configAccessor
-        leader = int(accessor.getFollowerModeLeaderId()) if device.hardware.isFollower() else 0
-        if leader in by_id and leader != device.device_id:
-            followers.setdefault(leader, []).append((device, bool(accessor.getFollowerModeInverted())))
-        else:
-            leaders.append(device)
-    groups = []
-    for device in leaders:
-        own = followers.get(device.device_id, [])
-        opposed = tuple(k for k, (_, is_opposed) in enumerate(own) if is_opposed)
-        groups.append(FollowerGroup(device, tuple(d for d, _ in own), opposed))
-    return groups
+
+def _note_simulation(sim: Any, _: Any, args: tuple[Any, ...], settings: dict[str, Any]) -> None:
+    _simulated[sim] = _key(args[0] if args else settings["spark"])
+
+
+def watch_simulations(may_write: Callable[[Key], bool]) -> None:
+    """Ask before each write of a team's `SparkMaxSim` and `SparkFlexSim`; see `Maker.watch_simulations`."""
+    for cls in _SIMS:
+        after_call(cls, "__init__", _note_simulation)
+        for name in _WRITES:
+            if hasattr(cls, name):
+                is_write = not name.startswith("get")
+                setattr(cls, name, _guarded(inspect.unwrap(getattr(cls, name)), may_write, drop=is_write))
+
+
+def _guarded(call: Any, may_write: Callable[[Key], bool], *, drop: bool) -> Any:
+    @functools.wraps(call)
+    def guarded(self: Any, *args: Any) -> Any:
+        key = _simulated.get(self)
+        if key is not None and not may_write(key) and drop:
+            return None
+        return call(self, *args)
+
+    return guarded

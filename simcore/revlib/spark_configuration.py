@@ -6,6 +6,7 @@ from typing import Any
 
 import rev
 
+from simcore.revlib.built_sparks import is_zero_centered
 from simcore.revlib.spark_loop import Feedback, MotionLimits, SlotGains, SparkConfiguration
 
 __all__ = ["read_spark_configuration"]
@@ -15,6 +16,7 @@ _FEEDBACK = {
     "kPrimaryEncoder": Feedback.PRIMARY,
     "kAbsoluteEncoder": Feedback.ABSOLUTE,
     "kAlternateOrExternalEncoder": Feedback.EXTERNAL,
+    "kAnalogSensor": Feedback.ANALOG,
 }
 
 
@@ -25,6 +27,7 @@ def read_spark_configuration(spark: Any) -> SparkConfiguration:
         spark: The robot code's `SparkMax` or `SparkFlex`.
     """
     accessor = spark.configAccessor
+    key = ("SPARK MAX" if isinstance(spark, rev.SparkMax) else "SPARK Flex"), int(spark.getDeviceId())
     loop, switches, soft = accessor.closedLoop, accessor.limitSwitch, accessor.softLimit
     external = accessor.alternateEncoder if isinstance(spark, rev.SparkMax) else accessor.externalEncoder
     feedback = _FEEDBACK.get(loop.getFeedbackSensor().name, Feedback.NONE)
@@ -46,6 +49,9 @@ def read_spark_configuration(spark: Any) -> SparkConfiguration:
         primary=_factors(accessor.encoder),
         absolute=_factors(accessor.absoluteEncoder),
         external=_factors(external),
+        analog=_factors(accessor.analogSensor),
+        is_centered=is_zero_centered(key),
+        is_brushed=spark.getMotorType() == rev.SparkLowLevel.MotorType.kBrushed,
         wrap=_wrap(loop),
         soft_forward=float(soft.getForwardSoftLimit()) if soft.getForwardSoftLimitEnabled() else None,
         soft_reverse=float(soft.getReverseSoftLimit()) if soft.getReverseSoftLimitEnabled() else None,

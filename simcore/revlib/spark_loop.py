@@ -11,7 +11,7 @@ import enum
 import math
 from dataclasses import dataclass, field
 
-from wpimath.trajectory import TrapezoidProfile
+from simcore.devices.control_loop import ControlLoop, PidGains, ramped
 
 __all__ = ["Command", "ControlMode", "Feedback", "MotionLimits", "SlotGains", "SparkConfiguration", "SparkLoop"]
 
@@ -36,6 +36,7 @@ class Feedback(enum.Enum):
     PRIMARY = "primary encoder"
     ABSOLUTE = "absolute encoder"
     EXTERNAL = "alternate or external encoder"
+    ANALOG = "analog sensor"
     NONE = "a sensor that is not simulated"
 
 
@@ -50,16 +51,9 @@ class MotionLimits:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class SlotGains:
+class SlotGains(PidGains):
     """One closed-loop slot; gains in robot code's units, outputs as a duty cycle, feed-forwards in volts."""
 
-    p: float = 0.0
-    i: float = 0.0
-    d: float = 0.0
-    d_filter: float = 0.0
-    i_zone: float = 0.0
-    i_most: float = 0.0
-    allowed_error: float = 0.0
     least: float = -1.0
     most: float = 1.0
     ks: float = 0.0
@@ -89,6 +83,12 @@ class SparkConfiguration:
     """Conversion factors of position and velocity, from turns and rpm."""
     absolute: tuple[float, float] = (1.0, 1.0)
     external: tuple[float, float] = (1.0, 1.0)
+    analog: tuple[float, float] = (1.0, 1.0)
+    """The same, from volts and volts per second."""
+    is_centered: bool = False
+    """Whether the absolute encoder counts from -1/2 to 1/2 turn instead of 0 to 1."""
+    is_brushed: bool = False
+    """Whether the primary encoder is wired to the data port, and not on the rotor."""
     wrap: tuple[float, float] | None = None
     """Range in which positions are the same again at both ends."""
     soft_forward: float | None = None
@@ -101,9 +101,12 @@ class SparkConfiguration:
     @property
     def factors(self) -> tuple[float, float]:
         """Conversion factors of the sensor that closes the loop."""
-        if self.feedback is Feedback.ABSOLUTE:
-            return self.absolute
-        return self.external if self.feedback is Feedback.EXTERNAL else self.primary
+        others = {
+            Feedback.ABSOLUTE: self.absolute,
+            Feedback.EXTERNAL: self.external,
+            Feedback.ANALOG: (self.analog[0], self.analog[1] / 60.0),
+        }
+        return others.get(self.feedback, self.primary)
 
 
 @dataclass(frozen=True, slots=True)
@@ -118,33 +121,18 @@ class Command:
     feed_forward_is_duty: bool = False
 
 
-class SparkLoop:
-    """State of one controller's loop.
+class SparkLoop(ControlLoop):
+    """State of one controller's loop; its profile is MAXMotion's.
 
     Args:
         config: What it is configured with; it may be replaced at any time.
     """
 
     def __init__(self, config: SparkConfiguration | None = None) -> None:
+        super().__init__()
         self.config = config or SparkConfiguration()
-        self.output = 0.0
-        """Duty cycle that it asks for, before limits that depend on the motor [-]."""
-        self.profile_position = 0.0
-        """Setpoint of MAXMotion now, robot code's units."""
-        self.profile_velocity = 0.0
-        self.integral = 0.0
-        """Sum of errors, one a loop."""
         self.is_at_setpoint = False
         """Whether the error is within the slot's allowed error."""
-        self._command = Command()
-        self._last_error: float | None = None
-        self._slope = 0.0
-
-    def rest(self) -> None:
-        """Disabled: no output, and nothing is remembered."""
-        self.output = self.integral = self._slope = 0.0
-        self._last_error = None
-        self._command = Command()
 
     def run(self, loops: int, command: Command, position: float, velocity: float, current: float, bus: float) -> float:
         """Advance by some loops of 1 ms in which nothing that is measured changes.
@@ -160,11 +148,7 @@ class SparkLoop:
         Returns:
             The duty cycle.
         """
-        last, self._command = self._command, command
-        if (command.mode, command.slot) != (last.mode, last.slot):
-            self.integral = 0.0
-            self._last_error = None
-            self.profile_position, self.profile_velocity = position, velocity
+        self.begin(command.mode, command.slot, position, velocity)
         config = self.config
         extra = command.feed_forward if command.feed_forward_is_duty else command.feed_forward / bus
         scale = 1.0 if config.compensation is None else config.compensation / bus
@@ -178,12 +162,8 @@ class SparkLoop:
             feedback, volts = self._closed(loops, command, gains, position, velocity, current)
             asked = min(max(feedback * scale + volts / bus + extra, gains.least), gains.most)
             ramp = config.closed_ramp
-        asked = min(max(asked, -1.0), 1.0)
-        if ramp > 0.0:
-            most = loops * _LOOP / ramp
-            asked = min(max(asked, self.output - most), self.output + most)
-        self.output = asked
-        return asked
+        self.output = ramped(asked, self.output, loops, ramp)
+        return self.output
 
     def _closed(
         self, loops: int, command: Command, gains: SlotGains, position: float, velocity: float, current: float
@@ -217,18 +197,7 @@ class SparkLoop:
     def _pid(self, loops: int, gains: SlotGains, error: float, rest: float) -> float:
         """P, I and D of an error; `rest` is how far it is to the setpoint itself."""
         self.is_at_setpoint = abs(rest) <= gains.allowed_error
-        if abs(error) < gains.allowed_error:
-            error = 0.0
-        if gains.i_zone == 0.0 or abs(error) <= gains.i_zone:
-            self.integral += error * loops
-            if gains.i_most > 0.0:
-                self.integral = min(max(self.integral, -gains.i_most), gains.i_most)
-        else:
-            self.integral = 0.0
-        last = error if self._last_error is None else self._last_error
-        self._slope += (1.0 - gains.d_filter) * ((error - last) / loops - self._slope)
-        self._last_error = error
-        return gains.p * error + gains.i * self.integral + gains.d * self._slope
+        return self.pid(loops, gains, error)
 
     def _gravity(self, gains: SlotGains, position: float) -> float:
         return gains.kg + gains.kcos * math.cos(math.tau * gains.kcos_ratio * position)
@@ -248,22 +217,14 @@ class SparkLoop:
 
     def _advance_profile(self, loops: int, motion: MotionLimits, goal: float, position: float, velocity: float) -> None:
         """Trapezoidal in every position mode of MAXMotion: an S-curve differs by its rounded corners only."""
-        if not (motion.cruise > 0.0 and motion.acceleration > 0.0):
-            self.profile_velocity = 0.0
-            return
-        if motion.allowed_error > 0.0 and abs(self._wrapped(self.profile_position - position)) > motion.allowed_error:
+        if motion.cruise > 0.0 and 0.0 < motion.allowed_error < abs(self._wrapped(self.profile_position - position)):
             self.profile_position, self.profile_velocity = position, velocity
         of_position, of_velocity = self.config.factors
         # Position units per second for one velocity unit: turns and rpm, each by its factor.
         rate = of_position / (60.0 * of_velocity) if of_velocity else 1.0
         if self.config.wrap is not None:
             goal = self.profile_position + self._wrapped(goal - self.profile_position)
-        profile = TrapezoidProfile(
-            TrapezoidProfile.Constraints(motion.cruise * abs(rate), motion.acceleration * abs(rate))
-        )
-        start = TrapezoidProfile.State(self.profile_position, self.profile_velocity * rate)
-        state = profile.calculate(loops * _LOOP, start, TrapezoidProfile.State(goal, 0.0))
-        self.profile_position, self.profile_velocity = float(state.position), float(state.velocity) / rate
+        self.advance_profile(loops, goal, motion.cruise, motion.acceleration, rate)
 
 
 def _sign(value: float) -> float:

@@ -9,29 +9,42 @@ import rev
 from wpilib import DriverStation
 from wpilib.simulation import SimDeviceSim
 
+from simcore.devices.makers import known_device
 from simcore.errors import NonFiniteError
 from simcore.revlib.built_sparks import configuration_count, spark_of_controller
 from simcore.revlib.spark_configuration import read_spark_configuration
 from simcore.revlib.spark_loop import Command, Feedback, SparkConfiguration, SparkLoop
-from simcore.robot.motor_controllers import BuiltDevice
 
-__all__ = ["SparkPort"]
+__all__ = ["ANALOG_SPAN", "SparkPort"]
 
 
-class _Encoder:
-    """An encoder that counts turns, of which robot code may set the position.
+ANALOG_SPAN = 3.3
+"""Of the data port, for one turn of an absolute encoder on its analog pin [V]."""
+
+
+class _Sensor:
+    """A sensor of the controller, of which robot code reads position and velocity by conversion factors.
 
     Args:
         name: Of its SimDevice.
     """
 
     def __init__(self, name: str) -> None:
-        device = SimDeviceSim(name)
-        self._position = device.getDouble("Position")
-        self._velocity = device.getDouble("Velocity")
-        self._shown = self._position.get()
-        self._shift = 0.0
-        self._turns = 0.0
+        self._device = SimDeviceSim(name)
+        self._position = self._device.getDouble("Position")
+        self._velocity = self._device.getDouble("Velocity")
+
+    def _show(self, position: float, velocity: float) -> tuple[float, float]:
+        self._position.set(position)
+        self._velocity.set(velocity)
+        return position, velocity
+
+
+class _Encoder(_Sensor):
+    """An encoder that counts turns, of which robot code may set the position."""
+
+    _shown = 0.0  # as one that is switched on; anything else robot code has set since
+    _shift = _turns = 0.0
 
     def write(self, turns: float, rps: float, factors: tuple[float, float]) -> tuple[float, float]:
         """Set turns and rate of its shaft; returns what robot code reads."""
@@ -40,42 +53,55 @@ class _Encoder:
         if present != self._shown and of_position:  # robot code has set it
             self._shift = present / of_position - self._turns
         self._turns = turns
-        position, velocity = (turns + self._shift) * of_position, rps * 60.0 * of_velocity
-        self._position.set(position)
-        self._velocity.set(velocity)
+        seen = self._show((turns + self._shift) * of_position, rps * 60.0 * of_velocity)
         self._shown = self._position.get()
-        return position, velocity
+        return seen
 
 
-class _AbsoluteEncoder:
-    """An absolute encoder: one turn of its shaft, and no zero that moves.
+class _AbsoluteEncoder(_Sensor):
+    """An absolute encoder: one turn of its shaft, and no zero that moves."""
 
-    Args:
-        name: Of its SimDevice.
-    """
+    def write(
+        self, turns: float, rps: float, factors: tuple[float, float], *, is_centered: bool = False
+    ) -> tuple[float, float]:
+        """Set turns and rate of its shaft; returns what robot code reads."""
+        turn = (turns + 0.5) % 1.0 - 0.5 if is_centered else turns % 1.0
+        return self._show(turn * factors[0], rps * 60.0 * factors[1])
 
-    def __init__(self, name: str) -> None:
-        device = SimDeviceSim(name)
-        self._position = device.getDouble("Position")
-        self._velocity = device.getDouble("Velocity")
+
+class _AnalogSensor(_Sensor):
+    """An absolute encoder on the analog pin of the data port: one turn from 0 to 3.3 V."""
 
     def write(self, turns: float, rps: float, factors: tuple[float, float]) -> tuple[float, float]:
         """Set turns and rate of its shaft; returns what robot code reads."""
-        position, velocity = (turns % 1.0) * factors[0], rps * 60.0 * factors[1]
-        self._position.set(position)
-        self._velocity.set(velocity)
-        return position, velocity
+        volts = (turns % 1.0) * ANALOG_SPAN
+        self._device.getDouble("Voltage").set(volts)
+        return self._show(volts * factors[0], rps * ANALOG_SPAN * factors[1])
 
 
 class SparkPort:
-    """The simulated side of one SPARK.
+    """The simulated side of one SPARK: its loops, and what robot code asks for and reads.
+
+    Physics lets the loops `run`, takes the `volts` and `write`s what the sensors see. In a physics.py it goes into a
+    `simcore.devices.loop_ports.LoopDrivePort` for a drivetrain's motor; on mechanisms it is in a `SparkMotorSim`.
 
     Args:
-        device: That robot code has built.
+        device: `SparkMax` or `SparkFlex` of the robot code.
         sign: -1 where positive in robot code is negative for the mechanism.
+
+    Raises:
+        ConfigError: It was built before simcore was imported.
+
+    Example:
+        port = SparkPort(robot.arm)
+        port.set_supply(12.0)
+        port.run(5)  # milliseconds
+        volts = port.volts(emf=0.0, resistance=0.11)
+        port.write(rotor=1.5, rotor_rps=0.2, encoder=0.1, encoder_rps=0.01, amps=3.0)
     """
 
-    def __init__(self, device: BuiltDevice, *, sign: float = 1.0) -> None:
+    def __init__(self, device: Any, *, sign: float = 1.0) -> None:
+        device = known_device(device)
         name = f"{device.model} [{device.device_id}]"
         self.device = device
         self.loop = SparkLoop()
@@ -94,6 +120,8 @@ class SparkPort:
         self._primary = _Encoder(f"{name} RELATIVE ENCODER")
         self._absolute = _AbsoluteEncoder(f"{name} ABSOLUTE ENCODER")
         self._external = _Encoder(f"{name} {external} ENCODER")
+        self._analog = _AnalogSensor(f"{name} ANALOG SENSOR")
+        self._at_start: float | None = None  # turns of an encoder on the data port as it is switched on
         self._seen = -1
         self._position = self._velocity = self._amps = 0.0
         self._supply = 12.0
@@ -104,6 +132,11 @@ class SparkPort:
     def config(self) -> SparkConfiguration:
         """What it is configured with."""
         return self.loop.config
+
+    @property
+    def brakes(self) -> bool:
+        """Whether it is configured to brake in idle."""
+        return self.loop.config.brakes
 
     def configure(self) -> None:
         """Read the configuration again, if robot code has applied one since."""
@@ -151,8 +184,8 @@ class SparkPort:
         return volts
 
     def show_output(self, output: float) -> None:
-        """Of a follower: the duty cycle that it applies [-]."""
-        self._output.set(output)
+        """Of a follower: the duty cycle that it applies, positive as for the mechanism [-]."""
+        self._output.set(output * self._sign)
 
     def _is_stopped(self, soft: float | None, stops: bool, switch: Any, sign: float) -> bool:
         return (soft is not None and (self._position - soft) * sign >= 0.0) or (stops and bool(switch.get()))
@@ -173,11 +206,18 @@ class SparkPort:
         if not math.isfinite(rotor + rotor_rps + encoder + encoder_rps + amps):
             raise NonFiniteError(f"{self.device}: want finite numbers, got {rotor} turns, {rotor_rps} rps, {amps} A")
         config, sign = self.config, self._sign
+        if config.is_brushed:
+            if self._at_start is None:
+                self._at_start = encoder
+            rotor, rotor_rps = encoder - self._at_start, encoder_rps
+        turns, rate = sign * encoder, sign * encoder_rps
         primary = self._primary.write(sign * rotor, sign * rotor_rps, config.primary)
-        absolute = self._absolute.write(sign * encoder, sign * encoder_rps, config.absolute)
-        external = self._external.write(sign * encoder, sign * encoder_rps, config.external)
-        feedback = config.feedback
-        seen = absolute if feedback is Feedback.ABSOLUTE else external if feedback is Feedback.EXTERNAL else primary
+        others = {
+            Feedback.ABSOLUTE: self._absolute.write(turns, rate, config.absolute, is_centered=config.is_centered),
+            Feedback.EXTERNAL: self._external.write(turns, rate, config.external),
+            Feedback.ANALOG: self._analog.write(turns, rate, config.analog),
+        }
+        seen = others.get(config.feedback, primary)
         self._position, self._velocity = seen
         self._shown_position.set(seen[0])
         self._shown_velocity.set(seen[1])

@@ -2,14 +2,21 @@
 
 from __future__ import annotations
 
+import logging
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 from simcore.errors import ConfigError, NonFiniteError
 from simcore.quantities import DELAY, DURATION, FRACTION, RESISTANCE, VOLTAGE_OR_NONE, Quantity, require_fields
 
-__all__ = ["Battery", "BatteryConfig"]
+__all__ = ["Battery", "BatteryConfig", "BrownoutLog"]
+
+_log = logging.getLogger(__name__)
+
+_SERIES = 5.0  # [s]; a brown-out that comes sooner after the last one is of the same series
+_MOST = 3  # consumers that are named
+_LEAST = 1.0  # [A]; what draws less is not named
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -161,7 +168,8 @@ class Battery:
         self._heard = self.config.heartbeat  # since the last heartbeat [s]
         self._starved = 0.0  # for how long below the voltage that it lives on [s]
         self._boots = 0.0  # time until it is back [s]
-        self._update_brownout(0.0)
+        if self.config.brownout_enabled:
+            self._update_brownout(0.0)
         self.begin_tick()
 
     def begin_tick(self) -> None:
@@ -185,7 +193,8 @@ class Battery:
     def open_voltage(self) -> float:
         """What the terminals would show if the load vanished now: the voltage behind the resistance [V]."""
         c = self.config
-        return max(0.0, c.empty_voltage + (c.full_voltage - c.empty_voltage) * self._charge - self._slow_drop)
+        voltage = c.empty_voltage + (c.full_voltage - c.empty_voltage) * self._charge - self._slow_drop
+        return voltage if voltage > 0.0 else 0.0
 
     def step(self, h: float, current: float, at_voltage: float | None = None) -> float:
         """Draw a current for a while and return the terminal voltage [V].
@@ -204,26 +213,31 @@ class Battery:
             raise NonFiniteError(f"battery: step needs finite numbers, got h={h} s, current={current} A")
         c = self.config
         if at_voltage is not None and current > 0.0 and at_voltage > 0.0:
-            current *= min(1.0, self.open_voltage / (at_voltage + c.resistance * current))
+            share = self.open_voltage / (at_voltage + c.resistance * current)
+            if share < 1.0:
+                current *= share
         self.current = current
         self._drawn_as += current * h
-        self._charge = min(1.0, max(0.0, self._charge - current * h / (3600.0 * c.capacity_ah)))
+        charge = self._charge - current * h / (3600.0 * c.capacity_ah)
+        self._charge = 0.0 if charge < 0.0 else 1.0 if charge > 1.0 else charge
         # Exact for a constant current: the slow drop relaxes towards I * R_slow.
         if h != self._eased[0]:
             self._eased = h, -math.expm1(-h / c.recovery_time)
         self._slow_drop += (current * c.recovery_resistance - self._slow_drop) * self._eased[1]
-        self.voltage = voltage = max(0.0, self.open_voltage - c.resistance * current)
+        voltage = self.open_voltage - c.resistance * current
+        if voltage < 0.0:
+            voltage = 0.0
+        self.voltage = voltage
         if voltage < self.tick_min_voltage:
             self.tick_min_voltage = voltage
             self.min_voltage = min(self.min_voltage, voltage)
-        self._update_brownout(h)
-        return self.voltage
+        if c.brownout_enabled:
+            self._update_brownout(h)
+        return voltage
 
     def _update_brownout(self, h: float) -> None:
         """Follow the roboRIO and what its motor controllers hear of it, over a step of h [s]."""
         c = self.config
-        if not c.brownout_enabled:
-            return
         v = self.voltage
         self._is_low = v <= c.recovered_voltage if self._is_low else v < c.brownout_voltage
         if v < c.reset_voltage:
@@ -236,7 +250,7 @@ class Battery:
                 self._boots = c.reboot_time
         else:
             self._starved = 0.0
-            self._boots = max(0.0, self._boots - h)
+            self._boots = self._boots - h if self._boots > h else 0.0
         if self.browned_out:
             self.off_time += h
         self._heard += h
@@ -249,3 +263,62 @@ class Battery:
             self.brownouts += 1
             if self.on_brownout is not None:
                 self.on_brownout()
+
+
+class BrownoutLog:
+    """Writes one line when a series of brown-outs begins, with what drew the current, and a count at the end.
+
+    A reset of the roboRIO, which ends most matches, has a line of its own, every time.
+
+    Args:
+        number: Of the robot.
+        battery: That is watched.
+        consumers: What each consumer draws now, by name [A].
+    """
+
+    def __init__(self, number: int, battery: Battery, consumers: Callable[[], Mapping[str, float]]) -> None:
+        self._number = number
+        self._battery = battery
+        self._consumers = consumers
+        self._first = self._reset = ""  # of the present tick, in words
+        self._last = -_SERIES
+        battery.on_brownout, battery.on_reset = self._note, self._note_reset
+
+    def _note(self) -> None:
+        self._first = self._first or self._in_words()
+
+    def _note_reset(self) -> None:
+        self._reset = self._in_words()
+
+    def _in_words(self) -> str:
+        battery = self._battery
+        largest = sorted(self._consumers().items(), key=lambda one: -one[1])[:_MOST]
+        named = ", ".join(f"{name} {amps:.0f} A" for name, amps in largest if amps > _LEAST)
+        return f"{battery.voltage:.1f} V with {battery.current:.0f} A" + (f", {named}" if named else "")
+
+    def after_tick(self, time: float) -> None:
+        """Tell of a reset, and of a series that has begun, in a tick that ended at a time [s]."""
+        if self._reset:
+            _log.warning(
+                "robot %d: roboRIO reset at %.1f s: %s; no motor runs for %.0f s",
+                *(self._number, time, self._reset, self._battery.config.reboot_time),
+            )
+            self._reset = ""
+        if not self._first:
+            return
+        if time - self._last >= _SERIES:
+            _log.warning(
+                "robot %d: brown-out at %.1f s: %s; motors are off until %.1f V are back",
+                *(self._number, time, self._first, self._battery.config.recovered_voltage),
+            )
+        self._first, self._last = "", time
+
+    def tell_total(self) -> None:
+        """At the end of a run: how many there were, if any."""
+        battery = self._battery
+        if battery.brownouts:
+            resets = f", {battery.resets} resets of the roboRIO" if battery.resets else ""
+            _log.warning(
+                "robot %d: %d brown-outs%s in this run, %.2f s without motors; lowest %.1f V",
+                *(self._number, battery.brownouts, resets, battery.off_time, battery.min_voltage),
+            )

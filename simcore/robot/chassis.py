@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from typing import Any
 
 from simcore.errors import ConfigError, NonFiniteError
 from simcore.geometry.rotation import Quaternion, Vector, from_yaw, rotate, rotate_back, rpy, yaw_of
@@ -18,10 +19,10 @@ from simcore.physics.world import PhysicsWorld
 from simcore.quantities import POSE, require_row
 from simcore.robot.chassis_config import ChassisConfig
 from simcore.robot.driven_body import DrivenBody
-from simcore.robot.drivetrain import Drivetrain
 from simcore.robot.mass_distribution import MassDistribution
 from simcore.robot.wheel_ground import WheelGround
 from simcore.robot.wheel_loads import LoadTransfer
+from simcore.robot.wheeled_drive import WheeledDrive
 from simcore.typing import FloatArray
 
 __all__ = ["ChassisSimulation"]
@@ -30,7 +31,6 @@ _BESIDE = 0.03  # [m]; what is farther from the bumpers than this and the way of
 _STANDING = 0.3  # cosine of a tilt; a robot that leans more stands on its side
 _MOST_RESISTANCE = 1.5  # [g]; more than any tire can push against for longer than a hit
 _ZERO: Vector = (0.0, 0.0, 0.0)
-_START_HEIGHT = -2e-5  # [m]; a gap of exactly 0 is no contact yet, and the first step would fall
 
 
 class ChassisSimulation:
@@ -51,7 +51,7 @@ class ChassisSimulation:
         config: ChassisConfig,
         *,
         pose: tuple[float, float, float] = (0.0, 0.0, 0.0),
-        drivetrain: Drivetrain | None = None,
+        drivetrain: WheeledDrive[Any] | None = None,
         name: str = "robot",
         mass: MassDistribution | None = None,
     ) -> None:
@@ -73,11 +73,12 @@ class ChassisSimulation:
             center_of_mass=self.distribution.center,
             inertia=self.distribution.inertia,
             bumpers=config.bumpers,
-            pos=(pose[0], pose[1], _START_HEIGHT),
+            pos=(pose[0], pose[1], 0.0),
             quat=from_yaw(pose[2]),
         )
         self._target: tuple[float, float, float] | None = None
         self._ground = WheelGround(world, self.row, config)
+        world.set_pose(self.row, *self._ground.standing(*pose))
         self._body = DrivenBody(world, self.row, self._ground.reach, config.wheel_positions, name)
         self._body.set_mass(self.distribution)
         self._half_diagonal = 0.5 * math.hypot(config.bumper_length, config.bumper_width)
@@ -126,7 +127,7 @@ class ChassisSimulation:
         self._body.force, self._body.torque = force, torque
 
     def set_pose(self, x: float, y: float, yaw: float) -> None:
-        """Put the robot somewhere on the carpet, at rest [m, m, rad].
+        """Put the robot somewhere at rest, on the carpet or on what robots drive over [m, m, rad].
 
         Raises:
             NonFiniteError: A value is not finite; the robot stays.
@@ -134,7 +135,7 @@ class ChassisSimulation:
         """
         self._require_finite("pose", (x, y, yaw))
         require_row(self.name, "pose", (x, y, yaw), POSE)
-        self._world.set_pose(self.row, (x, y, _START_HEIGHT), from_yaw(yaw))
+        self._world.set_pose(self.row, *self._ground.standing(x, y, yaw))
         self._body.forget()
         if self._transfer is not None:
             self._transfer.reset()
@@ -152,7 +153,7 @@ class ChassisSimulation:
         self.distribution, self.vel, self.rate = mass, vel, rate
         self._body.set_mass(mass)
         self._engine.set_mass(self.row, mass.mass, mass.center, mass.inertia)
-        self._world.robot_bodies[self.row].set_mass(mass.mass, mass.center, mass.inertia)
+        self._world.hit_bodies[self.row].set_mass(mass.mass, mass.center, mass.inertia)
         self._engine.set_velocity(self.row, vel, rate)
         if self._drivetrain is not None and self._transfer is not None:
             self._drivetrain.set_mass_properties(mass.mass, mass.inertia[2], mass.center)
@@ -295,6 +296,10 @@ class ChassisSimulation:
             plane = (self.pos[2] + c.clearance / az, -ax / az, -ay / az)
         return x, y, yaw, c.bumper_length / 2, c.bumper_width / 2, self.speed, plane
 
+    def standing(self, pose: Vector) -> tuple[Vector, Quaternion]:
+        """Place of its origin, field frame [m], and attitude as it would stand at a pose [m, m, rad]."""
+        return self._ground.standing(*pose)
+
     def wheel_ground(self) -> tuple[FloatArray, FloatArray]:
         """What is under the wheels.
 
@@ -331,11 +336,9 @@ class ChassisSimulation:
         self._transfer.stand(
             self._ground.touching, down, (felt[0] + over * bump_x + fx, felt[1] + over * bump_y + fy, felt[2] + fz)
         )
-        vx, vy, omega = self.ground_velocity
         self._expected = pull
         return self._drivetrain.begin_step(
-            *(h, vx, vy, omega, self._transfer, ax + fx, ay + fy, alpha + turn),
-            may_rest=may_rest,
+            h, self.ground_velocity, self._transfer, (ax + fx, ay + fy, alpha + turn), may_rest=may_rest
         )
 
     def _follow(self, h: float) -> tuple[Vector, Vector, Vector]:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 from functools import lru_cache
-from typing import Protocol
 
 from simcore.errors import ConfigError
 from simcore.geometry.rotation import Vector
@@ -13,46 +12,14 @@ from simcore.physics.bumper_contacts import BumperOutline
 from simcore.physics.shapes import Box, Compound, Part, Sphere
 from simcore.physics.surface import RUBBER, TerrainSurface
 from simcore.quantities import FRICTION, INERTIA, MASS, ROBOT_LENGTH, ROBOT_PLACE, require_fields
+from simcore.robot.fixed_wheel_config import FixedWheelConfig
+from simcore.robot.swerve_config import SwerveConfig
 from simcore.units import plain_sum
 
-__all__ = ["BUMPER", "ChassisConfig", "DrivetrainConfig"]
+__all__ = ["BUMPER", "ChassisConfig"]
 
 BUMPER = replace(RUBBER, name="BUMPER", restitution=0.25)
 """Noodles under fabric, as pieces meet them; two robots bounce off each other with e = 0.06."""
-
-
-class DrivetrainConfig(Protocol):
-    """What a chassis needs to know of the drivetrain under it; `SwerveConfig` and `TankConfig` have it."""
-
-    @property
-    def mass(self) -> float:
-        """Of the whole robot [kg]."""
-        ...
-
-    @property
-    def yaw_inertia(self) -> float:
-        """About the vertical axis through the center of mass [kg m^2]."""
-        ...
-
-    @property
-    def center_of_mass(self) -> tuple[float, float, float]:
-        """From the robot center on the floor, robot axes [m]."""
-        ...
-
-    @property
-    def wheel_positions(self) -> tuple[tuple[float, float], ...]:
-        """Centers of the wheels, robot frame [m]."""
-        ...
-
-    @property
-    def wheel_radius(self) -> float:
-        """Of the wheels [m]."""
-        ...
-
-    @property
-    def wheel_cof(self) -> float:
-        """Coefficient of friction of the tread on carpet [-]."""
-        ...
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -137,11 +104,11 @@ class ChassisConfig:
                 raise ConfigError(f"{owner}: wheel at ({x}, {y}) m lies outside of the bumpers")
 
     @classmethod
-    def around(cls, drivetrain: DrivetrainConfig, *, bumper: tuple[float, float]) -> ChassisConfig:
+    def around(cls, drivetrain: SwerveConfig | FixedWheelConfig, *, bumper: tuple[float, float]) -> ChassisConfig:
         """The chassis that carries a drivetrain: of its mass, on its wheels; the rest is as by default.
 
         Args:
-            drivetrain: Of the robot, swerve or tank.
+            drivetrain: Of the robot.
             bumper: Length and width over the bumpers [m].
 
         Raises:

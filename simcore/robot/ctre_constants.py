@@ -7,9 +7,10 @@ from collections.abc import Sequence
 
 from simcore.errors import ConfigError
 from simcore.robot.dc_motor import MotorModel, motor
-from simcore.robot.swerve_config import SwerveConfig, SwerveModuleConfig, plate_inertia
+from simcore.robot.swerve_config import SwerveConfig, SwerveModuleConfig
+from simcore.robot.wheel_config import plate_inertia
 
-__all__ = ["swerve_config_from_ctre"]
+__all__ = ["arranged_motor", "swerve_config_from_ctre"]
 
 # By the name of CTRE's arrangement enums. A TalonFX may be a Falcon or either Kraken; the constants do not say.
 _ARRANGEMENTS = {
@@ -83,8 +84,8 @@ def _module(
         name=owner,
         x=number("location_x"),
         y=number("location_y"),
-        drive_motor=drive_motor or _motor(constants, "drive_motor_type"),
-        steer_motor=steer_motor or _motor(constants, "steer_motor_type"),
+        drive_motor=drive_motor or arranged_motor(constants, "drive_motor_type"),
+        steer_motor=steer_motor or arranged_motor(constants, "steer_motor_type"),
         drive_gearing=number("drive_motor_gear_ratio"),
         steer_gearing=number("steer_motor_gear_ratio"),
         coupling_ratio=number("coupling_gear_ratio"),
@@ -97,7 +98,13 @@ def _module(
     )
 
 
-def _motor(constants: object, name: str) -> MotorModel:
+def arranged_motor(constants: object, name: str) -> MotorModel:
+    """The motor that an arrangement of CTRE's constants names.
+
+    Args:
+        constants: Of a module.
+        name: `drive_motor_type` or `steer_motor_type`.
+    """
     kind = getattr(getattr(constants, name, None), "name", "TALON_FX_INTEGRATED")
     return motor(_ARRANGEMENTS.get(kind, "Kraken X60 FOC"))
 

@@ -5,8 +5,9 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 from functools import cache
+from typing import Any
 
-from simcore.errors import UnknownNameError
+from simcore.errors import ConfigError, UnknownNameError
 from simcore.quantities import (
     CURRENT,
     CURRENT_OR_NONE,
@@ -17,31 +18,37 @@ from simcore.quantities import (
     Quantity,
     require,
     require_fields,
+    shown,
 )
 
-__all__ = ["MOTOR_NAMES", "MotorModel", "controller_limits", "motor"]
+__all__ = ["MOTOR_NAMES", "MotorModel", "as_motor", "controller_limits", "motor"]
 
-MOTOR_NAMES = (
-    "Andymark 9015",
-    "Bag",
-    "BaneBots RS-550",
-    "BaneBots RS-775",
-    "CIM",
-    "Falcon 500",
-    "Falcon 500 FOC",
-    "Kraken X44",
-    "Kraken X44 FOC",
-    "Kraken X60",
-    "Kraken X60 FOC",
-    "Mini CIM",
-    "Minion",
-    "NEO",
-    "NEO 550",
-    "NEO Vortex",
-    "RS-775 125",
-    "Romi built-in",
-    "Vex 775pro",
-)
+_DATA = {
+    # stall torque [N m], stall current [A], free current [A], free speed [rpm]
+    "Andymark 9015": (0.36, 71.0, 3.7, 14270.0),
+    "Bag": (0.43, 53.0, 1.8, 13180.0),
+    "BaneBots RS-550": (0.38, 84.0, 0.4, 19000.0),
+    "BaneBots RS-775": (0.72, 97.0, 2.7, 13050.0),
+    "CIM": (2.42, 133.0, 2.7, 5310.0),
+    "Falcon 500": (4.69, 257.0, 1.5, 6380.0),
+    "Falcon 500 FOC": (5.84, 304.0, 1.5, 6080.0),
+    "Kraken X44": (4.11, 279.0, 2.0, 7758.0),
+    "Kraken X44 FOC": (5.01, 329.0, 2.0, 7368.0),
+    "Kraken X60": (7.09, 366.0, 2.0, 6000.0),
+    "Kraken X60 FOC": (9.37, 483.0, 2.0, 5800.0),
+    "Mini CIM": (1.41, 89.0, 3.0, 5840.0),
+    "Minion": (3.17, 211.0, 2.0, 7704.0),
+    "NEO": (2.6, 105.0, 1.8, 5676.0),
+    "NEO 550": (0.97, 100.0, 1.4, 11000.0),
+    "NEO Vortex": (3.6, 211.0, 3.615, 6784.0),
+    "RS-775 125": (0.28, 18.0, 1.6, 5800.0),
+    "Romi built-in": (0.1765, 1.25, 0.13, 150.0),
+    "Vex 775pro": (0.71, 134.0, 0.7, 18730.0),
+}
+"""Datasheets at 12 V (the Romi's at 4.5 V), by the name printed on the box. Source: WPILib's `DCMotor`, 2026."""
+_ROMI_VOLTS = 4.5
+
+MOTOR_NAMES = tuple(_DATA)
 """The motors of WPILib's `DCMotor`, by the name printed on the box."""
 
 _DEFAULT_ROTOR_INERTIA = 4.5e-5
@@ -155,8 +162,23 @@ def motor(name: str) -> MotorModel:
     wanted = _plain(name)
     for known in MOTOR_NAMES:
         if _plain(known) == wanted:
-            return _from_wpilib(known)
+            return _from_table(known)
     raise UnknownNameError("motor", name, MOTOR_NAMES)
+
+
+def as_motor(source: Any) -> MotorModel:
+    """A motor of ours, or WPILib's `DCMotor` converted, of 2026 or 2027.
+
+    Raises:
+        ConfigError: It is neither.
+    """
+    if isinstance(source, MotorModel):
+        return source
+    fields = ("nominal_voltage", "stall_torque", "stall_current", "free_current", "free_speed")
+    values: dict[str, Any] = {name: getattr(source, name, getattr(source, _camel_case(name), None)) for name in fields}
+    if None in values.values():
+        raise ConfigError(f'a motor is one of simcore, motor("Kraken X60"), or WPILib\'s DCMotor; got {shown(source)}')
+    return MotorModel(name="DCMotor", **values)
 
 
 _TALON_MOTORS = ("Kraken", "Falcon", "Minion")
@@ -187,31 +209,14 @@ def controller_limits(
     return usual[0] if stator is None else stator, usual[1] if supply is None else supply
 
 
+def _camel_case(name: str) -> str:
+    first, *others = name.split("_")
+    return first + "".join(word.capitalize() for word in others)
+
+
 def _plain(name: str) -> str:
     return "".join(c for c in name.lower() if c.isalnum())
 
-
-_FACTORIES = {
-    "Andymark 9015": "andymark9015",
-    "Bag": "bag",
-    "BaneBots RS-550": "banebotsRS550",
-    "BaneBots RS-775": "banebotsRS775",
-    "CIM": "CIM",
-    "Falcon 500": "falcon500",
-    "Falcon 500 FOC": "falcon500FOC",
-    "Kraken X44": "krakenX44",
-    "Kraken X44 FOC": "krakenX44FOC",
-    "Kraken X60": "krakenX60",
-    "Kraken X60 FOC": "krakenX60FOC",
-    "Mini CIM": "miniCIM",
-    "Minion": "minion",
-    "NEO": "NEO",
-    "NEO 550": "NEO550",
-    "NEO Vortex": "neoVortex",
-    "RS-775 125": "RS775_125",
-    "Romi built-in": "romiBuiltIn",
-    "Vex 775pro": "vex775Pro",
-}
 
 # Rotors that are clearly not of the 60 mm brushless class; estimates from rotor mass and radius, +-50 %.
 _ROTOR_INERTIA = {
@@ -236,17 +241,15 @@ _SUPPLY_RESISTANCE = {"Falcon 500": 0.0127}
 
 
 @cache
-def _from_wpilib(name: str) -> MotorModel:
-    from wpimath.system.plant import DCMotor  # here, so that importing simcore stays free of native libraries
-
-    m = getattr(DCMotor, _FACTORIES[name])(1)
+def _from_table(name: str) -> MotorModel:
+    stall_torque, stall_current, free_current, free_rpm = _DATA[name]
     return MotorModel(
         name=name,
-        stall_torque=m.stallTorque,
-        stall_current=m.stallCurrent,
-        free_current=m.freeCurrent,
-        free_speed=m.freeSpeed,
-        nominal_voltage=m.nominalVoltage,
+        stall_torque=stall_torque,
+        stall_current=stall_current,
+        free_current=free_current,
+        free_speed=free_rpm * math.tau / 60.0,
+        nominal_voltage=_ROMI_VOLTS if name.startswith("Romi") else 12.0,
         rotor_inertia=_ROTOR_INERTIA.get(name, _DEFAULT_ROTOR_INERTIA),
         supply_resistance=_SUPPLY_RESISTANCE.get(name, 0.0),
     )

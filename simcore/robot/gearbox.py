@@ -1,4 +1,7 @@
-"""What drives a mechanism: DC motors behind a gear, and the protocol that every mechanism sim answers."""
+"""What drives a mechanism: DC motors behind a gear, their friction, and loops that turn a goal into volts.
+
+`SimMotor` is the protocol that every mechanism sim answers.
+"""
 
 from __future__ import annotations
 
@@ -6,21 +9,32 @@ import math
 from dataclasses import dataclass, replace
 from typing import Protocol, runtime_checkable
 
-from wpimath.system.plant import DCMotor
-
+from simcore.errors import ConfigError
 from simcore.quantities import (
     CURRENT_LIMIT,
+    GAIN,
     GEARING,
     MOTORS,
     SIGNED_VOLTAGE,
     TORQUE_OR_NONE,
-    Quantity,
+    VOLTAGE,
+    VOLTAGE_OR_NONE,
     require,
     require_fields,
 )
+from simcore.robot.dc_motor import MotorModel, as_motor
 from simcore.robot.limited_motor import within
 
-__all__ = ["GearboxConfig", "SimMotor"]
+__all__ = [
+    "GEARED_FRICTION_VOLTS",
+    "GearboxConfig",
+    "PositionController",
+    "SimMotor",
+    "VelocityController",
+    "default_friction",
+    "friction_from_volts",
+    "no_load_friction",
+]
 
 _LIMIT = replace(CURRENT_LIMIT, is_open=True)
 
@@ -79,14 +93,14 @@ class SimMotor(Protocol):
 class GearboxConfig:
     """Motors of one kind that drive one shaft together.
 
-    >>> from wpimath.system.plant import DCMotor
-    >>> shooter = GearboxConfig(motor=DCMotor.krakenX60(1), motors=4, gearing=24 / 36)
+    >>> from simcore.robot.dc_motor import motor
+    >>> shooter = GearboxConfig(motor=motor("Kraken X60"), motors=4, gearing=24 / 36)
     >>> round(shooter.free_speed(12.0), 1)  # [rad/s] of the wheels
     947.7
     """
 
-    motor: DCMotor
-    """One motor, as wpimath gives it: `DCMotor.krakenX60(1)`."""
+    motor: MotorModel
+    """One motor: `motor("Kraken X60")`, or as WPILib gives it, `DCMotor.krakenX60(1)`, which is converted."""
     motors: int = 1
     """How many of them share the load."""
     gearing: float
@@ -99,6 +113,7 @@ class GearboxConfig:
     """Coulomb friction at the mechanism, against the motion and before it starts [N m]."""
 
     def __post_init__(self) -> None:
+        object.__setattr__(self, "motor", as_motor(self.motor))
         require_fields(
             self,
             motors=MOTORS,
@@ -107,23 +122,21 @@ class GearboxConfig:
             supply_current_limit=_LIMIT,
             friction_torque=TORQUE_OR_NONE,
         )
-        for name in ("R", "Kt", "Kv"):
-            require("GearboxConfig", f"motor.{name}", getattr(self.motor, name), Quantity("", 0.0, 1e9, is_open=True))
 
     @property
     def torque_per_amp(self) -> float:
         """Torque at the mechanism for one amp in every motor [N m/A]."""
-        return float(self.motors * self.gearing * self.motor.Kt)
+        return self.motors * self.gearing * self.motor.kt
 
     @property
     def volts_per_speed(self) -> float:
         """Back-EMF for one rad/s of the mechanism [V s/rad]; also the feed-forward of a velocity loop."""
-        return float(self.gearing / self.motor.Kv)
+        return self.gearing / self.motor.kv
 
     @property
     def resistance(self) -> float:
         """Of one motor's winding [ohm]."""
-        return float(self.motor.R)
+        return self.motor.resistance
 
     def varied(self, *, kt: float, resistance: float) -> GearboxConfig:
         """The same with motors that differ from their kind.
@@ -132,19 +145,8 @@ class GearboxConfig:
             kt: Mean factor of torque per current, and of volts per speed [-].
             resistance: Mean factor of the resistance [-].
         """
-        if kt == resistance == 1.0:
-            return self
-        m = self.motor
-        free_current = m.freeCurrent / kt
-        motor = DCMotor(
-            m.nominalVoltage,
-            m.stallTorque * kt / resistance,
-            m.stallCurrent / resistance,
-            free_current,
-            m.Kv / kt * (m.nominalVoltage - m.R * resistance * free_current),
-            1,
-        )
-        return replace(self, motor=motor)
+        motor = self.motor.varied(kt=kt, resistance=resistance)
+        return self if motor is self.motor else replace(self, motor=motor)
 
     def free_speed(self, volts: float) -> float:
         """Speed at which the back-EMF equals `volts`, without friction [rad/s]."""
@@ -158,3 +160,110 @@ class GearboxConfig:
     def holding_volts(self, torque: float) -> float:
         """Voltage that makes `torque` [N m] at rest [V]."""
         return torque * self.resistance / self.torque_per_amp
+
+
+# Without friction a mechanism that is let go would turn for ever. Two figures are known without a measurement: the
+# no-load current of the motor's datasheet, which is what its own bearings and iron take, and the volts of kS that
+# gearboxes, belts and bearings usually add to it.
+GEARED_FRICTION_VOLTS = 0.2
+"""Volts that start a mechanism with gears, belts and bearings [V]; estimate, -50 % to +100 %.
+
+Source: the friction voltage that CTRE's Tuner X generates for both motors of a swerve module
+(`SwerveModuleConstants.drive_friction_voltage`, `steer_friction_voltage`); no vendor publishes any for mechanisms.
+"""
+
+
+def no_load_friction(gearbox: GearboxConfig) -> float:
+    """Torque that the motors themselves take when they turn free, at the mechanism [N m].
+
+    Source: no-load current of the datasheet times kT; with it the free speed is the datasheet's.
+
+    >>> krakens = GearboxConfig(motor=motor("Kraken X60"), motors=2, gearing=3.0)
+    >>> round(no_load_friction(krakens), 3)  # 2 motors x 3 x 2 A x 0.0194 N m/A
+    0.232
+    """
+    return gearbox.torque_per_amp * gearbox.motor.free_current
+
+
+def friction_from_volts(gearbox: GearboxConfig, volts: float) -> float:
+    """Torque at the mechanism for a kS, the volts that it takes to start it [N m].
+
+    Args:
+        gearbox: Of the mechanism.
+        volts: As SysId finds them; the sign does not matter.
+
+    Raises:
+        ConfigError: The volts are not finite.
+    """
+    if not math.isfinite(volts):
+        raise ConfigError(f"friction volts must be a finite number, got {volts}")
+    return gearbox.torque_per_amp * abs(volts) / gearbox.resistance
+
+
+def default_friction(gearbox: GearboxConfig, *, has_gears: bool = True) -> float:
+    """Friction of a mechanism about which nothing else is known [N m].
+
+    Args:
+        gearbox: Of the mechanism.
+        has_gears: False for a flywheel, which is built to run on: little more than the motors' own bearings.
+    """
+    own = no_load_friction(gearbox)
+    return max(own, friction_from_volts(gearbox, GEARED_FRICTION_VOLTS)) if has_gears else own
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class VelocityController:
+    """Feed-forward of the back-EMF plus a proportional term; holds no state, so it cannot wind up."""
+
+    kv: float
+    """Volts per speed of the goal [V s/rad]."""
+    kp: float = 0.0
+    """Volts per speed that is missing [V s/rad]."""
+    ks: float = 0.0
+    """Volts against friction, in the direction of the goal [V]."""
+    max_volts: float = 12.0
+    """Either way [V]."""
+
+    def __post_init__(self) -> None:
+        require_fields(self, kv=GAIN, kp=GAIN, ks=VOLTAGE_OR_NONE, max_volts=VOLTAGE)
+
+    @classmethod
+    def for_gearbox(cls, gearbox: GearboxConfig, *, kp: float = 0.0, max_volts: float = 12.0) -> VelocityController:
+        """Feed-forward terms as the motor and its friction ask for them."""
+        return cls(
+            kv=gearbox.volts_per_speed,
+            kp=kp,
+            ks=gearbox.holding_volts(gearbox.friction_torque),
+            max_volts=max_volts,
+        )
+
+    def volts(self, goal: float, velocity: float) -> float:
+        """Volts that bring `velocity` to `goal` [rad/s]; a goal of zero brakes only as far as `kp` asks."""
+        friction = self.ks if goal > 0.0 else -self.ks if goal < 0.0 else 0.0
+        return within(friction + self.kv * goal + self.kp * (goal - velocity), self.max_volts)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PositionController:
+    """Proportional-derivative control of an angle or a length, with room for the weight as feed-forward."""
+
+    kp: float
+    """Volts per error of position [V/rad]."""
+    kd: float = 0.0
+    """Volts per speed, against it [V s/rad]."""
+    max_volts: float = 12.0
+    """Either way [V]."""
+
+    def __post_init__(self) -> None:
+        require_fields(self, kp=GAIN, kd=GAIN, max_volts=VOLTAGE)
+
+    def volts(self, goal: float, position: float, velocity: float, feedforward: float = 0.0) -> float:
+        """Volts that bring `position` to `goal` and stop there.
+
+        Args:
+            goal: Where to be [rad].
+            position: Where it is [rad].
+            velocity: How fast it goes [rad/s].
+            feedforward: Added before the limit, as `ArmSim.holding_volts` [V].
+        """
+        return within(feedforward + self.kp * (goal - position) - self.kd * velocity, self.max_volts)

@@ -1,16 +1,19 @@
-"""What a motor controller's configuration tells of a mechanism that nobody has described."""
+"""What a motor controller's configuration tells of a mechanism that nobody has described.
+
+It keeps at-setpoint logic alive: velocity loops spin up, position loops arrive, gravity gains find the weight that they
+hold. It is no model of anything in particular; `simcore.toml` describes the real mechanism.
+"""
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
-from typing import ClassVar
 
-from simcore.robot.gearbox import GearboxConfig
-from simcore.robot.mechanism_friction import default_friction, friction_from_volts
-from simcore.robot.mechanisms import ArmSim
+from simcore.robot.gearbox import GearboxConfig, default_friction, friction_from_volts
+from simcore.robot.mechanisms import ArmConfig, ArmSim
 from simcore.robot.shaft import ShaftSim
 
-__all__ = ["GuessedMechanism", "guessed_inertia", "guessed_weight", "with_guessed_friction"]
+__all__ = ["GuessedMechanism", "guessed_shaft"]
 
 _SPIN_UP = 0.05  # [s]; time constant without a kA. Estimate: rollers are .02-.1, shooters .1-.5
 
@@ -21,9 +24,10 @@ class GuessedMechanism:
 
     mechanism: ShaftSim
     motor: str
-
-    ARM_GAIN: ClassVar[str] = "kG"
+    arm_gain: str = "kG"
     """Gain whose volts hold an arm."""
+    sensors: tuple[tuple[str, int], ...] = ()
+    """Further devices that show where it is, as (model, id)."""
 
     @property
     def has_weight(self) -> bool:
@@ -34,29 +38,53 @@ class GuessedMechanism:
         m = self.mechanism
         text = f"{m.motors} x {self.motor}, {m.gearing:.3g}:1, {m.inertia:.2g} kg m^2"
         if isinstance(m, ArmSim):
-            return f"{text}, weight of its {self.ARM_GAIN} as an arm"
+            return f"{text}, weight of its {self.arm_gain} as an arm"
         return text + (", weight of its kG" if self.has_weight else "")
 
 
-def with_guessed_friction(gearbox: GearboxConfig, static_volts: float) -> GearboxConfig:
-    """The same with the friction of a kS [V]; 0: it is not tuned, and the friction is the default of its motors."""
-    friction = friction_from_volts(gearbox, static_volts) if static_volts else default_friction(gearbox)
-    return replace(gearbox, friction_torque=friction)
-
-
-def guessed_inertia(gearbox: GearboxConfig, kv: float, ka: float) -> float:
-    """Inertia at the mechanism [kg m^2] with a time constant of kA / kV [s], 50 ms where these are not tuned."""
-    spin_up = ka / kv if ka > 0.0 and kv > 0.0 else _SPIN_UP
-    return spin_up * (gearbox.torque_per_amp / gearbox.resistance) * gearbox.volts_per_speed
-
-
-def guessed_weight(gearbox: GearboxConfig, inertia: float, torque: float) -> ShaftSim:
-    """A shaft with a load [N m] that does not depend on its angle, at rest on a stop; a free shaft without one.
+def guessed_shaft(
+    gearbox: GearboxConfig,
+    *,
+    static: float = 0.0,
+    kv: float = 0.0,
+    ka: float = 0.0,
+    weight: float = 0.0,
+    arm: tuple[float, float] | None = None,
+) -> ShaftSim:
+    """A free shaft; with a weight, one that rests on a stop where it is at first.
 
     A weight that pulls up (a negative kG: a spring, or counting down) rests on the upper stop.
+
+    Args:
+        gearbox: Motors and gears.
+        static: kS [V]; 0: it is not tuned, and the friction is the default of its motors.
+        kv: In any unit that `ka` is in as well; their quotient is the time constant, 50 ms where they are not tuned.
+        ka: See `kv`.
+        weight: Volts that hold it: kG, of an arm that is level.
+        arm: Lower stop and start of an arm [rad]; None: the load does not depend on the angle.
     """
+    friction = friction_from_volts(gearbox, static) if static else default_friction(gearbox)
+    gearbox = replace(gearbox, friction_torque=friction)
+    torque_per_volt = gearbox.torque_per_amp / gearbox.resistance
+    spin_up = ka / kv if ka > 0.0 and kv > 0.0 else _SPIN_UP
+    inertia = spin_up * torque_per_volt * gearbox.volts_per_speed
+    torque = weight * torque_per_volt
     if torque == 0.0:
         return ShaftSim(gearbox, inertia)
-    shaft = ShaftSim(gearbox, inertia, **{"lower_stop" if torque > 0.0 else "upper_stop": 0.0})
-    shaft.set_load(-torque)
-    return shaft
+    if arm is None:
+        shaft = ShaftSim(gearbox, inertia, **{"lower_stop" if torque > 0.0 else "upper_stop": 0.0})
+        shaft.set_load(-torque)
+        return shaft
+    low, start = arm
+    return ArmSim(
+        ArmConfig(
+            gearbox=gearbox,
+            inertia=inertia,
+            mass=torque,
+            center_of_mass=1.0,
+            gravity=1.0,  # mass and lever are not known apart, and need not be
+            min_angle=low,
+            max_angle=start + math.pi,
+            start_angle=start,
+        )
+    )

@@ -114,6 +114,8 @@ class Gyro:
         self._rng = rng
         self._noise: list[float] = []
         self._scale = 1.0 + config.scale_error * float(rng.standard_normal())
+        self._bias, self._floor = math.radians(config.bias_dps), math.radians(config.rate_noise_floor_dps)
+        self._drift, self._tilt = math.radians(config.drift_deg_per_30s), math.radians(config.tilt_noise_deg)
         self.reset()
 
     def reset(self, *, yaw: float = 0.0, true_yaw: float = 0.0) -> None:
@@ -154,21 +156,18 @@ class Gyro:
         noise = self._noise[-7:]
         del self._noise[-7:]
         turned = math.remainder(yaw - self._true_yaw, math.tau)
-        bias = math.radians(c.bias_dps)
-        self.yaw += turned * self._scale + bias * dt
+        self.yaw += turned * self._scale + self._bias * dt
         # Variances of independent steps add up, so sqrt(dt / 30) gives exactly the named size after 30 s.
-        self.yaw += math.radians(c.drift_deg_per_30s) * math.sqrt(dt / 30.0) * noise[0]
+        self.yaw += self._drift * math.sqrt(dt / 30.0) * noise[0]
         if self._true_rate is not None and c.impact_deg > 0.0 and dt > 0.0:
             accel = abs(rates[2] - self._true_rate) / dt
             if accel >= c.impact_accel > 0.0:
                 self.yaw += math.radians(c.impact_deg) * accel / c.impact_accel * noise[1]
         self._true_yaw = yaw
         self._true_rate = rates[2]
-        tilt = math.radians(c.tilt_noise_deg)
-        self.pitch = pitch + tilt * noise[2]
-        self.roll = roll + tilt * noise[3]
-        floor = math.radians(c.rate_noise_floor_dps)
+        self.pitch = pitch + self._tilt * noise[2]
+        self.roll = roll + self._tilt * noise[3]
         self.rates = np.array(
-            [r + math.hypot(c.rate_noise * r, floor) * n for r, n in zip(rates, noise[4:], strict=True)]
+            [r + math.hypot(c.rate_noise * r, self._floor) * n for r, n in zip(rates, noise[4:], strict=True)]
         )
-        self.rates[2] += bias
+        self.rates[2] += self._bias

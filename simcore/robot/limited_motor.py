@@ -74,12 +74,12 @@ class LimitedMotor:
         gearing: float,
         efficiency: float = 1.0,
         friction_volts: float = 0.0,
-        stator_limit: float = math.inf,
-        supply_limit: float = math.inf,
+        limits: tuple[float, float] = (math.inf, math.inf),
         count: int = 1,
     ) -> LimitedMotor:
-        """Refer a motor behind a gear to the shaft."""
+        """Refer a motor behind a gear to the shaft; `limits` are of stator and supply, per motor [A]."""
         torque = model.kt * gearing * count
+        stator_limit, supply_limit = limits
         return LimitedMotor(
             resistance=model.resistance,
             conductance=1.0 / model.resistance,

@@ -107,7 +107,7 @@ class ArmSim(ShaftSim):
     @property
     def holding_volts(self) -> float:
         """Voltage that holds the arm where it is against gravity [V]."""
-        return self.gearbox.holding_volts(self._weight_torque * math.cos(self.position))
+        return self._weight_torque * math.cos(self.position) * self._resistance / self._kt
 
     def step(self, dt: float, battery_voltage: float = 12.0) -> None:
         """Move on by `dt` [s], with the volts held."""

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any, Protocol, runtime_checkable
 
-__all__ = ["BuiltDevice", "FollowerGroup", "OwnLoops"]
+__all__ = ["BuiltDevice", "CurrentMeter", "FollowerGroup", "MotorDevices", "OwnLoops", "group_by_leader"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,10 +47,60 @@ class FollowerGroup:
         return f"{self.leader}" + "".join(f" + {f.device_id}" for f in self.followers)
 
 
+def group_by_leader(
+    devices: Sequence[BuiltDevice], leader_of: Callable[[BuiltDevice], tuple[object, bool]]
+) -> list[FollowerGroup]:
+    """Groups by who follows whom; one alone is a group too, and a follower whose leader is not among the devices.
+
+    Args:
+        devices: Motor controllers, one per model and id.
+        leader_of: Which device one follows, as its key, its id or its object (None: no other), and whether it opposes
+            that.
+    """
+    leads = {device.key: leader_of(device) for device in devices}
+    followers: dict[tuple[str, int], list[BuiltDevice]] = {}
+    leaders = []
+    for device in devices:
+        leader = leads[device.key][0]
+        others = (d for d in devices if d is not device and leader is not None)
+        led = next((d for d in others if leader in (d.key, d.device_id) or leader is d.hardware), None)
+        if led is None:
+            leaders.append(device)
+        else:
+            followers.setdefault(led.key, []).append(device)
+    groups = []
+    for device in leaders:
+        own = followers.get(device.key, [])
+        opposed = tuple(k for k, follower in enumerate(own) if leads[follower.key][1])
+        groups.append(FollowerGroup(device, tuple(own), opposed))
+    return groups
+
+
+class MotorDevices(Protocol):
+    """The devices of a mechanism: `TalonFXMotorSim`, `SparkMotorSim`."""
+
+    def read(self, battery_voltage: float, *, powered: bool = True) -> None:
+        """Supply in, volts out to the mechanism [V]."""
+        ...
+
+    def write(self) -> None:
+        """The mechanism's motion to the sensors."""
+        ...
+
+
 @runtime_checkable
 class OwnLoops(Protocol):
     """A motor controller whose loops no vendor's library runs in simulation: `SparkMotorSim`."""
 
     def run(self, dt: float) -> None:
         """Let its loops run for dt [s]."""
+        ...
+
+
+@runtime_checkable
+class CurrentMeter(Protocol):
+    """A motor controller that shows robot code the current of its motor, as the model has it: `LoopDrivePort`."""
+
+    def show_current(self, amps: float) -> None:
+        """Of one motor [A]."""
         ...

@@ -7,11 +7,12 @@ from collections.abc import Callable, Sequence
 from typing import Protocol
 
 from simcore.errors import ConfigError, NonFiniteError
+from simcore.robot.fixed_wheel_drive import MecanumDrive, TankDrive
+from simcore.robot.motor_controllers import CurrentMeter, OwnLoops
 from simcore.robot.swerve_drive import SwerveDrive
-from simcore.robot.tank_drive import TankDrive
 from simcore.typing import FloatSupplier
 
-__all__ = ["AnglePort", "GyroPort", "MotorPort", "SuppliedMotor", "SwervePorts", "TankPorts"]
+__all__ = ["AnglePort", "GyroPort", "MotorPort", "ShaftPorts", "SuppliedMotor", "SwervePorts", "TankPorts"]
 
 
 class MotorPort(Protocol):
@@ -35,10 +36,10 @@ class MotorPort(Protocol):
 
 
 class AnglePort(Protocol):
-    """An encoder on a shaft of its own: on the wheel, or on the azimuth."""
+    """What shows where a shaft is: an encoder on a wheel, an azimuth or a mechanism, or a switch that it presses."""
 
     def write(self, angle: float, rate: float) -> None:
-        """Where the shaft is, any number of turns [rad], and how fast it turns [rad/s]."""
+        """Where the shaft is, any number of turns [rad], and how fast it turns [rad/s]; of a piston [m, m/s]."""
         ...
 
 
@@ -118,6 +119,15 @@ def _terminal_volts(ports: Sequence[MotorPort], back_emf: Callable[[int], float]
     return volts
 
 
+def _meters(ports: Sequence[Sequence[MotorPort]]) -> list[tuple[CurrentMeter, int]]:
+    """Those that measure their current, with the number of their shaft."""
+    return [(port, k) for k, row in enumerate(ports) for port in row if isinstance(port, CurrentMeter)]
+
+
+def _loops(ports: Sequence[MotorPort]) -> list[OwnLoops]:
+    return [port for port in ports if isinstance(port, OwnLoops)]
+
+
 class _GyroAtZero:
     """A gyro that reads zero where it is switched on."""
 
@@ -172,9 +182,18 @@ class SwervePorts:
         self._steer_ports = list(steer_motors)
         self._steer_encoders = list(steer_encoders)
         self._wheel_encoders = list(wheel_encoders)
+        self._loops = _loops([*drive_motors, *steer_motors])
+        self._drive_meters, self._steer_meters = (
+            _meters([[p] for p in ports]) for ports in (drive_motors, steer_motors)
+        )
         self._gyro = _GyroAtZero(gyro)
         self._gears = [(m.drive_gearing, m.coupling_ratio, m.steer_gearing) for m in drive.config.modules]
         self._kv = [(m.drive_motor.kv, m.steer_motor.kv) for m in drive.config.modules]
+
+    def run(self, dt: float) -> None:
+        """Let controllers run the loops of their own for dt [s]."""
+        for loop in self._loops:
+            loop.run(dt)
 
     def read(self, battery_voltage: float) -> None:
         """Hand the devices their supply [V] and the model their volts."""
@@ -205,6 +224,10 @@ class SwervePorts:
             rates: About the robot's axes [rad/s], shape (3,).
         """
         state = self._drive.state
+        for meter, k in self._drive_meters:
+            meter.show_current(self._drive.drive_motors.current[k])
+        for meter, k in self._steer_meters:
+            meter.show_current(self._drive.steer_motors.current[k])
         turn = math.tau
         for drive, steer, steer_encoder, wheel_encoder, gears, wheel, azimuth, wheel_rate, azimuth_rate in zip(
             self._drive_ports,
@@ -231,18 +254,77 @@ class SwervePorts:
         self._gyro.write(yaw, pitch, roll, rates)
 
 
-class TankPorts:
-    """The same for a differential drive: one controller or more a side, the first of which drives the model.
+class ShaftPorts:
+    """The same for a drive whose wheels do not steer: one controller or more a shaft, the first drives the model.
 
     Args:
         drive: The model; its owner steps it with the chassis.
+        shafts: Motor controllers of each: of a tank left and right, of a mecanum drive front left, front right, rear
+            left, rear right; positive drives forward.
+        encoders: On the shafts, for motors without an encoder; left out where there are none.
+        gyro: None if there is none.
+
+    Raises:
+        ConfigError: A shaft has no motor controller.
+    """
+
+    def __init__(
+        self,
+        drive: TankDrive | MecanumDrive,
+        shafts: Sequence[Sequence[MotorPort]],
+        *,
+        encoders: Sequence[AnglePort | None] = (),
+        gyro: GyroPort | None = None,
+    ) -> None:
+        n = len(drive.shaft_speeds)
+        if len(shafts) != n or not all(shafts):
+            got = ", ".join(str(len(ports)) for ports in shafts)
+            raise ConfigError(f"drivetrain: want a motor controller or more for each of {n} shafts, got {got}")
+        self._drive = drive
+        self._shafts = [list(ports) for ports in shafts]
+        self._first = [ports[0] for ports in self._shafts]
+        self._encoders = list(encoders) or [None] * n
+        self._loops = _loops([port for ports in self._shafts for port in ports])
+        self._meters = _meters(self._shafts)
+        self._gyro = _GyroAtZero(gyro)
+
+    def run(self, dt: float) -> None:
+        """See `SwervePorts.run`."""
+        for loop in self._loops:
+            loop.run(dt)
+
+    def read(self, battery_voltage: float) -> None:
+        """Hand the devices their supply [V] and the model their volts."""
+        for ports in self._shafts:
+            for port in ports:
+                port.set_supply(battery_voltage)
+        volts = _terminal_volts(self._first, self._drive.shaft_emf)
+        self._drive.set_shaft_volts(volts)
+
+    def write(self, yaw: float, pitch: float, roll: float, rates: Sequence[float]) -> None:
+        """Hand the sensors what the model did; see `SwervePorts.write`."""
+        drive = self._drive
+        gearing = drive.config.gearing
+        for meter, k in self._meters:
+            meter.show_current(drive.drive_motors.current[k])
+        rows = zip(self._shafts, self._encoders, drive.shaft_angles, drive.shaft_speeds, strict=True)
+        for ports, encoder, angle, rate in rows:
+            for port in ports:
+                port.write(angle * gearing / math.tau, rate * gearing / math.tau)
+            if encoder is not None:
+                encoder.write(angle, rate)
+        self._gyro.write(yaw, pitch, roll, rates)
+
+
+class TankPorts(ShaftPorts):
+    """`ShaftPorts` of a differential drive.
+
+    Args:
+        drive: See `ShaftPorts`.
         left: Motor controllers of the left side; positive drives forward.
         right: Of the right side; positive drives forward.
         encoders: On the left and right wheels, for motors without an encoder.
         gyro: None if there is none.
-
-    Raises:
-        ConfigError: A side has no motor controller.
     """
 
     def __init__(
@@ -254,35 +336,4 @@ class TankPorts:
         encoders: tuple[AnglePort | None, AnglePort | None] = (None, None),
         gyro: GyroPort | None = None,
     ) -> None:
-        if not left or not right:
-            raise ConfigError(f"tank: want a motor controller or more a side, got {len(left)} and {len(right)}")
-        self._drive = drive
-        self._sides = (list(left), list(right))
-        self._first = [ports[0] for ports in self._sides]
-        self._encoders = encoders
-        self._gyro = _GyroAtZero(gyro)
-
-    def read(self, battery_voltage: float) -> None:
-        """Hand the devices their supply [V] and the model their volts."""
-        for ports in self._sides:
-            for port in ports:
-                port.set_supply(battery_voltage)
-        left, right = _terminal_volts(self._first, self._emf)
-        self._drive.set_volts(left, right)
-
-    def _emf(self, side: int) -> float:
-        """Volts at which a motor of a side carries no current, as in an open circuit [V]."""
-        c = self._drive.config
-        return self._drive.side_speeds()[side] / c.wheel_radius * c.gearing / c.motor.kv
-
-    def write(self, yaw: float, pitch: float, roll: float, rates: Sequence[float]) -> None:
-        """Hand the sensors what the model did; see `SwervePorts.write`."""
-        c = self._drive.config
-        distances, speeds = self._drive.side_distances(), self._drive.side_speeds()
-        for ports, encoder, distance, speed in zip(self._sides, self._encoders, distances, speeds, strict=True):
-            angle, rate = distance / c.wheel_radius, speed / c.wheel_radius
-            for port in ports:
-                port.write(angle * c.gearing / math.tau, rate * c.gearing / math.tau)
-            if encoder is not None:
-                encoder.write(angle, rate)
-        self._gyro.write(yaw, pitch, roll, rates)
+        super().__init__(drive, (left, right), encoders=encoders, gyro=gyro)

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from typing import Any
 
 from simcore.quantities import ANGLE, DURATION, require
-from simcore.robot.drivetrain import Drivetrain
 from simcore.robot.wheel_loads import LoadTransfer
+from simcore.robot.wheeled_drive import WheeledDrive
 from simcore.units import GRAVITY
 
 __all__ = ["PlanarChassis"]
@@ -27,7 +28,7 @@ class PlanarChassis:
         True
     """
 
-    def __init__(self, drive: Drivetrain, *, slope: float = 0.0) -> None:
+    def __init__(self, drive: WheeledDrive[Any], *, slope: float = 0.0) -> None:
         """Stand at the origin, facing along x.
 
         Args:
@@ -68,9 +69,7 @@ class PlanarChassis:
         spin_up = force[2] / config.yaw_inertia
         self._transfer.stand(touching, gravity, (*outside, 0.0))
         along, across = c * self.vx + s * self.vy, c * self.vy - s * self.vx
-        for part in self.drive.begin_step(h, along, across, self.omega, self._transfer, *outside, spin_up):
-            self.drive.advance(part)
-        dx, dy, dw = self.drive.change
+        dx, dy, dw = self.drive.step(h, (along, across, self.omega), self._transfer, (*outside, spin_up))
         self.loads = self.drive.normal_loads
         self.ax = (c * dx - s * dy) / h + ex
         self.ay = (s * dx + c * dy) / h + ey

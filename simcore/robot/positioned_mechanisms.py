@@ -5,10 +5,9 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from wpimath.system.plant import DCMotor
-
 from simcore.errors import ConfigError
 from simcore.quantities import ANGLE, DURATION, ROBOT_LENGTH, TURN_RATE, require, require_fields
+from simcore.robot.dc_motor import MotorModel
 from simcore.robot.gearbox import GearboxConfig
 from simcore.robot.mechanisms import ArmConfig, ArmSim, RackConfig, RackSim
 
@@ -56,7 +55,14 @@ class PistonConfig:
         """As a slide: the force of a throttled cylinder falls evenly with its speed, as that of a DC motor does."""
         # Speed and time constant matter, force does not: one kilogram, and as many newtons as bring it to speed.
         force = self.speed / (_SPEED_UP * self.stroke_time)
-        motor = DCMotor(_VALVE_VOLTS, force, 1.0, 0.0, self.speed, 1)
+        motor = MotorModel(
+            name="piston",
+            nominal_voltage=_VALVE_VOLTS,
+            stall_torque=force,
+            stall_current=1.0,
+            free_current=0.0,
+            free_speed=self.speed,
+        )
         return RackConfig(
             gearbox=GearboxConfig(motor=motor, gearing=1.0),
             mass=1.0,
@@ -126,7 +132,14 @@ class ServoConfig:
     @property
     def arm(self) -> ArmConfig:
         """As an arm without weight: the servo's motor and gear, and an inertia that suits its time constant."""
-        motor = DCMotor(_SERVO_VOLTS, _SERVO_TORQUE, _SERVO_AMPS, 0.0, self.speed, 1)
+        motor = MotorModel(
+            name="servo",
+            nominal_voltage=_SERVO_VOLTS,
+            stall_torque=_SERVO_TORQUE,
+            stall_current=_SERVO_AMPS,
+            free_current=0.0,
+            free_speed=self.speed,
+        )
         return ArmConfig(
             gearbox=GearboxConfig(motor=motor, gearing=1.0),
             inertia=_SERVO_SPEED_UP * _SERVO_TORQUE / self.speed,

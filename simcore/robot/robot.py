@@ -8,6 +8,7 @@ from typing import Protocol, TypeAlias
 
 import numpy as np
 
+from simcore.errors import UnknownNameError
 from simcore.geometry.linkage import PartState, part_pose
 from simcore.geometry.rotation import Quaternion, Vector, interpolate, multiply, rotate, wrap_angle
 from simcore.geometry.symmetry import Pose
@@ -17,22 +18,24 @@ from simcore.pieces.intake import Intake, IntakeConfig
 from simcore.pieces.placer import Placer, PlacerConfig
 from simcore.pieces.shooter import Shooter, ShooterConfig
 from simcore.pieces.storage import Storage
-from simcore.robot.battery import Battery
-from simcore.robot.brownout_log import BrownoutLog
-from simcore.robot.built_robot import BuiltRobot
+from simcore.robot.battery import Battery, BrownoutLog
 from simcore.robot.chassis import ChassisSimulation
 from simcore.robot.climber import Climber, Rung
 from simcore.robot.gyro import Gyro
 from simcore.robot.mass_balance import MassBalance
 from simcore.robot.odometry import SwerveOdometry
-from simcore.robot.robot_config import RobotConfig, build_mechanism
+from simcore.robot.robot_config import BuiltRobot, RobotConfig, build_drivetrain, build_mechanism
 from simcore.robot.shaft import ShaftSim
-from simcore.robot.swerve_config import SwerveConfig
-from simcore.robot.swerve_drive import SwerveDrive
-from simcore.robot.tank_drive import TankDrive
 from simcore.typing import FloatArray, IntArray
 
 __all__ = ["Controller", "Robot", "RobotDevices"]
+
+
+class NamedMechanisms(dict[str, ShaftSim]):
+    """Mechanisms by name, which say what names there are where one is asked for that is not."""
+
+    def __missing__(self, name: str) -> ShaftSim:
+        raise UnknownNameError("mechanism", name, self)
 
 
 class RobotDevices(Protocol):
@@ -84,19 +87,13 @@ class Robot:
         self.number = number
         self.battery = Battery(built.battery)
         drivetrain = config.drivetrain
-        self.drive: SwerveDrive | TankDrive
-        if isinstance(drivetrain, SwerveConfig):
-            assert isinstance(built.drivetrain, SwerveConfig)
-            self.drive = SwerveDrive(drivetrain, battery=self.battery, built=built.drivetrain)
-        else:
-            assert not isinstance(built.drivetrain, SwerveConfig)
-            self.drive = TankDrive(drivetrain, battery=self.battery, built=built.drivetrain)
+        self.drive = build_drivetrain(drivetrain, battery=self.battery, built=built.drivetrain)
         self.chassis = ChassisSimulation(
             world, config.body, pose=pose, drivetrain=self.drive, name=f"robot {number}", mass=config.whole
         )
         self.gyro = Gyro(built.gyro, rng)
         self.odometry = SwerveOdometry(drivetrain.positions)
-        self.mechanisms: dict[str, ShaftSim] = {name: build_mechanism(c) for name, c in built.mechanisms.items()}
+        self.mechanisms = NamedMechanisms({name: build_mechanism(c) for name, c in built.mechanisms.items()})
         """By name, in the order in which they are stepped."""
         self.intakes = [Intake(c, self.mechanisms) for c in config.intakes]
         self.storage = Storage(config.storage)
@@ -167,6 +164,11 @@ class Robot:
     def _note_start(self, pose: Pose, believed: Pose | None) -> None:
         self._start = None if believed is None else (pose, believed)
         self._before = self._motion
+
+    @property
+    def believed_pose(self) -> Pose:
+        """Where its program believes to be, or its own odometry if that is not known, field frame [m, m, rad]."""
+        return self.estimated_pose or self.odometry.pose
 
     @property
     def reckoned_pose(self) -> Pose:
@@ -292,6 +294,15 @@ class Robot:
             storage.pieces.clear()
         for placer in self.placers:
             placer.piece = None
+
+    def forget_piece(self, slot: int) -> None:
+        """Hold a piece no more that was taken out by hand."""
+        for storage in self.storages:
+            if slot in storage.pieces:
+                storage.pieces.remove(slot)
+        for placer in self.placers:
+            if placer.piece == slot:
+                placer.piece = None
 
     def held_pose(self, slot: int, radius: float) -> tuple[Vector, Quaternion]:
         """Where a piece that it holds is, robot frame [m].

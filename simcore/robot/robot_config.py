@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cache
 from typing import TypeAlias
@@ -13,12 +13,14 @@ from simcore.geometry.linkage import Joint, require_mechanisms
 from simcore.geometry.rotation import Vector
 from simcore.pieces.intake import IntakeConfig
 from simcore.pieces.placer import PlacerConfig
-from simcore.pieces.shooter import ShooterConfig
+from simcore.pieces.shooter import ShooterConfig, ShotErrors
 from simcore.pieces.storage import StorageConfig
 from simcore.quantities import ROBOT_LENGTH, ROBOT_PLACE, require_fields
-from simcore.robot.battery import BatteryConfig
+from simcore.robot.battery import Battery, BatteryConfig
 from simcore.robot.chassis_config import ChassisConfig
 from simcore.robot.climber import ClimberConfig
+from simcore.robot.fixed_wheel_config import FixedWheelConfig, MecanumConfig, TankConfig
+from simcore.robot.fixed_wheel_drive import MecanumDrive, TankDrive
 from simcore.robot.gyro import GyroConfig, gyro_config
 from simcore.robot.mass_distribution import MassDistribution, MovingMass, moved_points, with_points
 from simcore.robot.mechanisms import (
@@ -36,10 +38,18 @@ from simcore.robot.mechanisms import (
 from simcore.robot.positioned_mechanisms import PistonConfig, PistonSim, ServoConfig, ServoSim
 from simcore.robot.shaft import ShaftSim
 from simcore.robot.swerve_config import SwerveConfig
-from simcore.robot.tank_config import TankConfig
+from simcore.robot.swerve_drive import SwerveDrive
 from simcore.vision.camera import CameraConfig
 
-__all__ = ["ComponentConfig", "MechanismConfig", "RobotConfig", "build_mechanism", "telemetry_name"]
+__all__ = [
+    "BuiltRobot",
+    "ComponentConfig",
+    "MechanismConfig",
+    "RobotConfig",
+    "build_drivetrain",
+    "build_mechanism",
+    "telemetry_name",
+]
 
 MechanismConfig: TypeAlias = (
     FlywheelConfig | RollerConfig | ArmConfig | ElevatorConfig | RackConfig | PistonConfig | ServoConfig
@@ -59,6 +69,22 @@ def build_mechanism(config: MechanismConfig) -> ShaftSim:
     if isinstance(config, RackConfig):
         return RackSim(config)
     return PistonSim(config) if isinstance(config, PistonConfig) else ServoSim(config)
+
+
+def build_drivetrain(
+    config: SwerveConfig | TankConfig | MecanumConfig,
+    *,
+    battery: Battery | None = None,
+    built: SwerveConfig | Sequence[FixedWheelConfig] | None = None,
+) -> SwerveDrive | TankDrive | MecanumDrive:
+    """The model of a drivetrain, at rest; for `built` see `BuiltRobot`."""
+    if isinstance(config, SwerveConfig):
+        assert built is None or isinstance(built, SwerveConfig)
+        return SwerveDrive(config, battery=battery, built=built)
+    assert not isinstance(built, SwerveConfig)
+    if isinstance(config, MecanumConfig):
+        return MecanumDrive(config, battery=battery, built=built)
+    return TankDrive(config, battery=battery, built=built)
 
 
 @cache
@@ -94,7 +120,7 @@ class RobotConfig:
         UnknownNameError: An intake, shooter, placer, climber or component names a mechanism that is not there.
     """
 
-    drivetrain: SwerveConfig | TankConfig
+    drivetrain: SwerveConfig | TankConfig | MecanumConfig
     """Motors, wheels and tires; its mass is that of the whole robot as it starts, with nothing held."""
     bumper: tuple[float, float] = (0.8, 0.8)
     """Length and width over the bumpers [m]."""
@@ -192,6 +218,32 @@ class RobotConfig:
             return self.whole
         start = {name: build_mechanism(mechanism) for name, mechanism in self.mechanisms.items()}
         return with_points(self.whole, [(-mass, place) for mass, place in moved_points(self.moving_masses, start)])
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class BuiltRobot:
+    """What may differ from a `RobotConfig` in the robot that was built after it."""
+
+    drivetrain: SwerveConfig | tuple[FixedWheelConfig, ...]
+    """Of a tank drive the left and the right side, of a mecanum drive each wheel."""
+    battery: BatteryConfig
+    gyro: GyroConfig
+    mechanisms: Mapping[str, MechanismConfig]
+    shot_errors: tuple[ShotErrors | None, ...]
+    """Of each shooter."""
+
+    @classmethod
+    def exactly(cls, config: RobotConfig) -> BuiltRobot:
+        """One that is what its config says."""
+        drivetrain = config.drivetrain
+        shafts = 4 if isinstance(drivetrain, MecanumConfig) else 2
+        return cls(
+            drivetrain=drivetrain if isinstance(drivetrain, SwerveConfig) else (drivetrain,) * shafts,
+            battery=config.battery,
+            gyro=config.gyro,
+            mechanisms=config.mechanisms,
+            shot_errors=(None,) * len(config.shooters),
+        )
 
 
 def _figures(values: Vector) -> str:

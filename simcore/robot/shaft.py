@@ -52,6 +52,7 @@ class ShaftSim:
         "_lower",
         "_rate",
         "_resistance",
+        "_resting",
         "_simple",
         "_supply_limit",
         "_upper",
@@ -100,6 +101,7 @@ class ShaftSim:
         """Motors that share the current."""
         self._load = 0.0
         self._coasting = False
+        self._resting: tuple[float, float, bool] | None = None  # place and load that friction or a stop holds
         self._kt = gearbox.torque_per_amp
         self._ke = gearbox.volts_per_speed
         self._resistance = gearbox.resistance
@@ -181,10 +183,11 @@ class ShaftSim:
             raise ConfigError(
                 f"{type(self).__name__}: battery_voltage must be finite and >= 0 V, got {battery_voltage}"
             )
+        if self.volts == 0.0 and self.velocity == 0.0:  # nothing to do, as for most of a match
+            if self._load == 0.0 or self._resting == (self.position, self._load, self._coasting):
+                self.current = self.supply_current = 0.0
+                return
         volts = within(self.volts, battery_voltage)
-        if volts == 0.0 and self.velocity == 0.0 and self._load == 0.0:  # nothing to do, as for most of a match
-            self.current = self.supply_current = 0.0
-            return
         if self._supply_limit != math.inf and not self._coasting:
             emf = self._ke * self.velocity
             # The stator limit first: where it keeps the supply limit as well, the pieces of the step keep it exactly.
@@ -220,6 +223,8 @@ class ShaftSim:
         for _ in range(_MAX_PIECES):
             friction = self._friction_now(volts)
             if friction is None:  # held by friction or by a stop
+                if volts == 0.0 and left == dt:
+                    self._resting = (self.position, self._load, self._coasting)
                 amps = self._stall_amps(volts)
                 charge += amps * left
                 energy += amps * amps * self._resistance * left

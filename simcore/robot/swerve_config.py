@@ -13,22 +13,18 @@ from simcore.quantities import (
     GAIN,
     GEARING,
     INERTIA,
-    MASS,
     RATIO,
     ROBOT_HEIGHT,
-    ROBOT_LENGTH,
     ROBOT_PLACE,
     VOLTAGE_OR_NONE,
     Quantity,
-    require,
     require_fields,
-    require_row,
 )
 from simcore.robot.dc_motor import MotorModel, controller_limits, motor
 from simcore.robot.limited_motor import LimitedMotor
-from simcore.robot.wheel_config import WheelConfig
+from simcore.robot.wheel_config import DrivetrainConfig, WheelConfig, plate_inertia
 
-__all__ = ["SwerveConfig", "SwerveModuleConfig", "plate_inertia"]
+__all__ = ["SwerveConfig", "SwerveModuleConfig"]
 
 _log = logging.getLogger(__name__)
 
@@ -63,13 +59,6 @@ def _unusual(owner: str, config: object, usual: dict[str, tuple[float, float]]) 
             hint = Quantity(_UNITS.get(name, ""), low, high).in_other_units(value)
             remarks.append(f"{owner}: {name} = {value:g} is outside the usual {low:g} to {high:g}{hint}")
     return remarks
-
-
-def plate_inertia(mass: float, length: float, width: float) -> float:
-    """Yaw inertia of a uniform rectangle [kg m^2]: m (a^2 + b^2) / 12."""
-    require("robot", "mass", mass, MASS)
-    require_row("robot", "bumper (length and width)", (length, width), (ROBOT_LENGTH, ROBOT_LENGTH))
-    return mass * (length * length + width * width) / 12.0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -162,27 +151,23 @@ class SwerveModuleConfig(WheelConfig):
     @property
     def limited_drive_motor(self) -> LimitedMotor:
         """The drive motor behind its gears and limits."""
-        stator, supply = controller_limits(self.drive_motor, self.drive_stator_limit, self.drive_supply_limit)
         return LimitedMotor.of(
             self.drive_motor,
             gearing=self.drive_gearing,
             efficiency=self.drive_efficiency,
             friction_volts=self.drive_friction_volts,
-            stator_limit=stator,
-            supply_limit=supply,
+            limits=controller_limits(self.drive_motor, self.drive_stator_limit, self.drive_supply_limit),
         )
 
     @property
     def limited_steer_motor(self) -> LimitedMotor:
         """The steer motor behind its gears and limits."""
-        stator, supply = controller_limits(self.steer_motor, self.steer_stator_limit, self.steer_supply_limit)
         return LimitedMotor.of(
             self.steer_motor,
             gearing=self.steer_gearing,
             efficiency=self.steer_efficiency,
             friction_volts=self.steer_friction_volts,
-            stator_limit=stator,
-            supply_limit=supply,
+            limits=controller_limits(self.steer_motor, self.steer_stator_limit, self.steer_supply_limit),
         )
 
     @property
@@ -197,28 +182,16 @@ class SwerveModuleConfig(WheelConfig):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class SwerveConfig:
+class SwerveConfig(DrivetrainConfig):
     """A robot on swerve modules."""
 
     modules: tuple[SwerveModuleConfig, ...]
-    mass: float = 55.0
-    """Robot with bumpers and battery [kg]."""
-    yaw_inertia: float = 5.87
-    """About the vertical axis through the center of mass [kg m^2]; see `plate_inertia`."""
-    center_of_mass: tuple[float, float, float] = (0.0, 0.0, 0.2)
-    """From the robot center on the floor, robot axes [m]; its height moves load between wheels."""
-    positions: tuple[tuple[float, float], ...] = field(init=False, repr=False, compare=False)
-    """Of the modules relative to the center of mass, robot axes [m]."""
 
     def __post_init__(self) -> None:
         if not self.modules:
             raise ConfigError("swerve: modules must name at least one module, got none")
         object.__setattr__(self, "modules", tuple(self.modules))
-        require_fields(
-            self, "swerve", mass=MASS, yaw_inertia=INERTIA, center_of_mass=(ROBOT_PLACE, ROBOT_PLACE, ROBOT_HEIGHT)
-        )
-        cx, cy, _ = self.center_of_mass
-        object.__setattr__(self, "positions", tuple((m.x - cx, m.y - cy) for m in self.modules))
+        self.require_robot("swerve")
         # Warned of here and not in each module: four equal modules are one remark.
         remarks = _unusual("swerve", self, _USUAL_ROBOT)
         for module in self.modules:

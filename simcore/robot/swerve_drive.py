@@ -8,12 +8,12 @@ from collections.abc import Sequence
 import numpy as np
 
 from simcore.errors import ConfigError
+from simcore.geometry.rotation import Vector
 from simcore.robot.battery import Battery
 from simcore.robot.drive_shaft import DriveShaft, WheelContact, launch_accel
-from simcore.robot.module_control import DriveMode, ModuleController, module_targets
 from simcore.robot.motor_bus import MotorReadout
 from simcore.robot.swerve_config import SwerveConfig
-from simcore.robot.swerve_module import ModuleState, SteerBank
+from simcore.robot.swerve_module import DriveMode, ModuleController, ModuleState, SteerBank, module_targets
 from simcore.robot.wheeled_drive import WheeledDrive, checked_number
 from simcore.typing import FloatArray
 
@@ -27,7 +27,7 @@ class SwerveDrive(WheeledDrive[SwerveConfig]):
         >>> from simcore.robot.swerve_config import SwerveConfig, SwerveModuleConfig
         >>> drive = SwerveDrive(SwerveConfig.square(0.527, SwerveModuleConfig(x=0, y=0)))
         >>> drive.set_volts([6.0] * 4, [0.0] * 4)
-        >>> dvx, dvy, domega = drive.step(0.005, 0.0, 0.0, 0.0)
+        >>> dvx, dvy, domega = drive.step(0.005, (0.0, 0.0, 0.0))
         >>> dvx > 0.0
         True
     """
@@ -39,7 +39,7 @@ class SwerveDrive(WheeledDrive[SwerveConfig]):
 
         Args:
             config: The robot, as robot code and the loops on board know it.
-            battery: Its battery; None is a stiff 12 V supply. The drive steps it: nobody else must.
+            battery: Its battery; None is a stiff 12 V supply. The drive steps it.
             built: What motors, wheels and encoders really are; None: what the config says.
         """
         modules = config.modules if built is None else built.modules
@@ -158,7 +158,7 @@ class SwerveDrive(WheeledDrive[SwerveConfig]):
         drive, self._steer_volts, limits = self._controller.requests(h, self.state, bus, neutral)
         return drive, limits
 
-    def _is_parked(self, velocity: tuple[float, float, float], pull: tuple[float, float, float]) -> bool:
+    def _is_parked(self, velocity: Vector, pull: Vector) -> bool:
         is_turning = any(self.state.steer_speed) or any(self.steer_motors.current)
         return not is_turning and super()._is_parked(velocity, pull)
 
@@ -181,6 +181,9 @@ class SwerveDrive(WheeledDrive[SwerveConfig]):
                 for j, new, old in zip(self._coupled_inertia, state.steer_speed, before, strict=True)
             ]
         return supply
+
+    def _rest_azimuths(self) -> None:
+        self._steer_supply *= 0.5
 
     def _back_emf(self) -> list[float]:
         emfs = super()._back_emf()

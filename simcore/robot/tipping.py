@@ -10,11 +10,8 @@ from dataclasses import dataclass
 from simcore.geometry.linkage import part_pose
 from simcore.pieces.kinds import GamePieceConfig
 from simcore.robot.mass_distribution import MassDistribution, PointMass, moved_points, with_points
-from simcore.robot.robot_config import RobotConfig, build_mechanism
+from simcore.robot.robot_config import RobotConfig, build_drivetrain, build_mechanism
 from simcore.robot.shaft import ShaftSim
-from simcore.robot.swerve_config import SwerveConfig
-from simcore.robot.swerve_drive import SwerveDrive
-from simcore.robot.tank_drive import TankDrive
 from simcore.units import GRAVITY
 
 __all__ = ["TippingLimit", "tipping_limit"]
@@ -48,8 +45,7 @@ def tipping_limit(config: RobotConfig, kinds: Sequence[GamePieceConfig] = ()) ->
     """
     worst = min(_standings(config, kinds), key=lambda one: min(_limits(config, one)))
     forward, sideways = _limits(config, worst)
-    drivetrain = config.drivetrain
-    drive = SwerveDrive(drivetrain) if isinstance(drivetrain, SwerveConfig) else TankDrive(drivetrain)
+    drive = build_drivetrain(config.drivetrain)
     drive.set_mass_properties(worst.mass, worst.inertia[2], worst.center)
     return TippingLimit(worst.mass, worst.center[2], forward, sideways, drive.max_accel)
 

@@ -32,8 +32,8 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from simcore.errors import ConfigError
-from simcore.robot.drive_shaft import DriveShaft, WheelContact
-from simcore.robot.shaft_step import ShaftStep
+from simcore.geometry.rotation import Vector
+from simcore.robot.drive_shaft import DriveShaft, ShaftStep, WheelContact
 
 __all__ = ["TireSolver"]
 
@@ -106,25 +106,30 @@ class TireSolver:
         """Whether some tire slid in the last step, faster than it does in rolling under load."""
         self._sums = (0.0, 0.0, 0.0)  # of the wheels' forces [N, N, N m]
 
+    @property
+    def is_at_rest(self) -> bool:
+        """Whether no shaft turned or carried current in the last step, and no tire pushed or kept an old slip."""
+        if self.is_sliding or any(self.shaft_speed) or any(self.shaft_current):
+            return False
+        if any(self.force_x) or any(self.force_y):
+            return False
+        return all(self.slip[wheel.row] <= shaft.s0 for shaft in self._steps for wheel in shaft.wheels)
+
     def step(
         self,
         h: float,
-        vx: float,
-        vy: float,
-        omega: float,
+        velocity: Vector,
         loads: Sequence[float],
         volts: Sequence[float | None],
         limits: Sequence[float],
         bus_voltage: float,
-    ) -> tuple[float, float, float]:
+    ) -> Vector:
         """Advance by `h` and return the change of the chassis velocity, robot axes in the MIDDLE of the step.
 
         Args:
             h: Time step [s].
-            vx: Velocity of the center of mass before the step, with the outside forces of the step already added, in
-                robot axes at the END of the step, forward [m/s].
-            vy: To the left [m/s].
-            omega: Yaw rate [rad/s].
+            velocity: Of the center of mass before the step, with the outside forces of the step already added, in robot
+                axes at the END of the step: forward, to the left, yaw rate [m/s, m/s, rad/s].
             loads: Normal load per wheel [N].
             volts: Wanted voltage per shaft [V]; None is an open circuit.
             limits: Stator limit in force, per shaft [A].
@@ -133,6 +138,7 @@ class TireSolver:
         rh = 1.0 / h
         m_h = self.mass * rh
         j_h = self.yaw_inertia * rh
+        vx, vy, omega = velocity
         before = (m_h, j_h, vx, vy, omega)
         n = len(self.slip)
         self.force_x = [0.0] * n
@@ -163,13 +169,13 @@ class TireSolver:
         sum_x, sum_y, sum_n = self._sums
         return sum_x / m_h, sum_y / m_h, sum_n / j_h
 
-    def _rescale_drag(self, after: tuple[float, float, float]) -> bool:
+    def _rescale_drag(self, after: Vector) -> bool:
         """Rolling drag at the chassis velocity of this round; whether it has changed."""
         ux, uy, uw = after
         changed = [s.rescale_drag(abs(s.cos * ux + s.sin * uy + s.arm * uw)) for s in self._steps]
         return True in changed
 
-    def _move_chassis(self, before: tuple[float, float, float, float, float]) -> tuple[float, float, float]:
+    def _move_chassis(self, before: tuple[float, float, float, float, float]) -> Vector:
         """Chassis velocity [m/s, m/s, rad/s] with the present slips, the shafts eliminated.
 
         M/h + sum A^T c A, less what the shafts yield, is assembled and solved. What c does across a wheel it does along
@@ -231,7 +237,7 @@ class TireSolver:
         uy = y2 / d2 - l32 * uw
         return b1 / a11 - l21 * uy - l31 * uw, uy, uw
 
-    def _move_shafts(self, after: tuple[float, float, float], compliance: float, count: int) -> tuple[bool, bool]:
+    def _move_shafts(self, after: Vector, compliance: float, count: int) -> tuple[bool, bool]:
         """Every shaft exactly, given the chassis; then the tire forces and, where a tire slides, a better slip.
 
         Args:
@@ -315,7 +321,7 @@ class TireSolver:
         self._sums = (sum_x, sum_y, sum_n)
         return settled, sliding
 
-    def _limit_forces(self, after: tuple[float, float, float]) -> None:
+    def _limit_forces(self, after: Vector) -> None:
         """Put every force on its friction circle, exactly; the shafts then follow these same forces.
 
         Args:

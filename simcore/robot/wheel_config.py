@@ -1,17 +1,76 @@
-"""What every driven wheel has, under a swerve module as under a tank."""
+"""What every drivetrain's config has: its driven wheels, and the mass that stands on them."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
-from simcore.quantities import EFFICIENCY, FRICTION, INERTIA, ROBOT_LENGTH, SLIP_SPEED, Quantity, require_fields
+from simcore.quantities import (
+    EFFICIENCY,
+    FRICTION,
+    INERTIA,
+    MASS,
+    ROBOT_HEIGHT,
+    ROBOT_LENGTH,
+    ROBOT_PLACE,
+    SLIP_SPEED,
+    Quantity,
+    require,
+    require_fields,
+    require_row,
+)
 
-__all__ = ["WheelConfig"]
+__all__ = ["DrivetrainConfig", "RobotMass", "WheelConfig", "plate_inertia"]
+
+
+def plate_inertia(mass: float, length: float, width: float) -> float:
+    """Yaw inertia of a uniform rectangle [kg m^2]: m (a^2 + b^2) / 12."""
+    require("robot", "mass", mass, MASS)
+    require_row("robot", "bumper (length and width)", (length, width), (ROBOT_LENGTH, ROBOT_LENGTH))
+    return mass * (length * length + width * width) / 12.0
+
+
+@dataclass(frozen=True, kw_only=True)  # without slots: a config of wheels has them from `WheelConfig` already
+class RobotMass:
+    """Mass of a robot, and its wheels as they stand around the center of mass."""
+
+    mass: float
+    """Of the whole robot, bumpers and battery included [kg]."""
+    yaw_inertia: float
+    """About the vertical axis through the center of mass [kg m^2]; see `plate_inertia`."""
+    center_of_mass: tuple[float, float, float] = (0.0, 0.0, 0.2)
+    """From the robot center on the floor, robot axes [m]; its height moves load between wheels."""
+    positions: tuple[tuple[float, float], ...]
+    """Of the wheels relative to the center of mass, robot axes [m]."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class DrivetrainConfig(RobotMass):
+    """Base of `SwerveConfig`, `TankConfig` and `MecanumConfig`: the robot's mass as it was designed."""
+
+    mass: float = 55.0
+    yaw_inertia: float = 5.87
+    positions: tuple[tuple[float, float], ...] = field(init=False, repr=False, compare=False)
+
+    def __post_init__(self) -> None:
+        self.require_robot("drivetrain")
+
+    @property
+    def wheel_positions(self) -> tuple[tuple[float, float], ...]:
+        """Centers of the wheels, robot frame [m]; this base has none."""
+        return ()
+
+    def require_robot(self, owner: str) -> None:
+        """Check these fields and place the wheels; `owner` names them in a message."""
+        require_fields(
+            self, owner, mass=MASS, yaw_inertia=INERTIA, center_of_mass=(ROBOT_PLACE, ROBOT_PLACE, ROBOT_HEIGHT)
+        )
+        cx, cy, _ = self.center_of_mass
+        object.__setattr__(self, "positions", tuple((x - cx, y - cy) for x, y in self.wheel_positions))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class WheelConfig:
-    """A wheel on carpet. `SwerveModuleConfig` and `TankConfig` have these fields among their own."""
+    """A wheel on carpet. `SwerveModuleConfig`, `TankConfig` and `MecanumConfig` have these fields among their own."""
 
     wheel_radius: float = 0.0508
     """[m]"""

@@ -6,42 +6,18 @@ import math
 from collections.abc import Sequence
 from functools import lru_cache
 from operator import mul
-from typing import Protocol
 
 from simcore.errors import NonFiniteError
+from simcore.robot.wheel_config import RobotMass
 from simcore.units import GRAVITY, plain_sum
 
-__all__ = ["LoadTransfer", "WheeledRobot", "normal_loads"]
+__all__ = ["LoadTransfer", "normal_loads"]
 
 _TIRE_LAG = 0.010  # [s]; treads and carpet give a little, so loads follow the chassis with a lag. Estimate, +-50 %
 
 
-class WheeledRobot(Protocol):
-    """What loads depend on; swerve and tank configs both have it."""
-
-    @property
-    def mass(self) -> float:
-        """Of the whole robot [kg]."""
-        ...
-
-    @property
-    def yaw_inertia(self) -> float:
-        """About the vertical axis through the center of mass [kg m^2]."""
-        ...
-
-    @property
-    def center_of_mass(self) -> tuple[float, float, float]:
-        """From the robot center on the floor, robot axes [m]."""
-        ...
-
-    @property
-    def positions(self) -> tuple[tuple[float, float], ...]:
-        """Of the wheels relative to the center of mass, robot axes [m]."""
-        ...
-
-
 def normal_loads(
-    config: WheeledRobot,
+    config: RobotMass,
     touching: Sequence[bool],
     gravity_robot: Sequence[float],
     accel_robot: Sequence[float] = (0.0, 0.0, 0.0),
@@ -100,7 +76,7 @@ class LoadTransfer:
     Its owner says once a step how the robot stands; the drivetrain says in each inner step what its tires do.
     """
 
-    def __init__(self, config: WheeledRobot) -> None:
+    def __init__(self, config: RobotMass) -> None:
         """At rest, all wheels on level ground."""
         self.set_robot(config)
         self._touching: Sequence[bool] = [True] * len(config.positions)
@@ -111,7 +87,7 @@ class LoadTransfer:
         self._all_down = [True] * len(config.positions)
         self._followed = (0.0, 0.0, 0.0)  # step [s], and how much of the way the loads go in half of it and in all
 
-    def set_robot(self, config: WheeledRobot) -> None:
+    def set_robot(self, config: RobotMass) -> None:
         """Take in another mass or center of mass."""
         self._config = config
         self._mass, self._lever = config.mass, config.mass * config.center_of_mass[2]

@@ -5,22 +5,23 @@ from __future__ import annotations
 import math
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
-from dataclasses import dataclass
 from operator import mul
 from typing import Generic, TypeVar
 
 import numpy as np
 
 from simcore.errors import ConfigError, NonFiniteError
+from simcore.geometry.rotation import Vector
 from simcore.robot.battery import Battery, BatteryConfig
 from simcore.robot.drive_shaft import DriveShaft, WheelContact, free_speed, launch_accel
 from simcore.robot.motor_bus import MotorReadout, bus_voltage
 from simcore.robot.tire_solver import TireSolver
-from simcore.robot.wheel_loads import LoadTransfer, WheeledRobot, normal_loads
+from simcore.robot.wheel_config import DrivetrainConfig, RobotMass
+from simcore.robot.wheel_loads import LoadTransfer, normal_loads
 from simcore.typing import FloatArray
 from simcore.units import GRAVITY, plain_sum
 
-__all__ = ["MAX_INNER_STEP", "RobotMass", "WheeledDrive", "checked_number"]
+__all__ = ["MAX_INNER_STEP", "WheeledDrive", "checked_number"]
 
 MAX_INNER_STEP = 0.005
 """Longest step of motors and tires [s]; a longer step of the owner is cut into equal parts.
@@ -40,7 +41,9 @@ _PARKED_SPEED, _PARKED_PULL = 1e-6, 1e-3
 """Of a chassis that stands [m/s and rad/s, m/s^2 and rad/s^2]: the engine leaves it 1e-10, and a slope of 0.01 degrees
 pulls with 2e-3."""
 
-ConfigT = TypeVar("ConfigT", bound=WheeledRobot)
+_ZERO = (0.0, 0.0, 0.0)
+
+ConfigT = TypeVar("ConfigT", bound=DrivetrainConfig)
 
 
 def checked_number(what: str, value: object) -> float:
@@ -58,22 +61,8 @@ def checked_number(what: str, value: object) -> float:
     return float(value)
 
 
-@dataclass(frozen=True, slots=True)
-class RobotMass:
-    """Of a robot as it is now: a `WheeledRobot`."""
-
-    mass: float
-    """Of the whole robot with what it holds [kg]."""
-    yaw_inertia: float
-    """About the vertical axis through the center of mass [kg m^2]."""
-    center_of_mass: tuple[float, float, float]
-    """From the robot center on the floor, robot axes [m]."""
-    positions: tuple[tuple[float, float], ...]
-    """Of the wheels relative to the center of mass, robot axes [m]."""
-
-
 class WheeledDrive(ABC, Generic[ConfigT]):
-    """Base of `SwerveDrive` and `TankDrive`: they say what voltage each drive motor is asked for in `_requests`.
+    """Base of `SwerveDrive`, `TankDrive` and `MecanumDrive`, whose `_requests` are the voltages of the drive motors.
 
     A drive owns wheels, motors, battery and encoders, not the pose: each physics step of the owner is one call of
     `step`, which takes the velocity that the chassis really has (walls and other robots have had their say) and
@@ -93,7 +82,7 @@ class WheeledDrive(ABC, Generic[ConfigT]):
 
         Args:
             config: The robot.
-            battery: Its battery; None is a stiff 12 V supply. The drive steps it: nobody else must.
+            battery: Its battery; None is a stiff 12 V supply. The drive steps it.
             wheels: In the order of `config.positions`.
             shafts: What turns them; each wheel is on one shaft.
             radii: Of the wheels, as robot code knows them [m]; a shaft has the true one.
@@ -112,7 +101,7 @@ class WheeledDrive(ABC, Generic[ConfigT]):
         self._emf_per_speed = [motor.emf for motor in self._motors]
         self._stator_limits = [motor.stator_limit for motor in self._motors]
         self._motors_per_shaft = self._motors[0].count
-        self._robot: WheeledRobot = config
+        self._robot: RobotMass = config
         cx, cy, _ = config.center_of_mass
         self._wheel_places = [(x + cx, y + cy) for x, y in config.positions]
         self._static_loads = normal_loads(config, [True] * self._wheels, (0.0, 0.0, -GRAVITY))
@@ -151,7 +140,9 @@ class WheeledDrive(ABC, Generic[ConfigT]):
         positions = old.positions
         if (cx, cy) != old.center_of_mass[:2]:
             positions = tuple((x - cx, y - cy) for x, y in self._wheel_places)
-        robot = self._robot = RobotMass(float(mass), float(yaw_inertia), (cx, cy, cz), positions)
+        robot = self._robot = RobotMass(
+            mass=float(mass), yaw_inertia=float(yaw_inertia), center_of_mass=(cx, cy, cz), positions=positions
+        )
         self._solver.set_mass(robot.mass, robot.yaw_inertia, positions)
         self._static_loads = normal_loads(robot, [True] * self._wheels, (0.0, 0.0, -GRAVITY))
 
@@ -186,20 +177,18 @@ class WheeledDrive(ABC, Generic[ConfigT]):
         self._was_off = self.battery.browned_out
         self._was_enabled = self.enabled
         self._has_new_command = True
+        self._is_still = False  # whether the chassis stands in the present step, and nothing pulls at it
+        self._still_step = 0.0  # length of the last part, if nothing at all moved in it [s]
 
     # ---------------------------------------------------------------- the step
 
     def step(
         self,
         h: float,
-        vx: float,
-        vy: float,
-        omega: float,
+        velocity: Vector,
         normal_loads: Sequence[float] | LoadTransfer | None = None,
-        ax: float = 0.0,
-        ay: float = 0.0,
-        alpha: float = 0.0,
-    ) -> tuple[float, float, float]:
+        pull: Vector = (0.0, 0.0, 0.0),
+    ) -> Vector:
         """Change of velocity that the tires make in `h` on a free planar body.
 
         All vectors are in the robot axes at the START of the step; the turn of the robot within the step is followed
@@ -208,37 +197,31 @@ class WheeledDrive(ABC, Generic[ConfigT]):
 
         Args:
             h: Time step of the owner [s]; cut into parts of at most 5 ms.
-            vx: Velocity of the center of mass that the chassis really has, forward [m/s].
-            vy: To the left [m/s].
-            omega: Yaw rate [rad/s].
+            velocity: Over ground, of the point on the carpet under the center of mass: forward, to the left, yaw rate
+                [m/s, m/s, rad/s].
             normal_loads: Per wheel [N], 0 off the ground; a `LoadTransfer` follows what the tires do within the step;
                 None is the robot at rest on level ground.
-            ax: Acceleration that the owner will add itself in this step (gravity along a slope), forward [m/s^2].
-                Knowing it, the tires hold a parked robot on a ramp without creeping. It is not in the result.
-            ay: To the left [m/s^2].
-            alpha: The same for the yaw rate [rad/s^2].
+            pull: Acceleration that the owner adds itself in this step (a slope, a wall that pushes back)
+                [m/s^2, m/s^2, rad/s^2]. Knowing it, the tires hold a parked robot on a ramp without creeping. It is
+                not in the result.
 
         Returns:
-            Change of vx, vy [m/s] and omega [rad/s].
+            Change of the velocity [m/s, m/s, rad/s].
 
         Raises:
             NonFiniteError: When an argument is not finite, or h is not above zero; nothing has changed.
             ConfigError: When there is not one load per wheel.
         """
-        for dt in self.begin_step(h, vx, vy, omega, normal_loads, ax, ay, alpha):
+        for dt in self.begin_step(h, velocity, normal_loads, pull):
             self.advance(dt)
         return self.change
 
     def begin_step(
         self,
         h: float,
-        vx: float,
-        vy: float,
-        omega: float,
+        velocity: Vector,
         normal_loads: Sequence[float] | LoadTransfer | None = None,
-        ax: float = 0.0,
-        ay: float = 0.0,
-        alpha: float = 0.0,
+        pull: Vector = (0.0, 0.0, 0.0),
         *,
         may_rest: bool = True,
     ) -> list[float]:
@@ -246,13 +229,9 @@ class WheeledDrive(ABC, Generic[ConfigT]):
 
         Args:
             h: See `step`.
-            vx: See `step`.
-            vy: See `step`.
-            omega: See `step`.
+            velocity: See `step`.
             normal_loads: See `step`.
-            ax: See `step`.
-            ay: See `step`.
-            alpha: See `step`.
+            pull: See `step`.
             may_rest: Whether one part is enough for a robot in which nothing moves.
 
         Returns:
@@ -266,18 +245,20 @@ class WheeledDrive(ABC, Generic[ConfigT]):
             fixed = self._static_loads if normal_loads is None else normal_loads
             if len(fixed) != self._wheels:
                 raise ConfigError(f"drivetrain step needs {self._wheels} normal loads, got {len(fixed)}")
-        if not (h > 0.0 and all(map(math.isfinite, (h, vx, vy, omega, ax, ay, alpha, *fixed)))):
+        if not (h > 0.0 and all(map(math.isfinite, (h, *velocity, *pull, *fixed)))):
             raise NonFiniteError(
-                f"drivetrain step needs finite numbers and h > 0, got h={h}, velocity=({vx}, {vy}, {omega}), "
-                f"acceleration=({ax}, {ay}, {alpha}), loads={list(fixed)}"
+                f"drivetrain step needs finite numbers and h > 0, got h={h}, velocity={velocity}, "
+                f"acceleration={pull}, loads={list(fixed)}"
             )
         # A numpy number from the owner would turn all arithmetic below into numpy calls, ten times slower.
+        (vx, vy, omega), (ax, ay, alpha) = velocity, pull
         self._start = float(vx), float(vy)
         self.yaw_rate = float(omega)
         self._pull = float(ax), float(ay), float(alpha)
         self._fixed_loads = [float(load) for load in fixed]
-        is_parked = may_rest and self._is_parked((vx, vy, omega), (ax, ay, alpha))
-        count = 1 if is_parked else math.ceil(h / MAX_INNER_STEP - 1e-9)
+        is_parked = self._is_parked(velocity, pull)
+        self._is_still = is_parked and velocity == _ZERO and pull == _ZERO
+        count = 1 if may_rest and is_parked else math.ceil(h / MAX_INNER_STEP - 1e-9)
         self._h, self._gone, self._turned = h, 0.0, 0.0
         self.change = self.mean_change = self._moved = (0.0, 0.0, 0.0)
         self._forces, self._loads, self._shares = [], [], []
@@ -285,6 +266,8 @@ class WheeledDrive(ABC, Generic[ConfigT]):
 
     def advance(self, h: float) -> None:
         """One part of the step that has begun, h [s] long."""
+        if self._is_still and self._stand_still(h):
+            return
         transfer, (vx, vy), (ax, ay, alpha) = self._transfer, self._start, self._pull
         (dx, dy, spun), (mean_x, mean_y, mean_spin) = self.change, self._moved
         omega, turned, gone, loads, whole = self.yaw_rate, self._turned, self._gone, self._fixed_loads, self._h
@@ -303,7 +286,7 @@ class WheeledDrive(ABC, Generic[ConfigT]):
             wy = vy + dy + ay * gone
             if transfer is not None:
                 loads = transfer.loads(dt)
-            jx, jy, jn = self._inner(dt, c * wx + s * wy, c * wy - s * wx, omega, alpha * dt, loads)
+            jx, jy, jn = self._inner(dt, (c * wx + s * wy, c * wy - s * wx, omega + alpha * dt), loads)
             c_mid = c * c_half + s * s_half
             s_mid = s * c_half - c * s_half
             turn = (omega + 0.5 * (alpha * dt + jn)) * dt
@@ -327,8 +310,40 @@ class WheeledDrive(ABC, Generic[ConfigT]):
         self.mean_change = (mean_x / whole, mean_y / whole, mean_spin / whole)
         self.yaw_rate, self._turned, self._gone = omega, turned, gone
         self._was_enabled, self._has_new_command = self.enabled, False
+        stands = self._is_still and count == 1 and min(loads) > 0.0 and self._solver.is_at_rest
+        self._still_step = h if stands else 0.0
 
-    def _is_parked(self, velocity: tuple[float, float, float], pull: tuple[float, float, float]) -> bool:
+    def _stand_still(self, h: float) -> bool:
+        """A part of a step that can change nothing but battery, wheel loads and time, and what it changes of these.
+
+        That is so if the chassis stands, and the last part was of the same length and ended with nothing that turns,
+        slides or carries current: without a slip tires push with nothing, whatever they carry.
+
+        Returns:
+            Whether it is so; otherwise nothing has changed.
+        """
+        if h != self._still_step or self._has_new_command or self.enabled != self._was_enabled:
+            return False
+        transfer, battery, loads = self._transfer, self.battery, self._fixed_loads
+        if battery.browned_out:
+            return False
+        if transfer is not None:
+            loads = transfer.loads(h)
+        if min(loads) <= 0.0:
+            return False
+        if transfer is not None:
+            transfer.follow(h, 0.0, 0.0, 0.0)
+        bus = self._bus = self._bus_voltage((), ())
+        self._rest_azimuths()
+        battery.step(h, self.other_current, bus)
+        self.time += h
+        self._forces.append((self._solver.force_x, self._solver.force_y))
+        self._loads.append(loads)
+        self._shares.append(h / self._h)
+        self._gone += h
+        return True
+
+    def _is_parked(self, velocity: Vector, pull: Vector) -> bool:
         """Whether nothing turns, no current flows and nothing has changed: then one inner step is as good as many.
 
         Args:
@@ -339,25 +354,16 @@ class WheeledDrive(ABC, Generic[ConfigT]):
             return False
         if any(self.shaft_speeds) or any(self.drive_motors.current):
             return False
+        if velocity == _ZERO and pull == _ZERO:
+            return True
         return max(map(abs, velocity)) < _PARKED_SPEED and max(map(abs, pull)) < _PARKED_PULL
 
-    def _inner(
-        self,
-        h: float,
-        vx: float,
-        vy: float,
-        omega: float,
-        outside_spin: float,
-        loads: Sequence[float],
-    ) -> tuple[float, float, float]:
+    def _inner(self, h: float, velocity: Vector, loads: Sequence[float]) -> Vector:
         """One inner step of `h` [s]: requests, battery, azimuths, tires and wheels; the change of velocity.
 
         Args:
             h: Inner step [s].
-            vx: See `TireSolver.step`.
-            vy: See `TireSolver.step`.
-            omega: Yaw rate before the step [rad/s].
-            outside_spin: What the owner will add to it in the step [rad/s].
+            velocity: See `TireSolver.step`.
             loads: Of the wheels [N].
         """
         solver, battery = self._solver, self.battery
@@ -372,7 +378,7 @@ class WheeledDrive(ABC, Generic[ConfigT]):
         azimuth_supply = self._turn_azimuths(h, loads, bus)
         speeds = self.shaft_speeds
         before = speeds[:]
-        result = solver.step(h, vx, vy, omega + outside_spin, loads, volts, limits, bus)
+        result = solver.step(h, velocity, loads, volts, limits, bus)
         angles = self.shaft_angles
         half = 0.5 * h
         for g, after in enumerate(speeds):  # with the mean speed, as the robot itself moves
@@ -383,16 +389,21 @@ class WheeledDrive(ABC, Generic[ConfigT]):
         return result
 
     def _bus_voltage(self, volts: Sequence[float | None], limits: Sequence[float]) -> float:
-        """Voltage of battery and drive motors, solved together every 5 ms or at a new command [V]."""
+        """Voltage of battery and drive motors, solved together every 5 ms or at a new command [V].
+
+        Args:
+            volts: Wanted per drive shaft [V]; none at all: no motor turns or carries current.
+            limits: Stator limits [A].
+        """
         battery = self.battery
         if battery.config.resistance == 0.0:
             return battery.open_voltage
         if self._bus_due > self.time + 1e-9:  # solving costs a quarter of the tires' step
             return self._bus
         self._bus_due = self.time + MAX_INNER_STEP
+        turning = (self._motors, volts, limits, self._back_emf()) if volts else ((), (), (), ())
         return bus_voltage(
-            *(self._bus, battery.open_voltage, battery.config.resistance, self._background_current()),
-            *(self._motors, volts, limits, self._back_emf()),
+            self._bus, battery.open_voltage, battery.config.resistance, self._background_current(), *turning
         )
 
     def _new_command(self, is_other: bool = True) -> None:
@@ -423,6 +434,9 @@ class WheeledDrive(ABC, Generic[ConfigT]):
     def _turn_azimuths(self, h: float, loads: Sequence[float], bus: float) -> float:
         """Move what steers; the current that its motors take from the battery [A]."""
         return 0.0
+
+    def _rest_azimuths(self) -> None:
+        """The same where nothing steers, turns or carries current."""
 
     def _back_emf(self) -> list[float]:
         """Of the drive motors now [V]."""
@@ -478,8 +492,8 @@ class WheeledDrive(ABC, Generic[ConfigT]):
         return max(self._solver.slip) if self._solver.is_sliding else 0.0
 
     @property
-    def robot(self) -> WheeledRobot:
-        """Mass and wheel positions as they are now: `config`, until `set_mass_properties` says otherwise."""
+    def robot(self) -> RobotMass:
+        """Mass and wheel positions now: `config`, until `set_mass_properties` changes them."""
         return self._robot
 
     @property

@@ -1,32 +1,73 @@
-"""The tables `[[camera]]` of `simcore.toml`: Limelights, cameras of PhotonVision, and a headset of QuestNav."""
+"""`[[camera]]` of `simcore.toml`: Limelights, cameras of PhotonVision, and a headset of QuestNav."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
 from dataclasses import replace
+from typing import Any
 
 from simcore.quantities import DEGREES, FIELD_OF_VIEW, FRAME_RATE, NOISE_PIXELS, ROBOT_HEIGHT, ROBOT_PLACE, Quantity
+from simcore.robot_file.key_tables import Key, KeyTable, Several
 from simcore.robot_file.toml_tables import Table
 from simcore.vision.camera import (
     LIMELIGHTS,
+    PHOTON_LENS,
     CameraConfig,
     CameraMount,
     LimelightType,
     PiecePipeline,
-    Pipeline,
     TagPipeline,
     limelight_type,
+    vertical_fov_deg,
 )
-from simcore.vision.photon_lens import PHOTON_LENS, vertical_fov_deg
 from simcore.vision.quest_headset import QuestConfig
 
-__all__ = ["MAKERS", "read_cameras"]
+__all__ = ["CAMERAS", "MAKERS", "read_cameras"]
 
 MAKERS = ("limelight", "photonvision", "questnav")
 """What `maker` can be."""
-_MODES = ("tags", "pieces")
 _MOST_PIPELINES = 10
+_MOUNT = (
+    Key("x", ROBOT_PLACE, about="of the lens; x and y from the robot's center", example=0.3),
+    Key("y", ROBOT_PLACE, 0.0, "to the left"),
+    Key("z", ROBOT_HEIGHT, about="above the floor", example=0.4),
+    Key("roll_deg", DEGREES, 0.0),
+    Key("pitch_deg", DEGREES, 0.0, "below zero looks up", -20.0),
+    Key("yaw_deg", DEGREES, 0.0, "where it looks: 0 front, 90 left, 180 back"),
+)
+_MAKER = Key("maker", MAKERS, MAKERS[0])
+_FPS = Key("fps", FRAME_RATE, None, "frames a second; left out: as its type has it", 30.0, "frame_rate")
+_LENS = (
+    Key("resolution", Several(Quantity("", 1, 10_000, is_whole=True), or_one=False), (), "across, down", [1280, 720]),
+    Key("horizontal_fov_deg", FIELD_OF_VIEW, None, "of the lens; left out, with diagonal_fov_deg: as its type has it"),
+    Key("diagonal_fov_deg", FIELD_OF_VIEW, None, "or horizontal_fov_deg", 76.0),
+    _FPS,
+    Key("latency_ms", Quantity("ms", 0.0, 10_000.0), None, "from exposure until robot code can read it", 30.0),
+    Key("noise_px", NOISE_PIXELS, None, "of a tag's corners", 0.25),
+    Key("mode", Several(("tags", "pieces")), ("tags",), '["tags", "pieces"] are pipelines 0 and 1'),
+)
+_TYPES = tuple(LIMELIGHTS)
+CAMERAS = {table.head: table for table in (
+    KeyTable("limelight", "one of Limelight", (
+        _MAKER,
+        Key("name", str, about="of its NetworkTables table", example="limelight"),
+        Key("type", _TYPES, about=f"{', '.join(_TYPES[:-1])} or {_TYPES[-1]}", example="LL4"),
+        *_MOUNT,
+        *_LENS,
+        Key("json", bool, False, "whether each frame is published as JSON, too"),
+    )),
+    KeyTable("photonvision", "one of PhotonVision; it needs no table if robot code says where it sits", (
+        _MAKER,
+        Key("name", str, about='as in PhotonCamera("front")', example="front"),
+        Key("type", (PHOTON_LENS.name,), None, "of the image sensor", PHOTON_LENS.name),
+        *_MOUNT,
+        *_LENS,
+    )),
+    KeyTable("questnav", "a headset; it needs no table if robot code sets its pose at the start", (
+        _MAKER, *_MOUNT, replace(_FPS, default=QuestConfig().frame_rate, about="poses a second", example=None),
+    )),
+)}  # fmt: skip
 
 
 def read_cameras(file: Table) -> tuple[tuple[CameraConfig, ...], QuestConfig | None]:
@@ -38,71 +79,45 @@ def read_cameras(file: Table) -> tuple[tuple[CameraConfig, ...], QuestConfig | N
     cameras: list[CameraConfig] = []
     headset: QuestConfig | None = None
     for table in file.tables("camera"):
-        maker = table.choice("maker", MAKERS, MAKERS[0])
+        maker = _MAKER.read(table, {})
+        v = CAMERAS[maker].read(table)
+        table.finish()
+        mount = CameraMount(**{key.name: v[key.target] for key in _MOUNT})
         if maker != "questnav":
-            cameras.append(_camera(table, maker))
+            cameras.append(_camera(table, v, mount))
         elif headset is None:
-            headset = _headset(table)
+            headset = QuestConfig(mount=mount, frame_rate=v["frame_rate"])
         else:
             raise table.error("maker", "questnav comes twice; robot code talks to one headset")
-        table.finish()
     return tuple(cameras), headset
 
 
-def _camera(t: Table, maker: str) -> CameraConfig:
-    name = t.text("name")
-    if "/" in name:
-        raise t.error("name", f"must be a NetworkTables name without '/', got {name!r}")
-    if maker == "limelight":
-        lens = limelight_type(t.choice("type", tuple(LIMELIGHTS)))
-    else:
-        t.choice("type", (PHOTON_LENS.name,), None)
-        lens = PHOTON_LENS
-    modes = t.choices("mode", _MODES) if "mode" in t else t.texts("mode") or _MODES[:1]
-    return CameraConfig(
-        name=name,
-        maker="photonvision" if maker == "photonvision" else "limelight",
-        type=_lens(t, lens),
-        mount=_mount(t),
-        pipelines=_pipelines(t, modes, maker),
-    )
-
-
-def _pipelines(t: Table, modes: Sequence[str], maker: str) -> tuple[Pipeline, ...]:
-    """One for each mode, numbered from 0."""
+def _camera(t: Table, v: dict[str, Any], mount: CameraMount) -> CameraConfig:
+    if "/" in v["name"]:
+        raise t.error("name", f"must be a NetworkTables name without '/', got {v['name']!r}")
+    modes: Sequence[str] = v["mode"]
     if len(modes) > _MOST_PIPELINES:
         raise t.error("mode", f"must be at most {_MOST_PIPELINES} modes, one a pipeline; got {len(modes)}")
-    json = maker == "limelight" and t.flag("json", False)
-    return tuple(TagPipeline(json=json) if mode == "tags" else PiecePipeline(json=json) for mode in modes)
-
-
-def _rate(t: Table, default: float) -> float:
-    return float(t.number("fps", FRAME_RATE, default))
-
-
-def _headset(t: Table) -> QuestConfig:
-    d = QuestConfig()
-    return QuestConfig(mount=_mount(t), frame_rate=_rate(t, d.frame_rate))
-
-
-def _mount(t: Table) -> CameraMount:
-    degrees = {f"{axis}_deg": t.number(f"{axis}_deg", DEGREES, 0.0) for axis in ("roll", "pitch", "yaw")}
-    return CameraMount(
-        x=t.number("x", ROBOT_PLACE), y=t.number("y", ROBOT_PLACE), z=t.number("z", ROBOT_HEIGHT), **degrees
+    json = v.get("json", False)
+    return CameraConfig(
+        name=v["name"],
+        maker="photonvision" if v["maker"] == "photonvision" else "limelight",
+        type=_lens(t, v, PHOTON_LENS if v["maker"] == "photonvision" else limelight_type(v["type"])),
+        mount=mount,
+        pipelines=tuple(TagPipeline(json=json) if mode == "tags" else PiecePipeline(json=json) for mode in modes),
     )
 
 
-def _lens(t: Table, base: LimelightType) -> LimelightType:
+def _lens(t: Table, v: dict[str, Any], base: LimelightType) -> LimelightType:
     """The type with what the table says in its place."""
-    size = t.wholes("resolution", least=1, most=10_000)
+    size = v["resolution"]
     if size and len(size) != 2:
         raise t.error("resolution", f"must be two numbers, across and down, e.g. [1280, 720]; got {list(size)}")
     width, height = size or (base.width, base.height)
     across, down = base.horizontal_fov_deg, base.vertical_fov_deg
     if size:  # the same lens, of whose picture a part of another shape is used
         down = vertical_fov_deg(across, width, height)
-    horizontal = t.number("horizontal_fov_deg", FIELD_OF_VIEW, None)
-    diagonal = t.number("diagonal_fov_deg", FIELD_OF_VIEW, None)
+    horizontal, diagonal = v["horizontal_fov_deg"], v["diagonal_fov_deg"]
     if horizontal is not None and diagonal is not None:
         raise t.error("diagonal_fov_deg", "says the same as horizontal_fov_deg; write one of them")
     if diagonal is not None:
@@ -111,9 +126,8 @@ def _lens(t: Table, base: LimelightType) -> LimelightType:
     if horizontal is not None:
         across, down = horizontal, vertical_fov_deg(horizontal, width, height)
     capture, pipeline = base.capture_latency, base.pipeline_latency
-    latency = t.number("latency_ms", Quantity("ms", 0.0, 10_000.0), None)
-    if latency is not None:  # its stages keep their shares
-        factor = 1e-3 * latency / (capture + pipeline)
+    if v["latency_ms"] is not None:  # its stages keep their shares
+        factor = 1e-3 * v["latency_ms"] / (capture + pipeline)
         capture, pipeline = factor * capture, factor * pipeline
     return replace(
         base,
@@ -121,8 +135,8 @@ def _lens(t: Table, base: LimelightType) -> LimelightType:
         height=height,
         horizontal_fov_deg=across,
         vertical_fov_deg=down,
-        frame_rate=_rate(t, base.frame_rate),
+        frame_rate=base.frame_rate if v["frame_rate"] is None else v["frame_rate"],
         capture_latency=capture,
         pipeline_latency=pipeline,
-        corner_noise=t.number("noise_px", NOISE_PIXELS, base.corner_noise),
+        corner_noise=base.corner_noise if v["noise_px"] is None else v["noise_px"],
     )

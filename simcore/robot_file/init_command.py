@@ -5,17 +5,18 @@ from __future__ import annotations
 import argparse
 import json
 import os
+import re
 import subprocess
 import sys
 import tempfile
+from collections.abc import Sequence
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
 from simcore.errors import ConfigError, OutputError
-from simcore.robot_file.camera_template import FoundCamera
-from simcore.robot_file.port_templates import FoundPort
-from simcore.robot_file.template import FILE_NAME, FoundMotor, template
+from simcore.robot_file.drivetrain_table import drivetrain_text
+from simcore.robot_file.template import FILE_NAME, FoundCamera, FoundMotor, FoundPort, template
 
 __all__ = ["add_arguments", "find_devices", "find_robot_py", "run", "survey"]
 
@@ -48,18 +49,23 @@ def run(args: argparse.Namespace) -> int:
     motors: list[FoundMotor] | None = None
     ports: list[FoundPort] = []
     cameras: list[FoundCamera] = []
+    drivetrain: dict[str, Any] = {}
     if args.no_look:
         print("not looked at the robot program: fill in the mechanisms by hand")
     else:
-        motors, ports, cameras, why_not = find_devices(robot_file)
+        motors, ports, cameras, drivetrain, why_not = find_devices(robot_file)
         if why_not and (motors or ports or cameras):
             print(f"the robot program ended early ({why_not}); these are the devices that it had built")
         elif why_not:
             print(f"could not look at the robot program ({why_not}): fill in the mechanisms by hand")
     try:
-        path.write_text(template(motors, ports, cameras), encoding="utf-8")
+        path.write_text(_with_drivetrain(template(motors, ports, cameras), drivetrain), encoding="utf-8")
     except OSError as error:
         raise OutputError(f"cannot write {path}: {error.strerror}") from error
+    for line in drivetrain.get("lines", ()):
+        print(line)
+    if "problem" in drivetrain:
+        print(drivetrain["problem"])
     if motors:
         print(f"found {len(motors)} motors or groups of motors besides the drivetrain")
     if ports:
@@ -74,6 +80,23 @@ def run(args: argparse.Namespace) -> int:
     main = "" if folder.resolve() == Path().resolve() else f"--main {robot_file} "
     print(f"wrote {path}; now: python -m robotpy {main}sim --simcore")
     return 0
+
+
+def _with_drivetrain(text: str, found: dict[str, Any]) -> str:
+    """The file with what was found of the drivetrain.
+
+    Args:
+        text: Of the rest.
+        found: By the survey.
+    """
+    if found.get("has_mass"):  # PathPlanner's or Choreo's settings have it, and it is never typed twice
+        text = re.sub(r"(?m)^mass = ", "# mass = ", text, count=1)
+    if "rows" in found:
+        return f"{text}\n{drivetrain_text([tuple(row) for row in found['rows']])}"
+    about = found.get("lines", ["not found"])[0]
+    rows = [("drive_gearing", 6.75, "overrides what is found; docs/which_robots.md has all keys")]
+    commented = "".join(f"# {line}\n" for line in (about, *drivetrain_text(rows).splitlines()))
+    return f"{text}\n{commented}"
 
 
 def find_robot_py(place: Path) -> Path:
@@ -117,48 +140,51 @@ def _count(number: int, what: str) -> str:
     return f"{number} {what}" + ("" if number == 1 else "s")
 
 
-def find_devices(place: Path) -> tuple[list[FoundMotor] | None, list[FoundPort], list[FoundCamera], str]:
+def find_devices(
+    place: Path,
+) -> tuple[list[FoundMotor] | None, list[FoundPort], list[FoundCamera], dict[str, Any], str]:
     """Build the robot in a process of its own and ask it for its motors, and for what else it has.
 
     Args:
         place: Its robot.py, or the folder of it.
 
     Returns:
-        The motors, what is on ports, cameras, and ""; or None, what is on ports, cameras, and why not. All of them,
-        where a program failed after it had built some.
+        The motors, what is on ports, cameras, the drivetrain, and ""; or None for the motors, and why not. All of
+        them, where a program failed after it had built some.
     """
-    for module in ("phoenix6", "wpilib"):
-        if find_spec(module) is None:
-            return None, [], [], f"{module} is not installed"
     robot_file = find_robot_py(place).resolve()
-    answer = survey(robot_file, "simcore.robotpy.motor_survey")
-    motors = [
-        FoundMotor(**{**m, "followers": tuple(m["followers"]), "opposed": tuple(m["opposed"])})
-        for m in answer.get("motors", ())
-    ]
+    answer = survey(robot_file)
+    motors = []
+    for m in answer.get("motors", ()):
+        del m["code"]
+        motors.append(FoundMotor(**{**m, "followers": tuple(m["followers"]), "opposed": tuple(m["opposed"])}))
     why_not = answer.get("error", answer.get("not_modelled", ""))
     ports = [FoundPort(**{**p, "channels": tuple(p["channels"])}) for p in answer.get("ports", ())]
     cameras = [FoundCamera(**{**c, "place": tuple(c.get("place", ()))}) for c in answer.get("cameras", ())]
-    return (None if why_not and not motors else motors), ports, cameras, why_not
+    drivetrain = answer.get("drivetrain", {})
+    return (None if why_not and not motors else motors), ports, cameras, drivetrain, why_not
 
 
-def survey(robot_file: Path, module: str) -> dict[str, Any]:
-    """Build the robot program in a process of its own, and let a module of ours ask it.
+def survey(robot_file: Path, *options: str) -> dict[str, Any]:
+    """Build the robot program in a process of its own, and ask it what it is made of.
 
     Args:
         robot_file: Its robot.py.
-        module: Is run with that path, and prints its answer by `simcore.robotpy.surveyed_robot`.
+        options: Of `simcore.robotpy.robot_survey`.
 
     Returns:
         The answer; with `error` or `not_modelled` in it, and nothing else for certain, where the program cannot be
         built.
     """
-    answer = _ask(robot_file, module)
-    return _ask(robot_file, module, "real") if "not_modelled" in answer else answer
+    for module in ("phoenix6", "wpilib"):
+        if find_spec(module) is None:
+            return {"error": f"{module} is not installed"}
+    answer = _ask(robot_file, options)
+    return _ask(robot_file, (*options, "real")) if "not_modelled" in answer else answer
 
 
-def _ask(robot_file: Path, module: str, *options: str) -> dict[str, Any]:
-    """Run a survey once; its line of JSON."""
+def _ask(robot_file: Path, options: Sequence[str]) -> dict[str, Any]:
+    """The survey's line of JSON."""
     project = _project_of(robot_file)
     path = [
         str(Path(__file__).resolve().parents[2]),
@@ -170,7 +196,7 @@ def _ask(robot_file: Path, module: str, *options: str) -> dict[str, Any]:
         with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as scratch:
             _link_contents(project, Path(scratch))
             done = subprocess.run(
-                [sys.executable, "-m", module, str(robot_file), *options],
+                [sys.executable, "-m", "simcore.robotpy.robot_survey", str(robot_file), *options],
                 cwd=scratch,
                 env={**os.environ, "PYTHONPATH": os.pathsep.join(path)},
                 capture_output=True,

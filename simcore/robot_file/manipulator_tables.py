@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import replace
+from typing import Any
 
 from simcore.geometry.linkage import Joint
-from simcore.geometry.rotation import Quaternion, from_rpy
+from simcore.geometry.rotation import from_rpy
 from simcore.pieces.intake import IntakeConfig, IntakeZone
 from simcore.pieces.launch import LaunchParameters
 from simcore.pieces.placer import PlacerConfig
@@ -17,14 +17,106 @@ from simcore.quantities import DEGREES, EFFICIENCY, RATE, RATIO, ROBOT_LENGTH, R
 from simcore.robot.climber import ClimberConfig
 from simcore.robot.mechanisms import FlywheelConfig, RollerConfig
 from simcore.robot.robot_config import ComponentConfig
-from simcore.robot_file.linkage_tables import joints_to, lengths
+from simcore.robot_file.key_tables import Key, KeyTable, Named, Names, Several
+from simcore.robot_file.mechanism_tables import joints_to
 from simcore.robot_file.robot_settings import MechanismSettings
-from simcore.robot_file.toml_tables import Table
+from simcore.robot_file.toml_tables import REQUIRED, Table
 
-__all__ = ["read_claw", "read_climber", "read_component", "read_intake", "read_shooter", "read_storage"]
+__all__ = [
+    "CLAW", "CLIMBER", "COMPONENT", "INTAKE", "MANIPULATORS", "SHOOTER", "STORAGE", "read_claw", "read_climber",
+    "read_component", "read_intake", "read_shooter", "read_storage",
+]  # fmt: skip
 
 _Mechanisms = Mapping[str, MechanismSettings]
+_ONE, _SOME = Named("mechanism", "[[mechanism]]"), Named("mechanism", "[[mechanism]]", many=True)
+_CARRIER = Named("carrier", "[[mechanism]] of kind arm, turret, elevator or rack")
+_STORAGE = Named("storage", "[[storage]]")
 _DIRECTIONS = ("forward", "backward")
+_EDGE = Quantity("m", 0.0, 2.0, is_open=True)
+_KINDS = Key("kinds", Several(str), (), "kinds of pieces; left out: all", ["Name"])
+_PLACES = tuple(Key(axis, ROBOT_PLACE, 0.0) for axis in "yz")
+_ROOM = StorageConfig()
+
+
+def _box(about: str, *corners: float | None, examples: tuple[float | None, ...] = (None,) * 6) -> tuple[Key, ...]:
+    """`x_min` to `z_max` with their defaults [m]; None: it is needed."""
+    names = [f"{axis}_{end}" for axis in "xyz" for end in ("min", "max")]
+    return tuple(
+        Key(name, ROBOT_PLACE, REQUIRED if corner is None else corner, about if name == "x_min" else "", example)
+        for name, corner, example in zip(names, corners, examples, strict=True)
+    )
+
+
+STORAGE = KeyTable("[[storage]]", "only if the robot has several, e.g. one a shooter; preloads are in the first", (
+    Key("name", str, "", "by which intakes and shooters choose it", "front"),
+    Key("capacity", Quantity("", 0, 500, is_whole=True), None, "left out: that of [robot]", 20),
+    Key("order", ("fifo", "lifo"), _ROOM.order, "lifo is a stack"),
+    *_box("room where held pieces are drawn", *(e for ends in zip(_ROOM.low, _ROOM.high, strict=True) for e in ends)),
+))  # fmt: skip
+INTAKE = KeyTable("[[intake]]", "pieces in this box are taken in while the roller turns forward; one table an intake", (
+    *_box("x is forward, so this one is behind the bumpers: an intake at the back; in front of them both x are above "
+        "zero, at the left side both y",
+        None, None, None, None, -0.1, 0.2, examples=(-0.6, -0.35, -0.3, 0.3, None, None)),
+    Key("roller", _ONE, about="a mechanism; it takes in above one turn a second", example="intake"),
+    Key("takes_in", _DIRECTIONS, "forward", "or backward: how the roller turns then"),
+    Key("deploy", _ONE, None, "a mechanism that must be out; left out: it always is", "pivot"),
+    Key("out_at", ("upper", "lower"), "upper", "at which of its stops it is out", "lower", field="deployed_at"),
+    Key("on", _CARRIER, None, "what carries the box; it is then from that joint, with all joints at 0", "pivot"),
+    Key("storage", _STORAGE, "", "where pieces go; left out: the first", "front"),
+    _KINDS,
+))  # fmt: skip
+SHOOTER = KeyTable("[[shooter]]", "one table a shooter; it throws while its wheels turn five times a second or more", (
+    Key("wheels", _SOME, about='a flywheel, or two with speeds of their own: ["lower", "upper"]', example="shooter"),
+    Key("side_by_side", bool, False, "whether two wheels are the left and the right one"),
+    Key("feeder", _SOME, (), "what must turn forward, one or a list; left out: spinning wheels do", "feeder", "gate"),
+    Key("feeder_backward", Several(str), (), "those of them that feed backward", "feeder", "gate_reversed"),
+    Key("storage", _STORAGE, "", "where pieces come from; left out: the first", "front"),
+    Key("hood", _ONE, None, "a mechanism that tilts the shot; left out: it is fixed", "hood"),
+    Key("elevation_deg", DEGREES, about="of the shot, with the hood at angle 0", example=65.0, field="elevation"),
+    Key("elevation_per_hood", RATIO, -1.0, "-1 if the shot gets flatter as the hood goes up"),
+    Key("turret", _ONE, None, "a mechanism that turns the shot; left out: it is fixed", "turret"),
+    Key("turret_ratio", RATIO, 1.0, "turns of the shot per turn of that mechanism"),
+    Key("turret_x", ROBOT_PLACE, None, "where the turret's axis is; left out: at its joint", 0.0, "pivot_x"),
+    Key("turret_y", ROBOT_PLACE, None, "", 0.0, "pivot_y"),
+    Key("height", ROBOT_LENGTH, about="of the muzzle: the middle of a piece as it leaves", example=0.5),
+    Key("forward", ROBOT_PLACE, 0.0, "of the muzzle, from the robot's center or the turret's axis", 0.15),
+    Key("yaw_deg", DEGREES, 0.0, "where it shoots, with the turret at 0: 0 front, 90 left, 180 back", field="heading"),
+    Key("barrels", [ROBOT_PLACE], (0.0,), "places across, to the left"),
+    Key("shots_per_second", RATE, 8.0, "of each barrel", field="shot_rate"),
+    Key("wheel_radius", Several(WHEEL_RADIUS), (0.05,), "of two wheels also [lower, upper]", 0.05),
+    Key("exit_efficiency", EFFICIENCY, None, "piece's speed over the rim's; `simcore check --known-shot` fits it; left "
+        "out: 0.49 (against a fixed hood), of two wheels 0.98", 0.49),
+    _KINDS,
+))  # fmt: skip
+CLAW = KeyTable("[[claw]]", "holds one piece at the end of what carries it", (
+    Key("on", _CARRIER, None, 'needed: a mechanism; an arm on an elevator has on = "lift" itself', "arm"),
+    Key("x", ROBOT_PLACE, 0.0, "middle of the held piece from that joint, with all joints at 0", 0.35),
+    *_PLACES,
+    Key("size", (_EDGE,) * 3, (0.3, 0.3, 0.3), "of the box around it in which pieces are taken"),
+    Key("roller", _ONE, about="a mechanism: forward takes, backward lets go", example="claw"),
+    Key("give", ROBOT_LENGTH, 0.01, "how deep the field can be in the held piece before it is knocked out"),
+    Key("passes_through", bool, False, "whether forward lets go, too, once the roller has stopped in between"),
+    *(Key(f"{axis}_deg", DEGREES, 0.0, "of the held piece", field=axis) for axis in ("roll", "pitch", "yaw")),
+    Key("from_storage", bool, False, "whether the storage hands pieces on to it", True),
+    Key("storage", _STORAGE, "", "which; left out: the first", "front"),
+    Key("handover", (ROBOT_PLACE,) * 3, None, "where: its box must be there; left out: anywhere", [0.1, 0.0, 0.5]),
+    _KINDS,
+))  # fmt: skip
+CLIMBER = KeyTable("[[climber]]", "a hook that comes down on a rung of the field, and pulls the robot up", (
+    Key("on", _CARRIER, None, "needed: the mechanism that pulls it", "climb"),
+    Key("x", ROBOT_PLACE, 0.0, "inside of the hook from that joint, with all joints at 0"),
+    *_PLACES,
+    Key("reach", WHEEL_RADIUS, 0.04, "half of the hook's mouth"),
+))  # fmt: skip
+COMPONENT = KeyTable("[[component]]", "a moving part with a model of its own in AdvantageScope, in the models' order", (
+    Key("name", str, example="forearm"),
+    Key("on", _CARRIER, None, "a mechanism; needed where no roller turns it", "arm"),
+    Key("roller", _ONE, None, "a roller that turns it about y at that place", "claw"),
+    Key("share", RATIO, 1.0, "of the motion: 0.33 for the first stage of an elevator with three"),
+    Key("x", ROBOT_PLACE, 0.0, "origin of the model from that joint, with all joints at 0"),
+    *_PLACES,
+))  # fmt: skip
+MANIPULATORS = (STORAGE, INTAKE, SHOOTER, CLAW, CLIMBER, COMPONENT)
 
 
 def read_storage(t: Table, capacity: int | None) -> StorageConfig:
@@ -34,208 +126,117 @@ def read_storage(t: Table, capacity: int | None) -> StorageConfig:
         t: The table.
         capacity: Of a storage that says nothing; None: it must say.
     """
-    d = StorageConfig()
-    low, high = (
-        tuple(t.number(f"{axis}_{end}", ROBOT_PLACE, corner[k]) for k, axis in enumerate("xyz"))
-        for end, corner in (("min", d.low), ("max", d.high))
-    )
-    for axis, below, above in zip("xyz", low, high, strict=True):
-        _require_order(t, axis, below, above)
-    storage = StorageConfig(
-        name=t.text("name", ""),
-        capacity=t.whole("capacity", most=500) if capacity is None else t.whole("capacity", capacity, most=500),
-        order=t.choice("order", ("fifo", "lifo"), d.order),
-        low=(low[0], low[1], low[2]),
-        high=(high[0], high[1], high[2]),
-    )
-    t.finish()
-    return storage
+    v = _read(STORAGE, t, {})
+    low, high = _corners(t, v)
+    room = capacity if v["capacity"] is None else v["capacity"]
+    if room is None:
+        raise t.error("capacity", "is missing; it must be a whole number from 0 to 500")
+    return StorageConfig(**{**v, "capacity": room}, low=low, high=high)
 
 
-def read_intake(t: Table, mechanisms: _Mechanisms, storages: Sequence[str]) -> IntakeConfig:
+def read_intake(t: Table, mechanisms: _Mechanisms, names: Names) -> IntakeConfig:
     """A box where pieces are taken in."""
-    zone = {key: t.number(key, ROBOT_PLACE) for key in ("x_min", "x_max", "y_min", "y_max")}
-    zone["z_min"], zone["z_max"] = t.number("z_min", ROBOT_PLACE, -0.10), t.number("z_max", ROBOT_PLACE, 0.2)
-    for axis in "xyz":
-        _require_order(t, axis, zone[f"{axis}_min"], zone[f"{axis}_max"])
-    intake = IntakeConfig(
-        zone=IntakeZone(**zone),
-        roller=_named(t, "roller", mechanisms),
-        roller_reversed=t.choice("takes_in", _DIRECTIONS, "forward") == "backward",
-        deploy=_maybe_named(t, "deploy", mechanisms),
-        deployed_at=t.choice("out_at", ("upper", "lower"), "upper"),
-        joints=_joints(t, mechanisms),
-        storage=_storage(t, storages),
-        kinds=t.texts("kinds"),
-    )
-    if intake.deploy is None:
+    v = _read(INTAKE, t, names)
+    (x_min, y_min, z_min), (x_max, y_max, z_max) = _corners(t, v)
+    zone = IntakeZone(x_min=x_min, x_max=x_max, y_min=y_min, y_max=y_max, z_min=z_min, z_max=z_max)
+    if v["deploy"] is None:
         if "out_at" in t:
             raise t.error("out_at", "needs a deploy = <mechanism> beside it")
-    elif isinstance(mechanisms[intake.deploy].config, FlywheelConfig | RollerConfig):
-        raise t.error("deploy", f"must be an arm, elevator or rack, which has stops; got {intake.deploy!r}")
-    t.finish()
-    return intake
+    elif isinstance(mechanisms[v["deploy"]].config, FlywheelConfig | RollerConfig):
+        raise t.error("deploy", f"must be an arm, elevator or rack, which has stops; got {v['deploy']!r}")
+    joints, backward = joints_to(v.pop("on"), mechanisms), v.pop("takes_in") == "backward"
+    return IntakeConfig(zone=zone, joints=joints, roller_reversed=backward, **v)
 
 
-def read_shooter(t: Table, mechanisms: _Mechanisms, storages: Sequence[str]) -> ShooterConfig:
+def read_shooter(t: Table, mechanisms: _Mechanisms, names: Names) -> ShooterConfig:
     """Wheels that throw pieces."""
-    wheels = _names(t, "wheels", mechanisms)
+    v = _read(SHOOTER, t, names)
+    wheels, feeders = v["wheels"], v["gate"]
     for name in wheels:
         if not isinstance(mechanisms[name].config, FlywheelConfig):
             raise t.error("wheels", f"must be a mechanism of kind flywheel, got {name!r}")
     if len(wheels) > 2 or len(set(wheels)) < len(wheels):
         raise t.error("wheels", f"must be one flywheel, or two: [lower, upper]; got {list(wheels)}")
-    radii = _wheel_radii(t, len(wheels))
-    feeders = _names(t, "feeder", mechanisms) if "feeder" in t else t.texts("feeder")
-    backward = t.texts("feeder_backward")
-    for name in backward:
+    for name in v["gate_reversed"]:
         if name not in feeders:
             raise t.error("feeder_backward", f"must name feeders, which are {list(feeders)}; got {name!r}")
-    hood, turret = _maybe_named(t, "hood", mechanisms), _maybe_named(t, "turret", mechanisms)
-    joint = None if turret is None else mechanisms[turret].joint
+    for key, needs in (("elevation_per_hood", "hood"), *((f"turret_{end}", "turret") for end in ("ratio", "x", "y"))):
+        if key in t and v[needs] is None:
+            raise t.error(key, f"needs a {needs} = <mechanism> beside it")
+    if (beside := v.pop("side_by_side")) and len(wheels) == 1:
+        raise t.error("side_by_side", 'needs two wheels beside it: wheels = ["left", "right"]')
+    radii = v.pop("wheel_radius")
+    if len(radii) > len(wheels):
+        raise t.error("wheel_radius", f"must be one number, or one for each of {list(wheels)}; got {list(radii)}")
+    joint = None if v["turret"] is None else mechanisms[v["turret"]].joint
     axis = (0.0, 0.0, 0.0) if joint is None else joint.origin
-    shooter = ShooterConfig(
-        wheels=wheels,
-        wheel_places="left and right" if t.flag("side_by_side", False) else "lower and upper",
-        gate=feeders,
-        gate_reversed=backward,
-        hood=hood,
-        elevation=math.radians(t.number("elevation_deg", DEGREES)),
-        elevation_per_hood=float(t.number("elevation_per_hood", RATIO, -1.0)),
-        turret=turret,
-        turret_ratio=float(t.number("turret_ratio", RATIO, 1.0)),
+    pivot = [place if given is None else given for given, place in zip((v.pop("pivot_x"), v.pop("pivot_y")), axis)]  # noqa: B905
+    place = {key: v.pop(key) for key in ("height", "forward", "heading", "barrels")}
+    efficiency = v.pop("exit_efficiency") or (0.49 if len(wheels) == 1 else 0.98)
+    return ShooterConfig(
+        wheel_places="left and right" if beside else "lower and upper",
         wheel_radius=radii[0],
         second_wheel_radius=radii[1] if len(radii) > 1 else None,
-        exit_efficiency=t.number("exit_efficiency", EFFICIENCY, 0.49 if len(wheels) == 1 else 0.98),
-        launch=LaunchParameters(
-            height=t.number("height", ROBOT_LENGTH),
-            forward=t.number("forward", ROBOT_PLACE, 0.0),
-            pivot_x=t.number("turret_x", ROBOT_PLACE, axis[0]),
-            pivot_y=t.number("turret_y", ROBOT_PLACE, axis[1]),
-            heading=math.radians(t.number("yaw_deg", DEGREES, 0.0)),
-            barrels=t.numbers("barrels", [ROBOT_PLACE], (0.0,)),
-        ),
-        shot_rate=t.number("shots_per_second", RATE, 8.0),
-        storage=_storage(t, storages),
-        kinds=t.texts("kinds"),
+        exit_efficiency=efficiency,
+        launch=LaunchParameters(**place, pivot_x=pivot[0], pivot_y=pivot[1]),
+        **v,
     )
-    for key, of, needs in (
-        ("elevation_per_hood", hood, "hood"), ("turret_ratio", turret, "turret"),
-        ("turret_x", turret, "turret"), ("turret_y", turret, "turret"),
-    ):  # fmt: skip
-        if key in t and of is None:
-            raise t.error(key, f"needs a {needs} = <mechanism> beside it")
-    if shooter.wheel_places == "left and right" and len(wheels) == 1:
-        raise t.error("side_by_side", 'needs two wheels beside it: wheels = ["left", "right"]')
-    t.finish()
-    return shooter
 
 
-def read_claw(t: Table, mechanisms: _Mechanisms, storages: Sequence[str]) -> PlacerConfig:
+def read_claw(t: Table, mechanisms: _Mechanisms, names: Names) -> PlacerConfig:
     """What holds one piece at the end of what carries it."""
-    joints = _joints(t, mechanisms)
+    v = _read(CLAW, t, names)
+    joints = joints_to(v.pop("on"), mechanisms)
     if not joints:
         raise t.error("on", "is missing; it must be the mechanism that carries the claw: an arm, elevator or rack")
-    offset = lengths(t, ("x", "y", "z"))
-    size = t.numbers("size", (Quantity("m", 0.0, 2.0, is_open=True),) * 3, (0.3, 0.3, 0.3))
-    (x, y, z), (dx, dy, dz) = offset, (0.5 * edge for edge in size)
-    from_storage = t.flag("from_storage", False)
-    if "handover" in t and not from_storage:
+    if v["handover"] is not None and not v["from_storage"]:
         raise t.error("handover", "is where the storage hands pieces on; it needs from_storage = true beside it")
-    place = t.numbers("handover", (ROBOT_PLACE,) * 3, (0.0, 0.0, 0.0))
-    claw = PlacerConfig(
-        joints=joints,
-        offset=offset,
-        attitude=_attitude(t),
-        roller=_named(t, "roller", mechanisms),
-        give=t.number("give", ROBOT_LENGTH, 0.01),
-        zone=IntakeZone(x_min=x - dx, x_max=x + dx, y_min=y - dy, y_max=y + dy, z_min=z - dz, z_max=z + dz),
-        passes_through=t.flag("passes_through", False),
-        from_storage=from_storage,
-        handover=(place[0], place[1], place[2]) if "handover" in t else None,
-        storage=_storage(t, storages),
-        kinds=t.texts("kinds"),
-    )
-    t.finish()
-    return claw
+    offset, (dx, dy, dz) = _offset(v), (0.5 * edge for edge in v.pop("size"))
+    x, y, z = offset
+    attitude = from_rpy(v.pop("roll"), v.pop("pitch"), v.pop("yaw"))
+    zone = IntakeZone(x_min=x - dx, x_max=x + dx, y_min=y - dy, y_max=y + dy, z_min=z - dz, z_max=z + dz)
+    return PlacerConfig(joints=joints, offset=offset, attitude=attitude, zone=zone, **v)
 
 
-def read_climber(t: Table, mechanisms: _Mechanisms) -> ClimberConfig:
+def read_climber(t: Table, mechanisms: _Mechanisms, names: Names) -> ClimberConfig:
     """A hook at the end of what carries it."""
-    joints = _joints(t, mechanisms)
+    v = _read(CLIMBER, t, names)
+    joints = joints_to(v["on"], mechanisms)
     if not joints:
         raise t.error("on", "is missing; it must be the mechanism that pulls the hook: an elevator or an arm")
-    climber = ClimberConfig(
-        joints=joints, offset=lengths(t, ("x", "y", "z")), reach=t.number("reach", WHEEL_RADIUS, 0.04)
-    )
-    t.finish()
-    return climber
+    return ClimberConfig(joints=joints, offset=_offset(v), reach=v["reach"])
 
 
-def read_component(t: Table, mechanisms: _Mechanisms) -> ComponentConfig:
+def read_component(t: Table, mechanisms: _Mechanisms, names: Names) -> ComponentConfig:
     """A part with a model of its own: what a chain carries, or what a roller turns there."""
-    joints, place, share = _joints(t, mechanisms), lengths(t, ("x", "y", "z")), t.number("share", RATIO, 1.0)
-    if "roller" not in t:
-        if not joints:
-            raise t.error("on", "is missing; it must be the mechanism that moves the part, e.g. an arm or an elevator")
-        joints = (*joints[:-1], replace(joints[-1], ratio=share * joints[-1].ratio))
-        component = ComponentConfig(name=t.text("name"), joints=joints, offset=place)
-    else:
-        rollers = {name: m for name, m in mechanisms.items() if m.joint is None}
-        roller = Joint(mechanism=_named(t, "roller", rollers), axis=(0.0, 1.0, 0.0), origin=place, ratio=share)
-        component = ComponentConfig(name=t.text("name"), joints=(*joints, roller))
+    turning = tuple(name for name, m in mechanisms.items() if m.joint is None)
+    v = COMPONENT.read(t, {**names, "mechanism": turning})
     t.finish()
-    return component
+    joints, place, share = joints_to(v["on"], mechanisms), _offset(v), v["share"]
+    if v["roller"] is not None:
+        roller = Joint(mechanism=v["roller"], axis=(0.0, 1.0, 0.0), origin=place, ratio=share)
+        return ComponentConfig(name=v["name"], joints=(*joints, roller))
+    if not joints:
+        raise t.error("on", "is missing; it must be the mechanism that moves the part, e.g. an arm or an elevator")
+    joints = (*joints[:-1], replace(joints[-1], ratio=share * joints[-1].ratio))
+    return ComponentConfig(name=v["name"], joints=joints, offset=place)
 
 
-def _require_order(t: Table, axis: str, low: float, high: float) -> None:
-    if not low < high:
-        raise t.error(f"{axis}_min", f"must be below {axis}_max, got {low} and {high} m")
+def _read(keys: KeyTable, t: Table, names: Names) -> dict[str, Any]:
+    """All of a table."""
+    values = keys.read(t, names)
+    t.finish()
+    return values
 
 
-def _wheel_radii(t: Table, wheels: int) -> tuple[float, ...]:
-    """One radius, or that of each of two wheels [m]."""
-    if not t.is_list("wheel_radius"):
-        return (t.number("wheel_radius", WHEEL_RADIUS, 0.05),)
-    return t.numbers("wheel_radius", (WHEEL_RADIUS,) * wheels)
+def _offset(v: dict[str, Any]) -> tuple[float, float, float]:
+    return v.pop("x"), v.pop("y"), v.pop("z")
 
 
-def _attitude(t: Table) -> Quaternion:
-    """Of a held piece, against what carries it."""
-    angles = [math.radians(t.number(f"{axis}_deg", DEGREES, 0.0)) for axis in ("roll", "pitch", "yaw")]
-    return from_rpy(*angles)
-
-
-def _joints(t: Table, mechanisms: _Mechanisms) -> tuple[Joint, ...]:
-    """The chain that carries what a table describes; empty for the robot itself."""
-    on = _maybe_named(t, "on", {name: m for name, m in mechanisms.items() if m.joint is not None})
-    return joints_to(on, mechanisms)
-
-
-def _storage(t: Table, storages: Sequence[str]) -> str:
-    if "storage" in t and not storages:
-        raise t.error("storage", "must name a storage, but there is no [[storage]] in the file")
-    return str(t.choice("storage", storages, ""))
-
-
-def _named(t: Table, key: str, mechanisms: _Mechanisms) -> str:
-    """The mechanism that a key names."""
-    _require_some(t, key, mechanisms)
-    return str(t.choice(key, tuple(mechanisms)))
-
-
-def _maybe_named(t: Table, key: str, mechanisms: _Mechanisms) -> str | None:
-    """The mechanism that a key names, if it is there."""
-    return _named(t, key, mechanisms) if key in t else t.text(key, None)
-
-
-def _names(t: Table, key: str, mechanisms: _Mechanisms) -> tuple[str, ...]:
-    """The mechanism or mechanisms that a key names."""
-    _require_some(t, key, mechanisms)
-    return t.choices(key, tuple(mechanisms))
-
-
-def _require_some(t: Table, key: str, mechanisms: _Mechanisms) -> None:
-    if not mechanisms:
-        what = "[[mechanism]] of kind arm, turret, elevator or rack" if key == "on" else "[[mechanism]]"
-        raise t.error(key, f"must name a mechanism, but there is no {what} in the file")
+def _corners(t: Table, v: dict[str, Any]) -> tuple[tuple[float, float, float], tuple[float, float, float]]:
+    """Smallest and largest corner of a box [m]."""
+    low, high = ([v.pop(f"{axis}_{end}") for axis in "xyz"] for end in ("min", "max"))
+    for axis, below, above in zip("xyz", low, high, strict=True):
+        if not below < above:
+            raise t.error(f"{axis}_min", f"must be below {axis}_max, got {below} and {above} m")
+    return (low[0], low[1], low[2]), (high[0], high[1], high[2])

@@ -7,35 +7,17 @@ from collections.abc import Iterable
 from dataclasses import replace
 from pathlib import Path
 
-from wpimath.system.plant import DCMotor
-
 from simcore.errors import ConfigError
+from simcore.geometry.symmetry import Pose
+from simcore.match.registry import NO_GAME
 from simcore.match.scatter import Scatter
 from simcore.physics.engine_choice import ENGINES
-from simcore.quantities import (
-    DEGREES,
-    FACTOR,
-    FIELD_PLACE,
-    GEARING,
-    INERTIA,
-    MASS,
-    MASS_OR_NONE,
-    ROBOT_HEIGHT,
-    ROBOT_LENGTH,
-    ROBOT_PLACE,
-    TORQUE_OR_NONE,
-    VOLTAGE_OR_NONE,
-    WHEEL_RADIUS,
-    Quantity,
-)
-from simcore.robot.dc_motor import MOTOR_NAMES, motor
-from simcore.robot.gearbox import GearboxConfig
-from simcore.robot.mechanism_friction import default_friction, friction_from_volts
-from simcore.robot.mechanisms import ArmConfig, ElevatorConfig, FlywheelConfig, RackConfig, RollerConfig
-from simcore.robot.robot_config import MechanismConfig
+from simcore.quantities import DEGREES, FACTOR, FIELD_PLACE, FRICTION, VOLTAGE_OR_NONE, Quantity
+from simcore.robot.dc_motor import MOTOR_NAMES
 from simcore.robot_file.camera_table import read_cameras
-from simcore.robot_file.device_tables import POSITIONED_KINDS, positioned_mechanism, read_sensors
-from simcore.robot_file.linkage_tables import moving_masses, read_joint, read_moving_mass, require_chains
+from simcore.robot_file.drivetrain_table import read_drivetrain
+from simcore.robot_file.further_robots import ROLES, read_further_robot
+from simcore.robot_file.key_tables import Key, KeyTable
 from simcore.robot_file.manipulator_tables import (
     read_claw,
     read_climber,
@@ -44,20 +26,60 @@ from simcore.robot_file.manipulator_tables import (
     read_shooter,
     read_storage,
 )
-from simcore.robot_file.robot_settings import CONTROLLERS, MechanismSettings, RobotSettings
+from simcore.robot_file.mechanism_tables import moving_masses, read_mechanism, require_chains
+from simcore.robot_file.robot_settings import MechanismSettings, RobotSettings
+from simcore.robot_file.sensor_tables import read_sensors
 from simcore.robot_file.toml_tables import Table, read_tables
-from simcore.units import GRAVITY
 from simcore.vision.tag_layout import OFFICIAL_LAYOUTS
 
-__all__ = ["gearbox_motor", "read_settings"]
+__all__ = ["AUTOS", "ROBOT", "SCATTER", "START", "TOP", "read_settings"]
 
-_KINDS = ("flywheel", "roller", "arm", "turret", "elevator", "rack")
+_D = RobotSettings()
 _MASS = Quantity("kg", 20.0, 75.0)  # the 2026 manual allows 115 lb and some 33 lb of bumpers and battery: 67 kg
 _BAY = Quantity("m", 0.1, 1.1)
 _BUMPER = Quantity("m", 0.4, 1.2)  # the 2026 manual allows a frame of 110 in around, so 0.76 m square, and bumpers
-_CENTER_HEIGHT = Quantity("m", 0.0, 1.0, is_open=True)
-_MAX_CAN_ID = 62
-_USUAL_MOTORS = {"SPARK MAX": "NEO", "SPARK Flex": "NEO Vortex"}
+_FIELD = Quantity("m", 2.0, 100.0)
+_COUNT = Quantity("", 0, 500, is_whole=True)
+
+TOP = KeyTable("at the top", "of the whole file", (
+    Key("game", str, None, f'left out: the newest; "{NO_GAME}": an empty field, of field_size = [16.0, 8.0]', "name"),
+    Key("field_size", (_FIELD, _FIELD), None, f'of game = "{NO_GAME}": length, width; left out: 16 x 8', [16.0, 8.0]),
+    Key("engine", tuple(ENGINES), None, "of physics; left out: bullet where it is installed", "mujoco"),
+    Key("tags", tuple(OFFICIAL_LAYOUTS), None, "AprilTags; left out: the game's", next(iter(OFFICIAL_LAYOUTS))),
+))  # fmt: skip
+ROBOT = KeyTable("[robot]", "your robot", (
+    Key("mass", _MASS, _D.mass, "with bumpers and battery: weigh it"),
+    Key("bumper_length", _BUMPER, None, "outside of the bumpers, along x; left out: 15 cm beyond the wheels", 0.8),
+    Key("bumper_width", _BUMPER, None, "along y", 0.8),
+    Key("bay_depth", _BAY, None, "opening in the back for what a climber hangs on; left out: none", 0.5),
+    Key("bay_width", _BAY, None, "", 0.3),
+    Key("center_of_mass_height", Quantity("m", 0.0, 1.0, is_open=True), _D.center_of_mass_height),
+    Key("tread", Quantity("", 0.0, 10.0, is_open=True), _D.wheel_cof, "friction of the wheels on carpet, along them: "
+        "1.83 new blue nitrile, 1.76 HiGrip (team 1640, tilting table); worn ones less", field="wheel_cof"),
+    Key("wheel_grain", Quantity("", 0.0, 2.0, is_open=True), None, "friction across over that along: 0.73 and 0.97 in "
+        "the same test; left out: 1", 1.0),
+    Key("drive_friction_volts", VOLTAGE_OR_NONE, None, "kS of the drive motors, as SysId finds it: .32 to .74 V were "
+        "measured of swerves; left out: 0.25", 0.25),
+    Key("steer_friction_volts", VOLTAGE_OR_NONE, None, "the same of the steer motors; left out: 0.2", 0.2),
+    Key("bumper_friction", FRICTION, None, "0.7 means .49 between two robots, .35 at a wall; .5 of Cordura and "
+        ".25 of sailcloth were measured (team 971); left out: 0.7", 0.7),
+    Key("drive_motor", MOTOR_NAMES, None, "left out: as the constants say, Kraken X60 with FOC", "Kraken X60"),
+    Key("steer_motor", MOTOR_NAMES, None, "", "Kraken X44"),
+    Key("capacity", _COUNT, None, "game pieces that a storage holds; left out: as many as the game's own robot", 1),
+))  # fmt: skip
+START = KeyTable("[start]", "as a blue robot; red starts at the corresponding place", (
+    Key("x", FIELD_PLACE, _D.start[0]),
+    Key("y", FIELD_PLACE, _D.start[1]),
+    Key("heading_deg", DEGREES, 0.0, "0 looks at the red wall", field="heading"),
+    Key("preload", _COUNT, _D.preload, "pieces in the robot"),
+))  # fmt: skip
+AUTOS = KeyTable('[autos."Left two piece"]', "where the auto of this name starts; others at [start]", (
+    Key("start", (FIELD_PLACE, FIELD_PLACE, DEGREES), about="x, y, heading_deg as blue", example=[2.0, 1.2, 0.0]),
+))  # fmt: skip
+SCATTER = KeyTable("[scatter]", "by how much things differ from run to run; without this table they do not", (
+    Key("scale", FACTOR, 1.0, "of the default spreads (docs/scatter.md); single ones by name, e.g. exit_speed = 0.04"),
+    *(Key(name, FACTOR, None) for name in Scatter.names()),
+))  # fmt: skip
 
 
 def read_settings(path: Path) -> RobotSettings:
@@ -69,221 +91,93 @@ def read_settings(path: Path) -> RobotSettings:
     if not path.exists():
         return RobotSettings()
     file = read_tables(path)
-    game = file.text("game", None)
-    engine = file.choice("engine", tuple(ENGINES), None)
-    tags = file.choice("tags", tuple(OFFICIAL_LAYOUTS), None)
-    robot = file.table("robot") or Table({}, f"{file.where} [robot]")
-    start = file.table("start") or Table({}, f"{file.where} [start]")
-    mechanisms = tuple(_mechanism(table) for table in file.tables("mechanism"))
+    top = TOP.read(file)
+    if top["field_size"] is not None and top["game"] != NO_GAME:
+        raise file.error("field_size", f'is of the empty field: it needs game = "{NO_GAME}" beside it')
+    robot, start = (file.table(name) or Table({}, f"{file.where} [{name}]") for name in ("robot", "start"))
+    body, stand = ROBOT.read(robot), START.read(start)
+    mechanisms = tuple(read_mechanism(table) for table in file.tables("mechanism"))
     _require_own_names(file.where, "mechanism", (m.name for m in mechanisms))
     _require_own_devices(file.where, mechanisms)
     by_name = {m.name: m for m in mechanisms}
-    require_chains(file.where, by_name)
-    capacity = robot.whole("capacity", None, most=500)
-    storages = tuple(read_storage(table, capacity) for table in file.table_or_tables("storage"))
+    carriers = require_chains(file.where, by_name)
+    storages = tuple(read_storage(table, body["capacity"]) for table in file.table_or_tables("storage"))
     rooms = [storage.name for storage in storages]
     _require_own_names(file.where, "storage", rooms)
     if "" in rooms[1:] or (len(rooms) > 1 and not rooms[0]):
         raise ConfigError(f"{file.where} [[storage]]: give each of several storages a name")
-    intakes = tuple(read_intake(table, by_name, rooms) for table in file.table_or_tables("intake"))
-    shooters = tuple(read_shooter(table, by_name, rooms) for table in file.table_or_tables("shooter"))
-    claws = tuple(read_claw(table, by_name, rooms) for table in file.table_or_tables("claw"))
-    climbers = tuple(read_climber(table, by_name) for table in file.table_or_tables("climber"))
-    components = tuple(read_component(table, by_name) for table in file.tables("component"))
-    _require_own_names(file.where, "component", (c.name for c in components))
-    auto_starts = {name: _auto_start(table) for name, table in file.named_tables("autos").items()}
+    for pair in ("bumper", "bay"):
+        body[pair] = _both(robot, body, pair)
     cameras, headset = read_cameras(file)
-    _require_own_names(file.where, "camera", (c.name for c in cameras))
-    sensors = read_sensors(file.tables("sensor"), by_name)
-    scatter = _scatter(file.table("scatter"))
-    file.finish()
-    d = RobotSettings()
-    bumper = _both(robot, ("bumper_length", "bumper_width"), _BUMPER)
+    names = {"mechanism": tuple(by_name), "carrier": carriers, "storage": rooms}
     settings = RobotSettings(
-        game=game,
-        engine=engine,
-        tags=tags,
-        scatter=scatter,
-        mass=robot.number("mass", _MASS, d.mass),
-        bumper=bumper,
-        bay=_both(robot, ("bay_depth", "bay_width"), _BAY),
-        center_of_mass_height=robot.number(
-            "center_of_mass_height", Quantity("m", 0.0, 1.0, is_open=True), d.center_of_mass_height
-        ),
-        wheel_cof=robot.number("tread", Quantity("", 0.0, 10.0, is_open=True), d.wheel_cof),
-        drive_motor=robot.choice("drive_motor", MOTOR_NAMES, None),
-        steer_motor=robot.choice("steer_motor", MOTOR_NAMES, None),
-        capacity=capacity,
-        preload=start.whole("preload", d.preload, most=500),
-        start=(
-            start.number("x", FIELD_PLACE, d.start[0]),
-            start.number("y", FIELD_PLACE, d.start[1]),
-            math.radians(start.number("heading_deg", DEGREES, math.degrees(d.start[2]))),
-        ),
+        **top,
+        **body,
+        drivetrain=read_drivetrain(file.table("drivetrain")),
+        given=frozenset(key for key in ("mass", "tread") if key in robot),
+        scatter=_scatter(file.table("scatter")),
+        preload=stand["preload"],
+        start=(stand["x"], stand["y"], stand["heading"]),
         mechanisms=mechanisms,
-        intakes=intakes,
-        shooters=shooters,
+        intakes=tuple(read_intake(table, by_name, names) for table in file.table_or_tables("intake")),
+        shooters=tuple(read_shooter(table, by_name, names) for table in file.table_or_tables("shooter")),
         storages=storages,
-        placers=claws,
-        climbers=climbers,
-        components=components,
+        placers=tuple(read_claw(table, by_name, names) for table in file.table_or_tables("claw")),
+        climbers=tuple(read_climber(table, by_name, names) for table in file.table_or_tables("climber")),
+        components=tuple(read_component(table, by_name, names) for table in file.tables("component")),
         moving_masses=moving_masses(by_name),
-        auto_starts=auto_starts,
+        auto_starts={name: _auto_start(table) for name, table in file.named_tables("autos").items()},
+        sensors=read_sensors(file.tables("sensor"), {m.name: m.config for m in mechanisms}),
+        further_robots=tuple(
+            read_further_robot(table, role, path.parent) for role in ROLES for table in file.tables(role)
+        ),
         cameras=cameras,
-        sensors=sensors,
         headset=headset,
     )
-    robot.finish()
-    start.finish()
-    if storages:
-        capacity = storages[0].capacity  # preloads are in the first
+    _require_own_names(file.where, "component", (c.name for c in settings.components))
+    _require_own_names(file.where, "camera", (c.name for c in settings.cameras))
+    for role in ROLES:
+        _require_own_names(file.where, role, (one.name for one in settings.further_robots if one.role == role))
+    for table in (robot, start, file):
+        table.finish()
+    capacity = storages[0].capacity if storages else settings.capacity  # preloads are in the first
     if capacity is not None and settings.preload > capacity:
         raise start.error("preload", f"must be at most the robot's capacity, {capacity}; got {settings.preload}")
     return settings
+
+
+def _both(t: Table, values: dict[str, float | None], what: str) -> tuple[float, float] | None:
+    """Two lengths that a table has both of, or neither [m]."""
+    names = [name for name in values if name.startswith(f"{what}_") and name != "bumper_friction"]
+    first, second = (values.pop(name) for name in names)
+    if first is not None and second is not None:
+        return first, second
+    if first is None and second is None:
+        return None
+    missing = names[0] if first is None else names[1]
+    raise t.error(missing, "is missing beside the other; it must be a length in meters")
 
 
 def _scatter(t: Table | None) -> Scatter | None:
     """The default spreads times `scale`, but for those that the table names."""
     if t is None:
         return None
-    scale = t.number("scale", FACTOR, 1.0)
-    own = {name: t.number(name, FACTOR, None) for name in Scatter.names()}
+    values = SCATTER.read(t)
     t.finish()
+    scale = values.pop("scale")
     try:
-        return replace(Scatter().scaled(scale), **{name: value for name, value in own.items() if value is not None})
+        return replace(Scatter().scaled(scale), **{name: one for name, one in values.items() if one is not None})
     except ConfigError as error:
         raise ConfigError(f"{t.where}: {error}") from error
 
 
-def _auto_start(t: Table) -> tuple[float, float, float]:
+def _auto_start(t: Table) -> Pose:
     try:
-        start = t.numbers("start", (FIELD_PLACE, FIELD_PLACE, DEGREES))
+        x, y, heading = AUTOS.read(t)["start"]
     except ConfigError as error:
         raise ConfigError(f"{error}; it is [x, y, heading_deg] as a blue robot, e.g. [2.0, 1.2, 0.0]") from error
     t.finish()
-    return start[0], start[1], math.radians(start[2])
-
-
-def gearbox_motor(name: str) -> DCMotor:
-    """One motor of the drivetrain's table, as mechanisms want it."""
-    m = motor(name)
-    return DCMotor(m.nominal_voltage, m.stall_torque, m.stall_current, m.free_current, m.free_speed, 1)
-
-
-def _mechanism(t: Table) -> MechanismSettings:
-    name = t.text("name")
-    kind = t.choice("kind", (*_KINDS, *POSITIONED_KINDS))
-    if kind in POSITIONED_KINDS:
-        return positioned_mechanism(t, name, kind)
-    leader = t.whole("leader", most=_MAX_CAN_ID)
-    followers = t.wholes("followers", most=_MAX_CAN_ID)
-    opposed = t.wholes("opposed", most=_MAX_CAN_ID)
-    for device in opposed:
-        if device not in followers:
-            raise t.error("opposed", f"must name followers, which are {list(followers)}; got {device}")
-    controller = t.choice("controller", CONTROLLERS, CONTROLLERS[0])
-    motor_name = t.choice("motor", MOTOR_NAMES, _USUAL_MOTORS.get(controller, "Kraken X60"))
-    gearbox = GearboxConfig(
-        motor=gearbox_motor(motor_name), motors=1 + len(followers), gearing=t.number("gearing", GEARING)
-    )
-    gearbox = replace(gearbox, friction_torque=_friction(t, kind, gearbox))
-    try:
-        config = _config(t, kind, gearbox)
-    except ConfigError as error:
-        if str(error).startswith(t.where):
-            raise
-        raise ConfigError(f"{t.where}: {error}") from error
-    settings = MechanismSettings(
-        name=name,
-        config=config,
-        friction_is_given="friction_torque" in t or "friction_volts" in t,
-        motor=motor_name,
-        controller=controller,
-        coasts=t.flag("coasts", False),
-        leader=leader,
-        followers=followers,
-        opposed=opposed,
-        reversed=t.flag("reversed", False),
-        cancoder=t.whole("cancoder", None, most=_MAX_CAN_ID),
-        cancoder_gearing=t.number("cancoder_gearing", GEARING, 1.0),
-        encoder_gearing=t.number("encoder_gearing", GEARING, 1.0),
-    )
-    is_spark = controller.startswith("SPARK")
-    if is_spark and settings.cancoder is not None:
-        raise t.error("cancoder", f"is of a TalonFX; a {controller} has encoder_gearing for the encoder wired to it")
-    if "encoder_gearing" in t and not is_spark:
-        raise t.error("encoder_gearing", f"is of a SPARK MAX or SPARK Flex; the controller is a {controller}")
-    if "cancoder_gearing" in t and settings.cancoder is None:
-        raise t.error("cancoder_gearing", "needs a cancoder = <CAN id> beside it")
-    if "coasts" in t and settings.controller not in ("PWM", "Relay"):
-        raise t.error("coasts", f"is of a PWM or relay port; a {settings.controller} has its neutral mode configured")
-    joint = read_joint(t, name, kind, config)
-    if joint is None:
-        t.finish()
-        return settings
-    on, (mass, center) = t.text("on", None), read_moving_mass(t, joint, config)
-    t.finish()
-    return replace(settings, joint=joint, on=on, moving_mass=mass, mass_center=center)
-
-
-def _friction(t: Table, kind: str, gearbox: GearboxConfig) -> float:
-    """As the file says, in either unit; else the default of its kind and motor [N m]."""
-    torque = t.number("friction_torque", TORQUE_OR_NONE, None)
-    volts = t.number("friction_volts", VOLTAGE_OR_NONE, None)
-    if torque is not None and volts is not None:
-        raise t.error("friction_volts", "says the same as friction_torque; keep one of them")
-    if volts is not None:
-        return friction_from_volts(gearbox, volts)
-    return default_friction(gearbox, has_gears=kind != "flywheel") if torque is None else float(torque)
-
-
-def _config(t: Table, kind: str, gearbox: GearboxConfig) -> MechanismConfig:
-    if kind == "flywheel":
-        return FlywheelConfig(gearbox=gearbox, inertia=t.number("inertia", INERTIA))
-    if kind == "roller":
-        return RollerConfig(
-            gearbox=gearbox,
-            inertia=t.number("inertia", INERTIA, 0.001),
-            radius=t.number("radius", WHEEL_RADIUS, 0.025),
-        )
-    if kind == "arm":
-        low, high = t.number("min_deg", DEGREES), t.number("max_deg", DEGREES)
-        return ArmConfig(
-            gearbox=gearbox,
-            inertia=t.number("inertia", INERTIA),
-            mass=t.number("mass", MASS_OR_NONE, 0.0),
-            center_of_mass=t.number("center_of_mass", ROBOT_PLACE, 0.0),
-            min_angle=math.radians(low),
-            max_angle=math.radians(high),
-            start_angle=math.radians(t.number("start_deg", DEGREES, low)),
-        )
-    if kind == "turret":
-        low, high = t.number("min_deg", DEGREES), t.number("max_deg", DEGREES)
-        return ArmConfig(
-            gearbox=gearbox,
-            inertia=t.number("inertia", INERTIA),
-            min_angle=math.radians(low),
-            max_angle=math.radians(high),
-            start_angle=math.radians(t.number("start_deg", DEGREES, min(max(0.0, low), high))),
-        )
-    if kind == "elevator":
-        low = t.number("min_height", ROBOT_PLACE, 0.0)
-        return ElevatorConfig(
-            gearbox=gearbox,
-            carriage_mass=t.number("mass", MASS),
-            drum_radius=t.number("drum_radius", WHEEL_RADIUS),
-            min_height=low,
-            max_height=t.number("max_height", ROBOT_PLACE),
-            start_height=t.number("start_height", ROBOT_PLACE, low),
-            gravity=GRAVITY * math.cos(math.radians(t.number("lean_deg", DEGREES, 0.0))),
-        )
-    return RackConfig(
-        gearbox=gearbox,
-        mass=t.number("mass", MASS),
-        pinion_radius=t.number("pinion_radius", WHEEL_RADIUS),
-        travel=t.number("travel", ROBOT_LENGTH),
-        start_extension=t.number("start_extension", ROBOT_HEIGHT, 0.0),
-    )
+    return x, y, math.radians(heading)
 
 
 def _require_own_names(where: str, what: str, names: Iterable[str]) -> None:
@@ -297,23 +191,10 @@ def _require_own_names(where: str, what: str, names: Iterable[str]) -> None:
 def _require_own_devices(where: str, mechanisms: tuple[MechanismSettings, ...]) -> None:
     owners: dict[tuple[str, int], str] = {}
     for m in mechanisms:
-        devices = m.keys
-        if m.cancoder is not None:
-            devices.append(("CANcoder", m.cancoder))
-        for device in devices:
+        for device in m.keys if m.cancoder is None else [*m.keys, ("CANcoder", m.cancoder)]:
             if device in owners:
                 raise ConfigError(
                     f"{where} [[mechanism]] {m.name!r}: {device[0]} {device[1]} already belongs to {owners[device]!r}; "
                     "a device turns one mechanism"
                 )
             owners[device] = m.name
-
-
-def _both(t: Table, keys: tuple[str, str], quantity: Quantity) -> tuple[float, float] | None:
-    """Two lengths that a table has both of, or neither [m]."""
-    first, second = (t.number(key, quantity, None) for key in keys)
-    if first is not None and second is not None:
-        return first, second
-    if first is None and second is None:
-        return None
-    raise t.error(keys[0] if first is None else keys[1], "is missing beside the other; it must be a length in meters")

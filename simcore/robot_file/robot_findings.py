@@ -16,9 +16,10 @@ from simcore.geometry.zones import BoxZone, CylinderZone, Zone
 from simcore.pieces.intake import Intake, IntakeConfig
 from simcore.pieces.launch import muzzle_offset
 from simcore.pieces.shooter import ShooterConfig
-from simcore.robot.mechanisms import ElevatorConfig
+from simcore.robot.mechanisms import ArmConfig, ElevatorConfig
 from simcore.robot.robot_config import RobotConfig, build_mechanism
 from simcore.robot.shaft import ShaftSim
+from simcore.robot_file.known_shot import elevations
 from simcore.robot_file.mechanism_runs import VOLTS, CodeView, MechanismRun, holding_share, reading_unit, with_limits
 from simcore.typing import FloatArray
 from simcore.units import GRAVITY
@@ -30,6 +31,7 @@ __all__ = ["RobotFinding", "ShotReach", "findings", "intake_zone", "run_findings
 
 _FAR = 0.5  # [m]; beyond the bumpers. 2026 robots may extend by 0.305 m
 _HARD = 0.7  # [-]; share of what the motors can hold
+_LEAST_WAY = math.radians(10.0)  # of an arm or a turret
 _NO_PIECE = 0.0  # [m]; radius where the game is not known
 
 
@@ -68,8 +70,17 @@ def findings(config: RobotConfig, *, game: Game | None, codes: Mapping[str, Code
         yield from _of_intake(f"intake {number}", intake, config, game)
     for number, shooter in enumerate(config.shooters, 1):
         yield from _of_shooter(f"shooter {number}", shooter, config, game)
+    if game is not None and game.pieces and not config.intakes:
+        yield RobotFinding("no [[intake]] is described: pieces are pushed, not taken in", is_wrong=False)
     for name, mechanism in config.mechanisms.items():
         code = codes.get(name)
+        if isinstance(mechanism, ArmConfig) and (way := mechanism.max_angle - mechanism.min_angle) < _LEAST_WAY:
+            low, high = (math.degrees(math.degrees(angle)) for angle in (mechanism.min_angle, mechanism.max_angle))
+            yield RobotFinding(
+                f"{name} has only {math.degrees(way):.2g} deg of way; stops are in degrees: if they were meant in "
+                f"radians, min_deg = {low:.0f} and max_deg = {high:.0f}",
+                is_wrong=False,
+            )
         share = holding_share(with_limits(mechanism, code))
         if share > 1.0:
             yield RobotFinding(
@@ -104,9 +115,7 @@ def intake_zone(intake: IntakeConfig, config: RobotConfig) -> tuple[FloatArray, 
 def shot_reach(shooter: ShooterConfig, config: RobotConfig) -> ShotReach:
     """What a shooter can do at best."""
     speed = shooter.exit_speed(_free_speeds(shooter, config))
-    stops = (0.0, 0.0) if shooter.hood is None else build_mechanism(config.mechanisms[shooter.hood]).stops
-    low, high = sorted(shooter.elevation + shooter.elevation_per_hood * stop for stop in stops)
-    steps = np.linspace(low, high, 46) if math.isfinite(high - low) else np.array([shooter.elevation])
+    steps = np.linspace(*elevations(shooter, config), 46)
     rise = shooter.launch.height + float(np.max(np.clip(speed * np.sin(steps), 0.0, None) ** 2)) / (2.0 * GRAVITY)
     distance = speed * speed * float(np.max(np.abs(np.sin(2.0 * steps)))) / GRAVITY
     return ShotReach(speed, (float(steps[0]), float(steps[-1])), rise, distance)

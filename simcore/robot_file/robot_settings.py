@@ -1,16 +1,17 @@
-"""What `simcore.toml` says, in SI units and checked by the reader, and the robot and the match that follow from it."""
+"""The contents of `simcore.toml` in SI units, and the robot and the match that follow from it."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING
+from typing import Any, TypeAlias
 
 from simcore.errors import ConfigError, UnknownNameError
 from simcore.geometry.linkage import Joint
 from simcore.geometry.rotation import Vector
 from simcore.match.game import Game, RobotEntry
 from simcore.match.match import Match
+from simcore.match.registry import NO_GAME, practice_field
 from simcore.match.scatter import Scatter
 from simcore.match.starts import StartError, require_free_place
 from simcore.pieces.intake import IntakeConfig
@@ -19,25 +20,31 @@ from simcore.pieces.shooter import ShooterConfig
 from simcore.pieces.storage import StorageConfig
 from simcore.robot.chassis_config import ChassisConfig
 from simcore.robot.climber import ClimberConfig
+from simcore.robot.fixed_wheel_config import FixedWheelConfig, MecanumConfig, TankConfig
+from simcore.robot.gearbox import friction_from_volts
+from simcore.robot.gyro import gyro_config
 from simcore.robot.mass_distribution import MovingMass
-from simcore.robot.mechanism_friction import friction_from_volts
 from simcore.robot.positioned_mechanisms import PistonConfig, ServoConfig
 from simcore.robot.robot_config import ComponentConfig, MechanismConfig, RobotConfig
 from simcore.robot.swerve_config import SwerveConfig
-from simcore.robot.tank_config import TankConfig
-from simcore.robot_file.device_settings import BeamBreakSettings, RangeSettings, SensorSettings
-from simcore.robot_file.template import FILE_NAME
+from simcore.robot_file.drivetrain_table import DrivetrainSettings
+from simcore.robot_file.further_robots import FurtherRobot, add_controllers
+from simcore.robot_file.sensor_tables import BeamBreakSettings, RangeSettings, SensorSettings
+from simcore.season import NetworkTables
 from simcore.telemetry.snapshot import TelemetrySink
 from simcore.vision.camera import CameraConfig
 from simcore.vision.quest_headset import QuestConfig
 
-if TYPE_CHECKING:
-    import ntcore
+DrivetrainConfig: TypeAlias = SwerveConfig | TankConfig | MecanumConfig
 
-__all__ = ["CONTROLLERS", "MechanismSettings", "RobotSettings", "practice_match"]
+__all__ = ["CONTROLLERS", "FILE_NAME", "PORT_CONTROLLERS", "MechanismSettings", "RobotSettings", "practice_match"]
 
-CONTROLLERS = ("TalonFX", "TalonFXS", "SPARK MAX", "SPARK Flex", "PWM", "Relay")
+FILE_NAME = "simcore.toml"
+
+CONTROLLERS = ("TalonFX", "TalonFXS", "SPARK MAX", "SPARK Flex", "Talon SRX", "Victor SPX", "PWM", "Relay")
 """What can drive a mechanism of the file; `PWM` is any controller on a PWM port, `Relay` a Spike."""
+PORT_CONTROLLERS = ("PWM", "Relay", "Servo", "Solenoid")
+"""Controllers of mechanisms that are on ports and not on CAN."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -105,13 +112,20 @@ class RobotSettings:
     """All of the file; the defaults are what a robot without a file gets."""
 
     game: str | None = None
-    """Name of the game to play; None: whichever is chosen elsewhere."""
+    """Name of the game to play, or `none` for an empty field; None: whichever is chosen elsewhere."""
+    field_size: tuple[float, float] | None = None
+    """Length and width of the empty field [m]; None: that of `Game.bare`."""
     engine: str | None = None
     """Name of the physics engine; None: see `engine_choice`."""
     tags: str | None = None
     """Name of the AprilTag layout; None: the game's."""
     scatter: Scatter | None = None
     """By how much things differ from run to run; None: not at all."""
+    drivetrain: DrivetrainSettings = field(default_factory=DrivetrainSettings)
+    given: frozenset[str] = field(default=frozenset(), compare=False)
+    """Which of `mass` and `tread` the file says; what it does not say, the program's settings may."""
+    gyro_errors: str = "pigeon2"
+    """Of the gyro that the program has; one of `simcore.robot.gyro.GYROS`. Not of the file."""
     mass: float = 55.0
     """With bumpers and battery [kg]."""
     bumper: tuple[float, float] | None = None
@@ -122,6 +136,14 @@ class RobotSettings:
     """[m]"""
     wheel_cof: float = 1.2
     """Coefficient of friction of the wheels on carpet [-]."""
+    wheel_grain: float | None = None
+    """Friction across the wheels over that along [-]; None: as `WheelConfig` has it, like the next three."""
+    drive_friction_volts: float | None = None
+    """kS of the drive motors [V]."""
+    steer_friction_volts: float | None = None
+    """kS of the steer motors [V]."""
+    bumper_friction: float | None = None
+    """As in `ChassisConfig` [-]."""
     drive_motor: str | None = None
     """None: what the drivetrain's constants say."""
     steer_motor: str | None = None
@@ -146,6 +168,8 @@ class RobotSettings:
     sensors: tuple[SensorSettings, ...] = ()
     headset: QuestConfig | None = None
     """Of QuestNav."""
+    further_robots: tuple[FurtherRobot, ...] = ()
+    """Partners and opponents."""
 
     def with_bumper_around(self, wheels: Sequence[tuple[float, float]]) -> RobotSettings:
         """The same with bumpers, if it had none, 15 cm beyond the wheels' centers [m]."""
@@ -186,7 +210,7 @@ class RobotSettings:
                 raise UnknownNameError("kind of piece", kind, kinds)
 
     def robot_config(
-        self, drivetrain: SwerveConfig | TankConfig, *, storage: StorageConfig | None = None
+        self, drivetrain: SwerveConfig | TankConfig | MecanumConfig, *, storage: StorageConfig | None = None
     ) -> RobotConfig:
         """The robot.
 
@@ -200,11 +224,15 @@ class RobotSettings:
         if self.capacity is not None:
             room = replace(room, capacity=self.capacity)
         first, *more = self.storages or (room,)
-        body = None if self.bay is None else replace(ChassisConfig.around(drivetrain, bumper=bumper), bay=self.bay)
+        drivetrain = self._tuned(drivetrain)
+        own: dict[str, Any] = {} if self.bay is None else {"bay": self.bay}
+        own |= {} if self.bumper_friction is None else {"bumper_friction": self.bumper_friction}
+        body = replace(ChassisConfig.around(drivetrain, bumper=bumper), **own) if own else None
         return RobotConfig(
             drivetrain=drivetrain,
             bumper=bumper,
             chassis=body,
+            gyro=gyro_config(self.gyro_errors),
             mechanisms={m.name: m.config for m in self.mechanisms},
             intakes=self.intakes,
             storage=first,
@@ -217,20 +245,30 @@ class RobotSettings:
             cameras=self.cameras,
         )
 
+    def _tuned(self, drivetrain: DrivetrainConfig) -> DrivetrainConfig:
+        """The drivetrain with the friction that the file states, whatever its maker's constants say."""
+        names = ("wheel_grain", "drive_friction_volts", "steer_friction_volts")
+        own: dict[str, Any] = {name: value for name in names if (value := getattr(self, name)) is not None}
+        if isinstance(drivetrain, FixedWheelConfig):
+            own.pop("steer_friction_volts", None)
+            volts = own.pop("drive_friction_volts", drivetrain.friction_volts)
+            return replace(drivetrain, friction_volts=volts, **own)
+        return replace(drivetrain, modules=tuple(replace(m, **own) for m in drivetrain.modules)) if own else drivetrain
+
 
 def practice_match(
     game: Game,
     settings: RobotSettings,
-    drivetrain: SwerveConfig | TankConfig,
+    drivetrain: SwerveConfig | TankConfig | MecanumConfig,
     *,
     engine: str | None = None,
     seed: int = 0,
     scatter: Scatter | None = None,
     vary: Callable[[RobotConfig], RobotConfig] | None = None,
     sinks: Sequence[TelemetrySink] = (),
-    network: ntcore.NetworkTableInstance | None = None,
+    network: NetworkTables | None = None,
 ) -> Match:
-    """A match with one robot, in which every piece counts.
+    """A match with the robot and those of `[[partner]]` and `[[opponent]]`, in which every piece counts.
 
     Args:
         game: What is played.
@@ -247,6 +285,8 @@ def practice_match(
         ConfigError: The robot cannot be, or does not fit the game.
         UnknownNameError: It takes in or shoots a kind of piece that the game does not have.
     """
+    if game.name == NO_GAME and settings.field_size is not None:
+        game = practice_field(settings.field_size)
     settings.require_pieces([supply.kind.name for supply in game.pieces])
     config = settings.robot_config(drivetrain, storage=game.robot().storage)
     config = config if vary is None else vary(config)
@@ -257,7 +297,7 @@ def practice_match(
     try:
         match = Match(
             game,
-            robots=(entry,),
+            robots=(entry, *(one.entry(game) for one in settings.further_robots)),
             seed=seed,
             scatter=settings.scatter if scatter is None else scatter,
             practice=True,
@@ -267,8 +307,11 @@ def practice_match(
             tags=settings.tags,
         )
     except StartError as error:
-        raise _start_refused("[start]", error) from error
+        others = [f"[[{one.role}]] {one.name!r}" for one in settings.further_robots]
+        whose = ["[start]", *others][error.number]
+        raise _start_refused(whose, error) from error
     try:
+        add_controllers(match, settings.further_robots)
         for name, pose in settings.auto_starts.items():
             _require_auto_start(match, name, pose)
     except BaseException:
@@ -280,7 +323,7 @@ def practice_match(
 def _require_auto_start(match: Match, name: str, pose: tuple[float, float, float]) -> None:
     robot, size = match.robots[0], match.game.field.size
     try:
-        require_free_place(match.world, robot, pose, size)
+        require_free_place(match.world, robot, pose, size, others=match.robots)
     except StartError as error:
         raise _start_refused(f"[autos.{name!r}]", error) from error
 

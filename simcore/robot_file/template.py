@@ -2,20 +2,27 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
-from simcore.robot_file.camera_template import FoundCamera, cameras_text
-from simcore.robot_file.port_templates import FoundPort, ports_text
+from simcore.robot_file.camera_table import CAMERAS
+from simcore.robot_file.drivetrain_table import DRIVETRAIN
+from simcore.robot_file.further_robots import FURTHER_ROBOT
+from simcore.robot_file.key_tables import KeyTable, comment_line, toml
+from simcore.robot_file.manipulator_tables import CLAW, CLIMBER, COMPONENT, INTAKE, SHOOTER, STORAGE
+from simcore.robot_file.mechanism_names import mechanism_kind, proposed_tables
+from simcore.robot_file.mechanism_tables import KINDS, MECHANISM, MOTORS, PLACE
+from simcore.robot_file.reader import AUTOS, ROBOT, SCATTER, START, TOP
+from simcore.robot_file.robot_settings import FILE_NAME
+from simcore.robot_file.sensor_tables import SENSOR, SENSORS
 
-__all__ = ["FILE_NAME", "FoundMotor", "template"]
-
-FILE_NAME = "simcore.toml"
+__all__ = ["FILE_NAME", "FoundCamera", "FoundMotor", "FoundPort", "reference", "template"]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FoundMotor:
-    """A motor of the robot program that nobody has described yet."""
+    """A motor of the robot program that no table describes yet."""
 
     controller: str
     leader: int
@@ -24,152 +31,42 @@ class FoundMotor:
     gearing: float = 1.0
     has_gravity: bool = False
     """Whether it holds a weight (a kG is configured)."""
+    name: str = ""
+    """As the attribute that holds it suggests; empty: it suggests none."""
     problem: str = ""
     """Why its configuration could not be read, so that its gearing is not known."""
 
 
-_HEAD = """\
-# What `robotpy sim --simcore` cannot read from your robot program. Lengths in meters, angles in degrees, masses in kg.
-# x is forward, y to the left, z up; a robot's origin is on the floor under its center.
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FoundPort:
+    """Something that the robot program has on ports, solenoid channels or CAN, beside its motors on CAN."""
 
-# game = "name"                 # where several are installed; left out: the newest
-# engine = "mujoco"             # physics engine: bullet or mujoco; left out: bullet where it is installed
+    model: str
+    """`PWM`, `DIO`, `Analog`, `Relay`, `REVPH 1 Solenoid`, `CANrange` or `CANdi`."""
+    channels: tuple[int, ...]
+    """Channels, or the CAN id."""
+    made_by: str
+    """Its WPILib class; empty if it is not known."""
 
-[robot]
-mass = 55.0                     # with bumpers and battery: weigh it
-# bumper_length = 0.80          # outside of the bumpers, along x; left out: 15 cm beyond the wheels' centers
-# bumper_width = 0.80
-# bay_depth = 0.50              # opening in the back of bumpers and frame, into which a climber takes what it hangs on
-# bay_width = 0.30
-center_of_mass_height = 0.20
-# tread = 1.2                   # friction of the wheels on carpet
-# drive_motor = "Kraken X60"    # left out: Kraken X60 with FOC
-# steer_motor = "Kraken X44"
-# capacity = 1                  # game pieces that a storage holds; left out: as many as the game's own robot
+    @property
+    def title(self) -> str:
+        """As comments name it."""
+        text = f"{self.model} {' '.join(map(str, self.channels))}"
+        return f"{text}: {self.made_by}" if self.made_by else text
 
-[start]                         # as a blue robot; red starts at the corresponding place
-x = 2.0
-y = 1.2
-heading_deg = 0.0
-preload = 0
 
-# [autos."Left two piece"]      # where an auto of this name starts; others at [start]
-# start = [2.0, 1.2, 0.0]       # x, y, heading_deg
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FoundCamera:
+    """A camera, or a headset, that a robot program builds or asks for."""
 
-"""
-
-_NOTHING_FOUND = """\
-# Mechanisms: one [[mechanism]] each. A motor that is not named here gets a guess, made of its configuration.
-#
-# [[mechanism]]
-# name = "shooter"
-# kind = "flywheel"             # flywheel, roller, arm, turret, elevator or rack
-# leader = 20                   # CAN id
-# followers = [21, 22]
-# opposed = [22]                # followers that are mounted face to face with the leader
-# controller = "TalonFX"        # or TalonFXS, SPARK MAX, SPARK Flex; PWM and Relay: leader and followers are channels
-# motor = "Kraken X60"          # left out: this one, or NEO and NEO Vortex for SPARKs
-# gearing = 0.75                # rotor turns per turn of the mechanism
-# inertia = 0.004               # of all that turns, at the mechanism [kg m^2]
-"""
-
-_FOUND = """\
-# Mechanisms: your program has these motors besides its drivetrain. Take the # off and say what they turn; until then
-# each gets a guess, made of its configuration.
-"""
-
-_KINDS = """\
-#
-# What each kind needs besides name, kind, leader and gearing:
-#   flywheel  inertia [kg m^2]
-#   roller    (inertia, radius)
-#   arm       inertia, min_deg, max_deg, mass, center_of_mass (from the joint), start_deg; 0 is level, 90 upright
-#   turret    inertia, min_deg, max_deg, start_deg; about the vertical, counter-clockwise
-#   elevator  mass, drum_radius, max_height (min_height, start_height)
-#   rack      mass, pinion_radius, travel (start_extension)
-#   servo     pwm, min_deg, max_deg (at PWM 0 and 1), deg_per_second; neither leader nor gearing
-#   piston    solenoid (a channel, or [forward, reverse]), stroke, stroke_time; module "REVPH" or "CTREPCM", module_id
-# and, if there is one: cancoder = <id> and cancoder_gearing = <its turns per turn of the mechanism>; the encoder wired
-# to a SPARK has encoder_gearing. friction_volts = <kS> or friction_torque [N m] if it coasts for too long or too short;
-# left out: the kS that your program has set, else 0.2 V (a flywheel: its motors' no-load current).
-# reversed = true if your code counts down while the mechanism goes up.
-# Where something moves that carries an intake, a claw, a hook or another mechanism: x, y, z of its joint, and
-#   on = "lift"   what carries it (an arm, turret, elevator or rack); left out: the robot
-#   moving_mass   how much of the robot's mass goes with it; left out: its mass (a turret: 0) without what is on it
-#   mass_center = [0.2, 0.0, 0.0]   where that is from the joint, with all joints at 0; left out: as center_of_mass says
-#   yaw_deg       of an arm or a rack: 0 reaches to the front, 180 to the back
-#   rise_deg      of a rack: up from the floor;   lean_deg of an elevator: 0 is upright, 15 leans to the front
-
-# [[storage]]                   # only if the robot has several, e.g. one for each shooter
-# name = "front"
-# capacity = 20
-# order = "fifo"                # or lifo, a stack
-
-# [[intake]]                    # pieces in this box are taken in while the roller turns forward; one table an intake
-# x_min = -0.60
-# x_max = -0.35
-# y_min = -0.30
-# y_max = 0.30
-# roller = "intake"             # a mechanism
-# takes_in = "forward"          # or backward: how the roller turns then
-# deploy = "pivot"              # a mechanism that must be out; leave it out if there is none
-# out_at = "lower"              # at which of its stops it is out: upper or lower
-# on = "pivot"                  # what carries the box; it is then measured from that joint, with all joints at 0
-# storage = "front"             # where pieces go, if there are several
-# kinds = ["Name"]              # kinds of pieces that it takes; left out: all
-
-# [[shooter]]                   # one table a shooter
-# wheels = "shooter"            # a mechanism of kind flywheel, or two with speeds of their own: ["lower", "upper"]
-# side_by_side = false          # whether two wheels are the left and the right one
-# feeder = "feeder"             # what must turn forward, one name or a list; leave it out if spinning wheels are enough
-# feeder_backward = "feeder"    # those of them that feed while they turn backward
-# storage = "front"             # where pieces come from, if there are several
-# hood = "hood"                 # a mechanism that tilts the shot; leave it out for a fixed one
-# elevation_deg = 65.0          # of the shot, with the hood at angle 0
-# elevation_per_hood = -1       # -1 if the shot gets flatter as the hood goes up
-# turret = "turret"             # a mechanism that turns the shot; leave it out if there is none
-# turret_ratio = 1.0            # turns of the shot per turn of that mechanism
-# turret_x = 0.0                # where the turret's axis is
-# turret_y = 0.0
-# height = 0.5                  # of the muzzle
-# forward = 0.15                # of the muzzle ahead of the robot's center, or of the turret's axis
-# yaw_deg = 0.0                 # direction of the shot, with the turret at 0; 180 is to the back
-# barrels = [0.0]               # places across, to the left
-# shots_per_second = 8.0
-# wheel_radius = 0.05           # or, of two wheels, [lower, upper]
-# exit_efficiency = 0.49        # speed of the piece over the rim's: one half against a fixed hood, one between wheels
-# kinds = ["Name"]              # kinds of pieces that it throws; left out: all
-
-# [[claw]]                      # holds one piece at the end of what carries it
-# on = "arm"                    # a mechanism; an arm on an elevator says on = "lift" itself
-# x = 0.35                      # middle of the held piece from that joint, with all joints at 0
-# y = 0.0
-# z = 0.0
-# size = [0.3, 0.3, 0.3]        # of the box around it in which pieces are taken
-# roller = "claw"               # a mechanism: forward takes, backward lets go
-# give = 0.01                   # how deep the field can be in the held piece before it is knocked out
-# passes_through = false        # whether forward lets go, too, once the roller has stopped in between
-# pitch_deg = 0.0               # of the held piece; also roll_deg, yaw_deg
-# from_storage = true           # the storage hands pieces on to it; left out: it does not
-# handover = [0.1, 0.0, 0.5]    # where: its box must be there; left out: wherever it is
-# kinds = ["Name"]
-
-# [[climber]]                   # a hook that comes down on a rung of the field, and pulls the robot up
-# on = "climb"                  # a mechanism
-# x = 0.0                       # inside of the hook from that joint, with all joints at 0
-# y = 0.0
-# z = 0.0
-# reach = 0.04                  # half of the hook's mouth
-
-# [[component]]                 # a moving part with a model of its own in AdvantageScope, in the order of the models
-# name = "forearm"
-# on = "arm"                    # a mechanism
-# roller = "claw"               # a roller that turns it about y at that place; then it needs no "on"
-# share = 1.0                   # of the motion: 0.33 for the first stage of an elevator with three
-# x = 0.0                       # origin of the model from that joint, with all joints at 0
-# y = 0.0
-# z = 0.0
-"""
+    maker: str
+    """As in the file: `limelight`, `photonvision` or `questnav`."""
+    name: str = ""
+    """Of its table, or as its `PhotonCamera` has it."""
+    place: tuple[float, ...] = ()
+    """x, y, z [m], roll, pitch, yaw [deg], where the program says where it sits; else empty."""
+    source: str = ""
+    """Who says so."""
 
 
 def template(
@@ -180,26 +77,213 @@ def template(
     """The text.
 
     Args:
-        motors: Of the robot program; None if nobody could look.
+        motors: Of the robot program; None if it was not looked at.
         ports: What else it has.
         cameras: That it builds or asks for.
     """
-    found = _FOUND + "".join(_mechanism(m) for m in motors) if motors else _NOTHING_FOUND
-    return _HEAD + found + _KINDS + "\n" + cameras_text(cameras) + ports_text(ports)
+    parts = [
+        _prose("What `robotpy sim --simcore` cannot read from your program. Lengths in meters, angles in degrees,",
+               "masses in kg. x is forward, y to the left, z up; a robot's origin is on the floor under its center.",
+               "A table [[name]] may come several times; docs/simcore_toml.md has all keys with their ranges."),
+        "".join(key.line() for key in TOP.keys if key.name != "field_size"),
+        _live(ROBOT, "mass", "center_of_mass_height"),
+        _live(START, *(key.name for key in START.keys)),
+        AUTOS.example(),
+        SCATTER.example(only=("scale",)),
+        *(_mechanisms(motors), _kinds()),
+        *(table.example() for table in (STORAGE, INTAKE, SHOOTER, CLAW, CLIMBER, COMPONENT)),
+        FURTHER_ROBOT.example(without=("auto",)),
+        *_cameras(cameras),
+        *_sensors(ports),
+    ]  # fmt: skip
+    return "\n".join(part for part in parts if part)
 
 
-def _mechanism(m: FoundMotor) -> str:
-    lines = ["", "[[mechanism]]", f'name = "motor{m.leader}"']
-    lines.append('kind = "arm"                    # it holds a weight: an arm or an elevator' if m.has_gravity else
-                 'kind = "roller"                 # flywheel, roller, arm, elevator or rack')  # fmt: skip
-    lines.append(f"leader = {m.leader}")
-    if m.followers:
-        lines.append(f"followers = {list(m.followers)}")
-    if m.opposed:
-        lines.append(f"opposed = {list(m.opposed)}")
-    if m.controller != "TalonFX":
-        lines.append(f'controller = "{m.controller}"')
-    lines.append(
-        "gearing = 1                     # not known: " + m.problem if m.problem else f"gearing = {m.gearing:.6g}"
+def reference() -> str:
+    """The documentation of all tables, in Markdown."""
+    tables = (
+        *(
+            TOP,
+            ROBOT,
+            DRIVETRAIN,
+            START,
+            AUTOS,
+            KeyTable(SCATTER.head, SCATTER.about, SCATTER.keys[:1]),
+            MECHANISM,
+            MOTORS,
+        ),
+        *(KeyTable(f'[[mechanism]], kind = "{k}"', t.about, t.keys) for k, t in KINDS.items()),
+        KeyTable(f"[[mechanism]], {PLACE.head}", PLACE.about, PLACE.keys),
+        *(STORAGE, INTAKE, SHOOTER, CLAW, CLIMBER, COMPONENT, FURTHER_ROBOT),
+        *(KeyTable(f'[[camera]], maker = "{k}"', t.about, t.keys) for k, t in CAMERAS.items()),
+        SENSOR,
+        *(KeyTable(f'[[sensor]], kind = "{k}"', t.about, t.keys) for k, t in SENSORS.items()),
     )
+    return "\n".join(line for table in tables for line in table.reference())
+
+
+def _prose(*lines: str) -> str:
+    """Lines in comments."""
     return "".join(f"# {line}".rstrip() + "\n" for line in lines)
+
+
+def _live(table: KeyTable, *names: str) -> str:
+    """A table of which some keys are set."""
+    head = KeyTable(table.head, table.about, ()).example().removeprefix("# ")
+    return head + "".join(key.line(prefix="" if key.name in names else "# ") for key in table.keys)
+
+
+# --- mechanisms -------------------------------------------------------------------------------------------------------
+
+
+def _mechanisms(motors: Sequence[FoundMotor] | None) -> str:
+    if motors:
+        text = _prose("Mechanisms: your program has these motors besides its drivetrain. Take the # off and say what",
+                      "they turn; until then each gets a guess, made of its configuration.")  # fmt: skip
+        names = [m.name or f"motor{m.leader}" for m in motors]
+        names = [
+            name if names.count(name) == 1 else f"{name}_{m.leader}" for m, name in zip(motors, names, strict=True)
+        ]
+        text += "".join(_motor(m, name) for m, name in zip(motors, names, strict=True))
+        kinds = [mechanism_kind(m.name, has_gravity=m.has_gravity) for m in motors]
+        tables = proposed_tables(list(zip(names, kinds, strict=True)))
+        about = ("Proposed by these names. Which way it faces, its box, heights and angles are guesses: measure them,",
+                 "and look at the picture of `simcore check`.", "")  # fmt: skip
+        return text + (f"#\n{_prose(*about)}{tables}" if tables else "")
+    keys = ("name", "kind", "leader", "followers", "opposed", "controller", "motor", "gearing", "inertia")
+    return MECHANISM.example(MOTORS, KINDS["flywheel"], only=keys)
+
+
+def _motor(m: FoundMotor, name: str) -> str:
+    values = {
+        "name": name,
+        "kind": mechanism_kind(m.name, has_gravity=m.has_gravity),
+        "leader": m.leader,
+        "followers": m.followers,
+        "opposed": m.opposed,
+        "controller": "" if m.controller == "TalonFX" else m.controller,
+        "gearing": float(f"{m.gearing:.6g}"),
+    }
+    return "#\n" + _prose(*_found("[[mechanism]]", values, {
+        "kind": "it holds a weight: an arm or an elevator" if m.has_gravity else "a guess; or another of those below",
+        "gearing": f"not known: {m.problem}" if m.problem else "",
+    }))  # fmt: skip
+
+
+def _kinds() -> str:
+    text = _prose("What each kind has besides (in brackets: may be left out):")
+    for kind, table in KINDS.items():
+        text += f"# Kind {kind}: {table.about}\n{table.meanings()}"
+    more = [key for key in MOTORS.keys if key.name not in ("leader", "followers", "opposed", "motor", "gearing")]
+    text += "# and all that motors turn:\n" + KeyTable("", "", tuple(more)).meanings()
+    return text + f"# {PLACE.head}: {PLACE.about}\n{PLACE.meanings()}"
+
+
+# --- cameras and ports ------------------------------------------------------------------------------------------------
+
+
+def _cameras(cameras: Sequence[FoundCamera]) -> list[str]:
+    texts = [
+        KeyTable("[[camera]]", table.about, table.keys).example(without=("horizontal_fov_deg",), maker=maker)
+        for maker, table in CAMERAS.items()
+    ]
+    if cameras:
+        texts.append(_prose("Your program has these cameras. Take the # off those that it does not place itself, and",
+                            "fill in where they sit."))  # fmt: skip
+    for camera in cameras:
+        x, y, z, roll, pitch, yaw = camera.place or (0.3, 0.0, 0.4, 0.0, -20.0, 0.0)
+        values = {
+            "maker": camera.maker,
+            "name": camera.name,
+            "type": "LL4" if camera.maker == "limelight" else "",
+            **dict(zip(("x", "y", "z"), (float(f"{one:.3g}") for one in (x, y, z)), strict=True)),
+            **({"roll_deg": roll} if roll else {}),
+            **{"pitch_deg": pitch, "yaw_deg": yaw},
+        }
+        placed = f"placed already: {camera.source} says so, so it needs no table" if camera.source else ""
+        texts.append(_prose(*_found("[[camera]]", values, {
+            "maker": placed,
+            "type": "not known: LL3, LL3A, LL3G or LL4",
+            "x": "" if camera.place else "not known, nor the next lines",
+        })))  # fmt: skip
+    return texts
+
+
+_NO_MOTORS = ("PWM", "Servo", "AddressableLED")
+"""Classes on PWM ports; any other is a motor controller."""
+_SENSOR_KINDS = {
+    **{"Encoder": "encoder", "DutyCycleEncoder": "duty cycle encoder", "DutyCycle": "duty cycle encoder"},
+    **{"AnalogEncoder": "analog encoder", "AnalogPotentiometer": "potentiometer", "DigitalInput": "beam break"},
+    **{"CANrange": "canrange", "CANdi": "beam break"},
+}
+
+
+def _sensors(ports: Sequence[FoundPort]) -> list[str]:
+    """An example of each kind, and a table for each thing that was found."""
+    examples: dict[str, dict[str, Any]] = {  # of names and ports that differ
+        "duty cycle encoder": {"name": "turret encoder", "mechanism": "turret"},
+        "analog encoder": {"name": "arm encoder", "mechanism": "arm"},
+        "potentiometer": {"name": "pivot pot", "mechanism": "pivot"},
+        "limit switch": {"name": "hood down"},
+        "beam break": {"name": "feeder beam", "dio": 3},
+        "canrange": {"name": "hopper range"},
+    }
+    without = ("at_deg", "at_height", "at_extension", "within", "candi", "pin")
+    texts = []
+    for kind, table in SENSORS.items():
+        hidden = (*without, "passing_time", *(("mechanism",) if kind == "canrange" else ()))
+        whole = KeyTable(SENSOR.head, table.about, (*SENSOR.keys, *table.keys))
+        texts.append(whole.example(without=hidden, **{"kind": kind, **examples.get(kind, {})}))
+    inside = {(p.model, channel) for p in ports if p.made_by != "DigitalInput" for channel in p.channels}
+    ports = [p for p in ports if p.made_by != "DigitalInput" or (p.model, p.channels[0]) not in inside]
+    tables = [(port, _port(port)) for port in ports]
+    if any(lines for _, lines in tables):
+        texts.append(_prose("Your program has these besides. Take the # off what simcore shall simulate, and fill in",
+                            "what only you know."))  # fmt: skip
+    texts += [_prose(*lines) for _, lines in tables if lines]
+    others = [port.title for port, lines in tables if not lines]
+    return [*texts, _prose("And these, which no table describes:", *others)] if others else texts
+
+
+def _port(port: FoundPort) -> list[str]:
+    """The lines for one of them; none for what simcore cannot simulate, or shows by itself."""
+    first, what = port.channels[0], port.made_by or port.model
+    name = f"{port.model} {first}".lower()
+    head = f"[[mechanism]]  # {port.title}"
+    values: dict[str, Any]
+    if port.model.endswith("Solenoid"):
+        module, number, _ = port.model.split()
+        values = {"solenoid": first if len(port.channels) == 1 else port.channels, "module": module}
+        return _found(head, {"name": name, "kind": "piston", **values, "module_id": int(number), "stroke": 0.2,
+                             "stroke_time": 0.4}, {})  # fmt: skip
+    if (port.model == "PWM" and what not in _NO_MOTORS) or port.model == "Relay":
+        values = {"controller": port.model, "leader": first, "gearing": 1.0}
+        return _found(head, {"name": name, "kind": "roller", **values}, {})
+    if what == "Servo":
+        values = {"pwm": first, "min_deg": 0.0, "max_deg": 180.0, "deg_per_second": 400.0}
+        return _found(head, {"name": name, "kind": "servo", **values}, {})
+    if what not in _SENSOR_KINDS:
+        return []
+    kind = _SENSOR_KINDS[what]
+    kind = "analog encoder" if kind == "duty cycle encoder" and port.model == "Analog" else kind
+    of_kinds: dict[str, dict[str, Any]] = {
+        "encoder": {"mechanism": "name", "dio": port.channels, "pulses_per_turn": 2048},
+        "duty cycle encoder": {"mechanism": "name", "dio": first, "zero": 0.0},
+        "analog encoder": {"mechanism": "name", "analog": first, "zero": 0.0},
+        "potentiometer": {"mechanism": "name", "analog": first, "lower_volts": 0.0, "upper_volts": 5.0},
+        "beam break": {"candi": first, "pin": 1, "at_least": 1} if what == "CANdi" else {"dio": first, "at_least": 1},
+        "canrange": {"id": first, "at_least": 1, "distance": 0.05, "empty": 0.5},
+    }
+    more = "; pin 2 needs a table of its own" if what == "CANdi" else ""
+    about = {"kind": f'or "limit switch" with mechanism and at{more}'} if kind == "beam break" else {}
+    return _found(f"[[sensor]]  # {port.title}", {"name": name, "kind": kind, **of_kinds[kind]}, about)
+
+
+def _found(head: str, values: Mapping[str, Any], about: Mapping[str, str]) -> list[str]:
+    """Lines of a table of what was found; values that are empty are left out."""
+    lines = [
+        comment_line(f"{key} = {toml(value)}", about.get(key, "")).rstrip()
+        for key, value in values.items()
+        if value not in ("", (), [])
+    ]
+    return [head, *lines]

@@ -3,33 +3,38 @@
 from __future__ import annotations
 
 import logging
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, ClassVar
 
-import ntcore
-from wpilib.simulation import SimDeviceSim
-
-import simcore.phoenix6.swerve as swerve  # from here on drivetrains are noted; the robot object is built later
-from simcore.errors import ConfigError
+from simcore import season
+from simcore.devices.drivetrain_discovery import find_drivetrain
+from simcore.devices.makers import maker_of
+from simcore.devices.object_graph import ObjectGraph
+from simcore.devices.ownership import Ownership
+from simcore.devices.unserved import unknown_sim_devices, unserved_devices
 from simcore.match.game import Game
 from simcore.match.registry import find_game, installed_games
-from simcore.phoenix6.ownership import Ownership
-from simcore.robot.dc_motor import motor
-from simcore.robot.swerve_config import SwerveConfig
-from simcore.robot.swerve_drive import SwerveDrive
 from simcore.robot_file.reader import read_settings
-from simcore.robot_file.robot_settings import RobotSettings, practice_match
+from simcore.robot_file.robot_settings import PORT_CONTROLLERS, practice_match
 from simcore.robot_file.template import FILE_NAME
-from simcore.robotpy.described_mechanisms import connect_mechanism, with_configured_friction
-from simcore.robotpy.device_assignment import DeviceAssignment, short_names
-from simcore.robotpy.port_assignment import PORT_CONTROLLERS, PortAssignment
+from simcore.robotpy.device_assignment import (
+    DeviceAssignment,
+    connect_mechanism,
+    short_names,
+    with_configured_friction,
+)
+from simcore.robotpy.port_assignment import PortAssignment
 from simcore.robotpy.robot_cameras import RobotCameras
 from simcore.robotpy.robot_physics import RobotPhysics
 from simcore.robotpy.run_variation import run_variation
-from simcore.robotpy.startup_summary import StartupSummary, unknown_sim_devices
+from simcore.robotpy.startup_summary import StartupSummary
 from simcore.telemetry.networktables_sink import NetworkTablesSink
 
-__all__ = ["AttachedPhysics", "choose_game", "described_drivetrain"]
+SimDeviceSim = season.wpilib_simulation.SimDeviceSim
+ntcore = season.ntcore
+
+__all__ = ["AttachedPhysics", "choose_game"]
 
 _log = logging.getLogger(__name__)
 
@@ -62,11 +67,16 @@ class AttachedPhysics(RobotPhysics):
     def __init__(self, physics_controller: Any, robot: Any) -> None:
         path = self.folder / FILE_NAME
         settings = with_configured_friction(read_settings(path))
-        drivetrain, config = described_drivetrain(settings)
+        drivetrain = find_drivetrain(robot, self.folder, settings)
+        self.found = drivetrain.found
+        """What was found of the drivetrain."""
+        config = drivetrain.config
         settings = settings.with_bumper_around(config.wheel_positions)
+        if drivetrain.found.gyro is not None:
+            settings = replace(settings, gyro_errors=maker_of(drivetrain.found.gyro).gyro_errors)
         assert settings.bumper is not None
         game = choose_game(self.game_name, settings.game)
-        network = ntcore.NetworkTableInstance.getDefault()
+        network = ntcore.NetworkTableInstance.get_default()
         sinks = [NetworkTablesSink(network)]
         variation = run_variation()
         match = practice_match(
@@ -79,11 +89,12 @@ class AttachedPhysics(RobotPhysics):
             network=network,
         )
         robot_sim = match.robots[0]
-        assert isinstance(robot_sim.drive, SwerveDrive)
-        devices = swerve.SwerveDrivetrainSim(drivetrain, robot_sim.drive)
+        devices = drivetrain.connect(robot_sim.drive)
         on_can = [m for m in settings.mechanisms if m.controller not in PORT_CONTROLLERS]
         motors = [connect_mechanism(m, robot_sim, self.ownership) for m in on_can]
         self.ports = PortAssignment(match, robot_sim, settings, self.ownership)
+        self.ports.of_drivetrain = drivetrain.found.hardware
+        self._unserved = unserved_devices(ObjectGraph(robot, self.folder))
         self._path = path
         self._loops = 0
         self._about = (
@@ -122,10 +133,11 @@ class AttachedPhysics(RobotPhysics):
         assignment = self.assignment
         nobody = [short_names(assignment.idle)] if assignment.idle else []
         nobody += self.ports.idle
-        nobody += unknown_sim_devices(SimDeviceSim.enumerateDevices(""))
+        nobody += [*self._unserved, *unknown_sim_devices(SimDeviceSim.enumerate_devices(""))]
         summary = StartupSummary(
             robot=self._about,
             drivetrain=assignment.drivetrain,
+            assumed=", ".join(f"{name} {m}" for name, m in self.found.measures.items() if m.is_guess),
             described=[f"{name}: {devices}" for devices, name in assignment.described],
             sensors=[f"{what}: {port}" for port, what in self.ports.sensors],
             lights=", ".join(self.ports.lights),
@@ -134,34 +146,13 @@ class AttachedPhysics(RobotPhysics):
             nobody=", ".join(nobody),
             cameras=", ".join(self.cameras.running),
             unseen=", ".join(self.cameras.blind),
+            pushed=""
+            if self.robot_sim.config.intakes
+            else " and ".join(k.name.lower() for k in self.match.pieces.types),
             has_file=self._path.exists(),
             is_on_network=self.is_on_network,
         )
         _log.info("%s", "\n".join(summary.lines()))
-
-
-def described_drivetrain(settings: RobotSettings) -> tuple[Any, SwerveConfig]:
-    """The drivetrain that the robot program has built, and its model by its constants and the file.
-
-    Raises:
-        ConfigError: There is not one drivetrain, or its constants make no sense.
-    """
-    drivetrain = swerve.only_drivetrain()
-    constants = swerve.module_constants(drivetrain)
-    if len(constants) < 3:
-        raise ConfigError(f"a swerve drivetrain stands on 3 modules or more (most have 4), got {len(constants)}")
-    settings = settings.with_bumper_around(tuple((c.location_x, c.location_y) for c in constants))
-    assert settings.bumper is not None
-    config = swerve.swerve_config(
-        drivetrain,
-        mass=settings.mass,
-        bumper=settings.bumper,
-        height=settings.center_of_mass_height,
-        wheel_cof=settings.wheel_cof,
-        drive_motor=None if settings.drive_motor is None else motor(settings.drive_motor),
-        steer_motor=None if settings.steer_motor is None else motor(settings.steer_motor),
-    )
-    return drivetrain, config
 
 
 def choose_game(flag: str | None, in_file: str | None) -> Game:

@@ -1,26 +1,31 @@
 """Where the robot truly stands as autonomous begins: where the test or the file says, else where the auto says.
 
-A drive team carries the robot to where its auto begins. The auto itself says where that is: with its first loop it
-sets the drivetrain's pose anew. That moves belief, never a robot; here the robot is put there too, while it stands.
+A drive team carries the robot to where its auto begins. Robot code itself says where that is: before the robot is
+enabled, or with the auto's first loop, it sets the drivetrain's pose anew. That moves belief, never a robot; here the
+robot is put there too, while it stands.
 """
 
 from __future__ import annotations
 
 import logging
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 
-from wpilib import DriverStation, Timer
-
+from simcore import season
 from simcore.match.match import Match
-from simcore.match.starts import StartError, require_free_place
+from simcore.match.starts import StartError, pose_text, require_free_place
 from simcore.robotpy.driver_controls import chosen_autos
+
+RobotState = season.wpilib.RobotState
+Timer = season.wpilib.Timer
 
 __all__ = ["AutoStart"]
 
 _log = logging.getLogger(__name__)
 
 Pose = tuple[float, float, float]
+Reset = tuple[tuple[float, float] | None, float | None]
+"""Position [m] and heading [rad] that robot code has set; None is what stays."""
 
 _WINDOW = 0.5  # [s] of autonomous in which a reset says where it begins; its commands are scheduled in its first loop
 _AT_REST = 0.05  # [m/s]
@@ -37,17 +42,22 @@ class AutoStart:
         match: With the robot on its field.
         number: Of the robot.
         starts: Of autos by name, as a blue robot [m, m, rad].
+        believed: Where robot code believes to be now, field frame [m, m, rad]; None: nobody knows.
     """
 
-    def __init__(self, match: Match, number: int, starts: Mapping[str, Pose]) -> None:
+    def __init__(
+        self, match: Match, number: int, starts: Mapping[str, Pose], *, believed: Callable[[], Pose | None]
+    ) -> None:
         self._match = match
         self._number = number
         self._robot = match.robots[number]
         self.starts = starts
         """Of autos by name; see the arguments."""
+        self._believed = believed
         self._given: Pose | None = None
         self._chosen: str | None = None
-        self._wanted: tuple[tuple[float, float] | None, float | None] | None = None
+        self._wanted: Reset | None = None  # by the auto, in its first loops
+        self._seeded: Reset | None = None  # while disabled
         self._since: float | None = None
         self._found: Pose = self._robot.chassis.pose
         self._is_open = False
@@ -76,57 +86,73 @@ class AutoStart:
         self._chosen = None
 
     def see_reset(self, position: tuple[float, float] | None, heading: float | None) -> None:
-        """Robot code has set its drivetrain's pose anew; see `simcore.phoenix6.pose_resets.PoseReset`."""
+        """Robot code has set its drivetrain's pose anew; see `simcore.devices.program_odometry.PoseReset`."""
         self._note_mode()
-        if not self._is_open or DriverStation.isFMSAttached():
-            return
-        before, _ = self._wanted or (None, None)
-        if before is None:  # the first one; the heading may have been set before the position
-            self._wanted = (position, heading if heading is not None else self._wanted and self._wanted[1])
+        if RobotState.is_disabled():
+            before, turned = self._seeded or (None, None)
+            self._seeded = (position or before, turned if heading is None else heading)
+        elif self._is_open and not RobotState.is_fms_attached():
+            before, turned = self._wanted or (None, None)
+            if before is None:  # the first one; the heading may have been set before the position
+                self._wanted = (position, turned if heading is None else heading)
 
     def before_tick(self) -> None:
         """Put the robot where a reset of the last robot loop, or the file's start of the chosen auto, says."""
         self._note_mode()
         self._follow_chooser()
-        wanted, self._wanted = self._wanted, None
-        if wanted is None or not self._is_open:
+        position, heading = self._wanted or (None, None)
+        self._wanted, is_of_auto = None, position is not None
+        if not is_of_auto:
+            position, seeded = self._kept_seed()
+            heading = seeded if heading is None else heading
+        if RobotState.is_enabled():
+            self._seeded = None
+        if (position is None and heading is None) or not self._is_open:
             return
-        position, heading = wanted
+        self._is_open = not is_of_auto
         x, y, yaw = self._robot.chassis.pose
         goal = (*(position or (x, y)), yaw if heading is None else math.remainder(heading, math.tau))
-        if position is not None:
-            self._is_open = False
-        near, turned = _SEEN if self._robot.config.cameras else _SAME
+        has_cameras = any(camera.robot == self._number for camera in self._match.cameras.cameras.values())
+        near, turned = _SEEN if has_cameras else _SAME
         if math.dist(goal[:2], (x, y)) < near and abs(math.remainder(goal[2] - yaw, math.tau)) < turned:
             return
         try:
             self._require_free(goal)
         except StartError as error:
-            _log.warning(
-                "the auto begins at %s, but there the robot %s: it stays where it is", _text(goal), error.problem
+            self._match.beliefs.reasons[self._number] = (
+                f"robot code has set {pose_text(goal)}; there it {error.problem}"
             )
             return
         self._match.carry_to(self._number, goal, by_people=True)
         self._found = self._robot.chassis.pose
-        _log.info("the auto begins at %s, as it has reset its odometry: the robot is carried there", _text(goal))
+        _log.info("the auto begins at %s, as robot code has set its pose: the robot is carried there", pose_text(goal))
 
     # --- inside ---------------------------------------------------------------------------------------------------
 
     def _note_mode(self) -> None:
         """Open the window with autonomous, and close it when it is over or the robot moves."""
-        is_auto = DriverStation.isAutonomousEnabled()
+        is_auto = RobotState.is_autonomous_enabled()
         if not is_auto:
             self._since = None
             self._is_open = False
-            self._was_enabled |= DriverStation.isEnabled()
+            self._was_enabled |= RobotState.is_enabled()
             return
-        now = float(Timer.getFPGATimestamp())
+        now = float(Timer.get_monotonic_timestamp())
         if self._since is None:
             self._since = now
             self._found = self._robot.chassis.pose
             self._is_open = self._given is None and not self._place_chosen() and self._is_at_rest()
         elif now - self._since > _WINDOW or not self._is_at_rest():
             self._is_open = False
+
+    def _kept_seed(self) -> Reset:
+        """What was set while disabled, as autonomous begins, unless cameras have led belief away from it since."""
+        position, heading = self._seeded or (None, None)
+        if position is None or not self._is_open or RobotState.is_fms_attached():
+            return None, None
+        believed = self._believed()
+        is_kept = believed is None or math.dist(believed[:2], position) < _SEEN[0]
+        return (position, heading) if is_kept else (None, None)
 
     def _is_at_rest(self) -> bool:
         chassis = self._robot.chassis
@@ -137,7 +163,7 @@ class AutoStart:
         self._ticks += 1
         if self._was_enabled or self._given is not None or not self.starts or self._ticks % _CHOOSER:
             return
-        if DriverStation.isDisabled():
+        if RobotState.is_disabled():
             self._place_chosen(again=False)
 
     def _place_chosen(self, *, again: bool = True) -> bool:
@@ -155,13 +181,9 @@ class AutoStart:
             if math.dist(pose[:2], self._robot.chassis.pose[:2]) > _SAME[0] or again:
                 self._match.carry_to(self._number, pose, by_people=True)
                 self._found = self._robot.chassis.pose
-                _log.info("auto %r starts at %s, as the file says", name, _text(pose))
+                _log.info("auto %r starts at %s, as the file says", name, pose_text(pose))
         return True
 
     def _require_free(self, pose: Pose) -> None:
         size = self._match.game.field.size
-        require_free_place(self._match.world, self._robot, pose, size)
-
-
-def _text(pose: Pose) -> str:
-    return f"({pose[0]:.2f}, {pose[1]:.2f}) m, {math.degrees(pose[2]):.0f} deg"
+        require_free_place(self._match.world, self._robot, pose, size, others=self._match.robots)

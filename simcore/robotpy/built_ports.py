@@ -11,10 +11,18 @@ import weakref
 from dataclasses import dataclass, field
 from typing import Any
 
-import wpilib
-from wpilib.simulation import AnalogInputSim, CTREPCMSim, DIOSim, PWMSim, RelaySim, REVPHSim
+from simcore import season
+from simcore.devices.recorder import after_call, record_class
 
-__all__ = ["BuiltPort", "built_ports", "pneumatics_module", "ports_text"]
+AnalogInputSim = season.wpilib_simulation.AnalogInputSim
+CTREPCMSim = season.wpilib_simulation.CTREPCMSim
+DIOSim = season.wpilib_simulation.DIOSim
+PWMSim = season.wpilib_simulation.PWMSim
+REVPHSim = season.wpilib_simulation.REVPHSim
+RelaySim = season.class_before_2027("wpilib.simulation", "RelaySim")
+wpilib = season.wpilib
+
+__all__ = ["BuiltPort", "built_ports", "encoder_range", "pneumatics_module", "ports_text"]
 
 _COUNTS = {"PWM": 20, "DIO": 31, "Analog": 8, "Relay": 4}  # of a roboRIO with its MXP port
 _CLASSES = (
@@ -24,8 +32,6 @@ _CLASSES = (
     *("AnalogInput", "AnalogEncoder", "AnalogPotentiometer", "AnalogGyro", "AnalogAccelerometer", "AnalogTrigger"),
     *("SharpIR", "Relay"),
 )
-_SOLENOIDS = ("Solenoid", "DoubleSolenoid")
-_MAKERS = {"makeSolenoid": "Solenoid", "makeDoubleSolenoid": "DoubleSolenoid"}
 
 
 @dataclass(frozen=True, slots=True)
@@ -99,6 +105,14 @@ def pneumatics_module(name: str) -> Any:
     return (REVPHSim if kind == "REVPH" else CTREPCMSim)(int(number))
 
 
+def encoder_range(model: str, channel: int) -> float:
+    """What a turn is in the unit of robot code: 1, unless its encoder on this port was built with something else."""
+    for port in built_ports():
+        if (model, channel) in port.keys and port.made_by in ("DutyCycleEncoder", "AnalogEncoder"):
+            return float(port.settings.get("fullRange", port.args[1] if len(port.args) > 1 else 1.0))
+    return 1.0
+
+
 def ports_text(model: str) -> str:
     """What there is of a model, for errors: `PWM 0 (Spark), PWM 3 (Servo)`, or `none`."""
     return ", ".join(str(port) for port in built_ports() if port.model == model) or "none"
@@ -110,11 +124,13 @@ def _initialized(model: str) -> set[int]:
 
 def _is_initialized(model: str, channel: int) -> bool:
     if model == "PWM":
-        return bool(PWMSim(channel).getInitialized())
+        return bool(PWMSim(channel).get_initialized())
     if model == "DIO":
-        return bool(DIOSim(channel).getInitialized())
+        return bool(DIOSim(channel).get_initialized())
     if model == "Analog":
-        return bool(AnalogInputSim(channel).getInitialized())
+        return bool(AnalogInputSim(channel).get_initialized())
+    if not hasattr(RelaySim, "getInitializedForward"):
+        return False  # a controller without relays
     relay = RelaySim(channel)
     return bool(relay.getInitializedForward() or relay.getInitializedReverse())
 
@@ -124,49 +140,32 @@ def _is_initialized(model: str, channel: int) -> bool:
 
 def _record_ports() -> None:
     """Record every object that is built from now on. Runs once, when this module is imported."""
-    for name in (*_CLASSES, *_SOLENOIDS):
+    for name in _CLASSES:
         cls = getattr(wpilib, name, None)
         if cls is not None and not getattr(cls.__init__, "_records_ports", False):
             cls.__init__ = _recording(cls.__init__, name)
+    for cls in (wpilib.Solenoid, wpilib.DoubleSolenoid):
+        record_class(cls, _note_solenoid)
     for maker in (wpilib.PneumaticHub, wpilib.PneumaticsControlModule):
-        for method, name in _MAKERS.items():
-            if not getattr(getattr(maker, method), "_records_ports", False):
-                setattr(maker, method, _recording_maker(getattr(maker, method), name, maker))
+        for method in ("make_solenoid", "make_double_solenoid"):
+            after_call(maker, season.own_name(maker, method), _note_made)
 
 
 def _recording(build: Any, name: str) -> Any:
     @functools.wraps(build)
     def init(self: Any, *args: Any, **settings: Any) -> None:
-        if name in _SOLENOIDS:
-            build(self, *args, **settings)
-            kind, number = _module_of(args, settings)
-            _note_solenoid(self, name, kind, number)
-            return
         before = {model: _initialized(model) for model in _COUNTS}
         build(self, *args, **settings)
-        sources = [value for value in (*args, *settings.values()) if hasattr(value, "getChannel")]
+        sources = [value for value in (*args, *settings.values()) if hasattr(value, "get_channel")]
         for model, known in before.items():
             new = sorted(_initialized(model) - known)
             if not new and sources and model == "DIO":
-                new = [int(source.getChannel()) for source in sources]  # made of DigitalInputs that were there
+                new = [int(source.get_channel()) for source in sources]  # made of DigitalInputs that were there
             if new:
                 _records.append(_Record(name, model, tuple(new), weakref.ref(self), args, settings))
 
     init._records_ports = True  # type: ignore[attr-defined]
     return init
-
-
-def _recording_maker(make: Any, name: str, maker: Any) -> Any:
-    kind = "REVPH" if maker is wpilib.PneumaticHub else "CTREPCM"
-
-    @functools.wraps(make)
-    def made(self: Any, *args: Any, **settings: Any) -> Any:
-        solenoid = make(self, *args, **settings)
-        _note_solenoid(solenoid, name, kind, int(self.getModuleNumber()))
-        return solenoid
-
-    made._records_ports = True  # type: ignore[attr-defined]
-    return made
 
 
 def _module_of(args: tuple[Any, ...], settings: dict[str, Any]) -> tuple[str, int]:
@@ -178,11 +177,19 @@ def _module_of(args: tuple[Any, ...], settings: dict[str, Any]) -> tuple[str, in
     return ("REVPH" if is_rev else "CTREPCM"), (int(is_rev) if named is None else int(named))
 
 
-def _note_solenoid(solenoid: Any, name: str, kind: str, number: int) -> None:
-    if name == "Solenoid":
-        channels: tuple[int, ...] = (int(solenoid.getChannel()),)
-    else:
-        channels = (int(solenoid.getFwdChannel()), int(solenoid.getRevChannel()))
+def _note_solenoid(solenoid: Any, args: tuple[Any, ...], settings: dict[str, Any]) -> None:
+    _note(solenoid, *_module_of(args, settings))
+
+
+def _note_made(module: Any, solenoid: Any, args: tuple[Any, ...], settings: dict[str, Any]) -> None:
+    kind = "REVPH" if isinstance(module, wpilib.PneumaticHub) else "CTREPCM"
+    _note(solenoid, kind, int(module.get_module_number()))
+
+
+def _note(solenoid: Any, kind: str, number: int) -> None:
+    is_single = isinstance(solenoid, wpilib.Solenoid)
+    coils = [solenoid.get_channel()] if is_single else [solenoid.get_fwd_channel(), solenoid.get_rev_channel()]
+    name, channels = "Solenoid" if is_single else "DoubleSolenoid", tuple(map(int, coils))
     _records.append(_Record(name, f"{kind} {number} Solenoid", channels, weakref.ref(solenoid), (), {}))
 
 

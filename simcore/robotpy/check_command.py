@@ -6,20 +6,21 @@ import argparse
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from simcore.errors import ConfigError, SimcoreError
 from simcore.geometry.linkage import Joint
 from simcore.match.registry import find_game, installed_games
+from simcore.quantities import text_flag
 from simcore.robot.dc_motor import MotorModel
+from simcore.robot.fixed_wheel_config import MecanumConfig, TankConfig
 from simcore.robot.mechanisms import ArmSim, FlywheelSim, RackSim, RollerSim
 from simcore.robot.robot_config import RobotConfig
 from simcore.robot.swerve_config import SwerveConfig, SwerveModuleConfig
 from simcore.robot.tipping import tipping_limit
 from simcore.robot_file.init_command import survey
-from simcore.robot_file.linkage_tables import joints_to
+from simcore.robot_file.known_shot import KnownShot, exit_efficiency, goal_of, needed_speeds
 from simcore.robot_file.mechanism_runs import (
     CodeView,
     MechanismRun,
@@ -28,9 +29,10 @@ from simcore.robot_file.mechanism_runs import (
     run_mechanism,
     speed_text,
 )
+from simcore.robot_file.mechanism_tables import joints_to
 from simcore.robot_file.reader import read_settings
 from simcore.robot_file.robot_findings import RobotFinding, findings, run_findings, shot_reach
-from simcore.robot_file.robot_settings import RobotSettings, practice_match
+from simcore.robot_file.robot_settings import PORT_CONTROLLERS, RobotSettings, practice_match
 from simcore.robot_file.template import FILE_NAME
 from simcore.show.robot_drawing import draw_robot
 from simcore.show.robot_sketch import sketch_robot
@@ -40,7 +42,6 @@ if TYPE_CHECKING:
 
 __all__ = ["add_arguments", "run"]
 
-_TALONS = ("TalonFX", "TalonFXS")
 _STILL = 1e-6  # [rad]
 
 
@@ -49,6 +50,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("project", nargs="?", type=Path, default=Path(), help="where robot.py is (default: here)")
     parser.add_argument("--game", metavar="NAME", help="game to play; in a folder without a robot: check its own robot")
     parser.add_argument("--out", type=Path, default=Path("out/robot.png"), help="the picture (default: %(default)s)")
+    parser.add_argument(
+        "--known-shot",
+        metavar="WHAT",
+        type=text_flag(KnownShot.parse),
+        help="a shot that goes in, e.g. distance=2.8,rps=38 (from the robot's center [m], wheels [turns/s]; "
+        "with a hood also elevation_deg=60 or hood_deg=20): which exit_efficiency it means",
+    )
     parser.add_argument("--no-look", action="store_true", help="do not start the robot program")
 
 
@@ -104,6 +112,8 @@ def run(args: argparse.Namespace) -> int:
     print(subject.about)
     _print_runs(runs, subject)
     _print_shots(subject)
+    if args.known_shot is not None:
+        _print_fit(subject, args.known_shot)
     print(f"  {_tipping(subject)}")
     for finding in sorted(found, key=lambda finding: not finding.is_wrong):
         print(f"{'wrong' if finding.is_wrong else 'note'}: {finding.text}")
@@ -131,12 +141,14 @@ def _described(folder: Path, game_name: str | None, *, look: bool) -> _Subject:
     about = "as the program builds it and " if answer else f"robot program not looked at ({why_not}); as "
     about += f"{FILE_NAME} says" if (folder / FILE_NAME).is_file() else f"without a {FILE_NAME}"
     problems: list[RobotFinding] = []
-    drivetrain = _assumed_drivetrain(settings)
-    if answer is not None and answer["drivetrain"] is not None:
-        drivetrain = _drivetrain(answer["drivetrain"])
+    drivetrain: SwerveConfig | TankConfig | MecanumConfig = _assumed_drivetrain(settings)
+    found = {} if answer is None else answer["drivetrain"]
+    if "model" in found:
+        drivetrain = _drivetrain(found["model"])
+        problems += [RobotFinding(line, is_wrong=False) for line in found["lines"]]
     else:
-        why = "" if answer is None else f" ({answer['why_not']})"
-        problems.append(RobotFinding(f"the drivetrain is not known{why}: drawn with four modules", is_wrong=False))
+        why = "" if answer is None else f" ({found['problem']})"
+        problems.append(RobotFinding(f"the drivetrain is a guess{why}: four modules", is_wrong=answer is not None))
     if (folder / "physics.py").is_file():
         problems.append(RobotFinding("physics.py is not looked at: what it describes may differ", is_wrong=False))
     codes: dict[str, CodeView] = {}
@@ -157,10 +169,7 @@ def _described(folder: Path, game_name: str | None, *, look: bool) -> _Subject:
 
 def _survey(robot_file: Path) -> tuple[dict[str, Any] | None, str]:
     """What the program is made of, and ""; or None, and why not."""
-    for needed in ("phoenix6", "wpilib"):
-        if find_spec(needed) is None:
-            return None, f"{needed} is not installed"
-    answer = survey(robot_file.resolve(), "simcore.robotpy.robot_survey")
+    answer = survey(robot_file.resolve(), "described")
     why_not = answer.get("error", answer.get("not_modelled", ""))
     return (None if why_not else answer), why_not
 
@@ -175,20 +184,24 @@ def _assumed_drivetrain(settings: RobotSettings) -> SwerveConfig:
     return SwerveConfig(modules=modules, mass=settings.mass)
 
 
-def _drivetrain(answer: dict[str, Any]) -> SwerveConfig:
+def _drivetrain(answer: dict[str, Any]) -> SwerveConfig | TankConfig | MecanumConfig:
     """What the survey took apart."""
-    modules = tuple(
-        SwerveModuleConfig(**{**m, **{key: MotorModel(**m[key]) for key in ("drive_motor", "steer_motor")}})
-        for m in answer["modules"]
-    )
-    x, y, z = answer["center_of_mass"]
-    return SwerveConfig(
-        modules=modules, mass=answer["mass"], yaw_inertia=answer["yaw_inertia"], center_of_mass=(x, y, z)
-    )
+    fields = {name: value for name, value in answer.items() if name not in ("kind", "positions")}
+    fields["center_of_mass"] = tuple(fields["center_of_mass"])
+    if answer["kind"] == "swerve":
+        modules = tuple(
+            SwerveModuleConfig(**{**m, **{key: MotorModel(**m[key]) for key in ("drive_motor", "steer_motor")}})
+            for m in answer["modules"]
+        )
+        return SwerveConfig(**{**fields, "modules": modules})
+    fields["motor"] = MotorModel(**fields["motor"])
+    if answer["kind"] == "mecanum":
+        return MecanumConfig(**{**fields, "places": tuple(tuple(place) for place in fields["places"])})
+    return TankConfig(**{**fields, "wheel_xs": tuple(fields["wheel_xs"])})
 
 
 def _codes(settings: RobotSettings, motors: Sequence[dict[str, Any]]) -> dict[str, CodeView]:
-    views = {(m["model"], m["leader"]): m["code"] for m in motors if m["code"] is not None}
+    views = {(m["controller"], m["leader"]): m["code"] for m in motors if m["code"] is not None}
     return {
         m.name: CodeView(**views[m.controller, m.leader])
         for m in settings.mechanisms
@@ -198,11 +211,11 @@ def _codes(settings: RobotSettings, motors: Sequence[dict[str, Any]]) -> dict[st
 
 def _of_program(settings: RobotSettings, motors: Sequence[dict[str, Any]]) -> Iterator[RobotFinding]:
     """Where the program's motors and those of the file differ."""
-    groups = {(m["model"], m["leader"]): m for m in motors}
-    built = {(m["model"], number): m for m in motors for number in (m["leader"], *m["followers"])}
+    groups = {(m["controller"], m["leader"]): m for m in motors}
+    built = {(m["controller"], number): m for m in motors for number in (m["leader"], *m["followers"])}
     described = set()
     for m in settings.mechanisms:
-        if m.controller not in _TALONS:
+        if m.controller in PORT_CONTROLLERS:
             continue
         for number in m.devices:
             described.add((m.controller, number))
@@ -212,7 +225,7 @@ def _of_program(settings: RobotSettings, motors: Sequence[dict[str, Any]]) -> It
         group = groups.get((m.controller, m.leader))
         if group is None:
             continue
-        if group["code"] is None:
+        if "problem" in group:
             text = f"{m.name}: {m.controller} {m.leader} does not answer, so its configuration is not known"
             yield RobotFinding(text, is_wrong=False)
         for number in m.followers:
@@ -245,7 +258,9 @@ def _figures(subject: _Subject) -> str:
         speed = one.drive_motor.free_speed / one.drive_gearing * one.wheel_radius
         text += f"{len(drivetrain.modules)} swerve modules, {speed:.1f} m/s free speed"
     else:
-        text += "tank drive"
+        kind = "mecanum" if isinstance(drivetrain, MecanumConfig) else "tank"
+        speed = drivetrain.motor.free_speed / drivetrain.gearing * drivetrain.wheel_radius
+        text += f"{kind} drive, {speed:.1f} m/s free speed"
     if subject.settings is None:
         return text
     x, y, heading = subject.settings.start
@@ -351,6 +366,49 @@ def _print_shots(subject: _Subject) -> None:
         print(
             f"  shooter {number}: {reach.speed:.1f} m/s at 12 V, up {angle} deg; without air it rises to "
             f"{reach.rise:.1f} m and reaches {reach.distance:.1f} m"
+        )
+        goal = None if subject.game is None else goal_of(shooter, subject.game)
+        if goal is None or subject.game is None:
+            continue
+        needs = needed_speeds(shooter, subject.config, subject.game)
+        rows = [f"{n.wheel_rps:.0f} from {n.distance:g} m (at {math.degrees(n.elevation):.0f} deg)" for n in needs]
+        if rows:
+            rows[0] = rows[0].replace(" from", " turns/s from")
+            print(
+                f"    for {goal.name} at exit_efficiency {shooter.exit_efficiency:g} its wheels need {', '.join(rows)}"
+            )
+        short = [n for n in needs if n.speed > reach.speed]
+        if short:
+            least = shooter.exit_efficiency * short[0].speed / reach.speed
+            print(
+                f"    at 12 V they reach it from {short[0].distance:g} m with an exit_efficiency of {least:.2f} or more"
+            )
+
+
+def _print_fit(subject: _Subject, shot: KnownShot) -> None:
+    """The exit efficiency that a known shot means, and the key to write.
+
+    Raises:
+        ConfigError: There is no such shooter, or the game has no goal for it.
+    """
+    shooters = subject.config.shooters
+    if not 1 <= shot.shooter <= len(shooters):
+        raise ConfigError(f"known shot: there are {len(shooters)} shooters, got shooter={shot.shooter}")
+    shooter = shooters[shot.shooter - 1]
+    goal = None if subject.game is None else goal_of(shooter, subject.game)
+    if goal is None or subject.game is None:
+        raise ConfigError("known shot: the game has no goal that this shooter's pieces fall into")
+    found = exit_efficiency(shot, shooter, subject.config, subject.game)
+    print(
+        f"  known shot: for {goal.name} from {shot.distance:g} m with {shot.rps:g} turns/s you need an exit efficiency "
+        f"of {found:.2f} (now {shooter.exit_efficiency:g}); write under [[shooter]]: exit_efficiency = {found:.3f}"
+    )
+    most = 0.5 if len(shooter.wheels) == 1 else 1.0
+    if found > most:
+        sides = "only where wheels drive both sides of a piece" if most < 1.0 else "nowhere"
+        print(
+            f"  more than {most:g} is right {sides}: look at wheel_radius, gearing, height and elevation, and "
+            "whether the turns are the wheels' and not the motor's"
         )
 
 

@@ -11,10 +11,10 @@ from collections.abc import Sequence
 from typing import Protocol
 
 from simcore.errors import ConfigError
-from simcore.robot.motor_controllers import OwnLoops
+from simcore.robot.motor_controllers import MotorDevices, OwnLoops
 from simcore.robot.robot import Robot
 
-__all__ = ["ConnectedDevices", "DeviceClock", "DrivetrainDevices", "MotorDevices"]
+__all__ = ["ConnectedDevices", "DeviceClock", "DrivetrainDevices"]
 
 
 class DrivetrainDevices(Protocol):
@@ -26,18 +26,6 @@ class DrivetrainDevices(Protocol):
 
     def write(self, yaw: float, pitch: float, roll: float, rates: Sequence[float]) -> None:
         """The model's motion and the gyro's reading to the sensors [rad, rad/s]."""
-        ...
-
-
-class MotorDevices(Protocol):
-    """The devices of a mechanism: `TalonFXMotorSim`."""
-
-    def read(self, battery_voltage: float, *, powered: bool = True) -> None:
-        """Supply in, volts out to the mechanism [V]."""
-        ...
-
-    def write(self) -> None:
-        """The mechanism's motion to the sensors."""
         ...
 
 
@@ -75,7 +63,8 @@ class ConnectedDevices:
                 raise ConfigError(f"RobotPhysics: {device!r} has no read and write; wrap it, e.g. in TalonFXMotorSim")
         self._owed = 0.0  # for how long mechanisms and drivetrain have moved since the controllers ran [s]
         self._motors = list(motors)
-        self._own_loops = [motor for motor in motors if isinstance(motor, OwnLoops)]
+        devices: list[object] = [drivetrain, *motors]
+        self._own_loops = [device for device in devices if isinstance(device, OwnLoops)]
         self._robot = robot
         self._drivetrain = drivetrain
         self._clock = clock

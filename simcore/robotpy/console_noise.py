@@ -1,4 +1,4 @@
-"""Keeps a screen readable: lines of libraries that blame a robot's wiring for a busy computer, said once instead.
+"""Keeps a screen readable on a busy computer: that a run is late, and lines of libraries that blame the wiring, once.
 
 CTRE's library prints two lines for each signal that came late, straight to the standard error of the process, and has
 no setting for it. In simulation there is no wire: its devices are threads, which a busy computer keeps waiting.
@@ -7,13 +7,19 @@ no setting for it. In simulation there is no wire: its devices are threads, whic
 from __future__ import annotations
 
 import faulthandler
+import logging
 import os
 import threading
 import time
 from collections.abc import Iterator
 
-__all__ = ["StaleSignals", "filter_stderr", "restore_stderr"]
+__all__ = ["LatenessReport", "StaleSignals", "filter_stderr", "restore_stderr"]
 
+_log = logging.getLogger(__name__)
+
+_LATE_EVERY = 10.0  # [s]
+_MOST_MS = 15.0  # [ms]; robot code needs some of a tick's 20 ms, too
+_AT_START = 2.0  # [s]; while a program starts every computer is late, and nothing moves yet
 _CHECK = "Check the CAN bus wiring, CAN bus utilization, and power to the device."
 _STALE = f"CAN message is stale, data is valid but old. {_CHECK}\n".encode()
 _NOT_RECEIVED = f"CAN frame not received/too-stale. {_CHECK}\n".encode()
@@ -117,3 +123,45 @@ def restore_stderr() -> None:
         os.dup2(_filter.screen, 2)  # closes the pipe, so that its reader comes to the end
         _filter.thread.join(_END)
         _filter = None
+
+
+class LatenessReport:
+    """Adds up the time that physics gives up, and says so at most every ten seconds of wall time.
+
+    Args:
+        every: Wall time between two sentences [s].
+        start: Wall time in which nothing is said [s].
+    """
+
+    def __init__(self, *, every: float = _LATE_EVERY, start: float = _AT_START) -> None:
+        self._every = every
+        self._start = start
+        self.given_up = 0.0
+        """Since the last sentence [s]."""
+        self._since = time.monotonic()
+        self._is_first = True
+
+    def note(self, seconds: float, *, tick_ms: float) -> None:
+        """Physics has just skipped a time.
+
+        Args:
+            seconds: How much [s].
+            tick_ms: What a tick of physics alone takes, of the 20 ms that it has [ms].
+        """
+        now = time.monotonic()
+        if self._is_first and now - self._since < self._start:
+            return
+        self.given_up += seconds
+        if not self._is_first and now - self._since < self._every:
+            return
+        why = "the computer is busy with other programs or robot code blocks"
+        if tick_ms > _MOST_MS:
+            why = f"the computer is too slow: physics alone takes {tick_ms:.0f} ms for a tick of 20 ms"
+        _log.warning(
+            "this run is late: %.2f s of the last %.0f s are missing from the physics, because %s; do not judge times "
+            "by it (robot tests do not mind)",
+            *(self.given_up, max(1.0, now - self._since), why),
+        )
+        self._is_first = False
+        self.given_up = 0.0
+        self._since = now

@@ -7,17 +7,19 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
+from simcore.devices.makers import Maker, Mounting, find_device, maker_of, makers
+from simcore.devices.ownership import DRIVETRAIN, Ownership
 from simcore.errors import ConfigError
 from simcore.phoenix6.built_devices import clashes
-from simcore.phoenix6.ownership import DRIVETRAIN, Ownership
-from simcore.robot.motor_controllers import BuiltDevice, FollowerGroup
+from simcore.robot.guessed_mechanism import GuessedMechanism
+from simcore.robot.motor_controllers import BuiltDevice, FollowerGroup, MotorDevices
+from simcore.robot.positioned_mechanisms import PistonConfig, ServoConfig
+from simcore.robot.robot import Robot
 from simcore.robot.shaft import ShaftSim
-from simcore.robot_file.robot_settings import RobotSettings
-from simcore.robotpy.connected_devices import MotorDevices
-from simcore.robotpy.motor_families import FAMILIES, MechanismGuess, MotorFamily
+from simcore.robot_file.robot_settings import PORT_CONTROLLERS, MechanismSettings, RobotSettings
 from simcore.robotpy.port_assignment import PortAssignment
 
-__all__ = ["DeviceAssignment", "short_names"]
+__all__ = ["DeviceAssignment", "connect_mechanism", "short_names", "with_configured_friction"]
 
 _log = logging.getLogger(__name__)
 
@@ -29,19 +31,14 @@ _LONGEST = 50  # ticks after which it is not waited for
 class _Guessed:
     """A group of devices and what it probably turns."""
 
-    family: MotorFamily
+    maker: Maker
     group: FollowerGroup
-    guess: MechanismGuess
+    guess: GuessedMechanism
 
     @property
     def keys(self) -> list[tuple[str, int]]:
         """Of the motor controllers, as (model, id)."""
         return [device.key for device in self.group.devices]
-
-    @property
-    def sensors(self) -> list[tuple[str, int]]:
-        """Of its other devices."""
-        return self.family.sensor_keys(self.guess)
 
 
 class _Motors(Protocol):
@@ -148,7 +145,7 @@ class DeviceAssignment:
     def guessed(self) -> list[tuple[str, str]]:
         """Groups of devices, and what they probably turn, as text."""
         return [
-            (str(g.group) + "".join(f", {model} {number}" for model, number in g.sensors), str(g.guess))
+            (str(g.group) + "".join(f", {model} {number}" for model, number in g.guess.sensors), str(g.guess))
             for g, _ in self._guessed
         ]
 
@@ -163,7 +160,7 @@ class DeviceAssignment:
         return [key for key in self._others() if key not in self._ownership.foreign]
 
     def _others(self) -> Iterator[tuple[str, int]]:
-        known = {key for guessed, _ in self._guessed for key in (*guessed.keys, *guessed.sensors)}
+        known = {key for guessed, _ in self._guessed for key in (*guessed.keys, *guessed.guess.sensors)}
         known |= {*self._drivetrain, *self._file_keys()}
         known |= set() if self._ports is None else self._ports.keys
         return (device.key for device in _all_devices() if device.key not in known)
@@ -172,10 +169,11 @@ class DeviceAssignment:
         """What the motors that nothing has claimed may turn; asked now, because each answer takes 50 ms."""
         taken = {*self._drivetrain, *self._file_keys(), *self._ownership.foreign}
         guesses = []
-        for family in FAMILIES:
-            for group in family.groups([d for d in family.devices() if d.key not in taken]):
+        for maker in makers():
+            free = [d for d in maker.built() if d.model in maker.motors and d.key not in taken]
+            for group in () if maker.on_ports else maker.groups(free):
                 try:
-                    guesses.append(_Guessed(family, group, family.guess(group)))
+                    guesses.append(_Guessed(maker, group, maker.guess(group)))
                 except ConfigError as error:
                     _log.warning("%s is left alone: %s", group, error)
         return guesses
@@ -183,7 +181,9 @@ class DeviceAssignment:
     def _connect_rest(self) -> None:
         for guessed in self._guesses:
             if self._ownership.foreign.isdisjoint(guessed.keys):
-                motor = guessed.family.connect_guess(guessed.group, guessed.guess, self._ownership)
+                own = [d for d in guessed.maker.built() if d.key in guessed.guess.sensors]
+                sensors = [d for d in own if d.key not in self._ownership.foreign]
+                motor = guessed.maker.connect_guess(guessed.group, guessed.guess, sensors)
                 self._robot.add_estimated_mechanism(guessed.guess.mechanism)
                 self._physics.add_motor(motor)
                 self._guessed.append((guessed, motor))
@@ -204,7 +204,8 @@ class DeviceAssignment:
 
 
 def _all_devices() -> list[BuiltDevice]:
-    return [device for family in FAMILIES for device in family.devices()]
+    """Those on CAN, and gyros."""
+    return [d for maker in makers() for d in maker.built() if not maker.on_ports or d.model in maker.gyros]
 
 
 def short_names(keys: Sequence[tuple[str, int]]) -> str:
@@ -224,3 +225,55 @@ def short_names(keys: Sequence[tuple[str, int]]) -> str:
                 runs.append([number])
         parts.append(f"{model} " + " ".join(f"{r[0]}-{r[-1]}" if len(r) > 2 else " ".join(map(str, r)) for r in runs))
     return ", ".join(parts)
+
+
+# --- mechanisms of the file -----------------------------------------------------------------------------------------
+
+
+def connect_mechanism(settings: MechanismSettings, robot: Robot, ownership: Ownership) -> MotorDevices:
+    """The devices of a mechanism of the file, on that mechanism.
+
+    Raises:
+        ConfigError: The program has built no such device.
+    """
+    m, where = settings, _where(settings)
+    devices = [find_device(where, m.controller, number) for number in m.devices]
+    group = FollowerGroup(
+        devices[0], tuple(devices[1:]), tuple(k for k, number in enumerate(m.followers) if number in m.opposed)
+    )
+    encoder = None
+    if m.cancoder is not None:
+        made = find_device(where, "CANcoder", m.cancoder)
+        devices.append(made)
+        encoder = maker_of(made).encoder_port(made)
+    for device in devices:
+        ownership.claim(device.key, m.name)
+    gearing = m.encoder_gearing if encoder is None else m.cancoder_gearing
+    mounting = Mounting(reversed=m.reversed, encoder=encoder, encoder_gearing=gearing, motor=m.motor)
+    return maker_of(group.leader).connect(group, robot.mechanisms[m.name], mounting)
+
+
+def with_configured_friction(settings: RobotSettings) -> RobotSettings:
+    """The settings with friction from the controllers' own kS, where the file says none and the program has set one.
+
+    Raises:
+        ConfigError: The program has built no such device.
+    """
+    volts: dict[str, float] = {}
+    for m in settings.mechanisms:
+        if m.friction_is_given or m.controller in PORT_CONTROLLERS:
+            continue  # a port has no configuration to ask
+        assert not isinstance(m.config, (PistonConfig, ServoConfig)), "they have no motor on CAN"
+        leader = find_device(_where(m), m.controller, m.leader)
+        try:
+            found = maker_of(leader).friction_volts(leader, m.config.gearbox)
+        except ConfigError as error:
+            _log.warning("%s keeps the default friction of its kind: %s", m.name, error)
+            continue
+        if found > 0.0:
+            volts[m.name] = found
+    return settings.with_friction(volts)
+
+
+def _where(settings: MechanismSettings) -> str:
+    return f"simcore.toml [[mechanism]] {settings.name!r}"

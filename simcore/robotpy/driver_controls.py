@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from typing import Any, ClassVar
 
-import ntcore
-from wpilib.simulation import DriverStationSim
-
+from simcore import season
 from simcore.errors import ConfigError, UnknownNameError
 from simcore.match.control_topics import TABLE
+
+DriverStationSim = season.wpilib_simulation.DriverStationSim
+ntcore = season.ntcore
 
 __all__ = ["Joystick", "XboxPad", "auto_choices", "choose_auto", "chosen_autos"]
 
@@ -29,9 +30,7 @@ class Joystick:
         if port not in range(6):
             raise ConfigError(f"joystick: port must be 0..5, got {port!r}")
         self.port = port
-        DriverStationSim.setJoystickAxisCount(port, _AXES)
-        DriverStationSim.setJoystickButtonCount(port, _BUTTONS)
-        DriverStationSim.setJoystickPOVCount(port, _POVS)
+        season.open_joystick(port, axes=_AXES, buttons=_BUTTONS, povs=_POVS)
         self.center()
 
     def axis(self, number: int, value: float) -> None:
@@ -40,7 +39,7 @@ class Joystick:
             raise ConfigError(f"joystick {self.port}: axis must be 0..{_AXES - 1}, got {number!r}")
         if not -1.0 <= value <= 1.0:
             raise ConfigError(f"joystick {self.port}: axis {number} must be -1..1, got {value}")
-        DriverStationSim.setJoystickAxis(self.port, number, value)
+        DriverStationSim.set_joystick_axis(self.port, number, value)
 
     def press(self, button: int) -> None:
         """Hold a button down, counted from 1."""
@@ -54,20 +53,20 @@ class Joystick:
         """Press the hat, clockwise from forward [deg]; None lets go."""
         if angle is not None and angle not in range(0, 360, 45):
             raise ConfigError(f"joystick {self.port}: pov must be None or a multiple of 45 below 360, got {angle!r}")
-        DriverStationSim.setJoystickPOV(self.port, 0, -1 if angle is None else angle)
+        season.set_pov(self.port, angle)
 
     def center(self) -> None:
         """Let go of everything."""
         for number in range(_AXES):
-            DriverStationSim.setJoystickAxis(self.port, number, 0.0)
+            DriverStationSim.set_joystick_axis(self.port, number, 0.0)
         for number in range(1, _BUTTONS + 1):
-            DriverStationSim.setJoystickButton(self.port, number, False)
+            DriverStationSim.set_joystick_button(self.port, number, False)
         self.pov(None)
 
     def _button(self, number: int, down: bool) -> None:
         if number not in range(1, _BUTTONS + 1):
             raise ConfigError(f"joystick {self.port}: button must be 1..{_BUTTONS}, got {number!r}")
-        DriverStationSim.setJoystickButton(self.port, number, down)
+        DriverStationSim.set_joystick_button(self.port, number, down)
 
 
 class XboxPad(Joystick):
@@ -99,24 +98,24 @@ class XboxPad(Joystick):
 
 def auto_choices() -> dict[str, list[str]]:
     """Options of every `SendableChooser` of robot code on NetworkTables, by its key such as `/SmartDashboard/Auto`."""
-    instance = ntcore.NetworkTableInstance.getDefault()
+    instance = ntcore.NetworkTableInstance.get_default()
     found = {}
-    for topic in instance.getTopics():
-        name = topic.getName()
+    for topic in instance.get_topics():
+        name = topic.get_name()
         if name.endswith("/options") and not name.startswith(f"{TABLE}/"):
             key = name.removesuffix("/options")
-            if instance.getEntry(f"{key}/.type").getString("") == "String Chooser":
-                found[key] = list(instance.getEntry(name).getStringArray([]))
+            if instance.get_entry(f"{key}/.type").get_string("") == "String Chooser":
+                found[key] = list(instance.get_entry(name).get_string_array([]))
     return dict(sorted(found.items()))
 
 
 def chosen_autos() -> list[str]:
     """What is chosen in each of these choosers, by the driver or else by default."""
-    instance = ntcore.NetworkTableInstance.getDefault()
+    instance = ntcore.NetworkTableInstance.get_default()
     chosen = []
     for key in auto_choices():
         for entry in ("selected", "active", "default"):
-            name = instance.getEntry(f"{key}/{entry}").getString("")
+            name = instance.get_entry(f"{key}/{entry}").get_string("")
             if name:
                 chosen.append(name)
                 break
@@ -125,8 +124,8 @@ def chosen_autos() -> list[str]:
 
 def active_choices() -> list[str]:
     """What each chooser on the dashboard has active now."""
-    table = ntcore.NetworkTableInstance.getDefault()
-    return [active for key in auto_choices() if (active := table.getEntry(f"{key}/active").getString(""))]
+    table = ntcore.NetworkTableInstance.get_default()
+    return [active for key in auto_choices() if (active := table.get_entry(f"{key}/active").get_string(""))]
 
 
 def choose_auto(name: str) -> str:
@@ -139,7 +138,7 @@ def choose_auto(name: str) -> str:
     choices = auto_choices()
     for key, options in choices.items():
         if name in options:
-            ntcore.NetworkTableInstance.getDefault().getEntry(f"{key}/selected").setString(name)
+            ntcore.NetworkTableInstance.get_default().get_entry(f"{key}/selected").set_string(name)
             return key
     if not choices:
         raise ConfigError(

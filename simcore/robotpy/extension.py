@@ -13,7 +13,9 @@ import os
 import sys
 import types
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
+from importlib import import_module
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any, NoReturn
 
@@ -23,11 +25,13 @@ from simcore.robotpy.console_noise import restore_stderr
 from simcore.robotpy.sim_window import prepare_window
 from simcore.start_errors import leave, print_error
 
-__all__ = ["loadExtension"]
+__all__ = ["loadExtension", "load_extension"]
 
 _log = logging.getLogger(__name__)
 
 _PROGRAM = "robotpy sim"
+_COMMANDS = ("PyFrcSim", "RobotSim")
+"""What `robotpy sim` is: of pyfrc, and since 2027 of WPILib."""
 _chosen: dict[str, str] = {}
 """What the flags `--game` and `--engine` say."""
 
@@ -43,10 +47,17 @@ def loadExtension() -> None:
     filter_stderr()
 
 
+load_extension = loadExtension
+"""The same, since 2027."""
+
+
 def _load() -> None:
-    """Import what puts a robot on the field; drivetrains that are built from now on are noted."""
+    """Import what puts a robot on the field; devices that are built from now on are noted."""
     try:
         import simcore.robotpy.robot_attachment  # noqa: F401
+        from simcore.robotpy.program_watch import watch_program
+
+        watch_program()
     except VendorError as error:
         _leave(error, Path())
     except ImportError as error:
@@ -70,20 +81,40 @@ def _attach(create: Any, robot_class: Any, folder: Path) -> tuple[Any, Any]:
     return interface, program
 
 
+def _physics_of_project(robot_class: Any, folder: Path) -> tuple[Any, Any]:
+    """The physics.py of a project under its robot class, as pyfrc has it until 2026; none: None and the class."""
+    from simcore.robotpy.physics_hook import PhysicsHook, load_physics, with_physics
+
+    if not (folder / "physics.py").is_file():
+        return None, robot_class
+    hook = PhysicsHook(load_physics(folder))
+    return hook, with_physics(robot_class, hook)
+
+
 def _guard(create: Any, robot_class: Any, folder: Path) -> tuple[Any, Any]:
     """In place of pyfrc's own where the flag is not given: a physics.py of simcore's ends with a sentence as well."""
+    is_ours = _names_simcore(folder)
     try:
-        interface, program = create(robot_class, folder)
+        with _own_words() if is_ours else nullcontext():
+            interface, program = create(robot_class, folder)
     except Exception as error:
-        if isinstance(error.__context__, SimcoreError):
-            leave(error.__context__, program=_PROGRAM, folder=folder)
+        if is_ours or isinstance(error.__context__, SimcoreError):
+            _leave(_cause(error), folder)
         raise
-    if interface is not None and "simcore.robotpy.robot_physics" in sys.modules:
-        from simcore.robotpy.robot_attachment import is_ours
+    if is_ours:
+        from simcore.robotpy.console_noise import filter_stderr
 
-        if is_ours(interface.module.PhysicsEngine):
-            _leave_on_errors(interface, folder)
+        _leave_on_errors(interface, folder)
+        filter_stderr()
     return interface, program
+
+
+def _names_simcore(folder: Path) -> bool:
+    """Whether a project's physics.py has to do with simcore, right or wrong."""
+    try:
+        return "simcore" in (folder / "physics.py").read_text("utf-8", "replace")
+    except OSError:
+        return False
 
 
 def _leave(error: BaseException, folder: Path) -> NoReturn:
@@ -93,9 +124,9 @@ def _leave(error: BaseException, folder: Path) -> NoReturn:
 
 def _silence_joysticks() -> None:
     """Switch off WPILib's warning of missing joysticks, lines each second: a window or another program brings them."""
-    from wpilib import DriverStation
+    from simcore import season
 
-    DriverStation.silenceJoystickConnectionWarning(True)
+    season.silence_joystick_warnings()
     _log.info("without a window there are no joysticks: WPILib's warnings of missing ones are off")
 
 
@@ -120,6 +151,11 @@ def _leave_on_errors(interface: Any, folder: Path) -> None:
             _leave(error, folder)
 
     interface._simulationInit = build_or_leave
+
+
+def _is_no_interrupt(record: logging.LogRecord) -> bool:
+    """Leaves out where in physics Ctrl-C came, with all local variables; that it came is said after it."""
+    return not str(record.msg).startswith("THIS IS NOT AN ERROR")
 
 
 _THEIR_WORDS = ("Cannot enable physics support", "Error loading user physics module", "User physics module does not")
@@ -159,7 +195,7 @@ def _add_flags() -> None:
     frame: types.FrameType | None = sys._getframe()
     while frame is not None:
         command, parser = (frame.f_locals.get(name) for name in ("self", "parser"))
-        if type(command).__name__ == "PyFrcSim" and isinstance(parser, argparse.ArgumentParser):
+        if type(command).__name__ in _COMMANDS and isinstance(parser, argparse.ArgumentParser):
             parser.add_argument(
                 "--game",
                 metavar="NAME",
@@ -174,10 +210,33 @@ def _add_flags() -> None:
             )
             prepare_window(command)
             _run_guarded(command)
-            if any(word == "sim" for word in sys.argv) and any(_is_flag(word) for word in sys.argv):
-                _load()  # before robot.py is imported: it may build its drivetrain then
+            _watch_program()
             return
         frame = frame.f_back
+
+
+def _watch_program() -> None:
+    """Note what the program builds from now on, before robot.py is imported, where a field is to come under it."""
+    is_sim = "sim" in sys.argv
+    if is_sim and any(_is_flag(word) for word in sys.argv):
+        _load()
+    elif find_spec("phoenix6") is not None and (_names_simcore(Path()) if is_sim else _tests_here()):
+        from simcore.robotpy.program_watch import watch_program
+
+        is_real = is_sim or "--phoenix=real" in sys.argv or os.environ.get("SIMCORE_PHOENIX") == "real"
+        watch_program(simulated=not is_real)
+
+
+def _tests_here() -> bool:
+    """Whether `robotpy test` is about to run tests in this very process, by its flag or as pyproject.toml has it."""
+    if "test" not in sys.argv or "--no-isolation" in sys.argv:
+        return "test" in sys.argv
+    tomli = import_module("tomli")  # pyfrc's own
+    try:
+        project = tomli.loads(Path("pyproject.toml").read_text("utf-8"))
+    except (OSError, ValueError):
+        return False
+    return project.get("tool", {}).get("robotpy", {}).get("pyfrc", {}).get("isolated") is False
 
 
 def _is_flag(word: str) -> bool:
@@ -194,13 +253,19 @@ def _run_guarded(command: Any) -> None:
 
     @functools.wraps(run)
     def run_guarded(options: Any, *args: Any, **kwargs: Any) -> Any:
-        from pyfrc.physics.core import PhysicsInterface
-
-        create = PhysicsInterface._create_and_attach
         replacement = _attach if options.simcore else _guard
+        if find_spec("pyfrc") is None:
+            folder = Path(import_module("robotpy.main").robot_py_path).parent
+            _, kwargs["robot_class"] = replacement(_physics_of_project, kwargs["robot_class"], folder)
+        else:
+            from pyfrc.physics.core import PhysicsInterface
 
-        def create_and_attach(cls: Any, robot_class: Any, robot_path: Path) -> tuple[Any, Any]:
-            return replacement(create, robot_class, Path(robot_path))
+            create = PhysicsInterface._create_and_attach
+
+            def create_and_attach(cls: Any, robot_class: Any, robot_path: Path) -> tuple[Any, Any]:
+                return replacement(create, robot_class, Path(robot_path))
+
+            PhysicsInterface._create_and_attach = classmethod(create_and_attach)  # type: ignore[assignment, method-assign]
 
         if (
             options.simcore
@@ -210,14 +275,14 @@ def _run_guarded(command: Any) -> None:
             )
         ):
             _silence_joysticks()
-        PhysicsInterface._create_and_attach = classmethod(create_and_attach)  # type: ignore[assignment, method-assign]
+        if options.simcore or _names_simcore(Path()):
+            logging.getLogger("robotpy").addFilter(_is_no_interrupt)
         result = run(options, *args, **kwargs)
-        if options.simcore:
-            sys.stdout.flush()
-            sys.stderr.flush()
-            restore_stderr()
-            if result is False:
-                os._exit(1)
+        sys.stdout.flush()
+        sys.stderr.flush()
+        restore_stderr()
+        if options.simcore and result is False:
+            os._exit(1)
         return result
 
     command.run = run_guarded

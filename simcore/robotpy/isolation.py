@@ -11,17 +11,20 @@ import os
 import shutil
 import sys
 import tempfile
+import time
 import traceback
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any, NoReturn
 
 import pytest
 
+from simcore import season
 from simcore.sweep.child_process import run_process
 
-__all__ = ["INIT_TIMEOUT", "ChildTask", "end_process", "load_robot_plugin", "run_isolated"]
+__all__ = ["INIT_TIMEOUT", "ChildTask", "end_process", "load_robot_plugin", "run_isolated", "wait_longer"]
 
 INIT_TIMEOUT = 30.0
 """In which a robot program must come through robotInit [s]."""
@@ -123,15 +126,39 @@ class _Reporter:
             stream.write(json.dumps(data, default=str) + "\n")
 
 
-def load_robot_plugin(robot_file: Path) -> Any:
-    """Pyfrc's plugin of pytest for the robot program of a project. Errors of the robot code pass through."""
-    from pyfrc.test_support.pytest_plugin import PyFrcPlugin
+def load_robot_plugin(robot_file: Path, *, simulated: bool = True) -> Any:
+    """RobotPy's plugin of pytest for the robot program of a project. Errors of the robot code pass through.
 
+    Args:
+        robot_file: Its robot.py.
+        simulated: Whether Phoenix 6 runs in simulated time.
+    """
+    from simcore.robotpy.program_watch import watch_program
     from simcore.robotpy.repeatable_runs import seed_generators
     from simcore.robotpy.robot_program import load_robot_class
 
     seed_generators()  # a program may draw while it is imported
-    return PyFrcPlugin(load_robot_class(robot_file), robot_file, True, INIT_TIMEOUT)
+    if find_spec("phoenix6") is not None:
+        watch_program(simulated=simulated)
+    return season.robot_test_plugin(load_robot_class(robot_file), robot_file, INIT_TIMEOUT)
+
+
+def wait_longer(plugin: Any) -> None:
+    """Let a plugin of RobotPy's wait `INIT_TIMEOUT` for the start of a program: building a field takes 1 s of it.
+
+    pyfrc's waits 2 s; that of wpilib.testing asks a thousand times, 1 ms apart.
+    """
+    if hasattr(plugin, "_init_timeout"):
+        plugin._init_timeout = max(plugin._init_timeout, INIT_TIMEOUT)
+        return
+    has_started = season.wpilib_simulation.get_program_started
+
+    def has_started_by_then() -> bool:
+        if not has_started():
+            time.sleep(1e-3 * INIT_TIMEOUT)
+        return bool(has_started())
+
+    season.test_controller().get_program_started = has_started_by_then
 
 
 def end_process(code: int) -> NoReturn:
@@ -145,7 +172,7 @@ def _main() -> int:
     task = ChildTask(**json.loads(sys.argv[1]))
     reporter = _Reporter(task)
     try:
-        robot = load_robot_plugin(Path(task.robot_file))
+        robot = load_robot_plugin(Path(task.robot_file), simulated="--phoenix=simulated" in task.arguments)
     except BaseException:
         print(f"could not load the robot project {task.robot_file}:\n\n{traceback.format_exc()}", flush=True)
         return 3

@@ -16,25 +16,29 @@ import logging
 import sys
 import threading
 import time
+import types
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any, Protocol
 
-import hal
-from hal.simulation import isTimingPaused
-from wpilib import RobotController
-
+from simcore import season
 from simcore.errors import SimcoreError
+from simcore.robotpy.console_noise import restore_stderr
+from simcore.start_errors import leave
+
+is_timing_paused = season.hal_simulation.is_timing_paused
+RobotController = season.wpilib.RobotController
 
 __all__ = ["LoopWaits", "TimedParts"]
 
 _log = logging.getLogger(__name__)
 
 _LOOP = 5  # sleeps on one line make it a loop, in a program that never says that it has started
+_BUILDING = ("__init__", "robotInit", "createObjects", "_simulationInit")
 _PATIENCE = 10.0  # wall time that a loop may compute in a test [s]
 _INIT_PATIENCE = 60.0  # and the program before its first loop [s]
 _LOOK = 5_000  # [us]
-_UNCUT = 1.0  # [s]; so long after its time a part is done by a thread of our own, in real time
+_UNCUT = 1.0  # [s]; so long after its time a part is done by a thread of our own, in real time, until the robot waits
 
 
 class TimedParts(Protocol):
@@ -50,12 +54,8 @@ class TimedParts(Protocol):
         ...
 
 
-_wait, _update, _stop, _clean = (
-    hal.waitForNotifierAlarm,
-    hal.updateNotifierAlarm,
-    hal.stopNotifier,
-    hal.cleanNotifier,
-)
+_calls: tuple[Any, ...] = season.notifier_calls() or (None,) * 5
+_create, _wait, _update, _stop, _clean = _calls
 _sleep, _event_wait = time.sleep, threading.Event.wait
 
 
@@ -81,8 +81,8 @@ class LoopWaits:
         self.thread = threading.get_ident()
         self.parts: TimedParts | None = None
         """What is done in the waits; None: not built yet."""
-        self.has_own_thread = False
-        """Whether parts are done by a thread of their own, because the robot's never waits where it can be cut."""
+        self._lock = threading.Lock()  # held while parts are done
+        self._has_warned = False
         self._build = build
         self._every_loop = every_loop
         self._has_hooks = True
@@ -94,15 +94,28 @@ class LoopWaits:
         self._has_started = False
         self._computes_since = time.monotonic()
         self._is_waiting = False
+        self._does_parts = False
         self._is_ending = False
         self._is_over = False
         self._hold()
         threading.Thread(target=self._watch, name="simcore-loop", daemon=True).start()
 
     def run(self, parts: TimedParts) -> None:
-        """Do these parts from now on; the program's patience begins to count."""
-        self.parts = parts
+        """Do these parts, which are complete, from now on; the program's patience begins to count."""
         self._computes_since = time.monotonic()
+        self.parts = parts
+
+    def do_due(self) -> None:
+        """Do the parts that are due, unless another thread does them; to be called on the robot's thread."""
+        parts = self.parts
+        if parts is not None and self._lock.acquire(blocking=False):
+            self._does_parts = True
+            try:
+                if parts.next_due <= 1e-6 * _now():
+                    parts.do_due()
+            finally:
+                self._does_parts = False
+                self._lock.release()
 
     def stop(self) -> None:
         """Do no more parts: whoever steps time is about to end the program."""
@@ -116,8 +129,7 @@ class LoopWaits:
     def where(self) -> str:
         """Which line of the program its thread is at."""
         frame = sys._current_frames().get(self.thread)
-        module = sys.modules.get(type(self.robot).__module__)
-        folder = str(Path(getattr(module, "__file__", None) or "?").parent)
+        folder = str(self._folder())
         named = frame
         while frame is not None:
             if frame.f_code.co_filename.startswith(folder):
@@ -137,10 +149,14 @@ class LoopWaits:
         Raises:
             SimcoreError: It neither waits nor ends in that time; the text says where it is.
         """
-        while not (self._is_waiting or self._is_over or self.has_own_thread or not self._holds):
+        while not (self._is_waiting or self._is_over or not self._holds):
             if self._is_stuck(patience):
                 raise SimcoreError(self._complaint(patience))
             _sleep(0.001)
+
+    def _folder(self) -> Path:
+        module = sys.modules.get(type(self.robot).__module__)
+        return Path(getattr(module, "__file__", None) or "?").parent
 
     # --- waits of the robot's thread ------------------------------------------------------------------------------
 
@@ -161,7 +177,7 @@ class LoopWaits:
 
     def sleep(self, seconds: float) -> None:
         """As `time.sleep`; FPGA time."""
-        if self._is_waiting or (not self._has_started and not self._is_a_loop()):
+        if self._is_waiting or self._does_parts or (not self._has_started and not self._is_a_loop()):
             _sleep(seconds)  # in the middle of a part it is our own physics that waits for the devices
             return
         self.start()
@@ -205,15 +221,16 @@ class LoopWaits:
     def _run_until(self, handle: int, end: int) -> bool:
         """Do the parts that are due before `end` [us]; returns whether the program goes on."""
         parts = self.parts
-        if parts is None or self.has_own_thread or self._is_ending:
+        if parts is None or self._is_ending:
             return True
-        if parts.next_due <= 1e-6 * _now():
-            parts.do_due()  # after a loop that took too long nothing is left to wait for
-        while (due := int(1e6 * parts.next_due)) < end:
-            _update(handle, due)
-            if _wait(handle)[0] == 0:
-                return False
-            parts.do_due()
+        with self._lock:
+            if parts.next_due <= 1e-6 * _now():
+                parts.do_due()  # after a loop that took too long nothing is left to wait for
+            while (due := int(1e6 * parts.next_due)) < end:
+                _update(handle, due)
+                if _wait(handle)[0] == 0:
+                    return False
+                parts.do_due()
         return True
 
     def _sleep_until(self, end: int) -> None:
@@ -233,14 +250,20 @@ class LoopWaits:
             self._every_loop()
 
     def _is_a_loop(self) -> bool:
+        """Whether a sleep is that of the program's loop, and does not wait for a device while the robot is built."""
         frame = sys._getframe(3)
         line = (frame.f_code.co_filename, frame.f_lineno)
+        caller: types.FrameType | None = frame
+        while caller is not None and caller.f_code.co_name != "startCompetition":
+            if caller.f_code.co_name in _BUILDING:
+                return False
+            caller = caller.f_back
         self._lines[line] = self._lines.get(line, 0) + 1
         return self._lines[line] > _LOOP
 
     def _hold(self) -> int:
         if self._held is None and (self._holds or self._has_started):
-            self._held = hal.initializeNotifier()[0]
+            self._held = _create()[0]
         return self._held or 0
 
     def _let_go(self) -> None:
@@ -255,27 +278,47 @@ class LoopWaits:
             _sleep(0.1)
             if self._is_waiting:
                 continue
-            if isTimingPaused():
+            if is_timing_paused():
                 if self._held is not None and self._is_stuck(_PATIENCE):
                     self._let_go()  # else whoever steps time would wait for ever
                     _log.error("%s", self._complaint(_PATIENCE))
-            elif self.parts is not None and 1e-6 * _now() - self.parts.next_due > _UNCUT:
-                self._run_here(self.parts)
-                return
+            elif self._is_late():
+                self._stand_in()
 
-    def _run_here(self, parts: TimedParts) -> None:
-        """Do the parts on this thread, in real time."""
-        self.has_own_thread = True
-        _log.warning(
-            "%s does not wait where physics can come by (it is at %s): physics runs on a thread of its own",
-            *(type(self.robot).__name__, self.where()),
+    def _is_late(self) -> bool:
+        """Whether the program, which has started, has long not come by: by the FPGA's clock and by its own waits."""
+        parts = self.parts
+        patience = _UNCUT if self._has_started else _INIT_PATIENCE
+        return (
+            parts is not None
+            and time.monotonic() - self._computes_since > patience
+            and 1e-6 * _now() - parts.next_due > _UNCUT
         )
-        handle = hal.initializeNotifier()[0]
-        while not self._is_over:
-            parts.do_due()
-            _update(handle, int(1e6 * parts.next_due))
-            if _wait(handle)[0] == 0:
-                return
+
+    def _stand_in(self) -> None:
+        """Do the parts on this thread, in real time, until the robot's waits again."""
+        parts = self.parts
+        assert parts is not None
+        if not self._has_warned:
+            self._has_warned = True
+            _log.warning(
+                "%s has not waited for its next loop for %.1f s (it is at %s): until it does, physics runs beside it",
+                *(type(self.robot).__name__, time.monotonic() - self._computes_since, self.where()),
+            )
+        handle = _create()[0]
+        try:
+            while not (self._is_waiting or self._is_over):
+                with self._lock:
+                    parts.do_due()
+                _update(handle, int(1e6 * parts.next_due))
+                if _wait(handle)[0] == 0:
+                    return
+        except Exception as error:  # else the robot would go on without physics
+            restore_stderr()
+            leave(error, program="robotpy sim", folder=self._folder())
+        finally:
+            _stop(handle)
+            _clean(handle)
 
     def _is_stuck(self, patience: float) -> bool:
         allowed = patience if self.parts is not None else _INIT_PATIENCE
@@ -291,7 +334,7 @@ class LoopWaits:
 
 def _now() -> int:
     """FPGA time [us]."""
-    return int(RobotController.getFPGATime())
+    return int(RobotController.get_monotonic_time())
 
 
 class _Waiting:

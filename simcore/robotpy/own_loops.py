@@ -10,11 +10,13 @@ import types
 from collections.abc import Callable, Sequence
 from typing import Any
 
-import hal
-import wpilib
-from wpilib import IterativeRobotBase, TimedRobot
-
+from simcore import season
+from simcore.errors import ConfigError
 from simcore.robotpy.loop_waits import LoopWaits, TimedParts
+
+TimedRobot = season.wpilib.TimedRobot
+hal = season.hal
+wpilib = season.wpilib
 
 __all__ = ["attach_to_loop", "loop_waits", "with_own_loop"]
 
@@ -43,8 +45,10 @@ def attach_to_loop(robot: Any, parts: TimedParts) -> LoopWaits | None:
 
 def has_wpilib_loop(robot_class: type) -> bool:
     """Whether a robot class leaves its loop to wpilib's TimedRobot."""
-    owner = next(c for c in robot_class.__mro__ if "startCompetition" in vars(c))
-    return issubclass(robot_class, TimedRobot) and _is_wpilibs(owner)
+    if not issubclass(robot_class, season.loop_classes()):
+        return False
+    start = season.own_name(wpilib.RobotBase, "start_competition")
+    return next(c for c in robot_class.__mro__ if start in vars(c)).__module__.split(".")[0] == "wpilib"
 
 
 def with_own_loop(robot_class: Any, interface: Any) -> Any:
@@ -56,6 +60,11 @@ def with_own_loop(robot_class: Any, interface: Any) -> Any:
     """
     if has_wpilib_loop(robot_class):
         return robot_class
+    if season.notifier_calls() is None:
+        raise ConfigError(
+            f"{robot_class.__name__} has a loop of its own: with WPILib 2027 simcore reaches those of TimedRobot "
+            "and of OpModeRobot"
+        )
 
     class OwnLoopRobot(robot_class):  # type: ignore[misc]
         def startCompetition(self) -> None:
@@ -66,9 +75,9 @@ def with_own_loop(robot_class: Any, interface: Any) -> Any:
                 return False
 
             def every_loop() -> None:
-                hal.simPeriodicBefore()
+                hal.sim_periodic_before()
                 interface._simulationPeriodic()
-                hal.simPeriodicAfter()
+                hal.sim_periodic_after()
 
             waits = _begin(LoopWaits(self, build=build, every_loop=every_loop, holds=not isinstance(self, TimedRobot)))
             try:
@@ -79,10 +88,6 @@ def with_own_loop(robot_class: Any, interface: Any) -> Any:
     for name in ("__name__", "__module__", "__qualname__"):
         setattr(OwnLoopRobot, name, getattr(robot_class, name))
     return OwnLoopRobot
-
-
-def _is_wpilibs(owner: type) -> bool:
-    return owner.__module__.split(".")[0] == "wpilib" and issubclass(owner, IterativeRobotBase)
 
 
 # --- where the waits are ------------------------------------------------------------------------------------------
@@ -119,11 +124,16 @@ def _event(original: Callable[..., bool]) -> Any:
 
 
 _PLACES: tuple[tuple[Any, str, Callable[[Any], Any]], ...] = (
-    (hal, "waitForNotifierAlarm", lambda f: _replacing(f, "alarm")),
-    (hal, "updateNotifierAlarm", lambda f: _replacing(f, "set_alarm", before=True)),
-    (hal, "stopNotifier", lambda f: _replacing(f, "forget", before=True)),
-    (hal, "cleanNotifier", lambda f: _replacing(f, "forget", before=True)),
-    (hal, "observeUserProgramStarting", lambda f: _replacing(f, "start", before=True)),
+    *(
+        (hal, name, lambda f, method=method, before=before: _replacing(f, method, before=before))
+        for name, method, before in (
+            ("waitForNotifierAlarm", "alarm", False),
+            ("updateNotifierAlarm", "set_alarm", True),
+            ("stopNotifier", "forget", True),
+            ("cleanNotifier", "forget", True),
+        )
+    ),
+    (hal, season.own_name(hal, "observe_user_program_starting"), lambda f: _replacing(f, "start", before=True)),
     (time, "sleep", lambda f: _replacing(f, "sleep")),
     (wpilib, "wait", lambda f: _replacing(f, "sleep")),
     (threading.Event, "wait", _event),

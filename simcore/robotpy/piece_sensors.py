@@ -7,34 +7,27 @@ sensor asks it how many there are, or whether one has just come or gone.
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Protocol
 
 from simcore.robot.robot import Robot
-from simcore.robot_file.device_settings import PieceView
-from simcore.robotpy.port_devices import Switch
+from simcore.robot_file.sensor_tables import PieceView
 from simcore.units import TICK
 
-__all__ = ["BeamBreak", "DistanceSensor", "PieceEye", "PieceRange"]
+__all__ = ["PieceSensor"]
 
 
-class DistanceSensor(Protocol):
-    """A sensor of distance: `CANrangeSim`."""
-
-    def write(self, distance: float) -> None:
-        """Set the distance to what is in front of it [m]."""
-        ...
-
-
-class PieceEye:
-    """Whether a sensor sees a piece now.
+class PieceSensor:
+    """A light barrier whose beam pieces break, or a CANrange that looks where they come by.
 
     Args:
         view: Which pieces it sees, and where.
         robot: In the match.
         kind_of: Name of the kind of a piece, by its slot.
+        show: Lets robot code read whether it sees one.
     """
 
-    def __init__(self, view: PieceView, robot: Robot, kind_of: Callable[[int], str]) -> None:
+    def __init__(
+        self, view: PieceView, robot: Robot, kind_of: Callable[[int], str], show: Callable[[bool], object]
+    ) -> None:
         self._view = view
         self._robot = robot
         self._kind_of = kind_of
@@ -42,9 +35,17 @@ class PieceEye:
         self._came: dict[int, float] = {slot: -view.delay for slot in self._stored()}
         self._held = set(robot.held)
         self._seen_until = 0.0
+        self._show = show
+        self.is_active = False
+        """Whether it sees a piece."""
+
+    def update(self) -> None:
+        """After a tick."""
+        self.is_active = self.look()
+        self._show(self.is_active)
 
     def look(self) -> bool:
-        """Look, once a tick."""
+        """Whether it sees a piece now; asked once a tick."""
         self._time += TICK
         view = self._view
         if view.place == "storage":
@@ -72,46 +73,3 @@ class PieceEye:
 
     def _sees(self, slot: int) -> bool:
         return not self._view.kinds or self._kind_of(slot) in self._view.kinds
-
-
-class BeamBreak:
-    """A light barrier.
-
-    Args:
-        eye: What breaks its beam.
-        switch: Where it is wired to.
-    """
-
-    def __init__(self, eye: PieceEye, switch: Switch) -> None:
-        self._eye = eye
-        self._switch = switch
-        self.is_active = False
-        """Whether the beam is broken."""
-
-    def update(self) -> None:
-        """After a tick."""
-        self.is_active = self._eye.look()
-        self._switch.set_active(self.is_active)
-
-
-class PieceRange:
-    """A CANrange that looks where pieces come by.
-
-    Args:
-        eye: What it sees.
-        sensor: The device.
-        distance: To a piece [m].
-        empty: To what is behind [m].
-    """
-
-    def __init__(self, eye: PieceEye, sensor: DistanceSensor, *, distance: float, empty: float) -> None:
-        self._eye = eye
-        self._sensor = sensor
-        self._distances = (empty, distance)
-        self.is_active = False
-        """Whether a piece is in front of it."""
-
-    def update(self) -> None:
-        """After a tick."""
-        self.is_active = self._eye.look()
-        self._sensor.write(self._distances[self.is_active])

@@ -6,35 +6,38 @@ name in the list of who moves what.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
-from wpilib.simulation import AddressableLEDSim, EncoderSim
 
 import simcore.phoenix6.candle_lights as candles  # from here on requests are noted
+from simcore import season
+from simcore.devices.makers import find_device
+from simcore.devices.ownership import Ownership
 from simcore.errors import ConfigError
 from simcore.match.match import Match
-from simcore.phoenix6.built_devices import built_devices
-from simcore.phoenix6.ownership import Ownership
+from simcore.phoenix6.built_devices import DEVICES
 from simcore.phoenix6.sensor_ports import CANcoderSim, CANdiSwitchSim, CANrangeSim
 from simcore.robot.mechanisms import ElevatorSim, RackSim
+from simcore.robot.motor_controllers import MotorDevices
+from simcore.robot.motor_ports import AnglePort
 from simcore.robot.positioned_mechanisms import PistonSim, ServoSim
 from simcore.robot.robot import Robot
 from simcore.robot.shaft import ShaftSim
-from simcore.robot_file.device_settings import (
+from simcore.robot_file.robot_settings import PORT_CONTROLLERS, MechanismSettings, RobotSettings
+from simcore.robot_file.sensor_tables import (
     BeamBreakSettings,
     EncoderSettings,
     LimitSwitchSettings,
+    PieceView,
     PotentiometerSettings,
     RangeSettings,
     SensorSettings,
     SwitchInput,
 )
-from simcore.robot_file.robot_settings import MechanismSettings, RobotSettings
-from simcore.robotpy.built_ports import BuiltPort, built_ports, pneumatics_module, ports_text
-from simcore.robotpy.connected_devices import MotorDevices
-from simcore.robotpy.piece_sensors import BeamBreak, PieceEye, PieceRange
+from simcore.robotpy.built_ports import BuiltPort, built_ports, encoder_range, pneumatics_module, ports_text
+from simcore.robotpy.piece_sensors import PieceSensor
 from simcore.robotpy.port_devices import (
     AbsoluteEncoderInput,
     DigitalSwitch,
@@ -46,15 +49,13 @@ from simcore.robotpy.port_devices import (
     QuadratureInput,
     RelayPort,
     ServoSignal,
-    ShownPosition,
     Switch,
 )
 from simcore.typing import IntArray
 
-__all__ = ["PORT_CONTROLLERS", "PortAssignment"]
+EncoderSim = season.wpilib_simulation.EncoderSim
 
-PORT_CONTROLLERS = ("PWM", "Relay", "Servo", "Solenoid")
-"""Controllers of mechanisms that are on ports and not on CAN."""
+__all__ = ["PortAssignment"]
 
 _STRIP_EVERY = 5  # ticks between two looks at an LED strip
 
@@ -73,7 +74,7 @@ def _connect_mechanism(m: MechanismSettings, robot: Robot, ownership: Ownership)
         return ServoSignal(m.leader, mechanism, reversed=m.reversed)
     encoder = None
     if m.cancoder is not None:
-        encoder = CANcoderSim(_ctre(where, "CANcoder", m.cancoder))
+        encoder = CANcoderSim(find_device(where, "CANcoder", m.cancoder).hardware)
         ownership.claim(("CANcoder", m.cancoder), m.name)
     leader = _controller(m.leader) if m.controller == "PWM" else None
     ports = [
@@ -100,22 +101,13 @@ def _require_ports(where: str, keys: Sequence[tuple[str, int]]) -> None:
             )
 
 
-def _ctre(where: str, model: str, number: int) -> Any:
-    devices = built_devices()
-    for device in devices:
-        if device.key == (model, number):
-            return device.hardware
-    there = sorted(d.device_id for d in devices if d.model == model)
-    raise ConfigError(f"{where}: the robot program builds no {model} {number}; it builds {model} {there}")
-
-
 class _MechanismInputs:
     """What mechanisms show at inputs of the roboRIO and of CAN devices, as `MotorDevices`."""
 
     def __init__(self) -> None:
-        self._shown: list[tuple[ShaftSim, ShownPosition]] = []
+        self._shown: list[tuple[ShaftSim, AnglePort]] = []
 
-    def add(self, mechanism: ShaftSim, shown: ShownPosition) -> None:
+    def add(self, mechanism: ShaftSim, shown: AnglePort) -> None:
         shown.write(mechanism.position, mechanism.velocity)
         self._shown.append((mechanism, shown))
 
@@ -144,12 +136,14 @@ class PortAssignment:
         self._match = match
         self._robot = robot
         self._settings = settings
+        self.of_drivetrain: Sequence[Any] = ()
+        """Objects of robot code on ports that its drivetrain has."""
         self._ticks = 0
         self._candle_changes: dict[int, int] = {}
         strips = [port.channels[0] for port in built_ports() if port.made_by == "AddressableLED"]
-        self._strips = {f"AddressableLED{n}": AddressableLEDSim.createForChannel(n) for n in strips}
+        self._strips = {f"AddressableLED{n}": season.led_sim(n) for n in strips}
         self._limits: dict[str, LimitSwitchInput] = {}
-        self._piece_sensors: dict[str, BeamBreak | PieceRange] = {}
+        self._piece_sensors: dict[str, PieceSensor] = {}
         on_ports = (m for m in settings.mechanisms if m.controller in PORT_CONTROLLERS)
         self._inputs = _MechanismInputs()
         self.devices: list[MotorDevices] = [*(_connect_mechanism(m, robot, ownership) for m in on_ports), self._inputs]
@@ -162,7 +156,7 @@ class PortAssignment:
     def keys(self) -> set[tuple[str, int]]:
         """CAN devices, as (model, id), that are simulated here."""
         found = {key for sensor in self._settings.sensors for key in sensor.keys}
-        return found | {device.key for device in built_devices() if device.model == "CANdle"}
+        return found | {device.key for device in DEVICES.devices() if device.model == "CANdle"}
 
     def after_tick(self) -> None:
         """Sensors see the pieces of this tick; telemetry gets them and the lights."""
@@ -178,7 +172,7 @@ class PortAssignment:
     @property
     def lights(self) -> list[str]:
         """Lights of the program, as text."""
-        candles = [f"CANdle {d.device_id}" for d in built_devices() if d.model == "CANdle"]
+        candles = [f"CANdle {d.device_id}" for d in DEVICES.devices() if d.model == "CANdle"]
         return candles + [str(port) for port in built_ports() if port.made_by == "AddressableLED"]
 
     @property
@@ -187,14 +181,14 @@ class PortAssignment:
         taken = {key for sensor in self._settings.sensors for key in sensor.keys}
         taken |= {key for m in self._settings.mechanisms for key in m.keys}
         ports = [p for p in built_ports() if p.made_by != "AddressableLED" and taken.isdisjoint(p.keys)]
+        ports = [p for p in ports if not any(p.device is device for device in self.of_drivetrain)]
         return _by_class(ports)
 
     # --- connecting -----------------------------------------------------------------------------------------------
 
     def _connect(self, where: str, sensor: SensorSettings) -> None:
         if isinstance(sensor, BeamBreakSettings):
-            eye = PieceEye(sensor.sees, self._robot, self._kind_of)
-            self._piece_sensors[sensor.name] = BeamBreak(eye, self._switch(where, sensor.input))
+            self._watch(sensor.name, sensor.sees, self._switch(where, sensor.input).set_active)
         elif isinstance(sensor, RangeSettings):
             self._connect_range(where, sensor)
         elif isinstance(sensor, LimitSwitchSettings):
@@ -211,18 +205,21 @@ class PortAssignment:
                 self._inputs.add(mechanism, _encoder(where, sensor, mechanism))
 
     def _connect_range(self, where: str, sensor: RangeSettings) -> None:
-        device = CANrangeSim(_ctre(where, "CANrange", sensor.device_id))
+        device = CANrangeSim(find_device(where, "CANrange", sensor.device_id).hardware)
         if sensor.sees is not None:
-            eye = PieceEye(sensor.sees, self._robot, self._kind_of)
-            self._piece_sensors[sensor.name] = PieceRange(eye, device, distance=sensor.distance, empty=sensor.empty)
+            distances = sensor.empty, sensor.distance
+            self._watch(sensor.name, sensor.sees, lambda is_seen: device.write(distances[is_seen]))
             return
         assert sensor.mechanism is not None
         mechanism = self._robot.mechanisms[sensor.mechanism]
         self._inputs.add(mechanism, _SlideRange(device, mechanism, sensor.distance))
 
+    def _watch(self, name: str, sees: PieceView, show: Callable[[bool], object]) -> None:
+        self._piece_sensors[name] = PieceSensor(sees, self._robot, self._kind_of, show)
+
     def _switch(self, where: str, wired: SwitchInput) -> Switch:
         if wired.model == "CANdi":
-            candi = _ctre(where, "CANdi", wired.number)
+            candi = find_device(where, "CANdi", wired.number).hardware
             return CANdiSwitchSim(candi, wired.pin, normally_closed=wired.normally_closed)
         _require_ports(where, wired.keys)
         return DigitalSwitch(wired.number, normally_closed=wired.normally_closed)
@@ -262,17 +259,17 @@ class _SlideRange:
         self._distance = distance
 
     def write(self, position: float, velocity: float) -> None:
-        """See `ShownPosition`."""
+        """See `AnglePort`."""
         m = self._mechanism
         way = m.height if isinstance(m, ElevatorSim) else m.extension if isinstance(m, RackSim) else position
         self._device.write(max(0.0, self._distance + way))
 
 
-def _encoder(where: str, sensor: EncoderSettings, mechanism: ShaftSim) -> ShownPosition:
+def _encoder(where: str, sensor: EncoderSettings, mechanism: ShaftSim) -> AnglePort:
     gearing = -sensor.gearing if sensor.reversed else sensor.gearing
     if sensor.kind == "encoder":
         try:
-            sim = EncoderSim.createForChannel(sensor.channels[0])
+            sim = EncoderSim.create_for_channel(sensor.channels[0])
         except IndexError:
             raise ConfigError(
                 f"{where}: DIO {sensor.channels[0]} is channel A of no Encoder of the robot program; of DIO it builds: "
@@ -282,7 +279,7 @@ def _encoder(where: str, sensor: EncoderSettings, mechanism: ShaftSim) -> ShownP
     model, channel = sensor.keys[0]
     try:
         return AbsoluteEncoderInput(
-            model, channel, gearing=gearing, zero=sensor.zero, full_range=_full_range(model, channel)
+            model, channel, gearing=gearing, zero=sensor.zero, full_range=encoder_range(model, channel)
         )
     except IndexError:
         raise ConfigError(
@@ -290,20 +287,11 @@ def _encoder(where: str, sensor: EncoderSettings, mechanism: ShaftSim) -> ShownP
         ) from None
 
 
-def _full_range(model: str, channel: int) -> float:
-    """What a turn is in the unit of robot code: 1, unless its encoder was built with something else."""
-    for port in built_ports():
-        if (model, channel) in port.keys and port.made_by in ("DutyCycleEncoder", "AnalogEncoder"):
-            given = port.settings.get("fullRange", port.args[1] if len(port.args) > 1 else 1.0)
-            return float(given)
-    return 1.0
-
-
-def _strip_colors(strip: AddressableLEDSim) -> IntArray:
+def _strip_colors(strip: Any) -> IntArray:
     """Of each LED of a strip, 0xRRGGBB, shape (n,); dark until robot code has started it."""
     if not strip.getRunning():
-        return np.zeros(int(strip.getLength()), dtype=np.int64)
-    return np.array([led.r << 16 | led.g << 8 | led.b for led in strip.getData()], dtype=np.int64)
+        return np.zeros(int(strip.get_length()), dtype=np.int64)
+    return np.array([led.r << 16 | led.g << 8 | led.b for led in strip.get_data()], dtype=np.int64)
 
 
 # --- words --------------------------------------------------------------------------------------------------------

@@ -10,12 +10,19 @@ import math
 from collections.abc import Callable, Sequence
 from typing import Any, Protocol
 
-from wpilib import DriverStation
-from wpilib.simulation import AnalogInputSim, DIOSim, DutyCycleSim, EncoderSim, PWMSim, RelaySim, SimDeviceSim
-
+from simcore import season
 from simcore.robot.motor_ports import AnglePort, MotorPort
 from simcore.robot.positioned_mechanisms import PistonSim, ServoSim
 from simcore.robot.shaft import ShaftSim
+
+RobotState = season.wpilib.RobotState
+AnalogInputSim = season.wpilib_simulation.AnalogInputSim
+DIOSim = season.wpilib_simulation.DIOSim
+DutyCycleSim = season.wpilib_simulation.DutyCycleSim
+EncoderSim = season.wpilib_simulation.EncoderSim
+PWMSim = season.wpilib_simulation.PWMSim
+RelaySim = season.class_before_2027("wpilib.simulation", "RelaySim")
+SimDeviceSim = season.wpilib_simulation.SimDeviceSim
 
 __all__ = [
     "AbsoluteEncoderInput",
@@ -28,7 +35,6 @@ __all__ = [
     "QuadratureInput",
     "RelayPort",
     "ServoSignal",
-    "ShownPosition",
     "Switch",
 ]
 
@@ -75,10 +81,10 @@ class PWMChannelPort(_ChannelPort):
 
     def volts(self) -> float:
         """Its duty cycle of the supply [V]; the roboRIO holds PWM neutral while disabled, its simulation does not."""
-        if not DriverStation.isEnabled():
+        if not RobotState.is_enabled():
             return 0.0
-        volts = float(self._sim.getSpeed()) * self._supply
-        return -volts if self._leader is not None and self._leader.getInverted() else volts
+        volts = season.pwm_speed(self._sim) * self._supply
+        return -volts if self._leader is not None and self._leader.get_inverted() else volts
 
 
 class RelayPort(_ChannelPort):
@@ -95,7 +101,7 @@ class RelayPort(_ChannelPort):
 
     def volts(self) -> float:
         """What it puts on the motor [V]."""
-        if not DriverStation.isEnabled():
+        if not RobotState.is_enabled():
             return 0.0
         return self._supply * (float(self._sim.getForward()) - float(self._sim.getReverse()))
 
@@ -166,8 +172,8 @@ class ServoSignal:
 
     def read(self, battery_voltage: float, *, powered: bool = True) -> None:
         """The signal to the servo."""
-        if powered and DriverStation.isEnabled() and self._pwm.getPulseMicrosecond() > 0:
-            self._servo.set_goal(self._from + self._way * float(self._pwm.getPosition()))
+        if powered and RobotState.is_enabled() and self._pwm.get_pulse_microsecond() > 0:
+            self._servo.set_goal(self._from + self._way * season.pwm_position(self._pwm))
         else:
             self._servo.coast()
 
@@ -193,8 +199,8 @@ class PistonValve:
 
     def read(self, battery_voltage: float, *, powered: bool = True) -> None:
         """The coils to the valve."""
-        on = [bool(self._module.getSolenoidOutput(channel)) for channel in self._channels]
-        if not (powered and DriverStation.isEnabled()):
+        on = [bool(self._module.get_solenoid_output(channel)) for channel in self._channels]
+        if not (powered and RobotState.is_enabled()):
             on = [False] * len(on)
         self._piston.set_volts(self._out * (float(on[0]) - float(on[1:] == [True])))
 
@@ -205,37 +211,29 @@ class PistonValve:
 # --- what a mechanism shows ---------------------------------------------------------------------------------------
 
 
-class ShownPosition(Protocol):
-    """An input of the roboRIO on a mechanism."""
-
-    def write(self, position: float, velocity: float) -> None:
-        """Where the mechanism's shaft is [rad] and how fast it turns [rad/s]; of a piston [m, m/s]."""
-        ...
-
-
 class QuadratureInput:
     """A quadrature `Encoder`; it reads zero where the mechanism is at first, and where robot code resets it.
 
     Args:
-        sim: Of the encoder, e.g. `EncoderSim.createForChannel(a)`.
+        sim: Of the encoder, e.g. `EncoderSim.create_for_channel(a)`.
         pulses_per_turn: Of the encoder, per turn of itself.
         gearing: Turns of the encoder per turn of the mechanism; negative if it counts down [-].
         start: Position of the mechanism at first [rad].
     """
 
-    def __init__(self, sim: EncoderSim, *, pulses_per_turn: float, gearing: float, start: float = 0.0) -> None:
+    def __init__(self, sim: Any, *, pulses_per_turn: float, gearing: float, start: float = 0.0) -> None:
         self._sim = sim
         self._per_rad = pulses_per_turn * gearing / math.tau
         self._base = self._written = start * self._per_rad
 
     def write(self, position: float, velocity: float) -> None:
-        """See `ShownPosition`; counts are whole."""
-        if self._sim.getReset():
+        """See `AnglePort`; counts are whole."""
+        if self._sim.get_reset():
             self._base = self._written
         pulses = position * self._per_rad
-        self._sim.setCount(round(pulses - self._base))
-        self._sim.setRate(velocity * self._per_rad * self._sim.getDistancePerPulse())
-        self._sim.setDirection(velocity * self._per_rad > 0.0)
+        self._sim.set_count(round(pulses - self._base))
+        self._sim.set_rate(velocity * self._per_rad * self._sim.get_distance_per_pulse())
+        self._sim.set_direction(velocity * self._per_rad > 0.0)
         self._written = pulses
 
 
@@ -256,19 +254,19 @@ class AbsoluteEncoderInput:
     def __init__(self, model: str, channel: int, *, gearing: float, zero: float, full_range: float) -> None:
         device = f"DutyCycle:DutyCycleEncoder[{channel}]" if model == "DIO" else f"AnalogEncoder[{channel}]"
         self._position = None
-        if device in SimDeviceSim.enumerateDevices():
-            self._position = SimDeviceSim(device).getDouble("Position")
+        if device in SimDeviceSim.enumerate_devices():
+            self._position = SimDeviceSim(device).get_double("Position")
         self._show: Callable[[float], object]
         if model == "DIO":
-            self._show, self._per_turn = DutyCycleSim.createForChannel(channel).setOutput, 1.0
+            self._show, self._per_turn = DutyCycleSim.create_for_channel(channel).set_output, 1.0
         else:
-            self._show, self._per_turn = AnalogInputSim(channel).setVoltage, _RAIL
+            self._show, self._per_turn = AnalogInputSim(channel).set_voltage, _RAIL
         self._turns_per_rad = gearing / math.tau
         self._zero = zero / full_range
         self._range = full_range
 
     def write(self, position: float, velocity: float) -> None:
-        """See `ShownPosition`; within one turn."""
+        """See `AnglePort`; within one turn."""
         turns = (self._zero + position * self._turns_per_rad) % 1.0
         if self._position is not None:
             self._position.set(turns * self._range)
@@ -291,8 +289,8 @@ class PotentiometerInput:
         self._per_unit = (volts[1] - volts[0]) / (stops[1] - stops[0])
 
     def write(self, position: float, velocity: float) -> None:
-        """See `ShownPosition`."""
-        self._sim.setVoltage(self._volts + (position - self._low) * self._per_unit)
+        """See `AnglePort`."""
+        self._sim.set_voltage(self._volts + (position - self._low) * self._per_unit)
 
 
 class DigitalSwitch:
@@ -310,7 +308,7 @@ class DigitalSwitch:
 
     def set_active(self, active: bool) -> None:
         """See `Switch`."""
-        self._sim.setValue(active == self._normally_closed)
+        self._sim.set_value(active == self._normally_closed)
 
 
 class Switch(Protocol):
@@ -338,6 +336,6 @@ class LimitSwitchInput:
         """At the last look."""
 
     def write(self, position: float, velocity: float) -> None:
-        """See `ShownPosition`."""
+        """See `AnglePort`."""
         self.is_pressed = self._low <= position <= self._high
         self._switch.set_active(self.is_pressed)

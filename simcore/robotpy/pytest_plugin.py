@@ -6,12 +6,15 @@ Loads with pytest itself, in projects that have no robot too: whatever is heavy 
 from __future__ import annotations
 
 import argparse
+import atexit
 import contextlib
 import os
 import shutil
 import sys
+import threading
 from collections.abc import Generator
 from dataclasses import replace
+from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TextIO
 
@@ -29,6 +32,7 @@ _SEEDS_MARK = (
 )
 _ROBOT_FIXTURES = ("sim", "robot", "control")
 _LATE_MS = 5.0  # a steer loop that sees rotors so old overshoots
+_PLUGINS = ("PyFrcPlugin", "RobotTestingPlugin", "IsolatedTestsPlugin")
 _MODES = ("simulated", "real")
 _complaints: TextIO | None = None
 
@@ -89,6 +93,7 @@ def pytest_configure(config: pytest.Config) -> None:
     if mode not in _MODES:
         raise pytest.UsageError(f"SIMCORE_PHOENIX must be {' or '.join(_MODES)}, got {mode!r}")
     config.addinivalue_line("markers", _SEEDS_MARK)
+    _fit_into_pyfrc(config)
     for option, least in (("sim_seed", 0), ("seeds", 1), ("seed_workers", 1)):
         number = config.getoption(option)
         if number is not None and number < least:
@@ -101,6 +106,32 @@ def pytest_configure(config: pytest.Config) -> None:
             Scatter.parse(config.getoption("sim_scatter"))
         except SimcoreError as error:
             raise pytest.UsageError(f"--sim-scatter: {error}") from None
+
+
+def _fit_into_pyfrc(config: pytest.Config) -> None:
+    """Let `robotpy test` import a program in each process as we do, and run one test there.
+
+    pyfrc hands the process of a test the robot class, which is imported on the way, and all arguments of its own
+    session after the test: a path among them would make the process run every test of that file.
+    """
+    for plugin in config.pluginmanager.get_plugins():
+        if type(plugin).__name__ == "IsolatedTestsPlugin":
+            plugin._robot_class = _RobotClass(plugin._robot_class, _mode(config) == "simulated")
+        elif type(plugin).__name__ == "WorkerPlugin":
+            del config.args[1:]
+
+
+class _RobotClass:
+    """A robot class that another process imports when it is told what to note."""
+
+    def __init__(self, robot_class: Any, simulated: bool) -> None:
+        self._names = robot_class.__module__, robot_class.__qualname__
+        self._simulated = simulated
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        from simcore.robotpy.program_watch import load_watched_class
+
+        return load_watched_class, (*self._names, self._simulated)
 
 
 def pytest_runtest_logreport(report: pytest.TestReport) -> None:
@@ -122,6 +153,26 @@ def pytest_unconfigure(config: pytest.Config) -> None:
     if _complaints is not None:
         _complaints.close()
         _complaints = None
+    if not getattr(_pyfrc(config), "isolated", True):
+        threading._register_atexit(_end_at_once)  # type: ignore[attr-defined]  # before Python waits for any thread
+
+
+@pytest.hookimpl(trylast=True)
+def pytest_sessionfinish(session: pytest.Session, exitstatus: int) -> None:
+    """Note how the session ends."""
+    global _status
+    _status = int(exitstatus)
+
+
+_status = 0
+
+
+def _end_at_once() -> None:
+    """End a process in which robots were: Python would wait for their threads, or hang as it takes devices apart."""
+    from simcore.robotpy.isolation import end_process
+
+    atexit._run_exitfuncs()
+    end_process(_status)
 
 
 def pytest_collect_file(file_path: Path, parent: pytest.Collector) -> None:
@@ -201,7 +252,7 @@ def _is_robot_test(item: pytest.Item) -> bool:
 def _pyfrc(config: pytest.Config) -> Any:
     """The plugin of pyfrc, if it runs this session: `robotpy test`, or our own child process."""
     plugins = config.pluginmanager.get_plugins()
-    return next((p for p in plugins if type(p).__name__ in ("PyFrcPlugin", "IsolatedTestsPlugin")), None)
+    return next((p for p in plugins if type(p).__name__ in _PLUGINS), None)
 
 
 def _robot_file(item: pytest.Item) -> Path:
@@ -245,7 +296,10 @@ def pytest_fixture_setup(fixturedef: Any, request: pytest.FixtureRequest) -> Gen
     if fixturedef.argname == "robot":
         plugin = _pyfrc(request.config)
         if plugin is not None and _mode(request.config) == "simulated":
-            _install()
+            if find_spec("phoenix6") is not None:
+                from simcore.robotpy.program_watch import begin_robot
+
+                begin_robot()
             _make_repeatable(Path(request.getfixturevalue("robot_path")))
         if plugin is not None:
             _vary(request.config)
@@ -273,18 +327,8 @@ _start_failure: BaseException | None = None
 """As it was raised in this process."""
 
 
-def _install() -> None:
-    from importlib.util import find_spec
-
-    if find_spec("phoenix6") is not None:
-        from simcore.robotpy.simulated_phoenix import install_simulated_phoenix
-
-        install_simulated_phoenix()
-
-
 def _make_repeatable(folder: Path) -> None:
-    from simcore.robotpy.notifier_order import order_notifiers
-    from simcore.robotpy.repeatable_runs import seed_generators, use_robot_clock
+    from simcore.robotpy.repeatable_runs import order_notifiers, seed_generators, use_robot_clock
 
     seed_generators()
     use_robot_clock(folder)
@@ -311,12 +355,11 @@ def _attach(plugin: Any, *, wants_field: bool) -> None:
     Raises:
         ConfigError: It wants the field, and nothing could put the robot there.
     """
-    from importlib.util import find_spec
-
     from simcore.errors import ConfigError
     from simcore.robot_file.template import FILE_NAME
+    from simcore.robotpy.physics_hook import hook_of
 
-    physics, folder = plugin._physics, plugin._robot_file.parent
+    physics, folder = hook_of(plugin), plugin._robot_file.parent
     if find_spec("phoenix6") is None:
         if physics is not None:
             from simcore.robotpy.own_loops import with_own_loop
@@ -329,17 +372,19 @@ def _attach(plugin: Any, *, wants_field: bool) -> None:
                 "without"
             )
     elif wants_field or physics is not None or (folder / FILE_NAME).exists():
-        from simcore.robotpy.isolation import INIT_TIMEOUT
+        from simcore.robotpy.isolation import wait_longer
         from simcore.robotpy.robot_attachment import attach_physics
 
         # A physics.py of the team's alone is left alone where nobody asked for the field.
-        plugin._physics, plugin._robot_class = attach_physics(
-            physics, plugin._robot_class, folder, joins=wants_field or (folder / FILE_NAME).exists()
+        hook, plugin._robot_class = attach_physics(
+            *(physics, plugin._robot_class, folder),
+            joins=wants_field or (folder / FILE_NAME).exists(),
+            needs_field=wants_field,
         )
-        plugin._physics.log_init_errors = False  # as pyfrc has it in tests
-        plugin._physics._simulationInit = _start_errors(folder)(plugin._physics._simulationInit)
-        # pyfrc gives robotInit 2 s; building the field counts into them, 1 s on a quiet computer
-        plugin._init_timeout = max(plugin._init_timeout, INIT_TIMEOUT)
+        plugin._physics = hook
+        hook.log_init_errors = False  # as pyfrc has it in tests
+        hook._simulationInit = _start_errors(folder)(hook._simulationInit)
+        wait_longer(plugin)
 
 
 # --- the fixture --------------------------------------------------------------------------------------------------

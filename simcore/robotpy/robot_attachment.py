@@ -1,4 +1,4 @@
-"""Puts any robot with a Phoenix 6 swerve drivetrain on the field, with no line of code: physics under its program."""
+"""Puts any robot whose drivetrain is found on the field, with no line of code: physics under its program."""
 
 from __future__ import annotations
 
@@ -6,19 +6,20 @@ import inspect
 import logging
 import socket
 import types
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from pyfrc.physics.core import PhysicsInterface
-
+from simcore.devices.found_drivetrain import DrivetrainNotFoundError
 from simcore.match.registry import find_game
+from simcore.photonvision.photon_program import photon_program
 from simcore.physics.engine_choice import choose_engine
 from simcore.robot_file.reader import read_settings
 from simcore.robot_file.template import FILE_NAME
 from simcore.robotpy.attached_physics import AttachedPhysics
-from simcore.robotpy.motor_families import watch_devices
 from simcore.robotpy.own_loops import with_own_loop
-from simcore.robotpy.robot_cameras import watch_cameras
+from simcore.robotpy.physics_hook import PhysicsHook, with_physics
+from simcore.robotpy.program_watch import watch_program
 from simcore.robotpy.robot_physics import RobotPhysics
 
 __all__ = ["attach_physics", "choose", "is_ours", "is_port_taken"]
@@ -46,7 +47,9 @@ def choose(folder: Path, *, game: str | None = None, engine: str | None = None) 
     AttachedPhysics.game_name, AttachedPhysics.engine_name = game, engine
 
 
-def attach_physics(interface: Any, robot_class: Any, folder: Path, *, joins: bool = True) -> tuple[Any, Any]:
+def attach_physics(
+    interface: Any, robot_class: Any, folder: Path, *, joins: bool = True, needs_field: bool = False
+) -> tuple[Any, Any]:
     """Put simcore under a robot program, before its robot is built.
 
     Args:
@@ -54,20 +57,22 @@ def attach_physics(interface: Any, robot_class: Any, folder: Path, *, joins: boo
         robot_class: Of the program.
         folder: Where robot.py is.
         joins: Whether simcore comes beside a physics.py that knows nothing of it.
+        needs_field: Whether a program whose drivetrain is not found is an error; else it runs without a field.
 
     Returns:
         Interface and robot class to go on with.
     """
     if interface is not None and (not joins or is_ours(interface.module.PhysicsEngine)):
         return interface, with_own_loop(robot_class, interface)  # it is ours, with more knowledge of the robot
-    AttachedPhysics.ownership = watch_devices()
-    watch_cameras()
+    AttachedPhysics.ownership = watch_program()
+    photon_program().begin()
     AttachedPhysics.folder = folder
     if interface is not None:
-        _join(interface.module)
+        _join(interface.module, AttachedPhysics if needs_field else _physics_or_none)
         return interface, with_own_loop(robot_class, interface)
-    ours = PhysicsInterface(types.SimpleNamespace(PhysicsEngine=AttachedPhysics))  # type: ignore[no-untyped-call]
-    return ours, with_own_loop(_with_physics(robot_class, ours), ours)
+    engine = AttachedPhysics if needs_field else _physics_or_none
+    ours = PhysicsHook(types.SimpleNamespace(PhysicsEngine=engine))
+    return ours, with_own_loop(with_physics(robot_class, ours), ours)
 
 
 def is_port_taken(port: int = NETWORKTABLES) -> bool:
@@ -87,7 +92,22 @@ def is_ours(engine: Any) -> bool:
     return isinstance(engine, type) and issubclass(engine, (RobotPhysics, _JoinedPhysics))
 
 
-def _join(module: Any) -> None:
+class _WithoutField:
+    """In place of physics, for a program whose drivetrain is not found: it runs as if simcore were not there."""
+
+    def update_sim(self, now: float, tm_diff: float) -> None:
+        """Nothing moves."""
+
+
+def _physics_or_none(physics_controller: Any, robot: Any) -> AttachedPhysics | _WithoutField:
+    try:
+        return AttachedPhysics(physics_controller, robot)
+    except DrivetrainNotFoundError as error:
+        _log.warning("%s", error)
+        return _WithoutField()
+
+
+def _join(module: Any, build: Callable[[Any, Any], Any]) -> None:
     """Let a team's own PhysicsEngine run as before, and ours beside it."""
     theirs = module.PhysicsEngine
     takes_robot = len(inspect.signature(theirs).parameters) == 2
@@ -95,7 +115,7 @@ def _join(module: Any) -> None:
     class PhysicsEngine(_JoinedPhysics):
         def __init__(self, physics_controller: Any, robot: Any) -> None:
             self.theirs = theirs(physics_controller, robot) if takes_robot else theirs(physics_controller)
-            self.ours = AttachedPhysics(physics_controller, robot)
+            self.ours = build(physics_controller, robot)
 
     _log.info("the project's own physics.py runs beside simcore, which owns the drivetrain")
     module.PhysicsEngine = PhysicsEngine
@@ -105,27 +125,8 @@ class _JoinedPhysics:
     """A team's own PhysicsEngine and ours, one after the other."""
 
     theirs: Any
-    ours: AttachedPhysics
+    ours: AttachedPhysics | _WithoutField
 
     def update_sim(self, now: float, tm_diff: float) -> None:
         self.theirs.update_sim(now, tm_diff)
         self.ours.update_sim(now, tm_diff)
-
-
-def _with_physics(robot_class: Any, interface: Any) -> Any:
-    """The robot class with pyfrc's hooks after its own."""
-
-    class PhysicsRobot(robot_class):  # type: ignore[misc]
-        def _simulationInit(self) -> None:
-            if hasattr(super(), "_simulationInit"):  # a plain RobotBase has no hooks
-                super()._simulationInit()
-            interface._simulationInit(self)
-
-        def _simulationPeriodic(self) -> None:
-            if hasattr(super(), "_simulationPeriodic"):
-                super()._simulationPeriodic()
-            interface._simulationPeriodic()
-
-    for name in ("__name__", "__module__", "__qualname__"):
-        setattr(PhysicsRobot, name, getattr(robot_class, name))
-    return PhysicsRobot

@@ -9,16 +9,12 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import ntcore
-from wpimath.geometry import Pose3d, Quaternion, Rotation3d, Translation3d
-
+from simcore import season
 from simcore.errors import ConfigError
 from simcore.install_text import install_command
 from simcore.match.match import Match
-from simcore.photonvision.photon_mounts import FoundMount, lens_of, mounts, pipeline_of
-from simcore.photonvision.photon_program import HOOKS, photon_program
-from simcore.robotpy.import_watch import after_import
-from simcore.robotpy.table_watch import table_watch
+from simcore.photonvision.photon_program import FoundMount, lens_of, mounts, photon_program, pipeline_of
+from simcore.robotpy.program_watch import table_watch
 from simcore.vision.camera import CameraConfig, CameraMount
 from simcore.vision.quest_headset import QuestConfig
 from simcore.vision.questnav_table import TABLE, QuestNavTable
@@ -26,20 +22,18 @@ from simcore.vision.questnav_table import TABLE, QuestNavTable
 if TYPE_CHECKING:
     from simcore.vision.limelight import LimelightSim
 
-__all__ = ["LIMELIGHT", "RobotCameras", "watch_cameras"]
+Pose3d = season.wpimath.Pose3d
+Quaternion = season.wpimath.Quaternion
+Rotation3d = season.wpimath.Rotation3d
+Translation3d = season.wpimath.Translation3d
+ntcore = season.ntcore
+
+__all__ = ["RobotCameras", "surveyed_cameras"]
 
 _log = logging.getLogger(__name__)
 
-LIMELIGHT = re.compile(r"limelight(-[\w-]+)?")
+_LIMELIGHT = re.compile(r"limelight(-[\w-]+)?")
 """Names that Limelights can have; robot code's own tables may begin alike."""
-
-
-def watch_cameras() -> None:
-    """Note from now on which cameras a robot program builds and asks for; before its robot is built."""
-    table_watch()
-    for name, hook in HOOKS.items():
-        after_import(name, hook)
-    photon_program().begin()
 
 
 class RobotCameras:
@@ -81,7 +75,7 @@ class RobotCameras:
         self._headset_told = False
         chassis = match.robots[number].chassis
 
-        def true_pose() -> Pose3d:
+        def true_pose() -> Any:
             x, y, z, w = chassis.quat
             return Pose3d(Translation3d(*chassis.pos), Rotation3d(Quaternion(w, x, y, z)))
 
@@ -206,7 +200,7 @@ class RobotCameras:
 
     def _follow_tables(self) -> None:
         for name in self._watch.names:
-            if LIMELIGHT.fullmatch(name) and name not in self._described and name not in self._reported:
+            if _LIMELIGHT.fullmatch(name) and name not in self._described and name not in self._reported:
                 self._reported.add(name)
                 self._unplaced.add(name)
                 near = [n for n, c in self._described.items() if c.maker == "limelight"]
@@ -220,7 +214,7 @@ class RobotCameras:
 
     def _add_headset(self, config: QuestConfig) -> None:
         cameras = self._match.cameras
-        port = QuestNavTable(ntcore.NetworkTableInstance.getDefault(), cameras.clock)
+        port = QuestNavTable(ntcore.NetworkTableInstance.get_default(), cameras.clock)
         cameras.add_headset(config, robot=self._number, ports=[port])
         if config.mount is not None:
             _log.info("QuestNav: %s, as %s says", _place(config.mount), self._file)
@@ -241,6 +235,34 @@ class RobotCameras:
                 "sits; until one does it is taken for at the robot's center, turned as told; or write into %s:\n%s",
                 *(self._file, _what_to_write("questnav", "")),
             )
+
+
+def surveyed_cameras(folder: Path) -> list[dict[str, Any]]:
+    """Fields of a `FoundCamera` of each; `watch_program` must have been called before the program was loaded.
+
+    A Limelight is known by the name of its table. What a program asks for in its loops only is not seen.
+
+    Args:
+        folder: Of the project, whose modules are searched for tables.
+    """
+    program, watch = photon_program(), table_watch()
+    watch.search(folder)
+    placed = mounts(program)
+    found: list[dict[str, Any]] = []
+    for name in watch.names:
+        if _LIMELIGHT.fullmatch(name):
+            found.append({"maker": "limelight", "name": name})
+    for name in program.cameras:
+        mount = placed.get(name)
+        camera: dict[str, Any] = {"maker": "photonvision", "name": name}
+        if mount is not None:
+            m = mount.mount
+            camera["place"] = [m.x, m.y, m.z, m.roll_deg, m.pitch_deg, m.yaw_deg]
+            camera["source"] = mount.source
+        found.append(camera)
+    if TABLE in watch.names:
+        found.append({"maker": "questnav"})
+    return found
 
 
 def _closed() -> bool:

@@ -5,15 +5,19 @@ from __future__ import annotations
 import logging
 import math
 from collections.abc import Callable, Mapping
+from typing import Any
 
-from wpilib import DriverStation, Field2d
-from wpilib.simulation import DriverStationSim
-from wpimath.geometry import Pose2d, Rotation2d
-
+from simcore import season
 from simcore.match.clock import Mode
 from simcore.match.match import Match
 from simcore.typing import FloatArray
 from simcore.units import plain_sum
+
+MatchState = season.wpilib.MatchState
+RobotState = season.wpilib.RobotState
+DriverStationSim = season.wpilib_simulation.DriverStationSim
+Pose2d = season.wpimath.Pose2d
+Rotation2d = season.wpimath.Rotation2d
 
 __all__ = ["DriverStationLink", "FieldView"]
 
@@ -42,7 +46,7 @@ class DriverStationLink:
         self._mode: Mode = "disabled"
         self._shown = -1.0
         self._message = ""
-        self._color: DriverStation.Alliance | None = None
+        self._color: Any = None
         self._was_enabled = False
         self._played_after = -1  # so many resets of the field
         match.timer.follow_driver_station()
@@ -50,11 +54,11 @@ class DriverStationLink:
     def update(self) -> None:
         """Once a tick, at its end."""
         self._follow_alliance()
-        is_enabled = DriverStation.isEnabled()
+        is_enabled = RobotState.is_enabled()
         self._match.timer.set_enabled(is_enabled)
         mode: Mode = "disabled"
         if is_enabled:
-            mode = "auto" if DriverStation.isAutonomous() else "teleop"
+            mode = "auto" if RobotState.is_autonomous() else "teleop"
         if mode != self._mode:
             self._mode = mode
             if mode == "auto":
@@ -63,13 +67,13 @@ class DriverStationLink:
                 self._match.start_mode(mode)
         if is_enabled:
             self._played_after = self._match.field_resets
-        if not DriverStation.isFMSAttached():
+        if not RobotState.is_fms_attached():
             self._show_time()
             self._send(self._match.rules.game_data())
 
     def _begin_match(self) -> None:
         """Put the field back if it is not as people have left it: the robot has been enabled since the last reset."""
-        if self._played_after == self._match.field_resets and not DriverStation.isFMSAttached():
+        if self._played_after == self._match.field_resets and not RobotState.is_fms_attached():
             self._match.reset_field()
             _log.info("autonomous begins again: pieces and preloads are back where a match begins")
 
@@ -77,11 +81,11 @@ class DriverStationLink:
         """Until the first enable the drive team carries the robot to where the chosen alliance starts."""
         if self._was_enabled:
             return
-        self._was_enabled = DriverStation.isEnabled()  # the alliance may become known in the very packet that enables
-        color = DriverStation.getAlliance()
+        self._was_enabled = RobotState.is_enabled()  # the alliance may become known in the very packet that enables
+        color = MatchState.get_alliance()
         if color is not None and color != self._color:
             self._color = color
-            self._match.set_alliance(self._number, "red" if color == DriverStation.Alliance.kRed else "blue")
+            self._match.set_alliance(self._number, "red" if color == season.wpilib.Alliance.RED else "blue")
             self._placed()
 
     def _show_time(self) -> None:
@@ -94,16 +98,16 @@ class DriverStationLink:
             left = max(0.0, length - math.floor(elapsed + 1e-9))
         if left != self._shown:
             self._shown = left
-            DriverStationSim.setMatchTime(left)
-            DriverStationSim.notifyNewData()  # without it robot code goes on to read the old one
+            DriverStationSim.set_match_time(left)
+            DriverStationSim.notify_new_data()  # without it robot code goes on to read the old one
 
     def _send(self, message: str) -> None:
         """Give robot code the field's game data; what somebody has typed into the driver station stays."""
         if message == self._message:
             return
-        if DriverStation.getGameSpecificMessage() == self._message:
-            DriverStationSim.setGameSpecificMessage(message)
-            DriverStationSim.notifyNewData()
+        if MatchState.get_game_data() == self._message:
+            DriverStationSim.set_game_data(message)
+            DriverStationSim.notify_new_data()
         self._message = message
 
 
@@ -117,7 +121,7 @@ class FieldView:
         every: Ticks between two drawings of the pieces.
     """
 
-    def __init__(self, field: Field2d, *, every: int = 10) -> None:
+    def __init__(self, field: Any, *, every: int = 10) -> None:
         self._field = field
         self._every = every
         self._ticks = 0
@@ -126,9 +130,9 @@ class FieldView:
     def update(self, pose: tuple[float, float, float], pieces: Mapping[str, FloatArray]) -> None:
         """After a tick: the true pose [m, m, rad] and all pieces [m], shape (n, 3) per kind."""
         x, y, yaw = pose
-        self._field.setRobotPose(Pose2d(x, y, Rotation2d(yaw)))
+        self._field.set_robot_pose(Pose2d(x, y, Rotation2d(yaw)))
         if self._ticks % self._every == 0:
             for name, positions in pieces.items():
                 poses = [Pose2d(px, py, self._level) for px, py, _ in positions.tolist()]
-                self._field.getObject(name).setPoses(poses)
+                self._field.get_object(name).set_poses(poses)
         self._ticks += 1

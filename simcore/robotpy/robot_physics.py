@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import atexit
+import functools
 import gc
 import logging
 import sys
@@ -13,26 +14,31 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-import ntcore
 import numpy as np
-from hal.simulation import isTimingPaused
-from wpilib import IterativeRobotBase, TimedRobot, Timer
 
+from simcore import season
+from simcore.devices import program_odometry
 from simcore.errors import ConfigError
 from simcore.match.control_topics import ControlTopics
 from simcore.match.field_control import FieldControl
 from simcore.match.match import Match
+from simcore.robot.motor_controllers import MotorDevices
 from simcore.robotpy.auto_start import AutoStart
-from simcore.robotpy.connected_devices import ConnectedDevices, DrivetrainDevices, MotorDevices
-from simcore.robotpy.lateness_report import LatenessReport
+from simcore.robotpy.connected_devices import ConnectedDevices, DrivetrainDevices
+from simcore.robotpy.console_noise import LatenessReport
+from simcore.robotpy.loop_waits import LoopWaits
 from simcore.robotpy.own_loops import attach_to_loop
-from simcore.robotpy.power_distribution import PowerDistributionView
-from simcore.robotpy.roborio_power import RoboRioPower
 from simcore.robotpy.robot_inputs import DriverStationLink, FieldView
+from simcore.robotpy.robot_power import PowerDistributionView, RoboRioPower
 from simcore.units import TICK
 
 if TYPE_CHECKING:
     from simcore.robotpy.simulated_phoenix import PhoenixTime
+
+is_timing_paused = season.hal_simulation.is_timing_paused
+IterativeRobotBase = season.wpilib.IterativeRobotBase
+Timer = season.wpilib.Timer
+ntcore = season.ntcore
 
 __all__ = ["PhysicsTimes", "RobotPhysics", "field_control", "latest_physics"]
 
@@ -132,16 +138,14 @@ class RobotPhysics:
         self._late: deque[float] = deque(maxlen=4 * _HISTORY)
         # In simulated time nobody looks on, and drawing a field of pieces takes half a millisecond.
         self._view = FieldView(physics_controller.field, every=10 if self._phoenix is None else 50)
-        self.auto_start = AutoStart(match, number, auto_starts or {})
+        self._estimated_pose = getattr(drivetrain, "estimated_pose", program_odometry.estimated_pose)
+        self.auto_start = AutoStart(match, number, auto_starts or {}, believed=self._estimated_pose)
         """Where the robot stands as autonomous begins."""
-        self._estimated_pose = getattr(drivetrain, "estimated_pose", None)
-        listen = getattr(drivetrain, "on_pose_reset", None)
-        if listen is not None:
-            listen(self.auto_start.see_reset)
+        getattr(drivetrain, "on_pose_reset", program_odometry.on_pose_reset)(self.auto_start.see_reset)
         match.control.placed.append(self._note_place)
-        network = ntcore.NetworkTableInstance.getDefault()
+        network = ntcore.NetworkTableInstance.get_default()
         # In tests, where the instance is local, nobody's clicks may change what a run does.
-        if not network.getNetworkMode() & ntcore.NetworkTableInstance.NetworkMode.kNetModeLocal.value:
+        if not season.is_local(network):
             ControlTopics(match, network, robot=number)
         self._driver_station = DriverStationLink(match, number, placed=self.auto_start.keep_place)
         self._power = RoboRioPower(self.robot_sim.battery)
@@ -154,12 +158,34 @@ class RobotPhysics:
         self._work_ms: deque[float] = deque(maxlen=_HISTORY)
         self._ticks = self._late_parts = self._late_loops = 0
         self._skipped = 0.0
+        self._waits: LoopWaits | None = None
+        atexit.register(match.close)
+        if type(self) is RobotPhysics:
+            self._begin()
+
+    def __init_subclass__(cls, **settings: Any) -> None:
+        """Begin with physics when the whole object is built: a loop may ask for its first part at once."""
+        super().__init_subclass__(**settings)
+        build = cls.__init__
+
+        @functools.wraps(build)
+        def init(self: RobotPhysics, *args: Any, **kwargs: Any) -> None:
+            build(self, *args, **kwargs)
+            if type(self) is cls:
+                if not hasattr(self, "_waits"):
+                    raise ConfigError(
+                        f"{cls.__name__}.__init__ does not call super().__init__(physics_controller, robot, match=...)"
+                    )
+                self._begin()
+
+        cls.__init__ = init  # type: ignore[method-assign]
+
+    def _begin(self) -> None:
         global _latest
         _latest = weakref.ref(self)
-        self._waits = attach_to_loop(robot, self)
-        if isinstance(robot, TimedRobot):
-            robot.addPeriodic(self.do_due, self._h, self._h / 2.0)  # never at the same instant as the robot's loop
-        atexit.register(match.close)
+        self._waits = attach_to_loop(self.robot, self)
+        if isinstance(self.robot, season.loop_classes()):
+            self.robot.add_periodic(self.do_due, self._h, self._h / 2.0)  # never at the instant of the robot's loop
 
     replaces_hooks = True
     """Whether pyfrc runs this in place of the robot's own hooks, as it does with a physics.py."""
@@ -176,9 +202,8 @@ class RobotPhysics:
         """Pyfrc's hook, once a robot loop (but never within 10 ms)."""
         if tm_diff > 1.5 * max(self._period, 0.010) + 0.010 * (self._period < 0.020):
             self._late_loops += 1
-        waits = self._waits
-        if waits is not None and not waits.has_own_thread and self.next_due <= Timer.getFPGATimestamp():
-            self.do_due()  # a loop of its own that is late may not wait at all
+        if self._waits is not None:
+            self._waits.do_due()  # a loop of its own that is late may not wait at all
 
     def add_motor(self, motor: MotorDevices) -> None:
         """Connect one more motor, from the next part on."""
@@ -211,13 +236,13 @@ class RobotPhysics:
         """
         if self._start is None:
             if self._first_due is None:
-                self._first_due = float(Timer.getFPGATimestamp()) + 0.5 * self._h
+                self._first_due = float(Timer.get_monotonic_timestamp()) + 0.5 * self._h
             return self._first_due
         return self._start + (self._done + 1) * self._h
 
     def do_due(self) -> None:
         """Do all parts that are due by now."""
-        now = Timer.getFPGATimestamp()
+        now = Timer.get_monotonic_timestamp()
         if self._start is None:
             self._start = now - self._h
             gc.collect()
@@ -233,11 +258,11 @@ class RobotPhysics:
             self._skipped += given_up * self._h
             self._done += given_up
             owed = self._most_owed
-            if not isTimingPaused():
+            if not is_timing_paused():
                 self._lateness.note(given_up * self._h, tick_ms=self.times.median_ms)
         self._late_parts += max(0, owed - 1)
         for k in range(owed):
-            if self._pace_tests and isTimingPaused():
+            if self._pace_tests and is_timing_paused():
                 self._keep_to_the_wall_clock()
             elif k and self._phoenix is None:
                 time.sleep(_ANSWER)
@@ -267,8 +292,7 @@ class RobotPhysics:
         assert self._start is not None
         # when it was due, not when the thread came to it
         self.match.set_network_time(self._start + self._done * self._h)
-        if self._estimated_pose is not None:
-            self.robot_sim.estimated_pose = self._estimated_pose()
+        self.robot_sim.estimated_pose = self._estimated_pose()
         self.match.end_tick()
         self._driver_station.update()
         self._panels.update()
@@ -308,7 +332,9 @@ def field_control() -> FieldControl | None:
 def _period_of(robot: Any) -> float:
     """How often the robot's loop runs [s]; of a loop that nobody knows often enough for any."""
     if isinstance(robot, IterativeRobotBase):
-        return float(robot.getPeriod())
+        return float(robot.get_period())
+    if isinstance(robot, season.loop_classes()):
+        return float(type(robot).DEFAULT_PERIOD)  # an OpModeRobot keeps its own to itself
     return float(getattr(robot, "control_loop_wait_time", _ANY_LOOP))  # of a MagicRobot
 
 

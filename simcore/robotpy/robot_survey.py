@@ -1,70 +1,161 @@
-"""The drivetrain and the motors of a robot program, as a line of JSON: for `simcore check`."""
+"""What a robot program is made of, as a line of JSON, for `simcore init` and `simcore check`.
+
+`python -m simcore.robotpy.robot_survey robot.py` builds the program without running it. Run it in a process and a
+folder of its own: programs and vendors' libraries write files where they are started. With `described` behind the path
+it looks for the drivetrain as simcore.toml says. Phoenix 6 is simcore's own, which answers at once and writes nothing;
+with `real` it is CTRE's simulation, for programs that ask for what the other does not model.
+"""
 
 from __future__ import annotations
 
+import json
 import math
+import os
+import sys
+import traceback
+from collections.abc import Sequence
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-import simcore.phoenix6.swerve as swerve
+from phoenix6 import unmanaged
+
+from simcore import season
+from simcore.devices.drivetrain_discovery import find_drivetrain
+from simcore.devices.drivetrain_report import drivetrain_lines, drivetrain_rows
+from simcore.devices.makers import Maker, makers
 from simcore.errors import ConfigError
-from simcore.phoenix6.built_devices import built_devices, group_followers
-from simcore.phoenix6.configuration import talon_configuration
-from simcore.robot.motor_controllers import BuiltDevice
+from simcore.phoenix6.built_devices import DEVICES
+from simcore.phoenix6.configuration import feedback_of, talon_configuration
+from simcore.robot.motor_controllers import BuiltDevice, FollowerGroup
+from simcore.robot_file.mechanism_names import holder_of, mechanism_name
 from simcore.robot_file.reader import read_settings
+from simcore.robot_file.robot_settings import RobotSettings
 from simcore.robot_file.template import FILE_NAME
-from simcore.robotpy.attached_physics import described_drivetrain
-from simcore.robotpy.surveyed_robot import print_survey
+from simcore.robotpy.built_ports import built_ports
+from simcore.robotpy.program_watch import watch_program
+from simcore.robotpy.robot_cameras import surveyed_cameras
+from simcore.robotpy.robot_program import load_robot_class
+from simcore.robotpy.simulated_phoenix import phoenix_time
+
+hal = season.hal
 
 __all__ = ["main"]
 
-_MODELS = ("TalonFX", "TalonFXS")
+_SETTLE = 0.1  # [s]; until all devices have sent their signals
+_kept: list[Any] = []
+"""The robot, which would take its devices with it."""
 
 
 def main() -> None:
-    """Print one line of JSON and leave."""
-    print_survey(_look)
-
-
-def _look(robot_file: Path) -> dict[str, Any]:
-    answer: dict[str, Any] = {"drivetrain": None, "why_not": ""}
+    """Print the line and leave, whatever threads there are; also of a program that failed after it had built some."""
+    robot_file, options = Path(sys.argv[1]), sys.argv[2:]
+    answer: dict[str, Any] = {}
     try:
-        answer["drivetrain"] = asdict(described_drivetrain(read_settings(robot_file.parent / FILE_NAME))[1])
+        _build(robot_file, emulates="real" not in options)
+    except NotImplementedError as error:
+        answer["not_modelled"] = str(error)
+    except BaseException as error:  # whatever a team's program raises, or exits with, is the answer
+        traceback.print_exc()
+        answer["error"] = f"{type(error).__name__}: {error}"
+    try:
+        answer.update(_look(robot_file.parent, is_described="described" in options))
+    except Exception as error:
+        traceback.print_exc()
+        answer.setdefault("error", f"{type(error).__name__}: {error}")
+    print("\n" + json.dumps(answer), flush=True)  # a library may be in the middle of a line of its own
+    os._exit(0)
+
+
+def _build(robot_file: Path, *, emulates: bool) -> None:
+    watch_program(simulated=emulates)
+    clock = phoenix_time()
+    if clock is None:
+        unmanaged.set_phoenix_diagnostics_start_time(-1)
+    hal.initialize(500, 0)
+    robot = load_robot_class(robot_file)()
+    _kept.append(robot)
+    for step in ("robotInit", "_simulationInit"):
+        getattr(robot, step, lambda: None)()
+    if clock is not None:
+        clock.step(_SETTLE)
+
+
+def _look(folder: Path, *, is_described: bool) -> dict[str, Any]:
+    drivetrain: dict[str, Any] = {}
+    taken: set[tuple[str, int]] = set()
+    on_ports: list[Any] = []
+    try:
+        settings = read_settings(folder / FILE_NAME) if is_described else RobotSettings()
+        ready = find_drivetrain(_kept[0] if _kept else None, folder, settings)
+        found = ready.found
+        taken, on_ports = set(found.keys), found.hardware
+        drivetrain = {"lines": drivetrain_lines(found), "has_mass": "mass" in found.measures}
+        drivetrain["model"] = {"kind": found.kind, **asdict(ready.config)}
+        if not found.drives_itself:
+            drivetrain["rows"] = drivetrain_rows(found)
     except ConfigError as error:
-        answer["why_not"] = str(error)
-    drive = swerve.drivetrain_motors()
-    motors = [d for d in built_devices() if d.model in _MODELS and d.key not in drive]
-    answer["motors"] = [
-        {
-            "model": group.leader.model,
-            "leader": group.leader.device_id,
-            "followers": [f.device_id for f in group.followers],
-            "opposed": [group.followers[k].device_id for k in group.opposed],
-            "code": _view(group.leader),
-        }
-        for group in group_followers(motors)
+        drivetrain["problem"] = str(error)
+    return {
+        "drivetrain": drivetrain,
+        "motors": _motors(taken),
+        "ports": _ports(on_ports),
+        "cameras": surveyed_cameras(folder),
+    }
+
+
+def _ports(taken: Sequence[Any]) -> list[dict[str, Any]]:
+    """What is on ports of the roboRIO and on pneumatics modules, and CTRE's sensors that see switches or pieces."""
+    ports = [
+        {"model": p.model, "channels": list(p.channels), "made_by": p.made_by}
+        for p in built_ports()
+        if not any(p.device is device for device in taken)
     ]
-    return answer
+    sensors = [d for d in DEVICES.devices() if d.model in ("CANrange", "CANdi")]
+    return ports + [{"model": d.model, "channels": [d.device_id], "made_by": ""} for d in sensors]
+
+
+def _motors(drive: set[tuple[str, int]]) -> list[dict[str, Any]]:
+    found = []
+    for maker in makers():
+        free = [d for d in maker.built() if d.model in maker.motors and d.key not in drive]
+        found += [] if maker.on_ports else [_describe(maker, group) for group in maker.groups(free)]
+    return found
+
+
+def _describe(maker: Maker, group: FollowerGroup) -> dict[str, Any]:
+    known: dict[str, Any] = {
+        "name": mechanism_name(*holder_of(group.leader.hardware)),
+        "controller": group.leader.model,
+        "leader": group.leader.device_id,
+        "followers": [f.device_id for f in group.followers],
+        "opposed": [group.followers[k].device_id for k in group.opposed],
+        "code": None,
+    }
+    try:
+        known["code"] = _view(group.leader)
+        guess = maker.guess(group)
+    except (ConfigError, NotImplementedError) as error:  # one motor that does not answer is no reason to know none
+        return {**known, "problem": str(error)}
+    return {**known, "gearing": guess.mechanism.gearing, "has_gravity": guess.has_weight}
 
 
 def _view(device: BuiltDevice) -> dict[str, Any] | None:
-    """The fields of a `CodeView`; None if the device does not answer."""
-    try:
-        config = talon_configuration(device.hardware, device.model)
-    except ConfigError:
+    """The fields of a `CodeView` of a Talon; None: of others nothing is compared.
+
+    Raises:
+        ConfigError: The device does not answer.
+    """
+    if device.model not in ("TalonFX", "TalonFXS"):
         return None
-    feedback = config.feedback if device.model == "TalonFX" else config.external_feedback
-    source = feedback.feedback_sensor_source if device.model == "TalonFX" else feedback.external_feedback_sensor_source
-    on_rotor = source.name in ("ROTOR_SENSOR", "COMMUTATION")
-    ratio = feedback.sensor_to_mechanism_ratio * (1.0 if on_rotor else feedback.rotor_to_sensor_ratio)
-    soft, amps = config.software_limit_switch, config.current_limits
+    config = talon_configuration(device.hardware, device.model)
+    feedback, soft, amps = feedback_of(config), config.software_limit_switch, config.current_limits
     reading = device.hardware.get_position()
     reading.wait_for_update(0.1)
     return {
         "clockwise": config.motor_output.inverted.name == "CLOCKWISE_POSITIVE",
-        "ratio": abs(ratio) or 1.0,
-        "reading": reading.value if on_rotor else None,
+        "ratio": feedback.ratio,
+        "reading": reading.value if feedback.on_rotor else None,
         "lower_limit": soft.reverse_soft_limit_threshold if soft.reverse_soft_limit_enable else None,
         "upper_limit": soft.forward_soft_limit_threshold if soft.forward_soft_limit_enable else None,
         "stator_limit": amps.stator_current_limit if amps.stator_current_limit_enable else math.inf,

@@ -11,13 +11,9 @@ from collections.abc import Callable
 from contextlib import ExitStack
 from dataclasses import asdict
 from types import TracebackType
-from typing import TYPE_CHECKING, Any, TextIO
+from typing import Any, TextIO
 
-import hal
-from wpilib import Timer
-from wpilib.simulation import DriverStationSim, stepTiming
-from wpimath.geometry import Pose2d
-
+from simcore import season
 from simcore.errors import ConfigError, SimcoreError
 from simcore.match.match import Match
 from simcore.match.report import PieceCount, Score
@@ -33,8 +29,11 @@ from simcore.robotpy.seed_runs import RUN, RunClaim
 from simcore.telemetry.snapshot import TelemetrySink
 from simcore.units import TICK
 
-if TYPE_CHECKING:
-    from pyfrc.test_support.controller import TestController
+Timer = season.wpilib.Timer
+DriverStationSim = season.wpilib_simulation.DriverStationSim
+step_timing = season.wpilib_simulation.step_timing
+Pose2d = season.wpimath.Pose2d
+hal = season.hal
 
 __all__ = ["ConditionError", "RobotTest", "run_report"]
 
@@ -43,12 +42,12 @@ _log = logging.getLogger(__name__)
 _PATIENCE = 10.0  # wall time in which a loop of the program's own must come to its wait [s]
 _SETTLE = 0.5  # [s]; disabled before the first mode: the alliance becomes known, the dashboard is filled
 _STATIONS = {
-    ("blue", 1): hal.AllianceStationID.kBlue1,
-    ("blue", 2): hal.AllianceStationID.kBlue2,
-    ("blue", 3): hal.AllianceStationID.kBlue3,
-    ("red", 1): hal.AllianceStationID.kRed1,
-    ("red", 2): hal.AllianceStationID.kRed2,
-    ("red", 3): hal.AllianceStationID.kRed3,
+    ("blue", 1): hal.AllianceStationID.BLUE_1,
+    ("blue", 2): hal.AllianceStationID.BLUE_2,
+    ("blue", 3): hal.AllianceStationID.BLUE_3,
+    ("red", 1): hal.AllianceStationID.RED_1,
+    ("red", 2): hal.AllianceStationID.RED_2,
+    ("red", 3): hal.AllianceStationID.RED_3,
 }
 
 
@@ -62,7 +61,7 @@ class RobotTest:
     Methods run the robot, properties read the truth of the field, not what the robot believes.
 
     Args:
-        control: Pyfrc's test controller of the robot.
+        control: Test controller, of pyfrc or of wpilib.testing, of the robot.
         robot: Proxy of the robot object.
         hang: Wall time that one robot loop may take before the test ends with a stack of every thread [s].
         complaints: Where those stacks go.
@@ -77,7 +76,7 @@ class RobotTest:
 
     def __init__(
         self,
-        control: TestController,
+        control: Any,
         robot: Any,
         *,
         hang: float = 30.0,
@@ -101,7 +100,7 @@ class RobotTest:
         self._steps = 0
         self._sinks: list[TelemetrySink] = []
         self._mode = "disabled"
-        self._auto = ""
+        self._auto = self._op_mode = ""
         self._alliance = "blue"
         self.alliance("blue")
 
@@ -111,7 +110,7 @@ class RobotTest:
     def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, at: TracebackType | None) -> None:
         faulthandler.cancel_dump_traceback_later()
         if self._physics is not None and kind is None:
-            DriverStationSim.setEnabled(False)
+            DriverStationSim.set_enabled(False)
         waits = loop_waits()
         if waits is not None:
             waits.stop()
@@ -128,11 +127,11 @@ class RobotTest:
         if (color, station) not in _STATIONS:
             raise ConfigError(f"alliance: want 'blue' or 'red' and a station 1..3, got {color!r}, {station!r}")
         self._alliance = color
-        DriverStationSim.setAllianceStationId(_STATIONS[color, station])
+        DriverStationSim.set_alliance_station_id(_STATIONS[color, station])
 
     def game_data(self, text: str) -> None:
         """The game-specific message."""
-        DriverStationSim.setGameSpecificMessage(text)
+        DriverStationSim.set_game_data(text)
 
     def joystick(self, port: int = 0) -> Joystick:
         """A joystick at a port, let go of."""
@@ -148,8 +147,8 @@ class RobotTest:
         """Start the robot program, disabled, for half a second; the other methods do so by themselves."""
         if self._physics is not None:
             return
-        DriverStationSim.setDsAttached(True)
-        DriverStationSim.setEnabled(False)
+        DriverStationSim.set_ds_attached(True)
+        DriverStationSim.set_enabled(False)
         self._run_robot()
         self._step()  # waits until the program has built its physics
         physics = latest_physics()
@@ -198,7 +197,7 @@ class RobotTest:
         name: str | None = None,
         *,
         seconds: float = 15.0,
-        start: tuple[float, float, float] | Pose2d | None = None,
+        start: tuple[float, float, float] | Any = None,
     ) -> None:
         """Run autonomous.
 
@@ -215,20 +214,25 @@ class RobotTest:
         """
         self.start()
         if start is not None:
-            self.place(*((start.X(), start.Y(), start.rotation().radians()) if isinstance(start, Pose2d) else start))
+            self.place(*((start.x, start.y, start.rotation().radians()) if isinstance(start, Pose2d) else start))
         if name is not None:
-            choose_auto(name)
+            if name in season.op_modes("autonomous"):
+                self._op_mode = name
+            else:
+                choose_auto(name)
             if self._mode == "disabled":
                 self.run(2 * TICK)  # a chooser hears of it at the end of a loop
         self._auto = name or ", ".join(active_choices())
         self._enter("autonomous")
         self.run(seconds)
 
-    def teleop(self, *, seconds: float = 0.0) -> None:
-        """Run teleop, e.g. after moving the sticks."""
-        self.start()
-        self._enter("teleop")
-        self.run(seconds)
+    def teleop(self, name: str = "", *, seconds: float = 0.0) -> None:
+        """Run teleop, e.g. after moving the sticks; of an OpModeRobot the mode of this name, else its first."""
+        self._play("teleop", name, seconds)
+
+    def utility(self, name: str = "", *, seconds: float = 0.0) -> None:
+        """Run the utility mode, which was `test` until 2026; `name` as of `teleop`."""
+        self._play("utility", name, seconds)
 
     def disable(self, *, seconds: float = 0.0) -> None:
         """Disable, and wait."""
@@ -329,10 +333,10 @@ class RobotTest:
     @property
     def time(self) -> float:
         """Since the robot program started, simulated [s]."""
-        return float(Timer.getFPGATimestamp())
+        return float(Timer.get_monotonic_timestamp())
 
     @property
-    def pose(self) -> Pose2d:
+    def pose(self) -> Any:
         """Where the robot truly is."""
         x, y, yaw = self.robot_sim.chassis.pose
         return Pose2d(x, y, yaw)
@@ -412,6 +416,12 @@ class RobotTest:
             self._control._reraise.reset()
             raise error
 
+    def _play(self, mode: str, name: str, seconds: float) -> None:
+        self.start()
+        self._op_mode = name
+        self._enter(mode)
+        self.run(seconds)
+
     def _enter(self, mode: str) -> None:
         if mode == self._mode:
             return
@@ -419,18 +429,19 @@ class RobotTest:
             self._enter("disabled")  # as the field does between auto and teleop
             self.run(5 * TICK)
         self._mode = mode
-        DriverStationSim.setAutonomous(mode == "autonomous")
-        DriverStationSim.setEnabled(mode != "disabled")
+        if mode != "disabled":
+            season.set_mode(mode, self._op_mode)
+        DriverStationSim.set_enabled(mode != "disabled")
 
     def _step(self) -> None:
         begin = time.perf_counter()
         if self._complaints is not None and self._steps % 50 == 0:
             faulthandler.dump_traceback_later(self._hang, exit=True, file=self._complaints)
-        DriverStationSim.notifyNewData()
+        DriverStationSim.notify_new_data()
         waits = loop_waits()
         if waits is not None:
             waits.require_waits(min(_PATIENCE, 0.5 * self._hang))
-        stepTiming(TICK)
+        step_timing(TICK)
         self._wall += time.perf_counter() - begin
         self._ran += TICK
         self._steps += 1

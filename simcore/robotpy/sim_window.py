@@ -58,15 +58,16 @@ def prepare_window(command: Any) -> None:
     run = command.run
 
     @functools.wraps(run)  # robotpy asks for the names of its arguments
-    def run_prepared(options: Any, nogui: bool, project_path: Path, robot_class: Any) -> Any:
-        if not nogui and is_for_simcore(project_path, has_flag=options.simcore):
+    def run_prepared(options: Any, nogui: bool, **further: Any) -> Any:
+        folder = further.get("project_path", Path.cwd())  # in 2027 it is not handed on
+        if not nogui and is_for_simcore(folder, has_flag=options.simcore):
             from simcore.match.registry import installed_games
 
             try:
                 prepare_map(Path.cwd(), installed_games().values())
             except SimcoreError as error:  # said again, and better, when the match is built
                 _log.debug("the window is not prepared: %s", error)
-        return run(options, nogui, project_path, robot_class)
+        return run(options=options, nogui=nogui, **further)
 
     command.run = run_prepared
 

@@ -6,10 +6,12 @@ from typing import Any
 
 from phoenix6.phoenix_native import Native
 from phoenix6.wpiutils.auto_feed_enable import AutoFeedEnable
-from wpilib import DriverStation, Timer
 
-from simcore import phoenix6_emulator
+from simcore import phoenix6_emulator, season
 from simcore.phoenix6_emulator import Emulator
+
+RobotState = season.wpilib.RobotState
+Timer = season.wpilib.Timer
 
 __all__ = ["PhoenixTime", "install_simulated_phoenix", "phoenix_time"]
 
@@ -31,7 +33,7 @@ class PhoenixTime:
 
     def step(self, dt: float) -> None:
         """Feed the enable signal and let the devices run for dt [s]."""
-        self.world.enable.feed(_FEED_MS if DriverStation.isEnabled() else 0)
+        self.world.enable.feed(_FEED_MS if RobotState.is_enabled() else 0)
         self.world.step(dt)
 
     def catch_up(self, time: float) -> None:
@@ -48,9 +50,11 @@ def install_simulated_phoenix() -> PhoenixTime:
         SeamError: The installed phoenix6 does not fit; the text names a version that does.
     """
     world = phoenix6_emulator.install()
+    world.clock.reset(season.start_of_clock())
     native: Any = Native.instance()
-    native.c_ctre_phoenix6_get_current_time_seconds = Timer.getFPGATimestamp
-    native.c_ctre_phoenix6_get_system_time_seconds = Timer.getFPGATimestamp
+    native.c_ctre_phoenix6_get_current_time_seconds = Timer.get_monotonic_timestamp
+    native.c_ctre_phoenix6_get_system_time_seconds = Timer.get_monotonic_timestamp
+    native.c_ctre_phoenix6_get_monotonic_time_seconds = Timer.get_monotonic_timestamp
     feed: Any = AutoFeedEnable
     feed.start = feed.stop = _nothing
     return PhoenixTime(world)

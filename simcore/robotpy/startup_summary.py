@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 from simcore.robot_file.template import FILE_NAME
 
-__all__ = ["StartupSummary", "unknown_sim_devices"]
+__all__ = ["StartupSummary"]
 
 _WIDTH = 118
 _MOST = 6  # rows of one kind; what is left is counted
@@ -28,6 +28,8 @@ class StartupSummary:
     """Measures and where they are from."""
     drivetrain: str
     """Its devices."""
+    assumed: str = ""
+    """What of the drivetrain is a guess."""
     described: Sequence[str] = ()
     """Mechanisms of simcore.toml, with devices."""
     sensors: Sequence[str] = ()
@@ -44,6 +46,8 @@ class StartupSummary:
     """Those that simcore runs."""
     unseen: str = ""
     """Cameras that the program talks to and that nobody runs."""
+    pushed: str = ""
+    """Kinds of pieces that no intake is described for, though the field has them."""
     has_file: bool = True
     """Whether there is a simcore.toml."""
     is_on_network: bool | None = None
@@ -60,6 +64,8 @@ class StartupSummary:
           to change    mass, bumpers and start are in [robot] and [start] of simcore.toml
         """
         rows = [("drivetrain", self.drivetrain)]
+        if self.assumed:
+            rows.append(("", f"guessed, to be said in [drivetrain]: {self.assumed}"))
         rows += _some("described", list(self.described))
         rows += _some("sensors", list(self.sensors))
         rows += _some("guessed", [f"{devices}: {what}" for devices, what in self.guessed])
@@ -69,6 +75,8 @@ class StartupSummary:
             rows.append(("nobody moves", f"{self.nobody}: reads what it read at start"))
         if self.lights:
             rows.append(("lights", f"{self.lights}: shown as Sim/Lights in telemetry"))
+        if self.pushed:
+            rows.append(("intake", f"not described: {self.pushed} is pushed, not taken in; [[intake]] describes one"))
         cameras = self.cameras or f"none that simcore runs; [[camera]] in {FILE_NAME} adds one"
         rows.append(("cameras", cameras + (f"; your program asks for {self.unseen}" if self.unseen else "")))
         if self.is_on_network is not None:
@@ -101,14 +109,3 @@ def _some(label: str, texts: Sequence[str]) -> list[tuple[str, str]]:
     """Rows under one label, the first few of them."""
     shown = list(texts) if len(texts) <= _MOST else [*texts[: _MOST - 1], f"and {len(texts) - _MOST + 1} more"]
     return [(label if k == 0 else "", text) for k, text in enumerate(shown)]
-
-
-def unknown_sim_devices(names: Sequence[str]) -> list[str]:
-    """Simulated devices of makers that simcore does not know, from the names of WPILib's SimDevices.
-
-    >>> unknown_sim_devices(["Talon FX (v6)[1]/Rotor Sensor", "navX-Sensor[4]", "SPARK MAX [5] ANALOG SENSOR"])
-    ['navX-Sensor[4]']
-    """
-    by_port = ("DutyCycle:", "AnalogEncoder[", "Ultrasonic[")
-    known = ("SPARK MAX [", "SPARK Flex [", *by_port)
-    return sorted({name.split("/")[0] for name in names if "(v6)" not in name and not name.startswith(known)})

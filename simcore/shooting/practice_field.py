@@ -13,8 +13,8 @@ from simcore.match.game import RobotEntry
 from simcore.match.match import Match
 from simcore.match.scatter import Scatter
 from simcore.match.starts import StartError
-from simcore.pieces.flight import path
-from simcore.pieces.muzzle_clearance import free_shares
+from simcore.pieces.flight import free_shares, path
+from simcore.pieces.pool import PieceStatus
 from simcore.shooting.shot_task import ShotDraws, ShotTask, Stand
 from simcore.typing import FloatArray
 from simcore.units import GRAVITY, TICK, degrees
@@ -32,12 +32,10 @@ _MOST_WAITS = 20  # ticks until a shot must have left
 
 
 class RealShot(NamedTuple):
-    """A shot that the engine played."""
+    """A shot that the engine played: its places from the end of the tick in which it left [m], its velocity there."""
 
     points: FloatArray
-    """Of its flight, from the end of the tick in which it left, a row a tick [m], shape (n, 3)."""
     vel: FloatArray
-    """At the first of them [m/s], shape (3,)."""
     scored: bool
 
 
@@ -47,31 +45,17 @@ class PracticeField:
     Args:
         task: Which shooter, at what.
         barrel: Number of the only barrel that shoots.
-        scatter: Of the shots; None: none.
         seed: Of what is left to chance.
         engine: Name of the physics engine; None: see `engine_choice`.
     """
 
-    def __init__(
-        self,
-        task: ShotTask,
-        *,
-        barrel: int = 0,
-        scatter: Scatter | None = None,
-        seed: int = 0,
-        engine: str | None = None,
-    ) -> None:
+    def __init__(self, task: ShotTask, *, barrel: int = 0, seed: int = 0, engine: str | None = None) -> None:
         self.task = task
-        shooter = task.shooter
-        number = task.robot.shooters.index(shooter)
-        launch = replace(shooter.launch, barrels=(shooter.launch.barrels[barrel],))
-        shooters = [*task.robot.shooters]
-        shooters[number] = replace(shooter, launch=launch)
-        robot = replace(task.robot, shooters=tuple(shooters))
+        launch = replace(task.shooter.launch, barrels=(task.barrels[barrel],))
+        shooters = tuple(replace(one, launch=launch) if one is task.shooter else one for one in task.robot.shooters)
+        entry = RobotEntry(config=replace(task.robot, shooters=shooters), preload=0)
         game = replace(task.game, staging=lambda rng, entries: [], preload=0)
-        self._match = Match(
-            game, robots=[RobotEntry(config=robot, preload=0)], practice=True, scatter=scatter, seed=seed, engine=engine
-        )
+        self._match = Match(game, robots=[entry], practice=True, seed=seed, engine=engine)
         self._robot = self._match.robots[0]
         self._slot = self._match.pieces.stage(task.kind.name, 1)
         self._match.pieces.hold(self._slot, 0)
@@ -84,15 +68,15 @@ class PracticeField:
 
     # --- where the robot can stand ----------------------------------------------------------------------------------
 
-    def stands(self, distance: float, radial: float = 0.0, tangential: float = 0.0) -> list[Stand]:
-        """Where the robot can stand at a distance [m] and look at the target, the most straight on first.
+    def stands(self, wanted: Stand) -> list[Stand]:
+        """Where the robot can stand at a distance and look at the target, the most straight on first.
 
         Up to 90 degrees to either side of where a shot comes straight at the opening.
         """
         found = []
         for number in range(round(_FARTHEST_TURN / _TURN) + 1):
             for side in (1.0, -1.0) if number else (1.0,):
-                stand = Stand(distance, self.task.opening.approach + side * number * _TURN, radial, tangential)
+                stand = wanted._replace(bearing=self.task.opening.approach + side * number * _TURN)
                 with contextlib.suppress(StartError):
                     self._carry(stand, stand.bearing)
                     found.append(stand)
@@ -105,23 +89,18 @@ class PracticeField:
     def is_way_free(self, stand: Stand, elevation: float, speed: float, scatter: Scatter) -> bool:
         """Whether nothing is in the way of shots from any barrel, until they are over the opening.
 
-        Those as meant must come there; those that are off to either side, up or down by two standard deviations must
-        come half of the way.
-
-        Args:
-            stand: Of the robot.
-            elevation: [rad]
-            speed: [m/s]
-            scatter: Of the shots.
+        Those as meant, by elevation [rad] and speed [m/s], must come there; those that are off to either side, up or
+        down by two standard deviations must come half of the way.
         """
         task, opening = self.task, self.task.opening
         barrel = np.repeat(np.arange(len(task.barrels)), len(_DEVIATIONS))
         up, aside = np.tile(_DEVIATIONS, (len(task.barrels), 1)).T
         n = len(barrel)
-        draws = replace(
-            ShotDraws.none(n), exit_speed=np.exp(scatter.exit_speed * up), elevation=scatter.elevation * up,
+        draws = ShotDraws.none(n)._replace(
+            exit_speed=np.exp(scatter.exit_speed * up),
+            elevation=scatter.elevation * up,
             azimuth=scatter.azimuth * aside,
-        )  # fmt: skip
+        )
         meant = np.full(n, elevation), np.full(n, speed)
         rows = task.rows(stand, *meant, task.lead(stand, *meant), barrel, draws)
         points = path(rows, math.ceil(2.0 * speed / (GRAVITY * TICK)))  # back at the muzzle's height at the latest
@@ -142,20 +121,16 @@ class PracticeField:
     # --- real shots -------------------------------------------------------------------------------------------------
 
     def shoot(self, stand: Stand, elevation: float, speed: float, *, turn: float = 0.0) -> RealShot | None:
-        """Let the robot shoot once from a stand, at rest; None if the piece has not left.
+        """Let the robot shoot once from a stand, at rest, turned beyond the aim [rad]; None if the piece has not left.
 
-        Wheels and hood are where they have to be as the gate opens; scatter, flight and bounces are the match's.
-
-        Args:
-            stand: Of the robot.
-            elevation: [rad]
-            speed: [m/s]
-            turn: Of the robot beyond the aim, counter-clockwise [rad].
+        Wheels and hood are where elevation [rad] and speed [m/s] have them as the gate opens; the rest is the match's.
         """
         match, task, slot = self._match, self.task, int(self._slot[0])
+        mechanisms = self._robot.mechanisms
         yaw = task.lead(stand, np.array([elevation]), np.array([speed]))
         self._carry(stand, float(yaw[0]) + turn)
-        match.pieces.hold(self._slot, 0)
+        if match.pieces.state.status[slot] != PieceStatus.HELD:
+            match.pieces.hold(self._slot, 0)
         storage = self._robot.storage_of(task.shooter)
         storage.discard(slot)
         storage.add([slot])
@@ -168,12 +143,11 @@ class PracticeField:
         else:
             return None
         for name in task.shooter.gate:
-            self._robot.mechanisms[name].velocity = 0.0
-        scored = match.tracker.pieces[task.zone.name]
+            mechanisms[name].velocity = 0.0
         vel = match.pieces.state.vel[slot].copy()
         for _ in range(_LONGEST):
             match.tick()
-            has_scored = match.tracker.pieces[task.zone.name] > scored  # `ShotRecord.scored` is of the first 2 s
+            has_scored = match.flow.shots[-1].scored
             is_down = match.pieces.state.pos[slot, 2] < 2.0 * task.kind.bounding_radius
             if has_scored or (is_down and not match.pieces.is_untouched[slot]):
                 break
@@ -182,7 +156,7 @@ class PracticeField:
     def _set(self, elevation: float, speed: float) -> None:
         """Wheels, hood and gate as a shot needs them, this tick."""
         shooter, mechanisms = self.task.shooter, self._robot.mechanisms
-        turning = {name: shooter.wheel_speed_for(speed) for name in shooter.wheels}
+        turning = dict.fromkeys(shooter.wheels, shooter.wheel_speed_for(speed))
         for name in shooter.gate:
             turning[name] = (2.0 * shooter.gate_speed + 1.0) * (-1.0 if name in shooter.gate_reversed else 1.0)
         for name, velocity in turning.items():

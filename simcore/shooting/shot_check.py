@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -12,7 +12,7 @@ from simcore.shooting.shot_table import ShotTable, ShotTableRow
 from simcore.shooting.shot_task import SPREADS, ShotDraws, ShotTask
 from simcore.sweep.sweep_statistics import Share, wilson_share
 
-__all__ = ["EngineCheck", "FlightCheck", "check_by_engine", "check_by_flights"]
+__all__ = ["Check", "check_by_engine", "check_by_flights"]
 
 _ALARM = 0.05
 """How often a true table fails a check: the intervals of its rows together hold at 95 %."""
@@ -23,78 +23,42 @@ _CHAOS = 0.02
 differences of a millimeter decide. Measured: 4 of 700 random shots over the whole band."""
 
 
-@dataclass(frozen=True, slots=True)
-class FlightCheck:
-    """Many scattered flights of one row."""
+class Check(NamedTuple):
+    """What came of checking one row."""
 
-    row: ShotTableRow
     found: Share
-
-    @property
-    def holds(self) -> bool:
-        """Whether the row's share is within the interval of these flights."""
-        assert self.row.share is not None
-        return self.found.lower <= self.row.share.value <= self.found.upper
-
-    def __str__(self) -> str:
-        """One line."""
-        assert self.row.share is not None
-        found = self.found
-        return (
-            f"{self.row.distance:g} m: claimed {self.row.share.value:.1%}, found {found.k} of {found.n}"
-            f" ({found.lower:.1%} to {found.upper:.1%}): {'holds' if self.holds else 'does NOT hold'}"
-        )
+    """Of the flights or shots that scored."""
+    holds: bool
+    text: str
+    """One line."""
 
 
-@dataclass(frozen=True, slots=True)
-class EngineCheck:
-    """Real shots of one row in a match, beside flights from the same launches."""
-
-    row: ShotTableRow
-    shots: int
-    scored: int
-    expected: int
-    """Of which the flight says that they go in."""
-    lost: int
-    """Of those, how many did not score."""
-    path_error: float
-    """Largest distance between flight and engine before the opening [m]."""
-
-    @property
-    def holds(self) -> bool:
-        """Whether paths agree within their limit, and what should go in scores, up to the chaos of bounces."""
-        agrees = self.expected == 0 or wilson_share(self.lost, self.expected).lower <= _CHAOS
-        return agrees and self.path_error <= _PATH_LIMIT
-
-    def __str__(self) -> str:
-        """One line."""
-        return (
-            f"{self.row.distance:g} m: {self.shots} real shots, {self.scored} scored, of {self.expected} that should "
-            f"{self.lost} did not; paths within {1e3 * self.path_error:.1f} mm (limit {1e3 * _PATH_LIMIT:.0f}): "
-            f"{'holds' if self.holds else 'does NOT hold'}"
-        )
-
-
-def check_by_flights(table: ShotTable, shots: int, *, seed: int) -> list[FlightCheck]:
-    """Fly scattered shots of each row with a shot, drawn anew.
+def check_by_flights(table: ShotTable, shots: int, *, seed: int) -> dict[int, Check]:
+    """Fly scattered shots of each row with a shot, drawn anew: the row's share must be within their interval.
 
     Args:
         table: What is checked.
         shots: Of each row.
         seed: Of the draws; another one than the table's own are made with.
+
+    Returns:
+        The checks by the number of their row.
     """
-    checks, rows = [], table.feasible
-    for number, row in enumerate(rows):
-        aim = np.array([row.elevation]), np.array([row.speed])
-        hits = table.task.scattered_hits(row.stand, *aim, _draws(table, (seed, number), shots))
-        checks.append(FlightCheck(row, wilson_share(int(hits.sum()), shots, 1.0 - _ALARM / len(rows))))
+    checks: dict[int, Check] = {}
+    for number, row in enumerate(table.rows):
+        if row.share is not None:
+            draws, claimed = _draws(table, (seed, len(checks)), shots), row.share.value
+            found = table.task.share(row.stand, row.elevation, row.speed, draws, 1.0 - _ALARM / len(table.feasible))
+            claim = f"claimed {claimed:.1%}, found {found.k} of {found.n} ({found.lower:.1%} to {found.upper:.1%})"
+            checks[number] = _check(row, found, found.lower <= claimed <= found.upper, claim)
     return checks
 
 
-def check_by_engine(table: ShotTable, shots: int, *, seed: int, engine: str | None = None) -> list[EngineCheck]:
+def check_by_engine(table: ShotTable, shots: int, *, seed: int, engine: str | None = None) -> list[Check]:
     """Shoot scattered shots of each row of a robot at rest in a match, and fly the same launches.
 
-    Speed, elevation and direction are scattered; pieces are as the game has them.
+    Paths must agree within their limit, and what should go in must score, up to the chaos of bounces. Speed, elevation
+    and direction are scattered; pieces are as the game has them.
 
     Args:
         table: What is checked.
@@ -102,7 +66,7 @@ def check_by_engine(table: ShotTable, shots: int, *, seed: int, engine: str | No
         seed: Of the draws.
         engine: Name of the physics engine; None: see `engine_choice`.
     """
-    rows = [row for row in table.feasible if row.radial == row.tangential == 0.0]
+    rows = [row for row in table.feasible if row.stand.radial == row.stand.tangential == 0.0]
     seen: list[list[tuple[bool, bool, float]]] = [[] for _ in rows]
     barrels = len(table.task.barrels)
     for barrel in range(barrels):
@@ -117,12 +81,20 @@ def check_by_engine(table: ShotTable, shots: int, *, seed: int, engine: str | No
                         seen[number].append((shot.scored, *_flown(table.task, row, shot)))
     checks = []
     for row, found in zip(rows, seen, strict=True):
-        scored, expected, errors = (list(column) for column in zip(*found, strict=True)) if found else ([], [], [])
-        lost = [should and not did for did, should in zip(scored, expected, strict=True)].count(True)
-        checks.append(
-            EngineCheck(row, len(found), scored.count(True), expected.count(True), lost, max(errors, default=0.0))
+        scored = [did for did, _, _ in found].count(True)
+        expected = [did for did, should, _ in found if should]
+        lost, error = expected.count(False), max((error for *_, error in found), default=0.0)
+        holds = error <= _PATH_LIMIT and (not expected or wilson_share(lost, len(expected)).lower <= _CHAOS)
+        text = (
+            f"{len(found)} real shots, {scored} scored, of {len(expected)} that should {lost} did not; "
+            f"paths within {1e3 * error:.1f} mm (limit {1e3 * _PATH_LIMIT:.0f})"
         )
+        checks.append(_check(row, wilson_share(scored, max(1, len(found))), holds, text))
     return checks
+
+
+def _check(row: ShotTableRow, found: Share, holds: bool, text: str) -> Check:
+    return Check(found, holds, f"{row.stand.distance:g} m: {text}: {'holds' if holds else 'does NOT hold'}")
 
 
 def _draws(table: ShotTable, seed: tuple[int, ...], shots: int) -> ShotDraws:
@@ -132,10 +104,9 @@ def _draws(table: ShotTable, seed: tuple[int, ...], shots: int) -> ShotDraws:
 def _flown(task: ShotTask, row: ShotTableRow, shot: RealShot) -> tuple[bool, float]:
     """Whether the same launch goes in by its flight, and how far the engine's path is from it [m]."""
     one = np.ones(1)
-    rows = task.rows(row.stand, row.elevation * one, row.speed * one, row.bearing * one, np.zeros(1, dtype=np.int64))
+    rows = task.rows(row.stand, row.elevation * one, row.speed * one, row.stand.bearing * one)
     rows.pos, rows.vel = shot.points[:1], shot.vel[None]
     whole = task.zone.opening or task.opening  # with its boards, which the engine has in any case
-    near = whole.reach + 2.0 * float(rows.radius[0])
-    away = np.linalg.norm(shot.points - task.opening.middle, axis=1) >= near
+    away = np.linalg.norm(shot.points - task.opening.middle, axis=1) >= whole.reach + 2.0 * float(rows.radius[0])
     error = np.linalg.norm(shot.points - path(rows, len(shot.points) - 1)[:, 0], axis=1)
     return bool(task.fly(rows).goes_in[0]), float(error[np.logical_and.accumulate(away)].max(initial=0.0))

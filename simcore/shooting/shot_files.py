@@ -1,4 +1,4 @@
-"""A shooter table as files: CSV, JSON, and Python that pastes into robot code."""
+"""A shooter table as files: CSV, JSON, Python that pastes into robot code, and a picture of what goes in."""
 
 from __future__ import annotations
 
@@ -6,62 +6,67 @@ import csv
 import io
 import json
 import math
-from collections.abc import Mapping, Sequence
+import textwrap
+from collections.abc import Callable, Mapping
+from pathlib import Path
 from typing import Any
 
-from simcore.shooting.shot_check import FlightCheck
-from simcore.shooting.shot_table import ShotTable, ShotTableRow
+import numpy as np
 
-__all__ = ["table_csv", "table_json", "table_python"]
+from simcore.shooting.shot_check import Check
+from simcore.shooting.shot_table import ShotBand, ShotTable, ShotTableRow
+from simcore.show.palette import color
+from simcore.show.raster import save_drawing, writable_picture
+from simcore.show.svg import document, element, line, nested, ticks, words
 
-_KEPT = 0.9
-"""Half way between two rows at least this part of the worse of their shares must go in; else there is a gap."""
+__all__ = ["draw_bands", "table_csv", "table_json", "table_python"]
+
 _COLUMNS = ("elevation_deg", "hood_turns", "speed_mps", "wheel_rps", "lead_deg", "time_of_flight_s")
 """What robot code needs of a row."""
+_Checks = Mapping[int, Check]
+_WIDTH, _ABREAST = 1400.0, 4  # [px]
+_PANEL = (320.0, 250.0)
+_PLOT = (46.0, 26.0, 262.0, 176.0)  # left, top, width, height of the axes in a panel
+_MOST = 16  # panels
 
 
-_UNITS = {"rad": ("deg", 180.0 / math.pi), "m/s": ("mps", 1.0), "m": ("m", 1.0), "s": ("s", 1.0), "sd": ("sd", 1.0)}
-_VALUES = (
-    ("bearing", "rad"), ("elevation", "rad"), ("hood", "turns"), ("speed", "m/s"), ("wheel", "rps"), ("lead", "rad"),
-    ("time_of_flight", "s"), ("entry_angle", "rad"), ("by_board", ""), ("slowest", "m/s"), ("fastest", "m/s"),
-    ("flattest", "rad"), ("steepest", "rad"), ("margin", "sd"),
-)  # fmt: skip
-"""Attributes of a row, and their units there or, of what turns, in the file."""
-
-
-def row_values(row: ShotTableRow, check: FlightCheck | None = None) -> dict[str, Any]:
+def _values(row: ShotTableRow, check: Check | None = None) -> dict[str, Any]:
     """A row by the names of its columns, unit and all; None for what there is not."""
+    stand = row.stand
+    numbers = {
+        "bearing_deg": math.degrees(stand.bearing),
+        "elevation_deg": math.degrees(row.elevation),
+        "hood_turns": None if row.hood is None else row.hood / math.tau,
+        "speed_mps": row.speed,
+        "wheel_rps": row.wheel_speed / math.tau,
+        "lead_deg": math.degrees(row.lead),
+        "time_of_flight_s": row.time_of_flight,
+        "entry_angle_deg": math.degrees(row.entry_angle),
+        "by_board": row.by_board,
+        **dict(zip(("slowest_mps", "fastest_mps"), row.speeds, strict=True)),
+        **dict(zip(("flattest_deg", "steepest_deg"), map(math.degrees, row.elevations), strict=True)),
+        "margin_sd": row.margin,
+    }
+    for name, share in {"share": row.share, "between": row.between, "check": check and check.found}.items():
+        for end, part in (("", "value"), ("_lower", "lower"), ("_upper", "upper"), ("_shots", "n")):
+            numbers[f"{name}{end}"] = None if share is None else getattr(share, part)
     values: dict[str, Any] = {
-        "distance_m": row.distance,
-        "radial_mps": row.radial,
-        "tangential_mps": row.tangential,
+        "distance_m": stand.distance,
+        "radial_mps": stand.radial,
+        "tangential_mps": stand.tangential,
         "feasible": row.is_feasible,
         "problem": row.problem,
     }
-    for name, unit in _VALUES:
-        number = getattr(row, "wheel_speed" if name == "wheel" else name)
-        suffix, factor = _UNITS.get(unit, (unit, 1.0 / math.tau))
-        if isinstance(number, float):
-            number = round(number * factor, 4) if math.isfinite(number) else None
-        values[f"{name}_{suffix}" if suffix else name] = number if row.is_feasible else None
-    shares = {"share": row.share, "between": row.between, "check": None if check is None else check.found}
-    for name, share in shares.items():
-        ends = (None, None, None) if share is None else (share.value, share.lower, share.upper)
-        for end, number in zip(("", "_lower", "_upper"), ends, strict=True):
-            values[f"{name}{end}"] = None if number is None else round(number, 4)
-        values[f"{name}_shots"] = None if share is None else share.n
-    values["check_holds"] = None if check is None else check.holds
+    for name, number in numbers.items():
+        is_there = row.is_feasible and number is not None and math.isfinite(number)
+        values[name] = (round(number, 4) if isinstance(number, float) else number) if is_there else None
+    values["check_holds"] = check and check.holds
     return values
 
 
-def _rows(table: ShotTable, checks: Sequence[FlightCheck]) -> list[dict[str, Any]]:
-    of_row = {id(check.row): check for check in checks}
-    return [row_values(row, of_row.get(id(row))) for row in table.rows]
-
-
-def table_csv(table: ShotTable, checks: Sequence[FlightCheck] = ()) -> str:
-    """A line a row; what there is not is left empty."""
-    rows = _rows(table, checks)
+def table_csv(table: ShotTable, checks: _Checks) -> str:
+    """A line a row; what there is not is left empty. Checks are by the number of their row."""
+    rows = [_values(row, checks.get(number)) for number, row in enumerate(table.rows)]
     stream = io.StringIO()
     writer = csv.DictWriter(stream, list(rows[0]), lineterminator="\n")
     writer.writeheader()
@@ -69,14 +74,10 @@ def table_csv(table: ShotTable, checks: Sequence[FlightCheck] = ()) -> str:
     return stream.getvalue()
 
 
-def table_json(table: ShotTable, checks: Sequence[FlightCheck] = ()) -> str:
+def table_json(table: ShotTable, checks: _Checks) -> str:
     """All rows, and what they are of."""
-    return json.dumps({**_head(table), "rows": _rows(table, checks)}, indent=1, allow_nan=False) + "\n"
-
-
-def _head(table: ShotTable) -> dict[str, Any]:
     task = table.task
-    return {
+    head = {
         "game": task.game.name,
         "target": task.zone.name,
         "piece": task.kind.name,
@@ -85,60 +86,50 @@ def _head(table: ShotTable) -> dict[str, Any]:
         "exit_efficiency": task.shooter.exit_efficiency,
         "scatter": table.scatter.text,
     }
+    rows = [_values(row, checks.get(number)) for number, row in enumerate(table.rows)]
+    return json.dumps({**head, "rows": rows}, indent=1, allow_nan=False) + "\n"
 
 
 def table_python(table: ShotTable) -> str:
     """A module without imports but `bisect`, whose `shot_at` interpolates between the rows."""
-    head = _head(table)
-    axes: Mapping[str, list[float]] = {
-        "DISTANCES": sorted({row.distance for row in table.rows}),
-        "RADIAL": sorted({row.radial for row in table.rows}),
-        "TANGENTIAL": sorted({row.tangential for row in table.rows}),
-    }
-    lines = [
-        f'"""Shots at {head["target"]} ({head["game"]}), made by `simcore shots`; see docs/shots.md.',
-        "",
-        f"Shooter with an exit efficiency of {head['exit_efficiency']:g}. Rows with None have no shot.",
-        '"""',
-        "",
-        "from bisect import bisect_right",
-        "",
-        f"COLUMNS = {_COLUMNS!r}",
-        '"""Of a shot: over the horizontal, the hood\'s mechanism, of the piece, of the wheels, its direction from',
-        'that to the target (counter-clockwise), and from the muzzle to the opening."""',
-    ]
-    units = {"DISTANCES": "from the robot's middle to the target's", "RADIAL": "of the robot toward the target",
-             "TANGENTIAL": "of the robot to the left, looking at the target"}  # fmt: skip
-    for name, axis in axes.items():
-        unit = "m" if name == "DISTANCES" else "m/s"
-        lines.append(f"{name} = {tuple(axis)!r}  # [{unit}] {units[name]}")
-    lines.append("SHOTS = {")
-    gaps: list[tuple[float, float, float]] = []
+    task, shots, gaps = table.task, "", set()
     for row in table.rows:
-        key = (row.distance, row.radial, row.tangential)
-        values = row_values(row)
-        shot = tuple(values[name] for name in _COLUMNS) if row.is_feasible else None
-        note = row.problem
+        key, shot, note = (row.stand.distance, *row.stand[2:]), None, row.problem
         if row.share is not None:
-            where = (
-                f", off the board: at a bearing of {math.degrees(row.bearing):.0f} deg alone" if row.by_board else ""
-            )
+            values, bearing = _values(row), math.degrees(row.stand.bearing)
+            shot = tuple(values[name] for name in _COLUMNS)
+            where = f", off the board: at a bearing of {bearing:.0f} deg alone" if row.by_board else ""
             note = f"{row.share.value:.1%} go in{where}"
-        lines.append(f"    {key!r}: {shot!r},  # {note}")
-        if row.between is not None and row.share is not None:
-            after = next(
-                other
-                for other in table.rows
-                if other.distance > row.distance and (other.radial, other.tangential) == key[1:]
-            )
-            worse = min(row.share.value, after.share.value if after.share is not None else 0.0)
-            if row.between.value < _KEPT * worse:
-                gaps.append(key)
-    lines += ["}", f"GAPS = {set(gaps) if gaps else set()!r}", _GAPS_TEXT, "", "", _LOOKUP]
-    return "\n".join(lines)
+        shots += f"    {key!r}: {shot!r},  # {note}\n"
+        gaps |= {key} if row.is_gap else set()
+    axes = zip(*((row.stand.distance, *row.stand[2:]) for row in table.rows), strict=True)
+    distances, radial, tangential = (tuple(sorted(set(axis))) for axis in axes)
+    return _MODULE.format(
+        target=task.zone.name, game=task.game.name, efficiency=task.shooter.exit_efficiency, columns=_COLUMNS,
+        distances=distances, radial=radial, tangential=tangential, shots=shots, gaps=gaps,
+    ) + _LOOKUP  # fmt: skip
 
 
-_GAPS_TEXT = '"""Rows from which on, up to the next distance, shots half way between do not go in as these do."""'
+_MODULE = '''"""Shots at {target} ({game}), made by `simcore shots`; see docs/shots.md.
+
+Shooter with an exit efficiency of {efficiency:g}. Rows with None have no shot.
+"""
+
+from bisect import bisect_right
+
+COLUMNS = {columns!r}
+"""Of a shot: over the horizontal, the hood's mechanism, of the piece, of the wheels, its direction from
+that to the target (counter-clockwise), and from the muzzle to the opening."""
+DISTANCES = {distances!r}  # [m] from the robot's middle to the target's
+RADIAL = {radial!r}  # [m/s] of the robot toward the target
+TANGENTIAL = {tangential!r}  # [m/s] of the robot to the left, looking at the target
+SHOTS = {{
+{shots}}}
+GAPS = {gaps!r}
+"""Rows from which on, up to the next distance, shots half way between do not go in as these do."""
+
+
+'''
 _LOOKUP = '''def shot_at(distance, radial=0.0, tangential=0.0):
     """The shot by name of its columns, interpolated; None outside of the table and where it has a gap."""
     corners = [((), 1.0)]
@@ -158,3 +149,90 @@ _LOOKUP = '''def shot_at(distance, radial=0.0, tangential=0.0):
         for k, name in enumerate(COLUMNS)
     }
 '''
+
+
+# --- picture ----------------------------------------------------------------------------------------------------------
+
+
+def draw_bands(path: str | Path, table: ShotTable) -> None:
+    """Draw a panel for each row, the first sixteen; missing folders are made.
+
+    Args:
+        path: A `.png`, `.svg` or `.pdf` file.
+        table: What is drawn.
+
+    Raises:
+        OutputError: The picture cannot be written there, or as that kind of file.
+    """
+    path = writable_picture(path)
+    task = table.task
+    bands = [row.band for row in table.rows if row.band is not None]
+    speeds = [band.speeds[band.inside.any(axis=0)] for band in bands]
+    inside = np.concatenate([some for some in speeds if len(some)] or [np.array([task.min_speed, task.max_speed])])
+    low, high = task.elevations
+    box = (float(inside.min()) * 0.95, float(inside.max()) * 1.05, math.degrees(low) - 4.0, math.degrees(high) + 4.0)
+    parts = [
+        words(40.0, 44.0, f"Shots that go into {task.zone.name}", 27, ink=color("ink"), bold=True),
+        words(40.0, 72.0, "elevation over speed, by distance, from all barrels; cross: the shot of the table; its "
+              "arms: how far speed and elevation alone may be off", 15),
+    ]  # fmt: skip
+    rows = table.rows[:_MOST]
+    for number, row in enumerate(rows):
+        y, x = divmod(number, _ABREAST)
+        parts.append(nested(_panel(row, box), 40.0 + x * (_PANEL[0] + 10.0), 90.0 + y * (_PANEL[1] + 14.0), *_PANEL))
+    lines = math.ceil(len(rows) / _ABREAST)
+    height = 100.0 + lines * (_PANEL[1] + 14.0)
+    save_drawing(document((0.0, 0.0, _WIDTH, height), *parts), path, round(_WIDTH))
+
+
+def _panel(row: ShotTableRow, box: tuple[float, float, float, float]) -> str:
+    """One row: axes, band and shot."""
+    left, top, width, height = _PLOT
+    slow, fast, flat, steep = box
+
+    def across(speed: float) -> float:
+        return left + (speed - slow) / (fast - slow) * width
+
+    def down(elevation_deg: float) -> float:
+        return top + (steep - elevation_deg) / (steep - flat) * height
+
+    distance, _, radial, tangential = row.stand
+    moving = f", moving {radial:g} / {tangential:g} m/s" if radial or tangential else ""
+    parts = [words(left, top - 9.0, f"{distance:g} m{moving}", 14, ink=color("ink"), bold=True)]
+    if row.share is not None:
+        parts.append(words(left + width, top - 9.0, f"{row.share.value:.1%} go in", 12, anchor="end"))
+    for speed in ticks(slow, fast, 6):
+        parts.append(line(across(speed), top, across(speed), top + height, stroke=color("grid")))
+        parts.append(words(across(speed), top + height + 15.0, f"{speed:g}", 11.5, anchor="middle"))
+    for angle in ticks(flat, steep, 6):
+        parts.append(line(left, down(angle), left + width, down(angle), stroke=color("grid")))
+        parts.append(words(left - 5.0, down(angle) + 4.0, f"{angle:g}", 11.5, anchor="end"))
+    parts.append(words(left + width, top + height + 30.0, "speed [m/s]", 11.5, anchor="end"))
+    middle = f"translate(12 {top + 0.5 * height:g}) rotate(-90)"
+    parts.append(words(0.0, 0.0, "[deg]", 11.5, anchor="middle", transform=middle))
+    if row.band is not None:
+        parts.append(element("g", *_runs(row.band, across, down), fill=color("hit"), opacity=0.45))
+    if row.is_feasible:
+        x, y = across(row.speed), down(math.degrees(row.elevation))
+        look = {"stroke": color("ink"), "stroke_width": 1.8}
+        flattest, steepest = (down(math.degrees(angle)) for angle in row.elevations)
+        parts.append(line(across(row.speeds[0]), y, across(row.speeds[1]), y, **look))
+        parts.append(line(x, flattest, x, steepest, **look))
+        parts.append(element("circle", cx=x, cy=y, r=4.0, fill=color("ink")))
+    else:
+        for number, text in enumerate(textwrap.wrap(row.problem, 34, break_long_words=False, break_on_hyphens=False)):
+            parts.append(words(left + 0.5 * width, top + 80.0 + 18.0 * number, text, 13, anchor="middle"))
+    return document((0.0, 0.0, *_PANEL), *parts)
+
+
+def _runs(band: ShotBand, across: Callable[[float], float], down: Callable[[float], float]) -> list[str]:
+    """A bar for each unbroken stretch of speeds of each elevation."""
+    bars = []
+    half = 0.5 * math.degrees(float(band.elevations[1] - band.elevations[0]))
+    for elevation, inside in zip(np.degrees(band.elevations).tolist(), band.inside, strict=True):
+        edges = np.nonzero(np.diff(np.pad(inside.astype(int), 1)))[0]
+        for first, last in zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True):
+            start, end = across(float(band.speeds[first])), across(float(band.speeds[last - 1]))
+            y = down(elevation + half)
+            bars.append(element("rect", x=start, y=y, width=max(1.0, end - start), height=down(elevation - half) - y))
+    return bars

@@ -4,44 +4,146 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
+from scipy.ndimage import distance_transform_edt
 from scipy.special import ndtri
 from scipy.stats import qmc
 
 from simcore.geometry.rotation import wrap_angle
 from simcore.match.scatter import Scatter
+from simcore.pieces.shot_solver import NoShotError, solve_shot
 from simcore.shooting.practice_field import PracticeField
-from simcore.shooting.shot_band import ENOUGH, BestShot, ShotBand, smoothest
 from simcore.shooting.shot_task import SPREADS, ShotDraws, ShotTask, Stand
-from simcore.sweep.sweep_statistics import Share, wilson_share
-from simcore.typing import FloatArray
+from simcore.sweep.sweep_statistics import Share
+from simcore.typing import BoolArray, FloatArray
+from simcore.units import degrees
 
-__all__ = ["ShotTable", "ShotTableRow", "make_table"]
+__all__ = ["ShotBand", "ShotTable", "ShotTableRow", "make_table"]
 
+_ELEVATION_STEP = degrees(0.5)
+_SPEED_STEP = 0.0075  # of the speed
+_SPARE_ELEVATION, _SPARE_SPEED = degrees(3.0), 0.05  # beyond the shooter's limits: scatter does not stop there
+_SLOWER, _FASTER = 0.8, 1.5  # times the speed that meets the middle: from the rim in front to the top of a board
+_ENOUGH = 6.0  # standard deviations; more is worth nothing: one shot in 10^9 is farther off
+_LITTLE = 0.01  # what more than enough is worth
+_DEAR = degrees(20.0)
+_FINE_SPEED, _FINE_ELEVATION, _FINE_REACH = 0.001, degrees(0.05), degrees(25.0)
 _CLAIM_SHOTS, _BETWEEN_SHOTS = 2048, 512
 """Of a row's shares: powers of 2, as Sobol's sequence wants."""
 _CHOICE_SHOTS = 256  # of each elevation, among which a row's shot is chosen
+_KEPT = 0.9  # half way between two rows at least this part of the worse of their shares goes in; else there is a gap
 _LEAST = 0.1  # standard deviations that count for a shot that goes in at all
 _MOST_PLACES = 6  # that are tried before a row is given up
+_NONE: FloatArray = np.zeros(0)
+
+
+@dataclass(frozen=True, slots=True)
+class ShotBand:
+    """What goes in, from every barrel, of a grid of elevations and speeds."""
+
+    task: ShotTask
+    stand: Stand
+    elevations: FloatArray
+    """Of the grid [rad], shape (n,)."""
+    speeds: FloatArray
+    """Of the grid, relative to the muzzle, each a fixed share above the one before [m/s], shape (m,)."""
+    inside: BoolArray
+    """Shape (n, m)."""
+
+    @classmethod
+    def of(cls, task: ShotTask, stand: Stand) -> ShotBand:
+        """Fly the shots of a grid around those that meet the target's middle."""
+        low, high = task.elevations
+        spare = math.ceil(_SPARE_ELEVATION / _ELEVATION_STEP)
+        count = math.floor((high - low) / _ELEVATION_STEP + 1e-9)
+        grid = low + _ELEVATION_STEP * np.arange(-spare, count + spare + 1)
+        elevations: FloatArray = np.array(grid[(grid > 0.0) & (grid < 0.5 * math.pi)], dtype=np.float64)
+        middles = np.array([_speed_to_middle(task, stand, elevation) for elevation in elevations.tolist()])
+        most = task.max_speed * (1.0 + _SPARE_SPEED)
+        reachable = middles[middles < most]
+        speeds: FloatArray = np.zeros(0)
+        if len(reachable):
+            least = max(_SLOWER * float(reachable.min()), task.min_speed)
+            most = min(_FASTER * float(reachable.max()), most)
+            speeds = least * np.exp(_SPEED_STEP * np.arange(max(1, math.ceil(math.log(most / least) / _SPEED_STEP))))
+        ratio = speeds[None, :] / middles[:, None]
+        row, column = np.nonzero((ratio > _SLOWER) & (ratio < _FASTER))
+        inside: BoolArray = np.zeros(ratio.shape, dtype=bool)
+        inside[row, column] = task.hits(stand, elevations[row], speeds[column]).all(axis=1)
+        return cls(task, stand, elevations, speeds, inside)
+
+    def widest(self, scatter: Scatter) -> tuple[FloatArray, FloatArray]:
+        """Speed [m/s] of each elevation's shot with the widest margin, and that margin, shape (n,) each.
+
+        A margin is the way to the nearest elevation and speed that do not go in, in standard deviations; zero where
+        nothing within the shooter's limits goes in.
+
+        Args:
+            scatter: Measures the margins; where it has no exit speed or elevation, the default ones do.
+        """
+        if not self.inside.any():
+            return np.zeros(len(self.elevations)), np.zeros(len(self.elevations))
+        usual = Scatter()
+        sizes = (
+            _ELEVATION_STEP / (scatter.elevation or usual.elevation),
+            _SPEED_STEP / (scatter.exit_speed or usual.exit_speed),
+        )
+        margins: FloatArray = distance_transform_edt(np.pad(self.inside, 1), sampling=sizes)[1:-1, 1:-1]
+        low, high = self.task.elevations
+        margins[(self.elevations < low - 1e-9) | (self.elevations > high + 1e-9)] = 0.0
+        margins[:, self.speeds > self.task.max_speed] = 0.0
+        column = np.argmax(margins, axis=1)
+        return self.speeds[column], margins.max(axis=1)
+
+    def limits(self, elevation: float, speed: float) -> tuple[tuple[float, float], tuple[float, float]]:
+        """Slowest and fastest shot at an elevation [m/s], flattest and steepest at a speed [rad], that still go in."""
+        speeds = speed * np.exp(np.arange(math.log(_SLOWER), math.log(_FASTER), _FINE_SPEED))
+        elevations: FloatArray = np.arange(_FINE_ELEVATION, 0.5 * math.pi, _FINE_ELEVATION)
+        elevations = elevations[np.abs(elevations - elevation) < _FINE_REACH]
+        fast: BoolArray = np.asarray(self.task.hits(self.stand, np.full(len(speeds), elevation), speeds).all(axis=1))
+        steep: BoolArray = np.asarray(
+            self.task.hits(self.stand, elevations, np.full(len(elevations), speed)).all(axis=1)
+        )
+        return _around(speeds, fast, speed), _around(elevations, steep, elevation)
+
+
+def _around(values: FloatArray, inside: BoolArray, middle: float) -> tuple[float, float]:
+    """Ends of the unbroken stretch around a value."""
+    here = int(np.argmin(np.abs(values - middle)))
+    if not inside[here]:
+        return middle, middle
+    out = np.nonzero(~inside)[0]
+    first = int(out[out < here].max(initial=-1)) + 1
+    last = int(out[out > here].min(initial=len(values))) - 1
+    return float(values[first]), float(values[last])
+
+
+def _speed_to_middle(task: ShotTask, stand: Stand, elevation: float) -> float:
+    """Speed of the shot of an elevation that meets the middle of the opening [m/s]; infinite where none does."""
+    muzzle, drag = task.muzzle(stand, np.array([stand.bearing]))[0], task.kind.air.drag
+    try:
+        return solve_shot(
+            muzzle, task.opening.middle, elevation=elevation, drag=drag, robot_velocity=stand.velocity,
+            rising=not task.zone.downward,
+        ).speed  # fmt: skip
+    except NoShotError:
+        return math.inf
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ShotTableRow:
-    """One place and velocity of the robot."""
+    """One place and velocity of the robot, and the shot from there; NaN and None where there is none."""
 
-    distance: float
-    """From the robot's origin to the middle of the target, along the floor [m]."""
-    radial: float
-    """Speed of the robot toward the target [m/s]."""
-    tangential: float
-    """Speed of the robot to the left, looking at the target [m/s]."""
+    stand: Stand
+    """Where the robot is; its bearing only counts where there is a shot."""
     problem: str = ""
     """Why there is no shot; empty: there is one."""
-    bearing: float = math.nan
-    """From the robot to the target, where it was worked out, field frame [rad]."""
+    band: ShotBand | None = None
+    """What goes in from there; None where the robot has no place."""
     elevation: float = math.nan
     """[rad]"""
     hood: float | None = None
@@ -58,35 +160,23 @@ class ShotTableRow:
     """Under the horizontal, at the opening [rad]."""
     by_board: bool = False
     """Whether it touches a board on its way in."""
-    slowest: float = math.nan
-    """At this elevation [m/s]."""
-    fastest: float = math.nan
-    """At this elevation [m/s]."""
-    flattest: float = math.nan
-    """At this speed [rad]."""
-    steepest: float = math.nan
-    """At this speed [rad]."""
+    speeds: tuple[float, float] = (math.nan, math.nan)
+    """Slowest and fastest that go in at this elevation [m/s]."""
+    elevations: tuple[float, float] = (math.nan, math.nan)
+    """Flattest and steepest that go in at this speed [rad]."""
     margin: float = math.nan
     """To the nearest shot that does not go in, in standard deviations of the scatter [-]."""
     share: Share | None = None
     """Of scattered shots that go in."""
     between: Share | None = None
     """The same half way to the next distance, with elevation and speed half way between; None: there is none."""
+    is_gap: bool = False
+    """Whether clearly fewer go in there than from both ends."""
 
     @property
     def is_feasible(self) -> bool:
         """Whether there is a shot."""
         return not self.problem
-
-    @property
-    def best(self) -> BestShot:
-        """The shot."""
-        return BestShot(self.elevation, self.speed, self.margin)
-
-    @property
-    def stand(self) -> Stand:
-        """Where it was worked out."""
-        return Stand(self.distance, self.bearing, self.radial, self.tangential)
 
 
 @dataclass(frozen=True, slots=True)
@@ -96,8 +186,6 @@ class ShotTable:
     task: ShotTask
     scatter: Scatter
     rows: tuple[ShotTableRow, ...]
-    bands: tuple[ShotBand | None, ...]
-    """Of each row; None where the robot has no place."""
 
     @property
     def feasible(self) -> list[ShotTableRow]:
@@ -106,16 +194,10 @@ class ShotTable:
 
 
 def make_table(
-    task: ShotTask,
-    distances: Iterable[float],
-    *,
-    radial: Iterable[float] = (0.0,),
-    tangential: Iterable[float] = (0.0,),
-    scatter: Scatter | None = None,
-    seed: int = 0,
-    engine: str | None = None,
+    task: ShotTask, distances: Iterable[float], *, radial: Iterable[float] = (0.0,),
+    tangential: Iterable[float] = (0.0,), scatter: Scatter | None = None, seed: int = 0, engine: str | None = None,
     on_row: Callable[[ShotTableRow], object] = lambda row: None,
-) -> ShotTable:
+) -> ShotTable:  # fmt: skip
     """Work a table out.
 
     Args:
@@ -131,127 +213,123 @@ def make_table(
     spread = Scatter() if scatter is None else scatter
     aways = sorted(distances)
     rows: list[ShotTableRow] = []
-    bands: list[ShotBand | None] = []
-    with PracticeField(task, engine=engine) as field:
+    with PracticeField(task, engine=engine) as practice:
         for along, across in itertools.product(radial, tangential):
-            found = [_Place(task, field, Stand(away, 0.0, along, across), spread) for away in aways]
-            _choose(found)
+            places = [_place(task, practice, Stand(away, 0.0, along, across), spread) for away in aways]
             before: ShotTableRow | None = None
-            for place in found:
-                row = place.row(spread, seed)
-                if before is not None and before.is_feasible and row.is_feasible:
-                    rows[-1] = replace(before, between=_between(task, before, row, spread, seed))
+            for place, number in zip(places, _choose(places), strict=True):
+                row = _row(task, place, number, spread, seed)
+                if before is not None and before.share is not None and row.share is not None:
+                    middle = 0.5 * (before.elevation + row.elevation), 0.5 * (before.speed + row.speed)
+                    stand = before.stand._replace(distance=0.5 * (before.stand.distance + row.stand.distance))
+                    between = task.share(stand, *middle, _draws(spread, seed, _BETWEEN_SHOTS))
+                    is_gap = between.value < _KEPT * min(before.share.value, row.share.value)
+                    rows[-1] = replace(before, between=between, is_gap=is_gap)
                 rows.append(row)
-                bands.append(place.band)
                 on_row(row)
                 before = row
-    order = sorted(range(len(rows)), key=lambda number: (rows[number].distance, number))
-    return ShotTable(task, spread, tuple(rows[n] for n in order), tuple(bands[n] for n in order))
+    return ShotTable(task, spread, tuple(sorted(rows, key=lambda row: row.stand.distance)))
 
 
-class _Place:
-    """A place of the robot for a row, and the band of shots from there.
+class _Place(NamedTuple):
+    """Where the robot stands for a row, and the shots from there."""
 
-    Where the widest shot is in something's way, the next places to the side are tried, and the best of them is taken.
+    stand: Stand
+    problem: str
+    """Why there is none; empty: there is one."""
+    band: ShotBand | None
+    speeds: FloatArray = _NONE
+    """Of the widest shot of each elevation of the band [m/s], shape (n,)."""
+    margins: FloatArray = _NONE
+    """Of these shots, in standard deviations, shape (n,)."""
+    widths: FloatArray = _NONE
+    """The same, but no more than their shares say, and zero where something is in the way, shape (n,)."""
+
+
+def _place(task: ShotTask, practice: PracticeField, wanted: Stand, scatter: Scatter) -> _Place:
+    """Where shots are widest: where the widest is in something's way, the best of the next places to the side."""
+    found, widest = _Place(wanted, "the robot has no place on the field there", None), 0.0
+    for stand in practice.stands(wanted)[:_MOST_PLACES]:
+        band = ShotBand.of(task, stand)
+        if found.band is None:
+            found = _Place(wanted, "no elevation and speed of this shooter go in", band)
+        speeds, margins = band.widest(scatter)
+        shots = np.nonzero(margins)[0]
+        if not len(shots):
+            continue
+        hits = task.hits(stand, band.elevations[shots], speeds[shots], _draws(scatter, 0, _CHOICE_SHOTS))
+        # A wide shot that misses does so by its direction, spin or piece: it is no safer than its share says.
+        safe = np.where(hits.all(axis=1), np.inf, ndtri((hits.sum(axis=1) + 0.5) / (_CHOICE_SHOTS + 1.0)))
+        widths = np.zeros(len(margins))
+        widths[shots] = np.clip(margins[shots], 0.0, np.maximum(safe, _LEAST))
+        without_field = float(widths.max())
+        for number in shots.tolist():
+            if not practice.is_way_free(stand, float(band.elevations[number]), float(speeds[number]), scatter):
+                widths[number] = 0.0
+        free = min(float(widths.max()), _ENOUGH)
+        if free > widest:
+            found, widest = _Place(stand, "", band, speeds, margins, widths), free
+        elif not widest:
+            found = _Place(wanted, "something on the field is in the way of every shot", band)
+        if free >= min(without_field, _ENOUGH):
+            break
+    return found
+
+
+def _smoothest(rows: Sequence[FloatArray]) -> list[int]:
+    """Of each of several bands, one after the other in distance, the row of the grid to shoot at.
+
+    A margin is worth what it is up to 6 standard deviations, more is worth nothing; a change of 20 deg from one band to
+    the next costs 1. So the table can be interpolated, and gives up margin only where there is plenty.
+
+    Args:
+        rows: Widest margin of each elevation of the grid, of each band, shape (n,).
+
+    Returns:
+        A row for each; what is best overall (Viterbi's algorithm).
     """
-
-    def __init__(self, task: ShotTask, field: PracticeField, wanted: Stand, scatter: Scatter) -> None:
-        self.task, self.wanted = task, wanted
-        self.band: ShotBand | None = None
-        self.best: BestShot | None = None
-        self.widths: FloatArray = np.zeros(0)
-        """Of the widest shot of each elevation of the band whose way is free, in standard deviations, shape (n,)."""
-        self._shots: dict[int, BestShot] = {}
-        self.problem = "the robot has no place on the field there"
-        widest = 0.0
-        for stand in field.stands(wanted.distance, wanted.radial, wanted.tangential)[:_MOST_PLACES]:
-            band = ShotBand.of(task, stand)
-            if self.band is None:
-                self.band, self.problem = band, "no elevation and speed of this shooter go in"
-            shots, widths = band.widest(scatter), np.zeros(len(band.elevations))
-            if not shots:
-                continue
-            aim = np.array([(shot.elevation, shot.speed) for shot in shots.values()])
-            hits = task.scattered_hits(stand, aim[:, 0], aim[:, 1], _draws(scatter, 0, _CHOICE_SHOTS))
-            # A wide shot that misses does so by its direction, spin or piece: it is no safer than its share says.
-            safe = np.where(hits.all(axis=1), np.inf, ndtri((hits.sum(axis=1) + 0.5) / (_CHOICE_SHOTS + 1.0)))
-            widths[list(shots)] = np.clip([shot.margin for shot in shots.values()], 0.0, np.maximum(safe, _LEAST))
-            without_field = float(widths.max())
-            for number, shot in shots.items():
-                if not field.is_way_free(stand, shot.elevation, shot.speed, scatter):
-                    widths[number] = 0.0
-            free = min(float(widths.max()), ENOUGH)
-            if free > widest:
-                self.band, self._shots, self.widths, self.problem, widest = band, shots, widths, "", free
-            elif not widest:
-                self.band, self.problem = band, "something on the field is in the way of every shot"
-            if free >= min(without_field, ENOUGH):
-                return
-
-    def choose(self, number: int) -> None:
-        """Take the shot of a row of the grid."""
-        self.best = self._shots[number]
-
-    def row(self, scatter: Scatter, seed: int) -> ShotTableRow:
-        """The row of the chosen shot, or of why there is none."""
-        wanted, best, band, task = self.wanted, self.best, self.band, self.task
-        if best is None or band is None:
-            return ShotTableRow(
-                distance=wanted.distance, radial=wanted.radial, tangential=wanted.tangential, problem=self.problem
-            )
-        stand = band.stand
-        elevation, speed = np.array([best.elevation]), np.array([best.speed])
-        yaw = task.lead(stand, elevation, speed)
-        seen = task.fly(task.rows(stand, elevation, speed, yaw, np.zeros(1, dtype=np.int64)))
-        vx, vy, vz = seen.vel[0].tolist()
-        slowest, fastest = band.speed_limits(best)
-        flattest, steepest = band.elevation_limits(best)
-        return ShotTableRow(
-            distance=wanted.distance,
-            radial=wanted.radial,
-            tangential=wanted.tangential,
-            bearing=stand.bearing,
-            elevation=best.elevation,
-            hood=task.hood_for(best.elevation),
-            speed=best.speed,
-            wheel_speed=task.shooter.wheel_speed_for(best.speed),
-            lead=wrap_angle(float(yaw[0]) - stand.bearing),
-            time_of_flight=float(seen.time[0]),
-            entry_angle=math.atan2(-vz, math.hypot(vx, vy)),
-            by_board=bool(seen.by_board[0]),
-            slowest=slowest,
-            fastest=fastest,
-            flattest=flattest,
-            steepest=steepest,
-            margin=best.margin,
-            share=_share(task, stand, best, scatter, seed, _CLAIM_SHOTS),
-        )
+    steps = (_ELEVATION_STEP / _DEAR) * np.arange(len(rows[0]))
+    cost = np.square(steps[:, None] - steps[None, :])
+    worth = [np.where(row > 0.0, np.minimum(row, _ENOUGH) + _LITTLE * row, -np.inf) for row in rows]
+    best, came_from = worth[0], []
+    for more in worth[1:]:
+        reached = best[:, None] - cost
+        came_from.append(np.argmax(reached, axis=0))
+        best = reached.max(axis=0) + more
+    chosen = [int(np.argmax(best))]
+    for origins in reversed(came_from):
+        chosen.append(int(origins[chosen[-1]]))
+    return chosen[::-1]
 
 
-def _choose(places: list[_Place]) -> None:
-    """The shots of one velocity, distance by distance; a row without any begins anew."""
-    together: list[_Place] = []
-    for place in [*places, None]:
-        if place is not None and not place.problem:
-            together.append(place)
-        elif together:
-            for one, number in zip(together, smoothest([one.widths for one in together]), strict=True):
-                one.choose(number)
-            together = []
+def _choose(places: Sequence[_Place]) -> list[int]:
+    """The row of the grid to shoot at from each place, distance by distance; one without any (-1) begins anew."""
+    chosen: list[int] = []
+    for is_blocked, run in itertools.groupby(places, key=lambda place: bool(place.problem)):
+        some = list(run)
+        chosen += [-1] * len(some) if is_blocked else _smoothest([place.widths for place in some])
+    return chosen
 
 
-def _between(task: ShotTask, row: ShotTableRow, after: ShotTableRow, scatter: Scatter, seed: int) -> Share:
-    """Of the shots half way between two rows, from where the first was worked out."""
-    shot = BestShot(0.5 * (row.elevation + after.elevation), 0.5 * (row.speed + after.speed), 0.0)
-    stand = row.stand._replace(distance=0.5 * (row.distance + after.distance))
-    return _share(task, stand, shot, scatter, seed, _BETWEEN_SHOTS)
-
-
-def _share(task: ShotTask, stand: Stand, shot: BestShot, scatter: Scatter, seed: int, count: int) -> Share:
-    draws = _draws(scatter, seed, count)
-    hits = task.scattered_hits(stand, np.array([shot.elevation]), np.array([shot.speed]), draws)
-    return wilson_share(int(hits.sum()), count)
+def _row(task: ShotTask, place: _Place, number: int, scatter: Scatter, seed: int) -> ShotTableRow:
+    """The row of a place's shot, or of why there is none."""
+    band, stand = place.band, place.stand
+    if band is None or place.problem:
+        return ShotTableRow(stand=stand, problem=place.problem, band=band)
+    elevation, speed = float(band.elevations[number]), float(place.speeds[number])
+    aim = np.array([elevation]), np.array([speed])
+    yaw = task.lead(stand, *aim)
+    seen = task.fly(task.rows(stand, *aim, yaw))
+    vx, vy, vz = seen.vel[0].tolist()
+    speeds, elevations = band.limits(elevation, speed)
+    return ShotTableRow(
+        stand=stand, band=band, elevation=elevation, hood=task.hood_for(elevation), speed=speed,
+        wheel_speed=task.shooter.wheel_speed_for(speed), lead=wrap_angle(float(yaw[0]) - stand.bearing),
+        time_of_flight=float(seen.time[0]), entry_angle=math.atan2(-vz, math.hypot(vx, vy)),
+        by_board=bool(seen.by_board[0]), speeds=speeds, elevations=elevations, margin=float(place.margins[number]),
+        share=task.share(stand, elevation, speed, _draws(scatter, seed, _CLAIM_SHOTS)),
+    )  # fmt: skip
 
 
 def _draws(scatter: Scatter, seed: int, count: int) -> ShotDraws:
-    return ShotDraws.of(scatter, np.clip(qmc.Sobol(SPREADS, seed=seed).random(count), 1e-9, 1.0 - 1e-9))
+    return ShotDraws.of(scatter, qmc.Sobol(SPREADS, seed=seed).random(count))

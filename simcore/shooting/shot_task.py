@@ -7,30 +7,29 @@ shooter points with the robot, a turret at zero.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, fields, replace
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
+from scipy.special import ndtri
 
 from simcore.errors import ConfigError, UnknownNameError
 from simcore.match.game import Game
 from simcore.match.scatter import Scatter
 from simcore.match.scoring import Alliance, ScoringZone
 from simcore.physics.shapes import Sphere
-from simcore.pieces.aerodynamics import AirRows
+from simcore.pieces.aerodynamics import AirFactors
 from simcore.pieces.flight import FlightState
 from simcore.pieces.kinds import GamePieceConfig
 from simcore.pieces.launch import Aim, muzzle_offset, to_field
-from simcore.pieces.shooter import ShooterConfig
-from simcore.pieces.shot_opening import ShotOpening, ShotOutcomes, fly_to_opening
+from simcore.pieces.shot_opening import ShotOutcomes, fly_to_opening
 from simcore.robot.robot_config import RobotConfig, build_mechanism
+from simcore.sweep.sweep_statistics import Share, wilson_share
 from simcore.typing import BoolArray, FloatArray, IntArray
 from simcore.units import degrees
 
 __all__ = ["SPREADS", "ShotDraws", "ShotTask", "Stand"]
 
-SPREADS = 7
-"""Spreads of a shot: as many as `ShotDraws` has fields."""
 _VOLTS = 12.0  # of a battery in good order
 _SPEED_RESERVE = 0.9  # of the wheels' free speed: what is left regulates, and serves when the battery sags; estimate
 _FLATTEST, _STEEPEST = degrees(5.0), degrees(87.0)
@@ -61,30 +60,23 @@ class Stand(NamedTuple):
         return np.array([c * self.radial - s * self.tangential, s * self.radial + c * self.tangential, 0.0])
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class ShotDraws:
-    """How shots differ from what was meant, one a row, shape (n,) each."""
+class ShotDraws(NamedTuple):
+    """How shots differ from what was meant, shape (n,) each: angles are added [rad], the others are factors [-]."""
 
     exit_speed: FloatArray
-    """Factor [-]."""
     elevation: FloatArray
-    """Added [rad]."""
     azimuth: FloatArray
-    """Added to the yaw, counter-clockwise [rad]."""
+    """Counter-clockwise."""
     spin: FloatArray
-    """Factor [-]."""
     mass: FloatArray
-    """Factor [-]."""
     diameter: FloatArray
-    """Factor [-]."""
     drag: FloatArray
-    """Factor of the drag coefficient [-]."""
+    """Of the drag coefficient."""
 
     @staticmethod
     def of(scatter: Scatter, shares: FloatArray) -> ShotDraws:
         """Of a scatter, by quantiles evenly spread above 0 and below 1, shape (n, 7)."""
-        from scipy.special import ndtri
-
+        shares = np.clip(shares, 1e-9, 1.0 - 1e-9)
         normal, even = ndtri(shares), 2.0 * shares - 1.0
         return ShotDraws(
             exit_speed=np.exp(scatter.exit_speed * normal[:, 0]),
@@ -102,8 +94,15 @@ class ShotDraws:
         return ShotDraws.of(Scatter.none(), np.full((n, SPREADS), 0.5))
 
 
+SPREADS = len(ShotDraws._fields)
+"""Spreads of a shot."""
+
+
 class ShotTask:
     """A shooter and its target.
+
+    Shots are meant by their `elevation` [rad] and `speed` relative to the muzzle [m/s], shape (n,) each, of a robot at
+    a `stand`.
 
     Args:
         game: Whose field and pieces.
@@ -119,15 +118,9 @@ class ShotTask:
     """
 
     def __init__(
-        self,
-        game: Game,
-        robot: RobotConfig | None = None,
-        *,
-        target: str | None = None,
-        alliance: Alliance = "blue",
-        shooter: int = 0,
-        boards: bool = False,
-    ) -> None:
+        self, game: Game, robot: RobotConfig | None = None, *, target: str | None = None, alliance: Alliance = "blue",
+        shooter: int = 0, boards: bool = False,
+    ) -> None:  # fmt: skip
         self.game = game
         self.robot = robot or game.robot()
         shooters = self.robot.shooters
@@ -137,11 +130,13 @@ class ShotTask:
             )
         if not 0 <= shooter < len(shooters):
             raise ConfigError(f"the robot has shooters 0 to {len(shooters) - 1}, got {shooter}")
-        self.shooter: ShooterConfig = shooters[shooter]
+        self.shooter = shooters[shooter]
+        self.barrels = self.shooter.launch.barrels
+        """Sideways offset of each barrel, left positive [m]."""
         self.zone = self._zone(target, alliance)
         opening = self.zone.opening
         assert opening is not None
-        self.opening: ShotOpening = opening if boards else replace(opening, boards=())
+        self.opening = opening if boards else replace(opening, boards=())
         self.kind = self._kind()
         self.max_speed = self._max_speed()
         """The fastest shot [m/s]."""
@@ -175,12 +170,13 @@ class ShotTask:
         return fitting[0]
 
     def _max_speed(self) -> float:
-        boxes = [getattr(self.robot.mechanisms[name], "gearbox", None) for name in self.shooter.wheels]
-        for name, gearbox in zip(self.shooter.wheels, boxes, strict=True):
+        speeds = []
+        for name in self.shooter.wheels:
+            gearbox = getattr(self.robot.mechanisms[name], "gearbox", None)
             if gearbox is None:
                 raise ConfigError(f"the shooter's wheel {name!r} must have a motor")
-        slowest = min(gearbox.free_speed(_VOLTS) for gearbox in boxes if gearbox is not None)
-        return self.shooter.exit_speed([_SPEED_RESERVE * slowest] * len(boxes))
+            speeds.append(gearbox.free_speed(_VOLTS))
+        return self.shooter.exit_speed([_SPEED_RESERVE * min(speeds)] * len(speeds))
 
     def _elevations(self) -> tuple[float, float]:
         shooter = self.shooter
@@ -200,14 +196,8 @@ class ShotTask:
 
     def hood_for(self, elevation: float) -> float | None:
         """Angle of the hood that gives an elevation [rad]; None where there is none."""
-        if self.shooter.hood is None:
-            return None
-        return (elevation - self.shooter.elevation) / self.shooter.elevation_per_hood
-
-    @property
-    def barrels(self) -> tuple[float, ...]:
-        """Sideways offset of each barrel, left positive [m]."""
-        return self.shooter.launch.barrels
+        shooter = self.shooter
+        return None if shooter.hood is None else (elevation - shooter.elevation) / shooter.elevation_per_hood
 
     # --- shots ------------------------------------------------------------------------------------------------------
 
@@ -224,13 +214,7 @@ class ShotTask:
         return pos + to_field(rotation, muzzle_offset(middle))
 
     def lead(self, stand: Stand, elevation: FloatArray, speed: FloatArray) -> FloatArray:
-        """Direction of shots whose middle goes through the target's, NaN where the robot is too fast, shape (n,) [rad].
-
-        Args:
-            stand: Of the robot.
-            elevation: Of each shot [rad], shape (n,).
-            speed: Of each shot, relative to the muzzle [m/s], shape (n,).
-        """
+        """Direction of shots whose middle goes through the target's, NaN if the robot is too fast [rad], shape (n,)."""
         yaw: FloatArray = np.full(len(speed), stand.bearing)
         turn: FloatArray = np.zeros(len(speed))
         velocity, middle = stand.velocity, self.opening.middle
@@ -244,24 +228,10 @@ class ShotTask:
         return np.where(np.isfinite(turn), yaw, np.nan)
 
     def rows(
-        self,
-        stand: Stand,
-        elevation: FloatArray,
-        speed: FloatArray,
-        yaw: FloatArray,
-        barrel: IntArray,
+        self, stand: Stand, elevation: FloatArray, speed: FloatArray, yaw: FloatArray, barrel: IntArray | int = 0,
         draws: ShotDraws | None = None,
-    ) -> FlightState:
-        """Shots as they leave their muzzles.
-
-        Args:
-            stand: Of the robot.
-            elevation: Meant [rad], shape (n,).
-            speed: Meant, relative to the muzzle [m/s], shape (n,).
-            yaw: Meant direction, field frame [rad], shape (n,).
-            barrel: Number of each shot's barrel, shape (n,).
-            draws: How they differ from that; None: not at all.
-        """
+    ) -> FlightState:  # fmt: skip
+        """Shots in directions [rad] as they leave a barrel or each its own, with what they differ by; None: nothing."""
         d = draws or ShotDraws.none(len(speed))
         shape, air = self.kind.shape, self.kind.air
         assert isinstance(shape, Sphere)
@@ -269,36 +239,37 @@ class ShotTask:
         pos, vel, spin = self.shooter.launched(
             Aim(elevation + d.elevation, speed * d.exit_speed, d.azimuth),
             (*self.robot_pose(stand, yaw), stand.velocity, np.zeros(3)),
-            wheel_speeds=[self.shooter.wheel_speed_for(speed)] * len(self.shooter.wheels),
-            radius=radius,
-            barrel=barrel,
+            wheel_speeds=[self.shooter.wheel_speed_for(speed)] * len(self.shooter.wheels), radius=radius, barrel=barrel,
             spin=d.spin,
-        )
-        rows = AirRows(
+        )  # fmt: skip
+        factors = AirFactors(
             drag=air.drag * d.drag * d.diameter**2 / d.mass,
             lift=air.lift * d.diameter**3 / d.mass,
             lift_saturation=air.lift_saturation * d.diameter,
         )
-        return FlightState(pos=pos, vel=vel, spin=spin, radius=radius, air=rows)
+        return FlightState(pos=pos, vel=vel, spin=spin, radius=radius, air=factors)
 
     def fly(self, rows: FlightState) -> ShotOutcomes:
         """What becomes of shots."""
-        return fly_to_opening(rows, self.opening, self.zone.zone, self.kind.surface)
+        return fly_to_opening(rows, self.opening, self.zone.zone, self.kind.surface, downward=self.zone.downward)
 
-    def outcomes(self, stand: Stand, elevation: FloatArray, speed: FloatArray) -> BoolArray:
-        """Whether shots as meant go in from every barrel, shape (n,); arguments as `lead`."""
-        yaw = self.lead(stand, elevation, speed)
+    def hits(self, stand: Stand, elevation: FloatArray, speed: FloatArray, draws: ShotDraws | None = None) -> BoolArray:
+        """Whether shots go in: of each of m that are meant n, as many from each barrel, shape (m, n).
+
+        `draws` is how n shots of each differ from what was meant; None: one from every barrel, as meant.
+        """
+        d = draws or ShotDraws.none(len(self.barrels))
+        n, yaw = len(d.elevation), self.lead(stand, elevation, speed)
+        barrel = np.arange(n) * len(self.barrels) // n  # the first ones from the first: no sequence of draws beats it
         good = np.nonzero(np.isfinite(yaw))[0]
-        n, k = len(good), len(self.barrels)
-        meant = np.tile(elevation[good], k), np.tile(speed[good], k), np.tile(yaw[good], k)
-        result: BoolArray = np.zeros(len(speed), dtype=bool)
-        result[good] = self.fly(self.rows(stand, *meant, np.repeat(np.arange(k), n))).goes_in.reshape(k, n).all(axis=0)
+        up, fast, aside = (np.repeat(one[good], n) for one in (elevation, speed, yaw))
+        each = ShotDraws(*(np.tile(part, len(good)) for part in d))
+        result: BoolArray = np.zeros((len(yaw), n), dtype=bool)
+        shots = self.rows(stand, up, fast, aside, np.tile(barrel, len(good)), each)
+        result[good] = self.fly(shots).goes_in.reshape(len(good), n)
         return result
 
-    def scattered_hits(self, stand: Stand, elevation: FloatArray, speed: FloatArray, draws: ShotDraws) -> BoolArray:
-        """Which of n scattered shots go in of each of m that are meant, as many from each barrel, shape (m, n)."""
-        m, n, k = len(elevation), len(draws.elevation), len(self.barrels)
-        barrel = np.arange(n) * k // n  # the first ones from the first: no sequence of draws beats with that
-        up, fast, aside = (np.repeat(one, n) for one in (elevation, speed, self.lead(stand, elevation, speed)))
-        each = ShotDraws(**{part.name: np.tile(getattr(draws, part.name), m) for part in fields(draws)})
-        return self.fly(self.rows(stand, up, fast, aside, np.tile(barrel, m), each)).goes_in.reshape(m, n)
+    def share(self, stand: Stand, elevation: float, speed: float, draws: ShotDraws, confidence: float = 0.95) -> Share:
+        """Share of scattered shots of one that is meant that go in."""
+        hits = self.hits(stand, np.array([elevation]), np.array([speed]), draws)
+        return wilson_share(int(hits.sum()), hits.size, confidence)

@@ -17,8 +17,7 @@ from simcore.match.scatter import Scatter
 from simcore.physics.engine_choice import add_engine_option
 from simcore.quantities import FIELD_LENGTH, Quantity, number_flag, require, text_flag
 from simcore.shooting.shot_check import check_by_engine, check_by_flights
-from simcore.shooting.shot_files import table_csv, table_json, table_python
-from simcore.shooting.shot_picture import draw_bands
+from simcore.shooting.shot_files import draw_bands, table_csv, table_json, table_python
 from simcore.shooting.shot_table import ShotTable, ShotTableRow, make_table
 from simcore.shooting.shot_task import ShotTask
 from simcore.sweep.factor_paths import vary_robot
@@ -38,50 +37,34 @@ _FILES = ("shots.csv", "shots.json", "shot_table.py", "shots.svg", "shots.png")
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Options of the command."""
-    parser.add_argument("game", nargs="?", metavar="GAME", help="which game (default: the newest that is installed)")
-    parser.add_argument(
-        "--robot", metavar="FILE.toml", help="another robot than the game's own: a simcore.toml, or module:function"
-    )
-    parser.add_argument(
-        "--set",
-        dest="values",
-        action="append",
-        default=[],
-        type=text_flag(parse_factor),
-        metavar="PART=VALUE",
-        help="change the robot, e.g. shooter.exit_efficiency=0.45; may be given again",
-    )
-    parser.add_argument("--target", metavar="NAME", help="which zone (default: the first of the alliance)")
-    parser.add_argument("--alliance", choices=("blue", "red"), default="blue", help="whose zone (default: blue)")
-    parser.add_argument("--shooter", type=_NUMBER, default=0, metavar="N", help="which shooter, from 0 (default: 0)")
+    add = parser.add_argument
+    add("game", nargs="?", metavar="GAME", help="which game (default: the newest that is installed)")
+    add("--robot", metavar="FILE.toml", help="another robot than the game's own: a simcore.toml, or module:function")
+    add("--set", dest="values", action="append", default=[], type=text_flag(parse_factor), metavar="PART=VALUE",
+        help="change the robot, e.g. shooter.exit_efficiency=0.45; may be given again")  # fmt: skip
+    add("--target", metavar="NAME", help="which zone (default: the first of the alliance)")
+    add("--alliance", choices=("blue", "red"), default="blue", help="whose zone (default: blue)")
+    add("--shooter", type=_NUMBER, default=0, metavar="N", help="which shooter, from 0 (default: 0)")
     for name, usual, what in (
         ("distances", "1:8:1", "from the robot's middle to the target's [m]"),
         ("radial", "0", "speeds of the robot toward the target [m/s], e.g. --radial=-2:2:1"),
         ("tangential", "0", "speeds of the robot to the left, looking at the target [m/s]"),
     ):
-        parser.add_argument(
-            f"--{name}", type=_numbers(name), default=_numbers(name)(usual), metavar="FROM:TO:STEP",
-            help=f"{what}; or a list, 2,2.5,3 (default: {usual})",
-        )  # fmt: skip
-    parser.add_argument(
-        "--boards",
-        action="store_true",
+        read = _numbers(name)
+        or_list = f"{what}; or a list, 2,2.5,3 (default: {usual})"
+        add(f"--{name}", type=read, default=read(usual), metavar="FROM:TO:STEP", help=or_list)
+    add("--boards", action="store_true",
         help="count shots off the board behind the target, too: they go in from the bearing of their row alone",
-    )
-    parser.add_argument(
-        "--scatter",
-        type=text_flag(Scatter.parse),
-        default=Scatter(),
-        metavar="SPREADS",
+        )  # fmt: skip
+    add("--scatter", type=text_flag(Scatter.parse), default=Scatter(), metavar="SPREADS",
         help="by how much shots differ: 1 is the default spreads, 0 none, 1,exit_speed=0.03 with one of them otherwise",
-    )
-    parser.add_argument("--check", type=_SHOTS, metavar="N", help="fly N scattered shots of each row, drawn anew")
-    parser.add_argument(
-        "--real-shots", type=_REAL_SHOTS, metavar="N", help="shoot N of each distance in a match, too, robot at rest"
-    )
-    parser.add_argument("--seed", type=_SEED, default=0, metavar="N", help="seed of the scattered shots")
+        )  # fmt: skip
+    add("--check", type=_SHOTS, metavar="N", help="fly N scattered shots of each row, drawn anew")
+    add("--real-shots", type=_REAL_SHOTS, metavar="N",
+        help="shoot N of each distance in a match, too, robot at rest")  # fmt: skip
+    add("--seed", type=_SEED, default=0, metavar="N", help="seed of the scattered shots")
     add_engine_option(parser)
-    parser.add_argument("--out", type=Path, default=Path("out/shots"), metavar="FOLDER", help="default: out/shots")
+    add("--out", type=Path, default=Path("out/shots"), metavar="FOLDER", help="default: out/shots")
 
 
 def _numbers(name: str) -> Callable[[str], tuple[float, ...]]:
@@ -108,64 +91,52 @@ def run(options: argparse.Namespace) -> int:
         if len(factor.values) != 1:
             raise ConfigError(f"factor {factor.name}: one value is wanted here, as {factor.name}=0.45")
         values[factor.name] = factor.values[0]
+    robot = vary_robot(robot_of(options.robot, game), values)
     task = ShotTask(
-        game,
-        vary_robot(robot_of(options.robot, game), values),
-        target=options.target,
-        alliance=options.alliance,
-        shooter=options.shooter,
-        boards=options.boards,
+        game, robot, target=options.target, alliance=options.alliance, shooter=options.shooter, boards=options.boards
     )
     paths = [require_writable("table", options.out / name) for name in _FILES]
     table = make_table(
-        task,
-        options.distances,
-        radial=options.radial,
-        tangential=options.tangential,
-        scatter=options.scatter,
-        seed=options.seed,
-        engine=options.engine,
-        on_row=lambda row: print(f"simcore: {_said(row)}", file=sys.stderr),
-    )
-    checks = check_by_flights(table, options.check, seed=options.seed + 1) if options.check else []
-    for path, text in zip(
-        paths, (table_csv(table, checks), table_json(table, checks), table_python(table)), strict=False
-    ):
+        task, options.distances, radial=options.radial, tangential=options.tangential, scatter=options.scatter,
+        seed=options.seed, engine=options.engine, on_row=lambda row: print(f"simcore: {_said(row)}", file=sys.stderr),
+    )  # fmt: skip
+    checks = check_by_flights(table, options.check, seed=options.seed + 1) if options.check else {}
+    texts = table_csv(table, checks), table_json(table, checks), table_python(table)
+    for path, text in zip(paths, texts, strict=False):
         write_text("table", path, text)
     for path in paths[3:]:
         draw_bands(path, table)
     _print(table)
-    holds = bool(table.feasible)
-    for check in checks:
-        print(f"check   {check}")
-        holds &= check.holds
+    found = [("check", check) for check in checks.values()]
     if options.real_shots:
-        for real in check_by_engine(table, options.real_shots, seed=options.seed + 1, engine=options.engine):
-            print(f"engine  {real}")
-            holds &= real.holds
+        real = check_by_engine(table, options.real_shots, seed=options.seed + 1, engine=options.engine)
+        found += [("engine", check) for check in real]
+    for name, check in found:
+        print(f"{name:7} {check.text}")
+    holds = bool(table.feasible) and all(check.holds for _, check in found)
     print(f"written {', '.join(_FILES)} in {options.out}")
     return 0 if holds else 1
 
 
 def _said(row: ShotTableRow) -> str:
     share = "" if row.share is None else f"{row.share.value:.1%} go in"
-    return f"{row.distance:g} m: {row.problem or share}"
+    return f"{row.stand.distance:g} m: {row.problem or share}"
 
 
 def _print(table: ShotTable) -> None:
     task = table.task
     shown = Table(title=f"{task.zone.name}, {task.kind.name.lower()}, all {len(task.barrels)} barrels")
-    moving = any(row.radial or row.tangential for row in table.rows)
+    moving = any(row.stand.radial or row.stand.tangential for row in table.rows)
     names = ["distance", *(["radial", "tangential"] if moving else []), "elevation", "hood", "speed", "wheels"]
     names += [*(["lead"] if moving else []), "flight", "speed may be", "elevation may be", "goes in", "between"]
     for name in names:
         shown.add_column(name, justify="right")
     for row in table.rows:
-        head = [f"{row.distance:g} m", *([f"{row.radial:g}", f"{row.tangential:g} m/s"] if moving else [])]
-        if not row.is_feasible:
+        distance, _, radial, tangential = row.stand
+        head = [f"{distance:g} m", *([f"{radial:g}", f"{tangential:g} m/s"] if moving else [])]
+        if row.share is None:
             shown.add_row(*head, row.problem)
             continue
-        assert row.share is not None
         shown.add_row(
             *head,
             f"{math.degrees(row.elevation):.1f} deg",
@@ -174,8 +145,8 @@ def _print(table: ShotTable) -> None:
             f"{row.wheel_speed / math.tau:.1f} turns/s",
             *([f"{math.degrees(row.lead):.1f} deg"] if moving else []),
             f"{row.time_of_flight:.2f} s",
-            f"{row.slowest / row.speed - 1.0:+.0%} {row.fastest / row.speed - 1.0:+.0%}",
-            f"{math.degrees(row.flattest - row.elevation):+.0f} {math.degrees(row.steepest - row.elevation):+.0f} deg",
+            " ".join(f"{limit / row.speed - 1.0:+.0%}" for limit in row.speeds),
+            " ".join(f"{math.degrees(limit - row.elevation):+.0f}" for limit in row.elevations) + " deg",
             f"{row.share.value:.1%}",
             "" if row.between is None else f"{row.between.value:.1%}",
         )

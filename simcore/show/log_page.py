@@ -26,7 +26,7 @@ from simcore.telemetry.recording import Recording
 from simcore.telemetry.sinks import require_writable
 from simcore.units import TICK
 
-__all__ = ["add_arguments", "recording_of", "run", "scene_of_log"]
+__all__ = ["add_arguments", "game_of_log", "recording_of", "run", "scene_of_log"]
 
 _LONGEST_GAP = 60.0  # [s]
 _OURS = re.compile(r"^(Sim|Robot)/")
@@ -126,6 +126,13 @@ def scene_of_log(recording: Recording, game: str | None = None) -> Scene:
     known, name = installed_games(), game or recorded_game(recording)
     scene = bare_scene(known[name]) if name in known else empty_scene(recording)
     return replace(scene, robots=recorded_robots(recording))
+
+
+def game_of_log(log: TelemetryLog) -> str | None:
+    """The game that a log names, if it is installed."""
+    column = log.columns.get("Sim/Match/Game")
+    name = column.text(len(column) - 1) if column is not None and len(column) else None
+    return name if name in installed_games() else None
 
 
 def recorded_game(recording: Recording) -> str | None:

@@ -19,6 +19,7 @@ from simcore.errors import ConfigError, OutputError
 from simcore.match.game import Game, RobotEntry
 from simcore.match.match import Match
 from simcore.match.registry import find_game
+from simcore.show.log_page import game_of_log
 from simcore.show.scope_assets import HANGING, IN_FLIGHT, RED, write_assets
 from simcore.show.view_models import ViewModels, load_models
 from simcore.telemetry.log_reader import read_log
@@ -109,17 +110,17 @@ def run(options: argparse.Namespace) -> int:
     Raises:
         SimcoreError: What was asked for cannot be.
     """
-    game = find_game(options.game)
+    log = None if options.log is None else read_log(options.log)
+    game = find_game(options.game or (game_of_log(log) if log else None))
     folder = options.models or game.models
     if options.assets is not None:
         for path in write_assets(game, options.assets):
             print(path)
         folder = options.models or options.assets
     models = ViewModels() if folder is None else load_models(folder)
-    if options.log is None:
+    if log is None:
         snapshot = game_snapshot(game, robots=options.robots)
     else:
-        log = read_log(options.log)
         snapshot = log.snapshot_at(log.span[1])
     output: Path = options.output
     try:

@@ -15,13 +15,12 @@ import numpy as np
 
 from simcore.match.match import Match
 from simcore.match.scoring import ScoringZone
-from simcore.pieces.aerodynamics import AirRows
-from simcore.pieces.flight import FlightState, path
+from simcore.pieces.aerodynamics import AirFactors
+from simcore.pieces.flight import FlightState, free_shares, path
 from simcore.pieces.kinds import GamePieceConfig
-from simcore.pieces.muzzle_clearance import free_shares
+from simcore.pieces.launch import Launch
 from simcore.pieces.shooter import Shooter
 from simcore.pieces.shot_opening import fly_to_opening
-from simcore.pieces.shot_schedule import Launch
 from simcore.robot.robot import Robot
 from simcore.typing import FloatArray
 from simcore.units import TICK
@@ -105,8 +104,8 @@ class ShotPreview:
         kind = self._kind_of_next(robot, shooter)
         now = Launch(barrel=0, delay=TICK, aim=shooter.aim)
         piece = shooter.released(now, radius=kind.bounding_radius, robot=robot.motion_at(1.0))
-        pos, vel, spin = (np.array([one]) for one in piece[:3])
-        air = AirRows(**{name: np.array([getattr(kind.air, name)]) for name in ("drag", "lift", "lift_saturation")})
+        pos, vel, spin = (np.array([one]) for one in (piece.pos, piece.vel, piece.rate))
+        air = AirFactors(*(np.array([one]) for one in kind.air))
         shot = FlightState(pos=pos, vel=vel, spin=spin, radius=np.array([kind.bounding_radius]), air=air)
         points = path(shot, _LONGEST, gravity=self._match.world.gravity)[:, 0]
         start, end, share = points[:-1], points[1:].copy(), np.ones(_LONGEST)
@@ -124,7 +123,8 @@ class ShotPreview:
         for one in self._match.game.zones:
             if one.kinds and kind.name not in one.kinds:
                 continue
-            crossed = np.nonzero(one.zone.crossed(start[: last + 1], end[: last + 1]))[0]
+            a, b = start[: last + 1], end[: last + 1]
+            crossed = np.nonzero(one.zone.crossed(a, b) & ((b[:, 2] < a[:, 2]) | (not one.downward)))[0]
             if len(crossed):
                 zone, last = one, int(crossed[0])
             elif zone is None and self._drops_in(shot, kind, one, end[last]):
@@ -141,8 +141,9 @@ class ShotPreview:
         """Whether a shot that first touches something at an opening goes into it."""
         if zone.opening is None or np.linalg.norm(touch - zone.opening.middle) > zone.opening.reach:
             return False
-        gravity = self._match.world.gravity
-        return bool(fly_to_opening(shot, zone.opening, zone.zone, kind.surface, gravity=gravity).goes_in[0])
+        gravity, downward = self._match.world.gravity, zone.downward
+        flown = fly_to_opening(shot, zone.opening, zone.zone, kind.surface, downward=downward, gravity=gravity)
+        return bool(flown.goes_in[0])
 
     def _kind_of_next(self, robot: Robot, shooter: Shooter) -> GamePieceConfig:
         """The kind of piece that the shooter has next, or would have."""

@@ -7,12 +7,12 @@ import contextlib
 import math
 from pathlib import Path
 
-from simcore.match.registry import installed_games
 from simcore.quantities import PORT, Quantity, number_flag
+from simcore.show.log_page import game_of_log
 from simcore.show.replay import Replay, can_draw
 from simcore.show.view_models import find_models, load_models
 from simcore.show.view_server import open_browser
-from simcore.telemetry.log_reader import TelemetryLog, read_log
+from simcore.telemetry.log_reader import read_log
 
 __all__ = ["add_arguments", "run"]
 
@@ -58,7 +58,9 @@ def _show(options: argparse.Namespace) -> int:
             "Publish these keys (docs/telemetry.md), or open it in AdvantageScope"
         )
     models = (
-        load_models(options.models) if options.models else find_models(options.game or _played_game(log), say=print)
+        load_models(options.models)
+        if options.models
+        else find_models(options.game or game_of_log(log) or "", say=print)
     )
     replay = Replay(log, models, host=options.host, port=options.port, robot=options.robot)
     try:
@@ -68,10 +70,3 @@ def _show(options: argparse.Namespace) -> int:
     finally:
         replay.close()
     return 0
-
-
-def _played_game(log: TelemetryLog) -> str:
-    """The game that a log names, if it is installed; else empty."""
-    column = log.columns.get("Sim/Match/Game")
-    name = column.text(len(column) - 1) if column is not None and len(column) else ""
-    return name if name in installed_games() else ""

@@ -118,7 +118,7 @@ class Watch:
         if self._control is not None:
             self._control.close()
         if self._tables is not None:
-            self._tables.stopServer()
+            self._tables.stop_server()
 
     def _listen(self, match: Match) -> None:
         """Let dashboards act on the field of this run."""
@@ -138,11 +138,10 @@ def _open(options: argparse.Namespace, game: Game) -> LiveView:
 
 
 def _serve(port: int) -> Any:
-    import ntcore
-
+    from simcore import season
     from simcore.telemetry.networktables_sink import start_local_server
 
-    instance = ntcore.NetworkTableInstance.create()
+    instance = season.ntcore.NetworkTableInstance.create()
     start_local_server(instance, port=port)
     _say(f"live on NetworkTables 4, 127.0.0.1:{port}")
     return instance

@@ -8,15 +8,17 @@ import signal
 import subprocess
 import sys
 import tempfile
+import threading
 from pathlib import Path
 from typing import Any
 
 from simcore.errors import SimcoreError
 from simcore.sweep.time_limit import GRACE
 
-__all__ = ["answer_task", "ask_process", "cores", "read_task", "run_process"]
+__all__ = ["answer_task", "ask_process", "cores", "end_with_parent", "read_task", "run_process"]
 
 _START = 60.0  # [s]; all imports, on a busy machine
+_LOOKS = 0.5  # [s] between two looks whether the parent lives
 _LAST_WORDS = 300  # characters of what a dead process has said
 
 
@@ -84,8 +86,22 @@ def run_process(
             process.wait()
 
 
+def end_with_parent() -> None:
+    """End this process soon after the one that has started it, however that ends; not on Windows."""
+    parent, never = os.getppid(), threading.Event()
+
+    def watch() -> None:
+        while os.getppid() == parent:
+            never.wait(_LOOKS)
+        os._exit(1)
+
+    if os.name == "posix":
+        threading.Thread(target=watch, name="end with parent", daemon=True).start()
+
+
 def read_task() -> Any:
-    """What `ask_process` asks this process."""
+    """What `ask_process` asks this process, which ends with the asker."""
+    end_with_parent()
     return json.loads(Path(sys.argv[1]).read_text(encoding="utf-8"))
 
 

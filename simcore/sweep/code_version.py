@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import sys
 from collections.abc import Iterable
 from functools import cache
 from importlib.util import find_spec
@@ -44,6 +45,8 @@ def module_digest(name: str) -> str:
         spec = None
     if spec is None or spec.origin is None:
         raise ConfigError(f"no module named {name!r}: it must be found from where the sweep is started")
+    if not spec.has_location:
+        return sys.version  # it is part of the interpreter
     file = Path(spec.origin)
     if not spec.submodule_search_locations:
         return files_digest([file], file.parent)

@@ -112,6 +112,8 @@ def _value(table: pd.DataFrame, node: ast.expr, text: str) -> Any:
         return np.logical_not(_value(table, node.operand, text))
     if isinstance(node, ast.BinOp) and type(node.op) in _ARITHMETIC:
         left, right = (_value(table, side, text) for side in (node.left, node.right))
+        if isinstance(left, str) or isinstance(right, str):
+            raise ConfigError(f"{text!r} calculates with words: {_EXAMPLE}")
         return _ARITHMETIC[type(node.op)](left, right)
     if isinstance(node, ast.BoolOp):
         join = np.logical_and if isinstance(node.op, ast.And) else np.logical_or

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
+import asyncio
 import logging
 import signal
-import socket
 from collections.abc import Callable, Generator, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Executor, Future, ThreadPoolExecutor, as_completed, wait
 from concurrent.futures.process import BrokenProcessPool
@@ -12,10 +12,10 @@ from contextlib import ExitStack
 from importlib import import_module
 from typing import Any, TypeAlias
 
-from simcore.errors import ConfigError, UnknownNameError, VendorError
+from simcore.errors import ConfigError, SimcoreError, UnknownNameError, VendorError
 from simcore.install_text import install_command
 from simcore.quantities import Quantity, require
-from simcore.sweep.child_process import cores
+from simcore.sweep.child_process import cores, end_with_parent
 from simcore.sweep.code_version import code_version
 from simcore.sweep.experiment import Experiment, PlannedRun
 from simcore.sweep.lone_run import play_alone
@@ -28,7 +28,8 @@ EXECUTORS = ("process", "joblib", "dask")
 """This process; processes on this machine (loky); a Dask cluster, or a local one where no scheduler is named."""
 
 Row: TypeAlias = "dict[str, Any]"
-_CONNECT = 10.0  # [s] in which a scheduler must answer
+_ANSWER = 1.0  # [s] in which a scheduler says what it is
+_CONNECT = 10.0  # [s] in which it must have a worker
 _ONE_THREAD = {name: "1" for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")}
 """Environment of a worker: numpy would start a thread a core in each of them. Dask's workers have the same."""
 _WORKERS = Quantity("", -1, 100_000, is_whole=True)
@@ -131,6 +132,7 @@ def _row_of(future: Future[Row], planned: PlannedRun) -> Row:
 
 def _start_worker() -> None:
     """Ctrl-C is the parent's affair, and what is only worth a warning would be said once a run."""
+    end_with_parent()
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     logging.getLogger("simcore").setLevel(logging.ERROR)
     be_worker()
@@ -162,7 +164,8 @@ def _play_on_dask(common: Experiment, runs: Sequence[PlannedRun], count: int, sc
             address = scheduler
         try:
             if scheduler is not None:
-                _require_answer(scheduler)
+                with ThreadPoolExecutor(1) as thread:  # a notebook has an event loop in this one
+                    thread.submit(asyncio.run, _require_answer(distributed, scheduler)).result()
             client = stack.enter_context(distributed.Client(address, timeout=_CONNECT, set_as_default=False))
             client.wait_for_workers(1, timeout=_CONNECT)
         except (OSError, ValueError) as error:  # a TimeoutError is one
@@ -174,17 +177,21 @@ def _play_on_dask(common: Experiment, runs: Sequence[PlannedRun], count: int, sc
         yield from _play_on_client(client, distributed.as_completed, common, runs)
 
 
-def _require_answer(scheduler: str) -> None:
-    """Fail where nobody listens: a client that has not come to be would say so in a traceback at the end of Python.
+async def _require_answer(distributed: Any, address: str) -> None:
+    """Fail where no scheduler listens: a client waits long for anything else, and takes its answers for lengths.
 
     Raises:
-        OSError: There is no such machine, or nobody listens there.
+        OSError: No scheduler answers there.
         ValueError: It is no address.
     """
-    scheme, host = import_module("distributed.comm.addressing").parse_address(scheduler)
-    if scheme in ("tcp", "tls"):
-        host, port = import_module("distributed.comm.addressing").parse_host_port(host, 8786)
-        socket.create_connection((host, port), timeout=_CONNECT).close()
+    arguments = distributed.Security().get_connection_args("client")
+    async with distributed.rpc(address, connection_args=arguments) as server:
+        try:
+            told = await asyncio.wait_for(server.identity(), _ANSWER)
+        except Exception as error:  # a reply of another protocol can raise anything, a MemoryError as well
+            raise OSError(f"no scheduler: {error}") from error
+    if told.get("type") != "Scheduler":
+        raise OSError(f"a {told.get('type')}, no scheduler")
 
 
 def _require_same_code(versions: dict[str, str]) -> None:
@@ -215,6 +222,10 @@ def _play_on_client(
     results = as_completed(first, loop=client.loop)
     suspects: set[int] = set()
     for future in results:
+        if future.cancelled():
+            raise SimcoreError(
+                "the Dask scheduler is lost; runs that were stored are kept, and the same sweep goes on with them"
+            )
         planned = under_way.pop(future.key)
         error = future.exception()
         is_suspect = type(error).__name__ == "KilledWorker" and planned.number not in suspects

@@ -8,18 +8,19 @@ import json
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass, field, fields, replace
-from importlib.metadata import entry_points
+from functools import cache
+from importlib.metadata import entry_points, packages_distributions, version
 from pathlib import Path
 from typing import Any, Literal
 
 from simcore.errors import ConfigError, UnknownNameError
 from simcore.match.registry import GROUP, find_game
 from simcore.match.scatter import Scatter
-from simcore.physics.engine_choice import choose_engine
+from simcore.physics.engine_choice import ENGINES, choose_engine
 from simcore.quantities import COUNT, DURATION, Quantity, require, require_fields, shown
 from simcore.sweep.code_version import code_version, files_digest, module_digest, project_digest
 from simcore.sweep.factors import Factor, FactorValue
-from simcore.sweep.run_metrics import metric_name
+from simcore.sweep.run_metrics import metric_name, named_object
 
 __all__ = ["DESIGNS", "SAMPLED", "Experiment", "PlannedRun", "StopRule"]
 
@@ -225,8 +226,13 @@ class Experiment:
         return [_short_hash([base, run.seed, sorted(run.values.items())], 20) for run in runs]
 
     def _code(self) -> dict[str, str]:
-        """Digests of everything that a result depends on beside the description."""
+        """Digests and versions of everything that a result depends on beside the description."""
         found = {"simcore": code_version(), "game": module_digest(self._game_module())}
+        found |= {name: _version(name) for name in (ENGINES[choose_engine(self.engine)], "numpy")}
+        is_named = self.game is not None and ":" in self.game
+        game = named_object(self.game or "", "game") if is_named else find_game(self.game, say=str)
+        if game.field.mesh is not None:  # of a checkout it is outside of the game's package
+            found["mesh"] = files_digest([game.field.mesh], game.field.mesh.parent)
         for name in (*self.metrics, self.robot or ""):
             module, colon, _ = name.partition(":")
             if colon and not Path(name).exists():
@@ -282,6 +288,13 @@ def _shares(design: str, samples: int, factors: int) -> list[list[float]]:
     }
     rows: list[list[float]] = np.clip(makers[design](), 1e-9, 1.0 - 1e-9).tolist()
     return rows
+
+
+@cache
+def _version(module: str) -> str:
+    """Of the package that a module comes from, whatever its own name is; empty: it is there by other means."""
+    names = packages_distributions().get(module, ())
+    return ", ".join(f"{name} {version(name)}" for name in names)
 
 
 def _short_hash(data: Any, digits: int = 16) -> str:

@@ -13,7 +13,7 @@ import numpy as np
 from simcore.errors import ConfigError
 from simcore.sweep.column_expressions import names_in
 from simcore.sweep.landing_map import heat_map, landings_of
-from simcore.sweep.results import Results
+from simcore.sweep.results import MOST_VALUES, Results
 from simcore.sweep.sensitivity import FactorEffect
 from simcore.sweep.sweep_charts import (
     ChartPoint,
@@ -23,18 +23,17 @@ from simcore.sweep.sweep_charts import (
     response_map,
     tornado_chart,
 )
-from simcore.sweep.sweep_statistics import wilson_share
+from simcore.sweep.sweep_statistics import PairedDifference, seed_share
 
 if TYPE_CHECKING:
     import pandas as pd
 
     from simcore.show.scene import Scene
 
-__all__ = ["ResultDrawing", "drawings_of", "effects_of", "main_metric", "varied_metrics"]
+__all__ = ["ResultDrawing", "difference_text", "drawings_of", "effects_of", "main_metric", "varied_metrics"]
 
 _UNITS = {"score": "points", "distance_m": "m", "min_battery_v": "V", "seconds": "s", "last_shot_s": "s"}
 _MOST_DISTRIBUTIONS = 6
-_MOST_VALUES = 12  # of a factor that are shown each; more are put into parts of equal many runs
 _PARTS = 8
 
 
@@ -79,9 +78,11 @@ def _drawings(results: Results, condition: str, scene: Scene | None) -> Iterator
             chart = response_chart(points, factor, "share of successes", is_share=True)
             yield ResultDrawing(f"{condition} over {factor}", chart, "whiskers: 95 % interval")
     if main:
+        said = {row[0]: f"{difference_text(row)}; " for row in reversed(results.differences(main))}
         for factor in results.factors:
             chart = response_chart(_median_points(results, factor, main), factor, main, _UNITS.get(main, ""))
-            yield ResultDrawing(f"{main} over {factor}", chart, "median; whiskers: 90 % of the runs")
+            note = f"{said.get(factor, '')}median; whiskers: 90 % of the runs"
+            yield ResultDrawing(f"{main} over {factor}", chart, note)
         effects = effects_of(results, main)
         if len(effects) > 1:
             chart = tornado_chart(effects, main, _UNITS.get(main, ""))
@@ -113,6 +114,12 @@ def main_metric(results: Results, condition: str = "") -> str:
     return next((name for name in wanted if name in results.metrics), "")
 
 
+def difference_text(row: tuple[str, Any, Any, PairedDifference]) -> str:
+    """A row of `Results.differences` as a sentence."""
+    factor, first, value, difference = row
+    return f"{factor} = {number_text(value)} against {number_text(first)}: {difference}"
+
+
 def varied_metrics(results: Results) -> list[str]:
     """Metrics that are not the same in all runs."""
     return [name for name in results.metrics if results.whole[name].nunique() > 1]
@@ -130,7 +137,7 @@ def _groups(column: pd.Series) -> pd.Series:
     """The value of a factor that each run stands for: its own, or the middle of a part where there are many."""
     import pandas as pd
 
-    if column.nunique() <= _MOST_VALUES or column.dtype.kind not in "fiu":
+    if column.nunique() <= MOST_VALUES or column.dtype.kind not in "fiu":
         return column
     part = pd.qcut(column, _PARTS, labels=False, duplicates="drop")
     return column.groupby(part).transform("median")
@@ -139,7 +146,7 @@ def _groups(column: pd.Series) -> pd.Series:
 def _share_points(results: Results, factor: str, condition: str) -> list[ChartPoint]:
     points = []
     for value, held in results.succeeded(condition).groupby(_groups(results.table[factor]), sort=True):
-        share = wilson_share(int(held.sum()), len(held))
+        share = seed_share(held, results.table.loc[held.index, "seed"])
         points.append(
             ChartPoint(at=_plain(value), middle=share.value, low=share.lower, high=share.upper, text=str(share))
         )
@@ -161,7 +168,7 @@ def _map_of(results: Results, metric: str, effects: tuple[FactorEffect, ...]) ->
     """Of the two factors that matter most, if both have few values."""
     first, second = (effect.factor for effect in effects[:2])
     points = results.by_point(metric)
-    if max(points[first].nunique(), points[second].nunique()) > _MOST_VALUES:
+    if max(points[first].nunique(), points[second].nunique()) > MOST_VALUES:
         return None
     grid = points.pivot_table(index=second, columns=first, values="value", aggfunc="mean")
     if grid.size < 4:

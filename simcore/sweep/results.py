@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -25,7 +26,7 @@ from simcore.sweep.sweep_statistics import (
     PairedDifference,
     Share,
     paired_difference,
-    wilson_share,
+    seed_share,
 )
 from simcore.telemetry.sinks import output_error
 
@@ -34,10 +35,12 @@ if TYPE_CHECKING:
 
     from simcore.sweep.experiment import Experiment
 
-__all__ = ["BESIDE_METRICS", "Results"]
+__all__ = ["BESIDE_METRICS", "MOST_VALUES", "Results"]
 
 BESIDE_METRICS = ("run", "point", "seed", "digest", "version", "error", "cpu_seconds")
 """Columns of every table that are neither factors nor metrics: three before them, the others after."""
+MOST_VALUES = 12
+"""Of a factor that are told and shown each."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -102,7 +105,7 @@ class Results:
         return held & self.table[named].notna().all(axis=1)
 
     def success(self, condition: str, *, confidence: float = CONFIDENCE) -> Share:
-        """How often a condition held, with Wilson's interval.
+        """How often a condition held, with an interval that takes runs of one seed for as alike as they are.
 
         Args:
             condition: Of columns, e.g. `score >= 30` or `hits == shots and brownouts == 0`.
@@ -112,8 +115,7 @@ class Results:
             ConfigError: It is no condition.
             UnknownNameError: There is no such column.
         """
-        held = self.succeeded(condition)
-        return wilson_share(int(held.sum()), len(held), confidence)
+        return seed_share(self.succeeded(condition), self.table["seed"], confidence)
 
     def success_by(self, factor: str, condition: str, *, confidence: float = CONFIDENCE) -> dict[Any, Share]:
         """The same for each value of a factor, in their order.
@@ -124,7 +126,7 @@ class Results:
         """
         self._require_factor(factor)
         groups = self.succeeded(condition).groupby(self.table[factor], sort=True)
-        return {value: wilson_share(int(held.sum()), len(held), confidence) for value, held in groups}
+        return {value: seed_share(held, self.table.loc[held.index, "seed"], confidence) for value, held in groups}
 
     def percentiles(self, metric: str, at: Sequence[float] = PERCENTILES, *, by: Sequence[str] = ()) -> pd.DataFrame:
         """Percentiles of a metric, a column each; 50 is the median.
@@ -156,7 +158,8 @@ class Results:
     ) -> PairedDifference:
         """What it changes to set a factor from one value to another: runs of the same seed are compared.
 
-        Runs are pairs that have the same seed and the same values of all other factors.
+        Runs are pairs that have the same seed and the same values of all other factors; pairs of one seed, which share
+        its luck, count as their mean.
 
         Args:
             factor: What differs.
@@ -166,7 +169,7 @@ class Results:
             confidence: Of the interval.
 
         Raises:
-            ConfigError: There are not two pairs.
+            ConfigError: There are not two seeds with pairs.
             UnknownNameError: There is no such factor, value or column.
         """
         import pandas as pd
@@ -182,13 +185,33 @@ class Results:
         if any(side.duplicated(same).any() for side in sides):
             raise ConfigError(f"paired: several runs have the same {', '.join(same)}")
         pairs = pd.merge(*sides, on=same, suffixes=("_first", "_second")).sort_values(same)
-        if len(pairs) < 2:
+        means = pairs.groupby("seed")[["value_first", "value_second"]].mean()
+        if len(means) < 2:
             raise ConfigError(
-                f"paired: want 2 pairs of common seeds or more, got {len(pairs)} with {factor} = {first} and {second}"
+                f"paired: want 2 common seeds or more, got {len(means)} with {factor} = {first} and {second}"
             )
-        return paired_difference(
-            pairs["value_first"].to_numpy(float), pairs["value_second"].to_numpy(float), confidence
-        )
+        return paired_difference(means["value_first"].to_numpy(), means["value_second"].to_numpy(), confidence)
+
+    def differences(self, metric: str) -> list[tuple[str, Any, Any, PairedDifference]]:
+        """What each value of a factor changes against its first one: clear ones first, by how much factors matter.
+
+        Args:
+            metric: A column or an expression.
+
+        Returns:
+            Factor, first value, value and difference; of factors with 2 to 12 values that have common seeds.
+        """
+        found = []
+        try:
+            order = [effect.factor for effect in self.sensitivity(metric)]
+        except ConfigError:  # the design cannot tell them apart
+            order = list(self.factors)
+        for factor in order:
+            values = sorted(self.table[factor].unique().tolist())
+            for value in values[1:] if len(values) <= MOST_VALUES else ():
+                with suppress(ConfigError):  # no common seeds
+                    found.append((factor, values[0], value, self.paired(factor, values[0], value, metric)))
+        return sorted(found, key=lambda row: not row[3].is_clear)
 
     def sensitivity(self, metric: str) -> tuple[FactorEffect, ...]:
         """Effects of all factors on a metric, the largest first.

@@ -12,8 +12,15 @@ from simcore.match.registry import find_game
 from simcore.show.page import page_style
 from simcore.show.raster import save_drawing
 from simcore.sweep.one_run import game_of
-from simcore.sweep.result_drawings import ResultDrawing, drawings_of, effects_of, main_metric, varied_metrics
-from simcore.sweep.results import Results
+from simcore.sweep.result_drawings import (
+    ResultDrawing,
+    difference_text,
+    drawings_of,
+    effects_of,
+    main_metric,
+    varied_metrics,
+)
+from simcore.sweep.results import MOST_VALUES, Results
 from simcore.sweep.sweep_charts import number_text
 from simcore.sweep.sweep_statistics import PERCENTILES, Share
 from simcore.telemetry.sinks import write_text
@@ -23,7 +30,6 @@ if TYPE_CHECKING:
 
 __all__ = ["save_results", "summary_text", "write_results_page"]
 
-_MOST_GROUPS = 12
 _MOST_RUNS = 10
 _MOST_ERRORS = 20
 _NARROW, _WIDE = 720, 1200  # of pictures [px]
@@ -33,7 +39,7 @@ Table = tuple[Sequence[str], list[list[str]]]
 
 
 def summary_text(results: Results, condition: str = "") -> str:
-    """What a terminal shows: counts, shares of success, percentiles, what matters most.
+    """What a terminal shows: counts, what factors change, shares of success, percentiles, what matters most.
 
     Args:
         results: Of a sweep.
@@ -41,13 +47,16 @@ def summary_text(results: Results, condition: str = "") -> str:
     """
     condition = condition or results.experiment.stop.condition
     lines = [_headline(results)]
+    main = main_metric(results, condition)
+    differences = [difference_text(row) for row in results.differences(main)] if main else []
+    if differences:
+        lines += ["", f"{main} with the same seeds:", *(f"  {text}" for text in differences)]
     if condition:
         (_, share), *groups = _shares(results, condition)
         lines += ["", f"{condition}: {share}", *(f"  {name}: {share}" for name, share in groups)]
     heads, rows = _percentile_table(results)
     if rows:
         lines += ["", *_aligned([list(heads), *rows])]
-    main = main_metric(results, condition)
     effects = _effect_table(results, main)
     if effects[1]:
         lines += ["", f"what moves {main}:", *_aligned([list(effects[0]), *effects[1]])]
@@ -117,6 +126,7 @@ def write_results_page(
     tables = "".join(
         _table_html(title, *table)
         for title, table in (
+            (f"{main} with the same seeds", _difference_table(results, main)),
             (f"Share of {condition}", _share_table(results, condition)),
             ("Percentiles of all runs", _percentile_table(results)),
             (f"What moves {main}", _effect_table(results, main)),
@@ -216,11 +226,17 @@ def _share_table(results: Results, condition: str) -> Table:
     return heads, rows
 
 
+def _difference_table(results: Results, metric: str) -> Table:
+    heads = ("factor", "from", "to", "difference")
+    found = results.differences(metric) if metric else []
+    return heads, [[name, number_text(first), number_text(value), str(by)] for name, first, value, by in found]
+
+
 def _shares(results: Results, condition: str) -> list[tuple[str, Share]]:
     """Of all runs, then of each value of the factors that have few."""
     shares = [("all", results.success(condition))]
     for factor in results.factors:
-        if results.table[factor].nunique() in range(2, _MOST_GROUPS + 1):
+        if results.table[factor].nunique() in range(2, MOST_VALUES + 1):
             found = results.success_by(factor, condition)
             shares += [(f"{factor} = {number_text(value)}", share) for value, share in found.items()]
     return shares

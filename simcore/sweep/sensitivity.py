@@ -139,9 +139,11 @@ def morris_effects(points: pd.DataFrame, factors: Sequence[str], metric: pd.Seri
     found = _salib("analyze.morris").analyze(
         _problem(len(factors)), levels[kept], metric.to_numpy(float)[kept], num_levels=_MORRIS_LEVELS, seed=_SEED
     )
-    return _effects(
-        points, factors, metric, np.asarray(found["mu_star"]), np.asarray(found["mu_star_conf"]), "Morris mu*"
+    # SALib divides by a step of its levels, 2/3; on the middles of the parts it is 1/2 of a factor's range.
+    size, margin = (
+        _MORRIS_LEVELS / (_MORRIS_LEVELS - 1) * np.asarray(found[name]) for name in ("mu_star", "mu_star_conf")
     )
+    return _effects(points, factors, metric, size, margin, "Morris mu*")
 
 
 def sobol_effects(points: pd.DataFrame, factors: Sequence[str], metric: pd.Series) -> list[FactorEffect]:
@@ -195,26 +197,29 @@ def spread_effects(points: pd.DataFrame, factors: Sequence[str], metric: pd.Seri
 
 
 def main_effects(runs: pd.DataFrame, factors: Sequence[str], metric: pd.Series) -> list[FactorEffect]:
-    """Of a grid or a list: the share of the metric's variance that lies between the values of each factor.
+    """Of a grid or a list: the share of the metric's variance within seeds that lies between the values of each factor.
 
-    The rest is what seeds do, and factors together. From each share is taken what that rest alone would give it by
-    chance (epsilon squared); with many runs of a full grid what is left are first-order Sobol indices of its values.
+    Seeds are blocks: what a seed does to all its runs is taken out first, for all values of a factor share it. The rest
+    is what factors do together, and otherwise in each seed. From each share is taken what that rest alone would give it
+    by chance (epsilon squared); with many runs of a full grid what is left are first-order Sobol indices of its values.
     Words, e.g. names of autos, count as values, too.
 
     Args:
-        runs: A row a run, with a column a factor.
+        runs: A row a run, with a column `seed` and one a factor.
         factors: Their names.
         metric: Its value in each run.
 
-    Source: T. L. Kelley, PNAS 21 (1935) 554.
+    Source: T. L. Kelley, PNAS 21 (1935) 554; blocks: R. A. Fisher, The Design of Experiments (1935).
     """
-    total = len(metric) * float(metric.var(ddof=0))
+    own = metric - metric.groupby(runs["seed"]).transform("mean")
+    total = float(own @ own)
     between, freedom = [], []
     for factor in factors:
-        groups = metric.groupby(runs[factor])
-        between.append(len(metric) * float(groups.transform("mean").var(ddof=0)))
+        groups = own.groupby(runs[factor])
+        means = groups.transform("mean")
+        between.append(float(means @ means))
         freedom.append(groups.ngroups - 1)
-    left, rest = len(metric) - 1 - int(np.sum(freedom)), total - plain_sum(between)
+    left, rest = len(metric) - runs["seed"].nunique() - int(np.sum(freedom)), total - plain_sum(between)
     noise = max(rest, 0.0) / left if left > 0 else 0.0
     shares = [max(0.0, b - f * noise) / total if total > 0.0 else 0.0 for b, f in zip(between, freedom, strict=True)]
     nobody = np.full(len(factors), np.nan)

@@ -4,8 +4,11 @@ from __future__ import annotations
 
 import argparse
 import shlex
+import signal
 import sys
-from collections.abc import Sequence
+import threading
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 from time import monotonic
@@ -118,7 +121,7 @@ def run(options: argparse.Namespace) -> int:
     out = options.out or Path("out") / (experiment.auto or "sweep").replace("/", "_")
     progress = _Told(experiment.count)
     try:
-        with progress:
+        with progress, _sigterm_as_interrupt():
             results = sweep(
                 experiment,
                 workers=options.workers,
@@ -137,6 +140,19 @@ def run(options: argparse.Namespace) -> int:
     _tell_failures(results, out)
     print(f"\n{save_results(results, out, options.success).get('page.html', out)}")
     return 1 if len(results.failures) else 0
+
+
+@contextmanager
+def _sigterm_as_interrupt() -> Iterator[None]:
+    """A SIGTERM ends a sweep as Ctrl-C does, and its workers with it."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    before = signal.signal(signal.SIGTERM, signal.default_int_handler)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGTERM, before)
 
 
 def _experiment(options: argparse.Namespace) -> Experiment:

@@ -1,4 +1,4 @@
-"""Snapshots to NetworkTables: AdvantageScope and dashboards see the run live. The one module that needs ntcore."""
+"""Snapshots to NetworkTables: AdvantageScope and dashboards see the run live."""
 
 from __future__ import annotations
 
@@ -7,8 +7,7 @@ import sys
 from collections.abc import Mapping
 from typing import Any
 
-import ntcore
-
+from simcore import season
 from simcore.errors import ConfigError, OutputError
 from simcore.telemetry.sinks import Cadence
 from simcore.telemetry.snapshot import (
@@ -25,7 +24,6 @@ from simcore.telemetry.snapshot import (
 __all__ = ["NetworkTablesSink", "start_local_server"]
 
 
-_LOCAL = int(ntcore.NetworkTableInstance.NetworkMode.kNetModeLocal)
 _UNSEEN_PERIOD = 0.1  # [s]
 
 
@@ -38,7 +36,7 @@ class NetworkTablesSink:
     Values carry NetworkTables' own time, as every publisher of the robot program does; a log has simulated time.
     """
 
-    def __init__(self, instance: ntcore.NetworkTableInstance, *, period: float = 0.02) -> None:
+    def __init__(self, instance: season.NetworkTables, *, period: float = 0.02) -> None:
         """Publish the schemas; topics follow when their key first appears.
 
         Args:
@@ -49,16 +47,16 @@ class NetworkTablesSink:
         Raises:
             ConfigError: The period is not finite and > 0.
         """
-        self._cadence = Cadence(max(period, _UNSEEN_PERIOD) if instance.getNetworkMode() == _LOCAL else period)
+        self._cadence = Cadence(max(period, _UNSEEN_PERIOD) if season.is_local(instance) else period)
         self._instance = instance
-        self._options = ntcore.PubSubOptions(periodic=max(period, 0.005))  # ntcore sends every 100 ms by default
+        self._options = season.pub_sub_options(periodic=max(period, 0.005))  # ntcore sends every 100 ms by default
         self._publishers: dict[str, Any] = {}
         self._types: dict[str, str] = {}
         self._values: dict[str, object] = {}
         self.closed = False
         for name, schema in POSE_SCHEMAS.items():
-            if not instance.hasSchema(name):
-                instance.addSchema(name, SCHEMA_TYPE, schema)
+            if not instance.has_schema(name):
+                instance.add_schema(name, SCHEMA_TYPE, schema)
 
     def due(self, time: float) -> bool:
         """Whether a snapshot of this simulated time [s] is wanted; never after `close`."""
@@ -115,19 +113,19 @@ class NetworkTablesSink:
 
     def _publish(self, topic: str, type_name: str) -> Any:
         if type_name == "double":
-            return self._instance.getDoubleTopic(topic).publish(self._options)
+            return self._instance.get_double_topic(topic).publish(self._options)
         if type_name == "int":
-            return self._instance.getIntegerTopic(topic).publish(self._options)
+            return self._instance.get_integer_topic(topic).publish(self._options)
         if type_name == "boolean":
-            return self._instance.getBooleanTopic(topic).publish(self._options)
+            return self._instance.get_boolean_topic(topic).publish(self._options)
         if type_name == "string":
-            return self._instance.getStringTopic(topic).publish(self._options)
+            return self._instance.get_string_topic(topic).publish(self._options)
         if type_name == "int[]":
-            return self._instance.getIntegerArrayTopic(topic).publish(self._options)
-        return self._instance.getRawTopic(topic).publish(type_name, self._options)
+            return self._instance.get_integer_array_topic(topic).publish(self._options)
+        return self._instance.get_raw_topic(topic).publish(type_name, self._options)
 
 
-def start_local_server(instance: ntcore.NetworkTableInstance, *, port: int = 5810, address: str = "127.0.0.1") -> None:
+def start_local_server(instance: season.NetworkTables, *, port: int = 5810, address: str = "127.0.0.1") -> None:
     """Serve NetworkTables 4 from this process, by default to programs on this computer only.
 
     Nothing is persisted and the NT3 port stays shut. `instance.stopServer()` ends it. NetworkTables' clock counts from
@@ -155,6 +153,4 @@ def start_local_server(instance: ntcore.NetworkTableInstance, *, port: int = 581
                 f"cannot serve NetworkTables on {address or 'any address'}:{port}: {error.strerror or error}. "
                 "Another robot program or simulation may be running: end it, or choose another port"
             ) from error
-    import hal  # noqa: F401  # loading it sets the clock that ntcore stamps and answers with; nothing else of it runs
-
-    instance.startServer("", address, 0, port)
+    season.start_server(instance, address, port)

@@ -51,12 +51,16 @@ class PoseHistory:
         if times:
             step = time - times[-1]
             if step <= 0.0 or math.dist(pos, self._poses[-1][0]) > _TELEPORT * step:
-                times.clear()
-                self._poses.clear()
+                self.clear()
         times.append(time)
         self._poses.append((pos, quat))
         if len(times) > 64 and times[32] < time - self._span:  # dropped in lots: cheaper than one each tick
             del times[:32], self._poses[:32]
+
+    def clear(self) -> None:
+        """Forget all poses."""
+        self._times.clear()
+        self._poses.clear()
 
     def at(self, time: float) -> tuple[Vector, Quaternion]:
         """Pose at a time [s]; before the first and after the last one: that one.

@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-import ntcore
-
+from simcore import season
 from simcore.vision.camera import CameraConfig
 from simcore.vision.camera_frame import Frame
 from simcore.vision.camera_manager import NetworkClock
@@ -27,6 +26,14 @@ __all__ = ["LimelightTable"]
 _ORIENTATION = "robot_orientation_set"
 _EVERY = 0.005  # [s]; how soon ntcore sends
 _MOST_HEADINGS = 100  # that are kept for a tick; a team's odometry thread sends up to 250 a second
+_KINDS = {
+    "int": "integer",
+    "double": "double",
+    "string": "string",
+    "string[]": "string_array",
+    "double[]": "double_array",
+}
+"""How ntcore calls the types of `TOPICS`."""
 
 
 class LimelightTable:
@@ -41,7 +48,7 @@ class LimelightTable:
 
     def __init__(
         self,
-        instance: ntcore.NetworkTableInstance,
+        instance: season.NetworkTables,
         config: CameraConfig,
         field_size: tuple[float, float],
         clock: NetworkClock,
@@ -50,26 +57,29 @@ class LimelightTable:
         self._field_size = field_size
         self._clock = clock
         table = f"/{config.name}"
-        plain = ntcore.PubSubOptions(periodic=_EVERY)
-        repeat = ntcore.PubSubOptions(periodic=_EVERY, sendAll=True, keepDuplicates=True)
+        plain = season.pub_sub_options(periodic=_EVERY)
+        repeat = season.pub_sub_options(periodic=_EVERY, send_all=True, keep_duplicates=True)
         self._publishers: dict[str, Any] = {}
         for name, kind in TOPICS.items():
             options = repeat if name in EVERY_FRAME else plain
-            self._publishers[name] = _publish(instance, f"{table}/{name}", kind, options)
+            self._publishers[name] = getattr(instance, f"get_{_KINDS[kind]}_topic")(f"{table}/{name}").publish(options)
         for name, value in constant_values(config).items():
             self._publishers[name].set(value, clock.to_network(0.0))
-        listen = ntcore.PubSubOptions(periodic=_EVERY, sendAll=True, keepDuplicates=True, pollStorage=_MOST_HEADINGS)
+        listen = season.pub_sub_options(
+            periodic=_EVERY, send_all=True, keep_duplicates=True, poll_storage=_MOST_HEADINGS
+        )
         self._inputs = {
-            name: instance.getTopic(f"{table}/{name}").genericSubscribe(listen) for name in (*INPUTS, _ORIENTATION)
+            name: instance.get_topic(f"{table}/{name}").generic_subscribe(listen) for name in (*INPUTS, _ORIENTATION)
         }
         # One poller for what is rarely written: asking nine subscribers takes 9 us. The heading comes every tick, and
         # an event takes twice as long to unpack as a value.
-        self._poller = ntcore.NetworkTableListenerPoller(instance)
-        now = ntcore.EventFlags.kValueAll | ntcore.EventFlags.kImmediate
-        self._topics = {self._poller.addListener(self._inputs[name], now): name for name in INPUTS}
+        self._poller = season.ntcore.NetworkTableListenerPoller(instance)
+        flags = season.ntcore.EventFlags
+        now = flags.VALUE_ALL | flags.IMMEDIATE
+        self._topics = {self._poller.add_listener(self._inputs[name], now): name for name in INPUTS}
         self._prefix = f"{table}/"
-        published = ntcore.EventFlags.kPublish | ntcore.EventFlags.kImmediate
-        self._others = self._poller.addListener([self._prefix], published)
+        published = flags.PUBLISH | flags.IMMEDIATE
+        self._others = self._poller.add_listener([self._prefix], published)
         self._last: list[Value | None] = [None] * len(FRAME_TOPICS)
         self._setters: list[Callable[[Any, int], None]] = [self._publishers[name].set for name in FRAME_TOPICS]
         self._is_repeated = [name in EVERY_FRAME for name in FRAME_TOPICS]
@@ -83,8 +93,8 @@ class LimelightTable:
         if orientation is None:
             return []
         # The first value of a topic without any is none.
-        requests = [self._request(_ORIENTATION, value) for value in orientation.readQueue() if value.isValid()]
-        for event in self._poller.readQueue():
+        requests = [self._request(_ORIENTATION, value) for value in orientation.read_queue() if value.is_valid()]
+        for event in self._poller.read_queue():
             if event.listener == self._others:
                 topic = event.data.name.removeprefix(self._prefix)
                 if topic not in TOPICS and topic not in self._inputs:
@@ -117,24 +127,12 @@ class LimelightTable:
         self._inputs.clear()  # a GenericSubscriber has no close; it ends with its last reference
 
 
-def _publish(instance: ntcore.NetworkTableInstance, topic: str, kind: str, options: ntcore.PubSubOptions) -> Any:
-    if kind == "int":
-        return instance.getIntegerTopic(topic).publish(options)
-    if kind == "double":
-        return instance.getDoubleTopic(topic).publish(options)
-    if kind == "string":
-        return instance.getStringTopic(topic).publish(options)
-    if kind == "string[]":
-        return instance.getStringArrayTopic(topic).publish(options)
-    return instance.getDoubleArrayTopic(topic).publish(options)
-
-
 def _numbers(value: Any) -> tuple[float, ...] | None:
     """Numbers of a value of any type that robot code may write; None: it holds no numbers."""
-    if value.isDoubleArray():  # nearly always: the heading
+    if value.is_double_array():  # nearly always: the heading
         return tuple(value.value())
-    if value.isDouble() or value.isInteger() or value.isFloat():
+    if value.is_double() or value.is_integer() or value.is_float():
         return (float(value.value()),)
-    if value.isIntegerArray() or value.isFloatArray():
+    if value.is_integer_array() or value.is_float_array():
         return tuple(float(v) for v in value.value())
     return None

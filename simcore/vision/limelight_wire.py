@@ -27,34 +27,6 @@ __all__ = [
 
 Value = float | int | str | list[float] | list[str]
 
-TOPICS: dict[str, str] = {
-    **dict.fromkeys(("tv", "tid", "getpipe"), "int"),
-    **dict.fromkeys(("tx", "ty", "txnc", "tync", "ta", "tl", "cl", "hb", "tdist", "imu_yaw_offset"), "double"),
-    **dict.fromkeys(("getpipetype", "json", "tclass", "tcclass", "tdclass"), "string"),
-    "rawbarcodes": "string[]",
-    **dict.fromkeys(
-        (
-            "t2d", "botpose", "botpose_wpiblue", "botpose_wpired", "botpose_orb", "botpose_orb_wpiblue",
-            "botpose_orb_wpired", "camerapose_targetspace", "targetpose_cameraspace", "targetpose_robotspace",
-            "botpose_targetspace", "camerapose_robotspace", "rawfiducials", "rawdetections", "rawtargets", "tcornxy",
-            "stddevs", "imu", "hw", "tc", "crosshairs", "llpython",
-        ),
-        "double[]",
-    ),
-}  # fmt: skip
-"""Type of each topic of a camera's table."""
-
-FRAME_TOPICS = (
-    "tv", "tid", "getpipe", "tx", "ty", "txnc", "tync", "ta", "tl", "cl", "hb", "tdist", "getpipetype", "tclass",
-    "tdclass", "t2d", "rawfiducials", "rawdetections", "rawtargets", "tcornxy", "stddevs", "camerapose_robotspace",
-    "imu", "botpose", "botpose_wpiblue", "botpose_wpired", "botpose_orb", "botpose_orb_wpiblue", "botpose_orb_wpired",
-    "targetpose_cameraspace", "camerapose_targetspace", "targetpose_robotspace", "botpose_targetspace",
-)  # fmt: skip
-"""Those that follow from a frame, in the order of `frame_values`."""
-
-EVERY_FRAME = frozenset(name for name in TOPICS if name.startswith("botpose")) | {"hb", "t2d"}
-"""Topics that are sent with every frame, even if nothing has changed: readers take a new stamp for a new frame."""
-
 PIPELINE_TYPES = {"tags": "pipe_fiducial", "pieces": "pipe_neuraldetector"}
 """Values of `getpipetype`."""
 
@@ -78,7 +50,7 @@ def constant_values(config: CameraConfig) -> dict[str, Value]:
 
 
 def frame_values(frame: Frame, config: CameraConfig, field_size: tuple[float, float]) -> dict[str, Value]:
-    """Values of a frame, by topic in the order of `FRAME_TOPICS`; without `json`, see `frame_json`.
+    """Values of a frame, by topic; without `json`, see `frame_json`.
 
     Args:
         frame: What was seen.
@@ -326,3 +298,29 @@ def frame_json(frame: Frame, values: dict[str, Value], stamp: int) -> str:
         ],
     }
     return json.dumps(data)
+
+
+def _kind(name: str, value: Value) -> str:
+    if isinstance(value, list):
+        return "string[]" if name == "rawbarcodes" else "double[]"
+    return {int: "int", float: "double", str: "string"}[type(value)]
+
+
+def _of_nothing() -> dict[str, Value]:
+    """Values of a frame in which nothing is."""
+    zero = (0.0, 0.0, 0.0)
+    nothing = Frame(
+        number=0, time=0.0, published=0.0, capture_latency=0.0, pipeline_latency=0.0, pipeline=0, pipeline_kind="tags",
+        json=False, mount=(*zero, *zero), mount_position=zero, mount_axes=(zero, zero, zero),
+    )  # fmt: skip
+    return frame_values(nothing, CameraConfig(), (1.0, 1.0))
+
+
+FRAME_TOPICS = tuple(_of_nothing())
+"""Those that follow from a frame, in the order of `frame_values`."""
+
+TOPICS = {name: _kind(name, value) for name, value in {**_of_nothing(), **constant_values(CameraConfig())}.items()}
+"""Type of each topic of a camera's table."""
+
+EVERY_FRAME = frozenset(name for name in TOPICS if name.startswith("botpose")) | {"hb", "t2d"}
+"""Topics that are sent with every frame, even if nothing has changed: readers take a new stamp for a new frame."""

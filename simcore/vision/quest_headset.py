@@ -18,6 +18,7 @@ __all__ = ["HeadsetPort", "PoseReset", "QuestConfig", "QuestFrame", "QuestHeadse
 
 _LONGEST_GAP = 1.0  # [s]; after a longer one the missed frames are not made up for
 _BATTERY_LIFE = 7200.0  # [s]; estimate, +-30 %: a Quest 3S with its displays off
+_STILL = 0.05  # [m]; a robot that is so near to where it was has not moved
 _PLAUSIBLE = 1.0  # [m]; a headset farther from the robot's center than this is on no legal robot
 
 
@@ -120,6 +121,9 @@ class QuestHeadset:
         self._next = float(rng.uniform(0.0, self._period))
         self._number = 0
         self._frame: tuple[Vector, Quaternion] | None = None  # from field to the frame it reports in
+        self._waiting: list[PoseReset] = []  # for the first pose of the robot
+        self._last_reset: tuple[PoseReset, Vector] | None = None  # and where the robot then stood
+        self._has_derived_mount = False  # of that reset
         self._drift = np.zeros(3)  # x, y [m], yaw [rad] since the last reset
         # A random walk grows with the square root of time.
         walk = math.sqrt(self._period / 150.0)
@@ -129,9 +133,15 @@ class QuestHeadset:
     def listen(self, time: float, history: PoseHistory) -> None:
         """Take pose resets that robot code has sent by now [s]."""
         for port in self.ports:
-            for reset in port.read():
-                if len(history):
-                    self.reset(reset, *history.at(time))
+            self._waiting += port.read()
+        self._take_resets(time, history)
+
+    def _take_resets(self, time: float, history: PoseHistory) -> None:
+        """Take the resets that have waited, as soon as it is known where the robot stands."""
+        if len(history):
+            waiting, self._waiting = self._waiting, []
+            for reset in waiting:
+                self.reset(reset, *history.at(time))
 
     def reset(self, told: PoseReset, robot_pos: Vector, robot_quat: Quaternion) -> None:
         """Take what robot code says as the truth; from here on poses are relative to it.
@@ -146,6 +156,8 @@ class QuestHeadset:
             robot_quat: Its attitude.
         """
         self.resets += 1
+        self._last_reset = told, robot_pos
+        self._has_derived_mount = False
         if self.mount is None:
             apart = [told.position[k] - robot_pos[k] for k in range(3)]
             x, y, z = rotate_back(robot_quat, apart)
@@ -153,11 +165,29 @@ class QuestHeadset:
             roll, pitch, yaw = (math.degrees(angle) for angle in rpy(multiply(inverse, told.attitude)))
             if math.hypot(x, y, z) <= _PLAUSIBLE:
                 self.mount = CameraMount(x=x, y=y, z=z, roll_deg=roll, pitch_deg=pitch, yaw_deg=yaw)
+                self._has_derived_mount = True
             else:  # robot code errs about the place; how the headset is turned it probably knows
                 height = z if abs(z) <= _PLAUSIBLE else 0.0
                 self._assumed = CameraMount(z=height, roll_deg=roll, pitch_deg=pitch, yaw_deg=yaw)
         self._drift[:] = 0.0
         self._frame = _frame_to(told.position, told.attitude, *self._pose(robot_pos, robot_quat))
+
+    def move_start(self, old_pos: Vector, robot_pos: Vector, robot_quat: Quaternion) -> None:
+        """Let the robot have stood elsewhere when it was last told its pose, if it has not moved since.
+
+        For a match that puts a robot where its auto begins after robot code has set poses for that place. Where the
+        robot has moved since the last reset, the headset reports the way on which it is carried.
+
+        Args:
+            old_pos: Where the robot was until now [m].
+            robot_pos: Where it is now [m].
+            robot_quat: Its attitude there.
+        """
+        if self._last_reset is not None and math.dist(old_pos, self._last_reset[1]) < _STILL:
+            if self._has_derived_mount:
+                self.mount = None
+            self.resets -= 1
+            self.reset(self._last_reset[0], robot_pos, robot_quat)
 
     def update(self, time: float, history: PoseHistory) -> list[QuestFrame]:
         """Take the poses that are due by now, and publish them.
@@ -168,6 +198,7 @@ class QuestHeadset:
         """
         if time - self._next > _LONGEST_GAP:
             self._next += math.floor((time - self._next) / self._period) * self._period
+        self._take_resets(time, history)
         frames: list[QuestFrame] = []
         while self._next <= time:
             frames.append(self._take(self._next, *history.at(self._next)))

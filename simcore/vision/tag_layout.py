@@ -6,7 +6,9 @@ import json
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -33,7 +35,7 @@ OFFICIAL_LAYOUTS = {
     "2025-welded": "k2025ReefscapeWelded",
     "2025-andymark": "k2025ReefscapeAndyMark",
 }
-"""Our names of the layouts that come with robotpy-apriltag."""
+"""Our names of layouts that come with WPILib."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -149,24 +151,25 @@ def _vector(v: Sequence[float]) -> Vector:
 
 
 def official_layout(name: str) -> TagLayout:
-    """A layout that comes with robotpy-apriltag, by our name or WPILib's (`k2026RebuiltWelded`).
+    """A layout that comes with WPILib, by our name or WPILib's (`k2026RebuiltWelded`).
 
     Raises:
         UnknownNameError: With the nearest names.
     """
-    from robotpy_apriltag import AprilTagField, AprilTagFieldLayout  # only here: 30 ms that few programs need
-
-    theirs = OFFICIAL_LAYOUTS.get(name, name)
-    known = {key: value for key, value in vars(AprilTagField).items() if key.startswith("k")}
-    if theirs not in known:
+    known = _official_rows()
+    layout = known.get(OFFICIAL_LAYOUTS.get(name, name))
+    if layout is None:
         raise UnknownNameError("tag layout", name, [*OFFICIAL_LAYOUTS, *known])
-    field = AprilTagFieldLayout.loadField(known[theirs])
-    tags = []
-    for tag in field.getTags():
-        q = tag.pose.rotation().getQuaternion()
-        place = (tag.pose.X(), tag.pose.Y(), tag.pose.Z())
-        tags.append((int(tag.ID), place, (q.X(), q.Y(), q.Z(), q.W())))
-    return TagLayout.of(tags, field_size=(field.getFieldLength(), field.getFieldWidth()))
+    length, width = layout["field"]
+    tags = [(int(number), (x, y, z), (qx, qy, qz, qw)) for number, x, y, z, qw, qx, qy, qz in layout["tags"]]
+    return TagLayout.of(tags, field_size=(length, width))
+
+
+@cache
+def _official_rows() -> dict[str, Any]:
+    """What `scripts/make_tag_layouts.py` has written."""
+    data: dict[str, Any] = json.loads(Path(__file__).with_name("tag_layouts.json").read_text(encoding="utf-8"))
+    return data
 
 
 def load_layout(path: Path, *, size: float = TAG_SIZE) -> TagLayout:

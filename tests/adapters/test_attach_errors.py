@@ -13,7 +13,7 @@ def said(scenario):
 @pytest.mark.parametrize(
     ("mistake", "words"),
     [
-        ("no drivetrain", ("want one phoenix6.swerve.SwerveDrivetrain after robotInit, got 0", "write a physics.py")),
+        ("no drivetrain", ("no drivetrain found: the program builds none of", "a [drivetrain] table in simcore.toml")),
         ("two drivetrains", ("got 2: ['SwerveDrivetrain', 'SwerveDrivetrain']",)),
         ("two modules", ("stands on 3 modules or more (most have 4), got 2",)),
         ("no wheel radius", ("module 2: CTRE constants need a finite wheel_radius, got nan",)),

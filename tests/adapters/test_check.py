@@ -63,8 +63,9 @@ def test_a_program_is_built_and_what_it_and_the_file_say_differently_is_wrong(tm
     assert wrong[2].startswith("simcore.toml [start]: the robot starts inside of a field element, at (4.60, 4.00) m; (")
     assert wrong[3] == "shooter 1: its muzzle is 260 mm outside of the robot, at (0.70, 0.00) m"
     notes = re.findall("^note: (.*)$", said, re.MULTILINE)
-    assert notes[0] == "nobody describes TalonFX 33: they turn what is guessed of them"
-    assert notes[1].startswith("roller: gearing = 4 in the file, but the program divides the rotor's turns by 3")
+    assert notes[0] == "swerve drive: SwerveDrivetrain with 4 modules, Pigeon2 9, loops on the controller"
+    assert notes[1] == "nobody describes TalonFX 33: they turn what is guessed of them"
+    assert notes[2].startswith("roller: gearing = 4 in the file, but the program divides the rotor's turns by 3")
     assert said.rstrip().endswith("4 wrong; the picture is out/robot.png") and len(said.splitlines()) < 25
     assert said.startswith("robot: 48.5 kg, bumpers 0.88 x 0.76 m, 4 swerve modules, 5.1 m/s free speed")
     assert "as the program builds it and simcore.toml says" in said
@@ -81,7 +82,7 @@ def test_a_program_that_is_not_looked_at_and_a_file_that_makes_no_sense(tmp_path
     assert main(["check", "--game", "rebuilt"]) == 0
     said = capsys.readouterr().out
     assert "robot program not looked at (there is no robot.py); as simcore.toml says" in said
-    assert "note: the drivetrain is not known: drawn with four modules" in said and Path("out/robot.png").exists()
+    assert "note: the drivetrain is a guess: four modules" in said and Path("out/robot.png").exists()
     Path("simcore.toml").write_text(text.replace("mass = 48.5", "mass = 107"))
     assert main(["check"]) == 1
     assert capsys.readouterr().err == (

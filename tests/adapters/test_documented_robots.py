@@ -1,4 +1,4 @@
-"""Robot code that pages print runs as printed: a Choreo trajectory, and a physics.py with other robots on the field."""
+"""What pages print runs as printed: a Choreo trajectory, and partners and opponents of a simcore.toml."""
 
 from __future__ import annotations
 
@@ -55,33 +55,39 @@ def trajectory() -> dict:
     return {"name": "across", "version": 3, "trajectory": {"samples": samples, "splits": []}, "events": []}
 
 
-def block(page: str, beginning: str) -> str:
+def block(page: str, beginning: str, language: str = "py") -> str:
     """The code block of a page that comes after a line, or begins with one."""
-    text = (ROOT / "docs" / page).read_text(encoding="utf-8")
-    found = re.search(rf"^(?:{beginning}\n\n```py\n|```py\n(?={beginning}))(.*?)^```$", text, re.MULTILINE | re.DOTALL)
+    text, fence = (ROOT / "docs" / page).read_text(encoding="utf-8"), f"```{language}\n"
+    found = re.search(rf"^(?:{beginning}\n\n{fence}|{fence}(?={beginning}))(.*?)^```$", text, re.MULTILINE | re.DOTALL)
     assert found, f"{page}: {beginning}"
     return found[1]
 
 
 COMPANY = """
-def test_a_friend_and_an_opponent_wait_for_the_driver_station_and_then_play(sim):
+def test_a_partner_and_two_opponents_wait_for_the_driver_station_and_then_play(sim):
     sim.alliance("blue")
-    sim.run(0.5)
+    sim.start()
     others = sim.match.robots[1:]
     before = [robot.chassis.pose for robot in others]
+    sim.run(0.5)
     assert all(abs(robot.chassis.vel[0]) < 0.01 for robot in others)
-    sim.teleop(seconds=2)
-    assert sim.match.alliances == ["blue", "blue", "red"]
-    assert len(sim.match.flow.shots) > 4 and sim.pose.X() < 2.0
-    assert all(robot.chassis.pose != pose for robot, pose in zip(others, before))
+    sim.autonomous(seconds=3)
+    assert sim.match.alliances == ["blue", "blue", "red", "red"]
+    ways = [math.dist(robot.chassis.pose[:2], pose[:2]) for robot, pose in zip(others, before)]
+    assert ways[0] > 0.5 and ways[1] > 0.3 and ways[2] < 0.01, ways
 """
 
 
 @pytest.mark.slow
 def test_scripted_robots_share_the_field_with_robot_code(project_of):
     run = project_of(FIRST)
-    (run.folder / "physics.py").write_text(block("several_robots.md", r"`physics\.py`:"))
-    code, said = run(COMPANY)
+    (run.folder / "physics.py").unlink()  # the drivetrain is found by itself
+    (run.folder / "simcore.toml").write_text(block("several_robots.md", r"\[\[partner\]\]", "toml"))
+    script = re.search(
+        r"^def defend.*?(?=^\S)", (ROOT / "docs" / "several_robots.md").read_text(encoding="utf-8"), re.M | re.S
+    )
+    (run.folder / "defense.py").write_text(script[0])
+    code, said = run("import math\n" + COMPANY)
     assert code == 0, said
 
 

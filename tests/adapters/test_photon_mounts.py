@@ -10,9 +10,8 @@ import pytest
 
 geometry = pytest.importorskip("wpimath.geometry")
 
-from simcore.photonvision.photon_mounts import lens_of, mounts, pipeline_of  # noqa: E402
-from simcore.photonvision.photon_program import PhotonProgram, SeenEstimator  # noqa: E402
-from simcore.vision.photon_lens import PHOTON_LENS  # noqa: E402
+from simcore.photonvision.photon_program import PhotonProgram, SeenEstimator, lens_of, mounts, pipeline_of  # noqa: E402  # noqa: E402
+from simcore.vision.camera import PHOTON_LENS  # noqa: E402
 
 
 def transform(x: float, yaw_deg: float = 0.0):

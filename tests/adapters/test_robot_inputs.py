@@ -10,9 +10,8 @@ from wpilib import PowerDistribution, RobotController
 
 from simcore import Match
 from simcore.robot.battery import Battery, BatteryConfig
-from simcore.robotpy.lateness_report import LatenessReport
-from simcore.robotpy.power_distribution import PowerDistributionView
-from simcore.robotpy.roborio_power import RoboRioPower
+from simcore.robotpy.console_noise import LatenessReport
+from simcore.robotpy.robot_power import PowerDistributionView, RoboRioPower
 
 
 def test_a_brown_out_switches_the_rails_and_counts():

@@ -56,6 +56,21 @@ def test_maxmotion_follows_its_trapezoid(sparks):
     assert sparks["loops"]["profile"][-1][0] == pytest.approx(20.0, abs=0.05)
 
 
+def test_an_azimuth_turns_the_short_way_on_an_absolute_or_analog_encoder(sparks):
+    """From 350 to 20 degrees, which is 380; the analog encoder has 3.3 V for a turn."""
+    row = sparks["sensors"]
+    for sensor in ("Absolute", "Analog"):
+        assert row[sensor] == pytest.approx([380.0, 20.0], abs=0.5), sensor
+    assert row["volts"] == pytest.approx(3.3 * row["Analog"][1] / 360.0)
+
+
+def test_encoders_count_from_where_robot_code_or_their_shaft_starts(sparks):
+    row = sparks["sensors"]
+    assert row["centered"] == pytest.approx(-30.0, abs=1e-4)
+    assert row["seeded"] == pytest.approx(1.5 + 0.5)  # one turn of the rotor
+    assert row["brushed"] == pytest.approx(3.0)  # on the wheel, whatever gear is before it
+
+
 def test_followers_turn_with_their_leader(sparks):
     row = sparks["followers"]
     assert row["group"] == [[1, 2], [1]]

@@ -83,12 +83,12 @@ def test_init_finds_motors_of_a_program_in_a_src_folder_that_reads_its_deploy_fo
     (tmp_path / "pyproject.toml").write_text("[tool.robotpy]\nrobotpy_version = '2026.2.2'\n")
     shutil.copytree(ROBOTS / "sparked", tmp_path / "src", ignore=shutil.ignore_patterns("simcore.toml", "__pycache__"))
     shutil.copy(ROBOTS / "shared" / "measures.py", tmp_path / "src")
-    motors, _, _, why_not = find_devices(tmp_path)
+    motors, _, _, _, why_not = find_devices(tmp_path)
     assert why_not == ""
     assert motors == [
-        FoundMotor(controller="TalonFX", leader=45, gearing=2.0),
-        FoundMotor(controller="SPARK MAX", leader=41, followers=(42,), opposed=(42,), gearing=1.0),
-        FoundMotor(controller="SPARK Flex", leader=43, gearing=1.0),
-        FoundMotor(controller="SPARK MAX", leader=44, gearing=40.0),
-        FoundMotor(controller="SPARK MAX", leader=46, gearing=1.0),
+        FoundMotor(controller="TalonFX", leader=45, gearing=2.0, name="feeder"),
+        FoundMotor(controller="SPARK MAX", leader=41, followers=(42,), opposed=(42,), gearing=1.0, name="intake"),
+        FoundMotor(controller="SPARK Flex", leader=43, gearing=1.0, name="shooter"),
+        FoundMotor(controller="SPARK MAX", leader=44, gearing=40.0, name="hood"),
+        FoundMotor(controller="SPARK MAX", leader=46, gearing=1.0, name="winch"),
     ]

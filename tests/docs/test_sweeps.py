@@ -42,7 +42,7 @@ def test_a_worked_question_leaves_what_the_page_shows(command, whole, tmp_path, 
     assert {path.name for path in out.iterdir()} >= {"page.html", "results.parquet", "runs.sqlite"}
     if "--success" in command:
         condition = re.search(r'--success "(.+?)"', command)[1]
-        assert re.search(rf"{condition}: 0 of \d+ = 0 % \(95 % interval 0 to \d+ %\)", said), said
+        assert re.search(rf"{condition}: 0 of \d+ = 0 % \(95 % interval 0 to \d+ %( by 1 seed)?\)", said), said
 
 
 def test_the_other_commands_are_understood(whole, tmp_path, monkeypatch):

@@ -10,7 +10,6 @@ from collections.abc import Iterator, Mapping, Sequence
 from itertools import product
 
 import numpy as np
-from wpimath.system.plant import DCMotor
 
 from simcore.geometry.linkage import Joint
 from simcore.geometry.symmetry import FieldSymmetry
@@ -30,6 +29,7 @@ from simcore.pieces.pool import PieceStatus
 from simcore.pieces.shooter import ShooterConfig
 from simcore.pieces.storage import StorageConfig
 from simcore.robot.climber import ClimberConfig, Rung
+from simcore.robot.dc_motor import motor
 from simcore.robot.gearbox import GearboxConfig
 from simcore.robot.mechanisms import ArmConfig, ElevatorConfig, FlywheelConfig, RollerConfig
 from simcore.robot.robot_config import MechanismConfig, RobotConfig
@@ -156,7 +156,7 @@ class CratesRules(Rules):
 
 
 def _gearbox(gearing: float, motors: int = 1, limit: float = 60.0) -> GearboxConfig:
-    return GearboxConfig(motor=DCMotor.krakenX60(1), motors=motors, gearing=gearing, stator_current_limit=limit)
+    return GearboxConfig(motor=motor("Kraken X60"), motors=motors, gearing=gearing, stator_current_limit=limit)
 
 
 def crates_robot() -> RobotConfig:

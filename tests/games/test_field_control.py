@@ -5,12 +5,14 @@ from __future__ import annotations
 import logging
 import math
 import socket
+import struct
 import time
 
 import numpy as np
 import pytest
 from game_table import GAMES
 
+from simcore import season
 from simcore.errors import ConfigError
 from simcore.match.control_topics import ControlTopics
 from simcore.match.game import PieceSupply
@@ -116,30 +118,31 @@ def test_a_robot_is_placed_among_pieces_and_never_into_anything(caplog):
 
 def test_a_dashboard_does_the_same_over_networktables():
     """A client that only knows the topics: buttons, numbers, a chooser, a Pose2d; what it had kept is no command."""
-    ntcore = pytest.importorskip("ntcore")
-    from wpimath.geometry import Pose2d, Rotation2d
-
+    pytest.importorskip("ntcore")
     from simcore.telemetry.networktables_sink import start_local_server
 
+    ntcore = season.ntcore
     server, client = ntcore.NetworkTableInstance.create(), ntcore.NetworkTableInstance.create()
     with socket.socket() as probe:
         probe.bind(("127.0.0.1", 0))
         port = int(probe.getsockname()[1])
     start_local_server(server, port=port)
-    kept = client.getBooleanTopic("/Sim/Control/ResetField").publish()
+    kept = client.get_boolean_topic("/Sim/Control/ResetField").publish()
     kept.set(True)  # of a simulation that was here before
     everything = ntcore.MultiSubscriber(client, ["/Sim/Control/"])
-    client.startClient4("dashboard")
-    client.setServer("127.0.0.1", port)
+    of_2026 = hasattr(client, "startClient4")
+    (client.startClient4 if of_2026 else client.start_client)("dashboard")
+    (client.setServer if of_2026 else client.set_server)("127.0.0.1", port)
     with Match(GAMES["rebuilt"], seed=2) as match:
         deadline = time.monotonic() + 10.0
-        while not client.isConnected() and time.monotonic() < deadline:
+        is_connected = client.isConnected if of_2026 else client.is_connected
+        while not is_connected() and time.monotonic() < deadline:
             time.sleep(0.01)
         time.sleep(0.1)
         topics = ControlTopics(match, server)
-        table = client.getTable("Sim/Control")
-        status = table.getStringTopic("Status").subscribe("")
-        count = table.getIntegerTopic("Count").subscribe(-1)
+        folder = "/Sim/Control/"
+        status = client.get_string_topic(folder + "Status").subscribe("")
+        count = client.get_integer_topic(folder + "Count").subscribe(-1)
 
         def done(number: int) -> str:
             """Play until so many commands are done and the dashboard knows of it."""
@@ -153,33 +156,33 @@ def test_a_dashboard_does_the_same_over_networktables():
             return str(status.get())
 
         assert done(0) == "0 ready"
-        x, y = (table.getDoubleTopic(name).publish() for name in "XY")
+        x, y = (client.get_double_topic(folder + name).publish() for name in "XY")
         x.set(6.5), y.set(6.0)
-        button = table.getBooleanTopic("PlaceRobot").getEntry(False)
+        button = client.get_boolean_topic(folder + "PlaceRobot").get_entry(False)
         button.set(True)
         assert done(1) == "1 done: robot 0 stands at (6.50, 6.00) m, 0 deg"
         deadline = time.monotonic() + 10.0
         while button.get() and time.monotonic() < deadline:
             time.sleep(0.01)
         assert not button.get()  # it is let go of
-        pose = table.getStructTopic("RobotPose", Pose2d).publish()
-        pose.set(Pose2d(3.0, 2.5, Rotation2d(1.0)))
+        pose = client.get_raw_topic(folder + "RobotPose").publish("struct:Pose2d")
+        pose.set(struct.pack("<3d", 3.0, 2.5, 1.0))
         assert done(2) == "2 done: robot 0 stands at (3.00, 2.50) m, 57 deg"
-        pose.set(Pose2d(-3.0, 2.5, Rotation2d(1.0)))
+        pose.set(struct.pack("<3d", -3.0, 2.5, 1.0))
         assert done(3).startswith("3 refused: ") and match.robots[0].chassis.pose[0] == pytest.approx(3.0, abs=0.01)
-        drop = table.getBooleanTopic("SpawnPiece").publish()
+        drop = client.get_boolean_topic(folder + "SpawnPiece").publish()
         drop.set(True)
         assert done(4).startswith("4 done: 1 Fuel put down at (6.5")
-        spawn = table.getDoubleArrayTopic("Spawn/Fuel").publish()
+        spawn = client.get_double_array_topic(folder + "Spawn/Fuel").publish()
         spawn.set([3.0, 6.0, 3.5])
         assert "pairs x, y [m]; got 3 numbers" in done(5)
         spawn.set([3.0, 6.0, 3.5, 6.0])
         assert done(6) == "6 done: 2 Fuel put down from (3.00, 6.00) m on"
-        assert client.getEntry("/Sim/Control/Auto/.type").getString("") == "String Chooser"
-        assert client.getEntry("/Sim/Control/Auto/options").getStringArray([]) == list(match.game.autos)
-        selected = table.getStringTopic("Auto/selected").publish()
+        assert client.get_string_topic(folder + "Auto/.type").subscribe("").get() == "String Chooser"
+        assert client.get_string_array_topic(folder + "Auto/options").subscribe([]).get() == list(match.game.autos)
+        selected = client.get_string_topic(folder + "Auto/selected").publish()
         selected.set("neutral")
-        go = table.getBooleanTopic("StartAuto").publish()
+        go = client.get_boolean_topic(folder + "StartAuto").publish()
         go.set(True)
         assert done(7) == "7 done: auto 'neutral' begins"
         assert match.timer.time < 5.0 and match.count.staged == 504 and match.count.held == 8

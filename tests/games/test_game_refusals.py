@@ -48,7 +48,7 @@ def test_robots_that_cannot_start_are_refused(game):
         assert "starts outside of the field" in refused(game, RobotEntry(start=(x, y, 0.0)))
     assert "starts inside of a field element" in refused(game, RobotEntry(start=INSIDE[game.name]))
     start = game.starts[0]
-    assert "start inside of each other" in refused(game, RobotEntry(start=start), RobotEntry(start=start))
+    assert "starts inside of robot 0" in refused(game, RobotEntry(start=start), RobotEntry(start=start))
     many = [RobotEntry(start=(1.0 + i, 1.5, 0.0), preload=0) for i in range(game.robots + 1)]
     assert f"at most {game.robots} robots, got {game.robots + 1}" in refused(game, *many)
     assert f"preload must be 0..{game.preload}" in refused(game, RobotEntry(preload=game.preload + 1))

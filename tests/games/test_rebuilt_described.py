@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 
 import pytest
-from wpimath.system.plant import DCMotor
 
 from games.rebuilt import REBUILT
 from simcore.match.game import RobotEntry
@@ -14,6 +13,7 @@ from simcore.pieces.intake import IntakeConfig, IntakeZone
 from simcore.pieces.launch import LaunchParameters
 from simcore.pieces.shooter import ShooterConfig
 from simcore.pieces.storage import StorageConfig
+from simcore.robot.dc_motor import motor
 from simcore.robot.gearbox import GearboxConfig
 from simcore.robot.mechanisms import ArmConfig, FlywheelConfig, RollerConfig
 from simcore.robot.robot_config import RobotConfig
@@ -21,7 +21,7 @@ from simcore.robot.swerve_config import SwerveConfig, SwerveModuleConfig
 
 
 def gearbox(ratio: float) -> GearboxConfig:
-    return GearboxConfig(motor=DCMotor.krakenX60(1), gearing=ratio)
+    return GearboxConfig(motor=motor("Kraken X60"), gearing=ratio)
 
 
 MECHANISMS = {
@@ -78,9 +78,9 @@ def test_shots_leave_when_fed_where_the_shooter_looks():
         robot.mechanisms["wheels"].set_volts(6.0)
         match.play(1.2)
         assert match.flow.shots == []
-        assert robot.shooters[0].exit_speed == pytest.approx(robot.mechanisms["wheels"].velocity * 0.05 * 0.5)
+        assert robot.shooters[0].aim.speed == pytest.approx(robot.mechanisms["wheels"].velocity * 0.05 * 0.5)
         robot.mechanisms["hood"].reset(0.4)
-        assert robot.shooters[0].elevation == pytest.approx(0.8)
+        assert robot.shooters[0].aim.elevation == pytest.approx(0.8)
         robot.mechanisms["roller"].set_volts(6.0)
         match.play(0.8)
         assert len(match.flow.shots) == 3 and match.count.held == 0

@@ -8,12 +8,16 @@ import numpy as np
 import pytest
 
 from games.rebuilt import REBUILT, RebuiltSim
+from games.rebuilt import dimensions as dim
+from games.rebuilt.fuel import FUEL
+from games.rebuilt.fuel_ways import hub_exit
 from games.rebuilt.staging import Staging
 from simcore.match.game import RobotEntry
 from simcore.match.runner import play_auto
 from simcore.match.scoring import ScoreEvent
 from simcore.pieces.pool import PieceStatus
 from simcore.telemetry.sinks import MemorySink
+from simcore.units import inches
 
 DOUBLES = {
     "Sim/Robot/GroundClearance", "Sim/Match/Time", "Sim/Match/TimeLeft", "Sim/Performance/TickMs",
@@ -90,15 +94,68 @@ def test_sixteen_parts_follow_their_mechanisms():
 # --- robots and fuel ----------------------------------------------------------------------------------------------
 
 
-def test_scored_fuel_comes_out_of_the_hubs_exits_into_the_neutral_zone():
-    run = play_auto(REBUILT, "depot", seconds=9.0, options=["hub_exits"])
+def test_scored_fuel_comes_out_of_the_hubs_exit_into_the_neutral_zone():
+    run = play_auto(REBUILT, "depot", seconds=4.0, options=["hub_exits"])
     with run.match as match:
-        assert run.report.score.blue >= 8
-        assert run.report.pieces.scored == 0 and run.report.pieces.is_conserved
-        came_out = {event.slot for event in match.tracker.events}
-        places = match.pieces.state.pos[sorted(came_out)]
+        scored = [event.slot for event in match.tracker.events]
+        assert run.report.score.blue == len(scored) >= 8
+        match.set_controller(0, None)
+        match.robots[0].drive.set_chassis_speeds(0.0, 0.0, 0.0)
+        for _ in range(100):
+            match.tick()
+            assert match.count.is_conserved and match.count.scored == 0
+        assert match.rules.ways.in_hub("blue") == 0
+        places = match.pieces.state.pos[scored]
         assert (places[:, 0] > 5.0).all(), "on the far side of the hub"
-        assert (places[:, 2] < 0.8).all()
+        assert (np.abs(places[:, 1] - dim.HUB_CENTER[1]) < 1.5).all() and (places[:, 2] < 0.3).all()
+
+
+def test_a_hub_lets_fuel_out_of_one_opening_and_at_most_ten_a_second():
+    rng = np.random.default_rng(1)
+    out = np.array([hub_exit("blue", rng)[0] for _ in range(500)])
+    assert np.abs(out[:, 1] - dim.HUB_CENTER[1]).max() < 0.5 * inches(35.6) - FUEL.bounding_radius + 1e-3
+    assert out[:, 2].min() > 0.765 + FUEL.bounding_radius and out[:, 2].max() < 0.988 - FUEL.bounding_radius
+    with RebuiltSim(options=["hub_exits"]) as match:
+        slots = match.pieces.on_field()[:12]
+        match.pieces.score(slots)
+        for slot in slots.tolist():
+            match.rules.ways.enter_hub("blue", slot)
+        left = []
+        for _ in range(125):
+            match.tick()
+            left.append(match.rules.ways.in_hub("blue"))
+        assert left[35] == 12, "nothing comes out within 0.75 s"
+        assert left[-1] == 0 and max(a - b for a, b in zip(left, left[5:], strict=False)) <= 1
+
+
+def test_people_bring_back_what_left_the_field_of_a_match_after_some_seconds():
+    with RebuiltSim(options=["human_players"]) as match:
+        slot = match.pieces.on_field()[:1]
+        match.pieces.release(slot, np.array([[8.0, 7.9, 2.0]]))
+        match.pieces.push(slot, np.array([[0.0, 6.0, 3.0]]), flying=True)
+        away = []
+        for _ in range(500):
+            match.tick()
+            away.append(match.pieces.state.status[slot[0]] == PieceStatus.STAGED)
+            assert match.count.is_conserved
+        assert 150 <= sum(away) <= 401 and not away[-1]
+        assert match.pieces.state.pos[slot[0], 1] < dim.FIELD_WIDTH
+
+
+def test_a_human_player_takes_what_rolls_into_the_corral_and_opens_the_door_for_a_robot_that_waits():
+    with RebuiltSim(options=["human_players"], robots=(RobotEntry(preload=0),)) as match:
+        assert match.rules.human_players.stock == {"blue": 24, "red": 24}
+        slot = match.pieces.on_field()[:1]
+        match.pieces.release(slot, np.array([[0.3, dim.OUTPOST_Y - 0.3, FUEL.bounding_radius]]))
+        match.pieces.push(slot, np.array([[-1.5, 0.0, 0.0]]))
+        match.play(0.4)
+        assert match.pieces.state.status[slot[0]] == PieceStatus.STAGED and match.count.is_conserved
+        before = match.rules.human_players.stock["blue"]
+        assert before >= 24, "one came, and one may have been thrown"
+        match.robots[0].carry_to((0.7, dim.OUTPOST_Y, math.pi))
+        match.play(1.2)
+        assert match.rules.human_players.stock["blue"] <= before - 8, "one each 0.12 s"
+        assert match.rules.human_players.stock["red"] >= 22, "nobody waits there; it throws one each 1.3 s"
 
 
 @pytest.mark.parametrize(

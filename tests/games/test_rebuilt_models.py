@@ -59,7 +59,7 @@ def test_the_hood_lets_fuel_go_in_the_direction_of_the_shot():
             row = robot.component_poses()[[c.name for c in COMPONENTS].index("hood")]
             w, x, y, z = row[3:]
             to_edge = np.array(rotate((x, y, z, w), (-math.cos(edge), 0.0, math.sin(edge))))
-            shot = np.array((math.cos(robot.shooters[0].elevation), 0.0, math.sin(robot.shooters[0].elevation)))
+            shot = np.array((math.cos(robot.shooters[0].aim.elevation), 0.0, math.sin(robot.shooters[0].aim.elevation)))
             assert to_edge @ shot == pytest.approx(0.0, abs=0.02)
             along = np.cross((0.0, 1.0, 0.0), to_edge)  # the wheels turn about +y: what they touch moves this way
             assert along @ shot == pytest.approx(1.0, abs=0.02)

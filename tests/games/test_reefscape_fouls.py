@@ -6,60 +6,20 @@ import math
 
 import numpy as np
 import pytest
+from foul_trials import foul_trials
 
 from games.reefscape import REEFSCAPE
 from games.reefscape import dimensions as dim
 from games.reefscape.places import branch_ends
-from simcore.match.game import RobotEntry
-from simcore.match.match import Match
 from simcore.pieces.pool import PieceStatus
 
 HALF = 0.4
 
 
-def flipped(alliance, pose):
-    """A pose that is written for blue, of an alliance."""
-    return pose if alliance == "blue" else REEFSCAPE.field.symmetry.flip_pose(*pose)
-
-
 @pytest.fixture(scope="module")
 def play():
-    """`play(poses, time, ...)`: a match in which robots drive from poses for a while, from a time of its clock on.
-
-    Robots 0 and 2 are blue, 1 is red, and they stand far away if they have no pose; with `side="red"` alliances and
-    places are exchanged.
-    """
-    far = ((2.5, 7.0, 0.0), (15.0, 1.0, 0.0), (2.5, 1.0, 0.0))
-    matches = {}
-
-    def begin(match, time):
-        match.start_mode("auto")
-        match.timer._start, match.timer._ticks = time, 0
-        match.timer.time = time
-
-    def run(poses, time, *, drive=None, act=None, side="blue", seconds=0.4):
-        crew = max([1, *poses]) + 1
-        if (side, crew) not in matches:
-            other = "red" if side == "blue" else "blue"
-            entries = tuple(RobotEntry(alliance=a, preload=0) for a in (side, other, side)[:crew])
-            matches[side, crew] = Match(REEFSCAPE, robots=entries)
-        match = matches[side, crew]
-        begin(match, time)
-        for robot in match.robots:
-            robot.drive.set_chassis_speeds(0.0, 0.0, 0.0)
-            robot.carry_to(flipped(side, poses.get(robot.number, far[robot.number])))
-        match.tick()
-        begin(match, time)
-        for number, speeds in (drive or {}).items():
-            match.robots[number].drive.set_chassis_speeds(*speeds)
-        if act is not None:
-            act(match)
-        match.play(seconds)
-        return match
-
-    yield run
-    for match in matches.values():
-        match.close()
+    """Robots 0 and 2 are blue, 1 is red."""
+    yield from foul_trials(REEFSCAPE, far=((2.5, 7.0, 0.0), (15.0, 1.0, 0.0), (2.5, 1.0, 0.0)))
 
 
 def told(match):

@@ -13,6 +13,7 @@ from games.reefscape.human_players import station_faces
 from games.reefscape.places import branch_ends
 from simcore.match.game import RobotEntry
 from simcore.match.match import Match
+from simcore.match.scoring import ScoreEvent
 from simcore.match.scripted import ScriptedRobot
 from simcore.pieces.pool import PieceStatus
 
@@ -161,3 +162,70 @@ def test_stocks_add_up_to_126_coral_and_18_algae():
         assert len(match.pieces.on_field("Coral")) == 6 and len(match.pieces.on_field("Algae")) == 18
         assert match.rules.human_players.stock == {"blue": 59, "red": 60}
         assert not len(match.pieces.awake)
+
+
+# --- sentences of the manual that points hang on -----------------------------------------------------------------
+
+
+def process(match: Match, alliance: str, count: int) -> None:
+    """Let algae come through an alliance's processor in teleop."""
+    zone = next(z for z in match.game.zones if z.alliance == alliance and "Algae" in z.kinds)
+    algae = match.pieces.on_field("Algae")[:count]
+    for slot in algae:
+        match.pieces.score(np.array([slot]))
+        match.rules.scored(ScoreEvent(match.time, zone.name, alliance, zone.points, int(slot)))
+
+
+@pytest.mark.parametrize(("blue", "red", "is_met"), [(2, 2, True), (2, 1, False), (3, 0, False)])
+def test_coopertition_asks_both_alliances_for_two_algae(blue, red, is_met):
+    """Manual 6.5.4: each alliance; then three full levels do for the coral ranking point."""
+    with Match(REEFSCAPE, robots=FAR) as match:
+        at(match, 60.0)
+        process(match, "blue", blue)
+        process(match, "red", red)
+        assert match.rules._is_coop == is_met
+        for level in ("BlueL2", "BlueL3", "BlueL4"):
+            match.rules._count[level] = 5
+        assert rows(match).get("coralBonusAchieved", 0) == is_met
+
+
+@pytest.mark.parametrize(("time", "points"), [(60.0, 0), (152.0, 0), (153.0, 2), (155.9, 2)])
+def test_a_robot_parks_as_the_match_ends_and_not_before(time, points):
+    """Manual, barge points: what counts is where a robot is at the end."""
+    start = (dim.FIELD_CENTER[0] - 0.8, dim.FIELD_WIDTH - 2.4, 0.0)
+    with Match(REEFSCAPE, robots=(RobotEntry(start=start, preload=0),)) as match:
+        match.start_mode("teleop")
+        at(match, time - 0.04)
+        match.play(0.04)
+        match.rules._judge()
+        assert rows(match).get("endGameBargePoints", 0) == points
+
+
+@pytest.mark.parametrize(("blue", "red", "points"), [(8, 7, (3, 0)), (7, 7, (1, 1)), (7, 8, (0, 3))])
+def test_a_win_gives_three_ranking_points_and_a_tie_one(blue, red, points):
+    with Match(REEFSCAPE, robots=FAR) as match:
+        at(match, 157.0)
+        match.tracker.add("blue", blue)
+        match.tracker.add("red", red)
+        assert (rows(match).get("rp", 0), rows(match, "Red/").get("rp", 0)) == points
+
+
+@pytest.mark.parametrize(("height", "end"), [(0.0, "Parked"), (0.05, "DeepCage")])
+def test_who_hangs_on_a_cage_has_no_wheel_on_the_carpet(height, end):
+    start = (dim.CAGE_X - 1.0, dim.CAGE_YS[1], math.pi)
+    with Match(REEFSCAPE, robots=(RobotEntry(start=start, preload=0),)) as match:
+        robot = match.robots[0]
+        robot.carry_to((dim.CAGE_X - 0.3, 5.6, math.pi))
+        robot.climbers[0].rung = next(rung for rung in REEFSCAPE.field.rungs if rung.alliance == "blue")
+        robot.chassis.pos = (*robot.chassis.pos[:2], robot.chassis.pos[2] + height)
+        assert match.rules._end_of(robot) == end
+
+
+def test_human_players_feed_robots_of_their_own_alliance_only():
+    """A red robot waits at blue's station, empty: nobody drops a coral."""
+    x, y, yaw = REEFSCAPE.field.symmetry.flip_pose(*station_faces("blue")["right"])
+    start = (x + 0.6 * math.cos(yaw), y + 0.6 * math.sin(yaw), yaw)  # as a blue one; it is red's, so at blue's station
+    with Match(REEFSCAPE, robots=(RobotEntry(alliance="red", start=start, preload=0),)) as match:
+        before = dict(match.rules.human_players.stock)
+        match.play(2.5)
+        assert match.robots[0].chassis.pose[0] < 2.0 and dict(match.rules.human_players.stock) == before

@@ -16,8 +16,7 @@ from simcore.cli import main
 from simcore.geometry.rotation import from_yaw
 from simcore.match.match import Match
 from simcore.match.scatter import Scatter
-from simcore.pieces.launch import Aim
-from simcore.pieces.shot_schedule import Launch
+from simcore.pieces.launch import Aim, Launch
 from simcore.shooting.shot_task import SPREADS, ShotDraws, ShotTask, Stand
 from simcore.units import degrees
 
@@ -54,7 +53,7 @@ def test_shots_leave_as_those_of_the_robots_shooter():
             piece = shooter.released(launch, radius=float(rows.radius[row]), robot=motion)
             assert rows.pos[row] == pytest.approx(piece.pos, abs=1e-12)
             assert rows.vel[row] == pytest.approx(piece.vel, abs=1e-12)
-            assert rows.spin[row] == pytest.approx(piece.spin, abs=1e-9)
+            assert rows.spin[row] == pytest.approx(piece.rate, abs=1e-9)
     # without a barrel's offset it flies over the middle of the target: the lead takes the robot's way out of it
     way = task.opening.middle[:2] - task.muzzle(stand, yaw)[:, :2]
     across = way[:, 0] * rows.vel[:, 1] - way[:, 1] * rows.vel[:, 0]
@@ -116,7 +115,7 @@ def test_a_shot_of_the_table_goes_in_from_all_sides():
     for boards, elevation, speed, least, most in ((False, 69.0, 7.37, 0.9, 1.0), (True, 57.0, 7.6, 0.0, 0.5)):
         task = ShotTask(REBUILT, boards=boards)
         aim = np.array([degrees(elevation)]), np.array([speed])
-        shares = [task.scattered_hits(Stand(3.0, degrees(b), 0.0, 0.0), *aim, draws).mean() for b in (0, 30, 60)]
+        shares = [task.hits(Stand(3.0, degrees(b), 0.0, 0.0), *aim, draws).mean() for b in (0, 30, 60)]
         assert shares[0] > 0.9 and least <= min(shares[1:]) <= most, shares
 
 

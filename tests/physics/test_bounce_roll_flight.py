@@ -156,7 +156,7 @@ def test_backspin_lifts_by_the_configured_slope():
             heights.append(pieces.state.pos[0, 2])
             pieces.score(np.array([0]))
     ratio = 0.075 * 100.0 / 10.0
-    lift = config.air.drag / 0.47 * config.aerodynamics.lift_coefficient(ratio) * 10.0**2
+    lift = config.air.drag / 0.47 * ratio / (1.0 + ratio / config.aerodynamics.lift_limit) * 10.0**2
     assert heights[1] - heights[0] == pytest.approx(0.5 * lift * 0.2**2, rel=0.05)
 
 

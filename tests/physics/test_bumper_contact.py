@@ -18,9 +18,9 @@ from simcore.physics.surface import WALL
 from simcore.physics.world import PhysicsWorld
 from simcore.robot.chassis import ChassisSimulation
 from simcore.robot.chassis_config import ChassisConfig
+from simcore.robot.fixed_wheel_drive import TankConfig
 from simcore.robot.robot_config import RobotConfig
 from simcore.robot.swerve_config import SwerveConfig, SwerveModuleConfig
-from simcore.robot.tank_drive import TankConfig
 from simcore.units import GRAVITY, inches
 
 DT = 0.02

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from wpimath.system.plant import DCMotor
 
 from simcore.errors import ConfigError, UnknownNameError
 from simcore.geometry.linkage import Joint
 from simcore.match.motion import Motion
 from simcore.physics.world import PhysicsWorld
 from simcore.robot.climber import ClimberConfig, Rung
+from simcore.robot.dc_motor import motor
 from simcore.robot.gearbox import GearboxConfig
 from simcore.robot.mechanisms import ElevatorConfig
 from simcore.robot.robot import Robot
@@ -20,7 +20,7 @@ from simcore.units import GRAVITY
 
 DT, MASS, DRUM, CARRIAGE = 0.02, 45.0, 0.02, 2.0
 RUNG = Rung(name="rung", start=(0.0, -0.6, 0.75), end=(0.0, 0.6, 0.75))
-GEARBOX = GearboxConfig(motor=DCMotor.krakenX60(1), motors=2, gearing=60.0, stator_current_limit=60.0)
+GEARBOX = GearboxConfig(motor=motor("Kraken X60"), motors=2, gearing=60.0, stator_current_limit=60.0)
 HOOK = Joint(mechanism="hook", axis=(0.0, 0.0, 1.0), origin=(0.0, 0.0, 0.35), slides=True, ratio=DRUM)
 
 

@@ -11,11 +11,11 @@ import pytest
 
 from simcore.robot.battery import Battery, BatteryConfig
 from simcore.robot.dc_motor import motor
+from simcore.robot.fixed_wheel_config import TankConfig
+from simcore.robot.fixed_wheel_drive import TankDrive
 from simcore.robot.planar_chassis import PlanarChassis
 from simcore.robot.swerve_config import SwerveConfig, SwerveModuleConfig
 from simcore.robot.swerve_drive import SwerveDrive
-from simcore.robot.tank_config import TankConfig
-from simcore.robot.tank_drive import TankDrive
 from simcore.units import GRAVITY
 
 IDEAL = SwerveModuleConfig(
@@ -101,7 +101,7 @@ def test_a_spinning_robot_keeps_its_straight_line_in_the_air():
     """No load, no force: frame rotation inside the step must not bend the path."""
     r = robot()
     drive = r.drive
-    assert drive.step(0.02, 3.0, 1.0, 12.0, [0.0] * 4) == pytest.approx((0.0, 0.0, 0.0), abs=1e-14)
+    assert drive.step(0.02, (3.0, 1.0, 12.0), [0.0] * 4) == pytest.approx((0.0, 0.0, 0.0), abs=1e-14)
 
 
 def test_steady_turn_holds_speed_and_circle():

@@ -7,7 +7,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from wpimath.system.plant import DCMotor
 
 from simcore.errors import ConfigError, UnknownNameError
 from simcore.geometry.linkage import Joint
@@ -25,9 +24,10 @@ from simcore.pieces.launch import LaunchParameters
 from simcore.pieces.piece_manager import GamePieceManager
 from simcore.pieces.placer import PlacerConfig
 from simcore.pieces.pool import PieceStatus
+from simcore.pieces.reach import Footprint
 from simcore.pieces.shooter import ShooterConfig
 from simcore.pieces.storage import StorageConfig
-from simcore.pieces.wake_grid import Footprint
+from simcore.robot.dc_motor import motor
 from simcore.robot.gearbox import GearboxConfig
 from simcore.robot.mechanisms import ArmConfig, FlywheelConfig, RollerConfig
 from simcore.robot.robot_config import RobotConfig
@@ -37,7 +37,7 @@ from simcore.units import GRAVITY
 DT, RADIUS = 0.02, 0.1
 BALL = GamePieceConfig(name="Ball", shape=Sphere(RADIUS), mass=0.2)
 CRATE = GamePieceConfig(name="Crate", shape=Box((0.3, 0.3, 0.2)), mass=1.0)
-GEARBOX = GearboxConfig(motor=DCMotor.krakenX60(1), gearing=50.0)
+GEARBOX = GearboxConfig(motor=motor("Kraken X60"), gearing=50.0)
 ARM = Joint(mechanism="arm", axis=(0.0, -1.0, 0.0), origin=(0.0, 0.0, 0.6))
 ZONE = IntakeZone(x_min=0.45, x_max=0.65, y_min=-0.3, y_max=0.3, z_max=0.4)
 

@@ -7,7 +7,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from wpimath.system.plant import DCMotor
 
 from simcore.geometry.linkage import Joint
 from simcore.geometry.rotation import from_rpy
@@ -27,6 +26,7 @@ from simcore.pieces.storage import StorageConfig
 from simcore.robot.battery import BatteryConfig
 from simcore.robot.chassis import ChassisSimulation
 from simcore.robot.chassis_config import ChassisConfig
+from simcore.robot.dc_motor import motor
 from simcore.robot.gearbox import GearboxConfig
 from simcore.robot.mass_distribution import MassDistribution, MovingMass
 from simcore.robot.mechanisms import ElevatorConfig, FlywheelConfig
@@ -38,7 +38,7 @@ from simcore.units import GRAVITY, TICK
 
 BALL = GamePieceConfig(name="Ball", shape=Sphere(0.1), mass=2.0)
 FUEL = GamePieceConfig(name="Fuel", shape=Sphere(0.075), mass=0.215)
-GEARBOX = GearboxConfig(motor=DCMotor.krakenX60(1), gearing=50.0)
+GEARBOX = GearboxConfig(motor=motor("Kraken X60"), gearing=50.0)
 FREE = SwerveModuleConfig(
     x=0.0, y=0.0, rolling_resistance=0.0, drive_friction_volts=0.0, drive_efficiency=1.0, drive_supply_limit=math.inf
 )

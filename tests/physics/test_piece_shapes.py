@@ -13,10 +13,11 @@ from simcore.geometry.rotation import IDENTITY, from_rpy, matrix, multiply, rota
 from simcore.match.game import PieceSupply
 from simcore.match.motion import Motion
 from simcore.physics.field import FieldElement
+from simcore.physics.mass_properties import mass_properties
 from simcore.physics.round_shapes import cone, torus, tube
 from simcore.physics.shape_extent import outline_points
 from simcore.physics.shapes import Box, Cylinder, Hull
-from simcore.physics.surface import TerrainSurface
+from simcore.physics.surface import CARPET, TerrainSurface
 from simcore.physics.world import PhysicsWorld
 from simcore.pieces.kinds import GamePieceConfig
 from simcore.pieces.piece_manager import GamePieceManager
@@ -108,6 +109,68 @@ def test_a_tube_rolls_and_slides_down_a_ramp_as_theory_says(rolls, engine_name):
     way = 0.5 * theory * 0.8**2
     assert (0.83 if rolls else 0.98) * way < away @ down < 1.02 * way
     assert away @ up == pytest.approx(0.0, abs=0.005)
+
+
+@pytest.mark.parametrize(("speed", "yaw"), [(0.8, 0.0), (1.2, math.pi / 4), (1.6, 0.0)])
+def test_a_tube_rolls_as_far_as_its_rolling_resistance_says(speed, yaw, engine_name):
+    """A = c g / (r (1 + I / m r^2)), c the lever of the pair, in whatever direction it rolls; it slides at first."""
+    tube_kind = replace(TUBE, friction=0.35, rolling=0.0023, stiffness=1e5)
+    lever = CARPET.rolling * tube_kind.friction + tube_kind.rolling * CARPET.friction
+    slowing = lever * GRAVITY / (OUTER + (INNER**2 + OUTER**2) / 2.0 / OUTER)
+    ahead = np.array([math.cos(yaw), math.sin(yaw), 0.0])
+    with Match.bare(pieces=[PieceSupply(tube_kind, 1)], start=(14.0, 7.0, 0.0)) as match:
+        attitude = multiply(from_rpy(0.0, 0.0, yaw), from_rpy(math.pi / 2, 0.0, 0.0))
+        slots = match.pieces.spawn("Tube", np.array([[4.0, 3.0, OUTER + 1e-4]]), np.array([attitude]))
+        match.play(0.3)
+        match.pieces.push(slots, np.array([1.9 * speed * ahead]))
+        match.play(0.9)
+        before = match.pieces.state.vel[slots[0]] @ ahead
+        match.play(0.8)
+        assert before - match.pieces.state.vel[slots[0]] @ ahead == pytest.approx(0.8 * slowing, rel=0.05)
+
+
+def test_a_tumbling_body_keeps_its_energy_and_precesses(engine_name):
+    """A symmetric top: its axis goes round L at |L| / I_across, and its energy stays."""
+    mass, h = 0.65, 0.005
+    moments = mass * np.diag(mass_properties(TUBE.shape).inertia)
+    with PhysicsWorld(engine=engine_name, floor=None, gravity=0.0) as world:
+        row = world.add_piece_body("tube", TUBE.shape, mass=mass, surface=TUBE.surface, pos=(4.0, 4.0, 2.0))
+        spin = np.array([5.0, 0.0, 8.0])
+        world.set_velocity(row, (0.0, 0.0, 0.0), spin)
+        momentum = moments * spin
+        rate, way = np.linalg.norm(momentum) / moments[0], momentum / np.linalg.norm(momentum)
+        for _ in range(300):
+            world.advance(h)
+        axes = matrix(world.engine.pose(row)[1])
+        spin = np.array(world.engine.velocity(row)[1])
+        energy = spin @ axes @ np.diag(moments) @ axes.T @ spin
+    assert energy == pytest.approx(momentum @ (momentum / moments), rel=0.01)
+    along = way * way[2]
+    start = np.array([0.0, 0.0, 1.0]) - along
+    angle = rate * 300 * h
+    theory = along + math.cos(angle) * start + math.sin(angle) * np.cross(way, start)
+    assert axes[:, 2] == pytest.approx(theory, abs=0.05)
+
+
+def test_a_block_slides_down_a_hull_as_theory_says(engine_name):
+    """A = g (sin a - mu cos a), at steps of any length, and it does not sink in."""
+    slope, mu = math.radians(20.0), 0.2
+    rise = 6.0 * math.tan(slope)
+    points = np.array([(x, y, z) for y in (-1.0, 1.0) for x, z in ((0.0, 0.0), (6.0, 0.0), (0.0, rise))])
+    up, turn = np.array([math.sin(slope), 0.0, math.cos(slope)]), from_rpy(0.0, slope, 0.0)
+    for h in (0.005, 0.02):
+        with PhysicsWorld(engine=engine_name) as world:
+            ramp = TerrainSurface(name="ramp", friction=mu, restitution=0.0)
+            world.add_static("ramp", Hull(points), (4.0, 4.0, 0.0), surface=ramp)
+            block = TerrainSurface(name="block", friction=1.0, restitution=0.0)
+            start = np.array([4.5, 4.0, rise - 0.5 * math.tan(slope)]) + 0.1001 * up
+            row = world.add_piece_body("block", Box((0.3, 0.3, 0.2)), mass=2.0, surface=block, pos=start)
+            world.set_pose(row, start, turn)
+            for _ in range(round(0.8 / h)):
+                world.advance(h)
+            pos, speed = np.array(world.engine.pose(row)[0]), math.hypot(*world.engine.velocity(row)[0])
+        assert speed == pytest.approx(0.8 * GRAVITY * (math.sin(slope) - mu * math.cos(slope)), rel=0.05)
+        assert (pos - start) @ up == pytest.approx(0.0, abs=0.003)
 
 
 def test_a_pipe_enters_the_bore_and_one_beside_it_does_not():

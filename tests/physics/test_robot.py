@@ -15,12 +15,12 @@ from simcore.physics.world import PhysicsWorld
 from simcore.robot.battery import BatteryConfig
 from simcore.robot.chassis import ChassisSimulation
 from simcore.robot.chassis_config import ChassisConfig
+from simcore.robot.fixed_wheel_config import TankConfig
+from simcore.robot.fixed_wheel_drive import TankDrive
 from simcore.robot.gyro import gyro_config
 from simcore.robot.robot import Robot
 from simcore.robot.robot_config import RobotConfig
 from simcore.robot.swerve_config import SwerveConfig, SwerveModuleConfig
-from simcore.robot.tank_config import TankConfig
-from simcore.robot.tank_drive import TankDrive
 
 DT = 0.02
 SWERVE = SwerveConfig.square(0.5334, SwerveModuleConfig(x=0.0, y=0.0, drive_stator_limit=40.0))
@@ -151,9 +151,9 @@ def test_a_wall_pushes_back_with_no_more_than_a_tire_could_stand():
         told = []
         begin = robot.drive.begin_step
 
-        def begin_step(h, vx, vy, omega, loads, ax, ay, alpha, **settings):
-            told.append(math.hypot(ax, ay))
-            return begin(h, vx, vy, omega, loads, ax, ay, alpha, **settings)
+        def begin_step(h, velocity, loads, pull, **settings):
+            told.append(math.hypot(*pull[:2]))
+            return begin(h, velocity, loads, pull, **settings)
 
         robot.drive.begin_step = begin_step  # type: ignore[method-assign]
         robot.drive.set_chassis_speeds(3.5, 0.0, 0.0)

@@ -15,10 +15,10 @@ from simcore.physics.surface import WALL
 from simcore.physics.world import PhysicsWorld
 from simcore.robot.chassis import ChassisSimulation
 from simcore.robot.chassis_config import ChassisConfig
+from simcore.robot.fixed_wheel_config import TankConfig
+from simcore.robot.fixed_wheel_drive import TankDrive
 from simcore.robot.swerve_config import SwerveConfig, SwerveModuleConfig
 from simcore.robot.swerve_drive import SwerveDrive
-from simcore.robot.tank_config import TankConfig
-from simcore.robot.tank_drive import TankDrive
 from simcore.units import GRAVITY
 
 DT = 0.02

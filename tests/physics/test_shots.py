@@ -3,21 +3,22 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from scipy.optimize import minimize_scalar
-from wpimath.system.plant import DCMotor
 
-from simcore.geometry.rotation import from_rpy
+from simcore.geometry.rotation import IDENTITY, from_rpy, rotate
 from simcore.match.game import Game, PieceSupply, RobotEntry
 from simcore.match.match import Match
 from simcore.physics.field import box_element
-from simcore.physics.shapes import Sphere
+from simcore.physics.shapes import Cylinder, Sphere
 from simcore.pieces.kinds import GamePieceConfig
 from simcore.pieces.launch import LaunchParameters
 from simcore.pieces.shooter import ShooterConfig
 from simcore.pieces.storage import StorageConfig
+from simcore.robot.dc_motor import motor
 from simcore.robot.gearbox import GearboxConfig
 from simcore.robot.mechanisms import FlywheelConfig
 from simcore.robot.robot_config import RobotConfig
@@ -26,7 +27,7 @@ from simcore.units import GRAVITY, TICK
 
 RADIUS = 0.075
 BALL = GamePieceConfig(name="Ball", shape=Sphere(RADIUS), mass=0.2)
-GEARBOX = GearboxConfig(motor=DCMotor.krakenX60(1), gearing=1.5)
+GEARBOX = GearboxConfig(motor=motor("Kraken X60"), gearing=1.5)
 WHEEL_RADIUS, RATE = 0.05, 7.3
 """Shots 137 ms apart: each leaves at another instant of its tick."""
 
@@ -48,10 +49,10 @@ def robot(*, forward=0.3, height=0.6, elevation=0.9, turret=False) -> RobotConfi
     )  # fmt: skip
 
 
-def match_with(config, *starts, elements=(), count=60):
-    game = Game.bare(pieces=(PieceSupply(BALL, count),), robot=lambda: config, elements=elements)
+def match_with(config, *starts, elements=(), count=60, kind=BALL):
+    game = Game.bare(pieces=(PieceSupply(kind, count),), robot=lambda: config, elements=elements)
     match = Match(game, robots=[RobotEntry(start=start) for start in starts])
-    slots = match.pieces.stage("Ball", count)
+    slots = match.pieces.stage(kind.name, count)
     match.pieces.hold(slots, 0)
     match.robots[0].storage.add(slots.tolist())
     return match
@@ -133,6 +134,21 @@ def test_a_turret_that_turns_against_the_robot_shoots_in_one_direction():
         assert headings == pytest.approx([0.0] * 15, abs=math.radians(0.3))
 
 
+@pytest.mark.parametrize(("attitude", "along"), [(from_rpy(0.0, 0.5 * math.pi, 0.0), 1.0), (IDENTITY, 0.0)])
+def test_a_piece_that_is_no_ball_is_turned_as_the_muzzle_is(attitude, along):
+    """A tube that lies along the robot leaves along its velocity, a ring that lies flat edge on; both at 40 degrees."""
+    tube = GamePieceConfig(name="Tube", shape=Cylinder(0.05, 0.2), mass=0.3)
+    config = replace(robot(elevation=0.7), storage=StorageConfig(capacity=60, attitude=attitude))
+    with match_with(config, (8.0, 4.0, 1.1), kind=tube, count=1) as match:
+        spin_wheels(match, 9.0)
+        ((_, velocity),) = tick_and_find(match)
+        ((w, x, y, z),) = match.pieces.attitudes(np.array([0])).tolist()
+    axis = rotate((x, y, z, w), (0.0, 0.0, 1.0))
+    # in the tick gravity turns the velocity by g dt cos 40 deg / v = 1 degree
+    assert np.dot(axis, velocity) / np.linalg.norm(velocity) == pytest.approx(along, abs=0.02)
+    assert rotate((x, y, z, w), (0.0, 1.0, 0.0))[2] == pytest.approx(0.0, abs=1e-6), "it does not roll"
+
+
 # --- blocked muzzles ------------------------------------------------------------------------------------------------
 
 
@@ -209,3 +225,71 @@ def test_a_robot_does_not_shoot_into_the_body_of_another(caplog):
         match.robots[1].reset((8.0, 6.0, 0.0))
         play_shooting(match, 0.5, 9.0)
         assert len(match.flow.shots) == 4
+
+
+@pytest.mark.parametrize("exit_speed", [1.0, 2.0])
+def test_no_shot_leaves_into_the_one_before_it(exit_speed, caplog):
+    """Slow wheels let a ball fall back on the shooter, which jams it; nothing leaves deeper in it than foam gives."""
+    with match_with(robot(forward=0.0, height=0.62, elevation=1.5), (8.0, 4.0, 0.0), count=8) as match:
+        deepest, free = 0.0, match.pieces.on_field()
+        for _ in range(150):
+            spin_wheels(match, exit_speed)
+            found = tick_and_find(match)
+            for pos, _ in found:
+                others = match.pieces.state.pos[free]
+                if len(others):
+                    gap = float(np.linalg.norm(others - pos, axis=1).min())
+                    deepest = max(deepest, 2.0 * RADIUS - gap)
+            free = match.pieces.on_field()
+        assert deepest < 0.15 * 2.0 * RADIUS, "a tenth for foam, and what both move within the tick"
+        assert "another Ball is in front of a muzzle" in caplog.text
+
+
+@pytest.mark.parametrize("offset", [(0.0, 0.0, 0.0), (0.03, 0.04, 0.02), (-0.02, 0.0, 0.06)])
+def test_a_ball_that_lies_on_the_muzzle_is_struck_away_and_shots_go_on(offset, caplog):
+    """(1 + e) / 2 of a shot's speed along the line of centers, as equal balls do; then the next one leaves."""
+    with match_with(robot(forward=0.0, height=0.62, elevation=1.2), (8.0, 4.0, 0.0), count=8) as match:
+        (slot,) = match.robots[0].storage.in_turn[:1]
+        match.robots[0].storage.discard(slot)
+        place = np.array([8.0, 4.0, 0.62]) + offset
+        match.pieces.launch(0, place, (0.0, 0.0, 0.0), slot=slot, flying=False)
+        spin_wheels(match, 9.0)
+        match.tick()
+        assert match.flow.shots == [] and caplog.text.count("another Ball is in front of a muzzle") == 1
+        line, velocity = np.array([math.cos(1.2), 0.0, math.sin(1.2)]), match.pieces.state.vel[slot]
+        offset = np.array(offset)
+        beside = np.linalg.norm(offset - (offset @ line) * line) / (0.9 * 2.0 * RADIUS)
+        gained = 0.5 * (1.0 + BALL.restitution**2) * 9.0 * math.sqrt(1.0 - beside**2)
+        normal = math.sqrt(1.0 - beside**2) * line + (offset - (offset @ line) * line) / (0.9 * 2.0 * RADIUS)
+        assert velocity @ normal == pytest.approx(gained, abs=2.0 * GRAVITY * TICK)
+        play_shooting(match, 0.2, 9.0)
+        assert len(match.flow.shots) >= 1, "its way is free within some ticks"
+
+
+def test_the_wheels_and_the_robot_lose_what_a_struck_ball_gains():
+    light = robot(forward=0.0, height=0.62, elevation=0.0)
+    wheels = FlywheelConfig(gearbox=GEARBOX, inertia=0.002)
+    with match_with(replace(light, mechanisms={**light.mechanisms, "wheels": wheels}), (8.0, 4.0, 0.0)) as match:
+        (slot,) = match.robots[0].storage.in_turn[:1]
+        match.robots[0].storage.discard(slot)
+        match.pieces.launch(0, (8.0, 4.0, 0.62), (0.0, 0.0, 0.0), slot=slot, flying=False)
+        spin_wheels(match, 9.0)
+        match.flow.let_go(0.0)
+        gained = match.pieces.state.vel[slot, 0]
+        lost = 2.0 * 9.0 / WHEEL_RADIUS - match.robots[0].mechanisms["wheels"].velocity
+        assert gained == pytest.approx(0.5 * (1.0 + BALL.restitution**2) * 9.0)
+        assert lost == pytest.approx(0.7 * BALL.mass * gained * WHEEL_RADIUS / 0.002)
+
+
+@pytest.mark.parametrize(("height", "hits"), [(0.4, 1), (0.0, 0)])
+def test_a_shot_that_rests_above_the_carpet_can_still_score(height, hits):
+    """A ball that rolls in a goal for longer than 2 s has been shot all the same; one on the carpet has missed."""
+    table = box_element("table", (8.0, 5.0, 0.0), (10.0, 7.0, 0.4))
+    with match_with(robot(), (3.0, 2.0, 0.0), elements=(table,), count=1) as match:
+        play_shooting(match, 0.5, 8.0)
+        slot = match.flow.shots[0].slot
+        place = (9.0, 6.0, height + 0.3) if height else (6.0, 6.0, 0.3)
+        match.pieces.release(np.array([slot]), np.array([place]))
+        match.play(6.0)
+        match.flow.note_scored(slot)
+        assert match.flow.hits == hits

@@ -35,7 +35,7 @@ def run(world: PhysicsWorld, seconds: float, substeps: int = 4) -> None:
 # --- surfaces act on the pair that touches ------------------------------------------------------------------------
 
 
-@settings(max_examples=15, deadline=None, suppress_health_check=list(HealthCheck))
+@settings(max_examples=15, suppress_health_check=list(HealthCheck))
 @given(st.floats(0.2, 1.5), st.floats(0.2, 1.2))
 def test_a_sliding_box_slows_by_the_product_of_both_frictions(of_floor, of_box):
     """v = v0 - mu g t, mu the product of both."""
@@ -89,7 +89,7 @@ def test_a_sliding_ball_slows_by_mu_g_until_it_rolls_at_five_sevenths(mu):
         assert world.engine.velocity(row)[0][0] == pytest.approx(3.0 * 5.0 / 7.0, rel=0.03)
 
 
-@settings(max_examples=15, deadline=None, suppress_health_check=list(HealthCheck))
+@settings(max_examples=15, suppress_health_check=list(HealthCheck))
 @given(st.floats(0.3, 1.0), st.floats(0.3, 1.0))
 def test_a_bounce_has_the_product_of_both_restitutions(of_wall, of_ball):
     with PhysicsWorld(floor=None, gravity=1e-9) as world:

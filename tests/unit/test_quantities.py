@@ -16,6 +16,7 @@ from simcore.quantities import (
     MASS,
     POSE,
     ROBOT_LENGTH,
+    START,
     Quantity,
     Row,
     require,
@@ -63,6 +64,7 @@ def test_what_makes_sense_is_taken(quantity, value):
         (POSE, "abc", "start must be 3 numbers"),
         (POSE, np.array(1.0), "start must be 3 numbers"),
         (POSE, (1.0, math.nan, 0.0), r"start\[1\] must be a number from -100 to 100 m, got nan"),
+        (START, (2.0, 2.0, 180.0), r"start\[2\] must be .* rad, got 180.0. As degrees that is 3.14 rad"),
         ([POSE], ((1.0, 2.0, 0.0), (1.0, 2.0, None)), r"start\[1\]\[2\] must be a number from .* rad, got None"),
     ],
 )

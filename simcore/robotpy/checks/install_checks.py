@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+import re
+from collections.abc import Callable, Mapping, Sequence
 
 from packaging.markers import default_environment
 from packaging.requirements import Requirement
@@ -10,6 +11,7 @@ from packaging.version import Version
 
 from simcore.install_text import install_command
 from simcore.robotpy.checks.findings import Finding, fail, ok, warn
+from simcore.season import installed_seasons, mixed_seasons
 
 __all__ = [
     "check_compiled",
@@ -27,7 +29,6 @@ PYBULLET = ("pybullet", "pybullet-arm64")
 """The same module from two projects: upstream, and the fork that has wheels."""
 ENGINES = (*PYBULLET, "mujoco", "mujoco-core")
 """Distributions of which one must be there. From 4 on, mujoco is a viewer around mujoco-core; before, it is whole."""
-EXTRAS = {"phoenix6": "your robot's devices", "robotpy": "`robotpy sim` and `robotpy test`"}
 
 
 def check_python(version: tuple[int, int, int]) -> Finding:
@@ -125,7 +126,7 @@ def check_engine(installed: Mapping[str, str], load: Callable[[], object], wante
 
 
 def check_requirements(
-    installed: Mapping[str, str], requires: Iterable[str] | None, environment: Mapping[str, str] | None = None
+    installed: Mapping[str, str], requires: Sequence[str] | None, environment: Mapping[str, str] | None = None
 ) -> list[Finding]:
     """Whether everything that simcore asks for is there, in a version that it knows.
 
@@ -145,7 +146,12 @@ def check_requirements(
     findings = [ok("simcore", installed.get("simcore", ""))]
     around = {**{key: str(value) for key, value in default_environment().items()}, **(environment or {})}
     wanted = [Requirement(text) for text in requires]
-    for extra in ("", *EXTRAS):
+    of_wpilib = [(name, installed[name]) for name in ("wpilib", "pyntcore") if name in installed]
+    known = sorted(int(year) for text in requires for year in re.findall(r"'robotpy(\d+)'", text.replace('"', "'")))
+    year = max(installed_seasons(of_wpilib), default=min(known, default=0))
+    devices = {"phoenix6": "your robot's devices"} if year == min(known, default=0) else {}  # of the first season
+    extras = {"": "", **devices, **({f"robotpy{year}": "`robotpy sim` and `robotpy test`"} if year in known else {})}
+    for extra, purpose in extras.items():
         wrong: list[tuple[str, bool]] = []
         good: list[str] = []
         for requirement in wanted:
@@ -158,7 +164,7 @@ def check_requirements(
                 wrong.append((f"{requirement.name} {version} is not {requirement.specifier}", False))
             else:
                 good.append(f"{requirement.name} {version}")
-        findings.append(_of_extra(extra, wrong, good))
+        findings.append(_of_extra(extra, purpose, wrong, good))
     return findings
 
 
@@ -171,42 +177,51 @@ def _is_of(requirement: Requirement, extra: str, environment: Mapping[str, str])
     return not is_base and marker.evaluate({**environment, "extra": extra}) if extra else is_base
 
 
-def _of_extra(extra: str, wrong: list[tuple[str, bool]], good: list[str]) -> Finding:
+def _of_extra(extra: str, purpose: str, wrong: list[tuple[str, bool]], good: list[str]) -> Finding:
     check = f"extra [{extra}]" if extra else "packages"
     if not wrong:
         return ok(check, ", ".join(good))
     said = "; ".join(text for text, _ in wrong)
     extras = (extra,) if extra else ()
     if extra and not good and all(is_missing for _, is_missing in wrong):
-        return warn(check, f"not installed ({EXTRAS[extra]})", f"{install_command(*extras)}, if you want those")
+        return warn(check, f"not installed ({purpose})", f"{install_command(*extras)}, if you want those")
     return fail(check, said, install_command(*extras, upgrade=True))
 
 
 def check_year(installed: Mapping[str, str]) -> Finding:
-    """Whether the libraries of WPILib are of one release: they share binaries."""
-    names = [
-        name
-        for name in installed
-        if name in ("wpilib", "pyntcore")
-        or name.startswith(("robotpy-hal", "robotpy-native-"))
-        or name in {f"robotpy-{part}" for part in ("wpimath", "wpinet", "wpiutil", "apriltag", "cscore", "commands-v2")}
-    ]
-    ours = {name: Version(installed[name]) for name in sorted(names)}
-    ours = {name: version for name, version in ours.items() if version.major > 2000}
+    """Which season is installed, and what of it is not final. Its libraries share binaries: they are of one release."""
+    seasons = installed_seasons(installed.items())
+    mixed = mixed_seasons(seasons)
+    if mixed:
+        said, _, advice = mixed.rpartition(": ")
+        return fail("WPILib", said, advice)
+    if not seasons:
+        return fail("WPILib", "nothing of WPILib is installed", install_command("robotpy"))
+    ((year, found),) = seasons.items()
+    ours = {name: Version(version) for name, version in (text.split() for text in found) if _is_of_wpilib(name)}
     releases = {(version.major, version.minor) for version in ours.values()}
     if not ours:
-        return fail("WPILib", "nothing of WPILib is installed", install_command())
+        return fail("WPILib", f"{', '.join(found)} without WPILib of {year}", install_command(f"robotpy{year}"))
     newest = max(releases)
     behind = [f"{name} {version}" for name, version in ours.items() if (version.major, version.minor) != newest]
     if behind:
-        years = {year for year, _ in releases}
-        level = fail if len(years) > 1 else warn
-        return level(
+        return warn(
             "WPILib",
             f"two releases: {', '.join(behind)} beside {newest[0]}.{newest[1]}",
             f"`python -m pip install --upgrade {' '.join(text.split()[0] for text in behind)}`",
         )
-    return ok("WPILib", f"{newest[0]}.{newest[1]} ({len(ours)} packages)")
+    unready = [text for text in found if Version(text.split()[1]).is_prerelease and not _is_native(text)]
+    alpha = f"; not final yet: {', '.join(unready)}" if unready else ""
+    return ok("WPILib", f"season {year}: {newest[0]}.{newest[1]} ({len(ours)} packages){alpha}")
+
+
+def _is_of_wpilib(name: str) -> bool:
+    parts = ("hal", "wpimath", "wpinet", "wpiutil", "apriltag", "cscore", "fields", "commands-v2")
+    return name in ("wpilib", "pyntcore", *(f"robotpy-{part}" for part in parts)) or _is_native(name)
+
+
+def _is_native(name: str) -> bool:
+    return name.startswith("robotpy-native-")
 
 
 def check_compiled(*, is_compiled: bool) -> Finding:

@@ -38,31 +38,31 @@ def group_of(device):
 
 
 def test_a_flywheel_whose_first_answers_are_lost_is_guessed_all_the_same(bench):
-    from simcore.phoenix6.fallback import guess_mechanism
+    from simcore.phoenix6.ctre_maker import MAKER
 
     device = Device(bench.talon(5, feedback__sensor_to_mechanism_ratio=1.5, slot0__k_s=0.12), 3)
-    gearbox = guess_mechanism(group_of(device)).mechanism.gearbox
+    gearbox = MAKER.guess(group_of(device)).mechanism.gearbox
     assert gearbox.gearing == 1.5
     assert gearbox.friction_torque * gearbox.resistance / gearbox.torque_per_amp == pytest.approx(0.12, rel=1e-5)
     assert device.configurator.asked == sorted(device.configurator.asked) and len(device.configurator.asked) == 4
 
 
 def test_a_device_that_never_answers_is_named_and_nothing_else_is_lost(bench):
-    from simcore.phoenix6.fallback import guess_mechanism
+    from simcore.phoenix6.ctre_maker import MAKER
     from simcore.phoenix6.talon_port import is_configured_clockwise
 
     device = Device(bench.talon(6), 99)
     with pytest.raises(ConfigError, match=r"6: could not read its configuration .RX_TIMEOUT, asked 5 times"):
-        guess_mechanism(group_of(device))
+        MAKER.guess(group_of(device))
     with pytest.raises(ConfigError, match="pass inverted=True or False"):
         is_configured_clockwise(device)
 
 
 def test_the_default_friction_stops_a_guess_that_is_let_go(bench):
     """No kS: 0.2 V. From 12 V it coasts for (12 - 0.2) / 0.2 of its time constant of 50 ms, some 3 s."""
-    from simcore.phoenix6.fallback import guess_mechanism
+    from simcore.phoenix6.ctre_maker import MAKER
 
-    shaft = guess_mechanism(group_of(bench.talon(7))).mechanism
+    shaft = MAKER.guess(group_of(bench.talon(7))).mechanism
     shaft.set_volts(12.0)
     shaft.step(2.0)
     shaft.coast()

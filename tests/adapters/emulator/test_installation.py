@@ -178,10 +178,9 @@ def test_tasks_run_at_their_time_within_a_step(bench):
 
 @pytest.mark.parametrize("mirror", [False, True])
 def test_wpilib_sim_devices_show_the_outputs_if_asked_to(bench, mirror):
-    import hal
     from phoenix6 import controls
-    from wpilib.simulation import SimDeviceSim
 
+    from simcore import season
     from simcore.phoenix6_emulator import EnableDelays, install, uninstall
 
     uninstall()
@@ -190,9 +189,10 @@ def test_wpilib_sim_devices_show_the_outputs_if_asked_to(bench, mirror):
     talon = bench.talon(number)
     bench.hold(talon, rotations=3.0)
     bench.run(0.05, lambda: talon.set_control(controls.VoltageOut(3.0)))
-    hal.simPeriodicBefore()
-    volts = SimDeviceSim(f"CANMotor:Talon FX (v6)[{number}]").getDouble("motorVoltage").get()
-    rotor = SimDeviceSim(f"CANEncoder:Talon FX (v6)[{number}]/Rotor Sensor").getDouble("position").get()
+    season.hal.sim_periodic_before()
+    sim_device = season.wpilib_simulation.SimDeviceSim
+    volts = sim_device(f"CANMotor:Talon FX (v6)[{number}]").get_double("motorVoltage").get()
+    rotor = sim_device(f"CANEncoder:Talon FX (v6)[{number}]/Rotor Sensor").get_double("position").get()
     assert (volts, rotor) == ((pytest.approx(3.0), pytest.approx(3.0)) if mirror else (0.0, 0.0))
     assert talon.sim_state.motor_voltage == pytest.approx(3.0)  # nothing was written back
 

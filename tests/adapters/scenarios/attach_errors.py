@@ -15,10 +15,10 @@ import wpilib
 from phoenix6 import hardware, swerve, unmanaged
 
 import simcore.phoenix6.swerve as adapter
+from simcore.devices.ownership import Ownership
 from simcore.errors import SimcoreError
 from simcore.phoenix6 import require_phoenix6
 from simcore.phoenix6.built_devices import clashes
-from simcore.phoenix6.ownership import Ownership
 from simcore.robotpy.attached_physics import AttachedPhysics
 from simcore.robotpy.robot_attachment import is_port_taken
 
@@ -60,7 +60,10 @@ def main() -> None:
     adapter._seen.pop(two)
 
     whole = measures.build()
-    second = measures.build()
+    others = measures.modules()
+    for module in others:
+        module.drive_motor_id += 40
+    second = swerve.SwerveDrivetrain(*kinds, constants, others)
     said["two drivetrains"] = message(attach)
     adapter._seen.pop(second)
 

@@ -262,18 +262,18 @@ def main() -> None:
     """Run the cases that are named, or all, a dozen at a time."""
     mode, names = sys.argv[1], sys.argv[2:]
     cases = [case for case in _cases() if not names or case.name in names]
-    import hal
-    from wpilib.simulation import DriverStationSim, pauseTiming
+    from simcore import season
 
-    hal.initialize(500, 0)
+    season.initialize_hal()
+    driver_station = season.wpilib_simulation.DriverStationSim
     # The library feeds its enable signal from the driver station, on a thread of its own.
-    DriverStationSim.setDsAttached(True)
-    DriverStationSim.setEnabled(True)
-    DriverStationSim.notifyNewData()
+    driver_station.set_ds_attached(True)
+    driver_station.set_enabled(True)
+    driver_station.notify_new_data()
     if mode == "simulated":
         from simcore.phoenix6_emulator import EnableDelays, install
 
-        pauseTiming()
+        season.wpilib_simulation.pause_timing()
         install(delays=EnableDelays(enable=0.0, disable=0.0))
     else:
         from phoenix6 import unmanaged

@@ -12,9 +12,9 @@ from types import SimpleNamespace
 import hal
 from phoenix6 import configs, controls, hardware, signals, unmanaged
 
-from simcore.phoenix6.built_devices import built_devices, group_followers
-from simcore.phoenix6.fallback import guess_mechanism
-from simcore.phoenix6.ownership import Ownership, own_writer
+from simcore.devices.ownership import Ownership
+from simcore.phoenix6.ctre_maker import MAKER
+from simcore.phoenix6.ownership import own_writer
 from simcore.robot.motor_controllers import BuiltDevice
 from simcore.robot_file.robot_settings import RobotSettings
 from simcore.robotpy.device_assignment import DeviceAssignment
@@ -35,6 +35,7 @@ def main() -> None:
     unmanaged.set_phoenix_diagnostics_start_time(-1)
     hal.initialize(500, 0)
     ownership = Ownership()
+    MAKER.watch_simulations(ownership.may_write)
     ours, theirs = hardware.TalonFX(1), hardware.TalonFX(2)
     ownership.claim(("TalonFX", 1), "drivetrain")
     own_writer(ours.sim_state, "set_raw_rotor_position")(5.0)
@@ -56,11 +57,11 @@ def main() -> None:
     config.slot0.k_v, config.slot0.k_a, config.slot0.k_s = 0.5, 0.1, 0.2
     lead.configurator.apply(config)
     lone.set_control(controls.Follower(99, opposed))  # its leader does not exist
-    devices = [d for d in built_devices() if d.device_id >= 10]
-    groups = group_followers(devices)
+    devices = [d for d in MAKER.built() if d.device_id >= 10]
+    groups = MAKER.groups(devices)
     said["groups"] = [str(g) for g in groups]
     said["opposed"] = list(groups[0].opposed)
-    mechanism = guess_mechanism(groups[0]).mechanism
+    mechanism = MAKER.guess(groups[0]).mechanism
     said["time_constant"] = mechanism.time_constant
     # kS volts just do not turn it, a little more do
     mechanism.set_volts(0.19)

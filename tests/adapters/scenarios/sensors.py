@@ -10,9 +10,9 @@ from realtime import Loop, enable, report, start
 from simcore.errors import ConfigError
 from simcore.phoenix6.sensor_ports import CANdiEncoderSim, CANrangeSim
 from simcore.phoenix6.talon_motor import MotorType, TalonFXMotorSim
+from simcore.robot.dc_motor import motor
 from simcore.robot.gearbox import GearboxConfig
 from simcore.robot.mechanisms import ArmConfig, ArmSim
-from simcore.robot_file.reader import gearbox_motor
 
 TURN = math.tau
 
@@ -46,9 +46,9 @@ def main() -> None:
     settings.slot0.k_p = 80.0
     settings.slot0.k_d = 1.0
     assert lift.configurator.apply(settings, 0.2).is_ok()
-    gearbox = GearboxConfig(motor=gearbox_motor("Minion"), gearing=40.0)
+    gearbox = GearboxConfig(motor=motor("Minion"), gearing=40.0)
     arm = ArmSim(ArmConfig(gearbox=gearbox, inertia=0.1, mass=1.0, center_of_mass=0.2, min_angle=0.0, max_angle=2.0))
-    motor = TalonFXMotorSim(lift, arm, sensor_gearing=10.0)
+    port = TalonFXMotorSim(lift, arm, sensor_gearing=10.0)
     wrong_type = message(lambda: TalonFXMotorSim(lift, arm, motor_type=MotorType.KRAKEN_X44))
     wrong_pin = message(lambda: CANdiEncoderSim(plain, 3))
     too_near = message(lambda: ranger.write(-0.1))
@@ -56,7 +56,7 @@ def main() -> None:
 
     def each() -> None:
         lift.set_control(goal)
-        motor.update(0.005, 12.0)
+        port.update(0.005, 12.0)
         for encoder in encoders:
             encoder.write(0.3 * TURN, 0.5 * TURN)
         ranger.write(0.25)

@@ -11,9 +11,8 @@ import rev
 from wpilib.simulation import DriverStationSim, pauseTiming, stepTiming
 from wpimath.system.plant import DCMotor
 
-from simcore.revlib.built_sparks import built_sparks, group_sparks
+from simcore.revlib.rev_maker import MAKER
 from simcore.revlib.spark_configuration import read_spark_configuration
-from simcore.revlib.spark_guess import guess_spark_mechanism
 from simcore.revlib.spark_loop import Command, SparkLoop
 from simcore.revlib.spark_motor import SparkMotorSim
 from simcore.robot.gearbox import GearboxConfig
@@ -194,11 +193,54 @@ def loops():
     return facts
 
 
+def sensors():
+    """What a module of a swerve drive, or a brushed motor, has on the data port."""
+
+    def azimuth(c, sensor, turn):
+        own = c.absoluteEncoder if sensor == "Absolute" else c.analogSensor
+        span = 1.0 if sensor == "Absolute" else 3.3
+        own.positionConversionFactor(turn / span)
+        names = {"Absolute": "kAbsoluteEncoder", "Analog": "kAnalogSensor"}
+        c.closedLoop.setFeedbackSensor(getattr(rev.FeedbackSensor, names[sensor]))
+        c.closedLoop.pid(2.0 / turn, 0, 0.0).positionWrappingEnabled(True).positionWrappingInputRange(0, turn)
+
+    facts = {}
+    for sensor in ("Absolute", "Analog"):
+        made = spark(lambda c, sensor=sensor: azimuth(c, sensor, math.tau))
+        shaft = ShaftSim(neo(gearing=12.8), 0.004, position=math.radians(350.0))
+        motor = SparkMotorSim(made, shaft, zero_at=math.radians(350.0))
+        made.getClosedLoopController().setSetpoint(math.radians(20.0), CT.kPosition)
+        run([motor], 1.0)
+        read = made.getAbsoluteEncoder() if sensor == "Absolute" else made.getAnalog()
+        facts[sensor] = [math.degrees(shaft.position), math.degrees(read.getPosition())]
+    facts["volts"] = made.getAnalog().getVoltage()
+
+    centered = spark(lambda c: c.absoluteEncoder.zeroCentered(True).positionConversionFactor(360.0))
+    SparkMotorSim(centered, ShaftSim(neo(), 0.01, position=math.radians(-30.0)))
+    facts["centered"] = centered.getAbsoluteEncoder().getPosition()
+
+    seeded = spark(lambda c: c.encoder.positionConversionFactor(0.5))
+    seeded.getEncoder().setPosition(1.5)  # before physics is there, as from an absolute encoder
+    turned = ShaftSim(neo(), 0.01)
+    motor = SparkMotorSim(seeded, turned)
+    turned.reset(position=math.tau)
+    motor.write()
+    facts["seeded"] = seeded.getEncoder().getPosition()
+
+    brushed = rev.SparkMax(next(numbers), rev.SparkLowLevel.MotorType.kBrushed)
+    wheel = ShaftSim(neo(gearing=10.0, motor=DCMotor.CIM(1)), 0.01, position=math.pi)
+    motor = SparkMotorSim(brushed, wheel)
+    wheel.reset(position=math.pi + 3.0 * math.tau)
+    motor.write()
+    facts["brushed"] = brushed.getEncoder().getPosition()
+    return facts
+
+
 def followers():
     lead = spark(lambda c: c.smartCurrentLimit(60))
     same = spark(lambda c: c.follow(lead.getDeviceId()))
     opposed = spark(lambda c: c.follow(lead.getDeviceId(), True))
-    group = next(g for g in group_sparks(built_sparks()) if g.leader.hardware is lead)
+    group = next(g for g in MAKER.groups(MAKER.built()) if g.leader.hardware is lead)
     shaft = ShaftSim(neo(motors=3), 0.005)
     motor = SparkMotorSim(lead, shaft, followers=[same, opposed], opposed=group.opposed)
     lead.set(0.25)
@@ -217,8 +259,8 @@ def guesses():
         c.closedLoop.feedForward.kS(0.3).kCos(0.5)
 
     made = spark(arm, cls=rev.SparkFlex)
-    group = next(g for g in group_sparks(built_sparks()) if g.leader.hardware is made)
-    guess = guess_spark_mechanism(group)
+    group = next(g for g in MAKER.groups(MAKER.built()) if g.leader.hardware is made)
+    guess = MAKER.guess(group)
     gearbox = guess.mechanism.gearbox
     return {
         "text": str(guess),
@@ -235,6 +277,7 @@ def main():
         "iterate": beside_iterate(),
         "forms": closed_forms(),
         "loops": loops(),
+        "sensors": sensors(),
         "followers": followers(),
         "guess": guesses(),
     }

@@ -24,6 +24,7 @@ from simcore.robot.chassis import ChassisSimulation
 from simcore.robot.chassis_config import ChassisConfig
 from simcore.robot.gyro import Gyro, gyro_config
 from simcore.robot.swerve_drive import SwerveDrive
+from simcore.units import GRAVITY
 
 INCH = 0.0254
 COUPLING = 50.0 / 14.0
@@ -100,6 +101,9 @@ def main() -> None:
     else:
         sim = adapter.SwerveDrivetrainSim(robot, drive)
     amps = [0.0]
+    module, load = config.modules[0], config.mass * GRAVITY / len(config.modules)
+    shaft = module.limited_drive_motor
+    drag = shaft.friction + module.rolling_resistance * load * module.wheel_radius  # of a wheel that rolls [N m]
 
     def step() -> None:
         sim.read(drive.battery.voltage)
@@ -138,6 +142,9 @@ def main() -> None:
         loop.run(0.3, watch)
         steady.append({"asked": [vx, vy, omega], "seen": np.mean(rows, axis=0).tolist()})
     results["steady"] = steady
+    results["wheels"] = config.wheel_positions
+    results["speed_per_volt"] = module.wheel_radius / shaft.emf
+    results["friction_volts"] = drag / shaft.torque_driving * shaft.winding
     velocity(0.0, 0.0, 0.0)
     loop.run(0.6)
 

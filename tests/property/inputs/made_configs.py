@@ -14,7 +14,6 @@ from functools import cache
 from typing import Any
 
 import numpy as np
-from wpimath.system.plant import DCMotor
 
 import games
 import simcore
@@ -33,25 +32,25 @@ from simcore.pieces.shot_opening import Panel, ShotOpening
 from simcore.robot.chassis_config import ChassisConfig
 from simcore.robot.climber import ClimberConfig
 from simcore.robot.cots import MODULES
-from simcore.robot.gearbox import GearboxConfig
-from simcore.robot.mechanism_control import PositionController, VelocityController
+from simcore.robot.dc_motor import motor
+from simcore.robot.fixed_wheel_config import FixedWheelConfig, MecanumConfig, TankConfig
+from simcore.robot.gearbox import GearboxConfig, PositionController, VelocityController
 from simcore.robot.mechanisms import ArmConfig, ElevatorConfig, FlywheelConfig, RackConfig, RollerConfig
 from simcore.robot.positioned_mechanisms import PistonConfig, ServoConfig
-from simcore.robot.tank_config import TankConfig
 from simcore.vision.camera import CameraConfig, CameraMount
 from simcore.vision.quest_headset import QuestConfig
 
 PACKAGES = ("geometry", "match", "physics", "pieces", "robot", "vision")
 MADE_BY_SIMCORE = frozenset(
-    "Aim AirRows AutoRun BodyDefinition BuiltDevice BuiltRobot CommandResult Contacts DriveShaft FollowerGroup "
-    "Footprint FoulEvent GroundClearance Launch MassProperties PieceRelease PlaceEvent "
+    "AutoRun BodyDefinition BuiltDevice BuiltRobot CommandResult CompiledModel Contacts DriveShaft FollowerGroup "
+    "Footprint FoulEvent GroundClearance GuessedMechanism MassProperties PieceRelease PlaceEvent "
     "LimitedMotor MeshPart ModelLayout NormalLaw ObjGroup PieceCount RayHits RobotMass RunReport Score ScoreEvent Shot "
-    "ImuReading Mounting PieceVariation ShotErrors ReleasedPiece ShotOutcomes ShotRows "
+    "ImuReading Mounting PieceVariation ShotErrors ShotOutcomes ShotRows "
     "Spread TagLayout TickPlan TickTimes TippingLimit WheelContact".split()
 )
 """Records of what simcore works out: nobody writes them down."""
 
-BOX = GearboxConfig(motor=DCMotor.krakenX60(1), gearing=10.0)
+BOX = GearboxConfig(motor=motor("Kraken X60"), gearing=10.0)
 ARM = ArmConfig(gearbox=BOX, inertia=0.2, mass=2.0, center_of_mass=0.3, min_angle=-1.0, max_angle=1.0, start_angle=0.0)
 JOINT = Joint(mechanism="arm", axis=(0.0, 0.0, 1.0), origin=(0.1, 0.0, 0.2))
 ZONE = IntakeZone(x_min=-0.5, x_max=-0.3, y_min=-0.2, y_max=0.2, z_max=0.2)
@@ -87,6 +86,8 @@ EXAMPLES = (
     CameraConfig(frame_rate=30.0),
     QuestConfig(mount=CameraMount()),
     TankConfig(),
+    FixedWheelConfig(),
+    MecanumConfig(),
     ChassisConfig(yaw_inertia=5.0, bay=(0.4, 0.3)),
     Mesh(np.eye(3), np.array([[0, 1, 2]])),
     Compound((Part(Sphere(0.1), (0.0, 0.0, 0.1)),)),

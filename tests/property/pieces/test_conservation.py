@@ -16,7 +16,7 @@ from simcore.physics.world import PhysicsWorld
 from simcore.pieces.kinds import GamePieceConfig
 from simcore.pieces.piece_manager import GamePieceManager
 from simcore.pieces.pool import PieceStatus
-from simcore.pieces.wake_grid import Footprint
+from simcore.pieces.reach import Footprint
 
 FUEL = GamePieceConfig(name="Fuel", shape=Sphere(0.075), mass=0.2)
 CAPACITY = 30
@@ -89,7 +89,7 @@ def census(pieces: GamePieceManager) -> dict[PieceStatus, int]:
     return {status: pieces.count(status) for status in PieceStatus}
 
 
-@settings(max_examples=40, deadline=None, suppress_health_check=list(HealthCheck))
+@settings(max_examples=40, suppress_health_check=list(HealthCheck))
 @given(st.lists(step, min_size=5, max_size=40))
 def test_pieces_are_conserved(steps):
     with PhysicsWorld() as world:

@@ -17,7 +17,7 @@ vectors = arrays(np.float64, (3,), elements=st.floats(-20, 20))
 rotations = arrays(np.float64, (4,), elements=st.floats(-1, 1)).filter(lambda q: np.linalg.norm(q) > 0.1)
 
 
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=200)
 @given(near, near)
 def test_the_sweep_finds_what_fine_samples_of_the_path_find(prev, now):
     steps = np.linspace(0.0, 1.0, 200)
@@ -28,13 +28,13 @@ def test_the_sweep_finds_what_fine_samples_of_the_path_find(prev, now):
     assert not np.any(swept & ~np.any([grown.contains(prev + f * (now - prev)) for f in steps], axis=0))
 
 
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=100)
 @given(near, near)
 def test_the_sweep_is_the_same_backward(prev, now):
     assert np.array_equal(ZONE.captured(prev, now), ZONE.captured(now, prev))
 
 
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=100)
 @given(
     arrays(np.float64, (5, 3), elements=st.floats(-40, 40)), arrays(np.float64, (5, 3), elements=st.floats(-200, 200))
 )
@@ -44,7 +44,7 @@ def test_air_never_gives_energy(velocity, spin):
     assert np.all(power <= 1e-6)
 
 
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=100)
 @given(rotations, vectors, vectors, vectors, st.floats(-3, 3), st.floats(0, 1.5))
 def test_a_piece_at_the_muzzle_is_seen_at_the_muzzle(q, pos, velocity, spin, turret, elevation):
     """`launch_state` and `field_to_robot` use the same frames; exit speed relative to the muzzle is what was asked."""

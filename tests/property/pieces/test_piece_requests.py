@@ -13,7 +13,7 @@ from simcore.match.motion import Motion
 from simcore.physics.world import PhysicsWorld
 from simcore.pieces.piece_manager import GamePieceManager
 from simcore.pieces.pool import PieceStatus
-from simcore.pieces.wake_grid import WakeSettings
+from simcore.pieces.reach import WakeSettings
 
 
 def test_requests_for_pieces_are_checked_before_the_first_change():

@@ -26,7 +26,7 @@ targets = st.tuples(st.just(4.63), st.just(4.03), st.floats(0.5, 2.5))
 drags = st.sampled_from([0.0, 0.0232, 0.06])
 
 
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=100)
 @given(places, targets, speeds, asked, drags)
 def test_a_solved_shot_falls_through_the_target(muzzle, target, velocity, question, drag):
     try:
@@ -42,7 +42,7 @@ def test_a_solved_shot_falls_through_the_target(muzzle, target, velocity, questi
         assert math.isclose(getattr(shot, name), question.get(name, getattr(shot, name)), abs_tol=1e-6)
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(places, targets, speeds, asked)
 def test_red_is_blue_turned_by_half_a_turn(muzzle, target, velocity, question):
     def turned(point):

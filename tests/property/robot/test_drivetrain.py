@@ -14,11 +14,11 @@ from hypothesis import strategies as st
 
 from simcore.robot.battery import Battery, BatteryConfig
 from simcore.robot.dc_motor import MOTOR_NAMES, motor
+from simcore.robot.fixed_wheel_config import TankConfig
+from simcore.robot.fixed_wheel_drive import TankDrive
 from simcore.robot.planar_chassis import PlanarChassis
 from simcore.robot.swerve_config import SwerveConfig, SwerveModuleConfig
 from simcore.robot.swerve_drive import SwerveDrive
-from simcore.robot.tank_config import TankConfig
-from simcore.robot.tank_drive import TankDrive
 from simcore.robot.wheel_loads import normal_loads
 from simcore.units import GRAVITY
 
@@ -31,7 +31,7 @@ def _random_robots_are_unusual():
     log.setLevel(logging.NOTSET)
 
 
-settings.register_profile("drive", deadline=None, suppress_health_check=[HealthCheck.too_slow], derandomize=True)
+settings.register_profile("drive", suppress_health_check=[HealthCheck.too_slow], derandomize=True)
 settings.load_profile("drive")
 
 FAST_MOTORS = [n for n in MOTOR_NAMES if n != "Romi built-in"]
@@ -310,8 +310,8 @@ def test_drives_share_nothing():
     a, b = SwerveDrive(config, battery=Battery()), SwerveDrive(config, battery=Battery())
     a.set_volts([12.0] * 4, [3.0] * 4)
     for _ in range(50):
-        a.step(0.005, 0.0, 0.0, 0.0)
-    b_before = b.step(0.005, 0.0, 0.0, 0.0)
+        a.step(0.005, (0.0, 0.0, 0.0))
+    b_before = b.step(0.005, (0.0, 0.0, 0.0))
     assert b_before == (0.0, 0.0, 0.0)
     assert b.battery.voltage > a.battery.voltage
     assert not any(b.shaft_angles)
@@ -342,7 +342,7 @@ def test_a_wheel_that_slides_has_all_of_its_grip(kind, h):
             loads = rng.uniform(0.1, 2.0, n) * (rng.random(n) < 0.8)
             loads *= 500.0 / max(loads.sum(), 0.1)
         omega = v[2]
-        v = v + drive.step(h, *v.tolist(), loads.tolist())
+        v = v + drive.step(h, tuple(v.tolist()), loads.tolist())
         turned = 0.5 * (omega + v[2]) * h  # slip is that in the robot's axes at the end of the step
         c, s = math.cos(turned), math.sin(turned)
         v = np.array((c * v[0] + s * v[1], c * v[1] - s * v[0], v[2]))

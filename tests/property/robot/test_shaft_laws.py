@@ -6,8 +6,8 @@ import math
 
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from wpimath.system.plant import DCMotor
 
+from simcore.robot.dc_motor import motor
 from simcore.robot.gearbox import GearboxConfig
 from simcore.robot.shaft import ShaftSim
 
@@ -15,7 +15,7 @@ volts = st.floats(-14.0, 14.0)
 shafts = st.builds(
     lambda motors, gearing, limit, friction, inertia, stop: ShaftSim(
         GearboxConfig(
-            motor=DCMotor.krakenX60(1),
+            motor=motor("Kraken X60"),
             motors=motors,
             gearing=gearing,
             stator_current_limit=limit,
@@ -34,7 +34,7 @@ shafts = st.builds(
 )
 
 
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=200)
 @given(shafts, st.lists(st.tuples(volts, st.floats(0.0005, 0.1), st.floats(3.0, 13.0)), min_size=1, max_size=20))
 def test_energy_out_is_not_above_energy_in_and_limits_hold(sim, orders):
     energy_in = 0.0
@@ -49,7 +49,7 @@ def test_energy_out_is_not_above_energy_in_and_limits_hold(sim, orders):
         assert sim.kinetic_energy <= energy_in + 1e-7 * (1.0 + abs(energy_in))
 
 
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=150)
 @given(shafts, volts, st.floats(-300.0, 300.0), st.floats(-3.0, 3.0), st.integers(2, 7))
 def test_one_long_step_equals_many_short_ones(sim, asked, speed, load, parts):
     """Exact integration: how a span is cut must not matter."""
@@ -69,7 +69,7 @@ def test_one_long_step_equals_many_short_ones(sim, asked, speed, load, parts):
     assert math.isclose(q1, q2, rel_tol=1e-7, abs_tol=1e-6)
 
 
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=100)
 @given(shafts, st.lists(volts, min_size=1, max_size=10), st.floats(-100.0, 100.0))
 def test_a_mirrored_run_gives_the_mirrored_result(sim, orders, speed):
     ends = []

@@ -7,7 +7,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from simcore.errors import ConfigError, UnknownNameError
@@ -43,7 +43,6 @@ def test_no_joints_is_a_part_that_is_fixed():
     assert part_state((), {}).vel == (0.0, 0.0, 0.0)
 
 
-@settings(deadline=None)
 @given(st.lists(joint, max_size=4), angle, angle, angle, angle, st.tuples(angle, angle, angle))
 def test_motion_is_the_derivative_of_the_pose(joints, a, b, da, db, offset):
     """Central differences over 2e-6 s: errors of 1e-10 from rounding, 1e-9 from what is left out."""

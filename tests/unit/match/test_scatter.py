@@ -9,17 +9,15 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from wpimath.system.plant import DCMotor
 
 from games.rebuilt import REBUILT
 from simcore.errors import ConfigError, UnknownNameError
 from simcore.match.match import Match
 from simcore.match.scatter import Scatter, ScatterDraws, piece_variation
 from simcore.match.scattered_robot import built_robot, start_error
-from simcore.pieces.shot_schedule import ShotErrors
-from simcore.robot.built_robot import BuiltRobot
-from simcore.robot.robot_config import RobotConfig
-from simcore.robot.tank_config import TankConfig
+from simcore.pieces.shooter import ShotErrors
+from simcore.robot.fixed_wheel_config import TankConfig
+from simcore.robot.robot_config import BuiltRobot, RobotConfig
 from simcore.vision.camera import CameraConfig, PiecePipeline
 
 ROBOT = REBUILT.robot()
@@ -33,13 +31,6 @@ def only(name: str, factor: float = 1.0) -> Scatter:
 
 def leaves(value: object, path: str = "") -> Iterator[tuple[str, float | tuple[float, ...]]]:
     """Every number of a built robot, by where it stands; of a supplier its next hundred."""
-    if isinstance(value, DCMotor):
-        numbers = {
-            "stall_torque": value.stallTorque,
-            "free_speed": value.freeSpeed,
-            "stall_current": value.stallCurrent,
-        }
-        value = numbers | {"free_current": value.freeCurrent}
     if isinstance(value, dict):
         for key, part in value.items():
             yield from leaves(part, f"{path}.{key}")

@@ -7,17 +7,17 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from wpimath.system.plant import DCMotor
 
 from simcore.geometry.symmetry import FieldSymmetry
 from simcore.match.scripted import ScriptedRobot, ScriptSettings
+from simcore.robot.dc_motor import motor
 from simcore.robot.gearbox import GearboxConfig
 from simcore.robot.shaft import ShaftSim
 from simcore.robot.swerve_drive import SwerveDrive
 
 DT = 0.02
 SIZE = (16.0, 8.0)
-GEARBOX = GearboxConfig(motor=DCMotor.krakenX60(1), gearing=50.0)
+GEARBOX = GearboxConfig(motor=motor("Kraken X60"), gearing=50.0)
 pytestmark = pytest.mark.plain  # `Ideal` derives from a class that may be compiled
 
 

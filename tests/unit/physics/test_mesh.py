@@ -7,12 +7,20 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from simcore.errors import ConfigError, FieldMeshError
-from simcore.physics.mesh import classify
+from simcore.physics.field import FieldGeometry
+from simcore.physics.mesh import decompose, plates
 from simcore.physics.obj import ObjGroup, format_obj, read_obj, triangulate
 from simcore.physics.shapes import Box, Hull, Mesh
+from simcore.physics.sheets import Sheet
 
 SQUARE = np.array([[0.0, 0, 1], [2, 0, 1], [2, 3, 1], [0, 3, 1]])
 TWO = np.array([[0, 1, 2], [0, 2, 3]])
+
+
+def classify(vertices, triangles, *, plate_thickness=0.05):
+    """The shapes that stand for some triangles, with plates behind the free side of open surfaces as they are wound."""
+    pieces = decompose(vertices, triangles)
+    return tuple(part for p in pieces for part in (plates(p, plate_thickness) if isinstance(p, Sheet) else [p]))
 
 
 def parts_of(mesh, **kwargs):
@@ -132,7 +140,7 @@ def test_slivers_alone_give_nothing():
 
 def test_plate_thickness_must_be_positive():
     with pytest.raises(ConfigError, match="plate_thickness"):
-        classify(SQUARE, TWO, plate_thickness=0.0)
+        FieldGeometry.load("field.obj", plate_thickness=0.0)
 
 
 def _points(part):

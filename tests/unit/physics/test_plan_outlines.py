@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from simcore.geometry.rotation import IDENTITY
-from simcore.physics.plan_outlines import PlanOutlines
+from simcore.physics.nearness import PlanOutlines
 from simcore.physics.shapes import Box, Hull
 
 WEDGE = Hull(np.array([[x, y, z] for x, y in ((0.0, 0.0), (1.0, 0.0), (0.0, 1.0)) for z in (0.0, 0.5)]))

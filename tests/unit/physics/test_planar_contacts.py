@@ -26,7 +26,9 @@ def robot(x, y, velocity, change=(0.0, 0.0, 0.0)):
     vx, vy, w = velocity
     ax, ay, b = change
     return PlanarBody(
-        *(x, y, 1.0 / 55.0, 6.0 / (55.0 * 0.64)),
+        center=(x, y, 0.0),
+        mass=55.0,
+        inertia=(5.0, 5.0, 55.0 * 0.64 / 6.0),
         start=velocity,
         mean=(vx + 0.5 * ax, vy + 0.5 * ay, w + 0.5 * b),
         end=(vx + ax, vy + ay, w + b),
@@ -99,8 +101,8 @@ def test_two_robots_keep_momentum_gain_no_energy_and_stay_in_the_friction_cone(
     changes = [end for _, end in solve_contacts([a, b], found, H)]
     total, energy = np.zeros(3), 0.0
     for body, (dx, dy, turn) in zip((a, b), changes, strict=True):
-        mass, inertia = 1.0 / body.inverse_mass, 1.0 / body.inverse_inertia
-        total += (mass * dx, mass * dy, inertia * turn + mass * (body.x * dy - body.y * dx))
+        mass, inertia, (x, y, _) = body.mass, body.inertia[2], body.center
+        total += (mass * dx, mass * dy, inertia * turn + mass * (x * dy - y * dx))
         vx, vy, w = body.end
         energy += mass * (vx * dx + 0.5 * dx * dx + vy * dy + 0.5 * dy * dy) + inertia * (w * turn + 0.5 * turn * turn)
     assert total == pytest.approx(np.zeros(3), abs=1e-9)

@@ -14,7 +14,6 @@ from simcore.pieces.aerodynamics import (
     air_acceleration,
     air_factors,
     drag_acceleration,
-    drag_factor,
     lift_acceleration,
 )
 
@@ -23,7 +22,7 @@ BASEBALL = Aerodynamics(lift_slope=1.92)
 
 def test_drag_over_weight_of_fuel_is_as_published():
     """0.15, 0.24, 0.34 of the weight at 8, 10, 12 m/s."""
-    k = drag_factor(Aerodynamics(), radius=0.075, mass=0.215)
+    k = air_factors(Aerodynamics(), radius=0.075, mass=0.215).drag
     speeds = np.array([8.0, 10.0, 12.0])
     drag = drag_acceleration(np.column_stack([speeds, 0 * speeds, 0 * speeds]), k)
     assert -drag[:, 0] / 9.81 == pytest.approx([0.15, 0.24, 0.34], abs=0.005)
@@ -50,16 +49,23 @@ def test_backspin_lifts_and_sidespin_bends():
 
 @pytest.mark.parametrize("rate", [5.0, 60.0, 1000.0])
 def test_lift_is_rho_area_cl_speed_squared_over_two_m(rate):
+    """With Cl = slope S / (1 + slope S / limit) at a spin ratio S = r omega / v."""
     factors = air_factors(BASEBALL, radius=0.075, mass=0.215)
     lift = lift_acceleration(np.array([[10.0, 0.0, 0.0]]), np.array([[0.0, -rate, 0.0]]), factors)[0]
-    coefficient = BASEBALL.lift_coefficient(0.075 * rate / 10.0)
+    spin_ratio = 0.075 * rate / 10.0
+    coefficient = 1.92 * spin_ratio / (1.0 + 1.92 * spin_ratio / 0.48)
     assert lift[2] == pytest.approx(0.5 * 1.2 * math.pi * 0.075**2 * coefficient * 100.0 / 0.215)
 
 
-def test_lift_coefficient_of_a_baseball():
+@pytest.mark.parametrize("spin_ratio", [0.1, 0.3, 0.6])
+def test_lift_coefficient_of_a_baseball(spin_ratio):
     """Cl = 1.120 S / (0.583 + 2.333 S), within the rounding of its three numbers."""
-    for s in (0.1, 0.3, 0.6):
-        assert BASEBALL.lift_coefficient(s) == pytest.approx(1.120 * s / (0.583 + 2.333 * s), rel=0.002)
+    radius, mass, speed = 0.037, 0.145, 40.0
+    spin = np.array([[0.0, -spin_ratio * speed / radius, 0.0]])
+    factors = air_factors(BASEBALL, radius=radius, mass=mass)
+    lift = lift_acceleration(np.array([[speed, 0.0, 0.0]]), spin, factors)[0, 2]
+    coefficient = lift * mass / (0.5 * 1.2 * math.pi * radius**2 * speed**2)
+    assert coefficient == pytest.approx(1.120 * spin_ratio / (0.583 + 2.333 * spin_ratio), rel=0.002)
 
 
 def test_a_piece_at_rest_feels_nothing():

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from simcore.pieces.aerodynamics import Aerodynamics, AirFactors, AirRows, air_factors
+from simcore.pieces.aerodynamics import Aerodynamics, AirFactors, air_factors
 from simcore.pieces.flight import FlightState, advance, crossing, path
 from simcore.units import GRAVITY
 
@@ -31,7 +31,7 @@ def test_without_air_it_is_the_parabola_at_any_step():
 
 
 def test_a_path_has_a_row_a_step_and_what_is_left_out_changes_no_other():
-    rows = AirRows(drag=np.array([0.0, 0.03]), lift=np.zeros(2), lift_saturation=np.zeros(2))
+    rows = AirFactors(drag=np.array([0.0, 0.03]), lift=np.zeros(2), lift_saturation=np.zeros(2))
     both = FlightState(pos=POS.repeat(2, 0), vel=VEL.repeat(2, 0), spin=SPIN.repeat(2, 0), radius=np.ones(2), air=rows)
     points = path(both, 50)
     t = 0.02 * np.arange(51)[:, None]

@@ -9,9 +9,9 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from simcore.errors import ConfigError
-from simcore.geometry.zones import CylinderZone
+from simcore.geometry.zones import BoxZone, CylinderZone
 from simcore.physics.surface import TerrainSurface
-from simcore.pieces.aerodynamics import AirRows
+from simcore.pieces.aerodynamics import AirFactors
 from simcore.pieces.flight import FlightState
 from simcore.pieces.shot_opening import Panel, ShotOpening, fly_to_opening
 from simcore.units import GRAVITY
@@ -27,7 +27,7 @@ NET = Panel(corners=((5.5, -1.0, 1.0), (5.5, 1.0, 1.0), (5.5, 1.0, 4.0), (5.5, -
 def shots(vel, drag=0.0, pos=(0.0, 0.0, 0.5)):
     vel = np.atleast_2d(np.array(vel, dtype=float))
     n = len(vel)
-    air = AirRows(drag=np.full(n, drag), lift=np.zeros(n), lift_saturation=np.zeros(n))
+    air = AirFactors(drag=np.full(n, drag), lift=np.zeros(n), lift_saturation=np.zeros(n))
     pos, spin = np.repeat([pos], n, axis=0), np.zeros((n, 3))
     return FlightState(pos=pos, vel=vel, spin=spin, radius=np.full(n, RADIUS), air=air)
 
@@ -91,6 +91,18 @@ def test_what_comes_up_through_the_opening_has_not_gone_in():
     """Its way leads through the wall below the rim, as that of a robot that stands under it."""
     found = fly(shots([through(0.2, 2.5)], pos=(4.8, 0.0, 0.5)))
     assert not found.goes_in[0]
+
+
+def test_a_zone_that_does_not_ask_for_falling_pieces_takes_shots_on_their_way_up():
+    """A slot in a wall, open to the front: the parabola is in it at 45 degrees up, and would top out a meter higher."""
+    slot = ((1.0, -0.5, 1.2), (1.0, 0.5, 1.2), (1.0, 0.5, 1.8), (1.0, -0.5, 1.8))
+    opening, inside = ShotOpening(corners=slot, approach=0.0), BoxZone((1.0, -0.5, 1.2), (1.5, 0.5, 2.5))
+    time, up = 0.25, 1.0 / 0.25 + 0.5 * GRAVITY * 0.25
+    rows = shots([(1.0 / time, 0.0, up), (0.5 / time, 0.0, up)])
+    rising = fly_to_opening(rows, opening, inside, BALL, downward=False)
+    assert rising.goes_in.tolist() == [True, False]
+    assert rising.time[0] == pytest.approx(time, abs=2e-3) and rising.vel[0, 2] > 1.0
+    assert not fly_to_opening(rows, opening, inside, BALL).goes_in.any()
 
 
 @pytest.mark.parametrize(

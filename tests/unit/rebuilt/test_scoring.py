@@ -1,120 +1,204 @@
-"""Which hub counts when: 2026 manual, MATCH PERIODS and HUB status."""
+"""Which fuel counts in which period: sentences of the 2026 game manual, each with its place and what follows from it.
+
+Places: "6.4" and "6.5" are sections of the manual, tables as numbered there; "TU" are team updates; "FMS" is what
+Cheesy Arena does (`game/hub.go`, `field/arena.go`) where the manual is silent; "API" is FIRST's score API.
+"""
 
 from __future__ import annotations
 
-from types import SimpleNamespace
-
-import numpy as np
 import pytest
 
-from games.rebuilt.field import scoring_zones
-from games.rebuilt.scoring import MATCH, RebuiltRules
-from simcore.match.game import RobotEntry
-from simcore.match.scoring import ScoreEvent
+from games.rebuilt.dimensions import TOWER_RUNG_HEIGHTS
+from games.rebuilt.fouls import crosses_center, is_closed, is_outside_zone
+from games.rebuilt.scoring import ALLIANCES, MATCH, UNCOUNTED, EventSettings, HubCount
+from games.rebuilt.tower import tower_level
+from simcore.errors import ConfigError
+from simcore.geometry.footprints import corners
+from simcore.match.pinning import PinCounts
 
-ZONE = {zone.alliance: zone for zone in scoring_zones()}
 OTHER = {"blue": "red", "red": "blue"}
-SHIFTS = [(33.0 + 25.0 * i, 58.0 + 25.0 * i) for i in range(4)]
-"""Simulated time of shifts 1-4 [s]: 20 auto + 3 pause + 10 transition, then 25 s each."""
 
 
-class Rules(RebuiltRules):
-    """Of a match of which only the clock runs."""
-
-    def __init__(self, seed: int = 0, own: str = "blue") -> None:
-        timer, rng = SimpleNamespace(time=0.0), np.random.default_rng(seed)
-        entry = RobotEntry(alliance=own)  # type: ignore[arg-type]
-        super().__init__(
-            SimpleNamespace(entries=(entry,), rules_rng=rng, timer=timer, practice=False, options=())  # type: ignore[arg-type]
-        )
-
-    def fuel(self, alliance: str, time: float) -> int:
-        """A fuel of an alliance scores at a time; its points."""
-        self.match.timer.time = time
-        points = self.worth(ZONE[alliance])
-        self.scored(ScoreEvent(time, ZONE[alliance].name, ZONE[alliance].alliance, points, 0))
-        return points
-
-
-def game(winner: str | None = "blue", seed: int = 0) -> Rules:
-    rules = Rules(seed)
+def hubs(winner: str | None = "blue", coin: str = "blue", **settings: bool) -> HubCount:
+    """After an auto that an alliance has won; None: nobody has scored."""
+    made = HubCount(coin, **settings)  # type: ignore[arg-type]
     if winner:
-        rules.fuel(winner, 5.0)
-    return rules
+        made.count(winner, 5.0)  # type: ignore[arg-type]
+    return made
 
 
-def test_the_match_is_two_minutes_forty_and_a_pause_of_three_seconds():
-    assert MATCH.duration == 20.0 + 3.0 + 140.0
-    assert [MATCH.start(f"shift {i + 1}") for i in range(4)] == [start for start, _ in SHIFTS]
-    assert MATCH.start("end game") == MATCH.duration - 30.0
+# Blue has won auto, so blue's hub is inactive in shifts 1 and 3.
+FUEL_TIMES = [
+    # sentence, where it stands, alliance, time at the sensors [s], period
+    ("fuel of the last tenth of auto is auto fuel", "table 6-2", "blue", 19.9, "auto"),
+    ("fuel that is processed up to 3 s after auto is auto fuel", "6.5.1", "blue", 20.1, "auto"),
+    ("... just before teleop too", "6.5.1, FMS", "blue", 22.9, "auto"),
+    ("... with the start of teleop it is fuel of the transition shift", "FMS", "blue", 23.1, "transition"),
+    ("both hubs are active in the transition shift", "6.4", "red", 30.0, "transition"),
+    (
+        "grace: for 3 s after a hub went inactive its fuel counts, in the shift that ended",
+        "FMS",
+        "blue",
+        33.1,
+        "transition",
+    ),
+    ("... for a hub that stays active, too", "FMS", "red", 35.9, "transition"),
+    ("... and no longer", "FMS", "blue", 36.0, UNCOUNTED),
+    ("the alliance with more auto fuel is inactive in shift 1", "6.4", "blue", 45.0, UNCOUNTED),
+    ("... and the other one active", "6.4", "red", 45.0, "shift1"),
+    ("no grace after an inactive shift: the first fuel of the new one counts at once", "FMS", "blue", 58.0, "shift2"),
+    ("... a tenth before it does not", "6.4", "blue", 57.9, UNCOUNTED),
+    ("grace out of shift 1, of the hub that was active", "FMS", "red", 60.9, "shift1"),
+    ("... and no longer", "FMS", "red", 61.0, UNCOUNTED),
+    ("the other alliance is inactive in shift 2", "6.4", "red", 70.0, UNCOUNTED),
+    ("hubs take turns: shift 3 is as shift 1", "6.4", "blue", 95.0, UNCOUNTED),
+    ("shift 4 is as shift 2", "6.4", "blue", 120.0, "shift4"),
+    ("grace into the end game is of shift 4", "FMS", "blue", 135.9, "shift4"),
+    ("... a hub that was inactive counts in the end game at once", "FMS", "red", 133.0, "endgame"),
+    ("both hubs are active in the end game", "6.4", "blue", 140.0, "endgame"),
+    ("fuel that is in the hub as the match ends counts, for 3 s", "6.5.1", "red", 165.9, "endgame"),
+    ("... and no longer", "6.5.1", "red", 166.0, UNCOUNTED),
+]
 
 
 @pytest.mark.parametrize("winner", ["blue", "red"])
-def test_who_wins_auto_is_inactive_in_shifts_one_and_three_and_the_other_in_two_and_four(winner):
-    rules = game(winner)
-    assert rules.first_inactive == winner
-    for i, (start, end) in enumerate(SHIFTS):
-        off = winner if i % 2 == 0 else OTHER[winner]
-        for time in (start + 3.0, (start + end) / 2, end - 0.02):
-            assert not rules.is_active(off, time)
-            assert rules.is_active(OTHER[off], time)
+@pytest.mark.parametrize(("sentence", "source", "alliance", "time", "period"), FUEL_TIMES)
+def test_fuel_counts_in_its_period(winner, sentence, source, alliance, time, period):
+    made = hubs(winner)
+    alliance = alliance if winner == "blue" else OTHER[alliance]
+    assert made.count(alliance, time) == period, f"{sentence} ({source})"
+    sheet = made.hub_score(alliance)
+    assert sheet[UNCOUNTED] == (period == UNCOUNTED), "API: kept apart"
+    own = int(alliance == winner)  # the fuel that won auto
+    assert sheet["totalCount"] == sheet["totalPoints"] == own + (period != UNCOUNTED)
+    assert sheet["teleopCount"] == (period not in ("auto", UNCOUNTED))
+    if period != UNCOUNTED:
+        assert sheet[f"{period}Points"] == 1 + own * (period == "auto")
 
 
-@pytest.mark.parametrize("alliance", ["blue", "red"])
-@pytest.mark.parametrize("time", [0.0, 19.98, 21.5, 23.0, 32.98, 133.0, 162.98])
-def test_both_hubs_count_in_auto_transition_and_end_game(alliance, time):
-    assert game().is_active(alliance, time)
+def test_a_tie_in_auto_is_decided_by_chance_also_without_fuel():
+    """6.4: with equal fuel, FMS chooses. What was drawn stays."""
+    for coin in ALLIANCES:
+        made = hubs(None, coin)
+        assert made.first_inactive == coin
+        made.count("red", 5.0)
+        assert made.first_inactive == "red"
+        made.count("blue", 22.0)
+        assert made.first_inactive == coin, "one to one is a tie again"
 
 
-@pytest.mark.parametrize(("time", "points"), [(33.0, 1), (35.98, 1), (36.0, 0), (57.98, 0), (58.0, 1)])
-def test_fuel_counts_for_three_seconds_after_the_hub_went_inactive_and_again_when_it_is_active(time, points):
-    assert game("blue").fuel("blue", time) == points
-
-
-@pytest.mark.parametrize(("time", "points"), [(162.98, 1), (163.0, 1), (165.98, 1), (166.0, 0), (1000.0, 0)])
-def test_fuel_counts_for_three_seconds_after_the_end(time, points):
-    assert game().fuel("red", time) == points
-
-
-def test_a_tie_is_decided_by_chance_once_and_by_both_in_turn():
-    coins = {game(None, seed).first_inactive for seed in range(20)}
-    assert coins == {"blue", "red"}
-    rules = game(None, 3)
-    first = rules.first_inactive
-    rules.fuel("blue", 5.0)
-    rules.fuel("red", 6.0)
-    assert rules.first_inactive == first, "one to one is a tie again"
-
-
-def test_auto_fuel_that_lands_in_the_pause_still_decides_and_teleop_fuel_does_not():
-    rules = game("red")
-    rules.fuel("blue", 20.5)
-    rules.fuel("blue", 22.98)
-    assert rules.first_inactive == "blue"
+def test_fuel_of_teleop_never_changes_who_was_ahead_in_auto():
+    made = hubs("red")
     for _ in range(10):
-        rules.fuel("red", 25.0)
-    assert rules.first_inactive == "blue"
+        made.count("blue", 25.0)
+    assert made.first_inactive == "red"
 
 
-@pytest.mark.parametrize("seed", range(6))
-def test_the_coin_of_a_red_match_is_that_of_the_blue_one_flipped(seed):
-    assert {Rules(seed, "blue").first_inactive, Rules(seed, "red").first_inactive} == {"blue", "red"}
+def test_the_match_is_two_minutes_forty_and_a_pause_of_three_seconds():
+    """Table 6-2."""
+    assert MATCH.duration == 20.0 + 3.0 + 140.0
+    assert [MATCH.start(f"shift {n}") for n in range(1, 5)] == [33.0, 58.0, 83.0, 108.0]
+    assert MATCH.start("end game") == MATCH.duration - 30.0
 
 
-def test_game_data_comes_with_teleop_and_an_auto_begins_without_fuel():
-    rules = game("red")
-    for time, data in ((5.0, ""), (22.98, ""), (23.0, "R"), (160.0, "R")):
-        rules.match.timer.time = time
-        assert rules.game_data() == data
-    assert rules.breakdown() == {"BlueAutoFuel": 0, "RedAutoFuel": 1}
-    rules.start_mode("teleop")
-    assert rules.breakdown()["RedAutoFuel"] == 1
-    rules.start_mode("auto")
-    assert rules.breakdown() == {"BlueAutoFuel": 0, "RedAutoFuel": 0}
+@pytest.mark.parametrize(
+    ("alliance", "time", "light"),
+    [
+        ("blue", 10.0, "on"), ("blue", 29.9, "on"), ("blue", 30.1, "pulsing"), ("red", 30.1, "on"),
+        ("blue", 33.0, "off"), ("red", 55.1, "pulsing"), ("red", 58.0, "off"), ("blue", 105.1, "off"),
+        ("red", 106.0, "pulsing"),
+        ("blue", 131.0, "on"), ("blue", 159.9, "on"), ("blue", 160.1, "pulsing"), ("red", 163.0, "off"),
+        ("red", 166.0, "purple"),
+    ],
+)  # fmt: skip
+def test_a_hubs_lights_pulse_for_three_seconds_before_it_goes_inactive(alliance, time, light):
+    """Table 5-3."""
+    assert hubs("blue").light(alliance, time) == light
 
 
 def test_in_practice_both_hubs_count_all_the_time():
-    rules = game("blue")
-    assert not rules.is_active("blue", 50.0)
-    rules.match.practice = True
-    assert all(rules.is_active(alliance, time) for alliance in ZONE for time in (10.0, 50.0, 75.0, 200.0))
+    made = hubs("blue", practice=True)
+    assert all(made.period(a, t) != UNCOUNTED for a in ALLIANCES for t in (10.0, 50.0, 75.0, 200.0))
+
+
+def test_thresholds_are_numbers_of_the_event():
+    assert (EventSettings().energized, EventSettings().supercharged, EventSettings().traversal) == (100, 360, 50)
+    with pytest.raises(ConfigError, match="energized"):
+        EventSettings(energized=-1)
+
+
+RUNG, UPRIGHT = "blue_tower_rung_low", "blue_tower_upright_left"
+LOW, MID, _ = TOWER_RUNG_HEIGHTS
+TOWER = [
+    # sentence, touched, airborne, lowest bumper [m], level
+    ("level 1: off the carpet and the tower base, on a rung", [RUNG], True, 0.10, 1),
+    ("... or an upright", [UPRIGHT], True, 0.10, 1),
+    ("a wheel on the carpet is no level", [RUNG], False, 0.10, 0),
+    ("level 2: bumpers completely above the low rung", [RUNG], True, LOW + 0.001, 2),
+    ("... a millimeter under it is level 1", [RUNG], True, LOW - 0.001, 1),
+    ("level 3: bumpers completely above the mid rung", [RUNG], True, MID + 0.001, 3),
+    ("... a millimeter under it is level 2", [RUNG], True, MID - 0.001, 2),
+    ("wall and supports of the tower may be touched as well", [RUNG, "blue_alliance_wall", "blue_tower_brace_left"],
+     True, 0.3, 1),
+    ("... but do not do alone", ["blue_alliance_wall"], True, 0.3, 0),
+    ("nothing else may be touched", [RUNG, "blue_depot_barrier_front"], True, 0.3, 0),
+    ("the tower has to be one's own", ["red_tower_rung_low"], True, 0.3, 0),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("sentence", "touched", "airborne", "lowest", "level"), TOWER)
+def test_levels_of_the_tower(sentence, touched, airborne, lowest, level):
+    assert tower_level("blue", touched, airborne=airborne, lowest=lowest) == level, f"{sentence} (6.5.2)"
+
+
+def test_g407_is_a_matter_of_one_millimeter():
+    """G407: no part of the bumpers in the alliance zone, which is 158.6 in deep with its line."""
+    edge = 158.6 * 0.0254
+    assert is_outside_zone(corners(edge + 0.401, 4.0, 0.0, 0.8, 0.8))
+    assert not is_outside_zone(corners(edge + 0.399, 4.0, 0.0, 0.8, 0.8))
+
+
+def test_g403_asks_for_bumpers_completely_across_the_center_line():
+    middle = 16.541 / 2
+    assert crosses_center(corners(middle + 0.401, 4.0, 0.0, 0.8, 0.8))
+    assert not crosses_center(corners(middle + 0.399, 4.0, 0.0, 0.8, 0.8))
+
+
+def test_g419_a_passage_is_closed_where_no_robot_gets_through():
+    assert not is_closed((0.0, 1.28), []) and is_closed((0.0, 1.28), [(0.24, 1.04)])
+    assert not is_closed((0.0, 1.85), [(0.0, 0.8)]) and is_closed((0.0, 1.85), [(0.0, 0.8), (1.0, 1.8)])
+
+
+def pin(seconds: float, *, away: float = 0.0, gap: float = 0.0, counts: PinCounts | None = None) -> list[int]:
+    """Robot 0 pins 1 for a while, then not, with the pinned one so far off [m] for so long [s]; fouls by number."""
+    made, found = counts or PinCounts(), []
+    for tick in range(round((seconds + gap) / 0.02)):
+        here = tick < round(seconds / 0.02)
+        places = {0: (2.0, 2.0), 1: (2.8 if here else 2.8 + away, 2.0)}
+        found += [before for _, before in made.update(0.02, {(0, 1)} if here else set(), places)]
+    return found
+
+
+@pytest.mark.parametrize(
+    ("seconds", "fouls"),
+    [(2.98, []), (3.1, [0]), (9.1, [0, 1, 2])],
+    ids=["short of 3 s it is none", "a pin of 3.1 s is a foul", "each 3 s more are another"],
+)
+def test_g418_pins(seconds, fouls):
+    assert pin(seconds) == fouls
+
+
+def test_g418_a_count_goes_on_until_they_are_six_feet_apart_for_three_seconds():
+    counts = PinCounts()
+    assert pin(2.0, away=1.9, gap=2.0, counts=counts) == [] and pin(1.2, counts=counts) == [0]
+    counts = PinCounts()
+    assert pin(2.0, away=1.9, gap=3.2, counts=counts) == [] and pin(1.2, counts=counts) == []
+    counts = PinCounts()
+    assert pin(2.0, away=0.9, gap=3.2, counts=counts) == [] and pin(1.2, counts=counts) == [0]
+
+
+def test_g418_a_count_ends_when_the_pinned_robot_pins_the_other_one():
+    counts, places = PinCounts(), {0: (2.0, 2.0), 1: (2.8, 2.0)}
+    for pins in [{(0, 1)}] * 100 + [{(1, 0)}] * 10:
+        counts.update(0.02, pins, places)
+    assert counts.seconds((0, 1)) == 0.0 and counts.seconds((1, 0)) == pytest.approx(0.2)

@@ -6,15 +6,15 @@ import math
 from dataclasses import replace
 
 import pytest
-from wpimath.system.plant import DCMotor
 
 from simcore.match.match import Match
+from simcore.robot.dc_motor import motor
+from simcore.robot.fixed_wheel_config import TankConfig
+from simcore.robot.fixed_wheel_drive import TankDrive
 from simcore.robot.gearbox import GearboxConfig
 from simcore.robot.robot_config import RobotConfig
 from simcore.robot.swerve_config import SwerveConfig, SwerveModuleConfig
 from simcore.robot.swerve_drive import SwerveDrive
-from simcore.robot.tank_config import TankConfig
-from simcore.robot.tank_drive import TankDrive
 
 SQUARE = SwerveConfig.square(0.53, SwerveModuleConfig(x=0.0, y=0.0))
 
@@ -28,7 +28,7 @@ def test_a_worn_wheel_tells_of_more_way_than_it_goes():
     worn = SwerveDrive(SQUARE, built=with_modules(wheel_radius=0.9 * SQUARE.wheel_radius))
     worn.reset(vx=1.0)
     assert worn.wheel_speeds() == pytest.approx([1.0 / 0.9] * 4)
-    worn.step(0.02, 1.0, 0.0, 0.0)
+    worn.step(0.02, (1.0, 0.0, 0.0))
     assert worn.wheel_distances() == pytest.approx([angle * SQUARE.wheel_radius for angle in worn.shaft_angles])
     assert worn.shaft_angles[0] > 0.1
 
@@ -39,7 +39,7 @@ def test_loops_on_board_feed_forward_what_they_know():
     drives = [SwerveDrive(SQUARE, built=built) for built in (None, replace(SQUARE, modules=tuple(strong)))]
     for drive in drives:
         drive.set_module_states([3.0] * 4, [0.0] * 4)
-        drive.step(0.02, 3.0, 0.0, 0.0)
+        drive.step(0.02, (3.0, 0.0, 0.0))
     plain, weak = (drive.motor_currents()["drive"][0] for drive in drives)
     assert weak < plain - 5.0, "back-EMF that nobody expected"
 
@@ -62,15 +62,15 @@ def test_a_tank_drive_turns_to_its_weaker_side():
     for right in (config, replace(config, motor=config.motor.varied(kt=1.0, resistance=1.5))):
         drive = TankDrive(config, built=(config, right))
         drive.set_volts(4.0, 4.0)
-        turns.append(drive.step(0.02, 0.0, 0.0, 0.0)[2])
+        turns.append(drive.step(0.02, (0.0, 0.0, 0.0))[2])
     assert turns[0] == pytest.approx(0.0, abs=1e-12) and turns[1] < -1e-3
 
 
 def test_motors_of_a_gearbox_vary_in_torque_speed_and_resistance():
-    plain = GearboxConfig(motor=DCMotor.krakenX60(1), motors=2, gearing=3.0)
+    plain = GearboxConfig(motor=motor("Kraken X60"), motors=2, gearing=3.0)
     one = plain.varied(kt=1.1, resistance=1.3)
     assert one.torque_per_amp / plain.torque_per_amp == pytest.approx(1.1)
     assert one.volts_per_speed / plain.volts_per_speed == pytest.approx(1.1)
     assert one.resistance / plain.resistance == pytest.approx(1.3)
-    assert one.motor.freeCurrent * one.torque_per_amp == pytest.approx(plain.motor.freeCurrent * plain.torque_per_amp)
+    assert one.motor.free_current * one.torque_per_amp == pytest.approx(plain.motor.free_current * plain.torque_per_amp)
     assert plain.varied(kt=1.0, resistance=1.0) is plain

@@ -10,21 +10,31 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from simcore.errors import ConfigError, UnknownNameError
-from simcore.robot.dc_motor import MOTOR_NAMES, motor
+from simcore.robot.dc_motor import MOTOR_NAMES, as_motor, motor
 from simcore.robot.limited_motor import LimitedMotor
 
 
-def test_table_is_all_of_wpilib():
-    from wpimath.system.plant import DCMotor
+def test_the_table_is_all_of_wpilib_to_the_last_bit():
+    plant = pytest.importorskip("wpimath.system.plant")
+    theirs = [m for name in dir(plant.DCMotor) if isinstance(m := _one(plant.DCMotor, name), plant.DCMotor)]
+    assert len(MOTOR_NAMES) == len(theirs)
+    assert {_figures(as_motor(m)) for m in theirs} == {_figures(motor(name)) for name in MOTOR_NAMES}
 
-    factories = {n for n in dir(DCMotor) if isinstance(getattr(DCMotor, n), object) and not n.startswith("_")}
-    made = set()
-    for name in factories:
-        try:
-            made.add(name) if isinstance(getattr(DCMotor, name)(1), DCMotor) else None
-        except (TypeError, AttributeError):
-            continue
-    assert len(MOTOR_NAMES) == len(made - {"withReduction"})
+
+def _one(kinds, name):
+    try:
+        return getattr(kinds, name)(1)
+    except (TypeError, AttributeError):
+        return None
+
+
+def _figures(m):
+    return m.nominal_voltage, m.stall_torque, m.stall_current, m.free_current, m.free_speed, m.resistance, m.kt, m.kv
+
+
+def test_what_is_no_motor_is_refused():
+    with pytest.raises(ConfigError, match="DCMotor; got"):
+        as_motor("Kraken X60")
 
 
 @pytest.mark.parametrize(

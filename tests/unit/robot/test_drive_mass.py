@@ -8,11 +8,11 @@ from dataclasses import replace
 import pytest
 
 from simcore.errors import NonFiniteError
+from simcore.robot.fixed_wheel_config import TankConfig
+from simcore.robot.fixed_wheel_drive import TankDrive
 from simcore.robot.planar_chassis import PlanarChassis
 from simcore.robot.swerve_config import SwerveConfig, SwerveModuleConfig
 from simcore.robot.swerve_drive import SwerveDrive
-from simcore.robot.tank_config import TankConfig
-from simcore.robot.tank_drive import TankDrive
 from simcore.units import GRAVITY
 
 MODULE = SwerveModuleConfig(
@@ -64,7 +64,7 @@ def test_acceleration_falls_as_the_mass_grows(extra):
     force = 4 * 30.0 * MODULE.drive_motor.kt * MODULE.drive_gearing / MODULE.wheel_radius
     accel = force / (mass + 4 * MODULE.drive_inertia / MODULE.wheel_radius**2)
     assert (chassis.vx - before) / 0.1 == pytest.approx(accel, rel=0.01)
-    drive.step(0.005, chassis.vx, 0.0, 0.0)  # at rest on level ground, says the owner
+    drive.step(0.005, (chassis.vx, 0.0, 0.0))  # at rest on level ground, says the owner
     assert sum(drive.normal_loads) == pytest.approx(mass * GRAVITY)
 
 

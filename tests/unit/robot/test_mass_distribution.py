@@ -5,10 +5,10 @@ from __future__ import annotations
 from dataclasses import replace
 
 import pytest
-from wpimath.system.plant import DCMotor
 
 from simcore.errors import ConfigError, UnknownNameError
 from simcore.geometry.linkage import Joint
+from simcore.robot.dc_motor import motor
 from simcore.robot.gearbox import GearboxConfig
 from simcore.robot.mass_distribution import MassDistribution, MovingMass, with_points
 from simcore.robot.mechanisms import ElevatorConfig
@@ -17,7 +17,7 @@ from simcore.robot.swerve_config import SwerveConfig, SwerveModuleConfig
 
 BODY = MassDistribution(40.0, (0.1, -0.05, 0.2), (3.0, 4.0, 5.0))
 LIFT = ElevatorConfig(
-    gearbox=GearboxConfig(motor=DCMotor.krakenX60(1), gearing=10.0),
+    gearbox=GearboxConfig(motor=motor("Kraken X60"), gearing=10.0),
     carriage_mass=8.0,
     drum_radius=0.05,
     max_height=2.0,

@@ -5,17 +5,16 @@ from __future__ import annotations
 import math
 
 import pytest
-from wpimath.system.plant import DCMotor
 
 from simcore.errors import ConfigError
-from simcore.robot.gearbox import GearboxConfig
-from simcore.robot.mechanism_control import PositionController, VelocityController
+from simcore.robot.dc_motor import motor
+from simcore.robot.gearbox import GearboxConfig, PositionController, VelocityController
 from simcore.robot.mechanisms import ArmConfig, ArmSim, FlywheelConfig, FlywheelSim
 
 
 def test_feedforward_alone_reaches_the_goal():
     """Friction included: ks pays for it exactly, so the end speed is the goal's."""
-    box = GearboxConfig(motor=DCMotor.krakenX60(1), motors=4, gearing=24 / 36, friction_torque=0.2)
+    box = GearboxConfig(motor=motor("Kraken X60"), motors=4, gearing=24 / 36, friction_torque=0.2)
     wheel = FlywheelSim(FlywheelConfig(gearbox=box, inertia=0.01))
     control = VelocityController.for_gearbox(box)
     for _ in range(1000):
@@ -25,7 +24,7 @@ def test_feedforward_alone_reaches_the_goal():
 
 
 def test_proportional_term_makes_it_faster():
-    box = GearboxConfig(motor=DCMotor.krakenX60(1), motors=4, gearing=24 / 36)
+    box = GearboxConfig(motor=motor("Kraken X60"), motors=4, gearing=24 / 36)
 
     def ticks(kp):
         wheel = FlywheelSim(FlywheelConfig(gearbox=box, inertia=0.02))
@@ -41,7 +40,7 @@ def test_proportional_term_makes_it_faster():
 
 
 def test_arm_reaches_its_angle_and_stays():
-    box = GearboxConfig(motor=DCMotor.krakenX44(1), gearing=50.0)
+    box = GearboxConfig(motor=motor("Kraken X44"), gearing=50.0)
     arm = ArmSim(ArmConfig(gearbox=box, inertia=0.1, mass=2.0, center_of_mass=0.2, min_angle=0.0, max_angle=1.5))
     control = PositionController(kp=20.0, kd=0.5)
     for _ in range(100):

@@ -5,14 +5,13 @@ from __future__ import annotations
 import math
 
 import pytest
-from wpimath.system.plant import DCMotor
 
 from simcore.errors import ConfigError
-from simcore.robot.gearbox import GearboxConfig
-from simcore.robot.mechanism_friction import default_friction, friction_from_volts, no_load_friction
+from simcore.robot.dc_motor import motor
+from simcore.robot.gearbox import GearboxConfig, default_friction, friction_from_volts, no_load_friction
 from simcore.robot.shaft import ShaftSim
 
-KRAKEN = GearboxConfig(motor=DCMotor.krakenX60(1), motors=2, gearing=3.0)
+KRAKEN = GearboxConfig(motor=motor("Kraken X60"), motors=2, gearing=3.0)
 
 
 def with_friction(torque: float) -> GearboxConfig:
@@ -40,9 +39,9 @@ def test_no_load_friction_gives_the_free_speed_and_current_of_the_datasheet():
     shaft = ShaftSim(with_friction(no_load_friction(KRAKEN)), 0.001)
     shaft.set_volts(12.0)
     shaft.step(30.0)
-    assert shaft.velocity == pytest.approx(KRAKEN.motor.freeSpeed / 3.0, rel=1e-6)
+    assert shaft.velocity == pytest.approx(KRAKEN.motor.free_speed / 3.0, rel=1e-6)
     shaft.step(0.01)
-    assert shaft.current == pytest.approx(2 * KRAKEN.motor.freeCurrent, rel=1e-6)
+    assert shaft.current == pytest.approx(2 * KRAKEN.motor.free_current, rel=1e-6)
 
 
 def test_friction_from_a_ks_holds_up_to_that_voltage_and_no_further():
@@ -57,7 +56,7 @@ def test_friction_from_a_ks_holds_up_to_that_voltage_and_no_further():
 def test_geared_mechanisms_have_at_least_the_friction_of_their_motors():
     assert default_friction(KRAKEN) == pytest.approx(friction_from_volts(KRAKEN, 0.2))
     assert default_friction(KRAKEN, has_gears=False) == no_load_friction(KRAKEN) < default_friction(KRAKEN)
-    brushed = GearboxConfig(motor=DCMotor.bag(1), gearing=1.0)  # 1.8 A of 53 A: 0.41 V
+    brushed = GearboxConfig(motor=motor("Bag"), gearing=1.0)  # 1.8 A of 53 A: 0.41 V
     assert default_friction(brushed) == no_load_friction(brushed)
     with pytest.raises(ConfigError, match="finite"):
         friction_from_volts(KRAKEN, math.nan)

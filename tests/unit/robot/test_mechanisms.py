@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 
 import pytest
-from wpimath.system.plant import DCMotor
 
 from simcore.errors import ConfigError
+from simcore.robot.dc_motor import motor
 from simcore.robot.gearbox import GearboxConfig, SimMotor
 from simcore.robot.mechanisms import (
     ArmConfig,
@@ -23,7 +23,7 @@ from simcore.robot.mechanisms import (
 )
 from simcore.units import GRAVITY
 
-BOX = GearboxConfig(motor=DCMotor.krakenX60(1), gearing=20.0)
+BOX = GearboxConfig(motor=motor("Kraken X60"), gearing=20.0)
 
 
 def arm(**changes) -> ArmSim:
@@ -91,7 +91,7 @@ def test_coasting_arm_swings_like_a_pendulum():
 
 
 def test_arm_stays_stable_behind_a_stiff_gear():
-    stiff = arm(gearbox=GearboxConfig(motor=DCMotor.krakenX60(1), gearing=300.0), inertia=0.01)
+    stiff = arm(gearbox=GearboxConfig(motor=motor("Kraken X60"), gearing=300.0), inertia=0.01)
     stiff.set_volts(1.0)
     for _ in range(20):
         stiff.step(0.02)

@@ -6,7 +6,7 @@ import math
 
 import pytest
 
-from simcore.robot.module_control import desaturate, module_targets, optimize
+from simcore.robot.swerve_module import desaturate, module_targets, optimize
 
 
 def test_optimize_turns_at_most_a_quarter():

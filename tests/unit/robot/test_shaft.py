@@ -5,13 +5,13 @@ from __future__ import annotations
 import math
 
 import pytest
-from wpimath.system.plant import DCMotor
 
 from simcore.errors import ConfigError, NonFiniteError
+from simcore.robot.dc_motor import motor
 from simcore.robot.gearbox import GearboxConfig, SimMotor
 from simcore.robot.shaft import ShaftSim
 
-KRAKEN = DCMotor.krakenX60(1)
+KRAKEN = motor("Kraken X60")
 
 
 def gearbox(**changes) -> GearboxConfig:
@@ -55,15 +55,15 @@ def test_speed_follows_the_exponential_and_dt_does_not_matter():
         assert sim.position == pytest.approx(free * (0.5 - tau * (1.0 - math.exp(-0.5 / tau))), rel=1e-12)
 
 
-def test_stall_and_free_speed_are_what_wpimath_says():
+def test_stall_and_free_speed_are_those_of_the_motor():
     box = gearbox(motors=1, gearing=1.0)
-    assert box.stall_torque(12.0) == pytest.approx(KRAKEN.stallTorque)
-    assert box.free_speed(12.0) == pytest.approx(KRAKEN.Kv * 12.0)
+    assert box.stall_torque(12.0) == pytest.approx(KRAKEN.stall_torque)
+    assert box.free_speed(12.0) == pytest.approx(KRAKEN.kv * 12.0)
     sim = ShaftSim(box, 1e3)  # too heavy to turn: stall
     sim.set_volts(12.0)
     sim.step(0.02)
-    assert sim.current == pytest.approx(KRAKEN.stallCurrent, rel=1e-6)
-    assert sim.supply_current == pytest.approx(KRAKEN.stallCurrent, rel=1e-6)
+    assert sim.current == pytest.approx(KRAKEN.stall_current, rel=1e-6)
+    assert sim.supply_current == pytest.approx(KRAKEN.stall_current, rel=1e-6)
 
 
 def test_current_counts_every_motor():
@@ -269,9 +269,9 @@ def test_start_must_be_between_the_stops():
 def test_a_supply_limit_holds_what_is_drawn_and_what_is_fed_back():
     from dataclasses import replace
 
-    from wpimath.system.plant import DCMotor
+    from simcore.robot.dc_motor import motor
 
-    box = GearboxConfig(motor=DCMotor.krakenX60(1), gearing=10.0, supply_current_limit=20.0)
+    box = GearboxConfig(motor=motor("Kraken X60"), gearing=10.0, supply_current_limit=20.0)
     free = ShaftSim(replace(box, supply_current_limit=math.inf), 0.05)
     limited = ShaftSim(box, 0.05)
     for shaft in (free, limited):

@@ -10,7 +10,8 @@ import pytest
 
 from simcore.errors import ConfigError
 from simcore.robot.dc_motor import MotorModel, motor
-from simcore.robot.swerve_config import SwerveConfig, SwerveModuleConfig, plate_inertia
+from simcore.robot.swerve_config import SwerveConfig, SwerveModuleConfig
+from simcore.robot.wheel_config import plate_inertia
 
 SQUARE = SwerveConfig.square(0.527, SwerveModuleConfig(x=0, y=0))
 

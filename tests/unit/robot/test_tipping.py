@@ -5,12 +5,12 @@ from __future__ import annotations
 from dataclasses import replace
 
 import pytest
-from wpimath.system.plant import DCMotor
 
 from simcore.geometry.linkage import Joint
 from simcore.physics.shapes import Sphere
 from simcore.pieces.kinds import GamePieceConfig
 from simcore.pieces.storage import StorageConfig
+from simcore.robot.dc_motor import motor
 from simcore.robot.gearbox import GearboxConfig
 from simcore.robot.mass_distribution import MovingMass
 from simcore.robot.mechanisms import ElevatorConfig
@@ -20,7 +20,7 @@ from simcore.robot.tipping import tipping_limit
 from simcore.units import GRAVITY
 
 LIFT = ElevatorConfig(
-    gearbox=GearboxConfig(motor=DCMotor.krakenX60(1), gearing=10.0),
+    gearbox=GearboxConfig(motor=motor("Kraken X60"), gearing=10.0),
     carriage_mass=10.0,
     drum_radius=0.05,
     max_height=1.5,

@@ -10,11 +10,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from simcore.errors import ConfigError
+from simcore.robot.fixed_wheel_config import TankConfig
+from simcore.robot.fixed_wheel_drive import TankDrive
 from simcore.robot.planar_chassis import PlanarChassis
 from simcore.robot.swerve_config import SwerveConfig, SwerveModuleConfig
 from simcore.robot.swerve_drive import SwerveDrive
-from simcore.robot.tank_config import TankConfig
-from simcore.robot.tank_drive import TankDrive
 from simcore.units import GRAVITY
 
 MODULE = SwerveModuleConfig(x=0, y=0, wheel_grain=0.73, rolling_resistance=0.0)
@@ -55,7 +55,7 @@ def test_no_force_is_beyond_its_ellipse(grain, volts, steer, velocity):
     drive = SwerveDrive(SwerveConfig.square(0.527, replace(MODULE, wheel_grain=grain)))
     drive.set_volts(volts, steer)
     for _ in range(4):
-        drive.step(0.00125, *velocity)
+        drive.step(0.00125, velocity)
         for k, (fx, fy) in enumerate(drive.wheel_forces):
             c, s = drive.state.mid_cos[k], drive.state.mid_sin[k]
             along, across = c * fx + s * fy, (c * fy - s * fx) / grain

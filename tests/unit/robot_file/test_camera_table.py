@@ -7,8 +7,7 @@ import math
 import pytest
 
 from simcore.errors import ConfigError
-from simcore.vision.camera import limelight_type
-from simcore.vision.photon_lens import PHOTON_LENS
+from simcore.vision.camera import PHOTON_LENS, limelight_type
 
 PLACE = "x = 0.2\ny = -0.1\nz = 0.5\n"
 LIMELIGHT = f'[[camera]]\nname = "limelight-a"\ntype = "LL3G"\n{PLACE}'

@@ -10,9 +10,8 @@ import pytest
 from simcore.errors import ConfigError, UnknownNameError
 from simcore.robot.positioned_mechanisms import PistonSim, ServoSim
 from simcore.robot.robot_config import build_mechanism
-from simcore.robot_file.device_settings import EncoderSettings, LimitSwitchSettings, PieceView, RangeSettings
-from simcore.robot_file.port_templates import FoundPort
-from simcore.robot_file.template import template
+from simcore.robot_file.sensor_tables import EncoderSettings, LimitSwitchSettings, PieceView, RangeSettings
+from simcore.robot_file.template import FoundPort, template
 
 HOOD = """
 [[mechanism]]
@@ -138,7 +137,10 @@ def test_a_limit_switch_at_a_stop_is_pressed_in_the_last_hundredth_of_the_way(re
         (ROLLER + SWITCH + 'mechanism = "roller"\nat = "lower"', "must have stops, like an arm or an elevator"),
         (HOOD + SWITCH + 'mechanism = "hood"', "at is missing"),
         (HOOD + SWITCH + 'mechanism = "hood"\nat_deg = 60', "at_deg must be between the stops, 0 and 50 deg; got 60"),
-        (HOOD + SWITCH + 'mechanism = "hood"\nat_height = 0.1', "at is missing"),
+        (
+            HOOD + SWITCH + 'mechanism = "hood"\nat_height = 0.1',
+            "at_height is not of this mechanism: it must be at_deg, or at = 'lower' or 'upper'",
+        ),
         (BEAM, "dio is missing; it must be a DIO channel, or candi = <CAN id> and pin = 1 or 2 instead"),
         (BEAM + "dio = 1\ncandi = 30", "dio and candi cannot both be: a switch is wired to one of them"),
         (BEAM + "candi = 30", "pin is missing"),

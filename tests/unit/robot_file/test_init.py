@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
+import importlib.util
 import os
 import re
+from pathlib import Path
 
 import pytest
 
 from simcore.cli import COMMANDS, main
-from simcore.robot_file.camera_template import FoundCamera
 from simcore.robot_file.reader import read_settings
 from simcore.robot_file.robot_settings import RobotSettings
-from simcore.robot_file.template import FoundMotor, template
+from simcore.robot_file.template import FoundCamera, FoundMotor, template
 
 MOTORS = [
     FoundMotor(controller="TalonFX", leader=20, followers=(21, 22), opposed=(22,), gearing=0.75),
@@ -51,7 +52,7 @@ def test_a_camera_that_was_found_becomes_one_with_its_place(tmp_path):
     path = tmp_path / "simcore.toml"
     text = template(cameras=CAMERAS)
     found = text.index("# Your program has these cameras")
-    path.write_text(uncommented(text[found : text.index("# Sensors: one")]))
+    path.write_text(uncommented(text[found : text.index("# [[sensor]]")]))
     settings = read_settings(path)
     front, rear = settings.cameras
     assert (front.name, front.maker, front.mount.z) == ("limelight-front", "limelight", 0.4)
@@ -80,8 +81,6 @@ def test_every_key_in_the_comments_is_one_that_is_read(tmp_path):
         )
     )
     text = uncommented(template())
-    # not a key of a robot that is read: prose that looks like one
-    text = text.replace("reversed = true if your code", "# ")
     path.write_text(text + named)
     robot = read_settings(path)
     assert robot.bumper == (0.8, 0.8) and robot.drive_motor == "Kraken X60"
@@ -98,7 +97,16 @@ def test_every_key_in_the_comments_is_one_that_is_read(tmp_path):
     assert [(camera.name, camera.maker) for camera in robot.cameras] == [
         ("limelight", "limelight"), ("front", "photonvision")
     ]  # fmt: skip
-    assert robot.headset is not None and robot.headset.mount.yaw_deg == 180.0
+    assert robot.headset is not None and robot.headset.frame_rate == 100.0
+
+
+def test_the_page_of_keys_is_made_of_the_tables_that_read_them():
+    """If it is not: python scripts/write_key_reference.py."""
+    root = Path(__file__).resolve().parents[3]
+    spec = importlib.util.spec_from_file_location("page", root / "scripts" / "write_key_reference.py")
+    page = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(page)
+    assert (root / "docs" / "simcore_toml.md").read_text(encoding="utf-8") == page.text()
 
 
 def test_found_motors_need_only_a_kind_and_its_numbers(tmp_path):
@@ -107,6 +115,37 @@ def test_found_motors_need_only_a_kind_and_its_numbers(tmp_path):
     path.write_text(uncommented(text[: text.index("# What each kind")]))
     motor = read_settings(path).mechanism("motor20")
     assert motor.devices == (20, 21, 22) and motor.opposed == (22,) and motor.config.gearbox.gearing == 0.75
+
+
+NAMED = [
+    FoundMotor(controller="TalonFX", leader=3, name="intake_roller", gearing=2.0),
+    FoundMotor(controller="TalonFX", leader=4, name="intake_pivot", has_gravity=True),
+    FoundMotor(controller="SPARK MAX", leader=5, name="feeder1"),
+    FoundMotor(controller="TalonFX", leader=6, name="shooter_top"),
+    FoundMotor(controller="TalonFX", leader=7, name="shooter_bottom"),
+    FoundMotor(controller="TalonFX", leader=8, name="hood"),
+    FoundMotor(controller="TalonFX", leader=9, name="wrist"),
+    FoundMotor(controller="TalonFX", leader=10),
+]
+
+
+def test_names_of_attributes_name_mechanisms_and_propose_intake_and_shooter(tmp_path):
+    text = template(NAMED)
+    proposed = text[text.index("# Proposed by these names") : text.index("# What each kind")]
+    found = uncommented(text[text.index("# Mechanisms:") : text.index("# Proposed")])
+    measures = {"flywheel": "inertia = 0.01", "arm": "inertia = 0.1\nmin_deg = 0\nmax_deg = 90", "roller": ""}
+    for kind, more in measures.items():
+        found = re.sub(rf'^kind = "{kind}".*$', rf'kind = "{kind}"\n{more}', found, flags=re.MULTILINE)
+    path = tmp_path / "simcore.toml"
+    path.write_text(found + uncommented(proposed))
+    robot = read_settings(path)
+    assert [m.name for m in robot.mechanisms] == [
+        "intake_roller", "intake_pivot", "feeder1", "shooter_top", "shooter_bottom", "hood", "wrist", "motor10",
+    ]  # fmt: skip
+    (intake,), (shooter,) = robot.intakes, robot.shooters
+    assert (intake.roller, intake.deploy) == ("intake_roller", "intake_pivot")
+    assert (shooter.wheels, shooter.gate, shooter.hood) == (("shooter_top", "shooter_bottom"), ("feeder1",), "hood")
+    assert "guesses" in proposed and "Proposed" not in template(MOTORS)
 
 
 def test_init_writes_the_file(project, capsys):
@@ -143,7 +182,7 @@ def test_init_finds_robot_py_wherever_the_project_keeps_it(project, capsys):
 
 def test_a_motor_that_does_not_answer_is_in_the_file_with_the_reason(tmp_path):
     text = template([FoundMotor(controller="SPARK MAX", leader=9, problem="TalonFX 9: could not read")])
-    assert "# gearing = 1                     # not known: TalonFX 9: could not read" in text
+    assert "# gearing = 1.0                   # not known: TalonFX 9: could not read" in text
 
 
 def test_init_wants_a_robot(tmp_path, capsys):

@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 
 import pytest
-from wpimath.system.plant import DCMotor
 
+from simcore.robot.dc_motor import motor
 from simcore.robot.gearbox import GearboxConfig
 from simcore.robot.mechanisms import ArmConfig, ElevatorConfig, FlywheelConfig, RackConfig
 from simcore.robot_file.mechanism_runs import (
@@ -18,7 +18,7 @@ from simcore.robot_file.mechanism_runs import (
     speed_text,
 )
 
-MOTOR = DCMotor.krakenX60(1)
+MOTOR = motor("Kraken X60")
 
 
 def gearbox(gearing: float = 2.0, **more: float) -> GearboxConfig:

@@ -12,6 +12,7 @@ import pytest
 from simcore.errors import ConfigError, UnknownNameError
 from simcore.geometry.linkage import part_pose
 from simcore.pieces.storage import StorageConfig
+from simcore.robot.fixed_wheel_config import TankConfig
 from simcore.robot.mass_distribution import moved_points
 from simcore.robot.mechanisms import ArmSim, FlywheelConfig, RackSim
 from simcore.robot.robot_config import build_mechanism
@@ -184,6 +185,9 @@ def test_the_robot_that_the_file_describes_is_of_the_same_class_as_every_other(r
     ("text", "said"),
     [
         ("[robot]\nmas = 50", "simcore.toml [robot]: no key 'mas'. Did you mean 'mass'? Known: bay_depth"),
+        ("[start]\nyaw_deg = 90", "simcore.toml [start]: no key 'yaw_deg'. Did you mean 'heading_deg'? Known:"),
+        ("[scatter]\nexit_sped = 1", "[scatter]: no key 'exit_sped'. Did you mean 'exit_speed'?"),
+        ("[autos.left]\nstart = [1, 2, 3]\nspeed = 1", "[autos.'left']: no key 'speed'"),
         ("[robbot]\nmass = 50", "simcore.toml: no key 'robbot'. Did you mean 'robot'?"),
         ("[robot]\nmass = -50", "simcore.toml [robot]: mass must be a number from 20 to 75 kg, got -50"),
         ("[robot]\nmass = '50'", "simcore.toml [robot]: mass must be a number from 20 to 75 kg, got '50'"),
@@ -393,7 +397,7 @@ def test_friction_is_the_files_else_a_default_of_kind_and_motor_that_a_ks_replac
     wheels, roller, pivot = (robot.mechanism(name) for name in ("wheels", "roller", "pivot"))
     volts = {m.name: _friction_volts(m) for m in (wheels, roller, pivot)}
     motor = wheels.config.gearbox.motor
-    assert volts["wheels"] == pytest.approx(motor.freeCurrent * motor.R)  # the datasheet's no-load current
+    assert volts["wheels"] == pytest.approx(motor.free_current * motor.resistance)  # the datasheet's no-load current
     assert volts["roller"] == pytest.approx(0.2)
     assert volts["pivot"] == pytest.approx(0.4)
     told = robot.with_friction({"roller": 0.31, "pivot": 0.1})
@@ -416,7 +420,7 @@ def test_sparks_have_their_usual_motor_and_an_encoder_of_their_own(tmp_path):
     assert (roller.controller, roller.motor, roller.encoder_gearing) == ("SPARK Flex", "NEO Vortex", 2.5)
     for keys, problem in (
         ('controller = "SPARK MAX"\ncancoder = 3', "cancoder is of a TalonFX; a SPARK MAX has encoder_gearing"),
-        ("encoder_gearing = 2", "encoder_gearing is of a SPARK MAX or SPARK Flex; the controller is a TalonFX"),
+        ("encoder_gearing = 2", "encoder_gearing is of a SPARK MAX, SPARK Flex, Talon SRX; the controller is a Tal"),
         ('controller = "SPARK"', "Did you mean 'SPARK MAX'"),
     ):
         path.write_text(ROLLER + keys)
@@ -481,3 +485,27 @@ def test_mechanisms_move_the_masses_that_the_file_states(tmp_path):
     masses = read_settings(path).moving_masses
     assert [(one.name, one.mass) for one in masses] == [("lift", 9.0), ("arm", 3.0), ("turret", 2.0)]
     assert masses[2].center == (0.1, 0.0, 0.3)
+
+
+def test_a_file_with_a_byte_order_mark_is_read(tmp_path):
+    """As Notepad and PowerShell 5 write UTF-8."""
+    path = tmp_path / "simcore.toml"
+    path.write_bytes(b"\xef\xbb\xbf[robot]\nmass = 48\n")
+    assert read_settings(path).mass == 48.0
+
+
+def test_frictions_of_the_file_are_those_of_any_drivetrain(read):
+    """Also of one that CTRE's constants describe, in which they are placeholders."""
+    robot = read(
+        "[robot]\ntread = 1.8\nwheel_grain = 0.73\ndrive_friction_volts = 0.4\nsteer_friction_volts = 0.3\n"
+        "bumper_friction = 0.5\n"
+    )
+    assert robot.wheel_cof == 1.8
+    built = robot.robot_config(SwerveConfig.square(0.5, SwerveModuleConfig(x=0.0, y=0.0)))
+    for module in built.drivetrain.modules:
+        assert (module.wheel_grain, module.drive_friction_volts, module.steer_friction_volts) == (0.73, 0.4, 0.3)
+    assert built.body.bumper_friction == 0.5
+    tank = robot.robot_config(TankConfig()).drivetrain
+    assert (tank.wheel_grain, tank.friction_volts) == (0.73, 0.4)
+    untold = SwerveConfig.square(0.5, SwerveModuleConfig(x=0.0, y=0.0))
+    assert read("").robot_config(untold).drivetrain == untold

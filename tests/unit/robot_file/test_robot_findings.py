@@ -6,12 +6,12 @@ import math
 from dataclasses import replace
 
 import pytest
-from wpimath.system.plant import DCMotor
 
 from games.rebuilt import REBUILT
 from simcore.geometry.linkage import Joint
 from simcore.pieces.intake import IntakeZone
 from simcore.robot.climber import ClimberConfig
+from simcore.robot.dc_motor import motor
 from simcore.robot.gearbox import GearboxConfig
 from simcore.robot.mechanisms import ElevatorConfig
 from simcore.robot_file.mechanism_runs import CodeView, run_mechanism
@@ -38,7 +38,7 @@ def with_shooter(**change):
 
 def with_climber(height, mass=2.0, gearing=60.0):
     lift = ElevatorConfig(
-        gearbox=GearboxConfig(motor=DCMotor.krakenX60(1), gearing=gearing, stator_current_limit=60.0),
+        gearbox=GearboxConfig(motor=motor("Kraken X60"), gearing=gearing, stator_current_limit=60.0),
         carriage_mass=mass, drum_radius=0.02, max_height=height,
     )  # fmt: skip
     joint = Joint(mechanism="lift", axis=(0.0, 0.0, 1.0), origin=(0.0, 0.0, 0.3), slides=True, ratio=0.02)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import importlib
 import io
 import json
 import os
@@ -15,6 +16,7 @@ import pytest
 from packaging.requirements import Requirement
 from rich.console import Console
 
+from simcore import season
 from simcore.errors import ConfigError
 from simcore.install_text import install_command
 from simcore.robotpy import doctor
@@ -137,7 +139,8 @@ REQUIRES = [
     "mujoco-core>=4.0.1; extra == 'mujoco'",
     "phoenix6<27,>=26.1; extra == 'phoenix6'",
     "wpilib<2027,>=2026.2; extra == 'phoenix6'",
-    "pyfrc<2027,>=2026.0; extra == 'robotpy'",
+    "pyfrc<2027,>=2026.0; extra == 'robotpy2026'",
+    "wpilib<2028,>=2027.0.0a7; extra == 'robotpy2027'",
     "pytest>=8; extra == 'test'",
 ]
 WHOLE = {"numpy": "2.4.6", "phoenix6": "26.3.0", "wpilib": "2026.2.2", "pyfrc": "2026.0.3", "simcore": "0.1.0"}
@@ -151,7 +154,7 @@ def of_requirements(installed, python="3.12"):
 def test_requirements_of_a_whole_installation():
     found = of_requirements(WHOLE)
     assert [(f.check, f.level) for f in found.values()] == [
-        ("simcore", OK), ("packages", OK), ("extra [phoenix6]", OK), ("extra [robotpy]", OK),
+        ("simcore", OK), ("packages", OK), ("extra [phoenix6]", OK), ("extra [robotpy2026]", OK),
     ]  # fmt: skip
     assert found["packages"].text == "numpy 2.4.6", "markers of other Pythons, the engine and tests do not count"
     assert found["extra [phoenix6]"].text == "phoenix6 26.3.0, wpilib 2026.2.2"
@@ -166,7 +169,7 @@ def test_requirements_that_are_missing_old_or_not_wanted():
         assert found.level is FAIL and f"phoenix6 {version} is not <27,>=26.1" in found.text
         assert found.advice == install_command("phoenix6", upgrade=True)
     without = {key: value for key, value in WHOLE.items() if key not in ("phoenix6", "wpilib", "pyfrc")}
-    assert of_requirements(without)["extra [robotpy]"].level is WARN
+    assert of_requirements(without)["extra [robotpy2026]"].level is WARN
     half = {key: value for key, value in WHOLE.items() if key != "phoenix6"}
     assert of_requirements(half)["extra [phoenix6]"].level is FAIL, "half an extra is worse than none"
 
@@ -179,8 +182,26 @@ def test_simcore_that_is_not_installed():
 @pytest.mark.parametrize(
     ("installed", "level", "words"),
     [
-        ({"wpilib": "2026.2.2", "pyntcore": "2026.2.1", "robotpy-cli": "2024.0.0"}, OK, "2026.2 (2 packages)"),
-        ({"wpilib": "2026.2.2", "pyntcore": "2025.3.2"}, FAIL, "pyntcore 2025.3.2 beside 2026.2"),
+        (
+            {"wpilib": "2026.2.2", "pyntcore": "2026.2.1", "robotpy-cli": "2024.0.0"},
+            OK,
+            "season 2026: 2026.2 (2 packages)",
+        ),
+        (
+            {
+                "wpilib": "2027.0.0a7",
+                "pyntcore": "2027.0.0a7",
+                "phoenix6": "26.70.0a2",
+                "robotpy-native-ntcore": "2027.0.0a7",
+            },
+            OK,
+            "2027: 2027.0 (3 packages); not final yet: phoenix6 26.70.0a2, pyntcore 2027.0.0a7, wpilib 2027.0.0a7",
+        ),
+        ({"wpilib": "2026.2.2", "pyntcore": "2025.3.2"}, FAIL, "pyntcore 2025.3.2 beside WPILib of 2026"),
+        ({"wpilib": "2026.2.2", "pyntcore": "2027.0.0a7"}, FAIL, "pyntcore 2027.0.0a7 beside WPILib of 2026"),
+        ({"wpilib": "2027.0.0a7", "pyfrc": "2026.0.3"}, FAIL, "pyfrc 2026.0.3 beside WPILib of 2027"),
+        ({"wpilib": "2027.0.0a7", "phoenix6": "26.3.0"}, FAIL, "phoenix6 26.3.0 beside WPILib of 2027"),
+        ({"phoenix6": "26.70.0a2"}, FAIL, "phoenix6 26.70.0a2 without WPILib of 2027"),
         ({"wpilib": "2026.2.2", "robotpy-hal": "2026.1.0"}, WARN, "robotpy-hal 2026.1.0 beside 2026.2"),
         ({"numpy": "2.0"}, FAIL, "nothing of WPILib"),
     ],
@@ -188,6 +209,30 @@ def test_simcore_that_is_not_installed():
 def test_year(installed, level, words):
     found = install_checks.check_year(installed)
     assert found.level is level and words in found.text
+    assert bool(found.advice) == (level is not OK) and "\n" not in found.text + found.advice
+
+
+def test_extras_are_those_of_the_season():
+    found = of_requirements({"numpy": "2.5", "simcore": "1.0", "wpilib": "2027.0.0a7", "phoenix6": "26.70.0a2"})
+    assert [*found] == ["simcore", "packages", "extra [robotpy2027]"]
+    assert found["extra [robotpy2027]"].text == "wpilib 2027.0.0a7"
+
+
+def test_a_mixture_of_seasons_is_what_is_said_when_a_library_of_it_does_not_load(monkeypatch):
+    """Of a library that is not there at all, the command that brings it."""
+    monkeypatch.setattr(season, "import_module", lambda name: importlib.import_module(f"{name}_is_not_there"))
+    mixture = {"wpilib": "2026.2.2", "pyntcore": "2027.0.0a7"}
+    monkeypatch.setattr(
+        season.metadata,
+        "distributions",
+        lambda: [SimpleNamespace(metadata={"Name": name}, version=version) for name, version in mixture.items()],
+    )
+    load = season._module.__wrapped__
+    with pytest.raises(ConfigError, match=r"two seasons are mixed, pyntcore 2027\.0\.0a7 beside WPILib of 2026: make"):
+        load("ntcore")
+    mixture.clear()
+    with pytest.raises(ConfigError, match=r"this needs ntcore of WPILib, which cannot be imported .* brings it"):
+        load("ntcore")
 
 
 # --- the computer ---------------------------------------------------------------------------------------------------

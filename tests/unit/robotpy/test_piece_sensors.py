@@ -9,8 +9,8 @@ import pytest
 pytest.importorskip("wpilib", reason="needs the extra 'robotpy'")
 
 from simcore.pieces.storage import Storage, StorageConfig
-from simcore.robot_file.device_settings import PieceView
-from simcore.robotpy.piece_sensors import BeamBreak, PieceEye, PieceRange
+from simcore.robot_file.sensor_tables import PieceView
+from simcore.robotpy.piece_sensors import PieceSensor
 from simcore.units import TICK
 
 
@@ -32,11 +32,11 @@ def kind_of(slot: int) -> str:
     return "Cube" if slot < 10 else "Cone"
 
 
-def eye(robot: Robot, place: str = "storage", **view) -> PieceEye:
-    return PieceEye(PieceView(place=place, **view), robot, kind_of)
+def eye(robot: Robot, place: str = "storage", show=lambda is_seen: None, **view) -> PieceSensor:
+    return PieceSensor(PieceView(place=place, **view), robot, kind_of, show)
 
 
-def ticks_seen(sensor: PieceEye, ticks: int) -> list[bool]:
+def ticks_seen(sensor: PieceSensor, ticks: int) -> list[bool]:
     return [sensor.look() for _ in range(ticks)]
 
 
@@ -86,15 +86,11 @@ def test_a_claw_is_seen_and_what_moves_within_the_robot_passes_nothing():
     assert not claw.look() and shooter.look()
 
 
-def test_a_beam_and_a_range_show_it():
+def test_what_it_sees_is_shown():
     robot = Robot()
-    switch, distances = [], []
-    beam = BeamBreak(eye(robot), SimpleNamespace(set_active=switch.append))
-    near = PieceRange(eye(robot), SimpleNamespace(write=distances.append), distance=0.05, empty=0.4)
-    for sensor in (beam, near):
-        sensor.update()
+    shown: list[bool] = []
+    sensor = eye(robot, show=shown.append)
+    sensor.update()
     robot.storage.add([1])
-    for sensor in (beam, near):
-        sensor.update()
-        assert sensor.is_active
-    assert switch == [False, True] and distances == [0.4, 0.05]
+    sensor.update()
+    assert sensor.is_active and shown == [False, True]

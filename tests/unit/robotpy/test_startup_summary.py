@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from simcore.robotpy.startup_summary import StartupSummary, unknown_sim_devices
+from simcore.robotpy.startup_summary import StartupSummary
 
 
 def test_a_robot_of_many_devices_fits_on_one_screen_and_every_kind_is_there():
@@ -33,6 +33,12 @@ def test_a_robot_of_many_devices_fits_on_one_screen_and_every_kind_is_there():
         assert expected in text, expected
 
 
+def test_pieces_that_no_intake_takes_in_are_said():
+    lines = StartupSummary(robot="Robot", drivetrain="TalonFX 1-8", pushed="fuel").lines()
+    assert any("intake       not described: fuel is pushed, not taken in" in line for line in lines)
+    assert not any("intake" in line for line in StartupSummary(robot="Robot", drivetrain="TalonFX 1-8").lines())
+
+
 def test_without_a_file_it_says_how_to_get_one():
     lines = StartupSummary(robot="Robot", drivetrain="TalonFX 1-8", has_file=False).lines()
     assert "`simcore init` writes a simcore.toml" in lines[-1]
@@ -42,12 +48,3 @@ def test_without_a_file_it_says_how_to_get_one():
 def test_a_second_simulation_is_said():
     lines = StartupSummary(robot="Robot", drivetrain="TalonFX 1-8", is_on_network=False).lines()
     assert "holds port 5810 of NetworkTables: dashboards show that one" in " ".join(" ".join(lines).split())
-
-
-def test_devices_of_other_makers_are_named_once():
-    names = [
-        *("Talon FX (v6)[1]", "Talon FX (v6)[1]/Rotor Sensor", "SPARK Flex [6] EXTERNAL ENCODER"),
-        *("DutyCycle:DutyCycleEncoder[3]", "AnalogEncoder[0]"),
-        *("navX-Sensor[4]", "ADXRS450_Gyro[0]", "Servo Hub [3]/Channel 0", "Servo Hub [3]/Channel 1"),
-    ]
-    assert unknown_sim_devices(names) == ["ADXRS450_Gyro[0]", "Servo Hub [3]", "navX-Sensor[4]"]

@@ -79,6 +79,28 @@ def test_a_run_keeps_its_name_where_more_is_asked_for():
         assert not set(few.run_keys(few.runs())) & set(other.run_keys(other.runs()))
 
 
+def test_a_run_has_another_name_with_another_mesh_or_engine_package(tmp_path, monkeypatch):
+    (tmp_path / "meshed_game.py").write_text("""
+from dataclasses import replace
+from pathlib import Path
+from simcore.match.registry import find_game
+
+GAME = find_game("rebuilt", say=str)
+GAME = replace(GAME, field=replace(GAME.field, mesh=Path(__file__).parent / "field.obj"))
+""")
+    mesh = tmp_path / "field.obj"
+    mesh.write_text("v 0 0 0\n")
+    monkeypatch.syspath_prepend(str(tmp_path))
+    wanted = Experiment(game="meshed_game:GAME", seeds=(3,))
+    (first,) = wanted.run_keys(wanted.runs())
+    assert wanted.run_keys(wanted.runs()) == [first]
+    mesh.write_text("v 0 0 0\nv 1 0 0\n")
+    (second,) = wanted.run_keys(wanted.runs())
+    monkeypatch.setattr("simcore.sweep.experiment._version", lambda module: f"{module} 99")
+    (third,) = wanted.run_keys(wanted.runs())
+    assert len({first, second, third}) == 3
+
+
 def test_a_project_has_another_name_when_its_code_changes(tmp_path):
     robot = tmp_path / "robot.py"
     robot.write_text("speed = 1\n")

@@ -71,13 +71,20 @@ def test_page_and_pictures_show_what_was_varied_and_measured(saved):
     ]  # fmt: skip
     assert {path.name for path in folder.glob("pictures/*.png")} == {name for name in files if name.endswith(".png")}
     assert len([name for name in files if name.endswith(".png")]) == len(titles)
+    text = files["page.html"].read_text(encoding="utf-8")
+    assert "<span>battery.charge = 0.65 against 0.3: +3 (95 % interval" in text  # over its chart
+    assert "<summary>score with the same seeds</summary>" in text
     assert files["what_moves_score.png"].read_bytes().startswith(b"\x89PNG")
 
 
 def test_the_summary_says_share_percentiles_and_what_matters(saved):
     said = summary_text(saved[0], "score >= 25").splitlines()
     assert said[0] == "120 runs at 6 points of battery.charge, robot.mass, 20 seeds; 1 ended with an error"
-    assert any(re.match(r"score >= 25: \d+ of 120 = \d+ % \(95 % interval \d+ to \d+ %\)$", row) for row in said)
+    assert said[2] == "score with the same seeds:"
+    assert said[3].startswith("  battery.charge = 0.65 against 0.3: +3 (95 % interval +3 to +3), 20 seeds: 20 more")
+    assert any(
+        re.match(r"score >= 25: \d+ of 120 = \d+ % \(95 % interval \d+ to \d+ % by 20 seeds\)$", row) for row in said
+    )
     assert any(row.startswith("  battery.charge = 0.65: ") and " of 40 = " in row for row in said)
     assert any(row.split() == ["metric", "5", "%", "25", "%", "median", "75", "%", "95", "%"] for row in said)
     ranks = [row.split()[0] for row in said[said.index("what moves score:") + 2 :][:2]]

@@ -91,14 +91,21 @@ def test_a_factor_that_does_nothing_has_no_share_of_what_seeds_do():
     assert first.factor == "x2" and first.index > 0.98
 
 
+def test_the_luck_of_seeds_hides_no_factor():
+    """One more in each of ten pairs, and seeds that scatter by 100: all that happens within seeds is the factor."""
+    table = runs_of({"x": np.array([0.0, 1.0])}, lambda v, seed: {"score": 100 * math.sin(seed) + v["x"]}, seeds=10)
+    (effect,) = Results(table, described("x")).sensitivity("score")
+    assert effect.index == pytest.approx(1.0) and effect.swing == pytest.approx(1.0)
+
+
 def test_morris_finds_the_slopes_of_a_plane_exactly_and_seeds_are_averaged():
-    """mu* of 3 x1 - 2 x2 is 3 and 2 times the way between a range's outer levels, whatever the points."""
+    """mu* of 3 x1 - 2 x2 is 3 and 2 times the whole range of a factor, whatever the points."""
 
     def plane(values, seed):
         return {"score": 3 * values["x1"] - 2 * values["x2"] + (1 if seed else -1)}
 
     found = results(morris_points(6, 3, seed=1), "morris", plane, seeds=2).sensitivity("score")
-    way = 2 * math.pi * 3 / 4  # levels are the middles of four parts
+    way = 2 * math.pi
     assert [effect.factor for effect in found] == ["x1", "x2", "x3"]
     assert [effect.index for effect in found] == pytest.approx([3 * way, 2 * way, 0.0])
     assert found[0].swing > 0 > found[1].swing and found[2].margin == pytest.approx(0.0, abs=1e-9)

@@ -3,16 +3,21 @@
 from __future__ import annotations
 
 import random
+import signal
+import socket
 import sqlite3
 import subprocess
 import sys
+import threading
 from pathlib import Path
+from time import monotonic, sleep
 
 import pandas as pd
+import psutil
 import pytest
 
 from simcore import cli
-from simcore.errors import ConfigError, OutputError, UnknownNameError
+from simcore.errors import ConfigError, OutputError, SimcoreError, UnknownNameError
 from simcore.sweep import one_run
 from simcore.sweep.api import rows_table, sweep
 from simcore.sweep.executors import play_all
@@ -195,10 +200,49 @@ def test_nobody_is_there_to_play():
         sweep(experiment(), workers=-5)
 
 
-def test_a_scheduler_that_does_not_answer(monkeypatch):
-    monkeypatch.setattr("simcore.sweep.executors._CONNECT", 0.2)
-    with pytest.raises(ConfigError, match=r"answers at tcp://127\.0\.0\.1:9"):
-        sweep(experiment(), executor="dask", scheduler="tcp://127.0.0.1:9")
+@pytest.mark.parametrize("reply", [None, b"", b"HTTP/1.0 400 Bad request\r\n\r\n" * 9])
+def test_a_scheduler_that_does_not_answer(reply):
+    """Nobody listens, somebody who says nothing, or a web server: told in a second."""
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        port = server.getsockname()[1]
+        if reply is None:
+            server.close()
+        elif reply:
+            threading.Thread(target=lambda: server.accept()[0].sendall(reply), daemon=True).start()
+        start = monotonic()
+        with pytest.raises(ConfigError, match=rf"answers at tcp://127\.0\.0\.1:{port}"):
+            sweep(experiment(), executor="dask", scheduler=f"tcp://127.0.0.1:{port}")
+        assert monotonic() - start < 5.0
+
+
+def test_what_is_no_address_of_a_scheduler_is_said():
+    with pytest.raises(ConfigError, match="answers at file:///etc/passwd"):
+        sweep(experiment(), executor="dask", scheduler="file:///etc/passwd")
+
+
+def test_a_lost_scheduler_ends_the_sweep_with_a_sentence_and_its_rows_are_kept(tmp_path):
+    code = """
+import distributed, sys
+cluster = distributed.LocalCluster(n_workers=1, threads_per_worker=1, processes=False, protocol="tcp://",
+                                   host="127.0.0.1", dashboard_address=None)
+print(cluster.scheduler_address, flush=True)
+sys.stdin.read()
+"""
+    with subprocess.Popen(
+        [sys.executable, "-c", code], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True, cwd=FOLDER
+    ) as process:
+        address = process.stdout.readline().strip()
+        rows = []
+
+        def end(row, stored):
+            rows.append(row["run"])
+            process.kill()
+
+        with pytest.raises(SimcoreError, match="scheduler is lost; runs that were stored are kept"):
+            sweep(experiment(seeds=range(200)), executor="dask", scheduler=address, out=tmp_path, on_row=end)
+    assert 0 < len(rows) < 200
+    kept = sqlite3.connect(tmp_path / "runs.sqlite").execute("SELECT count(*) FROM runs").fetchone()[0]
+    assert kept == len(rows)
 
 
 @pytest.mark.parametrize(
@@ -216,6 +260,33 @@ def test_what_no_run_can_be_is_said_before_the_first(settings, said):
     with pytest.raises((ConfigError, UnknownNameError)) as caught:
         sweep(experiment(**settings), executor="process")
     assert said in str(caught.value)
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="looks for children as Linux has them")
+@pytest.mark.parametrize("deed", [signal.SIGKILL, signal.SIGTERM])
+def test_a_killed_sweep_leaves_no_process(deed, tmp_path):
+    words = ["sweep", "sweep_game:SMALL", "--seconds", "0.1", "--seeds", "5000", "-j", "2", "--out", str(tmp_path)]
+    process = subprocess.Popen(
+        [sys.executable, "-c", "import sys; from simcore import cli; sys.exit(cli.main(sys.argv[1:]))", *words],
+        cwd=FOLDER, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
+    )  # fmt: skip
+    store, end = tmp_path / "runs.sqlite", monotonic() + 120.0
+    while not (store.exists() and stored_runs(store)):
+        assert process.poll() is None and monotonic() < end
+        sleep(0.2)
+    children = psutil.Process(process.pid).children(recursive=True)
+    assert len(children) >= 2
+    process.send_signal(deed)
+    assert process.wait(30.0) == (-signal.SIGKILL if deed == signal.SIGKILL else 130)
+    assert psutil.wait_procs(children, timeout=5.0)[1] == []
+    assert stored_runs(store)
+
+
+def stored_runs(store):
+    try:
+        return sqlite3.connect(store).execute("SELECT count(*) FROM runs").fetchone()[0]
+    except sqlite3.OperationalError:  # not made yet
+        return 0
 
 
 # --- the command --------------------------------------------------------------------------------------------------

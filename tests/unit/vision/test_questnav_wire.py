@@ -8,7 +8,7 @@ import pytest
 
 from simcore.errors import ConfigError
 from simcore.vision.quest_headset import QuestFrame
-from simcore.vision.questnav_wire import device_message, frame_message, read_command, response_message
+from simcore.vision.questnav_table import device_message, frame_message, read_command, response_message
 
 # Made by the classes in robotpy-questnav 2026.0.1a0 with protobuf 6.33; tests/adapters/test_questnav.py asks them anew.
 FRAME = (

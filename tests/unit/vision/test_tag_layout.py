@@ -14,6 +14,19 @@ from simcore.vision.camera import CameraConfig, LimelightType, PiecePipeline, Ta
 from simcore.vision.tag_layout import TAG_SIZE, TagLayout, load_layout, official_layout
 
 
+def test_the_layouts_are_those_of_wpilib():
+    apriltag = pytest.importorskip("robotpy_apriltag")
+    for name in (n for n in vars(apriltag.AprilTagField) if n.startswith("k2")):
+        theirs = apriltag.AprilTagFieldLayout.loadField(getattr(apriltag.AprilTagField, name))
+        ours = official_layout(name)
+        assert ours.field_size == (theirs.getFieldLength(), theirs.getFieldWidth())
+        assert ours.ids.tolist() == sorted(tag.ID for tag in theirs.getTags())
+        for number, center, rotation in zip(ours.ids, ours.centers, ours.rotations, strict=True):
+            pose = theirs.getTagPose(int(number))
+            assert tuple(center) == (pose.X(), pose.Y(), pose.Z())
+            assert rotation == pytest.approx(pose.rotation().toMatrix(), abs=1e-12)
+
+
 def test_the_official_layouts_of_2026():
     welded, andymark = official_layout("2026-welded"), official_layout("2026-andymark")
     assert len(welded.ids) == len(andymark.ids) == 32

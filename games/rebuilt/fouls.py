@@ -1,0 +1,212 @@
+"""The fouls that geometry decides (game manual, section 7.4, as of team update 22)."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from fnmatch import fnmatchcase
+
+from games.rebuilt import dimensions as dim
+from games.rebuilt.scoring import ALLIANCES
+from games.rebuilt.tower import TowerJudge
+from simcore.match.foul_book import FoulBook
+from simcore.match.game import PlayedMatch
+from simcore.match.perimeters import is_airborne, is_carried, reaches_into, robot_near
+from simcore.match.pinning import PinCounts, pins_of
+from simcore.match.releases import Releases
+from simcore.match.scoring import Alliance, ScoreEvent
+from simcore.pieces.pool import PieceStatus
+from simcore.typing import FloatArray
+from simcore.units import TICK
+
+__all__ = ["MAJOR", "MINOR", "Fouls", "crosses_center", "is_closed", "is_outside_zone"]
+
+MINOR, MAJOR = 5, 15
+_FEW_SECONDS = 3.0  # [s]; what goes on for so long is a further foul
+_MOMENT = 0.5  # [s]; ours: what a robot holds for less, it holds for a moment
+_NEAR = 0.05  # [m]; ours: a fuel this near to a robot's bumpers touches it
+_PASSES = 0.7  # [m]; ours: a robot does not pass through a gap that is narrower
+_STANDS = 0.5  # [m/s]; ours: a robot that is faster passes, and closes nothing off
+
+
+def is_outside_zone(outline: FloatArray) -> bool:
+    """Whether no part of a robot's bumpers, as blue's [m], shape (4, 2), is in its alliance zone or on its line."""
+    return bool(outline[:, 0].min() > dim.ALLIANCE_ZONE_DEPTH)
+
+
+def crosses_center(outline: FloatArray) -> bool:
+    """Whether a robot's bumpers, as blue's [m], shape (4, 2), are completely across the center line."""
+    return bool(outline[:, 0].min() > dim.FIELD_CENTER[0])
+
+
+def is_closed(passage: tuple[float, float], robots: Iterable[tuple[float, float]]) -> bool:
+    """Whether robots leave no gap in a passage that another one could pass through.
+
+    Args:
+        passage: From where to where it goes, across [m].
+        robots: The same of each robot in it [m].
+    """
+    edge, widest = passage[0], 0.0
+    for low, high in sorted(robots):
+        widest, edge = max(widest, low - edge), max(edge, high)
+    return max(widest, passage[1] - edge) < _PASSES
+
+
+class Fouls:
+    """Looks for them in one match, in auto and teleop.
+
+    Args:
+        match: In which.
+        towers: Who is on a tower.
+    """
+
+    def __init__(self, match: PlayedMatch, towers: TowerJudge) -> None:
+        self._match, self._towers = match, towers
+        self.book = FoulBook(match)
+        """What was found."""
+        self._releases = Releases(match)
+        self._pins = PinCounts(_FEW_SECONDS)
+        self._shots: dict[int, tuple[int, bool]] = {}  # fuel by slot: who shot it, and whether from outside its zone
+        self._emerged: dict[int, int] = {}  # fuel out of a hub that has touched nothing else, -1 or the robot it met
+        self._kept: dict[int, float] = {}  # since when a robot holds one of those [s]
+        self._thrown: dict[int, int] = {}  # how many fuel each robot has thrown off the field
+        self._closed: dict[tuple[Alliance, str], float] = {}  # for how long [s]
+
+    # --- what the rules tell ----------------------------------------------------------------------------------------
+
+    def emerged(self, slot: int) -> None:
+        """A fuel has come out of a hub."""
+        self._emerged[slot] = -1
+
+    def scored(self, event: ScoreEvent) -> None:
+        """G407: a robot that is wholly outside of its alliance zone shoots into its hub; a volley is one foul."""
+        robot, outside = self._shots.pop(event.slot, (-1, False))
+        if outside and event.alliance == self._match.alliances[robot]:
+            self.book.call("G407", robot, MAJOR, "shoots into its hub from outside of its alliance zone")
+
+    def left_field(self, slot: int, *, untouched: bool) -> None:
+        """G405: a robot throws a fuel off the field; one that hit something before was not thrown there on purpose."""
+        robot, _ = self._shots.pop(slot, (-1, False))
+        if robot >= 0 and untouched:
+            before = self._thrown.get(robot, 0)
+            self._thrown[robot] = before + 1
+            self.book.call("G405", robot, MAJOR if before else MINOR, "throws fuel off the field", slot)
+
+    # --- once a tick ------------------------------------------------------------------------------------------------
+
+    def look(self) -> None:
+        """After everything has moved."""
+        match = self._match
+        for piece in self._releases.update():
+            self._shots[piece.slot] = piece.robot, is_outside_zone(match.outline(piece.robot))
+        if not match.timer.is_enabled or match.timer.is_over:
+            return
+        for slot in [slot for slot in self._shots if match.pieces.state.status[slot] == PieceStatus.ASLEEP]:
+            del self._shots[slot]
+        self._judge_emerged()
+        if len(match.robots) > 1:
+            self._judge_contacts()
+            self._judge_pins()
+            self._judge_passages()
+
+    def _judge_emerged(self) -> None:
+        """G408: a robot keeps fuel that came out of a hub before it touched anything else."""
+        match, state = self._match, self._match.pieces.state
+        untouched = match.pieces.is_untouched
+        reach = match.pieces.types[0].bounding_radius + _NEAR
+        for slot, met in list(self._emerged.items()):
+            here = robot_near(match.robots, state.pos[slot, :2], reach)
+            holder = int(state.holder[slot]) if state.status[slot] == PieceStatus.HELD else -1
+            if holder >= 0:
+                since = self._kept.setdefault(slot, match.time)
+                if met != holder or match.time - since > _MOMENT:
+                    if met == holder:
+                        self.book.call("G408", holder, MINOR, "keeps fuel as it comes out of a hub")
+                    del self._emerged[slot], self._kept[slot]
+            elif slot in self._kept or (met < 0 and not untouched[slot] and here < 0):
+                self._kept.pop(slot, None)
+                del self._emerged[slot]
+            elif met < 0 and not untouched[slot]:
+                self._emerged[slot] = here
+            elif met >= 0 and state.pos[slot, 2] < match.pieces.types[0].rest_height + _NEAR:
+                del self._emerged[slot]  # it has come to the carpet
+
+    def _judge_contacts(self) -> None:
+        match, phase = self._match, self._match.timer.phase
+        touches = sorted(match.contacts.robots)
+        for number, other in touches:
+            if match.alliances[number] == match.alliances[other]:
+                if is_carried(match, other, number):
+                    self._towers.carried.add(other)  # G414
+                continue
+            if phase.mode == "auto" and crosses_center(match.outline(number)):
+                self.book.call("G403", number, MAJOR, f"touches robot {other} across the center line", other)
+            if reaches_into(match.robots[number], match.robots[other]):
+                self.book.call("G415", number, MINOR, f"reaches into robot {other}", other)
+        if phase.name == "end game":
+            for number, other in sorted({*touches, *self._by_fuel()}):
+                if match.alliances[number] != match.alliances[other] and self._is_at_tower(other):
+                    self.book.call("G420", number, MAJOR, f"touches robot {other} at its tower", other)
+                    if is_airborne(match.robots[other]):
+                        self._towers.awarded.add(other)
+
+    def _is_at_tower(self, number: int) -> bool:
+        """Whether a robot touches its tower."""
+        own = f"{self._match.alliances[number]}_tower_*"
+        return any(fnmatchcase(name, own) for name in self._match.contacts.elements(number))
+
+    def _by_fuel(self) -> set[tuple[int, int]]:
+        """Pairs of robots that touch the same fuel, each in both orders."""
+        match = self._match
+        climbing = [robot.number for robot in match.robots if self._is_at_tower(robot.number)]
+        if not climbing:
+            return set()
+        pairs = set()
+        for slot in match.pieces.in_contact.tolist():
+            touching = match.contacts.touching(match.pieces.row(slot))
+            pairs |= {(a, b) for a in touching for b in touching if a != b}
+        return pairs
+
+    def _judge_pins(self) -> None:
+        """G418."""
+        match = self._match
+        places = {robot.number: robot.chassis.pose[:2] for robot in match.robots}
+        for (number, other), before in self._pins.update(TICK, pins_of(match), places):
+            self.book.call("G418", number, MAJOR if before else MINOR, f"pins robot {other}", other, before)
+
+    def _judge_passages(self) -> None:
+        """G419: robots of an alliance close off both trenches, or both bumps, of a side for a few seconds."""
+        match = self._match
+        for alliance in ALLIANCES:
+            stand = [
+                match.outline(robot.number)
+                for robot in match.robots
+                if match.alliances[robot.number] == alliance and robot.chassis.speed < _STANDS
+            ]
+            for name, passages in _PASSAGES.items():
+                for side, middle in (("own", dim.HUB_CENTER[0]), ("other", dim.FIELD_LENGTH - dim.HUB_CENTER[0])):
+                    key = (alliance, f"both {name} of the {side} side")
+                    closed = len(stand) > 1 and _are_closed(passages, stand, middle)
+                    self._closed[key] = self._closed.get(key, 0.0) + TICK if closed else 0.0
+                    if self._closed[key] > _FEW_SECONDS:
+                        robot = match.alliances.index(alliance)
+                        text = f"and partners close off {key[1]}"
+                        self.book.call("G419", robot, MAJOR, text, *key, every=_FEW_SECONDS, later=MAJOR)
+
+
+_PASSAGES = {
+    "trenches": tuple(
+        (y - 0.5 * dim.TRENCH_CLEAR_WIDTH, y + 0.5 * dim.TRENCH_CLEAR_WIDTH)
+        for y in (dim.TRENCH_LEFT_Y, dim.TRENCH_RIGHT_Y)
+    ),
+    "bumps": tuple((y - 0.5 * dim.BUMP_WIDTH, y + 0.5 * dim.BUMP_WIDTH) for y in (dim.BUMP_LEFT_Y, dim.BUMP_RIGHT_Y)),
+}
+
+
+def _are_closed(passages: Sequence[tuple[float, float]], outlines: Sequence[FloatArray], middle: float) -> bool:
+    """Whether robots close off all of some passages, whose middle is so far from the alliance wall [m]."""
+    reach = 0.5 * dim.HUB_SIZE
+    there = [o for o in outlines if o[:, 0].min() < middle + reach and o[:, 0].max() > middle - reach]
+    spans = [(float(o[:, 1].min()), float(o[:, 1].max())) for o in there]
+    return all(
+        is_closed(passage, [s for s in spans if s[1] > passage[0] and s[0] < passage[1]]) for passage in passages
+    )

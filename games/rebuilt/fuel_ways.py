@@ -1,0 +1,103 @@
+"""How fuel comes back into play: through a hub, or from outside of the field in the hands of the crew."""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+
+import numpy as np
+
+from games.rebuilt import dimensions as dim
+from games.rebuilt.field import FIELD
+from games.rebuilt.fuel import FUEL
+from simcore.match.game import PlayedMatch
+from simcore.match.scoring import Alliance, other_alliance
+from simcore.typing import FloatArray
+from simcore.units import TICK, degrees
+
+__all__ = ["HUB_EXITS", "FuelWays", "hub_exit", "own_first"]
+
+HUB_EXITS = "hub_exits"
+"""Option: scored fuel comes out of the hub's exit into the neutral zone, as on the real field."""
+
+# Estimates: nobody has published what the motors of a hub do, and the manual says "randomly distributed".
+_DELAY, _DELAY_SPREAD = 1.0, 0.25  # [s] from the throat to the exit, and its spread to both sides
+_PERIOD = 0.1  # [s] between two fuel of a hub, at most 10 a second
+_SPEED, _SPEED_SPREAD = 2.0, 0.3  # [m/s]
+_FAN, _DIP, _DIP_SPREAD = degrees(15.0), degrees(15.0), degrees(2.5)  # to both sides, downward
+_CREW = (3.0, 8.0)  # [s] until people have brought back what left the field
+
+
+def hub_exit(alliance: Alliance, rng: np.random.Generator) -> tuple[FloatArray, FloatArray]:
+    """Place [m] and velocity [m/s] of a fuel that leaves a hub's exit into the neutral zone, shape (3,) each."""
+    half = 0.5 * dim.HUB_EXIT_WIDTH - FUEL.bounding_radius
+    low, high = dim.HUB_EXIT_BOTTOM + FUEL.bounding_radius, dim.HUB_EXIT_TOP - FUEL.bounding_radius
+    fan, dip = rng.uniform(-_FAN, _FAN), _DIP + rng.uniform(-_DIP_SPREAD, _DIP_SPREAD)
+    speed = _SPEED + rng.uniform(-_SPEED_SPREAD, _SPEED_SPREAD)
+    y, z = dim.HUB_CENTER[1] + rng.uniform(-half, half), rng.uniform(low, high)
+    pos = np.array([dim.HUB_EXIT_X + FUEL.bounding_radius + 0.005, y, z])
+    level = speed * math.cos(dip)
+    vel = np.array([level * math.cos(fan), level * math.sin(fan), -speed * math.sin(dip)])
+    if alliance == "red":
+        pos, vel = FIELD.symmetry.flip_points(pos[None])[0], FIELD.symmetry.flip_vectors(vel[None])[0]
+    return pos, vel
+
+
+def own_first(match: PlayedMatch) -> list[tuple[Alliance, np.random.Generator]]:
+    """Both alliances, that of the first robot first, each with chance of its own: so that red is blue flipped."""
+    own = match.entries[0].alliance
+    return list(zip((own, other_alliance(own)), match.rules_rng.spawn(2), strict=True))
+
+
+class FuelWays:
+    """Fuel in both hubs, and outside of the field, of one match.
+
+    Args:
+        match: Which.
+    """
+
+    def __init__(self, match: PlayedMatch) -> None:
+        self._match = match
+        self._rng = dict(own_first(match))
+        self._hubs: dict[Alliance, deque[tuple[float, int]]] = {alliance: deque() for alliance in self._rng}
+        self._last = dict.fromkeys(self._rng, -math.inf)
+        self._outside: dict[int, tuple[float, float, float]] = {}  # when it comes back, and where to [s, m, m]
+
+    def in_hub(self, alliance: Alliance) -> int:
+        """How many fuel are on their way through a hub."""
+        return len(self._hubs[alliance])
+
+    def enter_hub(self, alliance: Alliance, slot: int) -> None:
+        """A fuel has fallen into a hub; without the option `HUB_EXITS` it stays there."""
+        if HUB_EXITS in self._match.options:
+            self._match.pieces.set_aside(np.array([slot]))
+            delay = _DELAY + self._rng[alliance].uniform(-_DELAY_SPREAD, _DELAY_SPREAD)
+            self._hubs[alliance].append((self._match.time + delay, slot))
+
+    def leave_field(self, slot: int) -> bool:
+        """A fuel has left the field: people keep it for a while. Returns True, for they have it."""
+        pieces = self._match.pieces
+        x, y = pieces.state.pos[slot, :2].tolist()
+        if not math.isfinite(x + y):
+            return False
+        near: Alliance = "blue" if x < dim.FIELD_CENTER[0] else "red"
+        pieces.score(np.array([slot]))
+        pieces.set_aside(np.array([slot]))
+        self._outside[slot] = self._match.time + self._rng[near].uniform(*_CREW), x, y
+        return True
+
+    def act(self) -> list[int]:
+        """Let out of the hubs what is due, and put back what left the field. Returns slots out of the hubs."""
+        match, out = self._match, []
+        for alliance, queue in self._hubs.items():
+            if queue and queue[0][0] <= match.time and match.time - self._last[alliance] > _PERIOD - 0.5 * TICK:
+                _, slot = queue.popleft()
+                pos, vel = hub_exit(alliance, self._rng[alliance])
+                match.pieces.release(np.array([slot]), pos[None])
+                match.pieces.push(np.array([slot]), vel[None], flying=True)
+                self._last[alliance] = match.time
+                out.append(slot)
+        for slot in [slot for slot, (due, _, _) in self._outside.items() if due <= match.time]:
+            _, x, y = self._outside.pop(slot)
+            match.pieces.put_down(np.array([slot]), np.array([[x, y]]))
+        return out

@@ -1,0 +1,161 @@
+"""The rules of a match of REBUILT, hook by hook: hubs, tower, fouls, game data, and the final score sheet."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+
+from games.rebuilt.fouls import MAJOR, MINOR, Fouls
+from games.rebuilt.fuel_ways import FuelWays
+from games.rebuilt.human_players import HUMAN_PLAYERS, HumanPlayers
+from games.rebuilt.scoring import ALLIANCES, ASSESSMENT, MATCH, UNCOUNTED, EventSettings, HubCount
+from games.rebuilt.tower import TowerJudge
+from simcore.match.game import PlayedMatch, Rules
+from simcore.match.scoring import Alliance, ScoreEvent, ScoringZone, other_alliance
+
+__all__ = ["RebuiltRules"]
+
+_LEVELS = ("None", "Level1", "Level2", "Level3")
+_WIN, _TIE = 3, 1
+
+
+class RebuiltRules(Rules):
+    """Counts fuel as the hubs' sensors see it, judges towers and fouls, and lets human players act.
+
+    Args:
+        match: Which is played.
+        event: Thresholds of ranking points, and what else differs from event to event.
+    """
+
+    def __init__(self, match: PlayedMatch, event: EventSettings | None = None) -> None:
+        super().__init__(match)
+        self.event = event or EventSettings()
+        # whose hub is off first in a tie: counted from the first robot's alliance, so that red is blue flipped
+        own: Alliance = match.entries[0].alliance
+        self._coin: Alliance = own if match.rules_rng.random() < 0.5 else other_alliance(own)
+        self.ways = FuelWays(match)
+        """Fuel that is in a hub, or off the field."""
+        self.human_players = HumanPlayers(match) if HUMAN_PLAYERS in match.options else None
+        self._forget()
+
+    def _forget(self) -> None:
+        self.hubs = HubCount(self._coin, practice=self.match.practice)
+        self.towers = TowerJudge(self.match)
+        self.fouls = Fouls(self.match, self.towers)
+        self._tower_points: dict[Alliance, int] = dict.fromkeys(ALLIANCES, 0)
+
+    def is_active(self, alliance: Alliance, time: float | None = None) -> bool:
+        """Whether a fuel counts that the sensors see at a time of the match [s], now if none is given."""
+        return self.hubs.period(alliance, self.match.timer.time if time is None else time) != UNCOUNTED
+
+    # --- hooks ----------------------------------------------------------------------------------------------------
+
+    def start(self) -> None:
+        """The human players take the fuel of their chutes."""
+        self.match.pieces.out_of_field = self._left_field
+        if self.human_players is not None:
+            self.human_players.begin()
+
+    def start_mode(self, mode: str) -> None:
+        """An auto begins without points."""
+        if mode == "auto":
+            self._forget()
+
+    def before_tick(self) -> None:
+        """Hubs let fuel out, people bring back what left the field, human players feed and throw."""
+        for slot in self.ways.act():
+            self.fouls.emerged(slot)
+        if self.human_players is not None:
+            self.human_players.act()
+
+    def worth(self, zone: ScoringZone) -> int:
+        """One point, if the hub counts as its sensors see the fuel."""
+        return zone.points if self.is_active(zone.alliance, self._sensed) else 0
+
+    def scored(self, event: ScoreEvent) -> None:
+        """Count the fuel in its period; the hub lets it out again."""
+        self.hubs.count(event.alliance, self._sensed)
+        self.fouls.scored(event)
+        self.ways.enter_hub(event.alliance, event.slot)
+
+    def after_tick(self) -> None:
+        """Look for fouls and at the towers."""
+        self.fouls.look()
+        self.towers.look()
+        for alliance in ALLIANCES:
+            points = int(math.fsum(self.towers.points(alliance)))
+            if points != self._tower_points[alliance]:
+                self.match.tracker.add(alliance, points - self._tower_points[alliance])
+                self._tower_points[alliance] = points
+
+    def game_data(self) -> str:
+        """Empty before teleop, then `B` or `R`: whose hub is inactive first."""
+        return self.hubs.first_inactive[0].upper() if self.match.timer.time >= MATCH.start("transition") else ""
+
+    def breakdown(self) -> Mapping[str, int]:
+        """The score sheet by alliance, in the names of FIRST's score API."""
+        rows: dict[str, int] = {}
+        for alliance in ALLIANCES:
+            (auto, final), book = self.towers.points(alliance), self.fouls.book
+            hub, bonuses = self.hubs.hub_score(alliance), self._bonuses(alliance)
+            own = {
+                **{f"hubScore/{name}": count for name, count in hub.items()},
+                "autoTowerPoints": auto,
+                "endGameTowerPoints": final,
+                "totalTowerPoints": auto + final,
+                "totalAutoPoints": hub["autoPoints"] + auto,
+                "totalTeleopPoints": hub["teleopPoints"] + final,
+                "foulPoints": book.gained(alliance),
+                "minorFoulCount": book.count(alliance, MINOR),
+                "majorFoulCount": book.count(alliance, MAJOR),
+                "totalPoints": hub["totalPoints"] + auto + final + book.gained(alliance),
+                **bonuses,
+                "rp": int(math.fsum((*bonuses.values(), self._result(alliance)))),
+            }
+            rows |= {f"{alliance.capitalize()}/{name}": count for name, count in own.items()}
+        return rows
+
+    def telemetry(self) -> Mapping[str, float | int | bool | str]:
+        """What the hubs show, and on which level each robot counts."""
+        time, rows = self.match.timer.time, dict[str, float | int | bool | str]()
+        for alliance in ALLIANCES:
+            name = alliance.capitalize()
+            rows[f"Sim/Match/{name}HubActive"] = self.is_active(alliance)
+            rows[f"Sim/Match/{name}HubLight"] = self.hubs.light(alliance, time)
+            if self.human_players is not None:
+                rows[f"Sim/Match/{name}OutpostFuel"] = self.human_players.stock[alliance]
+        for robot in self.match.robots:
+            name = f"Robot{robot.number + 1}"
+            rows[f"Sim/Match/AutoTower{name}"] = _LEVELS[self.towers.auto_level(robot.number)]
+            rows[f"Sim/Match/EndGameTower{name}"] = _LEVELS[self.towers.final_level(robot.number)]
+        return rows
+
+    # --- inside -----------------------------------------------------------------------------------------------------
+
+    @property
+    def _sensed(self) -> float:
+        """When the sensors see a fuel that falls through a hub's throat now [s]."""
+        return self.match.timer.time + self.event.sensor_delay
+
+    def _left_field(self, slot: int) -> bool:
+        """A fuel is outside of the field. In a match people bring it back later; otherwise it is back at once."""
+        self.fouls.left_field(slot, untouched=bool(self.match.pieces.is_untouched[slot]))
+        return self.human_players is not None and self.ways.leave_field(slot)
+
+    def _bonuses(self, alliance: Alliance) -> dict[str, int]:
+        """Ranking points beside those of the result."""
+        fuel, event = self.hubs.counted(alliance), self.event
+        tower = math.fsum(self.towers.points(alliance))
+        return {
+            "energizedAchieved": int(fuel >= event.energized),
+            "superchargedAchieved": int(fuel >= event.supercharged),
+            "traversalAchieved": int(tower >= event.traversal),
+        }
+
+    def _result(self, alliance: Alliance) -> int:
+        """Ranking points of a match that has been assessed: 3 for a win, 1 for a tie."""
+        totals, time = self.match.tracker.totals, self.match.timer.time
+        if time < MATCH.duration + ASSESSMENT - 1e-9:
+            return 0
+        ahead = totals[alliance] - totals[other_alliance(alliance)]
+        return _WIN if ahead > 0 else 0 if ahead < 0 else _TIE

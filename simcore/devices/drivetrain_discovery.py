@@ -1,0 +1,153 @@
+"""The drivetrain of a robot program, of any kind and maker: of simcore.toml, of a library, or of its own classes."""
+
+from __future__ import annotations
+
+import logging
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from simcore.devices.drivetrain_measures import complete_measures
+from simcore.devices.drivetrain_model import connect_drivetrain, drivetrain_config
+from simcore.devices.found_drivetrain import DrivetrainNotFoundError, FoundDrivetrain, FoundWheel
+from simcore.devices.makers import MakersDrivetrain, find_device, makers
+from simcore.devices.object_graph import ObjectGraph
+from simcore.devices.sides_discovery import find_mecanum, find_tank, wired_encoder, with_followers
+from simcore.devices.swerve_discovery import find_swerve, motor_measures, with_beliefs
+from simcore.errors import ConfigError
+from simcore.robot.motor_controllers import BuiltDevice
+from simcore.robot_file.drivetrain_table import DrivetrainSettings
+from simcore.robot_file.robot_settings import RobotSettings
+from simcore.robot_file.template import FILE_NAME
+
+__all__ = ["ProgramDrivetrain", "find_drivetrain"]
+
+_ON_PORTS = ("DutyCycleEncoder", "AnalogEncoder")
+"""Encoders of either kind may be on one drivetrain."""
+
+_log = logging.getLogger(__name__)
+
+
+class ProgramDrivetrain:
+    """A drivetrain that the program drives itself, device by device: a `MakersDrivetrain`.
+
+    Args:
+        found: With all of its measures.
+        settings: Of simcore.toml.
+    """
+
+    def __init__(self, found: FoundDrivetrain, settings: RobotSettings) -> None:
+        self.found = found
+        self.config = drivetrain_config(found, settings)
+
+    def connect(self, drive: Any) -> Any:
+        """The program's devices on the model."""
+        return connect_drivetrain(self.found, drive)
+
+
+def find_drivetrain(robot: Any, folder: Path, settings: RobotSettings) -> MakersDrivetrain:
+    """The drivetrain, ready for its model.
+
+    Args:
+        robot: The robot object; None: what the program builds is there without one.
+        folder: Where robot.py is.
+        settings: Of simcore.toml.
+
+    Raises:
+        DrivetrainNotFoundError: There is none that can be found.
+        ConfigError: What there is makes no sense, or a device does not answer.
+    """
+    table = settings.drivetrain
+    graph = ObjectGraph(robot, folder)
+    if table.has_devices:
+        found = _described(table)
+    else:
+        for maker in makers():
+            ready = maker.drivetrain(settings, folder)
+            if ready is not None:
+                return ready
+        found = _discovered(graph)
+        if table.kind and table.kind != found.kind:
+            raise ConfigError(
+                f"{FILE_NAME} [drivetrain]: kind is {table.kind}, but the program has a {found.kind} drive"
+            )
+        if found.kind == "swerve":
+            found = with_beliefs(found, graph)
+    if found.gyro is None:
+        found = replace(found, gyro=_gyro(table.gyro))
+    found = complete_measures(found, settings, folder)
+    for sentence in found.differences:
+        _log.warning("drivetrain: %s", sentence)
+    return ProgramDrivetrain(found, settings)
+
+
+def _discovered(graph: ObjectGraph) -> FoundDrivetrain:
+    why = ""
+    for find in (find_swerve, find_mecanum, find_tank):
+        try:
+            found = find(graph)
+        except DrivetrainNotFoundError as error:
+            why = why or str(error)
+            continue
+        if found is not None:
+            return found
+    raise DrivetrainNotFoundError(
+        f"no drivetrain found: {why or 'the program builds none of SwerveDrivetrain, Kinematics, DifferentialDrive'}; "
+        f"a [drivetrain] table in {FILE_NAME} describes it (docs/which_robots.md), until then there is no field"
+    )
+
+
+def _described(table: DrivetrainSettings) -> FoundDrivetrain:
+    """All of it as simcore.toml has it."""
+    where = f"{FILE_NAME} [drivetrain]"
+    steer_model = table.steer_controller or table.controller
+    wheels = []
+    for k, numbers in enumerate(table.drive):
+        motors = tuple(find_device(where, table.controller, number) for number in numbers)
+        steer = find_device(where, steer_model, table.steer[k]) if table.steer else None
+        encoder = steer if table.encoder == "wired" else None
+        if table.encoders:
+            models = (table.encoder, *_ON_PORTS) if table.encoder in _ON_PORTS else (table.encoder or "CANcoder",)
+            encoder = find_device(where, models, table.encoders[k])
+        if table.kind == "tank":
+            motors = with_followers(motors)
+        wheel = wired_encoder(motors[0])
+        if k < len(table.wheel_encoders):
+            wheel = find_device(where, "Encoder", table.wheel_encoders[k])
+        wheels.append(
+            FoundWheel(
+                name=("left", "right")[k] if table.kind == "tank" else f"module {k}",
+                place=table.places[k] if table.places else _place(table, k),
+                motors=motors,
+                steer=steer,
+                encoder=encoder,
+                wheel_encoder=wheel,
+                meters_per_encoder_turn=table.wheel_distances[k] if k < len(table.wheel_distances) else None,
+                drive_sign=-1.0 if k in table.reversed_drive else 1.0,
+                steer_sign=-1.0 if k in table.reversed_steer else 1.0,
+                encoder_sign=-1.0 if k in table.reversed_encoders else 1.0,
+                zero=table.zeros[k] if table.zeros else 0.0,
+            )
+        )
+    measures = dict(motor_measures("drive", wheels[0].motors[0]))
+    if wheels[0].steer is not None:
+        measures |= motor_measures("steer", wheels[0].steer)
+    return FoundDrivetrain(kind=table.kind, wheels=tuple(wheels), measures=measures, about=f"as {FILE_NAME} says")
+
+
+def _place(table: DrivetrainSettings, k: int) -> tuple[float, float]:
+    """Of a side, or of a mecanum wheel, where the table has no places."""
+    half = 0.5 * float(table.measures.get("trackwidth", 0.56))
+    return (0.0, half if k == 0 else -half) if table.kind == "tank" else ((0.28, -0.28)[k // 2], (half, -half)[k % 2])
+
+
+def _gyro(named: str) -> BuiltDevice | None:
+    """The gyro that the file names, else the first that the program has built."""
+    built = [d for maker in makers() for d in maker.built() if d.model in maker.gyros]
+    if not named:
+        return built[0] if built else None
+    for device in built:
+        if named in (device.model, str(device)):
+            return device
+    there = ", ".join(map(str, built)) or "none"
+    raise ConfigError(f"{FILE_NAME} [drivetrain]: gyro {named!r} is not built by the program; it builds {there}")

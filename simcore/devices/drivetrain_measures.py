@@ -1,0 +1,134 @@
+"""Measures of a drivetrain from all that say them: simcore.toml, the program, PathPlanner, Choreo, and guesses."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from simcore.devices.found_drivetrain import FoundDrivetrain, Measure
+from simcore.devices.project_settings import project_measures
+from simcore.robot.cots import MODULES
+from simcore.robot_file.robot_settings import RobotSettings
+from simcore.robot_file.template import FILE_NAME
+from simcore.units import inches
+
+__all__ = ["complete_measures"]
+
+_SAME = 0.02  # relative; two sources that are nearer than this say the same
+_MAXSWERVE = MODULES["REV MAXSwerve"]
+_IS_MAXSWERVE = f"{_MAXSWERVE.name} has this ratio"
+_GUESSES: dict[str, dict[str, float]] = {
+    "swerve": {"wheel_radius": inches(2.0), "drive_gearing": 6.75, "steer_gearing": 150.0 / 7.0},
+    "tank": {"wheel_radius": inches(3.0), "drive_gearing": 8.45, "trackwidth": 0.56},
+    "mecanum": {"wheel_radius": inches(3.0), "drive_gearing": 8.45},
+}
+"""Where nothing says more: an SDS MK4i L2; FIRST's kit-bot."""
+_GEARINGS = (3.0, 24.0)
+
+
+def complete_measures(found: FoundDrivetrain, settings: RobotSettings, folder: Path) -> FoundDrivetrain:
+    """The same with every measure that its model needs, each with its source, and what contradicts what.
+
+    Args:
+        found: As the program has it.
+        settings: Of simcore.toml, which overrides everything.
+        folder: Where robot.py is.
+    """
+    projects = project_measures(folder)
+    known: dict[str, Measure] = _of_file(settings)
+    differences: list[str] = []
+    for source in (dict(found.measures), *projects):
+        for name, measure in source.items():
+            before = known.get(name)
+            if before is None or (before.is_guess and not measure.is_guess):
+                known[name] = measure
+            elif not measure.is_guess and _differ(before.value, measure.value):
+                differences.append(f"{name} is {before} but {measure}")
+    differences += _places_differ(found, projects)
+    _fill_wheel(known, found, differences)
+    if known.get("wheel_radius", Measure(0, "")).source == _IS_MAXSWERVE:
+        known.setdefault("steer_gearing", Measure(_MAXSWERVE.steer_gearing, _IS_MAXSWERVE, is_guess=True))
+        if known["steer_motor"].is_guess:
+            known["steer_motor"] = Measure("NEO 550", _IS_MAXSWERVE, is_guess=True)
+    for name, value in _GUESSES[found.kind].items():
+        known.setdefault(name, Measure(value, "as many robots have it", is_guess=True))
+    return replace(found, measures=known, differences=(*found.differences, *differences))
+
+
+def _of_file(settings: RobotSettings) -> dict[str, Measure]:
+    """What simcore.toml says."""
+    said: dict[str, Any] = dict(settings.drivetrain.measures)
+    if "wheel_diameter" in said:
+        said["wheel_radius"] = 0.5 * said.pop("wheel_diameter")
+    for name, value in (("drive_motor", settings.drive_motor), ("steer_motor", settings.steer_motor)):
+        if value is not None:
+            said.setdefault(name, value)
+    if "mass" in settings.given:
+        said["mass"] = settings.mass
+    if "tread" in settings.given:
+        said["wheel_cof"] = settings.wheel_cof
+    return {name: Measure(value, FILE_NAME) for name, value in said.items()}
+
+
+def _fill_wheel(known: dict[str, Measure], found: FoundDrivetrain, differences: list[str]) -> None:
+    """Radius and gearing such that a turn of the rotor is the way that the program takes it for."""
+    way, radius, gearing = (known.get(name) for name in ("meters_per_rotor_turn", "wheel_radius", "drive_gearing"))
+    if way is None:
+        return
+    if radius is not None and gearing is not None:
+        by_measures = math.tau * radius.value / gearing.value
+        if _differ(by_measures, way.value):
+            differences.append(
+                f"a turn of a drive motor is {by_measures:.4f} m by wheel_radius {radius} and drive_gearing {gearing}, "
+                f"but {way.value:.4f} m by {way.source}: odometry will be off by that much"
+            )
+        return
+    if gearing is not None:
+        known["wheel_radius"] = Measure(way.value * gearing.value / math.tau, f"{way.source} and the gearing")
+        return
+    if radius is None:
+        radius = known["wheel_radius"] = _likely_radius(way.value, found)
+    known["drive_gearing"] = Measure(
+        math.tau * radius.value / way.value,
+        f"{way.source} and the wheel",
+        is_guess=radius.is_guess,
+    )
+
+
+def _likely_radius(way: float, found: FoundDrivetrain) -> Measure:
+    """Of the wheels that are sold, one with which the gearing is a product's, or at least possible."""
+    first = found.wheels[0]
+    if first.is_wired:
+        gearing = math.tau * _MAXSWERVE.wheel_radius / way
+        if any(abs(gearing / g - 1.0) < _SAME for g in _MAXSWERVE.drive_gearings):
+            return Measure(_MAXSWERVE.wheel_radius, _IS_MAXSWERVE, is_guess=True)
+    usual = _GUESSES[found.kind]["wheel_radius"]
+    for radius in (usual, inches(2.0), inches(1.5), inches(3.0)):
+        if _GEARINGS[0] <= math.tau * radius / way <= _GEARINGS[1]:
+            return Measure(radius, "as many robots have it", is_guess=True)
+    return Measure(usual, "as many robots have it", is_guess=True)
+
+
+def _differ(one: Any, other: Any) -> bool:
+    if isinstance(one, str) or isinstance(other, str):
+        # FOC or not is a license, and no other motor
+        return str(one).removesuffix(" FOC") != str(other).removesuffix(" FOC")
+    if isinstance(one, (tuple, list)) or isinstance(other, (tuple, list)):
+        return False
+    return not math.isclose(float(one), float(other), rel_tol=_SAME)
+
+
+def _places_differ(found: FoundDrivetrain, projects: Sequence[Mapping[str, Measure]]) -> list[str]:
+    for project in projects:
+        places = project.get("places")
+        if places is None or len(places.value) != len(found.places) or found.kind != "swerve":
+            continue
+        far = max(min(math.dist(a, b) for b in found.places) for a in places.value)
+        if far > _SAME:
+            return [
+                f"the modules stand up to {far:.3f} m elsewhere in {places.source} than in the program's kinematics"
+            ]
+    return []

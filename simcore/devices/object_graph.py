@@ -1,0 +1,188 @@
+"""Devices among the attributes of a robot object: which object holds which motors, and by what names."""
+
+from __future__ import annotations
+
+import sys
+import types
+from collections import deque
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from simcore.devices.makers import device_of
+from simcore.devices.recorder import Built, built
+from simcore.robot.motor_controllers import BuiltDevice
+
+__all__ = ["Holder", "ObjectGraph"]
+
+_MOST = 20_000  # objects
+_DEEP = 3  # attributes between a holder and a device of its own
+_PLAIN = (str, bytes, int, float, complex, bool, type(None), types.ModuleType, types.FunctionType, type)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Holder:
+    """An object of the program that holds devices."""
+
+    made: Any
+    name: str
+    """Attributes that lead to it from the robot: `container.drive.front_left`."""
+    devices: dict[str, BuiltDevice]
+    """By the attributes that lead to them from here: `drive_motor`, `steer.motor`."""
+
+
+class ObjectGraph:
+    """Objects that a robot object reaches by attributes, lists, tuples and dictionaries.
+
+    Args:
+        robot: The robot object.
+        folder: Of the project, whose modules' globals count as well.
+    """
+
+    def __init__(self, robot: Any, folder: Path | None = None) -> None:
+        self._parents: dict[int, int] = {}
+        self._names: dict[int, str] = {}
+        self._objects: dict[int, Any] = {}
+        self._devices: dict[int, BuiltDevice | None] = {}
+        self._walk([("", robot), *_globals(folder)])
+
+    def holders(self) -> list[Holder]:
+        """Objects that hold devices themselves or by what is theirs, nearest to the robot first."""
+        found = []
+        for made in self._objects.values():
+            if self._device(made) is None:
+                devices = self._held(made)
+                if devices:
+                    found.append(Holder(made, self._names[id(made)], devices))
+        return found
+
+    def objects(self) -> Iterator[tuple[str, Any]]:
+        """All of them, with their names."""
+        return ((self._names[key], made) for key, made in self._objects.items())
+
+    def built(self, kind: str, name: str) -> list[Built]:
+        """What the program has built of WPILib's classes, those that it keeps first; also what was built unseen.
+
+        Args:
+            kind: See `Built.kind`.
+            name: With which the name of its class begins.
+        """
+        seen = {id(record.made): record for record in built(kind, name)}
+        ends: dict[str, tuple[str, ...]] = {
+            "kinematics": ("Kinematics",),
+            "odometry": ("Odometry", "PoseEstimator"),
+            "drive": ("Drive",),
+        }
+        kept: list[Built] = []
+        for made in self._objects.values():
+            cls = next((c for c in type(made).__mro__ if c.__module__.startswith(("wpimath", "wpilib"))), None)
+            if cls is not None and cls.__name__.startswith(name) and cls.__name__.endswith(ends[kind]):
+                kept.append(seen.pop(id(made)) if id(made) in seen else Built(kind, cls.__name__, made, (), {}))
+        return kept + list(seen.values())
+
+    def name_of(self, device: BuiltDevice) -> str:
+        """Attributes that lead to a device from the robot; empty: none do."""
+        return next((self._names[k] for k, made in self._objects.items() if self._same(made, device)), "")
+
+    # --- inside ---------------------------------------------------------------------------------------------------
+
+    def _walk(self, roots: list[tuple[str, Any]]) -> None:
+        queue: deque[tuple[str, Any, int]] = deque((name, made, 0) for name, made in roots)
+        while queue and len(self._objects) < _MOST:
+            name, made, parent = queue.popleft()
+            key = id(made)
+            if key in self._objects:
+                continue
+            self._objects[key], self._names[key], self._parents[key] = made, name, parent
+            if self._device(made) is None:
+                queue.extend((f"{name}.{n}" if name else n, child, key) for n, child in _children(made))
+
+    def _device(self, made: Any) -> BuiltDevice | None:
+        key = id(made)
+        if key not in self._devices:
+            self._devices[key] = None if isinstance(made, (dict, list, tuple, set)) else device_of(made)
+        return self._devices[key]
+
+    def _same(self, made: Any, device: BuiltDevice) -> bool:
+        found = self._device(made)
+        return found is not None and found.key == device.key
+
+    def _held(self, made: Any) -> dict[str, BuiltDevice]:
+        """Devices below an object, not by way of what holds it."""
+        above = set()
+        key = id(made)
+        while key:
+            above.add(key)
+            key = self._parents.get(key, 0)
+        found: dict[str, BuiltDevice] = {}
+        seen = set(above)
+        level = [("", made)]
+        for _ in range(_DEEP):
+            below = []
+            for name, parent in level:
+                for n, child in _children(parent):
+                    if id(child) in seen:
+                        continue
+                    seen.add(id(child))
+                    path = f"{name}.{n}" if name else n
+                    device = self._device(child)
+                    if device is not None:
+                        found.setdefault(path, device)
+                    else:
+                        below.append((path, child))
+            level = below
+        return found
+
+
+def _children(made: Any) -> Iterator[tuple[str, Any]]:
+    """What an object of the program, or a container, holds."""
+    if isinstance(made, Mapping) and not _is_foreign(type(made), containers=True):
+        pairs = [(str(key), value) for key, value in list(made.items())]
+    elif isinstance(made, (list, tuple, set, frozenset)):
+        pairs = [(str(k), value) for k, value in enumerate(list(made))]
+    elif isinstance(made, type):
+        pairs = [] if _is_foreign(made) else [(n, v) for n, v in vars(made).items() if not n.startswith("__")]
+    elif _is_foreign(type(made)):
+        return
+    else:
+        pairs = []
+        for cls in type(made).__mro__:
+            if not _is_foreign(cls):
+                pairs += [(name, v) for name, v in vars(cls).items() if not name.startswith("__")]
+                pairs += [(n, getattr(made, n, None)) for n in _slots(cls)]
+        pairs = [*getattr(made, "__dict__", {}).items(), *pairs]
+    for name, value in pairs:
+        if not isinstance(value, (*_PLAIN, property, classmethod, staticmethod)):
+            yield name, value
+
+
+def _slots(cls: type) -> list[str]:
+    names = vars(cls).get("__slots__", ())
+    return [names] if isinstance(names, str) else list(names)
+
+
+def _is_foreign(cls: type, *, containers: bool = False) -> bool:
+    """Whether a class is no part of the program: Python's own, or a library's."""
+    root = cls.__module__.split(".")[0]
+    if root in sys.stdlib_module_names:
+        return not (containers and root in ("builtins", "collections", "types")) and root != "__main__"
+    if root == "simcore":
+        return True
+    file = getattr(sys.modules.get(cls.__module__), "__file__", None) or ""
+    return "site-packages" in file or "dist-packages" in file or file.endswith((".so", ".pyd"))
+
+
+def _globals(folder: Path | None) -> list[tuple[str, Any]]:
+    """Globals of the project's modules."""
+    if folder is None:
+        return []
+    found = []
+    base = folder.resolve()
+    for module in list(sys.modules.values()):
+        names = getattr(module, "__dict__", {})
+        file = names.get("__file__")
+        if isinstance(file, str) and "site-packages" not in file and Path(file).is_relative_to(base):
+            found += [(n, v) for n, v in list(names.items()) if not n.startswith("__") and not isinstance(v, _PLAIN)]
+            found += [(n, v) for n, v in list(names.items()) if isinstance(v, type) and v.__module__ == module.__name__]
+    return found

@@ -1,0 +1,63 @@
+"""Which model writes a device's simulated state: simcore's physics, or a team's own.
+
+If two models write one rotor, robot code reads both in turn. So each maker asks before a write from outside
+(`Maker.watch_simulations`): one to a device that physics has claimed is dropped, with one warning; any other is noted,
+and physics does not write that device.
+"""
+
+from __future__ import annotations
+
+import logging
+
+from simcore.errors import ConfigError
+
+__all__ = ["DRIVETRAIN", "Ownership"]
+
+_log = logging.getLogger(__name__)
+
+Key = tuple[str, int]
+
+_MANY = 100  # dropped writes; fewer may come from a model that was at work in another thread when it was switched off
+
+DRIVETRAIN = "drivetrain"
+"""Who owns the devices of the drivetrain."""
+
+
+class Ownership:
+    """Who writes which device; one per program, made before the robot is built."""
+
+    def __init__(self) -> None:
+        self._claimed: dict[Key, str] = {}
+        self._dropped: dict[str, int] = {}
+        self.foreign: set[Key] = set()
+        """Devices that another model has written, as (model, id)."""
+
+    def claim(self, key: Key, owner: str) -> None:
+        """Let only physics write this device from now on; `owner` is its name in messages.
+
+        Raises:
+            ConfigError: It is a mechanism's and the drivetrain's.
+        """
+        before = self._claimed.get(key, owner)
+        if before != owner and DRIVETRAIN in (before, owner):
+            mechanism = before if owner == DRIVETRAIN else owner
+            raise ConfigError(
+                f"mechanism {mechanism!r}: {key[0]} {key[1]} is the drivetrain's; "
+                "give the device that moves the mechanism"
+            )
+        self._claimed[key] = owner
+
+    def may_write(self, key: Key) -> bool:
+        """Note a write from outside to a device; False if it is to be dropped, as physics has claimed the device."""
+        owner = self._claimed.get(key)
+        if owner is None:
+            self.foreign.add(key)
+            return True
+        self._dropped[owner] = count = self._dropped.get(owner, 0) + 1
+        if count == _MANY:
+            _log.warning(
+                "%s %d belongs to simcore's %s: what the project's own simulation writes into it is dropped",
+                *key,
+                owner,
+            )
+        return False

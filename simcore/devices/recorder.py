@@ -1,0 +1,178 @@
+"""What a program builds and calls: devices of any maker, and WPILib's kinematics, odometry and drive classes.
+
+Classes are watched from before the program is imported, because libraries keep bound methods from the time when an
+object is built.
+"""
+
+from __future__ import annotations
+
+import functools
+import weakref
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, TypeAlias
+
+from simcore import season
+from simcore.robot.motor_controllers import BuiltDevice
+
+__all__ = ["Built", "BuiltDevices", "after_call", "built", "odometry_classes", "record_class", "watch_program"]
+
+Arguments: TypeAlias = tuple[Any, ...]
+Settings: TypeAlias = dict[str, Any]
+"""Arguments by keyword."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Built:
+    """One object that the program has built."""
+
+    kind: str
+    """`kinematics`, `odometry`, `drive` or `group`."""
+    name: str
+    """Of its class in WPILib: `SwerveDrive4Kinematics`."""
+    made: Any
+    args: tuple[Any, ...]
+    settings: dict[str, Any]
+    """Arguments by keyword."""
+
+    def argument(self, place: int, name: str) -> Any:
+        """One argument, whichever way it was given; None: it was not."""
+        return self.settings.get(name, self.args[place] if len(self.args) > place else None)
+
+
+_built: list[Built] = []
+
+
+def built(kind: str, name: str = "") -> list[Built]:
+    """What the program has built of a kind, first to last.
+
+    Args:
+        kind: See `Built.kind`.
+        name: With which the name of its class begins.
+    """
+    return [b for b in _built if b.kind == kind and b.name.startswith(name)]
+
+
+_noted: set[tuple[Any, str, str, str]] = set()
+
+
+def after_call(owner: Any, method: str, note: Callable[[Any, Any, Arguments, Settings], object]) -> None:
+    """Call `note` after each call of a method from now on; again is harmless.
+
+    Args:
+        owner: Class that has the method.
+        method: Its name.
+        note: Gets the object, the answer, the arguments and those by keyword.
+    """
+    mark = owner, method, note.__module__, note.__qualname__
+    if mark in _noted:
+        return
+    _noted.add(mark)
+    call = getattr(owner, method)
+
+    @functools.wraps(call)
+    def noted(made: Any, *args: Any, **settings: Any) -> Any:
+        answer = call(made, *args, **settings)
+        note(made, answer, args, settings)
+        return answer
+
+    setattr(owner, method, noted)
+
+
+def record_class(cls: Any, note: Callable[[Any, Arguments, Settings], object]) -> None:
+    """Call `note` with each object of a class, its arguments and keywords once it is built; again is harmless."""
+
+    def note_built(made: Any, _: Any, args: Arguments, settings: Settings) -> None:
+        note(made, args, settings)
+
+    note_built.__module__, note_built.__qualname__ = note.__module__, note.__qualname__
+    after_call(cls, "__init__", note_built)
+
+
+class BuiltDevices:
+    """Devices that the program has built, of one maker; what the program drops is no longer there.
+
+    >>> class Motor:
+    ...     def __init__(self, number):
+    ...         self.number = number
+    >>> motors = BuiltDevices()
+    >>> motors.record(Motor, "motor", lambda made, args, settings: made.number)
+    >>> made = Motor(3)
+    >>> [str(device) for device in motors.devices()], str(motors.find(made))
+    (['motor 3'], 'motor 3')
+    """
+
+    def __init__(self) -> None:
+        self._built: list[tuple[str, int, str, weakref.ref[Any]]] = []
+        self._keys: dict[int, tuple[weakref.ref[Any], tuple[str, int]]] = {}
+
+    def record(
+        self,
+        cls: Any,
+        model: str,
+        number_of: Callable[[Any, Arguments, Settings], int],
+        bus_of: Callable[[Any], str] = lambda made: "rio",
+    ) -> None:
+        """Note each object of a class from now on.
+
+        Args:
+            cls: Of the maker's library.
+            model: As its maker writes it.
+            number_of: Id or channel of an object, from itself or from what it was built with; below zero: it is none.
+            bus_of: Name of its bus.
+        """
+        record_class(cls, lambda made, args, settings: self.add(model, number_of(made, args, settings), made, bus_of))
+
+    def add(self, model: str, number: int, made: Any, bus_of: Callable[[Any], str] = lambda made: "rio") -> None:
+        """Note one object; once is enough."""
+        known = self._keys.get(id(made))
+        if number >= 0 and (known is None or known[0]() is not made):
+            reference = weakref.ref(made)
+            self._built.append((model, int(number), bus_of(made), reference))
+            self._keys[id(made)] = reference, (model, int(number))
+
+    @property
+    def objects(self) -> list[BuiltDevice]:
+        """One per object, in the order they were built."""
+        found = [(model, number, bus, reference()) for model, number, bus, reference in self._built]
+        return [BuiltDevice(*entry) for entry in found if entry[3] is not None]
+
+    def devices(self) -> list[BuiltDevice]:
+        """One per model and id; the first object where a program has built two."""
+        found: dict[tuple[str, int], BuiltDevice] = {}
+        for device in self.objects:
+            found.setdefault(device.key, device)
+        return list(found.values())
+
+    def find(self, made: Any) -> BuiltDevice | None:
+        """The device that an object is, of whatever class a program derived; None: it has not been seen."""
+        reference, key = self._keys.get(id(made), (None, None))
+        if reference is None or reference() is not made:
+            return None
+        return next(device for device in self.devices() if device.key == key)
+
+
+def odometry_classes() -> list[Any]:
+    """WPILib's odometry and pose estimators, of the plane and of space."""
+    return [
+        getattr(season.wpimath, f"{drive}{kind}{space}")
+        for kind in ("Odometry", "PoseEstimator")
+        for drive in season.DRIVES
+        for space in ("", "3d")
+    ]
+
+
+def watch_program() -> None:
+    """Note kinematics, odometry and drive classes that are built from now on."""
+    for drive in season.DRIVES:
+        _watch("kinematics", getattr(season.wpimath, f"{drive}Kinematics"))
+    for cls in odometry_classes():
+        _watch("odometry", cls)
+    for name in ("DifferentialDrive", "MecanumDrive"):
+        _watch("drive", getattr(season.wpilib, name))
+    if hasattr(season.wpilib, "MotorControllerGroup"):
+        _watch("group", season.wpilib.MotorControllerGroup)
+
+
+def _watch(kind: str, cls: Any) -> None:
+    record_class(cls, lambda made, args, settings: _built.append(Built(kind, cls.__name__, made, args, settings)))

@@ -1,0 +1,206 @@
+"""Tank and mecanum drives: which motors WPILib's drive classes, or the names of attributes, give to which side."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
+from simcore.devices.found_drivetrain import DrivetrainNotFoundError, FoundDrivetrain, FoundWheel, Measure
+from simcore.devices.makers import device_of, maker_of, makers
+from simcore.devices.object_graph import ObjectGraph
+from simcore.devices.recorder import Built, built
+from simcore.devices.swerve_discovery import motor_measures
+from simcore.robot.motor_controllers import BuiltDevice
+
+__all__ = ["find_mecanum", "find_tank", "wired_encoder", "with_followers"]
+
+_CORNERS = ("front left", "front right", "rear left", "rear right")
+_PULSES = 2048.0  # per turn of an encoder on the roboRIO's ports, as its port has them
+
+
+def find_tank(graph: ObjectGraph) -> FoundDrivetrain | None:
+    """Two sides, from a `DifferentialDrive`, else from `left` and `right` in names of motors beside kinematics.
+
+    Raises:
+        DrivetrainNotFoundError: There is such an object, but its motors are not known.
+    """
+    drives, kinematics, odometry = (
+        graph.built(kind, "DifferentialDrive") for kind in ("drive", "kinematics", "odometry")
+    )
+    if not (drives or kinematics or odometry):
+        return None
+    names = _named_motors(graph)
+    sides = _given(drives[-1], ("leftMotor", "rightMotor")) if drives else None
+    if sides is None:
+        sides = _by_name(names, {"left": r"left|\bl\b", "right": r"right|\br\b"})
+    if sides is None:
+        raise DrivetrainNotFoundError("which motors of its DifferentialDrive are left and which are right is not known")
+    width = float(kinematics[0].made.trackWidth) if kinematics else None
+    half = 0.28 if width is None else 0.5 * width
+    wheels = _wheels(graph, ("left", "right"), ((0.0, half), (0.0, -half)), sides)
+    measures = {**motor_measures("drive", wheels[0].motors[0]), **_way(wheels[0])}
+    if width is not None:
+        measures["trackwidth"] = Measure(width, "the program's kinematics")
+    about = "DifferentialDrive" if drives else "names of motors"
+    return FoundDrivetrain(kind="tank", wheels=wheels, measures=measures, about=f"sides of {about}")
+
+
+def find_mecanum(graph: ObjectGraph) -> FoundDrivetrain | None:
+    """Four wheels, from a `MecanumDrive`, else from names of motors beside kinematics.
+
+    Raises:
+        DrivetrainNotFoundError: There is such an object, but its motors are not known.
+    """
+    drives, kinematics = graph.built("drive", "MecanumDrive"), graph.built("kinematics", "MecanumDrive")
+    if not (drives or kinematics):
+        return None
+    order = ("frontLeftMotor", "rearLeftMotor", "frontRightMotor", "rearRightMotor")
+    given = _given(drives[-1], order) if drives else None
+    if given is not None:
+        given = [given[0], given[2], given[1], given[3]]
+    else:
+        given = _by_name(_named_motors(graph), {corner: _corner_pattern(corner) for corner in _CORNERS})
+    if given is None:
+        raise DrivetrainNotFoundError("which motors of its mecanum drive are at which corner is not known")
+    places = [(0.28, 0.28), (0.28, -0.28), (-0.28, 0.28), (-0.28, -0.28)]
+    if kinematics:
+        made = kinematics[0].made
+        corners = (made.getFrontLeft(), made.getFrontRight(), made.getRearLeft(), made.getRearRight())
+        places = [(float(t.x), float(t.y)) for t in corners]
+    wheels = _wheels(graph, _CORNERS, places, given)
+    measures = {**motor_measures("drive", wheels[0].motors[0]), **_way(wheels[0])}
+    if not kinematics:
+        measures["places"] = Measure("0.56 x 0.56 m", "as many robots have it", is_guess=True)
+    return FoundDrivetrain(kind="mecanum", wheels=wheels, measures=measures, about="corners of MecanumDrive")
+
+
+def _wheels(
+    graph: ObjectGraph,
+    names: Sequence[str],
+    places: Sequence[tuple[float, float]],
+    leaders: Sequence[Sequence[BuiltDevice]],
+) -> tuple[FoundWheel, ...]:
+    """Sides or corners with the motors that they were given, who follows these, and encoders."""
+    encoders = _encoders(graph, names, leaders)
+    return tuple(
+        FoundWheel(
+            name=name,
+            place=place,
+            motors=with_followers(motors),
+            wheel_encoder=encoder,
+            meters_per_encoder_turn=_meters_per_turn(encoder),
+        )
+        for name, place, motors, encoder in zip(names, places, leaders, encoders, strict=True)
+    )
+
+
+# --- motors -----------------------------------------------------------------------------------------------------------
+
+
+def _given(record: Built, names: Sequence[str]) -> list[list[BuiltDevice]] | None:
+    """Motors that were handed to a drive class: objects, groups, or bound methods of them; None: not all are known."""
+    found = [_motors_of(record.argument(k, name)) for k, name in enumerate(names)]
+    return found if all(found) else None
+
+
+def _motors_of(given: Any) -> list[BuiltDevice]:
+    device = device_of(given)
+    if device is not None:
+        return [device]
+    owner = getattr(given, "__self__", None)
+    if owner is not None and not isinstance(given, type):
+        return _motors_of(owner)
+    for cell in getattr(given, "__closure__", None) or ():
+        found = _motors_of(cell.cell_contents)
+        if found:
+            return found
+    inner = [device_of(part) for part in getattr(given, "__dict__", {}).values()]
+    group = [made for made in inner if made is not None]
+    return group or [d for members in _groups_of(given) for d in _motors_of(members)]
+
+
+def _groups_of(given: Any) -> Sequence[Any]:
+    """Members of a `MotorControllerGroup`."""
+    return next((r.args for r in built("group") if r.made is given), ())
+
+
+def with_followers(leaders: Sequence[BuiltDevice]) -> tuple[BuiltDevice, ...]:
+    """These, and who follows the first."""
+    devices = [d for maker in makers() for d in maker.built() if d.model in maker.motors]
+    found = list(leaders)
+    for leader in leaders:
+        maker = maker_of(leader)
+        for group in maker.groups([d for d in devices if d.model in maker.motors]):
+            if group.leader.key == leader.key:
+                found += [f for f in group.followers if f.key not in {d.key for d in found}]
+    return tuple(found)
+
+
+def _named_motors(graph: ObjectGraph) -> dict[str, BuiltDevice]:
+    """Motors by the attributes that lead to them."""
+    motors = [d for maker in makers() for d in maker.built() if d.model in maker.motors]
+    return {graph.name_of(d): d for d in motors}
+
+
+def _by_name(names: Mapping[str, BuiltDevice], patterns: Mapping[str, str]) -> list[list[BuiltDevice]] | None:
+    """Leaders by what their attributes are called; None: one of them has none."""
+    found = []
+    for pattern in patterns.values():
+        own = [d for name, d in names.items() if name and re.search(pattern, _words(name))]
+        if not own:
+            return None
+        followers = {f.key for d in own for g in maker_of(d).groups(own) for f in g.followers}
+        found.append([d for d in own if d.key not in followers])
+    return found
+
+
+def _words(name: str) -> str:
+    return re.sub(r"([a-z])([A-Z])", r"\1 \2", name.split(".")[-1]).replace("_", " ").lower()
+
+
+def _corner_pattern(corner: str) -> str:
+    end, side = corner.split()
+    ends = "front" if end == "front" else "rear|back"
+    first = "f" if end == "front" else "[rb]"
+    return rf"({ends}).*{side}|{side}.*({ends})|\b{first}{side[0]}\b"
+
+
+# --- encoders and ways ------------------------------------------------------------------------------------------------
+
+
+def _encoders(
+    graph: ObjectGraph, names: Sequence[str], motors: Sequence[Sequence[BuiltDevice]]
+) -> list[BuiltDevice | None]:
+    """Encoders on the roboRIO's ports by side or corner, else those that are wired to the leaders."""
+    all_of_them = [d for maker in makers() for d in maker.built() if d.model == "Encoder"]
+    by_name = {d.key: _words(graph.name_of(d)) for d in all_of_them}
+    pattern: Callable[[str], str] = _corner_pattern if len(names) > 2 else str
+    found = [next((d for d in all_of_them if re.search(pattern(n), by_name[d.key])), None) for n in names]
+    if not any(found) and len(all_of_them) == len(names):
+        return list(all_of_them)
+    return [own or wired_encoder(leaders[0]) for own, leaders in zip(found, motors, strict=True)]
+
+
+def wired_encoder(leader: BuiltDevice) -> BuiltDevice | None:
+    """The motor controller itself, where an encoder that turns with the wheel is wired to it."""
+    return leader if maker_of(leader).has_wheel_encoder(leader) else None
+
+
+def _meters_per_turn(encoder: BuiltDevice | None) -> float | None:
+    """By the distance per pulse, or the conversion factor, that the program has set [m]."""
+    if encoder is None:
+        return None
+    if encoder.model != "Encoder":  # wired to a motor controller
+        units = abs(maker_of(encoder).facts(encoder).units_per_rotor_turn)
+        return None if units in (0.0, 1.0) else units
+    return float(encoder.hardware.getDistancePerPulse()) * _PULSES
+
+
+def _way(wheel: FoundWheel) -> dict[str, Measure]:
+    """Way of one turn of the rotor [m], by the controller's conversion factor."""
+    leader = wheel.motors[0]
+    units = abs(maker_of(leader).facts(leader).units_per_rotor_turn)
+    if wheel.wheel_encoder is not None or units in (0.0, 1.0):
+        return {}
+    return {"meters_per_rotor_turn": Measure(units, f"conversion factor of {leader}")}

@@ -1,0 +1,141 @@
+"""What tank (differential) and mecanum drivetrains are made of, checked when it is written down."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from simcore.errors import ConfigError
+from simcore.quantities import (
+    CURRENT_LIMIT,
+    EFFICIENCY,
+    GAIN,
+    GEARING,
+    MOTORS,
+    ROBOT_LENGTH,
+    ROBOT_PLACE,
+    VOLTAGE_OR_NONE,
+    require_fields,
+    require_row,
+    shown,
+)
+from simcore.robot.dc_motor import MotorModel, controller_limits, motor
+from simcore.robot.limited_motor import LimitedMotor
+from simcore.robot.wheel_config import DrivetrainConfig, WheelConfig
+
+__all__ = ["FixedWheelConfig", "MecanumConfig", "TankConfig"]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FixedWheelConfig(WheelConfig, DrivetrainConfig):
+    """A robot on wheels that do not steer: what `TankConfig` and `MecanumConfig` have in common."""
+
+    motor: MotorModel = field(default_factory=lambda: motor("NEO"))
+    gearing: float = 8.45
+    """Rotor turns per wheel turn [-]; kit-bot toughbox 10.71 or 8.45."""
+    wheel_radius: float = 0.0762
+    """[m]"""
+    wheel_cof: float = 1.0
+    """Coefficient of friction of the wheels on carpet, along them [-]."""
+    wheel_inertia: float = 1.5e-3
+    """Of one wheel with its sprocket [kg m^2]; estimate, +-50 %."""
+    rolling_resistance: float = 0.015
+    """Drag per load [-]; estimate for carpet and chains, +-50 %."""
+    friction_volts: float = 0.25
+    """Voltage that just turns a free shaft [V]; see `SwerveModuleConfig.drive_friction_volts`."""
+    efficiency: float = 0.90
+    """Of gearbox and chains, both ways [-]."""
+    stator_limit: float | None = None
+    """Per motor [A]; None: as the motor's controller is delivered (`controller_limits`), `math.inf`: none."""
+    supply_limit: float | None = None
+    """The same, drawing and regenerating [A]."""
+    brake: bool = True
+    """At zero command: short the motors, or else open the circuit."""
+    kp: float = 1.0
+    """Feedback of the on-board speed loop [V per m/s]."""
+    mass: float = 50.0
+    """[kg]"""
+    yaw_inertia: float = 5.3
+    """[kg m^2]"""
+
+    def __post_init__(self) -> None:
+        self.require_robot("fixed wheels")
+
+    def require_robot(self, owner: str) -> None:
+        """Check all fields of wheels, motors and robot, and place the wheels; `owner` names them in a message."""
+        self.require_wheel(owner)
+        require_fields(
+            self,
+            owner,
+            gearing=GEARING,
+            friction_volts=VOLTAGE_OR_NONE,
+            efficiency=EFFICIENCY,
+            stator_limit=CURRENT_LIMIT,
+            supply_limit=CURRENT_LIMIT,
+            kp=GAIN,
+        )
+        DrivetrainConfig.require_robot(self, owner)
+
+    def shaft_motor(self, count: int) -> LimitedMotor:
+        """All motors of one drive shaft.
+
+        Args:
+            count: How many turn it.
+        """
+        return LimitedMotor.of(
+            self.motor,
+            gearing=self.gearing,
+            efficiency=self.efficiency,
+            friction_volts=self.friction_volts,
+            limits=controller_limits(self.motor, self.stator_limit, self.supply_limit),
+            count=count,
+        )
+
+    def shaft_inertia(self, wheels: int, motors: int) -> float:
+        """Of a shaft's wheels and geared rotors about the axle [kg m^2]."""
+        return wheels * self.wheel_inertia + motors * self.motor.rotor_inertia * self.gearing**2
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class TankConfig(FixedWheelConfig):
+    """A kit-bot: wheels in a row on each side, chained to one gearbox per side. Defaults are FIRST's AM14U class."""
+
+    wheel_xs: tuple[float, ...] = (0.28, 0.0, -0.28)
+    """Of the wheels of one side, forward of the robot center [m]."""
+    trackwidth: float = 0.56
+    """Between left and right wheels [m]."""
+    motors_per_side: int = 2
+
+    def __post_init__(self) -> None:
+        if not self.wheel_xs:
+            raise ConfigError("tank: wheel_xs must name at least one wheel per side, got none")
+        require_fields(self, "tank", wheel_xs=[ROBOT_PLACE], trackwidth=ROBOT_LENGTH, motors_per_side=MOTORS)
+        self.require_robot("tank")
+
+    @property
+    def wheel_positions(self) -> tuple[tuple[float, float], ...]:
+        """Centers of the wheels, robot frame, left side first [m]."""
+        return tuple((x, side * 0.5 * self.trackwidth) for side in (1.0, -1.0) for x in self.wheel_xs)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class MecanumConfig(FixedWheelConfig):
+    """Four wheels with rollers at 45 degrees, each on a gearbox of its own; from above the rollers form an X."""
+
+    places: tuple[tuple[float, float], ...] = ((0.28, 0.28), (0.28, -0.28), (-0.28, 0.28), (-0.28, -0.28))
+    """Centers of the wheels: front left, front right, rear left, rear right [m]."""
+    motors_per_wheel: int = 1
+    wheel_cof: float = 0.8
+    """Coefficient of friction of the rollers on carpet, along their axes [-]; estimate, +-20 %."""
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.places, tuple) or len(self.places) != 4:
+            raise ConfigError(f"mecanum: places must be those of 4 wheels, got {shown(self.places)}")
+        require_fields(self, "mecanum", motors_per_wheel=MOTORS)
+        for place in self.places:
+            require_row("mecanum", "places", place, (ROBOT_PLACE, ROBOT_PLACE))
+        self.require_robot("mecanum")
+
+    @property
+    def wheel_positions(self) -> tuple[tuple[float, float], ...]:
+        """Centers of the wheels, robot frame [m]."""
+        return self.places

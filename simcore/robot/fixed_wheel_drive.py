@@ -1,0 +1,302 @@
+"""Tank (differential) and mecanum drives, on the motors, tires and solver of the swerve.
+
+A tank has two sides of chained wheels, a mecanum drive four wheels whose rollers hold along one diagonal each. The
+roller on the floor turns freely about its axis, so the floor pushes it along that axis alone, at 45 degrees to the
+wheel: front left and rear right along d = (1, -1) / sqrt 2, the others along (1, 1) / sqrt 2. A wheel that turns at w
+carries that contact by w r d_x along d. So each is a wheel that points along d, with the radius r d_x, and a tread that
+does not hold across:
+
+    slip            s = r d_x w - d . v         v: of the contact over ground
+    tire force      F = mu N s / max(|s|, s0) along d, nothing across it
+    torque          r d_x F on the shaft
+
+Where no roller slides, w = (v_x -+ v_y -+ (|x| + |y|) omega) / r, as WPILib's MecanumDriveKinematics has it; it pushes
+with mu N / sqrt 2 of its weight at most, in every direction along its axes. Friction of the rollers' own bearings is
+left out: strafing is as easy as driving, where real robots lose some.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import TypeVar
+
+from simcore.errors import ConfigError
+from simcore.robot.battery import Battery
+from simcore.robot.drive_shaft import DriveShaft, WheelContact, launch_accel
+from simcore.robot.fixed_wheel_config import FixedWheelConfig, MecanumConfig, TankConfig
+from simcore.robot.wheeled_drive import WheeledDrive, checked_number
+
+__all__ = ["FixedWheelDrive", "MecanumDrive", "TankDrive"]
+
+FixedT = TypeVar("FixedT", bound=FixedWheelConfig)
+
+_HALF = math.sqrt(0.5)
+_SIDES = (-1.0, 1.0, 1.0, -1.0)
+"""Of d_y: front left, front right, rear left, rear right."""
+
+
+class FixedWheelDrive(WheeledDrive[FixedT]):
+    """Base of `TankDrive` and `MecanumDrive`: a voltage or a speed for each drive shaft, and neutral.
+
+    Args:
+        config: The robot, as robot code and the loops on board know it.
+        battery: Its battery; None is a stiff 12 V supply.
+        wheels: In the order of `config.positions`.
+        shafts: What turns them.
+        groups: What the motors of each shaft are called.
+        directions: Cosine and sine of the direction in which the floor holds each shaft's wheels.
+    """
+
+    def __init__(
+        self,
+        config: FixedT,
+        *,
+        battery: Battery | None,
+        wheels: Sequence[WheelContact],
+        shafts: Sequence[DriveShaft],
+        groups: Sequence[str],
+        directions: Sequence[tuple[float, float]],
+    ) -> None:
+        self._share = directions[0][0]
+        radii = [config.wheel_radius / self._share] * len(wheels)
+        super().__init__(config, battery=battery, wheels=wheels, shafts=shafts, radii=radii)
+        self._groups = groups
+        self._solver.cos = self._solver.mid_cos = [c for c, _ in directions]
+        self._solver.sin = self._solver.mid_sin = [s for _, s in directions]
+        self._known_emf = config.shaft_motor(1).emf
+        self._volts: tuple[float, ...] = (0.0,) * len(shafts)
+        self._targets: tuple[float, ...] | None = None
+
+    def reset(self, *, vx: float = 0.0, vy: float = 0.0, omega: float = 0.0) -> None:
+        """Everything as new: encoders at zero, battery rested, time at zero, wheels rolling with the chassis.
+
+        Args:
+            vx: Velocity of the center of mass with which the wheels roll, forward [m/s]. The chassis has its own.
+            vy: To the left; wheels of a tank cannot roll that way [m/s].
+            omega: Yaw rate [rad/s].
+
+        Raises:
+            NonFiniteError: When a number is not finite; nothing has changed.
+        """
+        for name, value in (("vx", vx), ("vy", vy), ("omega", omega)):
+            checked_number(f"reset {name}", value)
+        self._rest([v / self.config.wheel_radius for v in self._treads(vx, vy, omega)])
+        self.stop()
+
+    def _treads(self, vx: float, vy: float, omega: float) -> list[float]:
+        """Speed of each shaft's treads where they do not slide [m/s]."""
+        raise NotImplementedError
+
+    # ---------------------------------------------------------------- commands
+
+    def stop(self) -> None:
+        """Zero command: brake or coast."""
+        self._command((0.0,) * len(self._motors), None)
+
+    def set_shaft_volts(self, volts: Sequence[float]) -> None:
+        """Raw voltage per shaft [V]: left and right; of a mecanum drive front left, front right, rear left, rear right.
+
+        Raises:
+            NonFiniteError: When one is missing, NaN or infinite; nothing has changed.
+            ConfigError: When there is not one for each shaft.
+        """
+        self._command(self._checked("volts", volts), None)
+
+    def set_shaft_speeds(self, speeds: Sequence[float]) -> None:
+        """Closed loop on board: speed of each shaft's treads against the robot [m/s]; see `set_shaft_volts`."""
+        self._command(self._volts, self._checked("speed", speeds))
+
+    def _checked(self, what: str, values: Sequence[float]) -> tuple[float, ...]:
+        kind = type(self).__name__
+        if len(values) != len(self._motors):
+            raise ConfigError(f"{kind}: need one value for each of {len(self._motors)} shafts, got {len(values)}")
+        return tuple(checked_number(f"{kind} {what} of shaft {k} ({self._groups[k]})", v) for k, v in enumerate(values))
+
+    def _command(self, volts: tuple[float, ...], targets: tuple[float, ...] | None) -> None:
+        is_other = volts != self._volts or targets != self._targets
+        self._volts, self._targets = volts, targets
+        self._new_command(is_other)
+
+    def _requests(self, h: float, bus: float, neutral: bool) -> tuple[Sequence[float | None], Sequence[float]]:
+        c = self.config
+        request: list[float | None] = list(self._volts)
+        if neutral:
+            request = [0.0] * len(request)
+        elif self._targets is not None:
+            request = [
+                self._known_emf * v / c.wheel_radius + _sign(v) * c.friction_volts + c.kp * (v - w * c.wheel_radius)
+                for v, w in zip(self._targets, self.shaft_speeds, strict=True)
+            ]
+        if not c.brake:
+            request = [v if v != 0.0 else None for v in request]
+        return request, self._stator_limits
+
+    # ---------------------------------------------------------------- readings
+
+    def shaft_emf(self, shaft: int) -> float:
+        """Volts at which a motor of a shaft carries no current, as in an open circuit [V]."""
+        return self.shaft_speeds[shaft] * self.config.gearing / self.config.motor.kv
+
+    def wheel_angles(self) -> list[float]:
+        """Direction in which each wheel alone carries the robot [rad]; `wheel_distances` are along it."""
+        return [math.atan2(self._solver.sin[g], self._solver.cos[g]) for g in self._shaft_of_wheel]
+
+    def motor_currents(self) -> dict[str, list[float]]:
+        """Stator currents in the last inner step, motor by motor [A]: `left` and `right`, or `drive` of a mecanum."""
+        return self._by_group(self.drive_motors.current)
+
+    @property
+    def gearing(self) -> dict[str, list[float]]:
+        """Rotor turns per wheel turn, motor by motor, as in `motor_currents` [-]."""
+        return self._by_group([self.config.gearing] * len(self._motors))
+
+    def _by_group(self, values: Sequence[float]) -> dict[str, list[float]]:
+        found: dict[str, list[float]] = {}
+        for name, value in zip(self._groups, values, strict=True):
+            found.setdefault(name, []).extend([value] * self._motors_per_shaft)
+        return found
+
+    @property
+    def max_speed(self) -> float:
+        """Straight ahead at 12 V, where motor torque meets friction and rolling drag [m/s]."""
+        return super().max_speed / self._share
+
+    @property
+    def max_accel(self) -> float:
+        """From rest on level ground at stiff 12 V, straight ahead [m/s^2]."""
+        solver = self._solver
+        arms = [self._share] * len(solver.shafts)
+        return launch_accel(solver.shafts, solver.wheels, self._static_loads, arms, self.robot.mass)
+
+
+class TankDrive(FixedWheelDrive[TankConfig]):
+    """One robot's tank drive; stepped like `SwerveDrive`, commanded by side.
+
+    Example:
+        >>> drive = TankDrive(TankConfig())
+        >>> drive.set_volts(6.0, 6.0)
+        >>> drive.step(0.005, (0.0, 0.0, 0.0))[0] > 0.0
+        True
+    """
+
+    def __init__(
+        self,
+        config: TankConfig,
+        *,
+        battery: Battery | None = None,
+        built: Sequence[FixedWheelConfig] | None = None,
+    ) -> None:
+        """Stand at rest.
+
+        Args:
+            config: The robot, as robot code and the loops on board know it.
+            battery: Its battery; None is a stiff 12 V supply.
+            built: What motors and wheels of the left and of the right side really are; None: what the config says.
+        """
+        n, motors = len(config.wheel_xs), config.motors_per_side
+        sides: Sequence[FixedWheelConfig] = built or (config, config)
+        super().__init__(
+            config,
+            battery=battery,
+            wheels=[WheelContact.of(sides[k // n], place) for k, place in enumerate(config.positions)],
+            shafts=[
+                DriveShaft.of(c, inertia=c.shaft_inertia(n, motors), motor=c.shaft_motor(motors), wheels=wheels)
+                for c, wheels in zip(sides, (tuple(range(n)), tuple(range(n, 2 * n))), strict=True)
+            ],
+            groups=("left", "right"),
+            directions=[(1.0, 0.0)] * 2,
+        )
+
+    def set_volts(self, left: float, right: float) -> None:
+        """Raw voltage per side [V]; see `set_shaft_volts` for errors."""
+        self.set_shaft_volts((left, right))
+
+    def set_speeds(self, left: float, right: float) -> None:
+        """Closed loop on board: ground speed per side [m/s]; see `set_shaft_volts` for errors."""
+        self.set_shaft_speeds((left, right))
+
+    def set_chassis_speeds(self, vx: float, omega: float) -> None:
+        """Closed loop on board: forward speed [m/s] and yaw rate [rad/s], if the wheels did not scrub."""
+        vx, omega = checked_number("chassis speed vx", vx), checked_number("chassis speed omega", omega)
+        half = 0.5 * self.config.trackwidth * omega
+        self.set_speeds(vx - half, vx + half)
+
+    def _treads(self, vx: float, vy: float, omega: float) -> list[float]:
+        return [vx - omega * self.robot.positions[row][1] for row in (0, -1)]
+
+    def side_distances(self) -> tuple[float, float]:
+        """How far left and right wheels have rolled since the reset [m]."""
+        left, right = self.shaft_angles
+        return left * self.config.wheel_radius, right * self.config.wheel_radius
+
+    def side_speeds(self) -> tuple[float, float]:
+        """Speed of the treads against the robot, left and right [m/s]."""
+        left, right = self.shaft_speeds
+        return left * self.config.wheel_radius, right * self.config.wheel_radius
+
+
+class MecanumDrive(FixedWheelDrive[MecanumConfig]):
+    """One robot's mecanum drive; stepped like `SwerveDrive`, commanded wheel by wheel.
+
+    Example:
+        >>> drive = MecanumDrive(MecanumConfig())
+        >>> drive.set_volts([-6.0, 6.0, 6.0, -6.0])  # to the left
+        >>> dvx, dvy, _ = drive.step(0.005, (0.0, 0.0, 0.0))
+        >>> abs(dvx) < 1e-9 < dvy
+        True
+    """
+
+    def __init__(
+        self,
+        config: MecanumConfig,
+        *,
+        battery: Battery | None = None,
+        built: Sequence[FixedWheelConfig] | None = None,
+    ) -> None:
+        """Stand at rest.
+
+        Args:
+            config: The robot, as robot code and the loops on board know it.
+            battery: Its battery; None is a stiff 12 V supply.
+            built: What motors and wheels of each wheel really are; None: what the config says.
+        """
+        wheels: Sequence[FixedWheelConfig] = built or [config] * 4
+        motors = config.motors_per_wheel
+        shafts = [
+            DriveShaft.of(c, inertia=c.shaft_inertia(1, motors), motor=c.shaft_motor(motors), wheels=(k,))
+            for k, c in enumerate(wheels)
+        ]
+        super().__init__(
+            config,
+            battery=battery,
+            wheels=[WheelContact.of(c, place) for c, place in zip(wheels, config.positions, strict=True)],
+            shafts=[replace(s, radius=_HALF * s.radius, grain=0.0) for s in shafts],
+            groups=("drive",) * 4,
+            directions=[(_HALF, _HALF * side) for side in _SIDES],
+        )
+
+    def set_volts(self, volts: Sequence[float]) -> None:
+        """Raw voltage per wheel: front left, front right, rear left, rear right [V]; see `set_shaft_volts`."""
+        self.set_shaft_volts(volts)
+
+    def set_speeds(self, speeds: Sequence[float]) -> None:
+        """Closed loop on board: speed of each tread against the robot [m/s]; see `set_shaft_volts` for errors."""
+        self.set_shaft_speeds(speeds)
+
+    def set_chassis_speeds(self, vx: float, vy: float, omega: float) -> None:
+        """Closed loop on board: velocity of the robot in its own frame [m/s, m/s, rad/s]; scaled down if too fast."""
+        for name, value in (("vx", vx), ("vy", vy), ("omega", omega)):
+            checked_number(f"chassis speed {name}", value)
+        speeds = self._treads(vx, vy, omega)
+        scale = min(1.0, self.max_speed / max(max(map(abs, speeds)), 1e-9))
+        self.set_speeds([scale * v for v in speeds])
+
+    def _treads(self, vx: float, vy: float, omega: float) -> list[float]:
+        places = self.robot.positions
+        return [vx - omega * y + side * (vy + omega * x) for (x, y), side in zip(places, _SIDES, strict=True)]
+
+
+def _sign(value: float) -> float:
+    return math.copysign(1.0, value) if value != 0.0 else 0.0

@@ -1,0 +1,181 @@
+"""The table `[drivetrain]` of simcore.toml: devices and measures of a drivetrain, where the program does not say them.
+
+All of it is optional. Measures alone correct what is found; with motors the table describes the whole drivetrain, and
+nothing is looked for.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+from simcore.errors import ConfigError
+from simcore.quantities import (
+    CURRENT_LIMIT,
+    DEGREES,
+    GEARING,
+    INERTIA,
+    RATIO,
+    ROBOT_LENGTH,
+    ROBOT_PLACE,
+    Quantity,
+)
+from simcore.robot.dc_motor import MOTOR_NAMES
+from simcore.robot_file.key_tables import Key, KeyTable, Several, comment_line, toml
+from simcore.robot_file.toml_tables import Table
+
+__all__ = ["DRIVETRAIN", "DrivetrainSettings", "drivetrain_text", "read_drivetrain"]
+
+KINDS = ("swerve", "tank", "mecanum")
+ENCODERS = ("CANcoder", "DutyCycleEncoder", "AnalogEncoder", "wired", "none")
+"""On azimuths: of their own, wired to the steer motors' controllers, or none."""
+_IDS = Several(Quantity("", 0, 62, is_whole=True), or_one=False)
+_PLACES = Several(ROBOT_PLACE)
+
+MEASURES = (
+    Key("drive_motor", MOTOR_NAMES, None, "left out: as on most such controllers", "NEO"),
+    Key("steer_motor", MOTOR_NAMES, None, "", "NEO 550"),
+    Key("drive_gearing", GEARING, None, "rotor turns per wheel turn", 6.75),
+    Key("steer_gearing", GEARING, None, "rotor turns per turn of the azimuth", 21.43),
+    Key("coupling_ratio", RATIO, None, "drive rotor turns per turn of the azimuth while the wheel stands", 0.0),
+    Key("wheel_diameter", ROBOT_LENGTH, None, "", 0.1016),
+    Key("trackwidth", ROBOT_LENGTH, None, "of a tank, between left and right wheels", 0.56),
+    Key("yaw_inertia", INERTIA, None, "kg m^2; left out: PathPlanner's or Choreo's, else a plate's", 5.0),
+    Key("drive_stator_limit", CURRENT_LIMIT, None, "A per motor; left out: as configured", 60.0),
+    Key("drive_supply_limit", CURRENT_LIMIT, None, "", 60.0),
+    Key("steer_stator_limit", CURRENT_LIMIT, None, "", 20.0),
+    Key("steer_supply_limit", CURRENT_LIMIT, None, "", 20.0),
+)
+"""Each corrects what is found."""
+DRIVETRAIN = KeyTable(
+    "[drivetrain]",
+    "what the program does not say of it; with motors it describes all of it, and nothing is looked for",
+    (
+        Key("kind", KINDS, "", "left out: as the program has it", "swerve"),
+        Key("controller", str, "", "of the drive motors: TalonFX, SPARK MAX, PWM, ...", "SPARK MAX"),
+        Key("drive", _IDS, (), "ids or channels, in the order of your kinematics; mecanum: front left, front right, "
+            "rear left, rear right", [1, 3, 5, 7]),
+        Key("left", _IDS, (), "of a tank: motors of the left side, the leader first", [1, 2]),
+        Key("right", _IDS, (), "", [3, 4]),
+        Key("steer_controller", str, "", "left out: that of the drive motors", "SPARK MAX"),
+        Key("steer", _IDS, (), "", [2, 4, 6, 8]),
+        Key("encoder", ENCODERS, "", "on the azimuths; wired: to the steer motors' controllers", "CANcoder"),
+        Key("encoders", _IDS, (), "ids or channels of these", [11, 12, 13, 14]),
+        Key("x", _PLACES, (), "of the modules, forward of the robot's center", [0.27, 0.27, -0.27, -0.27]),
+        Key("y", _PLACES, (), "to the left", [0.27, -0.27, 0.27, -0.27]),
+        Key("zeros_deg", Several(DEGREES), (), "what your code reads as angle while the encoder reads 0",
+            [0.0, 0.0, 0.0, 0.0]),
+        Key("reversed_drive", _IDS, (), "those of drive, by place from 0, that go backward with positive output", []),
+        Key("reversed_steer", _IDS, (), "those of steer that turn clockwise with positive output", []),
+        Key("reversed_encoders", _IDS, (), "those of encoders that count up clockwise", []),
+        Key("wheel_encoders", _IDS, (), "first DIO channels of encoders on wheels or sides", []),
+        Key("wheel_distances", Several(Quantity("m", -100.0, 100.0)), (), "way that your code takes 2048 of their "
+            "pulses for", []),
+        Key("gyro", str, "", "model, and number where there are several; left out: the first", "Pigeon2 9"),
+        *MEASURES,
+    ),
+)  # fmt: skip
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class DrivetrainSettings:
+    """What the table says; empty where it says nothing."""
+
+    kind: str = ""
+    """One of `KINDS`."""
+    controller: str = ""
+    """Of the drive motors, by model: `TalonFX`, `SPARK MAX`, `PWM`."""
+    steer_controller: str = ""
+    """Of the steer motors; that of the drive motors if empty."""
+    drive: tuple[tuple[int, ...], ...] = ()
+    """Ids or channels of each wheel's motors; of a tank those of the left and of the right side, the leader first."""
+    steer: tuple[int, ...] = ()
+    """Of each module's steer motor."""
+    encoder: str = ""
+    """One of `ENCODERS`."""
+    encoders: tuple[int, ...] = ()
+    """Ids or channels of the azimuths' encoders."""
+    wheel_encoders: tuple[int, ...] = ()
+    """First DIO channels of encoders on wheels or sides."""
+    wheel_distances: tuple[float, ...] = ()
+    """What robot code takes for the way of one turn of these [m]."""
+    places: tuple[tuple[float, float], ...] = ()
+    """Of the wheels, forward and left of the robot's center [m]."""
+    zeros: tuple[float, ...] = ()
+    """Angles at which robot code takes azimuths to be while their encoders read zero [rad]."""
+    reversed_drive: tuple[int, ...] = ()
+    """Wheels, counted from 0, whose motors robot code drives backward with positive output."""
+    reversed_steer: tuple[int, ...] = ()
+    """Modules whose steer motors turn clockwise with positive output."""
+    reversed_encoders: tuple[int, ...] = ()
+    """Modules whose encoders count up clockwise."""
+    gyro: str = ""
+    """Model, and id where there are several: `Pigeon2 9`."""
+    measures: Mapping[str, Any] = field(default_factory=dict)
+    """Those of `MEASURES` that it has."""
+
+    @property
+    def has_devices(self) -> bool:
+        """Whether it describes the whole drivetrain."""
+        return bool(self.drive)
+
+
+def read_drivetrain(t: Table | None) -> DrivetrainSettings:
+    """The table, checked; without one nothing is said.
+
+    Raises:
+        ConfigError: A key is not known, or makes no sense beside the others.
+    """
+    if t is None:
+        return DrivetrainSettings()
+    said = DRIVETRAIN.read(t)
+    t.finish()
+    measures = {key.name: said.pop(key.name) for key in MEASURES}
+    left, right, xs, ys = (said.pop(name) for name in ("left", "right", "x", "y"))
+    drive = tuple((number,) for number in said.pop("drive"))
+    if bool(left) != bool(right):
+        raise t.error("left", "and right must both name motors")
+    if len(xs) != len(ys):
+        raise t.error("x", f"and y must name as many places, got {len(xs)} and {len(ys)}")
+    settings = DrivetrainSettings(
+        **{name: value for name, value in said.items() if name != "zeros_deg"},
+        drive=(left, right) if left else drive,
+        zeros=tuple(math.radians(v) for v in said["zeros_deg"]),
+        places=tuple(zip(xs, ys, strict=True)),
+        measures={name: value for name, value in measures.items() if value is not None},
+    )
+    _require_whole(t, settings)
+    return settings
+
+
+def _require_whole(t: Table, s: DrivetrainSettings) -> None:
+    """With motors the table describes all of the drivetrain."""
+    if not s.has_devices:
+        if s.steer:
+            raise t.error("drive", "is missing beside steer; it must be as many ids")
+        return
+    if not s.kind or not s.controller:
+        raise ConfigError(f"{t.where}: kind and controller (of the drive motors, e.g. SPARK MAX) belong to its motors")
+    n = len(s.drive)
+    for key, row in (("steer", s.steer), ("encoders", s.encoders), ("zeros_deg", s.zeros), ("x and y", s.places)):
+        is_needed = s.kind == "swerve" and key in ("steer", "x and y")
+        if (row or is_needed) and len(row) != n and s.kind != "tank":
+            raise t.error(key, f"must have {n} entries, one for each of drive; got {len(row)}")
+    if s.kind == "mecanum" and n != 4:
+        raise t.error("drive", f"must name 4 motors: front left, front right, rear left, rear right; got {n}")
+
+
+def drivetrain_text(rows: Sequence[tuple[str, Any, str]]) -> str:
+    """The table as text.
+
+    Args:
+        rows: Keys, values, and what is to be said of each.
+
+    >>> print(drivetrain_text([("kind", "tank", ""), ("left", [1, 2], "found")]), end="")
+    [drivetrain]
+    kind = "tank"
+    left = [1, 2]                   # found
+    """
+    return "[drivetrain]\n" + "".join(comment_line(f"{key} = {toml(value)}", remark) for key, value, remark in rows)

@@ -1,0 +1,172 @@
+"""`[[partner]]` and `[[opponent]]` of `simcore.toml`: robots beside the team's own, and what drives them."""
+
+from __future__ import annotations
+
+import inspect
+import math
+import sys
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from importlib import import_module
+from pathlib import Path
+from typing import Any
+
+from simcore.errors import ConfigError, UnknownNameError
+from simcore.geometry.symmetry import Pose
+from simcore.match.game import Game, RobotEntry
+from simcore.match.match import Match
+from simcore.match.scoring import Alliance
+from simcore.match.scripted import ScriptedRobot
+from simcore.quantities import DEGREES, FIELD_PLACE, Quantity
+from simcore.robot.robot import Controller, Robot
+from simcore.robot_file.key_tables import Key, KeyTable
+from simcore.robot_file.toml_tables import Table
+
+__all__ = ["FURTHER_ROBOT", "ROLES", "FurtherRobot", "add_controllers", "read_further_robot"]
+
+ROLES = ("partner", "opponent")
+FURTHER_ROBOT = KeyTable("[[opponent]]", "or [[partner]]: the game's own robot beside yours, whichever alliance yours "
+    "is of; it plays while yours is enabled", (
+    Key("name", str, example="defender"),
+    Key("start", (FIELD_PLACE, FIELD_PLACE, DEGREES), None, "x, y, heading_deg as a blue robot; left out: its auto's, "
+        "else the game's", [2.0, 5.5, 0.0]),
+    Key("auto", str, None, "of the game, by its name; neither this nor script: it stands still"),
+    Key("script", str, None, '"module:function" beside this file: of (robot, time), or a generator of a ScriptedRobot',
+        "defense:defend"),
+    Key("preload", Quantity("", 0, 500, is_whole=True), None, "left out: its auto's, else none", 0),
+))  # fmt: skip
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FurtherRobot:
+    """A robot beside the team's own; fields are as the keys of `FURTHER_ROBOT`."""
+
+    name: str
+    role: str
+    """One of `ROLES`."""
+    start: Pose | None = None
+    """As a blue robot, field frame [m, m, rad]."""
+    auto: str | None = None
+    script: str | None = None
+    preload: int | None = None
+    where: str = ""
+    """Its table, for messages."""
+    folder: Path = Path()
+    """Where the module of its script is."""
+
+    def entry(self, game: Game) -> RobotEntry:
+        """Of a match.
+
+        Raises:
+            ConfigError: The game has no such auto.
+        """
+        start, preload = self.start, self.preload
+        if self.auto is not None:
+            try:
+                auto = game.auto(self.auto)
+            except UnknownNameError as error:
+                raise ConfigError(f"{self.where}: {error}") from error
+            start, preload = start or auto.start, auto.preload if preload is None else preload
+        elif preload is None:
+            preload = 0
+        return RobotEntry(alliance=self.alliance("blue"), start=start, preload=preload)
+
+    def alliance(self, ours: Alliance) -> Alliance:
+        """Its alliance, by that of the team's robot."""
+        theirs: Alliance = "red" if ours == "blue" else "blue"
+        return ours if self.role == "partner" else theirs
+
+    def controller(self, match: Match, number: int) -> Controller | None:
+        """What drives it; None: nothing does.
+
+        Raises:
+            ConfigError: There is no such script.
+        """
+        if self.auto is None and self.script is None:
+            return None
+        return _WhileEnabled(match, self._maker(match, number))
+
+    def _maker(self, match: Match, number: int) -> Callable[[], Controller]:
+        if self.auto is not None:
+            auto = match.game.auto(self.auto)
+            return lambda: auto.controller(match, match.alliances[number])
+        script = self._script()
+        if inspect.isgeneratorfunction(script):
+            return lambda: ScriptedRobot(script, match, match.alliances[number])
+        return lambda: script
+
+    def _script(self) -> Any:
+        module, _, name = str(self.script).partition(":")
+        sys.path.insert(0, str(self.folder.resolve()))
+        try:
+            script = getattr(import_module(module), name)
+        except (ImportError, AttributeError, ValueError) as error:
+            raise ConfigError(f"{self.where}: script {self.script!r} is not there: {error}") from error
+        finally:
+            sys.path.remove(str(self.folder.resolve()))
+        if not callable(script):
+            raise ConfigError(f"{self.where}: script must name a function, got {script!r}")
+        return script
+
+
+class _WhileEnabled:
+    """Lets a controller command while robots may move, and begins it anew with each auto."""
+
+    def __init__(self, match: Match, make: Callable[[], Controller]) -> None:
+        self._match = match
+        self._make = make
+        self._controller: Controller | None = None
+        self._was_auto = False
+
+    def __call__(self, robot: Robot, time: float) -> None:
+        timer = self._match.timer
+        is_auto = timer.is_enabled and timer.phase.mode == "auto"
+        if self._controller is None or (is_auto and not self._was_auto):
+            self._controller = self._make()
+        self._was_auto = is_auto
+        if timer.is_enabled:
+            self._controller(robot, time)
+            return
+        robot.drive.stop()
+        for mechanism in robot.mechanisms.values():
+            mechanism.coast()
+
+
+def read_further_robot(t: Table, role: str, folder: Path) -> FurtherRobot:
+    """One of them.
+
+    Args:
+        t: The table.
+        role: One of `ROLES`.
+        folder: Where the file is.
+
+    Raises:
+        ConfigError: A key is missing, unknown, or makes no sense.
+    """
+    v = FURTHER_ROBOT.read(t)
+    t.finish()
+    if v["auto"] is not None and v["script"] is not None:
+        raise t.error("script", "and auto cannot both be: one of them drives the robot")
+    if v["script"] is not None and not all(v["script"].partition(":")):
+        raise t.error("script", f'must be "module:function", e.g. "defense:defend"; got {v["script"]!r}')
+    if v["start"] is not None:
+        x, y, heading = v["start"]
+        v["start"] = (x, y, math.radians(heading))
+    return FurtherRobot(**v, role=role, where=t.where, folder=folder)
+
+
+def add_controllers(match: Match, robots: Sequence[FurtherRobot]) -> None:
+    """Let the robots of a match from number 1 on play, each in the alliance that its role means.
+
+    Raises:
+        ConfigError: A script is not there.
+    """
+
+    def follow() -> None:
+        for number, one in enumerate(robots, 1):
+            if match.alliances[number] != (alliance := one.alliance(match.alliances[0])):
+                match.set_alliance(number, alliance)
+
+    for number, one in enumerate(robots, 1):
+        match.set_controller(number, one.controller(match, number))
+    match.control.sources.append(follow)

@@ -1,0 +1,140 @@
+"""What a mechanism is probably called, of which kind it is, and what it is for, by names in robot code."""
+
+from __future__ import annotations
+
+import gc
+import re
+import types
+from collections.abc import Sequence
+from typing import Any
+
+from simcore.robot_file.manipulator_tables import INTAKE, SHOOTER
+
+__all__ = ["holder_of", "mechanism_kind", "mechanism_name", "proposed_tables"]
+
+_OF_MOTORS = {
+    *("motor", "motors", "talon", "talonfx", "fx", "fxs", "spark", "max", "flex", "controller", "device", "leader"),
+    *("main", "master", "primary", "kraken", "neo", "falcon", "vortex", "minion", "hardware", "the", "m", "k", "s"),
+}
+_OF_CLASSES = {
+    *("subsystem", "component", "mechanism", "system", "robot", "container", "map", "hardware", "io", "real", "my"),
+    *("main", "constants", "devices"),
+}
+_SIDES = {
+    *("left", "right", "top", "bottom", "upper", "lower", "front", "back", "rear", "inner", "outer", "one", "two"),
+    *("first", "second", "1", "2", "3", "4", "a", "b"),
+}
+_KINDS: dict[str, tuple[str, ...]] = {
+    "turret": ("turret",),
+    "arm": ("arm", "wrist", "pivot", "hood", "tilt", "shoulder", "elbow", "angle", "joint"),
+    "elevator": ("elevator", "lift"),
+    "rack": ("rack", "slide", "extension", "extender", "deploy"),
+    "flywheel": ("flywheel", "shooter", "launcher"),
+}
+"""The first kind whose word is in a name: `intake_pivot` is an arm."""
+
+
+def mechanism_name(attribute: str, owner: str = "") -> str:
+    """A name in snake case without what says that it is a motor; empty if nothing is left.
+
+    Args:
+        attribute: Of the motor in robot code.
+        owner: Class or module that has it, which is named where the attribute says a side alone.
+
+    >>> mechanism_name("Feeder1Motor"), mechanism_name("shooterMotorTop"), mechanism_name("m_wristTalonFX")
+    ('feeder1', 'shooter_top', 'wrist')
+    >>> mechanism_name("motor", "IntakeSubsystem"), mechanism_name("_left_motor", "Climber"), mechanism_name("motor")
+    ('intake', 'climber_left', '')
+    """
+    words = [word for word in _words(attribute) if word not in _OF_MOTORS]
+    if not set(words) - _SIDES:
+        words = [word for word in _words(owner) if word not in _OF_CLASSES and word not in words] + words
+    return "_".join(words) if set(words) - _SIDES else ""
+
+
+def mechanism_kind(name: str, *, has_gravity: bool) -> str:
+    """A kind of simcore.toml.
+
+    Args:
+        name: As `mechanism_name` has it.
+        has_gravity: Whether it holds a weight, as its configuration says.
+
+    >>> [mechanism_kind(name, has_gravity=False) for name in ("intake_pivot", "shooter_top", "feeder1")]
+    ['arm', 'flywheel', 'roller']
+    """
+    words = set(re.findall(r"[a-z]+", name))
+    named = next((kind for kind, those in _KINDS.items() if words.intersection(those)), "")
+    return named or ("arm" if has_gravity else "roller")
+
+
+def holder_of(device: Any) -> tuple[str, str]:
+    """The attribute that holds a device, and the class or module that has the attribute; empty where none does."""
+    found: list[tuple[str, str]] = []
+    for owner in gc.get_referrers(device):
+        names = owner if isinstance(owner, dict) else getattr(owner, "__dict__", {})
+        name = next((key for key, value in list(names.items()) if value is device and isinstance(key, str)), "")
+        if name:
+            found.append((name, _owner_name(owner)))
+    return max(found, key=lambda pair: bool(mechanism_name(*pair)), default=("", ""))
+
+
+def _owner_name(owner: Any) -> str:
+    """Of a namespace or the object that has it."""
+    if isinstance(owner, dict):
+        if "__name__" in owner or "__qualname__" in owner:
+            return str(owner.get("__qualname__", owner.get("__name__"))).rsplit(".", 1)[-1]
+        owners = [other for other in gc.get_referrers(owner) if getattr(other, "__dict__", None) is owner]
+        return _owner_name(owners[0]) if owners else ""
+    named = owner if isinstance(owner, (type, types.ModuleType)) else type(owner)
+    return str(named.__name__).rsplit(".", 1)[-1]
+
+
+def _words(name: str) -> list[str]:
+    """`shooterMotorTop` and `SHOOTER_MOTOR_TOP` as words in lower case."""
+    apart = re.sub(r"(?<=[a-z0-9])(?=[A-Z])|(?<=[A-Z])(?=[A-Z][a-z])", "_", name)
+    return [word.lower() for word in apart.split("_") if word]
+
+
+# --- what they are for ------------------------------------------------------------------------------------------------
+
+_TAKING, _THROWING = ("intake", "pickup", "collect"), ("shoot", "flywheel", "launch")
+_FEEDING = ("feed", "index", "kick", "convey", "belt", "spindex", "loader")
+
+
+def proposed_tables(mechanisms: Sequence[tuple[str, str]]) -> str:
+    """An intake and a shooter in comments, as far as names of mechanisms mean them; empty: none does.
+
+    Args:
+        mechanisms: Name and kind of each.
+    """
+
+    def pick(kinds: tuple[str, ...], starts: tuple[str, ...], but: tuple[str, ...] = ()) -> list[str]:
+        words = {name: re.findall("[a-z]+", name) for name, kind in mechanisms if kind in kinds}
+        fitting = [name for name, own in words.items() if any(word.startswith(starts) for word in own)]
+        return [name for name in fitting if not any(word.startswith(but) for word in words[name])] if but else fitting
+
+    tables = []
+    rollers = pick(("roller",), _TAKING, _FEEDING)
+    if rollers:
+        out = pick(("arm", "rack"), (*_TAKING, "deploy"))
+        values: dict[str, Any] = {"roller": rollers[0], **({"deploy": out[0], "out_at": "lower"} if out else {})}
+        tables.append(INTAKE.example(only=("x_min", "x_max", "y_min", "y_max", "takes_in", *values), **values))
+    wheels = pick(("flywheel",), _THROWING, _FEEDING)[:2]
+    if wheels:
+        values = {
+            "wheels": wheels if len(wheels) > 1 else wheels[0],
+            "feeder": pick(("roller", "flywheel"), _FEEDING),
+            "hood": next(iter(pick(("arm",), ("hood",))), None),
+            "turret": next(iter(pick(("turret",), ("turret",))), None),
+            "exit_efficiency": 0.49 if len(wheels) == 1 else 0.98,
+        }
+        values = {key: value for key, value in values.items() if value}
+        own = (
+            "elevation_deg",
+            "height",
+            "yaw_deg",
+            "wheel_radius",
+            *(["elevation_per_hood"] if "hood" in values else []),
+        )
+        tables.append(SHOOTER.example(only=(*own, *values), **values))
+    return "#\n".join(tables)

@@ -1,0 +1,351 @@
+"""`[[mechanism]]` of `simcore.toml`: what turns and slides, the devices that move it, and where it is on the robot."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from typing import Any
+
+from simcore.errors import ConfigError
+from simcore.geometry.linkage import Joint
+from simcore.quantities import (
+    DEGREES,
+    DURATION,
+    GEARING,
+    INERTIA,
+    MASS,
+    MASS_OR_NONE,
+    ROBOT_HEIGHT,
+    ROBOT_LENGTH,
+    ROBOT_PLACE,
+    TORQUE_OR_NONE,
+    VOLTAGE_OR_NONE,
+    WHEEL_RADIUS,
+    Quantity,
+)
+from simcore.robot.dc_motor import MOTOR_NAMES, motor
+from simcore.robot.gearbox import GearboxConfig, default_friction, friction_from_volts
+from simcore.robot.mass_distribution import MovingMass
+from simcore.robot.mechanisms import ArmConfig, ElevatorConfig, FlywheelConfig, RackConfig, RollerConfig
+from simcore.robot.positioned_mechanisms import PistonConfig, ServoConfig
+from simcore.robot.robot_config import MechanismConfig
+from simcore.robot_file.key_tables import Key, KeyTable, Several
+from simcore.robot_file.robot_settings import CONTROLLERS, MechanismSettings
+from simcore.robot_file.toml_tables import Table
+from simcore.units import GRAVITY, plain_sum
+
+__all__ = [
+    "CAN_ID", "KINDS", "MECHANISM", "MOTORS", "PLACE", "joints_to", "moving_masses",
+    "read_mechanism", "require_chains",
+]  # fmt: skip
+
+CAN_ID = Quantity("", 0, 62, is_whole=True)
+_CHANNEL = Quantity("", 0, 15, is_whole=True)
+_MODULES = {"REVPH": 1, "CTREPCM": 0}
+"""WPILib's names of the pneumatics modules, and the CAN id that each has by default."""
+_USUAL_MOTORS = {"SPARK MAX": "NEO", "SPARK Flex": "NEO Vortex", "Talon SRX": "CIM", "Victor SPX": "CIM"}
+_WITH_ENCODER = ("SPARK MAX", "SPARK Flex", "Talon SRX")
+
+_STOPS = (
+    Key("min_deg", DEGREES, about="lower stop: 0 is level, 90 upright", example=0.0, field="min_angle"),
+    Key("max_deg", DEGREES, about="upper stop", example=90.0, field="max_angle"),
+    Key("start_deg", DEGREES, None, "at first; left out: the lower stop", 0.0, "start_angle"),
+)
+_YAW = Key("yaw_deg", DEGREES, 0.0, "where it reaches: 0 to the front, 180 to the back", field="yaw")
+_INERTIA = Key("inertia", INERTIA, about="of all that turns, at the mechanism [kg m^2]", example=0.004)
+_REVERSED = Key("reversed", bool, False, "whether your code counts down while it goes up")
+
+MOTORS = KeyTable("[[mechanism]] with motors", "what turns it", (
+    Key("leader", CAN_ID, about="CAN id", example=20),
+    Key("followers", Several(CAN_ID, or_one=False), (), "", [21, 22]),
+    Key("opposed", Several(CAN_ID, or_one=False), (), "followers that are mounted face to face with the leader", [22]),
+    Key("controller", CONTROLLERS, CONTROLLERS[0], "of PWM and Relay, leader and followers are channels"),
+    Key("motor", MOTOR_NAMES, None, "left out: this one, or NEO and NEO Vortex for SPARKs", "Kraken X60"),
+    Key("gearing", GEARING, about="rotor turns per turn of the mechanism", example=0.75),
+    Key("friction_volts", VOLTAGE_OR_NONE, None, "kS, if it coasts too long or too short; left out: the kS that your "
+        "program has set, else 0.2 V, of a flywheel its motors' no-load current"),
+    Key("friction_torque", TORQUE_OR_NONE, None, "instead, at the mechanism [N m]"),
+    _REVERSED,
+    Key("coasts", bool, False, "of PWM and Relay: whether it opens the circuit at zero instead of braking"),
+    Key("cancoder", CAN_ID, None, "CAN id of an absolute encoder on it"),
+    Key("cancoder_gearing", GEARING, 1.0, "turns of that per turn of the mechanism"),
+    Key("encoder_gearing", GEARING, 1.0, "the same of the encoder that is wired to a SPARK or Talon SRX"),
+))  # fmt: skip
+PLACE = KeyTable("arm, turret, elevator, rack", "where it is, if it carries something, and what mass it moves", (
+    Key("x", ROBOT_PLACE, 0.0, "of its joint, from the joint of what carries it"),
+    Key("y", ROBOT_PLACE, 0.0),
+    Key("z", ROBOT_PLACE, 0.0),
+    Key("on", str, None, "what carries it: another of these mechanisms; left out: the robot"),
+    Key("moving_mass", MASS_OR_NONE, None, "how much of the robot's mass goes with it; left out: its mass, "
+        "of a turret 0, without that of what is on it"),
+    Key("mass_center", (ROBOT_PLACE,) * 3, None, "where that is from the joint, with all joints at 0; left out: as "
+        "center_of_mass says"),
+))  # fmt: skip
+KINDS: dict[str, KeyTable] = {table.head: table for table in (
+    KeyTable("flywheel", "what throws", (_INERTIA,)),
+    KeyTable("roller", "what pulls pieces in, feeds them or holds them", (
+        replace(_INERTIA, default=0.001),
+        Key("radius", WHEEL_RADIUS, 0.025),
+    )),
+    KeyTable("arm", "what swings up and down", (
+        _INERTIA,
+        *_STOPS,
+        Key("mass", MASS_OR_NONE, 0.0, "of all that swings; 0: a spring or a counterweight balances it"),
+        Key("center_of_mass", ROBOT_PLACE, 0.0, "of that, from the joint"),
+        _YAW,
+    )),
+    KeyTable("turret", "what turns about the vertical, counter-clockwise", (
+        _INERTIA,
+        replace(_STOPS[0], about="clockwise stop"),
+        replace(_STOPS[1], about="counter-clockwise stop"),
+        replace(_STOPS[2], about="at first; left out: 0, or the stop that is nearest to it"),
+    )),
+    KeyTable("elevator", "what goes up and down", (
+        Key("mass", MASS, about="of all that it lifts", field="carriage_mass"),
+        Key("drum_radius", WHEEL_RADIUS, about="rise per radian of the mechanism: stages count"),
+        Key("min_height", ROBOT_PLACE, 0.0),
+        Key("max_height", ROBOT_PLACE),
+        Key("start_height", ROBOT_PLACE, None, "left out: min_height"),
+        Key("lean_deg", DEGREES, 0.0, "0 is upright, 15 leans to the front", field="lean"),
+    )),
+    KeyTable("rack", "what slides out", (
+        Key("mass", MASS, about="of all that slides"),
+        Key("pinion_radius", WHEEL_RADIUS),
+        Key("travel", ROBOT_LENGTH),
+        Key("start_extension", ROBOT_HEIGHT, 0.0),
+        _YAW,
+        Key("rise_deg", DEGREES, 0.0, "up from the floor", field="rise"),
+    )),
+    KeyTable("servo", "on a PWM port; neither leader nor gearing", (
+        Key("pwm", Quantity("", 0, 19, is_whole=True)),
+        Key("min_deg", DEGREES, about="at PWM 0", field="min_angle"),
+        Key("max_deg", DEGREES, about="at PWM 1", field="max_angle"),
+        _STOPS[2],
+        Key("deg_per_second", Quantity("deg/s", 0.0, 10_000.0, is_open=True)),
+        _REVERSED,
+    )),
+    KeyTable("piston", "on solenoids; neither leader nor gearing", (
+        Key("solenoid", Several(_CHANNEL), about="a channel, or [forward, reverse]"),
+        Key("stroke", ROBOT_LENGTH),
+        Key("stroke_time", DURATION, about="from stop to stop [s]"),
+        Key("module", tuple(_MODULES), "REVPH"),
+        Key("module_id", CAN_ID, None, "left out: 1 of a REVPH, 0 of a CTREPCM"),
+        Key("start", ("in", "out"), None, "left out: where its spring holds it"),
+        _REVERSED,
+    )),
+)}  # fmt: skip
+MECHANISM = KeyTable("[[mechanism]]", "what moves on the robot; a motor that none names gets a guess", (
+    Key("name", str, example="shooter"),
+    Key("kind", tuple(KINDS), about="or roller, arm, turret, elevator, rack, servo, piston", example="flywheel"),
+))  # fmt: skip
+
+
+def read_mechanism(t: Table) -> MechanismSettings:
+    """A mechanism and its devices.
+
+    Raises:
+        ConfigError: A key is missing, unknown, or makes no sense.
+    """
+    named = MECHANISM.read(t)
+    name, kind = named["name"], named["kind"]
+    if kind in ("servo", "piston"):
+        settings = (_servo if kind == "servo" else _piston)(t, name, KINDS[kind].read(t))
+        t.finish()
+        return settings
+    v = MOTORS.read(t)
+    for device in v["opposed"]:
+        if device not in v["followers"]:
+            raise t.error("opposed", f"must name followers, which are {list(v['followers'])}; got {device}")
+    v["motor"] = v["motor"] or _USUAL_MOTORS.get(v["controller"], "Kraken X60")
+    motors = 1 + len(v["followers"])
+    gearbox = GearboxConfig(motor=motor(v["motor"]), motors=motors, gearing=v.pop("gearing"))
+    friction = _friction(t, v.pop("friction_torque"), v.pop("friction_volts"), kind, gearbox)
+    gearbox = replace(gearbox, friction_torque=friction)
+    place = KINDS[kind].read(t)
+    yaw, rise, lean = (place.pop(angle, 0.0) for angle in ("yaw", "rise", "lean"))
+    try:
+        config = _CONFIGS[kind](gearbox, place) if kind != "elevator" else _elevator(gearbox, place, lean)
+    except ConfigError as error:
+        raise ConfigError(f"{t.where}: {error}") from error
+    _check_devices(t, v)
+    given = "friction_torque" in t or "friction_volts" in t
+    settings = MechanismSettings(name=name, config=config, friction_is_given=given, **v)
+    if kind not in ("flywheel", "roller"):
+        settings = _placed(t, settings, kind, yaw, rise, lean)
+    t.finish()
+    return settings
+
+
+def _friction(t: Table, torque: float | None, volts: float | None, kind: str, gearbox: GearboxConfig) -> float:
+    """As the file says, in either unit; else the default of its kind and motor [N m]."""
+    if torque is not None and volts is not None:
+        raise t.error("friction_volts", "says the same as friction_torque; keep one of them")
+    if volts is not None:
+        return friction_from_volts(gearbox, volts)
+    return default_friction(gearbox, has_gears=kind != "flywheel") if torque is None else torque
+
+
+def _turret(gearbox: GearboxConfig, v: dict[str, Any]) -> ArmConfig:
+    if v["start_angle"] is None:
+        v["start_angle"] = min(max(0.0, v["min_angle"]), v["max_angle"])
+    return ArmConfig(gearbox=gearbox, **v)
+
+
+def _elevator(gearbox: GearboxConfig, v: dict[str, Any], lean: float) -> ElevatorConfig:
+    return ElevatorConfig(gearbox=gearbox, gravity=GRAVITY * math.cos(lean), **v)
+
+
+_CONFIGS: dict[str, Callable[[GearboxConfig, dict[str, Any]], MechanismConfig]] = {
+    "flywheel": lambda gearbox, v: FlywheelConfig(gearbox=gearbox, **v),
+    "roller": lambda gearbox, v: RollerConfig(gearbox=gearbox, **v),
+    "arm": lambda gearbox, v: ArmConfig(gearbox=gearbox, **v),
+    "turret": _turret,
+    "rack": lambda gearbox, v: RackConfig(gearbox=gearbox, **v),
+}
+
+
+def _check_devices(t: Table, v: Mapping[str, Any]) -> None:
+    """Refuse keys that are of other controllers."""
+    controller = v["controller"]
+    has_encoder = controller in _WITH_ENCODER
+    if has_encoder and v["cancoder"] is not None:
+        raise t.error("cancoder", f"is of a TalonFX; a {controller} has encoder_gearing for the encoder wired to it")
+    if "encoder_gearing" in t and not has_encoder:
+        raise t.error("encoder_gearing", f"is of a {', '.join(_WITH_ENCODER)}; the controller is a {controller}")
+    if "cancoder_gearing" in t and v["cancoder"] is None:
+        raise t.error("cancoder_gearing", "needs a cancoder = <CAN id> beside it")
+    if "coasts" in t and controller not in ("PWM", "Relay"):
+        raise t.error("coasts", f"is of a PWM or relay port; a {controller} has its neutral mode configured")
+
+
+def _servo(t: Table, name: str, v: dict[str, Any]) -> MechanismSettings:
+    low, high, start = v["min_angle"], v["max_angle"], v["start_angle"]
+    if not low < high:
+        raise t.error("min_deg", f"must be below max_deg, got {math.degrees(low):g} and {math.degrees(high):g}")
+    start = low if start is None else start
+    if not low <= start <= high:
+        raise t.error("start_deg", f"must be between min_deg and max_deg, got {math.degrees(start):g}")
+    speed = math.radians(v["deg_per_second"])
+    config = ServoConfig(min_angle=low, max_angle=high, start_angle=start, speed=speed)
+    return MechanismSettings(
+        name=name, config=config, motor="", controller="Servo", leader=v["pwm"], reversed=v["reversed"]
+    )
+
+
+def _piston(t: Table, name: str, v: dict[str, Any]) -> MechanismSettings:
+    channels, module, number = v["solenoid"], v["module"], v["module_id"]
+    if len(channels) > 2 or len(set(channels)) < len(channels):
+        wanted = f"a channel from {_CHANNEL.least} to {_CHANNEL.most}, or two: [forward, reverse]"
+        raise t.error("solenoid", f"must be {wanted}; got {list(channels)}")
+    springs_out = v["reversed"] and len(channels) == 1
+    config = PistonConfig(
+        stroke=v["stroke"],
+        stroke_time=v["stroke_time"],
+        is_double=len(channels) == 2,
+        springs_out=springs_out,
+        starts_extended=(v["start"] or ("out" if springs_out else "in")) == "out",
+    )
+    return MechanismSettings(
+        name=name,
+        config=config,
+        motor="",
+        controller="Solenoid",
+        leader=channels[0],
+        followers=channels[1:],
+        module=f"{module} {_MODULES[module] if number is None else number}",
+        reversed=v["reversed"],
+    )
+
+
+# --- where they are, what carries what, and which masses move ---------------------------------------------------------
+
+
+def _placed(t: Table, m: MechanismSettings, kind: str, yaw: float, rise: float, lean: float) -> MechanismSettings:
+    """The same with the joint that it is, in the frame of what carries it, and the mass that goes with it."""
+    v, config = PLACE.read(t), m.config
+    c, s = math.cos(yaw), math.sin(yaw)
+    out, ratio = 0.0, 1.0
+    if isinstance(config, ElevatorConfig):
+        axis, ratio = (math.sin(lean), 0.0, math.cos(lean)), config.drum_radius
+    elif isinstance(config, RackConfig):
+        axis, ratio = (math.cos(rise) * c, math.cos(rise) * s, math.sin(rise)), config.pinion_radius
+    else:
+        assert isinstance(config, ArmConfig)
+        axis = (0.0, 0.0, 1.0) if kind == "turret" else (s, -c, 0.0)  # a positive angle lifts what is along the yaw
+        out = config.center_of_mass
+    joint = Joint(
+        mechanism=m.name,
+        axis=axis,
+        origin=(v["x"], v["y"], v["z"]),
+        slides=isinstance(config, ElevatorConfig | RackConfig),
+        ratio=ratio,
+    )
+    center = v["mass_center"] or ((-out * axis[1], out * axis[0], 0.0) if out else (0.0, 0.0, 0.0))
+    return replace(m, joint=joint, on=v["on"], moving_mass=v["moving_mass"], mass_center=center)
+
+
+def moving_masses(mechanisms: Mapping[str, MechanismSettings]) -> tuple[MovingMass, ...]:
+    """What of the robot's mass its mechanisms move; `require_chains` has looked at them.
+
+    Where the file does not say, an elevator, a rack or an arm moves the mass that its motors do, of which what other
+    mechanisms on it move is a part.
+    """
+    found = []
+    for m in mechanisms.values():
+        mass = _all_moved(m, mechanisms) - _carried(m, mechanisms)
+        if mass > 0.0:
+            joints = joints_to(m.name, mechanisms)
+            found.append(MovingMass(name=m.name, mass=mass, joints=joints, center=m.mass_center))
+    return tuple(found)
+
+
+def _all_moved(m: MechanismSettings, mechanisms: Mapping[str, MechanismSettings]) -> float:
+    """By a mechanism, with what is on it [kg]."""
+    carried, config = _carried(m, mechanisms), m.config
+    if m.moving_mass is not None:
+        return m.moving_mass + carried
+    if isinstance(config, ElevatorConfig):
+        return max(config.carriage_mass, carried)
+    return max(config.mass, carried) if isinstance(config, ArmConfig | RackConfig) else carried
+
+
+def _carried(m: MechanismSettings, mechanisms: Mapping[str, MechanismSettings]) -> float:
+    """By the mechanisms that are on one [kg]."""
+    return plain_sum(_all_moved(one, mechanisms) for one in mechanisms.values() if one.on == m.name)
+
+
+def require_chains(where: str, mechanisms: Mapping[str, MechanismSettings]) -> tuple[str, ...]:
+    """Make sure that `on` names mechanisms that move something, and that none carries itself.
+
+    Returns:
+        The names of those that can carry something.
+
+    Raises:
+        ConfigError: One does not.
+    """
+    carriers = tuple(m.name for m in mechanisms.values() if m.joint is not None)
+    for m in mechanisms.values():
+        table = Table({}, f"{where} [[mechanism]] {m.name!r}")
+        seen = [m.name]
+        on = m.on
+        while on is not None:
+            if on not in carriers:
+                known = f"those of the file are {', '.join(carriers)}" if carriers else "there is none in the file"
+                raise table.error("on", f"must name an arm, a turret, an elevator or a rack, got {on!r}; {known}")
+            if on in seen:
+                raise table.error("on", f"goes round in a circle: {' on '.join([*seen, on])}")
+            seen.append(on)
+            on = mechanisms[on].on
+    return carriers
+
+
+def joints_to(name: str | None, mechanisms: Mapping[str, MechanismSettings]) -> tuple[Joint, ...]:
+    """The chain from the robot to the frame that a mechanism carries; empty for None, which is the robot itself."""
+    chain: list[Joint] = []
+    while name is not None:
+        m = mechanisms[name]
+        assert m.joint is not None
+        chain.insert(0, m.joint)
+        name = m.on
+    return tuple(chain)

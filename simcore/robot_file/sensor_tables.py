@@ -1,0 +1,366 @@
+"""`[[sensor]]` of `simcore.toml`: encoders, switches, and what sees pieces."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any, TypeAlias
+
+from simcore.errors import ConfigError
+from simcore.quantities import DEGREES, DELAY, DURATION, GEARING, RATIO, ROBOT_HEIGHT, ROBOT_PLACE, Quantity
+from simcore.robot.mechanisms import ArmConfig, ElevatorConfig, FlywheelConfig, RackConfig, RollerConfig
+from simcore.robot.positioned_mechanisms import PistonConfig, ServoConfig
+from simcore.robot.robot_config import MechanismConfig, telemetry_name
+from simcore.robot_file.key_tables import Key, KeyTable, Named, Several
+from simcore.robot_file.toml_tables import Table
+
+__all__ = [
+    "SENSORS", "BeamBreakSettings", "EncoderSettings", "LimitSwitchSettings", "PieceView", "PotentiometerSettings",
+    "RangeSettings", "SensorSettings", "SwitchInput", "read_sensors",
+]  # fmt: skip
+
+
+# --- what they say ----------------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SwitchInput:
+    """Where a switch, or a beam break, is wired to."""
+
+    model: str
+    """`DIO` or `CANdi`."""
+    number: int
+    """Channel, or CAN id."""
+    pin: int = 0
+    """Of a CANdi: 1 or 2."""
+    normally_closed: bool = False
+    """Whether its contact connects to ground while nothing touches it; else while something does."""
+
+    @property
+    def keys(self) -> list[tuple[str, int]]:
+        """The port, as (model, number)."""
+        return [(self.model, self.number)]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PieceView:
+    """Which pieces in the robot a sensor sees; fields are as the keys of `_VIEW`."""
+
+    place: str
+    at_least: int = 1
+    kinds: tuple[str, ...] = ()
+    delay: float = 0.0
+    passing_time: float = 0.1
+
+    def __str__(self) -> str:
+        what = " or ".join(self.kinds) or "pieces"
+        if self.place == "storage":
+            return f"sees {what} in storage from {self.at_least} on"
+        return f"sees {what} " + ("in the claw" if self.place == "claw" else f"that pass the {self.place}")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class EncoderSettings:
+    """An encoder on a mechanism."""
+
+    name: str
+    mechanism: str
+    kind: str
+    """`encoder` (quadrature), `duty cycle encoder` or `analog encoder`."""
+    channels: tuple[int, ...]
+    """DIO channels A and B, the DIO channel, or the analog channel."""
+    gearing: float
+    """Turns of the encoder per turn of the mechanism [-]."""
+    reversed: bool
+    pulses_per_turn: float = 0.0
+    """Of a quadrature encoder, per turn of itself."""
+    zero: float = 0.0
+    """Reading of an absolute one with the mechanism at its zero, in the unit of robot code."""
+
+    @property
+    def keys(self) -> list[tuple[str, int]]:
+        """Its ports, as (model, number)."""
+        model = "Analog" if self.kind == "analog encoder" else "DIO"
+        return [(model, channel) for channel in self.channels]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PotentiometerSettings:
+    """A potentiometer on a mechanism, linear between its stops."""
+
+    name: str
+    mechanism: str
+    channel: int
+    """Analog channel."""
+    lower_volts: float
+    upper_volts: float
+
+    @property
+    def keys(self) -> list[tuple[str, int]]:
+        """Its port, as (model, number)."""
+        return [("Analog", self.channel)]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class LimitSwitchSettings:
+    """A switch that a mechanism presses."""
+
+    name: str
+    mechanism: str
+    low: float
+    """It is pressed from this position of the mechanism's shaft on [rad], or of a piston's rod [m]."""
+    high: float
+    """Up to this one."""
+    input: SwitchInput
+
+    @property
+    def keys(self) -> list[tuple[str, int]]:
+        """Its port, as (model, number)."""
+        return self.input.keys
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class BeamBreakSettings:
+    """A light barrier that pieces in the robot break."""
+
+    name: str
+    sees: PieceView
+    input: SwitchInput
+
+    @property
+    def keys(self) -> list[tuple[str, int]]:
+        """Its port, as (model, number)."""
+        return self.input.keys
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RangeSettings:
+    """A CANrange that looks at pieces in the robot, or at a mechanism that slides away from it."""
+
+    name: str
+    device_id: int
+    distance: float
+    """To a piece, or to the mechanism at its lower stop [m]."""
+    sees: PieceView | None = None
+    """The pieces; None: it looks at a mechanism."""
+    empty: float = 0.0
+    """Where there is no piece [m]."""
+    mechanism: str | None = None
+
+    @property
+    def keys(self) -> list[tuple[str, int]]:
+        """The device, as (model, id)."""
+        return [("CANrange", self.device_id)]
+
+
+SensorSettings: TypeAlias = (
+    EncoderSettings | PotentiometerSettings | LimitSwitchSettings | BeamBreakSettings | RangeSettings
+)
+"""Any of them; `name` and `keys` are common to all."""
+
+
+# --- their keys -------------------------------------------------------------------------------------------------------
+
+_DIO, _ANALOG = Quantity("", 0, 30, is_whole=True), Quantity("", 0, 7, is_whole=True)
+_CAN_ID = Quantity("", 0, 62, is_whole=True)
+_VOLTS = Quantity("V", 0.0, 5.0)
+_KINDS = (
+    *("encoder", "duty cycle encoder", "analog encoder", "potentiometer"),
+    *("limit switch", "beam break", "canrange"),
+)
+_MECHANISM = Key("mechanism", Named("mechanism", "[[mechanism]]"), example="hood")
+_TURNING = (
+    Key("gearing", GEARING, 1.0, "its turns per turn of the mechanism"),
+    Key("reversed", bool, False, "whether it counts down while the mechanism goes up"),
+)
+_ZERO = Key("zero", RATIO, 0.0, "what your code reads with the mechanism at 0")
+
+SENSOR = KeyTable("[[sensor]]", "what no table describes reads as if nothing were there", (
+    Key("name", str, example="hood encoder"),
+    Key("kind", _KINDS),
+))  # fmt: skip
+_INPUT = KeyTable("where a switch or a beam break is wired to", "one of both", (
+    Key("dio", _DIO, None, "channel", 2),
+    Key("candi", _CAN_ID, None, "instead: CAN id, with pin = 1 or 2"),
+    Key("pin", Quantity("", 1, 2, is_whole=True), None, "of a CANdi"),
+    Key("normally", ("open", "closed"), "open", "a DIO reads True until it is pressed or broken; closed: the reverse"),
+))  # fmt: skip
+_VIEW = KeyTable("what a beam break or a CANrange sees", "pieces in the robot, of all kinds or some", (
+    Key("sees", ("storage", "claw", "intake", "shooter"), "storage", "pieces there; of intake and shooter: that pass",
+        field="place"),
+    Key("at_least", Quantity("", 1, 500, is_whole=True), 1, "of storage: seen from so many on, from its exit"),
+    Key("delay", DELAY, 0.0, "of storage: seconds that a piece takes from the intake to the sensor"),
+    Key("passing_time", DURATION, 0.1, "of intake and shooter: seconds for which a piece is seen"),
+    Key("kinds", Several(str), (), "kinds of pieces that it sees; left out: all", ["Name"]),
+))  # fmt: skip
+SENSORS = {table.head: table for table in (
+    KeyTable("encoder", "a quadrature encoder; it reads 0 at the start", (
+        _MECHANISM,
+        Key("dio", Several(_DIO, or_one=False), about="its two channels", example=[0, 1]),
+        Key("pulses_per_turn", GEARING, about="of the encoder", example=2048),
+        *_TURNING,
+    )),
+    KeyTable("duty cycle encoder", "absolute", (_MECHANISM, Key("dio", _DIO, example=4), *_TURNING, _ZERO)),
+    KeyTable("analog encoder", "absolute", (_MECHANISM, Key("analog", _ANALOG, example=0), *_TURNING, _ZERO)),
+    KeyTable("potentiometer", "linear between the mechanism's stops; an AnalogInput, too", (
+        _MECHANISM,
+        Key("analog", _ANALOG, example=1),
+        Key("lower_volts", _VOLTS, about="at the mechanism's lower stop", example=0.5),
+        Key("upper_volts", _VOLTS, about="at its upper stop", example=4.5),
+    )),
+    KeyTable("limit switch", "pressed by a mechanism", (
+        _MECHANISM,
+        Key("at", ("lower", "upper"), None, "or a place: at_deg = 30, at_height = 0.5 or at_extension = 0.1", "lower"),
+        Key("at_deg", DEGREES, None, "of an arm, turret or servo"),
+        Key("at_height", ROBOT_PLACE, None, "of an elevator"),
+        Key("at_extension", ROBOT_PLACE, None, "of a rack or piston"),
+        Key("within", Quantity("", 0.0, 36_000.0, is_open=True), None, "left out: a hundredth of the way [m or deg]"),
+        *_INPUT.keys,
+    )),
+    KeyTable("beam break", "a light barrier that pieces in the robot break", (*_INPUT.keys, *_VIEW.keys)),
+    KeyTable("canrange", "sees pieces by the same keys; or a mechanism that slides", (
+        Key("id", _CAN_ID, example=12),
+        replace(_MECHANISM, default=None, about="instead of pieces: an elevator, rack or piston", example="lift"),
+        Key("distance", ROBOT_HEIGHT, None, "to a piece (left out: 0.05), or to the mechanism at its lower stop", 0.05),
+        Key("empty", ROBOT_HEIGHT, 0.5, "where there is no piece"),
+        *_VIEW.keys,
+    )),
+)}  # fmt: skip
+
+
+# --- from one to the other --------------------------------------------------------------------------------------------
+
+
+def read_sensors(tables: Sequence[Table], mechanisms: Mapping[str, MechanismConfig]) -> tuple[SensorSettings, ...]:
+    """The `[[sensor]]` tables.
+
+    Args:
+        tables: Of the file.
+        mechanisms: Of the file, by name.
+
+    Raises:
+        ConfigError: A key is missing, unknown, or makes no sense; or two sensors have one name or one port.
+    """
+    sensors: list[SensorSettings] = []
+    names: dict[str, str] = {}
+    owners: dict[tuple[str, int, int], str] = {}
+    for table in tables:
+        sensor = _sensor(table, mechanisms)
+        key = telemetry_name(sensor.name)
+        if not key or key in names:
+            other = f"; {names[key]!r} has that already" if key else ""
+            raise table.error("name", f"is {key!r} in telemetry, where each sensor needs a key of its own{other}")
+        names[key] = sensor.name
+        for model, number in sensor.keys:
+            port = (model, number, sensor.input.pin if hasattr(sensor, "input") else 0)
+            if port in owners:
+                raise ConfigError(f"{table.where}: {model} {number} already belongs to {owners[port]!r}")
+            owners[port] = sensor.name
+        sensors.append(sensor)
+    return tuple(sensors)
+
+
+def _sensor(t: Table, mechanisms: Mapping[str, MechanismConfig]) -> SensorSettings:
+    named = SENSOR.read(t)
+    name, kind = named["name"], named["kind"]
+    v = SENSORS[kind].read(t, {"mechanism": tuple(mechanisms)})
+    t.finish()
+    mechanism = v.get("mechanism")
+    config = None if mechanism is None else mechanisms[mechanism]
+    if kind == "beam break":
+        return BeamBreakSettings(name=name, sees=_piece_view(t, v), input=_switch_input(t, v))
+    if kind == "canrange":
+        return _range(t, name, config, v)
+    assert config is not None
+    if kind == "limit switch":
+        low, high = _pressed_range(t, config, v)
+        return LimitSwitchSettings(name=name, mechanism=v["mechanism"], low=low, high=high, input=_switch_input(t, v))
+    if kind == "potentiometer":
+        _stops(t, config)
+        v["channel"] = v.pop("analog")
+        return PotentiometerSettings(name=name, **v)
+    if isinstance(config, PistonConfig):
+        raise t.error("mechanism", f"must turn, and {mechanism!r} is a piston: a limit switch sees where it is")
+    channels = v.pop("dio") if "dio" in v else v.pop("analog")
+    if kind == "encoder" and (len(channels) != 2 or channels[0] == channels[1]):
+        raise t.error("dio", f"must be the two channels of the encoder, e.g. [0, 1]; got {list(channels)}")
+    return EncoderSettings(name=name, kind=kind, channels=channels if kind == "encoder" else (channels,), **v)
+
+
+def _switch_input(t: Table, v: Mapping[str, Any]) -> SwitchInput:
+    closed = v["normally"] == "closed"
+    if v["candi"] is not None and v["dio"] is not None:
+        raise t.error("dio", "and candi cannot both be: a switch is wired to one of them")
+    if v["candi"] is None and v["dio"] is None:
+        raise t.error("dio", "is missing; it must be a DIO channel, or candi = <CAN id> and pin = 1 or 2 instead")
+    if v["candi"] is None:
+        if v["pin"] is not None:
+            raise t.error("pin", "goes with candi = <CAN id>, not with dio")
+        return SwitchInput(model="DIO", number=v["dio"], normally_closed=closed)
+    if v["pin"] is None:
+        raise t.error("pin", "is missing; it must be 1 or 2")
+    return SwitchInput(model="CANdi", number=v["candi"], pin=v["pin"], normally_closed=closed)
+
+
+def _piece_view(t: Table, v: Mapping[str, Any]) -> PieceView:
+    place = v["place"]
+    of = {"at_least": ("storage",), "delay": ("storage",), "passing_time": ("intake", "shooter")}
+    for key, places in of.items():
+        if key in t and place not in places:
+            raise t.error(key, f"goes with sees = {' or '.join(map(repr, places))}, not with {place!r}")
+    return PieceView(**{key.target: v[key.target] for key in _VIEW.keys})
+
+
+def _range(t: Table, name: str, config: MechanismConfig | None, v: Mapping[str, Any]) -> RangeSettings:
+    if config is None:
+        near = 0.05 if v["distance"] is None else v["distance"]
+        return RangeSettings(name=name, device_id=v["id"], distance=near, empty=v["empty"], sees=_piece_view(t, v))
+    if not isinstance(config, (ElevatorConfig, RackConfig, PistonConfig)):
+        raise t.error("mechanism", f"must be an elevator, rack or piston, which slide; got {v['mechanism']!r}")
+    for key in ("empty", *(key.name for key in _VIEW.keys)):
+        if key in t:
+            raise t.error(key, "is of a CANrange that looks at pieces; this one looks at a mechanism")
+    if v["distance"] is None:
+        raise t.error("distance", f"is missing; it must be {ROBOT_HEIGHT}")
+    return RangeSettings(name=name, device_id=v["id"], distance=v["distance"], mechanism=v["mechanism"])
+
+
+def _stops(t: Table, config: MechanismConfig) -> tuple[float, float]:
+    """Lower and upper stop of a mechanism's shaft [rad], or of a piston's rod [m]."""
+    if isinstance(config, (FlywheelConfig, RollerConfig)):
+        raise t.error("mechanism", "must have stops, like an arm or an elevator; flywheels and rollers have none")
+    if isinstance(config, (ArmConfig, ServoConfig)):
+        return config.min_angle, config.max_angle
+    if isinstance(config, ElevatorConfig):
+        return config.min_height / config.drum_radius, config.max_height / config.drum_radius
+    if isinstance(config, RackConfig):
+        return 0.0, config.travel / config.pinion_radius
+    return 0.0, config.stroke
+
+
+def _pressed_range(t: Table, config: MechanismConfig, v: Mapping[str, Any]) -> tuple[float, float]:
+    """From where to where a switch is pressed: the last hundredth of the way to a stop, or around a place."""
+    low, high = _stops(t, config)
+    if isinstance(config, (ArmConfig, ServoConfig)):
+        key, per_unit, unit = "at_deg", math.pi / 180.0, "deg"
+    elif isinstance(config, ElevatorConfig):
+        key, per_unit, unit = "at_height", 1.0 / config.drum_radius, "m"
+    else:
+        key, per_unit, unit = "at_extension", 1.0 / getattr(config, "pinion_radius", 1.0), "m"
+    for other in ("at_deg", "at_height", "at_extension"):
+        if other in t and other != key:
+            raise t.error(other, f"is not of this mechanism: it must be {key}, or at = 'lower' or 'upper'")
+    within = 0.01 * (high - low) if v["within"] is None else v["within"] * per_unit
+    if key in t and "at" in t:
+        raise t.error("at", f"and {key} cannot both be: a switch has one place")
+    if key in t:
+        place = v[key] * per_unit
+        if low <= place <= high:
+            return place - within, place + within
+        ends = f"{low / per_unit:g} and {high / per_unit:g} {unit}"
+        raise t.error(key, f"must be between the stops, {ends}; got {v[key]:g}")
+    at = v["at"]
+    if at is None:
+        raise t.error("at", f'is missing; it must be "lower" or "upper", or {key} a place')
+    return (-math.inf, low + within) if at == "lower" else (high - within, math.inf)

@@ -1,0 +1,436 @@
+"""WPILib of 2026 and of 2027 under the names of 2027: the one module that imports it and knows which one is installed.
+
+Since 2027 every public name is snake_case. Where 2026 is installed, the classes that simcore uses get those names
+beside their own (`NAMES`), so that all other code is written once. Modules come when they are first asked for:
+`season.wpilib_simulation` imports wpilib.simulation, and nothing of WPILib is needed to import this.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from functools import cache
+from importlib import import_module, metadata
+from importlib.util import find_spec
+from pathlib import Path
+from types import ModuleType
+from typing import Any, TypeAlias
+
+from simcore.errors import ConfigError
+from simcore.install_text import install_command
+
+__all__ = [
+    "NAMES",
+    "NetworkTables",
+    "camel_case",
+    "initialize_hal",
+    "installed_seasons",
+    "is_installed",
+    "is_local",
+    "mixed_seasons",
+    "pub_sub_options",
+    "start_server",
+]
+
+NetworkTables: TypeAlias = Any
+"""A `NetworkTableInstance`."""
+
+_TOPICS = "boolean double integer raw string double_array integer_array string_array"
+_KINDS = "raw double double_array float float_array integer integer_array"
+_SUBSCRIBERS = ("Boolean", "Double", "Integer", "Raw", "String", "DoubleArray", "IntegerArray")
+
+_EPOCH = 1e7
+"""Longer than a computer runs [s]."""
+
+_GEOMETRY = ("Pose2d", "Pose3d", "Quaternion", "Rotation2d", "Rotation3d", "Transform3d", "Translation3d")
+DRIVES = (*(f"SwerveDrive{n}" for n in (2, 3, 4, 6)), "DifferentialDrive", "MecanumDrive")
+"""First words of its classes of kinematics and odometry."""
+
+_KINEMATICS = ("Kinematics", "Odometry", "Odometry3d")
+
+NAMES: dict[str, dict[str, str]] = {
+    # module: class of it, or "" for the module: the names that simcore uses, those of 2027
+    "ntcore": {
+        "NetworkTable": "get_sub_table get_string_topic get_integer_topic get_instance get_path",
+        "NetworkTableEntry": "get_string get_string_array set_string get_name",
+        "Subscriber": "get_topic",
+        "NetworkTableInstance": "get_entry get_topics "
+        "create destroy get_default get_network_mode get_topic get_table has_schema add_schema "
+        "start_local start_server stop_server " + " ".join(f"get_{kind}_topic" for kind in _TOPICS.split()),
+        "NetworkTableListenerPoller": "add_listener read_queue close",
+        "Topic": "generic_subscribe get_name",
+        "GenericSubscriber": "read_queue",
+        **{f"{kind}Topic": "get_entry publish subscribe" for kind in _SUBSCRIBERS},
+        **{f"{kind}Subscriber": "get_atomic read_queue" for kind in _SUBSCRIBERS},
+        **{f"{kind}Entry": "set_default set" for kind in _SUBSCRIBERS},
+        "Value": "is_valid time value " + " ".join(f"is_{kind} get_{kind}" for kind in _KINDS.split()),
+        "EventFlags": "VALUE_ALL IMMEDIATE PUBLISH",
+    },
+    "hal": {
+        "": "sim_periodic_before sim_periodic_after observe_user_program_starting",
+        "AllianceStationID": " ".join(f"{c}_{n}=k{c.capitalize()}{n}" for c in ("BLUE", "RED") for n in (1, 2, 3)),
+    },
+    "hal.simulation": {"": "is_timing_paused"},
+    "wpilib": {
+        "": "Alliance=DriverStation.Alliance MatchState=DriverStation get_deploy_directory "
+        "DifferentialDrive=drive.DifferentialDrive MecanumDrive=drive.MecanumDrive",
+        "Alliance": "RED=kRed BLUE=kBlue",
+        "AnalogEncoder": "get_channel",
+        "DigitalInput": "get_channel",
+        "DigitalOutput": "get_channel",
+        "AnalogInput": "get_channel",
+        "DoubleSolenoid": "get_fwd_channel get_rev_channel",
+        "DutyCycleEncoder": "get",
+        "Field2d": "set_robot_pose get_object",
+        "FieldObject2d": "set_poses",
+        "IterativeRobotBase": "get_period",
+        "MatchState": "get_alliance get_game_data=getGameSpecificMessage",
+        "Notifier": "start_single start_periodic set_callback",
+        "PWMMotorController": "get_channel get_inverted",
+        "PneumaticHub": "get_module_number",
+        "PneumaticsControlModule": "get_module_number",
+        "RobotController": "get_battery_voltage get_monotonic_time=getFPGATime",
+        "RobotState": "is_enabled is_disabled is_autonomous is_autonomous_enabled=DriverStation.isAutonomousEnabled "
+        "is_fms_attached=DriverStation.isFMSAttached",
+        "Solenoid": "get_channel",
+        "TimedRobot": "add_periodic",
+        "Timer": "get_monotonic_timestamp=getFPGATimestamp",
+    },
+    "wpilib.simulation": {
+        "": "pause_timing resume_timing step_timing is_timing_paused",
+        "AddressableLEDSim": "get_length get_data",
+        "AnalogEncoderSim": "set",
+        "AnalogInputSim": "get_initialized set_voltage",
+        **{f"{module}Sim": "get_solenoid_output" for module in ("CTREPCM", "REVPH")},
+        "DIOSim": "get_initialized set_value",
+        "DriverStationSim": "set_ds_attached set_enabled notify_new_data set_match_time set_alliance_station_id "
+        "set_game_data=setGameSpecificMessage set_joystick_axis set_joystick_button",
+        "DutyCycleSim": "create_for_channel set_output",
+        "EncoderSim": "create_for_channel get_reset get_distance_per_pulse set_count set_rate set_direction",
+        "PWMSim": "get_initialized get_pulse_microsecond",
+        "PowerDistributionSim": "get_initialized set_voltage set_current",
+        "RoboRioSim": "set_brownout_voltage get_brownout_voltage set_vin_voltage=setVInVoltage "
+        "set_user_active_3v3=setUserActive3V3 set_user_faults_3v3=setUserFaults3V3",
+        "SimDeviceSim": "get_double enumerate_devices enumerate_values",
+    },
+    "wpimath": {
+        "": " ".join(
+            f"{name}={module}.{name}"
+            for module, names in (
+                ("geometry", _GEOMETRY),
+                ("trajectory", ("TrapezoidProfile",)),
+                (
+                    "kinematics",
+                    (f"{drive}{kind}" for drive in DRIVES for kind in _KINEMATICS),
+                ),
+                ("estimator", (f"{drive}PoseEstimator{space}" for drive in DRIVES for space in ("", "3d"))),
+            )
+            for name in names
+        ),
+        "Pose3d": "to_pose2d",
+        **{f"{drive}Odometry{space}": "get_pose" for drive in DRIVES for space in ("", "3d")},
+        **{f"{drive}PoseEstimator{space}": "get_estimated_position" for drive in DRIVES for space in ("", "3d")},
+    },
+}
+"""A name of 2026 that is not that of 2027 in camel case stands after a `=`, from the module where it has a dot."""
+
+
+def __getattr__(name: str) -> ModuleType:
+    path = name.replace("_", ".")
+    if path not in NAMES:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    return _module(path)
+
+
+@cache
+def _module(name: str) -> ModuleType:
+    try:
+        module = import_module(name)
+    except ImportError as error:
+        mixed = mixed_seasons(
+            installed_seasons((d.metadata["Name"] or "", d.version) for d in metadata.distributions())
+        )
+        cure = mixed or f"{install_command('robotpy')} brings it"
+        raise ConfigError(f"this needs {name} of WPILib, which cannot be imported ({error}): {cure}") from error
+    for class_name, names in NAMES[name].items():
+        _add_names(module, getattr(module, class_name) if class_name else module, names.split())
+    return module
+
+
+def _add_names(module: ModuleType, owner: Any, entries: list[str]) -> None:
+    for entry in entries:
+        name, _, old = entry.partition("=")
+        if not hasattr(owner, name):
+            old = old or ("k" + camel_case(name.lower(), first=True) if name.isupper() else camel_case(name))
+            setattr(owner, name, _value(module, old) if "." in old else getattr(owner, old))
+
+
+def _value(module: ModuleType, path: str) -> Any:
+    first, name = path.split(".")
+    owner = getattr(module, first, None) or import_module(f"{module.__name__}.{first}")
+    return getattr(owner, name)
+
+
+def own_name(owner: Any, name: str, old: str = "") -> str:
+    """How robot code of this season spells a name of WPILib, such as that of a method that it overrides.
+
+    Args:
+        owner: Class that has it.
+        name: Of 2027.
+        old: Of 2026, if it is not the same in camel case.
+    """
+    old = old or camel_case(name)
+    return old if hasattr(owner, old) else name
+
+
+def class_before_2027(module: str, name: str) -> Any:
+    """A class that 2027 has no more: there it is one that has no objects."""
+    return getattr(_module(module), name, None) or type(name, (), {})
+
+
+def loop_classes() -> tuple[Any, ...]:
+    """Robot classes whose loop is WPILib's, with `add_periodic`: TimedRobot, and OpModeRobot since 2027."""
+    wpilib = _module("wpilib")
+    return tuple(getattr(wpilib, name) for name in ("TimedRobot", "OpModeRobot") if hasattr(wpilib, name))
+
+
+def set_mode(mode: str, name: str = "") -> None:
+    """Let the driver station select a mode, and of an OpModeRobot the one of this name, or else the first.
+
+    Args:
+        mode: `autonomous`, `teleop` or `utility` (`test` in 2026).
+        name: Of an op mode.
+    """
+    sim = _module("wpilib.simulation").DriverStationSim
+    if hasattr(sim, "setAutonomous"):
+        sim.setAutonomous(mode == "autonomous")
+        sim.setTest(mode == "utility")
+        return
+    hal = _module("hal")
+    kind = {"autonomous": hal.RobotMode.AUTONOMOUS, "utility": hal.RobotMode.UTILITY}.get(
+        mode, hal.RobotMode.TELEOPERATED
+    )
+    sim.set_robot_mode(kind)
+    options = [o for o in sim.get_opmode_options() if int(hal.opmode_get_robot_mode(o.id)) == int(kind)]
+    chosen = next((o for o in options if o.name == name), options[0] if options else None)
+    sim.set_opmode(0 if chosen is None else chosen.id)
+
+
+def op_modes(mode: str) -> list[str]:
+    """Names of the op modes of an OpModeRobot that the driver station offers in a mode."""
+    sim, hal = _module("wpilib.simulation").DriverStationSim, _module("hal")
+    if not hasattr(sim, "get_opmode_options"):
+        return []
+    kind = {"autonomous": "AUTONOMOUS", "utility": "UTILITY"}.get(mode, "TELEOPERATED")
+    found = sim.get_opmode_options()
+    return [o.name for o in found if int(hal.opmode_get_robot_mode(o.id)) == int(getattr(hal.RobotMode, kind))]
+
+
+def open_joystick(port: int, *, axes: int, buttons: int, povs: int) -> None:
+    """Plug a joystick in, with so many of each."""
+    sim = _module("wpilib.simulation").DriverStationSim
+    for count, old, new in ((axes, "Axis", "axes"), (buttons, "Button", "buttons"), (povs, "POV", "povs")):
+        if hasattr(sim, f"setJoystick{old}Count"):
+            getattr(sim, f"setJoystick{old}Count")(port, count)
+        else:
+            getattr(sim, f"set_joystick_{new}_maximum_index")(port, count)
+
+
+def set_pov(port: int, angle: int | None) -> None:
+    """Press the first hat of a joystick, clockwise from forward in steps of 45 [deg]; None lets go."""
+    sim, wpilib = _module("wpilib.simulation").DriverStationSim, _module("wpilib")
+    if hasattr(sim, "setJoystickPOV"):
+        sim.setJoystickPOV(port, 0, -1 if angle is None else angle)
+        return
+    around = ("UP", "UP_RIGHT", "RIGHT", "DOWN_RIGHT", "DOWN", "DOWN_LEFT", "LEFT", "UP_LEFT")
+    name = "CENTER" if angle is None else around[angle // 45]
+    sim.set_joystick_pov(port, 0, getattr(wpilib.POVDirection, name))
+
+
+def silence_joystick_warnings() -> None:
+    """Switch off WPILib's warning of joysticks that are not there."""
+    wpilib = _module("wpilib")
+    if hasattr(wpilib, "DriverStationBackend"):
+        wpilib.DriverStationBackend.silence_joystick_connection_alert(True)
+    else:
+        wpilib.DriverStation.silenceJoystickConnectionWarning(True)
+
+
+def show_field(field: Any, *, again: bool = False) -> None:
+    """Publish a `Field2d` under the name that the simulation's window shows; `again` after each change of it."""
+    wpilib = _module("wpilib")
+    if not hasattr(wpilib, "SmartDashboard"):
+        import_module("telemetry").log("Field", field)
+    elif not again:  # it publishes changes by itself
+        wpilib.SmartDashboard.putData("Field", field)
+
+
+def pwm_speed(sim: Any) -> float:
+    """What a PWM output asks of a motor controller, of its pulse between 1 and 2 ms [-1..1]."""
+    if hasattr(sim, "getSpeed"):
+        return float(sim.getSpeed())
+    return max(-1.0, min(1.0, (float(sim.get_pulse_microsecond()) - 1500.0) / 500.0))
+
+
+def pwm_position(sim: Any) -> float:
+    """Where a PWM output sends a servo, of its pulse between 1 and 2 ms [0..1]."""
+    return float(sim.getPosition()) if hasattr(sim, "getPosition") else 0.5 * (pwm_speed(sim) + 1.0)
+
+
+def robot_test_plugin(robot_class: Any, robot_file: Path, patience: float) -> Any:
+    """RobotPy's plugin of pytest for one robot, in a process of its own: pyfrc's, or that of wpilib.testing.
+
+    Args:
+        robot_class: Of the program.
+        robot_file: Its robot.py.
+        patience: Wall time in which the program must have started [s].
+    """
+    if is_installed("wpilib.testing"):
+        return import_module("wpilib.testing.pytest_plugin").RobotTestingPlugin(robot_class, robot_file, True)
+    return import_module("pyfrc.test_support.pytest_plugin").PyFrcPlugin(robot_class, robot_file, True, patience)
+
+
+def test_controller() -> Any:
+    """The module of wpilib.testing that starts a robot under test."""
+    return import_module("wpilib.testing.controller")
+
+
+def led_sim(channel: int) -> Any:
+    """The simulation of an `AddressableLED` on a channel."""
+    cls = _module("wpilib.simulation").AddressableLEDSim
+    return cls.createForChannel(channel) if hasattr(cls, "createForChannel") else cls(channel)
+
+
+def start_of_clock() -> float:
+    """When a robot under test starts, by the controller's clock [s].
+
+    RobotPy sets it to zero before each test, which since 2027 has no effect: it counts from the start of the computer.
+    So there it stands from here on, at an instant that is the same in all processes.
+    """
+    sim = _module("wpilib.simulation")
+    if hasattr(sim.DriverStationSim, "setAutonomous"):
+        return 0.0
+    now = _module("wpilib").Timer.get_monotonic_timestamp
+    sim.pause_timing()
+    sim.step_timing(_EPOCH - now() % _EPOCH)
+    return float(now())
+
+
+def user_rails() -> list[tuple[Any, Any]]:
+    """Of each user rail of the controller what switches it and what sets its count of faults."""
+    sim = _module("wpilib.simulation").RoboRioSim
+    rails = [
+        (getattr(sim, f"setUserActive{rail}"), getattr(sim, f"setUserFaults{rail}"))
+        for rail in ("6V", "5V")
+        if hasattr(sim, f"setUserActive{rail}")
+    ]
+    return [*rails, (sim.set_user_active_3v3, sim.set_user_faults_3v3)]
+
+
+def notifier_calls() -> tuple[Any, ...] | None:
+    """The hardware layer's functions that make, wait for, set, stop and free a notifier; None: not as in 2026."""
+    hal = _module("hal")
+    if not hasattr(hal, "waitForNotifierAlarm"):
+        return None
+    names = ("initializeNotifier", "waitForNotifierAlarm", "updateNotifierAlarm", "stopNotifier", "cleanNotifier")
+    return tuple(getattr(hal, name) for name in names)
+
+
+def camel_case(name: str, *, first: bool = False) -> str:
+    """A name of 2027 as 2026 has it; with `first`, the first letter is a capital one, too.
+
+    >>> camel_case("get_double_topic"), camel_case("value_all", first=True)
+    ('getDoubleTopic', 'ValueAll')
+    """
+    head, *others = name.split("_")
+    return (head.capitalize() if first else head) + "".join(word.capitalize() for word in others)
+
+
+_SEASONAL = {"wpilib", "pyntcore", "pyfrc", "phoenix6", "photonlibpy"}
+_SEASONAL |= {f"robotpy-{part}" for part in "hal wpimath wpinet wpiutil apriltag cscore fields".split()}
+_SEASONAL |= {f"robotpy-{part}" for part in "commands-v2 wpilib-utilities rev ctre navx playingwithfusion".split()}
+
+
+def installed_seasons(distributions: Iterable[tuple[str, str]]) -> dict[int, list[str]]:
+    """What is installed of WPILib, and of vendors for it, by season: names with versions.
+
+    Phoenix 6 counts by its own year; from 26.50 on it is that of 2027.
+
+    >>> installed_seasons([("wpilib", "2026.2.2"), ("phoenix6", "26.70.0a2"), ("numpy", "2.4")])
+    {2026: ['wpilib 2026.2.2'], 2027: ['phoenix6 26.70.0a2']}
+
+    Args:
+        distributions: Name and version of each.
+    """
+    found: dict[int, list[str]] = {}
+    for name, version in sorted(distributions):
+        name = name.lower().replace("_", "-")
+        numbers = version.split(".")
+        if (name not in _SEASONAL and not name.startswith("robotpy-native-")) or not numbers[0].isdecimal():
+            continue
+        year = int(numbers[0])
+        if name == "phoenix6":
+            year += 2001 if year == 26 and int(numbers[1]) >= 50 else 2000
+        found.setdefault(year, []).append(f"{name} {version}")
+    return dict(sorted(found.items()))
+
+
+def mixed_seasons(seasons: dict[int, list[str]]) -> str:
+    """One sentence if libraries of several seasons are installed; else empty."""
+    if len(seasons) < 2:
+        return ""
+    main, *others = sorted(seasons, key=lambda year: (any(t.startswith("wpilib ") for t in seasons[year]), year))[::-1]
+    odd = ", ".join(text for year in others for text in seasons[year])
+    return (
+        f"two seasons are mixed, {odd} beside WPILib of {main}: "
+        f"make a new environment with one of them, as the extra robotpy{main} does"
+    )
+
+
+def is_installed(name: str) -> bool:
+    """Whether a package of WPILib can be imported."""
+    try:
+        return find_spec(name) is not None
+    except ModuleNotFoundError:  # not even the package that it is in
+        return False
+
+
+def pub_sub_options(**options: Any) -> Any:
+    """NetworkTables' `PubSubOptions`, by the names of 2027: `periodic`, `poll_storage`, `send_all`, ..."""
+    options_class = _module("ntcore").PubSubOptions
+    try:
+        return options_class(**options)
+    except TypeError:
+        return options_class(**{camel_case(name): value for name, value in options.items()})
+
+
+def is_local(instance: NetworkTables) -> bool:
+    """Whether only this program can see an instance, as under `robotpy test`."""
+    modes = _module("ntcore").NetworkTableInstance.NetworkMode
+    local = modes.LOCAL if hasattr(modes, "LOCAL") else modes.kNetModeLocal
+    return int(instance.get_network_mode()) == int(local)
+
+
+def initialize_hal() -> None:
+    """Start the hardware layer in simulation, as a robot program does.
+
+    Raises:
+        ConfigError: It cannot be started.
+    """
+    hal = _module("hal")
+    try:
+        is_up = hal.initialize()
+    except TypeError:  # of 2026: a time-out and what to do with other programs
+        is_up = hal.initialize(500, 0)
+    if not is_up:
+        raise ConfigError("WPILib's hardware layer does not start; is another robot program running?")
+
+
+def start_server(instance: NetworkTables, address: str, port: int) -> None:
+    """Serve NetworkTables 4 at an address, with nothing kept on disk and nothing announced.
+
+    The clock of NetworkTables then counts from the start of the process, as in a robot program, and not from 1970.
+    """
+    _module("ntcore")
+    import_module("hal")  # loading it sets the clock that ntcore stamps and answers with; nothing else of it runs
+    third = "" if hasattr(type(instance), "start_ds_client") else 0  # the mDNS service, in 2026 the port of NT3
+    instance.start_server("", address, third, port)

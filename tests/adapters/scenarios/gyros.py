@@ -1,0 +1,95 @@
+"""What robot code reads of each gyro while the model turns left at 1 rad/s, tilted; then after a reset."""
+
+from __future__ import annotations
+
+import json
+import math
+import sys
+from typing import Any
+
+import hal
+import numpy as np
+import wpilib
+from wpilib.simulation import pauseTiming
+
+from simcore.devices.makers import device_of, maker_of, watch_makers
+from simcore.robot.fixed_wheel_config import TankConfig
+from simcore.robot.fixed_wheel_drive import TankDrive
+from simcore.robot.gyro import Gyro, gyro_config
+from simcore.robot.motor_ports import SuppliedMotor, TankPorts
+
+DT, HEADING, PITCH, ROLL = 0.005, 2.5, 0.1, -0.05
+
+
+def built(name: str) -> Any:
+    """A gyro as a program builds it, of a class of its own."""
+    if name == "navx3":
+        import navx
+
+        return navx.Navx(3)
+    if name.startswith("navx"):
+        import navx
+
+        kinds = navx.AHRS.NavXComType
+        kind = {"navx": kinds.kMXP_SPI, "navx-usb": kinds.kUSB1, "navx-i2c": kinds.kI2C}[name]
+
+        class Heading(navx.AHRS):
+            def __init__(self) -> None:
+                super().__init__(kind)
+
+        return Heading()
+    if name == "PigeonIMU":
+        import phoenix5.sensors
+
+        return phoenix5.sensors.WPI_PigeonIMU(5)
+    return getattr(wpilib, name)(0) if name == "AnalogGyro" else getattr(wpilib, name)()
+
+
+def read(gyro: Any) -> dict[str, Any]:
+    """All that it offers, in its own units and signs."""
+    names = ("getYaw", "getAngle", "getRate", "getPitch", "getRoll", "getXComplementaryAngle", "getYComplementaryAngle")
+    row = {name: float(getattr(gyro, name)()) for name in names if hasattr(gyro, name)}
+    if hasattr(gyro, "getRotation2d"):
+        row["rotation"] = float(gyro.getRotation2d().radians())
+    if hasattr(gyro, "getRotation2D"):
+        row["rotation"] = float(gyro.getRotation2D()[1].radians())
+        row["getRate"] = float(gyro.getAngularVel()[3])
+    if hasattr(gyro, "getRotation3d"):
+        row["yaw of rotation 3d"] = float(gyro.getRotation3d().Z())
+    return row
+
+
+def main() -> None:
+    hal.initialize(500, 0)
+    pauseTiming()
+    watch_makers()
+    name = sys.argv[1]
+    gyro = built(name)
+    device = device_of(gyro)
+    assert device is not None, "the constructor was not seen"
+    drive = TankDrive(TankConfig())
+    motor = SuppliedMotor(lambda: 0.0)
+    ports = TankPorts(drive, [motor], [motor], gyro=maker_of(device).gyro_port(device))
+    model = Gyro(gyro_config("ideal"), np.random.default_rng(1))
+    model.reset(yaw=HEADING, true_yaw=HEADING)
+    turned = 0.0
+
+    def turn(seconds: float) -> dict[str, Any]:
+        nonlocal turned
+        for _ in range(round(seconds / DT)):
+            turned += DT
+            model.step(DT, math.remainder(HEADING + turned, math.tau), PITCH, ROLL, (0.0, 0.0, 1.0))
+            ports.write(model.yaw, model.pitch, model.roll, model.rates.tolist())
+        return read(gyro)
+
+    ports.write(model.yaw, 0.0, 0.0, [0.0, 0.0, 0.0])
+    first = read(gyro)
+    rows = {"start": first, "4 s": turn(4.0)}
+    next(getattr(gyro, reset) for reset in ("zeroYaw", "resetYaw", "reset") if hasattr(gyro, reset))()
+    rows["reset"] = read(gyro)
+    rows["1 s later"] = turn(1.0)
+    print(json.dumps({"lateness_ms": 0.0, "model": device.model, "number": device.device_id, "rows": rows}))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,285 @@
+"""Habits of robot programs that are nobody's fault: each in a robot of its own, as its team's tests see it."""
+
+from __future__ import annotations
+
+import shutil
+from pathlib import Path
+
+import pytest
+
+pytestmark = pytest.mark.slow
+
+ROBOTS = Path(__file__).parent / "robots"
+HELPERS = """
+import logging, math
+import pytest
+
+def apart(sim, believed=None):
+    believed = believed or sim.robot.drivetrain.get_state().pose
+    return believed.translation().distance(sim.pose.translation())
+
+def warnings(caplog):
+    return [r.getMessage() for r in caplog.records if r.levelno == logging.WARNING and "its auto begins" in r.message]
+"""
+
+
+def test_a_headset_that_is_told_in_the_auto_s_first_loop_starts_where_the_auto_does(project_of):
+    """The robot is carried after the headset has heard where it is: it was there all the time."""
+    code, said = project_of(ROBOTS / "team_quest")(
+        HELPERS
+        + """
+def test_it(sim):
+    sim.start()
+    assert sim.pose.X() < 3.0
+    sim.autonomous(seconds=1.0)
+    assert sim.pose.X() == pytest.approx(3.5, abs=0.02) and sim.pose.Y() == pytest.approx(5.0, abs=0.02)
+    assert apart(sim, sim.robot.swerve.get_state().pose) < 0.02
+    mount = sim.match.cameras.headsets[0].mount
+    assert (mount.x, mount.y, mount.yaw_deg) == pytest.approx((0.15, 0.2, 90.0), abs=0.05)
+    sim.disable(seconds=0.2)
+    sim.place(5.5, 5.0, 1.0)  # elsewhere, by people who have told nobody: a headset sees the way
+    sim.run(0.2)
+    assert apart(sim, sim.robot.swerve.get_state().pose) < 0.1
+"""
+    )
+    assert code == 0, said
+
+
+def test_a_headset_that_is_told_before_the_first_tick_has_heard_it(project_of):
+    run = project_of(ROBOTS / "headset")
+    shutil.copy(ROBOTS / "team_quest" / "questnav.py", run.folder)
+    code, said = run(
+        HELPERS
+        + """
+def test_it(sim):
+    sim.start()
+    first = sim.robot.believed
+    assert abs(first.X()) < 0.02 and abs(first.Y()) < 0.02 and abs(first.rotation().degrees()) < 2.0
+    begin = sim.pose
+    sim.teleop(seconds=1.0)
+    true, believed = sim.pose.relativeTo(begin), sim.robot.believed.relativeTo(first)
+    assert true.X() > 0.7
+    assert (believed.X(), believed.Y()) == pytest.approx((true.X(), true.Y()), abs=0.03)
+"""
+    )
+    assert code == 0, said
+
+
+def test_a_pose_that_was_set_while_disabled_is_where_the_auto_begins(project_of):
+    code, said = project_of(ROBOTS / "seeding")(
+        HELPERS
+        + """
+def test_it(sim, caplog):
+    caplog.set_level(logging.INFO, "simcore")
+    for name, (x, y, yaw) in (("left", (3.0, 6.0, 1.0)), ("right", (3.0, 2.0, 0.0))):  # again: people carry it back
+        sim.autonomous(name, seconds=0.04)
+        assert (sim.pose.X(), sim.pose.Y()) == pytest.approx((x, y), abs=0.01)
+        assert sim.pose.rotation().radians() == pytest.approx(yaw, abs=0.02)
+        sim.run(0.6)
+        assert apart(sim) < 0.05 and not warnings(caplog)
+        sim.disable(seconds=0.5)
+
+    before = sim.pose
+    sim.autonomous("in the hub", seconds=1.0)
+    assert sim.pose.translation().distance(before.translation()) < 1.2
+    (said,) = warnings(caplog)
+    assert "(4.60, 4.0" in said and "inside of a field element" in said and f"({before.X():.2f}, " in said, said
+
+
+def test_nothing_set(sim, caplog):
+    sim.autonomous("none", seconds=1.0)
+    (said,) = warnings(caplog)  # belief begins at the origin
+    assert "believes to be at (0." in said and "stands at (2." in said and "m and" in said, said
+
+
+def test_the_last_one_counts_and_teleop_moves_nobody(sim, caplog):
+    caplog.set_level(logging.INFO, "simcore")
+    sim.start()
+    before = sim.pose
+    from simcore.robotpy.driver_controls import choose_auto
+    for name in ("left", "right"):
+        choose_auto(name)
+        sim.run(0.1)
+    sim.teleop(seconds=0.3)
+    assert sim.pose.translation().distance(before.translation()) < 0.01
+    assert not warnings(caplog)
+
+
+def test_a_place_that_was_given_stays_and_one_warning_says_so(sim, caplog):
+    sim.start()
+    sim.place(6.0, 1.0, 0.5)
+    sim.autonomous("right", seconds=1.0)
+    (said,) = warnings(caplog)
+    assert "believes to be at (3." in said and "stands at (6." in said, said
+"""
+    )
+    assert code == 0, said
+
+
+def test_a_pose_that_was_set_in_robotinit_counts_too(project_of):
+    code, said = project_of(ROBOTS / "seeding")(
+        HELPERS
+        + """
+def test_it(sim, caplog):
+    sim.autonomous(seconds=0.6)
+    assert apart(sim) < 0.05 and not warnings(caplog) and sim.pose.Y() > 5.9
+""",
+        AT_ONCE="1",
+    )
+    assert code == 0, said
+
+
+def test_wpilib_s_odometry_is_belief_as_well(project_of):
+    """A kit-bot without CTRE: what it sets while disabled, and what it believes."""
+    code, said = project_of(ROBOTS / "tank")(
+        HELPERS
+        + """
+from wpimath.geometry import Pose2d, Rotation2d
+
+def set_pose(sim, x, y, heading):
+    robot = sim.robot
+    robot.odometry.resetPosition(
+        robot.gyro.getRotation2d(), *(e.getDistance() for e in robot.encoders), Pose2d(x, y, heading)
+    )
+
+def test_it(sim, caplog):
+    sim.start()
+    set_pose(sim, 3.0, 6.0, 1.0)
+    sim.run(0.1)
+    sim.autonomous(seconds=0.7)
+    assert (sim.pose.X(), sim.pose.Y()) == pytest.approx((3.0, 6.0), abs=0.01)
+    assert sim.robot_sim.believed_pose == pytest.approx((3.0, 6.0, 1.0), abs=0.02) and not warnings(caplog)
+    set_pose(sim, 4.0, 6.0, 1.0)
+    sim.disable(seconds=0.1)
+    sim.autonomous(seconds=0.7)
+    (said,) = warnings(caplog)
+    assert "believes to be at (4.00, 6.00) m, 57 deg" in said and "1.00 m and 0 deg apart" in said, said
+"""
+    )
+    assert code == 0, said
+
+
+EARLY = """
+import os
+
+def test_it_drives(sim):
+    stick = sim.joystick(0)
+    sim.teleop()
+    stick.axis(1, -0.8)
+    begin = sim.pose.X()
+    sim.run(1.5)
+    assert 1.0 < sim.pose.X() - begin < 3.5
+    intake, feeder, wheels = sim.robot.facts()["speeds"]
+    assert intake > 10.0 and wheels > 10.0 and feeder > 5.0
+    assert "intake" in sim.robot_sim.mechanisms
+    with open(os.environ["DIGESTS"], "a") as file:
+        file.write(sim.digest + "\\n")
+
+def test_a_second_one(sim):
+    test_it_drives(sim)
+"""
+
+
+def test_devices_of_the_modules_live_in_tests(project_of, tmp_path):
+    """Built at the top of robot.py, in a class body and in a module: under pytest and `robotpy test`, a path or not."""
+    digests = tmp_path / "digests"
+    run = project_of(ROBOTS / "early")
+    for command in (
+        ("-m", "pytest", "-q"),
+        ("-m", "robotpy", "test", "--", "-v"),
+        ("-m", "robotpy", "test", "--", "tests/test_robot.py"),
+    ):
+        code, said = run(EARLY, command=command, DIGESTS=str(digests))
+        assert code == 0 and "2 passed" in said, said
+    lines = digests.read_text().split()
+    assert len(lines) == 6 and len(set(lines)) == 1, "each test once in a process of its own"
+
+
+@pytest.mark.parametrize("environment", [{}, {"THREAD": "1"}])
+def test_without_isolation_robotpy_test_ends(project_of, tmp_path, environment):
+    code, said = project_of(ROBOTS / "early")(
+        EARLY.split("def test_a_second")[0].replace("sim.digest", "'ended'"),
+        command=("-m", "robotpy", "test", "--no-isolation"),
+        DIGESTS=str(tmp_path / "digests"),
+        **environment,
+    )
+    assert code == 0 and "1 passed" in said, said
+
+
+@pytest.mark.realtime
+@pytest.mark.parametrize("others", [0, 4])
+def test_a_slow_magicbot_keeps_its_physics_on_a_busy_computer(scenario, others, whole):
+    """Slow before physics, between physics and its first loop, and once in a loop; beside busy processes."""
+    pytest.importorskip("magicbot", reason="needs magicbot: pip install robotpy-wpilib-utilities")
+    shared = ROBOTS / "shared"
+    for _ in range(10 if whole and others else 1):
+        told = scenario("busy_robot", str(ROBOTS / "busy"), str(others), timeout=180.0, path=(shared,))
+        assert told["loops"] > 50 and told["has_cameras"], told
+        assert told["ticks"] > 40 and told["ticks_after"] > 20 and told["stalls"] <= 2, told
+        assert "Traceback" not in told["output"], told["output"]
+        assert "physics runs beside it" in told["output"], told["output"]
+
+
+def test_a_drivetrain_that_is_built_twice_is_one(project_of):
+    code, said = project_of(ROBOTS / "twice")(
+        """
+import logging
+import pytest
+
+def test_it(sim, caplog):
+    stick = sim.joystick(0)
+    sim.teleop()
+    stick.axis(1, -0.8)
+    begin = sim.pose.X()
+    sim.run(1.0)
+    believed = sim.robot.container.drivetrain.get_state().pose.X()
+    assert sim.pose.X() - begin > 0.6
+    assert believed == pytest.approx(sim.pose.X() - begin, abs=0.02)
+    (said,) = [r.getMessage() for r in caplog.records if "on the same devices" in r.getMessage()]
+    assert "2 drivetrains" in said
+""",
+        AMPS="40",
+    )
+    assert code == 0, said
+
+
+def test_odometry_leads_by_what_wheels_slip_and_by_nothing_else(project_of):
+    """Pushed sideways from rest, with all wheels still across the way: 40 A are less than tires carry, 90 A are more.
+
+    While a wheel turns its drive is scaled by the cosine of what it lacks, so without slip odometry is right from the
+    first instant. With full slip it leads by v^2 / (2 mu g) = 0.38 m at 3 m/s.
+    """
+    leads, run = [], project_of(ROBOTS / "twice")
+    for amps in ("40", "90"):
+        code, said = run(
+            """
+def test_it(sim):
+    sim.start()
+    sim.place(2.0, 2.0)
+    stick = sim.joystick(0)
+    sim.teleop()
+    stick.axis(0, -1.0)
+    sim.run(0.4)
+    print("LEAD", sim.robot.container.drivetrain.get_state().pose.Y() - (sim.pose.Y() - 2.0))
+    assert sim.pose.Y() > 2.05
+""",
+            "-rA",
+            AMPS=amps,
+        )
+        assert code == 0, said
+        leads.append(float(next(line for line in said.splitlines() if line.startswith("LEAD")).split()[1]))
+    assert abs(leads[0]) < 0.01 and 0.05 < leads[1] < 0.38, leads
+
+
+def test_init_names_mechanisms_as_robot_code_does(project_of):
+    run = project_of(ROBOTS / "named")
+    code, said = run("", command=("-m", "simcore", "init", "."))
+    assert code == 0, said
+    text = (run.folder / "simcore.toml").read_text()
+    for number, (name, kind) in {
+        31: ("shooter_top", "flywheel"), 32: ("shooter_bottom", "flywheel"), 33: ("intake", "roller"),
+        34: ("pivot", "arm"), 35: ("feeder1", "roller"), 36: ("wrist", "arm"), 37: ("motor37", "roller"),
+        40: ("lift", "elevator"),
+    }.items():  # fmt: skip
+        table = next(part for part in text.split("[[mechanism]]") if f"leader = {number}" in part)
+        assert f'name = "{name}"' in table and f'kind = "{kind}"' in table, table

@@ -1,0 +1,15 @@
+"""What nothing simulates is named, whoever made it."""
+
+from __future__ import annotations
+
+from importlib.util import find_spec
+
+
+def test_devices_that_nothing_simulates_are_named_with_their_place(scenario):
+    names = scenario("unserved")["names"]
+    expected = ["I2C (intake.bus)"]
+    if find_spec("playingwithfusion"):
+        expected += ["CANVenom (intake.motor)", "TimeOfFlight (intake.sensors.0)"]
+    if find_spec("rev"):
+        expected.append("ServoHub 4 (intake.hub)")
+    assert names == sorted(expected)

@@ -1,0 +1,64 @@
+"""Robots that are put somewhere at a time of the match, drive for a moment, and perhaps commit a foul."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+
+from simcore.geometry.symmetry import Pose
+from simcore.match.game import Game, RobotEntry
+from simcore.match.match import Match
+
+__all__ = ["flipped", "foul_trials", "show_time"]
+
+
+def flipped(game: Game, alliance: str, pose: Pose) -> Pose:
+    """A pose that is written for blue, of an alliance."""
+    return pose if alliance == "blue" else game.field.symmetry.flip_pose(*pose)
+
+
+def show_time(match: Match, time: float) -> None:
+    """Let the match clock of an auto that has just begun show a time [s]."""
+    match.start_mode("auto")
+    match.timer._start, match.timer._ticks = time, 0
+    match.timer.time = time
+
+
+def foul_trials(game: Game, *, far: Sequence[Pose]) -> Iterator[Callable[..., Match]]:
+    """`play(poses, time, ...)`: a match in which robots drive from poses for a while, from a time of its clock on.
+
+    Robots are of the alliances blue, red, blue, and stand far away if they have no pose; with `side="red"` alliances
+    and places are exchanged. Used by a fixture.
+    """
+    matches: dict[tuple[str, int], Match] = {}
+
+    def run(
+        poses: Mapping[int, Pose],
+        time: float,
+        *,
+        drive: Mapping[int, tuple[float, float, float]] | None = None,
+        act: Callable[[Match], None] | None = None,
+        side: str = "blue",
+        seconds: float = 0.4,
+    ) -> Match:
+        crew = max([1, *poses]) + 1
+        if (side, crew) not in matches:
+            other = "red" if side == "blue" else "blue"
+            entries = tuple(RobotEntry(alliance=a, preload=0) for a in (side, other, side)[:crew])
+            matches[side, crew] = Match(game, robots=entries)
+        match = matches[side, crew]
+        show_time(match, time)
+        for robot in match.robots:
+            robot.drive.set_chassis_speeds(0.0, 0.0, 0.0)
+            robot.carry_to(flipped(game, side, poses.get(robot.number, far[robot.number])))
+        match.tick()
+        show_time(match, time)
+        for number, speeds in (drive or {}).items():
+            match.robots[number].drive.set_chassis_speeds(*speeds)
+        if act is not None:
+            act(match)
+        match.play(seconds)
+        return match
+
+    yield run
+    for match in matches.values():
+        match.close()

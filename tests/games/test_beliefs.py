@@ -1,0 +1,31 @@
+"""Where a robot begins an auto elsewhere than it believes to be, one warning says so; in scripted matches, too."""
+
+from __future__ import annotations
+
+import logging
+
+import pytest
+
+from games.rebuilt import REBUILT
+from simcore import Match
+
+
+@pytest.mark.parametrize(
+    ("believed", "words"),
+    [
+        (None, ""),
+        ((0.45, 0.0, 0.15), ""),
+        ((0.6, 0.0, 0.0), "0.60 m and 0 deg apart"),
+        ((0.0, 0.0, -0.3), "0.00 m and 17 deg apart"),
+    ],
+)
+def test_one_warning_names_both_places(caplog, believed, words):
+    with Match(REBUILT, seed=1) as match:
+        robot = match.robots[0]
+        if believed is not None:
+            robot.estimated_pose = tuple(a + b for a, b in zip(robot.chassis.pose, believed, strict=True))
+        match.play(1.0)
+        said = [r.getMessage() for r in caplog.records if r.levelno >= logging.WARNING]
+        assert len(said) == bool(words), said
+        if words:
+            assert words in said[0] and "robot 0 believes to be at" in said[0] and "stands at" in said[0]

@@ -1,0 +1,133 @@
+"""Robots are put down where they can stand, and a piece has one owner, whatever is asked for in whatever order."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from simcore.errors import SimcoreError
+from simcore.match.match import Match
+from simcore.match.registry import find_game
+from simcore.pieces.pool import PieceStatus
+
+GAMES = ("rebuilt", "reefscape")
+_DEEPEST = 0.020  # [m]
+
+
+@pytest.mark.parametrize("name", GAMES)
+def test_a_robot_that_is_put_down_is_in_nothing_and_knows_where_it_is(name, whole):
+    rng = np.random.default_rng(11)
+    with Match(find_game(name), seed=1) as match:
+        length, width = match.game.field.size
+        robot, placed = match.robots[0], 0
+        for _ in range(5000 if whole else 150):
+            pose = (rng.uniform(0.0, length), rng.uniform(0.0, width), rng.uniform(-math.pi, math.pi))
+            try:
+                match.carry_to(0, pose)
+            except SimcoreError:
+                continue
+            placed += 1
+            chassis = robot.chassis
+            assert match.world.engine.depth(chassis.row) < _DEEPEST, pose
+            assert chassis.pose == pytest.approx(pose, abs=1e-6)
+            assert robot.odometry.pose == pytest.approx(pose, abs=1e-6)
+            soles, ground = chassis.wheel_ground()
+            assert (soles[:, 2] > ground - 0.001).all(), pose  # no wheel in what it stands on
+        assert placed > 50
+
+
+def test_a_robot_stands_tilted_on_a_bump_and_stays_there():
+    with Match(find_game("rebuilt")) as match:
+        match.carry_to(0, (4.2, 2.5, 0.0))
+        z, pitch = match.robots[0].chassis.pos[2], match.robots[0].chassis.roll_pitch_yaw[1]
+        assert z > 0.03 and pitch < math.radians(-8.0)
+        match.play(0.5)
+        assert match.robots[0].chassis.pos[2] == pytest.approx(z, abs=0.005)
+
+
+@pytest.mark.parametrize("place", [(0.21, 2.2, 0.0), (2.0, 0.22, 0.0), (4.44, 7.03, 0.0)])
+def test_a_place_in_a_wall_is_refused_and_a_free_one_named(place):
+    with Match(find_game("rebuilt")) as match:
+        before = match.robots[0].chassis.pose
+        with pytest.raises(SimcoreError, match=r"inside of a field element.*is free"):
+            match.carry_to(0, place)
+        assert match.robots[0].chassis.pose == before
+
+
+def public_calls(match, rng):
+    """Calls that a rule, a dashboard or a test may make, in any order, with good arguments and bad ones."""
+    robots, n = len(match.robots), len(match.pieces.state.status)
+    kinds = [kind.name for kind in match.pieces.types]
+    slots = np.unique(rng.integers(-1, n + 1, size=3))
+    place = (rng.uniform(-1.0, 18.0), rng.uniform(-1.0, 9.0), rng.uniform(-9.0, 9.0))
+    number = int(rng.integers(-1, robots + 1))
+    high = np.column_stack([rng.uniform(1.0, 7.0, (len(slots), 2)), rng.uniform(3.0, 5.0, len(slots))])
+
+    def hold():
+        match.pieces.hold(slots, number)
+        match.robots[number].storage.pieces.extend(slots.tolist())
+
+    return [
+        lambda: match.tick(int(rng.integers(-1, 4))),
+        lambda: match.tick(),
+        lambda: match.carry_to(number, place),
+        lambda: match.set_alliance(number, rng.choice(["blue", "red", "green"])),
+        lambda: match.pieces.release(slots, high),
+        lambda: match.pieces.push(slots, rng.normal(size=(len(slots), 3))),
+        lambda: match.pieces.score(slots),
+        lambda: match.pieces.set_aside(slots),
+        lambda: match.pieces.put_down(slots, high[:, :2]),
+        hold,
+        lambda: match.control.spawn(str(rng.choice(kinds)), [place[:2]]),
+        lambda: match.control.place_robot(place, robot=rng.choice(np.array([number, 1.0, None], dtype=object))),
+        lambda: match.control.spawn([kinds[0]], [place[:2]]),
+        lambda: match.control.start_auto(str(rng.choice([*match.game.autos, "none"])), number),
+        lambda: match.reset_field(),
+        lambda: match.start_mode(rng.choice(["auto", "teleop"])),
+    ]
+
+
+def require_one_owner(match):
+    """The laws: pieces are conserved, and robots and pieces say the same of who holds what."""
+    state = match.pieces.state
+    assert match.count.is_conserved
+    for robot in match.robots:
+        held = np.nonzero((state.status == PieceStatus.HELD) & (state.holder == robot.number))[0]
+        assert sorted(robot.held) == held.tolist()
+    assert np.isfinite(state.pos).all()
+
+
+@pytest.mark.parametrize("name", GAMES)
+def test_laws_hold_whatever_is_called_in_whatever_order(name, whole):
+    with Match(find_game(name), seed=2) as match:
+        for seed in range(1000 if whole else 15):
+            rng = np.random.default_rng(seed)
+            match.reset(seed)
+            for _ in range(12):
+                calls = public_calls(match, rng)
+                try:
+                    calls[int(rng.integers(len(calls)))]()
+                except SimcoreError:
+                    pass
+                require_one_owner(match)
+            match.play(0.1)
+            require_one_owner(match)
+
+
+def test_algae_with_a_human_player_is_thrown_only_if_it_is_still_there():
+    with Match(find_game("reefscape"), seed=2) as match:
+        algae = np.array([int(match.pieces.on_field("Algae")[0])])
+        match.pieces.score(algae)
+        match.rules.human_players.take_algae("blue", int(algae[0]))
+        assert match.rules.human_players.waiting_algae["red"] == 1
+        match.pieces.put_down(algae, np.array([[3.0, 3.0]]))  # people take it
+        assert match.rules.human_players.waiting_algae["red"] == 0
+
+
+def test_coral_that_people_put_down_is_missing_at_the_stations():
+    with Match(find_game("reefscape")) as match:
+        before = sum(match.rules.human_players.stock.values())
+        match.pieces.put_down(match.pieces.spare("Coral", before), np.full((before, 2), 4.0))
+        assert sum(match.rules.human_players.stock.values()) == 0

@@ -1,0 +1,309 @@
+"""Fouls and the tower in matches of REBUILT: each where it is one, and beside it where it is none."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from foul_trials import foul_trials, show_time
+
+from games.rebuilt import REBUILT, RebuiltSim
+from games.rebuilt import dimensions as dim
+from games.rebuilt.field import FIELD
+from simcore.match.game import RobotEntry
+from simcore.pieces.pool import PieceStatus
+
+HALF = 0.4
+MIDDLE = dim.FIELD_CENTER[0]
+LINE = dim.ALLIANCE_ZONE_DEPTH
+PUSH = {1: (1.0, 0.0, 0.0)}
+AT_TOWER = (dim.TOWER_UPRIGHT_X + 0.5 * dim.TOWER_UPRIGHT_DEPTH + HALF + 0.01, dim.TOWER_Y, math.pi)
+
+
+@pytest.fixture(scope="module")
+def play():
+    """Robots 0 and 2 are blue, 1 is red."""
+    yield from foul_trials(REBUILT, far=((2.5, 1.5, 0.0), (14.0, 6.5, 0.0), (2.5, 6.5, 0.0)))
+
+
+def told(match):
+    return [(foul.rule, foul.alliance, foul.points) for foul in match.tracker.fouls]
+
+
+def free_fuel(match):
+    """Slots of fuel that nobody holds."""
+    return match.pieces.on_field()
+
+
+def shoot(match, number, *, into="blue"):
+    """Let a robot have launched a fuel, which falls into a hub."""
+    slot = int(free_fuel(match)[-1])
+    match.pieces.hold(np.array([slot]), number)
+    match.robots[number].storage.add([slot])
+    match.tick()
+    match.robots[number].storage.pieces.remove(slot)
+    x, y = dim.HUB_CENTER if into == "blue" else FIELD.symmetry.flip_point(*dim.HUB_CENTER)
+    match.pieces.launch(number, (x, y, 2.3), (0.0, 0.0, -1.0), slot=slot)
+
+
+@pytest.mark.parametrize("side", ["blue", "red"])
+@pytest.mark.parametrize(
+    ("ahead", "fouls"), [(0.001, 1), (-0.001, 0)], ids=["a millimeter outside of the zone", "a millimeter inside"]
+)
+def test_g407_who_shoots_from_outside_of_its_zone_commits_a_major_foul(play, side, ahead, fouls):
+    pose = (LINE + HALF + ahead, 7.43, 0.0)
+    match = play({0: pose}, 60.0, act=lambda match: shoot(match, 0, into=side), side=side, seconds=0.8)
+    assert told(match) == [("G407", side, 15)] * fouls
+    assert match.tracker.pieces[f"{side.capitalize()}Hub"] == 1
+
+
+def test_g407_is_about_the_own_hub(play):
+    match = play({0: (LINE + 1.0, 7.43, 0.0)}, 60.0, act=lambda match: shoot(match, 0, into="red"), seconds=0.8)
+    assert told(match) == [] and match.tracker.pieces["RedHub"] == 1
+
+
+def test_g403_contact_in_auto_counts_across_the_center_line(play):
+    across = {1: (MIDDLE - HALF - 0.3, 1.0, math.pi), 0: (MIDDLE - 3 * HALF - 0.4, 1.0, 0.0)}
+    assert told(play(across, 5.0, drive=PUSH)) == [("G403", "red", 15)]
+    assert told(play(across, 60.0, drive=PUSH)) == [], "in teleop they may"
+    on_it = {1: (MIDDLE, 1.0, math.pi), 0: (MIDDLE - 2 * HALF - 0.08, 1.0, 0.0)}
+    match = play(on_it, 5.0, drive=PUSH)
+    assert match.contacts.robots and told(match) == []
+
+
+@pytest.mark.parametrize("side", ["blue", "red"])
+def test_g420_who_touches_a_robot_at_its_tower_in_the_last_30_s_whoever_starts_it(play, side):
+    other = "red" if side == "blue" else "blue"
+    poses = {0: AT_TOWER, 1: (AT_TOWER[0] + 2 * HALF + 0.1, AT_TOWER[1], math.pi)}
+    drive = {0: (0.3, 0.0, 0.0), 1: (1.0, 0.0, 0.0)}
+    match = play(poses, 140.0, drive=drive, side=side)
+    assert told(match) == [("G420", other, 15)]
+    assert match.rules.towers.awarded == set(), "it stands on the carpet"
+    assert told(play(poses, 120.0, drive=drive, side=side)) == [], "before, they may"
+
+
+def test_g420_contact_through_fuel_is_contact(play):
+    """A fuel between two robots, the one at its tower."""
+    gap = 2 * 0.075 - 0.01
+
+    def between(match):
+        slot = free_fuel(match)[:1]
+        match.pieces.release(slot, np.array([[AT_TOWER[0] + HALF + 0.5 * gap, dim.TOWER_Y, 0.12]]))
+        match.pieces.push(slot, np.array([[0.0, 0.0, 0.0]]))
+
+    poses = {0: AT_TOWER, 1: (AT_TOWER[0] + 2 * HALF + gap + 0.02, AT_TOWER[1], math.pi)}
+    match = play(poses, 140.0, drive={0: (0.3, 0.0, 0.0), 1: (0.6, 0.0, 0.0)}, act=between, seconds=0.3)
+    assert told(match) == [("G420", "red", 15)] and not match.contacts.robots
+
+
+def test_g418_a_robot_that_is_held_against_a_wall_for_three_seconds_is_pinned(play):
+    """By who pushes it; one that does not try to move is not."""
+    poses = {0: (6.5, HALF + 0.02, 0.0), 1: (6.5, 3 * HALF + 0.06, -math.pi / 2)}
+    drive = {0: (0.0, 2.0, 0.0), 1: (2.5, 0.0, 0.0)}
+    match = play(poses, 60.0, drive=drive, seconds=3.6)
+    assert told(match) == [("G418", "red", 5)]
+    match.play(3.0)
+    assert told(match) == [("G418", "red", 5), ("G418", "red", 15)]
+    assert told(play(poses, 60.0, drive=drive, seconds=2.6)) == []
+    assert told(play(poses, 60.0, drive={1: (0.6, 0.0, 0.0)}, seconds=3.6)) == []
+
+
+def test_g419_two_robots_that_stand_in_both_trenches_close_the_side_off(play):
+    trenches = {0: (dim.TRENCH_X, dim.TRENCH_LEFT_Y, 0.0), 2: (dim.TRENCH_X, dim.TRENCH_RIGHT_Y, 0.0)}
+    assert told(play(trenches, 60.0, seconds=2.8)) == []
+    assert told(play(trenches, 60.0, seconds=3.4)) == [("G419", "blue", 15)]
+    one = {0: trenches[0], 2: (6.5, 4.0, 0.0)}
+    assert told(play(one, 60.0, seconds=3.4)) == []
+
+
+def test_g415_an_intake_that_is_out_reaches_into_an_opponent(play):
+    def reach(match):
+        for _ in range(60):
+            match.robots[0].mechanisms["intake_deploy"].set_volts(8.0)
+            match.robots[0].mechanisms["intake_roller"].set_volts(9.0)
+            match.tick()
+
+    gap = {0: (6.5, 2.0, 0.0), 1: (6.5 - 2 * HALF - 0.15, 2.0, 0.0)}
+    match = play(gap, 60.0, drive=PUSH, act=reach, seconds=0.5)
+    assert told(match) == [("G415", "blue", 5)]
+    for name in ("intake_deploy", "intake_roller"):
+        match.robots[0].mechanisms[name].set_volts(-8.0 if name == "intake_deploy" else 0.0)
+    match.play(1.5)
+    assert told(play(gap, 60.0, drive=PUSH)) == []
+
+
+def test_g408_a_robot_that_catches_fuel_out_of_a_hub_and_keeps_it(play):
+    def emerge(met):
+        def act(match):
+            slot = free_fuel(match)[:1]
+            place = [6.5, 2.0, 0.8] if met else [6.0, 3.0, 0.5]
+            match.pieces.release(slot, np.array([place]))
+            match.pieces.push(slot, np.array([[0.0, 0.0, -1.0]]), flying=True)
+            match.rules.fouls.emerged(int(slot[0]))
+            for _ in range(50):
+                match.tick()
+                if not match.pieces.is_untouched[slot[0]]:
+                    break
+            match.tick()
+            match.pieces.hold(slot, 0)
+            match.robots[0].storage.add(slot.tolist())
+
+        return act
+
+    poses = {0: (6.5, 2.0, 0.0)}
+    match = play(poses, 60.0, act=emerge(True), seconds=0.8)
+    assert told(match) == [("G408", "blue", 5)]
+    match.robots[0].forget_pieces()
+    match.pieces.release(match.pieces.held(0), np.array([[3.0, 6.0, 0.3]]))
+    assert told(play(poses, 60.0, act=emerge(False), seconds=0.8)) == [], "it has been on the carpet"
+    match.robots[0].forget_pieces()
+    match.pieces.release(match.pieces.held(0), np.array([[3.0, 6.0, 0.3]]))
+
+
+def test_g405_a_fuel_that_is_shot_over_the_guardrail_is_minor_and_the_next_one_major(play):
+    def over(match):
+        for number in range(2):
+            slot = int(free_fuel(match)[-1 - number])
+            match.pieces.hold(np.array([slot]), 0)
+            match.robots[0].storage.add([slot])
+            match.tick()
+            match.robots[0].storage.pieces.remove(slot)
+            match.pieces.launch(0, (2.5, 7.0, 1.0), (0.0, 6.0, 2.0), slot=slot)
+            match.play(0.6)
+
+    match = play({}, 60.0, act=over)
+    assert told(match) == [("G405", "blue", 5), ("G405", "blue", 15)]
+
+
+# --- fuel, tower and the sheet --------------------------------------------------------------------------------------
+
+
+def drop(match, alliance, time):
+    """Let a fuel fall into a hub, so that it passes the throat at about a time of the match [s]; its points."""
+    show_time(match, time)
+    match.rules.hubs.count("blue", 5.0)
+    match.rules.hubs.count("blue", 5.0)
+    zone = next(zone for zone in match.game.zones if zone.alliance == alliance)
+    return match.rules.worth(zone)
+
+
+@pytest.mark.parametrize(
+    ("sentence", "alliance", "time", "points"),
+    [
+        ("a hub that turns on in 0.1 s counts what falls in now: its sensors see it later", "blue", 57.9, 1),
+        ("... in 0.3 s it does not", "blue", 57.7, 0),
+        ("a shot after the hub went inactive has 3 s until the sensors, not until the rim", "blue", 35.7, 1),
+        ("... a tenth later it has not", "blue", 35.8, 0),
+        ("fuel in auto counts for both", "red", 5.0, 1),
+        ("fuel after the match counts for 3 s", "red", 165.7, 1),
+        ("... and no longer", "red", 165.8, 0),
+    ],
+)
+def test_hubs_count_as_their_sensors_see_the_fuel(sentence, alliance, time, points):
+    with RebuiltSim() as match:
+        assert drop(match, alliance, time) == points, sentence
+
+
+def test_game_data_is_empty_in_auto_and_names_who_is_inactive_first_from_teleop_on():
+    with RebuiltSim() as match:
+        assert match.rules.game_data() == ""
+        drop(match, "blue", 22.9)
+        assert match.rules.game_data() == ""
+        show = [(match.timer.__setattr__("time", time), match.rules.game_data())[1] for time in (23.0, 60.0, 163.0)]
+        assert show == ["B", "B", "B"]
+
+
+def test_a_human_players_throw_counts_in_auto():
+    """G402 allows fuel that human players enter in auto."""
+    with RebuiltSim(options=["human_players"], robots=(RobotEntry(preload=0),), seed=2) as match:
+        match.play(20.0)
+        thrown = 24 - match.rules.human_players.stock["blue"]
+        sheet = match.rules.breakdown()
+        assert thrown >= 10 and 0 < sheet["Blue/hubScore/autoCount"] <= thrown
+        assert match.score.blue == sheet["Blue/totalAutoPoints"] == sheet["Blue/hubScore/autoCount"]
+
+
+def test_the_sheet_adds_up_and_ranking_points_follow_it():
+    with RebuiltSim(robots=(RobotEntry(), RobotEntry(alliance="red"), RobotEntry())) as match:
+        show_time(match, 140.0)
+        for _ in range(360):
+            match.rules.hubs.count("blue", 140.0)
+        for _ in range(99):
+            match.rules.hubs.count("red", 140.0)
+        show_time(match, 165.94)
+        match.rules.hubs.count("red", 140.0)
+        for _ in range(360):
+            match.rules.hubs.count("blue", 140.0)
+        match.rules.towers.awarded = {0, 2}
+        match.tracker.add("blue", 300)
+        match.play(0.1)
+        rows = match.rules.breakdown()
+        assert rows["Blue/endGameTowerPoints"] == rows["Blue/totalTowerPoints"] == 60
+        assert (rows["Blue/energizedAchieved"], rows["Blue/superchargedAchieved"]) == (1, 1)
+        assert rows["Blue/traversalAchieved"] == 1 and rows["Red/traversalAchieved"] == 0
+        assert rows["Blue/rp"] == 3 + 3 and rows["Red/rp"] == 0
+        assert rows["Blue/totalPoints"] == 360 + 60
+        telemetry = match.rules.telemetry()
+        assert telemetry["Sim/Match/EndGameTowerRobot1"] == "Level3"
+        assert telemetry["Sim/Match/EndGameTowerRobot2"] == "None"
+
+
+@pytest.mark.parametrize("totals", [(7, 7), (8, 7)])
+def test_a_win_gives_three_ranking_points_and_a_tie_one_each_after_the_assessment(totals):
+    with RebuiltSim() as match:
+        match.tracker.add("blue", totals[0])
+        match.tracker.add("red", totals[1])
+        match.timer.time = 165.9
+        assert match.rules.breakdown()["Blue/rp"] == 0
+        match.timer.time = 166.0
+        rows = match.rules.breakdown()
+        assert (rows["Blue/rp"], rows["Red/rp"]) == ((1, 1) if totals == (7, 7) else (3, 0))
+
+
+def test_auto_pays_at_most_two_robots_on_level_1_and_a_carried_robot_nothing():
+    robots = tuple(RobotEntry(preload=0) for _ in range(3))
+    with RebuiltSim(robots=robots) as match:
+        towers = match.rules.towers
+        towers.auto = {0: 1, 1: 1, 2: 1}
+        towers.final = {0: 3, 1: 2, 2: 1}
+        assert towers.points("blue") == (30, 60) and towers.points("red") == (0, 0)
+        towers.carried = {0}
+        assert towers.points("blue") == (30, 30)
+        towers.awarded = {2}
+        assert towers.points("blue") == (30, 20 + 30)
+
+
+def test_g414_a_partner_that_is_carried_off_the_carpet_loses_its_tower_points():
+    robots = (RobotEntry(preload=0), RobotEntry(preload=0))
+    with RebuiltSim(robots=robots) as match:
+        below, above = match.robots
+        show_time(match, 100.0)
+        above.chassis.pos = (below.chassis.pos[0], below.chassis.pos[1], 0.5)
+        match.contacts.robots |= {(0, 1), (1, 0)}
+        match.rules.fouls.look()
+        assert match.rules.towers.carried == {1}
+
+
+def test_a_robot_that_holds_on_to_the_tower_until_the_assessment_is_over_has_its_level():
+    """A robot that is put on the low rung's height, hanging; it falls 2.5 s after the match and has none."""
+    with RebuiltSim(robots=(RobotEntry(start=AT_TOWER, preload=0),)) as match:
+        levels = {True: 1, False: 0}
+        hangs = True
+        show_time(match, 162.9)
+        match.rules.towers.level = lambda robot: levels[hangs]
+        match.play(2.5)
+        assert match.rules.breakdown()["Blue/endGameTowerPoints"] == 10
+        hangs = False
+        match.play(0.2)
+        assert match.rules.breakdown()["Blue/endGameTowerPoints"] == 0 == match.score.blue
+        match.play(1.0)
+        hangs = True
+        match.play(0.1)
+        assert match.rules.breakdown()["Blue/endGameTowerPoints"] == 0, "the assessment is over"
+
+
+def test_nothing_is_lost_while_fuel_is_counted():
+    with RebuiltSim(options=["hub_exits", "human_players"]) as match:
+        match.play(3.0)
+        assert match.count.is_conserved and match.pieces.count(PieceStatus.SCORED) == 0

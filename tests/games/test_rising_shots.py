@@ -1,0 +1,56 @@
+"""A slot above the field that takes pieces on their way up: scripts, the shooter table and its checks shoot at it."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+from crates import BALL, crates_robot
+
+from simcore.geometry.zones import BoxZone
+from simcore.match.game import Game, PieceSupply, RobotEntry
+from simcore.match.match import Match
+from simcore.match.scoring import ScoringZone
+from simcore.match.scripted import ScriptSettings
+from simcore.pieces.shot_opening import ShotOpening
+from simcore.shooting.shot_check import check_by_engine, check_by_flights
+from simcore.shooting.shot_table import make_table
+from simcore.shooting.shot_task import ShotTask
+
+FACE, LOW, HIGH = 0.5, 1.3, 2.1
+TARGET = (FACE, 4.0, 0.5 * (LOW + HIGH))
+SLOT = ((FACE, 3.4, LOW), (FACE, 4.6, LOW), (FACE, 4.6, HIGH), (FACE, 3.4, HIGH))
+
+
+def game(*, downward):
+    zone = BoxZone((FACE - 0.4, 3.4, LOW), (FACE, 4.6, HIGH))
+    slot = ScoringZone(
+        name="Slot", alliance="blue", zone=zone, downward=downward, opening=ShotOpening(corners=SLOT, approach=math.pi)
+    )
+    return Game.bare(pieces=(PieceSupply(BALL, 4),), robot=crates_robot, zones=(slot,))
+
+
+@pytest.mark.parametrize("downward", [False, True])
+def test_a_script_shoots_upward_where_the_zone_takes_it_and_says_once_why_not(downward, caplog):
+    def script(robot):
+        yield from robot.shoot_until_empty(TARGET, timeout=4.0)
+
+    with Match(game(downward=downward), robots=[RobotEntry(start=(1.7, 4.0, math.pi))]) as match:
+        slots = match.pieces.stage(BALL.name, 2)
+        match.pieces.hold(slots, 0)
+        match.robots[0].storage.add(slots.tolist())
+        match.set_controller(0, ScriptSettings(feed_volts={"feeder": 8.0}).controller(script)(match, "blue"))
+        match.play(4.5)
+        assert match.tracker.pieces["Slot"] == (0 if downward else 2)
+    assert caplog.text.count("the ball would pass it on the way up") == (1 if downward else 0)
+
+
+def test_the_table_of_a_shooter_has_shots_on_their_way_up():
+    task = ShotTask(game(downward=False))
+    table = make_table(task, (1.1, 1.3))
+    assert [row.problem for row in table.rows] == ["", ""]
+    assert all(row.entry_angle < 0.0 for row in table.rows)
+    checks = [*check_by_flights(table, 200, seed=2).values(), *check_by_engine(table, 3, seed=1)]
+    assert len(checks) == 4 and all(check.holds for check in checks), [check.text for check in checks]
+    falling = make_table(ShotTask(game(downward=True)), (1.1,))
+    assert falling.rows[0].problem == "no elevation and speed of this shooter go in"

@@ -1,0 +1,120 @@
+"""Measures of a drivetrain: which source counts, what is a guess, and what contradicts what."""
+
+from __future__ import annotations
+
+import json
+import math
+from dataclasses import replace
+
+import pytest
+
+from simcore.devices.drivetrain_measures import complete_measures
+from simcore.devices.found_drivetrain import FoundDrivetrain, FoundWheel, Measure
+from simcore.devices.project_settings import project_measures
+from simcore.robot.motor_controllers import BuiltDevice
+from simcore.robot_file.drivetrain_table import DrivetrainSettings
+from simcore.robot_file.robot_settings import RobotSettings
+
+PLACES = ((0.3, 0.3), (0.3, -0.3), (-0.3, 0.3), (-0.3, -0.3))
+SPARK = BuiltDevice("SPARK MAX", 1, "rio", None)
+MOTORS = {"drive_motor": Measure("NEO", "usual", is_guess=True), "steer_motor": Measure("NEO", "usual", is_guess=True)}
+PATHPLANNER = {
+    "robotMass": 61.0,
+    "robotMOI": 5.2,
+    "driveWheelRadius": 0.048,
+    "driveGearing": 5.9,
+    "wheelCOF": 1.4,
+    "driveMotorType": "vortex",
+    **{f"{c}Module{a}": s * 0.3 for c, sx, sy in (("fl", 1, 1), ("fr", 1, -1), ("bl", -1, 1), ("br", -1, -1))
+       for a, s in (("X", sx), ("Y", sy))},
+}  # fmt: skip
+
+
+def swerve(way: float | None, *, wired: bool = False, **measures: Measure) -> FoundDrivetrain:
+    encoder = SPARK if wired else None
+    wheels = tuple(
+        FoundWheel(name=f"m{k}", place=p, motors=(SPARK,), steer=SPARK, encoder=encoder) for k, p in enumerate(PLACES)
+    )
+    own = {} if way is None else {"meters_per_rotor_turn": Measure(way, "positions")}
+    return FoundDrivetrain(kind="swerve", wheels=wheels, measures={**MOTORS, **own, **measures})
+
+
+@pytest.fixture
+def planned(tmp_path):
+    """A project with PathPlanner's settings."""
+
+    def write(**changed):
+        path = tmp_path / "deploy" / "pathplanner"
+        path.mkdir(parents=True, exist_ok=True)
+        (path / "settings.json").write_text(json.dumps({**PATHPLANNER, **changed}))
+        return tmp_path
+
+    return write
+
+
+def test_a_maxswerve_is_known_by_its_ratio(tmp_path):
+    """pi 3 in / 4.71 m a turn and an encoder wired to the steer motor: REV's wheels, gears and NEO 550."""
+    found = complete_measures(swerve(math.pi * 0.0762 / 4.71, wired=True), RobotSettings(), tmp_path)
+    assert found.measure("wheel_radius") == pytest.approx(0.0381) and found.measure("drive_gearing") == pytest.approx(
+        4.71
+    )
+    assert found.measure("steer_motor") == "NEO 550" and found.measure("steer_gearing") == pytest.approx(
+        46.42, abs=0.01
+    )
+    assert found.measures["wheel_radius"].is_guess
+
+
+def test_a_turn_of_the_motor_is_the_way_that_the_program_takes_it_for(tmp_path):
+    found = complete_measures(swerve(0.05), RobotSettings(), tmp_path)
+    assert math.tau * found.measure("wheel_radius") / found.measure("drive_gearing") == pytest.approx(0.05)
+
+
+def test_settings_of_pathplanner_fill_what_the_program_does_not_say(planned):
+    found = complete_measures(swerve(math.tau * 0.048 / 5.9), RobotSettings(), planned())
+    assert [found.measure(n) for n in ("mass", "yaw_inertia", "wheel_cof", "wheel_radius")] == [61.0, 5.2, 1.4, 0.048]
+    assert found.measure("drive_motor") == "NEO Vortex" and not found.measures["drive_motor"].is_guess
+    assert found.differences == ()
+
+
+def test_what_contradicts_the_program_is_one_sentence_each(planned):
+    folder = planned(driveGearing=6.75, flModuleX=0.35)
+    found = complete_measures(swerve(math.tau * 0.048 / 5.9), RobotSettings(), folder)
+    places, way = found.differences
+    assert places == (
+        "the modules stand up to 0.050 m elsewhere in PathPlanner's settings than in the program's kinematics"
+    )
+    assert "a turn of a drive motor is 0.0447 m by wheel_radius 0.048 (PathPlanner's settings)" in way
+    assert "but 0.0511 m by positions" in way
+
+
+def test_the_file_overrides_all(planned):
+    table = DrivetrainSettings(measures={"wheel_diameter": 0.1, "drive_motor": "Kraken X60"})
+    settings = replace(RobotSettings(), drivetrain=table, mass=48.0, given=frozenset({"mass"}))
+    found = complete_measures(swerve(None), settings, planned())
+    assert (found.measure("wheel_radius"), found.measure("drive_motor"), found.measure("mass")) == (
+        *(0.05, "Kraken X60"),
+        48.0,
+    )
+    assert "mass is 48 (simcore.toml) but 61 (PathPlanner's settings)" in found.differences
+
+
+def test_choreo_says_its_own(tmp_path):
+    folder = tmp_path / "deploy" / "choreo"
+    folder.mkdir(parents=True)
+    corner = {"x": {"exp": "11 in", "val": 0.2794}, "y": {"exp": "11 in", "val": 0.2794}}
+    back = {"x": {"exp": "-11 in", "val": -0.2794}, "y": {"exp": "11 in", "val": 0.2794}}
+    config = {"mass": {"exp": "150 lbs", "val": 68.0}, "inertia": {"val": 6.0}, "cof": {"val": 1.5},
+              "frontLeft": corner, "backLeft": back, "radius": {"val": 0.0508}, "gearing": {"val": 6.75}}  # fmt: skip
+    (folder / "auto.chor").write_text(json.dumps({"name": "auto", "config": config}))
+    (measures,) = project_measures(tmp_path)
+    assert {n: m.value for n, m in measures.items() if n != "places"} == {
+        "mass": 68.0, "yaw_inertia": 6.0, "wheel_cof": 1.5, "wheel_radius": 0.0508, "drive_gearing": 6.75,
+    }  # fmt: skip
+    assert measures["places"].value[3] == (-0.2794, -0.2794)
+
+
+def test_settings_that_are_no_json_are_left_out(tmp_path, caplog):
+    path = tmp_path / "deploy" / "pathplanner"
+    path.mkdir(parents=True)
+    (path / "settings.json").write_text("{")
+    assert project_measures(tmp_path) == [] and "is not read" in caplog.text

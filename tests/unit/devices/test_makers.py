@@ -1,0 +1,79 @@
+"""The table of makers: what a program's devices are called, and that simcore.toml calls them the same."""
+
+from __future__ import annotations
+
+import gc
+from importlib.util import find_spec
+
+import pytest
+
+pytest.importorskip("wpilib", reason="needs the extra 'robotpy'")
+
+from simcore.devices.makers import MAKER_MODULES, installed_makers
+from simcore.devices.recorder import BuiltDevices
+from simcore.devices.unserved import unknown_sim_devices
+from simcore.robot.motor_controllers import BuiltDevice, group_by_leader
+from simcore.robot_file.robot_settings import CONTROLLERS, PORT_CONTROLLERS
+
+needs_all = pytest.mark.skipif(
+    any(find_spec(package) is None for package, _ in MAKER_MODULES), reason="needs the packages of all makers"
+)
+
+
+@needs_all
+def test_the_file_names_the_motor_controllers_that_makers_make():
+    on_can = [model for maker in installed_makers() if not maker.on_ports for model in maker.motors]
+    assert [c for c in CONTROLLERS if c not in PORT_CONTROLLERS] == sorted(on_can, key=CONTROLLERS.index)
+    models = [m for maker in installed_makers() for m in (*maker.motors, *maker.encoders, *maker.gyros, *maker.others)]
+    assert len(models) == len(set(models))
+
+
+@needs_all
+def test_devices_of_other_makers_are_named_once():
+    names = [
+        *(
+            "Talon FX (v6)[1]",
+            "Talon FX (v6)[1]/Rotor Sensor",
+            "SPARK Flex [6] EXTERNAL ENCODER",
+            "CANMotor:Talon SRX[3]",
+        ),
+        *("DutyCycle:DutyCycleEncoder[3]", "AnalogEncoder[0]"),
+        *("navX-Sensor[4]", "ADXRS450_Gyro[0]", "Servo Hub [3]/Channel 0", "Servo Hub [3]/Channel 1"),
+    ]
+    installed_makers()  # loads them
+    assert unknown_sim_devices(names) == ["ADXRS450_Gyro[0]", "Servo Hub [3]"]
+
+
+class Motor:
+    """A device of robot code."""
+
+    def __init__(self, number: int) -> None:
+        self.number = number
+
+
+class OwnMotor(Motor):
+    """As a program derives one."""
+
+
+def test_devices_are_known_by_object_and_forgotten_with_it():
+    devices = BuiltDevices()
+    devices.record(Motor, "motor", lambda made, args, settings: made.number)
+    devices.record(Motor, "motor", lambda made, args, settings: made.number)
+    first, twin, own, none = Motor(1), Motor(1), OwnMotor(2), Motor(-1)
+    assert [str(d) for d in devices.devices()] == ["motor 1", "motor 2"]
+    assert len(devices.objects) == 3 and devices.find(none) is None
+    found = devices.find(own)
+    assert found is not None and found.hardware is own
+    device = devices.find(twin)
+    assert device is not None and device.hardware is first  # two objects of one id are one device
+    del first, twin, device
+    gc.collect()
+    assert [str(d) for d in devices.devices()] == ["motor 2"]
+
+
+def test_followers_are_grouped_by_key_id_or_object_and_strays_stand_alone():
+    devices = [BuiltDevice("motor", k, "rio", Motor(k)) for k in range(6)]
+    leaders = {1: (("motor", 0), True), 2: (0, False), 3: (devices[0].hardware, True), 4: (9, True), 5: (5, False)}
+    groups = group_by_leader(devices, lambda d: leaders.get(d.device_id, (None, False)))
+    assert [str(g) for g in groups] == ["motor 0 + 1 + 2 + 3", "motor 4", "motor 5"]
+    assert groups[0].opposed == (0, 2)
