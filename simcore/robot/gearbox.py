@@ -178,6 +178,7 @@ def no_load_friction(gearbox: GearboxConfig) -> float:
 
     Source: no-load current of the datasheet times kT; with it the free speed is the datasheet's.
 
+    >>> from simcore.robot.dc_motor import motor
     >>> krakens = GearboxConfig(motor=motor("Kraken X60"), motors=2, gearing=3.0)
     >>> round(no_load_friction(krakens), 3)  # 2 motors x 3 x 2 A x 0.0194 N m/A
     0.232

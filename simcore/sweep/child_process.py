@@ -19,6 +19,7 @@ __all__ = ["answer_task", "ask_process", "cores", "end_with_parent", "read_task"
 
 _START = 60.0  # [s]; all imports, on a busy machine
 _LOOKS = 0.5  # [s] between two looks whether the parent lives
+_PARENT = "SIMCORE_PARENT_PROCESS"  # variable with the process id of who has started this one
 _LAST_WORDS = 300  # characters of what a dead process has said
 
 
@@ -75,7 +76,7 @@ def run_process(
             stdin=subprocess.DEVNULL,
             stdout=stream,
             stderr=subprocess.STDOUT,
-            env={**os.environ, **environment, "PYTHONPATH": _python_path()},
+            env={**os.environ, **environment, "PYTHONPATH": _python_path(), _PARENT: str(os.getpid())},
         )
         try:
             return process.wait(timeout)
@@ -86,9 +87,13 @@ def run_process(
             process.wait()
 
 
-def end_with_parent() -> None:
-    """End this process soon after the one that has started it, however that ends; not on Windows."""
-    parent, never = os.getppid(), threading.Event()
+def end_with_parent(parent: int) -> None:
+    """End this process soon after the one that has started it, however and whenever that ends; not on Windows.
+
+    Args:
+        parent: Its process id, as it says itself: it may have ended by now.
+    """
+    never = threading.Event()
 
     def watch() -> None:
         while os.getppid() == parent:
@@ -101,7 +106,7 @@ def end_with_parent() -> None:
 
 def read_task() -> Any:
     """What `ask_process` asks this process, which ends with the asker."""
-    end_with_parent()
+    end_with_parent(int(os.environ[_PARENT]))
     return json.loads(Path(sys.argv[1]).read_text(encoding="utf-8"))
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import logging
+import os
 import signal
 from collections.abc import Callable, Generator, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Executor, Future, ThreadPoolExecutor, as_completed, wait
@@ -85,7 +86,7 @@ def _play_on_cores(common: Experiment, runs: Sequence[PlannedRun], count: int) -
     rest = list(reversed(runs))
     while rest:
         count = min(count, len(rest))
-        pool = ProcessPoolExecutor(count, initializer=_start_worker, env=_ONE_THREAD)
+        pool = ProcessPoolExecutor(count, initializer=_start_worker, initargs=(os.getpid(),), env=_ONE_THREAD)
         suspects = yield from _play_in_pool(pool, common, rest, count)
         with ThreadPoolExecutor(count) as threads:
             for alone in as_completed([threads.submit(play_alone, common, planned) for planned in suspects]):
@@ -130,9 +131,9 @@ def _row_of(future: Future[Row], planned: PlannedRun) -> Row:
     )
 
 
-def _start_worker() -> None:
+def _start_worker(parent: int) -> None:
     """Ctrl-C is the parent's affair, and what is only worth a warning would be said once a run."""
-    end_with_parent()
+    end_with_parent(parent)
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     logging.getLogger("simcore").setLevel(logging.ERROR)
     be_worker()

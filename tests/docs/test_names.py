@@ -118,7 +118,7 @@ def published():
     rebuilt, bare = MemorySink(), MemorySink()
     sees = replace(rebuilt_robot(), cameras=(CameraConfig(name="<name>"),))
     robots = (RobotEntry(config=sees), RobotEntry(alliance="red"))
-    with Match(REBUILT, robots=robots, sinks=[rebuilt]) as match:
+    with Match(REBUILT, robots=robots, sinks=[rebuilt], options={"human_players"}) as match:
         match.last_tick_ms = 1.0
         match.tracker.foul(FoulEvent(0.0, "G1", 1, "red", 5, "does something"))
         match.tick()
@@ -158,7 +158,10 @@ def published():
 
 
 def general(key: str) -> str:
-    """The key with the kind of piece and the mechanism left open."""
+    """The key with the kind of piece, the mechanism, the alliance, the period and the robot of REBUILT left open."""
+    key = re.sub(r"^(Sim/(?:Score|Match)/)(?:Red|Blue)(?=/|Hub|Outpost)", r"\1<Alliance>", key)
+    key = re.sub(r"(/hubScore/)\w+(Count|Points)$", r"\1<period>\2", key)
+    key = re.sub(r"^(Sim/Match/\w+TowerRobot)\d$", r"\1<n>", key)
     readings = "(?:VelocityRPS|PositionRot)(?:Setpoint)?|VoltageIn|CurrentA|AngleDeg|ExtendedPct|HeightM"
     key = re.sub(rf"^(Sim/Debug/)\w+?({readings})$", r"\1<Mechanism>\2", key)
     key = re.sub(r"^(Sim/Sensors/)\w+$", r"\1<Sensor>", key)
