@@ -80,6 +80,7 @@ NAMES: dict[str, dict[str, str]] = {
         "AnalogInput": "get_channel",
         "DoubleSolenoid": "get_fwd_channel get_rev_channel",
         "DutyCycleEncoder": "get",
+        "Encoder": "get_distance_per_pulse",
         "Field2d": "set_robot_pose get_object",
         "FieldObject2d": "set_poses",
         "IterativeRobotBase": "get_period",
@@ -127,6 +128,9 @@ NAMES: dict[str, dict[str, str]] = {
             for name in names
         ),
         "Pose3d": "to_pose2d",
+        **{f"{drive}Kinematics": "get_modules" for drive in DRIVES if drive.startswith("Swerve")},
+        "DifferentialDriveKinematics": "trackwidth=trackWidth",
+        "MecanumDriveKinematics": "get_front_left get_front_right get_rear_left get_rear_right",
         **{f"{drive}Odometry{space}": "get_pose" for drive in DRIVES for space in ("", "3d")},
         **{f"{drive}PoseEstimator{space}": "get_estimated_position" for drive in DRIVES for space in ("", "3d")},
     },

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import functools
 import re
+import types
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
@@ -36,7 +38,7 @@ def find_tank(graph: ObjectGraph) -> FoundDrivetrain | None:
         sides = _by_name(names, {"left": r"left|\bl\b", "right": r"right|\br\b"})
     if sides is None:
         raise DrivetrainNotFoundError("which motors of its DifferentialDrive are left and which are right is not known")
-    width = float(kinematics[0].made.trackWidth) if kinematics else None
+    width = float(kinematics[0].made.trackwidth) if kinematics else None
     half = 0.28 if width is None else 0.5 * width
     wheels = _wheels(graph, ("left", "right"), ((0.0, half), (0.0, -half)), sides)
     measures = {**motor_measures("drive", wheels[0].motors[0]), **_way(wheels[0])}
@@ -66,7 +68,7 @@ def find_mecanum(graph: ObjectGraph) -> FoundDrivetrain | None:
     places = [(0.28, 0.28), (0.28, -0.28), (-0.28, 0.28), (-0.28, -0.28)]
     if kinematics:
         made = kinematics[0].made
-        corners = (made.getFrontLeft(), made.getFrontRight(), made.getRearLeft(), made.getRearRight())
+        corners = (made.get_front_left(), made.get_front_right(), made.get_rear_left(), made.get_rear_right())
         places = [(float(t.x), float(t.y)) for t in corners]
     wheels = _wheels(graph, _CORNERS, places, given)
     measures = {**motor_measures("drive", wheels[0].motors[0]), **_way(wheels[0])}
@@ -88,6 +90,7 @@ def _wheels(
             name=name,
             place=place,
             motors=with_followers(motors),
+            drive_sign=_drive_sign(motors[0]),
             wheel_encoder=encoder,
             meters_per_encoder_turn=_meters_per_turn(encoder),
         )
@@ -104,25 +107,46 @@ def _given(record: Built, names: Sequence[str]) -> list[list[BuiltDevice]] | Non
     return found if all(found) else None
 
 
-def _motors_of(given: Any) -> list[BuiltDevice]:
+def _motors_of(given: Any, deep: int = 4) -> list[BuiltDevice]:
+    """Motors that an object is, has, or whose setters a function calls, `deep` steps away at most."""
     device = device_of(given)
     if device is not None:
-        return [device]
-    owner = getattr(given, "__self__", None)
-    if owner is not None and not isinstance(given, type):
-        return _motors_of(owner)
-    for cell in getattr(given, "__closure__", None) or ():
-        found = _motors_of(cell.cell_contents)
-        if found:
-            return found
-    inner = [device_of(part) for part in getattr(given, "__dict__", {}).values()]
-    group = [made for made in inner if made is not None]
-    return group or [d for members in _groups_of(given) for d in _motors_of(members)]
+        return [device] if device.model in maker_of(device).motors else []
+    if deep == 0 or isinstance(given, (type, types.ModuleType)):
+        return []
+    return list({m.key: m for part in _parts_of(given) for m in _motors_of(part, deep - 1)}.values())
 
 
-def _groups_of(given: Any) -> Sequence[Any]:
+def _parts_of(given: Any) -> list[Any]:
+    """What an object is made of; of a function or method, what its body names."""
+    function, owner = getattr(given, "__func__", given), getattr(given, "__self__", None)
+    if isinstance(given, functools.partial):
+        return [given.func, *given.args]
+    if not isinstance(function, types.FunctionType):
+        return [owner] if owner is not None else [*getattr(given, "__dict__", {}).values(), *_members_of(given)]
+    names = function.__code__.co_names
+    around = [owner, *(cell.cell_contents for cell in function.__closure__ or ()), *(function.__defaults__ or ())]
+    around += [function.__globals__[name] for name in names if name in function.__globals__]
+    parts = []
+    for made in around:
+        if device_of(made) is not None or not hasattr(made, "__dict__") or isinstance(made, types.FunctionType):
+            parts.append(made)
+        elif not isinstance(made, types.ModuleType):
+            parts += [vars(made)[name] for name in names if name in vars(made)]
+            methods = [getattr(type(made), name, None) for name in names]
+            parts += [method.__get__(made) for method in methods if isinstance(method, types.FunctionType)]
+    return parts
+
+
+def _members_of(given: Any) -> Sequence[Any]:
     """Members of a `MotorControllerGroup`."""
     return next((r.args for r in built("group") if r.made is given), ())
+
+
+def _drive_sign(motor: BuiltDevice) -> float:
+    """-1 where negative values drive a motor forward: in groups that the program has inverted (2027 has none)."""
+    groups = [r.made for r in built("group") if motor.key in {m.key for m in _motors_of(r.made)}]
+    return -1.0 if sum(bool(group.getInverted()) for group in groups) % 2 else 1.0
 
 
 def with_followers(leaders: Sequence[BuiltDevice]) -> tuple[BuiltDevice, ...]:
@@ -194,7 +218,7 @@ def _meters_per_turn(encoder: BuiltDevice | None) -> float | None:
     if encoder.model != "Encoder":  # wired to a motor controller
         units = abs(maker_of(encoder).facts(encoder).units_per_rotor_turn)
         return None if units in (0.0, 1.0) else units
-    return float(encoder.hardware.getDistancePerPulse()) * _PULSES
+    return float(encoder.hardware.get_distance_per_pulse()) * _PULSES
 
 
 def _way(wheel: FoundWheel) -> dict[str, Measure]:

@@ -34,7 +34,7 @@ def find_swerve(graph: ObjectGraph) -> FoundDrivetrain | None:
         return None
     holders = _module_holders(graph)
     for record in kinematics:
-        places = [(float(t.x), float(t.y)) for t in record.made.getModules()]
+        places = [(float(t.x), float(t.y)) for t in record.made.get_modules()]
         modules = _matching(holders, places)
         if modules:
             wheels = tuple(_wheel(holder, place) for holder, place in zip(modules, places, strict=True))
@@ -43,7 +43,7 @@ def find_swerve(graph: ObjectGraph) -> FoundDrivetrain | None:
                 wheels=wheels,
                 about=f"{len(wheels)} modules ({type(modules[0].made).__name__}) of {record.name}",
             )
-    counts = " or ".join(str(len(b.made.getModules())) for b in kinematics)
+    counts = " or ".join(str(len(b.made.get_modules())) for b in kinematics)
     raise DrivetrainNotFoundError(
         f"the program has kinematics of {counts} swerve modules, but no {counts} objects with two motors each"
     )

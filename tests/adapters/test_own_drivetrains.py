@@ -30,13 +30,14 @@ FOUND = {
     "six": ("swerve", "SPARK Flex", "wired"),
     "tank_sparks": ("tank", "SPARK MAX", None),
     "tank_pwm": ("tank", "PWM", None),
+    "tank_groups": ("tank", "PWM", None),
     "tank_phoenix5": ("tank", "Talon SRX", None),
     "mecanum": ("mecanum", "TalonFX", None),
 }
 """Kind, controller of the drive motors and encoder of the azimuths, as simcore finds them."""
 MORE_NEEDS = {"tank_phoenix5": ("phoenix5", "navx")}
 """By robot: packages beside those that all of them need."""
-SAMPLE = ("maxswerve", "tank_pwm", "mecanum")
+SAMPLE = ("maxswerve", "tank_groups", "mecanum")
 """Those that are run without --whole."""
 
 

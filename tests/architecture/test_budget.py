@@ -13,7 +13,7 @@ SOURCES = sorted([*(ROOT / "simcore").rglob("*.py"), *(ROOT / "games").rglob("*.
 
 BUDGET = {
     # package: most lines, most modules. Lower a row when its package shrinks; raise one only with the reason why.
-    "devices": (2938, 20),
+    "devices": (2962, 20),
     "games/rebuilt": (1563, 15),
     "games/reefscape": (1398, 13),
     "games/shipped.py": (19, 1),
@@ -33,7 +33,7 @@ BUDGET = {
     "robotpy": (8094, 42),
     "shooting": (1283, 7),
     "show": (7412, 42),
-    "simcore": (1339, 10),
+    "simcore": (1343, 10),
     "sweep": (4542, 26),
     "telemetry": (1379, 7),
     "testing": (189, 3),
