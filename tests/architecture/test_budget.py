@@ -30,14 +30,15 @@ BUDGET = {
     "revlib": (895, 7),
     "robot": (8584, 38),
     "robot_file": (3663, 17),
-    "robotpy": (8094, 42),
+    "robotpy": (8091, 42),
     "shooting": (1283, 7),
     "show": (7412, 42),
-    "simcore": (1339, 10),
+    "simcore": (1368, 10),
     "sweep": (4542, 26),
     "telemetry": (1379, 7),
     "testing": (189, 3),
-    "vision": (3912, 17),
+    "upgrade_2027": (653, 4),
+    "vision": (3914, 17),
 }
 LONGEST_CLASS = 500
 """Lines of a class; 450 is the aim, which the world alone misses."""
