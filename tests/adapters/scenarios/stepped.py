@@ -78,7 +78,7 @@ def main() -> None:
         json.dumps(
             {
                 "messages": told,
-                "first_inactive": physics.match.rules.first_inactive,
+                "first_inactive": physics.match.rules.hubs.first_inactive,
                 "true_way": math.dist(end[:2], start[:2]),
                 "odometry_way": after.translation().distance(before.translation()),
                 "turned": turned,
