@@ -239,6 +239,32 @@ def open_joystick(port: int, *, axes: int, buttons: int, povs: int) -> None:
             getattr(sim, f"set_joystick_{new}_maximum_index")(port, count)
 
 
+def press_button(port: int, number: int, down: bool) -> None:
+    """Hold a button of a joystick down, or let go of it; counted from 1, as drivers do, and in 2027 from 0."""
+    sim = _module("wpilib.simulation").DriverStationSim
+    sim.set_joystick_button(port, number if hasattr(sim, "setJoystickButton") else number - 1, down)
+
+
+def clock_rate() -> float:
+    """Counts of the stamps of NetworkTables a second: of microseconds in 2026, of nanoseconds in 2027 [1/s]."""
+    try:
+        return 1e6 if hasattr(import_module("ntcore").NetworkTableInstance, "getDefault") else 1e9
+    except ImportError:
+        return 1e6
+
+
+def is_chooser(instance: NetworkTables, key: str) -> bool:
+    """Whether what NetworkTables has under a key is a `SendableChooser`, or since 2027 a `Selectable`."""
+    if instance.get_entry(f"{key}/.type").get_string("") == "String Chooser":
+        return True
+    return clock_rate() > 1e6 and key.startswith("/Tunables/")
+
+
+def chooser_keys() -> tuple[str, str]:
+    """Under a chooser's key: where a choice is written, and which one is active."""
+    return ("selected", "active") if clock_rate() == 1e6 else ("selected/tune", "selected/value")
+
+
 def set_pov(port: int, angle: int | None) -> None:
     """Press the first hat of a joystick, clockwise from forward in steps of 45 [deg]; None lets go."""
     sim, wpilib = _module("wpilib.simulation").DriverStationSim, _module("wpilib")

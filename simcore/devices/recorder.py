@@ -170,8 +170,7 @@ def watch_program() -> None:
         _watch("odometry", cls)
     for name in ("DifferentialDrive", "MecanumDrive"):
         _watch("drive", getattr(season.wpilib, name))
-    if hasattr(season.wpilib, "MotorControllerGroup"):
-        _watch("group", season.wpilib.MotorControllerGroup)
+    _watch("group", season.wpilib.MotorControllerGroup)
 
 
 def _watch(kind: str, cls: Any) -> None:

@@ -60,13 +60,13 @@ class Joystick:
         for number in range(_AXES):
             DriverStationSim.set_joystick_axis(self.port, number, 0.0)
         for number in range(1, _BUTTONS + 1):
-            DriverStationSim.set_joystick_button(self.port, number, False)
+            season.press_button(self.port, number, False)
         self.pov(None)
 
     def _button(self, number: int, down: bool) -> None:
         if number not in range(1, _BUTTONS + 1):
             raise ConfigError(f"joystick {self.port}: button must be 1..{_BUTTONS}, got {number!r}")
-        DriverStationSim.set_joystick_button(self.port, number, down)
+        season.press_button(self.port, number, down)
 
 
 class XboxPad(Joystick):
@@ -97,35 +97,32 @@ class XboxPad(Joystick):
 
 
 def auto_choices() -> dict[str, list[str]]:
-    """Options of every `SendableChooser` of robot code on NetworkTables, by its key such as `/SmartDashboard/Auto`."""
+    """Options of every chooser of robot code on NetworkTables, by its key such as `/SmartDashboard/Auto`."""
     instance = ntcore.NetworkTableInstance.get_default()
     found = {}
     for topic in instance.get_topics():
         name = topic.get_name()
         if name.endswith("/options") and not name.startswith(f"{TABLE}/"):
             key = name.removesuffix("/options")
-            if instance.get_entry(f"{key}/.type").get_string("") == "String Chooser":
+            if season.is_chooser(instance, key):
                 found[key] = list(instance.get_entry(name).get_string_array([]))
     return dict(sorted(found.items()))
 
 
 def chosen_autos() -> list[str]:
     """What is chosen in each of these choosers, by the driver or else by default."""
-    instance = ntcore.NetworkTableInstance.get_default()
-    chosen = []
-    for key in auto_choices():
-        for entry in ("selected", "active", "default"):
-            name = instance.get_entry(f"{key}/{entry}").get_string("")
-            if name:
-                chosen.append(name)
-                break
-    return chosen
+    return _first_texts((*season.chooser_keys(), "default"))
 
 
 def active_choices() -> list[str]:
     """What each chooser on the dashboard has active now."""
+    return _first_texts((season.chooser_keys()[1],))
+
+
+def _first_texts(names: tuple[str, ...]) -> list[str]:
     table = ntcore.NetworkTableInstance.get_default()
-    return [active for key in auto_choices() if (active := table.get_entry(f"{key}/active").get_string(""))]
+    texts = [[table.get_entry(f"{key}/{name}").get_string("") for name in names] for key in auto_choices()]
+    return [text for text in (next(filter(None, found), "") for found in texts) if text]
 
 
 def choose_auto(name: str) -> str:
@@ -138,7 +135,7 @@ def choose_auto(name: str) -> str:
     choices = auto_choices()
     for key, options in choices.items():
         if name in options:
-            ntcore.NetworkTableInstance.get_default().get_entry(f"{key}/selected").set_string(name)
+            ntcore.NetworkTableInstance.get_default().get_entry(f"{key}/{season.chooser_keys()[0]}").set_string(name)
             return key
     if not choices:
         raise ConfigError(

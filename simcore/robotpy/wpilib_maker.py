@@ -47,8 +47,7 @@ class _WPILib(Maker):
     def watch(self) -> None:
         answer_for_adis()
         for name in _GYROS:
-            if hasattr(wpilib, name):
-                self.devices.record(getattr(wpilib, name), name, _number_of_gyro)
+            self.devices.record(season.class_before_2027("wpilib", name), name, _number_of_gyro)
         after_call(
             wpilib.PWMMotorController, season.own_name(wpilib.PWMMotorController, "add_follower"), _note_follower
         )

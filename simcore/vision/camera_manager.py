@@ -9,6 +9,7 @@ import numpy as np
 
 from simcore.errors import ConfigError, UnknownNameError
 from simcore.geometry.rotation import Quaternion, Vector, rotate
+from simcore.season import clock_rate
 from simcore.typing import BoolSupplier, FloatArray
 from simcore.vision.camera import CameraConfig
 from simcore.vision.camera_frame import Frame
@@ -24,32 +25,33 @@ _LENGTH = 1.0  # [m], of the line of a camera that aims at nothing
 
 
 class NetworkClock:
-    """Adds an offset: NetworkTables counts microseconds since some start of its own.
+    """Adds an offset: NetworkTables counts microseconds, since 2027 nanoseconds, since some start of its own.
 
     Without an offset (headless) published values carry simulated time, and what robot code sends counts as sent just
     now, because its stamps are of the wall clock.
 
     >>> clock = NetworkClock()
-    >>> clock.to_network(1.5), clock.to_simulated(123)
-    (1500000, None)
+    >>> clock.to_network(1.5) == 1.5 * clock.rate, clock.to_simulated(123)
+    (True, None)
     >>> clock.offset = 10.0
-    >>> clock.to_network(1.5), clock.to_simulated(11_500_000)
-    (11500000, 1.5)
+    >>> clock.to_network(1.5) == 11.5 * clock.rate, clock.to_simulated(round(11.5 * clock.rate))
+    (True, 1.5)
     """
 
-    __slots__ = ("offset",)
+    __slots__ = ("offset", "rate")
 
     def __init__(self, offset: float | None = None) -> None:
+        self.rate = clock_rate()
         self.offset = offset
         """Time of NetworkTables minus simulated time [s]; None: headless. Set by what runs beside a real clock."""
 
     def to_network(self, time: float) -> int:
-        """Stamp of a simulated time [s], in microseconds; at least 1, because 0 means now."""
-        return max(1, round(1e6 * (time + (self.offset or 0.0))))
+        """Stamp of a simulated time [s], by `season.clock_rate`; at least 1, because 0 means now."""
+        return max(1, round(self.rate * (time + (self.offset or 0.0))))
 
     def to_simulated(self, stamp: int) -> float | None:
-        """Simulated time [s] of a stamp [us]; None without an offset."""
-        return None if self.offset is None else 1e-6 * stamp - self.offset
+        """Simulated time [s] of a stamp; None without an offset."""
+        return None if self.offset is None else stamp / self.rate - self.offset
 
 
 def direction_line(pos: Vector, quat: Quaternion, frame: Frame | None) -> FloatArray:

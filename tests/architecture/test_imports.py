@@ -49,6 +49,7 @@ ALLOWED = {
     "shooting": CORE | {"robot_file", "show", "sweep"},  # robots as sweeps know them; bands are drawn as pictures
     "testing": CORE,
     "new_game": BASE,
+    "upgrade_2027": BASE,
     "show": CORE,
     "photonvision": CORE,
     "devices": CORE | {"robot_file"},  # makers are loaded by name

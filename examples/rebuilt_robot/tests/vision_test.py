@@ -71,8 +71,8 @@ def test_trust_falls_with_the_square_of_the_distance_and_grows_with_tags():
 def test_every_frame_is_read_once_with_its_own_time(tables):
     camera = AprilTagCamera("limelight-two", tables)
     source = tables.getDoubleArrayTopic("/limelight-two/botpose_orb_wpiblue").publish()
-    for k, at in enumerate((1_000_000, 1_020_000, 1_040_000)):
-        source.set(botpose(x=float(k), tags=k), at)
+    for k, time in enumerate((1.0, 1.02, 1.04)):
+        source.set(botpose(x=float(k), tags=k), round(1e6 * time))
     none, one, two = camera.frames()
     assert none is None
     assert (one.pose.X(), one.time) == (1.0, pytest.approx(0.995))
@@ -88,7 +88,8 @@ def test_the_piece_camera_goes_blind_without_a_heartbeat(tables):
     right.set(-12.5)
     seen, beat = table.getIntegerTopic("tv").publish(), table.getDoubleTopic("hb").publish()
     seen.set(1)
-    beat.set(7.0, 2_000_000)
+    time = 2.0
+    beat.set(7.0, round(1e6 * time))
     assert camera.target(now=2.1).tx_deg == -12.5
     assert camera.target(now=3.0) is None
     seen.set(0)
