@@ -23,7 +23,7 @@ from simcore.match.match_state import MatchState
 from simcore.match.publish import build_snapshot
 from simcore.match.scatter import Scatter
 from simcore.match.scoring import Alliance, ScoringZone
-from simcore.match.starts import require_free_place, require_playable
+from simcore.match.starts import require_free_place, require_playable, require_settings
 from simcore.physics.engine import Engine
 from simcore.physics.field import FieldElement
 from simcore.physics.shapes import Sphere
@@ -93,6 +93,7 @@ class Match(MatchState):
         substepping: Substepping | None = None,
         wake: WakeSettings | None = None,
     ) -> None:
+        require_settings(practice=practice, sinks=sinks, engine=engine)
         self.game = game
         self.entries = tuple(robots) or (RobotEntry(),)
         self.options = frozenset(options)
@@ -402,6 +403,8 @@ class Match(MatchState):
 
     def set_network_time(self, now: float) -> None:
         """Tell cameras what NetworkTables' clock shows at the end of the present tick [s], so that stamps agree."""
+        if not math.isfinite(now):
+            raise ConfigError(f"network time must be a finite number of seconds, got {now}")
         self.cameras.clock.offset = now - (self.ticks + 1) * TICK
 
     def reset(self, seed: int | None = None, *, sinks: Sequence[TelemetrySink] = ()) -> None:
@@ -413,6 +416,7 @@ class Match(MatchState):
             seed: Of the new run; None: the same one.
             sinks: Who wants telemetry of the new run.
         """
+        require_settings(sinks=sinks)
         if seed is not None:
             require_playable(self.game, self.entries, options=(), controllers=0, seed=seed)
         with ExitStack() as stack:

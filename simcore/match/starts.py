@@ -13,10 +13,12 @@ from simcore.geometry.symmetry import Pose
 from simcore.match.clock import MatchTimer
 from simcore.match.game import FieldDefinition, Game, RobotEntry
 from simcore.match.scoring import Alliance
+from simcore.physics.engine_choice import ENGINES
 from simcore.physics.substeps import Surroundings
 from simcore.physics.world import PhysicsWorld
 from simcore.quantities import shown
 from simcore.robot.robot import Robot
+from simcore.telemetry.snapshot import TelemetrySink
 
 __all__ = [
     "BeliefCheck",
@@ -26,6 +28,7 @@ __all__ = [
     "require_free_place",
     "require_free_starts",
     "require_playable",
+    "require_settings",
 ]
 
 Flip: TypeAlias = Callable[[float, float, float], Pose]
@@ -63,6 +66,21 @@ def require_playable(
             raise ConfigError(f"robots must be RobotEntry objects, got {shown(entry)}")
         if entry.preload is not None and entry.preload > game.preload:
             raise ConfigError(f"RobotEntry: preload must be 0..{game.preload} in {game.name}, got {entry.preload}")
+
+
+def require_settings(*, practice: bool = False, sinks: Sequence[TelemetrySink] = (), engine: object = None) -> None:
+    """Refuse what a match could only fail of later.
+
+    Raises:
+        ConfigError: It is no switch, no sink or no engine.
+    """
+    if not isinstance(practice, bool):
+        raise ConfigError(f"practice must be True or False, got {shown(practice)}")
+    for sink in sinks:
+        if not all(callable(getattr(sink, name, None)) for name in ("due", "write", "close")):
+            raise ConfigError(f"sinks must be TelemetrySinks, with due, write and close, got {shown(sink)}")
+    if not (engine is None or isinstance(engine, str) or callable(getattr(engine, "step", None))):
+        raise ConfigError(f"engine must be None, {' or '.join(map(repr, ENGINES))}, or an Engine, got {shown(engine)}")
 
 
 class StartError(ConfigError):

@@ -104,8 +104,8 @@ def write_page(path: str | Path, recording: Recording, scene: Scene, *, title: s
         charts="\n".join(_figure_html(chart, start, end) for chart in charts),
         style=page_style(),
         script=_HERE.joinpath("page.js").read_text(encoding="utf-8"),
-        # "</script>" in a name must not end the script that carries it
-        run=json.dumps(run, separators=(",", ":"), allow_nan=False).replace("</", "<\\/"),
+        # neither "</script>" nor "<!--<script>" in a name may end the script that carries it, or keep it from ending
+        run=json.dumps(run, separators=(",", ":"), allow_nan=False).replace("<", "\\u003c"),
     )  # fmt: skip
     write_text("page", path, text)
 

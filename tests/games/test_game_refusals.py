@@ -28,6 +28,31 @@ def test_a_seed_is_a_whole_number(game, seed):
             match.reset(seed=seed)
 
 
+@pytest.mark.parametrize(
+    ("settings", "said"),
+    [
+        ({"practice": "no"}, "practice must be True or False, got 'no'"),
+        ({"sinks": [5]}, "sinks must be TelemetrySinks, with due, write and close, got 5"),
+        ({"engine": 5}, "engine must be None, 'bullet' or 'mujoco', or an Engine, got 5"),
+    ],
+)
+def test_settings_of_another_kind_are_refused(game, settings, said):
+    with pytest.raises(ConfigError, match=re.escape(said)):
+        Match(game, **settings)
+
+
+def test_a_refused_sink_or_clock_leaves_a_match_as_it_was(game):
+    sink = MemorySink()
+    with Match(game, sinks=[sink]) as match:
+        match.tick()
+        with pytest.raises(ConfigError, match="sinks must be"):
+            match.reset(sinks=[5])
+        with pytest.raises(ConfigError, match="network time must be a finite number"):
+            match.set_network_time(math.nan)
+        match.tick()
+        assert match.ticks == 2 and match.sinks == [sink]
+
+
 def test_an_unknown_option_offers_the_known_ones(game):
     with pytest.raises(UnknownNameError, match=rf"option of {game.name}"):
         Match(game, options=("no such option",))

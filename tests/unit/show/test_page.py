@@ -107,6 +107,14 @@ def test_a_title_cannot_break_the_page(tmp_path: Path) -> None:
     assert data(text)["end"] == 1.0
 
 
+def test_a_name_can_neither_end_the_data_nor_hide_their_end(tmp_path: Path) -> None:
+    recording = Recording()
+    for tick in range(3):
+        recording.write(Snapshot(time=0.02 * tick, tick=tick, strings={"Sim/Match/Period": "<!--<script>"}))
+    run = re.search(r'id="run">(.*?)</script>', page(tmp_path, recording), re.DOTALL)[1]  # type: ignore[index]
+    assert "<" not in run and r"\u003c!--\u003cscript>" in run
+
+
 def test_a_run_without_ticks_and_one_with_infinities(tmp_path: Path) -> None:
     assert data(page(tmp_path, Recording()))["frames"] == []
     strange = recorded(3)
