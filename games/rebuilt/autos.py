@@ -18,11 +18,11 @@ from simcore.match.game import Auto
 from simcore.match.scripted import ScriptedRobot, ScriptSettings, Steps
 from simcore.units import degrees
 
-__all__ = ["AUTOS"]
+__all__ = ["AUTOS", "SETTINGS"]
 
 _HUB_X = HUB_CENTER[0]
 
-_SETTINGS = ScriptSettings(
+SETTINGS = ScriptSettings(
     shot_elevation=degrees(68.0),  # steep enough to fall into the funnel
     feed_volts={"feeder": 9.0, "spindexer": 6.0},
     roller_volts=9.0,
@@ -79,19 +79,19 @@ AUTOS: dict[str, Auto] = {
         Auto(
             name="depot",
             summary="shoot the preload, collect the depot, shoot again",
-            controller=_SETTINGS.controller(depot),
+            controller=SETTINGS.controller(depot),
             start=(2.6, 5.3, -0.5),
         ),
         Auto(
             name="neutral",
             summary="shoot the preload, cross the bump, collect in the neutral zone, come back, shoot",
-            controller=_SETTINGS.controller(neutral),
+            controller=SETTINGS.controller(neutral),
             start=(2.9, 5.3, -0.5),
         ),
         Auto(
             name="tour",
             summary="drive only: over a bump and back through a trench",
-            controller=_SETTINGS.controller(tour),
+            controller=SETTINGS.controller(tour),
             start=(2.5, 5.6, 0.0),
             preload=0,
         ),

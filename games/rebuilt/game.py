@@ -11,9 +11,10 @@ from games.rebuilt.field import FIELD, scoring_zones
 from games.rebuilt.fuel import FUEL
 from games.rebuilt.fuel_ways import HUB_EXITS
 from games.rebuilt.human_players import HUMAN_PLAYERS
+from games.rebuilt.players import ROLES
 from games.rebuilt.robot import rebuilt_robot
 from games.rebuilt.rules import RebuiltRules
-from games.rebuilt.scoring import MATCH
+from games.rebuilt.scoring import ASSESSMENT, MATCH
 from games.rebuilt.staging import Staging
 from games.shipped import shipped
 from simcore.match.game import Game, GameOption, PieceSupply, RobotEntry
@@ -29,6 +30,7 @@ REBUILT = Game(
     field=FIELD,
     pieces=(PieceSupply(FUEL, _STAGING.total),),
     clock=MATCH,
+    assessment=ASSESSMENT,
     staging=_STAGING,
     zones=scoring_zones(),
     rules=RebuiltRules,
@@ -37,6 +39,7 @@ REBUILT = Game(
     preload=_STAGING.preload_per_robot,
     robots=_STAGING.robots,
     autos=AUTOS,
+    roles=ROLES,
     options=(
         GameOption(name=HUB_EXITS, help="scored fuel comes out of the hub's exit", in_matches=True),
         GameOption(name=HUMAN_PLAYERS, help="human players feed and throw the outposts' fuel", in_matches=True),

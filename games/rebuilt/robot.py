@@ -5,19 +5,22 @@ Numbers without a source are a plausible robot's, chosen by us.
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from simcore.geometry.linkage import Joint
 from simcore.pieces.intake import IntakeConfig, IntakeZone
 from simcore.pieces.launch import LaunchParameters
 from simcore.pieces.shooter import ShooterConfig
 from simcore.pieces.storage import StorageConfig
+from simcore.robot.climber import ClimberConfig
 from simcore.robot.dc_motor import motor
-from simcore.robot.gearbox import GearboxConfig
-from simcore.robot.mechanisms import ArmConfig, FlywheelConfig, RackConfig, RollerConfig
+from simcore.robot.gearbox import GearboxConfig, default_friction
+from simcore.robot.mechanisms import ArmConfig, ElevatorConfig, FlywheelConfig, RackConfig, RollerConfig
 from simcore.robot.robot_config import ComponentConfig, MechanismConfig, RobotConfig
 from simcore.robot.swerve_config import SwerveConfig, SwerveModuleConfig
 from simcore.units import degrees
 
-__all__ = ["MECHANISMS", "rebuilt_robot"]
+__all__ = ["CLIMBER", "MECHANISMS", "climbing_robot", "rebuilt_robot"]
 
 _PINION = 0.019  # [m]; of the intake's rack
 _OUTWARD = (-1.0, 0.0, 0.0)
@@ -137,4 +140,31 @@ def rebuilt_robot() -> RobotConfig:
             ),
         ),
         components=_COMPONENTS,
+    )
+
+
+CLIMBER = "climber"
+"""Mechanism of the climbing robot: its hook, up from the middle of the robot."""
+_HOOK_DRUM = 0.012  # [m]
+_WINCH = GearboxConfig(motor=motor("Kraken X60"), motors=2, gearing=50.0, stator_current_limit=60.0)
+
+
+def climbing_robot() -> RobotConfig:
+    """The same on a frame of 0.70 m, which fits between the uprights of a tower, with a hook for the low rung."""
+    robot = rebuilt_robot()
+    assert isinstance(robot.drivetrain, SwerveConfig)
+    hook = ElevatorConfig(
+        # as of REEFSCAPE's robot: its gears' friction is twice what the robot's weight pulls
+        gearbox=replace(_WINCH, friction_torque=default_friction(_WINCH)),
+        carriage_mass=2.0,
+        drum_radius=_HOOK_DRUM,
+        max_height=0.5,
+    )
+    joint = Joint(mechanism=CLIMBER, axis=(0.0, 0.0, 1.0), origin=(0.0, 0.0, 0.30), slides=True, ratio=_HOOK_DRUM)
+    return replace(
+        robot,
+        drivetrain=SwerveConfig.square(0.45, robot.drivetrain.modules[0], mass=55.0, bumper=0.70),
+        bumper=(0.70, 0.70),
+        mechanisms={**robot.mechanisms, CLIMBER: hook},
+        climbers=(ClimberConfig(joints=(joint,)),),
     )

@@ -33,6 +33,7 @@ from simcore.quantities import (
     FORCE,
     MASS,
     START,
+    Quantity,
     require,
     require_attitude,
     require_fields,
@@ -228,6 +229,7 @@ class PlayedMatch(Protocol):
     time: float
     timer: MatchTimer
     world: PhysicsWorld
+    field: FieldGeometry
     pieces: GamePieceManager
     hanging: list[HangingBody]
     contacts: RobotContacts
@@ -258,6 +260,18 @@ class Auto:
 
     def __post_init__(self) -> None:
         require_fields(self, f"Auto {self.name!r}", start=START, preload=COUNT)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Role:
+    """What a scripted player does in a whole match."""
+
+    name: str
+    summary: str
+    controller: Callable[[PlayedMatch, Alliance, int], Controller]
+    """Makes what commands the robot, of a match, its alliance and a level of skill."""
+    config: Callable[[], RobotConfig] | None = None
+    """Its robot; None: the game's own."""
 
 
 class Rules:
@@ -333,6 +347,8 @@ class Game:
     field: FieldDefinition
     pieces: tuple[PieceSupply, ...]
     clock: MatchClock
+    assessment: float = 0.0
+    """How long after the clock has run out a whole match is judged, before its score is final [s]."""
     staging: Staging
     zones: tuple[ScoringZone, ...] = ()
     places: tuple[RestingPlace, ...] = ()
@@ -348,6 +364,8 @@ class Game:
     """Most robots of a match."""
     autos: Mapping[str, Auto] = dataclasses.field(default_factory=dict)
     """By name; the first is the one that is played if none is named."""
+    roles: Mapping[str, Role] = dataclasses.field(default_factory=dict)
+    """What scripted players do, by name."""
     options: tuple[GameOption, ...] = ()
     arrange: Callable[[FieldDefinition, frozenset[str]], FieldDefinition] | None = None
     """The field as the options that are on make it; None: they change nothing of it."""
@@ -362,7 +380,15 @@ class Game:
             raise ConfigError(f"Game {self.name}: kinds of pieces must differ, got {names}")
         if not self.starts:
             raise ConfigError(f"Game {self.name}: give at least one start")
-        require_fields(self, f"Game {self.name}", year=COUNT, preload=COUNT, robots=COUNT, starts=[START])
+        require_fields(
+            self,
+            f"Game {self.name}",
+            assessment=Quantity("s", 0.0, 60.0),
+            year=COUNT,
+            preload=COUNT,
+            robots=COUNT,
+            starts=[START],
+        )
 
     @property
     def heading(self) -> str:

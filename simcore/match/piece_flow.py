@@ -246,8 +246,10 @@ class PieceFlow:
         It comes along the barrel at the speed of a shot, and both are struck as balls of their inner radii. The loose
         piece goes; the wheels still have the other one, bring it to speed again and lose what the loose one gained.
         """
-        state, slots = self._pieces.state, np.array([slot])
-        fed = robot.storage_of(shooter.config).in_turn[0]
+        state, slots, waiting = self._pieces.state, np.array([slot]), robot.storage_of(shooter.config).in_turn
+        if not waiting:  # the last one has left another barrel
+            return
+        fed = waiting[0]
         leaves, kinds = self._as_it_leaves(robot, shooter, launch, fed), (self._kind_of(fed), self._kind_of(slot))
         ahead = rotate(leaves.quat, (1.0, 0.0, 0.0))
         radii, masses = (kinds[0].inner_radius, kinds[1].inner_radius), self._pieces.mass[[fed, slot]].tolist()

@@ -83,7 +83,11 @@ class RunReport:
 
     game: str
     auto: str
+    """Name of the auto, or `match` for a whole one."""
     alliance: str
+    """Of the first robot."""
+    players: tuple[str, ...] = ()
+    """Who played each robot of a whole match, with its alliance."""
     seed: int
     scatter: str = "0"
     """The line that `Scatter.parse` makes the match's scatter of; 0 is none."""
@@ -164,7 +168,8 @@ def print_report(report: RunReport, console: Console, *, verbose: bool = False) 
     headline = f"[bold]{score.total}[/bold] points   [red]red {score.red}[/red]   [blue]blue {score.blue}[/blue]"
     if report.shots:
         headline += f"   {report.hits} of {report.shots} shots scored ({report.hits / report.shots:.0%})"
-    title = f"{report.game}, auto '{escape(report.auto)}', {report.sim_seconds:g} s"
+    what = "match" if report.players else f"auto '{escape(report.auto)}'"
+    title = f"{report.game}, {what}, {report.sim_seconds:g} s"
     console.print(Panel(headline, title=title, box=style, width=_width(console), padding=(0, 1)))
 
     kinds = f"{report.piece_name.capitalize()}: where all {pieces.staged} of them are"
@@ -190,6 +195,9 @@ def print_report(report: RunReport, console: Console, *, verbose: bool = False) 
 
     if pieces.placed:
         console.print(_placed(report.placed, style, _width(console)))
+
+    if report.players:
+        console.print(_score_sheet(report, style, _width(console)))
 
     run = Table(title="Run", box=style, title_justify="left", show_header=False, width=_width(console))
     run.add_column(ratio=2)
@@ -244,6 +252,25 @@ def _placed(levels: Mapping[str, int], style: box.Box, width: int) -> Table:
         table.add_column(escape(label), justify="right")
     for whose in dict.fromkeys(whose for whose, _ in counts):
         table.add_row(whose, *(str(counts.get((whose, label), "")) for label in labels))
+    return table
+
+
+def _score_sheet(report: RunReport, style: box.Box, width: int) -> Table:
+    """What the score of a whole match is made of, by alliance; what is 0 on both sides is left out."""
+    table = Table(title="Score sheet", box=style, title_justify="left", width=width)
+    table.add_column("")
+    for side in ("red", "blue"):
+        table.add_column(side, justify="right")
+    seats = {
+        side: ", ".join(p.removeprefix(side).strip() for p in report.players if p.startswith(side))
+        for side in ("red", "blue")
+    }
+    table.add_row("players", *seats.values())
+    names = dict.fromkeys(name.partition("/")[2] for name in report.breakdown if name.startswith(("Red/", "Blue/")))
+    for name in names:
+        red, blue = (report.breakdown.get(f"{side}/{name}", 0) for side in ("Red", "Blue"))
+        if red or blue:
+            table.add_row(escape(name), str(red), str(blue))
     return table
 
 

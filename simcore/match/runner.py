@@ -25,7 +25,7 @@ from simcore.telemetry.snapshot import Snapshot, TelemetrySink
 from simcore.typing import FloatArray
 from simcore.units import TICK
 
-__all__ = ["AutoRun", "play_auto"]
+__all__ = ["AutoRun", "play_auto", "play_robots"]
 
 
 @dataclass(slots=True)
@@ -83,17 +83,60 @@ def play_auto(
     length = seconds if seconds is not None else auto_seconds(game)
     require("an auto", "seconds", length, DURATION)
     entry = RobotEntry(alliance=alliance, start=chosen.start, preload=chosen.preload, config=robot)
+    return play_robots(
+        game,
+        (entry,),
+        lambda match: match.set_controller(0, chosen.controller(match, alliance)),
+        name=chosen.name,
+        seconds=length,
+        seed=seed,
+        options=options,
+        field_mesh=field_mesh,
+        sinks=sinks,
+        on_tick=on_tick,
+        should_stop=should_stop,
+        **settings,
+    )
+
+
+def play_robots(
+    game: Game,
+    robots: Sequence[RobotEntry],
+    set_controllers: Callable[[Match], None],
+    *,
+    name: str,
+    seconds: float,
+    players: Sequence[str] = (),
+    sinks: Sequence[TelemetrySink] = (),
+    on_tick: Callable[[Match], None] | None = None,
+    should_stop: Callable[[], bool] = lambda: False,
+    **settings: Any,
+) -> AutoRun:
+    """Play with robots, as `play_auto` does with one.
+
+    Args:
+        game: Which.
+        robots: Who plays.
+        set_controllers: Told of the match before its first tick, to say what commands its robots.
+        name: Of the run, in its report.
+        seconds: How long, simulated [s].
+        players: Who plays each robot of a whole match, for the report.
+        sinks: As in `play_auto`.
+        on_tick: The same.
+        should_stop: The same.
+        settings: Further arguments of `Match`.
+    """
     start = perf_counter()
     try:
-        match = Match(game, robots=(entry,), seed=seed, options=options, field_mesh=field_mesh, sinks=sinks, **settings)
+        match = Match(game, robots=robots, sinks=sinks, **settings)
     except BaseException:
         for sink in sinks:
             sink.close()
         raise
     gc.freeze()  # else each full collection within the run looks through the field and all modules: 40 ms
     try:
-        match.set_controller(0, chosen.controller(match, alliance))
-        return _play(match, chosen, length, start, on_tick, should_stop)
+        set_controllers(match)
+        return _play(match, name, seconds, players, start, on_tick, should_stop)
     except BaseException:  # a script's own error passes through, with the log up to it on the disk
         match.close()
         raise
@@ -111,8 +154,9 @@ def auto_seconds(game: Game) -> float:
 
 def _play(
     match: Match,
-    auto: Auto,
+    name: str,
     seconds: float,
+    players: Sequence[str],
     wall_start: float,
     on_tick: Callable[[Match], None] | None,
     should_stop: Callable[[], bool],
@@ -140,7 +184,8 @@ def _play(
     track = np.array(path).reshape(-1, 3)
     report = RunReport(
         game=match.game.name,
-        auto=auto.name,
+        auto=name,
+        players=tuple(players),
         alliance=match.alliances[0],
         seed=match.seed,
         scatter=match.scatter.text,

@@ -107,6 +107,18 @@ class ScriptedRobot:
         self._robot: Robot | None = None
         self.is_done = False
         """Whether the script has ended."""
+        self.aim_error = (0.0, 0.0)
+        """By how much it aims beside the shot that hits: to the left [rad], and too fast, as a share of the speed."""
+
+    @property
+    def match(self) -> PlayedMatch:
+        """The match in which it plays."""
+        return self._match
+
+    @property
+    def alliance(self) -> Alliance:
+        """Whose robot it is."""
+        return self._alliance
 
     def __call__(self, robot: Robot, time: float) -> None:
         """One tick of robot code. The script begins with its first robot, and anew after `Match.reset`."""
@@ -151,7 +163,10 @@ class ScriptedRobot:
     @property
     def pose(self) -> Pose:
         """Where the robot believes to be since it was put down, as a blue one [m, m, rad]."""
-        pose = self.robot.reckoned_pose
+        return self.as_blue(self.robot.reckoned_pose)
+
+    def as_blue(self, pose: Pose) -> Pose:
+        """A pose of the field frame [m, m, rad], as a blue robot sees it in the corresponding place."""
         return pose if self._alliance == "blue" else self._symmetry.flip_pose(*pose)
 
     @property
@@ -170,6 +185,15 @@ class ScriptedRobot:
     def stop(self) -> None:
         """Stand still."""
         self._velocity = (0.0, 0.0, 0.0)
+
+    def accelerate_to(self, vx: float, vy: float, turn: float = 0.0) -> None:
+        """Move the commanded velocity toward a goal, blue field frame [m/s]; turn against a heading error [rad]."""
+        ox, oy, _ = self._velocity
+        dx, dy = vx - ox, vy - oy
+        size, limit = math.hypot(dx, dy), self.settings.acceleration * TICK
+        if size > limit:
+            dx, dy = dx * limit / size, dy * limit / size
+        self._velocity = (ox + dx, oy + dy, max(-6.0, min(6.0, 7.0 * turn)))
 
     def intake(self, on: bool) -> None:
         """Put the intake out and turn its roller, or pull it in."""
@@ -218,22 +242,45 @@ class ScriptedRobot:
         """
         way = list(points)
         for _ in range(round(timeout / TICK)):
-            x, y, heading = self.pose
-            while len(way) > 1 and math.hypot(way[0][0] - x, way[0][1] - y) < corner:
-                way.pop(0)
-            dx, dy = way[0][0] - x, way[0][1] - y
-            ahead = math.hypot(dx, dy)
-            left = ahead
-            for a, b in pairwise(way):
-                left += math.dist(a, b)
-            turn = wrap_angle(yaw - heading)
-            if len(way) == 1 and ahead < tolerance and abs(turn) < degrees(3.0):
+            left = self.steer_along(way, yaw, speed=speed, corner=corner, stop_before=0.5 * tolerance)
+            if len(way) == 1 and left < tolerance and abs(wrap_angle(yaw - self.pose[2])) < degrees(3.0):
                 break
-            want = min(speed, self._braking_speed(left - 0.5 * tolerance))
-            self._accelerate_to(want * dx / max(ahead, 1e-9), want * dy / max(ahead, 1e-9), turn)
             yield
         self.stop()
         yield
+
+    def steer_along(
+        self,
+        way: list[tuple[float, float]],
+        yaw: float,
+        *,
+        speed: float,
+        corner: float = 0.35,
+        stop_before: float = 0.0,
+    ) -> float:
+        """Command the velocity of this tick along straight lines, so that the robot can stop at the last point.
+
+        Args:
+            way: Corners of the path, blue field frame [m]; those that are reached are taken out.
+            yaw: Heading to turn to [rad].
+            speed: Cruising speed [m/s].
+            corner: From how near a corner the next one is aimed at [m].
+            stop_before: How far before the last point to stop [m].
+
+        Returns:
+            Length of the way that is left [m].
+        """
+        x, y, heading = self.pose
+        while len(way) > 1 and math.hypot(way[0][0] - x, way[0][1] - y) < corner:
+            way.pop(0)
+        dx, dy = way[0][0] - x, way[0][1] - y
+        ahead = math.hypot(dx, dy)
+        left = ahead
+        for a, b in pairwise(way):
+            left += math.dist(a, b)
+        want = min(speed, self._braking_speed(left - stop_before)) / max(ahead, 1e-9)
+        self.accelerate_to(want * dx, want * dy, wrap_angle(yaw - heading))
+        return left
 
     def collect_in(
         self,
@@ -276,7 +323,7 @@ class ScriptedRobot:
             dx, dy = goal_x + back - here_x, goal_y - here_y
             ahead = math.hypot(dx, dy)
             pace = min(speed, self._braking_speed(ahead)) / max(ahead, 1e-9)
-            self._accelerate_to(pace * dx, pace * dy, wrap_angle(yaw - heading))
+            self.accelerate_to(pace * dx, pace * dy, wrap_angle(yaw - heading))
             yield
         self.stop()
         yield
@@ -298,13 +345,23 @@ class ScriptedRobot:
                 self._feed, told = False, True
                 yield
                 continue
-            self._wheel_goal = self.robot.shooters[0].config.wheel_speed_for(shot.speed)
-            turn = wrap_angle(shot.yaw - self.pose[2])
-            self._accelerate_to(0.0, 0.0, turn)
+            beside, faster = self.aim_error
+            self._wheel_goal = self.robot.shooters[0].config.wheel_speed_for(shot.speed * (1.0 + faster))
+            turn = wrap_angle(shot.yaw + beside - self.pose[2])
+            self.accelerate_to(0.0, 0.0, turn)
             self._feed = self._is_ready(turn)
             yield
-        self._feed = False
+        self.hold_fire()
         yield
+
+    @property
+    def is_feeding(self) -> bool:
+        """Whether it feeds pieces to the shooter."""
+        return self._feed
+
+    def hold_fire(self) -> None:
+        """Feed nothing to the shooter any more."""
+        self._feed = False
 
     def spin_up(self, target: tuple[float, float, float]) -> None:
         """Bring the shooter wheels to the speed for a shot from here at a place [m], if there is one."""
@@ -347,15 +404,6 @@ class ScriptedRobot:
     def _braking_speed(self, distance: float) -> float:
         """The speed from which half of the acceleration stops the robot within a distance [m]; [m/s]."""
         return math.sqrt(2.0 * 0.5 * self.settings.acceleration * max(0.0, distance))
-
-    def _accelerate_to(self, vx: float, vy: float, turn: float) -> None:
-        """Move the commanded velocity (blue field frame) toward a goal; turn toward a heading error [rad]."""
-        ox, oy, _ = self._velocity
-        dx, dy = vx - ox, vy - oy
-        size, limit = math.hypot(dx, dy), self.settings.acceleration * TICK
-        if size > limit:
-            dx, dy = dx * limit / size, dy * limit / size
-        self._velocity = (ox + dx, oy + dy, max(-6.0, min(6.0, 7.0 * turn)))
 
     def _drive(self) -> None:
         vx, vy, omega = self._velocity

@@ -17,8 +17,9 @@ from simcore.match.game import Game, RobotEntry
 from simcore.match.match import Match
 from simcore.match.scoring import Alliance
 from simcore.match.scripted import ScriptedRobot
+from simcore.players.lineup import WhileEnabled, find_role, read_player
 from simcore.quantities import DEGREES, FIELD_PLACE, Quantity
-from simcore.robot.robot import Controller, Robot
+from simcore.robot.robot import Controller
 from simcore.robot_file.key_tables import Key, KeyTable
 from simcore.robot_file.toml_tables import Table
 
@@ -30,7 +31,8 @@ FURTHER_ROBOT = KeyTable("[[opponent]]", "or [[partner]]: the game's own robot b
     Key("name", str, example="defender"),
     Key("start", (FIELD_PLACE, FIELD_PLACE, DEGREES), None, "x, y, heading_deg as a blue robot; left out: its auto's, "
         "else the game's", [2.0, 5.5, 0.0]),
-    Key("auto", str, None, "of the game, by its name; neither this nor script: it stands still"),
+    Key("auto", str, None, "of the game, by its name; neither this nor player nor script: it stands still"),
+    Key("player", str, None, "a role of the game and a level of skill, 1 to 4 (docs/whole_match.md)", "defender:3"),
     Key("script", str, None, '"module:function" beside this file: of (robot, time), or a generator of a ScriptedRobot',
         "defense:defend"),
     Key("preload", Quantity("", 0, 500, is_whole=True), None, "left out: its auto's, else none", 0),
@@ -47,6 +49,7 @@ class FurtherRobot:
     start: Pose | None = None
     """As a blue robot, field frame [m, m, rad]."""
     auto: str | None = None
+    player: str | None = None
     script: str | None = None
     preload: int | None = None
     where: str = ""
@@ -60,16 +63,19 @@ class FurtherRobot:
         Raises:
             ConfigError: The game has no such auto.
         """
-        start, preload = self.start, self.preload
-        if self.auto is not None:
-            try:
+        start, preload, config = self.start, self.preload, None
+        try:
+            if self.auto is not None:
                 auto = game.auto(self.auto)
-            except UnknownNameError as error:
-                raise ConfigError(f"{self.where}: {error}") from error
-            start, preload = start or auto.start, auto.preload if preload is None else preload
-        elif preload is None:
+                start, preload = start or auto.start, auto.preload if preload is None else preload
+            if self.player is not None:
+                role = find_role(game, read_player(game, self.player)[0])
+                config = None if role.config is None else role.config()
+        except (UnknownNameError, ConfigError) as error:
+            raise ConfigError(f"{self.where}: {error}") from error
+        if self.auto is None and preload is None:
             preload = 0
-        return RobotEntry(alliance=self.alliance("blue"), start=start, preload=preload)
+        return RobotEntry(alliance=self.alliance("blue"), start=start, preload=preload, config=config)
 
     def alliance(self, ours: Alliance) -> Alliance:
         """Its alliance, by that of the team's robot."""
@@ -82,14 +88,18 @@ class FurtherRobot:
         Raises:
             ConfigError: There is no such script.
         """
-        if self.auto is None and self.script is None:
+        if self.auto is None and self.player is None and self.script is None:
             return None
-        return _WhileEnabled(match, self._maker(match, number))
+        return WhileEnabled(match, self._maker(match, number))
 
     def _maker(self, match: Match, number: int) -> Callable[[], Controller]:
         if self.auto is not None:
             auto = match.game.auto(self.auto)
             return lambda: auto.controller(match, match.alliances[number])
+        if self.player is not None:
+            name, level = read_player(match.game, self.player)
+            role = find_role(match.game, name)
+            return lambda: role.controller(match, match.alliances[number], level)
         script = self._script()
         if inspect.isgeneratorfunction(script):
             return lambda: ScriptedRobot(script, match, match.alliances[number])
@@ -109,29 +119,6 @@ class FurtherRobot:
         return script
 
 
-class _WhileEnabled:
-    """Lets a controller command while robots may move, and begins it anew with each auto."""
-
-    def __init__(self, match: Match, make: Callable[[], Controller]) -> None:
-        self._match = match
-        self._make = make
-        self._controller: Controller | None = None
-        self._was_auto = False
-
-    def __call__(self, robot: Robot, time: float) -> None:
-        timer = self._match.timer
-        is_auto = timer.is_enabled and timer.phase.mode == "auto"
-        if self._controller is None or (is_auto and not self._was_auto):
-            self._controller = self._make()
-        self._was_auto = is_auto
-        if timer.is_enabled:
-            self._controller(robot, time)
-            return
-        robot.drive.stop()
-        for mechanism in robot.mechanisms.values():
-            mechanism.coast()
-
-
 def read_further_robot(t: Table, role: str, folder: Path) -> FurtherRobot:
     """One of them.
 
@@ -145,8 +132,9 @@ def read_further_robot(t: Table, role: str, folder: Path) -> FurtherRobot:
     """
     v = FURTHER_ROBOT.read(t)
     t.finish()
-    if v["auto"] is not None and v["script"] is not None:
-        raise t.error("script", "and auto cannot both be: one of them drives the robot")
+    given = [key for key in ("script", "player", "auto") if v[key] is not None]
+    if len(given) > 1:
+        raise t.error(given[0], f"and {given[1]} cannot both be: one of them drives the robot")
     if v["script"] is not None and not all(v["script"].partition(":")):
         raise t.error("script", f'must be "module:function", e.g. "defense:defend"; got {v["script"]!r}')
     if v["start"] is not None:

@@ -1,4 +1,4 @@
-"""`simcore play [GAME]`: play an auto and see what comes of it."""
+"""`simcore play [GAME]`: play an auto, or a whole match, and see what comes of it."""
 
 from __future__ import annotations
 
@@ -6,13 +6,14 @@ import argparse
 import signal
 import sys
 from collections.abc import Callable, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 
-from simcore.errors import SimcoreError
+from simcore.errors import ConfigError, SimcoreError
 from simcore.match.game import Auto, Game
 from simcore.match.match import Match
 from simcore.match.registry import find_game, installed_games
@@ -20,7 +21,10 @@ from simcore.match.report import print_report
 from simcore.match.runner import AutoRun, auto_seconds, play_auto
 from simcore.match.scatter import Scatter
 from simcore.physics.engine_choice import add_engine_option
+from simcore.players.lineup import ME, lineup, match_seconds, play_match
+from simcore.players.player import SKILLS
 from simcore.quantities import Quantity, number_flag, text_flag
+from simcore.robot.robot import Controller
 from simcore.show.run_outputs import RunOutputs
 from simcore.show.watch import Watch, add_options
 from simcore.telemetry.snapshot import TelemetrySink
@@ -36,7 +40,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Options of the command; a game's own options are flags, too."""
     parser.add_argument("game", nargs="?", metavar="GAME", help="which game (default: the newest that is installed)")
     parser.add_argument("--auto", metavar="NAME", help="which auto (see --list; default: the game's first)")
-    parser.add_argument("--list", action="store_true", help="list the games and their autos, and stop")
+    parser.add_argument("--list", action="store_true", help="list games with their autos and players' roles, and stop")
+    parser.add_argument("--match", action="store_true", help="a whole match of scripted players, with --red and --blue")
+    players = f"up to three of ROLE[:LEVEL] with commas between, levels 1 to {len(SKILLS)}"
+    parser.add_argument("--red", metavar="PLAYERS", default="", help=f"{players}; 'me' plays --auto")
+    parser.add_argument("--blue", metavar="PLAYERS", default="", help="the same")
     parser.add_argument("--alliance", choices=("blue", "red"), default="blue", help="whose robot (default: blue)")
     parser.add_argument("--seed", type=_SEED, default=0, metavar="N", help="seed of everything left to chance")
     parser.add_argument(
@@ -105,13 +113,15 @@ def _list(name: str | None) -> int:
         print(f"{game.heading} ({game.year}), `{game.name}`")
         for auto in game.autos.values():
             print(f"    {auto.name:10} {auto.summary}")
+        for role in game.roles.values():
+            print(f"    {role.name:10} in a match: {role.summary}")
     return 0
 
 
 def _play(options: argparse.Namespace) -> int:
     game = find_game(options.game, say=lambda which: print(f"simcore: {which}", file=sys.stderr))
-    auto = game.auto(options.auto)
-    outputs = _outputs(options, game, auto)
+    plan = _plan(options, game)
+    outputs = _outputs(options, plan)
     if options.field is not None:
         game.field.load(options.field)  # a broken mesh must not cost the last run's log
     sinks = outputs.sinks()  # a log that cannot be written ends it here, before anything is served
@@ -123,29 +133,60 @@ def _play(options: argparse.Namespace) -> int:
             if interrupted():
                 return 130
             while seed is not None:
-                played = _run(options, game, auto, seed, [*sinks, *watch.sinks()], watch, interrupted)
+                played = _run(options, plan, seed, [*sinks, *watch.sinks()], watch, interrupted)
                 final = played.match.snapshot()
                 played.match.close()  # the log is whole from here on
                 if not watch.wants_restart:
                     _report(options, played, outputs)
                 seed = None if interrupted() else watch.next_seed(final, interrupted)
                 if seed is not None:
-                    outputs = _outputs(options, game, auto)
+                    outputs = _outputs(options, plan)
                     sinks = outputs.sinks()
     finally:
         watch.close()
     return 130 if played.was_interrupted else 0
 
 
-def _outputs(options: argparse.Namespace, game: Game, auto: Auto) -> RunOutputs:
+@dataclass(frozen=True, slots=True)
+class _Plan:
+    """What is played: an auto, or a match, of which each of `play_auto` and `play_match` takes its part."""
+
+    name: str
+    first_period: str
+    seconds: float
+    play: Callable[..., AutoRun]
+
+
+def _plan(options: argparse.Namespace, game: Game) -> _Plan:
+    if not options.match and (options.red or options.blue):
+        raise ConfigError("--red and --blue say who plays a whole match: give --match, too")
+    seats = lineup(game, red=options.red, blue=options.blue) if options.match else ()
+    me = any(seat.role == ME for seat in seats)
+    if options.match and options.auto is not None and not me:
+        raise ConfigError(f"--auto {options.auto} is what {ME!r} plays in a match, and {ME!r} is in no line-up")
+    period = game.clock.phases[0].name
+    if not options.match:
+        auto = game.auto(options.auto)
+        play = partial(play_auto, game, auto, alliance=options.alliance)
+        return _Plan(auto.name, period, options.seconds or auto_seconds(game), play)
+    mine = game.auto(options.auto) if me else None
+    play = partial(play_match, game, seats, me=None if mine is None else _auto_of_me(mine))
+    return _Plan("match", period, options.seconds or match_seconds(game), play)
+
+
+def _auto_of_me(auto: Auto) -> Callable[[Match], Controller]:
+    return lambda match: auto.controller(match, match.alliances[0])
+
+
+def _outputs(options: argparse.Namespace, plan: _Plan) -> RunOutputs:
     return RunOutputs.plan(
         Path("out"),
-        auto.name,
+        plan.name,
         log=options.log,
         picture=options.picture,
         page=options.page,
         animation=options.animation,
-        seconds=options.seconds or auto_seconds(game),
+        seconds=plan.seconds,
         say=lambda sentence: print(f"simcore: {sentence}", file=sys.stderr),
     )
 
@@ -163,8 +204,7 @@ def _report(options: argparse.Namespace, played: AutoRun, outputs: RunOutputs) -
 
 def _run(
     options: argparse.Namespace,
-    game: Game,
-    auto: Auto,
+    plan: _Plan,
     seed: int,
     sinks: Sequence[TelemetrySink],
     watch: Watch,
@@ -180,20 +220,17 @@ def _run(
         transient=True,
         disable=options.json or not sys.stderr.isatty(),
     )
-    ticks = max(1, round((options.seconds or auto_seconds(game)) / TICK))
     with progress:
-        task = progress.add_task(f"auto {auto.name!r}", total=ticks, score=0, period=game.clock.phases[0].name)
+        ticks = max(1, round(plan.seconds / TICK))
+        task = progress.add_task(repr(plan.name), total=ticks, score=0, period=plan.first_period)
 
         def show(match: Match) -> None:
             if match.ticks % 10 == 0:
                 progress.update(task, completed=match.ticks, score=match.score.total, period=match.timer.phase.name)
             watch.after_tick(match, interrupted)
 
-        return play_auto(
-            game,
-            auto,
-            alliance=options.alliance,
-            seconds=options.seconds,
+        return plan.play(
+            seconds=plan.seconds,
             seed=seed,
             scatter=options.scatter,
             options=[name for name in _game_options() if getattr(options, name)],

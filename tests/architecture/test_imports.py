@@ -41,7 +41,8 @@ ALLOWED = {
     "robot": INNER | {"pieces", "vision"},  # a robot is composed of a body, mechanisms, manipulators and cameras
     "telemetry": INNER,
     "match": CORE,
-    "robot_file": CORE,  # what simcore.toml says; the adapters read it
+    "players": CORE,
+    "robot_file": CORE | {"players"},  # what simcore.toml says; the adapters read it
     **dict.fromkeys(
         ("cli", "__main__"), BASE | {"cli", "__version__"}
     ),  # a table of names: commands are imported when they run
@@ -50,7 +51,7 @@ ALLOWED = {
     "testing": CORE,
     "new_game": BASE,
     "upgrade_2027": BASE,
-    "show": CORE,
+    "show": CORE | {"players"},
     "photonvision": CORE,
     "devices": CORE | {"robot_file"},  # makers are loaded by name
     "phoenix6": CORE | {"robot_file", "phoenix6_emulator", "devices"},

@@ -65,6 +65,7 @@ def test_json_has_the_fields_that_programs_read() -> None:
             "game",
             "auto",
             "alliance",
+            "players",
             "seed",
             "scatter",
             "engine",

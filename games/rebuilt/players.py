@@ -1,0 +1,262 @@
+"""What scripted players do in a match of REBUILT, written for a blue robot."""
+
+from __future__ import annotations
+
+import math
+from collections import defaultdict
+from collections.abc import Callable
+
+import numpy as np
+
+from games.rebuilt import dimensions as dim
+from games.rebuilt.autos import SETTINGS
+from games.rebuilt.field import FIELD, HUB_TARGET
+from games.rebuilt.robot import CLIMBER, climbing_robot
+from games.rebuilt.rules import RebuiltRules
+from games.rebuilt.scoring import MATCH
+from simcore.geometry.symmetry import Pose
+from simcore.match.game import PlayedMatch, Role
+from simcore.match.scoring import Alliance
+from simcore.match.scripted import ScriptedRobot, Steps
+from simcore.players.player import SKILLS, Player, PlayScript
+from simcore.robot.robot_config import RobotConfig
+from simcore.typing import BoolArray, FloatArray
+
+__all__ = ["ROLES"]
+
+_HUB_X, _HUB_Y = dim.HUB_CENTER
+_FLIGHT = 1.3  # [s] from the muzzle to the hub's sensors
+_ENOUGH = 0.8  # of the room in the robot, with which a player goes to shoot
+_FEW = 8  # fuel that are worth the way when the hub is about to open or to close
+_ZONE_EDGE, _NEAREST, _FARTHEST = 3.6, 1.4, 3.3  # [m] from the wall, and from the hub's middle, for shots
+_APART = 1.2  # [m] between the middles of robots that turn and do not touch
+_SHOOTING_SPOTS = ((2.5, 5.6), (2.2, 4.7), (2.2, 2.9), (2.6, 2.2))  # in the alliance zone, off the tower
+_MARGIN = 0.45  # [m] from walls, where a robot can take fuel in
+_THROW_FROM, _THROW_TO = (6.6, 1.9), (1.6, 2.2)  # [m] along the field, and aside of its middle, to both sides
+_TOWER_REACH = 1.6  # [m]; robots that are nearer to the tower in the end game are left alone (G420)
+_BEFORE = 0.75  # [m]; a robot this far before another one's middle touches it
+_LONGEST_TOUCH, _LET_GO, _SIX_FEET = 1.6, 3.1, 1.95  # [s], [s], [m]; a pin ends when both were so far apart for 3 s
+_HOOK_UP = 35.0  # [rad] of the hook's drum: over the low rung
+_CLIMB_TIME, _HANGS = 15.0, 0.08  # [s] before the end, [m] above the carpet
+_EXIT_REACH = 1.3  # [m] in front of a hub's exit: fuel there may not have touched anything yet (G408)
+
+
+def _can_be_taken(places: FloatArray) -> BoolArray:
+    """Which fuel a player may want: in its own alliance zone and the neutral zone, but not in front of an exit."""
+    x, y = places.T
+    inside = (x > _MARGIN) & (y > _MARGIN) & (y < dim.FIELD_WIDTH - _MARGIN)
+    near_hub = (x > _HUB_X - 1.1) & (x < _HUB_X + 1.1)
+    zone = (x < dim.FIELD_LENGTH - _HUB_X - 1.1) & ~near_hub
+    tower = (x < dim.TOWER_UPRIGHT_X + 0.6) & (np.abs(y - dim.TOWER_Y) < 1.0)
+    before = np.abs(x - dim.FIELD_CENTER[0]) > dim.FIELD_CENTER[0] - dim.HUB_EXIT_X - _EXIT_REACH
+    at_exit = before & (np.abs(y - _HUB_Y) < 0.5 * dim.HUB_SIZE + 0.2)
+    wanted: BoolArray = inside & zone & ~tower & ~at_exit
+    return wanted
+
+
+def _in_auto(places: FloatArray) -> BoolArray:
+    """The same on the own side of the center line: across it a touch is G403."""
+    wanted: BoolArray = _can_be_taken(places) & (places[:, 0] < dim.FIELD_CENTER[0] - 0.6)
+    return wanted
+
+
+def _counts(player: Player, ahead: float = 0.0) -> bool:
+    """Whether a fuel counts that is shot in some time [s]."""
+    rules = player.match.rules
+    assert isinstance(rules, RebuiltRules)
+    return rules.is_active(player.alliance, player.time + ahead + _FLIGHT)
+
+
+def _is_time_to_shoot(player: Player) -> bool:
+    """Whether to go and shoot what the robot holds."""
+    way = 1.0 + player.away(_SHOOTING_SPOTS[1]) / player.skill.speed
+    last = MATCH.duration - way - 4.0
+    auto_ends = player.time < MATCH.start("pause") and player.time > MATCH.start("pause") - way - 3.0
+    if (player.time > last or auto_ends) and player.held >= _FEW:
+        return True
+    if player.skill.foresight == 0.0:
+        return player.room == 0
+    if not _counts(player, way):
+        return False
+    full = player.held >= _ENOUGH * (player.held + player.room)
+    closes = player.held >= _FEW and not _counts(player, way + player.skill.foresight)
+    return full or closes
+
+
+def _go_and_shoot(player: Player) -> Steps:
+    """Drive into the alliance zone to the nearest place that is free, wait until fuel counts, and shoot."""
+    taken = [other.place for other in player.others]
+    free = [spot for spot in _SHOOTING_SPOTS if all(math.dist(spot, place) > _APART for place in taken)]
+    x, y = min(free or _SHOOTING_SPOTS, key=player.away)
+    cares = player.skill.foresight > 0.0
+
+    def spot() -> Pose | None:
+        return None if _can_shoot(player) else (x, y, math.atan2(_HUB_Y - y, _HUB_X - x))
+
+    player.spin_up(HUB_TARGET)
+    yield from player.pursue(spot, near=0.3, timeout=8.0)
+    player.stop()
+    player.intake(False)
+    while cares and not _counts(player) and player.time < MATCH.duration:
+        yield
+    yield from player.shoot(HUB_TARGET, until=lambda: cares and not _counts(player))
+
+
+def _can_shoot(player: Player) -> bool:
+    """Whether the robot is where it may and can shoot from: in its zone (G407), not under the hub and not far off."""
+    x, _, _ = player.pose
+    is_alone = all(player.away(other.place) > _APART for other in player.others)
+    return is_alone and x < _ZONE_EDGE and _NEAREST < player.away((_HUB_X, _HUB_Y)) < _FARTHEST
+
+
+def collector(player: Player, until: float = math.inf) -> Steps:
+    """Collect fuel and shoot it into the own hub while that counts, until a time of the match [s]."""
+    yield from _shoot_preload(player)
+    while player.time < until:
+        is_auto = player.time < MATCH.start("pause")
+        yield from player.collect(
+            _in_auto if is_auto else _can_be_taken, until=lambda: _is_time_to_shoot(player), timeout=6.0
+        )
+        if player.held and (_is_time_to_shoot(player) or player.room == 0):
+            yield from _go_and_shoot(player)
+        yield
+
+
+def _shoot_preload(player: Player) -> Steps:
+    """Shoot from where the match begins, if that counts."""
+    if _counts(player):
+        yield from player.shoot(HUB_TARGET, timeout=3.0)
+
+
+def shuttle(player: Player) -> Steps:
+    """Collect fuel in the neutral zone and throw it into the own alliance zone, for partners to shoot."""
+    yield from _shoot_preload(player)
+    while True:
+        wanted = _in_auto if player.time < MATCH.start("pause") else _in_neutral_zone
+
+        def is_full() -> bool:
+            return player.held >= _ENOUGH * (player.held + player.room)
+
+        yield from player.collect(wanted, until=is_full, timeout=6.0)
+        if is_full():
+            side = 1.0 if player.pose[1] > _HUB_Y else -1.0
+            yield from player.travel(_THROW_FROM[0], _HUB_Y + side * _THROW_FROM[1], math.pi, near=0.4, timeout=6.0)
+            yield from player.shoot((_THROW_TO[0], _HUB_Y + side * _THROW_TO[1], 0.1))
+        yield
+
+
+def _in_neutral_zone(places: FloatArray) -> BoolArray:
+    wanted: BoolArray = _can_be_taken(places) & (places[:, 0] > dim.HUB_EXIT_X)
+    return wanted
+
+
+def defender(player: Player) -> Steps:
+    """Stand in the way of opponents who bring fuel home; never in contact for as long as a pin takes (G418).
+
+    In auto it only shoots what it has, so that it touches nobody across the center line (G403), and in the end game it
+    keeps away from the opponents' tower (G420).
+    """
+    yield from _shoot_preload(player)
+    while player.time < MATCH.start("transition"):
+        player.stop()
+        yield
+    touched: dict[int, float] = defaultdict(float)
+    while True:
+        yield from _block(player, _chosen_opponent(player), touched)
+        yield
+
+
+def _chosen_opponent(player: Player) -> int | None:
+    """Number of the opponent that is nearest and not at its tower in the end game; None: there is none."""
+    open_ones = [other for other in player.opponents if not _is_at_tower(player, other.place)]
+    return min(open_ones, key=lambda other: player.away(other.place)).number if open_ones else None
+
+
+def _is_at_tower(player: Player, place: tuple[float, float]) -> bool:
+    x, y = FIELD.symmetry.flip_point(*place)
+    is_near = x < dim.TOWER_UPRIGHT_X + _TOWER_REACH and abs(y - dim.TOWER_Y) < _TOWER_REACH
+    return is_near and player.time >= MATCH.start("end game") - 1.0
+
+
+def _block(player: Player, number: int | None, touched: dict[int, float]) -> Steps:
+    """Keep between an opponent and its hub for some seconds; leave it alone before touches become a pin.
+
+    Args:
+        player: Who does.
+        number: Of the opponent; None: it waits in the middle of the field.
+        touched: For how long it has touched each opponent since it left it alone [s].
+    """
+    hub, since = FIELD.symmetry.flip_point(_HUB_X, _HUB_Y), 0.0
+
+    def place() -> tuple[float, float] | None:
+        other = next((one.place for one in player.opponents if one.number == number), None)
+        return None if other is None or _is_at_tower(player, other) else other
+
+    def between() -> Pose | None:
+        other = place()
+        if number is None or other is None or touched[number] > _LONGEST_TOUCH:
+            return None
+        if (player.robot.number, number) in player.match.contacts.robots:
+            touched[number] += player.skill.reaction
+        toward = math.atan2(hub[1] - other[1], hub[0] - other[0])
+        return other[0] + _BEFORE * math.cos(toward), other[1] + _BEFORE * math.sin(toward), toward
+
+    def away() -> Pose | None:
+        nonlocal since
+        other = place()
+        if other is None or player.away(other) < _SIX_FEET:
+            since = player.match.time
+        return None if player.match.time > since + _LET_GO else (*dim.FIELD_CENTER, player.pose[2])
+
+    yield from player.pursue(between, near=0.0, timeout=4.0, ignored=() if number is None else (number,))
+    since = player.match.time
+    if number is None:
+        yield from player.pursue(away, timeout=_LET_GO)
+    elif touched[number] > _LONGEST_TOUCH:
+        yield from player.pursue(away, near=0.0, timeout=8.0)
+        touched[number] = 0.0
+    player.stop()
+
+
+def climber(player: Player) -> Steps:
+    """A collector, until it climbs the tower in the last seconds: hook on the low rung, level 1."""
+    yield from collector(player, until=MATCH.duration - _CLIMB_TIME)
+    player.intake(False)
+    x, y = dim.TOWER_UPRIGHT_X, dim.TOWER_Y
+    player.set_volts(CLIMBER, 12.0)
+    yield from player.travel(x + 1.3, y, 0.0, near=0.04, timeout=7.0)
+    yield from player.drive_to(x + 1.3, y, 0.0, tolerance=0.02, timeout=2.0)
+    while player.robot.mechanisms[CLIMBER].position < _HOOK_UP:
+        yield
+    yield from player.drive_to(x, y, 0.0, speed=0.9, tolerance=0.02, timeout=3.0)
+    player.set_volts(CLIMBER, -12.0)
+    while player.robot.chassis.pos[2] < _HANGS:
+        yield
+    player.set_volts(CLIMBER, 0.0)
+
+
+def idle(robot: ScriptedRobot) -> Steps:
+    """Stand still."""
+    while True:
+        robot.stop()
+        yield
+
+
+def _role(script: PlayScript, summary: str, config: Callable[[], RobotConfig] | None = None) -> Role:
+    def controller(match: PlayedMatch, alliance: Alliance, level: int) -> Player:
+        return Player(script, match, alliance, SKILLS[level - 1], SETTINGS)
+
+    return Role(name=script.__name__, summary=summary, controller=controller, config=config)
+
+
+ROLES: dict[str, Role] = {
+    role.name: role
+    for role in (
+        _role(collector, "collects fuel and shoots it into its hub while that counts"),
+        _role(shuttle, "collects fuel in the neutral zone and throws it into its alliance zone"),
+        _role(defender, "stands in the way of opponents, without fouls G403, G418 and G420"),
+        _role(climber, "a collector that hangs on the tower's low rung as the match ends", climbing_robot),
+        _role(idle, "stands still"),
+    )
+}
+"""By name."""

@@ -1,0 +1,97 @@
+"""Whole matches of scripted players: nothing is lost, runs repeat, and each role does what it says."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+
+import pytest
+
+from games.rebuilt import REBUILT
+from games.rebuilt.scoring import MATCH
+from simcore.match.match import Match
+from simcore.players.lineup import entries, lineup, play_match, take_seats
+
+SIX = {"red": "collector:3,shuttle:2,defender:3", "blue": "collector:3,climber:2,idle"}
+OPTIONS = ("hub_exits", "human_players")
+
+pytestmark = pytest.mark.slow
+
+
+@pytest.fixture(autouse=True)
+def _engine(engine_name, whole):
+    if engine_name == "mujoco" and not whole:
+        pytest.skip("sampled: --whole plays on both engines")
+
+
+def match_of(sides, *, at=0.0, seed=1):
+    """A match with its players, whose clock has come to a time [s]."""
+    seats = lineup(REBUILT, **sides)
+    match = Match(REBUILT, robots=entries(REBUILT, seats), seed=seed, options=OPTIONS)
+    match.timer._start = match.timer.time = at
+    take_seats(match, seats)
+    return match
+
+
+def test_no_fuel_is_lost_at_any_tick(whole):
+    def look(match):
+        count = match.count
+        assert count.is_conserved and count.staged == 504, f"{match.time} s: {count}"
+
+    run = play_match(REBUILT, lineup(REBUILT, **SIX), seconds=None if whole else 24.0, seed=4, on_tick=look)
+    with run.match as match:
+        assert run.report.players[0] == "blue collector:3" and run.report.auto == "match"
+        assert run.report.hits > 20
+        length, width = REBUILT.field.size
+        for robot in match.robots:
+            assert 0.3 < robot.chassis.pose[0] < length - 0.3 and 0.3 < robot.chassis.pose[1] < width - 0.3
+        if whole:
+            rows = run.report.breakdown
+            assert match.timer.is_over and rows["Blue/rp"] + rows["Red/rp"] >= 2
+            assert rows["Blue/totalPoints"] == match.score.blue and rows["Red/totalPoints"] == match.score.red
+
+
+def test_two_processes_play_the_same_match(whole):
+    code = (
+        "from games.rebuilt import REBUILT; from simcore.players.lineup import lineup, play_match\n"
+        f"run = play_match(REBUILT, lineup(REBUILT, **{SIX!r}), seconds={None if whole else 8.0}, seed=7)\n"
+        "print(run.report.digest)"
+    )
+    runs = [subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE, text=True) for _ in range(2)]
+    first, second = (run.communicate()[0].strip() for run in runs)
+    assert len(first) == 64 and first == second
+
+
+def test_a_collector_follows_the_shifts():
+    """In shifts 1 and 3 the hub of whoever was ahead in auto is off: a player that knows it shoots nothing there."""
+    with match_of({"blue": "collector:3"}, at=MATCH.start("shift 1") + 4.0) as match:
+        match.rules.hubs.fuel["blue"]["auto"] = 1
+        match.play(14.0)
+        assert match.rules.hubs.fuel["blue"]["uncounted"] <= 2, "what the human player throws"
+        assert len(match.robots[0].held) > 40
+        assert not match.rules.is_active("blue")
+
+
+def test_a_climber_hangs_as_the_match_ends():
+    with match_of({"blue": "climber:3"}, at=MATCH.duration - 14.5) as match:
+        match.play(17.6)
+        assert match.rules.breakdown()["Blue/endGameTowerPoints"] == 10
+        assert match.robots[0].climbers[0].rung.name == "blue_tower_rung_low"
+
+
+def test_a_shuttle_throws_fuel_home():
+    with match_of({"blue": "shuttle:3"}, at=MATCH.start("transition")) as match:
+        match.play(14.0)
+        zone = match.pieces.state.pos[match.pieces.on_field(), 0] < 4.0
+        assert zone.sum() > 24 + 20, "beside the depot's"
+
+
+def test_a_defender_keeps_an_opponent_busy_without_a_foul():
+    """It touches, and neither pins (G418) nor reaches into the other one (G415)."""
+    with match_of({"blue": "collector:2", "red": "defender:3"}, at=MATCH.start("transition")) as match:
+        touches = 0
+        for _ in range(1000):
+            match.tick()
+            touches += (0, 1) in match.contacts.robots
+        assert touches > 25
+        assert [foul for foul in match.tracker.fouls if foul.alliance == "red"] == []
