@@ -80,7 +80,7 @@ MUTANTS = (
     Mutant("launch ignores the time flown", FLOW, "flown = TICK - launch.delay", "flown = 0.0",
            f"{SHOTS}::test_a_shot_of_a_moving_robot_leaves_where_the_muzzle_is_at_that_instant"),
     Mutant("set_alliance does not tell the gyro", "simcore/robot/robot.py",
-           "self.gyro.reset(yaw=self.gyro.yaw, true_yaw=pose[2])", "pass",
+           "self.gyro.reset(yaw=yaw, true_yaw=pose[2])", "pass",
            f"{MATCHES}::test_set_alliance_puts_a_robot_on_the_other_side_while_its_gyro_keeps_its_reading"),
     Mutant("a carried robot keeps its last sub-step", "simcore/robot/driven_body.py",
            "self.h_before = 0.0\n        self._is_pushed = False\n        self._motion = None\n", "pass\n",
@@ -102,7 +102,7 @@ MUTANTS = (
     # of the match and the robot's parts
     Mutant("intake looks at the present only", FLOW, "intake.captured(before, now)", "intake.captured(now, now)",
            f"{MANIPULATORS}::test_a_piece_that_passes_the_zone_between_two_ticks_is_taken"),
-    Mutant("a second auto keeps the shots", MATCH, "            self.flow.clear()\n", "",
+    Mutant("a second auto keeps the shots", MATCH, "            self.record.forget_pieces()\n", "",
            f"{REPEATS}::test_a_second_auto_begins_at_zero"),
     Mutant("the start of a mode keeps the ticks", "simcore/match/clock.py",
            "        self._ticks = 0\n        self.time = self._start", "        self.time = self._start",
