@@ -303,8 +303,7 @@ class MatchState:
 
     def _make_room(self) -> None:
         """Pieces that are where robots are move aside."""
-        for robot in self.robots:
-            self.pieces.make_room(Footprint(*robot.chassis.footprint))
+        self.pieces.make_room([Footprint(*robot.chassis.footprint) for robot in self.robots])
 
     def _require_place(self, number: int, pose: Pose) -> None:
         """Refuse a place where a robot cannot stand."""
@@ -314,7 +313,7 @@ class MatchState:
     def _note_put(self, number: int, reason: str) -> None:
         """A robot was put somewhere."""
         self.record.robots[number].put(self.time, reason)
-        self.pieces.make_room(Footprint(*self.robots[number].chassis.footprint))
+        self._make_room()
 
     def _missed(self, number: int, pose: Pose) -> Pose | None:
         """Where people put a robot who want it somewhere; None: there."""
