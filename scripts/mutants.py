@@ -67,7 +67,7 @@ MUTANTS = (
            f"{RETURNED}::test_thirty_shots_out_of_the_field_come_back_beside_each_other"),
     Mutant("what rests behind a wall stays there", MOVING, "if out.any():", "if False:",
            f"{RETURNED}::test_what_comes_to_rest_behind_or_on_a_wall_is_brought_back"),
-    Mutant("a robot is put on fuel", MANAGER, "for slot in here[inside].tolist():", "for slot in ():",
+    Mutant("a robot is put on fuel", MANAGER, "for slot in here[np.any(inside, axis=0)].tolist():", "for slot in ():",
            f"{RETURNED}::test_a_robot_is_never_put_on_fuel"),
     Mutant("mechanism currents not on the battery", "simcore/robot/robot.py",
            "other_current = self.mechanism_current",

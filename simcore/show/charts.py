@@ -79,6 +79,7 @@ def charts_of(track: RunTrack) -> list[Chart]:
         replace(curve, color=tint(curve.label)[1])
         for curve in _curves(recording, [("blue", "Sim/Score/Blue"), ("red", "Sim/Score/Red")], is_stepped=True)
     ]
+    score += _curves(recording, [("old", "Sim/Score/Old"), ("new", "Sim/Score/New")], is_stepped=True)
     held = _curves(recording, each("Intake/HeldCount", "in the robot"), is_stepped=True)
     work = [(f"awake {pieces}", "Sim/Performance/AwakePieces"), ("sub-steps", "Sim/Performance/SubSteps")]
     volts = _curves(recording, each("Debug/BatteryVoltageMin", "lowest of each tick"))

@@ -170,7 +170,7 @@ def _facts(track: RunTrack) -> list[tuple[str, str]]:
         return float(recording.series(key)[1][-1]) if recording.has(key) and len(recording.series(key)[1]) else None
 
     facts = []
-    for alliance in ("Blue", "Red"):
+    for alliance in ("Blue", "Red", "Old", "New"):
         points = last(f"Sim/Score/{alliance}")
         if points is not None:
             facts.append((f"score {alliance.lower()}", f"{points:.0f}"))

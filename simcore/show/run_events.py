@@ -60,7 +60,7 @@ def events_of(recording: Recording, scene: Scene, shots: Sequence[ShotTrace]) ->
         speed = f", {shot.speed:.1f} m/s" if math.isfinite(shot.speed) else ""
         numbers = f" ({shot.distance:.1f} m{speed})" if shot.is_over else " at the end"
         events.append(RunEvent(shot.time, shot.result, f"{whose}shot, {shot.result}{side}{numbers}"))
-    for alliance in ("Blue", "Red"):
+    for alliance in ("Blue", "Red", "Old", "New"):
         for time, rise in _rises(recording, f"Sim/Score/{alliance}"):
             events.append(RunEvent(time, "score", f"{alliance.lower()} {rise:+.0f}"))
     for key in recording.keys:
@@ -85,7 +85,7 @@ def board_of(recording: Recording) -> list[BoardItem]:
         times, left = recording.series("Sim/Match/TimeLeft")
         clocks = [f"{int(second) // 60}:{int(second) % 60:02d}" for second in np.ceil(left - 1e-6).tolist()]
         items.append(BoardItem("time left", *_changes(times, clocks)))
-    for alliance in ("blue", "red"):
+    for alliance in ("blue", "red", "old", "new"):
         key = f"Sim/Score/{alliance.capitalize()}"
         if recording.has(key):
             times, points = recording.series(key)
