@@ -30,14 +30,14 @@ BUDGET = {
     "revlib": (895, 7),
     "robot": (8584, 38),
     "robot_file": (3663, 17),
-    "robotpy": (8090, 42),
+    "robotpy": (8109, 42),
     "shooting": (1283, 7),
     "show": (7412, 42),
-    "simcore": (1372, 10),
+    "simcore": (1424, 10),
     "sweep": (4542, 26),
     "telemetry": (1379, 7),
     "testing": (189, 3),
-    "upgrade_2027": (653, 4),
+    "upgrade_2027": (694, 4),
     "vision": (3914, 17),
 }
 LONGEST_CLASS = 500
