@@ -354,7 +354,7 @@ class RobotTest:
     @property
     def time(self) -> float:
         """Since the robot program started, simulated [s]."""
-        return float(Timer.get_monotonic_timestamp())
+        return float(Timer.get_monotonic_timestamp()) % season.EPOCH
 
     @property
     def pose(self) -> Any:

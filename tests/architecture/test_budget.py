@@ -30,14 +30,14 @@ BUDGET = {
     "revlib": (895, 7),
     "robot": (8601, 38),
     "robot_file": (3778, 18),
-    "robotpy": (8116, 42),
+    "robotpy": (8135, 42),
     "shooting": (1283, 7),
     "show": (7621, 43),
-    "simcore": (1389, 10),
+    "simcore": (1441, 10),
     "sweep": (4877, 27),
     "telemetry": (1397, 7),
     "testing": (189, 3),
-    "upgrade_2027": (653, 4),
+    "upgrade_2027": (694, 4),
     "vision": (3914, 17),
 }
 LONGEST_CLASS = 500
