@@ -79,6 +79,9 @@ def _both(old: Snapshot, new: Snapshot) -> Snapshot:
             own = np.ones_like(numbers) if key == "Sim/ShotRobots" else numbers
             own = own + _APART if "Ids" in key else own
             ids[key] = np.concatenate((old.integer_arrays.get(key, numbers[:0]), own))
+    if "Sim/ShotTicks" in ids:  # shots stand in the order in which they left
+        order = np.argsort(ids["Sim/ShotTicks"], kind="stable")
+        ids |= {key: numbers[order] for key, numbers in ids.items() if key.startswith("Sim/Shot")}
     return Snapshot(
         time=max(old.time, new.time),
         tick=max(old.tick, new.tick),
