@@ -18,10 +18,9 @@ from scipy.spatial import cKDTree
 
 from simcore.match.game import PieceSupply
 from simcore.match.match import Match
+from simcore.physics.contact_law import CARPET, POLYCARBONATE, WALL, hit_surface
 from simcore.physics.field import FieldElement
 from simcore.physics.shapes import Box, Hull, Sphere
-from simcore.physics.surface import CARPET, POLYCARBONATE, WALL
-from simcore.pieces.impact_law import hit_surface
 from simcore.pieces.kinds import GamePieceConfig
 from simcore.units import GRAVITY, TICK, inches
 

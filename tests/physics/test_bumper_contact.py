@@ -12,9 +12,9 @@ import pytest
 from simcore.match.game import Game, RobotEntry
 from simcore.match.match import Match
 from simcore.match.motion import BareRobot, Motion
+from simcore.physics.contact_law import WALL
 from simcore.physics.field import FieldElement
 from simcore.physics.shapes import Box, Hull
-from simcore.physics.surface import WALL
 from simcore.physics.world import PhysicsWorld
 from simcore.robot.chassis import ChassisSimulation
 from simcore.robot.chassis_config import ChassisConfig

@@ -8,7 +8,7 @@ from dataclasses import FrozenInstanceError, replace
 import pytest
 
 from simcore.errors import ConfigError
-from simcore.physics.surface import CARPET, PRESETS, TerrainSurface
+from simcore.physics.contact_law import CARPET, PRESETS, TerrainSurface
 
 
 @pytest.mark.parametrize(
