@@ -90,7 +90,7 @@ MUTANTS = (
     Mutant("gyro samples of a camera are not interpolated", "simcore/vision/heading.py",
            "+ s * (self._values[k] - self._values[k - 1])", "+ 0.0",
            "tests/unit/vision/test_heading.py::test_readings_are_interpolated_and_late_ones_dropped"),
-    Mutant("a guarded piece may sleep", SLEEPING, " & ~guarded[awake]", "",
+    Mutant("a guarded piece may sleep", SLEEPING, " & ~self.guarded[awake]", "",
            f"{MANIPULATORS}::test_a_piece_near_a_moving_robot_does_not_sleep"),
     Mutant("digest without status", "simcore/match/match_state.py",
            "update(state.pos.take(awake, axis=0), state.status)", "update(state.pos[awake])",

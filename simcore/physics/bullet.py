@@ -39,8 +39,7 @@ from simcore.physics.bullet_shapes import BulletShapes
 from simcore.physics.contact_law import OVERLAP_TIME, contact_damping
 from simcore.physics.engine import BodyDefinition, Contacts, Engine, RayHits
 from simcore.physics.mass_properties import free_spin
-from simcore.physics.shape_extent import bounding_radius
-from simcore.physics.shapes import Compound, Hull, Sphere
+from simcore.physics.shapes import Compound, Hull, Sphere, bounding_radius
 from simcore.typing import FloatArray
 from simcore.units import GRAVITY
 

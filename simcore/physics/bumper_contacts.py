@@ -21,8 +21,7 @@ from simcore.physics.contact_law import TerrainSurface, pair_friction, pair_rest
 from simcore.physics.engine import Engine
 from simcore.physics.nearness import PlanOutlines, StaticBoxes
 from simcore.physics.planar_contacts import PlanarBody, PlanarContact, Polygon, manifold, solve_contacts
-from simcore.physics.shape_extent import outline, outline_points
-from simcore.physics.shapes import Compound, HalfSpace, Mesh, Part, Shape
+from simcore.physics.shapes import Compound, HalfSpace, Mesh, Part, Shape, outline, outline_points
 from simcore.typing import FloatArray
 
 __all__ = ["BumperContacts", "BumperOutline", "RobotMotion", "slice_between"]

@@ -49,7 +49,6 @@ __all__ = [
     "LANDING_SPEED",
     "OVERLAP_TIME",
     "POLYCARBONATE",
-    "PRESETS",
     "PUSH_OUT",
     "REST_SPEED",
     "RIGID",
@@ -178,9 +177,6 @@ FOAM_STIFFNESS = 1e5
 within a factor of 3."""
 FOAM = TerrainSurface(name="FOAM", friction=0.8, restitution=0.5, stiffness=FOAM_STIFFNESS)
 """Of pieces that say nothing else."""
-
-PRESETS = {s.name: s for s in (CARPET, WALL, RUBBER, POLYCARBONATE, FRICTIONLESS)}
-"""The built-in surfaces by name."""
 
 # --- pairs ----------------------------------------------------------------------------------------------------------
 

@@ -41,8 +41,7 @@ from simcore.physics.mujoco_model import (
     ray_flags,
     require_group,
 )
-from simcore.physics.shape_extent import bounding_radius
-from simcore.physics.shapes import Sphere, bounding_box
+from simcore.physics.shapes import Sphere, bounding_box, bounding_radius
 from simcore.typing import FloatArray, IntArray
 from simcore.units import GRAVITY
 

@@ -21,8 +21,7 @@ from simcore.geometry.rotation import rotate
 from simcore.physics.contact_law import TerrainSurface, pair_rolling
 from simcore.physics.engine import Engine
 from simcore.physics.mass_properties import mass_properties
-from simcore.physics.shape_extent import round_radius
-from simcore.physics.shapes import Shape, Sphere
+from simcore.physics.shapes import Shape, Sphere, round_radius
 from simcore.typing import BoolArray, FloatArray
 
 __all__ = ["RollingResistance"]

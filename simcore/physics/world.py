@@ -25,8 +25,7 @@ from simcore.physics.engine_choice import make_engine
 from simcore.physics.mass_properties import mass_properties, principal_axes
 from simcore.physics.nearness import PlanOutlines, StaticBoxes
 from simcore.physics.rolling import RollingResistance
-from simcore.physics.shape_extent import bounding_radius, shrunk
-from simcore.physics.shapes import Box, Cylinder, HalfSpace, Shape, Sphere
+from simcore.physics.shapes import Box, Cylinder, HalfSpace, Shape, Sphere, bounding_radius, shrunk
 from simcore.physics.substeps import Substepping, Surroundings
 from simcore.physics.swept_balls import TriangleSet
 from simcore.quantities import MASS, require

@@ -12,7 +12,12 @@ from simcore.errors import ConfigError
 from simcore.geometry.rotation import Quaternion
 from simcore.physics.contact_law import FOAM, FOAM_STIFFNESS, FoamStiffness, TerrainSurface
 from simcore.physics.mass_properties import mass_properties
-from simcore.physics.shape_extent import (
+from simcore.physics.shapes import (
+    Box,
+    Compound,
+    Cylinder,
+    Hull,
+    Sphere,
     bounding_radius,
     inner_radius,
     mean_frontal_area,
@@ -20,7 +25,6 @@ from simcore.physics.shape_extent import (
     stands,
     support_height,
 )
-from simcore.physics.shapes import Box, Compound, Cylinder, Hull, Sphere
 from simcore.pieces.aerodynamics import Aerodynamics, AirFactors, air_factors
 from simcore.quantities import MASS, ROBOT_HEIGHT, ROBOT_LENGTH, STIFFNESS, require, require_fields
 from simcore.typing import FloatArray
