@@ -20,6 +20,7 @@ from simcore.match.digest import TickTimes
 from simcore.pieces.piece_manager import GamePieceManager
 from simcore.pieces.pool import PieceStatus
 from simcore.telemetry.snapshot import key_in_words
+from simcore.typing import alliance_in
 
 __all__ = ["PieceCount", "RunReport", "Score", "Spread", "print_report", "split_level"]
 
@@ -234,8 +235,8 @@ def split_level(name: str) -> tuple[str, str]:
     >>> split_level("BlueL4"), split_level("Shelf")
     (('blue', 'L4'), ('', 'Shelf'))
     """
-    whose = next((word for word in ("Blue", "Red") if name.startswith(word) and name != word), "")
-    return whose.lower(), name.removeprefix(whose)
+    whose = alliance_in(name) or ""
+    return (whose, name[len(whose) :]) if len(name) > len(whose) else ("", name)
 
 
 def _placed(levels: Mapping[str, int], style: box.Box, width: int) -> Table:
