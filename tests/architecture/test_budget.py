@@ -33,7 +33,7 @@ BUDGET = {
     "robotpy": (8135, 42),
     "shooting": (1283, 7),
     "show": (7623, 43),
-    "simcore": (1454, 10),
+    "simcore": (1470, 10),
     "sweep": (4877, 27),
     "telemetry": (1397, 7),
     "testing": (189, 3),
