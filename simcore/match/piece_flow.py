@@ -12,10 +12,10 @@ from simcore.geometry.linkage import PartState
 from simcore.geometry.rotation import IDENTITY, multiply, rotate
 from simcore.match.held_contact import HeldContact
 from simcore.match.run_record import RunRecord
+from simcore.physics.contact_law import hit_ball, pair_friction, pair_restitution, touch_normal
 from simcore.physics.shapes import Sphere
 from simcore.physics.world import PhysicsWorld
 from simcore.pieces.flight import SQUEEZE, advance, free_shares, muzzle_obstacle
-from simcore.pieces.impact_law import hit_ball, touch_normal
 from simcore.pieces.intake import Intake, field_to_robot, on_part
 from simcore.pieces.kinds import GamePieceConfig
 from simcore.pieces.launch import Launch
@@ -236,7 +236,8 @@ class PieceFlow:
             return
         (_, after), _ = hit_ball(
             (leaves.vel, before), (leaves.rate, (0.0, 0.0, 0.0)), normal, radii=radii, masses=masses,
-            restitution=kinds[0].restitution * kinds[1].restitution, friction=kinds[0].friction * kinds[1].friction,
+            restitution=pair_restitution(*[kind.restitution for kind in kinds]),
+            friction=pair_friction(*[kind.friction for kind in kinds]),
         )  # fmt: skip
         self._pieces.push(slots, np.array([after]))
         shooter.after_shot(masses[1], float(np.dot(np.subtract(after, before), ahead)))

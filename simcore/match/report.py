@@ -20,6 +20,7 @@ from simcore.match.digest import TickTimes
 from simcore.pieces.piece_manager import GamePieceManager
 from simcore.pieces.pool import PieceStatus
 from simcore.telemetry.snapshot import key_in_words
+from simcore.typing import alliance_in
 
 __all__ = ["PieceCount", "RunReport", "Score", "Spread", "print_report", "split_level"]
 
@@ -234,8 +235,8 @@ def split_level(name: str) -> tuple[str, str]:
     >>> split_level("BlueL4"), split_level("Shelf")
     (('blue', 'L4'), ('', 'Shelf'))
     """
-    whose = next((word for word in ("Blue", "Red") if name.startswith(word) and name != word), "")
-    return whose.lower(), name.removeprefix(whose)
+    whose = alliance_in(name) or ""
+    return (whose, name[len(whose) :]) if len(name) > len(whose) else ("", name)
 
 
 def _placed(levels: Mapping[str, int], style: box.Box, width: int) -> Table:
@@ -260,6 +261,8 @@ def _clock(state: Mapping[str, float | int | bool | str]) -> dict[str, str]:
     can_move = "robots may move" if rest.pop("Enabled") else "robots are disabled"
     rows = {"match clock": f"{time:.1f} s, {left:.1f} s left", "period": f"{escape(str(period))}; {can_move}"}
     for name, value in rest.items():
+        if value in ("", "None"):  # as the score API says that there is nothing
+            continue
         rows[key_in_words(name)] = ("yes" if value else "no") if isinstance(value, bool) else escape(str(value))
     return rows
 

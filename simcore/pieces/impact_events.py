@@ -14,20 +14,25 @@ from typing import NamedTuple
 import numpy as np
 
 from simcore.geometry.rotation import Vector, apply, apply_back, as_rows, matrix
-from simcore.physics.surface import TerrainSurface
+from simcore.physics.contact_law import (
+    ENGINE_SPEED,
+    LANDING_SPEED,
+    REST_SPEED,
+    TerrainSurface,
+    hit_ball,
+    hit_surface,
+    pair_friction,
+    pair_restitution,
+)
 from simcore.physics.swept_balls import FirstTouch
 from simcore.physics.world import PhysicsWorld
 from simcore.pieces.aerodynamics import air_acceleration
-from simcore.pieces.ball_rows import GENTLE, Arc, BallRows
-from simcore.pieces.impact_law import hit_ball, hit_surface
+from simcore.pieces.ball_rows import Arc, BallRows
 from simcore.pieces.pool import PiecePool
 from simcore.typing import BoolArray, IntArray
 
-__all__ = ["LEAST_BOUNCE", "ImpactEvents", "is_caught"]
+__all__ = ["ImpactEvents", "is_caught"]
 
-_LEAST_APPROACH = 0.1  # [m/s]; slower impacts have no restitution: a bounce of 0.5 mm
-LEAST_BOUNCE = 0.15
-"""A ball that leaves a level surface more slowly has come to lie on it [m/s]: it would rise by 1 mm."""
 _MOST_OF_ONE = 4  # impacts of one ball on surfaces in a part: then it is caught between them, and squeezed
 _SKIN = 0.002  # [m]
 _MOST_OF_ALL = 16  # impacts of one ball in a part: what is pushed from all sides is the engine's
@@ -60,7 +65,7 @@ class _Body:
         reach = arc.radius + left * math.sqrt(cu * cu + cv * cv + cw * cw) + _SKIN + self._turns
         if x * x + y * y + z * z > (reach + self.body.reach) ** 2:
             return False
-        if not arc.is_free and math.sqrt(cu * cu + cv * cv + cw * cw) + self.slack <= GENTLE:
+        if not arc.is_free and math.sqrt(cu * cu + cv * cv + cw * cw) + self.slack <= ENGINE_SPEED:
             return False
         outside, last = 0, 0.0
         for p, speed, low, high in zip(
@@ -74,7 +79,7 @@ class _Body:
             if last > self.slack:
                 return False
             outside += 1
-        return outside != 1 or last < self.slack - (0.0 if arc.is_free else GENTLE)
+        return outside != 1 or last < self.slack - (0.0 if arc.is_free else ENGINE_SPEED)
 
     def first_touch(self, arc: Arc, left: float, least: float) -> FirstTouch | None:
         """What a ball touches first of it in the time left of the part [s]; see `TriangleSet.first_touch`."""
@@ -190,9 +195,9 @@ class ImpactEvents:
     def _fast(self, numbers: IntArray) -> IntArray:
         """Which of some balls move fast enough, to what stands or to a robot, for an impact."""
         vel = self._balls.vel[numbers]
-        fast: BoolArray = np.einsum("ij,ij->i", vel, vel) > GENTLE * GENTLE
+        fast: BoolArray = np.einsum("ij,ij->i", vel, vel) > ENGINE_SPEED * ENGINE_SPEED
         for robot in self._robots:
-            relative, least = vel - robot.vel, max(GENTLE - robot.slack, 0.0)
+            relative, least = vel - robot.vel, max(ENGINE_SPEED - robot.slack, 0.0)
             fast |= np.einsum("ij,ij->i", relative, relative) > least * least
         return numbers[fast]
 
@@ -213,7 +218,7 @@ class ImpactEvents:
             other = self._arc(m)
             if is_caught(other):
                 continue
-            time = _meeting_time(arc, other, GENTLE, now)
+            time = _meeting_time(arc, other, ENGINE_SPEED, now)
             if time <= h:
                 heappush(self._events, (time, n, m, arc.changes + other.changes))
             elif arc.is_touched and self._balls.is_frozen(m) and _meeting_time(arc, other, _STANDS, now) <= h:
@@ -224,9 +229,9 @@ class ImpactEvents:
         if arc.surfaces >= _MOST_OF_ONE:
             return
         world, left, is_free = self._world, self._h - arc.time, arc.is_free
-        least, meeting = 0.0 if is_free else GENTLE * left, None
+        least, meeting = 0.0 if is_free else ENGINE_SPEED * left, None
         gap, rise = arc.pos[2] - arc.radius, arc.vel[2]
-        if world.floor is not None and gap >= -arc.radius and (is_free or rise <= -GENTLE):
+        if world.floor is not None and gap >= -arc.radius and (is_free or rise <= -ENGINE_SPEED):
             time = arc.time + _fall_time(max(0.0, gap), rise, arc.acc[2])
             if time <= self._h:
                 meeting = _Meeting(time, (0.0, 0.0, 1.0), world.floor, None)
@@ -251,7 +256,7 @@ class ImpactEvents:
             (x, y, z), (u, v, w), now = arc.pos, robot.vel, arc.time
             moving = robot.velocity_at((x - now * u, y - now * v, z - now * w))
         away, pull = _along(arc.vel, moving, normal), _along(arc.acc, _STILL, normal)
-        if not arc.is_free and away > -GENTLE:
+        if not arc.is_free and away > -ENGINE_SPEED:
             return known
         gap = max(0.0, -(away + 0.5 * pull * left) * touch.fraction * left)
         time = arc.time + _fall_time(gap, away, pull)
@@ -277,8 +282,8 @@ class ImpactEvents:
             arc.spin,
             normal,
             radius=radius,
-            restitution=own.restitution * other.restitution if approach > _LEAST_APPROACH else 0.0,
-            friction=own.friction * other.friction,
+            restitution=pair_restitution(own.restitution, other.restitution) if approach > REST_SPEED else 0.0,
+            friction=pair_friction(own.friction, other.friction),
             surface_velocity=moving,
             mass_ratio=ratio,
         )
@@ -291,7 +296,7 @@ class ImpactEvents:
         arc.surfaces += 1
         self._turn(arc, now, pos, after, spin)
         arc.is_landing = (
-            leaves < (LEAST_BOUNCE * normal[2] if robot is None else GENTLE) or arc.surfaces >= _MOST_OF_ONE
+            leaves < (LANDING_SPEED * normal[2] if robot is None else ENGINE_SPEED) or arc.surfaces >= _MOST_OF_ONE
         )
         if arc.is_landing:
             pull = min(0.0, _along(arc.acc, _STILL, normal))
@@ -322,8 +327,8 @@ class ImpactEvents:
             normal,
             radii=(a.radius, b.radius),
             masses=(float(pool.mass[a.slot]), float(pool.mass[b.slot])),
-            restitution=sa.restitution * sb.restitution if approach > _LEAST_APPROACH else 0.0,
-            friction=sa.friction * sb.friction,
+            restitution=pair_restitution(sa.restitution, sb.restitution) if approach > REST_SPEED else 0.0,
+            friction=pair_friction(sa.friction, sb.friction),
         )
         for arc, pos, vel, spin, other in ((a, pos_a, va, wa, b), (b, pos_b, vb, wb, a)):
             if not arc.is_flying and vel[2] < 0.0:  # something carries it
@@ -331,7 +336,7 @@ class ImpactEvents:
             self._turn(arc, now, pos, vel, spin)
             if arc.is_flying and not other.is_flying:
                 leaves = _along(va, vb, normal)
-                arc.is_landing = leaves < GENTLE
+                arc.is_landing = leaves < ENGINE_SPEED
 
 
 def _minus(a: Vector, b: Vector) -> Vector:
@@ -381,7 +386,7 @@ def _first_meetings(balls: BallRows, h: float) -> list[tuple[float, int, int, in
     gap = np.einsum("ij,ij->i", away, away) - contact * contact
     speed2 = np.einsum("ij,ij->i", closing, closing)
     root = along * along - speed2 * gap
-    least = GENTLE * contact
+    least = ENGINE_SPEED * contact
     meet = (along < -least) & (root > least * least)
     i, j, along = i[meet], j[meet], along[meet]
     times = np.maximum(gap[meet], 0.0) / (np.sqrt(root[meet]) - along)

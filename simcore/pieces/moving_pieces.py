@@ -26,7 +26,6 @@ from simcore.pieces.reach import ChunkGrid, Footprint, WakeSettings, lengths
 from simcore.pieces.resting_places import RestingPlace, RestingPlaces
 from simcore.pieces.sleeping import SETTLE_PERIOD, IdleDetector, Sleeping, WedgedPieces
 from simcore.pieces.squeezing import Squeezing
-from simcore.pieces.waking import Waking
 from simcore.typing import BoolArray, FloatArray, IntArray
 
 __all__ = ["MovingPieces"]
@@ -82,7 +81,6 @@ class MovingPieces:
         self.places = RestingPlaces(places, self._pool)
         """Where pieces stay and count."""
         self._sleeping = Sleeping(world, self._pool, self._p, self._wake)
-        self._waking = Waking(self._pool, self._sleeping, self._p)
         self.shown = ShownPieces(self._pool, self.attitudes)
         """What the pieces on the field look like."""
         self._idle = IdleDetector(self._p.chunk_linger + _SORTED)
@@ -156,11 +154,6 @@ class MovingPieces:
 
     # --- one tick -------------------------------------------------------------------------------------------------
 
-    def mark_active(self, x: float, y: float, reach: float) -> None:
-        """Show the chunks around a place to the engine in the coming tick, whatever moves there [m]."""
-        self._chunks.mark_box(x, y, reach)
-        self._idle.end()
-
     def begin_tick(self, robots: Sequence[Footprint], dt: float) -> TickPlan:
         """Before the engine moves: wake what can be reached within dt [s], and say how finely that must be stepped.
 
@@ -187,9 +180,9 @@ class MovingPieces:
         self._apply_chunks(*chunks.update(), dt)
 
         touching = state.status[awake] == _AWAKE
-        for slot in self._waking.choose(awake[touching], speed[touching], reach[touching], robots, dt).tolist():
+        for slot in self._sleeping.choose(awake[touching], speed[touching], reach[touching], robots, dt).tolist():
             self._wake(slot)
-        self._flying.begin_tick(self._waking.guarded, dt)
+        self._flying.begin_tick(self._sleeping.guarded, dt)
         now = self.in_contact
         speed = lengths(state.vel.take(now, axis=0))
         longest = self._squeezing.longest_step(now, robots, dt)
@@ -242,7 +235,7 @@ class MovingPieces:
         state, awake = self.state, self.in_contact
         if self._tick % SETTLE_PERIOD or not len(awake):
             return
-        ready = self._sleeping.at_rest(awake, self._waking.guarded)
+        ready = self._sleeping.at_rest(awake)
         if len(ready):
             x, y = state.pos[ready, 0], state.pos[ready, 1]
             out = (x < 0.0) | (x > self._field_size[0]) | (y < 0.0) | (y > self._field_size[1])

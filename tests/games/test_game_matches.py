@@ -12,7 +12,7 @@ from scipy.spatial import ConvexHull
 
 from simcore.match.game import Game, RobotEntry
 from simcore.match.match import Match
-from simcore.physics.shape_extent import outline_points
+from simcore.physics.shapes import outline_points
 from simcore.pieces.pool import PieceStatus
 
 

@@ -14,9 +14,9 @@ from simcore.geometry.rotation import rpy
 from simcore.match.game import Game, PieceSupply, RobotEntry
 from simcore.match.match import Match
 from simcore.match.motion import Motion
+from simcore.physics.contact_law import WALL
 from simcore.physics.field import FieldElement
 from simcore.physics.shapes import Box, Sphere
-from simcore.physics.surface import WALL
 from simcore.physics.world import PhysicsWorld
 from simcore.pieces.intake import IntakeConfig, IntakeZone
 from simcore.pieces.kinds import GamePieceConfig
