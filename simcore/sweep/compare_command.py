@@ -12,15 +12,17 @@ from pathlib import Path
 
 import pandas as pd
 
-from simcore.errors import ConfigError, OutputError
+from simcore.errors import ConfigError, OutputError, UnknownNameError
 from simcore.show.two_runs import write_page_of_two
 from simcore.sweep.api import sweep
+from simcore.sweep.column_expressions import names_in
 from simcore.sweep.experiment import Experiment, StopRule
 from simcore.sweep.experiment_options import COUNT_FLAG, WORKERS_FLAG, add_played_options, experiment_fields
 from simcore.sweep.factors import PROJECT, Factor
 from simcore.sweep.one_run import game_of, play_values
 from simcore.sweep.results import Results
 from simcore.sweep.results_page import save_results
+from simcore.sweep.run_metrics import METRICS
 from simcore.sweep.run_store import FILE_NAME, RunStore
 from simcore.sweep.sweep_command import Told, chosen_scatter, scatter_option, sigterm_as_interrupt
 from simcore.sweep.sweep_statistics import PairedDifference, paired_difference, sequential_difference
@@ -77,6 +79,9 @@ def run(options: argparse.Namespace) -> int:
     if sides[0] == sides[1] or options.old == options.new:
         raise ConfigError(f"{options.old!r} and {options.new!r} are the same")
     took = ""
+    for name in names_in(options.metric) if sides[0].kind != _RESULTS else ():
+        if name not in METRICS and not name.startswith("breakdown."):
+            raise UnknownNameError("metric", name, METRICS)
     if sides[0].kind == _RESULTS:
         results, judge = _stored(sides, (options.old, options.new)), paired_difference
     else:

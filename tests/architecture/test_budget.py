@@ -34,7 +34,7 @@ BUDGET = {
     "shooting": (1283, 7),
     "show": (7636, 43),
     "simcore": (1470, 10),
-    "sweep": (4877, 27),
+    "sweep": (4882, 27),
     "telemetry": (1397, 7),
     "testing": (189, 3),
     "upgrade_2027": (694, 4),

@@ -95,6 +95,12 @@ def test_two_autos_of_a_game_and_a_page_with_both(capsys):
     assert "drive" in Path("out/compare/page.html").read_text(encoding="utf-8")
 
 
+def test_a_metric_that_there_is_not_is_refused_before_the_first_run(capsys):
+    assert cli.main(["compare", "drive", "fail", *SMALL, "--metric", "scores - 1"]) == 1
+    assert "no metric named 'scores'. Did you mean 'score'" in capsys.readouterr().err
+    assert not Path("out").exists()
+
+
 def test_result_folders_of_sweeps(capsys):
     for name, seconds in (("a", 0.06), ("b", 0.1)):
         experiment = Experiment(game="sweep_game:SMALL", seconds=seconds, seeds=range(20, 24), metrics=("seconds",))
