@@ -21,7 +21,8 @@ __all__ = ["merged", "write_page_of_two"]
 
 _OWN = ("Sim/Robot/", "Sim/Debug/", "Sim/Intake/")
 _OF_ONE = ("Sim/Robots/", "Sim/Score/", "Sim/Placed/", "Sim/Performance/")
-_OF_BOTH = ("Sim/InFlight", "Sim/Held", "Sim/Shot", "Sim/TakenInPlaces")
+_FLYING = "Sim/InFlight"
+_OF_BOTH = (_FLYING, "Sim/Held", "Sim/Shot", "Sim/TakenInPlaces")
 _APART = 100_000  # between the numbers of the pieces of the two runs
 _Value = TypeVar("_Value")
 
@@ -48,7 +49,7 @@ def merged(old: Recording, new: Recording) -> Recording:
     both = Recording(seconds=max(1.0, *(float(run.times[-1]) for run in (old, new))), bulk_period=old.bulk_period)
     last: list[Snapshot | None] = [None, None]
     for pair in zip_longest(_filled(old), _filled(new)):
-        last = [now or before for now, before in zip(pair, last, strict=True)]
+        last = [now or _landed(before) for now, before in zip(pair, last, strict=True)]
         if last[0] is not None and last[1] is not None:
             both.write(_both(last[0], last[1]))
     return both
@@ -61,6 +62,15 @@ def _filled(recording: Recording) -> Iterator[Snapshot]:
     for snapshot in recording.snapshots():
         poses, integers = poses | dict(snapshot.pose_arrays), integers | dict(snapshot.integer_arrays)
         yield replace(snapshot, pose_arrays=poses, integer_arrays=integers)
+
+
+def _landed(end: Snapshot | None) -> Snapshot | None:
+    """The end of a run with no piece in the air: what flew then is not seen any more."""
+    if end is None:
+        return None
+    poses = {key: rows[:0] if key.startswith(_FLYING) else rows for key, rows in end.pose_arrays.items()}
+    ids = {key: rows[:0] if key.startswith(_FLYING) else rows for key, rows in end.integer_arrays.items()}
+    return replace(end, pose_arrays=poses, integer_arrays=ids)
 
 
 def _both(old: Snapshot, new: Snapshot) -> Snapshot:
@@ -79,6 +89,9 @@ def _both(old: Snapshot, new: Snapshot) -> Snapshot:
             own = np.ones_like(numbers) if key == "Sim/ShotRobots" else numbers
             own = own + _APART if "Ids" in key else own
             ids[key] = np.concatenate((old.integer_arrays.get(key, numbers[:0]), own))
+    if "Sim/ShotTicks" in ids:  # shots stand in the order in which they left
+        order = np.argsort(ids["Sim/ShotTicks"], kind="stable")
+        ids |= {key: numbers[order] for key, numbers in ids.items() if key.startswith("Sim/Shot")}
     return Snapshot(
         time=max(old.time, new.time),
         tick=max(old.tick, new.tick),

@@ -32,7 +32,7 @@ BUDGET = {
     "robot_file": (3778, 18),
     "robotpy": (8135, 42),
     "shooting": (1283, 7),
-    "show": (7623, 43),
+    "show": (7636, 43),
     "simcore": (1470, 10),
     "sweep": (4877, 27),
     "telemetry": (1397, 7),

@@ -156,6 +156,10 @@ def test_both_runs_are_in_one_recording():
     assert both.series("Sim/Score/Old")[1][-1] == 4 and both.series("Sim/Score/New")[1][-1] == 2
     assert not both.has("Sim/Score/Blue")
     shots = shots_of(both, SCENE)
-    assert [shot.robot for shot in shots] == [0, 0, 1, 1]
-    assert [shot.scored for shot in shots] == [hit for _, _, hit in SHOTS.values()] + [False, False]
-    assert both.integers_at("Sim/ShotIds", 1.0).tolist() == [2000, 2001, 102000, 102001]
+    assert [shot.robot for shot in shots] == [0, 1, 0, 1]
+    assert [shot.scored for shot in shots[::2]] == [hit for _, _, hit in SHOTS.values()]
+    for robot, run in enumerate((old, new)):
+        alone, here = shots_of(run, SCENE), [shot for shot in shots if shot.robot == robot]
+        assert [shot.time for shot in here] == pytest.approx([shot.time for shot in alone])
+        assert here[0].points == pytest.approx(alone[0].points)
+    assert both.integers_at("Sim/ShotIds", 1.0).tolist() == [2000, 102000, 2001, 102001]
