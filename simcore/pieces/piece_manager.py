@@ -311,6 +311,7 @@ class GamePieceManager(MovingPieces):
         here = self.on_field()
         inside = (robot.gap(self.state.pos[here]) < self._pool.radius[here]) & (self.state.pos[here, 2] < _ROBOT_HEIGHT)
         self._robots = [*self._robots, robot]
+        self._still = 0
         for slot in here[inside].tolist():
             x, y, _ = self.state.pos[slot].tolist()
             self._move_to_free_place(slot, (x, y))
