@@ -113,8 +113,10 @@ class RunReport:
     """Each with its time, in order."""
     shots: int
     hits: int
+    taken_in: int
+    """Pieces that all robots together have taken."""
     distance_m: float
-    """How far the robot drove [m]."""
+    """How far the first robot drove; not how far it was carried [m]."""
     tick_ms: TickTimes
     substeps: Spread
     awake: Spread
@@ -199,6 +201,8 @@ def print_report(report: RunReport, console: Console, *, verbose: bool = False) 
         run.add_row(what, value)
     for foul in report.fouls:
         run.add_row("foul", escape(foul))
+    if report.taken_in:
+        run.add_row("pieces taken in", str(report.taken_in))
     run.add_row("way driven", f"{report.distance_m:.1f} m")
     off = f"; {report.brownouts} brown-outs" if report.brownouts else ""
     off += f", {report.resets} resets of the roboRIO" if report.resets else ""

@@ -201,9 +201,18 @@ def _match_states(snapshot: Snapshot) -> dict[str, tuple[str, str]]:
 
 def _table(snapshot: Snapshot) -> list[str]:
     values = {**snapshot.doubles, **snapshot.strings, **snapshot.booleans, **snapshot.integers}
-    first = ("Sim/Match/", "Sim/Score/", "Sim/Placed/", "Sim/Shots", "Sim/Hits", "Sim/Intake/", "Sim/Robot/")
+    first = (
+        "Sim/Match/",
+        "Sim/Score/",
+        "Sim/Placed/",
+        "Sim/Shots",
+        "Sim/Hits",
+        "Sim/TakenIn",
+        "Sim/Intake/",
+        "Sim/Robot/",
+    )
     rows = [key for start in first for key in values if key.startswith(start)]
-    rest = ("BatteryVoltage", "AngleDeg", "ExtendedPct", "HeightM")
+    rest = ("BatteryVoltage", "BatteryVoltageLowest", "Brownouts", "AngleDeg", "ExtendedPct", "HeightM")
     rows += [key for key in values if key.startswith("Sim/Debug/") and key.endswith(rest)]
     return [*rows, *(key for key in values if key.startswith("Sim/Performance/"))]
 

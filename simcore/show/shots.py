@@ -13,7 +13,7 @@ import numpy as np
 from simcore.show.scene import Goal, Scene
 from simcore.telemetry.recording import Recording
 from simcore.typing import FloatArray
-from simcore.units import GRAVITY
+from simcore.units import GRAVITY, TICK
 
 __all__ = ["MISS_SIDES", "MissSide", "ShotResult", "ShotTrace", "intake_places", "shot_rows", "shots_of"]
 
@@ -24,7 +24,7 @@ MISS_SIDES: tuple[MissSide, ...] = ("short", "long", "left", "right")
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ShotTrace:
-    """One shot piece, from the end of the tick in which it left to its first touch."""
+    """One shot piece, from the end of the tick in which it left to its first touch, as far as that was kept."""
 
     times: FloatArray
     """[s], shape (n,)."""
@@ -72,20 +72,39 @@ class _Flight:
 
 
 def shots_of(recording: Recording, scene: Scene) -> list[ShotTrace]:
-    """The shots of a run, oldest first; none of a log in which pieces in flight have no ids."""
-    kept = recording.integers("Sim/ShotIds")
-    if not kept:
+    """The shots of a run, oldest first: each that the record of the run has, with as much of its flight as was kept."""
+    if not recording.integers("Sim/ShotTicks"):
         return []
-    flights = _flights(recording)
-    pieces = kept[-1][1].tolist()
-    robots, hits = (recording.integers_at(key, math.inf).tolist() for key in ("Sim/ShotRobots", "Sim/ShotHits"))
-    shots = []
-    for piece, robot, hit in zip(pieces, robots, hits, strict=False):
-        if flights[piece]:
-            flight = flights[piece].pop(0)
-            is_over = bool(hit) or flight.times[-1] < recording.times[-1] - 1e-6
-            shots.append(_trace(scene, flight, bool(hit), is_over, robot))
-    return shots
+    columns = (
+        recording.integers_at(f"Sim/Shot{name}", math.inf).tolist() for name in ("Ids", "Robots", "Hits", "Ticks")
+    )
+    places = recording.array_at("Sim/ShotPlaces", math.inf)[:, :3]
+    shown, flights = _shown_times(recording, len(places)), _flights(recording)
+    shots: list[ShotTrace] = []
+    for piece, robot, hit, tick, place, (before, at) in reversed(list(zip(*columns, places, shown, strict=False))):
+        # A log by another clock than the match's says no more than between which rows it was
+        time = tick * TICK if before < tick * TICK <= at + 1e-6 else at
+        mine = flights[piece]
+        flight = mine.pop() if mine and mine[-1].times[0] > time - 1e-6 else _Flight()
+        while mine and mine[-1].times[0] > time - 1e-6:
+            flight = mine.pop()
+        if not flight.times or flight.times[0] > time + 1e-6:
+            flight.times.insert(0, time)
+            flight.points.insert(0, place)
+        is_over = bool(hit) or flight.times[-1] < recording.times[-1] - 1e-6
+        shots.append(_trace(scene, flight, bool(hit), is_over, robot))
+    return shots[::-1]
+
+
+def _shown_times(recording: Recording, count: int) -> list[tuple[float, float]]:
+    """Of each of the last so many shots: the last time without it, and the first with it [s]."""
+    found: list[tuple[float, float]] = []
+    before = -math.inf
+    for time, ids in recording.integers("Sim/ShotIds"):
+        del found[len(ids) :]  # they count from an auto's beginning
+        found += [(before, time)] * (len(ids) - len(found))
+        before = time
+    return found[:count]
 
 
 def _flights(recording: Recording) -> dict[int, list[_Flight]]:
@@ -156,23 +175,9 @@ def _side(points: FloatArray, goal: FloatArray) -> MissSide:
 
 
 def intake_places(recording: Recording) -> FloatArray:
-    """Where pieces lay before robots took them in, field frame [m], shape (n, 3)."""
-    places: list[FloatArray] = []
-    for key in recording.keys:
-        if not key.startswith("Sim/HeldIds/"):
-            continue
-        name = key.removeprefix("Sim/HeldIds/")
-        held: set[int] | None = None
-        for time, ids in recording.integers(key):
-            now = set(ids.tolist())
-            fresh = now - held if held is not None else set()
-            held = now
-            if fresh and recording.has(f"Sim/PieceIds/{name}"):
-                before = time - 0.02 - recording.bulk_period
-                lying = recording.integers_at(f"Sim/PieceIds/{name}", before)
-                rows = recording.array_at(f"Sim/GamePieces/{name}", before)
-                places += [row[:3] for piece, row in zip(lying.tolist(), rows, strict=False) if piece in fresh]
-    return np.array(places).reshape(-1, 3)
+    """Where pieces were before robots took them in, field frame [m], shape (n, 3)."""
+    key = "Sim/TakenInPlaces"
+    return recording.array_at(key, math.inf)[:, :3] if recording.has(key) else np.empty((0, 3))
 
 
 def shot_rows(shots: Sequence[ShotTrace], robots: int) -> list[tuple[str, list[str]]]:
