@@ -261,6 +261,8 @@ def _clock(state: Mapping[str, float | int | bool | str]) -> dict[str, str]:
     can_move = "robots may move" if rest.pop("Enabled") else "robots are disabled"
     rows = {"match clock": f"{time:.1f} s, {left:.1f} s left", "period": f"{escape(str(period))}; {can_move}"}
     for name, value in rest.items():
+        if value in ("", "None"):  # as the score API says that there is nothing
+            continue
         rows[key_in_words(name)] = ("yes" if value else "no") if isinstance(value, bool) else escape(str(value))
     return rows
 
