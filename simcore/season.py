@@ -7,10 +7,11 @@ beside their own (`NAMES`), so that all other code is written once. Modules come
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from functools import cache
 from importlib import import_module, metadata
 from importlib.util import find_spec
+from itertools import cycle
 from pathlib import Path
 from types import ModuleType
 from typing import Any, TypeAlias
@@ -197,6 +198,21 @@ def loop_classes() -> tuple[Any, ...]:
     """Robot classes whose loop is WPILib's, with `add_periodic`: TimedRobot, and OpModeRobot since 2027."""
     wpilib = _module("wpilib")
     return tuple(getattr(wpilib, name) for name in ("TimedRobot", "OpModeRobot") if hasattr(wpilib, name))
+
+
+def add_between_loops(robot: Any, call: Callable[[], None], period: float) -> None:
+    """Have a robot of `loop_classes` call something once a period [s], never at the instant of its own loop."""
+    if isinstance(robot, _module("wpilib").TimedRobot):
+        robot.add_periodic(call, period, period / 2.0)
+        return
+    halves = cycle((call, None))  # an OpModeRobot knows no offset: each second call is at the instant of its loop
+
+    def half() -> None:
+        due = next(halves)
+        if due is not None:
+            due()
+
+    robot.add_periodic(half, period / 2.0)
 
 
 def set_mode(mode: str, name: str = "") -> None:

@@ -165,8 +165,8 @@ def _add_match(rows: _Rows, match: MatchState) -> None:
         "Sim/ShotRobots": columns.shot_robots,
         "Sim/ShotHits": columns.shot_hits,
         "Sim/ShotTicks": columns.shot_ticks,
+        "Sim/TakenInPlaces": columns.taken_places,
     }
-    rows.pose_arrays |= {"Sim/ShotPlaces": columns.shot_places, "Sim/TakenInPlaces": columns.taken_places}
     if record.failure:
         rows.strings["Sim/Failure"] = record.failure
     if record.warnings:

@@ -17,7 +17,7 @@ from simcore.pieces.piece_manager import GamePieceManager
 from simcore.pieces.pool import ON_FIELD, PieceStatus
 from simcore.robot.battery import Battery
 from simcore.robot.robot import Robot
-from simcore.typing import FloatArray, IntArray
+from simcore.typing import IntArray
 
 __all__ = ["Placement", "RobotRecord", "RunRecord", "ShotRecord", "TakenIn"]
 
@@ -101,10 +101,8 @@ class RecordColumns:
     """1 of those that have scored."""
     shot_ticks: IntArray
     """Ticks of the run when each had left."""
-    shot_places: FloatArray
-    """Where each was then, as poses, shape (n, 7)."""
-    taken_places: FloatArray
-    """Where each piece was that was taken in, the same."""
+    taken_places: IntArray
+    """x and y of where each piece was that was taken in, one after the other [mm], shape (2 n,)."""
 
 
 class RunRecord:
@@ -203,8 +201,7 @@ class RunRecord:
                 shot_robots=_column([shot.robot for shot in shots]),
                 shot_hits=_column([shot.scored for shot in shots]),
                 shot_ticks=_column([round(shot.time / self._tick) for shot in shots]),
-                shot_places=_poses([shot.points[0] for shot in shots]),
-                taken_places=_poses([one.place for one in self.taken_in]),
+                taken_places=_column([round(1e3 * place) for one in self.taken_in for place in one.place[:2]]),
             )
         return self._columns
 
@@ -213,12 +210,3 @@ def _column(values: Sequence[int]) -> IntArray:
     column = np.array(values, dtype=np.int64)
     column.setflags(write=False)
     return column
-
-
-def _poses(places: Sequence[tuple[float, float, float]]) -> FloatArray:
-    """Pose rows of places, without a rotation."""
-    rows = np.zeros((len(places), 7))
-    rows[:, 3] = 1.0
-    rows[:, :3] = np.array(places).reshape(-1, 3)
-    rows.setflags(write=False)
-    return rows

@@ -122,7 +122,7 @@ def of_log(path: Path) -> Figures:
         red=last.integers["Sim/Score/Red"],
         shots=last.integers["Sim/Shots"],
         hits=int(last.integer_arrays["Sim/ShotHits"].sum()),
-        taken=len(last.pose_arrays["Sim/TakenInPlaces"]),
+        taken=len(last.integer_arrays["Sim/TakenInPlaces"]) // 2,
         driven=f"{last.doubles['Sim/Robot/DistanceDriven']:.1f}",
         volts=f"{last.doubles['Sim/Debug/BatteryVoltageLowest']:.2f}",
         brownouts=last.integers["Sim/Debug/Brownouts"],

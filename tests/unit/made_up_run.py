@@ -74,7 +74,6 @@ def snapshot(tick: int) -> Snapshot:
             "Sim/GamePieces/Fuel": fuel,
             "Sim/InFlight/Fuel": np.array([fuel[0], *(flight(time, start) for _, start in flying)]),
             "Sim/Held/Fuel": held(time)[None],
-            "Sim/ShotPlaces": np.array([flight(start, start) for _, start, *_ in shot]).reshape(-1, 7),
         },
         doubles={"Sim/Debug/BatteryVoltage": 12.0 - time, "Sim/Debug/BatteryCurrent": 40.0 * time},
         integers={"Sim/Score/Blue": tick // 10, "Sim/Score/Red": 0, "Sim/Intake/HeldCount": 1},

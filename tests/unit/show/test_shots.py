@@ -43,7 +43,7 @@ def test_on_which_side_a_miss_came_down(goal: tuple[float, float, float], side: 
     for tick in range(60):
         row = flight(0.02 * tick, 0.0)
         flies = int(row[2] > -0.2)  # its last point is below the carpet, so that it crosses a goal on it
-        poses = {"Sim/InFlight/Fuel": row[None][:flies], "Sim/ShotPlaces": flight(0.0, 0.0)[None]}
+        poses = {"Sim/InFlight/Fuel": row[None][:flies]}
         ids = results | {"Sim/InFlightIds/Fuel": np.array([5])[:flies]}
         recording.write(Snapshot(time=0.02 * tick, tick=tick, pose_arrays=poses, integer_arrays=ids))
     (shot,) = shots_of(recording, replace(SCENE, goals=(Goal(alliance="red", center=goal),)))
@@ -51,7 +51,7 @@ def test_on_which_side_a_miss_came_down(goal: tuple[float, float, float], side: 
 
 
 def test_a_log_of_before_there_was_a_record_has_neither_shots_nor_intakes() -> None:
-    assert shots_of(Recording(), SCENE) == [] and intake_places(Recording()).shape == (0, 3)
+    assert shots_of(Recording(), SCENE) == [] and intake_places(Recording()).shape == (0, 2)
 
 
 def test_shots_between_two_rows_of_a_recording_are_there_too() -> None:
@@ -59,9 +59,8 @@ def test_shots_between_two_rows_of_a_recording_are_there_too() -> None:
     full, thin = (shots_of(recorded(50, period=period), SCENE) for period in (0.02, 0.3))
     assert [shot.scored for shot in thin] == [shot.scored for shot in full] == [True, False]
     assert [shot.time for shot in thin] == pytest.approx([shot.time for shot in full])
-    for one, other in zip(thin, full, strict=True):
-        assert one.points[0] == pytest.approx(other.points[0])
     assert len(thin[1].points) == 1 < len(full[1].points)
+    assert thin[0].distance == pytest.approx(full[0].distance, abs=2.0), "from where its robot was"
 
 
 def test_shots_of_a_log_by_another_clock_have_its_times() -> None:
