@@ -24,7 +24,7 @@ from typing import TypeVar
 
 import numpy as np
 
-from simcore.geometry.rotation import Vector
+from simcore.geometry.rotation import Vector, dot
 from simcore.quantities import (
     DURATION,
     FRACTION,
@@ -299,9 +299,9 @@ def hit_surface(
     nx, ny, nz = normal
     vx, vy, vz = velocity
     relative = (vx - surface_velocity[0], vy - surface_velocity[1], vz - surface_velocity[2])
-    approach = -_dot(relative, normal)
+    approach = -dot(relative, normal)
     slip = _slip(relative, spin, normal, radius, approach)
-    size = math.sqrt(_dot(slip, slip))
+    size = math.sqrt(dot(slip, slip))
     out = (1.0 + restitution) * approach / (1.0 + mass_ratio)
     share = min(friction * out / size, 1.0 / (3.5 + mass_ratio)) if size > 0.0 else 0.0
     jx, jy, jz = -share * slip[0], -share * slip[1], -share * slip[2]  # friction impulse over the mass
@@ -337,9 +337,9 @@ def hit_ball(
     (va, vb), (wa, wb) = velocities, spins
     relative = (va[0] - vb[0], va[1] - vb[1], va[2] - vb[2])
     turning = tuple(radii[0] * a + radii[1] * b for a, b in zip(wa, wb, strict=True))
-    approach = -_dot(relative, normal)
+    approach = -dot(relative, normal)
     slip = _slip(relative, (turning[0], turning[1], turning[2]), normal, 1.0, approach)
-    size = math.sqrt(_dot(slip, slip))
+    size = math.sqrt(dot(slip, slip))
     share = min(friction * (1.0 + restitution) * approach / size, 2.0 / 7.0) if size > 0.0 else 0.0
     reduced = masses[0] * masses[1] / (masses[0] + masses[1])
     out = (1.0 + restitution) * approach
@@ -385,7 +385,3 @@ def _slip(velocity: Vector, spin: Vector, normal: Vector, radius: float, approac
         vy + approach * ny - radius * (wz * nx - wx * nz),
         vz + approach * nz - radius * (wx * ny - wy * nx),
     )
-
-
-def _dot(a: Vector, b: Vector) -> float:
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]

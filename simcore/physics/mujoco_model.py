@@ -20,7 +20,7 @@ from simcore.errors import EngineError
 from simcore.geometry.rotation import Quaternion, Vector, multiply, rotate, rotate_back
 from simcore.physics.engine import BodyDefinition
 from simcore.physics.mass_properties import mass_properties
-from simcore.physics.shapes import Box, Cylinder, HalfSpace, Hull, Mesh, Shape, Sphere, parts_of
+from simcore.physics.shapes import Cylinder, HalfSpace, Hull, Mesh, Shape, Sphere, parts_of
 from simcore.typing import BoolArray, FloatArray, IntArray
 
 __all__ = [
@@ -173,15 +173,6 @@ def _uniform(definition: BodyDefinition) -> Vector:
     return (definition.mass * x, definition.mass * y, definition.mass * z)
 
 
-def _half_size(shape: Sphere | Cylinder | Box) -> Vector:
-    if isinstance(shape, Sphere):
-        return (shape.radius, shape.radius, shape.radius)
-    if isinstance(shape, Cylinder):
-        return (shape.radius, shape.radius, shape.height / 2.0)
-    x, y, z = shape.size
-    return (x / 2.0, y / 2.0, z / 2.0)
-
-
 class _Geoms:
     """Adds shapes to bodies of a spec; equal hulls share one mesh."""
 
@@ -213,7 +204,8 @@ class _Geoms:
                 size = (member.radius, member.height / 2.0, 0.0)
                 self._add_one(body, self._types.mjGEOM_CYLINDER, size, at, attitude)
             else:
-                self._add_one(body, self._types.mjGEOM_BOX, _half_size(member), at, attitude)
+                x, y, z = member.size
+                self._add_one(body, self._types.mjGEOM_BOX, (x / 2.0, y / 2.0, z / 2.0), at, attitude)
         return len(parts_of(shape))
 
     def _add_one(self, body: Any, kind: Any, size: Vector, pos: Vector, quat: Quaternion, mesh: str = "") -> None:

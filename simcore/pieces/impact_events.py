@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from simcore.geometry.rotation import Vector, apply, apply_back, as_rows, matrix
+from simcore.geometry.rotation import Vector, apply, apply_back, as_rows, cross, matrix, minus
 from simcore.physics.contact_law import (
     ENGINE_SPEED,
     LANDING_SPEED,
@@ -85,9 +85,9 @@ class _Body:
         """What a ball touches first of it in the time left of the part [s]; see `TriangleSet.first_touch`."""
         (px, py, pz), (u, v, w), (cx, cy, cz), now = arc.pos, self.vel, self.center, arc.time
         x, y, z = px - now * u - cx, py - now * v - cy, pz - now * w - cz
-        a, b, c = _cross(self.rate, (x, y, z))
+        a, b, c = cross(self.rate, (x, y, z))
         x, y, z = x - now * a, y - now * b, z - now * c  # as the robot sees it at the start of the part
-        a, b, c = _cross(self.rate, (x, y, z))
+        a, b, c = cross(self.rate, (x, y, z))
         way = left * (arc.chord[0] - u - a), left * (arc.chord[1] - v - b), left * (arc.chord[2] - w - c)
         ox, oy, oz = self.origin
         place = apply_back(self.axes, (x + cx - ox, y + cy - oy, z + cz - oz))
@@ -96,12 +96,12 @@ class _Body:
 
     def velocity_at(self, place: Vector) -> Vector:
         """Of a place of it [m/s]."""
-        a, b, c = _cross(self.rate, _minus(place, self.center))
+        a, b, c = cross(self.rate, minus(place, self.center))
         return self.vel[0] + a, self.vel[1] + b, self.vel[2] + c
 
     def _turn(self, place: Vector, impulse: Vector) -> Vector:
         """What an impulse [N s] at a place [m] changes of its rate, in its own axes [rad/s]."""
-        a, b, c = apply_back(self.axes, _cross(_minus(place, self.body.pivot or self.center), impulse))
+        a, b, c = apply_back(self.axes, cross(minus(place, self.body.pivot or self.center), impulse))
         ia, ib, ic = self.body.inertia
         return a / ia, b / ib, c / ic
 
@@ -118,7 +118,7 @@ class _Body:
         if self.body.pivot is None:
             self.vel = self.vel[0] + x / mass, self.vel[1] + y / mass, self.vel[2] + z / mass
         else:
-            self.vel = _cross(self.rate, _minus(self.center, self.body.pivot))
+            self.vel = cross(self.rate, minus(self.center, self.body.pivot))
         self.is_hit = True
 
 
@@ -288,7 +288,7 @@ class ImpactEvents:
             mass_ratio=ratio,
         )
         if robot is not None:
-            u, v, w = _minus(vel, after)
+            u, v, w = minus(vel, after)
             robot.push(place, (mass * u, mass * v, mass * w))
         if not arc.is_flying and after[2] < 0.0:  # something carries it
             after = (after[0], after[1], 0.0)
@@ -337,15 +337,6 @@ class ImpactEvents:
             if arc.is_flying and not other.is_flying:
                 leaves = _along(va, vb, normal)
                 arc.is_landing = leaves < ENGINE_SPEED
-
-
-def _minus(a: Vector, b: Vector) -> Vector:
-    return a[0] - b[0], a[1] - b[1], a[2] - b[2]
-
-
-def _cross(a: Vector, b: Vector) -> Vector:
-    (ax, ay, az), (bx, by, bz) = a, b
-    return ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx
 
 
 def _along(a: Vector, b: Vector, normal: Vector) -> float:

@@ -312,7 +312,7 @@ class GamePieceManager(MovingPieces):
         Args:
             robots: All of them, where they are now.
         """
-        self._robots = list(robots)
+        self._robots, self._still = list(robots), 0
         here = self.on_field()
         here = here[self.state.pos[here, 2] < _ROBOT_HEIGHT]
         inside = [robot.gap(self.state.pos[here]) < self._pool.radius[here] for robot in robots]

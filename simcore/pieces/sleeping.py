@@ -20,7 +20,7 @@ from simcore.pieces.pool import PiecePool, PieceStatus
 from simcore.pieces.reach import Footprint, WakeSettings, close_pairs, touching_chain
 from simcore.typing import BoolArray, FloatArray, IntArray
 
-__all__ = ["SETTLE_PERIOD", "IdleDetector", "Sleeping", "WedgedPieces"]
+__all__ = ["SETTLE_PERIOD", "Sleeping", "WedgedPieces"]
 
 SETTLE_PERIOD = 2
 """Ticks from one look for pieces that have come to rest to the next."""
@@ -28,8 +28,6 @@ _DISTURBED = 1e-4  # [m]; a sleeper that the engine moved farther in a tick is a
 _ROCKING = 0.08  # [m/s]; pieces that are no balls count as slow below this: they rock on an edge, but do not roll on
 _TURNING = 0.5  # [rad/s]; pieces that are no balls do not sleep while they turn faster
 _STILL = 1e-3  # [m/s]
-_STANDING = 1e-5  # [m/s]; the engine leaves a robot that stands 1e-8
-_CARRIED = 1e-3  # [m]; one that is farther from where it stood was put elsewhere
 _RETURN = 0.2  # share of the way back to its place that a wedged piece goes in a sub-step
 _REBOUND = 1.5  # speed of a piece that a robot hits, in parts of the robot's
 _AWAKE = int(PieceStatus.AWAKE)
@@ -198,44 +196,6 @@ class Sleeping:
             self._wake(slot)
         asleep: IntArray = slots[~woken]
         return asleep
-
-
-class IdleDetector:
-    """Counts ticks in which no piece is awake and no robot moves: after some, nothing needs to be looked for.
-
-    Args:
-        ticks: How many of them it takes: until then chunks fall quiet, and sleepers are sorted.
-    """
-
-    def __init__(self, ticks: int) -> None:
-        self._ticks = ticks
-        self._count = 0
-        self._robots: Sequence[Footprint] = ()
-        self.is_reached = False
-        """Whether nothing has moved for that long."""
-
-    def end(self) -> None:
-        """Count anew."""
-        self._count = 0
-
-    def begin_tick(self, moving: int, robots: Sequence[Footprint]) -> None:
-        """See what moves.
-
-        Args:
-            moving: How many pieces the engine moves.
-            robots: Where robots are.
-        """
-        if moving or not self._stand(robots):
-            self._count = 0
-            self._robots = robots
-        self._count += 1
-        self.is_reached = self._count > self._ticks
-
-    def _stand(self, robots: Sequence[Footprint]) -> bool:
-        return len(robots) == len(self._robots) and all(
-            now.speed < _STANDING and math.hypot(now.x - then.x, now.y - then.y) < _CARRIED
-            for now, then in zip(robots, self._robots, strict=True)
-        )
 
 
 class WedgedPieces:

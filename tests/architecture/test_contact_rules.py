@@ -153,3 +153,20 @@ def test_the_law_itself_has_them_and_nothing_else_is_let_off_in_vain():
     assert len(rules_in(LAW.read_text(encoding="utf-8"))) > 20
     for name, what in NO_CONTACTS:
         assert what in [rule for _, rule in rules_in((ROOT / name).read_text(encoding="utf-8"))]
+
+
+def test_nothing_asks_which_engine_it_is_but_who_makes_one_and_the_law():
+    """What differs between engines stands in them, or side by side in the law."""
+    engines = {
+        f"simcore/physics/{name}.py"
+        for name in ("bullet", "mujoco_contacts", "mujoco_engine", "engine_choice", "contact_law")
+    }
+    folders = (*FOLDERS, "robot", "geometry", "vision")
+    found = {
+        path.relative_to(ROOT).as_posix()
+        for folder in folders
+        for path in (ROOT / "simcore" / folder).rglob("*.py")
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8")))
+        if isinstance(node, ast.Constant) and node.value in ("bullet", "mujoco")
+    }
+    assert found == engines
